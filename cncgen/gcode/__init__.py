@@ -133,7 +133,7 @@ def _moving_axes(text: Source, dialect: str, folders: list[Path]) -> str:
     if dialect == HEIDENHAIN:
         from cncgen.gcode.klartext import axes as plain_axes
 
-        return plain_axes.moving_axes(text)
+        return plain_axes.moving_axes(text, folders)
     return moving_axes(text, dialect, folders)
 
 

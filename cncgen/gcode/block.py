@@ -19,9 +19,11 @@ AXES = "xyzabcuvw"
 AXIS_INDEX = {letter: index for index, letter in enumerate(AXES)}
 #: Number, in tenths, that BSPLINE of Siemens has among the G codes (no control has a G1060).
 BSPLINE = 10_600
-#: Numbers, in tenths, that blocks of Heidenhain's plain language have: SPL, CC, C, CR, CP, LP, CYCL DEF, CYCL CALL
-#: and M140.
-SPL, POLE, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE, CYCLE, CYCLE_CALL, RETRACT = range(10_610, 10_700, 10)
+#: Numbers, in tenths, that blocks of Heidenhain's plain language have: SPL, CC, C, CR, CP, LP, CYCL DEF, CYCL CALL, M140, the
+#: oversizes of TOOL CALL, and remarks.
+SPL, POLE, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE, CYCLE, CYCLE_CALL, RETRACT, OVERSIZE, REMARK = range(
+    10_610, 10_720, 10
+)
 #: The first character of an output command of FANUC's macros, which is kept like a comment; no comment begins so.
 OUTPUT = "\x1f"
 #: Where a number stops being one: beyond it a double no longer holds a micrometre.

@@ -125,7 +125,7 @@ def test_retracting_along_the_tool(run: Any) -> None:
         ("CC X5 Y0\nC X5 Y6 DR+ F100", "arc-radius", 1),
         ("L X1 FMAX M99", "cycle-missing", 11),
         ("CYCL DEF 262 THREAD MILLING", "unsupported-block", 1),
-        ("CYCL DEF 19.0 WORKING PLANE", "unsupported-block", 10),
+        ("CYCL DEF 20.0 CONTOUR DATA", "unsupported-block", 1),
         ("CALL LBL 1", "label-missing", 6),
         ("L X5 M128", "unsupported-block", 6),
         ("TOOL CALL 5 X S100", "unsupported-block", 13),
@@ -155,13 +155,12 @@ def test_a_refused_line_leads_where_it_says(run: Any) -> None:
 
 
 def test_oversizes_of_a_tool(run: Any) -> None:
-    """Those of nothing are passed over; of one of 0.5, the 5 counted as a word and the 0 as an oversize."""
+    """Length and radius of TOOL CALL are added; that of the corner is refused, and so are those of other blocks."""
     plain(run, "TOOL CALL 1 Z S1000 DL+0.0 DR0 DR2+0,00 F200\nL X5")
-    for oversize in ("DL+0.5", "DR-0,25", "DR2+Q5", "DL+1"):
-        out = run(HEAD + f"TOOL CALL 1 Z S1000 {oversize} F200\nL X5 F100" + TAIL)
-        assert [(code, at) for code, _, at in out.errors] == [("unsupported-block", 21)]
-        (found,) = (d for d in out.diagnostics if d.code == "unsupported-block")
-        assert found.message == f"{oversize}: oversizes of a tool are not read"
+    plain(run, "TOOL CALL 1 Z S1000 DL+0.5 DR-0,25 F200\nL X5")
+    for block, at in (("TOOL CALL 1 Z S1000 DR2+0.1", 21), ("L X5 DL+1", 6)):
+        out = run(HEAD + f"{block} F200\nL X5 F100" + TAIL)
+        assert [(code, column) for code, _, column in out.errors] == [("unsupported-block", at)]
 
 
 @pytest.mark.parametrize("block", ["L X5 Foo", "CC X5 Y0\nC X5 Y6 DR+ F100", "CC Z5 Y0\nC Z5 Y6 DR+ F100"])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import (
@@ -16,10 +16,12 @@ from cncgen.gcode.block import (
     CIRCLE,
     CYCLE,
     CYCLE_CALL,
+    OVERSIZE,
     POLAR_ARC,
     POLAR_LINE,
     POLE,
     RADIUS_ARC,
+    REMARK,
     RETRACT,
     Block,
 )
@@ -50,12 +52,16 @@ class Plain:
         pole: In program coordinates, in its plane.
         cycle: The cycle that is called, 0 for none.
         heading: In which direction the last motion ended, in XY.
+        parts: Values of the cycle by the number of its part, of cycles 1, 2 and 17.
+        sizes: Length and diameter, before oversizes, of the tools that had some.
     """
 
     pole: complex | None = None
     plane: int = 17
     cycle: int = 0
     heading: complex | None = None
+    parts: dict[int, float] = field(default_factory=dict)
+    sizes: dict[int, tuple[float, float]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, ip: Interpreter) -> Plain:
@@ -254,6 +260,38 @@ def retract(ip: Interpreter, block: Block) -> None:
     ip.warn(BlockError("retract-unknown", message, "M140", hint="M140 MB 50 retracts by 50"), Severity.NOTE)
 
 
+def oversize(ip: Interpreter, block: Block) -> None:
+    """DL and DR of TOOL CALL: add to length and radius of the tool until it is called again."""
+    number, sizes = round(block.words["t"]), Plain.of(ip).sizes
+    longer, wider = block.words["dl"], block.words["dr_"]
+    if number not in sizes and not longer and not wider:
+        return
+    tool = ip.tools.entry(number)
+    if tool is None:
+        # The tool's own words say that the table lacks it.
+        return
+    length, diameter = sizes.setdefault(number, (tool.offset[_Z], tool.diameter))
+    tool.offset[_Z] = length + longer / ip.table_scale()
+    tool.diameter = diameter + 2.0 * wider / ip.table_scale()
+
+
+_REMARKS = {
+    1: ("tool-name", "a tool that is called by its name has no length and no radius: the tool table has numbers", "TOOL",
+        "TOOL CALL with a number takes one of --tool-table", Severity.NOTE),
+    92: ("builders-point", "M92 counts from a point of the machine's builder: taken as machine zero, as M91", "M92",
+         "M91 counts from machine zero", Severity.WARNING),
+}  # fmt: skip
+
+
+def remark(ip: Interpreter, block: Block) -> None:
+    """Say, once in a run, what a word is taken for."""
+    kind = round(block.words["remark"])
+    if -kind not in ip.remarked:
+        ip.remarked.add(-kind)
+        code, message, place, hint, severity = _REMARKS[kind]
+        ip.warn(BlockError(code, message, place, hint=hint), severity)
+
+
 def _own(
     number: int, title: str, run: Handler, text: str, named: tuple[str, ...] = (), words: str = AXES
 ) -> Code:
@@ -279,6 +317,29 @@ CODES = (
         "retract along the tool; MAX is passed over",
         title="M140",
         named=("mb",),
+        dialects=(DIALECT,),
+    ),
+    Code(
+        "G",
+        OVERSIZE,
+        "oversize",
+        Stage.TOOL,
+        oversize,
+        "oversizes of the tool: length, radius",
+        "t",
+        title="DL DR",
+        named=("dl", "dr_"),
+        dialects=(DIALECT,),
+    ),
+    Code(
+        "G",
+        REMARK,
+        "remark",
+        Stage.COMMENT,
+        remark,
+        "what a word is taken for",
+        title="M92",
+        named=("remark",),
         dialects=(DIALECT,),
     ),
     Code(

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from pathlib import Path
 
-from cncgen.gcode.source import Source
+from cncgen.gcode.klartext import programs
+from cncgen.gcode.source import Source, open_source
 from cncgen.units import AXIS_LETTERS
 
 _COMMENTS = re.compile(
@@ -13,15 +16,28 @@ _COMMENTS = re.compile(
 #: An axis and its value: ``X+10``, ``IY-2,5``, ``Z+Q1``; K1X of a spline stands beside its X.
 _AXIS = re.compile(rb"(?<![A-Z0-9])I?([XYZABCUVW])(?=[ \t]*[-+]?[ \t]*(?:\d|[.,]\d|Q[LR]?\d))", re.IGNORECASE)
 _PLANE = re.compile(rb"(?<![A-Z])(?:I?P[RA][ \t]*[-+\dQ]|(?:APPR|DEP|RND|CTP|CP|LP)\b)", re.IGNORECASE)
-_CYCLES = re.compile(rb"(?<![A-Z])(?:CYCL\b|M99\b|M89\b|M140\b)", re.IGNORECASE)
+_CYCLES = re.compile(rb"(?<![A-Z])(?:CYCL\b|PLANE[ \t]+SPATIAL\b|M99\b|M89\b|M140\b)", re.IGNORECASE)
 
 
-def moving_axes(text: Source) -> str:
-    """Return the letters of the axes that a program names, in the order of ``XYZABCUVW``; cycles name X, Y and Z."""
-    code = _COMMENTS.sub(b"", bytes(text.data[:]))
+#: Programs that call each other deeper than this are not looked at.
+_DEEPEST = 20
+
+
+def moving_axes(text: Source, folders: Sequence[Path] = ()) -> str:
+    """Return the letters of the axes that a program and those that it calls name, in the order of ``XYZABCUVW``; cycles name X, Y and Z."""
+    named = _named(bytes(text.data[:]), folders, _DEEPEST, set())
+    return "".join(letter for letter in AXIS_LETTERS if letter in named)
+
+
+def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[Path]) -> set[str]:
+    code = _COMMENTS.sub(b"", text)
     named = {match[1].decode().upper() for match in _AXIS.finditer(code)}
     if _PLANE.search(code):
         named |= set("XY")
     if _CYCLES.search(code):
         named |= set("XYZ")
-    return "".join(letter for letter in AXIS_LETTERS if letter in named)
+    for path in programs.called(code, folders) if deep and b"PGM" in code.upper() else ():
+        if path not in seen:
+            seen.add(path)
+            named |= _named(bytes(open_source(path, str(path)).data[:]), folders, deep - 1, seen)
+    return named

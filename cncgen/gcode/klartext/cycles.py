@@ -9,6 +9,7 @@ import cmath
 import math
 from collections.abc import Callable
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import CYCLE_CALL, Block
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.pockets import Clearing, Pocket, clear, levels_of
@@ -300,16 +301,135 @@ def _at_middle(cycle: HoleCycle) -> None:
         )
 
 
+def _centre(cycle: HoleCycle) -> None:
+    """240: in at Q206 to the depth Q201, wait Q211, out."""
+    if round(cycle.q[343]):
+        raise BlockError(
+            "unsupported-block",
+            "Q343 = 1 of cycle 240 (the depth follows from a diameter) is not read",
+            "CYCL",
+            hint="Q343=0 takes the depth Q201",
+        )
+    cycle.go(cycle.start, rapid=True)
+    cycle.feed(cycle.q[206], "Q206")
+    cycle.go(cycle.bottom, rapid=False)
+    cycle.dwell(cycle.q[211])
+    cycle.go(cycle.start, rapid=True)
+    cycle.end()
+
+
+def _tap_floating(cycle: HoleCycle) -> None:
+    """206: in at Q206, wait Q211, out at Q206 with the spindle turning back."""
+    q, ip = cycle.q, cycle.ip
+    cycle.go(cycle.start, rapid=True)
+    cycle.feed(q[206], "Q206")
+    cycle.go(cycle.bottom, rapid=False)
+    cycle.dwell(q[211])
+    ip.sink.set_spindle(ip.state.speed, -ip.state.direction)
+    cycle.go(cycle.start, rapid=False)
+    ip.sink.set_spindle(ip.state.speed, ip.state.direction)
+    cycle.end()
+
+
+def _tap_breaking(cycle: HoleCycle) -> None:
+    """209: as 207, back by Q256 (all the way out where that is 0) after each Q257."""
+    ip, q, pitch = cycle.ip, cycle.q, cycle.q[239]
+    if not pitch or ip.state.speed <= 0.0 or q[257] <= 0.0:
+        _tap(cycle)
+        return
+    cycle.go(cycle.start, rapid=True)
+    cycle.feed(abs(pitch) * ip.state.speed, "Q239 S")
+    at = q[203]
+    if (at - cycle.bottom) / q[257] > _MOST_STEPS:
+        message = f"Q257 = {q[257]:g} makes more than {_MOST_STEPS} infeeds"
+        raise BlockError("cycle-infeed", message, "CYCL", hint="Q257 is the depth of one infeed")
+    while at - q[257] > cycle.bottom:
+        at -= q[257]
+        cycle.go(at, rapid=False)
+        cycle.go(at + abs(q[256]) if q[256] else cycle.start, rapid=False)
+    cycle.go(cycle.bottom, rapid=False)
+    cycle.go(cycle.start, rapid=False)
+    cycle.end()
+
+
+#: Cycles of TNC 155 to 426 whose values stand in parts: set-up clearance, depth, then those of each.
+_OLD: dict[int, tuple[str, ...]] = {
+    1: ("SETUP", "DEPTH", "PECKG", "DWELL", "F"),
+    2: ("SETUP", "DEPTH", "DWELL", "F"),
+    17: ("SETUP", "DEPTH", "PITCH"),
+}
+#: Cycles that move nothing: orientation of the spindle; tuning of the control by the machine's builder.
+_IDLE = (13, 332, 392)
+
+
+def take_part(ip: Interpreter, number: int, part: int, value: float | None) -> None:
+    """CYCL DEF n.p: take a value of an old cycle; part 0 begins it."""
+    plain = Plain.of(ip)
+    if part == 0:
+        define(ip, number)
+        plain.parts = {}
+    elif value is not None and plain.cycle == number:
+        plain.parts[part] = value
+
+
+def _old(ip: Interpreter, number: int) -> None:
+    """1 pecks, 2 taps with a floating chuck, 17 taps in step with the spindle: from where the tool is, the set-up clearance above."""
+    names, parts = _OLD[number], Plain.of(ip).parts
+    missing = [f"{number}.{k} {names[k - 1]}" for k in range(1, len(names) + 1) if k not in parts]
+    if missing:
+        message = f"cycle {number} has no {missing[0]}"
+        raise BlockError("cycle-words", message, "CYCL", hint=f"CYCL DEF {missing[0]} gives it")
+    values = {name: parts[k] for k, name in enumerate(names, 1)}
+    top = ip.state.position[_Z]
+    surface = top - abs(values["SETUP"])
+    q = ip.parameters.numbers
+    given = {200: abs(values["SETUP"]), 201: -abs(values["DEPTH"]), 203: surface, 204: 0.0, 202: abs(values.get("PECKG", 0.0)), 210: 0.0,
+             206: values.get("F", 0.0), 211: values.get("DWELL", 0.0), 239: values.get("PITCH", 0.0)}  # fmt: skip
+    kept = {key: q[key] for key in given}
+    for key, value in given.items():
+        q[key] = value
+    try:
+        if number == 1:
+            _peck_old(HoleCycle(ip, "cycle 1"))
+        else:
+            (_tap_floating if number == 2 else _tap)(HoleCycle(ip, f"cycle {number}"))
+    finally:
+        for key, value in kept.items():
+            q[key] = value
+
+
+def _peck_old(cycle: HoleCycle) -> None:
+    """1: out after each infeed, and back to 0.6 mm above (depth / 50, at most 7 mm, in holes deeper than 30 mm)."""
+    depth = abs(cycle.q[201])
+    ahead = 0.6 if depth <= 30.0 else min(depth / 50.0, 7.0)
+    cycle.feed(cycle.q[206], "F")
+    for level in _steps(cycle):
+        cycle.go(level, rapid=False)
+        if level == cycle.bottom:
+            break
+        cycle.go(cycle.start, rapid=True)
+        cycle.go(level + ahead, rapid=True)
+    cycle.dwell(cycle.q[211])
+    cycle.end()
+
+
 _RUN: dict[int, Callable[[HoleCycle], None]] = {
-    202: _bore, 203: _universal, 205: _peck, 207: _tap, 208: _bore_milling, 251: _rectangle, 252: _round, 253: _slot,
+    202: _bore, 203: _universal, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling, 209: _tap_breaking, 240: _centre, 251: _rectangle, 252: _round, 253: _slot,
 }  # fmt: skip
 #: Cycles that are run by the interpreter's own code, and patterns, which run at once.
 _OWN, PATTERNS = (200, 201), (220, 221)
-READ = tuple(sorted((*_RUN, *_OWN, *PATTERNS)))
+READ = tuple(sorted((*_OLD, *_RUN, *_OWN, *PATTERNS)))
 
 
 def define(ip: Interpreter, number: int) -> None:
     """CYCL DEF: take the cycle that the calls run."""
+    if number in _IDLE:
+        message = f"cycle {number} moves nothing: passed over"
+        ip.warn(
+            BlockError("cycle-idle", message, "CYCL", hint="is it a cycle of the machine's builder?"),
+            Severity.NOTE,
+        )
+        return
     Plain.of(ip).cycle = 0
     if number not in READ:
         message = f"cycle {number} is not read ({', '.join(map(str, READ))} are)"
@@ -321,7 +441,9 @@ def call(ip: Interpreter, here: Block) -> None:
     """Run the cycle at the tool's place."""
     number = Plain.of(ip).cycle
     ip.sink.block = here
-    if number in _RUN:
+    if number in _OLD:
+        _old(ip, number)
+    elif number in _RUN:
         _RUN[number](HoleCycle(ip, f"cycle {number}"))
     else:
         ip.execute(Block({}, (CYCLE_CALL,), (), None, here.source, here.line, here.offset))

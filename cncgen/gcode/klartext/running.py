@@ -26,20 +26,22 @@ from cncgen.gcode.doubts import doubts, remarks_on
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import contours, cycles, q_formulas
+from cncgen.gcode.klartext import contours, cycles, planes, programs, q_formulas
 from cncgen.gcode.sinks.sink import Sink
-from cncgen.gcode.source import Source
+from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.state.systems import SYSTEM_COUNT
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.search import search_path
 from cncgen.toolpath.reading import ReadOptions
 
-#: Signs of a program whose lines lead from one to another.
+#: Signs of a program whose lines lead from one to another, or whose cycles are run here.
 _NEEDS = re.compile(
-    rb"^[ \t]*(?:\d+[ \t]+)?(?:LBL\b|CALL[ \t]+LBL|FN[ \t]*(?!0[ \t]*:)\d|APPR\b|DEP\b|RND\b|CHF\b|CT\b|Q\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]"
-    rb"|CYCL[ \t]+DEF[ \t]+(?:8|9|10|11|2[0-9][02-9]|21\d|22\d|251|252|253|247)\b|CYCL[ \t]+CALL[ \t]+POS)|\bR[LR]\b(?![\w.])|\bM89\b",
+    rb"^[ \t]*(?:\d+[ \t]+)?(?:LBL\b|CALL[ \t]+(?:LBL|PGM)|FN[ \t]*(?!0[ \t]*:)\d|APPR\b|DEP\b|RND\b|CHF\b|CT\b|PLANE\b|FUNCTION\b"
+    rb"|Q\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+CALL[ \t]+POS)"
+    rb"|\bR[LR]\b(?![\w.])|\bM89\b",
     re.MULTILINE | re.IGNORECASE,
 )
 _NUMBER = re.compile(r"\s*(?:\d+\s+)?")
@@ -53,12 +55,15 @@ _CORNER = re.compile(
     re.IGNORECASE,
 )
 _DEFINITION = re.compile(
-    r"CYCL\s+DEF\s+(?P<number>\d+)(?:\.(?P<part>\d+))?(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
+    r"CYCL\s+DEF\s*(?P<number>\d+)(?:\s*\.(?P<part>\d+))?(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
 )
 _TANGENT = re.compile(r"CT(?=[\sXYZI])(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _PLACE = re.compile(r"CYCL\s+CALL\s+POS\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _VALUE = re.compile(r"\s*([-+]?\s*(?:Q\d+|\d+[.,]?\d*|[.,]\d+))")
-_FRAMES = (7, 8, 9, 10, 11, 247)
+#: The number of a tilted plane among the frames.
+_TILTED = 19
+_END_OF_PROGRAM = re.compile(r"END\s+PGM\b|(?:L\s+)?(?:M0?2|M30)\s*\Z", re.IGNORECASE)
+_FRAMES = (7, 8, 9, 10, 11, 19, 247)
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
 _MOST_AGAIN = 10_000_000
 _CALLED = CYCLE_CALL / 10.0
@@ -101,6 +106,11 @@ class HeidenhainRunner:
         self._angle = 0.0
         self._at = 0
         self._steps = 0
+        self._path = path
+        #: Programs that CALL PGM left, and the line where they go on.
+        self._called: list[
+            tuple[list[Cursor], list[str], dict[str, int], list[int], dict[int, int], int]
+        ] = []
 
     def run(self) -> Iterator[None]:
         """Run to the end; yields now and then, so that rows can be taken away."""
@@ -131,7 +141,7 @@ class HeidenhainRunner:
                 Severity.WARNING,
             )
 
-    def _read(self, source: Source) -> None:
+    def _read(self, source: Source, index: int = 0) -> None:
         """Take the lines, their text without numbers and comments, and the labels."""
         offset, number = 0, 1
         while offset < len(source):
@@ -144,14 +154,17 @@ class HeidenhainRunner:
                 name = (label["name"] if label["name"] is not None else label["number"]).upper()
                 if name != "0":
                     self._labels.setdefault(name, len(self._lines))
-            self._lines.append(Cursor(0, offset, number))
+            self._lines.append(Cursor(index, offset, number))
             self._bodies.append(bare)
             offset, number = source.line_end(offset) + 1, number + 1
 
     def _run(self) -> Iterator[None]:
         most = self._options.max_steps
         bound = most if most is not None else _MOST_AGAIN + len(self._lines)
-        while self._at < len(self._lines) and not self.ip.state.ended:
+        while not self.ip.state.ended and (self._at < len(self._lines) or self._called):
+            if self._at >= len(self._lines):
+                self._return()
+                continue
             at, self._at = self._at, self._at + 1
             self._steps += 1
             if self._steps > bound:
@@ -160,7 +173,7 @@ class HeidenhainRunner:
             if self._steps % 512 == 0:
                 yield
             here = self._lines[at]
-            self.ip.base.block = Block({}, line=here.line, offset=here.offset)
+            self.ip.base.block = Block({}, source=here.source, line=here.line, offset=here.offset)
             try:
                 self._line(at, self._bodies[at])
             except BlockError as error:
@@ -204,6 +217,14 @@ class HeidenhainRunner:
             self._cycle(at, body)
         elif head.startswith("CT") and _TANGENT.match(body):
             self._tangent(at, body)
+        elif head == "PLAN":
+            self._tilt(planes.spatial(body, self._value))
+        elif head == "FUNC":
+            planes.idle(body)
+        elif head == "CALL" and programs.CALL.match(body):
+            self._call_program(at, body)
+        elif self._called and _END_OF_PROGRAM.match(body):
+            self._at = len(self._lines)
         else:
             self._plain(at, body)
 
@@ -282,6 +303,30 @@ class HeidenhainRunner:
             "unsupported-block", f"{what} is not read", "FN", hint="FN 0 to FN 14 and formulas of Q are read"
         )
 
+    def _call_program(self, at: int, body: str) -> None:
+        """CALL PGM: another file, beside the program or in a folder of --include; its labels are its own."""
+        match = programs.CALL.match(body)
+        assert match
+        name = programs.bare(match["name"])
+        if len(self._called) >= self._options.max_call_depth:
+            message = f"programs call each other more than {self._options.max_call_depth} deep"
+            raise Stop(BlockError("call-depth", message, "CALL", hint="is the recursion without end?"))
+        folders = search_path(self._path, self._options.include)
+        found = programs.file_of(name, folders)
+        if found is None:
+            where = ", ".join(str(folder) for folder in folders) or "any folder"
+            message = f"there is no program {name} ({name}.H) in {where}"
+            raise BlockError("sub-missing", message, "PGM", hint="--include adds a folder to the search path")
+        self._called.append((self._lines, self._bodies, self._labels, self._calls, self._repeats, at + 1))
+        self._lines, self._bodies, self._labels, self._calls, self._repeats = [], [], {}, [], {}
+        self.sources.append(open_source(found, str(found)))
+        self._read(self.sources[-1], len(self.sources) - 1)
+        self._at = 0
+
+    def _return(self) -> None:
+        """Go on behind CALL PGM."""
+        self._lines, self._bodies, self._labels, self._calls, self._repeats, self._at = self._called.pop()
+
     # Contours.
 
     def _following(self, at: int) -> int | None:
@@ -334,7 +379,7 @@ class HeidenhainRunner:
             )
         block = gather([(letter, evaluate(value, self.ip.parameters)) for letter, value in parsed.words])
         here = self._lines[at]
-        return replace(block, line=here.line, offset=here.offset)
+        return replace(block, source=here.source, line=here.line, offset=here.offset)
 
     def _plain(self, at: int, body: str) -> None:
         """Execute a line of motions, tools and M functions."""
@@ -445,6 +490,9 @@ class HeidenhainRunner:
             self._plain(at, body)
         elif number in _FRAMES:
             self._frame(at, number, match["part"], match["rest"])
+        elif match["part"] is not None:
+            value = _VALUE.search(re.sub(r"(?!Q\d)[A-Z][A-Z.]*", " ", match["rest"], flags=re.IGNORECASE))
+            cycles.take_part(self.ip, number, int(match["part"]), self._value(value[1]) if value else None)
         else:
             self._define(at, number)
 
@@ -471,7 +519,9 @@ class HeidenhainRunner:
             return
         if number == 9:
             seconds = (
-                _VALUE.search(re.sub(r"[A-Z.]+", " ", rest, flags=re.IGNORECASE)) if part == "1" else None
+                _VALUE.search(re.sub(r"(?!Q\d)[A-Z][A-Z.]*", " ", rest, flags=re.IGNORECASE))
+                if part == "1"
+                else None
             )
             if seconds:
                 self._execute(
@@ -485,6 +535,10 @@ class HeidenhainRunner:
                         self._lines[at].offset,
                     )
                 )
+            return
+        if number == 19:
+            if part == "1":
+                self._tilt(planes.of_cycle(rest, self._value))
             return
         if part in (None, "0"):
             if number == 8:
@@ -538,6 +592,21 @@ class HeidenhainRunner:
             column = "XYZ".index(word[2].upper())
             shift[column] = self._value(word[3]) + (old[column] if word[1] else 0.0)
         self._take(7, affine.Frame(shift=(shift[0], shift[1], shift[2])) if any(shift) else None)
+
+    def _tilt(self, angles: tuple[float, float, float]) -> None:
+        """Put a tilted plane in force, or end it; the machine's rotary axes are not moved, and Q120 to Q122 are 0."""
+        frame = planes.frame(angles)
+        for number in (120, 121, 122):
+            self.ip.parameters.set_number(float(number), 0.0)
+        if frame is not None:
+            message = (
+                "the tilted plane turns the coordinates; the rotary axes of the machine are not moved here"
+            )
+            self.ip.warn(
+                BlockError("swivel-frame", message, "PLANE", hint="write A B C where the machine has them"),
+                Severity.WARNING,
+            )
+        self._take(_TILTED, frame)
 
     def _take(self, number: int, frame: affine.Frame | None) -> None:
         """Put a frame in force, or end it."""

@@ -24,10 +24,12 @@ from cncgen.gcode.block import (
     CIRCLE,
     CYCLE,
     CYCLE_CALL,
+    OVERSIZE,
     POLAR_ARC,
     POLAR_LINE,
     POLE,
     RADIUS_ARC,
+    REMARK,
     RETRACT,
     SPL,
     Computed,
@@ -49,8 +51,10 @@ _WORD = re.compile(
     re.IGNORECASE,
 )
 _SETTING = re.compile(rf"\s*(?:FN\s*0\s*:\s*)?Q(?P<number>[0-9]+)\s*={_VALUE}\s*\Z", re.IGNORECASE)
-_TOOL = re.compile(r"\s*(?P<number>[0-9]+)?\s*(?P<axis>[XYZUVW](?![\w+-]))?", re.IGNORECASE)
-_CYCLE = re.compile(r"\s*(?P<number>[0-9]+)(?:\.(?P<part>[0-9]+))?(?P<rest>.*)", re.DOTALL)
+_TOOL = re.compile(
+    r"\s*(?:(?P<number>[0-9]+)|(?P<name>\"[^\"]*\"))?\s*(?P<axis>[XYZUVW](?![\w+-]))?", re.IGNORECASE
+)
+_CYCLE = re.compile(r"\s*(?P<number>[0-9]+)(?:\s*\.(?P<part>[0-9]+))?(?P<rest>.*)", re.DOTALL)
 _TOLERANCE = re.compile(rf"\s*T{_VALUE}", re.IGNORECASE)
 #: A datum shift by a line of a table, or by an increment.
 _NO_SHIFT = re.compile(r"\s*(?:#|I[XYZABCUVW])", re.IGNORECASE)
@@ -65,21 +69,20 @@ _FUNCTIONS: dict[float, Words] = {
     13.0: [("m", 3.0), ("m", 8.0)],
     14.0: [("m", 4.0), ("m", 8.0)],
     91.0: [("g", 53.0)],
+    92.0: [("g", 53.0), ("g", REMARK / 10.0), ("remark", 92.0)],
     99.0: [("g", CYCLE_CALL / 10.0)],
 }
 #: M functions that change what motions mean.
 _NOT_READ = {
     89.0: "a cycle called in each block",
-    92.0: "coordinates about a point of the machine's builder",
     118.0: "handwheel superimposition",
     128.0: "motion of the tool's tip (TCPM)",
     136.0: "F in millimetres a revolution",
 }
 _HINT = "--dialect reads other texts as G-code"
 _WORDS_HINT = "a word is letters with a value: X+10, IY-2.5, X+Q1, DR-, R0, F200, FMAX, M3"
-#: What TOOL CALL adds to a tool's length and radius.
-_OVERSIZE = re.compile(r"D[LR]2?\s*[+-]?\s*[Q0-9.,]+", re.IGNORECASE)
-_NO_OVERSIZE = re.compile(r"D[LR]2?\s*[+-]?0+(?:[.,]0*)?(?![0-9.,])", re.IGNORECASE)
+#: What TOOL CALL adds to a tool's length, radius and radius of its corner.
+_OVERSIZE = re.compile(rf"(?P<kind>D(?:L|R2|R)(?!2)){_VALUE}", re.IGNORECASE)
 #: Motions that end where their axis words say.
 _LEADING = re.compile(r"\s*(?:\d+\s+)?(?:L|C|CR)(?=[\sXYZABCUVWI])", re.IGNORECASE)
 _PLACE = re.compile(rf"(?<![A-Z])(?P<step>I)?(?P<axis>[XYZABCUVWF]){_VALUE}", re.IGNORECASE)
@@ -156,8 +159,8 @@ def _words(body: str, at: int) -> tuple[Words, bool]:
             column = len(body) - len(rest) + 1
             oversize = _OVERSIZE.match(rest)
             if oversize:
-                message = f"{oversize[0].upper()}: oversizes of a tool are not read"
-                hint = "put them into the tool table"
+                message = f"{oversize[0].upper()}: oversizes of a tool stand in TOOL CALL alone"
+                hint = "TOOL CALL 5 Z S2000 DL+0.1 DR-0.02"
                 raise BlockError("unsupported-block", message, column=column, hint=hint)
             message, hint = "this is no word of a block of the plain language", _WORDS_HINT
             raise BlockError("syntax", message, column=column, hint=hint)
@@ -222,14 +225,28 @@ def _tool_call(body: str, at: int) -> Words:
     """TOOL CALL: the tool into the spindle, its length in force, its speed."""
     head = _TOOL.match(body, at)
     assert head
-    rest, _ = _words(_NO_OVERSIZE.sub(lambda zero: " " * len(zero[0]), body).rstrip(), head.end())
+    sizes: Words = [("dl", 0.0), ("dr_", 0.0)]
+    for oversize in _OVERSIZE.finditer(body, head.end()):
+        kind, value = oversize["kind"].upper(), _value(oversize["value"])
+        if kind == "DR2" and value != 0.0:
+            message = f"{oversize[0].upper()}: an oversize of the corner's radius is not read"
+            raise BlockError("unsupported-block", message, column=oversize.start() + 1, hint="DR2 is 0 here")
+        if kind != "DR2":
+            sizes.append(("dl" if kind == "DL" else "dr_", value))
+    sizes = list(dict(sizes).items())
+    bare = _OVERSIZE.sub(lambda size: " " * len(size[0]), body[head.end() :])
+    rest, _ = _words((body[: head.end()] + bare).rstrip(), head.end())
     if head["axis"] and head["axis"].upper() != "Z":
         column = head.start("axis") + 1
         raise BlockError("unsupported-block", "the tool's axis must be Z", column=column, hint=_HINT)
+    if head["name"]:
+        return [("g", 49.0), ("g", REMARK / 10.0), ("remark", 1.0), *rest]
     if head["number"] is None:
         return rest
     number = float(head["number"])
-    return [("t", number), ("m", 6.0), ("g", 43.0 if number else 49.0), *rest]
+    if not number:
+        return [("t", number), ("m", 6.0), ("g", 49.0), *rest]
+    return [("t", number), ("m", 6.0), ("g", 43.0), ("g", OVERSIZE / 10.0), *sizes, *rest]
 
 
 def _cycle(body: str, at: int) -> Words:
@@ -268,6 +285,21 @@ def _before(*first: tuple[str, Value], plain: bool = True) -> _Reader:
     return read
 
 
+def _stop(body: str, at: int) -> Words:
+    """STOP: M0, in place of an M0 or M1 that stands beside it."""
+    own = _words(body, at)[0]
+    return [("m", 0.0), *(word for word in own if word not in (("m", 0.0), ("m", 1.0)))]
+
+
+def _probe(body: str, at: int) -> Words:
+    """TCH PROBE, which needs the machine."""
+    number = body[at:].split()
+    message = f"TCH PROBE {number[0] if number else ''} measures on the machine, which is not read"
+    raise BlockError(
+        "unsupported-block", message, column=_begin(body) + 1, hint="post the program without probing cycles"
+    )
+
+
 def _nothing(body: str, at: int) -> Words:
     return []
 
@@ -277,11 +309,12 @@ _BLOCKS: tuple[tuple[re.Pattern[str], _Reader], ...] = tuple(
     for head, read in (
         (r"BEGIN\s+PGM\b", _begin_program),
         (r"END\s+PGM\b", _before(("m", 2.0), plain=False)),
-        (r"BLK\s+FORM\b|TOOL\s+DEF\b", _nothing),
-        (r"TOOL\s+CALL\b", _tool_call),
-        (r"CYCL\s+DEF\b", _cycle),
+        (r"BLK\s+FORM\b|TOOL\s+DEF(?![A-Z])", _nothing),
+        (r"TOOL\s+CALL(?![A-Z])", _tool_call),
+        (r"CYCL\s+DEF(?![A-Z])", _cycle),
         (r"CYCL\s+CALL\b", _before(("g", CYCLE_CALL / 10.0))),
-        (r"STOP\b", _before(("m", 0.0))),
+        (r"STOP\b", _stop),
+        (r"TCH\s+PROBE\b", _probe),
         (r"SPL(?![A-Z])", _motion(SPL)),
         (r"LP(?![A-Z])", _motion(POLAR_LINE, fast_too=True)),
         (r"CC(?![A-Z])", _motion(POLE)),

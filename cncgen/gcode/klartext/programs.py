@@ -1,0 +1,37 @@
+"""Programs that CALL PGM of Heidenhain's plain language names: their files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+#: CALL PGM and the name, which may be a path of the control.
+CALL = re.compile(r"CALL\s+PGM\s*(?P<name>\S[^;\n]*?)\s*\Z", re.IGNORECASE)
+_CALLS = re.compile(
+    rb"^[ \t]*(?:\d+[ \t]+)?CALL[ \t]+PGM[ \t]*(\S[^;\r\n]*?)[ \t]*(?:;[^\n]*)?\r?$",
+    re.MULTILINE | re.IGNORECASE,
+)
+_SUFFIXES = ("", ".H", ".h", ".nc", ".NC")
+
+
+def bare(name: str) -> str:
+    """Return a name without quotes and the folders of the control."""
+    return name.strip("\"'").replace("\\", "/").rsplit("/", 1)[-1]
+
+
+def file_of(name: str, folders: Sequence[Path]) -> Path | None:
+    """Return the file of a program, the first that stands in one of the folders."""
+    for folder in folders:
+        for suffix in _SUFFIXES:
+            if (folder / f"{name}{suffix}").is_file():
+                return folder / f"{name}{suffix}"
+    return None
+
+
+def called(text: bytes, folders: Sequence[Path]) -> Iterator[Path]:
+    """Yield the files of the programs that a text calls."""
+    for match in _CALLS.finditer(text):
+        found = file_of(bare(match[1].decode("utf-8", "replace")), folders)
+        if found is not None:
+            yield found

@@ -1,0 +1,95 @@
+"""What posts and old programs in plain language have: tilted planes, oversizes, tool names, cycles in parts, CALL PGM.
+
+Levels of the cycles are those of the TNC 426 and TNC 640 manuals, worked out by hand.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from .test_heidenhain_programs import ends, outcome
+
+PECK = "CYCL DEF 1.0 PECKING\nCYCL DEF 1.1 SETUP 2\nCYCL DEF 1.2 DEPTH -10\nCYCL DEF 1.3 PECKG 4\nCYCL DEF 1.4 DWELL 0.5\nCYCL DEF 1.5 F100\n"
+
+#: Program, and where its motions end. Tool 1 has the radius 2 and no length.
+MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
+    "a tool's name": ('TOOL CALL "FRAES10" Z S500 DL+0 DR+0\nL X+1 FMAX', [(1,)]),
+    "a length oversize": ("TOOL CALL 1 Z S500 DL+1.5\nL Z+0 FMAX\nTOOL CALL 1 Z S500\nL Z+0 FMAX", [(0, 0, 1.5), (0, 0, 0)]),
+    "a radius oversize": ("TOOL CALL 1 Z S500 DR+0.5 DL+0\nL X+0 Y+0 Z-1 F100\nL X+10 RR\nL X+20", [(0, 0, -1), (10, -2.5, -1), (20, -2.5, -1)]),
+    "M92": ("L Z+5 FMAX M92", [(0, 0, 5)]),
+    "STOP with M1": ("STOP M1\nL X+1 FMAX", [(1,)]),
+    "no blanks": ("CYCL DEF7.0 NULLPUNKT\nCYCL DEF7.1 X+5\nL X+1 FMAX", [(6,)]),
+    "a plane that is reset": ("PLANE RESET STAY\nPLANE SPATIAL SPA+0 SPB+0 SPC+0 STAY SEQ+ TABLE ROT\nL X+1 FMAX", [(1,)]),
+    "a plane turned about X": ("PLANE SPATIAL SPA+90 SPB+0 SPC+0 MOVE DIST50 F2000\nL X+1 Y+2 Z+3 FMAX", [(1, -3, 2)]),
+    "a plane turned about X, then Z": ("PLANE SPATIAL SPA+90 SPB+0 SPC+90 STAY\nL X+1 Y+2 Z+3 FMAX", [(3, 1, 2)]),
+    "cycle 19": ("CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+0 B+90 C+0\nL X+1 Y+2 Z+3 FMAX", [(3, 2, -1)]),
+    "cycle 19 behind a shift": ("CYCL DEF 7.0\nCYCL DEF 7.1 X+10\nCYCL DEF 19.0\nCYCL DEF 19.1 A+0 B+90 C+0\nL X+1 Y+0 Z+3 FMAX\nCYCL DEF 19.0\nCYCL DEF 19.1\nL X+1 Z+3 FMAX",
+                                [(13, 0, -1), (11, 0, 3)]),
+    "functions": ("FUNCTION MODE MILL\nFUNCTION RESET TCPM\nL X+1 FMAX", [(1,)]),
+    "cycle 1": (f"{PECK}L Z+2 FMAX\nL X+5 FMAX M99", [(0, 0, 2), (5, 0, 2), (5, 0, -4), (5, 0, 2), (5, 0, -3.4), (5, 0, -8), (5, 0, 2), (5, 0, -7.4), (5, 0, -10), (5, 0, 2)]),
+    "cycle 2": ("CYCL DEF 2.0 TAPPING\nCYCL DEF 2.1 SETUP 2\nCYCL DEF 2.2 DEPTH -8\nCYCL DEF 2.3 DWELL 0\nCYCL DEF 2.4 F100\nL Z+2 FMAX M3\nCYCL CALL",
+                [(0, 0, 2), (0, 0, -8), (0, 0, 2)]),
+    "cycle 17": ("CYCL DEF 17.0 RIGID TAPPING\nCYCL DEF 17.1 SETUP 2\nCYCL DEF 17.2 DEPTH -8\nCYCL DEF 17.3 PITCH +1\nL Z+2 FMAX M3\nCYCL CALL",
+                 [(0, 0, 2), (0, 0, -8), (0, 0, 2)]),
+    "206": ("CYCL DEF 206 TAPPING ~\n Q200=2 ~\n Q201=-8 ~\n Q206=150 ~\n Q211=0 ~\n Q203=0 ~\n Q204=20\nM3\nCYCL CALL", [(0, 0, 2), (0, 0, -8), (0, 0, 2), (0, 0, 20)]),
+    "209": ("CYCL DEF 209 TAPPING ~\n Q200=2 ~\n Q201=-8 ~\n Q239=1 ~\n Q203=0 ~\n Q204=20 ~\n Q257=5 ~\n Q256=1\nM3\nCYCL CALL",
+            [(0, 0, 2), (0, 0, -5), (0, 0, -4), (0, 0, -8), (0, 0, 2), (0, 0, 20)]),
+    "240": ("CYCL DEF 240 CENTERING ~\n Q200=2 ~\n Q343=0 ~\n Q201=-1 ~\n Q344=-5 ~\n Q206=150 ~\n Q211=0 ~\n Q203=0 ~\n Q204=20\nCYCL CALL",
+            [(0, 0, 2), (0, 0, -1), (0, 0, 2), (0, 0, 20)]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_motions(run: Any, tmp_path: Path, name: str) -> None:
+    text, expected = MOTIONS[name]
+    out = outcome(run, tmp_path, text)
+    assert out.errors == []
+    assert ends(out.path.end[out.path.kind < 3][:, :3]) == ends(expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [("9.0 DWELL\nCYCL DEF 9.1 DWELL 0.5", 0.5), ("9.0 VERWEILZEIT\nCYCL DEF 9.1 V.ZEIT 1.25", 1.25), ("9 .0 IDO\nCYCL DEF9.1 V.IDO5", 5.0)],
+)  # fmt: skip
+def test_a_dwell_keeps_its_decimals(calls: Any, text: str, seconds: float) -> None:
+    definition = f"CYCL DEF{text}" if text[1] == " " else f"CYCL DEF {text}"
+    found = calls(f"0 BEGIN PGM T MM\n{definition}\nEND PGM T MM\n")
+    assert [line for line in found if "DWELL" in line] == [f"DWELL({seconds:.4f})"]
+
+
+WRONG: dict[str, tuple[str, tuple[str, int]]] = {
+    "a probe": ("TCH PROBE 413 DATUM OUTSIDE CIRCLE", ("unsupported-block", 3)),
+    "a plane by vectors": ("PLANE VECTOR BX0 BY0 BZ1 NX0 NY0 NZ1 STAY", ("unsupported-block", 3)),
+    "the tip's motion": ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", ("unsupported-block", 3)),
+    "a corner's oversize": ("TOOL CALL 1 Z S500 DR2+0.1", ("unsupported-block", 3)),
+    "a program that is missing": ("CALL PGM NOWHERE", ("sub-missing", 3)),
+    "a cycle without a part": ("CYCL DEF 1.0 PECKING\nCYCL DEF 1.1 SETUP 2\nCYCL CALL", ("cycle-words", 5)),
+    "a depth by the diameter": ("CYCL DEF 240 CENTERING ~\n Q343=1 ~\n Q201=-1\nCYCL CALL", ("unsupported-block", 6)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_named_where_it_stands(run: Any, tmp_path: Path, name: str) -> None:
+    text, (code, line) = WRONG[name]
+    out = outcome(run, tmp_path, text)
+    assert out.errors[0][:2] == (code, line)
+    assert next(d for d in out.diagnostics if d.severity == "error").hint
+
+
+def test_a_tilted_plane_and_m92_are_warned_of(run: Any, tmp_path: Path) -> None:
+    out = outcome(run, tmp_path, "PLANE SPATIAL SPA+90 SPB+0 SPC+0 STAY\nL Z+5 FMAX M92")
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["swivel-frame", "builders-point"]
+
+
+def test_a_program_calls_another_one_with_labels_of_its_own(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "SUB.H").write_text(
+        "0 BEGIN PGM SUB MM\n1 LBL 1\n2 L IX+1 FMAX\n3 CALL LBL 1 REP 1\n4 END PGM SUB MM\n"
+    )
+    out = outcome(run, tmp_path, "LBL 1\nCALL PGM SUB\nL IY+5 FMAX\nCALL LBL 1 REP 1", include=(tmp_path,))
+    assert out.errors == []
+    assert ends(out.path.end[out.path.kind < 3][:, :2]) == ends(
+        [(1, 0), (2, 0), (2, 5), (3, 5), (4, 5), (4, 10)]
+    )
