@@ -14,7 +14,7 @@ from typing import Any
 
 import click
 
-from cncgen.cli import messages
+from cncgen.cli import memory, messages
 from cncgen.diagnostics import CncgenError, Diagnostic, RemarkWarning
 from cncgen.files import remove_temporaries, silence, together
 
@@ -42,7 +42,7 @@ COMMANDS = (
     "machines",
 )
 
-#: Exit code of what is our fault (EX_SOFTWARE of sysexits.h), and of a run out of memory.
+#: Exit code of what is our fault (EX_SOFTWARE of sysexits.h).
 INTERNAL_ERROR = 70
 
 
@@ -89,7 +89,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
     warnings.showwarning = _show_warning
     warnings.simplefilter("always", RemarkWarning)
     try:
-        code = _run(arguments)
+        try:
+            code = _run(arguments)
+        finally:
+            memory.lift()
         if sys.stdout is not None:
             sys.stdout.flush()
     except BrokenPipeError:
@@ -127,8 +130,10 @@ def _run(arguments: Sequence[str] | None) -> int:
     except (OSError, SystemExit):
         raise
     except MemoryError:
-        messages.error("out of memory")
-        return INTERNAL_ERROR
+        memory.lift()
+        fault = memory.exhausted()
+        messages.show_error(fault)
+        return fault.exit_code
     except Exception as error:
         help = "this is a fault of cncgen; CNCGEN_TRACEBACK=1 in the environment shows the whole trace"
         messages.error(f"internal error: {_origin(error)}{type(error).__name__}: {error}", help)
@@ -153,10 +158,9 @@ def last_words(number: int) -> None:
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    """Show a remark of ours; what a library warns of says nothing to a user (tests make errors of it)."""
     if isinstance(message, RemarkWarning):
         messages.show([message.diagnostic])
-    else:
-        messages.warning(str(message))
 
 
 def _silence_closed_streams() -> None:

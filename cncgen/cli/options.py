@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from cncgen.cli import messages
+from cncgen.cli import memory, messages
 from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, FiniteRange, Share
 from cncgen.toolpath.reading import DIALECTS, SPEED_UNITS, SPINDLE_SIGNS
 
@@ -151,6 +151,17 @@ message_options = _all_of(
         callback=messages.set_quiet,
         help="Print diagnostics alone: no progress, no summary.",
     ),
+    click.option(
+        "--max-memory",
+        metavar="MIB",
+        type=click.IntRange(min=64),
+        default=memory.DEFAULT_MIB,
+        show_default=True,
+        is_eager=True,
+        expose_value=False,
+        callback=memory.set_bound,
+        help="Memory that the run may take.",
+    ),
     _checked,
 )
 
@@ -203,7 +214,7 @@ program_options = _gathering(
         "--max-steps",
         metavar="N",
         type=click.IntRange(min=1),
-        help="Blocks executed before a program counts as endless [default: 10000000 in loops and calls].",
+        help="Blocks executed before a program counts as endless [default: what takes some seconds].",
     ),
 )
 

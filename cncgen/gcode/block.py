@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.errors import BlockError
+from cncgen.ranges import POSITION
 
 if TYPE_CHECKING:
     from cncgen.gcode.state.parameters import Parameters
@@ -26,8 +27,8 @@ SPL, POLE, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE, CYCLE, CYCLE_CALL, RETRACT
 )
 #: The first character of an output command of FANUC's macros, which is kept like a comment; no comment begins so.
 OUTPUT = "\x1f"
-#: Where a number stops being one: beyond it a double no longer holds a micrometre.
-LARGEST = 1e9
+#: Largest number of a word, mm or inch: machines have their places within it.
+LARGEST = POSITION
 
 
 @dataclass(slots=True)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.block_plans import G53, BlockPlan, BlockPlans
+from cncgen.gcode.budget import Budget
 from cncgen.gcode.codes.polar import plane_polar_end, polar_end
 from cncgen.gcode.codes.table import LATHE, Handler, language_of
 from cncgen.gcode.errors import BlockError
@@ -47,6 +48,7 @@ class Interpreter:
         sink: Takes the canonical calls of handlers. Cutter compensation and frames put sinks of their own before `base`.
         base: The sink of the run.
         options: How the program is read.
+        budget: Counts the blocks and the work of the run.
         warn: Takes a remark on the block that is executed: a `BlockError` and its severity.
         dialect: The control whose words, jumps and arithmetic are read: ``linuxcnc``, ``fanuc`` or ``heidenhain``.
         lathe: Whether X and Z are those of a lathe of FANUC: X a diameter, U and W distances.
@@ -76,6 +78,7 @@ class Interpreter:
         self.sink: Sink = sink
         self.base = sink
         self.options = options
+        self.budget = sink.budget = Budget(options.max_steps)
         self.modal_macros: list[tuple[int, int, list[float]]] = []
         self.macro_values: list[float] | None = None
         self.warn = warn

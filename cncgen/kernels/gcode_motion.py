@@ -36,7 +36,7 @@ _COMMENT = cython.declare(cython.int, 2)
 _ACTIVE = cython.declare(cython.int, 4)
 
 #: Larger numbers are faults (`cncgen.gcode.block.LARGEST`).
-_LARGEST = cython.declare(cython.double, 1e9)
+_LARGEST = cython.declare(cython.double, 1e8)
 _QUARTER = cython.declare(cython.double, 1.5707963267948966)
 #: A radius this much (relative) above half the chord is a semicircle.
 _SEMICIRCLE = cython.declare(cython.double, 1e-7)

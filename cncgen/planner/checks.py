@@ -13,6 +13,7 @@ from cncgen.geometry.arcs import spirals
 from cncgen.geometry.extents import arc_extents, hulls, nurbs_extents
 from cncgen.geometry.tables import ArcTable
 from cncgen.machine.record import Machine
+from cncgen.planner.gate import beyond_numbers
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import MOST_ROWS
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
@@ -31,7 +32,7 @@ def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) 
     program that asks for nothing has a plan, the rest at its start.
 
     Raises:
-        ProgramError: A chunk moves an axis that the machine lacks.
+        ProgramError: A chunk holds a number beyond what planning can hold, or moves an axis that the machine lacks.
         NoPlanError: A chunk leaves the travel of an axis, at the end of a motion or along a curve. Either names all
             such faults of the chunk.
     """
@@ -41,7 +42,9 @@ def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) 
         if not len(chunk):
             empty = empty or chunk
             continue
-        found = Diagnostics()
+        found = Diagnostics(beyond_numbers(chunk))
+        if found.has_errors:
+            raise ProgramError(found)
         _missing_axes(chunk, machine, found)
         error = ProgramError if found.has_errors else NoPlanError
         if not started:
@@ -152,7 +155,7 @@ def _reach(chunk: Toolpath, low: Floats, high: Floats) -> tuple[Floats, Floats]:
 
 
 def _endless(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
-    """Name the first line or arc that lasts longer than a stream of setpoints may, before anything is made of it."""
+    """Name the first line, arc or dwell that lasts longer than a stream may, before anything is made of it."""
     length = np.linalg.norm((chunk.end - chunk.starts)[:, :3], axis=1)
     rows = np.flatnonzero(chunk.kind == Kind.ARC)
     if len(rows):
@@ -163,15 +166,17 @@ def _endless(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
     with np.errstate(divide="ignore", invalid="ignore"):
         by_feed = np.where(chunk.feed_mode == FeedMode.INVERSE_TIME, 1.0, length) / chunk.feed
     seconds = np.where(chunk.feed_mode == FeedMode.RAPID, length / fastest, by_feed)
+    stands = chunk.kind == Kind.EVENT
+    seconds[stands] = [chunk.events[index].wait_s for index in chunk.curve[stands]]
     longest = MOST_ROWS * machine.period_s
     # A row without a feed is named by the strategies that need one.
-    endless = np.flatnonzero((chunk.kind != Kind.EVENT) & (seconds > longest) & (chunk.feed != 0.0))
+    endless = np.flatnonzero(~(seconds <= longest) & (stands | (chunk.feed != 0.0)))
     if len(endless):
         row = int(endless[0])
         found.add(
             Diagnostic(
                 "motion-endless",
-                f"the motion of {length[row]:.4g} mm takes {seconds[row]:.4g} s at least, more than {MOST_ROWS:.0e} setpoints "
+                f"{'the dwell' if stands[row] else f'the motion of {length[row]:.4g} mm'} takes {seconds[row]:.4g} s at least, more than {MOST_ROWS:.0e} setpoints "
                 f"every {1e3 * machine.period_s:g} ms",
                 span=_span(chunk, row),
                 hint="look at its feed, its length and, of an arc, its number of turns",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cncgen.arguments import expect, expect_axes, expect_number, wrong
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.ranges import POSITION
 from cncgen.setpoints.columns import AXIS_SIGNALS, PATH_SIGNALS
 from cncgen.setpoints.record import Setpoints
 
@@ -19,9 +20,6 @@ from cncgen.setpoints.record import Setpoints
 FROM_ARRAY = (
     'cncgen.Setpoints("XY", period_s, 0, rows) makes setpoints of an array, shape (n, axes), mm and rad'
 )
-
-#: Largest position that a machine can have, mm or rad: a hundred kilometres.
-MAX_POSITION = 1e8
 
 
 def checked_setpoints(chunks: Iterable[Any]) -> Iterator[Setpoints]:
@@ -56,14 +54,14 @@ def check_range(points: Setpoints) -> None:
     """Refuse setpoints where no machine is: their differences may be beyond all numbers.
 
     Raises:
-        UsageError: One is beyond `MAX_POSITION`.
+        UsageError: One is beyond `POSITION`.
     """
-    far = np.abs(points.position) > MAX_POSITION
+    far = np.abs(points.position) > POSITION
     if far.any():
         row, axis = np.argwhere(far)[0]
         message = (
             f"setpoint {points.first + int(row)} of axis {points.axes[axis]} is {points.position[row, axis]:.6g}, "
-            f"beyond ±{MAX_POSITION:g}"
+            f"beyond ±{POSITION:g}"
         )
         raise UsageError(Diagnostic("setpoints-range", message, hint="is the file in mm and degrees?"))
 

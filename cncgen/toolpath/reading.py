@@ -42,8 +42,8 @@ class ReadOptions:
             and their cutting speeds count before their spindle speeds).
         spindle_sign: ``speed`` or ``tool``: whether the sign of a spindle speed of STEP-NC tells the sense of rotation, or
             the hand of the tool (for writers that give speeds without a sign).
-        max_steps: Blocks executed before a program counts as endless. None: ten million in loops and calls, however
-            long its text is.
+        max_steps: Blocks executed before a program counts as endless. None: as much work as takes some seconds
+            (`cncgen.gcode.budget`), and more for each line of its text.
         max_call_depth: Nested subprogram calls before recursion counts as endless.
         chunk_rows: Motions handed on at a time: the number that waits at each stage, on which the first setpoint waits too.
         tolerance_mm: Tolerance of G64 that overrides the program's, or None.

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from cncgen.gcode import budget
 from cncgen.gcode.codes import tool_centre
-from cncgen.gcode.flow import executing
 
 Run = Callable[..., Any]
 
@@ -84,9 +84,39 @@ def test_a_long_loop_ends_by_any_kind_of_state(run: Run, name: str) -> None:
 
 
 def test_the_bound_of_loops_is_not_one_of_the_text(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(executing, "MOST_AGAIN", 500)
+    monkeypatch.setattr(budget, "MOST_WORK", 500)
+    monkeypatch.setattr(budget, "WORK_OF_A_LINE", 1)
     assert run("G0 X1\nG0 X0\n" * 10_000 + "M2").errors == []
     counts = "#1=0\no1 while [#1 LT 1000]\n#1=[#1+1]\no1 endwhile\nM2"
     assert [code for code, _, _ in run(counts).errors] == ["too-many-steps"]
     assert run(counts, max_steps=10_000).errors == []
     assert [code for code, _, _ in run("G0 X1\n" * 20 + "M2", max_steps=10).errors] == ["too-many-steps"]
+
+
+#: Programs of a few lines whose blocks cost far more than a plain block, and their dialects.
+COSTLY = {
+    "nested calls": (
+        "O1000\nM98 P2000 L999\nM30\nO2000\nM98 P3000 L999\nM99\nO3000\nM98 P4000 L999\nM99\nO4000\n#1=1\nM99\n",
+        "fanuc",
+    ),
+    "holes of a line": (
+        "F100\n#1=0\no1 while [#1 LT 1000000]\nG81 X#1 Y1 Z-1 R1 L100\n#1=[#1+0.01]\no1 endwhile\nM2\n",
+        "linuxcnc",
+    ),
+    "pecks": ("F100\nG83 X1 Y1 Z-10 R1 Q0.001 L1000\nM2\n", "linuxcnc"),
+    "lines of SINUMERIK": (
+        "R1=0\nFOR R1=0 TO 1000000000\nG1 X=R1 Y=SIN(R1) F100\nENDFOR\nM30\n",
+        "sinumerik",
+    ),
+    "lines of Heidenhain": (
+        "BEGIN PGM A MM\nLBL 1\nQ1 = Q1 + 1\nL X+Q1 F100\nFN 12: IF +Q1 LT +999999999 GOTO LBL 1\nEND PGM A MM\n",
+        "heidenhain",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", COSTLY)
+def test_the_bound_counts_what_blocks_cost(run: Run, name: str) -> None:
+    """A run of 5,000,000 units makes 600,000 canonical calls or Heidenhain lines at most, so its steps show the bound."""
+    text, dialect = COSTLY[name]
+    assert [code for code, _, _ in run(text, dialect=dialect).errors] == ["too-many-steps"]

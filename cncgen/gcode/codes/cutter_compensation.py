@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.budget import MOTION
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, ToolCentre
 from cncgen.gcode.codes.tools import tell_unknown, whole
@@ -116,6 +117,7 @@ class CompensatedSink:
         self._lenient = lenient
         self._offset = tool_offset
         self.centre = centre
+        self.budget = inner.budget
         self.wants_comments = inner.wants_comments
         self.plane = plane
         self._first, self._second, _ = PLANE_AXES[plane]
@@ -191,6 +193,7 @@ class CompensatedSink:
 
     def _take(self, move: Callable[[], list[CentreMove | _Call]]) -> None:
         """Feed the geometry and pass on the settled moves, after the remarks on a move that waited."""
+        self.budget.spend(MOTION)
         waits = self.centre.last_waiting()
         where = f" (the move of line {waits.block.block.line})" if waits else ""
         settled = _or_fault(move)

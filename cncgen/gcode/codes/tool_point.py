@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterator
 
 from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.budget import MOTION
 from cncgen.gcode.codes.frames import FramedSink
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.codes.tools import number_in_force, table_offset
@@ -186,6 +187,7 @@ class ToolPointSink(PassingSink):
         """Yield place on the path (0 to 1) and program coordinates of the machine's lines' ends."""
         turn = max([sweep, *(abs(a - b) for a, b in zip(path(0.0)[3:6], path(1.0)[3:6], strict=True))])
         count = max(_LOOK_PARTS, math.ceil(turn / _LOOK_DEGREES)) if turn else 1
+        self.ip.budget.spend(MOTION * count)
         before = self.shown(path(0.0))
         for k in range(1, count + 1):
             after = self.shown(path(k / count))

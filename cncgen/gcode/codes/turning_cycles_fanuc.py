@@ -13,6 +13,7 @@ from dataclasses import replace
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, gather
+from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, turning_of
 from cncgen.gcode.codes.lathe_words import X, Z, turned
 from cncgen.gcode.codes.lines import check_feed
@@ -56,7 +57,7 @@ def _lines(ip: Interpreter, block: Block, name: str) -> Iterator[Block]:
     while at.offset <= last.offset:
         if at.line - first.line > MAX_MOVES:
             raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} lines", "Q")
-        ip.flow.subroutines.count(1)
+        ip.budget.count(1, LINE)
         yield from _read(ip, text.text_at(at.offset), at)
         at = Cursor(at.source, text.line_end(at.offset) + 1, at.line + 1)
 

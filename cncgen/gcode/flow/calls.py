@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Value
+from cncgen.gcode.budget import CALL
 from cncgen.gcode.errors import Astray, BlockError
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor, Label
@@ -81,6 +82,7 @@ class Calls:
         Raises:
             Astray: Calls would nest deeper than the options allow.
         """
+        self.ip.budget.spend(CALL if values is None else 3 * CALL)
         if len(self.frames) >= self.ip.options.max_call_depth:
             raise Astray(
                 BlockError(
@@ -103,6 +105,7 @@ class Calls:
         frame = self.frame
         value = evaluate(returned[0], parameters) if returned else 0.0
         if frame.again is not None and frame.again[1] > 0:
+            self.ip.budget.spend(CALL)
             frame.again = (frame.again[0], frame.again[1] - 1)
             if frame.values is not None:
                 parameters.numbers[1 : self._locals + 1] = frame.values

@@ -6,45 +6,22 @@ from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.block_plans import BlockPlan
 from cncgen.gcode.codes import comments
 from cncgen.gcode.codes.lathe_words import turned
-from cncgen.gcode.errors import BlockError, Stop
+from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.text.labels import Cursor
 
 _G11 = 110
-#: Blocks that loops and calls may execute where the options do not say: ten seconds' worth, or three hours of motions
-#: of a millisecond.
-MOST_AGAIN = 10_000_000
 
 
 class Executor:
-    """Has blocks executed, and counts them.
-
-    Attributes:
-        steps: Blocks executed so far.
-        forward: Lines of the main program that were reached, which are no sign of an endless one.
-    """
+    """Has blocks executed."""
 
     def __init__(self, ip: Interpreter, calls: Calls, faults: Faults) -> None:
         self._ip = ip
         self._calls = calls
         self._faults = faults
-        self.steps = 0
-        self.forward = 0
-
-    def count(self, blocks: int) -> None:
-        """Count blocks; stop where they are more than the options allow."""
-        self.steps += blocks
-        most = self._ip.options.max_steps
-        if most is None and self.steps > MOST_AGAIN + self.forward:
-            message = f"more than {MOST_AGAIN} blocks were executed in loops and calls"
-        elif most is not None and self.steps > most:
-            message = f"more than {most} blocks were executed"
-        else:
-            return
-        message += ": the program counts as endless"
-        raise Stop(BlockError("too-many-steps", message, hint="--max-steps sets the bound"))
 
     def execute(self, block: Block, plans: dict[int, BlockPlan] | None = None) -> None:
         """Execute a block; `plans` are those of a line that runs again, by the modal motion."""

@@ -60,7 +60,6 @@ def assemble(
     ip = Interpreter(sink, options, faults.remark, dialect)
     control = ip.flow = FlowControl(ip, sources, path)
     executor = Executor(ip, control.calls, faults)
-    control.subroutines.count = executor.count
     compiler = Compiler(ip, control, executor.execute)
     pending = PendingBlocks(ip, sources, compiler, executor, faults, batches=batches)
     control.calls.flush = faults.flush = pending.flush

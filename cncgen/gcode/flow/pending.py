@@ -98,11 +98,11 @@ class PendingBlocks:
         while index < count and not ip.state.ended:
             done = self._batches.run(index, count) if self._batches else index
             if done == count:
-                self._executor.count(count - index)
+                self._ip.budget.count(count - index)
                 break
             here = plain.cursor(done)
             self._run_one(done, here)
-            self._executor.count(done - index + 1)
+            self._ip.budget.count(done - index + 1)
             if ip.jump is not None:
                 return here
             index = done + 1

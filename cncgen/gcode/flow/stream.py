@@ -52,7 +52,7 @@ class Stream:
         if parts.by_line:
             return (gcode_scan.OTHER if self.reached.offset < len(self._source) else gcode_scan.END), None
         self.reached, why = parts.pending.scan(self.reached)
-        parts.executor.forward = self.reached.line
+        parts.ip.budget.forward = self.reached.line
         if parts.pending.has_words():
             parts.percent.seen = True
         here = parts.pending.run()
@@ -72,9 +72,9 @@ class Stream:
         self.reached, blocks = parts.pending.compute(here)
         if self.reached is here:
             return False
-        parts.executor.forward = self.reached.line
+        parts.ip.budget.forward = self.reached.line
         parts.percent.seen = True
-        parts.executor.count(self.reached.line - here.line - blocks)
+        parts.ip.budget.count(self.reached.line - here.line - blocks)
         return True
 
     def _go_on(self) -> Cursor | None:
@@ -94,7 +94,7 @@ class Stream:
         if found is not None:
             return self._run_o_word(*found, here)
         self.reached = after = parts.lines.after(here)
-        parts.executor.forward = after.line
+        parts.ip.budget.forward = after.line
         parts.ip.base.block = Block({}, line=here.line, offset=here.offset)
         try:
             text = parts.lines.text(here)
@@ -102,7 +102,7 @@ class Stream:
                 parts.percent.line(text, after.offset)
                 return None
             parts.percent.seen = True
-            parts.executor.count(1)
+            parts.ip.budget.count(1)
             parsed = parts.lines.parse(text)
             if parsed.deletable and parts.ip.options.block_delete:
                 return None
@@ -119,11 +119,11 @@ class Stream:
         """Run an O-word whose values are computed; as `_run_line`."""
         parts = self._parts
         self.reached = after
-        parts.executor.forward = after.line
+        parts.ip.budget.forward = after.line
         parts.percent.seen = self._branched = True
         parts.ip.base.block = Block({}, line=here.line, offset=here.offset)
         try:
-            parts.executor.count(1)
+            parts.ip.budget.count(1)
             return self._run_flow(flow, here, after)
         except BlockError as error:
             parts.faults.fail(here, error)

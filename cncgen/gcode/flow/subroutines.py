@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,8 +25,6 @@ class Subroutines:
     def __init__(self, ip: Interpreter, sources: list[Source], program: Path | None) -> None:
         self.ip = ip
         self.sources = sources
-        #: Counts blocks that are executed.
-        self.count: Callable[[int], None] = lambda blocks: None
         #: Labels of subroutines that were found without an end.
         self.unclosed: set[Label] = set()
         self._labels: dict[int, Labels] = {}
@@ -46,7 +43,7 @@ class Subroutines:
         """Return a label as it is now; one that is computed counts as a block, so that looking for one has a bound."""
         if not callable(label):
             return label
-        self.count(1)
+        self.ip.budget.count(1)
         return label(self.ip.parameters)
 
     def find(self, label: Label, here: Cursor, keywords: tuple[str, ...] = ("sub",)) -> Marked:

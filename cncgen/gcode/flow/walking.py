@@ -43,7 +43,7 @@ class Walker:
             Astray: The stream can never go on: a round has changed nothing, or a fault keeps the loop from ending.
         """
         ip, frames, parts = self._parts.ip, self._frames, self._parts
-        begun = parts.executor.steps
+        begun = ip.budget.steps
         reached = self._stream.reached.offset
         node = self._node(cursor)
         count = 0
@@ -54,9 +54,9 @@ class Walker:
                 break
             count += 1
             if count == _PAUSE:
-                parts.executor.count(count)
+                parts.ip.budget.count(count)
                 count = 0
-                if parts.faults.found and parts.executor.steps - begun > _MOST_AFTER_A_FAULT:
+                if parts.faults.found and ip.budget.steps - begun > _MOST_AFTER_A_FAULT:
                     raise Astray
                 looks = True
                 yield
@@ -71,7 +71,7 @@ class Walker:
                 looks = False
                 self._look(node, following)
             node = following
-        parts.executor.count(count)
+        parts.ip.budget.count(count)
 
     def _look(self, node: Node, back: Node) -> None:
         """Raise where a jump back finds everything as it was at the last one: the loop is endless."""

@@ -160,6 +160,9 @@ def _peck(cycle: HoleCycle) -> None:
     cycle.feed(q[206], "Q206")
     depths, at = _steps(cycle), q[203]
     for k, depth in enumerate(depths):
+        if q[257] > 0.0 and (at - depth) / q[257] > _MOST_STEPS:
+            fault = f"Q257 = {q[257]:g} makes more than {_MOST_STEPS} chip breaks"
+            raise BlockError("cycle-infeed", fault, "CYCL", hint="Q257 is the way to the next chip break")
         while q[257] > 0.0 and at - q[257] > depth:
             at -= q[257]
             cycle.go(at, rapid=False)
@@ -459,29 +462,26 @@ def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
             hint="CYCL DEF 200 stands before",
         )
     q = ip.parameters.numbers
-    if number == 220:
-        count = round(q[241])
-        step = q[247] or (q[246] - q[245]) / max(1, count)
-        turn = [math.radians(q[245] + k * step) for k in range(max(0, count))]
-        places = [complex(q[216], q[217]) + cmath.rect(q[244] / 2.0, angle) for angle in turn]
-    else:
-        way = cmath.rect(1.0, math.radians(q[224]))
-        columns, lines = round(q[242]), round(q[243])
-        count = columns * lines
-        origin = complex(q[225], q[226])
-        order = [
-            (k if line % 2 == 0 else columns - 1 - k, line)
-            for line in range(max(0, lines))
-            for k in range(max(0, columns))
-        ]
-        places = [origin + way * complex(k * q[237], line * q[238]) for k, line in order]
-    if not 1 <= count <= _MOST_STEPS:
+    columns, lines = (q[241], 1.0) if number == 220 else (q[242], q[243])
+    if not (columns >= 0.5 and lines >= 0.5 and columns * lines <= _MOST_STEPS):
         raise BlockError(
             "cycle-repeats",
-            f"cycle {number} has {count} places",
+            f"cycle {number} has {columns * lines:g} places",
             "CYCL",
             hint="Q241, or Q242 and Q243, count them",
         )
+    across, down = round(columns), round(lines)
+    if number == 220:
+        step = q[247] or (q[246] - q[245]) / across
+        turn = [math.radians(q[245] + k * step) for k in range(across)]
+        places = [complex(q[216], q[217]) + cmath.rect(q[244] / 2.0, angle) for angle in turn]
+    else:
+        way = cmath.rect(1.0, math.radians(q[224]))
+        origin = complex(q[225], q[226])
+        order = [
+            (k if line % 2 == 0 else across - 1 - k, line) for line in range(down) for k in range(across)
+        ]
+        places = [origin + way * complex(k * q[237], line * q[238]) for k, line in order]
     Plain.of(ip).cycle = cycle
     for place in places:
         end = ip.state.position.copy()

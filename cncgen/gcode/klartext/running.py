@@ -19,6 +19,7 @@ from cncgen.gcode.block import (
     Parsed,
     gather,
 )
+from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes import affine
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
@@ -65,7 +66,6 @@ _TILTED = 19
 _END_OF_PROGRAM = re.compile(r"END\s+PGM\b|(?:L\s+)?(?:M0?2|M30)\s*\Z", re.IGNORECASE)
 _FRAMES = (7, 8, 9, 10, 11, 19, 247)
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
-_MOST_AGAIN = 10_000_000
 _CALLED = CYCLE_CALL / 10.0
 _MODAL = re.compile(r"\bM89\b", re.IGNORECASE)
 _SIDE_OFF = re.compile(r"\bR0\b(?![.\d])", re.IGNORECASE)
@@ -105,7 +105,6 @@ class HeidenhainRunner:
         self._modal = False
         self._angle = 0.0
         self._at = 0
-        self._steps = 0
         self._path = path
         #: Programs that CALL PGM left, and the line where they go on.
         self._called: list[
@@ -159,18 +158,14 @@ class HeidenhainRunner:
             offset, number = source.line_end(offset) + 1, number + 1
 
     def _run(self) -> Iterator[None]:
-        most = self._options.max_steps
-        bound = most if most is not None else _MOST_AGAIN + len(self._lines)
+        self.ip.budget.forward = len(self._lines)
         while not self.ip.state.ended and (self._at < len(self._lines) or self._called):
             if self._at >= len(self._lines):
                 self._return()
                 continue
             at, self._at = self._at, self._at + 1
-            self._steps += 1
-            if self._steps > bound:
-                message = f"more than {bound} blocks were executed: the program counts as endless"
-                raise Stop(BlockError("too-many-steps", message, hint="--max-steps sets the bound"))
-            if self._steps % 512 == 0:
+            self.ip.budget.count(1, LINE)
+            if self.ip.budget.steps % 512 == 0:
                 yield
             here = self._lines[at]
             self.ip.base.block = Block({}, source=here.source, line=here.line, offset=here.offset)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.budget import CALL, MOTION, Budget
 from cncgen.gcode.sinks.sink import FULL_CIRCLE_MM, Curve, MotionBatch, Point, refuse_uvw
 from cncgen.gcode.state.modal import PLANE_AXES, zeros
 from cncgen.geometry import elementary
@@ -66,6 +67,7 @@ class ColumnsSink:
             shown: Letters of the axes that the output shows; all of the builder's where it is empty.
         """
         self.block = Block({})
+        self.budget = Budget()
         self.builder = builder
         self._degrees_count = degrees_count
         self._tips = tips
@@ -141,6 +143,7 @@ class ColumnsSink:
     _before: tuple[float, int] | None = None
 
     def _keep(self, motion: int, end: Point, first: float, second: float, turns: int) -> None:
+        self.budget.spend(MOTION)
         pending = self._pending
         if len(pending) >= _MAX_PENDING or (pending and self.block.source != self._source):
             self.flush()
@@ -196,6 +199,7 @@ class ColumnsSink:
 
     def nurbs_feed(self, curve: Curve) -> None:
         """Take a B-spline."""
+        self.budget.spend(MOTION)
         self.flush()
         if curve.rate is not None:
             self._feed = curve.rate
@@ -474,5 +478,6 @@ class ColumnsSink:
     def call(self, text: str, event: Event | None = None) -> None:
         """Keep the event of a call."""
         if event is not None:
+            self.budget.spend(CALL)
             self.flush()
             self.builder.event(event, self.block.line, self.block.source)

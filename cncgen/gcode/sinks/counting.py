@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cncgen.gcode.block import Block
+from cncgen.gcode.budget import CALL, MOTION, Budget
 from cncgen.gcode.sinks.sink import MotionBatch, Point, refuse_uvw
 from cncgen.toolpath.record import Event
 
@@ -14,6 +15,7 @@ class CountingSink:
 
     def __init__(self) -> None:
         self.block = Block({})
+        self.budget = Budget()
         self.count = 0
 
     def motions(self, batch: MotionBatch) -> None:
@@ -27,15 +29,17 @@ class CountingSink:
             BlockError: It lies in a plane of U V W.
         """
         refuse_uvw(plane)
-        self.count += 1
+        self._one()
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
         """Count the way there and the way back."""
-        self.count += 2
+        self._one()
+        self._one()
 
     def call(self, text: str, event: Event | None = None) -> None:
         """Count the event of a call."""
         if event is not None:
+            self.budget.spend(CALL)
             self.count += 1
 
     def where(self, position: Point) -> Point:
@@ -44,6 +48,7 @@ class CountingSink:
 
     def _one(self, *arguments: object, **named: object) -> None:
         """Count a motion."""
+        self.budget.spend(MOTION)
         self.count += 1
 
     straight_traverse = straight_feed = straight_probe = nurbs_feed = _one

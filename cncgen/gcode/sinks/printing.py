@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cncgen.gcode.block import Block
+from cncgen.gcode.budget import CALL, Budget
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point
 from cncgen.toolpath.record import Event, PathMode
 
@@ -27,6 +28,7 @@ class PrintingSink:
 
     def __init__(self, text_at: Callable[[int, int], str]) -> None:
         self.block = Block({})
+        self.budget = Budget()
         self._text_at = text_at
         self._lines: list[str] = []
         self._count = 0
@@ -40,6 +42,7 @@ class PrintingSink:
 
     def call(self, text: str, event: Event | None = None) -> None:
         """Print a call literally; the text that a program prints becomes a line without a number."""
+        self.budget.spend(CALL)
         if not text.isprintable():
             text = text.translate(_VISIBLE)
         if event is not None and event.values.get("print"):

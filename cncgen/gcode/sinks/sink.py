@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from cncgen.gcode.block import Block
+from cncgen.gcode.budget import Budget
 from cncgen.gcode.errors import BlockError
 from cncgen.toolpath.record import Event, PathMode
 
@@ -75,6 +76,8 @@ class Sink(Protocol):
     """Receives canonical calls; `block` is the block that they come from."""
 
     block: Block
+    #: Counts the work of the run; its interpreter sets it.
+    budget: Budget
     #: Whether comments that do nothing are wanted (a toolpath has no use for them).
     wants_comments: bool
 

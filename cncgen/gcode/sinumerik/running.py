@@ -9,6 +9,7 @@ from typing import Any
 
 from cncgen.diagnostics import Diagnostics, Severity, UsageError
 from cncgen.gcode.block import Block
+from cncgen.gcode.budget import LINE
 from cncgen.gcode.doubts import doubts, remarks_on
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
@@ -25,7 +26,6 @@ from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.search import candidates, leaves_path, search_path
 from cncgen.toolpath.reading import ReadOptions
 
-_MOST_AGAIN = 10_000_000
 _YIELD = 512
 _ENDS = {2.0, 30.0, 17.0}
 
@@ -69,7 +69,6 @@ class SinumerikRunner:
         self._folders = search_path(path, options.include)
         self._programs: dict[str, Program] = {}
         self._frames: list[Frame] = []
-        self._steps = 0
 
     def run(self) -> Iterator[None]:
         """Run to the end; yields now and then, so that rows can be taken away."""
@@ -86,6 +85,7 @@ class SinumerikRunner:
         self.motions.begin()
         main = self._load(0, "")
         self._frames = [Frame(main)]
+        self.ip.budget.forward = len(main.lines)
         try:
             yield from self._run()
         except Stop as stop:
@@ -140,8 +140,8 @@ class SinumerikRunner:
                 continue
             line = frame.program.lines[frame.at]
             at, frame.at = frame.at, frame.at + 1
-            self._step()
-            if self._steps % _YIELD == 0:
+            self.ip.budget.count(1, LINE)
+            if self.ip.budget.steps % _YIELD == 0:
                 yield
             try:
                 self._line(frame, at, line)
@@ -160,14 +160,6 @@ class SinumerikRunner:
                     hint="mend the faults above",
                 )
             ) from None
-
-    def _step(self) -> None:
-        self._steps += 1
-        most = self._options.max_steps
-        bound = most if most is not None else _MOST_AGAIN + len(self._frames[0].program.lines)
-        if self._steps > bound:
-            message = f"more than {bound} blocks were executed: the program counts as endless"
-            raise Stop(BlockError("too-many-steps", message, hint="--max-steps sets the bound"))
 
     def _line(self, frame: Frame, at: int, line: Line) -> None:
         if line.statement.deletable and self._options.block_delete:

@@ -1,0 +1,68 @@
+"""How much work one run of a program may do: blocks, calls and canonical motions are counted where they are made.
+
+A unit is what a plain block of LinuxCNC's dialect costs in a loop, about a microsecond. Work that costs more counts for more,
+by what was measured, so that the bound is one of time in every dialect.
+"""
+
+from __future__ import annotations
+
+from cncgen.gcode.errors import BlockError, Stop
+
+#: Units that a run may do where the options do not say, beside those of its lines.
+MOST_WORK = 5_000_000
+#: Units that each line of the main program may do beside them: lines that are reached are no sign of an endless program.
+WORK_OF_A_LINE = 200
+#: Units of a step that the options allow.
+WORK_OF_A_STEP = 20
+#: Units of a call of a subprogram, of a canonical call that is made by itself, and of a block of a language that is interpreted
+#: line by line (SINUMERIK, Heidenhain).
+CALL, MOTION, LINE = 4, 8, 12
+
+
+class Budget:
+    """Counts blocks and work, and stops the run that does more than it may.
+
+    Args:
+        most: Blocks that may be executed, or None where work alone is bounded.
+
+    Attributes:
+        steps: Blocks executed so far.
+        work: Units done so far.
+        forward: Lines of the main program that were reached.
+    """
+
+    def __init__(self, most: int | None = None) -> None:
+        self._most = most
+        self._most_work = max(MOST_WORK, WORK_OF_A_STEP * (most or 0))
+        self.steps = 0
+        self.work = 0
+        self.forward = 0
+
+    def count(self, blocks: int, units: int = 1) -> None:
+        """Count blocks, each of so many units.
+
+        Raises:
+            Stop: They are more than the run may execute.
+        """
+        self.steps += blocks
+        if self._most is not None and self.steps > self._most:
+            raise _endless(f"more than {self._most} blocks were executed")
+        self.spend(blocks * units)
+
+    def spend(self, units: int) -> None:
+        """Count work before it is done.
+
+        Raises:
+            Stop: It is more than the run may do.
+        """
+        self.work += units
+        bound = self._most_work + WORK_OF_A_LINE * self.forward
+        if self.work > bound:
+            raise _endless(
+                f"more than {bound} units of work (a plain block is 1, a motion of a cycle {MOTION})"
+            )
+
+
+def _endless(message: str) -> Stop:
+    fault = f"{message}: the program counts as endless"
+    return Stop(BlockError("too-many-steps", fault, hint="--max-steps sets the bound"))

@@ -1,0 +1,19 @@
+"""The ranges of numbers from outside that planning can hold: stated once, asked at every door.
+
+A double has 53 bits. A place of 1e8 mm is known to 1.5e-8 mm, and jerk is its third difference: beyond that, rounding alone
+breaks the limits of a fine machine at its period. A rational curve with weights of a ratio r has speeds of a ratio up to r² along
+its parameter, of which 1e6 leaves four digits.
+"""
+
+from __future__ import annotations
+
+#: Largest coordinate of a place, mm or rad: a hundred kilometres.
+POSITION = 1e8
+#: Largest ratio of two weights of one rational curve.
+WEIGHT_RATIO = 1e6
+#: Smallest part that the distance of two different knots has of the range of all knots of a curve.
+KNOT_PART = 1e-9
+#: Largest tolerance of a path, mm.
+TOLERANCE_MM = 1e6
+#: Feeds, mm/s, rad/s or 1/s.
+FEEDS = 1e-9, 1e9
