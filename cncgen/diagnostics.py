@@ -101,6 +101,7 @@ class Diagnostic:
             "line": place.line if place else None,
             "column": place.column if place else None,
             "hint": self.hint or None,
+            "explain": f"cncgen explain {self.code}",
             "values": json_values(self.values),
         }
 

@@ -39,6 +39,7 @@ COMMANDS = (
     "report",
     "view",
     "codes",
+    "explain",
     "machines",
 )
 

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, Span, excerpt_of
-from cncgen.gcode.hints import HINTS
+from cncgen.explanations import cure_of
 from cncgen.gcode.source import Source
 
 
@@ -141,7 +141,7 @@ class Reporter:
                 Span(source.name, line, column, length),
                 excerpt,
                 cut,
-                error.hint or HINTS.get(error.code, ""),
+                error.hint or cure_of("gcode", error.code),
                 error.values,
             )
         )

@@ -1,0 +1,113 @@
+"""What each diagnostic means: its cause, its cure and an example, from ``explanations.toml`` of the room that reports it.
+
+The examples of most codes of G-code are the programs of ``programs/bad``, whose first lines name the codes that they give.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+#: The rooms that report diagnostics, each with a file ``explanations.toml``.
+ROOMS = (
+    "gcode",
+    "stepnc",
+    "machine",
+    "planner",
+    "setpoints",
+    "servo",
+    "verify",
+    "removal",
+    "report",
+    "papers",
+    "pipeline",
+    "cli",
+)
+
+#: Where the bad programs are: beside the modules of an installed package, or in the checkout.
+_BAD = [Path(__file__).resolve().parents[up] / "programs" / "bad" for up in (0, 1)]
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """What one diagnostic means.
+
+    Attributes:
+        code: Name of the diagnostic.
+        room: The room that reports it.
+        cause: One or two sentences.
+        cure: What to do.
+        file, example: Name and text of a file that gives the diagnostic; "" for none.
+        command: What to run on that file.
+    """
+
+    code: str
+    room: str
+    cause: str
+    cure: str
+    file: str = ""
+    example: str = ""
+    command: str = ""
+
+    def text(self) -> str:
+        """Return what a terminal shows."""
+        parts = [f"{self.code}: {self.cause}", f"Cure: {self.cure}."]
+        if self.example:
+            lines = "".join(f"    {line}\n" for line in self.example.rstrip().splitlines())
+            parts.append(f"Example, {self.file}:\n\n{lines}\n    $ {self.command}")
+        return "\n\n".join(parts) + "\n"
+
+    def markdown(self) -> str:
+        """Return a section of a page."""
+        parts = [f"({self.code})=\n## {self.code}", self.cause, f"Cure: {self.cure}."]
+        if self.example:
+            body = self.example.rstrip()
+            parts.append(f"```text\n{body}\n```\n\n```sh\n{self.command}\n```")
+        return "\n\n".join(parts) + "\n"
+
+
+@cache
+def _room(name: str) -> dict[str, dict[str, str]]:
+    """Return the table of a room."""
+    file = resources.files("cncgen").joinpath(name, "explanations.toml")
+    return tomllib.loads(file.read_text(encoding="utf-8"))
+
+
+@cache
+def _bad_programs() -> dict[str, tuple[str, str]]:
+    """Return the shortest program that gives each code of G-code, with the words that check it."""
+    found: dict[str, tuple[str, str]] = {}
+    for file in sorted(file for folder in _BAD for file in folder.glob("*.nc")):
+        head, _, text = file.read_text(encoding="utf-8").partition("\n")
+        words = head.removeprefix("; expect").split()
+        dialect = "" if ":" in words[0] else f" --dialect {words[0]}"
+        for code in re.findall(r":\d+:([a-z0-9-]+)", head):
+            if code not in found or len(text) < len(found[code][0]):
+                found[code] = text, f"cncgen check example.nc{dialect}"
+    return found
+
+
+def codes() -> list[str]:
+    """Return the names of all diagnostics, in order."""
+    return sorted(code for room in ROOMS for code in _room(room))
+
+
+def cure_of(room: str, code: str) -> str:
+    """Return what to do about a diagnostic of a room, "" where nothing is known of it."""
+    return _room(room).get(code, {}).get("cure", "")
+
+
+def explanation(code: str) -> Explanation | None:
+    """Return what a diagnostic means, or None for a code that nothing reports."""
+    for room in ROOMS:
+        if code in _room(room):
+            found = Explanation(code, room, **_room(room)[code])
+            if found.example or room != "gcode" or code not in _bad_programs():
+                return found
+            text, command = _bad_programs()[code]
+            return Explanation(code, room, found.cause, found.cure, "example.nc", text, command)
+    return None

@@ -1,0 +1,94 @@
+"""Each diagnostic is explained, and each example gives the diagnostic that it is for."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from cncgen.cli import app
+from cncgen.explanations import ROOMS, codes, explanation
+
+PACKAGE = Path(__file__).resolve().parent.parent / "cncgen"
+#: What makes a diagnostic of the code that is among its first arguments.
+MAKERS = re.compile(r"Diagnostic|BlockError|CompensationError|_?warn|_?fault|_?note|_?fail|_?report(_row)?")
+#: Codes of one word; what has a hyphen is a code wherever it stands.
+WORDS = {"argument", "dialect", "domain", "smoothing", "syntax", "timer", "usage"}
+EXAMPLES = [code for code in codes() if (found := explanation(code)) and found.example]
+
+
+def reported() -> dict[str, str]:
+    """Return the codes that are written in the source, each with a module that reports it."""
+    found = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.Call):
+                continue
+            name = getattr(node.func, "id", getattr(node.func, "attr", ""))
+            if not MAKERS.fullmatch(name):
+                continue
+            for value in (one.value for one in node.args[:3] if isinstance(one, ast.Constant)):
+                if isinstance(value, str) and (
+                    value in WORDS or re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)+", value)
+                ):
+                    found[value] = path.relative_to(PACKAGE).as_posix()
+    return found
+
+
+def test_every_code_is_explained_and_each_once() -> None:
+    missing = {code: where for code, where in reported().items() if code not in codes()}
+    assert missing == {}
+    assert len(reported()) > 300
+    assert len(set(codes())) == len(codes())
+
+
+def test_explanations_are_whole_sentences_with_a_cure() -> None:
+    for code in codes():
+        found = explanation(code)
+        assert found is not None
+        assert found.room in ROOMS
+        assert found.cause[0].isupper() or found.cause.startswith("cncgen"), code
+        assert found.cause.endswith("."), code
+        assert found.cure, code
+        assert bool(found.example) == bool(found.command) == bool(found.file), code
+
+
+def test_most_codes_have_an_example() -> None:
+    assert len(EXAMPLES) >= 190
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_an_example_gives_its_code(
+    code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    found = explanation(code)
+    assert found is not None
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / found.file).write_text(found.example, encoding="utf-8")
+    words = shlex.split(found.command)[1:]
+    app.run([*words, *(["--max-steps", "20000"] if words[0] == "check" else [])])
+    said = "".join(capfd.readouterr())
+    assert f"[{code}]" in said or f'"code": "{code}"' in said
+
+
+def test_explain_prints_the_page(capfd: pytest.CaptureFixture[str]) -> None:
+    assert app.run(["explain", "arc-radius"]) == 0
+    said = capfd.readouterr().out
+    assert said.startswith("arc-radius: The words of an arc fit no circle")
+    assert "    $ cncgen check example.nc" in said
+
+
+def test_an_unknown_code_names_those_that_are_near(capfd: pytest.CaptureFixture[str]) -> None:
+    assert app.run(["explain", "arc-radus"]) == 2
+    assert "is arc-radius" in capfd.readouterr().err
+
+
+def test_json_says_where_more_is_said(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "part.nc").write_text("G1 X1\nM2\n")
+    app.run(["check", str(tmp_path / "part.nc"), "--json"])
+    (line,) = capfd.readouterr().out.splitlines()
+    assert json.loads(line)["explain"] == "cncgen explain feed-missing"
