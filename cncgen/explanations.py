@@ -25,6 +25,7 @@ ROOMS = (
     "report",
     "papers",
     "pipeline",
+    "sweep",
     "cli",
 )
 
@@ -56,7 +57,7 @@ class Explanation:
     def text(self) -> str:
         """Return what a terminal shows."""
         parts = [f"{self.code}: {self.cause}", f"Cure: {self.cure}."]
-        if self.example:
+        if self.command:
             lines = "".join(f"    {line}\n" for line in self.example.rstrip().splitlines())
             parts.append(f"Example, {self.file}:\n\n{lines}\n    $ {self.command}")
         return "\n\n".join(parts) + "\n"
@@ -64,7 +65,7 @@ class Explanation:
     def markdown(self) -> str:
         """Return a section of a page."""
         parts = [f"({self.code})=\n## {self.code}", self.cause, f"Cure: {self.cure}."]
-        if self.example:
+        if self.command:
             body = self.example.rstrip()
             parts.append(f"```text\n{body}\n```\n\n```sh\n{self.command}\n```")
         return "\n\n".join(parts) + "\n"
@@ -106,7 +107,7 @@ def explanation(code: str) -> Explanation | None:
     for room in ROOMS:
         if code in _room(room):
             found = Explanation(code, room, **_room(room)[code])
-            if found.example or room != "gcode" or code not in _bad_programs():
+            if found.command or room != "gcode" or code not in _bad_programs():
                 return found
             text, command = _bad_programs()[code]
             return Explanation(code, room, found.cause, found.cure, "example.nc", text, command)

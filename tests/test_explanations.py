@@ -6,6 +6,7 @@ import ast
 import json
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "cncgen"
 MAKERS = re.compile(r"Diagnostic|BlockError|CompensationError|_?warn|_?fault|_?note|_?fail|_?report(_row)?")
 #: Codes of one word; what has a hyphen is a code wherever it stands.
 WORDS = {"argument", "dialect", "domain", "smoothing", "syntax", "timer", "usage"}
-EXAMPLES = [code for code in codes() if (found := explanation(code)) and found.example]
+EXAMPLES = [code for code in codes() if (found := explanation(code)) and found.command]
 
 
 def reported() -> dict[str, str]:
@@ -54,7 +55,16 @@ def test_explanations_are_whole_sentences_with_a_cure() -> None:
         assert found.cause[0].isupper() or found.cause.startswith("cncgen"), code
         assert found.cause.endswith("."), code
         assert found.cure, code
-        assert bool(found.example) == bool(found.command) == bool(found.file), code
+        assert bool(found.command) == bool(found.file), code
+
+
+def test_the_package_holds_the_explanations() -> None:
+    """Each room with a file is asked, and its file is package data."""
+    assert {path.parent.name for path in PACKAGE.rglob("explanations.toml")} == set(ROOMS)
+    project = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text(encoding="utf-8"))
+    data = project["tool"]["setuptools"]["package-data"]
+    assert [room for room in ROOMS if "explanations.toml" not in data.get(f"cncgen.{room}", [])] == []
+    assert "bad/*.nc" in data["cncgen.programs"]
 
 
 def test_most_codes_have_an_example() -> None:
