@@ -108,14 +108,12 @@ def command(
     machine's limits; where none follows better, nothing is written (exit 3). It may begin before the motion, and end
     after it.
     """
-    from cncgen.cli.reading import is_setpoint_file
+    from cncgen.cli.reading import is_setpoint_file, perturbation_of
     from cncgen.report.compensated import gain_lines
-    from cncgen.servo.uncertainty import Perturbation
 
     if machine is None and planning["axis_params"] is None:
         raise click.UsageError("give the servo data: -m MACHINE, or --axis-params NAME|FILE")
-    share = 0.1 if uncertainty["perturb"] is None else uncertainty["perturb"]
-    drawn = Perturbation(share, uncertainty["draws"], uncertainty["draw_seed"]) if share else None
+    drawn = perturbation_of(uncertainty, usual=0.1)
     task = _Task(source, passes, settle, drawn, format, output)
     if source == "-" or is_setpoint_file(source):
         if room is not None:

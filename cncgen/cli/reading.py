@@ -15,6 +15,7 @@ from cncgen.diagnostics import CncgenError
 if TYPE_CHECKING:
     from cncgen.pipeline import Plan
     from cncgen.planner import PlanOptions
+    from cncgen.servo.uncertainty import Perturbation
     from cncgen.toolpath.reading import ReadOptions
     from cncgen.toolpath.record import Program
 
@@ -151,6 +152,14 @@ def planning_machine(machine: str, planning: dict[str, Any]) -> str:
         return machine
     messages.note(f"planned on {servos}, the machine of --axis-params; -m names another")
     return str(servos)
+
+
+def perturbation_of(uncertainty: dict[str, Any], usual: float | None = None) -> Perturbation | None:
+    """Return the machines that are drawn, from what `cncgen.cli.options.perturb_options` gathered; None: none are."""
+    from cncgen.servo.uncertainty import Perturbation
+
+    share = usual if uncertainty["perturb"] is None else uncertainty["perturb"]
+    return Perturbation(share, uncertainty["draws"], uncertainty["draw_seed"]) if share else None
 
 
 def plan_options(planning: dict[str, Any]) -> PlanOptions:

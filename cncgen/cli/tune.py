@@ -12,6 +12,7 @@ from cncgen.cli.options import (
     machine_option,
     message_options,
     output_option,
+    perturb_options,
     planning_options,
     program_options,
     summary_option,
@@ -71,6 +72,7 @@ CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf", "h-infinity")
 @click.option("--bode/--no-bode", default=True, show_default=True, help="Print a Bode table of each loop.")
 @output_option
 @summary_option
+@perturb_options
 @planning_options
 @program_options
 @message_options
@@ -87,6 +89,7 @@ def command(
     bode: bool,
     output: str | None,
     summary: str | None,
+    uncertainty: dict[str, Any],
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
@@ -95,14 +98,16 @@ def command(
     With --bandwidth gains are placed. With a PROGRAM random gain sets round those (or round the machine's own) are
     simulated on it, within the modulus margin, and the one with the least contour error is kept. The result is a file of
     [axes.x.servo] tables (and a [coupling] table) for --axis-params; margins and Bode tables go to standard error.
+    Margins are those of the sampled loops, with their hold and dead times. With --perturb the worst ones of the drawn machines
+    are printed too, and gain sets are judged by the worst machine.
     """
     from cncgen import pipeline
-    from cncgen.cli.reading import planned
+    from cncgen.cli.reading import perturbation_of, planned
     from cncgen.files import write_text
     from cncgen.machine import load_coupling
-    from cncgen.report.tuned import gain_tables, loop_texts, search_text, summary_of
+    from cncgen.report.tuned import gain_tables, loop_texts, search_text, summary_of, worst_texts
     from cncgen.servo.named_schemes import settings_of
-    from cncgen.servo.tuning.analysis import open_loops
+    from cncgen.servo.tuning.analysis import missed_targets, open_loops, worst_margins
     from cncgen.servo.tuning.search import search
 
     if bandwidth is None and program is None and controller != "h-infinity":
@@ -123,21 +128,28 @@ def command(
         if not setpoints:
             raise click.UsageError(f"{program} moves nothing")
         axes = setpoints[0].axes
+    drawn = perturbation_of(uncertainty)
     if bandwidth is not None:
         servos, settings = _placed(controller, servos, axes, where.period_s, bandwidth, damping, settings)
     found = None
     if setpoints:
         found = search(setpoints, servos, controller=controller, settings=settings, sets=sets, modulus=modulus,
-                       seed=seed, workers=jobs)  # fmt: skip
+                       seed=seed, workers=jobs, perturbation=drawn)  # fmt: skip
         servos, settings = dict(found.servos), found.settings
         messages.note(search_text(found))
     for text in loop_texts(controller, servos, axes, where.period_s, settings, bode):
         messages.note(text)
+    if bandwidth is not None and controller == "p" and found is None:
+        messages.show(tuple(missed_targets(servos, axes, where.period_s, bandwidth, modulus)))
+    worst = [] if drawn is None else worst_margins(controller, servos, axes, where.period_s, settings, drawn)
+    if drawn is not None:
+        for text in worst_texts(worst, drawn):
+            messages.note(text)
     coupling = settings.as_table(controller)
     write_text(output, gain_tables(servos, coupling))
     if summary is not None:
         loops = open_loops(controller, servos, axes, where.period_s, settings)
-        write_summary(summary, summary_of(controller, servos, coupling, loops, found))
+        write_summary(summary, summary_of(controller, servos, coupling, loops, found, worst))
 
 
 def _placed(

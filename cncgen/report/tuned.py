@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -13,18 +14,30 @@ from cncgen.machine.writing import table_text
 from cncgen.report.tables import text_table
 from cncgen.servo.controllers.hinf_servo import BoundCheck
 from cncgen.servo.named_schemes import Settings
-from cncgen.servo.tuning.analysis import OpenLoop, closed_bandwidth_hz, linear_loop, open_loops
+from cncgen.servo.tuning.analysis import (
+    OpenLoop,
+    WorstMargins,
+    closed_bandwidth_hz,
+    linear_loop,
+    open_loops,
+)
 from cncgen.servo.tuning.search import Search
+from cncgen.servo.uncertainty import Perturbation
 
 
 def margin_text(loop: OpenLoop, bode: bool = True) -> str:
     """Return the margins of a loop, and its Bode table where asked."""
     found = loop.margins()
     head = (
-        f"{loop.name}: gain margin {found.gain:.3g}, phase margin {found.phase_deg:.1f}°, modulus margin {found.modulus:.3f},"
-        f" crossover {found.crossover_rad_s / (2.0 * math.pi):.3g} Hz"
+        f"{loop.name}: gain margin {_decibels(found.gain)}, phase margin {found.phase_deg:.1f}°, modulus margin"
+        f" {found.modulus:.3f}, crossover {found.crossover_rad_s / (2.0 * math.pi):.3g} Hz, sampled every {1e3 * loop.period:g} ms"
     )
     return f"{head}\n{loop.bode_table()}" if bode else head
+
+
+def _decibels(gain: float) -> str:
+    """Return a gain margin in dB, with its factor."""
+    return f"{20.0 * math.log10(gain):.1f} dB (a factor of {gain:.3g})" if math.isfinite(gain) else "infinite"
 
 
 def loop_texts(
@@ -46,6 +59,16 @@ def loop_texts(
         for letter in axes:
             bandwidth = closed_bandwidth_hz(linear_loop(servos[letter], letter, period_s))
             yield f"{letter}: closed loop, setpoint to position: {bandwidth:.3g} Hz (-3 dB), feedforward included"
+
+
+def worst_texts(found: Iterable[WorstMargins], perturbation: Perturbation) -> Iterator[str]:
+    """Yield the least margins of each loop over drawn machines."""
+    for loop in found:
+        unstable = f", {loop.unstable} of them UNSTABLE" if loop.unstable else ""
+        yield (
+            f"{loop.name}: worst of {loop.draws} draws within {100 * perturbation.share:g} %{unstable}: gain margin"
+            f" {_decibels(loop.gain)}, phase margin {loop.phase_deg:.1f}°, modulus margin {loop.modulus:.3f}"
+        )
 
 
 def bounds_text(letter: str, gamma: float, found: BoundCheck, rows: int = 16) -> str:
@@ -90,6 +113,7 @@ def summary_of(
     coupling: Mapping[str, float],
     loops: Iterable[OpenLoop],
     found: Search | None,
+    worst: Iterable[WorstMargins] = (),
 ) -> dict[str, Any]:
     """Return gains, margins and the search as plain values."""
     result: dict[str, Any] = {
@@ -99,6 +123,9 @@ def summary_of(
         "coupling": dict(coupling),
         "loops": [_margins(loop) for loop in loops],
     }
+    drawn = [{k: _finite(v) for k, v in asdict(each).items()} for each in worst]
+    if drawn:
+        result["worst_of_draws"] = drawn
     if found is not None:
         start = found.start_rms_mm if math.isfinite(found.start_rms_mm) else None
         result["search"] = {
@@ -110,10 +137,15 @@ def summary_of(
     return result
 
 
+def _finite(value: str | float) -> str | float | None:
+    return value if isinstance(value, str) or math.isfinite(value) else None
+
+
 def _margins(loop: OpenLoop) -> dict[str, Any]:
     found = loop.margins()
     values = {
         "gain_margin": found.gain,
+        "gain_margin_db": 20.0 * math.log10(found.gain),
         "phase_margin_deg": found.phase_deg,
         "modulus_margin": found.modulus,
         "crossover_hz": found.crossover_rad_s / (2.0 * math.pi),

@@ -10,22 +10,33 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic, Severity
 from cncgen.machine.record import Servo
 from cncgen.servo.controller import Controller
 from cncgen.servo.controllers.ccc import contour_loop
 from cncgen.servo.controllers.tcf import loop_on_a_line
+from cncgen.servo.discretise import held
 from cncgen.servo.frequency import Margins, margins, open_loop, response_to_setpoint
 from cncgen.servo.loop import AxisLoop, close_loop
 from cncgen.servo.models import control_period, plant_and_controller
-from cncgen.servo.named_schemes import Settings, cross_coupling, scheme_maker
+from cncgen.servo.named_schemes import Settings, cross_coupling, plain_servos, scheme_maker
 from cncgen.servo.plants import Plant
+from cncgen.servo.uncertainty import Perturbation, perturbed
 
 Floats = NDArray[np.float64]
+
+#: Frequencies of the margins of drawn machines.
+DRAWN_FREQUENCIES = 1000
+#: A bandwidth below this share of the one that was asked for is missed.
+MISSED = 0.95
 Complexes = NDArray[np.complex128]
 
 
 def open_response(servo: Servo, letter: str, period_s: float, frequencies: Floats) -> NDArray[np.complex128]:
-    """Return the loop broken at the drive's input, at frequencies in rad/s.
+    """Return the sampled loop broken at the drive's input, with its hold and its dead times, at frequencies in rad/s.
+
+    A controller that the model has in continuous time is sampled as a drive does it: once a control period, with its integrals
+    updated by the sample that it has just read (backward differences), and one period later at the drive.
 
     Raises:
         ValueError: The model is a closed loop as a whole.
@@ -33,27 +44,34 @@ def open_response(servo: Servo, letter: str, period_s: float, frequencies: Float
     period = control_period(servo, letter, period_s)
     plant, controller = plant_and_controller(servo, letter, period)
     if controller.continuous:
-        return _continuous_response(plant, controller, frequencies)
+        return _sampled_by_a_drive(plant, controller, frequencies, period)
     return open_loop(close_loop(plant.with_imperfections(coulomb=0.0), controller, period), frequencies)
 
 
-def _continuous_response(plant: Plant, controller: Controller, frequencies: Floats) -> NDArray[np.complex128]:
-    """Return −(law)(jωI − A)⁻¹ B with plant and controller in a row."""
-    n, m = len(plant.a), len(controller.a)
-    speed = np.zeros(n)
+def _sampled_by_a_drive(
+    plant: Plant, controller: Controller, frequencies: Floats, period: float
+) -> NDArray[np.complex128]:
+    """Return −z⁻¹ C(s) P(z) with s = (1 − z⁻¹)/T in the controller and the plant's input held over T; shape (n,)."""
+    z: Complexes = np.asarray(np.exp(1j * np.asarray(frequencies, float) * period), np.complex128)
+    phi, gamma = held(plant.a, plant.b[:, None], period)
+    states = _resolvent(z, phi, gamma[:, 0])
+    speed = np.zeros(len(plant.a))
     if plant.velocity is not None:
         speed[plant.velocity] = 1.0
-    a = np.zeros((n + m, n + m))
-    a[:n, :n], a[n:, n:] = plant.a, controller.a
-    a[n:, :n] = np.outer(controller.column("b_position"), plant.encoder)
-    a[n:, :n] += np.outer(controller.column("b_velocity"), speed)
-    law = np.concatenate(
-        [controller.d_position * plant.encoder + controller.d_velocity * speed, controller.c]
-    )
-    b = np.concatenate([plant.b, np.zeros(m)]).astype(complex)
-    systems = 1j * np.asarray(frequencies)[:, None, None] * np.eye(n + m) - a
-    states = np.linalg.solve(systems, np.broadcast_to(b[:, None], (len(systems), n + m, 1)))[:, :, 0]
-    return np.asarray(-(states @ law.astype(complex)), np.complex128)
+    position, velocity = states @ plant.encoder.astype(complex), states @ speed.astype(complex)
+    back = np.asarray((1.0 - 1.0 / z) / period, np.complex128)
+    drive = controller.d_position * position + controller.d_velocity * velocity
+    for name, seen in (("b_position", position), ("b_velocity", velocity)):
+        memory = _resolvent(back, controller.a, controller.column(name))
+        drive = drive + (memory @ controller.c.astype(complex)) * seen
+    return np.asarray(-drive / z, np.complex128)
+
+
+def _resolvent(points: Complexes, a: Floats, b: Floats) -> Complexes:
+    """Return (p I − A)⁻¹ b at each point, shape (n, len(b))."""
+    systems = points[:, None, None] * np.eye(len(a)) - a
+    sides = np.broadcast_to(b.astype(complex)[:, None], (len(points), len(b), 1))
+    return np.asarray(np.linalg.solve(systems, sides)[:, :, 0], np.complex128)
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,6 +173,78 @@ def _task_frame_loops(
                 f"{letter}, error {what} the path",
                 period,
                 partial(loop_on_a_line, plant, natural, damping, period),
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class WorstMargins:
+    """The least margins of a loop over drawn machines, and how many of them are unstable."""
+
+    name: str
+    gain: float
+    phase_deg: float
+    modulus: float
+    draws: int
+    unstable: int
+
+
+def worst_margins(
+    controller: str,
+    servos: Mapping[str, Servo],
+    axes: str,
+    period_s: float,
+    settings: Settings | None,
+    perturbation: Perturbation,
+) -> list[WorstMargins]:
+    """Return the least margins of every loop of a scheme over drawn machines; the coupling keeps its gains.
+
+    Raises:
+        ValueError: As `open_loops`.
+    """
+    found: dict[str, list[Margins]] = {}
+    unstable: dict[str, int] = {}
+    for drawn in perturbed(servos, axes, perturbation):
+        for loop in open_loops(controller, drawn, axes, period_s, settings):
+            found.setdefault(loop.name, []).append(loop.margins(DRAWN_FREQUENCIES))
+        if controller != "tcf":
+            for letter in axes:
+                poles = linear_loop(drawn[letter], letter, period_s).poles()
+                unstable[letter] = unstable.get(letter, 0) + int(np.abs(poles).max() >= 1.0)
+    return [
+        WorstMargins(
+            name,
+            min(m.gain for m in each),
+            min(m.phase_deg for m in each),
+            min(m.modulus for m in each),
+            len(each),
+            unstable.get(name, 0),
+        )
+        for name, each in found.items()
+    ]
+
+
+def missed_targets(
+    servos: Mapping[str, Servo], axes: str, period_s: float, bandwidth_hz: float, modulus: float
+) -> Iterator[Diagnostic]:
+    """Yield a warning for each axis whose sampled loop misses the bandwidth that it was placed for, or the modulus margin."""
+    for letter in axes:
+        plain = plain_servos({letter: servos[letter]})[letter]
+        reached = closed_bandwidth_hz(linear_loop(plain, letter, period_s))
+        margin = axis_open_loop(servos[letter], letter, period_s).modulus()
+        missed = []
+        if reached < MISSED * bandwidth_hz:
+            missed.append(
+                f"{bandwidth_hz:g} Hz were asked for, and the closed loop reaches {reached:.3g} Hz (-3 dB)"
+            )
+        if margin < modulus:
+            missed.append(f"the modulus margin is {margin:.3f}, below {modulus:g}")
+        if missed:
+            yield Diagnostic(
+                "tune-missed",
+                f"axis {letter}: {'; '.join(missed)}",
+                severity=Severity.WARNING,
+                hint="ask for less bandwidth or damping, or shorten control_period_s; the drive's own lag bounds both",
+                values={"axis": letter, "bandwidth_hz": reached, "modulus": margin},
             )
 
 

@@ -24,6 +24,7 @@ from cncgen.servo.named_schemes import Settings, cross_coupling, scheme_maker
 from cncgen.servo.simulate import contour_axes, own_scheme, simulate_scheme
 from cncgen.servo.summary import summarize
 from cncgen.servo.tuning.analysis import linear_loop, open_loops
+from cncgen.servo.uncertainty import Perturbation, perturbed
 from cncgen.setpoints.record import Setpoints
 
 Floats = NDArray[np.float64]
@@ -72,6 +73,8 @@ class _Trials:
     settings: Settings
     names: tuple[tuple[str, str], ...]
     modulus: float
+    perturbation: Perturbation | None = None
+    enough: float = math.inf
 
     def gains(self, draw: Floats) -> tuple[dict[str, Servo], Settings]:
         """Return the gain set of a draw: each searched gain times e to its entry. The letter "" is the coupling."""
@@ -86,8 +89,21 @@ class _Trials:
         return servos, replace(self.settings, **coupled)
 
     def contour_rms(self, draw: Floats) -> float:
-        """Return the contour error (rms, mm) of a draw; inf where a loop is unstable or keeps less than the margin."""
+        """Return the contour error (rms, mm) of a draw; inf where a loop is unstable or keeps less than the margin.
+
+        With a perturbation it is the worst one over the drawn machines too; a gain set that is above `enough` on the way is not
+        looked at further.
+        """
         servos, settings = self.gains(draw)
+        worst = self._contour_rms_on(servos, settings)
+        if self.perturbation is not None:
+            for drawn in perturbed(servos, self.setpoints[0].axes, self.perturbation):
+                if worst > self.enough:
+                    break
+                worst = max(worst, self._contour_rms_on(drawn, settings))
+        return worst
+
+    def _contour_rms_on(self, servos: Mapping[str, Servo], settings: Settings) -> float:
         head = self.setpoints[0]
         try:
             if not self._sound(servos, settings, head.axes, head.period_s):
@@ -133,6 +149,7 @@ def search(
     spread: float = 2.0,
     seed: int = 0,
     workers: int | None = None,
+    perturbation: Perturbation | None = None,
 ) -> Search:
     """Try random gain sets round the given ones and keep the one with the least rms contour error.
 
@@ -149,6 +166,7 @@ def search(
         seed: Of the draws.
         workers: Processes; None: one for each core. Where the system cannot fork (Windows, macOS), a script that calls
             this with more than one keeps the call under ``if __name__ == "__main__"``.
+        perturbation: Gain sets are judged by the worst of the machines that it draws round each, and must keep the margin on all.
 
     Raises:
         UsageError: No axis has gains that can be searched (``tune-search``), no set keeps the margin, or the scheme
@@ -157,7 +175,9 @@ def search(
     trials = _trials(tuple(setpoints), dict(servos), controller, settings or Settings(), modulus)
     limit = math.log(spread)
     draws = np.random.default_rng(seed).uniform(-limit, limit, (sets, len(trials.names)))
+    trials = replace(trials, perturbation=perturbation)
     start = trials.contour_rms(np.zeros(len(trials.names)))
+    trials = replace(trials, enough=start)
     results = _run(trials, draws, workers or len(os.sched_getaffinity(0)))
     best = int(np.argmin(results)) if len(results) else 0
     if min(start, *results) == math.inf:
