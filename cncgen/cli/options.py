@@ -38,6 +38,7 @@ FEEDRATES = ("optimal", "ild", "constant", "adaptive", "curvature")
 INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
 SATURATIONS = ("off", "reactive", "predictive")
 PROFILES = ("bell", "linear", "exponential")
+CONTROLS = ("linuxcnc", "grbl", "exact-stop")
 EFFORTS = ("best", "fast", "together")
 LEAST_CONTOUR_ERROR_MM = 1e-6
 

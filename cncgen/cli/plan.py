@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack
+from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ import click
 
 from cncgen.cli import messages
 from cncgen.cli.options import (
+    CONTROLS,
     format_option,
     machine_option,
     message_options,
@@ -33,6 +35,12 @@ if TYPE_CHECKING:
 @format_option
 @planning_options
 @click.option(
+    "--as",
+    "control",
+    type=click.Choice(CONTROLS),
+    help="Estimate what this control would take by its own rules: a summary and events, no setpoints.",
+)
+@click.option(
     "--signals",
     metavar="LIST",
     default="",
@@ -50,6 +58,7 @@ def command(
     output: str | None,
     format: str | None,
     planning: dict[str, Any],
+    control: str | None,
     signals: str,
     events: str | None,
     summary: str | None,
@@ -67,17 +76,30 @@ def command(
     from cncgen.pipeline import plan_with_summary
     from cncgen.report.summary import as_text
 
+    if control is not None and (output is not None or format is not None):
+        raise click.UsageError(
+            f"--as {control} estimates times; it has no setpoints to write with -o or --format"
+        )
     names = tuple(name.strip() for name in signals.split(",") if name.strip())
     kind = setpoint_format(output, format)
     with opened(program, reading, planning["path_tolerance"], machine) as read:
-        stream, watch = plan_with_summary(read, machine, plan_options(planning), names)
+        options = replace(plan_options(planning), control=control)
+        stream, watch = plan_with_summary(read, machine, options, names)
         chunks = with_progress(stream.chunks, stream.name, stream.period_s, watch.done)
         # The first rows are drawn before anything is opened: a program that has no plan leaves no trace.
         head = next(chunks, None)
         with ExitStack() as files:
             write_summary = files.enter_context(messages.open_summary(summary))
             layout = stream.layout(names)
-            writers = _writers(files, layout, output, kind, events, outlives_reader=bool(summary or events))
+            writers = _writers(
+                files,
+                layout,
+                output,
+                kind,
+                events,
+                wanted=control is None,
+                outlives_reader=bool(summary or events),
+            )
             for chunk in chain(() if head is None else (head,), chunks):
                 for writer in writers:
                     writer.write(chunk)
@@ -90,9 +112,16 @@ def command(
 
 
 def _writers(
-    files: ExitStack, layout: Layout, output: str | None, kind: str, events: str | None, outlives_reader: bool
+    files: ExitStack,
+    layout: Layout,
+    output: str | None,
+    kind: str,
+    events: str | None,
+    *,
+    wanted: bool,
+    outlives_reader: bool,
 ) -> list[Writer]:
-    """Open where setpoints and events go; nothing for setpoints where they would go to a terminal unasked.
+    """Open where setpoints and events go; nothing for setpoints that are not `wanted`, or would go to a terminal unasked.
 
     With `outlives_reader` the work goes on where a reader of standard output goes away: other files wait for the end.
     """
@@ -103,7 +132,7 @@ def _writers(
     writers: list[Writer] = []
     if events:
         writers.append(EventWriter(files.enter_context(open_output(events))))
-    if output is not None or not is_terminal(sys.stdout):
+    if wanted and (output is not None or not is_terminal(sys.stdout)):
         sink = files.enter_context(open_output(output, outlives_reader=outlives_reader))
         writers.append(open_writer(kind, sink, layout))
     return writers

@@ -233,7 +233,8 @@ def plan_with_summary(
 
     where, how = machine_of(machine), _asked_for(options, asked)
     program = program_of(program, where)
-    summary = Summary(program, where, how.feedrate or available()[0], line_times)
+    name = how.control or how.feedrate or available()[0]
+    summary = Summary(program, where, name, line_times, estimate=how.control is not None)
     trajectories = planner.plan(summary.over_toolpaths(sound(program)), where, how)
     stream = sample(Plan(program, where, summary.over_trajectories(trajectories), how.keeps_limits), signals)
     watched = replace(stream, chunks=summary.over_setpoints(stream.chunks))

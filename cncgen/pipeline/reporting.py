@@ -84,6 +84,7 @@ _SETTINGS = {
     "saturation": "saturation",
     "profile": "profile",
     "effort": "effort",
+    "as": "control",
     "tolerance": "path_tolerance_mm",
     "max-contour-error": "max_contour_error_mm",
 }

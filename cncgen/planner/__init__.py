@@ -12,6 +12,7 @@ Rooms, the lower ones first:
     least_time   the strategy `optimal`, the product
     ild          the strategy `ild` of Tsai (2010), to compare with
     baselines    the feedrates of the papers: `constant`, `adaptive`, `curvature`
+    controls     what other controls would take, by their own rules
 """
 
 from __future__ import annotations
@@ -61,6 +62,10 @@ def plan(
         from cncgen.planner.event_times import with_event_times
 
         toolpaths = with_event_times(toolpaths, times_of(machine))
+    if asked.control is not None:
+        from cncgen.planner.controls.strategy import plan_as
+
+        return plan_as(toolpaths, machine, asked.control)
     if asked.saturation != "off":
         toolpaths, machine = _used(toolpaths, machine)
     if asked.saturation == "predictive":

@@ -13,6 +13,8 @@ from cncgen.machine.record import Servo
 INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
 SATURATIONS = ("off", "reactive", "predictive")
 PROFILES = ("bell", "linear", "exponential")
+#: Controls whose own rules ``plan --as`` estimates with.
+CONTROLS = ("linuxcnc", "grbl", "exact-stop")
 EFFORTS = ("best", "fast", "together")
 #: Bounds of the contour error below a nanometre are refused: the speed falls with the root of the bound, and what such a
 #: plan gained in days of motion would be the last digits of setpoints.
@@ -37,6 +39,7 @@ class PlanOptions:
         kbar_per_mm: The constant κ̄ of Tsai 2010, eq. 25, in 1/mm: the curvature at which the feed is halved.
         corner_distance_mm: Least distance of a sharp corner from the one before it and from the start (`ild`).
         lookahead_rows: Rows that a window of the look-ahead may hold.
+        control: One of `CONTROLS`: the times that this control would take by its own rules, instead of a plan of ours.
     """
 
     feedrate: str | None = None
@@ -50,6 +53,7 @@ class PlanOptions:
     kbar_per_mm: float = 1.0
     corner_distance_mm: float = 1.0
     lookahead_rows: int = 20_000
+    control: str | None = None
 
     @property
     def mesh_effort(self) -> str:
@@ -60,7 +64,8 @@ class PlanOptions:
     def keeps_limits(self) -> bool:
         """Whether the plan promises velocity, acceleration and jerk of every axis."""
         return (
-            self.feedrate in (None, "optimal")
+            self.control is None
+            and self.feedrate in (None, "optimal")
             and self.interpolator == "arclength"
             and self.saturation == "off"
         )
@@ -78,6 +83,7 @@ class PlanOptions:
             for name, allowed in choices.items()
             if getattr(self, name) not in allowed
         ]
+        faults.extend(self._faults_of_control())
         for name, optional in (
             ("path_tolerance_mm", True),
             ("max_contour_error_mm", True),
@@ -103,3 +109,16 @@ class PlanOptions:
             check_servos(
                 expect(self.servos, Mapping, "servos", "a mapping of letters to cncgen.machine.Servo")
             )
+
+    def _faults_of_control(self) -> list[Diagnostic]:
+        """Return what is wrong with `control`, and with what is asked beside it."""
+        if self.control is None:
+            return []
+        if self.control not in CONTROLS:
+            return [
+                Diagnostic("option-value", f"control = {self.control!r} is not one of {', '.join(CONTROLS)}")
+            ]
+        if self.feedrate is not None or self.interpolator != "arclength" or self.saturation != "off":
+            message = f"{self.control} plans by its own rules: feedrate, interpolator and saturation are not asked beside it"
+            return [Diagnostic("option-value", message)]
+        return []

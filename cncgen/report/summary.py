@@ -39,9 +39,17 @@ class Summary:
     """Watches the stages of one plan as they stream, and says what came of it."""
 
     def __init__(
-        self, program: Program, machine: Machine, feedrate: str | None, line_times: LineTimes | None = None
+        self,
+        program: Program,
+        machine: Machine,
+        feedrate: str | None,
+        line_times: LineTimes | None = None,
+        *,
+        estimate: bool = False,
     ) -> None:
         self._program, self._machine, self._feedrate = program, machine, feedrate
+        #: Whether the times are those of another control, whose setpoints nobody knows.
+        self._estimate = estimate
         self.line_times = line_times
         self._axes = program.moving_axes or program.axes
         speeds = [axis.max_velocity for axis in machine.axes.values()]
@@ -80,7 +88,8 @@ class Summary:
             self._feeds.add(chunk.position)
             yield chunk
         self._differences.finish()
-        self._remark_on_limits()
+        if not self._estimate:
+            self._remark_on_limits()
         self._complete = True
 
     def _remark_on_limits(self) -> None:
@@ -183,7 +192,9 @@ class Summary:
             "motions": self._motions,
             "samples": self._differences.samples,
             "period_s": self._machine.period_s,
-            "peak": {letter.lower(): self._peak(k, letter) for k, letter in enumerate(self._axes)},
+            "peak": {}
+            if self._estimate
+            else {letter.lower(): self._peak(k, letter) for k, letter in enumerate(self._axes)},
             "feed_mm_s": {"mean": self._length_mm / feeding if feeding > 0 else 0.0, "max": self._max_feed},
             "feed_over_time_mm_s": self._feeds.feeds_mm_s(),
             "sharp_corners": [self._corner(corner) for corner in self._corners],

@@ -364,7 +364,7 @@ def test_choices_are_those_of_the_rooms() -> None:
     assert options.FORMATS == writers.FORMATS
     assert available() == options.FEEDRATES
     assert ("auto", *DIALECTS) == ("auto", *reference.DIALECTS) == options.DIALECTS
-    for name in ("INTERPOLATORS", "SATURATIONS", "PROFILES", "EFFORTS", "LEAST_CONTOUR_ERROR_MM"):
+    for name in ("INTERPOLATORS", "SATURATIONS", "PROFILES", "EFFORTS", "CONTROLS", "LEAST_CONTOUR_ERROR_MM"):
         assert getattr(options, name) == getattr(planning, name)
 
 
@@ -426,3 +426,17 @@ def test_check_ends_with_a_line_a_file_and_a_total(
     assert lines[-1] == "2 files: 1 without errors, 1 with errors"
     assert run(["check", str(part)]) == 0
     assert "files" not in capsys.readouterr().err
+
+
+def test_an_estimate_has_times_and_no_setpoints(
+    part: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["plan", str(part), "--as", "grbl", "-o", str(tmp_path / "x.csv")]) == 2
+    assert "it has no setpoints to write" in capsys.readouterr().err
+    assert run(["plan", str(part), "--as", "grbl", "--summary", str(tmp_path / "s.json")]) == 0
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "note[plan-estimate]: an estimate of grbl" in said.err
+    found = json.loads((tmp_path / "s.json").read_text())
+    assert (found["feedrate"], found["peak"]) == ("grbl", {})
+    assert found["cycle_time_s"] > 0
