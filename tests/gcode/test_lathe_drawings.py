@@ -115,3 +115,13 @@ def test_finishing_takes_the_profile_that_was_roughed() -> None:
 def test_all_axes_go_home_as_on_haas() -> None:
     assert places("G0 X42. Z2.\nG28")[-1] == (0.0, 0.0)
     assert codes("G0 X42. Z2.\nG28", "warning") == ["axis-missing"]
+
+
+def test_a_traverse_at_the_end_of_a_profile_that_goes_back_is_not_roughed() -> None:
+    """Haas's programs end their profiles with the way off, beside G40."""
+    profile = "N1 G0 X20.\nG1 Z-20.\nX40.\n"
+    head = "G0 X42. Z2.\nG71 U5. R1.\nG71 P1 Q2 U.4 W.1 F.2\n"
+    plain = places(f"{head}{profile.replace('X40.', 'N2 X40.')}")
+    assert places(f"{head}{profile}N2 G0 Z2.") == plain
+    assert codes(f"{head}{profile}N2 G0 Z2.", "warning") == ["profile-way-off"]
+    assert outcome(f"{head}{profile}N2 G1 Z2.")[1][0][0] == "profile-not-monotonic"

@@ -66,6 +66,10 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "pole from here": ("G0 X5 Y5\nG110 X1 Y0\nAP=90 RP=2\nG112 X0 Y10\nAP=0 RP=1", [(5, 5), (6, 7), (7, 15)]),
     "CYCLE81": ("G0 X5 Z20\nCYCLE81(20,0,2,-15)", [(5, 0, 20), (5, 0, 2), (5, 0, -15), (5, 0, 20)]),
     "CYCLE82": ("G0 Z20\nCYCLE82(110,102,4,75,,2)", [(0, 0, 20), (0, 0, 106), (0, 0, 75), (0, 0, 110)]),
+    "CYCLE87": ("CYCLE87(10,0,2,-10,,3)", [(0, 0, z) for z in (2, -10, 10)]),
+    "CYCLE88": ("CYCLE88(10,0,2,,10,0,4)", [(0, 0, z) for z in (2, -10, 10)]),
+    "CYCLE89": ("F100\nCYCLE89(10,0,2,-10,,1)", [(0, 0, z) for z in (2, -10, 2, 10)]),
+    "EXTCALL": ('EXTCALL "UP1"\nEXTCALL("/_N_WKS_DIR/UP1.SPF")\nM30\n%_N_UP1_SPF\nG91 G0 X1\nM17', [(1,), (2,)]),
     "CYCLE83 clears": (
         "CYCLE83(10,0,1,-25,,-10,,2,,,1,1)",
         [(0, 0, z) for z in (1, -10, 1, -9.4, -18, 1, -17.4, -24, 1, -23.4, -25, 10)],
@@ -293,6 +297,11 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "a scale of nothing": ("SCALE X0", ("scale-missing", 1, 1)),
     "a frame of a rotary axis": ("TRANS A5", ("not-read", 1, 1)),
     "TRAORI without a machine": ("TRAORI", ("tcp-machine", 1, 1)),
+    "polar coordinates of lathes": ("TRANSMIT", ("not-read", 1, 1)),
+    "a cylinder": ("TRACYL(40)", ("not-read", 1, 1)),
+    "diameters": ("G18 DIAMON", ("not-read", 1, 5)),
+    "a step of ShopMill": ("E_FACE(1,2)", ("not-read", 1, 1)),
+    "a spindle that does not turn": ("CYCLE87(10,0,2,-10)", ("cycle-spindle", 1, 1)),
     "dwell of nothing": ("G4", ("dwell-missing", 1, 1)),
     "DC of a straight axis": ("G0 X=DC(5)", ("axis-mode", 1, 4)),
     "endless": ("LOOP\nR1=1\nENDLOOP", ("too-many-steps", 2, 1)),
@@ -317,6 +326,7 @@ def test_what_is_wrong_is_named_where_it_stands(run: Any, name: str) -> None:
         ("POCKET3(20,0,2,-4,30,20,5,50,10,0,2,1,0,500,100,0,1)", (38, 62, 3, 17)),
         ("POCKET4(20,0,2,-4,10,50,10,2,0,0,500,100,0,1)", (42, 58, 2, 18)),
         ("SLOT1(20,0,2,-4,,1,30,4,0,0,10,0,0,100,500,2,0,0,0)", (12, 38, 0, 0)),
+        ("LONGHOLE(20,0,2,-4,,1,30,0,0,10,0,0,100,500,2)", (12, 38, 0, 0)),
     ],
 )
 def test_pockets_reach_their_wall(run: Any, tmp_path: Path, cycle: str, reach: tuple[float, ...]) -> None:

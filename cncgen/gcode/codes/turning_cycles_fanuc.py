@@ -108,14 +108,15 @@ def _end_corner(ip: Interpreter) -> None:
         ip.guard(ip, Block({}, m=(20,)))
 
 
-def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], bool]:
-    """Return the moves of a profile in Z and X, the first one leads to it; and whether that one is a traverse."""
+def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], bool, int]:
+    """Return the moves of a profile in Z and X, the first one leads to it; whether that one is a traverse; how many traverses end it."""
     state, sink, guard = ip.state, ip.sink, ip.guard
     recorder = Recorder(state.position)
     ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
-    ip.sink, ip.guard, rapid = recorder, None, None
+    ip.sink, ip.guard, rapid, away = recorder, None, None, 0
     try:
         for written in _lines(ip, block, name):
+            before = len(recorder.segments)
             try:
                 line = turned(ip, written)
             except BlockError as error:
@@ -126,12 +127,14 @@ def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], b
                 _execute(ip, replace(line, words=words, g=codes, m=()))
             if rapid is None and recorder.segments:
                 rapid = ip.state.motion == 0
+            added = len(recorder.segments) - before
+            away = away + added if ip.state.motion == 0 else 0 if added else away
         _end_corner(ip)
     finally:
         ip.state, ip.sink, ip.guard = state, sink, guard
     if len(recorder.segments) < 2:
         raise BlockError("profile-length", f"the profile of {name} has fewer than two moves", "P")
-    return recorder.segments, bool(rapid)
+    return recorder.segments, bool(rapid), away
 
 
 def _moved(profile: list[Segment], by: complex) -> list[Segment]:
@@ -142,15 +145,47 @@ def _moved(profile: list[Segment], by: complex) -> list[Segment]:
     ]
 
 
-def _check_monotonic(profile: list[Segment], name: str) -> None:
-    """Raise where a profile, seen along the travel and upwards, goes back or down."""
+def _rises(profile: list[Segment]) -> bool:
+    """Tell whether a profile, seen along the travel and upwards, never goes back or down."""
     for segment in profile:
         for of in (lambda p: p.real, lambda p: p.imag):
             places = [of(p) for p in segment.extremes()]
             if min(places) < of(segment.start) - TINY or max(places) > of(segment.end) + TINY:
-                message = f"the profile of {name} does not rise all the way: pockets (type II) are not read"
-                hint = "cut the pocket in a cycle of its own, or use G73"
-                raise BlockError("profile-not-monotonic", message, "P", hint=hint)
+                return False
+    return True
+
+
+def _contour(
+    ip: Interpreter, block: Block, name: str, swap: bool
+) -> tuple[complex, complex, complex, list[Segment], bool]:
+    """Return signs of travel and depth, and seen along them: where the cuts begin, where the tool stands, and the profile with its
+    allowances; and whether its first line is a traverse.
+
+    Traverses at its end that go back lead away from the part, and are left out.
+    """
+    moves, rapid, away = _profile(ip, block, name)
+    words, position = block.words, ip.state.position
+    start = complex(position[Z], position[X])
+    for left_out in (0, away) if 0 < away < len(moves) - 1 else (0,):
+        part = moves[: len(moves) - left_out]
+        profile = _moved(part[1:], complex(words.get("w", 0.0), 0.5 * words.get("u", 0.0)))
+        way, above = part[-1].end - part[0].end, start - part[0].end
+        travel, height = (way.imag, above.real) if swap else (way.real, above.imag)
+        across = complex(_sign(travel), _sign(height))
+        path = [segment.seen(across, swap) for segment in profile]
+        if _rises(path):
+            break
+    else:
+        message = f"the profile of {name} does not rise all the way: pockets (type II) are not read"
+        hint = "cut the pocket in a cycle of its own, or use G73"
+        raise BlockError("profile-not-monotonic", message, "P", hint=hint)
+    if left_out:
+        message = f"the traverse at the end of the profile of {name} goes back: it is taken as the way off, and not roughed"
+        hint = "let Q name the line before it"
+        ip.warn(BlockError("profile-way-off", message, "Q", hint=hint), Severity.WARNING)
+    top = _moved([Segment(start, start)], profile[0].start - moves[0].end)[0]
+    begin, home = top.seen(across, swap).start, Segment(start, start).seen(across, swap).start
+    return across, begin, home, path, rapid
 
 
 def _without_compensation(ip: Interpreter, name: str) -> None:
@@ -193,17 +228,7 @@ def _rough(name: str, swap: bool) -> Handler:
                 f"write {name} {depth_word.upper()}2 R1 before it: depth of a cut, and how far it lifts off"
             )
             raise BlockError("profile-step", f"{name} has no depth of its cuts", name, hint=hint)
-        moves, rapid = _profile(ip, block, name)
-        position = ip.state.position
-        start = complex(position[Z], position[X])
-        profile = _moved(moves[1:], complex(words.get("w", 0.0), 0.5 * words.get("u", 0.0)))
-        way, above = moves[-1].end - moves[0].end, start - moves[0].end
-        travel, height = (way.imag, above.real) if swap else (way.real, above.imag)
-        across = complex(_sign(travel), _sign(height))
-        top = _moved([Segment(start, start)], profile[0].start - moves[0].end)[0]
-        begin, home = top.seen(across, swap).start, Segment(start, start).seen(across, swap).start
-        path = [segment.seen(across, swap) for segment in profile]
-        _check_monotonic(path, name)
+        across, begin, home, path, rapid = _contour(ip, block, name, swap)
         if (begin.imag - path[0].start.imag) / kept.depth > MAX_CUTS:
             raise BlockError("profile-step", f"{name} makes more than {MAX_CUTS} cuts", name)
         lathe = Lathe(ip, across, swap)
@@ -251,7 +276,7 @@ def like_it(ip: Interpreter, block: Block) -> None:
         return
     check_feed(ip, block, "G73")
     _without_compensation(ip, "G73")
-    moves, _ = _profile(ip, block, "G73")
+    moves, _, _ = _profile(ip, block, "G73")
     x, z, count = kept.pattern
     start = complex(ip.state.position[Z], ip.state.position[X])
     allowance, way = complex(words.get("w", 0.0), 0.5 * words.get("u", 0.0)), complex(z, x)

@@ -17,7 +17,7 @@ _AXIS = re.compile(
     r"(?<![A-Z_$0-9.])([XYZABCUVW])(?=[-+]?[.\d]|\s*=(?!=))|(?<=\d)([XYZABCUVW])(?=[-+]?[.\d])|\[([XYZABCUVW])\]"
 )
 _PLANE = re.compile(r"(?<![A-Z_$])(?:[IJK]1?|AP|RP|CR|AR)(?=[-+]?[.\d]|\s*=(?!=))")
-_CYCLES = re.compile(r"\b(?:CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|TRAORI|A?ROT)\b")
+_CYCLES = re.compile(r"\b(?:CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE|HOLES\d|TRAORI|A?ROT)\b")
 _CALLS = re.compile(r"(?:^|\s)([A-Z_][A-Z0-9_]{2,}|L\d+)\b")
 _MOST_FILES = 1000
 

@@ -188,6 +188,28 @@ _NOT_READ = {
 }  # fmt: skip
 
 
+#: Commands that are named and not read.
+_NAMED_NOT_READ = {
+    **dict.fromkeys(("TRANSMIT", "TRACYL", "TRAANG", "TRACON"), "a transformation of lathes and cylinders"),
+    **dict.fromkeys(("DIAMON", "DIAM90", "DIAMCYCOF"), "diameters of lathes"),
+    **dict.fromkeys(("ORIRPY", "ORIEULER", "ORIVIRT1", "ORIVIRT2", "ORIPATH", "ORIPLANE", "ORIVECT", "ORICONCW", "ORICONCCW", "ORICURVE"),
+                    "an orientation of the tool by vectors or angles"),
+    **dict.fromkeys(("CUT3DC", "CUT3DF", "CUT3DFF", "CUT3DFS"), "cutter compensation in space"),
+    **dict.fromkeys(("TOROT", "TOFRAME", "TCARR", "TCOABS", "TCOFR", "PAROT"), "an oriented tool carrier"),
+    **dict.fromkeys(("WHENEVER", "WHEN", "EVERY", "DO", "ID", "IDS"), "a synchronous action"),
+    **dict.fromkeys(("MEAS", "MEAW", "MEASA", "MEAC"), "measuring"),
+    **dict.fromkeys(("LEADON", "COUPON", "TRAILON", "EGON"), "coupled axes"),
+}  # fmt: skip
+
+
+def check_name(name: str) -> None:
+    """Raise where a name is a command, or a step of ShopMill, that is not read."""
+    if name in _NAMED_NOT_READ:
+        raise _not_read(name, _NAMED_NOT_READ[name])
+    if name[:2] in ("E_", "F_") and name[2:].isupper():
+        raise _not_read(name, "a step of ShopMill or ShopTurn")
+
+
 def _not_read(name: str, what: str = "") -> BlockError:
     message = f"{name} ({what}) is not read" if what else f"{name} is not read"
     return BlockError("not-read", message, name, hint="docs/sinumerik.md lists what is read")

@@ -1,4 +1,4 @@
-"""Drilling cycles of SINUMERIK, CYCLE81 to CYCLE86 and CYCLE840, patterns HOLES1 and HOLES2, and CYCLE800 as a frame.
+"""Drilling cycles of SINUMERIK, CYCLE81 to CYCLE89 and CYCLE840, patterns HOLES1 and HOLES2, and CYCLE800 as a frame.
 
 Parameters stand in the order of the manual (840D sl, "Programming cycles externally"): RTP retraction plane, RFP reference plane, SDIS
 safety clearance (added to RFP, without sign), DP depth or DPR depth from RFP (without sign), then those of each cycle. Empty ones are 0.
@@ -26,8 +26,8 @@ Values = list[Scalar | None]
 #: Cycles that are named and not read.
 NOT_READ = frozenset(
     {"CYCLE60", "CYCLE61", "CYCLE62", "CYCLE63", "CYCLE64", "CYCLE70", "CYCLE71", "CYCLE72", "CYCLE76", "CYCLE77", "CYCLE78", "CYCLE79",
-     "CYCLE87", "CYCLE88", "CYCLE89", "CYCLE98", "CYCLE801", "CYCLE802", "CYCLE899", "CYCLE93", "CYCLE94", "CYCLE95", "CYCLE97", "CYCLE99",
-     "CYCLE951", "CYCLE952", "SLOT2", "LONGHOLE", "POCKET1", "POCKET2", "HOLES3"}
+     "CYCLE98", "CYCLE801", "CYCLE802", "CYCLE899", "CYCLE93", "CYCLE94", "CYCLE95", "CYCLE97", "CYCLE99",
+     "CYCLE951", "CYCLE952", "SLOT2", "POCKET1", "POCKET2", "HOLES3"}
 )  # fmt: skip
 #: Steps of one hole beyond which a step counts as a mistake.
 _MOST_STEPS = 10_000
@@ -295,6 +295,35 @@ def _bore(motions: Motions, name: str, values: Values) -> None:
         motions.move({AXES[k]: place[k] for k in (first, second)}, rapid=True)
 
 
+def _bore_stop(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE87 (SDIR) and CYCLE88 (DTB SDIR): in, stop spindle and program at the bottom, traverse out."""
+    hole = Hole.of(motions, name, values)
+    direction = filled(values, 5 if name == "CYCLE87" else 6)
+    if direction not in (3.0, 4.0):
+        message = f"SDIR = {direction:g} of {name} is neither 3 nor 4"
+        raise BlockError("cycle-spindle", message, name, hint="3 turns as M3, 4 as M4")
+    turn = 30 if direction == 3.0 else 40
+    motions.emit({}, (), (turn,))
+    hole.go(hole.start, rapid=True)
+    hole.go(hole.depth, rapid=False)
+    if name == "CYCLE88":
+        hole.dwell(filled(values, 5))
+    motions.emit({}, (), (50,))
+    motions.emit({}, (), (0,))
+    hole.go(hole.back, rapid=True)
+    motions.emit({}, (), (turn,))
+
+
+def _bore_feed(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE89: in, wait DTB, out at the same feed."""
+    hole = Hole.of(motions, name, values)
+    hole.go(hole.start, rapid=True)
+    hole.go(hole.depth, rapid=False)
+    hole.dwell(filled(values, 5))
+    hole.go(hole.start, rapid=False)
+    hole.go(hole.back, rapid=True)
+
+
 def _modal(motions: Motions, name: str) -> None:
     if motions.modal is None:
         raise BlockError(
@@ -410,6 +439,9 @@ CYCLES: dict[str, Callable[[Motions, str, Values], None]] = {
     "CYCLE840": _tap_floating,
     "CYCLE85": _ream,
     "CYCLE86": _bore,
+    "CYCLE87": _bore_stop,
+    "CYCLE88": _bore_stop,
+    "CYCLE89": _bore_feed,
     "CYCLE800": _swivel,
     "HOLES1": _row,
     "HOLES2": _circle,

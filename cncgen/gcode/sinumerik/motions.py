@@ -28,7 +28,13 @@ MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
 _ENDS = {2: True, 30: True, 17: True}
-_CYCLES = {**cycles.CYCLES, "POCKET3": pockets.rectangle, "POCKET4": pockets.circle, "SLOT1": pockets.slots}
+_CYCLES = {
+    **cycles.CYCLES,
+    "POCKET3": pockets.rectangle,
+    "POCKET4": pockets.circle,
+    "SLOT1": pockets.slots,
+    "LONGHOLE": pockets.long_holes,
+}
 
 
 @dataclass(slots=True)
@@ -209,6 +215,9 @@ class Motions:
                 )
             axis = str(evaluate(indices[0], self.store))
             words.polynomials[axis] = [number(evaluate(v, self.store)) for v in values]
+        elif kind == "text" and words.commands[-1:] == ["EXTCALL"]:
+            words.calls.append(("EXTCALL", (("s", item[1]),)))
+            words.commands.pop()
         elif kind == "name":
             words.commands.append(item[1])
         elif kind == "call":
@@ -288,7 +297,12 @@ class Motions:
                 name,
                 hint=f"read are {', '.join(sorted(_CYCLES))}",
             )
+        elif name == "EXTCALL":
+            values = [None if node is None else evaluate(node, self.store) for node in arguments or ()]
+            file = str(values[0] if values else "").replace("\\", "/").rsplit("/", 1)[-1].upper()
+            self.begin_call(file.removesuffix(".SPF").removesuffix(".MPF"), None, times)
         else:
+            commands.check_name(name)
             self.begin_call(name, arguments, times)
 
     def run_call(self, name: str, arguments: tuple[Node | None, ...] | None, times: int) -> None:

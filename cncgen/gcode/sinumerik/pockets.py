@@ -1,4 +1,4 @@
-"""Milling cycles of SINUMERIK: POCKET3 (rectangle), POCKET4 (circle), SLOT1 (slots on a circle).
+"""Milling cycles of SINUMERIK: POCKET3 (rectangle), POCKET4 (circle), SLOT1 and LONGHOLE (slots on a circle).
 
 The wall, the levels, allowances and feeds are the cycle's; the loops that clear it are our own (`cncgen.gcode.codes.pockets`).
 """
@@ -96,34 +96,33 @@ def slots(motions: Motions, name: str, values: Values) -> None:
     Slots lie along rays from the centre, beginning at the distance RAD.
     """
     v = [filled(values, k) for k in range(19)]
+    how = {"mid": v[15], "fal": v[17], "fald": 0.0, "feed": v[14], "plunge": v[13], "cdir": v[16], "vari": v[18], "step": 0.0}  # fmt: skip
+    _rays(motions, name, values, v, v[7] / 2.0, how)
+
+
+def long_holes(motions: Motions, name: str, values: Values) -> None:
+    """LONGHOLE(RTP, RFP, SDIS, DP, DPR, NUM, LENG, CPA, CPO, RAD, STA1, INDA, FFD, FFP1, MID): slots as wide as the tool."""
+    v = [filled(values, k) for k in range(15)]
+    tool = motions.ip.tools.find(motions.ip.state.tool)
+    radius = tool.diameter * motions.ip.table_scale() / 2.0 if tool else 0.0
+    how = {"mid": v[14], "fal": 0.0, "fald": 0.0, "feed": v[13], "plunge": v[12], "cdir": 0.0, "vari": 0.0, "step": 0.0}  # fmt: skip
+    _rays(motions, name, values, [*v[:7], 2.0 * radius, *v[7:12]], radius, how)
+
+
+def _rays(
+    motions: Motions, name: str, values: Values, v: list[float], half: float, how: dict[str, float]
+) -> None:
+    """Clear NUM slots (v[5]) of LENG (v[6]) and half a width about CPA CPO (v[8:10]), from RAD (v[10]) on at STA1 (v[11]) and INDA (v[12])."""
     if motions.ip.state.plane != 17:
-        raise BlockError(
-            "cycle-plane",
-            f"{name} works in plane G17, not in G{motions.ip.state.plane}",
-            name,
-            hint="use G17",
-        )
+        message = f"{name} works in plane G17, not in G{motions.ip.state.plane}"
+        raise BlockError("cycle-plane", message, name, hint="use G17")
     hole = Hole.of(motions, name, values)
     count = round(v[5])
     if not 1 <= count <= 10_000:
-        raise BlockError(
-            "cycle-repeats",
-            f"NUM = {count} of {name} is not within 1 to 10000",
-            name,
-            hint="NUM counts the slots",
-        )
+        message = f"NUM = {count} of {name} is not within 1 to 10000"
+        raise BlockError("cycle-repeats", message, name, hint="NUM counts the slots")
     step = v[12] or 360.0 / count
-    how = {
-        "mid": v[15],
-        "fal": v[17],
-        "fald": 0.0,
-        "feed": v[14],
-        "plunge": v[13],
-        "cdir": v[16],
-        "vari": v[18],
-        "step": 0.0,
-    }
     for k in range(count):
         angle = v[11] + k * step
         middle = complex(v[8], v[9]) + cmath.rect(v[10] + v[6] / 2.0, math.radians(angle))
-        _cleared(motions, name, hole, Pocket(middle, v[6] / 2.0, v[7] / 2.0, v[7] / 2.0, angle), how)
+        _cleared(motions, name, hole, Pocket(middle, v[6] / 2.0, half, half, angle), how)

@@ -74,6 +74,8 @@ _OUTSIDE = (
     "$END",
 )
 _KEYWORD = re.compile(r"[A-Za-z]+")
+#: A command to grbl: ``$H``, ``$110=500``, ``$J=G91 X1``, and those of one character.
+_TO_GRBL = re.compile(r"\s*(?:\$(?:[$#GgIiNnCcHhXx]\s*(?:;|\Z)|[0-9]+\s*=|[Jj]\s*=)|[?~!]\s*(?:;|\Z))")
 #: What has no meaning outside comments: capital letters (of ASCII: no other character is a letter here) and blanks.
 _BARE = {**{c: c + 32 for c in range(ord("A"), ord("Z") + 1)}, **dict.fromkeys(b" \t\r")}
 _PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
@@ -229,6 +231,12 @@ def syntax_error(data: bytes, reader: gcode_parse.Parser) -> BlockError:
     column = len(start) + 1 if rest else len(text.rstrip()) + 1
     if rest.startswith(("(", ")")):
         return _comment_error(rest, column)
+    if _TO_GRBL.match(text):
+        message = f"{text.split(';')[0].strip()} is a command to grbl, not a block of a program"
+        hint = (
+            "leave it out; $H and $J move the machine" if re.match(r"\s*\$[hHjJ]", text) else "leave it out"
+        )
+        return BlockError("syntax", message, column=len(text) - len(text.lstrip()) + 1, hint=hint)
     letter = missing_number(before, rest)
     if letter:
         hint = number_hint(letter, before, rest)

@@ -9,7 +9,6 @@ _HINTS = tuple(
     (re.compile(before + r"\Z"), re.compile(there), text)
     for before, there, text in (
         (r"[0-9.]", r",[0-9]", "the decimal sign is a point"),
-        (r"\A\$[0-9]*", r"[a-z=$]", "a line of $ is a command to grbl, no block of a program: leave it out"),
         (
             r"",
             r",[rc]",
