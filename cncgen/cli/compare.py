@@ -93,11 +93,11 @@ def _strategies(
     feedrates: list[str] | None,
     interpolators: list[str] | None,
 ) -> tuple[str, dict[str, Any]]:
-    from cncgen.pipeline import output_axes
+    from cncgen.pipeline import driven_axes
     from cncgen.report.comparing import interpolator_table, strategy_table, strategy_values
     from cncgen.report.comparison import compare_strategies, feed_fluctuations
 
-    figures = compare_strategies(toolpaths, machine, options, feedrates, output_axes(program))
+    figures = compare_strategies(toolpaths, machine, options, feedrates, driven_axes(program, machine))
     more = {"names": interpolators} if interpolators else {}
     fluctuations = feed_fluctuations(toolpaths, machine, options, **more)
     text = strategy_table(figures) + "\n" + interpolator_table(fluctuations)
@@ -113,13 +113,13 @@ def _controllers(
     names: list[str],
 ) -> tuple[str, dict[str, Any]]:
     from cncgen.machine import load_coupling, load_servos
-    from cncgen.pipeline import output_axes
+    from cncgen.pipeline import driven_axes
     from cncgen.planner import plan
     from cncgen.report.comparing import compare_controllers, controller_table
     from cncgen.servo.named_schemes import settings_of
     from cncgen.setpoints import sample
 
     settings = settings_of(load_coupling(source))
-    setpoints = list(sample(plan(toolpaths, machine, options), machine, axes=output_axes(program)))
+    setpoints = list(sample(plan(toolpaths, machine, options), machine, axes=driven_axes(program, machine)))
     found = compare_controllers(setpoints, load_servos(source), names, settings)
     return controller_table(found), {"controllers": found}

@@ -286,6 +286,28 @@ planning_options = _gathering(
         help="Contour error, as the servo model predicts it, that the plan stays under "
         "[default: the machine's, for ild].",
     ),
+    click.option(
+        "--fit",
+        metavar="MM",
+        type=FiniteRange(min=1e-9),
+        help="Plan runs of short lines as cubic NURBS curves within this distance of them.",
+    ),
+    click.option(
+        "--kbar",
+        metavar="1/MM",
+        type=FiniteRange(min=0, min_open=True),
+        default=1.0,
+        show_default=True,
+        help="Curvature at which ild (at sharp corners) and curvature halve the feed.",
+    ),
+    click.option(
+        "--corner-distance",
+        metavar="MM",
+        type=FiniteRange(min=0),
+        default=1.0,
+        show_default=True,
+        help="Least distance of a sharp corner of ild from the one before it and from the start of its curve.",
+    ),
     axis_params_option,
 )
 

@@ -176,6 +176,9 @@ def plan_options(planning: dict[str, Any]) -> PlanOptions:
         effort=planning["effort"],
         path_tolerance_mm=planning["path_tolerance"],
         max_contour_error_mm=planning["max_contour_error"],
+        fit_mm=planning["fit"],
+        kbar_per_mm=planning["kbar"],
+        corner_distance_mm=planning["corner_distance"],
         servos=load_servos(axis_params) if axis_params else None,
     )
 

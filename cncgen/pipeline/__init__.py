@@ -11,6 +11,7 @@ Each stage draws from the one before it as it is drawn itself, so that a program
 
 from cncgen.pipeline.planning import (
     Plan,
+    driven_axes,
     machine_of,
     options_on,
     output_axes,
@@ -43,6 +44,7 @@ __all__ = [
     "canon",
     "check",
     "coupling_of",
+    "driven_axes",
     "judge",
     "language_of",
     "machine_of",

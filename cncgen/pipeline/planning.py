@@ -151,6 +151,14 @@ def output_axes(program: Program) -> str:
     return program.moving_axes or program.axes
 
 
+def driven_axes(program: Program, machine: Machine) -> str:
+    """Return the axes of a program's setpoints that a machine has; those that it lacks stand still, or there is no plan.
+
+    Where the program names none of the machine's axes, all of the machine's.
+    """
+    return "".join(axis for axis in output_axes(program) if axis in machine.axes) or "".join(machine.axes)
+
+
 def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
     """Sample a plan once a period of its machine.
 

@@ -57,6 +57,10 @@ def plan(
     asked = options or PlanOptions()
     asked.check()
     chosen, toolpaths = strategy(asked.feedrate), checked(chunks, machine, asked)
+    if asked.fit_mm is not None:
+        from cncgen.planner.smoothing.fitted import fit_runs
+
+        toolpaths = fit_runs(toolpaths, asked.fit_mm)
     if "times" in machine.settings:
         from cncgen.machine.times import times_of
         from cncgen.planner.event_times import with_event_times

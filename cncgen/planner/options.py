@@ -38,6 +38,7 @@ class PlanOptions:
         servos: Servo data by axis letter that stand in for the machine's (``--axis-params``).
         kbar_per_mm: The constant κ̄ of Tsai 2010, eq. 25, in 1/mm: the curvature at which the feed is halved.
         corner_distance_mm: Least distance of a sharp corner from the one before it and from the start (`ild`).
+        fit_mm: Tolerance within which runs of short lines become cubic NURBS curves before they are planned; None: they do not.
         lookahead_rows: Rows that a window of the look-ahead may hold.
         control: One of `CONTROLS`: the times that this control would take by its own rules, instead of a plan of ours.
     """
@@ -52,6 +53,7 @@ class PlanOptions:
     servos: Mapping[str, Servo] | None = None
     kbar_per_mm: float = 1.0
     corner_distance_mm: float = 1.0
+    fit_mm: float | None = None
     lookahead_rows: int = 20_000
     control: str | None = None
 
@@ -88,6 +90,7 @@ class PlanOptions:
             ("path_tolerance_mm", True),
             ("max_contour_error_mm", True),
             ("kbar_per_mm", False),
+            ("fit_mm", True),
             ("lookahead_rows", False),
         ):
             value = getattr(self, name)

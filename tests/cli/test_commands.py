@@ -265,6 +265,18 @@ def test_strategies_are_compared_on_a_program_without_motion(
     assert [cell.strip() for cell in rows[0][2:5]] == ["0.5000", "0", "0"]
 
 
+@pytest.mark.parametrize("words", ["G1 X10 Y5 Z0 F3000\nX20 Y10", "G1 Z0 F3000"])
+def test_an_axis_that_the_machine_lacks_and_that_stands_still_is_left_out_of_a_comparison(
+    words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """``convert --fit`` writes Z0 into programs for a table of two axes."""
+    program = tmp_path / "z.nc"
+    program.write_text(f"G21 G90\n{words}\nM2\n")
+    assert run(["compare", str(program), "-m", "xy-table"]) == 0
+    assert run(["compare", str(program), "-m", "xy-table", "--controllers", "p"]) == 0
+    assert "| p " in capsys.readouterr().out
+
+
 def test_a_tree_of_standard_input(cncgen: Run, programs: Path) -> None:
     file = programs / "stepnc" / "features.stp"
     of_file, of_stream = (

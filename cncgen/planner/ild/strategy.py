@@ -23,6 +23,7 @@ from cncgen.planner.ild.sharp_corners import CornerRule
 from cncgen.planner.ild.stretch import RowEnd, Stretch, stretch_of
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Trajectory
+from cncgen.planner.smoothing import smooth
 from cncgen.toolpath.record import Toolpath
 from cncgen.toolpath.slicing import between
 
@@ -31,7 +32,7 @@ WINDOW_SAMPLES = 1 << 19
 
 
 def plan_ild(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Trajectory]:
-    """Plan by sharp corners, jerk-limited segments and servo dynamics.
+    """Plan by sharp corners, jerk-limited segments and servo dynamics, after the smoothing that `optimal` has (G64).
 
     Args:
         chunks: Consecutive stretches of one program.
@@ -57,7 +58,7 @@ def plan_ild(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions)
 
     def stretches() -> Iterator[Stretch]:
         end: RowEnd | None = None
-        for chunk in chunks:
+        for chunk in smooth(chunks, machine=machine):
             whole = stretch_of(chunk, machine, rule, end, centripetal)
             parts = _parts(whole, longest)
             for part in parts:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.curvature import CurvatureExtrema, curvature_extrema
 from cncgen.geometry.path import Path
+from cncgen.geometry import elementary
 from cncgen.machine.record import Machine
 from cncgen.planner.ild.junctions import joint_speeds, turned
 from cncgen.planner.ild.sharp_corners import CornerRule
@@ -155,8 +156,36 @@ def _joined(
         events=[],
         end=end,
     )
+    _bent(stretch, rows, before is not None)
     _stops(stretch, rows)
     return stretch
+
+
+def _bend_speed(curvature: Floats, centripetal: Floats | float, jerk: Floats | float) -> Floats:
+    """Return the speed at which a circle of that curvature asks for A_max or J_max, shape (n,), mm/s: v²κ = A, v³κ² = J."""
+    with np.errstate(divide="ignore"):
+        speed: Floats = np.minimum(np.sqrt(centripetal / curvature), elementary.cbrt(jerk / curvature**2))
+    return speed
+
+
+def _bent(stretch: Stretch, rows: RowLimits, goes_on: bool) -> None:
+    """Lower the joints between NURBS rows to `_bend_speed`: a rounded corner bends most where its two rows meet.
+
+    The rule of sharp corners does not count such a joint. The first joint is between rows only where the stretch goes on.
+    """
+    curved = stretch.toolpath.kind[rows.index] == Kind.NURBS
+    entry, leave = (
+        np.where(
+            curved, _bend_speed(np.linalg.norm(bend[:, :3], axis=1), rows.centripetal, rows.jerk), np.inf
+        )
+        for bend in (rows.bend_in, rows.bend_out)
+    )
+    speed = np.append(entry, np.inf)
+    speed[1:-1] = np.minimum(speed[1:-1], leave[:-1])
+    speed[:1] = speed[:1] if goes_on else np.inf
+    slower = speed < stretch.cap
+    stretch.cap[slower] = speed[slower]
+    stretch.cap_limit[slower] = Limit.CURVATURE
 
 
 def _slows(cap: Floats, top: Floats) -> NDArray[np.bool_]:
@@ -185,17 +214,25 @@ def _bends(
     rule: CornerRule,
     contour_centripetal: float,
 ) -> _Inner:
-    """Return the joints at the sharp corners of a NURBS row, and where the contour error asks for some."""
+    """Return the joints at the sharp corners of a NURBS row, and at maxima of |κ| that the feed may not pass though they do not count.
+
+    These are maxima too near to another corner or to the start, which are passed at `_bend_speed`, and those where the contour error
+    asks for less than the feed.
+    """
     feed = float(stretch.top[position])
     start, end = float(rows.start[position]), float(rows.end[position])
     mine = extrema.is_maximum & (extrema.s > start) & (extrema.s < end)
     s, curvature = extrema.s[mine], extrema.curvature[mine]
-    sharp = rule.corners(s, curvature, start, float(rows.centripetal[position]), feed)
-    extra = np.flatnonzero(curvature * feed**2 > contour_centripetal)
+    centripetal = float(rows.centripetal[position])
+    sharp = rule.corners(s, curvature, start, centripetal, feed)
+    passing = _bend_speed(curvature, centripetal, float(rows.jerk[position]))
+    too_near = (curvature * feed**2 > centripetal) & (passing < feed)
+    extra = np.flatnonzero(too_near | (curvature * feed**2 > contour_centripetal))
     at = np.union1d(sharp, extra)
     speed, limit = rule.speeds(curvature[at], feed)
     is_sharp = np.isin(at, sharp)
-    speed = np.where(is_sharp, speed, feed)
+    speed = np.where(is_sharp, speed, np.minimum(feed, passing[at]))
+    limit = np.where(is_sharp, limit, np.int8(Limit.CURVATURE))
     bound = np.sqrt(contour_centripetal / curvature[at])
     limit = np.where(bound < speed, np.int8(Limit.CONTOUR_ERROR), limit).astype(np.int8)
     return _Inner(s[at], np.minimum(speed, bound), limit, is_sharp, np.zeros(len(at), dtype=bool))

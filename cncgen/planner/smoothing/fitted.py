@@ -1,4 +1,4 @@
-"""Runs of short lines as cubic NURBS curves, one row a run. `cncgen convert` writes them as G6.2; `plan` does not use them."""
+"""Runs of short lines as cubic NURBS curves, one row a run. `cncgen convert` writes them as G6.2, `plan --fit` plans them."""
 
 from __future__ import annotations
 
