@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry.curvature import CurvatureExtrema, curvature_extrema
 from cncgen.geometry.path import Path
-from cncgen.geometry import elementary
 from cncgen.machine.record import Machine
 from cncgen.planner.ild.junctions import joint_speeds, turned
 from cncgen.planner.ild.sharp_corners import CornerRule
@@ -108,7 +108,11 @@ def stretch_of(
     curves = np.flatnonzero(toolpath.kind[rows.index] == Kind.NURBS)
     if len(curves):
         extrema = curvature_extrema(path)
-        inner = [_bends(stretch, rows, int(i), extrema, rule, contour_centripetal) for i in curves]
+        rests = stretch.cap == 0.0
+        rests[0] |= before is None
+        inner = [
+            _bends(stretch, rows, int(i), extrema, rule, contour_centripetal, bool(rests[i])) for i in curves
+        ]
         inner.append(_cusps(path, rows, curves, machine))
         _insert(stretch, inner)
     return stretch
@@ -213,11 +217,12 @@ def _bends(
     extrema: CurvatureExtrema,
     rule: CornerRule,
     contour_centripetal: float,
+    from_rest: bool,
 ) -> _Inner:
     """Return the joints at the sharp corners of a NURBS row, and at maxima of |κ| that the feed may not pass though they do not count.
 
-    These are maxima too near to another corner or to the start, which are passed at `_bend_speed`, and those where the contour error
-    asks for less than the feed.
+    These are maxima too near to another corner or to a start where the tool does not rest, which are passed at `_bend_speed`, and
+    those where the contour error asks for less than the feed.
     """
     feed = float(stretch.top[position])
     start, end = float(rows.start[position]), float(rows.end[position])
@@ -227,6 +232,7 @@ def _bends(
     sharp = rule.corners(s, curvature, start, centripetal, feed)
     passing = _bend_speed(curvature, centripetal, float(rows.jerk[position]))
     too_near = (curvature * feed**2 > centripetal) & (passing < feed)
+    too_near &= (not from_rest) | (s - start >= rule.distance_mm)
     extra = np.flatnonzero(too_near | (curvature * feed**2 > contour_centripetal))
     at = np.union1d(sharp, extra)
     speed, limit = rule.speeds(curvature[at], feed)
