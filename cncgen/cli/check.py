@@ -10,6 +10,7 @@ import click
 from cncgen.cli import messages
 from cncgen.cli.options import control_option, message_options, program_options
 from cncgen.cli.types import FILE
+from cncgen.diagnostics import CncgenError
 
 if TYPE_CHECKING:
     from cncgen.diagnostics import Diagnostic
@@ -21,19 +22,54 @@ if TYPE_CHECKING:
 @click.option(
     "--tree", is_flag=True, help="Print the workplan of STEP-NC programs with tools, feeds and times."
 )
+@click.option(
+    "--output-format",
+    type=click.Choice(["text", "json", "sarif", "github"]),
+    default="text",
+    show_default=True,
+    help="How diagnostics are written: sarif as one log (SARIF 2.1.0), github as commands of its workflows; all but text to "
+    "standard output.",
+)
 @control_option
 @program_options
 @message_options
-def command(programs: tuple[str, ...], tree: bool, machine: str | None, reading: dict[str, Any]) -> int:
+def command(
+    programs: tuple[str, ...], tree: bool, output_format: str, machine: str | None, reading: dict[str, Any]
+) -> int:
     """Read programs and name what is wrong with them.
 
     Nothing is planned or written. With --json the diagnostics go to standard output.
     """
-    from cncgen.cli.reading import read_options
-    from cncgen.diagnostics import CncgenError
-    from cncgen.files import read_bytes, together
+    from cncgen.files import write_text
 
     messages.json_to_standard_output()
+    if output_format == "json":
+        messages.print_json()
+    if output_format in ("text", "json"):
+        return _check_all(programs, tree, machine, reading)
+    kept = messages.keep()
+    try:
+        code = _check_all(programs, tree, machine, reading)
+    except CncgenError as error:  # of the options
+        messages.show_error(error)
+        code = error.exit_code
+    write_text(None, _written(kept, output_format))
+    return code
+
+
+def _written(found: list[Diagnostic], output_format: str) -> str:
+    """Return diagnostics as a SARIF log or as commands of GitHub's workflows."""
+    from cncgen import __version__
+    from cncgen.report.annotations import github, sarif
+
+    return sarif(found, __version__) if output_format == "sarif" else github(found)
+
+
+def _check_all(programs: tuple[str, ...], tree: bool, machine: str | None, reading: dict[str, Any]) -> int:
+    """Check one program after the other; return the exit code."""
+    from cncgen.cli.reading import read_options
+    from cncgen.files import read_bytes, together
+
     code = failed = 0
     language, options = read_options(reading, machine=machine)
     for name in programs:

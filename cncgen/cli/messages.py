@@ -23,6 +23,8 @@ class _Style:
     quiet = False
     #: Where JSON diagnostics go; None: standard error.
     json_stream: TextIO | None = None
+    #: Diagnostics that are kept for the end of the run, in place of being printed; None: none are.
+    kept: list[Diagnostic] | None = None
 
 
 #: Characters that control a terminal, as they are shown; lines end as they do.
@@ -32,12 +34,23 @@ _SHOWN = {code: shown for code, shown in CONTROLS.items() if code not in (0x09, 
 def reset() -> None:
     """Go back to the style that a run starts with."""
     _Style.json = _Style.quiet = False
-    _Style.json_stream = None
+    _Style.json_stream = _Style.kept = None
+
+
+def keep() -> list[Diagnostic]:
+    """Keep the diagnostics of this run in the list that is returned, in place of printing them."""
+    _Style.kept = []
+    return _Style.kept
 
 
 def set_json(context: click.Context, parameter: click.Parameter, value: bool) -> None:
     """Print diagnostics as JSON lines (the callback of ``--json``)."""
     _Style.json = value
+
+
+def print_json() -> None:
+    """Print diagnostics as JSON lines from here on."""
+    _Style.json = True
 
 
 def set_quiet(context: click.Context, parameter: click.Parameter, value: bool) -> None:
@@ -64,7 +77,9 @@ def show_error(fault: CncgenError) -> None:
 def show(diagnostics: Iterable[Diagnostic] | Diagnostics, *, as_json: bool = False) -> None:
     """Print diagnostics, once each; `as_json` where ``--json`` stands in arguments that could not be read."""
     for diagnostic in diagnostics:
-        if _Style.json or as_json:
+        if _Style.kept is not None:
+            _Style.kept.append(diagnostic)
+        elif _Style.json or as_json:
             text = json.dumps(diagnostic.as_json())
             if _Style.json_stream:
                 _to_json_stream(_Style.json_stream, text)
