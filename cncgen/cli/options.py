@@ -81,6 +81,7 @@ _INPUTS = {
     "programs": "a program",
     "source": "what is read",
     "setpoints": "the setpoints",
+    "reference": "the reference",
     "log": "the log",
     "machine": "the machine file",
     "axis_params": "the servo data",
@@ -361,6 +362,14 @@ why_option = click.option(
     help="Say on the page what would shorten the part (plans it many times).",
 )
 
+#: The motion that was wanted, which a simulation is judged by beside its command.
+reference_option = click.option(
+    "--reference",
+    metavar="PROGRAM|SETPOINTS",
+    type=FILE,
+    help="Give contour and tracking error against this program's path and plan, or these setpoints, too.",
+)
+
 #: Machines whose parameters are not quite the model's; the command receives them together as `uncertainty`.
 perturb_options = _gathering(
     "uncertainty",
@@ -374,9 +383,7 @@ perturb_options = _gathering(
         "--draws",
         metavar="N",
         type=click.IntRange(1, 65536),
-        default=64,
-        show_default=True,
-        help="Machines that --perturb draws.",
+        help="Machines that --perturb draws [default: 64; simulate: 256].",
     ),
     click.option(
         "--draw-seed",

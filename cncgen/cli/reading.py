@@ -15,6 +15,7 @@ from cncgen.diagnostics import CncgenError
 if TYPE_CHECKING:
     from cncgen.pipeline import Plan
     from cncgen.planner import PlanOptions
+    from cncgen.servo.reference import Reference
     from cncgen.servo.uncertainty import Perturbation
     from cncgen.toolpath.reading import ReadOptions
     from cncgen.toolpath.record import Program
@@ -154,12 +155,44 @@ def planning_machine(machine: str, planning: dict[str, Any]) -> str:
     return str(servos)
 
 
-def perturbation_of(uncertainty: dict[str, Any], usual: float | None = None) -> Perturbation | None:
-    """Return the machines that are drawn, from what `cncgen.cli.options.perturb_options` gathered; None: none are."""
+def reference_of(name: str, machine: str, planning: dict[str, Any], reading: dict[str, Any]) -> Reference:
+    """Return the wanted motion: setpoints as they are, or a program's plan with its path.
+
+    Args:
+        name: File of setpoints, or program.
+        machine: A profile's name or a TOML file.
+        planning, reading: The values that `planning_options` and `program_options` gathered.
+    """
+    from dataclasses import replace
+
+    from cncgen.pipeline import machine_of, plan, sample, sound
+    from cncgen.servo.reference import programmed_path, reference_of
+    from cncgen.setpoints.readers import open_setpoints
+
+    if is_setpoint_file(name):
+        with open_setpoints(name, default_period_s=machine_of(machine).period_s) as stream:
+            return reference_of(name, stream.chunks)
+    tolerance = planning["path_tolerance"]
+    with opened(name, reading, tolerance, machine) as program:
+        wanted = reference_of(name, sample(plan(program, machine, plan_options(planning))).chunks)
+    with opened(name, reading, tolerance, machine) as again:
+        path, letters = programmed_path(sound(again), machine_of(machine), wanted.axes)
+    return replace(wanted, path=path, path_axes=letters)
+
+
+def perturbation_of(
+    uncertainty: dict[str, Any], usual: float | None = None, draws: int = 64
+) -> Perturbation | None:
+    """Return the machines that are drawn, from what `cncgen.cli.options.perturb_options` gathered; None without a share.
+
+    Args:
+        uncertainty: Their values.
+        usual, draws: Share and number where the options do not say them.
+    """
     from cncgen.servo.uncertainty import Perturbation
 
     share = usual if uncertainty["perturb"] is None else uncertainty["perturb"]
-    return Perturbation(share, uncertainty["draws"], uncertainty["draw_seed"]) if share else None
+    return Perturbation(share, uncertainty["draws"] or draws, uncertainty["draw_seed"]) if share else None
 
 
 def plan_options(planning: dict[str, Any]) -> PlanOptions:

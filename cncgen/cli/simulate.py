@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -16,8 +16,10 @@ from cncgen.cli.options import (
     machine_option,
     message_options,
     output_option,
+    perturb_options,
     planning_options,
     program_options,
+    reference_option,
     setpoint_options,
     summary_option,
 )
@@ -25,6 +27,8 @@ from cncgen.cli.types import FILE, FiniteRange
 
 if TYPE_CHECKING:
     from cncgen.servo.record import Response
+    from cncgen.servo.reference import Reference
+    from cncgen.servo.uncertainty import Perturbation
     from cncgen.setpoints.stream import SetpointStream
 
 
@@ -49,6 +53,8 @@ if TYPE_CHECKING:
     show_default=True,
     help="Hold the last setpoint so long at the end.",
 )
+@reference_option
+@perturb_options
 @summary_option
 @program_options
 @message_options
@@ -62,14 +68,18 @@ def command(
     axes: str | None,
     period: float | None,
     settle: float,
+    reference: str | None,
+    uncertainty: dict[str, Any],
     summary: str | None,
     reading: dict[str, Any],
 ) -> None:
     """Simulate the servo axes in closed loop.
 
     The argument is a setpoint file (standard input where it is - or missing), or a program, which is planned first.
-    The response goes to the file of -o, else to standard output unless that is a terminal.
+    The response goes to the file of -o, else to standard output unless that is a terminal. With --reference errors are
+    given against the wanted path and plan too, and with --perturb those of machines that are not quite the model.
     """
+    from cncgen.cli.reading import perturbation_of, reference_of
     from cncgen.cli.writing import check_response_name
     from cncgen.files import is_terminal, open_output
     from cncgen.pipeline import simulate
@@ -78,10 +88,14 @@ def command(
     from cncgen.servo.summary import ResponseSummary, watched
 
     check_response_name(output)
+    drawn = perturbation_of(uncertainty, draws=256)
+    wanted = None if reference is None else reference_of(reference, machine, planning, reading)
+    kept: list[Response] | None = None if wanted is None and drawn is None else []
     servos = planning["axis_params"] or machine
     watch = ResponseSummary()
     with _setpoints(source, machine, planning, (format, axes, period), reading) as stream:
         responses = watched(simulate(stream, servos, controller=controller, settle_s=settle), watch)
+        responses = _keeping(responses, kept)
         if output is None and is_terminal(sys.stdout):
             _draw(responses)
         else:
@@ -96,8 +110,55 @@ def command(
         "controller": controller,
         **watch.as_dict(),
     }
+    if kept:
+        result |= _more(kept, wanted, drawn, (servos, controller))
     write_summary(summary, result)
     messages.note(as_text(result))
+
+
+def _keeping(responses: Iterator[Response], kept: list[Response] | None) -> Iterator[Response]:
+    """Yield responses on, and keep them where a list is given."""
+    for response in responses:
+        if kept is not None:
+            kept.append(response)
+        yield response
+
+
+def _more(
+    kept: list[Response], wanted: Reference | None, drawn: Perturbation | None, how: tuple[str, str]
+) -> dict[str, Any]:
+    """Return errors against the wanted motion, and figures of drawn machines; `how` are servo data and controller."""
+    from cncgen.pipeline import coupling_of, servos_of
+    from cncgen.servo.named_schemes import settings_of
+    from cncgen.servo.reference import judged_against
+    from cncgen.servo.response_spread import drawn_figures, figures_of_response, spread_values
+    from cncgen.setpoints.record import Setpoints
+
+    found: dict[str, Any] = {}
+    shift = 0
+    if wanted is not None:
+        found["reference"] = judged_against(wanted, kept)
+        shift = round(found["reference"]["shift_s"] / kept[0].period_s)
+    if drawn is None:
+        return found
+
+    def judge(responses: Sequence[Response]) -> dict[str, float]:
+        figures = figures_of_response(responses)
+        if wanted is not None:
+            against = judged_against(wanted, responses, shift)
+            figures |= {
+                f"reference_{k}": v
+                for k, v in against.items()
+                if isinstance(v, float) and not k.endswith("_s")
+            }
+        return figures
+
+    servos, controller = how
+    rows = [Setpoints(r.axes, r.period_s, r.first, r.command) for r in kept]
+    figures = drawn_figures(rows, servos_of(servos), drawn, controller=controller,
+                            settings=settings_of(coupling_of(servos)), judge=judge)  # fmt: skip
+    found["perturbed"] = spread_values(figures, drawn)
+    return found
 
 
 def _draw(chunks: Iterable[Response]) -> None:

@@ -26,4 +26,41 @@ def as_text(summary: dict[str, Any]) -> str:
             f"max {1000 * summary['contour_error_max_mm']:.3f} µm at {summary['contour_error_max_t_s']:.4f} s; "
             f"speed variation {summary['speed_variation_mm_s']:.4f} mm/s"
         )
+    if "reference" in summary:
+        lines.append(_reference_line(summary["reference"]))
+    if "perturbed" in summary:
+        lines += _spread_lines(summary["perturbed"])
     return "\n".join(lines)
+
+
+def _reference_line(found: dict[str, Any]) -> str:
+    """Return the errors against the wanted motion."""
+    unit = "mm" if "tracking_max_mm" in found else "deg"
+    thousandth = "µm" if unit == "mm" else "mdeg"
+    late = f", which begins at {found['shift_s']:.3f} s" if found["shift_s"] else ""
+    parts = [f"against {found['name']}{late}:"]
+    if found["contour_error_max_mm"] is not None:
+        parts.append(
+            f"contour error rms {1000 * found['contour_error_rms_mm']:.3f}, max {1000 * found['contour_error_max_mm']:.3f} µm"
+            f" at {found['contour_error_max_t_s']:.4f} s;"
+        )
+    rms, largest = 1000 * found[f"tracking_rms_{unit}"], 1000 * found[f"tracking_max_{unit}"]
+    return " ".join([*parts, f"tracking error rms {rms:.3f}, max {largest:.3f} {thousandth}"])
+
+
+def _spread_lines(found: dict[str, Any]) -> list[str]:
+    """Return what the figures are on drawn machines."""
+    unstable = f", {found['unstable']} of them UNSTABLE" if found["unstable"] else ""
+    lines = [
+        f"on {found['draws']} machines with every parameter within {100 * found['share']:g} %{unstable}:"
+    ]
+    for name, values in found.items():
+        if isinstance(values, dict) and "rms" not in name:
+            low, median, high, worst = (
+                "unstable" if values[key] is None else f"{1000 * values[key]:.3f}"
+                for key in ("low", "median", "high", "worst")
+            )
+            unit = "mdeg" if "_deg" in name else "µm"
+            words = name.replace("_mm", "").replace("_deg", "").replace("_", " ")
+            lines.append(f"  {words}: 90 % within {low} and {high} {unit}, median {median}, worst {worst}")
+    return lines

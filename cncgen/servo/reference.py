@@ -1,0 +1,202 @@
+"""A response judged against the motion that was wanted: the programmed path, and the plan in its time.
+
+A command that was shaped is not the motion that was wanted, so errors against the command say little of the part. Here the contour
+error is the distance from the programmed path, a polyline that is flattened as `cncgen verify` does it, and the
+tracking error is that against the plan's setpoints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.geometry.contour_distance import REACH
+from cncgen.kernels import servo_contour
+from cncgen.machine.record import Machine
+from cncgen.servo.contour import contour_error
+from cncgen.servo.record import Response
+from cncgen.servo.simulate import contour_axes
+from cncgen.setpoints.record import Setpoints
+from cncgen.toolpath.record import Toolpath
+from cncgen.units import to_file
+from cncgen.verify.flatten import flatten
+
+Floats = NDArray[np.float64]
+
+#: Longest segment of a programmed path here, mm: the place of a setpoint on it is found to half of that.
+SEGMENT_MM = 0.02
+#: A command that differs from the plan by less is the plan, mm.
+SAME_MM = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The wanted motion.
+
+    Attributes:
+        name: The file that it came from.
+        axes, period_s: Of the plan.
+        rows: Shape (n, axes), mm and rad: the plan's setpoints.
+        path: Shape (m, linear axes): the programmed path; None: the polyline of the setpoints is the path.
+        path_axes: Letters of its columns.
+    """
+
+    name: str
+    axes: str
+    period_s: float
+    rows: Floats
+    path: Floats | None = None
+    path_axes: str = ""
+
+
+def reference_of(name: str, setpoints: Iterable[Setpoints]) -> Reference:
+    """Return setpoints as the wanted motion.
+
+    Raises:
+        UsageError: There are none (``reference-empty``).
+    """
+    chunks = [chunk for chunk in setpoints if len(chunk)]
+    if not chunks:
+        raise UsageError(Diagnostic("reference-empty", f"the reference {name} has no setpoints"))
+    rows = np.concatenate([np.asarray(chunk.position, float) for chunk in chunks])
+    return Reference(name, chunks[0].axes, chunks[0].period_s, rows)
+
+
+def programmed_path(toolpaths: Iterable[Toolpath], machine: Machine, axes: str) -> tuple[Floats, str]:
+    """Return the programmed path as a polyline of its linear axes among `axes`, shape (m, k), and their letters."""
+    parts: list[Floats] = []
+    letters = ""
+    for piece in flatten(toolpaths, machine):
+        if not letters:
+            both = "".join(letter for letter in piece.axes if letter in axes)
+            letters = "".join(both[i] for i in contour_axes(both))
+        points = piece.restricted([piece.axes.index(letter) for letter in letters]).points
+        parts.append(points if not parts else points[1:])
+    path = np.concatenate(parts) if parts else np.zeros((0, len(letters)))
+    return _cut(path), letters
+
+
+def _cut(path: Floats) -> Floats:
+    """Return a polyline without segments of no length, and with none longer than `SEGMENT_MM`."""
+    if len(path) < 2:
+        return path
+    length = np.sqrt((np.diff(path, axis=0) ** 2).sum(axis=1))
+    path, length = np.concatenate([path[:1], path[1:][length > 0.0]]), length[length > 0.0]
+    parts = np.maximum(np.ceil(length / SEGMENT_MM).astype(int), 1)
+    begin = np.repeat(np.arange(len(parts)), parts)
+    share = (np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts) + 1) / parts[begin]
+    inner = path[begin] + share[:, None] * (path[begin + 1] - path[begin])
+    return np.concatenate([path[:1], inner])
+
+
+def judged_against(
+    reference: Reference, responses: Sequence[Response], shift: int | None = None
+) -> dict[str, float | str | None]:
+    """Return the errors of a response against the wanted motion, in mm (degrees of rotary axes alone) and s.
+
+    A response that is longer than the plan because its command was shaped is laid over the plan where the two differ least, or
+    after `shift` rows.
+
+    Raises:
+        UsageError: Axes or periods differ (``reference-axes``, ``reference-period``).
+    """
+    head = responses[0]
+    _check(reference, head)
+    columns = [reference.axes.index(letter) for letter in head.axes]
+    rows = reference.rows[:, columns]
+    command, position = (np.concatenate([getattr(r, k) for r in responses]) for k in ("command", "position"))
+    shift = _shift(rows, command, position) if shift is None else shift
+    after = max(len(position) - shift - len(rows), 0)
+    wanted = np.concatenate([np.repeat(rows[:1], shift, axis=0), rows, np.repeat(rows[-1:], after, axis=0)])[
+        : len(position)
+    ]
+    judged = contour_axes(head.axes)
+    unit, factor = ("mm", 1.0) if judged else ("deg", to_file(head.axes[0]))
+    chosen = judged or list(range(len(head.axes)))
+    distance = factor * np.sqrt(((wanted - position)[:, chosen] ** 2).sum(axis=1))
+    contour = _contour(reference, head.axes, wanted, position) if judged else None
+    return {
+        "name": reference.name,
+        "shift_s": shift * head.period_s,
+        "contour_error_rms_mm": None if contour is None else float(np.sqrt((contour**2).mean())),
+        "contour_error_max_mm": None if contour is None else float(contour.max()),
+        "contour_error_max_t_s": None if contour is None else float(contour.argmax()) * head.period_s,
+        f"tracking_rms_{unit}": float(np.sqrt((distance**2).mean())),
+        f"tracking_max_{unit}": float(distance.max()),
+    }
+
+
+def _check(reference: Reference, head: Response) -> None:
+    missing = [letter for letter in head.axes if letter not in reference.axes]
+    if missing:
+        message = (
+            f"the response has the axes {head.axes}, and the reference {reference.name} has {reference.axes}"
+        )
+        raise UsageError(Diagnostic("reference-axes", message))
+    if abs(reference.period_s - head.period_s) > 1e-9:
+        message = f"setpoints come every {head.period_s:g} s, and those of the reference every {reference.period_s:g} s"
+        raise UsageError(Diagnostic("reference-period", message))
+
+
+def _shift(rows: Floats, command: Floats, position: Floats) -> int:
+    """Return by how many rows the plan lies behind the beginning of a response."""
+    room = len(position) - len(rows)
+    if room <= 0 or np.abs(command[: len(rows)] - rows).max() <= SAME_MM:
+        return 0
+    # |p − r|² over each shift: the cross product by FFT, the squares of p by running sums.
+    length = len(position) + len(rows)
+    cross = np.zeros(room + 1)
+    for p, r in zip((position - rows[0]).T, (rows - rows[0]).T, strict=True):
+        spectrum = np.fft.rfft(p, length) * np.conj(np.fft.rfft(r, length))
+        squares = np.concatenate([[0.0], np.cumsum(p**2)])
+        cross += (
+            squares[len(r) : len(r) + room + 1]
+            - squares[: room + 1]
+            - 2.0 * np.fft.irfft(spectrum, length)[: room + 1]
+        )
+        # Beyond the plan the axis should stand where the plan ends.
+        after = np.concatenate([np.cumsum(((p - r[-1]) ** 2)[::-1])[::-1], [0.0]])
+        cross += squares[: room + 1] + after[len(r) : len(r) + room + 1]
+    return int(cross.argmin())
+
+
+def _contour(reference: Reference, axes: str, wanted: Floats, position: Floats) -> Floats:
+    """Return the distance of each position from the path, shape (n,)."""
+    if reference.path is None or len(reference.path) < 2:
+        columns = contour_axes(axes)
+        return contour_error(wanted[:, columns], position[:, columns])
+    columns = [axes.index(letter) for letter in reference.path_axes]
+    path = reference.path
+    arc = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(path, axis=0) ** 2).sum(axis=1)))])
+    own = _places(path, arc, wanted[:, columns])
+    result = np.empty(len(position))
+    beyond = np.full(len(own), len(path) - 1, np.int64)
+    servo_contour.distances(
+        np.ascontiguousarray(path),
+        arc,
+        own,
+        beyond,
+        np.ascontiguousarray(position[:, columns]),
+        REACH,
+        result,
+    )
+    return result
+
+
+def _places(path: Floats, arc: Floats, wanted: Floats) -> NDArray[np.int64]:
+    """Return the vertex of the path that each setpoint is at, going forward only."""
+    steps = np.concatenate([[0.0], np.sqrt((np.diff(wanted, axis=0) ** 2).sum(axis=1))])
+    places = np.zeros(len(wanted), np.int64)
+    at = 0
+    for k, (point, step) in enumerate(zip(wanted, steps.tolist(), strict=True)):
+        if k and step == 0.0:
+            places[k] = at
+            continue
+        end = int(np.searchsorted(arc, arc[at] + 2.0 * step + 5.0 * SEGMENT_MM)) + 1
+        at += int(((path[at:end] - point) ** 2).sum(axis=1).argmin())
+        places[k] = at
+    return places

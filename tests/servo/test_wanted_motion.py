@@ -1,0 +1,99 @@
+"""Responses judged against the wanted motion, and on machines that are not quite the model."""
+
+import json
+
+import numpy as np
+import pytest
+
+from cncgen.cli.app import run as cncgen
+from cncgen.diagnostics import UsageError
+from cncgen.machine import load_machine
+from cncgen.machine.record import Servo
+from cncgen.pipeline import read_text
+from cncgen.servo.reference import judged_against, programmed_path, reference_of
+from cncgen.servo.response_spread import drawn_figures, interval, spread_values
+from cncgen.servo.simulate import simulate
+from cncgen.servo.uncertainty import Perturbation
+
+from .bench import circle, profile, stream
+
+STIFF = {k: Servo("transfer-function", {"numerator": [1.0], "denominator": [1.0]}) for k in "XY"}
+
+
+def test_the_contour_error_is_the_distance_from_the_programmed_path():
+    """Axes that follow at once along a circle of 9.99 mm, judged by a program of 10 mm: 10 µm everywhere."""
+    program = "(START, X10 Y0)\nG21 G90 G17 G61\nG3 X10 Y0 I-10 J0 F3000\nM2\n"
+    path, letters = programmed_path(read_text(program).chunks(), load_machine("xy-table"), "XY")
+    assert letters == "XY"
+    assert np.hypot(*path.T) == pytest.approx(10.0, abs=1e-5)
+    wanted = reference_of("circle", stream(circle(10.0, 50.0, turns=1.0)))
+    reference = type(wanted)("circle", wanted.axes, wanted.period_s, wanted.rows, path, letters)
+    found = judged_against(reference, list(simulate(stream(circle(9.99, 50.0 * 0.999, turns=0.9)), STIFF)))
+    assert found["contour_error_max_mm"] == pytest.approx(0.01, abs=1e-5)
+    assert found["contour_error_rms_mm"] == pytest.approx(0.01, abs=1e-5)
+    assert found["tracking_max_mm"] == pytest.approx(0.01, abs=1e-4)
+    assert found["shift_s"] == 0.0
+
+
+def test_a_command_that_begins_before_the_motion_is_laid_over_it():
+    u = np.linspace(0.0, 1.0, 801)
+    angle = 6.0 * u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    rows = 10.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+    early = np.concatenate([np.repeat(rows[:1], 37, axis=0), rows + 0.001, np.repeat(rows[-1:], 20, axis=0)])
+    found = judged_against(reference_of("plan", stream(rows)), list(simulate(stream(early), STIFF)))
+    assert found["shift_s"] == pytest.approx(0.037)
+    assert found["tracking_max_mm"] == pytest.approx(0.001 * np.sqrt(2.0), rel=1e-6)
+
+
+def test_references_that_do_not_fit_are_refused():
+    rows = circle(10.0, 50.0, turns=0.1)
+    responses = list(simulate(stream(rows), STIFF))
+    with pytest.raises(UsageError, match="reference-axes"):
+        judged_against(reference_of("x", stream(rows[:, :1], "X")), responses)
+    with pytest.raises(UsageError, match="reference-period"):
+        judged_against(reference_of("slow", stream(rows, period=0.002)), responses)
+    with pytest.raises(UsageError, match="reference-empty"):
+        reference_of("nothing", [])
+
+
+def test_ninety_percent_of_machines_are_in_the_interval():
+    """200 machines drawn by numpy, and not by the sequence that made the interval: 90 ± 6 % (three standard deviations)."""
+    rows, servos = circle(10.0, 60.0, turns=0.5, ramp=0.1), profile("dyna-1007")
+    drawn = drawn_figures(list(stream(rows)), servos, Perturbation(0.1, 128))
+    low, high = interval(drawn["contour_error_max_mm"])
+    rng, inside = np.random.default_rng(11), 0
+    for _ in range(200):
+        machine = {
+            k: Servo(s.model, {n: v * rng.uniform(0.9, 1.1) for n, v in s.parameters.items()})
+            for k, s in servos.items()
+        }
+        error = max(float(r.contour_error_mm.max()) for r in simulate(stream(rows), machine))
+        inside += low <= error <= high
+    assert 168 <= inside <= 192
+
+
+def test_unstable_machines_are_counted():
+    servos = {k: Servo("first-order", {"position_gain_1_s": 1950.0}) for k in "XY"}
+    found = drawn_figures(list(stream(circle(10.0, 60.0, turns=4.0))), servos, Perturbation(0.1, 16))
+    values = spread_values(found, Perturbation(0.1, 16))
+    assert 0 < values["unstable"] < 16
+    assert values["contour_error_max_mm"]["worst"] is None
+
+
+def test_simulate_gives_both_beside_the_errors_against_the_command(tmp_path, programs, capfd):
+    """The gain of a compensated command shows against the program alone: against itself the command is as bad as ever."""
+    program, command, summary = str(programs / "circle.nc"), str(tmp_path / "c.csv"), tmp_path / "s.json"
+    assert cncgen(["compensate", program, "-m", "xy-table", "-o", command, "--perturb", "0%"]) == 0
+    call = ["simulate", command, "-m", "xy-table", "-o", str(tmp_path / "r.csv"), "--reference", program,
+            "--perturb", "10%", "--draws", "8", "--summary", str(summary)]  # fmt: skip
+    assert cncgen(call) == 0
+    said = capfd.readouterr().err
+    assert f"against {program}, which begins at 0." in said
+    assert "on 8 machines with every parameter within 10 %:" in said
+    found = json.loads(summary.read_text())
+    assert found["contour_error_max_mm"] > 0.010
+    assert found["reference"]["contour_error_max_mm"] < 0.002
+    assert (
+        found["perturbed"]["reference_contour_error_max_mm"]["worst"]
+        > found["reference"]["contour_error_max_mm"]
+    )
