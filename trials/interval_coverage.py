@@ -35,7 +35,8 @@ def main() -> None:
             inside = float(((others[figure] >= low) & (others[figure] <= high)).mean())
             shares.append(f"{figure} {100.0 * inside:.1f} %")
         print(
-            f"{name}: {', '.join(shares)} of {count} machines in the 90 % interval of {DRAWS} draws", flush=True
+            f"{name}: {', '.join(shares)} of {count} machines in the 90 % interval of {DRAWS} draws",
+            flush=True,
         )
 
 
