@@ -1,4 +1,4 @@
-"""Speeds of blocks under a look-ahead of so many of them, and the trapezoids between."""
+"""AllowedSpeeds of blocks under a look-ahead of so many of them, and the trapezoids between."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Speeds:
+class AllowedSpeeds:
     """Bounds that a control's rules set on `n` blocks.
 
     Attributes:
@@ -28,7 +28,7 @@ class Speeds:
     acceleration: Floats
 
 
-def entry_speeds(blocks: Blocks, allowed: Speeds, depth: int, first_mm_s: float) -> Floats:
+def entry_speeds(blocks: Blocks, allowed: AllowedSpeeds, depth: int, first_mm_s: float) -> Floats:
     """Return the speed where each block begins, and 0 at the end, shape (n + 1,).
 
     A block is entered so that the motion can stop `depth` blocks on, since the control knows no more; and no faster than
@@ -56,7 +56,7 @@ def entry_speeds(blocks: Blocks, allowed: Speeds, depth: int, first_mm_s: float)
 
 
 def trapezoids(
-    blocks: Blocks, allowed: Speeds, speed: Floats, slowing_s: float
+    blocks: Blocks, allowed: AllowedSpeeds, speed: Floats, slowing_s: float
 ) -> tuple[tuple[Floats, Floats, Floats], Floats, NDArray[np.int8]]:
     """Return duration, speed at the start and acceleration of each piece; where it ends; and what limits it.
 

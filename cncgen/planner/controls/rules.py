@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.machine.record import Machine
 from cncgen.planner.controls.blocks import Blocks, weakest
-from cncgen.planner.controls.look_ahead import Speeds
+from cncgen.planner.controls.look_ahead import AllowedSpeeds
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -57,16 +58,16 @@ class Control:
     chord_mm: float
     stop_periods: int
     slowing_periods: int
-    rules: Callable[[Blocks, str, Machine], tuple[Blocks, Speeds]]
+    rules: Callable[[Blocks, str, Machine], tuple[Blocks, AllowedSpeeds]]
 
 
-def exact_stop(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, Speeds]:
+def exact_stop(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, AllowedSpeeds]:
     """A rest after each block of the program; arcs as fast as their acceleration allows."""
     top = np.minimum(blocks.feed, np.sqrt(blocks.acceleration * blocks.radius))
-    return blocks, Speeds(top, np.where(blocks.inner, _met(top), 0.0), blocks.acceleration)
+    return blocks, AllowedSpeeds(top, np.where(blocks.inner, _met(top), 0.0), blocks.acceleration)
 
 
-def grbl(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, Speeds]:
+def grbl(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, AllowedSpeeds]:
     """Corners by junction deviation; arcs as chords; a buffer of 16 blocks.
 
     A circle that touches both ways at a corner and is δ from it at its middle has the radius
@@ -85,10 +86,10 @@ def grbl(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, Speeds]:
     corner = np.where(cosine > _STRAIGHT, np.inf, np.where(cosine < -_STRAIGHT, 0.0, corner))
     corner[blocks.stopped] = 0.0
     strength = weakest(blocks.way_in, blocks.way_out, axes, machine)
-    return blocks, Speeds(blocks.feed, np.minimum(corner, _met(blocks.feed)), strength)
+    return blocks, AllowedSpeeds(blocks.feed, np.minimum(corner, _met(blocks.feed)), strength)
 
 
-def linuxcnc(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, Speeds]:
+def linuxcnc(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, AllowedSpeeds]:
     """G61: a rest at corners. G64 P: arcs that touch both ways of a corner and are P from it, no longer than half of a way.
 
     Before that, lines that are within P of one line become this line (the naive cam detector).
@@ -111,7 +112,9 @@ def linuxcnc(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, Speed
     part = np.cumsum(~blocks.inner) - 1
     last = np.isin(part, part[stops])
     acceleration = np.where(last, LAST_SHARE * acceleration, acceleration)
-    return _with_arcs(blocks, Speeds(top, np.where(passed, _met(top), 0.0), acceleration), rounded, cosine)
+    return _with_arcs(
+        blocks, AllowedSpeeds(top, np.where(passed, _met(top), 0.0), acceleration), rounded, cosine
+    )
 
 
 def _straightened(blocks: Blocks) -> Blocks:
@@ -157,12 +160,14 @@ def _near_chord(points: Floats, tolerance: float) -> bool:
     return bool(between and np.all(np.einsum("ij,ij->i", off, off) <= (tolerance * (1.0 + 1e-9)) ** 2))
 
 
-def _with_arcs(blocks: Blocks, allowed: Speeds, rounded: Bools, cosine: Floats) -> tuple[Blocks, Speeds]:
+def _with_arcs(
+    blocks: Blocks, allowed: AllowedSpeeds, rounded: Bools, cosine: Floats
+) -> tuple[Blocks, AllowedSpeeds]:
     """Cut the arcs of rounded corners out of the ways on both sides, half an arc on each."""
     at = np.flatnonzero(rounded)
     if not len(at):
         return blocks, allowed
-    half = 0.5 * np.arccos(np.clip(cosine[at], -1.0, 1.0))
+    half = 0.5 * elementary.arccos(np.clip(cosine[at], -1.0, 1.0))
     tolerance = np.minimum(blocks.tolerance[at], blocks.tolerance[at - 1])
     cut = tolerance * np.sin(half) / (1.0 - np.cos(half))
     cut = np.minimum(cut, 0.5 * np.minimum(blocks.length[at], blocks.length[at - 1]))
@@ -198,7 +203,7 @@ def _with_arcs(blocks: Blocks, allowed: Speeds, rounded: Bools, cosine: Floats) 
     entry = np.where(begins_block & ~rounded[number], allowed.entry[number], met)
     cut_blocks = replace(blocks.part(number), start=start, end=end, length=length)
     kept = (length > 0.0) | (end > start)
-    return cut_blocks.part(np.flatnonzero(kept)), Speeds(
+    return cut_blocks.part(np.flatnonzero(kept)), AllowedSpeeds(
         *(column[kept] for column in (top, entry, acceleration))
     )
 

@@ -11,7 +11,7 @@ from cncgen.diagnostics import Diagnostic, Severity
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.controls.blocks import Blocks, blocks_of
-from cncgen.planner.controls.look_ahead import Speeds, cut_at, entry_speeds, trapezoids
+from cncgen.planner.controls.look_ahead import AllowedSpeeds, cut_at, entry_speeds, trapezoids
 from cncgen.planner.controls.rules import CONTROLS, Control
 from cncgen.planner.limits.row_limits import RowLimits
 from cncgen.planner.record import Limit, Trajectory
@@ -78,7 +78,7 @@ def _planned(
     speed = entry_speeds(blocks, allowed, control.depth, state.speed_mm_s)
     count = int(np.searchsorted(blocks.row, len(rows)))
     kept = slice(0, count)
-    mine = Speeds(allowed.top[kept], allowed.entry[kept], allowed.acceleration[kept])
+    mine = AllowedSpeeds(allowed.top[kept], allowed.entry[kept], allowed.acceleration[kept])
     first = float(rows.start[0]) if len(rows) else float(np.asarray(chunk.path.row_s)[0])
     pieces = trapezoids(
         blocks.part(kept), mine, speed[: count + 1], control.slowing_periods * machine.period_s
