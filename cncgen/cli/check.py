@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +17,17 @@ if TYPE_CHECKING:
     from cncgen.diagnostics import Diagnostic
     from cncgen.toolpath.reading import ReadOptions
 
+#: Shapes of a workplan that is printed.
+_TEXT, _JSON = "text", "json"
+
 
 @click.command("check")
 @click.argument("programs", metavar="PROGRAM...", type=FILE, nargs=-1, required=True)
 @click.option(
     "--tree", is_flag=True, help="Print the workplan of STEP-NC programs with tools, feeds and times."
+)
+@click.option(
+    "--json-tree", is_flag=True, help="Print it as JSON: a line a program, with the work of each workingstep."
 )
 @click.option(
     "--output-format",
@@ -34,7 +41,12 @@ if TYPE_CHECKING:
 @program_options
 @message_options
 def command(
-    programs: tuple[str, ...], tree: bool, output_format: str, machine: str | None, reading: dict[str, Any]
+    programs: tuple[str, ...],
+    tree: bool,
+    json_tree: bool,
+    output_format: str,
+    machine: str | None,
+    reading: dict[str, Any],
 ) -> int:
     """Read programs and name what is wrong with them.
 
@@ -42,14 +54,19 @@ def command(
     """
     from cncgen.files import write_text
 
+    if tree and json_tree:
+        raise click.UsageError(
+            "--tree and --json-tree ask for the same as text and as JSON: give one of them"
+        )
+    shape = _JSON if json_tree else _TEXT if tree else None
     messages.json_to_standard_output()
     if output_format == "json":
         messages.print_json()
     if output_format in ("text", "json"):
-        return _check_all(programs, tree, machine, reading)
+        return _check_all(programs, shape, machine, reading)
     kept = messages.keep()
     try:
-        code = _check_all(programs, tree, machine, reading)
+        code = _check_all(programs, shape, machine, reading)
     except CncgenError as error:  # of the options
         messages.show_error(error)
         code = error.exit_code
@@ -65,8 +82,10 @@ def _written(found: list[Diagnostic], output_format: str) -> str:
     return sarif(found, __version__) if output_format == "sarif" else github(found)
 
 
-def _check_all(programs: tuple[str, ...], tree: bool, machine: str | None, reading: dict[str, Any]) -> int:
-    """Check one program after the other; return the exit code."""
+def _check_all(
+    programs: tuple[str, ...], shape: str | None, machine: str | None, reading: dict[str, Any]
+) -> int:
+    """Check one program after the other, and print their workplans in a `shape`; return the exit code."""
     from cncgen.cli.reading import read_options
     from cncgen.files import read_bytes, together
 
@@ -76,10 +95,10 @@ def _check_all(programs: tuple[str, ...], tree: bool, machine: str | None, readi
         try:
             with together():
                 # A tree is made from the text again, which standard input has once.
-                content = read_bytes(name) if tree else None
+                content = read_bytes(name) if shape else None
                 _check(name, language, options, content)
-                if content is not None:
-                    _show_tree(name, language, options, content)
+                if content is not None and shape is not None:
+                    _show_tree(name, language, options, content, shape)
         except CncgenError as error:
             messages.show_error(error)
             messages.note(f"{name}: {_counts(error.diagnostics, error.suppressed)}")
@@ -127,12 +146,16 @@ def _check(name: str, language: str | None, options: ReadOptions, content: bytes
     messages.note(f"{name}: {counts}, {count} {'motion or event' if count == 1 else 'motions and events'}")
 
 
-def _show_tree(name: str, language: str | None, options: ReadOptions, content: bytes) -> None:
+def _show_tree(name: str, language: str | None, options: ReadOptions, content: bytes, shape: str) -> None:
     from cncgen.files import write_text
     from cncgen.pipeline import language_of
 
     if (language or language_of(name, content)) != "stepnc":
         return
-    from cncgen.stepnc import tree
+    from cncgen.stepnc import entries, tree
 
-    write_text(None, "".join(f"{line}\n" for line in tree(content, name, options)))
+    if shape == _JSON:
+        plans = [entry.as_json() for entry in entries(content, name, options)]
+        write_text(None, json.dumps({"schema_version": 1, "program": name, "workplans": plans}) + "\n")
+    else:
+        write_text(None, "".join(f"{line}\n" for line in tree(content, name, options)))

@@ -1,7 +1,7 @@
 """STEP-NC: ISO 14649 and AP238 programs in ISO 10303-21 files.
 
 `read` gives a `Program` of toolpaths, `canon` the canonical machining functions as text, `tree` the workplan with
-times; `write_ap238` puts toolpaths into an AP238 file, `gcode_lines` into G-code. `Exchange` and `write` of
+times (`entries` as records); `write_ap238` puts toolpaths into an AP238 file, `gcode_lines` into G-code. `Exchange` and `write` of
 `cncgen.stepnc.part21` read and write any Part 21 file. Rooms in the order in which data passes them:
 
     part21              an exchange structure (ISO 10303-21) as instances
@@ -22,6 +22,7 @@ _PUBLIC = {
     "canon": "cncgen.stepnc.reading",
     "entities_by_line": "cncgen.stepnc.reading",
     "tree": "cncgen.stepnc.listing",
+    "entries": "cncgen.stepnc.listing",
     "write_ap238": "cncgen.stepnc.ap238.writer",
     "gcode_lines": "cncgen.stepnc.gcode",
     "Exchange": "cncgen.stepnc.part21",

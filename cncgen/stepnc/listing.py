@@ -1,4 +1,4 @@
-"""The workplan as a tree of text: workingsteps with features, tools, speeds, feeds, lengths and times."""
+"""The workplan as a tree, of text or of plain values: workingsteps with features, tools, speeds, feeds, lengths and times."""
 
 from __future__ import annotations
 
@@ -65,6 +65,19 @@ class Work:
         parts += [f"{self.rapid:.1f} mm rapid"] if self.rapid else []
         parts += [duration(self.seconds)] if self.seconds else []
         return ", ".join(parts)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as plain values; `time_s` is null where it is endless."""
+        found: dict[str, Any] = {
+            "motions": self.motions,
+            "cut_mm": self.cut,
+            "rapid_mm": self.rapid,
+            "time_s": self.seconds if self.seconds < ENDLESS else None,
+        }
+        for key, values in (("feeds_mm_min", self.feeds), ("speeds_rev_min", self.speeds)):
+            if values:
+                found[key] = sorted(values)
+        return found
 
 
 def duration(seconds: float) -> str:
@@ -159,6 +172,57 @@ class Meter(Canon):
         self._now.seconds += seconds
 
 
+@dataclass(slots=True)
+class Entry:
+    """An executable of a workplan.
+
+    Attributes:
+        kind: ``workplan``, ``workingstep``, ``if``, ``while``, ``assignment`` or the name of a function; "" of one that has errors.
+        label: Its name in the file; of an assignment the variable.
+        ident: Number of its entity.
+        work: The work below it; None where that is not counted.
+        step: Of a workingstep.
+        children: Those that it holds.
+        deeper: It holds others that are nested deeper than is listed.
+    """
+
+    kind: str
+    label: str
+    ident: int
+    work: Work | None = None
+    step: Workingstep | None = None
+    children: list[Entry] = field(default_factory=list)
+    deeper: bool = False
+
+    def lines(self, depth: int = 0) -> Iterator[str]:
+        """Yield it and those that it holds as text, indented by depth."""
+        indent = "  " * depth
+        if not self.kind:
+            yield f"{indent}#{self.ident}: has errors"
+        elif self.step is not None:
+            yield f"{indent}workingstep {self.label!r} (#{self.ident}): {_step_text(self.step, self.work or Work())}"
+        elif self.kind == "assignment":
+            yield f"{indent}assignment to {self.label} (#{self.ident})"
+        else:
+            work = f": {self.work.text()}" if self.work is not None else ""
+            yield f"{indent}{self.kind} {self.label!r} (#{self.ident}){work}"
+        for child in self.children:
+            yield from child.lines(depth + 1)
+        if self.deeper:
+            yield f"{indent}  …"
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it and those that it holds as plain values; keys that say nothing are left out."""
+        found: dict[str, Any] = {"kind": self.kind or "faulty", "name": self.label, "entity": self.ident}
+        if self.step is not None:
+            found |= _step_values(self.step)
+        if self.work is not None:
+            found |= self.work.as_json()
+        if self.children:
+            found["children"] = [child.as_json() for child in self.children]
+        return found
+
+
 def tree(
     source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
 ) -> Iterator[str]:
@@ -170,48 +234,63 @@ def tree(
     Raises:
         UsageError: where the file cannot be read.
     """
+    yield from islice((line for entry in entries(source, name, options) for line in entry.lines()), MAX_LINES)
+
+
+def entries(
+    source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
+) -> list[Entry]:
+    """Return the workplans of a program as records, at most `MAX_LINES` of them; otherwise as `tree`."""
     file = StepFile(source, name, options or ReadOptions())
     meter = Meter()
     for _ in file.execute(meter):
         pass
     listing = _Listing(file, meter)
-    yield from islice((line for root in file.reader.roots() for line in listing.lines(root, 0)), MAX_LINES)
+    return [entry for root in file.reader.roots() if (entry := listing.entry(root, 0)) is not None]
 
 
 class _Listing:
-    """Makes the lines of executables."""
+    """Makes the records of executables."""
 
     def __init__(self, file: StepFile, meter: Meter) -> None:
         self._file = file
         self._meter = meter
+        self._room = MAX_LINES
 
-    def lines(self, item: Executable, depth: int) -> Iterator[str]:
-        """Yield the lines of an executable and of those that it holds."""
-        indent = "  " * depth
-        if depth > _MAX_DEPTH:
-            yield f"{indent}…"
-        elif isinstance(item, ProgramStructure):
+    def entry(self, item: Executable, depth: int) -> Entry | None:
+        """Return the record of an executable and of those that it holds; None beyond `MAX_LINES`."""
+        if self._room <= 0:
+            return None
+        self._room -= 1
+        if isinstance(item, ProgramStructure):
             sums = self._all(item, 0) if item.kind == "workplan" else None
-            yield f"{indent}{item.kind} {item.label!r} (#{item.ident})" + (f": {sums.text()}" if sums else "")
-            for child in item.children:
-                yield from self._child(child, item.context, depth + 1)
-        elif isinstance(item, Branching):
-            yield f"{indent}{'while' if item.loop else 'if'} {item.label!r} (#{item.ident})"
-            for branch in (item.then, item.otherwise):
-                if branch is not None:
-                    yield from self._child(branch, item.context, depth + 1)
-        elif isinstance(item, Workingstep):
-            yield indent + self._step(item)
-        elif isinstance(item, Assignment):
-            yield f"{indent}assignment to {item.variable} (#{item.ident})"
-        elif isinstance(item, NcFunction):
-            yield f"{indent}{item.kind} {item.label!r} (#{item.ident})"
+            made = Entry(item.kind, item.label, item.ident, sums)
+            self._fill(made, item.children, item.context, depth)
+            return made
+        if isinstance(item, Branching):
+            made = Entry("while" if item.loop else "if", item.label, item.ident)
+            branches = tuple(branch for branch in (item.then, item.otherwise) if branch is not None)
+            self._fill(made, branches, item.context, depth)
+            return made
+        if isinstance(item, Workingstep):
+            work = self._meter.steps.get(item.ident, Work())
+            return Entry("workingstep", item.label, item.ident, work, item)
+        if isinstance(item, Assignment):
+            return Entry("assignment", item.variable, item.ident)
+        return Entry(item.kind, item.label, item.ident) if isinstance(item, NcFunction) else None
 
-    def _child(self, ident: int, context: Any, depth: int) -> Iterator[str]:
-        try:
-            yield from self.lines(self._file.reader.executable(ident, context), depth)
-        except Skip:
-            yield f"{'  ' * depth}#{ident}: has errors"
+    def _fill(self, entry: Entry, children: tuple[int, ...], context: Any, depth: int) -> None:
+        """Add the records of the executables that one holds."""
+        if depth >= _MAX_DEPTH:
+            entry.deeper = bool(children)
+            return
+        for ident in children:
+            try:
+                child = self.entry(self._file.reader.executable(ident, context), depth + 1)
+            except Skip:
+                child = Entry("", "", ident)
+            if child is not None:
+                entry.children.append(child)
 
     def _all(self, block: ProgramStructure, depth: int) -> Work:
         """Return the sum of what the workingsteps below a block do."""
@@ -244,19 +323,31 @@ class _Listing:
                 self._steps_below(branches, item.context, depth + 1, seen)
         return seen
 
-    def _step(self, step: Workingstep) -> str:
-        operation, work = step.operation, self._meter.steps.get(step.ident, Work())
-        what = "rapid" if step.rapid else operation.kind
-        if step.feature is not None:
-            what += f" of {step.feature.kind} {step.feature.label!r}"
-        parts = [what]
-        if operation.tool is not None:
-            parts.append(_tool(operation.tool))
-        for values, format_ in ((work.speeds, "{} rev/min"), (work.feeds, "feed {} mm/min")):
-            if values:
-                parts.append(format_.format(_some(values)))
-        parts.append(work.text())
-        return f"workingstep {step.label!r} (#{step.ident}): " + ", ".join(parts)
+
+def _step_text(step: Workingstep, work: Work) -> str:
+    """Return operation, feature, tool, speeds, feeds and work of a workingstep in words."""
+    what = "rapid" if step.rapid else step.operation.kind
+    if step.feature is not None:
+        what += f" of {step.feature.kind} {step.feature.label!r}"
+    parts = [what]
+    if step.operation.tool is not None:
+        parts.append(_tool(step.operation.tool))
+    for values, format_ in ((work.speeds, "{} rev/min"), (work.feeds, "feed {} mm/min")):
+        if values:
+            parts.append(format_.format(_some(values)))
+    parts.append(work.text())
+    return ", ".join(parts)
+
+
+def _step_values(step: Workingstep) -> dict[str, Any]:
+    """Return operation, feature and tool of a workingstep as plain values."""
+    found: dict[str, Any] = {"operation": "rapid" if step.rapid else step.operation.kind}
+    if step.feature is not None:
+        found["feature"] = {"kind": step.feature.kind, "name": step.feature.label}
+    tool = step.operation.tool
+    if tool is not None:
+        found["tool"] = {"name": tool.name, "kind": tool.kind, "diameter_mm": tool.diameter}
+    return found
 
 
 def _tool(tool: CuttingTool) -> str:

@@ -1,5 +1,6 @@
 """The commands on STEP-NC files."""
 
+import json
 import math
 import re
 from pathlib import Path
@@ -80,6 +81,30 @@ def test_a_feed_of_next_to_nothing_takes_endless():
 def test_check_with_the_tree(capsys):
     assert run(["check", "--tree", str(NIST)]) == 0
     assert "workplan 'MAIN WORKPLAN'" in capsys.readouterr().out
+
+
+def test_the_tree_as_json_says_what_the_text_says(capsys):
+    """NIST's example: time and length of a workingstep are those of its line; a workplan's are the sums."""
+    assert run(["check", "-q", "--json-tree", str(NIST)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["program"] == str(NIST)
+    (plan,) = found["workplans"]
+    assert (plan["kind"], plan["name"], plan["entity"], plan["motions"]) == (
+        "workplan",
+        "MAIN WORKPLAN",
+        2,
+        490,
+    )
+    drill = plan["children"][1]
+    assert drill["tool"] == {"name": "SPIRAL_DRILL_20MM", "kind": "twist drill", "diameter_mm": 20.0}
+    assert drill["feature"] == {"kind": "round hole", "name": "HOLE1 D=22MM"}
+    assert drill["feeds_mm_min"] == [900.0, 1350.0, 1800.0]
+    assert drill["speeds_rev_min"] == [480.0, 720.0, 960.0]
+    for key in ("motions", "cut_mm", "rapid_mm", "time_s"):
+        assert math.isclose(plan[key], sum(step[key] for step in plan["children"]), rel_tol=1e-12), key
+    assert run(["check", "--tree", "--json-tree", str(NIST)]) == 2
+    assert run(["check", "-q", "--json-tree", str(PROGRAMS / "circle.nc")]) == 0
+    assert capsys.readouterr().out == ""
 
 
 def test_faults_end_in_exit_code_1(tmp_path, capsys):
