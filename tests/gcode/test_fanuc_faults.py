@@ -141,3 +141,18 @@ def test_a_comment_with_pairs_of_parentheses_is_one_comment(run: Run, comment: s
 
 def test_an_open_comment_within_another_stays_an_error(run: Run) -> None:
     assert run("O1\nG0 X1 (A (B) G1 X2\nM30").errors == [("nested-comment", 2, 7)]
+
+
+def test_h_beside_a_call_is_not_taken_as_a_tool_offset(run: Run) -> None:
+    """Mazak's M98 P H begins at a line; as an offset it moved Z by the difference of two tools."""
+    text = "O1\nG43 H1 Z10\nM98 P100 H20\nM30\nO100\nN20 G0 X1\nM99"
+    assert run(text).errors == [("other-control", 3, 10)]
+
+
+def test_the_origins_g110_to_g129_of_haas_are_those_of_g154(run: Run) -> None:
+    text = "O1\nG10 L20 P{p} X5\nG10 L20 P7 X7\n{code} G0 X1\nM30"
+    for code, p in (("G110", 1), ("G111", 2), ("G114", 5), ("G129", 20)):
+        found = run(text.format(code=code, p=p))
+        assert found.errors == []
+        assert found.path.end[-1, 0] == 6
+    assert run("O1\nG112 G0 X1\nM30").errors[0][0] == "unknown-code"

@@ -21,6 +21,8 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "a radius oversize": ("TOOL CALL 1 Z S500 DR+0.5 DL+0\nL X+0 Y+0 Z-1 F100\nL X+10 RR\nL X+20", [(0, 0, -1), (10, -2.5, -1), (20, -2.5, -1)]),
     "M92": ("L Z+5 FMAX M92", [(0, 0, 5)]),
     "STOP with M1": ("STOP M1\nL X+1 FMAX", [(1,)]),
+    "looking ahead": ("L X+1 F100 M120 LA5\nL X+2 F", [(1,), (2,)]),
+    "two remarks": ("L Z+5 FMAX M92 M109", [(0, 0, 5)]),
     "no blanks": ("CYCL DEF7.0 NULLPUNKT\nCYCL DEF7.1 X+5\nL X+1 FMAX", [(6,)]),
     "a plane that is reset": ("PLANE RESET STAY\nPLANE SPATIAL SPA+0 SPB+0 SPC+0 STAY SEQ+ TABLE ROT\nL X+1 FMAX", [(1,)]),
     "a plane turned about X": ("PLANE SPATIAL SPA+90 SPB+0 SPC+0 MOVE DIST50 F2000\nL X+1 Y+2 Z+3 FMAX", [(1, -3, 2)]),
@@ -62,6 +64,8 @@ def test_a_dwell_keeps_its_decimals(calls: Any, text: str, seconds: float) -> No
 
 WRONG: dict[str, tuple[str, tuple[str, int]]] = {
     "a probe": ("TCH PROBE 413 DATUM OUTSIDE CIRCLE", ("unsupported-block", 3)),
+    "a factor of the feed": ("L X+1 F500 M103 F20", ("unsupported-block", 3)),
+    "untilted points": ("L X+1 FMAX M130", ("unsupported-block", 3)),
     "a plane by vectors": ("PLANE VECTOR BX0 BY0 BZ1 NX0 NY0 NZ1 STAY", ("unsupported-block", 3)),
     "the tip's motion": ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", ("unsupported-block", 3)),
     "a corner's oversize": ("TOOL CALL 1 Z S500 DR2+0.1", ("unsupported-block", 3)),
@@ -93,3 +97,15 @@ def test_a_program_calls_another_one_with_labels_of_its_own(run: Any, tmp_path: 
     assert ends(out.path.end[out.path.kind < 3][:, :2]) == ends(
         [(1, 0), (2, 0), (2, 5), (3, 5), (4, 5), (4, 10)]
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("0 BEGIN PGM T INCH\n1 L X+1 F10\n", "feed-inch"),
+        ("0 BEGIN PGM T MM\n1 L X+1 F10 M109\n", "feed-function"),
+    ],
+)
+def test_a_feed_that_may_mean_another_one_is_warned_of(run: Any, text: str, code: str) -> None:
+    found = [d.code for d in run(f"{text}2 END PGM T MM\n").diagnostics if d.severity == "warning"]
+    assert code in found

@@ -125,3 +125,8 @@ def test_a_traverse_at_the_end_of_a_profile_that_goes_back_is_not_roughed() -> N
     assert places(f"{head}{profile}N2 G0 Z2.") == plain
     assert codes(f"{head}{profile}N2 G0 Z2.", "warning") == ["profile-way-off"]
     assert outcome(f"{head}{profile}N2 G1 Z2.")[1][0][0] == "profile-not-monotonic"
+
+
+def test_a_bound_of_the_speed_in_systems_b_and_c_is_named() -> None:
+    """G92 S was taken as the speed of the spindle."""
+    assert outcome("G96 S200\nG92 S2000\nG0 X42. Z2.")[1] == [("other-control", 4, 1)]

@@ -164,3 +164,9 @@ def test_mazaks_exact_path_is_not_of_linuxcnc_alone() -> None:
         "(WNO 1)\nG0G90G40G80G17G94\nG61.1\nT01T02M6\nG54X10.Y10.\nG43Z50.H1\nG05P2\nG1Z-5.F200.\nG05P0\nM30"
     )
     assert dialect_of(text) == ("fanuc", "")
+
+
+def test_words_of_sinumerik_in_comments_do_not_count() -> None:
+    text = "(roughing out in soft material)\nG93 (loop)\nG0 X1 Y2 ; TRANS X5\nG1 X5 F10 (goto end)\nM2"
+    assert dialect_of(text) == ("linuxcnc", "")
+    assert dialect_of("G0 X1\nSOFT\nG1 X5 F100\nM30")[0] == "sinumerik"

@@ -355,3 +355,18 @@ def test_subprograms_of_files(run: Any, tmp_path: Path) -> None:
     assert out.errors == []
     assert ends(out) == [(0, 0, -5)]
     assert out.axes == "XYZC"
+
+
+@pytest.mark.parametrize(
+    ("text", "mm_a_minute"),
+    [
+        ("G70 F100\nG1 X1", 100),
+        ("F100\nG70 G1 X1", 100),
+        ("G700 F10\nG1 X1", 254),
+        ("F100 G700\nG1 X1 F10\nG71 X30 F50", 50),
+    ],
+)
+def test_g70_changes_the_unit_of_lengths_alone(run: Any, text: str, mm_a_minute: float) -> None:
+    """840D sl, Fundamentals: F is in the basic system under G70 and G71, and changes with G700 and G710."""
+    path = run(f"{text}\nM30", dialect="sinumerik").path
+    assert path.feed[path.kind < 3][-1] * 60.0 == pytest.approx(mm_a_minute)

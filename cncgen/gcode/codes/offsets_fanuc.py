@@ -5,7 +5,7 @@ from __future__ import annotations
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.offsets import given_axes, set_g92, use_system
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -28,6 +28,15 @@ def use_additional(ip: Interpreter, block: Block) -> None:
             hint=f"the additional systems are G54.1 P1 to P{MORE_COUNT}",
         )
     use_system(ip, SYSTEM_COUNT + number)
+
+
+def _of_haas(number: int) -> Handler:
+    """Return G110 to G129 of Haas's mills, which are G154 P1 to P20."""
+
+    def run(ip: Interpreter, block: Block) -> None:
+        use_system(ip, SYSTEM_COUNT + number)
+
+    return run
 
 
 def first_system(ip: Interpreter, block: Block) -> None:
@@ -257,5 +266,18 @@ CODES = (
         AXES,
         "own",
         dialects=_FANUC,
+    ),
+    # G112 and G113 are those of Haas as well; on FANUC's controls they are polar coordinate interpolation.
+    *(
+        Code(
+            "G",
+            10 * (109 + n),
+            "coordinates",
+            Stage.COORDINATES,
+            _of_haas(n),
+            f"additional system {n} (Haas)",
+            dialects=_FANUC,
+        )
+        for n in (1, 2, *range(5, 21))
     ),
 )

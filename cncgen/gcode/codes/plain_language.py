@@ -278,8 +278,14 @@ def oversize(ip: Interpreter, block: Block) -> None:
 _REMARKS = {
     1: ("tool-name", "a tool that is called by its name has no length and no radius: the tool table has numbers", "TOOL",
         "TOOL CALL with a number takes one of --tool-table", Severity.NOTE),
+    20: ("feed-inch", "F of a program in INCH is read as inches a minute; TNCs may count it in tenths of an inch a minute", "INCH",
+         "compare a feed with what is meant", Severity.WARNING),
     92: ("builders-point", "M92 counts from a point of the machine's builder: taken as machine zero, as M91", "M92",
          "M91 counts from machine zero", Severity.WARNING),
+    **{number: ("feed-function", f"M{number} ({what}) is not read: F is that of the tool's centre along its path", f"M{number}",
+                "the path is not changed by it", Severity.WARNING)
+       for number, what in ((109, "the feed of the cutting edge on arcs"),
+                            (110, "the feed of the cutting edge within arcs"), (116, "mm a minute of rotary axes"))},
 }  # fmt: skip
 
 

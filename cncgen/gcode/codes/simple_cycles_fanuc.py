@@ -79,6 +79,9 @@ def across(ip: Interpreter, block: Block) -> None:
 
 def thread(ip: Interpreter, block: Block) -> None:
     """G92 F: to X, a thread along Z, out and back."""
+    if "s" in block.words and block.words.keys().isdisjoint(_WORDS + "f"):
+        message = "G92 S bounds the spindle's speed in systems B and C of lathes' G codes, which are not read"
+        raise BlockError("other-control", message, "G92", hint="system A has G50 S")
     lead = lead_of(ip, block, "G92", _THREAD)
     cut = _words(ip, block, _THREAD)
     if cut is None or cut.x is None or cut.z is None:

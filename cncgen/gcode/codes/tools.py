@@ -16,6 +16,8 @@ from cncgen.toolpath.record import Event
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
+#: Codes, in tenths, that call a program: M98, M198.
+_CALLS = frozenset((980, 1980))
 _M61 = 610
 
 
@@ -158,7 +160,17 @@ def length_back(ip: Interpreter, block: Block) -> None:
 
 
 def length_number(ip: Interpreter, block: Block) -> None:
-    """H of FANUC by itself: the offset that G43 or G44 goes on with, at once where one of them is in force."""
+    """H of FANUC by itself: the offset that G43 or G44 goes on with, at once where one of them is in force.
+
+    Raises:
+        BlockError: H stands beside the call of a program, where other controls mean a line of it.
+    """
+    if not _CALLS.isdisjoint(block.m):
+        number = block.words["h"]
+        message = f"H{number:g} beside M98: Mazak's and Mitsubishi's controls begin at line N{number:g} there, FANUC's change the tool offset"
+        raise BlockError(
+            "other-control", message, "H", hint="write H in a block of its own where it is the tool offset"
+        )
     if {410, 420} & set(block.g) and "d" not in block.words and not {430, 440} & set(block.g):
         # G41 and G42 take it as the number of the radius.
         return

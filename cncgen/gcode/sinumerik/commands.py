@@ -16,6 +16,7 @@ from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
 from cncgen.gcode.sinumerik.reading import Node
 from cncgen.gcode.state.systems import MORE_COUNT, SYSTEM_COUNT, first_parameter, load_system
 from cncgen.toolpath.record import Event
+from cncgen.units import INCH
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
@@ -344,8 +345,7 @@ def mode(motions: Motions, code: int, words: Words) -> None:
     elif code in (40, 41, 42):
         _compensate(motions, code)
     elif code in (70, 71, 700, 710):
-        motions.end()
-        emit({}, (200 if code in (70, 700) else 210,))
+        _units(motions, code)
     elif code in (90, 91):
         motions.absolute = code == 90
     elif code in _FEED_MODES:
@@ -369,6 +369,19 @@ def mode(motions: Motions, code: int, words: Words) -> None:
         raise BlockError(
             "unknown-code", f"G{code} is not read", f"G{code}", hint="docs/sinumerik.md lists what is read"
         )
+
+
+def _units(motions: Motions, code: int) -> None:
+    """G70 and G71 change the unit of lengths alone, G700 and G710 that of F too; the feed in force stays what it is.
+
+    The basic system is metric (840D sl, Fundamentals, "Inch or metric dimensions").
+    """
+    state, feed, inches = motions.ip.state, motions.ip.state.feed, motions.ip.state.inches
+    motions.end()
+    motions.emit({}, (200 if code in (70, 700) else 210,))
+    motions.feed_scale = 1.0 / INCH if code == 70 else 1.0
+    if feed and state.inches != inches and state.feed_mode != 93:
+        motions.emit({"f": feed / INCH if state.inches else feed * INCH})
 
 
 def _compensate(motions: Motions, code: int) -> None:

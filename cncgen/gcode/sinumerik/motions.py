@@ -92,6 +92,8 @@ class Motions:
         self.pole = 0j
         self.polar = (0.0, 0.0)
         self.rounding = 0.0
+        #: G70 counts lengths in inches and F in mm: what F is multiplied by.
+        self.feed_scale = 1.0
         self.modal: tuple[str, tuple[Node | None, ...] | None] | None = None
         self.in_modal = False
         self.edge = 1
@@ -356,7 +358,7 @@ class Motions:
             )
             words.named.setdefault("T", ("", 0.0))
         feed = words.named.pop("F", None) if 4 not in words.g else None
-        out: dict[str, float] = {} if feed is None else {"f": feed[1]}
+        out: dict[str, float] = {} if feed is None else {"f": feed[1] * self.feed_scale}
         for name in ("S", "S1"):
             if name in words.named and 4 not in words.g:
                 out["s"] = words.named.pop(name)[1]

@@ -83,13 +83,16 @@ _WRITTEN = (
     _sign("the head of a file of SINUMERIK", _all(30, _S), rb"^[ \t]*(?:%_N_\w+_(?:MPF|SPF)\b|;\$PATH=)"),
     _sign("a message of SINUMERIK", _all(12, _S), rb"\bMSG[ \t]*\([ \t]*[\")]"),
     _sign("a cycle of SINUMERIK", _all(20, _S), rb"\b(?:CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|LONGHOLE|WORKPIECE|CONTPRON)[ \t]*\("),
-    _sign("a jump of SINUMERIK", _all(15, _S), rb"\bGOTO[FBC]?[ \t]+[A-Z_]{2}"),
     _sign("a step of ShopMill", _all(20, _S), rb"^[ \t]*(?:N\d+[ \t]*)?[EF]_[A-Z_]+\d*[ \t]*\(", b"E_", b"F_"),
     _sign("a definition of SINUMERIK", _all(20, _S), rb"^[ \t]*(?:N\d+[ \t]*)?(?:DEF[ \t]+(?:REAL|INT|BOOL|CHAR|STRING|AXIS|FRAME)\b|PROC[ \t]+[A-Z_]|EXTERN[ \t]+[A-Z_])"),
-    _sign("a loop or condition of SINUMERIK", _all(12, _S),
-          rb"^[ \t]*(?:N\d+[ \t]*)?(?:ENDIF|ENDWHILE|ENDFOR|ENDLOOP|LOOP|REPEAT(?:[ \t]+[A-Z_]\w+)?|UNTIL[ \t(][^\n]*|FOR[ \t]+[^\n]*\bTO\b[^\n]*|(?:IF|WHILE)[ \t]*[\(A-Z$][^\[\n]*(?:==|<>|[<>])[^\n]*)[ \t]*(?:;[^\n]*)?$"),
     _sign("a tool by its name", _all(12, _S), rb"\bT[ \t]*=[ \t]*\"", b'="', b'= "'),
     _sign("a value of SINUMERIK", _all(12, _S), rb"=[ \t]*(?:AC|IC|DC|ACP|ACN)[ \t]*\("),
+)  # fmt: skip
+#: Words of the language, which comments have as well: they are looked for beside comments alone.
+_SPOKEN = (
+    _sign("a jump of SINUMERIK", _all(15, _S), rb"\bGOTO[FBC]?[ \t]+[A-Z_]{2}"),
+    _sign("a loop or condition of SINUMERIK", _all(12, _S),
+          rb"^[ \t]*(?:N\d+[ \t]*)?(?:ENDIF|ENDWHILE|ENDFOR|ENDLOOP|LOOP|REPEAT(?:[ \t]+[A-Z_]\w+)?|UNTIL[ \t(][^\n]*|FOR[ \t]+[^\n]*\bTO\b[^\n]*|(?:IF|WHILE)[ \t]*[\(A-Z$][^\[\n]*(?:==|<>|[<>])[^\n]*)[ \t]*(?:;[^\n]*)?$"),
     _sign("a frame of SINUMERIK", _all(10, _S),
           rb"^[ \t]*(?:N\d+[ \t]*)?A?(?:TRANS|ROT|SCALE|MIRROR)(?:[ \t]+(?:[XYZ]|RPL)[ \t]*[-=.\d][^\n]*|[ \t]*(?:;[^\n]*)?)$"),
     _sign("a command of SINUMERIK", _all(10, _S),
@@ -179,6 +182,8 @@ _FEEDS = re.compile(rb"F(\d*\.?\d+)")
 _OTHER_FEEDS = re.compile(rb"(?<!\d)G(?:20|70|93|95|9[45]|32|33|84|74)(?![\d.])")
 _X_AND_Z = re.compile(rb"[XU]" + _V + rb"[^\n]*[ZW]" + _V + rb"|[XZ]" + _V)
 _COMMENTS = re.compile(rb"\((?:[^()\n]|\([^()\n]*\))*\)|;[^\n]*")
+#: A comment, no arguments of a name: ``( ... )`` behind a blank or at the beginning, and what follows ``;``.
+_REMARKS = re.compile(rb"(?:(?<=[ \t])|^)\([^)\n]*\)|;[^\n]*", re.MULTILINE)
 _BLANKS = re.compile(rb"[ \t\r]+")
 _NUMBERS = re.compile(rb"^(?:/([1-9]?))?(?:N\d+(?:\.\d*)?)?(?:/([1-9]?))?", re.MULTILINE)
 
@@ -204,7 +209,12 @@ def choose(source: Source) -> Choice:
         head += source.data[max(_HEAD, len(source.data) - _TAIL) :]
     written = head.upper()
     blocks = bare(head)
-    found = [*_found(_WRITTEN, written), *_found(_BARE, blocks), *_of_feeds(blocks)]
+    found = [
+        *_found(_WRITTEN, written),
+        *_found(_SPOKEN, _REMARKS.sub(b"", written)),
+        *_found(_BARE, blocks),
+        *_of_feeds(blocks),
+    ]
     totals = dict.fromkeys((*_READ, *UNREAD), 0.0)
     for _, weights, _ in found:
         for dialect, weight in weights.items():

@@ -45,8 +45,8 @@ _Reader = Callable[[str, int], Words]
 
 _VALUE = r"\s*(?P<value>[+-]?\s*(?:Q[0-9]+|(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:E[+-]?[0-9]+)?))"
 _WORD = re.compile(
-    r"\s*(?:(?P<fast>F\s*MAX)|(?P<auto>F\s*AUTO)|DR(?P<sense>[+-])(?![0-9])|(?P<side>R[0LR])(?![\w.])"
-    r"|M140\s+MB\s*(?P<retract>MAX|[0-9]+[.,]?[0-9]*)"
+    r"\s*(?:(?P<fast>F\s*MAX)|(?P<auto>F\s*AUTO)|(?P<keep>F)(?=\s+[A-Z]|\s*\Z)|DR(?P<sense>[+-])(?![0-9])|(?P<side>R[0LR])(?![\w.])"
+    r"|M140\s+MB\s*(?P<retract>MAX|[0-9]+[.,]?[0-9]*)|(?P<ahead>M120(?:\s+LA\s*[0-9]+)?)(?![0-9])"
     rf"|(?:(?P<coefficient>K[123][XYZABCUVW])|(?P<step>I)?(?:(?P<polar>P[RA])|(?P<axis>[XYZABCUVW]))|(?P<letter>[FMSR])){_VALUE})",
     re.IGNORECASE,
 )
@@ -71,13 +71,18 @@ _FUNCTIONS: dict[float, Words] = {
     91.0: [("g", 53.0)],
     92.0: [("g", 53.0), ("g", REMARK / 10.0), ("remark", 92.0)],
     99.0: [("g", CYCLE_CALL / 10.0)],
+    **{number: [("m", number), ("g", REMARK / 10.0), ("remark", number)] for number in (109.0, 110.0, 116.0)},
 }
 #: M functions that change what motions mean.
 _NOT_READ = {
     89.0: "a cycle called in each block",
+    103.0: "a smaller feed downwards, by a factor F",
+    114.0: "positions of the rotary axes in the program's coordinates",
     118.0: "handwheel superimposition",
     128.0: "motion of the tool's tip (TCPM)",
+    130.0: "points in untilted coordinates",
     136.0: "F in millimetres a revolution",
+    144.0: "the kinematics of the rotary axes",
 }
 _HINT = "--dialect reads other texts as G-code"
 _WORDS_HINT = "a word is letters with a value: X+10, IY-2.5, X+Q1, DR-, R0, F200, FMAX, M3"
@@ -168,7 +173,10 @@ def _words(body: str, at: int) -> tuple[Words, bool]:
         fast = fast or match["fast"] is not None
         if match["side"] and match["side"].upper() != "R0":
             words.append(("g", 41.0 if match["side"].upper() == "RL" else 42.0))
-        words += _word(match)
+        own = _word(match)
+        if ("g", REMARK / 10.0) in own and ("g", REMARK / 10.0) in words:
+            own = [word for word in own if word[0] == "m" or word == ("g", 53.0)]
+        words += own
     return words, fast
 
 
@@ -180,6 +188,7 @@ def _word(match: re.Match[str]) -> Words:
         upwards = match["retract"].upper()
         return [("g", RETRACT / 10.0), ("mb", 0.0 if upwards == "MAX" else float(upwards.replace(",", ".")))]
     if match["value"] is None:
+        # M120 LA looks ahead under radius compensation, as is done here always.
         return []
     value = _value(match["value"])
     if match["axis"]:
@@ -272,7 +281,8 @@ def _cycle(body: str, at: int) -> Words:
 
 def _begin_program(body: str, at: int) -> Words:
     inches = body.split()[-1].upper() == "INCH"
-    return [("g", 20.0 if inches else 21.0), ("g", 90.0), ("g", 94.0)]
+    doubt: Words = [("g", REMARK / 10.0), ("remark", 20.0)] if inches else []
+    return [("g", 20.0 if inches else 21.0), ("g", 90.0), ("g", 94.0), *doubt]
 
 
 def _before(*first: tuple[str, Value], plain: bool = True) -> _Reader:
