@@ -25,6 +25,8 @@ PROGRAM = "G21 G17 G90 G61\nF3000\nG1 X10 Y1\nG1 X20 Y5\nM2\n"
 SWEEP = """
 programs = ["part.nc"]
 machine = "xy-table"
+[options]
+feedrate = "ild"
 [vary]
 "axes.*.max_jerk_mm_s3" = {{ log = [2e4, 2e5] }}
 "axes.*.max_acceleration_mm_s2" = {{ linear = [1000, 2500] }}
@@ -129,6 +131,8 @@ def main() -> None:
         first = whole["1 processes"]
         for what, rows in whole.items():
             print(f"{what}: {'the same rows to the bit' if rows == first else 'OTHER ROWS'}")
+        if not given.kills:
+            return
         drivers, workers, ended = under_fire(folder, "fire", given.kills, random.Random(given.seed))
         print(f"killed: {drivers} drivers, {workers} workers; {ended} sweeps were complete meanwhile")
         for path in sorted(folder.glob("fire*")):

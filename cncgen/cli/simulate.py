@@ -55,6 +55,12 @@ if TYPE_CHECKING:
 )
 @reference_option
 @perturb_options
+@click.option(
+    "--fmu",
+    metavar="OUT.fmu",
+    type=FILE,
+    help="Write the axes as a co-simulation unit of FMI 2.0 instead (needs a C compiler); nothing is simulated.",
+)
 @summary_option
 @program_options
 @message_options
@@ -70,6 +76,7 @@ def command(
     settle: float,
     reference: str | None,
     uncertainty: dict[str, Any],
+    fmu: str | None,
     summary: str | None,
     reading: dict[str, Any],
 ) -> None:
@@ -87,6 +94,13 @@ def command(
     from cncgen.servo.response_csv import written
     from cncgen.servo.summary import ResponseSummary, watched
 
+    if fmu:
+        if source != "-" or output or summary:
+            raise click.UsageError(
+                "--fmu exports the axes: it takes no setpoints, and neither -o nor --summary."
+            )
+        _export(fmu, machine, planning["axis_params"], controller, (axes, period))
+        return
     check_response_name(output)
     drawn = perturbation_of(uncertainty, draws=256)
     wanted = None if reference is None else reference_of(reference, machine, planning, reading)
@@ -159,6 +173,25 @@ def _more(
                             settings=settings_of(coupling_of(servos)), judge=judge)  # fmt: skip
     found["perturbed"] = spread_values(figures, drawn)
     return found
+def _export(
+    path: str,
+    machine: str,
+    axis_params: str | None,
+    controller: str,
+    given: tuple[str | None, float | None],
+) -> None:
+    """Write an FMU of the axes, whose letters and period may be `given`."""
+    from cncgen.files import open_output
+    from cncgen.pipeline import fmu, machine_of
+
+    axes, period = given
+    where = machine_of(machine)
+    content = fmu(axis_params or where, controller=controller, axes=axes, period_s=period or where.period_s)
+    with open_output(path) as sink:
+        sink.write(content)
+    messages.note(
+        f"{path}: {len(content)} bytes, FMI 2.0 for co-simulation, steps of {period or where.period_s:g} s"
+    )
 
 
 def _draw(chunks: Iterable[Response]) -> None:

@@ -23,6 +23,7 @@ from cncgen.pipeline.reading import SUFFIXES, canon, check, language_of, read, r
 from cncgen.pipeline.reporting import Page, Variant, report_page, shown_plan, shown_record, variant_of
 from cncgen.pipeline.using import (
     coupling_of,
+    fmu,
     judge,
     read_setpoints,
     servos_of,
@@ -45,6 +46,7 @@ __all__ = [
     "check",
     "coupling_of",
     "driven_axes",
+    "fmu",
     "judge",
     "language_of",
     "machine_of",

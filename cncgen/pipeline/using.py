@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from cncgen.arguments import expect, expect_axes, expect_number, expect_path, wrong
 from cncgen.pipeline.planning import Plan, drives_of, machine_of, metadata_of, output_axes, program_of, sample
 from cncgen.pipeline.reading import sound
+from cncgen.units import AXIS_LETTERS
 
 if TYPE_CHECKING:
     from cncgen.machine import Machine, Servo
@@ -59,6 +60,36 @@ def simulate(
     chunks = _chunks_of(setpoints)
     made = scheme_maker(controller, servos_of(machine), settings_of(coupling_of(machine)))
     return simulate_scheme(chunks, made, settle_s=settle_s)
+
+
+def fmu(
+    machine: Machine | Mapping[str, Servo] | str | os.PathLike[str],
+    *,
+    controller: str = "p",
+    axes: str | None = None,
+    period_s: float | None = None,
+) -> bytes:
+    """Return the servo axes of a machine as a co-simulation unit of FMI 2.0; see `cncgen.servo.fmu.fmu_bytes`.
+
+    Args:
+        machine: As for `simulate`.
+        controller: ``p``, ``plain`` or ``h-infinity``: others need setpoints that are to come, or all axes at once.
+        axes: Letters; None: all axes with servo data.
+        period_s: Period of the setpoints; None: the machine's (1 ms of servo data alone).
+
+    Raises:
+        UsageError: An axis has no servo data, the controller cannot be exported, or there is no C compiler.
+    """
+    from cncgen.machine import Machine
+    from cncgen.servo.fmu import fmu_bytes
+    from cncgen.servo.named_schemes import scheme_maker, settings_of
+
+    servos = servos_of(machine)
+    letters = expect_axes(axes, "axes") if axes else "".join(k for k in AXIS_LETTERS if k in servos)
+    usual = machine.period_s if isinstance(machine, Machine) else 0.001
+    period = usual if period_s is None else expect_number(period_s, "period_s", open_low=True)
+    scheme = scheme_maker(controller, servos, settings_of(coupling_of(machine)))(letters, period)
+    return fmu_bytes(scheme, controller, letters, period)
 
 
 def _chunks_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> Iterator[Setpoints]:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.sweep.jobs import Outcome, Place, SweepJob, code_version, compute_batch, take_bundles
+from cncgen.sweep.jobs import JobOutcome, Place, SweepJob, code_version, compute_batch, take_bundles
 from cncgen.sweep.results import DrawnDesign, ResultsFolder, RowLayout, kind_of
 from cncgen.sweep.varying import Laid, jobs_of
 
@@ -154,10 +154,10 @@ class RowWriter:
 
     def __init__(self, folder: ResultsFolder, layout: RowLayout) -> None:
         self._folder, self._layout = folder, layout
-        self._rows: list[tuple[Place, Outcome]] = []
+        self._rows: list[tuple[Place, JobOutcome]] = []
         self._begun = self._written = time.monotonic()
 
-    def add(self, place: Place, outcome: Outcome) -> None:
+    def add(self, place: Place, outcome: JobOutcome) -> None:
         """Take a row; write all that wait where the last part is long ago."""
         self._rows.append((place, outcome))
         now = time.monotonic()
@@ -229,7 +229,7 @@ class JobQueue:
         self._running = 0
         self._seconds = 0.0  # a job takes, of late; 0 before one is done
 
-    def outcomes(self) -> Iterator[Outcome]:
+    def outcomes(self) -> Iterator[JobOutcome]:
         """Yield the outcome of every job, once each, in the order in which they are done."""
         while self._waiting or self._alone or self._running:
             self._hand_out()
@@ -261,14 +261,14 @@ class JobQueue:
         share = math.ceil(len(self._waiting) / self._workers.count)
         return max(1, min(math.ceil(BATCH_S / self._seconds), share))
 
-    def _died(self, batch: Batch) -> Iterator[Outcome]:
+    def _died(self, batch: Batch) -> Iterator[JobOutcome]:
         """Take back the jobs of a worker that died; nobody knows which of them killed it, if any did."""
         alone = len(batch) == 1 and self._deaths[batch[0].key] >= _SUSPECT
         for job in batch:
             self._deaths[job.key] += 1
             if alone and self._deaths[job.key] >= _SUSPECT + _GUILTY:
                 text = f"error[worker-died]: {_GUILTY} workers died that computed this job alone"
-                yield Outcome(job.key, {}, "worker-died", text)
+                yield JobOutcome(job.key, {}, "worker-died", text)
             elif self._deaths[job.key] >= _SUSPECT:
                 self._alone.append(job)
             else:

@@ -68,7 +68,7 @@ class SweepJob:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class JobOutcome:
     """What came of a job.
 
     Attributes:
@@ -153,7 +153,7 @@ def check_version(version: str) -> None:
         raise UsageError(Diagnostic("sweep-version", text, hint=hint))
 
 
-def compute_batch(version: str, batch: Sequence[SweepJob]) -> tuple[list[Outcome], float]:
+def compute_batch(version: str, batch: Sequence[SweepJob]) -> tuple[list[JobOutcome], float]:
     """Compute jobs one after the other, whose bundles this process has; return their outcomes and the seconds it took.
 
     Raises:
@@ -165,7 +165,7 @@ def compute_batch(version: str, batch: Sequence[SweepJob]) -> tuple[list[Outcome
         return [compute(job) for job in batch], time.perf_counter() - begun
 
 
-def compute(job: SweepJob) -> Outcome:
+def compute(job: SweepJob) -> JobOutcome:
     """Compute one job; what goes wrong in it becomes its outcome."""
     from cncgen.machine.reading import machine_from_tables
     from cncgen.sweep.figures import computed
@@ -176,7 +176,7 @@ def compute(job: SweepJob) -> Outcome:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RemarkWarning)
             machine = machine_from_tables(job.tables, "", job.machine)
-            return Outcome(job.key, computed(job.figures, program, machine, job.options, folder))
+            return JobOutcome(job.key, computed(job.figures, program, machine, job.options, folder))
     except CncgenError as error:
         worst = [item for item in error.diagnostics if item.severity == Severity.ERROR] or error.diagnostics
         return _failed(job, worst[0], folder)
@@ -187,7 +187,7 @@ def compute(job: SweepJob) -> Outcome:
         return _failed(job, Diagnostic("internal", f"this is a fault of cncgen: {text}"), folder)
 
 
-def _failed(job: SweepJob, fault: Diagnostic, folder: Path) -> Outcome:
+def _failed(job: SweepJob, fault: Diagnostic, folder: Path) -> JobOutcome:
     """Return the outcome of a job that failed; names of files stand as in the sweep, not as in this process."""
     text = fault.render().partition("\n")[0]
-    return Outcome(job.key, {}, fault.code, text.replace(f"{folder}/", ""))
+    return JobOutcome(job.key, {}, fault.code, text.replace(f"{folder}/", ""))

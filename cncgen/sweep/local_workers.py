@@ -11,11 +11,11 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import connection, get_context, parent_process
 from typing import Protocol
 
-from cncgen.sweep.jobs import Bundle, Outcome, SweepJob, code_version, compute_batch, take_bundles
+from cncgen.sweep.jobs import Bundle, JobOutcome, SweepJob, code_version, compute_batch, take_bundles
 
 Batch = tuple[SweepJob, ...]
 #: What came of a batch: outcomes and seconds; None where its worker died.
-Done = tuple[Batch, tuple[list[Outcome], float] | None]
+Done = tuple[Batch, tuple[list[JobOutcome], float] | None]
 
 
 class Workers(Protocol):
@@ -54,7 +54,7 @@ class LocalWorkers:
     def __init__(self, count: int, bundles: Sequence[Bundle]) -> None:
         self.count = count
         self._bundles = tuple(bundles)
-        self._running: dict[Future[tuple[list[Outcome], float]], Batch] = {}
+        self._running: dict[Future[tuple[list[JobOutcome], float]], Batch] = {}
         self._pool = self._new_pool()
 
     def _new_pool(self) -> ProcessPoolExecutor:

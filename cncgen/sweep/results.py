@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import OutputFile, file_fault
-from cncgen.sweep.jobs import Outcome, Place
+from cncgen.sweep.jobs import JobOutcome, Place
 from cncgen.sweep.quantities import Value
 
 if TYPE_CHECKING:
@@ -230,7 +230,7 @@ class ResultsFolder:
                 _written(path, _as_parquet(pyarrow, kept))
         return dropped
 
-    def write(self, rows: Sequence[tuple[Place, Outcome]], layout: RowLayout) -> None:
+    def write(self, rows: Sequence[tuple[Place, JobOutcome]], layout: RowLayout) -> None:
         """Write rows as the next part."""
         pyarrow = needed_pyarrow()
         while (path := self.path / f"part-{self._next:06d}.parquet").exists():
@@ -250,7 +250,7 @@ class RowLayout:
     def __init__(self, quantities: Mapping[str, type], figures: Sequence[str]) -> None:
         self.quantities, self.figures = dict(quantities), tuple(figures)
 
-    def table(self, pyarrow: ModuleType, rows: Sequence[tuple[Place, Outcome]]) -> pyarrow.Table:
+    def table(self, pyarrow: ModuleType, rows: Sequence[tuple[Place, JobOutcome]]) -> pyarrow.Table:
         """Return rows as a table."""
         text, number = pyarrow.string(), pyarrow.float64()
         types = {str: text, bool: pyarrow.bool_()}

@@ -22,7 +22,7 @@ from cncgen.servo.summary import summarize
 from cncgen.sweep import jobs
 from cncgen.sweep.definition import SweepDefinition, load_sweep
 from cncgen.sweep.driver import JobQueue, Progress, RowWriter, layout_of, run_sweep
-from cncgen.sweep.jobs import Outcome, Place, SweepJob
+from cncgen.sweep.jobs import JobOutcome, Place, SweepJob
 from cncgen.sweep.local_workers import Batch, Done, LocalWorkers
 from cncgen.sweep.results import FIRST, LAST, ResultsFolder, RowLayout
 
@@ -227,7 +227,7 @@ class Poisoned:
         if any(job.key == self._poison for batch in batches for job in batch):
             self.alone += len(batches) == 1
             return [(batch, None) for batch in batches]  # a broken pool loses all of them
-        return [(batch, ([Outcome(job.key, {}) for job in batch], 0.1)) for batch in batches]
+        return [(batch, ([JobOutcome(job.key, {}) for job in batch], 0.1)) for batch in batches]
 
     def close(self) -> None:
         pass
@@ -286,7 +286,7 @@ def test_a_hundred_thousand_rows_open_in_pandas_polars_and_duckdb(tmp_path: Path
         rows = [
             (
                 Place("p.nc", "m", k, (float(x[k]), "ild" if k % 2 else "optimal")),
-                Outcome(f"{k:064x}", {"cycle_time_s": float(time_s[k])}),
+                JobOutcome(f"{k:064x}", {"cycle_time_s": float(time_s[k])}),
             )
             for k in range(first, min(first + 30_000, count))
         ]
@@ -317,7 +317,7 @@ def test_rows_are_written_while_the_sweep_runs(tmp_path: Path, monkeypatch: pyte
     parts: list[int] = []
     for k in range(1000):
         now[0] = float(k)
-        writer.add(Place("p", "m", k, ()), Outcome(str(k), {}))
+        writer.add(Place("p", "m", k, ()), JobOutcome(str(k), {}))
         parts.append(len(results.parts()))
     writer.flush()
     assert parts[10] == 5

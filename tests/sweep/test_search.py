@@ -8,7 +8,7 @@ import pytest
 
 from cncgen.diagnostics import UsageError
 from cncgen.sweep.definition import load_sweep
-from cncgen.sweep.jobs import Outcome
+from cncgen.sweep.jobs import JobOutcome
 from cncgen.sweep.local_workers import Batch, Done
 from cncgen.sweep.optimisation import run_search
 from cncgen.sweep.results import ResultsFolder
@@ -50,7 +50,7 @@ class Formula:
             for job in batch:
                 x, y = (job.tables["axes"][letter]["max_jerk_mm_s3"] for letter in "xy")
                 figures = {"cycle_time_s": (x - 4) ** 2 + (y - 4) ** 2, "contour_error_max_mm": x + y}
-                outcomes.append(Outcome(job.key, figures))
+                outcomes.append(JobOutcome(job.key, figures))
             self.computed += len(batch)
             done.append((batch, (outcomes, 0.1)))
         return done

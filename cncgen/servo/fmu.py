@@ -1,0 +1,227 @@
+"""Simulated axes as a co-simulation unit of FMI 2.0: an archive with a description, C text, and the library compiled of it.
+
+The unit runs the same loops as `simulate`: their tables are written into C, and the steps of the kernel `servo_loop` stand in C
+beside them (``fmi2_unit.c.in``). It needs a C compiler where it is exported, and nothing where it is used.
+
+Standard: Modelica Association, Functional Mock-up Interface for Model Exchange and Co-Simulation, version 2.0.1 (2019).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.servo.loop import AxisLoop
+from cncgen.servo.scheme import Scheme
+from cncgen.units import DEGREE, file_unit, to_file
+
+Floats = NDArray[np.float64]
+
+#: Name of the model within the unit: its C library and its instances are called so.
+MODEL = "cncgen_axes"
+#: Flags of the compiler: products are rounded before they are added, as in the kernels.
+_FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
+
+
+def fmu_bytes(scheme: Scheme, controller: str, axes: str, period_s: float) -> bytes:
+    """Return the archive of a co-simulation unit.
+
+    Its inputs are ``x_cmd_mm`` …, its outputs ``x_mm``, ``x_force`` and ``x_saturated`` …, for each axis. A step is one period of the
+    setpoints, or several; inputs are held, or rise by the derivative that is set (``canInterpolateInputs``). The axes
+    stand where the first setpoints are.
+
+    Args:
+        scheme: The loops of the axes.
+        controller: Its name, for messages.
+        axes: Letters.
+        period_s: Period of the setpoints, s.
+
+    Raises:
+        UsageError: The scheme shapes setpoints beforehand or couples axes, an axis has noise (``fmu-scheme``), or there is no C
+            compiler (``fmu-compiler``).
+    """
+    _check(scheme, controller, axes)
+    tables = _tables(scheme.loops, axes, period_s)
+    body = Path(__file__).with_name("fmi2_unit.c.in").read_text(encoding="utf-8")
+    guid = hashlib.sha256((tables + body).encode()).hexdigest()
+    source = f'#define GUID "{guid}"\n{tables}\n{body}'
+    folder, suffix = _platform()
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
+        entries = {
+            "modelDescription.xml": description(scheme.loops, axes, period_s, guid).encode(),
+            f"sources/{MODEL}.c": source.encode(),
+            f"binaries/{folder}/{MODEL}{suffix}": _compiled(source, suffix),
+        }
+        for name, content in entries.items():
+            # A fixed date: the same axes give the same bytes.
+            file.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), content, zipfile.ZIP_DEFLATED)
+    return archive.getvalue()
+
+
+def _check(scheme: Scheme, controller: str, axes: str) -> None:
+    what = ""
+    if scheme.coupling is not None:
+        what = f"the controller {controller} couples the axes along the path"
+    elif scheme.prefilter is not None:
+        what = f"the controller {controller} shapes setpoints before the axes receive them"
+    noisy = [letter for letter, loop in zip(axes, scheme.loops, strict=True) if loop.imperfections.noise]
+    if not what and noisy:
+        what = f"the encoder of axis {', '.join(noisy)} has random noise (noise_rms)"
+    if what:
+        hint = "controllers p, plain and h-infinity can be exported, without noise"
+        raise UsageError(Diagnostic("fmu-scheme", f"{what}, which an FMU cannot have", hint=hint))
+
+
+def _tables(loops: Sequence[AxisLoop], axes: str, period_s: float) -> str:
+    """Return the tables of the loops as C."""
+    lines = [
+        "/* Written by cncgen simulate --fmu. */",
+        "#include <math.h>",
+        f"#define AXES {len(loops)}",
+        f"#define MOST_STATES {max(max(len(loop.output) for loop in loops), 1)}",
+        f"#define PERIOD_S {period_s!r}",
+        _RECORD,
+    ]
+    records = []
+    for k, (letter, loop) in enumerate(zip(axes, loops, strict=True)):
+        for name in _ARRAYS:
+            lines.append(_array(f"{name}_{k}", getattr(loop, name)))
+        records.append("    {" + ", ".join(_record(k, letter, loop, period_s)) + "},")
+    return "\n".join([*lines, "static const Loop loops[AXES] = {", *records, "};"])
+
+
+_ARRAYS = (
+    *("phi", "inputs", "output", "encoder", "jump"),
+    *("jump_inputs", "law", "law_inputs", "stick_law", "stick_inputs"),
+)
+_RECORD = f"""typedef struct {{
+    const double {", ".join(f"*{name}" for name in _ARRAYS)};
+    double bound, coulomb, dead_band, backlash, resolution, feedthrough, factor, force_factor;
+    int order, levels, velocity, parts, sampled, load_side;
+}} Loop;"""
+
+
+def _array(name: str, values: Floats) -> str:
+    numbers = ", ".join(_number(value) for value in np.asarray(values, float).ravel()) or "0"
+    return f"static const double {name}[] = {{{numbers}}};"
+
+
+def _number(value: float) -> str:
+    return repr(float(value)) if np.isfinite(value) else "INFINITY" if value > 0 else "-INFINITY"
+
+
+def _record(number: int, letter: str, loop: AxisLoop, period_s: float) -> list[str]:
+    faults = loop.imperfections
+    force_factor = 1.0 / DEGREE if loop.force_unit.startswith("rad") else 1.0
+    numbers = (
+        *(faults.bound, faults.coulomb if loop.velocity >= 0 else 0.0, loop.dead_band),
+        *(faults.backlash, faults.encoder_step, loop.feedthrough, to_file(letter), force_factor),
+    )
+    switches = (
+        *(len(loop.output), loop.phi.shape[1], loop.velocity),
+        *(round(period_s / loop.period), int(loop.sampled), int(faults.load_feedback)),
+    )
+    return [*(f"{name}_{number}" for name in _ARRAYS), *map(_number, numbers), *map(str, switches)]
+
+
+def description(loops: Sequence[AxisLoop], axes: str, period_s: float, guid: str) -> str:
+    """Return modelDescription.xml (FMI 2.0.1, section 2.2)."""
+    import cncgen
+
+    variables, outputs = [], []
+    for k, (letter, loop) in enumerate(zip(axes, loops, strict=True)):
+        for place, (name, kind, what) in enumerate(_variables(letter, loop)):
+            causality = "output" if place else "input"
+            variability = "continuous" if kind == "Real" else "discrete"
+            start = "" if place else ' start="0"'
+            variables.append(
+                f'    <ScalarVariable name="{name}" valueReference="{4 * k + place}" causality="{causality}"'
+                f' variability="{variability}" description={quoteattr(what)}><{kind}{start}/></ScalarVariable>'
+            )
+            if place:
+                outputs.append(f'      <Unknown index="{len(variables)}"/>')
+    return "\n".join(
+        [
+            '<?xml version="1.0" encoding="UTF-8"?>',
+            f'<fmiModelDescription fmiVersion="2.0" modelName="cncgen axes {axes}" guid="{guid}"'
+            f' generationTool="cncgen {cncgen.__version__}" variableNamingConvention="flat" numberOfEventIndicators="0">',
+            f'  <CoSimulation modelIdentifier="{MODEL}" canHandleVariableCommunicationStepSize="true"'
+            ' canInterpolateInputs="true" canNotUseMemoryManagementFunctions="true">',
+            f'    <SourceFiles><File name="{MODEL}.c"/></SourceFiles>',
+            "  </CoSimulation>",
+            f'  <DefaultExperiment startTime="0" stepSize="{period_s!r}"/>',
+            "  <ModelVariables>",
+            *variables,
+            "  </ModelVariables>",
+            "  <ModelStructure>",
+            "    <Outputs>",
+            *outputs,
+            "    </Outputs>",
+            "    <InitialUnknowns>",
+            *outputs,
+            "    </InitialUnknowns>",
+            "  </ModelStructure>",
+            "</fmiModelDescription>",
+            "",
+        ]
+    )
+
+
+def _variables(letter: str, loop: AxisLoop) -> list[tuple[str, str, str]]:
+    """Return name, type and meaning of an axis's variables in the order of their references, the input first."""
+    low, unit = letter.lower(), file_unit(letter)
+    force = loop.force_unit.replace("rad", "deg", 1) if loop.force_unit.startswith("rad") else loop.force_unit
+    return [
+        (f"{low}_cmd_{unit}", "Real", f"setpoint, {unit}"),
+        (f"{low}_{unit}", "Real", f"position, {unit}"),
+        (f"{low}_force", "Real", f"drive input at the start of the last step, {force}"),
+        (f"{low}_saturated", "Boolean", "whether the drive met its bound in the last step"),
+    ]
+
+
+def _platform() -> tuple[str, str]:
+    """Return the folder of binaries and the suffix of libraries of this computer (FMI 2.0.1, section 2.3)."""
+    bits = "64" if sys.maxsize > 2**32 else "32"
+    system = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib")}.get(platform.system())
+    if system is None:
+        raise UsageError(Diagnostic("fmu-compiler", f"no FMU is compiled on {platform.system()}"))
+    return system[0] + bits, system[1]
+
+
+def _compiled(source: str, suffix: str) -> bytes:
+    """Compile a C text; return the library.
+
+    Raises:
+        UsageError: There is no compiler, or it refuses the text.
+    """
+    command = shlex.split(os.environ.get("CC", "cc"))
+    if not command or shutil.which(command[0]) is None:
+        text = f"an FMU is compiled from C, and there is no compiler {command[0] if command else 'in CC'}"
+        raise UsageError(Diagnostic("fmu-compiler", text, hint="install one, or name it: CC=gcc"))
+    with tempfile.TemporaryDirectory() as folder:
+        path, library = Path(folder) / f"{MODEL}.c", Path(folder) / f"{MODEL}{suffix}"
+        path.write_text(source, encoding="utf-8")
+        words = [*command, *_FLAGS, str(path), "-o", str(library), "-lm"]
+        made = subprocess.run(words, capture_output=True, text=True, check=False, timeout=120)
+        if made.returncode:
+            said = (made.stderr.strip().splitlines() or [f"exit {made.returncode}"])[0]
+            raise UsageError(
+                Diagnostic("fmu-compiler", f"{command[0]} refuses the C text of the FMU: {said}")
+            )
+        return library.read_bytes()
