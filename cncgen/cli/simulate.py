@@ -173,6 +173,8 @@ def _more(
                             settings=settings_of(coupling_of(servos)), judge=judge)  # fmt: skip
     found["perturbed"] = spread_values(figures, drawn)
     return found
+
+
 def _export(
     path: str,
     machine: str,
