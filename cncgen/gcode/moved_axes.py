@@ -29,7 +29,7 @@ _DISTANCES = str.maketrans("UVW", "XYZ")
 
 @dataclass(slots=True)
 class _Text:
-    """What a text names.
+    """The names in a text.
 
     Attributes:
         bits: Letters of words, A in bit 0, and whether a code is computed.
@@ -49,7 +49,7 @@ class _Text:
 def moving_axes(text: Source, dialect: str, folders: Sequence[Path] = ()) -> str:
     """Return the letters of the axes that a program moves, in the order of ``XYZABCUVW``.
 
-    Subprograms in files count where the call says their name or number; what a computed number leads to is seen when it runs.
+    Subprograms in files count where the call says their name or number. The file of a computed number is not known before it runs.
 
     Args:
         text: The program.

@@ -131,6 +131,17 @@ def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed:
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
+def _digit_first(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> cython.bint:
+    """Tell whether a digit stands at i, behind blanks."""
+    while i < text.shape[0] and (text[i] == 32 or text[i] == 9):
+        i += 1
+    return i < text.shape[0] and 48 <= text[i] <= 57
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
 def _is_letter(c: cython.int) -> cython.bint:
     """Tell whether a byte is a letter."""
     return 97 <= (c | 32) <= 122
@@ -237,7 +248,8 @@ def _line(
             i += 1
         elif kind == _LINE_NUMBER and words == first and not flags & ~_SLASH:
             number = _number(text, i + 1, False)
-            if number.after < 0:
+            # A line number begins with a digit: N.5 is none.
+            if number.after < 0 or not _digit_first(text, i + 1):
                 break
             flags |= _NUMBERED
             i = number.after

@@ -158,8 +158,7 @@ class Computer:
         self.depth = 0
         begin: cython.Py_ssize_t
         if self._byte() | 32 == 110:
-            self.i += 1
-            self._number()
+            self._line_number()
         if not self.certain or self._byte() | 32 != 111:
             return None
         self.i += 1
@@ -193,6 +192,16 @@ class Computer:
                 return c
             self.i += 1
         return 10
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _line_number(self) -> cython.void:
+        """Go past an N word, whose number begins with a digit."""
+        self.i += 1
+        if 48 <= self._byte() <= 57:
+            self._number()
+        else:
+            self.certain = False
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -251,8 +260,7 @@ class Computer:
         if self.settings:
             self.settings.clear()
         if c | 32 == 110:
-            self.i += 1
-            self._number()
+            self._line_number()
             flags = _NUMBERED
         while self.certain:
             c = self._byte()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import random
 import time
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,6 +13,7 @@ from hypothesis import strategies as st
 
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Labels
+from trials.generators.gcode_bodies import body, ways
 
 
 def xs(out: Any) -> list[float]:
@@ -252,3 +255,62 @@ def test_help_of_values_and_weights(run: Any, text: str, code: str, words: tuple
     found = next(d for d in run(text).diagnostics if d.code == code)
     assert words[0] in found.message
     assert words[1] in found.hint
+
+
+#: A REPEAT that CONTINUE of the loop around it leaves in the middle of a round.
+LEFT = (
+    "#1=0\no3 while [#1 LT 8]\n#1=[#1+1]\no1 repeat [3]\nG1 X#1 Z[0-#1]\no3 continue\no1 endrepeat\n"
+    "G1 X[#1+0.5] Z[0-#1-0.5]\no3 endwhile\n"
+)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"F9 G18 G8\n{LEFT}M2\n",
+        f"o100 sub\n{LEFT}o100 endsub\nF9 G18 G8\no100 call\nM2\n",
+        f"o100 sub\n{LEFT}o100 endsub\nF9 G18 G8\no5 repeat [1]\no100 call\no5 endrepeat\nM2\n",
+        f"o100 sub\n{LEFT}o100 endsub\no2 sub\no100 call\no2 endsub\nF9 G18 G8\no2 call\nM2\n",
+        f"o100 sub\n{LEFT}o100 endsub\nF9 G18 G8\nG70 Q100 X0 Z1\nM2\n",
+    ],
+)
+def test_a_repeat_that_an_outer_continue_left_goes_on(run: Any, text: str) -> None:
+    """LinuxCNC's interpreter makes these moves: each REPEAT met on the way counts as the end of a round, in every way of calling."""
+    found = [x for x in xs(run(text)) if x > 0.0]
+    assert found == [1, 2, 3, 4.5, 5, 6, 7, 8.5]
+
+
+def test_a_line_number_begins_with_a_digit(run: Any) -> None:
+    """N.5 is no line number in the grammar, nor to LinuxCNC; the scanner of plain lines took it."""
+    for text in ("N.5 G1 X1 F1\n", "#1=1\nN.5 G1 X#1 F1\n", "o1 repeat [2]\nN.5 G1 X#1 F1\no1 endrepeat\n"):
+        assert [error[0] for error in run(text + "M2\n").errors] == ["syntax"], text
+    assert run("N0.5 G1 X1 F1\nN1. X2\nN 1 2 X3\nM2\n").errors == []
+
+
+@pytest.mark.parametrize("does", [False, True])
+def test_a_body_runs_the_same_in_every_way_of_calling_it(calls: Any, tmp_path: Path, does: bool) -> None:
+    """Random O-words: the moves of each way are those of the others."""
+    seed = random.SystemRandom().randrange(1 << 32)
+    print(f"seed {seed}")
+    dice = random.Random(seed)
+    for _ in range(15):
+        lines = body(dice, 0, does, True)
+        moves = {}
+        for name, text, called in ways([lines], "random_body", True):
+            (tmp_path / "random_body.ngc").write_text(called)
+            found = [
+                x
+                for x in calls(text, include=(tmp_path,), dialect="linuxcnc", block_delete=False)
+                if "_FEED(" in x
+            ]
+            moves[name] = (
+                found[: -len(found) // 2] if name in ("called in a loop", "called by a subroutine") else found
+            )
+        once = moves["called"]
+        assert moves["called in a loop"] == once, f"seed {seed}: {lines}"
+        for name in ("in the main program", "called with blanks and remarks", "called in a file"):
+            # A body that RETURN may leave is not run in the main program.
+            if name != "in the main program" or not any("return" in line for line in lines):
+                assert moves[name] == once, f"seed {seed}, {name}: {lines}"
+        # The first move of a profile leads to it.
+        assert moves["as profiles"][: len(once) - 1] == once[1:], f"seed {seed}, as a profile: {lines}"

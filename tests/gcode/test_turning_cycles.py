@@ -111,9 +111,9 @@ def test_a_program_ends_behind_a_cycle_that_another_lane_follows(run: Any) -> No
     [
         ("O101 WHILE [1]\n#1=2\nO101 ENDWHILE", "profile-length"),
         ("O101 IF [1]\nG1 X3", ""),
-        ("O101 IF [0]\nG1 X3", "profile-flow"),
-        ("G1 X3\nO102 ENDWHILE", "profile-flow"),
-        ("O102 BREAK", "profile-flow"),
+        ("O101 IF [0]\nG1 X3", "oword-unmatched"),
+        ("G1 X3\nO102 ENDWHILE", "oword-unmatched"),
+        ("O102 BREAK", "oword-unmatched"),
         ("O100 CALL", "call-depth"),
         ("O77 CALL", "sub-missing"),
         ("G1 X3\nO100 RETURN\nO102 ENDWHILE", ""),

@@ -206,7 +206,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
         None,
     )
     try:
-        for pairs in profile_lines(ip, mark.after):
+        for pairs in profile_lines(ip, number, mark.after):
             corners += _execute(ip, recorder, pairs)
             if len(corners) > MAX_MOVES:
                 raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} moves", "Q")

@@ -5,10 +5,11 @@ Each takes the flow control, the O-word, its line and the line behind it, and re
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Flow, nearest
-from cncgen.gcode.text.labels import LOOP_END, Cursor
+from cncgen.gcode.text.labels import LOOP_END, Cursor, Label
 
 if TYPE_CHECKING:
     from cncgen.gcode.flow.o_words import FlowControl
@@ -85,20 +86,30 @@ def begin_repeat(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) 
     """Handle REPEAT: keep how often."""
     label = control.label_of(flow)
     control.claim(flow, label, here)
-    count = nearest(control.value_of(flow), "the count of REPEAT")
-    if count <= 0:
-        return control.next_mark(here, label, ("endrepeat",), "endrepeat").after
-    control.calls.frame.left[label] = count
-    return None
+    if goes_round(control.calls.frame.left, label, lambda: control.value_of(flow)):
+        return None
+    return control.next_mark(here, label, ("endrepeat",), "endrepeat").after
+
+
+def goes_round(rounds: dict[Label, int], label: Label, times: Callable[[], float]) -> bool:
+    """Tell whether REPEAT or ENDREPEAT begins another round; keep how many are left after it.
+
+    A REPEAT that is met while it goes round, as CONTINUE of a loop around had left it, counts as the end of that round (seen on
+    LinuxCNC's interpreter).
+    """
+    left = rounds[label] - 1 if label in rounds else nearest(times(), "the count of REPEAT")
+    if left > 0:
+        rounds[label] = left
+        return True
+    rounds.pop(label, None)
+    return False
 
 
 def end_repeat(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
     """Handle ENDREPEAT: back behind REPEAT while rounds are left."""
     label = control.label_of(flow)
     start = control.previous_mark(here, label, ("repeat",), "endrepeat")
-    rounds = control.calls.frame.left
-    left = rounds[label] = rounds.get(label, 0) - 1
-    return start.after if left > 0 else None
+    return start.after if goes_round(control.calls.frame.left, label, lambda: 0.0) else None
 
 
 def break_off(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
@@ -106,6 +117,7 @@ def break_off(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> 
     label = control.label_of(flow)
     mark = control.next_mark(here, label, _ENDS, LOOP_END)
     control.calls.frame.doing.discard(label)
+    control.calls.frame.left.pop(label, None)
     return mark.after
 
 

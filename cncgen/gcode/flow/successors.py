@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeGuard
 
-from cncgen.gcode.block import Computed, Flow, Value, nearest
+from cncgen.gcode.block import Computed, Flow, Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import macros
+from cncgen.gcode.flow.branches import goes_round
 from cncgen.gcode.flow.calls import LOCALS
 from cncgen.gcode.text import macro_loops
 from cncgen.gcode.text.labels import LOOP_END
@@ -160,11 +161,7 @@ def _repeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, after:
     parameters, times = control.ip.parameters, _computed(flow.arguments[0])
 
     def successor() -> Cursor | None:
-        count = nearest(times(parameters), "the count of REPEAT")
-        if count <= 0:
-            return end
-        control.calls.frame.left[label] = count
-        return None
+        return None if goes_round(control.calls.frame.left, label, lambda: times(parameters)) else end
 
     return successor
 
@@ -174,8 +171,12 @@ def _endrepeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, aft
 
     def successor() -> Cursor | None:
         left = control.calls.frame.left
-        count = left[label] = left.get(label, 0) - 1
-        return start if count > 0 else None
+        count = left.get(label, 0) - 1
+        if count > 0:
+            left[label] = count
+            return start
+        left.pop(label, None)
+        return None
 
     return successor
 
@@ -185,6 +186,7 @@ def _break(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: 
 
     def successor() -> Cursor | None:
         control.calls.frame.doing.discard(label)
+        control.calls.frame.left.pop(label, None)
         return end
 
     return successor
