@@ -30,7 +30,9 @@ if TYPE_CHECKING:
     "--feedrates", metavar="LIST", help="Strategies, by commas [default: adaptive,curvature,ild,optimal]."
 )
 @click.option(
-    "--interpolators", metavar="LIST", help="Interpolators, by commas [default: arclength,taylor1,taylor2]."
+    "--interpolators",
+    metavar="LIST",
+    help="Interpolators, by commas [default: arclength,taylor1,taylor2].",
 )
 @click.option(
     "--controllers",
@@ -56,7 +58,7 @@ def command(
     """Compare strategies or controllers on a program.
 
     Without --controllers: each feedrate strategy's time, true and predicted contour error and peaks; then each
-    interpolator's feedrate fluctuation. With it: the servo axes' errors under each controller, on one plan.
+    interpolator's time, feedrate fluctuation, distance of its setpoints from the path, and contour error of the axes. With it: the servo axes' errors under each controller, on one plan.
     """
     from cncgen.cli.reading import opened, plan_options, planning_machine
     from cncgen.files import write_text
@@ -95,11 +97,12 @@ def _strategies(
 ) -> tuple[str, dict[str, Any]]:
     from cncgen.pipeline import driven_axes
     from cncgen.report.comparing import interpolator_table, strategy_table, strategy_values
-    from cncgen.report.comparison import compare_strategies, feed_fluctuations
+    from cncgen.report.comparison import compare_interpolators, compare_strategies
 
-    figures = compare_strategies(toolpaths, machine, options, feedrates, driven_axes(program, machine))
-    more = {"names": interpolators} if interpolators else {}
-    fluctuations = feed_fluctuations(toolpaths, machine, options, **more)
+    axes = driven_axes(program, machine)
+    figures = compare_strategies(toolpaths, machine, options, feedrates, axes)
+    names = interpolators or ["arclength", "taylor1", "taylor2"]
+    fluctuations = compare_interpolators(toolpaths, machine, options, names, axes)
     text = strategy_table(figures) + "\n" + interpolator_table(fluctuations)
     return text, strategy_values(figures, fluctuations)
 

@@ -35,7 +35,16 @@ FORMATS = (
     "csp-raw",
 )
 FEEDRATES = ("optimal", "ild", "constant", "adaptive", "curvature")
-INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
+INTERPOLATORS = (
+    "arclength",
+    "taylor1",
+    "taylor2",
+    "uniform",
+    "stateline",
+    "two-stage-linear",
+    "two-stage-centred",
+    "two-stage-causal",
+)
 SATURATIONS = ("off", "reactive", "predictive")
 PROFILES = ("bell", "linear", "exponential")
 CONTROLS = ("linuxcnc", "grbl", "exact-stop")
@@ -260,7 +269,8 @@ planning_options = _gathering(
         "--interpolator",
         INTERPOLATORS,
         "How the next point on the path is found: exactly, by arc length (arclength); by Taylor steps of first or second order "
-        "(taylor1, taylor2); or by equal steps of a curve's parameter (uniform).",
+        "(taylor1, taylor2); by equal steps of a curve's parameter (uniform); exactly, all axes holding together while one falls "
+        "behind (stateline); or between a master's points (two-stage-…).",
     ),
     _choice(
         "--saturation",
@@ -286,6 +296,22 @@ planning_options = _gathering(
         type=FiniteRange(min=LEAST_CONTOUR_ERROR_MM),
         help="Contour error, as the servo model predicts it, that the plan stays under "
         "[default: the machine's, for ild].",
+    ),
+    click.option(
+        "--stateline-bound",
+        metavar="MM",
+        type=FiniteRange(min=1e-9),
+        default=0.05,
+        show_default=True,
+        help="Following error of an axis, beyond that of its speed, at which the axes of the interpolator stateline hold.",
+    ),
+    click.option(
+        "--master-period",
+        metavar="SECONDS",
+        type=FiniteRange(min=0, min_open=True),
+        default=0.016,
+        show_default=True,
+        help="Time between the master's points of two-stage interpolation.",
     ),
     click.option(
         "--fit",

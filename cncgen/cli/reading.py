@@ -209,6 +209,8 @@ def plan_options(planning: dict[str, Any]) -> PlanOptions:
         effort=planning["effort"],
         path_tolerance_mm=planning["path_tolerance"],
         max_contour_error_mm=planning["max_contour_error"],
+        stateline_bound_mm=planning["stateline_bound"],
+        master_period_s=planning["master_period"],
         fit_mm=planning["fit"],
         kbar_per_mm=planning["kbar"],
         corner_distance_mm=planning["corner_distance"],

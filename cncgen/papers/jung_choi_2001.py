@@ -19,7 +19,8 @@ from cncgen.report.drawing import (
     plane,
     ticks,
 )
-from cncgen.servo.controllers.stateline import Rule, StatelineAxis, interpolate, run_stateline
+from cncgen.servo.controllers.stateline import Rule, StatelineAxis, run_stateline
+from cncgen.setpoints.two_stage import second_stage
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,8 +40,8 @@ def circle_figures(kind: int) -> tuple[float, float]:
     radius, speed = 20.0, 100.0
     angle = np.arange(200) * speed * MASTER / radius
     master = radius * np.column_stack([np.cos(angle), np.sin(angle)])
-    off = np.hypot(*interpolate(master, PARTS, kind)[10 * PARTS : -10 * PARTS].T) - radius
-    rates = np.diff(interpolate(master, PARTS, kind), axis=0) / CONTROL
+    off = np.hypot(*second_stage(master, PARTS, kind)[10 * PARTS : -10 * PARTS].T) - radius
+    rates = np.diff(second_stage(master, PARTS, kind), axis=0) / CONTROL
     knots = np.arange(10, 190) * PARTS
     after, before = (
         1.5 * rates[knots] - 0.5 * rates[knots + 1],
@@ -58,7 +59,7 @@ def corner(speed: float = 50.0, length: float = 25.0) -> Floats:
 def corner_figures(rule: Rule, kind: int = 2, bound: float = 0.05) -> tuple[float, float]:
     """Return how near the axes come to the corner (µm) and how long they take (s)."""
     master = corner()
-    run = run_stateline(interpolate(master, PARTS, kind), AXES, rule, bound)
+    run = run_stateline(second_stage(master, PARTS, kind), AXES, rule, bound)
     apex = np.array([master[:, 0].max(), 0.0])
     return float(np.hypot(*(run.position - apex).T).min()) * 1e3, run.time_s
 
@@ -70,7 +71,7 @@ def deadlocks(count: int = 1000, seed: int = 1) -> int:
     for _ in range(count):
         master = np.cumsum(rng.normal(size=(rng.integers(2, 12), 2)) * rng.uniform(0.05, 2.0), axis=0)
         axes = [StatelineAxis(min(rng.uniform(5, 200), 0.8 / lag), lag) for lag in rng.uniform(5e-4, 0.02, 2)]
-        reference = interpolate(master, PARTS, int(rng.integers(2, 5)))
+        reference = second_stage(master, PARTS, int(rng.integers(2, 5)))
         run = run_stateline(reference, axes, Rule(int(rng.integers(1, 4))), 10.0 ** rng.uniform(-3, 0))
         stuck += run.place[-1] != len(reference) - 1 or run.forced > 0
     return stuck
@@ -191,7 +192,7 @@ def figures(programs: str | None = None) -> Figures:
         "Paper 002, Figs 8 to 10: radial error on a circle of 20 mm at 100 mm/s", 3, height=1.9
     )
     for part, kind in zip(grid[:, 0], (2, 3, 4), strict=True):
-        rows = interpolate(circle, PARTS, kind)[320 : 320 + 10 * PARTS]
+        rows = second_stage(circle, PARTS, kind)[320 : 320 + 10 * PARTS]
         line(part, ticks(len(rows), CONTROL), 1e3 * (np.hypot(*rows.T) - radius))
         part.set_ylabel(f"eq. {kind}\nradial error (µm)")
     grid[-1, 0].set_xlabel("time (s): ten periods of the master")
@@ -206,7 +207,7 @@ def _interpolators_at_the_corner() -> Figure:
         "Paper 002, Figs 5 to 7: interpolators at a corner", 1, 3, height=4.2, width=12.0
     )
     for part, kind in zip(grid[0], (2, 3, 4), strict=True):
-        rows = interpolate(master, PARTS, kind)
+        rows = second_stage(master, PARTS, kind)
         actual = run_stateline(rows, AXES, Rule.NONE, 0.05).position
         part.plot(rows[:, 0], rows[:, 1], linewidth=1.0, color=BLUE, label="second stage")
         part.plot(actual[:, 0], actual[:, 1], linewidth=1.0, color=ORANGE, label="axes, no stateline")
@@ -219,7 +220,7 @@ def _interpolators_at_the_corner() -> Figure:
 
 def _stateline_corner() -> Figure:
     """Fig. 3, the paths that a corner leaves; the rules' paths lie on each other, so they differ in width."""
-    reference = interpolate(corner(), PARTS, 2)
+    reference = second_stage(corner(), PARTS, 2)
     figure, ((part,),) = new_figure(
         "Paper 002, Fig. 3: sharp corner under the stateline", height=5.5, width=6.5
     )
@@ -241,7 +242,7 @@ def _stateline_corner() -> Figure:
 
 def _stateline_errors() -> Figure:
     """Fig. 4: following errors of both axes round the corner, under Rule 2 and under the jerk rule."""
-    reference = interpolate(corner(), PARTS, 2)
+    reference = second_stage(corner(), PARTS, 2)
     figure, grid = new_figure("Paper 002, Fig. 4: following errors at the corner", 3, height=1.9)
     for part, (rule, name) in zip(
         grid[:, 0],

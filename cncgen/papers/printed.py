@@ -27,7 +27,7 @@ class RowKind(StrEnum):
     OURS = "check of ours"
 
 
-class Outcome(StrEnum):
+class RowOutcome(StrEnum):
     """Result of a row."""
 
     REPRODUCED = "reproduced"
@@ -55,11 +55,11 @@ class Basis(StrEnum):
 
 #: The outcomes that count for a paper, in the order of every summary.
 COUNTED = (
-    Outcome.REPRODUCED,
-    Outcome.NOT_REPRODUCED,
-    Outcome.NOT_REPRODUCIBLE,
-    Outcome.INPUT,
-    Outcome.DRAWING,
+    RowOutcome.REPRODUCED,
+    RowOutcome.NOT_REPRODUCED,
+    RowOutcome.NOT_REPRODUCIBLE,
+    RowOutcome.INPUT,
+    RowOutcome.DRAWING,
 )
 
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:/(?P<below>\d+))?(?:×10(?P<sign>⁻?)(?P<power>[⁰¹²³⁴⁵⁶⁷⁸⁹]+))?")
@@ -147,22 +147,22 @@ class Row:
         return near and low and high
 
     @property
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RowOutcome:
         """Return the result of the row; an input that is not as printed counts as not reproduced."""
         if self.kind is RowKind.DRAWING:
-            return Outcome.DRAWING
+            return RowOutcome.DRAWING
         if self.kind is RowKind.OURS:
-            return Outcome.HOLDS if self.holds else Outcome.MISSED
+            return RowOutcome.HOLDS if self.holds else RowOutcome.MISSED
         if self.ours is None:
-            return Outcome.NOT_REPRODUCIBLE
+            return RowOutcome.NOT_REPRODUCIBLE
         if not self.holds:
-            return Outcome.NOT_REPRODUCED
-        return Outcome.INPUT if self.kind is RowKind.INPUT else Outcome.REPRODUCED
+            return RowOutcome.NOT_REPRODUCED
+        return RowOutcome.INPUT if self.kind is RowKind.INPUT else RowOutcome.REPRODUCED
 
     @property
     def explained(self) -> bool:
         """Tell whether the row stands as it should: it holds, or it says why it does not."""
-        return self.outcome not in (Outcome.NOT_REPRODUCED, Outcome.MISSED) or bool(self.reason)
+        return self.outcome not in (RowOutcome.NOT_REPRODUCED, RowOutcome.MISSED) or bool(self.reason)
 
     @property
     def difference(self) -> float | None:
@@ -221,9 +221,9 @@ class Table:
         return all(row.explained for row in self.rows)
 
 
-def counts(tables: Iterable[Table]) -> dict[Outcome, int]:
+def counts(tables: Iterable[Table]) -> dict[RowOutcome, int]:
     """Return how many rows have each outcome, every outcome named."""
-    found = dict.fromkeys(Outcome, 0)
+    found = dict.fromkeys(RowOutcome, 0)
     for table in tables:
         for row in table.rows:
             found[row.outcome] += 1

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.papers.printed import COUNTED, Outcome, Row, RowKind, Table, counts
+from cncgen.papers.printed import COUNTED, Row, RowKind, RowOutcome, Table, counts
 from cncgen.report.drawing import folder, save
 from cncgen.report.tables import left_table, text_table
 
@@ -174,7 +174,7 @@ def _cells(row: Row) -> Sequence[str]:
 
 def _reasons(rows: Iterable[Row]) -> list[str]:
     """Return each reason once, with the rows that it stands for."""
-    found: dict[tuple[Outcome, str], list[str]] = {}
+    found: dict[tuple[RowOutcome, str], list[str]] = {}
     for row in rows:
         if row.reason and row.outcome in _EXPLAINED:
             found.setdefault((row.outcome, row.reason), []).append(row.what)
@@ -185,12 +185,12 @@ def _reasons(rows: Iterable[Row]) -> list[str]:
 
 
 #: The outcomes whose reasons are shown.
-_EXPLAINED = (Outcome.NOT_REPRODUCED, Outcome.NOT_REPRODUCIBLE, Outcome.MISSED)
+_EXPLAINED = (RowOutcome.NOT_REPRODUCED, RowOutcome.NOT_REPRODUCIBLE, RowOutcome.MISSED)
 
 
 def _count_table(found: Found) -> str:
     """Return how many items of each paper have each outcome, and how many checks of ours hold."""
-    rows, total = [], dict.fromkeys(Outcome, 0)
+    rows, total = [], dict.fromkeys(RowOutcome, 0)
     for name, tables in found.items():
         numbers = counts(tables)
         rows.append(_count_cells(name, numbers))
@@ -201,9 +201,9 @@ def _count_table(found: Found) -> str:
     return text_table(("paper", *(outcome.value for outcome in COUNTED), "checks of ours that hold"), rows)
 
 
-def _count_cells(name: str, numbers: Mapping[Outcome, int]) -> Sequence[str]:
-    checks = numbers[Outcome.HOLDS] + numbers[Outcome.MISSED]
-    return (name, *(str(numbers[outcome]) for outcome in COUNTED), f"{numbers[Outcome.HOLDS]} of {checks}")
+def _count_cells(name: str, numbers: Mapping[RowOutcome, int]) -> Sequence[str]:
+    checks = numbers[RowOutcome.HOLDS] + numbers[RowOutcome.MISSED]
+    return (name, *(str(numbers[outcome]) for outcome in COUNTED), f"{numbers[RowOutcome.HOLDS]} of {checks}")
 
 
 def _remarks(found: Found) -> list[str]:

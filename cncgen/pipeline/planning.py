@@ -185,6 +185,10 @@ def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
 
     axes, machine = output_axes(planned.program), planned.machine
     chunks = setpoints.sample(iter(planned), machine, axes=axes, signals=signals)
+    if planned.options is not None and planned.options.interpolator.startswith("two-stage"):
+        from cncgen.setpoints.two_stage import two_stage
+
+        chunks = two_stage(chunks, planned.options.interpolator, planned.options.master_period_s)
     if planned.promised:
         from cncgen.setpoints.holding import held
 
@@ -244,6 +248,8 @@ def plan_with_summary(
     name = how.control or how.feedrate or available()[0]
     summary = Summary(program, where, name, line_times, estimate=how.control is not None)
     trajectories = planner.plan(summary.over_toolpaths(sound(program)), where, how)
-    stream = sample(Plan(program, where, summary.over_trajectories(trajectories), how.keeps_limits), signals)
+    stream = sample(
+        Plan(program, where, summary.over_trajectories(trajectories), how.keeps_limits, how), signals
+    )
     watched = replace(stream, chunks=summary.over_setpoints(stream.chunks))
     return watched, summary

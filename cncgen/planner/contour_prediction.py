@@ -65,16 +65,33 @@ def error_filter(numerator: Floats, denominator: Floats, period_s: float) -> tup
     Raises:
         ValueError: The closed loop has no unit gain at rest.
     """
+    reduced, a = increment_filter(numerator, denominator, period_s)
+    b = 0.5 * period_s * np.convolve(reduced[:-1], [1.0, 1.0]) if len(reduced) > 1 else np.zeros(1)
+    return b, a
+
+
+def increment_filter(numerator: Floats, denominator: Floats, period_s: float) -> tuple[Floats, Floats]:
+    """Return the filter from increments of an axis's reference to its following error E = R − Y (eqs 10 and 11).
+
+    E/R = (c − d)/c, divided by the increments' 1 − z⁻¹.
+
+    Args:
+        numerator, denominator: The closed loop Y/R in s, highest power first.
+        period_s: T.
+
+    Returns:
+        Coefficients b, a of z⁰, z⁻¹, …, shape (degree + 1,) each, a_0 = 1; b_degree = 0.
+
+    Raises:
+        ValueError: The closed loop has no unit gain at rest.
+    """
     degree = len(denominator) - 1
     c = bilinear(denominator, degree, period_s)
     d = bilinear(numerator, degree, period_s)
     if abs(np.sum(c - d)) > 1e-6 * abs(np.sum(c)):
         raise ValueError("the closed loop does not come to rest where it is sent (its gain at rest is not 1)")
-    reduced = np.cumsum(c - d)[:-1]
-    b = 0.5 * period_s * np.convolve(reduced, [1.0, 1.0])
-    if not len(reduced):
-        b = np.zeros(1)
-    return b / c[0], c / c[0]
+    reduced = np.append(np.cumsum(c - d)[:-1], 0.0)
+    return reduced / c[0], c / c[0]
 
 
 def static_coefficients(numerator: Floats, denominator: Floats) -> tuple[float, float]:

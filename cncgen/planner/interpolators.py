@@ -24,9 +24,10 @@ from numpy.typing import NDArray
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.motion import motion_at, time_at
-from cncgen.planner.options import PlanOptions
+from cncgen.planner.options import TWO_STAGE, PlanOptions
 from cncgen.planner.profile_parts import arrival_at, cut, joined
 from cncgen.planner.record import Limit, Profile, Trajectory
+from cncgen.planner.stateline import hold_together
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
@@ -60,12 +61,15 @@ Stepper = Callable[[Path, int, Profile, float, float, float, float], Steps]
 def retime(
     trajectories: Iterator[Trajectory], machine: Machine, options: PlanOptions
 ) -> Iterator[Trajectory]:
-    """Return the trajectories as the interpolator of the options would travel them; `arclength` changes nothing.
+    """Return the trajectories as the interpolator of the options would travel them; `arclength` changes nothing,
+    nor does two-stage interpolation, which changes the setpoints instead.
 
-    `taylor1` and `taylor2` are Yeh and Sun 2008, eqs 3.2 and 3.1.
+    `taylor1` and `taylor2` are Yeh and Sun 2008, eqs 3.2 and 3.1; `stateline` is `cncgen.planner.stateline`.
     """
-    if options.interpolator == "arclength":
+    if options.interpolator in ("arclength", *TWO_STAGE):
         return trajectories
+    if options.interpolator == "stateline":
+        return hold_together(trajectories, machine, options)
     return _retimed(trajectories, STEPPERS[options.interpolator], machine.period_s)
 
 

@@ -10,7 +10,9 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.checking import check_servos
 from cncgen.machine.record import Servo
 
-INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
+#: Those named two-stage leave the path: they change the setpoints of the exact one (`cncgen.setpoints.two_stage`).
+TWO_STAGE = ("two-stage-linear", "two-stage-centred", "two-stage-causal")
+INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform", "stateline", *TWO_STAGE)
 SATURATIONS = ("off", "reactive", "predictive")
 PROFILES = ("bell", "linear", "exponential")
 #: Controls whose own rules ``plan --as`` estimates with.
@@ -39,6 +41,8 @@ class PlanOptions:
         kbar_per_mm: The constant κ̄ of Tsai 2010, eq. 25, in 1/mm: the curvature at which the feed is halved.
         corner_distance_mm: Least distance of a sharp corner from the one before it and from the start (`ild`).
         fit_mm: Tolerance within which runs of short lines become cubic NURBS curves before they are planned; None: they do not.
+        stateline_bound_mm: δ of the interpolator ``stateline``: following error beyond that of the speed, at which all axes hold.
+        master_period_s: Time between the master's points of two-stage interpolation.
         lookahead_rows: Rows that a window of the look-ahead may hold.
         control: One of `CONTROLS`: the times that this control would take by its own rules, instead of a plan of ours.
     """
@@ -54,6 +58,8 @@ class PlanOptions:
     kbar_per_mm: float = 1.0
     corner_distance_mm: float = 1.0
     fit_mm: float | None = None
+    stateline_bound_mm: float = 0.05
+    master_period_s: float = 0.016
     lookahead_rows: int = 20_000
     control: str | None = None
 
@@ -90,6 +96,8 @@ class PlanOptions:
             ("path_tolerance_mm", True),
             ("max_contour_error_mm", True),
             ("kbar_per_mm", False),
+            ("stateline_bound_mm", False),
+            ("master_period_s", False),
             ("fit_mm", True),
             ("lookahead_rows", False),
         ):

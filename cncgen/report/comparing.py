@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import fields
 from typing import Any
 
 from cncgen.diagnostics import UsageError
@@ -60,16 +60,45 @@ def strategy_values(
         values = {field.name: getattr(one, field.name) for field in fields(one)}
         fault = values.pop("fault")
         strategies.append({"feedrate": one.feedrate, "fault": fault.message} if fault else values)
-    return {"strategies": strategies, "interpolators": [asdict(one) for one in fluctuations]}
+    interpolators = []
+    for each in fluctuations:
+        values = {field.name: getattr(each, field.name) for field in fields(each)}
+        problem = values.pop("fault")
+        interpolators.append(
+            {"interpolator": each.interpolator, "fault": problem.message} if problem else values
+        )
+    return {"strategies": strategies, "interpolators": interpolators}
 
 
 def interpolator_table(fluctuations: Iterable[Fluctuation]) -> str:
-    """Return the feedrate fluctuation of each interpolator: travelled against commanded distance per period."""
-    rows = [
-        [f.interpolator, f"{100 * f.max_part:.3g}", f"{100 * f.rms_part:.3g}", f"{f.time_s:.4f}"]
-        for f in fluctuations
-    ]
-    return text_table(("interpolator", "fluctuation max %", "rms %", "time s"), rows)
+    """Return each interpolator's fluctuation of the feed, its time, its distance from the path, and that of the axes.
+
+    The fluctuation is travelled against commanded distance per period. An interpolator that fails has its fault's code.
+    """
+    header = (
+        "interpolator",
+        "fluctuation max %",
+        "rms %",
+        "time s",
+        "path error µm",
+        "contour max µm",
+    )
+    rows = []
+    for f in fluctuations:
+        if f.fault is not None:
+            rows.append([f.interpolator, f.fault.code, *["-"] * (len(header) - 2)])
+            continue
+        rows.append(
+            [
+                f.interpolator,
+                f"{100 * f.max_part:.3g}",
+                f"{100 * f.rms_part:.3g}",
+                f"{f.time_s:.4f}",
+                number(f.path_error_mm, 1000),
+                number(f.contour_max_mm, 1000),
+            ]
+        )
+    return text_table(header, rows)
 
 
 def compare_controllers(

@@ -13,13 +13,16 @@ from cncgen.machine.record import Machine, Servo
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.checks import checked
 from cncgen.planner.contour_prediction import predicted_errors, servo_of
-from cncgen.planner.interpolators import STEPPERS, retime_one
+from cncgen.planner.interpolators import retime
 from cncgen.planner.motion import motion_at, time_at
+from cncgen.planner.options import INTERPOLATORS
 from cncgen.planner.record import Trajectory
 from cncgen.planner.strategies import available, strategy
+from cncgen.servo.contour import contour_error
 from cncgen.servo.simulate import simulate
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.sampling import sample
+from cncgen.setpoints.two_stage import KINDS, two_stage
 from cncgen.toolpath.record import Toolpath
 from cncgen.units import AXIS_LETTERS
 
@@ -68,12 +71,18 @@ class Fluctuation:
         interpolator: Its name.
         max_part, rms_part: Largest and root mean square of travelled / commanded − 1.
         time_s: Time of the motion, which the interpolator may change.
+        path_error_mm: Largest distance of its setpoints from the path through the setpoints of the exact one.
+        contour_max_mm: Largest distance of the simulated axes from that path; None where servo data do not allow it.
+        fault: Why it has no figures, where it fails.
     """
 
     interpolator: str
     max_part: float
     rms_part: float
     time_s: float
+    path_error_mm: float | None = None
+    contour_max_mm: float | None = None
+    fault: Diagnostic | None = None
 
 
 def compare_strategies(
@@ -170,11 +179,16 @@ def _peaks(position: Floats, order: int, period_s: float) -> Floats:
 
 
 def _contour_errors(
-    setpoints: Sequence[Setpoints], machine: Machine, options: PlanOptions, axes: str
+    setpoints: Sequence[Setpoints],
+    machine: Machine,
+    options: PlanOptions,
+    axes: str,
+    path: Floats | None = None,
 ) -> Floats | None:
     """Return the contour errors of the simulated axes, a row a setpoint and those of coming to rest behind the last one.
 
-    None where an axis has no servo data or none is linear.
+    None where an axis has no servo data or none is linear. They are distances from the path through the setpoints, or through
+    other ones of the same times, `path` of shape (n, axes), without those of coming to rest.
     """
     servos: dict[str, Servo] = {}
     for letter in axes:
@@ -183,42 +197,76 @@ def _contour_errors(
             return None
         servos[letter] = servo
     response = simulate(iter(setpoints), servos, settle_s=_SETTLE_S)
-    errors = np.concatenate([chunk.contour_error_mm for chunk in response])
+    parts = list(response)
+    errors = np.concatenate([chunk.contour_error_mm for chunk in parts])
+    if path is not None:
+        errors = _distances(path, np.concatenate([chunk.position for chunk in parts])[: len(path)], axes)
     return None if np.isnan(errors).all() else errors
 
 
-def feed_fluctuations(
+def _distances(path: Floats, rows: Floats, axes: str) -> Floats:
+    """Return the distance in X Y Z of each row from a path, both of shape (n, axes); zeros without such axes."""
+    linear = [k for k, letter in enumerate(axes) if letter in "XYZ"]
+    if not linear:
+        return np.zeros(len(rows))
+    return contour_error(np.ascontiguousarray(path[:, linear]), np.ascontiguousarray(rows[:, linear]))
+
+
+def compare_interpolators(
     toolpaths: Sequence[Toolpath],
     machine: Machine,
     options: PlanOptions,
     names: Sequence[str] = ("arclength", "taylor1", "taylor2"),
+    axes: str | None = None,
 ) -> list[Fluctuation]:
-    """Measure, for each interpolator, travelled against commanded distance of every period.
+    """Measure each interpolator on one plan: its feed, its time, its distance from the path, and that of the simulated axes.
 
-    Commanded is what the plan travels in a period from the place where the tool is; travelled is the length of the
-    path between two setpoints, measured from the curve's parameter at each. Periods that the end of a stretch cuts
-    short are left out, and those that begin in a wait.
+    The feed's fluctuation is travelled against commanded distance of every period. Commanded is what the plan travels in a period
+    from the place where the tool is; travelled is the length of the path between two setpoints, measured from the curve's
+    parameter at each. Periods that the end of a stretch cuts short are left out, and those that begin in a wait. Two-stage
+    interpolation leaves the path, so its feed is that of the plan.
 
     Raises:
         UsageError: An interpolator is unknown.
     """
-    _check_names("interpolator", names, ("arclength", *STEPPERS))
-    planned = list(strategy(options.feedrate)(checked(toolpaths, machine, options), machine, options))
-    return [_fluctuation(planned, machine.period_s, name) for name in names]
+    _check_names("interpolator", names, INTERPOLATORS)
+    exact = replace(options, interpolator="arclength")
+    planned = list(strategy(options.feedrate)(checked(toolpaths, machine, exact), machine, exact))
+    moved = axes or moving_axes(toolpaths)
+    found = []
+    for name in names:
+        asked = replace(options, interpolator=name)
+        try:
+            found.append(_interpolated(planned, machine, asked, moved))
+        except UsageError as problem:
+            found.append(Fluctuation(name, 0.0, 0.0, 0.0, fault=problem.diagnostics[0]))
+    return found
 
 
-def _fluctuation(planned: Sequence[Trajectory], period_s: float, name: str) -> Fluctuation:
-    late, end = 0.0, 0.0
-    parts: list[Floats] = []
-    for trajectory in planned:
-        moved = trajectory if name == "arclength" else retime_one(trajectory, STEPPERS[name], period_s, late)
-        end = float(moved.profile.t[-1])
-        late = end - float(trajectory.profile.t[-1])
-        parts += _parts(trajectory, moved, period_s)
-    error = np.concatenate(parts) if parts else np.empty(0)
-    if not error.size:  # nothing moves
-        return Fluctuation(name, 0.0, 0.0, end)
-    return Fluctuation(name, float(np.abs(error).max()), float(np.sqrt(np.mean(error**2))), end)
+def _interpolated(
+    planned: Sequence[Trajectory], machine: Machine, options: PlanOptions, axes: str
+) -> Fluctuation:
+    """Measure one interpolator of a plan."""
+    name, period = options.interpolator, machine.period_s
+    found = list(retime(iter(planned), machine, options))
+    parts = [part for one, other in zip(planned, found, strict=True) for part in _parts(one, other, period)]
+    error = np.concatenate(parts) if parts else np.zeros(0)
+    setpoints = list(sample(found, machine, axes=axes))
+    off, exact = 0.0, None
+    if name in KINDS:
+        exact = np.concatenate([chunk.position for chunk in setpoints])
+        setpoints = list(two_stage(setpoints, name, options.master_period_s))
+        rows = np.concatenate([chunk.position for chunk in setpoints])
+        off = float(_distances(exact, rows, axes).max(initial=0.0))
+    contour = _contour_errors(setpoints, machine, options, axes, exact)
+    return Fluctuation(
+        name,
+        float(np.abs(error).max(initial=0.0)),
+        float(np.sqrt(np.mean(error**2))) if error.size else 0.0,
+        float(found[-1].profile.t[-1]),
+        off,
+        None if contour is None else float(contour.max()),
+    )
 
 
 def _parts(planned: Trajectory, moved: Trajectory, period_s: float) -> Iterator[Floats]:

@@ -14,9 +14,9 @@ from cncgen.papers.hsu_runs import RADIUS, nurbs_circle, uniform_circle
 from cncgen.papers.planned import planned_program, program_text, with_feed
 from cncgen.papers.printed import (
     Basis,
-    Outcome,
     Row,
     RowKind,
+    RowOutcome,
     Table,
     absent,
     counts,
@@ -54,7 +54,7 @@ def rows_of(found: Found, name: str) -> Iterator[Row]:
 @pytest.mark.parametrize("name", NAMES)
 def test_each_row_holds_or_says_why_it_does_not(found: Found, name: str) -> None:
     assert [row.what for row in rows_of(found, name) if not row.explained] == []
-    assert counts(found[name])[Outcome.REPRODUCED] > 0
+    assert counts(found[name])[RowOutcome.REPRODUCED] > 0
     whats = [(table.title, row.what) for table in found[name] for row in table.rows]
     assert len(whats) == len(set(whats))
 
@@ -89,14 +89,14 @@ def test_each_number_of_the_tables_of_004_has_a_row(found: Found) -> None:
     assert (len(whole), len(constant)) == (30 + 3 + 15 + 3 + 9, 27)
     assert all(printed.count(text) >= [*whole, *constant].count(text) for text in [*whole, *constant])
     dyna = [row for what, row in rows.items() if what.startswith("DYNA")]
-    assert [row.outcome for row in dyna] == 6 * [Outcome.NOT_REPRODUCIBLE]
+    assert [row.outcome for row in dyna] == 6 * [RowOutcome.NOT_REPRODUCIBLE]
     assert sum(what.startswith("constant speed, ") for what in rows) == 27
 
 
 def test_what_earlier_tables_left_out(found: Found) -> None:
     """The following error of 000, table 3 of 001, the estimate of 003 where it is bad, and what κ̄ does."""
     following = next(row for row in rows_of(found, "000") if "following error of X" in row.what)
-    assert (following.printed, following.outcome) == ("limited to 100 µm", Outcome.NOT_REPRODUCED)
+    assert (following.printed, following.outcome) == ("limited to 100 µm", RowOutcome.NOT_REPRODUCED)
     assert sum(row.what.count(", run ") for row in rows_of(found, "001")) == 30
     estimates = [row for row in rows_of(found, "003") if "estimated and true" in row.what]
     assert max(row.ours or 0.0 for row in estimates) > 100.0

@@ -10,7 +10,7 @@ import pytest
 from cncgen.machine import Machine
 from cncgen.planner import PlanOptions, Trajectory, plan
 from cncgen.planner.motion import motion_at, time_at
-from cncgen.report.comparison import feed_fluctuations
+from cncgen.report.comparison import compare_interpolators
 from cncgen.setpoints import sample
 from cncgen.toolpath.record import Event, Toolpath
 
@@ -59,11 +59,11 @@ def test_sweeps_solve_the_recurrence(
 
 
 @pytest.mark.parametrize(("interpolator", "worst", "rms"), [("taylor1", 70.8, 2.36), ("taylor2", 56.9, 1.49)])
-def test_constant_feed_fluctuations(
+def test_constant_compare_interpolators(
     interpolator: str, worst: float, rms: float, program: Callable[..., list[Toolpath]], table: Machine
 ) -> None:
     """Butterfly at a constant 6000 mm/min: an independent study found 70.8 % and 56.9 % at the worst step."""
-    (found,) = feed_fluctuations(
+    (found,) = compare_interpolators(
         program("butterfly.nc", 6000), table, PlanOptions(feedrate="constant"), [interpolator]
     )
     assert 100 * found.max_part == pytest.approx(worst, abs=0.05)
@@ -75,7 +75,7 @@ def test_arclength_travels_what_is_asked(
     feed: int, program: Callable[..., list[Toolpath]], table: Machine
 ) -> None:
     """Under 1e-4 % at the worst sample; Taylor's are orders of magnitude above it."""
-    exact, first, second = feed_fluctuations(
+    exact, first, second = compare_interpolators(
         program("butterfly.nc", feed), table, PlanOptions(feedrate="ild")
     )
     assert 100 * exact.max_part < 1e-4

@@ -12,7 +12,7 @@ from cncgen.machine import Servo, load
 from cncgen.pipeline import read, read_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.interpolators import STEPPERS
-from cncgen.report.comparison import compare_strategies, feed_fluctuations, moving_axes
+from cncgen.report.comparison import compare_interpolators, compare_strategies, moving_axes
 from cncgen.setpoints import sample
 from cncgen.toolpath.record import Toolpath
 
@@ -106,7 +106,9 @@ def test_moving_axes() -> None:
 def test_a_wait_is_no_fluctuation() -> None:
     """On lines parameter and length are proportional, so that no interpolator has any, and half a second of rest is none."""
     chunks = chunks_of("G21 G61.1\nG1 X10 F1200\nG4 P0.5003\nY10\nM2\n")
-    found = feed_fluctuations(chunks, load("xy-table"), PlanOptions(feedrate="ild"), ["arclength", *STEPPERS])
+    found = compare_interpolators(
+        chunks, load("xy-table"), PlanOptions(feedrate="ild"), ["arclength", *STEPPERS]
+    )
     assert [one.time_s for one in found] == [found[0].time_s] * len(found)
     assert max(one.max_part for one in found) < 1e-9
 
@@ -116,7 +118,7 @@ def test_fluctuation_of_arclength_is_that_of_the_setpoints(programs: Path) -> No
     machine = replace(load("xy-table"), max_contour_error_mm=None)
     chunks = list(read(programs / "heart.nc").chunks())
     options = PlanOptions(feedrate="constant")
-    (found,) = feed_fluctuations(chunks, machine, options, ["arclength"])
+    (found,) = compare_interpolators(chunks, machine, options, ["arclength"])
     x = np.concatenate([c.position for c in sample(plan(chunks, machine, options), machine)])
     chord = np.linalg.norm(np.diff(x, axis=0), axis=1)[:-2]
     assert found.max_part < 1e-6
@@ -132,7 +134,7 @@ def test_fluctuation_of_taylor_is_that_of_its_setpoints(name: str, programs: Pat
     machine = replace(load("xy-table"), max_contour_error_mm=None)
     chunks = list(read(programs / "heart.nc").chunks())
     options = PlanOptions(feedrate="constant", interpolator=name)
-    (found,) = feed_fluctuations(chunks, machine, options, [name])
+    (found,) = compare_interpolators(chunks, machine, options, [name])
     x = np.concatenate([c.position for c in sample(plan(chunks, machine, options), machine)])
     step = np.diff(x, axis=0)
     turn = np.gradient(np.unwrap(np.arctan2(step[:, 1], step[:, 0])))
@@ -167,7 +169,7 @@ def test_without_names_the_papers_strategies_and_ours() -> None:
 
 
 def test_nothing_that_moves_has_no_fluctuation() -> None:
-    (found,) = feed_fluctuations(
+    (found,) = compare_interpolators(
         chunks_of("G4 P0.5\nM2\n"), load("xy-table"), PlanOptions(feedrate="ild"), ["taylor1"]
     )
     assert (found.max_part, found.rms_part) == (0.0, 0.0)

@@ -8,7 +8,8 @@ from scipy.linalg import expm
 
 from cncgen.kernels import servo_stateline
 from cncgen.servo.controllers import stateline
-from cncgen.servo.controllers.stateline import Rule, StatelineAxis, interpolate, run_stateline
+from cncgen.servo.controllers.stateline import Rule, StatelineAxis, run_stateline
+from cncgen.setpoints.two_stage import second_stage
 from tests.kernels.plain import uncompiled
 
 AXES = (StatelineAxis(60.0, 0.004), StatelineAxis(60.0, 0.004))
@@ -27,12 +28,12 @@ def test_interpolators_on_a_circle(kind, radial_um, jump_mm_s):
     radius, speed, period = 20.0, 100.0, 0.016
     angle = np.arange(300) * speed * period / radius
     master = radius * np.column_stack([np.cos(angle), np.sin(angle)])
-    fine = interpolate(master, 32, kind)[320:-320]
+    fine = second_stage(master, 32, kind)[320:-320]
     off = np.hypot(*fine.T) - radius
     assert off[np.abs(off).argmax()] * 1e3 == pytest.approx(radial_um, rel=4e-3)
     # Quadratic pieces: the speed at a knot follows exactly from the two half-way speeds on either side.
     parts = 64
-    rates = np.diff(interpolate(master, parts, kind), axis=0) / (period / parts)
+    rates = np.diff(second_stage(master, parts, kind), axis=0) / (period / parts)
     knots = np.arange(10, 290) * parts
     right, left = 1.5 * rates[knots] - 0.5 * rates[knots + 1], 1.5 * rates[knots - 1] - 0.5 * rates[knots - 2]
     assert np.hypot(*(right - left).T).max() == pytest.approx(jump_mm_s, rel=2e-3)
@@ -42,14 +43,14 @@ def test_interpolators_on_a_circle(kind, radial_um, jump_mm_s):
 def test_interpolators_at_a_right_angle(kind, share):
     """They leave a corner by 0, 0.0625 h and 0.125 h (h the master's step)."""
     h = 0.8
-    fine = interpolate(corner(), 32, kind)
+    fine = second_stage(corner(), 32, kind)
     overshoot = max(fine[:, 0].max() - corner()[:, 0].max(), -fine[:, 1].min())
     assert overshoot == pytest.approx(share * h, rel=0.02, abs=1e-12)
 
 
 def test_the_stateline_cuts_the_corner_miss_eightfold_for_little_time():
     master = corner()
-    reference, apex = interpolate(master, 32, 2), np.array([master[:, 0].max(), 0.0])
+    reference, apex = second_stage(master, 32, 2), np.array([master[:, 0].max(), 0.0])
     free = run_stateline(reference, AXES, Rule.NONE, 0.05)
     for rule in (Rule.ERROR, Rule.RULE_2):
         watched = run_stateline(reference, AXES, rule, 0.05)
@@ -71,7 +72,7 @@ def test_motion_always_ends_and_the_path_keeps_its_shape(seed, rule, kind, bound
     rng = np.random.default_rng(seed)
     master = np.cumsum(rng.normal(size=(rng.integers(2, 30), 2)) * rng.uniform(0.05, 2.0), axis=0)
     axis = StatelineAxis(min(gain, 0.8 / lag), lag)
-    reference = interpolate(master, 32, kind)
+    reference = second_stage(master, 32, kind)
     run = run_stateline(reference, (axis, axis), rule, 10.0**bound)
     assert run.place[-1] == len(reference) - 1
     assert run.forced == 0
@@ -87,7 +88,7 @@ def test_no_deadlock_over_1000_random_paths_and_gains():
         lags = rng.uniform(5e-4, 0.02, 2)
         axes = [StatelineAxis(min(rng.uniform(5, 200), 0.8 / lag), lag) for lag in lags]
         rule = Rule(int(rng.integers(1, 4)))
-        reference = interpolate(master, 32, int(rng.integers(2, 5)))
+        reference = second_stage(master, 32, int(rng.integers(2, 5)))
         run = run_stateline(reference, axes, rule, 10.0 ** rng.uniform(-3, 0))
         assert run.place[-1] == len(reference) - 1
         assert run.forced == 0
@@ -147,7 +148,7 @@ def test_a_run_is_the_rules_term_by_term(rule):
     for rows in (2, 3, 4, 5, *[12] * 5, 31):
         axes = [StatelineAxis(rng.uniform(20.0, 70.0), lag) for lag in rng.uniform(0.002, 0.012, 2)]
         master = np.cumsum(rng.normal(size=(6, 2)) * rng.choice([0.02, 0.3, 1.0]), axis=0)
-        reference, bound = interpolate(master, 8, 3)[:rows], 10.0 ** rng.uniform(-2.5, -0.5)
+        reference, bound = second_stage(master, 8, 3)[:rows], 10.0 ** rng.uniform(-2.5, -0.5)
         run = run_stateline(reference, axes, rule, bound)
         position, places, held = followed(reference, axes, rule, bound)
         assert run.place.tolist() == places
@@ -184,15 +185,15 @@ def test_error_gains_are_those_of_ramp_and_parabola():
 
 def test_a_bound_of_zero_is_refused():
     with pytest.raises(ValueError, match="positive"):
-        run_stateline(interpolate(corner(), 32, 2), AXES, Rule.ERROR, 0.0)
+        run_stateline(second_stage(corner(), 32, 2), AXES, Rule.ERROR, 0.0)
     with pytest.raises(ValueError, match="equations 2, 3 and 4"):
-        interpolate(corner(), 32, 5)
+        second_stage(corner(), 32, 5)
 
 
 def test_the_kernel_uncompiled_gives_the_same(monkeypatch):
     if servo_stateline.__file__.endswith(".py"):
         pytest.skip("the kernel is not compiled here")
-    reference = interpolate(corner(length=4.0), 32, 3)
+    reference = second_stage(corner(length=4.0), 32, 3)
     compiled = run_stateline(reference, AXES, Rule.JERK, 0.05)
     monkeypatch.setattr(stateline, "servo_stateline", uncompiled("servo_stateline"))
     plain = run_stateline(reference, AXES, Rule.JERK, 0.05)

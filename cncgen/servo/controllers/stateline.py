@@ -43,31 +43,6 @@ class Rule(IntEnum):
     JERK = 3
 
 
-def interpolate(master: Floats, parts: int, kind: int) -> Floats:
-    """Return the second stage's positions, shape ((n − 1) parts + 1, axes), through master points, shape (n, axes).
-
-    Args:
-        master: X_i, one every Δt. Before the first and after the last one the end points repeat.
-        parts: Control periods in Δt.
-        kind: 2, 3 or 4: the equation of the paper.
-
-    Raises:
-        ValueError: Another kind.
-    """
-    if kind not in (2, 3, 4):
-        raise ValueError(f"the interpolators are equations 2, 3 and 4, not {kind}")
-    padded = np.concatenate([master[:1], master, master[-1:]])
-    before, at, after, beyond = padded[:-3], padded[1:-2], padded[2:-1], padded[3:]
-    share = (np.arange(parts) / parts)[:, None]
-    bend = {
-        2: np.zeros_like(at),
-        3: 0.5 * (beyond - after - at + before),
-        4: after - 2.0 * at + before,
-    }[kind]
-    rows = at[:, None] + (after - at)[:, None] * share + bend[:, None] * 0.5 * share * (share - 1.0)
-    return np.concatenate([rows.reshape(-1, master.shape[1]), master[-1:]])
-
-
 @dataclass(frozen=True, slots=True)
 class StatelineAxis:
     """P control with gain Kv (1/s) round a velocity loop of lag τ (s)."""
