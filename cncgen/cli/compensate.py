@@ -19,7 +19,7 @@ from cncgen.cli.options import (
     summary_option,
     unnamed_options,
 )
-from cncgen.cli.types import FILE, MACHINE, FiniteRange, Share
+from cncgen.cli.types import FILE, MACHINE, MODES, FiniteRange, Share
 
 if TYPE_CHECKING:
     from cncgen.servo.uncertainty import Perturbation
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 #: Room that a program is planned with until its command is good enough: shares of acceleration and jerk.
 ROOMS = (1.0, 0.8, 0.64, 0.5)
+#: As `cncgen.servo.shaping` has them, whose import takes numpy.
+SHAPERS = ("zv", "zvd", "ei", "mzv")
 #: A command is good enough where it divides the contour error by this.
 ENOUGH = 5.0
 
@@ -68,6 +70,17 @@ class _Task:
     help="Plan a program with this share of the axes' acceleration and jerk, which leaves room for the command "
     "[default: the largest of 100%, 80%, 64%, 50% with which the contour error falls to a fifth].",
 )
+@click.option(
+    "--shaper",
+    type=click.Choice(SHAPERS),
+    help="Shape the motion for vibrations instead, whose frequencies and dampings --modes gives; no servo data are needed.",
+)
+@click.option(
+    "--modes",
+    metavar="HZ:DAMPING,…",
+    type=MODES,
+    help="Vibrations of --shaper, as 38:0.05,71:0.03; all axes have them.",
+)
 @click.option("--limits/--no-limits", default=True, show_default=True, help="Keep the machine's limits.")
 @click.option(
     "--settle",
@@ -90,6 +103,8 @@ def command(
     machine: str | None,
     passes: int,
     room: float | None,
+    shaper: str | None,
+    modes: tuple[tuple[float, float], ...] | None,
     limits: bool,
     settle: float,
     axes: str | None,
@@ -111,6 +126,11 @@ def command(
     from cncgen.cli.reading import is_setpoint_file, perturbation_of
     from cncgen.report.compensated import gain_lines
 
+    if (shaper is None) != (modes is None):
+        raise click.UsageError("--shaper and --modes go together")
+    if shaper is not None and modes is not None:
+        _shape((source, format, output, summary), (shaper, modes), machine, (axes, period), planning, reading)
+        return
     if machine is None and planning["axis_params"] is None:
         raise click.UsageError("give the servo data: -m MACHINE, or --axis-params NAME|FILE")
     drawn = perturbation_of(uncertainty, usual=0.1)
@@ -126,6 +146,44 @@ def command(
     for text in gain_lines(gained, drawn):
         messages.note(text)
     write_summary(summary, {"schema_version": 1, "setpoints": source, **gained})
+
+
+def _shape(
+    files: tuple[str, str | None, str | None, str | None],
+    how: tuple[str, tuple[tuple[float, float], ...]],
+    machine: str | None,
+    given: tuple[str | None, float | None],
+    planning: dict[str, Any],
+    reading: dict[str, Any],
+) -> None:
+    """Shape setpoints, or the plan of a program, for vibrations, and say what path that makes.
+
+    `files` are source, format, output and summary; axes and period of setpoints may be `given`.
+    """
+    from cncgen import pipeline
+    from cncgen.cli.reading import is_setpoint_file, planned
+    from cncgen.cli.writing import write_setpoints
+    from cncgen.report.compensated import shaping_lines
+    from cncgen.servo.shaping import Mode, shaped_setpoints
+    from cncgen.setpoints.readers import open_setpoints
+
+    source, format, output, summary = files
+    shaper, modes = how[0], [Mode(*pair) for pair in how[1]]
+    if source == "-" or is_setpoint_file(source):
+        letters, period = given
+        usual = pipeline.machine_of(machine).period_s if machine else None
+        with open_setpoints(source, axes=letters, period_s=period, default_period_s=usual) as stream:
+            command, found = shaped_setpoints(stream.chunks, shaper, modes)
+    elif machine is None:
+        raise click.UsageError("a program is planned for a machine: give it with -m")
+    else:
+        with planned(source, reading, planning, machine) as plan:
+            command, found = shaped_setpoints(pipeline.sample(plan).chunks, shaper, modes)
+    write_setpoints(iter((command,)), output, format, machine)
+    for text in shaping_lines(found, shaper, command.period_s):
+        messages.note(text)
+    result = {"schema_version": 1, "setpoints": source, "shaper": shaper, "samples": len(command)}
+    write_summary(summary, {**result, **found.as_dict(modes, command.period_s)})
 
 
 def _of_setpoints(

@@ -44,6 +44,27 @@ class Share(click.ParamType):
         return number
 
 
+class ModeList(click.ParamType):
+    """Vibrations by commas, each a frequency in Hz and a damping: ``38:0.05,71:0.03``."""
+
+    name = "modes"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[tuple[float, float], ...]:
+        """Return pairs of frequency and damping, or fail as click does."""
+        if isinstance(value, tuple):
+            return value
+        found = []
+        for part in str(value).split(","):
+            try:
+                frequency, damping = (float(number) for number in part.split(":"))
+            except ValueError:
+                self.fail(f"{part!r} is not FREQUENCY:DAMPING, such as 38:0.05.", param, ctx)
+            found.append((frequency, damping))
+        return tuple(found)
+
+
 class AxisLetters(click.ParamType):
     """Letters of axes, each once, as a word or by commas or blanks: ``XYZ``, ``x,y``; in the order given."""
 
@@ -90,6 +111,7 @@ class MachineName(FileName):
 
 
 AXES = AxisLetters()
+MODES = ModeList()
 FILE = FileName()
 FOLDER = FileName("dir")
 MACHINE = MachineName()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
+from cncgen.servo.shaping import Shaped
 from cncgen.servo.uncertainty import Perturbation
 
 
@@ -61,3 +63,14 @@ def _spread_lines(found: dict[str, Any], perturbation: Perturbation) -> Iterator
     )
     if found["worse"]:
         yield f"on {found['worse']} of {found['draws']} drawn machines the command is worse than the motion as it is"
+
+
+def shaping_lines(found: Shaped, shaper: str, period_s: float) -> Iterator[str]:
+    """Yield what a shaper does to a motion."""
+    length = (len(found.taps) - 1) * period_s
+    yield (
+        f"{len(found.command)} setpoints, shaped by {shaper}: {1e3 * length:.3g} ms longer, {1e3 * found.delay_s:.3g} ms late"
+        " in the mean"
+    )
+    if not math.isnan(found.path_max_mm):
+        yield f"the command leaves the path by {found.path_max_mm:.6f} mm at most, {found.path_rms_mm:.6f} mm rms"

@@ -5,9 +5,10 @@
     loop                    plant and controller joined to the closed loop of an axis (`AxisLoop`), as tables for the kernel
     scheme, named_schemes   the loops of all axes, with what shapes their setpoints or couples them (`Scheme`)
     bank, simulate          runs a scheme along setpoints: `Setpoints` → `Response`
-    contour, summary        contour error and other figures of a response
+    contour, summary        contour error and other figures of a response; `reference` judges it by the wanted motion
     norm_optimal, learning  commands that make the axes follow better, within their limits; `compensation` judges them
     mirror, inversion       such commands as the papers have them
+    shaping                 commands that excite no vibration
     uncertainty             machines whose parameters are not quite the model's
     identification          from a logged motion to a servo model
     tuning                  gains for a bandwidth, or for the least contour error, with the margins of their loops
