@@ -15,7 +15,7 @@ from cncgen.diagnostics import CncgenError
 if TYPE_CHECKING:
     from cncgen.pipeline import Plan
     from cncgen.planner import PlanOptions
-    from cncgen.servo.reference import Reference
+    from cncgen.servo.reference import WantedMotion
     from cncgen.servo.uncertainty import Perturbation
     from cncgen.toolpath.reading import ReadOptions
     from cncgen.toolpath.record import Program
@@ -155,7 +155,7 @@ def planning_machine(machine: str, planning: dict[str, Any]) -> str:
     return str(servos)
 
 
-def reference_of(name: str, machine: str, planning: dict[str, Any], reading: dict[str, Any]) -> Reference:
+def reference_of(name: str, machine: str, planning: dict[str, Any], reading: dict[str, Any]) -> WantedMotion:
     """Return the wanted motion: setpoints as they are, or a program's plan with its path.
 
     Args:

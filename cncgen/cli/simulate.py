@@ -27,7 +27,7 @@ from cncgen.cli.types import FILE, FiniteRange
 
 if TYPE_CHECKING:
     from cncgen.servo.record import Response
-    from cncgen.servo.reference import Reference
+    from cncgen.servo.reference import WantedMotion
     from cncgen.servo.uncertainty import Perturbation
     from cncgen.setpoints.stream import SetpointStream
 
@@ -139,7 +139,7 @@ def _keeping(responses: Iterator[Response], kept: list[Response] | None) -> Iter
 
 
 def _more(
-    kept: list[Response], wanted: Reference | None, drawn: Perturbation | None, how: tuple[str, str]
+    kept: list[Response], wanted: WantedMotion | None, drawn: Perturbation | None, how: tuple[str, str]
 ) -> dict[str, Any]:
     """Return errors against the wanted motion, and figures of drawn machines; `how` are servo data and controller."""
     from cncgen.pipeline import coupling_of, servos_of

@@ -34,7 +34,7 @@ SAME_MM = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Reference:
+class WantedMotion:
     """The wanted motion.
 
     Attributes:
@@ -53,7 +53,7 @@ class Reference:
     path_axes: str = ""
 
 
-def reference_of(name: str, setpoints: Iterable[Setpoints]) -> Reference:
+def reference_of(name: str, setpoints: Iterable[Setpoints]) -> WantedMotion:
     """Return setpoints as the wanted motion.
 
     Raises:
@@ -63,7 +63,7 @@ def reference_of(name: str, setpoints: Iterable[Setpoints]) -> Reference:
     if not chunks:
         raise UsageError(Diagnostic("reference-empty", f"the reference {name} has no setpoints"))
     rows = np.concatenate([np.asarray(chunk.position, float) for chunk in chunks])
-    return Reference(name, chunks[0].axes, chunks[0].period_s, rows)
+    return WantedMotion(name, chunks[0].axes, chunks[0].period_s, rows)
 
 
 def programmed_path(toolpaths: Iterable[Toolpath], machine: Machine, axes: str) -> tuple[Floats, str]:
@@ -94,7 +94,7 @@ def _cut(path: Floats) -> Floats:
 
 
 def judged_against(
-    reference: Reference, responses: Sequence[Response], shift: int | None = None
+    reference: WantedMotion, responses: Sequence[Response], shift: int | None = None
 ) -> dict[str, float | str | None]:
     """Return the errors of a response against the wanted motion, in mm (degrees of rotary axes alone) and s.
 
@@ -130,7 +130,7 @@ def judged_against(
     }
 
 
-def _check(reference: Reference, head: Response) -> None:
+def _check(reference: WantedMotion, head: Response) -> None:
     missing = [letter for letter in head.axes if letter not in reference.axes]
     if missing:
         message = (
@@ -164,7 +164,7 @@ def _shift(rows: Floats, command: Floats, position: Floats) -> int:
     return int(cross.argmin())
 
 
-def _contour(reference: Reference, axes: str, wanted: Floats, position: Floats) -> Floats:
+def _contour(reference: WantedMotion, axes: str, wanted: Floats, position: Floats) -> Floats:
     """Return the distance of each position from the path, shape (n,)."""
     if reference.path is None or len(reference.path) < 2:
         columns = contour_axes(axes)
