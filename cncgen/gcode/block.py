@@ -129,7 +129,9 @@ def gather(pairs: list[tuple[str, float]]) -> Block:
                 "repeated-word",
                 f"{letter.upper()} stands twice in one block",
                 letter.upper(),
-                hint="write it once",
+                hint="write it once"
+                if letter != "t"
+                else "write the next tool, which Mazak names beside it, in a block behind M6",
             )
         else:
             if not -LARGEST <= value <= LARGEST:

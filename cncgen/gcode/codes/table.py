@@ -60,6 +60,7 @@ _MODULES = (
     "codes.pecking_cycles_fanuc",
     "codes.thread_cycles_fanuc",
     "codes.lathe_drilling_fanuc",
+    "codes.haas_pockets",
     "codes.tool_point",
     "codes.heidenhain",
     "codes.plain_language",
@@ -74,7 +75,10 @@ LATHE = "fanuc-lathe"
 _OF_MILLS = frozenset(
     {
         *((letter, 0) for letter in ("T", *OFFSET_NUMBERS)),
-        *(("G", 10 * n) for n in (15, 16, 33, 43, 44, 49, 50, 51, 68, 69, *range(73, 80), *range(81, 96))),
+        *(
+            ("G", 10 * n)
+            for n in (12, 13, 15, 16, 33, 43, 44, 49, 50, 51, 68, 69, *range(73, 80), *range(81, 96))
+        ),
     }
     | {("G", n) for n in (331, 431, 432, 434, 501, 511, 541, 980, 990)}
 )

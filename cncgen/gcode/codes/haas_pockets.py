@@ -1,0 +1,114 @@
+"""G12 and G13 of Haas's mills: a circular pocket about the place where the tool stands (Haas mill operator's manual, "G12, G13").
+
+I is the radius of the first circle, K that of the finished one, Q the step between them; D takes the tool's radius off. With L the depth Z
+is cut in as many steps in G91. The tool goes out from the middle and back to it along X: the way in is our own, the circles are the cycle's.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.tools import whole
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+
+_Z = 2
+#: Circles or depths beyond which a step counts as a mistake.
+_MOST = 10_000
+_TINY = 1e-9
+
+
+def _radii(words: dict[str, float], name: str, tool: float) -> list[float]:
+    """Return the radii of the tool's circles, the smallest first.
+
+    Raises:
+        BlockError: I, K and Q do not go together, or the tool does not fit.
+    """
+    first = words.get("i", 0.0)
+    if first <= 0.0:
+        raise BlockError(
+            "cycle-words", f"{name} has no radius I above 0", name, hint="I is the radius of the first circle"
+        )
+    last, step = words.get("k", first), words.get("q", 0.0)
+    if last < first or (last > first and step <= 0.0):
+        message = f"K{last:g} of {name} is to be I{first:g} or more, with a step Q above 0 between them"
+        raise BlockError(
+            "cycle-words", message, "K", hint="G13 I0.3 K1. Q0.3 cuts circles of 0.3, 0.6, 0.9 and 1"
+        )
+    count = math.ceil((last - first) / step - _TINY) if last > first else 0
+    if count > _MOST:
+        raise BlockError(
+            "cycle-infeed",
+            f"Q{step:g} of {name} makes {count} circles",
+            "Q",
+            hint=f"at most {_MOST} are made",
+        )
+    found = [min(first + k * step, last) - tool for k in range(count + 1)]
+    if found[-1] <= 0.0:
+        message = f"the circle of {name}, {last:g}, is not larger than the tool's radius, {tool:g}"
+        raise BlockError("cycle-tool", message, name, hint="D0 takes no radius off")
+    return [radius for radius in found if radius > 0.0]
+
+
+def _depths(ip: Interpreter, block: Block, name: str) -> list[float]:
+    """Return the depths, one after the other."""
+    start = ip.state.position[_Z]
+    if "z" not in block.words:
+        return [start]
+    count = whole(block, "l", name) if "l" in block.words else 1
+    if not 1 <= count <= _MOST or (count > 1 and ip.state.absolute):
+        message = f"L{count} of {name} cuts Z as often in steps: it is from 1 to {_MOST}, and above 1 in G91"
+        raise BlockError("cycle-repeats", message, "L", hint="G91 G13 Z-0.1 L5 cuts to 0.5")
+    if ip.state.absolute:
+        return [block.words["z"]]
+    return [start + block.words["z"] * (k + 1) for k in range(count)]
+
+
+def _pocket(name: str, sense: int) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        state = ip.state
+        if state.plane != 17 or state.compensation != 40:
+            raise BlockError(
+                "cycle-plane", f"{name} works in G17 and G40", name, hint="use G17 and G40 before it"
+            )
+        if "d" not in block.words:
+            raise BlockError(
+                "comp-diameter",
+                f"{name} has no D",
+                name,
+                hint="D is the number of the tool's radius, D0 none",
+            )
+        check_feed(ip, block, name)
+        number = whole(block, "d", name)
+        tool = ip.tools.find(number)
+        if tool is None:
+            raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "D")
+        radii = _radii(block.words, name, abs(tool.diameter) * ip.table_scale() / 2.0)
+        middle = state.position.copy()
+
+        def go(x: float, z: float) -> None:
+            end = [x, middle[1], z, *middle[3:]]
+            if end != state.position:
+                ip.sink.straight_feed(end)
+                state.position = end
+
+        for depth in _depths(ip, block, name):
+            go(middle[0], depth)
+            for radius in radii:
+                go(middle[0] + radius, depth)
+                ip.sink.arc_feed(state.position.copy(), middle[0], middle[1], sense, 17)
+            go(middle[0], depth)
+        state.moved = True
+
+    return run
+
+
+CODES = tuple(
+    Code("G", number, "non-modal", Stage.MOTION, _pocket(name, sense), f"circular pocket, {way} (Haas)", "zikqld", "own",
+         dialects=("fanuc",), takes="d", moves="plane")
+    for number, name, sense, way in ((120, "G12", -1, "clockwise"), (130, "G13", 1, "counter-clockwise"))
+)  # fmt: skip
