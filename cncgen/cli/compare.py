@@ -115,14 +115,20 @@ def _controllers(
     source: str,
     names: list[str],
 ) -> tuple[str, dict[str, Any]]:
+    from dataclasses import replace
+
     from cncgen.machine import load_coupling, load_servos
     from cncgen.pipeline import driven_axes
     from cncgen.planner import plan
     from cncgen.report.comparing import compare_controllers, controller_table
     from cncgen.servo.named_schemes import settings_of
+    from cncgen.servo.reference import programmed_path, reference_of
     from cncgen.setpoints import sample
 
     settings = settings_of(load_coupling(source))
     setpoints = list(sample(plan(toolpaths, machine, options), machine, axes=driven_axes(program, machine)))
-    found = compare_controllers(setpoints, load_servos(source), names, settings)
+    wanted = reference_of(program.name, setpoints)
+    path, letters = programmed_path(iter(toolpaths), machine, wanted.axes)
+    wanted = replace(wanted, path=path, path_axes=letters)
+    found = compare_controllers(setpoints, load_servos(source), names, settings, machine.axes, wanted)
     return controller_table(found), {"controllers": found}

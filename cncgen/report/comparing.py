@@ -6,15 +6,20 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
+import numpy as np
+
 from cncgen.diagnostics import UsageError
-from cncgen.machine.record import Servo
+from cncgen.machine.record import Axis, Servo
 from cncgen.report.comparison import Fluctuation, StrategyFigures
 from cncgen.report.tables import number, text_table
+from cncgen.servo.command_limits import breaks
 from cncgen.servo.named_schemes import Settings, scheme_maker
-from cncgen.servo.simulate import simulate_scheme
+from cncgen.servo.reference import WantedMotion, judged_against
+from cncgen.servo.scheme import SchemeMaker
+from cncgen.servo.simulate import shaped_command, simulate_scheme
 from cncgen.servo.summary import summarize
 from cncgen.setpoints.record import Setpoints
-from cncgen.units import file_unit
+from cncgen.units import ORDER_NAMES, file_unit
 
 
 def strategy_table(figures: Iterable[StrategyFigures]) -> str:
@@ -106,8 +111,13 @@ def compare_controllers(
     servos: Mapping[str, Servo],
     names: Sequence[str],
     settings: Settings | None = None,
+    limits: Mapping[str, Axis] | None = None,
+    wanted: WantedMotion | None = None,
 ) -> list[dict[str, Any]]:
     """Simulate the same setpoints under controllers by name; return the summary of each, with ``controller``.
+
+    With `limits` each has ``breaks``: by how much the setpoints that the loops are given, after a prefilter, exceed a limit
+    that the motion keeps. With `wanted` each has its errors against the wanted motion as ``reference``.
 
     A controller that cannot be had for the axes has its ``fault`` (a diagnostic's message) instead of figures, so that
     the others are still compared.
@@ -120,7 +130,13 @@ def compare_controllers(
     first: UsageError | None = None
     for name, maker in zip(names, makers, strict=True):
         try:
-            found.append({"controller": name, **summarize(simulate_scheme(iter(setpoints), maker))})
+            responses = list(simulate_scheme(iter(setpoints), maker))
+            summary = {"controller": name, **summarize(responses)}
+            if limits is not None:
+                summary["breaks"] = _breaks(setpoints, maker, limits)
+            if wanted is not None:
+                summary["reference"] = judged_against(wanted, responses)
+            found.append(summary)
         except UsageError as error:
             if error.diagnostics[0].code not in ("controller-unfit", "servo-unstable"):
                 raise
@@ -131,13 +147,42 @@ def compare_controllers(
     return found
 
 
+def _break_text(found: Sequence[Mapping[str, Any]]) -> str:
+    """Return the broken limits in one cell."""
+    words = [f"{b['axis']} {b['limit']}" + (f" {b['ratio']:.3g}x" if b["ratio"] else "") for b in found]
+    return ", ".join(words) or "none"
+
+
+def _breaks(
+    setpoints: Sequence[Setpoints], maker: SchemeMaker, limits: Mapping[str, Axis]
+) -> list[dict[str, Any]]:
+    """Return axis, limit and ratio of each limit that the shaped setpoints break and the motion keeps."""
+    head = setpoints[0]
+    motion = np.concatenate([chunk.position for chunk in setpoints])
+    command = shaped_command(iter(setpoints), maker(head.axes, head.period_s))
+    found = breaks(limits, head.axes, command, motion, head.period_s)
+    return [
+        {
+            "axis": each.letter,
+            "limit": ("travel", *ORDER_NAMES)[each.order],
+            "ratio": each.ratio if each.order else None,
+        }
+        for each in found
+    ]
+
+
 def controller_table(summaries: Sequence[Mapping[str, Any]]) -> str:
-    """Return contour error, tracking errors, speed variation and saturation of each controller."""
+    """Return contour error, tracking errors, speed variation, effort, saturation and broken limits of each controller."""
     whole = [s for s in summaries if "fault" not in s]
     letters = list(whole[0]["axes"]) if whole else []
+    against = bool(whole) and "reference" in whole[0]
+    limited = bool(whole) and "breaks" in whole[0]
     header = ["controller", "contour max µm", "contour rms µm"]
+    header += ["from the program µm"] if against else []
     header += [f"{k.upper()} tracking rms {'µm' if file_unit(k) == 'mm' else 'mdeg'}" for k in letters]
-    header += ["speed variation mm/s", "saturated"]
+    header += ["speed variation mm/s"]
+    header += [f"{k.upper()} effort {whole[0]['axes'][k]['force_unit']}".strip() for k in letters]
+    header += ["saturated", *(["breaks"] if limited else [])]
     rows = []
     for s in summaries:
         if "fault" in s:
@@ -149,9 +194,12 @@ def controller_table(summaries: Sequence[Mapping[str, Any]]) -> str:
             [
                 s["controller"],
                 *contour,
+                *([number(s["reference"]["contour_error_max_mm"], 1000)] if against else []),
                 *tracking,
                 number(s["speed_variation_mm_s"]),
+                *(number(s["axes"][k]["force_max"]) for k in letters),
                 str(s["saturated_samples"]),
+                *([_break_text(s["breaks"])] if limited else []),
             ]
         )
     faults = [f"  {s['fault']}\n" for s in summaries if "fault" in s]

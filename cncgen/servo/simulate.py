@@ -85,6 +85,21 @@ def simulate_scheme(
         yield from run.over(block)
 
 
+def shaped_command(setpoints: Iterable[Setpoints], scheme: Scheme) -> Floats:
+    """Return the setpoints that the loops of a scheme are given, after its prefilter, shape (n, axes)."""
+    stream = iter(setpoints)
+    head = next((chunk for chunk in stream if len(chunk)), None)
+    if head is None:
+        return np.zeros((0, len(scheme.loops)))
+    origin = np.asarray(head.position[0], float)
+    prefilter = scheme.prefilter.started() if scheme.prefilter else None
+    rows = [
+        block.rows if prefilter is None else prefilter(block, origin)[: len(block)] + origin
+        for block in blocks(chain([head], stream), scheme.before, max(scheme.after, 1))
+    ]
+    return np.concatenate(rows)
+
+
 class _Run:
     """One simulation: loops with their state, and the rows that wait for their contour error."""
 

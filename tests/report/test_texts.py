@@ -52,7 +52,10 @@ def test_strategies_and_interpolators_as_values() -> None:
 
 def controlled(name: str) -> dict[str, object]:
     """The summary of a simulation of X and A as the table of controllers takes it."""
-    axes = {"X": {"tracking_rms_mm": 0.001}, "A": {"tracking_rms_deg": 0.002}}
+    axes = {
+        "X": {"tracking_rms_mm": 0.001, "force_max": 1.5, "force_unit": "V"},
+        "A": {"tracking_rms_deg": 0.002, "force_max": 2.5, "force_unit": "V"},
+    }
     return {
         "controller": name,
         "axes": axes,
@@ -69,8 +72,9 @@ def test_controllers_side_by_side() -> None:
     table, fault = text.rsplit("|\n", 1)
     head, failed, whole = cells(table + "|")
     assert head[3:5] == ["X tracking rms µm", "A tracking rms mdeg"]
-    assert failed == ["tcf", *["-"] * 6]
-    assert whole == ["p", "3", "0.4", "1", "2", "0.5", "7"]
+    assert head[6:8] == ["X effort V", "A effort V"]
+    assert failed == ["tcf", *["-"] * 8]
+    assert whole == ["p", "3", "0.4", "1", "2", "0.5", "1.5", "2.5", "7"]
     assert fault == "  no state\n"
 
 

@@ -9,7 +9,7 @@ from cncgen.cli.app import run as cncgen
 from cncgen.diagnostics import UsageError
 from cncgen.machine import load_machine
 from cncgen.machine.record import Servo
-from cncgen.pipeline import read_text
+from cncgen.pipeline import plan, read, read_text, sample
 from cncgen.servo.reference import judged_against, programmed_path, reference_of
 from cncgen.servo.response_spread import drawn_figures, interval, spread_values
 from cncgen.servo.simulate import simulate
@@ -97,3 +97,51 @@ def test_simulate_gives_both_beside_the_errors_against_the_command(tmp_path, pro
         found["perturbed"]["reference_contour_error_max_mm"]["worst"]
         > found["reference"]["contour_error_max_mm"]
     )
+
+
+def test_a_row_of_compare_shows_effort_and_what_the_shaped_setpoints_break(tmp_path, programs, capfd):
+    """The mirror gives the loops 2 r − G r: its third differences, taken here, are the ratio that the row states."""
+    summary = tmp_path / "s.json"
+    call = [
+        "compare",
+        str(programs / "circle.nc"),
+        "-m",
+        "dyna-1007",
+        "--controllers",
+        "p,mirror",
+        "--summary",
+        str(summary),
+    ]
+    assert cncgen(call) == 0
+    header, _, own, mirrored = capfd.readouterr().out.splitlines()[:4]
+    assert "from the program µm" in header
+    assert "X effort mm/s" in header
+    assert own.split("|")[-2].strip() == "none"
+    assert "Y jerk" in mirrored.split("|")[-2]
+    first, second = json.loads(summary.read_text())["controllers"]
+    assert first["breaks"] == []
+    assert first["reference"]["contour_error_max_mm"] == pytest.approx(
+        first["contour_error_max_mm"], abs=1e-3
+    )
+    machine = load_machine("dyna-1007")
+    chunks = list(sample(plan(read(str(programs / "circle.nc")), machine)).chunks)
+    rows = np.concatenate([chunk.position for chunk in chunks])
+    position = np.concatenate([r.position for r in simulate(iter(chunks), profile("dyna-1007"))])
+    shaped = (2.0 * rows - position)[:, 1]
+    whole = np.concatenate([np.repeat(shaped[:1], 3), shaped, np.repeat(shaped[-1:], 3)])
+    ratio = np.abs(np.diff(whole, 3)).max() / 1e-9 / machine.axes["Y"].max_jerk
+    (jerk,) = (b["ratio"] for b in second["breaks"] if (b["axis"], b["limit"]) == ("Y", "jerk"))
+    assert jerk == pytest.approx(ratio, rel=1e-6)
+
+
+def test_axes_that_only_turn_are_judged_by_their_tracking(tmp_path, capfd):
+    program, summary = tmp_path / "turn.nc", tmp_path / "s.json"
+    program.write_text("G1 A90 F3600\nM2\n")
+    call = ["simulate", str(program), "-o", str(tmp_path / "r.csv"), "--reference", str(program), "--perturb", "5%",
+            "--draws", "4", "--summary", str(summary)]  # fmt: skip
+    assert cncgen(call) == 0
+    found = json.loads(summary.read_text())
+    assert found["reference"]["contour_error_max_mm"] is None
+    assert found["reference"]["tracking_max_deg"] == pytest.approx(found["axes"]["a"]["tracking_max_deg"])
+    assert "mdeg" in capfd.readouterr().err
+    assert cncgen(["compare", str(program), "--controllers", "p"]) == 0
