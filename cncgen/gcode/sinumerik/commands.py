@@ -542,7 +542,11 @@ def thread(motions: Motions, words: Words, given: dict[str, float]) -> None:
 def _traori(motions: Motions) -> None:
     ip = motions.ip
     motions.heading = None
-    tool_point.turn_on(ip, Block({"h": float(ip.state.tool)}))
+    try:
+        tool_point.turn_on(ip, Block({"h": float(ip.state.tool)}))
+    except BlockError as error:
+        message = error.message.replace("G43.4", "TRAORI")
+        raise BlockError(error.code, message, "TRAORI", hint=error.hint, values=error.values) from None
 
 
 def _trafoof(motions: Motions) -> None:

@@ -118,8 +118,13 @@ class Hole:
 
 
 def _drill(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE81, CYCLE82 (with DTB)."""
+    """CYCLE81, CYCLE82 (with DTB); GMODE tells whether the depth is that of the tip."""
     hole = Hole.of(motions, name, values)
+    if round(filled(values, 6)) // 10 % 10:
+        message = (
+            f"GMODE = {filled(values, 6):g} of {name} (a depth of the shank or by a diameter) is not read"
+        )
+        raise BlockError("not-read", message, name, hint="GMODE = 0 is the depth of the tip")
     hole.go(hole.start, rapid=True)
     hole.go(hole.depth, rapid=False)
     if name == "CYCLE82":
@@ -127,9 +132,9 @@ def _drill(motions: Motions, name: str, values: Values) -> None:
     hole.go(hole.back, rapid=True)
 
 
-def _depths(hole: Hole, first: float, degression: float, name: str) -> list[float]:
-    """Return the depths of CYCLE83: the first step, each next one less by DAM, at least DAM; the last two are alike where less than
-    half of DAM would be left."""
+def _depths(hole: Hole, first: float, degression: float, least: float, name: str) -> list[float]:
+    """Return the depths of CYCLE83: the first step, each next one less by DAM, at least MDEP, or DAM without it; the last two are alike
+    where less than half of DAM would be left."""
     depths, step = [max(first, hole.depth)], hole.reference - first
     if step <= 0.0:
         raise BlockError(
@@ -144,7 +149,8 @@ def _depths(hole: Hole, first: float, degression: float, name: str) -> list[floa
                 "cycle-infeed", f"{name} makes more than {_MOST_STEPS} steps", name, hint="is FDPR too small?"
             )
         smaller = step - degression
-        step = smaller if smaller > degression else (degression or step)
+        floor = least or degression or step
+        step = max(smaller, floor) if step > floor else step
         left = depths[-1] - hole.depth
         if left <= step:
             depths.append(hole.depth)
@@ -156,7 +162,7 @@ def _depths(hole: Hole, first: float, degression: float, name: str) -> list[floa
 
 
 def _deep(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE83: FDEP FDPR DAM DTB DTS FRF VARI (0 breaks chips, 1 clears them)."""
+    """CYCLE83: FDEP FDPR DAM DTB DTS FRF VARI (0 breaks chips, 1 clears them) AXN MDEP VRT DTD DIS1."""
     hole = Hole.of(motions, name, values)
     absolute, relative = given(values, 5), given(values, 6)
     first = hole.reference - abs(relative) if absolute is None and relative is not None else absolute
@@ -175,7 +181,8 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
             name,
             hint="give the amount by which steps become smaller",
         )
-    depths = _depths(hole, first, degression, name)
+    depths = _depths(hole, first, degression, abs(filled(values, 13)), name)
+    back, ahead = abs(filled(values, 14)) or _BREAK, abs(filled(values, 16)) or _AHEAD
     feed, factor = motions.ip.state.feed, filled(values, 10, 1.0) or 1.0
     hole.go(hole.start, rapid=True)
     for k, depth in enumerate(depths):
@@ -183,15 +190,16 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
         hole.go(depth, rapid=False)
         if k == 0 and factor != 1.0:
             hole.feed(feed)
-        hole.dwell(filled(values, 8))
+        at_end = filled(values, 15) if depth == depths[-1] else 0.0
+        hole.dwell(at_end or filled(values, 8))
         if depth == depths[-1]:
             break
         if filled(values, 11):
             hole.go(hole.start, rapid=True)
             hole.dwell(filled(values, 9))
-            hole.go(depth + _AHEAD, rapid=True)
+            hole.go(depth + ahead, rapid=True)
         else:
-            hole.go(depth + _BREAK, rapid=False)
+            hole.go(depth + back, rapid=False)
     hole.go(hole.back, rapid=True)
 
 
@@ -213,11 +221,24 @@ def _pitch(name: str, size: float | None, pitch: float | None) -> float:
 
 
 def _tap(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE84, rigid: DTB SDAC MPIT PIT POSS SST SST1."""
+    """CYCLE84, rigid: DTB SDAC MPIT PIT POSS SST SST1 AXN PITA TECHNO VARI (1 breaks chips, 2 clears them) DAM VRT."""
     hole = Hole.of(motions, name, values)
+    unit = filled(values, 13)
+    if unit not in (0.0, 1.0):
+        message = f"PITA = {unit:g} of {name} (a lead in inches or threads an inch) is not read"
+        raise BlockError("not-read", message, name, hint="PITA = 1 is a lead in mm")
     left = (given(values, 7) or given(values, 8) or 0.0) < 0.0
     lead, speed = _pitch(name, given(values, 7), given(values, 8)), filled(values, 10)
-    _tapped(hole, name, values, lead, (speed, filled(values, 11) or speed), left, 6)
+    steps, infeed = [hole.depth], abs(filled(values, 16))
+    how = round(filled(values, 15)) % 10
+    if how and infeed:
+        count = math.ceil((hole.reference - hole.depth) / infeed - 1e-9)
+        if count > _MOST_STEPS:
+            message = f"DAM = {infeed:g} of {name} makes {count} steps"
+            raise BlockError("cycle-infeed", message, name, hint=f"at most {_MOST_STEPS} are made")
+        steps = [*(hole.reference - infeed * k for k in range(1, count)), hole.depth]
+    back = (abs(filled(values, 17)) or _BREAK) if how == 1 else None
+    _tapped(hole, name, values, lead, (speed, filled(values, 11) or speed), left, 6, steps, back)
 
 
 def _tap_floating(motions: Motions, name: str, values: Values) -> None:
@@ -229,9 +250,17 @@ def _tap_floating(motions: Motions, name: str, values: Values) -> None:
 
 
 def _tapped(
-    hole: Hole, name: str, values: Values, lead: float, speeds: tuple[float, float], left: bool, after: int
+    hole: Hole,
+    name: str,
+    values: Values,
+    lead: float,
+    speeds: tuple[float, float],
+    left: bool,
+    after: int,
+    steps: list[float] | None = None,
+    back: float | None = None,
 ) -> None:
-    """Tap in and out at lead times speed, the spindle turning back on the way out."""
+    """Tap in and out at lead times speed, the spindle turning back on the way out; between steps back by `back`, or out of the hole."""
     motions = hole.motions
     if min(speeds) <= 0.0:
         raise BlockError(
@@ -241,11 +270,13 @@ def _tapped(
     hole.go(hole.start, rapid=True)
     if feed_mode != 94:
         motions.emit({}, (940,))
-    for k, level in enumerate((hole.depth, hole.start)):
-        motions.emit({"s": speeds[k], "f": lead * speeds[k]}, (), (30 if (k == 0) != left else 40,))
-        hole.go(level, rapid=False)
-        if k == 0:
-            hole.dwell(filled(values, 5))
+    for level in steps or [hole.depth]:
+        last = level == hole.depth
+        for k, place in enumerate((level, hole.start if last or back is None else level + back)):
+            motions.emit({"s": speeds[k], "f": lead * speeds[k]}, (), (30 if (k == 0) != left else 40,))
+            hole.go(place, rapid=False)
+            if k == 0 and last:
+                hole.dwell(filled(values, 5))
     if feed_mode != 94:
         motions.emit({}, (feed_mode * 10,))
     if feed:
