@@ -65,9 +65,9 @@ def error_filter(numerator: Floats, denominator: Floats, period_s: float) -> tup
     Raises:
         ValueError: The closed loop has no unit gain at rest.
     """
-    reduced, a = increment_filter(numerator, denominator, period_s)
-    b = 0.5 * period_s * np.convolve(reduced[:-1], [1.0, 1.0]) if len(reduced) > 1 else np.zeros(1)
-    return b, a
+    reduced, c = _reduced(numerator, denominator, period_s)
+    b = 0.5 * period_s * np.convolve(reduced, [1.0, 1.0]) if len(reduced) else np.zeros(1)
+    return b / c[0], c / c[0]
 
 
 def increment_filter(numerator: Floats, denominator: Floats, period_s: float) -> tuple[Floats, Floats]:
@@ -85,13 +85,22 @@ def increment_filter(numerator: Floats, denominator: Floats, period_s: float) ->
     Raises:
         ValueError: The closed loop has no unit gain at rest.
     """
+    reduced, c = _reduced(numerator, denominator, period_s)
+    return np.append(reduced, 0.0) / c[0], c / c[0]
+
+
+def _reduced(numerator: Floats, denominator: Floats, period_s: float) -> tuple[Floats, Floats]:
+    """Return (c − d)/(1 − z⁻¹) and c of eq. 10, shapes (degree,) and (degree + 1,).
+
+    Raises:
+        ValueError: The closed loop has no unit gain at rest.
+    """
     degree = len(denominator) - 1
     c = bilinear(denominator, degree, period_s)
     d = bilinear(numerator, degree, period_s)
     if abs(np.sum(c - d)) > 1e-6 * abs(np.sum(c)):
         raise ValueError("the closed loop does not come to rest where it is sent (its gain at rest is not 1)")
-    reduced = np.append(np.cumsum(c - d)[:-1], 0.0)
-    return reduced / c[0], c / c[0]
+    return np.cumsum(c - d)[:-1], c
 
 
 def static_coefficients(numerator: Floats, denominator: Floats) -> tuple[float, float]:
