@@ -26,7 +26,7 @@ from cncgen.gcode.codes.table import (
 )
 from cncgen.gcode.codes.unsupported import ON_LATHES, ON_MILLS, WITHOUT, shown
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.state.modal import NO_MOTION, Stage
+from cncgen.gcode.state.modal import NO_MOTION, PLAIN_MOTIONS, Stage
 
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
@@ -37,7 +37,6 @@ _MAX_PLANS = 4096
 G53 = 530
 #: G0 and G1.
 _STRAIGHT = (0, 10)
-_PLAIN_MOTIONS = (0, 10, 20, 30)
 #: The group of codes that hold for their block alone.
 _ONE_SHOT = "non-modal"
 
@@ -208,7 +207,7 @@ def _one_mover(codes: list[Code]) -> list[Code]:
     if not any(code.axes == "own" and code.group == _ONE_SHOT for code in codes):
         return codes
     return [
-        _only_modal(code.number) if code.letter == "G" and code.number in _PLAIN_MOTIONS else code
+        _only_modal(code.number) if code.letter == "G" and code.number in PLAIN_MOTIONS else code
         for code in codes
     ]
 

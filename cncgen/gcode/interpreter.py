@@ -18,7 +18,7 @@ from cncgen.gcode.codes.polar import plane_polar_end, polar_end
 from cncgen.gcode.codes.table import LATHE, Handler, language_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Sink
-from cncgen.gcode.state.modal import NO_MOTION, State, to_machine, to_program
+from cncgen.gcode.state.modal import NO_MOTION, PLAIN_MOTIONS, State, to_machine, to_program
 from cncgen.gcode.state.parameters import (
     G92,
     G92_ON,
@@ -162,7 +162,7 @@ class Interpreter:
         """Tell whether plain motions may be interpreted in arrays, without a handler a block."""
         state = self.state
         return (
-            state.motion in (0, 10, 20, 30, NO_MOTION)
+            state.motion in (*PLAIN_MOTIONS, NO_MOTION)
             and state.plane in (17, 18, 19)
             and state.compensation == 40
             and not state.diameter

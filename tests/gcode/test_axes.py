@@ -8,6 +8,12 @@ from pathlib import Path
 import pytest
 
 from cncgen.gcode import read
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes import dwell
+from cncgen.gcode.codes.reference import rows
+from cncgen.gcode.codes.table import Code, table
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
 from cncgen.machine.kinematics import Kinematics
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Kind
@@ -153,3 +159,28 @@ def test_arcs_in_planes_of_u_v_w_are_refused() -> None:
     program = read(BytesIO(b"F600\nG17.1 G2 U10 V0 I5\nM2\n"), "t", ReadOptions(dialect="linuxcnc"))
     list(program.chunks())
     assert [d.code for d in program.diagnostics] == ["arc-plane"]
+
+
+def test_a_code_is_added_in_one_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A row in the CODES of one module is enough: the code is read, runs, has its columns, and stands in the list of codes."""
+
+    def aside(ip: Interpreter, block: Block) -> None:
+        end = ip.end_point(block)
+        end[1] = 2.0 * end[0]
+        ip.sink.straight_traverse(end)
+        ip.state.position = end
+
+    code = Code(
+        "G", 3210, "motion", Stage.MOTION, aside, "to X, and Y twice as far", "x", "motion", moves="Y"
+    )
+    monkeypatch.setattr(dwell, "CODES", (*dwell.CODES, code))
+    table.cache_clear()
+    try:
+        program = read(BytesIO(b"G321 X5\nM2\n"), "t", ReadOptions(dialect="linuxcnc"))
+        (chunk,) = program.chunks()
+        assert not program.diagnostics.has_errors
+        assert program.moving_axes == "XY"
+        assert chunk.end[0].tolist() == [5.0, 10.0, 0.0]
+        assert ("G321", "X", "linuxcnc fanuc fanuc-lathe", "to X, and Y twice as far") in rows()
+    finally:
+        table.cache_clear()

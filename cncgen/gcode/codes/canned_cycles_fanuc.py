@@ -16,7 +16,7 @@ from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
 from cncgen.toolpath.record import Event
 
 _LETTERS = "rpq"
@@ -154,7 +154,7 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     normal = state.plane_axes()[2]
     sticky = state.cycle if isinstance(state.cycle, Sticky) and state.motion in HOLES else None
     if sticky is None:
-        state.under = state.motion if state.motion in (0, 10, 20, 30) else 0
+        state.under = state.motion if state.motion in PLAIN_MOTIONS else 0
         sticky = Sticky(level=state.position[normal])
     given = {k: v for k, v in block.words.items() if k in _LETTERS + AXES[normal]}
     relative = sticky.relative - given.keys() if state.absolute else sticky.relative | given.keys()

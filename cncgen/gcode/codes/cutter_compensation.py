@@ -21,7 +21,7 @@ from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, ToolCe
 from cncgen.gcode.codes.tools import tell_unknown, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, Sink
-from cncgen.gcode.state.modal import PLANE_AXES, Stage
+from cncgen.gcode.state.modal import PLAIN_MOTIONS, PLANE_AXES, PLANE_CODES, Stage
 from cncgen.toolpath.record import Event, PathMode
 from cncgen.units import INCH
 
@@ -66,7 +66,6 @@ _OF_FANUC = frozenset({410, 420, 430, 440, 490, 610, 640, 980, 990})
 _HOMING = frozenset({280, 300})
 #: Roughing cycles of FANUC's lathes, which end compensation themselves (`turning_cycles_fanuc`), and the plane of lathes.
 _ROUGHING, _LATHES_PLANE = frozenset({710, 720, 730}), 18
-_PLANE_CODES = {170: 17, 180: 18, 190: 19, 171: 171, 181: 181, 191: 191}
 
 
 @dataclass(slots=True)
@@ -368,7 +367,7 @@ def _refuse(block: Block, plane: int, *, lenient: bool) -> None:
                 what = None
             if letter == "G" and lenient and plane == _LATHES_PLANE and number in _ROUGHING:
                 what = None
-            if what is None and letter == "G" and _PLANE_CODES.get(number, plane) != plane:
+            if what is None and letter == "G" and PLANE_CODES.get(number, plane) != plane:
                 what = "changes the plane"
             if what is not None:
                 name = f"{letter}{number / 10:g}"
@@ -508,7 +507,7 @@ def _leave_straight(ip: Interpreter, block: Block) -> None:
 
 def _check_leaving(ip: Interpreter, block: Block) -> bool:
     """Tell whether a block moves; raise where it leaves compensation on an arc."""
-    motions = [number for number in block.g if number in _MOTIONS]
+    motions = [number for number in block.g if number in PLAIN_MOTIONS]
     if not motions and not block.words.keys() & set("xyz"):
         return False
     motion = motions[0] if motions else ip.state.motion
@@ -523,7 +522,6 @@ def _check_leaving(ip: Interpreter, block: Block) -> bool:
     return True
 
 
-_MOTIONS = (0, 10, 20, 30)
 _GROUP = "cutter compensation"
 _STAGE = Stage.RADIUS_COMPENSATION
 CODES = (

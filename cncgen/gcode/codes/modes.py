@@ -9,7 +9,7 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.modal import PLANE_CODES, Stage
 from cncgen.toolpath.record import PathMode
 from cncgen.units import INCH
 
@@ -108,12 +108,12 @@ def _retract(old: bool) -> Handler:
 
 
 CODES = (
-    Code("G", 170, "plane", Stage.PLANE, _plane(17), "plane XY", plane=17),
-    Code("G", 180, "plane", Stage.PLANE, _plane(18), "plane ZX", plane=18),
-    Code("G", 190, "plane", Stage.PLANE, _plane(19), "plane YZ", plane=19),
-    Code("G", 171, "plane", Stage.PLANE, _plane(171), "plane UV", plane=171),
-    Code("G", 181, "plane", Stage.PLANE, _plane(181), "plane WU", plane=181),
-    Code("G", 191, "plane", Stage.PLANE, _plane(191), "plane VW", plane=191),
+    *(
+        Code("G", number, "plane", Stage.PLANE, _plane(plane), f"plane {name}", plane=plane)
+        for (number, plane), name in zip(
+            PLANE_CODES.items(), ("XY", "ZX", "YZ", "UV", "WU", "VW"), strict=True
+        )
+    ),
     Code("G", 200, "units", Stage.UNITS, _units(True), "lengths in inches"),
     Code("G", 210, "units", Stage.UNITS, _units(False), "lengths in millimetres"),
     Code("G", 900, "distance", Stage.DISTANCE, _distance(True), "axis words are coordinates"),

@@ -12,7 +12,7 @@ from cncgen.gcode.codes.table import BOTH, Code, Handler
 from cncgen.gcode.codes.tools import load_tool_parameters, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.state.modal import Stage, to_machine, zeros
+from cncgen.gcode.state.modal import SYSTEM_CODES, Stage, to_machine, zeros
 from cncgen.gcode.state.parameters import G92, G92_ON, SYSTEM_COUNT
 from cncgen.gcode.state.systems import ROTATION, first_parameter, load_system
 from cncgen.machine.tool_table import Tool, tools_of
@@ -214,7 +214,6 @@ def resume_position(ip: Interpreter, block: Block) -> None:
     _apply_g92(ip, ip.parameters.offset(G92, ip.table_scale()), True)
 
 
-_NUMBERS = [540, 550, 560, 570, 580, 590, 591, 592, 593]
 CODES = (
     *(
         Code(
@@ -226,7 +225,7 @@ CODES = (
             f"work coordinate system {k + 1}",
             dialects=BOTH if k else ("linuxcnc",),
         )
-        for k, number in enumerate(_NUMBERS)
+        for k, number in enumerate(SYSTEM_CODES)
     ),
     Code(
         "G",

@@ -6,10 +6,7 @@ import math
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.state.modal import Polar, State
-
-#: G17, G18, G19 and their kin.
-_PLANES = {170, 180, 190, 171, 181, 191}
+from cncgen.gcode.state.modal import PLANE_CODES, Polar, State
 
 
 def polar_end(state: State, block: Block, end: list[float]) -> None:
@@ -18,7 +15,7 @@ def polar_end(state: State, block: Block, end: list[float]) -> None:
     They go with the plane XY alone; LinuxCNC looks at the plane that is in force before the block.
     """
     words = block.words
-    if state.plane != 17 and _PLANES.isdisjoint(block.g):
+    if state.plane != 17 and PLANE_CODES.keys().isdisjoint(block.g):
         letter = "@" if "@" in words else "^"
         raise BlockError("polar-plane", "@ and ^ go with the plane XY (G17) only", letter, hint="use G17")
     if "x" in words or "y" in words:

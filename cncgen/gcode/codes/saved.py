@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.modal import SYSTEM_CODES, Stage
 from cncgen.toolpath.record import PathMode
 
 if TYPE_CHECKING:
@@ -73,7 +73,6 @@ def snapshot(ip: Interpreter) -> Saved:
     )
 
 
-_SYSTEMS = (540, 550, 560, 570, 580, 590, 591, 592, 593)
 _PATH_CODES = {PathMode.EXACT_PATH: 610, PathMode.EXACT_STOP: 611, PathMode.CONTINUOUS: 640}
 #: G codes that bring back what differs, by field of `Saved`.
 _CODES: dict[str, Callable[[Any], int]] = {
@@ -85,7 +84,7 @@ _CODES: dict[str, Callable[[Any], int]] = {
     "arc_absolute": lambda on: 901 if on else 911,
     "diameter": lambda on: 70 if on else 80,
     "retract_old": lambda on: 980 if on else 990,
-    "system": lambda system: _SYSTEMS[system - 1],
+    "system": lambda system: SYSTEM_CODES[system - 1],
     "tool_length": lambda on: 430 if on else 490,
     "g92_on": lambda on: 923 if on else 922,
     "path": lambda path: _PATH_CODES[path[0]],

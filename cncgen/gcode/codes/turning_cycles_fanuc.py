@@ -23,14 +23,13 @@ from cncgen.gcode.codes.turning_cycles import MAX_CUTS, Lathe
 from cncgen.gcode.codes.turning_profiles import MAX_MOVES, TINY, Recorder, Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
 from cncgen.gcode.text import grammar
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor
 
 #: Words and codes of a line that make the profile, where it is roughed.
 _WORDS = frozenset(("x", "z", "r", "i", "k", ",c", ",r"))
-_MOTIONS = frozenset((0, 10, 20, 30))
 _CYCLES = frozenset((700, 710, 720, 730, 740, 750, 760, 900, 920, 940))
 
 
@@ -121,7 +120,7 @@ def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], b
                 line = turned(ip, written)
             except BlockError as error:
                 raise _of_line(written, error) from None
-            codes = tuple(number for number in line.g if number in _MOTIONS)
+            codes = tuple(number for number in line.g if number in PLAIN_MOTIONS)
             words = {letter: value for letter, value in line.words.items() if letter in _WORDS}
             if codes or words:
                 _execute(ip, replace(line, words=words, g=codes, m=()))

@@ -13,10 +13,10 @@ from cncgen.gcode.block import AXIS_INDEX, Block, Value, tenths
 from cncgen.gcode.codes.lathe_words import turned
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import PLAIN_MOTIONS
 from cncgen.gcode.text import grammar, plain_language
 from cncgen.gcode.text.expressions import evaluate
 
-_STRAIGHT_AND_ARCS = frozenset((0, 10, 20, 30))
 #: Modes that a line sets by a code alone, numbers in tenths: planes, units, distances, what F means.
 _MODES = frozenset((170, 180, 190, 200, 210, 900, 910, 901, 911, 930, 940, 950))
 #: On lathes some of these are cycles, or mean something else.
@@ -37,7 +37,7 @@ def recover(ip: Interpreter, text: str) -> None:
         return
     words, codes = _said(ip, text)
     modes = _MODES_OF_LATHES if ip.lathe else _MODES
-    motions = [number for number in codes if number in _STRAIGHT_AND_ARCS]
+    motions = [number for number in codes if number in PLAIN_MOTIONS]
     if motions:
         ip.state.motion = motions[-1]
     if ip.state.compensation != 40:
@@ -46,7 +46,7 @@ def recover(ip: Interpreter, text: str) -> None:
     feed = {"f": words["f"]} if words.get("f", 0.0) > 0.0 else {}
     for block in (*(Block({}, (number,)) for number in codes if number in modes), Block(feed)):
         _try(ip, block)
-    plain = ip.state.motion in _STRAIGHT_AND_ARCS and modes.union(_STRAIGHT_AND_ARCS).issuperset(codes)
+    plain = ip.state.motion in PLAIN_MOTIONS and modes.union(PLAIN_MOTIONS).issuperset(codes)
     if plain and ip.state.absolute:
         _stand(ip, Block({letter: v for letter, v in words.items() if letter in AXIS_INDEX}))
 

@@ -171,6 +171,14 @@ class State:
 PLANE_AXES = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0), 171: (6, 7, 8), 181: (8, 6, 7), 191: (7, 8, 6)}
 
 
+#: The codes of planes in tenths, with the plane that each chooses.
+PLANE_CODES = {10 * plane if plane < 100 else plane: plane for plane in PLANE_AXES}
+#: The codes of work coordinate systems 1 to 9, in tenths.
+SYSTEM_CODES = (540, 550, 560, 570, 580, 590, 591, 592, 593)
+#: G0 to G3, in tenths.
+PLAIN_MOTIONS = (0, 10, 20, 30)
+
+
 def to_machine(
     point: list[float], origin: list[float], rotation: float, g92: list[float], tool: list[float]
 ) -> list[float]:
