@@ -306,6 +306,8 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "polar coordinates of lathes": ("TRANSMIT", ("not-read", 1, 1)),
     "a lead in inches": ("CYCLE84(10,0,2,-8,,0,3,,1,0,200,200,0,3)", ("not-read", 1, 1)),
     "a depth of the shank": ("CYCLE81(10,0,2,-8,,0,10)", ("not-read", 1, 1)),
+    "an edge alone": ("F100\nPOCKET4(20,0,2,-4,10,0,0,2,0,0,500,100,0,4)", ("not-read", 2, 1)),
+    "a pocket that is cut in part": ("F100\nPOCKET3(20,0,2,-4,30,20,5,0,0,0,2,0,0,500,100,0,1,,10,5)", ("not-read", 2, 1)),
     "a cylinder": ("TRACYL(40)", ("not-read", 1, 1)),
     "diameters": ("G18 DIAMON", ("not-read", 1, 5)),
     "a step of ShopMill": ("E_FACE(1,2)", ("not-read", 1, 1)),

@@ -36,6 +36,9 @@ def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[
     """Clear a pocket from the reference plane down, roughing or finishing as VARI says, and go to the retraction plane."""
     tool = motions.ip.tools.find(motions.ip.state.tool)
     radius = tool.diameter * motions.ip.table_scale() / 2.0 if tool else 0.0
+    if how["vari"] % 10 not in (0.0, 1.0, 2.0):
+        message = f"VARI = {how['vari']:g} of {name} (finishing an edge, or chamfering) is not read"
+        raise BlockError("not-read", message, name, hint="VARI = 1 roughs, 2 finishes")
     rough = how["vari"] % 10 != 2
     side, floor = (how["fal"], how["fald"]) if rough else (0.0, 0.0)
     pocket = Pocket(
@@ -64,6 +67,7 @@ def rectangle(motions: Motions, name: str, values: Values) -> None:
     """POCKET3(RTP, RFP, SDIS, DP, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA)."""
     v = [filled(values, k) for k in range(18)]
     hole = _levels(name, motions, values, _depth(name, values))
+    _check_whole(name, values, (18, 19, 20))
     pocket = Pocket(complex(v[7], v[8]), abs(v[4]) / 2.0, abs(v[5]) / 2.0, v[6], v[9])
     _cleared(motions, name, hole, pocket, _how(v, 10))
 
@@ -72,7 +76,17 @@ def circle(motions: Motions, name: str, values: Values) -> None:
     """POCKET4(RTP, RFP, SDIS, DP, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA)."""
     v = [filled(values, k) for k in range(15)]
     hole = _levels(name, motions, values, _depth(name, values))
+    _check_whole(name, values, (15, 16))
     _cleared(motions, name, hole, Pocket(complex(v[5], v[6]), v[4], v[4], v[4]), _how(v, 7))
+
+
+def _check_whole(name: str, values: Values, sizes: tuple[int, ...]) -> None:
+    """Raise where a pocket is said to be cut already in part (AP1, AP2, AD)."""
+    if any(filled(values, k) for k in sizes):
+        message = f"{name} of a pocket that is cut already in part (AP1, AP2, AD) is not read"
+        raise BlockError(
+            "not-read", message, name, hint="leave AP1, AP2 and AD out: the whole pocket is cleared"
+        )
 
 
 def _depth(name: str, values: Values) -> float:
