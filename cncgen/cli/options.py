@@ -10,7 +10,8 @@ from typing import Any
 import click
 
 from cncgen.cli import memory, messages
-from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, FiniteRange, Share
+from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, SETPOINT_FORMAT, FiniteRange, NamedChoice, Share
+from cncgen.extensions import DIALECT_GROUP
 from cncgen.toolpath.reading import DIALECTS, SPEED_UNITS, SPINDLE_SIGNS
 
 Command = Callable[..., Any]
@@ -18,22 +19,6 @@ Command = Callable[..., Any]
 TABLE_UNITS = ("mm", "inch")
 # As the rooms have them whose import takes numpy; a test holds both together.
 LANGUAGES = ("gcode", "stepnc")
-FORMATS = (
-    "csv",
-    "jsonl",
-    "npy",
-    "npz",
-    "f64",
-    "hal",
-    "arrow",
-    "parquet",
-    "mat",
-    "hdf5",
-    "mcap",
-    "mf4",
-    "csp",
-    "csp-raw",
-)
 FEEDRATES = ("optimal", "ild", "constant", "adaptive", "curvature")
 INTERPOLATORS = (
     "arclength",
@@ -182,7 +167,13 @@ program_options = _gathering(
     _choice(
         "--language", LANGUAGES, "Language of the program [default: by suffix and content].", default=False
     ),
-    _choice("--dialect", DIALECTS, "Control that the G-code is for, where controls differ."),
+    click.option(
+        "--dialect",
+        type=NamedChoice(DIALECTS, DIALECT_GROUP),
+        default=DIALECTS[0],
+        show_default=True,
+        help="Control that the G-code is for, where controls differ.",
+    ),
     click.option("--tool-table", metavar="FILE", type=FILE, help="Tool table in LinuxCNC's format."),
     click.option(
         "--parameters", metavar="FILE", type=FILE, help="Numbered parameters; read, never rewritten."
@@ -359,7 +350,7 @@ setpoint_options = _all_of(
     click.option(
         "--format",
         "format",
-        type=click.Choice(FORMATS),
+        type=SETPOINT_FORMAT,
         help="Format of the setpoints [default: by content and suffix, else csv].",
     ),
     unnamed_options,
@@ -368,7 +359,7 @@ setpoint_options = _all_of(
 format_option = click.option(
     "--format",
     "format",
-    type=click.Choice(FORMATS),
+    type=SETPOINT_FORMAT,
     help="Format of the setpoints [default: by suffix, else csv].",
 )
 

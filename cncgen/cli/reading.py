@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,6 +13,7 @@ from click.core import ParameterSource
 
 from cncgen.cli import messages
 from cncgen.diagnostics import CncgenError
+from cncgen.extensions import FORMATS, SUFFIXES, is_format
 
 if TYPE_CHECKING:
     from cncgen.pipeline import Plan
@@ -20,27 +23,6 @@ if TYPE_CHECKING:
     from cncgen.toolpath.reading import ReadOptions
     from cncgen.toolpath.record import Program
 
-#: Suffixes of setpoint files.
-_SETPOINT_SUFFIXES = (
-    ".csv",
-    ".jsonl",
-    ".ndjson",
-    ".npy",
-    ".npz",
-    ".f64",
-    ".hal",
-    ".arrow",
-    ".feather",
-    ".parquet",
-    ".mat",
-    ".hdf5",
-    ".h5",
-    ".mcap",
-    ".mf4",
-    ".csp",
-    ".cspraw",
-)
-
 
 def is_setpoint_file(name: str) -> bool:
     """Tell whether a file, or a pipe that has a name, holds setpoints, by its suffix or how it begins.
@@ -48,9 +30,13 @@ def is_setpoint_file(name: str) -> bool:
     Any other one is a program; a reader names files that it cannot read.
     """
     from cncgen.files import head_of
+    from cncgen.pipeline.reading import SUFFIXES as PROGRAM_SUFFIXES
     from cncgen.pipeline.reading import holds_setpoints
 
-    if name.lower().endswith(_SETPOINT_SUFFIXES):
+    suffix = os.path.splitext(name)[1].lower().lstrip(".")
+    if suffix in (*FORMATS, *SUFFIXES):
+        return True
+    if suffix and f".{suffix}" not in chain.from_iterable(PROGRAM_SUFFIXES.values()) and is_format(suffix):
         return True
     return holds_setpoints(head_of(name, 16))
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cncgen.extensions import FORMAT_GROUP, FORMATS, foreign_names
 from cncgen.units import AXIS_LETTERS
 
 if TYPE_CHECKING:
@@ -110,8 +111,23 @@ class MachineName(FileName):
         return names + super().shell_complete(ctx, param, incomplete)
 
 
+class NamedChoice(click.Choice[str]):
+    """One of some words, or the name of what another package brings as an entry point of a group."""
+
+    def __init__(self, choices: tuple[str, ...], group: str) -> None:
+        super().__init__(choices)
+        self._group = group
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the word, or fail as click does; entry points are looked for where it is not one of ours."""
+        if value not in self.choices and value in foreign_names(self._group):
+            return str(value)
+        return str(super().convert(value, param, ctx))
+
+
 AXES = AxisLetters()
 MODES = ModeList()
 FILE = FileName()
 FOLDER = FileName("dir")
 MACHINE = MachineName()
+SETPOINT_FORMAT = NamedChoice(FORMATS, FORMAT_GROUP)

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from cncgen.extensions import FORMATS, SUFFIXES, is_binary
 from cncgen.setpoints.record import Setpoints
 
 if TYPE_CHECKING:
@@ -20,10 +21,10 @@ def setpoint_format(output: str | None, asked: str | None) -> str:
     """
     from cncgen.diagnostics import Diagnostic, UsageError
     from cncgen.files import STANDARD, is_terminal
-    from cncgen.setpoints.writers import BINARY, format_of
+    from cncgen.setpoints.writers import format_of
 
     kind = format_of(output, asked)
-    if output == STANDARD and kind in BINARY and is_terminal(sys.stdout):
+    if output == STANDARD and is_terminal(sys.stdout) and is_binary(kind):
         raise UsageError(
             Diagnostic("binary-to-terminal", f"{kind} is binary and is not written to a terminal")
         )
@@ -37,7 +38,7 @@ def check_response_name(output: str | None) -> None:
         UsageError: It does.
     """
     from cncgen.diagnostics import Diagnostic, UsageError
-    from cncgen.setpoints.writers import FORMATS, SUFFIXES, suffix_of
+    from cncgen.setpoints.writers import suffix_of
 
     suffix = suffix_of(output)
     if suffix in (*FORMATS, *SUFFIXES) and suffix != "csv":

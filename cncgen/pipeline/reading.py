@@ -10,14 +10,16 @@ import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path, PurePath
 from types import ModuleType
 from typing import TYPE_CHECKING, BinaryIO
 
 from cncgen.arguments import expect, expect_path, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
+from cncgen.extensions import DIALECT_GROUP, foreign_module, part_of
 from cncgen.files import STANDARD, open_input
-from cncgen.toolpath.reading import ReadOptions
+from cncgen.toolpath.reading import DIALECTS, ReadOptions
 
 if TYPE_CHECKING:
     from cncgen.toolpath.record import Program, Toolpath
@@ -74,7 +76,8 @@ def read(
         UsageError: The file cannot be read, or a language or option is unknown.
     """
     with _opened(source, language) as (reader, file, name):
-        program: Program = reader.read(file, name, _reading(options))
+        file, how = _in_own_dialect(reader, file, name, options)
+        program: Program = reader.read(file, name, how)
     return program
 
 
@@ -99,10 +102,11 @@ def check(
         UsageError: The file cannot be read.
     """
     with _opened(source, language, content) as (reader, file, name):
+        file, how = _in_own_dialect(reader, file, name, options)
         if hasattr(reader, "check"):
-            found: int = reader.check(file, name, _reading(options), diagnostics)
+            found: int = reader.check(file, name, how, diagnostics)
             return found
-        program = reader.read(file, name, _reading(options))
+        program = reader.read(file, name, how)
     try:
         return sum(len(chunk) for chunk in program.chunks())
     finally:
@@ -130,7 +134,8 @@ def read_text(
     given = expect(text, (str, bytes, bytearray, memoryview), "text", "str or bytes")
     content = given.encode(errors="replace") if isinstance(given, str) else bytes(given)
     reader = _reader(language, name, content[:_HEAD_BYTES])
-    program: Program = reader.read(io.BytesIO(content), name, _reading(options))
+    file, how = _in_own_dialect(reader, io.BytesIO(content), name, options)
+    program: Program = reader.read(file, name, how)
     return program
 
 
@@ -145,6 +150,33 @@ def _reading(options: ReadOptions | None) -> ReadOptions:
     how: ReadOptions = expect(options, ReadOptions, "options", "cncgen.ReadOptions")
     how.check()
     return how
+
+
+def _in_own_dialect(
+    reader: ModuleType, file: Path | BinaryIO, name: str, options: ReadOptions | None
+) -> tuple[Path | BinaryIO, ReadOptions]:
+    """Return a program and its options; G-code of a dialect that another package brings is translated line by line.
+
+    Raises:
+        UsageError: The options are wrong, no package brings the dialect, or its translation has other lines than the program.
+    """
+    if (
+        not isinstance(options, ReadOptions)
+        or options.dialect in DIALECTS
+        or reader.__name__ != _READERS["gcode"]
+    ):
+        return file, _reading(options)
+    module = foreign_module(DIALECT_GROUP, str(options.dialect))
+    base = str(part_of(module, "BASE", "say which dialect it translates to"))
+    translated = part_of(module, "translated", "translate programs")
+    how = _reading(replace(options, dialect=base))
+    content = file.read_bytes() if isinstance(file, Path) else file.read()
+    text = content.decode(errors="surrogateescape")
+    found = translated(text) if callable(translated) else None
+    if not isinstance(found, str) or found.count("\n") != text.count("\n"):
+        said = f"{module.__name__}: the translation of {name} must have the lines of the program, one for one"
+        raise UsageError(Diagnostic("extension", said))
+    return io.BytesIO(found.encode(errors="surrogateescape")), how
 
 
 def reader_of(language: str) -> ModuleType:
@@ -224,7 +256,8 @@ def canon(
     with _opened(source, language) as (reader, file, name):
         if not hasattr(reader, "canon"):
             raise UsageError(Diagnostic("no-canon", f"{name}: canonical motions are printed of G-code alone"))
-        yield from reader.canon(file, name, _reading(options), diagnostics)
+        file, how = _in_own_dialect(reader, file, name, options)
+        yield from reader.canon(file, name, how, diagnostics)
 
 
 def sound(program: Program) -> Iterator[Toolpath]:

@@ -169,7 +169,7 @@ def read_setpoints(
 
     Args:
         source: A file, or ``-`` for standard input.
-        format: One of `cncgen.setpoints.writers.FORMATS`; None: by content and suffix.
+        format: One of `cncgen.extensions.FORMATS`, or one that a package brings; None: by content and suffix.
         axes: Letters of the columns that are wanted; of npy, f64 and hal, which name no columns, those after the time.
         period_s: Time between rows; None: taken from the times in the file.
 
@@ -201,7 +201,7 @@ def write(
     Args:
         setpoints: As for `simulate`.
         target: The file, or ``-`` for standard output.
-        format: One of `cncgen.setpoints.writers.FORMATS`; None: by the suffix, csv without one.
+        format: One of `cncgen.extensions.FORMATS`, or one that a package brings; None: by the suffix, csv without one.
         machine: Machine whose limits the file states, where the format has a place for them, and whose drives scale it (csp);
             None: that of the plan.
 

@@ -370,10 +370,8 @@ def test_choices_are_those_of_the_rooms() -> None:
     from cncgen.machine.settings_schema import DIALECTS
     from cncgen.planner import options as planning
     from cncgen.planner.strategies import available
-    from cncgen.setpoints import writers
 
     assert tuple(pipeline.SUFFIXES) == options.LANGUAGES
-    assert options.FORMATS == writers.FORMATS
     assert available() == options.FEEDRATES
     assert ("auto", *DIALECTS) == ("auto", *reference.DIALECTS) == options.DIALECTS
     for name in ("INTERPOLATORS", "SATURATIONS", "PROFILES", "EFFORTS", "CONTROLS", "LEAST_CONTOUR_ERROR_MM"):

@@ -13,10 +13,10 @@ from contextlib import contextmanager
 from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.extensions import FORMAT_GROUP, FORMATS, SUFFIXES, foreign_module, is_format, part_of
 from cncgen.files import open_input
 from cncgen.setpoints.readers.blocks import FileBlock, only, stream_of
 from cncgen.setpoints.stream import SetpointStream
-from cncgen.setpoints.writers import FORMATS, SUFFIXES
 
 __all__ = ["SetpointStream", "open_setpoints"]
 
@@ -64,11 +64,15 @@ def open_setpoints(
     with open_input(path) as file:
         head = _peek(file)
         kind = format or _format_of(name, head)
-        if kind not in FORMATS:
+        if not is_format(kind):
             raise UsageError(
                 Diagnostic("option-value", f"format {kind!r} is not one of {', '.join(FORMATS)}")
             )
-        module = importlib.import_module(f"cncgen.setpoints.readers.{kind.replace('-', '_')}")
+        if kind in FORMATS:
+            module = importlib.import_module(f"cncgen.setpoints.readers.{kind.replace('-', '_')}")
+        else:
+            module = foreign_module(FORMAT_GROUP, kind)
+            part_of(module, "blocks", f"read {kind}")
         blocks: Iterator[FileBlock] = module.blocks(file, name, axes or unnamed_axes or None, period_s)
         stream = stream_of(blocks, name, period_s, default_period_s)
         yield only(stream, axes.upper()) if axes else stream
@@ -86,7 +90,7 @@ def _format_of(name: str, head: bytes) -> str:
             return kind
     suffix = os.path.splitext(name)[1].lower().lstrip(".")
     kind = SUFFIXES.get(suffix, suffix)
-    return kind if kind in FORMATS else "csv"
+    return kind if kind and is_format(kind) else "csv"
 
 
 def letters_or_fault(axes: Sequence[str] | None, name: str, kind: str) -> str:

@@ -11,31 +11,18 @@ from pathlib import Path
 from typing import Protocol
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.extensions import (
+    FORMAT_GROUP,
+    FORMATS,
+    SUFFIXES,
+    foreign_module,
+    foreign_names,
+    is_format,
+    part_of,
+)
 from cncgen.files import Sink
 from cncgen.setpoints.columns import Layout
 from cncgen.setpoints.record import Setpoints
-
-#: Formats in the order that messages name them.
-FORMATS = (
-    "csv",
-    "jsonl",
-    "npy",
-    "npz",
-    "f64",
-    "hal",
-    "arrow",
-    "parquet",
-    "mat",
-    "hdf5",
-    "mcap",
-    "mf4",
-    "csp",
-    "csp-raw",
-)
-#: Formats that a terminal is never sent.
-BINARY = ("npy", "npz", "f64", "arrow", "parquet", "mat", "hdf5", "mcap", "mf4", "csp-raw")
-#: Suffixes that differ from the format's name.
-SUFFIXES = {"h5": "hdf5", "feather": "arrow", "ndjson": "jsonl", "cspraw": "csp-raw"}
 
 
 class Writer(Protocol):
@@ -60,8 +47,8 @@ def format_of(path: str | os.PathLike[str] | None, asked: str | None = None) -> 
     if suffix is None:
         return "csv"
     kind = SUFFIXES.get(suffix, suffix)
-    if kind not in FORMATS:
-        known = ", ".join(f".{name}" for name in (*FORMATS, *SUFFIXES))
+    if not is_format(kind):
+        known = ", ".join(f".{name}" for name in (*FORMATS, *SUFFIXES, *foreign_names(FORMAT_GROUP)))
         message = f"{os.fspath(path or '')}: no format of setpoints has the suffix .{suffix}"
         hint = f"use one of {known}, or name the format with --format"
         raise UsageError(Diagnostic("setpoint-format", message, hint=hint))
@@ -81,8 +68,12 @@ def open_writer(name: str, sink: Sink, layout: Layout) -> Writer:
     Raises:
         UsageError: The format is unknown, needs a package that is missing, or data that the machine lacks.
     """
-    if name not in FORMATS:
+    if not is_format(name):
         raise UsageError(Diagnostic("option-value", f"format {name!r} is not one of {', '.join(FORMATS)}"))
-    module = importlib.import_module(f"cncgen.setpoints.writers.{name.replace('-', '_')}")
+    if name in FORMATS:
+        module = importlib.import_module(f"cncgen.setpoints.writers.{name.replace('-', '_')}")
+    else:
+        module = foreign_module(FORMAT_GROUP, name)
+        part_of(module, "Writer", f"write {name}")
     writer: Writer = module.Writer(sink, layout)
     return writer

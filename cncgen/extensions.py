@@ -1,0 +1,90 @@
+"""Names of the formats of setpoints, and formats and dialects that other packages bring as entry points.
+
+A package brings a format of setpoints by an entry point of the group ``cncgen.setpoint_formats``, named as the format and its suffix, to
+a module with a class ``Writer(sink, layout)``, a function ``blocks(file, name, axes, period_s)``, or both, as the modules of
+`cncgen.setpoints.writers` and `readers` have them; ``BINARY = False`` says that a terminal may show it. A dialect is an entry point of
+the group ``cncgen.dialects``, named as ``--dialect`` is given, to a module with ``BASE``, a dialect of cncgen, and ``translated(text)``, which
+returns a text of that dialect line by line. docs/extensions.md has examples.
+
+Entry points are looked for where a name is not one of ours: reading them takes some 20 ms.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+from cncgen.diagnostics import Diagnostic, UsageError
+
+#: Formats of setpoints in the order that messages name them.
+FORMATS = (
+    "csv",
+    "jsonl",
+    "npy",
+    "npz",
+    "f64",
+    "hal",
+    "arrow",
+    "parquet",
+    "mat",
+    "hdf5",
+    "mcap",
+    "mf4",
+    "csp",
+    "csp-raw",
+)
+#: Formats that a terminal is never sent.
+BINARY = ("npy", "npz", "f64", "arrow", "parquet", "mat", "hdf5", "mcap", "mf4", "csp-raw")
+#: Suffixes that differ from the format's name.
+SUFFIXES = {"h5": "hdf5", "feather": "arrow", "ndjson": "jsonl", "cspraw": "csp-raw"}
+
+FORMAT_GROUP, DIALECT_GROUP = "cncgen.setpoint_formats", "cncgen.dialects"
+
+
+def foreign_names(group: str) -> tuple[str, ...]:
+    """Return the names of the entry points of a group, sorted."""
+    from importlib.metadata import entry_points
+
+    return tuple(sorted({point.name for point in entry_points(group=group)}))
+
+
+def is_format(name: str) -> bool:
+    """Tell whether a format of setpoints has this name."""
+    return name in FORMATS or name in foreign_names(FORMAT_GROUP)
+
+
+def is_binary(name: str) -> bool:
+    """Tell whether a terminal is never sent a format."""
+    if name in FORMATS:
+        return name in BINARY
+    return bool(getattr(foreign_module(FORMAT_GROUP, name), "BINARY", True))
+
+
+def foreign_module(group: str, name: str) -> ModuleType:
+    """Load what an entry point names.
+
+    Raises:
+        UsageError: There is no such entry point, or it cannot be loaded.
+    """
+    from importlib.metadata import entry_points
+
+    found = tuple(entry_points(group=group, name=name))
+    if not found:
+        raise UsageError(Diagnostic("extension", f"no installed package brings {name!r} of {group}"))
+    try:
+        module: ModuleType = found[0].load()
+    except Exception as error:  # what a package of others does when it is loaded is not known
+        text = f"{found[0].value}, which brings {name!r} of {group}, cannot be loaded: {error}"
+        raise UsageError(Diagnostic("extension", text)) from error
+    return module
+
+
+def part_of(module: ModuleType, name: str, what: str) -> object:
+    """Return a name of a module that an entry point names.
+
+    Raises:
+        UsageError: It has no such name.
+    """
+    found: object = getattr(module, name, None)
+    if found is None:
+        raise UsageError(Diagnostic("extension", f"{module.__name__} has no {name}: it cannot {what}"))
+    return found
