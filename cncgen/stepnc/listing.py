@@ -173,7 +173,7 @@ class Meter(Canon):
 
 
 @dataclass(slots=True)
-class Entry:
+class WorkplanEntry:
     """An executable of a workplan.
 
     Attributes:
@@ -191,7 +191,7 @@ class Entry:
     ident: int
     work: Work | None = None
     step: Workingstep | None = None
-    children: list[Entry] = field(default_factory=list)
+    children: list[WorkplanEntry] = field(default_factory=list)
     deeper: bool = False
 
     def lines(self, depth: int = 0) -> Iterator[str]:
@@ -239,7 +239,7 @@ def tree(
 
 def entries(
     source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
-) -> list[Entry]:
+) -> list[WorkplanEntry]:
     """Return the workplans of a program as records, at most `MAX_LINES` of them; otherwise as `tree`."""
     file = StepFile(source, name, options or ReadOptions())
     meter = Meter()
@@ -257,29 +257,29 @@ class _Listing:
         self._meter = meter
         self._room = MAX_LINES
 
-    def entry(self, item: Executable, depth: int) -> Entry | None:
+    def entry(self, item: Executable, depth: int) -> WorkplanEntry | None:
         """Return the record of an executable and of those that it holds; None beyond `MAX_LINES`."""
         if self._room <= 0:
             return None
         self._room -= 1
         if isinstance(item, ProgramStructure):
             sums = self._all(item, 0) if item.kind == "workplan" else None
-            made = Entry(item.kind, item.label, item.ident, sums)
+            made = WorkplanEntry(item.kind, item.label, item.ident, sums)
             self._fill(made, item.children, item.context, depth)
             return made
         if isinstance(item, Branching):
-            made = Entry("while" if item.loop else "if", item.label, item.ident)
+            made = WorkplanEntry("while" if item.loop else "if", item.label, item.ident)
             branches = tuple(branch for branch in (item.then, item.otherwise) if branch is not None)
             self._fill(made, branches, item.context, depth)
             return made
         if isinstance(item, Workingstep):
             work = self._meter.steps.get(item.ident, Work())
-            return Entry("workingstep", item.label, item.ident, work, item)
+            return WorkplanEntry("workingstep", item.label, item.ident, work, item)
         if isinstance(item, Assignment):
-            return Entry("assignment", item.variable, item.ident)
-        return Entry(item.kind, item.label, item.ident) if isinstance(item, NcFunction) else None
+            return WorkplanEntry("assignment", item.variable, item.ident)
+        return WorkplanEntry(item.kind, item.label, item.ident) if isinstance(item, NcFunction) else None
 
-    def _fill(self, entry: Entry, children: tuple[int, ...], context: Any, depth: int) -> None:
+    def _fill(self, entry: WorkplanEntry, children: tuple[int, ...], context: Any, depth: int) -> None:
         """Add the records of the executables that one holds."""
         if depth >= _MAX_DEPTH:
             entry.deeper = bool(children)
@@ -288,7 +288,7 @@ class _Listing:
             try:
                 child = self.entry(self._file.reader.executable(ident, context), depth + 1)
             except Skip:
-                child = Entry("", "", ident)
+                child = WorkplanEntry("", "", ident)
             if child is not None:
                 entry.children.append(child)
 
