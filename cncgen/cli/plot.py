@@ -12,6 +12,7 @@ from cncgen.cli.options import (
     message_options,
     planning_options,
     program_options,
+    reference_option,
     setpoint_options,
 )
 from cncgen.cli.types import FILE
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     required=True,
     help="One picture as .png, .svg or .pdf, or a folder for several.",
 )
+@reference_option
 @planning_options
 @setpoint_options
 @program_options
@@ -52,18 +54,21 @@ def command(
     format: str | None,
     axes: str | None,
     period: float | None,
+    reference: str | None,
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
     """Draw a motion and what the axes make of it.
 
     Its path, feed, axes with their limits, curvature, force and errors. A program is planned and, where the machine has
-    servo data, simulated; setpoints are simulated with --axis-params; a response file is drawn as it is.
+    servo data, simulated; setpoints are simulated with --axis-params; a response file is drawn as it is. With --reference the errors
+    are those against the wanted path and plan.
     """
     from cncgen.report.plots import available, draw
 
     given = (format, axes, period)
-    data = _response_file(source, machine) or _planned_or_read(source, machine, planning, given, reading)
+    data = None if reference else _response_file(source, machine)
+    data = data or _planned_or_read(source, machine, planning, given, reading, reference)
     names = [name.strip() for name in kinds.split(",") if name.strip()] if kinds else available(data)
     for file in draw(data, names, output):
         messages.note(file)
@@ -97,11 +102,12 @@ def _planned_or_read(
     planning: dict[str, Any],
     given: tuple[str | None, str | None, float | None],
     reading: dict[str, Any],
+    reference: str | None,
 ) -> PlotData:
     """Return the data of setpoints, whose format, axes and period may be `given`, or of the plan of a program."""
     from cncgen import pipeline
-    from cncgen.cli.reading import is_setpoint_file, planned, planning_machine
-    from cncgen.report.plot_data import of_response, of_setpoints
+    from cncgen.cli.reading import is_setpoint_file, planned, planning_machine, reference_of
+    from cncgen.report.plot_data import against, of_response, of_setpoints
     from cncgen.setpoints.readers import open_setpoints
 
     found = pipeline.machine_of(machine)
@@ -122,10 +128,16 @@ def _planned_or_read(
     title = _title(source, found.name)
     data = of_setpoints(iter(chunks), title, found.axes, corners)
     if not all(letter in servos for letter in data.axes):
+        if reference is not None:
+            raise click.UsageError("--reference judges a simulation: give the servo data with --axis-params")
         return data
     from cncgen.servo.simulate import simulate
 
-    return of_response(simulate(iter(chunks), servos), title, found.axes, servos, data.corners)
+    responses = list(simulate(iter(chunks), servos))
+    shown = of_response(iter(responses), title, found.axes, servos, data.corners)
+    if reference is None:
+        return shown
+    return against(shown, reference_of(reference, machine, planning, reading), responses)
 
 
 def _noting(plan: Plan, corners: list[SharpCorner]) -> Plan:

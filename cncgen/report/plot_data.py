@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from cncgen.planner.record import SharpCorner
 from cncgen.servo.contour import contour_error
 from cncgen.servo.identification.log import AxisLog
 from cncgen.servo.record import Response
+from cncgen.servo.reference import WantedMotion, laid_over
 from cncgen.servo.response_csv import force_in_files
 from cncgen.servo.simulate import contour_axes
 from cncgen.setpoints.columns import file_units, position_column
@@ -128,6 +129,17 @@ def of_response(
         limits=limits,
         corners=corners,
     )
+
+
+def against(data: PlotData, wanted: WantedMotion, responses: Sequence[Response]) -> PlotData:
+    """Return the data of a response with the wanted motion in the place of its command, and the distance from its path.
+
+    Raises:
+        UsageError: The two do not fit (`cncgen.servo.reference`).
+    """
+    rows, _, contour, _ = laid_over(wanted, responses)
+    title = f"{data.title}, against {wanted.name}"
+    return replace(data, title=title, command=file_units(rows, data.axes), contour=contour)
 
 
 def of_log(log: Mapping[str, AxisLog], title: str, limits: Mapping[str, Axis] | None = None) -> PlotData:

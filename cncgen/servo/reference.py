@@ -105,20 +105,11 @@ def judged_against(
         UsageError: Axes or periods differ (``reference-axes``, ``reference-period``).
     """
     head = responses[0]
-    _check(reference, head)
-    columns = [reference.axes.index(letter) for letter in head.axes]
-    rows = reference.rows[:, columns]
-    command, position = (np.concatenate([getattr(r, k) for r in responses]) for k in ("command", "position"))
-    shift = _shift(rows, command, position) if shift is None else shift
-    after = max(len(position) - shift - len(rows), 0)
-    wanted = np.concatenate([np.repeat(rows[:1], shift, axis=0), rows, np.repeat(rows[-1:], after, axis=0)])[
-        : len(position)
-    ]
+    wanted, position, contour, shift = laid_over(reference, responses, shift)
     judged = contour_axes(head.axes)
     unit, factor = ("mm", 1.0) if judged else ("deg", to_file(head.axes[0]))
     chosen = judged or list(range(len(head.axes)))
     distance = factor * np.sqrt(((wanted - position)[:, chosen] ** 2).sum(axis=1))
-    contour = _contour(reference, head.axes, wanted, position) if judged else None
     return {
         "name": reference.name,
         "shift_s": shift * head.period_s,
@@ -128,6 +119,28 @@ def judged_against(
         f"tracking_rms_{unit}": float(np.sqrt((distance**2).mean())),
         f"tracking_max_{unit}": float(distance.max()),
     }
+
+
+def laid_over(
+    reference: WantedMotion, responses: Sequence[Response], shift: int | None = None
+) -> tuple[Floats, Floats, Floats | None, int]:
+    """Return wanted and actual position, shape (n, axes), contour error, shape (n,) or None of rotary axes alone, and the shift.
+
+    Raises:
+        UsageError: As `judged_against`.
+    """
+    head = responses[0]
+    _check(reference, head)
+    columns = [reference.axes.index(letter) for letter in head.axes]
+    rows = reference.rows[:, columns]
+    command, position = (np.concatenate([getattr(r, k) for r in responses]) for k in ("command", "position"))
+    shift = _shift(rows, command, position) if shift is None else shift
+    after = max(len(position) - shift - len(rows), 0)
+    wanted = np.concatenate([np.repeat(rows[:1], shift, axis=0), rows, np.repeat(rows[-1:], after, axis=0)])[
+        : len(position)
+    ]
+    contour = _contour(reference, head.axes, wanted, position) if contour_axes(head.axes) else None
+    return wanted, position, contour, shift
 
 
 def _check(reference: WantedMotion, head: Response) -> None:

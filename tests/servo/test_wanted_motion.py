@@ -10,6 +10,7 @@ from cncgen.diagnostics import UsageError
 from cncgen.machine import load_machine
 from cncgen.machine.record import Servo
 from cncgen.pipeline import plan, read, read_text, sample
+from cncgen.report.plot_data import against, of_response
 from cncgen.servo.reference import judged_against, programmed_path, reference_of
 from cncgen.servo.response_spread import drawn_figures, interval, spread_values
 from cncgen.servo.simulate import simulate
@@ -97,6 +98,37 @@ def test_simulate_gives_both_beside_the_errors_against_the_command(tmp_path, pro
         found["perturbed"]["reference_contour_error_max_mm"]["worst"]
         > found["reference"]["contour_error_max_mm"]
     )
+
+
+def test_a_picture_shows_the_errors_against_the_wanted_motion(tmp_path, programs, capfd):
+    """Of axes that follow at once, a command moved by 5 µm is 5 µm off the wanted motion, and on its own path."""
+    rows = circle(10.0, 50.0, turns=0.3)
+    responses = list(simulate(stream(rows + np.array([0.005, 0.0])), STIFF))
+    shown = of_response(iter(responses), "moved")
+    assert shown.contour is not None
+    assert shown.contour.max() < 1e-9
+    found = against(shown, reference_of("plan", stream(rows)), responses)
+    assert np.hypot(*(found.command - found.position).T) == pytest.approx(0.005)
+    assert found.contour.max() == pytest.approx(0.005, rel=0.01)
+    program, picture = str(programs / "circle.nc"), tmp_path / "e.svg"
+    call = [
+        "plot",
+        program,
+        "-m",
+        "xy-table",
+        "--kinds",
+        "errors",
+        "-o",
+        str(picture),
+        "--reference",
+        program,
+    ]
+    assert cncgen(call) == 0
+    assert picture.exists()
+    plan_file = str(tmp_path / "p.csv")
+    assert cncgen(["plan", program, "-m", "xy-table", "-o", plan_file, "-q"]) == 0
+    assert cncgen(["plot", plan_file, "-o", str(picture), "--reference", program]) == 2
+    assert "--reference judges a simulation" in capfd.readouterr().err
 
 
 def test_a_row_of_compare_shows_effort_and_what_the_shaped_setpoints_break(tmp_path, programs, capfd):
