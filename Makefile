@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: install dev demo test processors lint docs kernels clean
+.PHONY: install dev demo test processors lint docs fuzz kernels clean
 
 $(BIN)/cncgen: pyproject.toml setup.py $(wildcard cncgen/kernels/*.py)
 	$(PYTHON) -m venv $(VENV)
@@ -46,6 +46,10 @@ lint: dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# Changed inputs at every door, fresh ones each time: a minute, or as long as SECONDS says.
+fuzz: dev
+	$(BIN)/python -m trials.doors --seconds $(or $(SECONDS),60)
 
 # After an edit of a kernel in a checkout.
 kernels:

@@ -43,6 +43,10 @@ def file_fault(path: str | os.PathLike[str], verb: str, error: OSError) -> Usage
     return UsageError(Diagnostic(f"file-{verb}", f"cannot {verb} {name}: {reason}"))
 
 
+#: Bytes read at a time of a file that has a bound.
+_PIECE = 2**20
+
+
 @contextmanager
 def reading_faults(path: str | os.PathLike[str]) -> Iterator[None]:
     """Turn an OSError inside the block into a `UsageError` that names the file."""
@@ -63,12 +67,19 @@ def read_bytes(path: str | os.PathLike[str], *, at_most: int | None = None) -> b
         UsageError: It cannot be read, or holds more than `at_most` bytes.
     """
     with open_input(path) as file, reading_faults(path):
-        content = file.read(-1 if at_most is None else at_most + 1)
+        content = file.read() if at_most is None else b"".join(_pieces(file, at_most + 1))
     if at_most is not None and len(content) > at_most:
         raise UsageError(
             Diagnostic("file-read", f"cannot read {os.fspath(path)}: it is larger than {at_most} bytes")
         )
     return content
+
+
+def _pieces(file: BinaryIO, most: int) -> Iterator[bytes]:
+    """Yield the content up to so many bytes; a read of all of them would make room for all of them first."""
+    while most > 0 and (piece := file.read(min(most, _PIECE))):
+        most -= len(piece)
+        yield piece
 
 
 @contextmanager

@@ -19,8 +19,6 @@ TUNING: Mapping[str, range] = MappingProxyType(
         "g64_tolerance": range(1_000),
         "language_beside_rs274": range(10_000),
         "bodies_beside_rs274": range(10_000),
-        "gcode_fuzz": range(10_000),
-        "stepnc_fuzz": range(10_000),
         "servo_tables": range(10_000),
     }
 )
@@ -34,8 +32,6 @@ EVIDENCE: Mapping[str, range] = MappingProxyType(
         "g64_tolerance": range(1_000, 100_000),
         "language_beside_rs274": range(10_000, 1_000_000),
         "bodies_beside_rs274": range(10_000, 1_000_000),
-        "gcode_fuzz": range(10_000, 1_000_000),
-        "stepnc_fuzz": range(10_000, 1_000_000),
         "servo_tables": range(10_000, 1_000_000),
     }
 )

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from cncgen.diagnostics import Diagnostic, Severity, UsageError
 from cncgen.servo.identification.etfe import etfe
 from cncgen.servo.identification.fits import Fit, fit_first_order, fit_fourth_order, fit_velocity_loop
@@ -48,9 +50,11 @@ def identified(
     tables, texts, values = [], [], {}
     for axis in [log[letter]] if letter else log.values():
         try:
-            table, text, found = (
-                _response(axis) if model == "etfe" else _fitted(axis, model, friction, motor_scale)
-            )
+            # Overflows on the way are no fault: a fit that ends at numbers that are not finite is refused.
+            with np.errstate(all="ignore"):
+                table, text, found = (
+                    _response(axis) if model == "etfe" else _fitted(axis, model, friction, motor_scale)
+                )
         except ValueError as error:
             raise UsageError(Diagnostic("identify-fit", f"axis {axis.letter}: {error}")) from error
         tables.append(table)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
 from pathlib import Path
 
 from trials.peer_cases import peer_cases
@@ -29,8 +28,6 @@ TOKENS = [
     "(MSG,", "(debug, #1)", "(START, X1)", "\u00e9", "\ufeff", "%\n", "M98 P1 L99999\n", "G65 P9000 A1\n",
 ]  # fmt: skip
 
-DIALECTS = ("linuxcnc", "fanuc", "auto", "fanuc-lathe")
-
 
 def corpus() -> list[bytes]:
     """Return the programs that mutants are made of."""
@@ -40,16 +37,14 @@ def corpus() -> list[bytes]:
     return [text[:MAX_BYTES] for text in texts]
 
 
-def mutants(seed: int, sources: list[bytes]) -> Iterator[bytes]:
-    """Yield mutants for ever; the same seed gives the same ones."""
-    rng = random.Random(seed)
-    while True:
-        data = bytearray(rng.choice(sources))
-        if rng.random() < 0.1:
-            data = bytearray("".join(rng.choices(TOKENS, k=rng.randint(1, 200))).encode("utf-8", "replace"))
-        for _ in range(rng.choice([1, 1, 2, 3, 5, 20])):
-            _mutate(rng, data, sources)
-        yield bytes(data[:MAX_BYTES])
+def mutated(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
+    """Return a program with up to twenty things changed; one of ten is of tokens alone."""
+    out = bytearray(data)
+    if rng.random() < 0.1:
+        out = bytearray("".join(rng.choices(TOKENS, k=rng.randint(1, 200))).encode("utf-8", "replace"))
+    for _ in range(rng.choice([1, 1, 2, 3, 5, 20])):
+        _mutate(rng, out, sources)
+    return bytes(out[:MAX_BYTES])
 
 
 def _mutate(rng: random.Random, data: bytearray, sources: list[bytes]) -> None:

@@ -80,13 +80,15 @@ _EQUAL = 2.0**-48
 
 
 def number(value: Scalar, what: str = "the value") -> float:
-    """Return a number; raise where it is a text."""
+    """Return a number; raise where it is a text, or too large for a double."""
     if isinstance(value, str):
         raise BlockError(
             "value-kind",
             f'{what} is the text "{value}", and a number is needed',
             hint="a text goes into variables of DEF STRING, and MSG",
         )
+    if not math.isfinite(value):
+        raise BlockError("number-range", f"{what}, {value:g}, is beyond the range of numbers")
     return value
 
 

@@ -129,7 +129,11 @@ def place(text: str) -> Words:
     match = _LEADING.match(body)
     words: Words = []
     for word in _PLACE.finditer(body, match.end()) if match else ():
-        letter, value = word["axis"].lower(), _value(word["value"])
+        letter = word["axis"].lower()
+        try:
+            value = _value(word["value"])
+        except BlockError:  # there is no such parameter, which was said when the line was read
+            continue
         steps = word["step"] and letter in AXIS_INDEX
         words.append((letter, _step(AXIS_INDEX[letter], value) if steps else value))
     return words

@@ -132,7 +132,8 @@ def fit_velocity_loop(drive: Floats, position: Floats, period_s: float, *, frict
 
     def residual(theta: Floats) -> Floats:
         coulomb = abs(theta[4]) * typical if len(theta) > 4 else 0.0
-        values = simulated(np.exp(theta[0]), np.exp(theta[1]), coulomb, theta[2] * typical)
+        gain, lag = _exponential(theta[:2])
+        values = simulated(gain, lag, coulomb, theta[2] * typical)
         return values + theta[3] - position
 
     scale = {"bias": typical, "coulomb": typical}
@@ -167,7 +168,7 @@ def fit_first_order(command: Floats, position: Floats, period_s: float, *, frict
     size = _typical(command - command[0])
 
     def simulated(theta: Floats) -> Floats:
-        gain, lag = np.exp(theta[:2])
+        gain, lag = _exponential(theta[:2])
         values = {"position_gain_1_s": gain, "time_constant_s": lag}
         if len(theta) > 3:
             values["coulomb_lag_mm"] = abs(theta[3])
@@ -215,7 +216,7 @@ def fit_fourth_order(command: Floats, position: Floats, period_s: float) -> Fit:
     start = float(position[0] - command[0]) / size
 
     def simulated(theta: Floats) -> Floats:
-        a3, a2, a1, a0, b2, b1 = np.exp(np.clip(theta[:6], -100.0, 100.0))
+        a3, a2, a1, a0, b2, b1 = _exponential(theta[:6])
         loop = follow_transfer_function(np.array([b2, b1, a0]), np.array([1.0, a3, a2, a1, a0]), period_s)
         return _follow(loop, command) + theta[6] * size
 
@@ -252,6 +253,11 @@ def _best(
     return min(
         (_solved(residual, start, position) for start in ranked[:2]), key=lambda found: _square(found[2])
     )
+
+
+def _exponential(logarithms: Floats) -> Floats:
+    """Return e to the logarithms of parameters, within what a model can hold: a search may ask for anything."""
+    return np.exp(np.clip(logarithms, -100.0, 100.0))
 
 
 def _typical(values: Floats) -> float:
@@ -292,6 +298,8 @@ def _start(
     # The search subtracts values from each other: a lag of no positive gain counts as the worst that has one.
     worst = max(square for square in squares if np.isfinite(square))
     log_lag = float(minimize_scalar(lambda x: min(projected(x)[0], worst), bounds=bounds, method="bounded").x)
+    if not np.isfinite(projected(log_lag)[0]):
+        log_lag = float(grid[best])
     gain, push, offset = projected(log_lag)[1]
     return np.array([gain, np.exp(log_lag), push / gain, offset])
 
@@ -362,7 +370,7 @@ def _unfold(
     values, errors = {}, {}
     for i, name in enumerate(names):
         size = scale.get(name, 1.0)
-        values[name] = float(np.exp(theta[i]) if i < logs else theta[i] * size)
+        values[name] = float(_exponential(theta[i : i + 1])[0] if i < logs else theta[i] * size)
         errors[name] = float(values[name] * spread[i] if i < logs else spread[i] * size)
     kept = [i for i, name in enumerate(names) if name not in _ZEROS]
     sizes = np.array([1.0 if i < logs else scale.get(names[i], 1.0) for i in kept])
@@ -379,6 +387,8 @@ def _fit(
     residual: Floats,
     position: Floats,
 ) -> Fit:
+    if not np.isfinite([*values.values(), *residual]).all():
+        raise ValueError("no fit is found: the search ends at numbers that are not finite")
     around = position - position.mean()
     share = np.sqrt(_square(residual) / max(_square(around), 1e-300))
     return Fit(

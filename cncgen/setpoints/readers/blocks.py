@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, RemarkWarning, Severity, UsageError
+from cncgen.ranges import PERIOD_S, TIME_S
 from cncgen.setpoints.columns import inside_units, unread_positions
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.stream import SetpointStream
@@ -113,6 +114,15 @@ def stream_of(
     if period_s is None and len(first.position) == 1:
         period_s = first.period_s or default_period_s
     period = period_s if period_s is not None else _period(first, name)
+    low, high = PERIOD_S
+    if not low <= period <= high:
+        message = f"{name}: the period, {period:g} s, is not within {low:g} to {high:g} s"
+        hint = "are the times in seconds? --period states it"
+        raise UsageError(Diagnostic("setpoints-period", message, hint=hint, values={"period_s": period}))
+    begin = 0.0 if first.time_s is None else float(first.time_s[0])
+    if not abs(begin) <= TIME_S:
+        message = f"{name}: the first time, {begin:g} s, is not within ±{TIME_S:g} s"
+        raise UsageError(Diagnostic("setpoints-time", message, hint="are the times in seconds?"))
     return SetpointStream(name, first.axes, period, _chunks(first, blocks, name, period))
 
 

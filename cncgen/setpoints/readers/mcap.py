@@ -27,12 +27,23 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """
     exceptions: Any = needed("mcap", "mcap.exceptions")
     reading: Any = needed("mcap", "mcap.reader")
+    compressed: Any = needed("mcap", "zstandard")
+    # RuntimeError is what lz4 raises of damaged data.
+    faults = (
+        exceptions.McapError,
+        compressed.ZstdError,
+        RuntimeError,
+        ValueError,
+        struct.error,
+        EOFError,
+        OverflowError,
+    )
     try:
         with reading_faults(name):
             # CRCs tell a damaged file; the limit bounds what one record may claim.
             reader = reading.make_reader(seekable(file), validate_crcs=True)
             yield from _messages(reader, name)
-    except (exceptions.McapError, ValueError, struct.error, EOFError, UnicodeDecodeError) as error:
+    except faults as error:
         raise UsageError(Diagnostic("setpoints-header", f"{name} is not an MCAP file: {error}")) from error
 
 

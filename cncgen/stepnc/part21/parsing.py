@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from functools import cache
 from typing import Any
 
@@ -67,7 +68,10 @@ def number(text: str) -> int | float:
     if len(text) > MAX_DIGITS:
         raise ValueError(f"a number of {len(text)} characters")
     if "." not in text and text.lstrip("+-").isdigit():
-        return int(text)
+        whole = int(text)
+        if abs(whole) > sys.float_info.max:
+            raise ValueError(f"a whole number of {len(text)} digits is beyond the range of a double")
+        return whole
     value = float(text)
     if math.isinf(value):
         raise ValueError(f"{text} is beyond the range of a double")

@@ -1,0 +1,65 @@
+"""Fuzzing of every door: what was found stays mended, and a few changed inputs of each show nothing."""
+
+from __future__ import annotations
+
+import sys
+from itertools import islice
+from pathlib import Path
+
+import pytest
+
+from trials import doors
+
+CORPUS = Path(__file__).parent / "doors"
+
+pytestmark = pytest.mark.skipif(
+    sys.platform != "linux", reason="memory is bounded through Linux's resource limits"
+)
+
+
+def said(findings: list[doors.Finding]) -> str:
+    """Return all that is known of findings."""
+    return "\n".join(f"{each.door}: {each.kind}\n{each.said}\n{each.data!r}" for each in findings)
+
+
+def test_kept_inputs_show_nothing() -> None:
+    """Each of them ended in an exception, a warning or a signal before it was mended."""
+    assert said(doors.replay(CORPUS)) == ""
+
+
+def test_kept_inputs_belong_to_doors() -> None:
+    assert {path.name for path in CORPUS.iterdir()} <= set(doors.doors())
+
+
+@pytest.mark.parametrize("name", doors.doors())
+def test_changed_inputs_show_nothing(name: str) -> None:
+    """A few of one seed; `python -m trials.doors` draws fresh ones, for as long as it is told."""
+    door = doors.doors()[name]
+    ran, findings = doors.batch(name, door, list(islice(doors.mutants(door, 1), 10)))
+    assert ran == 10
+    assert said(findings) == ""
+
+
+def test_the_harness_finds_what_is_wrong() -> None:
+    """An exception, a warning of a library, what it prints, and the end of the process are each a finding."""
+
+    def one(data: bytes) -> None:
+        import os
+        import warnings
+
+        if data == b"raises":
+            raise KeyError("odd")
+        if data == b"warns":
+            warnings.warn("odd", RuntimeWarning, stacklevel=1)
+        if data == b"prints":
+            os.write(2, b"** On entry to DLASCL parameter number 4 had an illegal value\n")
+        if data == b"ends":
+            os.abort()
+
+    door = doors.Door(lambda: [b""], lambda rng, data, seeds: data, one)
+    inputs = [b"fine", b"raises", b"warns", b"prints", b"ends"]
+    ran, findings = doors.batch("any", door, inputs)
+    assert ran == len(inputs)
+    assert [each.data for each in findings] == inputs[1:]
+    kinds = [each.kind.split()[0] for each in findings]
+    assert kinds == ["KeyError", "RuntimeWarning", "a", "the"]

@@ -1,0 +1,160 @@
+"""Inputs of each door of cncgen: seeds, and what changes them."""
+
+from __future__ import annotations
+
+import random
+import re
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from trials.generators import gcode_mutants, stepnc_mutants
+
+ROOT = Path(__file__).resolve().parents[2]
+Mutate = Callable[[random.Random, bytes, list[bytes]], bytes]
+
+#: A program that every setpoint file, machine and tool table of the trial goes with.
+PROGRAM = "G21 G90 G17 G64 P0.01\nT1 M6 G43 H1\nG1 X1 Y1 F1000\nX2 Y0\nG2 X3 Y0 I0.5 J0\nG0 Z1\nM2\n"
+
+SINUMERIK = (
+    "G71 G64 G17\nG0 X0 Y0\nG1 X10 Y2 F1000\nG2 X20 Y2 I5 J0\nM30\n",
+    "R1=0\nWHILE R1<5\nR1=R1+1\nG1 X=R1 Y=SIN(R1*30) F100\nENDWHILE\nM30\n",
+    "MCALL CYCLE83(5,0,1,-10,,,,2,0.5,0,0,1,0,0,0)\nHOLES1(0,0,30,10,5,4)\nMCALL\nM30\n",
+    'DEF REAL A[3]=SET(1,2,3)\nIF A[1]==2\nG0 X=A[2]\nELSE\nMSG("x"<<A[0])\nENDIF\nUP(1,2)\nM30\nPROC UP(REAL B,REAL C)\nX=B Y=C\nRET\n',
+    "TRANS X10\nAROT Z30\nG1 X10 F100\nSCALE X2\nPOLE: R1=R1+1\nIF R1<3 GOTOB POLE\nREPEATB POLE P=3\nM30\n",
+    "POCKET3(5,0,1,-3,30,20,4,0,0,0,1.5,0.2,0.1,300,100,0,11,3,,,,,)\nG1 X1 BSPLINE PL=1 PW=2\nX2 Y2\nX3 Y0\nG40 CIP X4 Y4 I1=3 J1=3\nM30\n",
+)
+HEIDENHAIN = (
+    "BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nL X+10 Y+2 R0 F1000\nCC X+15 Y+2\nC X+20 Y+2 DR-\nEND PGM A MM\n",
+    "BEGIN PGM A MM\nLBL 1\nQ1 = Q1 + 1\nL X+Q1 F100\nFN 12: IF +Q1 LT +5 GOTO LBL 1\nCALL LBL 2 REP 3\nLBL 2\nL IY+1\nLBL 0\nEND PGM A MM\n",
+    "BEGIN PGM A MM\nCYCL DEF 200 DRILLING Q200=2 Q201=-10 Q206=150 Q202=5 Q210=0 Q203=0 Q204=50 Q211=0\nCYCL DEF 220 Q216=50 Q217=50 Q244=60 Q245=0 Q246=360 Q247=0 Q241=8 Q200=2 Q203=0 Q204=50 Q301=1 Q365=0\nL X+1 Y+1 R0 FMAX M99\nEND PGM A MM\n",
+    "BEGIN PGM A INCH\nAPPR LT X+1 Y+1 LEN2 RL F100\nRND R1\nL X+5\nCHF 0.5\nL Y+5\nDEP LT LEN2 F100\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+30\nCP IPA+720 IZ-5 DR+\nEND PGM A INCH\n",
+)
+TOOLS = (
+    b"T1 P1 D0.5 Z+10.0 ;mill\nT2 P2 D1 X1 Y1 Z1 A1 B1 C1 U1 V1 W1 I10 J-10 Q3\n",
+    b"5161\t0.000000\n5220\t1\n5221\t10.5\n5381 1e3\n100 7\n",
+)
+WORDS = (
+    b"1e308", b"-1e300", b"1e-320", b"nan", b"inf", b"-0", b"2147483648", b"99999999999999999999", b"9" * 400, b"0", b"1e9", b"0.001",
+    b"1e-15", b",", b"\n", b"\t", b" ", b"=", b"[", b"]", b"{", b"}", b'"', b"#", b"\0", b"\xff", b"\xef\xbb\xbf", b"true", b"[]",
+    b"x_mm", b"t_s", b"a_deg", b"Q2147483648", b"LBL 1\n", b"CALL LBL 1 REP 65534\n", b"R1=1EX99\n", b"GOTOB A\n", b"A: ", b"max_jerk_mm_s3",
+)  # fmt: skip
+NUMBER = re.compile(rb"\d+\.?\d*(?:[eE][-+]?\d+)?")
+
+
+def change(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
+    """Change one to four things of a text: a byte, a number, a word, a line, or a part of another source."""
+    for _ in range(rng.choice([1, 1, 2, 4])):
+        at = rng.randint(0, len(data))
+        kind = rng.randrange(7)
+        numbers = list(NUMBER.finditer(data)) if kind < 2 else []
+        if numbers:
+            match = rng.choice(numbers)
+            data = data[: match.start()] + _number(rng) + data[match.end() :]
+        elif kind == 2:
+            data = data[:at] + bytes([rng.randrange(256)]) + data[at + 1 :]
+        elif kind == 3:
+            data = data[:at] + rng.choice(WORDS) + data[at:]
+        elif kind == 4:
+            data = data[:at] + data[at + rng.randint(1, 30) :]
+        elif kind == 5:
+            other = rng.choice(sources)
+            begin = rng.randrange(len(other) + 1)
+            data = data[:at] + other[begin : begin + rng.randint(1, 200)] + data[at:]
+        else:
+            lines = data.split(b"\n")
+            where = rng.randrange(len(lines))
+            lines[where : where + rng.randrange(2)] = [rng.choice(lines)] * rng.choice([0, 1, 2, 20])
+            data = b"\n".join(lines)
+    return data[:20_000]
+
+
+def _number(rng: random.Random) -> bytes:
+    """Return a number: one of the extremes, or any magnitude."""
+    if rng.random() < 0.4:
+        return rng.choice(WORDS[:13])
+    return b"%.9g" % (10.0 ** rng.uniform(-12.0, 12.0) * rng.choice([1, -1]))
+
+
+def change_binary(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
+    """Change bytes of a binary file: single ones, whole doubles, its end."""
+    out = bytearray(data)
+    for _ in range(rng.choice([1, 1, 2, 8])):
+        at = rng.randrange(max(len(out), 1))
+        kind = rng.randrange(5)
+        if kind == 0 and out:
+            out[at] = rng.randrange(256)
+        elif kind == 1:
+            extremes = [np.nan, np.inf, 1e300, 5.5e303, 1e-320, -1e9, 0.0]
+            out[at & ~7 : (at & ~7) + 8] = np.float64(rng.choice(extremes)).tobytes()
+        elif kind == 2:
+            del out[at : at + rng.randint(1, 64)]
+        elif kind == 3:
+            out[at:at] = rng.randbytes(rng.randint(1, 16))
+        else:
+            out[at : at + 8] = rng.choice([2**63 - 1, 2**31, 0, 2**64 - 1]).to_bytes(8, "little")
+    return bytes(out)
+
+
+def change_gcode(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
+    """Change a program of G-code as `gcode_mutants` does, or as other texts."""
+    if rng.random() < 0.3:
+        return change(rng, data, sources)
+    return gcode_mutants.mutated(rng, data, sources)
+
+
+def change_stepnc(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
+    """Change a STEP-NC file."""
+    return stepnc_mutants.mutate(data, rng)
+
+
+@cache
+def gcode() -> list[bytes]:
+    """Return programs of G-code."""
+    return gcode_mutants.corpus()
+
+
+@cache
+def stepnc() -> list[bytes]:
+    """Return small STEP-NC files."""
+    return stepnc_mutants.samples([])[:64]
+
+
+@cache
+def machines() -> list[bytes]:
+    """Return the machine files that ship."""
+    return [file.read_bytes() for file in sorted((ROOT / "cncgen" / "machine" / "profiles").glob("*.toml"))]
+
+
+@cache
+def setpoints(kind: str) -> list[bytes]:
+    """Return 5 and 200 setpoints in a format."""
+    import cncgen
+
+    with tempfile.TemporaryDirectory() as folder:
+        found = []
+        for rows in (5, 200):
+            # At rest, along a sine and back, at rest.
+            way = 0.5 - 0.5 * np.cos(np.linspace(0.0, 2.0 * np.pi, rows))
+            few = cncgen.Setpoints("XYZ", 1e-3, 0, np.outer(way, [1.0, 1.0, 0.0]))
+            file = Path(folder) / f"s{rows}.{kind}"
+            cncgen.write(few, file, format=kind)
+            found.append(file.read_bytes())
+        return found
+
+
+@cache
+def logs() -> list[bytes]:
+    """Return logs of a first-order axis, noisy, with drive and command."""
+    rng = np.random.default_rng(1)
+    found = []
+    for rows in (20, 400):
+        t = np.arange(rows) * 1e-3
+        u = np.sign(np.sin(40.0 * t)) + 0.1 * rng.standard_normal(rows)
+        x = np.cumsum(u) * 1e-3
+        lines = [f"{a:.4f},{b:.6f},{c:.6f},{d:.6f}" for a, b, c, d in zip(t, x, x + 1e-3, u, strict=True)]
+        found.append(("t_s,x_mm,x_cmd_mm,x_force\n" + "\n".join(lines) + "\n").encode())
+    return found
