@@ -9,7 +9,7 @@ recursion (Rao, Wright and Rawlings (1998)), so the work goes with the number of
 """
 
 import cython
-from cython.cimports.libc.math import fabs, fmax, fmin, log, sqrt
+from cython.cimports.libc.math import fabs, log, sqrt
 
 #: Weight of the squares of what is held by dual regularisation: places across the planes, and the state at the end.
 _RHO = cython.declare(cython.double, 1e7)
@@ -19,6 +19,28 @@ _TAU = cython.declare(cython.double, 0.99)
 _OFF = cython.declare(cython.double, 1e10)
 #: A step is halved so often at most.
 _HALVINGS = cython.declare(cython.int, 6)
+#: The barrier parameter µ falls to µ^(11/8), at most this part of itself, once the residual and, in parts of the
+#: parameter, the products of slacks and multipliers are near.
+_FALL = cython.declare(cython.double, 0.2)
+_NEAR = cython.declare(cython.double, 1e-3)
+_OFF_NEAR = cython.declare(cython.double, 10.0)
+#: Damping: once the residual is below the first number, a step of less than this part of its length multiplies by `_CHANGE` what is
+#: added to the Hessian, within these bounds; a longer step divides it.
+_SETTLED = cython.declare(cython.double, 1e-2)
+_SHORT = cython.declare(cython.double, 0.1)
+_LEAST_DAMPING = cython.declare(cython.double, 1e-4)
+_FIRST_DAMPING = cython.declare(cython.double, 1e-3)
+_MOST_DAMPING = cython.declare(cython.double, 0.1)
+_CHANGE = cython.declare(cython.double, 4.0)
+#: Damping beyond which the Hessian is taken without the curvature of the motion.
+_CONVEX = cython.declare(cython.double, 10.0)
+#: The largest residual of a motion.
+_EXACT = cython.declare(cython.double, 1e-7)
+#: The search ends where two steps in a row change the cost by less than this part of it, or so many iterations before the last one.
+#: Then steps with much damping make the motion exact.
+_FLAT = cython.declare(cython.double, 1e-6)
+_CLOSING = cython.declare(cython.int, 12)
+_CLOSING_DAMPING = cython.declare(cython.double, 1.0)
 #: Cost of a step of mean length.
 _COST = cython.declare(cython.double, 0.02)
 
@@ -37,6 +59,7 @@ class Tube:
     steps: cython.Py_ssize_t
     calm: cython.double
     mu: cython.double
+    curvature: cython.double
     V: cython.double[::1]
     A: cython.double[::1]
     J: cython.double[::1]
@@ -47,7 +70,6 @@ class Tube:
     first: cython.longlong[::1]
     rows: cython.double[:, ::1]
     feed: cython.double[::1]
-    bend: cython.double[::1]
     between: cython.double[::1]
     hlow: cython.double[::1]
     hhigh: cython.double[::1]
@@ -71,8 +93,8 @@ class Tube:
     dzu: cython.double[:, ::1]
     zr: cython.double[::1]
     dzr: cython.double[::1]
-    zf: cython.double[:, ::1]
-    dzf: cython.double[:, ::1]
+    zf: cython.double[::1]
+    dzf: cython.double[::1]
     zm: cython.double[:, ::1]
     dzm: cython.double[:, ::1]
     P: cython.double[:, ::1]
@@ -84,7 +106,7 @@ class Tube:
     def __init__(self, problem, work):
         self.V, self.A, self.J, self.weight = problem.V, problem.A, problem.J, problem.weight
         self.r, self.t, self.h0 = problem.r, problem.t, problem.h0
-        self.first, self.rows, self.feed, self.bend = problem.first, problem.rows, problem.feed, problem.bend
+        self.first, self.rows, self.feed = problem.first, problem.rows, problem.feed
         self.between = problem.between
         self.hlow, self.hhigh, self.goal = problem.hlow, problem.hhigh, problem.goal
         self.x, self.u, self.calm = problem.x, problem.u, problem.calm
@@ -99,6 +121,7 @@ class Tube:
         self.steps = len(self.h0)
         self.cost = _COST * self.steps / sum(self.h0)
         self.mu = 1e-3
+        self.curvature = 1.0
 
 
 @cython.cfunc
@@ -134,21 +157,6 @@ def _feed_slack(tube: Tube, x: cython.double[:, ::1], k: cython.Py_ssize_t) -> c
         v = tube.V[i] * x[k, 3 * i + 1]
         square += tube.weight[i] * v * v
     return 1.0 - square * tube.feed[k] * tube.feed[k]
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _bend_slack(tube: Tube, x: cython.double[:, ::1], k: cython.Py_ssize_t) -> cython.double:
-    i: cython.Py_ssize_t
-    a: cython.double
-    along: cython.double = 0.0
-    square: cython.double = 0.0
-    for i in range(tube.n):
-        a = tube.A[i] * x[k, 3 * i + 2]
-        along += a * tube.t[k, i]
-        square += a * a
-    return 1.0 - (square - along * along) * tube.bend[k] * tube.bend[k]
 
 
 @cython.cfunc
@@ -321,7 +329,7 @@ def _merit(
                     product *= y
                 total -= tube.mu * log(product)
             if k > 0:
-                product = _feed_slack(tube, x, k) * _bend_slack(tube, x, k)
+                product = _feed_slack(tube, x, k)
                 for i in range(n):
                     y = x[k, 3 * i + 1]
                     product *= 1.0 - y * y
@@ -336,17 +344,17 @@ def _merit(
             _defect(tube, x, u, k, i, tube.w, 0)
             y = fabs(tube.w[0]) + fabs(tube.w[1]) + fabs(tube.w[2])
             total += y
-            most = fmax(most, y)
+            most = max(most, y)
         if k > 0:
             y = 0.0
             for i in range(n):
                 y += tube.t[k, i] * x[k, 3 * i]
             total += fabs(y)
-            most = fmax(most, fabs(y))
+            most = max(most, fabs(y))
     for i in range(3 * n):
         y = fabs(x[tube.steps, i] - tube.goal[i])
         total += y
-        most = fmax(most, y)
+        most = max(most, y)
     return total if which == 1 else most
 
 
@@ -410,7 +418,7 @@ def _node(
                 P[k, 3 * i * N + 3 * j] += z / s * g[i] * g[j] - 2.0 * c * z * rows[m, n + i] * rows[m, n + j]
     if tube.feed[k] > 0.0:
         s = _feed_slack(tube, x, k)
-        z = tube.zf[k, 0]
+        z = tube.zf[k]
         for i in range(n):
             c = tube.V[i] * tube.feed[k]
             c = tube.weight[i] * c * c
@@ -420,22 +428,6 @@ def _node(
         for i in range(n):
             for j in range(n):
                 P[k, (3 * i + 1) * N + 3 * j + 1] += z / s * g[i] * g[j]
-    if tube.bend[k] > 0.0:
-        s = _bend_slack(tube, x, k)
-        z = tube.zf[k, 1]
-        along = 0.0
-        for i in range(n):
-            along += tube.A[i] * x[k, 3 * i + 2] * tube.t[k, i]
-        c = tube.bend[k] * tube.bend[k]
-        for i in range(n):
-            g[i] = -2.0 * c * tube.A[i] * (tube.A[i] * x[k, 3 * i + 2] - along * tube.t[k, i])
-            q[k, 3 * i + 2] -= mu / s * g[i]
-            P[k, (3 * i + 2) * (N + 1)] += 2.0 * c * z * tube.A[i] * tube.A[i]
-        for i in range(n):
-            for j in range(n):
-                P[k, (3 * i + 2) * N + 3 * j + 2] += (
-                    z / s * g[i] * g[j] - 2.0 * c * z * tube.A[i] * tube.A[j] * tube.t[k, i] * tube.t[k, j]
-                )
 
 
 @cython.cfunc
@@ -522,9 +514,9 @@ def _backward(tube: Tube, delta: cython.double) -> cython.bint:
             w[C + 3 * i + 1] = h0 * (a + h * jerk) / tube.V[i]
             w[C + 3 * i + 2] = h0 * jerk / tube.A[i]
             _defect(tube, x, u, k, i, w, F + 3 * i)
-            lp = lam[k, 3 * i]
-            lv = lam[k, 3 * i + 1] / tube.V[i]
-            la = lam[k, 3 * i + 2] / tube.A[i]
+            lp = tube.curvature * lam[k, 3 * i]
+            lv = tube.curvature * lam[k, 3 * i + 1] / tube.V[i]
+            la = tube.curvature * lam[k, 3 * i + 2] / tube.A[i]
             w[M + U * U - 1] += h0 * h0 * (lp * (a + h * jerk) + lv * jerk)
             w[M + n * U + i] += tube.J[i] * h0 * (lp * h * h / 2 + lv * h + la)
             # Of h and the state; c' P T is added below.
@@ -754,9 +746,9 @@ def _box(
     b: cython.double = (mu + z[k, at + 1] * d) / high - z[k, at + 1]
     dz[k, at] = a
     dz[k, at + 1] = b
-    steps.primal = fmax(steps.primal, fmax(-d / low, d / high))
-    steps.dual = fmax(steps.dual, fmax(-a / z[k, at], -b / z[k, at + 1]))
-    steps.size = fmax(steps.size, fabs(d))
+    steps.primal = max(steps.primal, max(-d / low, d / high))
+    steps.dual = max(steps.dual, max(-a / z[k, at], -b / z[k, at + 1]))
+    steps.size = max(steps.size, fabs(d))
     return steps
 
 
@@ -851,41 +843,26 @@ def _limits(tube: Tube) -> _Steps:
                 s -= z * y * y
                 g -= 2.0 * z * y * d
                 c += z * d * d
-            steps.primal = fmax(steps.primal, _curve(s, g, c))
+            steps.primal = max(steps.primal, _curve(s, g, c))
             z = tube.zr[m]
             y = mu / s - z - z / s * g
             tube.dzr[m] = y
-            steps.dual = fmax(steps.dual, -y / z)
-        for e in range(2):
-            if (tube.feed[k] if e == 0 else tube.bend[k]) <= 0.0:
-                continue
+            steps.dual = max(steps.dual, -y / z)
+        if tube.feed[k] > 0.0:
+            s = _feed_slack(tube, x, k)
             g = 0.0
             c = 0.0
-            if e == 0:
-                s = _feed_slack(tube, x, k)
-                for i in range(n):
-                    y = tube.V[i] * tube.feed[k]
-                    y = tube.weight[i] * y * y
-                    g -= 2.0 * y * x[k, 3 * i + 1] * dx[k, 3 * i + 1]
-                    c += y * dx[k, 3 * i + 1] * dx[k, 3 * i + 1]
-            else:
-                s = _bend_slack(tube, x, k)
-                along = 0.0
-                dalong = 0.0
-                for i in range(n):
-                    along += tube.A[i] * x[k, 3 * i + 2] * tube.t[k, i]
-                    dalong += tube.A[i] * dx[k, 3 * i + 2] * tube.t[k, i]
-                for i in range(n):
-                    y = tube.bend[k] * (tube.A[i] * x[k, 3 * i + 2] - along * tube.t[k, i])
-                    d = tube.bend[k] * (tube.A[i] * dx[k, 3 * i + 2] - dalong * tube.t[k, i])
-                    g -= 2.0 * y * d
-                    c += d * d
-            steps.primal = fmax(steps.primal, _curve(s, g, c))
-            z = tube.zf[k, e]
+            for i in range(n):
+                y = tube.V[i] * tube.feed[k]
+                y = tube.weight[i] * y * y
+                g -= 2.0 * y * x[k, 3 * i + 1] * dx[k, 3 * i + 1]
+                c += y * dx[k, 3 * i + 1] * dx[k, 3 * i + 1]
+            steps.primal = max(steps.primal, _curve(s, g, c))
+            z = tube.zf[k]
             y = mu / s - z - z / s * g
-            tube.dzf[k, e] = y
-            steps.dual = fmax(steps.dual, -y / z)
-    steps.primal = fmin(1.0, _TAU / steps.primal)
+            tube.dzf[k] = y
+            steps.dual = max(steps.dual, -y / z)
+    steps.primal = min(1.0, _TAU / steps.primal)
     for k in range(tube.steps):
         if tube.between[k] <= 0.0:
             continue
@@ -902,19 +879,19 @@ def _limits(tube: Tube) -> _Steps:
                 z = tube.zm[k, 2 * i + e]
                 g = mu / s - z - z / s * g
                 tube.dzm[k, 2 * i + e] = g
-                steps.dual = fmax(steps.dual, -g / z)
+                steps.dual = max(steps.dual, -g / z)
         s = _middle_feed(tube, x, u, k)
         z = tube.zm[k, 2 * n]
         g = mu / s - z - z / s * along
         tube.dzm[k, 2 * n] = g
-        steps.dual = fmax(steps.dual, -g / z)
+        steps.dual = max(steps.dual, -g / z)
         for i in range(2 * n + 1):
             s = _middle_slack(tube, x, u, k, i)
             for m in range(60):
                 if _middle_after(tube, k, i, steps.primal) >= (1.0 - _TAU) * s:
                     break
                 steps.primal *= 0.8
-    steps.dual = fmin(1.0, _TAU / steps.dual)
+    steps.dual = min(1.0, _TAU / steps.dual)
     return steps
 
 
@@ -922,7 +899,7 @@ def _limits(tube: Tube) -> _Steps:
 @cython.nogil
 @cython.exceptval(check=False)
 def _kept(z: cython.double, centre: cython.double) -> cython.double:
-    return fmin(fmax(z, centre / _OFF), centre * _OFF)
+    return min(max(z, centre / _OFF), centre * _OFF)
 
 
 @cython.cfunc
@@ -947,29 +924,27 @@ def _multipliers(tube: Tube, part: cython.double, reset: cython.bint) -> cython.
             else:
                 s = tube.u[k, n] - tube.hlow[k] if i % 2 == 0 else tube.hhigh[k] - tube.u[k, n]
             tube.zu[k, i] = mu / s if reset else _kept(tube.zu[k, i] + part * tube.dzu[k, i], mu / s)
-            off = fmax(off, fabs(tube.zu[k, i] * s - mu))
+            off = max(off, fabs(tube.zu[k, i] * s - mu))
         if tube.between[k] > 0.0:
             for i in range(2 * n + 1):
                 s = _middle_slack(tube, tube.x, tube.u, k, i)
                 tube.zm[k, i] = mu / s if reset else _kept(tube.zm[k, i] + part * tube.dzm[k, i], mu / s)
-                off = fmax(off, fabs(tube.zm[k, i] * s - mu))
+                off = max(off, fabs(tube.zm[k, i] * s - mu))
         if k == 0:
             continue
         for i in range(4 * n):
             y = tube.x[k, 3 * (i // 4) + 1 + (i % 4) // 2]
             s = 1.0 + y if i % 2 == 0 else 1.0 - y
             tube.zx[k, i] = mu / s if reset else _kept(tube.zx[k, i] + part * tube.dzx[k, i], mu / s)
-            off = fmax(off, fabs(tube.zx[k, i] * s - mu))
+            off = max(off, fabs(tube.zx[k, i] * s - mu))
         for m in range(tube.first[k], tube.first[k + 1]):
             s = _row_slack(tube.rows, m, tube.x, k, n)
             tube.zr[m] = mu / s if reset else _kept(tube.zr[m] + part * tube.dzr[m], mu / s)
-            off = fmax(off, fabs(tube.zr[m] * s - mu))
-        for e in range(2):
-            if (tube.feed[k] if e == 0 else tube.bend[k]) <= 0.0:
-                continue
-            s = _feed_slack(tube, tube.x, k) if e == 0 else _bend_slack(tube, tube.x, k)
-            tube.zf[k, e] = mu / s if reset else _kept(tube.zf[k, e] + part * tube.dzf[k, e], mu / s)
-            off = fmax(off, fabs(tube.zf[k, e] * s - mu))
+            off = max(off, fabs(tube.zr[m] * s - mu))
+        if tube.feed[k] > 0.0:
+            s = _feed_slack(tube, tube.x, k)
+            tube.zf[k] = mu / s if reset else _kept(tube.zf[k] + part * tube.dzf[k], mu / s)
+            off = max(off, fabs(tube.zf[k] * s - mu))
     return off
 
 
@@ -983,7 +958,7 @@ def _taken(tube: Tube, count: cython.Py_ssize_t, phi: cython.double, c: cython.d
         return False
     for i in range(count):
         if not (
-            c <= fmax(0.99999 * tube.seen[i, 1], 1e-7) or phi <= tube.seen[i, 0] - 1e-5 * tube.seen[i, 1]
+            c <= max(0.99999 * tube.seen[i, 1], 1e-7) or phi <= tube.seen[i, 0] - 1e-5 * tube.seen[i, 1]
         ):
             return False
     return True
@@ -1003,6 +978,46 @@ def _moved(tube: Tube, part: cython.double) -> cython.void:
             tube.u2[k, i] = tube.u[k, i] + part * tube.du[k, i]
 
 
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _searched(tube: Tube, part: cython.double, count: cython.Py_ssize_t) -> cython.double:
+    """Halve a step until the filter lets it pass, or often enough; return its part. The present point joins the filter."""
+    back: cython.int
+    tube.seen[count, 0] = _merit(tube, tube.x, tube.u, 0)
+    tube.seen[count, 1] = _merit(tube, tube.x, tube.u, 1)
+    for back in range(_HALVINGS):
+        _moved(tube, part)
+        if back == _HALVINGS - 1 or _taken(
+            tube, count + 1, _merit(tube, tube.x2, tube.u2, 0), _merit(tube, tube.x2, tube.u2, 1)
+        ):
+            break
+        part *= 0.5
+    return part
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _accept(tube: Tube, part: cython.double) -> cython.void:
+    """Take the point that the step leads to, and the multipliers of the equations."""
+    n: cython.Py_ssize_t = tube.n
+    k: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    for k in range(tube.steps + 1):
+        for i in range(3 * n):
+            tube.x[k, i] = tube.x2[k, i]
+    for k in range(tube.steps):
+        for i in range(n + 1):
+            tube.u[k, i] = tube.u2[k, i]
+        for i in range(3 * n):
+            tube.lam[k, i] += part * (tube.lam2[k, i] - tube.lam[k, i])
+        if k > 0:
+            tube.nu[k] += part * (tube.nu2[k] - tube.nu[k])
+    for i in range(3 * n):
+        tube.lamT[i] += part * (tube.lamT2[i] - tube.lamT[i])
+
+
 Found = cython.struct(status=cython.int, iterations=cython.int, residual=cython.double, off=cython.double)
 
 
@@ -1012,63 +1027,56 @@ Found = cython.struct(status=cython.int, iterations=cython.int, residual=cython.
 def solve(tube: Tube, mu: cython.double, mu_end: cython.double, most: cython.int) -> Found:
     """Solve; 1 means that the solution holds to `mu_end`, 0 that `most` iterations were not enough, -1 that no step was found."""
     it: cython.int
-    back: cython.int
     count: cython.Py_ssize_t = 0
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    n: cython.Py_ssize_t = tube.n
     delta: cython.double = 0.0
-    d0: cython.double
+    damping: cython.double
     off: cython.double
     part: cython.double = 1.0
     residual: cython.double = 0.0
     size: cython.double = 1.0
-    phi: cython.double
-    c: cython.double
+    phi: cython.double = 0.0
+    last: cython.double
+    fourth: cython.double
+    flat: cython.int = 0
+    closing: cython.bint = False
     steps: _Steps
     tube.mu = mu
     off = _multipliers(tube, 0.0, True)
     for it in range(most):
         residual = _merit(tube, tube.x, tube.u, 2)
         if it > 0:
-            if tube.mu <= mu_end and residual < 1e-7 and off < tube.mu and size < 1e-3:
+            if residual < _EXACT and (closing or (tube.mu <= mu_end and off < tube.mu and size < 1e-3)):
                 return Found(1, it, residual, off)
-            if residual < 1e-2 and off < 10.0 * tube.mu and tube.mu > mu_end and part > 0.5:
-                tube.mu = fmax(mu_end, fmin(0.2 * tube.mu, tube.mu * sqrt(tube.mu)))
+            if residual < _NEAR and off < _OFF_NEAR * tube.mu and tube.mu > mu_end and part > 0.5:
+                fourth = sqrt(sqrt(tube.mu))
+                tube.mu = max(mu_end, min(_FALL * tube.mu, tube.mu * fourth * sqrt(fourth)))
                 count = 0
-        d0 = 0.0
-        while not _backward(tube, d0):
-            d0 = fmax(1e-4, delta / 3.0) if d0 == 0.0 else 8.0 * d0
-            if d0 > 1e12:
+        closing |= it >= most - _CLOSING
+        damping = _CLOSING_DAMPING if closing else delta
+        tube.curvature = 1.0
+        while not _backward(tube, damping):
+            damping = max(_LEAST_DAMPING, _CHANGE * damping)
+            if damping > _CONVEX:
+                # The multipliers are far off: the step without the curvature of the motion has a positive Hessian.
+                tube.curvature = 0.0
+            if damping > 1e12:
                 return Found(-1, it, residual, off)
-        if d0 > 0.0:
-            delta = d0
         _forward(tube)
         steps = _limits(tube)
         size = steps.size
-        part = steps.primal
-        tube.seen[count, 0] = _merit(tube, tube.x, tube.u, 0)
-        tube.seen[count, 1] = _merit(tube, tube.x, tube.u, 1)
+        last = phi
+        part = _searched(tube, steps.primal, count)
         count += 1
-        for back in range(_HALVINGS):
-            _moved(tube, part)
-            phi = _merit(tube, tube.x2, tube.u2, 0)
-            c = _merit(tube, tube.x2, tube.u2, 1)
-            if _taken(tube, count, phi, c) or back == _HALVINGS - 1:
-                break
-            part *= 0.5
-        for k in range(tube.steps + 1):
-            for i in range(3 * n):
-                tube.x[k, i] = tube.x2[k, i]
-        for k in range(tube.steps):
-            for i in range(n + 1):
-                tube.u[k, i] = tube.u2[k, i]
-            for i in range(3 * n):
-                tube.lam[k, i] += part * (tube.lam2[k, i] - tube.lam[k, i])
-            if k > 0:
-                tube.nu[k] += part * (tube.nu2[k] - tube.nu[k])
-        for i in range(3 * n):
-            tube.lamT[i] += part * (tube.lamT2[i] - tube.lamT[i])
+        phi = _merit(tube, tube.x2, tube.u2, 0)
+        if not phi < 1e308:
+            return Found(-1, it, residual, off)
+        flat = flat + 1 if tube.mu <= mu_end and residual < 1e-4 and fabs(phi - last) < _FLAT * fabs(phi) else 0
+        closing |= flat > 1
+        if part < _SHORT and residual < _SETTLED:
+            delta = min(_MOST_DAMPING, max(_FIRST_DAMPING, _CHANGE * damping))
+        else:
+            delta = damping / _CHANGE if damping > _LEAST_DAMPING else 0.0
+        _accept(tube, part)
         off = _multipliers(tube, steps.dual, False)
         if not off < 1e300:
             return Found(-1, it, residual, off)

@@ -4,6 +4,39 @@ import cython
 from cython.cimports.libc.math import sqrt
 
 
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _nearest(
+    line: cython.double[:, ::1],
+    i: cython.Py_ssize_t,
+    least: cython.double,
+    point: cython.double[::1],
+    part: cython.double[::1],
+) -> cython.double:
+    """Return the distance of a point from segment `i`, from a part of it on, and write the part that is nearest."""
+    e: cython.Py_ssize_t
+    n: cython.Py_ssize_t = line.shape[1]
+    dot: cython.double = 0.0
+    size: cython.double = 0.0
+    square: cython.double = 0.0
+    u: cython.double
+    y: cython.double
+    z: cython.double
+    for e in range(n):
+        y = line[i + 1, e] - line[i, e]
+        z = point[e] - line[i, e]
+        dot += y * z
+        size += y * y
+    u = dot / size if size > 0.0 else 0.0
+    u = least if u < least else 1.0 if u > 1.0 else u
+    for e in range(n):
+        z = point[e] - line[i, e] - u * (line[i + 1, e] - line[i, e])
+        square += z * z
+    part[0] = u
+    return sqrt(square)
+
+
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
@@ -13,87 +46,86 @@ def match(
     points: cython.double[:, ::1],
     within: cython.double[::1],
     least: cython.double[::1],
+    reached: cython.double,
     start: cython.double,
-    begin: cython.Py_ssize_t,
     last: cython.bint,
+    entry: cython.double[::1],
+    leaving: cython.longlong[::1],
     place: cython.double[::1],
+    part: cython.double[::1],
 ) -> cython.Py_ssize_t:
-    """Find for each point the first place, not before that of the point before it, where the distance has a minimum that is small enough.
+    """Find for each point a place, not before that of the point before it, where the polyline is nearest to it.
+
+    The polyline comes near each point for a first time after it came near the point before. A point's place lies between there
+    and where it leaves that point, or one of those after it, and is the nearest one there.
 
     Args:
         line: Shape (m, n), the polyline's vertices.
         way: Shape (m,), length along it.
         points: Shape (k, n).
         within: Shape (k,): how near the polyline passes each point.
-        least: Shape (k,): the way at least from the place of the point before.
-        start: The way at that place, for the first point.
-        begin: Segment from which on the first point is looked for.
-        last: Whether the polyline ends here; if not, it goes on, and points near its end are left for later.
-        place: Shape (k,), written: segment number plus the part of it.
+        least: Shape (k,): the way at least from where it comes near the point before.
+        reached: The way where it came near the last point that has a place.
+        start: The way at that place.
+        last: Whether the polyline and the points end here; if not, points whose places depend on what follows are left for later.
+        entry, leaving, place, part: Shape (k,) each and (1,), written: the way where it comes near each point, the last segment that
+            is near; the place as segment number plus the part of it; workspace.
 
     Returns:
-        How many points have a place; those after them lie beyond the end or are nowhere within their distance.
+        How many points have a place; those after them are left for later, or are nowhere within their distance.
     """
     m: cython.Py_ssize_t = line.shape[0]
-    n: cython.Py_ssize_t = line.shape[1]
     count: cython.Py_ssize_t = points.shape[0]
     p: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    at: cython.Py_ssize_t = begin
-    part: cython.double = 0.0
-    best: cython.double
-    found: cython.double
-    closed: cython.bint
+    i: cython.Py_ssize_t = 0
+    known: cython.Py_ssize_t = 0
+    final: cython.Py_ssize_t
+    first: cython.double
     d: cython.double
-    u: cython.double
-    dot: cython.double
-    size: cython.double
-    y: cython.double
-    z: cython.double
+    best: cython.double
+    from_part: cython.double
     for p in range(count):
-        best = 1e300
-        found = -1.0
-        closed = False
-        start += least[p]
-        for i in range(at, m - 1):
-            if way[i + 1] < start:
-                continue
-            dot = 0.0
-            size = 0.0
-            for e in range(n):
-                y = line[i + 1, e] - line[i, e]
-                z = points[p, e] - line[i, e]
-                dot += y * z
-                size += y * y
-            u = dot / size if size > 0.0 else 0.0
-            u = 0.0 if u < 0.0 else 1.0 if u > 1.0 else u
-            if i == at and u < part:
-                u = part
-            if way[i] < start and way[i + 1] > way[i] and way[i] + u * (way[i + 1] - way[i]) < start:
-                u = (start - way[i]) / (way[i + 1] - way[i])
-            d = 0.0
-            for e in range(n):
-                z = points[p, e] - line[i, e] - u * (line[i + 1, e] - line[i, e])
-                d += z * z
-            d = sqrt(d)
+        first = reached + least[p]
+        while i < m - 1:
+            if way[i + 1] >= first:
+                from_part = (
+                    (first - way[i]) / (way[i + 1] - way[i])
+                    if way[i] < first and way[i + 1] > way[i]
+                    else 0.0
+                )
+                if _nearest(line, i, from_part, points[p], part) <= within[p]:
+                    break
+            i += 1
+        if i >= m - 1:
+            break
+        reached = way[i] + part[0] * (way[i + 1] - way[i])
+        entry[p] = reached
+        leaving[p] = i
+        while leaving[p] < m - 2 and _nearest(line, leaving[p] + 1, 0.0, points[p], part) <= within[p]:
+            leaving[p] += 1
+        if leaving[p] == m - 2 and not last:
+            break
+        known = p + 1
+    # Points of which one that is known comes near only after they are left.
+    final = known
+    if not last:
+        while final > 0 and way[leaving[final - 1]] >= entry[known - 1]:
+            final -= 1
+    for p in range(known - 2, -1, -1):
+        leaving[p] = min(leaving[p], leaving[p + 1])
+    i = 0
+    for p in range(final):
+        start = max(start, entry[p])
+        while i < m - 2 and way[i + 1] < start:
+            i += 1
+        from_part = (start - way[i]) / (way[i + 1] - way[i]) if way[i + 1] > way[i] and start > way[i] else 0.0
+        best = _nearest(line, i, min(from_part, 1.0), points[p], part)
+        place[p] = i + part[0]
+        for known in range(i + 1, leaving[p] + 1):
+            d = _nearest(line, known, 0.0, points[p], part)
             if d < best - 1e-12:
                 best = d
-                found = i + u
-            elif (
-                best <= within[p]
-                and way[i + 1] - way[cython.cast(cython.Py_ssize_t, found)] > 2.0 * within[p] + best
-                and d > best + 0.5 * within[p]
-            ):
-                closed = True
-                break
-        if found < 0.0 or best > within[p] or not (closed or last):
-            return p
-        place[p] = found
-        at = cython.cast(cython.Py_ssize_t, found)
-        part = found - at
-        start = way[at] + part * (way[at + 1] - way[at]) if at < m - 1 else way[m - 1]
-        if at > m - 2:
-            at = m - 2
-            part = 1.0
-    return count
+                place[p] = known + part[0]
+        i = min(cython.cast(cython.Py_ssize_t, place[p]), m - 2)
+        start = way[i] + (place[p] - i) * (way[i + 1] - way[i])
+    return final

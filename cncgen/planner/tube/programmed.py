@@ -22,8 +22,8 @@ Bools = NDArray[np.bool_]
 USED = 0.985
 #: cos of the turn beyond which a corner is a stop.
 _BACK = -0.97
-#: A row shorter than so many tolerances that takes more than so many seconds is a wait.
-_SHORT, _LONG_S = 3.0, 0.02
+#: A joint where the tangent turns by less, rad, and where curvature changes by less than this part of it, is one row cut in parts.
+_STRAIGHT, _SAME_BEND = 1e-5, 1e-3
 
 
 @dataclass(slots=True)
@@ -37,7 +37,8 @@ class Programmed:
     """Moving rows of the program, from `base` on; numbers of rows count from the start of the program.
 
     Columns by row: `line`, `length`, `curved`, `source`, `feed` (mm/s), `tolerance` (mm), `free` (planned within the tolerance), `entry` and `leave`
-    (unit tangents, scaled), `stop` (the motion rests at its start), `start` and `end` (scaled).
+    (unit tangents, scaled), `bent` (curvature at its end), `stop` (the motion rests at its start), `joint` (it does not go on as the row
+    before it does), `start` and `end` (scaled).
     """
 
     def __init__(self, chord_mm: float) -> None:
@@ -71,7 +72,7 @@ class Programmed:
         parts = self._columns.get(name)
         if not parts:
             return (
-                np.zeros((0, len(self.scale))) if name in ("start", "end", "entry", "leave") else np.zeros(0)
+                np.zeros((0, len(self.scale))) if name in ("start", "end", "entry", "leave", "bent") else np.zeros(0)
             )
         if len(parts) > 1:
             parts[:] = [np.concatenate(parts)]
@@ -108,9 +109,9 @@ class Programmed:
             return
         # By each row's own parameter: so nothing depends on how the rows are cut into chunks.
         none = np.zeros(len(rows))
-        entry = self._unit(path.evaluate_parameter(rows, path.parameter_after(rows, none, 1), 1, 1)[1])
-        leave = self._unit(
-            path.evaluate_parameter(rows, path.parameter_after(rows, length[rows], -1), 1, -1)[1]
+        entry, bend = self._turning(path.evaluate_parameter(rows, path.parameter_after(rows, none, 1), 2, 1))
+        leave, bent = self._turning(
+            path.evaluate_parameter(rows, path.parameter_after(rows, length[rows], -1), 2, -1)
         )
         mode = toolpath.feed_mode[rows]
         with np.errstate(invalid="ignore"):
@@ -124,9 +125,6 @@ class Programmed:
             & (mode != FeedMode.RAPID)
         )
         free &= path.moves_xyz[rows] & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0)
-        with np.errstate(invalid="ignore"):
-            # A row of next to no length that takes its time is a wait.
-            free &= ~((length[rows] < _SHORT * tolerance) & (length[rows] > _LONG_S * feed))
         columns = {
             "line": toolpath.line[rows],
             "source": toolpath.source[rows],
@@ -138,16 +136,34 @@ class Programmed:
             "tolerance": np.maximum(np.where(free, USED * tolerance, 0.0), self._chord),
             "entry": entry,
             "leave": leave,
+            "bent": bent,
             "start": toolpath.starts[rows] * self.scale,
             "end": toolpath.end[rows] * self.scale,
         }
-        if len(self):
-            turn = np.einsum("ij,ij->i", self.column("leave")[-1:], entry[:1])
-            stop[:1] |= turn < _BACK
-        stop[1:] |= np.einsum("ij,ij->i", leave[:-1], entry[1:]) < _BACK
+        # With the row before the first one, or beside itself where there is none.
+        def before_it(name: str) -> np.ndarray:
+            one = self.column(name)[-1:] if len(self) else columns[name][:1]
+            return np.concatenate([one, columns[name][:-1]])
+
+        turn = np.einsum("ij,ij->i", before_it("leave"), entry)
+        stop |= turn < _BACK
+        stop[:1] |= not len(self)
+        larger = np.maximum(np.abs(bend), np.abs(before_it("bent"))).max(axis=1)
+        joint = stop | (np.abs(entry - before_it("leave")).max(axis=1) > _STRAIGHT)
+        joint |= np.abs(bend - before_it("bent")).max(axis=1) > _SAME_BEND * larger + 1e-9
+        for name in ("feed", "tolerance", "free"):
+            joint |= columns[name] != before_it(name)
+        columns["joint"] = joint
         self._chunks.append(_Chunk(path, self.base + len(self), rows))
         for name, values in columns.items():
             self._columns.setdefault(name, []).append(values)
+
+    def _turning(self, x: Floats) -> tuple[Floats, Floats]:
+        """Return unit tangents and curvature vectors of positions and their derivatives, shape (3, k, axes)."""
+        x1, x2 = x[1] * self.scale, x[2] * self.scale
+        tangent = self._unit(x[1])
+        across = x2 - (x2 * tangent).sum(axis=1)[:, None] * tangent
+        return tangent, across / np.maximum((x1**2).sum(axis=1), 1e-300)[:, None]
 
     def _unit(self, x1: Floats) -> Floats:
         x1 = x1 * self.scale

@@ -27,10 +27,14 @@ Ints = NDArray[np.int64]
 WINDOW, OVERLAP = 900, 300
 #: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of V/A + A/J.
 _FELT = 1.2
-#: Parts of the speed of the reference that the first guess has, one after the other until one leads to a solution.
-_STARTS = (0.6, 0.4, 0.8)
+#: Parts of the speed that the first guess has, one after the other until one leads to a solution, and whether it goes on steadily, at
+#: the pace of corners at least, or as the plan does.
+_STARTS = ((0.6, True), (0.7, False), (0.4, True))
 #: Times that the room is narrowed where the motion leaves the tolerance between nodes, and by how much more than that.
-_ROUNDS, _MORE = 6, 1.25
+_ROUNDS, _MORE = 9, 1.25
+#: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there. What
+#: is left of the room at least, as a part of the tolerance.
+_LOCAL, _NARROWEST = 2, 0.1
 #: Part by which a velocity may be over its limit between nodes before it is held there.
 _OVER = 5e-5
 #: Part of the tolerance that is never planned with.
@@ -101,6 +105,7 @@ class Tube:
         self.hand = Hand(self.reference, program, limited, machine.period_s)
         self.places: list[Floats] = []
         self.matched = 0
+        self.reached = 0.0
         self.row = 0
         self.run: _Run | None = None
         self.lost = False
@@ -153,24 +158,27 @@ class Tube:
         tolerance = program.column("tolerance")
         points = np.concatenate([program.column("start")[have:], program.column("end")[-1:]])
         both = np.maximum(np.append(tolerance, 0.0), np.concatenate([[0.0], tolerance]))[have:]
-        begin = (
-            int(np.searchsorted(grid.s, self._place(program.base + have - 1), side="right") - 1)
-            if have
-            else 0
-        )
-        place = np.zeros(len(points))
-        begin = min(max(begin, 0), len(grid) - 2)
         # The plan is hardly shorter than the rows.
         length = np.concatenate([[0.0], program.column("length")])[have:]
         least = np.maximum(_AS_LONG * length - 8.0 * both, 0.0)
         if not have:
             least[0] = 0.0
+            self.reached = float(grid.s[0])
         start = self._place(program.base + have - 1) if have else float(grid.s[0])
-        found = tube_places.match(grid.x, grid.s, points, 1.3 * both + 1e-6, least, start, begin, last, place)
+        begin = max(int(np.searchsorted(grid.s, self.reached, side="right")) - 1, 0)
+        entry, place = np.zeros(len(points)), np.zeros(len(points))
+        leaving = np.zeros(len(points), np.int64)
+        found = tube_places.match(
+            grid.x[begin:], grid.s[begin:], points, 1.3 * both + 1e-6, least, self.reached, start, last,
+            entry, leaving, place, np.zeros(1),
+        )  # fmt: skip
+        place += begin
         if have + found > count:
             # The end of the last row: whether more rows follow is not known before the end.
             found = count - have + (1 if last else 0)
-        at = place[:found].astype(np.int64)
+        if found:
+            self.reached = float(entry[found - 1])
+        at = np.minimum(place[:found].astype(np.int64), len(grid) - 2)
         s = grid.s[at] + (place[:found] - at) * (grid.s[np.minimum(at + 1, len(grid) - 1)] - grid.s[at])
         # Places that the plan meets exactly are samples of it: there it may rest, and time be no function of the place.
         for i in (at, np.minimum(at + 1, len(grid) - 1)):
@@ -363,10 +371,11 @@ class Tube:
                 # The neighbours soon are, once these are held.
                 held |= np.convolve(fast, np.ones(9), "same") > 0
             more = np.maximum(over, np.append(over[1:], -1.0))
+            if number >= _LOCAL:
+                more = _around(more, np.cumsum(found.step), 0.5 * self.machine.period_s)
             less = np.where(more > 0.0, _MORE * more + 1e-3 * 2.0**number * allowed, 0.0)
-            radius = radius - less[owner]
-            if (radius < 0.15 * nodes.allowed).any():
-                return None
+            radius = np.maximum(radius - less[owner], np.minimum(radius, _NARROWEST * nodes.allowed))
+        return None
         return None
 
     def _too_fast(self, found: Solved, nodes: Nodes, columns: Ints) -> NDArray[np.bool_]:
@@ -399,22 +408,26 @@ class Tube:
             for each in (nodes.centre, nodes.direction, radius)
         )
         first = np.concatenate([[0, 0], np.cumsum(nodes.count[:-1]), [len(radii)]]).astype(np.int64)
-        chord = 8.0 * self.machine.chord_tolerance_mm / self.machine.period_s**2
-        bend = min(chord, self.machine.max_centripetal_mm_s2 or np.inf)
-        bends = np.inf if bend > np.sqrt((acceleration**2).sum()) else 0.98 * bend
         feed = 0.9999 * np.append(nodes.feed[:1], nodes.feed)
         margin = 1.0 - 1e-6
         between = np.where(held, np.maximum(feed[1:], feed[:-1]), np.inf)
-        for part in _STARTS:
+        for part, steady in _STARTS:
+            steps, speeds = (nodes.step, nodes.speed) if steady else (nodes.plan_step, nodes.plan_speed)
+            steps = np.maximum(steps, 1e-3 * nodes.step) / part
             given = Problem(
-                margin * velocity, margin * acceleration, margin * jerk, weight, point, tangent, nodes.step / part, first, centre, direction, radii,
-                feed, np.full(len(point), bends), between, run.state[:, columns], goal[:, columns],
+                margin * velocity, margin * acceleration, margin * jerk, weight, point, tangent, steps, first, centre, direction, radii,
+                feed, between, run.state[:, columns], goal[:, columns],
             )  # fmt: skip
-            speed = part * np.concatenate([[0.0], nodes.speed])[:, None] * tangent
+            speed = part * np.concatenate([[0.0], speeds])[:, None] * tangent
             speed *= np.minimum(1.0, 0.9 / np.maximum((np.abs(speed) / velocity).max(axis=1), 1e-9))[:, None]
             along = np.sqrt(((speed * weight) ** 2).sum(axis=1))
             speed *= np.minimum(1.0, 0.9 * feed / np.maximum(along, 1e-9))[:, None]
-            found = solve(given, speed, None, _inside(point, tangent, first, centre, direction, radii))
+            rate = None
+            if not steady:
+                rate = np.zeros_like(speed)
+                rate[1:-1] = (speed[2:] - speed[:-2]) / (steps[1:] + steps[:-1])[:, None]
+                rate = np.clip(rate, -0.9 * acceleration, 0.9 * acceleration)
+            found = solve(given, speed, rate, _inside(point, tangent, first, centre, direction, radii))
             if found.status == 1:
                 return found
         return None
@@ -451,7 +464,7 @@ class Tube:
             int(
                 np.searchsorted(
                     grid.s,
-                    min(place, self._place(self.program.base + self.matched - 1) if self.matched else place),
+                    min(place, self.reached if self.matched else place),
                     side="left",
                 )
             )
@@ -479,13 +492,19 @@ def _apart(border: NDArray[np.bool_], places: Floats, least: Floats) -> NDArray[
     return out
 
 
+def _around(values: Floats, t: Floats, reach: float) -> Floats:
+    """Return the largest of values within a time of each, shape (k,)."""
+    first, stop = np.searchsorted(t, t - reach), np.searchsorted(t, t + reach, side="right")
+    return np.array([values[i:j].max() for i, j in zip(first.tolist(), stop.tolist(), strict=True)])
+
+
 def _inside(
     point: Floats, tangent: Floats, first: Ints, centre: Floats, direction: Floats, radius: Floats
 ) -> Floats:
     """Return offsets of the first guess that lie well within the room, shape (nodes, n)."""
     out = np.zeros_like(point)
     owner = np.repeat(np.arange(len(point)), np.diff(first))
-    for _ in range(4):
+    for number in range(8):
         away = point[owner] + out[owner] - centre
         away -= (away * direction).sum(axis=1)[:, None] * direction
         size = np.sqrt((away**2).sum(axis=1))
@@ -493,9 +512,10 @@ def _inside(
         if not len(over):
             break
         push = -away[over] * (1.0 - 0.4 * radius[over] / size[over])[:, None]
-        # Within the plane of the node.
-        t = tangent[owner[over]]
-        push -= (push * t).sum(axis=1)[:, None] * t
+        if number < 4:
+            # Within the plane of the node, if that is enough.
+            t = tangent[owner[over]]
+            push -= (push * t).sum(axis=1)[:, None] * t
         out[owner[over]] += push
     return out
 

@@ -24,6 +24,8 @@ _GROWTH = 0.12
 _TURN = 0.25
 #: Spacing on a bend may be so many times the usual one where it takes little of the acceleration.
 _CALM = 8.0
+#: Part of the acceleration that a bend takes, below which it counts as straight.
+_BENT = 1e-4
 #: A corner has a node where it leaves the chord between nodes by more than this part of the tolerance, or turns by more, rad.
 _SHOWS, _SHARP = 0.1, 0.35
 #: Parts of the tolerance that are planned with: at nodes, and at corners.
@@ -45,6 +47,7 @@ class Nodes:
         point, tangent: Shape (k, n).
         speed: Shape (k,): speed of the first guess.
         step: Shape (k,): time from the node before.
+        plan_speed, plan_step: Shape (k,): the same of the plan, without waits.
         row: Shape (k,): the row before the node, counted from the start of the program.
         part: Shape (k,): part of that row.
         vertex: Shape (k,): row that starts at the node, −1 where it lies within one.
@@ -60,6 +63,8 @@ class Nodes:
     tangent: Floats
     speed: Floats
     step: Floats
+    plan_speed: Floats
+    plan_step: Floats
     row: Ints
     part: Floats
     vertex: Ints
@@ -151,7 +156,11 @@ def nodes_of(
     tolerance = program.column("tolerance")[own]
     near, floor = scales.spacing(float(tolerance.min()))[1], scales.floor(float(tolerance.min()))
     # Fine samples: the grid's, and the joints.
-    s = np.unique(np.concatenate([grid.s[(grid.s > places[0]) & (grid.s < places[-1])], places]))
+    joint = np.append(program.column("joint")[own][:count].astype(bool), True)
+    joint[0] = True
+    joint |= border
+    seen = places[joint]
+    s = np.unique(np.concatenate([grid.s[(grid.s > places[0]) & (grid.s < places[-1])], seen]))
     free = np.interp(s, grid.s, grid.free)
     v, bend, rate = (
         np.interp(s, grid.s, grid.v),
@@ -160,8 +169,8 @@ def nodes_of(
     )
     cell = np.diff(s)
     quick = np.minimum(np.diff(free), cell * 0.5 * (rate[1:] + rate[:-1]) / floor)
-    where = np.searchsorted(s, places)
-    blocks = where[np.flatnonzero(border)]
+    where = np.searchsorted(s, seen)
+    blocks = where[np.flatnonzero(border[joint])]
     if ends[0]:
         middle = np.searchsorted(s, 0.5 * (s[blocks[0]] + s[blocks[1]]))
         quick[:middle] = np.diff(free)[:middle]
@@ -172,14 +181,14 @@ def nodes_of(
     pace = np.maximum(v, floor)
     used = pace**2 * bend / scales.acceleration
     usual = near * SPACING[0] / SPACING[1]
-    with np.errstate(divide="ignore"):
-        at = np.where(bend > 1e-7, usual * np.clip(0.5 / np.sqrt(used), 1.0, _CALM), 1e3)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = np.where(used > _BENT, usual * np.clip(0.5 / np.sqrt(used), 1.0, _CALM), 1e3)
         at = np.minimum(at, np.maximum(_TURN / (bend * pace), 0.3 * near))
     at[where] = np.minimum(at[where], usual)
     at[blocks] = near
     at = lowered(at, _GROWTH * time)
     u = np.concatenate([[0.0], np.cumsum(quick * 0.5 * (1.0 / at[1:] + 1.0 / at[:-1]))])
-    blocks = _divided(where, border, u)
+    blocks = _divided(where, border[joint], u)
     each = np.maximum(np.ceil(np.diff(u[blocks]) - 0.2), 1).astype(np.int64)
     begin = np.repeat(blocks[:-1], each)
     number = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each) + 1
@@ -218,6 +227,8 @@ def nodes_of(
         tangent,
         speed,
         np.diff(at_time, prepend=0.0),
+        np.interp(node, s, v),
+        np.diff(np.interp(node, s, free), prepend=free[0]),
         first + found,
         part,
         vertex,
@@ -298,6 +309,7 @@ def _rooms(
     interval = np.searchsorted(node, places[1:-1], side="left")
     between = interval < total
     skipped = between & (node[np.minimum(interval, total - 1)] != places[1:-1])
+    skipped &= program.column("joint")[own][1:count].astype(bool)
     start, entry, leave = (
         program.column("start")[own],
         program.column("entry")[own],

@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 #: Barrier parameter at the start and at the end, and iterations at most.
-_START, _END, _MOST = 1e-3, 1e-7, 80
+_START, _END, _MOST = 1e-3, 1e-7, 120
 #: Weight of jerk squared: calms where the feed alone binds.
 _CALM = 0.01
 
@@ -32,7 +32,6 @@ class Problem:
         centre, direction: Shape (rows, n): a line through a point, or a point (direction 0).
         radius: Shape (rows,): how near the node is to it, mm.
         feed: Shape (N + 1,): speed over the weighed axes, infinite for none.
-        bend: Shape (N + 1,): acceleration across the tangent, infinite for none.
         between: Shape (N,): speed to which an interval is held between its nodes, its axes as well; infinite where it need not be.
         start, goal: Shape (3, n): position, velocity and acceleration at both ends.
     """
@@ -49,7 +48,6 @@ class Problem:
     direction: Floats
     radius: Floats
     feed: Floats
-    bend: Floats
     between: Floats
     start: Floats
     goal: Floats
@@ -114,7 +112,6 @@ def solve(
             first=given.first,
             rows=np.ascontiguousarray(rows),
             feed=unit / given.feed,
-            bend=unit / given.bend,
             between=unit / given.between,
             hlow=np.full(steps, 0.05),
             hhigh=np.full(steps, 8.0),
@@ -145,8 +142,8 @@ def solve(
         dzu=zeros(steps, 2 * U),
         zr=zeros(len(rows) + 1),
         dzr=zeros(len(rows) + 1),
-        zf=zeros(steps + 1, 2),
-        dzf=zeros(steps + 1, 2),
+        zf=zeros(steps + 1),
+        dzf=zeros(steps + 1),
         zm=zeros(steps, 2 * n + 1),
         dzm=zeros(steps, 2 * n + 1),
         P=zeros(steps + 1, N * N),

@@ -140,7 +140,7 @@ def straight(length: float, nodes: int) -> tuple[Problem, Floats]:
     given = Problem(
         np.full(2, V), np.full(2, A), np.full(2, J), np.ones(2), point, np.tile(t, (nodes + 1, 1)), np.full(nodes, 2.0 * h),
         np.concatenate([[0, 0], np.arange(1, nodes), [nodes - 1]]).astype(np.int64), point[1:-1].copy(), np.tile(t, (nodes - 1, 1)),
-        np.full(nodes - 1, 1e-3), np.full(nodes + 1, np.inf), np.full(nodes + 1, np.inf), np.full(nodes, np.inf), rest, goal,
+        np.full(nodes - 1, 1e-3), np.full(nodes + 1, np.inf), np.full(nodes, np.inf), rest, goal,
     )  # fmt: skip
     return given, velocity[:, None] * t
 
@@ -176,7 +176,9 @@ def test_places_of_points_on_a_closed_line_are_in_order() -> None:
     points = 1.001 * np.column_stack([np.cos(asked), np.sin(asked)])
     place = np.zeros(len(points))
     least = np.concatenate([[0.0], 0.8 * np.diff(asked)])
-    found = tube_places.match(line, way, points, np.full(len(points), 2e-3), least, 0.0, 0, True, place)
+    entry, leaving = np.zeros(len(points)), np.zeros(len(points), np.int64)
+    near = np.full(len(points), 2e-3)
+    found = tube_places.match(line, way, points, near, least, 0.0, 0.0, True, entry, leaving, place, np.zeros(1))
     assert found == len(points)
     assert np.abs(np.interp(place, np.arange(len(way)), way) - asked).max() < 1e-3
 
