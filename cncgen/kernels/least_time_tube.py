@@ -910,7 +910,6 @@ def _multipliers(tube: Tube, part: cython.double, reset: cython.bint) -> cython.
     n: cython.Py_ssize_t = tube.n
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
-    e: cython.Py_ssize_t
     m: cython.Py_ssize_t
     mu: cython.double = tube.mu
     s: cython.double
@@ -957,9 +956,7 @@ def _taken(tube: Tube, count: cython.Py_ssize_t, phi: cython.double, c: cython.d
     if not phi < 1e300:
         return False
     for i in range(count):
-        if not (
-            c <= max(0.99999 * tube.seen[i, 1], 1e-7) or phi <= tube.seen[i, 0] - 1e-5 * tube.seen[i, 1]
-        ):
+        if not (c <= max(0.99999 * tube.seen[i, 1], 1e-7) or phi <= tube.seen[i, 0] - 1e-5 * tube.seen[i, 1]):
             return False
     return True
 
@@ -1070,7 +1067,9 @@ def solve(tube: Tube, mu: cython.double, mu_end: cython.double, most: cython.int
         phi = _merit(tube, tube.x2, tube.u2, 0)
         if not phi < 1e308:
             return Found(-1, it, residual, off)
-        flat = flat + 1 if tube.mu <= mu_end and residual < 1e-4 and fabs(phi - last) < _FLAT * fabs(phi) else 0
+        flat = (
+            flat + 1 if tube.mu <= mu_end and residual < 1e-4 and fabs(phi - last) < _FLAT * fabs(phi) else 0
+        )
         closing |= flat > 1
         if part < _SHORT and residual < _SETTLED:
             delta = min(_MOST_DAMPING, max(_FIRST_DAMPING, _CHANGE * damping))

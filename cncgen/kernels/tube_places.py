@@ -118,7 +118,9 @@ def match(
         start = max(start, entry[p])
         while i < m - 2 and way[i + 1] < start:
             i += 1
-        from_part = (start - way[i]) / (way[i + 1] - way[i]) if way[i + 1] > way[i] and start > way[i] else 0.0
+        from_part = (
+            (start - way[i]) / (way[i + 1] - way[i]) if way[i + 1] > way[i] and start > way[i] else 0.0
+        )
         best = _nearest(line, i, min(from_part, 1.0), points[p], part)
         place[p] = i + part[0]
         for known in range(i + 1, leaving[p] + 1):

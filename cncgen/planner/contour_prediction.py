@@ -248,9 +248,15 @@ def predicted_errors(
     for trajectory in trajectories:
         profile = trajectory.profile
         last = np.ceil(profile.t[-1] / machine.period_s - 1e-9)
-        motion = motion_at(profile, np.arange(first, last) * machine.period_s)
+        ticks = np.arange(first, last) * machine.period_s
         columns = [trajectory.toolpath.axes.index(letter) for letter in letters]
-        tangent = trajectory.toolpath.path.evaluate(motion.s, 1)[1][:, columns]
-        found.append(model.run(tangent, motion.v)[0])
+        if trajectory.cubics is not None:
+            velocity = trajectory.cubics.at(ticks, 1)[1][:, columns]
+            speed = np.sqrt((velocity**2).sum(axis=1))
+            tangent = velocity / np.maximum(speed, 1e-12)[:, None]
+        else:
+            motion = motion_at(profile, ticks)
+            tangent, speed = trajectory.toolpath.path.evaluate(motion.s, 1)[1][:, columns], motion.v
+        found.append(model.run(tangent, speed)[0])
         first = last
     return np.concatenate(found)

@@ -231,7 +231,9 @@ def compare_interpolators(
     """
     _check_names("interpolator", names, INTERPOLATORS)
     exact = replace(options, interpolator="arclength")
-    planned = list(strategy(options.feedrate)(checked(toolpaths, machine, exact), machine, exact))
+    # Interpolators follow a path that is given, so the plan is one of the speed along it.
+    along = replace(options, interpolator="uniform")
+    planned = list(strategy(options.feedrate)(checked(toolpaths, machine, exact), machine, along))
     moved = axes or moving_axes(toolpaths)
     found = []
     for name in names:

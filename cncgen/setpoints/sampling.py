@@ -7,6 +7,7 @@ Every sample is computed from its own time, t = k · period, in the closed form 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,8 +141,14 @@ def _chunk(
     at = motion_at(trajectory.profile, ticks)
     letters = trajectory.toolpath.axes
     columns = [letters.index(letter) for letter in (axes or letters)]
-    orders = max((_DERIVATIVES.index(n) + 1 for n in signals if n in _DERIVATIVES), default=0)
+    orders = max(
+        (_DERIVATIVES.index(n) + 1 for n in signals if n in _DERIVATIVES), default=int("feed" in signals)
+    )
     x = path.evaluate(at.s, orders) if trajectory.cubics is None else trajectory.cubics.at(ticks, orders)
+    if trajectory.cubics is not None and orders:
+        # The length of its path by time is exact where pieces begin; so is the speed everywhere else.
+        along = [i for i, letter in enumerate(letters) if letter in "XYZ"]
+        at = replace(at, v=np.sqrt((x[1][:, along] ** 2).sum(axis=1)))
     if columns != list(range(len(letters))):
         x = x[:, :, columns]
     until = np.inf if last else (stop - 0.5) * period_s

@@ -19,8 +19,8 @@ def plan_least_time(
     Args:
         chunks: Consecutive stretches of one program; drawn in another thread.
         machine: Limits, period, chord tolerance, servo data.
-        options: The bound, servo data that stand in for the machine's, effort. With the effort ``together``, exact interpolation and no
-            saturation, path and speed are planned together where rows have a tolerance (`cncgen.planner.tube`).
+        options: The bound, servo data that stand in for the machine's, effort. With the effort ``together``, exact interpolation, no
+            saturation and no bound of the centripetal acceleration, path and speed are planned together where rows have a tolerance (`cncgen.planner.tube`).
 
     Yields:
         Trajectories, from rest to rest, as their speeds become final.
@@ -30,7 +30,10 @@ def plan_least_time(
         NoPlanError: No motion within the limits was found.
     """
     if options.max_contour_error_mm is None:
-        if options.effort != "together" or options.interpolator != "arclength" or options.saturation != "off":
+        along = (
+            options.effort != "together" or options.interpolator != "arclength" or options.saturation != "off"
+        )
+        if along or machine.max_centripetal_mm_s2 is not None:
             return plan_roundings(chunks, machine, options.mesh_effort)
         from cncgen.planner.tube import Programmed, improve
 

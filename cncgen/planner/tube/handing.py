@@ -123,8 +123,10 @@ class Hand:
         self.reference.trajectories.pop(0)
         self._taken -= 1
 
-    def improved(self, begin: float, nodes: Nodes, found: Solved, count: int) -> Iterator[Trajectory]:
-        """Hand on the first `count` intervals of a motion in the place of the plan."""
+    def improved(
+        self, begin: float, place: tuple[int, float], nodes: Nodes, found: Solved, count: int
+    ) -> Iterator[Trajectory]:
+        """Hand on the first `count` intervals of a motion in the place of the plan, from a row and the part of it that is behind."""
         yield from self.plain(begin)
         t = begin + self.later + np.concatenate([[0.0], np.cumsum(found.step[:count])])
         old = np.concatenate([[begin], nodes.t[:count]])
@@ -135,7 +137,7 @@ class Hand:
         template = held[0].toolpath
         while held and held[0].profile.t[-1] <= self.time + _ROUNDING and len(held) > 1:
             self._drop()
-        yield self._trajectory(template, nodes, found, count, t, due)
+        yield self._trajectory(template, place, nodes, found, count, t, due)
 
     def _rest(self, trajectory: Trajectory, begin: float) -> float:
         """Return when a trajectory first rests from a time on, before it moves; infinite if it does not."""
@@ -165,7 +167,14 @@ class Hand:
         return wait if wait > 1e-12 else 0.0
 
     def _trajectory(
-        self, template: Toolpath, nodes: Nodes, found: Solved, count: int, t: Floats, due: dict[str, Any]
+        self,
+        template: Toolpath,
+        begin: tuple[int, float],
+        nodes: Nodes,
+        found: Solved,
+        count: int,
+        t: Floats,
+        due: dict[str, Any],
     ) -> Trajectory:
         program, scale = self.program, self.program.scale
         x, v, a = (each[: count + 1] / scale for each in (found.position, found.velocity, found.acceleration))
@@ -180,18 +189,32 @@ class Hand:
         s = np.concatenate([[0.0], np.cumsum(length)])
         j = 6.0 * (length - h * (speed[:-1] + 0.5 * h * rate[:-1])) / h**3
         profile = Profile(t, s, speed[:-1], rate[:-1], j, np.zeros(count), self._limits(nodes, found, count))
-        row = nodes.row[:count]
-        first = np.flatnonzero(np.diff(row, prepend=-1))
-        last = np.append(first[1:], count)
-        own = row[first] - program.base
-        n = len(first)
+        first, stop, row_s = self._rows(begin, nodes, count, s)
+        own = slice(first - program.base, stop - program.base)
+        n = stop - first
+        end = np.stack([np.interp(row_s[1:], s, column) for column in x.T], axis=1)
         toolpath = Toolpath(
-            axes=template.axes, start=x[0], kind=np.full(n, Kind.LINE, np.int8), end=x[last], feed=program.column("feed")[own],
+            axes=template.axes, start=x[0], kind=np.full(n, Kind.LINE, np.int8), end=end, feed=program.column("feed")[own],
             feed_mode=np.full(n, FeedMode.SPEED, np.int8), path_mode=np.full(n, PathMode.CONTINUOUS, np.int8),
             tolerance=program.column("tolerance")[own], curve=np.full(n, -1, np.int64), line=program.column("line")[own],
             source=program.column("source")[own].astype(np.int16), arcs=empty_arcs(), nurbs=empty_nurbs(len(template.axes)), events=(), sources=template.sources,
         )  # fmt: skip
-        return Trajectory(toolpath, np.append(s[first], s[-1]), profile, cubics=cubics, **due)
+        return Trajectory(toolpath, row_s, profile, cubics=cubics, **due)
+
+    def _rows(self, begin: tuple[int, float], nodes: Nodes, count: int, s: Floats) -> tuple[int, int, Floats]:
+        """Return the first row of a motion, the one after its last, and where on the motion each begins and the last one ends.
+
+        Between nodes, rows have their part of the way by their lengths.
+        """
+        base = self.program.base
+        upto = np.concatenate([[0.0], np.cumsum(self.program.column("length"))])
+        row = np.concatenate([[begin[0]], nodes.row[:count]])
+        part = np.concatenate([[begin[1]], nodes.part[:count]])
+        reached = np.maximum.accumulate(upto[row - base] + part * (upto[row + 1 - base] - upto[row - base]))
+        first, stop = int(row[0]), int(row.max()) + 1
+        row_s = np.interp(upto[first - base : stop + 1 - base], reached, s)
+        row_s[0], row_s[-1] = s[0], s[-1]
+        return first, stop, row_s
 
     def _limits(self, nodes: Nodes, found: Solved, count: int) -> NDArray[np.int8]:
         """Return what binds in each interval."""

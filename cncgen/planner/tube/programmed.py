@@ -72,7 +72,9 @@ class Programmed:
         parts = self._columns.get(name)
         if not parts:
             return (
-                np.zeros((0, len(self.scale))) if name in ("start", "end", "entry", "leave", "bent") else np.zeros(0)
+                np.zeros((0, len(self.scale)))
+                if name in ("start", "end", "entry", "leave", "bent")
+                else np.zeros(0)
             )
         if len(parts) > 1:
             parts[:] = [np.concatenate(parts)]
@@ -140,6 +142,7 @@ class Programmed:
             "start": toolpath.starts[rows] * self.scale,
             "end": toolpath.end[rows] * self.scale,
         }
+
         # With the row before the first one, or beside itself where there is none.
         def before_it(name: str) -> np.ndarray:
             one = self.column(name)[-1:] if len(self) else columns[name][:1]

@@ -37,8 +37,11 @@ _ROUNDS, _MORE = 9, 1.25
 _LOCAL, _NARROWEST = 2, 0.1
 #: Part by which a velocity may be over its limit between nodes before it is held there.
 _OVER = 5e-5
-#: Part of the tolerance that is never planned with.
-_KEPT = 2e-4
+#: Part of its limits by which the solution of a round is moved inside them to start the next one.
+_PULLED = 0.01
+#: Part of the tolerance that is planned with by which a motion may be over it at the places that are looked at: that is a quarter of
+#: what is kept for what lies between them.
+_PASSED = 0.004
 #: A motion that is not faster by this part stays as it was.
 _LESS = 1e-5
 #: A row takes this part of its length on the plan at least, but for some tolerances.
@@ -65,6 +68,7 @@ class _Run:
         nodes: Those not yet handed on, without the one where the motion is.
         state: Shape (3, axes), the state there.
         s, t: Its place and time on the reference.
+        at, part: The row there, and the part of it that is behind.
         closed: Whether all nodes of the run are there.
         tail: A motion from there on to the reference that is known: solved intervals, and how many nodes they reach over.
     """
@@ -75,7 +79,8 @@ class _Run:
     state: Floats
     s: float
     t: float
-    vertex: int
+    at: int
+    part: float = 0.0
     closed: bool = False
     tail: tuple[Solved, int] | None = None
 
@@ -330,13 +335,13 @@ class Tube:
         found = self._solved(run, nodes, goal, columns) if len(columns) > 1 else None
         self.hand.windows += len(columns) > 1
         if found is not None and float(found.step.sum()) < (1.0 - _LESS) * before:
-            yield from self.hand.improved(run.t, nodes, found, final)
+            yield from self.hand.improved(run.t, (run.at, run.part), nodes, found, final)
             run.tail = None if whole else (_rest(found, final), count - final)
             run.state = np.stack([found.position[final], found.velocity[final], found.acceleration[final]])
         else:
             self.hand.kept += found is None and len(columns) > 1
             if tail is not None:
-                yield from self.hand.improved(run.t, nodes, tail[0], tail[1])
+                yield from self.hand.improved(run.t, (run.at, run.part), nodes, tail[0], tail[1])
                 final = tail[1]
             elif not whole:
                 # The plan goes on to a place where the next window may begin.
@@ -346,7 +351,7 @@ class Tube:
             run.tail = None
             run.state = self.reference.state(float(nodes.s[final - 1]), float(nodes.t[final - 1]))
         run.s, run.t = float(nodes.s[final - 1]), float(nodes.t[final - 1])
-        run.vertex = int(nodes.vertex[final - 1])
+        run.at, run.part = int(nodes.row[final - 1]), float(nodes.part[final - 1])
         run.nodes = run.nodes.nodes(final, len(run.nodes))
 
     def _solved(self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints) -> Solved | None:
@@ -357,15 +362,14 @@ class Tube:
         found: Solved | None = None
         held = np.zeros(len(nodes), bool)
         for number in range(_ROUNDS):
-            found = self._tried(run, nodes, goal, columns, radius, held)
+            found = self._tried(run, nodes, goal, columns, radius, held, found)
             if found is None:
                 return None
             fast = self._too_fast(found, nodes, columns) & ~held
             lifted = _spread(found, columns, run.state, len(self.scale))
             over = excess(self.program, nodes, found, columns, still, run.s, self.machine.period_s)
             allowed = self.program.column("tolerance")[nodes.row - self.program.base]
-            over = over + _KEPT * allowed
-            if not (over > 0.0).any() and not fast.any():
+            if not (over > _PASSED * allowed).any() and not fast.any():
                 return lifted
             if fast.any():
                 # The neighbours soon are, once these are held.
@@ -390,7 +394,14 @@ class Tube:
         return over | (np.sqrt((middle[:, columns < 3] ** 2).sum(axis=1)) > (1.0 + _OVER) * feed)
 
     def _tried(
-        self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints, radius: Floats, held: NDArray[np.bool_]
+        self,
+        run: _Run,
+        nodes: Nodes,
+        goal: Floats,
+        columns: Ints,
+        radius: Floats,
+        held: NDArray[np.bool_],
+        before: Solved | None,
     ) -> Solved | None:
         point = np.concatenate([run.state[:1], nodes.point])[:, columns]
         tangent = np.concatenate([np.zeros((1, len(self.scale))), nodes.tangent])[:, columns]
@@ -411,6 +422,22 @@ class Tube:
         feed = 0.9999 * np.append(nodes.feed[:1], nodes.feed)
         margin = 1.0 - 1e-6
         between = np.where(held, np.maximum(feed[1:], feed[:-1]), np.inf)
+        if before is not None:
+            given = Problem(
+                margin * velocity, margin * acceleration, margin * jerk, weight, point, tangent, before.step, first, centre, direction, radii,
+                feed, between, run.state[:, columns], goal[:, columns],
+            )  # fmt: skip
+            within = 1.0 - _PULLED
+            offset = before.position - point
+            offset += _inside(point + offset, tangent, first, centre, direction, radii, within, 0.0)
+            speed = before.velocity
+            along = np.sqrt(((speed * weight) ** 2).sum(axis=1))
+            speed = speed * np.minimum(1.0, within * feed / np.maximum(along, 1e-9))[:, None]
+            speed = np.clip(speed, -within * velocity, within * velocity)
+            bent = np.clip(before.acceleration, -within * acceleration, within * acceleration)
+            found = solve(given, speed, bent, offset, np.clip(before.jerk, -within * jerk, within * jerk))
+            if found.status == 1:
+                return found
         for part, steady in _STARTS:
             steps, speeds = (nodes.step, nodes.speed) if steady else (nodes.plan_step, nodes.plan_speed)
             steps = np.maximum(steps, 1e-3 * nodes.step) / part
@@ -422,7 +449,7 @@ class Tube:
             speed *= np.minimum(1.0, 0.9 / np.maximum((np.abs(speed) / velocity).max(axis=1), 1e-9))[:, None]
             along = np.sqrt(((speed * weight) ** 2).sum(axis=1))
             speed *= np.minimum(1.0, 0.9 * feed / np.maximum(along, 1e-9))[:, None]
-            rate = None
+            rate: Floats | None = None
             if not steady:
                 rate = np.zeros_like(speed)
                 rate[1:-1] = (speed[2:] - speed[:-2]) / (steps[1:] + steps[:-1])[:, None]
@@ -452,7 +479,7 @@ class Tube:
         keep = max(min(row, self.run.row if self.run else row) - 6, self.program.base)
         keep = min(keep, self.program.base + max(self.matched - 2, 0))
         if self.run is not None:
-            keep = min(keep, self.run.row)
+            keep = min(keep, self.run.row, self.run.at)
             self.run.first = max(self.run.first, keep)
         drop = keep - self.program.base
         if drop > 256 and self.places:
@@ -499,19 +526,26 @@ def _around(values: Floats, t: Floats, reach: float) -> Floats:
 
 
 def _inside(
-    point: Floats, tangent: Floats, first: Ints, centre: Floats, direction: Floats, radius: Floats
+    point: Floats,
+    tangent: Floats,
+    first: Ints,
+    centre: Floats,
+    direction: Floats,
+    radius: Floats,
+    part: float = 0.9,
+    deep: float = 0.5,
 ) -> Floats:
-    """Return offsets of the first guess that lie well within the room, shape (nodes, n)."""
+    """Return offsets that bring points well within the room, shape (nodes, n): within a part of it, and those beyond that deeper by so much of the rest."""
     out = np.zeros_like(point)
     owner = np.repeat(np.arange(len(point)), np.diff(first))
     for number in range(8):
         away = point[owner] + out[owner] - centre
         away -= (away * direction).sum(axis=1)[:, None] * direction
         size = np.sqrt((away**2).sum(axis=1))
-        over = np.flatnonzero(size > 0.9 * radius)
+        over = np.flatnonzero(size > (part + 1e-9) * radius)
         if not len(over):
             break
-        push = -away[over] * (1.0 - 0.4 * radius[over] / size[over])[:, None]
+        push = -away[over] * (1.0 - (part - deep) * radius[over] / size[over])[:, None]
         if number < 4:
             # Within the plane of the node, if that is enough.
             t = tangent[owner[over]]

@@ -15,6 +15,8 @@ Ints = NDArray[np.int64]
 
 #: Barrier parameter at the start and at the end, and iterations at most.
 _START, _END, _MOST = 1e-3, 1e-7, 120
+#: Barrier parameter at the start from the solution of a similar problem.
+_AGAIN = 1e-4
 #: Weight of jerk squared: calms where the feed alone binds.
 _CALM = 0.01
 
@@ -74,13 +76,18 @@ class Solved:
 
 
 def solve(
-    given: Problem, velocity: Floats, acceleration: Floats | None = None, offset: Floats | None = None
+    given: Problem,
+    velocity: Floats,
+    acceleration: Floats | None = None,
+    offset: Floats | None = None,
+    jerk: Floats | None = None,
 ) -> Solved:
     """Solve a problem.
 
     Args:
         given: The problem.
         velocity, acceleration, offset: Shape (N + 1, n), first guess at the nodes; strictly within the limits and the room.
+        jerk: Shape (N, n), strictly within the limits, where the guess solves a problem that is nearly this one.
     """
     n, steps = len(given.velocity), len(given.step)
     unit = float(np.min(given.radius)) if len(given.radius) else 0.01
@@ -93,6 +100,8 @@ def solve(
     scale = np.stack([np.full(n, unit), given.velocity, given.acceleration])
     for at, state in ((0, given.start), (-1, given.goal)):
         x[at] = ((state - np.stack([given.point[at], np.zeros(n), np.zeros(n)])) / scale).T
+    if jerk is not None:
+        u[:, :n] = jerk / given.jerk
     u[:, n] = 1.0
     state = x.reshape(steps + 1, 3 * n)
     node = np.repeat(np.arange(steps + 1), np.diff(given.first))
@@ -153,7 +162,7 @@ def solve(
         seen=zeros(_MOST + 2, 2),
     )
     tube = kernel.Tube(problem, work)
-    found = kernel.solve(tube, _START, _END, _MOST)
+    found = kernel.solve(tube, _START if jerk is None else _AGAIN, _END, _MOST)
     p, v, a = (x * scale.T).transpose(2, 0, 1)
     return Solved(
         given.point + p,
