@@ -99,10 +99,19 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         code = 0
     except OSError as error:
-        messages.error(f"{error.filename or 'output'}: {error.strerror or error}")
+        messages.error(f"{error.filename or _nameless()}: {error.strerror or error}")
         code = 2
     _silence_closed_streams()
     return code
+
+
+def _nameless() -> str:
+    """Return what an error of the system is about that names no file: the working directory, if it is gone."""
+    try:
+        os.getcwd()
+    except OSError:
+        return "the working directory"
+    return "output"
 
 
 def _run(arguments: Sequence[str] | None) -> int:

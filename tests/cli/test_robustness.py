@@ -766,3 +766,13 @@ def test_control_characters_of_a_message_are_printed_as_escapes(
     (in_folder / "m.nc").write_text("G21\n(MSG,a\x1b[31mb\x07)\nM2\n")
     assert app.run(["canon", "m.nc"]) == 0
     assert 'MESSAGE("a\\x1b[31mb\\x07")' in capsys.readouterr().out
+
+
+def test_a_working_directory_that_is_gone_is_named(
+    in_folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (in_folder / "gone").mkdir()
+    monkeypatch.chdir(in_folder / "gone")
+    (in_folder / "gone").rmdir()
+    assert app.run(["plan", str(in_folder / "small.nc"), "-o", "small.csv"]) == 2
+    assert "the working directory: No such file or directory" in capsys.readouterr().err

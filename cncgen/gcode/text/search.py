@@ -18,18 +18,26 @@ def search_path(program: Path | None, include: Sequence[Path]) -> list[Path]:
 
 
 def candidates(folder: Path, name: str) -> list[Path]:
-    """Return the files of a folder that may hold a subprogram, the best first (names are case-insensitive)."""
+    """Return the files of a folder that may hold a subprogram, the best first (names are case-insensitive).
+
+    A symbolic link that leads out of the folder is passed over: a program opens no file beyond the search path.
+    """
     exact = folder / f"{name}.ngc"
     try:
-        if exact.is_file():
+        if _holds(folder, exact):
             return [exact]
         if not folder.is_dir():
             return []
         wanted = [f"{spelling}{suffix}".lower() for spelling in _spellings(name) for suffix in _SUFFIXES]
-        found = [path for path in folder.iterdir() if path.name.lower() in wanted and path.is_file()]
+        found = [path for path in folder.iterdir() if path.name.lower() in wanted and _holds(folder, path)]
         return sorted(found, key=lambda path: (wanted.index(path.name.lower()), path.name))
     except (OSError, ValueError):  # no name of a file: too long, or with a NUL
         return []
+
+
+def _holds(folder: Path, path: Path) -> bool:
+    """Tell whether a path is a file that lies in a folder or below it, links followed."""
+    return path.is_file() and (not path.is_symlink() or path.resolve().is_relative_to(folder.resolve()))
 
 
 def _spellings(name: str) -> Iterator[str]:
