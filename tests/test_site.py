@@ -35,6 +35,11 @@ RUN = {
 }
 #: Blocks that no test runs, and why.
 NOT_RUN = {
+    (
+        "docs/extensions.md",
+        "python",
+    ): "modules of a package that is another's",
+    ("docs/extensions.md", "toml"): "the project file of that package",
     ("docs/sweep.md", "python"): "needs a cluster with Slurm",
     ("docs/sweep.md", "sh"): "sweeps take minutes; tests/sweep runs smaller ones",
     ("docs/sweep.md", "toml"): "sweeps take minutes; tests/sweep runs smaller ones",

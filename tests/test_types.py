@@ -129,6 +129,7 @@ OPEN_ARGUMENTS = {
     "sweep/machine_keys.py:_with.value": "a value of a machine file, as TOML has it: it is checked when the machine is read",
     "sweep/optimisation.py:_told.trial": "a trial of optuna, which may be missing",
     "sweep/showing.py:_failures.columns": "columns of pyarrow, which may be missing",
+    "kernels/plain/*": "what Cython's names take, any value: they do nothing without a compiler",
     "toolpath/building.py:*": "columns of any dtype",
     "verify/verdict.py:breach.values": "numbers and names of a diagnostic",
 }
