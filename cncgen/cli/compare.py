@@ -122,7 +122,7 @@ def _controllers(
     from cncgen.planner import plan
     from cncgen.report.comparing import compare_controllers, controller_table
     from cncgen.servo.named_schemes import settings_of
-    from cncgen.servo.reference import programmed_path, reference_of
+    from cncgen.servo.wanted_motion import programmed_path, reference_of
     from cncgen.setpoints import sample
 
     settings = settings_of(load_coupling(source))

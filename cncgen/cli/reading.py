@@ -18,8 +18,8 @@ from cncgen.extensions import FORMATS, SUFFIXES, is_format
 if TYPE_CHECKING:
     from cncgen.pipeline import Plan
     from cncgen.planner import PlanOptions
-    from cncgen.servo.reference import WantedMotion
     from cncgen.servo.uncertainty import Perturbation
+    from cncgen.servo.wanted_motion import WantedMotion
     from cncgen.toolpath.reading import ReadOptions
     from cncgen.toolpath.record import Program
 
@@ -152,7 +152,7 @@ def reference_of(name: str, machine: str, planning: dict[str, Any], reading: dic
     from dataclasses import replace
 
     from cncgen.pipeline import machine_of, plan, sample, sound
-    from cncgen.servo.reference import programmed_path, reference_of
+    from cncgen.servo.wanted_motion import programmed_path, reference_of
     from cncgen.setpoints.readers import open_setpoints
 
     if is_setpoint_file(name):

@@ -27,8 +27,8 @@ from cncgen.cli.types import FILE, FiniteRange
 
 if TYPE_CHECKING:
     from cncgen.servo.record import Response
-    from cncgen.servo.reference import WantedMotion
     from cncgen.servo.uncertainty import Perturbation
+    from cncgen.servo.wanted_motion import WantedMotion
     from cncgen.setpoints.stream import SetpointStream
 
 
@@ -144,8 +144,8 @@ def _more(
     """Return errors against the wanted motion, and figures of drawn machines; `how` are servo data and controller."""
     from cncgen.pipeline import coupling_of, servos_of
     from cncgen.servo.named_schemes import settings_of
-    from cncgen.servo.reference import judged_against
     from cncgen.servo.response_spread import drawn_figures, figures_of_response, spread_values
+    from cncgen.servo.wanted_motion import judged_against
     from cncgen.setpoints.record import Setpoints
 
     found: dict[str, Any] = {}

@@ -14,10 +14,10 @@ from cncgen.report.comparison import Fluctuation, StrategyFigures
 from cncgen.report.tables import number, text_table
 from cncgen.servo.command_limits import breaks
 from cncgen.servo.named_schemes import Settings, scheme_maker
-from cncgen.servo.reference import WantedMotion, judged_against
 from cncgen.servo.scheme import SchemeMaker
 from cncgen.servo.simulate import shaped_command, simulate_scheme
 from cncgen.servo.summary import summarize
+from cncgen.servo.wanted_motion import WantedMotion, judged_against
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import ORDER_NAMES, file_unit
 

@@ -15,9 +15,9 @@ from cncgen.planner.record import SharpCorner
 from cncgen.servo.contour import contour_error
 from cncgen.servo.identification.log import AxisLog
 from cncgen.servo.record import Response
-from cncgen.servo.reference import WantedMotion, laid_over
 from cncgen.servo.response_csv import force_in_files
 from cncgen.servo.simulate import contour_axes
+from cncgen.servo.wanted_motion import WantedMotion, laid_over
 from cncgen.setpoints.columns import file_units, position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import to_file
@@ -135,7 +135,7 @@ def against(data: PlotData, wanted: WantedMotion, responses: Sequence[Response])
     """Return the data of a response with the wanted motion in the place of its command, and the distance from its path.
 
     Raises:
-        UsageError: The two do not fit (`cncgen.servo.reference`).
+        UsageError: The two do not fit (`cncgen.servo.wanted_motion`).
     """
     rows, _, contour, _ = laid_over(wanted, responses)
     title = f"{data.title}, against {wanted.name}"

@@ -5,7 +5,7 @@
     loop                    plant and controller joined to the closed loop of an axis (`AxisLoop`), as tables for the kernel
     scheme, named_schemes   the loops of all axes, with what shapes their setpoints or couples them (`Scheme`)
     bank, simulate          runs a scheme along setpoints: `Setpoints` → `Response`
-    contour, summary        contour error and other figures of a response; `reference` judges it by the wanted motion
+    contour, summary        contour error and other figures of a response; `wanted_motion` judges it by the program
     norm_optimal, learning  commands that make the axes follow better, within their limits; `compensation` judges them
     mirror, inversion       such commands as the papers have them
     shaping                 commands that excite no vibration

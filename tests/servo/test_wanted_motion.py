@@ -11,10 +11,10 @@ from cncgen.machine import load_machine
 from cncgen.machine.record import Servo
 from cncgen.pipeline import plan, read, read_text, sample
 from cncgen.report.plot_data import against, of_response
-from cncgen.servo.reference import judged_against, programmed_path, reference_of
 from cncgen.servo.response_spread import drawn_figures, interval, spread_values
 from cncgen.servo.simulate import simulate
 from cncgen.servo.uncertainty import Perturbation
+from cncgen.servo.wanted_motion import judged_against, programmed_path, reference_of
 
 from .bench import circle, profile, stream
 
