@@ -85,7 +85,12 @@ def under_fire(folder: Path, results: str, kills: int, chance: random.Random) ->
             results = f"{results}+"
             process = begun(folder, results)
             continue
-        victims = children_of(process.pid) if chance.random() < 0.5 else []
+        of_workers = chance.random() < 0.5
+        while of_workers and process.poll() is None and not children_of(process.pid):
+            time.sleep(0.05)
+        victims = children_of(process.pid) if of_workers else []
+        if of_workers and not victims:
+            continue
         if victims:
             os.kill(chance.choice(victims), signal.SIGKILL)
             workers += 1
