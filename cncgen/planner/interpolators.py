@@ -27,7 +27,7 @@ from cncgen.planner.motion import motion_at, time_at
 from cncgen.planner.options import TWO_STAGE, PlanOptions
 from cncgen.planner.profile_parts import arrival_at, cut, joined
 from cncgen.planner.record import Limit, Profile, Trajectory
-from cncgen.planner.stateline import hold_together
+from cncgen.planner.stateline_interpolation import hold_together
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
@@ -64,7 +64,7 @@ def retime(
     """Return the trajectories as the interpolator of the options would travel them; `arclength` changes nothing,
     nor does two-stage interpolation, which changes the setpoints instead.
 
-    `taylor1` and `taylor2` are Yeh and Sun 2008, eqs 3.2 and 3.1; `stateline` is `cncgen.planner.stateline`.
+    `taylor1` and `taylor2` are Yeh and Sun 2008, eqs 3.2 and 3.1; `stateline` is `cncgen.planner.stateline_interpolation`.
     """
     if options.interpolator in ("arclength", *TWO_STAGE):
         return trajectories

@@ -13,7 +13,7 @@ from cncgen.machine import Machine, load
 from cncgen.machine.record import Servo
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.motion import motion_at
-from cncgen.planner.stateline import Stateline
+from cncgen.planner.stateline_interpolation import Stateline
 from cncgen.report.comparison import compare_interpolators
 from cncgen.toolpath.record import Toolpath
 

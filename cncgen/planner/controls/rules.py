@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
 from cncgen.machine.record import Machine
-from cncgen.planner.controls.blocks import Blocks, weakest
-from cncgen.planner.controls.look_ahead import AllowedSpeeds
+from cncgen.planner.controls.control_blocks import Blocks, weakest
+from cncgen.planner.controls.trapezoids import AllowedSpeeds
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

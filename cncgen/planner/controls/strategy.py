@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, Severity
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
-from cncgen.planner.controls.blocks import Blocks, blocks_of
-from cncgen.planner.controls.look_ahead import AllowedSpeeds, cut_at, entry_speeds, trapezoids
+from cncgen.planner.controls.control_blocks import Blocks, blocks_of
 from cncgen.planner.controls.rules import CONTROLS, Control
+from cncgen.planner.controls.trapezoids import AllowedSpeeds, cut_at, entry_speeds, trapezoids
 from cncgen.planner.limits.row_limits import RowLimits
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import Kind, Toolpath

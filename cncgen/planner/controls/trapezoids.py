@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.planner.controls.blocks import Blocks
+from cncgen.planner.controls.control_blocks import Blocks
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
