@@ -38,7 +38,8 @@ class _Order:
 class AxisJudge:
     """The finite differences of one axis, and its travel, as its positions come in.
 
-    A k-th difference may be over its limit by what rounding can make of it, 2ᵏ (resolution / 2) / Tᵏ.
+    A k-th difference may be over its limit by what rounding can make of it, 2ᵏ (resolution / 2 + ε) / Tᵏ. Here ε is the distance
+    of neighbouring doubles at the farthest position: half of it where a position was computed, half where it was read.
     """
 
     def __init__(self, axis: Axis, period_s: float, resolution: float) -> None:
@@ -91,6 +92,7 @@ class AxisJudge:
 
     def _differences(self, x: Floats, lines: Lines) -> None:
         difference = np.concatenate([self._before, x])
+        spacing = float(np.spacing(np.abs(difference).max()))
         around = np.concatenate([self._lines, lines])
         for k, order in enumerate(self._orders, start=1):
             difference = np.diff(difference)
@@ -102,7 +104,8 @@ class AxisJudge:
                 back = k - (k + 1) // 2
                 order.value, order.sample = float(size[worst]), self._count + worst - back
                 order.line = int(around[3 + worst - back])
-            order.over += int(np.count_nonzero(size > order.limit * MARGIN + order.rounding))
+            rounding = order.rounding + 2.0**k * spacing / self._period**k
+            order.over += int(np.count_nonzero(size > order.limit * MARGIN + rounding))
         self._before, self._lines = np.concatenate([self._before, x])[-3:], around[-3:]
 
     def _look_outside(self, x: Floats, lines: Lines) -> None:

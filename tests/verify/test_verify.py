@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import itertools
+from dataclasses import replace
 from pathlib import Path as FilePath
 from types import ModuleType
 
@@ -16,10 +17,11 @@ import cncgen
 from cncgen import pipeline
 from cncgen.diagnostics import ProgramError, Severity, UsageError
 from cncgen.geometry.tables import ArcTable, NurbsTable
-from cncgen.machine import Machine
+from cncgen.machine import Machine, load_machine
 from cncgen.toolpath.record import Kind, PathMode
 from cncgen.verify import Verdict, verify
 from cncgen.verify.flatten import CHORD_MM, flatten
+from cncgen.verify.limits import AxisJudge
 
 spec = importlib.util.spec_from_file_location("verify_fixtures", FilePath(__file__).parent / "conftest.py")
 assert spec is not None
@@ -388,3 +390,20 @@ def test_where_one_axis_turns_back_on_a_curve_the_path_reaches_the_turn() -> Non
     machine = cncgen.load_machine("generic-mill")
     points = np.concatenate([each.points for each in flatten(cncgen.read_text(text).chunks(), machine)])
     assert points[:, 3].max() == pytest.approx(0.83**2 / 1.46, abs=1e-6)
+
+
+def test_far_positions_may_have_the_rounding_of_doubles() -> None:
+    """An axis stands midway between two ninth decimals, which a file writes in turn.
+
+    At 1e6 mm doubles are 1.16e-10 mm apart, so the two decimals are read as 1.05e-9 mm apart: 4.19 mm/s³ at 1 ms, where the
+    decimals alone explain 4.
+    """
+    axis = replace(load_machine("xy-table").axes["X"], max_jerk=1e-3)
+    judge = AxisJudge(axis, 1e-3, 1e-9)
+    position = np.tile([1e6, float("1000000.000000001")], 500)
+    judge.feed(position, np.ones(1000, np.int64))
+    assert [peak.broken for peak in judge.finish()[0]] == [0, 0, 0]
+    judge = AxisJudge(axis, 1e-3, 1e-9)
+    position[::2] -= 1e-9
+    judge.feed(position, np.ones(1000, np.int64))
+    assert judge.finish()[0][2].broken > 0

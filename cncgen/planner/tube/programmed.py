@@ -126,6 +126,8 @@ class Programmed:
             & (tolerance >= LEAST_TOLERANCE)
             & (mode != FeedMode.RAPID)
         )
+        # A tolerance below that of chords leaves the motion no room that its setpoints would not use up.
+        free &= USED * tolerance >= self._chord
         free &= path.moves_xyz[rows] & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0)
         columns = {
             "line": toolpath.line[rows],

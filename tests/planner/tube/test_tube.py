@@ -193,3 +193,25 @@ def test_the_summary_counts_windows(tmp_path: Path) -> None:
     found = json.loads(json.dumps(summary.as_json()))
     assert found["tolerance_windows"] == 1
     assert found["tolerance_windows_kept"] == 0
+
+
+def test_a_tolerance_below_that_of_chords_leaves_the_plan_as_it_is() -> None:
+    """The motion would use up what chords of 1 µm need: it was 3 nm over on the arc of this program."""
+    text = "\n".join(
+        [
+            "G21 G90 G17 G64 P0.00009 F548.8",
+            "G1 X0.0003 Y0.0391",
+            "X-0.0376 Y-0.0198",
+            "G0 X0.0585 Y-0.0317",
+            "G1 X0.0536 Y-0.0046",
+            "X0.0252 Y-0.0397",
+            "G91 G2 X0.066 Y0 I0.033 J0",
+            "M2",
+            "",
+        ]
+    )
+    program, slow = cncgen.read_text(text), machine(7.0, 100.0, 2e4)
+    verdict = cncgen.judge(cncgen.sample(cncgen.plan(program, slow)), cncgen.read_text(text), slow)
+    assert len(verdict.breaches) == 0
+    # Of the motion; chords of this period add less than 0.1 µm.
+    assert verdict.setpoints_to_path_mm < 2e-4
