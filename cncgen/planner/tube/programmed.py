@@ -127,7 +127,7 @@ class Programmed:
             & (mode != FeedMode.RAPID)
         )
         # A tolerance below that of chords leaves the motion no room that its setpoints would not use up.
-        free &= USED * tolerance >= self._chord
+        free &= tolerance >= self._chord
         free &= path.moves_xyz[rows] & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0)
         columns = {
             "line": toolpath.line[rows],
@@ -137,7 +137,7 @@ class Programmed:
             "feed": feed,
             "free": free,
             "stop": stop,
-            "tolerance": np.maximum(np.where(free, USED * tolerance, 0.0), self._chord),
+            "tolerance": np.where(free, USED * tolerance, self._chord),
             "entry": entry,
             "leave": leave,
             "bent": bent,
