@@ -33,7 +33,7 @@ INTERPOLATORS = (
 SATURATIONS = ("off", "reactive", "predictive")
 PROFILES = ("bell", "linear", "exponential")
 CONTROLS = ("linuxcnc", "grbl", "exact-stop")
-EFFORTS = ("best", "fast")
+EFFORTS = ("best", "fast", "together")
 LEAST_CONTOUR_ERROR_MM = 1e-6
 
 
@@ -272,8 +272,8 @@ planning_options = _gathering(
     _choice(
         "--effort",
         EFFORTS,
-        "Method of optimal: path and speed chosen together within the tolerance of G64 (docs/tube.md), or the speed along a smoothed path with "
-        "less computing.",
+        "Method of optimal: shortest motion along the smoothed path, shortest computing, or path and speed chosen together within "
+        "the tolerance of G64 (docs/tube.md).",
     ),
     click.option(
         "--path-tolerance",

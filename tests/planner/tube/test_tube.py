@@ -77,7 +77,7 @@ def program(name: str, tolerance: float) -> str:
 
 def planned(text: str, on: Machine, **asked: object) -> tuple[float, list[str]]:
     """Return the motion time, and what verifying finds broken."""
-    asked = {"effort": "best", **asked}
+    asked = {"effort": "together", **asked}
     stream, summary = cncgen.plan_with_summary(cncgen.read_text(text), on, **asked)
     chunk = stream.collect()
     seconds = float(summary.as_json()["motion_time_s"])
@@ -187,7 +187,7 @@ def test_places_of_points_on_a_closed_line_are_in_order() -> None:
 
 def test_the_summary_counts_windows(tmp_path: Path) -> None:
     stream, summary = cncgen.plan_with_summary(
-        cncgen.read_text(program("zigzag", 0.05)), machine(), effort="best"
+        cncgen.read_text(program("zigzag", 0.05)), machine(), effort="together"
     )
     stream.collect()
     found = json.loads(json.dumps(summary.as_json()))
