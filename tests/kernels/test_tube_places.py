@@ -21,8 +21,9 @@ def matched(
     way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
     place = np.full(len(points), np.nan)
     count = len(points)
+    entry, leaving, part = np.zeros(count), np.zeros(count, np.int64), np.zeros(1)
     found = kernel.match(
-        line, way, points, np.full(count, within), np.full(count, least), 0.0, 0, last, place
+        line, way, points, np.full(count, within), np.full(count, least), 0.0, 0.0, last, entry, leaving, place, part
     )
     return place[:found]
 

@@ -125,6 +125,7 @@ class Programmed:
             (toolpath.path_mode[rows] == PathMode.CONTINUOUS)
             & (tolerance >= LEAST_TOLERANCE)
             & (mode != FeedMode.RAPID)
+            & (mode != FeedMode.INVERSE_TIME)
         )
         # A tolerance below that of chords leaves the motion no room that its setpoints would not use up.
         free &= tolerance >= self._chord
