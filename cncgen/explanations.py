@@ -9,7 +9,6 @@ import re
 import tomllib
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from pathlib import Path
 
 #: The rooms that report diagnostics, each with a file ``explanations.toml``.
@@ -74,7 +73,7 @@ class Explanation:
 @cache
 def _room(name: str) -> dict[str, dict[str, str]]:
     """Return the table of a room."""
-    file = resources.files("cncgen").joinpath(name, "explanations.toml")
+    file = Path(__file__).parent / name / "explanations.toml"
     return tomllib.loads(file.read_text(encoding="utf-8"))
 
 

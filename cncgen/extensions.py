@@ -59,6 +59,13 @@ def is_binary(name: str) -> bool:
     return bool(getattr(foreign_module(FORMAT_GROUP, name), "BINARY", True))
 
 
+def is_brought(group: str, name: str) -> bool:
+    """Tell whether an installed package has an entry point of that name."""
+    from importlib.metadata import entry_points
+
+    return bool(tuple(entry_points(group=group, name=name)))
+
+
 def foreign_module(group: str, name: str) -> ModuleType:
     """Load what an entry point names.
 

@@ -168,9 +168,13 @@ def last_words(number: int) -> None:
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    """Show a remark of ours; what a library warns of says nothing to a user (tests make errors of it)."""
+    """Show a remark of ours, or that kernels are slow; warnings of libraries say nothing to a user (tests make errors of them)."""
+    from cncgen.kernels import UncompiledWarning
+
     if isinstance(message, RemarkWarning):
         messages.show([message.diagnostic])
+    elif isinstance(message, UncompiledWarning):
+        messages.warning(str(message))
 
 
 def _silence_closed_streams() -> None:

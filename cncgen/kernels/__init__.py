@@ -23,6 +23,10 @@ import warnings
 from pathlib import Path
 
 
+class UncompiledWarning(RuntimeWarning):
+    """Kernels run as plain Python."""
+
+
 def uncompiled() -> list[str]:
     """Return the names of the kernel modules that have no compiled form beside their source."""
     here = Path(__file__).parent
@@ -32,13 +36,13 @@ def uncompiled() -> list[str]:
 
 
 def warn_if_uncompiled() -> None:
-    """Warn once (a RuntimeWarning) where kernels run as plain Python."""
+    """Warn once (an `UncompiledWarning`) where kernels run as plain Python."""
     slow = uncompiled()
     if slow:
         warnings.warn(
             f"kernels run uncompiled, some 50 times slower ({', '.join(slow)}): "
             "reinstall where a C compiler is present",
-            RuntimeWarning,
+            UncompiledWarning,
             stacklevel=2,
         )
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, BinaryIO
 
 from cncgen.arguments import expect, expect_path, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
-from cncgen.extensions import DIALECT_GROUP, foreign_module, part_of
+from cncgen.extensions import DIALECT_GROUP, foreign_module, is_brought, part_of
 from cncgen.files import STANDARD, open_input
 from cncgen.toolpath.reading import DIALECTS, ReadOptions
 
@@ -165,6 +165,8 @@ def _in_own_dialect(
         or options.dialect in DIALECTS
         or reader.__name__ != _READERS["gcode"]
     ):
+        return file, _reading(options)
+    if not is_brought(DIALECT_GROUP, str(options.dialect)):
         return file, _reading(options)
     module = foreign_module(DIALECT_GROUP, str(options.dialect))
     base = str(part_of(module, "BASE", "say which dialect it translates to"))

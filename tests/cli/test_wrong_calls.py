@@ -122,7 +122,7 @@ def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("plot s.csv -o a.png --kinds force", 2, "has no forces"),
         ("report part.nc -o none/a.html", 2, "its directory does not exist"),
         ("machines show nope", 2, "there is no machine profile 'nope'"),
-        ("machines list", 2, "No such command 'list'"),
+        ("machines list", 2, "there is no machine profile 'list'"),
         ("codes --dialect foo", 2, "'foo' is not one of"),
         ("canon part.nc --table-units cubit", 2, "'cubit' is not one of"),
         ("check", 2, "Missing argument 'PROGRAM...'"),

@@ -23,7 +23,18 @@ def matched(
     count = len(points)
     entry, leaving, part = np.zeros(count), np.zeros(count, np.int64), np.zeros(1)
     found = kernel.match(
-        line, way, points, np.full(count, within), np.full(count, least), 0.0, 0.0, last, entry, leaving, place, part
+        line,
+        way,
+        points,
+        np.full(count, within),
+        np.full(count, least),
+        0.0,
+        0.0,
+        last,
+        entry,
+        leaving,
+        place,
+        part,
     )
     return place[:found]
 

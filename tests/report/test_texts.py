@@ -45,9 +45,23 @@ def test_strategies_and_interpolators_as_values() -> None:
     assert "fault" not in found["strategies"][0]
     assert found["strategies"][1] == {"feedrate": "optimal", "fault": "why"}
     assert found["interpolators"] == [
-        {"interpolator": "taylor1", "max_part": 0.0123, "rms_part": 0.0045, "time_s": 2.5}
+        {
+            "interpolator": "taylor1",
+            "max_part": 0.0123,
+            "rms_part": 0.0045,
+            "time_s": 2.5,
+            "path_error_mm": None,
+            "contour_max_mm": None,
+        }
     ]
-    assert cells(comparing.interpolator_table([fluctuation]))[1] == ["taylor1", "1.23", "0.45", "2.5000"]
+    assert cells(comparing.interpolator_table([fluctuation]))[1] == [
+        "taylor1",
+        "1.23",
+        "0.45",
+        "2.5000",
+        "-",
+        "-",
+    ]
 
 
 def controlled(name: str) -> dict[str, object]:
@@ -143,8 +157,8 @@ def test_margins_of_an_integrator() -> None:
     loop = OpenLoop("X", 0.001, lambda w: 100.0 / (1j * w))
     text = tuned.margin_text(loop, bode=False)
     assert "\n" not in text
-    assert text.startswith("X: gain margin inf, phase margin 90.0°, modulus margin 1.00")
-    assert text.endswith(f"crossover {100.0 / (2.0 * math.pi):.3g} Hz")
+    assert text.startswith("X: gain margin infinite, phase margin 90.0°, modulus margin 1.00")
+    assert text.endswith(f"crossover {100.0 / (2.0 * math.pi):.3g} Hz, sampled every 1 ms")
     head, titles, *rows = tuned.margin_text(loop).splitlines()
     assert head == text
     assert titles.split() == ["frequency", "Hz", "magnitude", "dB", "phase", "°"]

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from cncgen.diagnostics import UsageError
-from cncgen.setpoints.checking import MAX_POSITION, check_range
+from cncgen.ranges import POSITION
+from cncgen.setpoints.checking import check_range
 from cncgen.setpoints.events import EventWriter
 from cncgen.setpoints.readers import open_setpoints
 from cncgen.setpoints.readers.blocks import SHOWN_ROWS, FileBlock, stream_of
@@ -114,10 +115,10 @@ def test_faults_beyond_those_that_are_shown_are_counted(bad: int, tmp_path: Path
 
 def test_one_setpoint_out_of_the_world_is_named() -> None:
     rows = np.zeros((4, 2))
-    rows[2, 1] = -1.01 * MAX_POSITION
+    rows[2, 1] = -1.01 * POSITION
     with pytest.raises(UsageError, match=r"setpoint 12 of axis Y is -1.01e\+08, beyond ±1e\+08"):
         check_range(Setpoints("XY", T, 10, rows))
-    rows[2, 1] = -MAX_POSITION
+    rows[2, 1] = -POSITION
     check_range(Setpoints("XY", T, 10, rows))
 
 

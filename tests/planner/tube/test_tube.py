@@ -211,7 +211,9 @@ def test_a_tolerance_below_that_of_chords_leaves_the_plan_as_it_is() -> None:
         ]
     )
     program, slow = cncgen.read_text(text), machine(7.0, 100.0, 2e4)
-    verdict = cncgen.judge(cncgen.sample(cncgen.plan(program, slow, effort="together")), cncgen.read_text(text), slow)
+    verdict = cncgen.judge(
+        cncgen.sample(cncgen.plan(program, slow, effort="together")), cncgen.read_text(text), slow
+    )
     assert len(verdict.breaches) == 0
     # Of the motion; chords of this period add less than 0.1 µm.
     assert verdict.setpoints_to_path_mm < 2e-4
