@@ -112,7 +112,8 @@ def test_window_hands_on_before_the_end(lines: Callable[..., Toolpath], table: M
         nonlocal drawn
         for i in range(1600):
             drawn += 1
-            yield lines([(2 * i, 0), (2 * i + 1, 0.3), (2 * i + 2, 0)], 50.0)
+            x = 0.4 * i - 400.0
+            yield lines([(x, 0), (x + 0.2, 0.06), (x + 0.4, 0)], 50.0)
 
     trajectories = plan(chunks(), table, PlanOptions(feedrate="ild", lookahead_rows=8))
     next(iter(trajectories))
