@@ -76,9 +76,9 @@ def command(
     from cncgen.pipeline import plan_with_summary
     from cncgen.report.summary import as_text
 
-    if control is not None and (output is not None or format is not None):
+    if control is not None and (output is not None or format is not None or signals):
         raise click.UsageError(
-            f"--as {control} estimates times; it has no setpoints to write with -o or --format"
+            f"--as {control} estimates times; it has no setpoints to write with -o, --format or --signals"
         )
     names = tuple(name.strip() for name in signals.split(",") if name.strip())
     kind = setpoint_format(output, format)

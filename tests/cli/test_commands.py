@@ -443,6 +443,8 @@ def test_an_estimate_has_times_and_no_setpoints(
 ) -> None:
     assert run(["plan", str(part), "--as", "grbl", "-o", str(tmp_path / "x.csv")]) == 2
     assert "it has no setpoints to write" in capsys.readouterr().err
+    assert run(["plan", str(part), "--as", "grbl", "--signals", "vel"]) == 2
+    assert "it has no setpoints to write" in capsys.readouterr().err
     assert run(["plan", str(part), "--as", "grbl", "--summary", str(tmp_path / "s.json")]) == 0
     said = capsys.readouterr()
     assert said.out == ""

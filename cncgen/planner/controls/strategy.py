@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,7 +116,5 @@ def _rests(blocks: Blocks, speed: Floats, rows: int) -> NDArray[np.bool_]:
 
 def _marked(following: Blocks, depth: int, first: int) -> Blocks:
     """Return the first blocks of the next chunk, their rows numbered from `first` on."""
-    from dataclasses import replace
-
     part = following.part(slice(0, depth))
     return replace(part, row=part.row + first)
