@@ -1,4 +1,4 @@
-"""What each diagnostic means: its cause, its cure and an example, from ``explanations.toml`` of the room that reports it.
+"""The cause, the cure and an example of each diagnostic, from ``explanations.toml`` of the room that reports it.
 
 The examples of most codes of G-code are the programs of ``programs/bad``, whose first lines name the codes that they give.
 """
@@ -34,7 +34,7 @@ _BAD = [Path(__file__).resolve().parents[up] / "programs" / "bad" for up in (0, 
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """What one diagnostic means.
+    """The explanation of one diagnostic.
 
     Attributes:
         code: Name of the diagnostic.
@@ -42,7 +42,7 @@ class Explanation:
         cause: One or two sentences.
         cure: What to do.
         file, example: Name and text of a file that gives the diagnostic; "" for none.
-        command: What to run on that file.
+        command: Run on that file, it gives the diagnostic.
     """
 
     code: str

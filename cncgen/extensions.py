@@ -79,7 +79,7 @@ def foreign_module(group: str, name: str) -> ModuleType:
         raise UsageError(Diagnostic("extension", f"no installed package brings {name!r} of {group}"))
     try:
         module: ModuleType = found[0].load()
-    except Exception as error:  # what a package of others does when it is loaded is not known
+    except Exception as error:  # code of others may raise anything
         text = f"{found[0].value}, which brings {name!r} of {group}, cannot be loaded: {error}"
         raise UsageError(Diagnostic("extension", text)) from error
     return module

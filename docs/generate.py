@@ -1,4 +1,4 @@
-"""What is made of the commands and the diagnostics: pages of the site, the manual page, completions of shells.
+"""Make files of the commands and the diagnostics: pages of the site, the manual page, completions of shells.
 
 python docs/generate.py        # writes docs/shell again (a test holds it), and docs/generated, which the site takes
 """
@@ -50,7 +50,7 @@ def help_of(name: str, command: click.Command) -> str:
 
 
 def command_page() -> str:
-    """Return the page of all commands: what ``--help`` prints of each."""
+    """Return the page of all commands, with the output of ``--help`` of each."""
     parts = ["# Commands\n\nThis page is what `--help` prints of each command.\n"]
     for name, command in [("cncgen", cli), *commands()]:
         level = "#" * (1 + len(name.split()))

@@ -1,4 +1,4 @@
-"""`cncgen explain`: what a diagnostic means, with its cause, its cure and an example."""
+"""`cncgen explain`: the cause of a diagnostic, its cure and an example."""
 
 from __future__ import annotations
 

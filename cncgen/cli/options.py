@@ -216,7 +216,7 @@ program_options = _gathering(
         "--max-steps",
         metavar="N",
         type=click.IntRange(min=1),
-        help="Blocks executed before a program counts as endless [default: what takes some seconds].",
+        help="Blocks executed before a program counts as endless [default: some seconds of work].",
     ),
 )
 

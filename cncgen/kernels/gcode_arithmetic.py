@@ -1,8 +1,7 @@
 """Arithmetic of G-code's expressions: operators and functions of numbers, angles in degrees.
 
-The language is LinuxCNC's (``grammars/gcode.lark``); what operators and functions mean stands in
-`cncgen.gcode.text.expressions`. What has no value (a division by zero, a root of a negative number) is NaN here, and the
-interpreter says what is wrong.
+The language is LinuxCNC's (``grammars/gcode.lark``); `cncgen.gcode.text.expressions` defines operators and functions. An
+expression without a value (a division by zero, a root of a negative number) gives NaN here, and the interpreter says why.
 
 `gcode_values` calls these functions as C, by ``gcode_arithmetic.pxd``.
 """

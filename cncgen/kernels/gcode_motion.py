@@ -3,8 +3,8 @@
 Source: T. R. Kramer, F. M. Proctor and E. Messina, The NIST RS274NGC Interpreter, version 3, NISTIR 6556 (2000), sections
 3.5.1 to 3.5.3.
 
-What the loop does not take for certain it leaves: it stops before the block, and the interpreter, which knows the
-whole language and every error, executes that one.
+The loop stops before a block that it does not take for certain; the interpreter, which knows the whole language and
+every error, executes that one.
 
     words of a block ──► `_Block` (which words, the codes) ──► end point ──► centre of an arc ──► a row
 """
@@ -51,7 +51,7 @@ _ANY_AXIS = cython.declare(cython.uint, 0x1FF)
 _ANY_OFFSET = cython.declare(cython.uint, 0xE00)
 _RADIUS = cython.declare(cython.uint, 1 << 12)
 _FEED = cython.declare(cython.uint, 1 << 13)
-#: What a letter is other than the slot of its word.
+#: Letters that have no slot of their own.
 _CODE = cython.declare(cython.int, 14)
 _OTHER = cython.declare(cython.int, -1)
 
@@ -61,7 +61,7 @@ _letter: cython.int
 for _letter in range(26):
     _SLOT[_letter] = b"xyzabcuvwijkrfg".find(97 + _letter)
 
-#: What is in force, from `modes` and `levels`; `first` and `second` are the columns of the plane's axes, `offsets` the
+#: The modes in force, from `modes` and `levels`; `first` and `second` are the columns of the plane's axes, `offsets` the
 #: slots of the offsets that an arc in it may have, `silent` is TAKE_COMMENTS.
 _Modes = cython.struct(
     motion=cython.int,

@@ -25,7 +25,7 @@ _COMMENT = cython.declare(cython.int, COMMENT)
 _ACTIVE = cython.declare(cython.int, ACTIVE)
 _NUMBERED = cython.declare(cython.int, NUMBERED)
 
-#: What a byte begins where a word may begin; O-words and all that is not named here are the grammar's.
+#: Kinds of bytes where a word may begin; O-words and all that is not named here are the grammar's.
 _WORD = cython.declare(cython.int, 1)
 _BLANK = cython.declare(cython.int, 2)
 _LINE_END = cython.declare(cython.int, 3)
@@ -240,7 +240,7 @@ def _line(
                 break
             flags |= _COMMENT | _ACTIVE if remark.active else _COMMENT
             i = remark.after
-        elif kind == _SEMICOLON:  # what follows it is never passed on
+        elif kind == _SEMICOLON:  # comments behind it are never passed on
             flags |= _COMMENT
             i = _line_end(text, i)
         elif kind == _DELETE and words == first and flags == 0:

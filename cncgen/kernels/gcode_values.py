@@ -1,11 +1,11 @@
 """Compute lines of G-code on the spot: expressions, parameters and settings, straight from the bytes to numbers.
 
-What the grammar reads into functions of the parameters, which pay where a line runs again and again, is computed here
-while it is read. Like `gcode_scan` it judges nothing: a line that it does not take for certain (a value that the
-machine's state enters, an unknown name, a division by zero, any code but those of plain motions) is left untouched, and
-the interpreter reads it, which knows the whole language and every error.
+The grammar reads expressions into functions of the parameters, which pay where a line runs again and again; here they are
+computed while they are read. Like `gcode_scan` it judges nothing. A line that it does not take for certain is left to the
+interpreter, which knows the whole language and every error: a value that the machine's state enters, an unknown name, a
+division by zero, any code but those of plain motions.
 
-The language is LinuxCNC's (``grammars/gcode.lark``); what operators and functions mean stands in `cncgen.gcode.text.expressions`.
+The language is LinuxCNC's (``grammars/gcode.lark``); `cncgen.gcode.text.expressions` defines operators and functions.
 """
 
 import cython
@@ -381,7 +381,7 @@ class Computer:
         self._read_name()
         if not self.certain:
             return 0.0
-        # What tells the machine's state is not stored, so it is not found.
+        # Parameters that tell the machine's state are not stored, so they are not found.
         stored: dict = self.named if self.everywhere else self.local
         value = stored.get(self.name)
         if value is None:

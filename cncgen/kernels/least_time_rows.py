@@ -59,8 +59,8 @@ def _moves(
 def _idle(problem: Problem, k: cython.Py_ssize_t, a: cython.Py_ssize_t) -> cython.bint:
     """Tell whether axis `a` can never bind in interval `k`: it stands, or on a straight interval another binds first.
 
-    A derivative that changes the direction by rounding over the length `h` of the interval is none. What differs by less
-    than `_ALIKE` is alike, lest rounding say how many rows a problem has.
+    A derivative that changes the direction by no more than rounding over the length `h` of the interval counts as zero.
+    Values that differ by less than `_ALIKE` count as equal, lest rounding say how many rows a problem has.
     """
     h: cython.double = problem.h[k]
     b: cython.Py_ssize_t

@@ -15,7 +15,7 @@ from cython.cimports.libc.math import fabs, log, sqrt
 _RHO = cython.declare(cython.double, 1e7)
 #: Part of the way to a bound that a step may go.
 _TAU = cython.declare(cython.double, 0.99)
-#: What a multiplier may be off its central value by, as a factor (Wächter and Biegler (2006), eq. 16).
+#: Largest ratio of a multiplier to its central value, and of that to it (Wächter and Biegler (2006), eq. 16).
 _OFF = cython.declare(cython.double, 1e10)
 #: A step is halved so often at most.
 _HALVINGS = cython.declare(cython.int, 6)
@@ -239,7 +239,7 @@ def _add_middle(
         weight = tube.zm[k, 2 * i] / (1.0 + y) + tube.zm[k, 2 * i + 1] / (1.0 - y) + 2.0 * zf * size
         bend = tube.zm[k, 2 * i + 1] - tube.zm[k, 2 * i] + 2.0 * zf * size * y
         g = mu / (1.0 - y) - mu / (1.0 + y) + mu / sf * 2.0 * size * y
-        # What the speed's gradient has of this axis, without its sign.
+        # This axis's part of the speed's gradient, without its sign.
         w[i] = 2.0 * size * y
         total += w[i] * gh
         f = 3 * i

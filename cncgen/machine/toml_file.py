@@ -76,7 +76,7 @@ def parse_toml(content: bytes, name: str, kind: str = "machine") -> tuple[dict[s
     Args:
         content: UTF-8 text.
         name: Name of the file in messages.
-        kind: What the file describes; codes of diagnostics begin with it.
+        kind: Name of the thing that the file describes; codes of diagnostics begin with it.
 
     Raises:
         UsageError: It is not UTF-8, not TOML, or nested beyond reason.

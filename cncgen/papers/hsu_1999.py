@@ -80,7 +80,7 @@ CONSTANT = {
 #: Printed parameter step of uniform interpolation.
 STEP = "0.0015"
 _QUANTITIES = (("tracking error", "µm"), ("contour error", "µm"), ("speed variation", "µm/s"))
-#: What is chosen otherwise in the column of sensitivity, for each controller.
+#: Choices that differ in the column of sensitivity, for each controller.
 _OTHERS = {
     "p": ("no friction", Choices(friction=False)),
     "zpetc": ("exact model", Choices(model_share=1.0)),

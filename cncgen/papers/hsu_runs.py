@@ -50,11 +50,11 @@ M30
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """What the paper does not say, as the tables have it.
+    """Values that the paper leaves out, inferred from its tables.
 
     Attributes:
         model_share: Gain of ZPETC's model over the axis's.
-        floor_um_s: What measuring adds to the standard deviation of the speed, µm/s.
+        floor_um_s: The part of the speed's standard deviation that measuring adds, µm/s.
         tcf_share: Natural frequency of the task frame over that of the settings.
         ccc_share: Gains of the cross coupling over 8 and 100/s.
         friction: Whether the axes have their Coulomb friction.

@@ -1,4 +1,4 @@
-"""What a compensated command gains, as the lines that a person reads."""
+"""The gain of a compensated command, as the lines that a person reads."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ _MOST_BARS = 12
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """A line of a table of sensitivities: what is varied, and its shares of the variance."""
+    """A line of a table of sensitivities: a varied value and its shares of the variance."""
 
     column: str
     first: float

@@ -38,7 +38,7 @@ def drawn_figures(
 ) -> dict[str, Floats]:
     """Return figures of drawn machines by name, shape (draws,) each; inf where the machine is unstable.
 
-    What shapes the setpoints or couples the axes is designed on the nominal machine.
+    Shapers of the setpoints and couplings of the axes are designed on the nominal machine.
 
     Args:
         setpoints: The motion.

@@ -182,7 +182,7 @@ class WorkplanEntry:
         ident: Number of its entity.
         work: The work below it; None where that is not counted.
         step: Of a workingstep.
-        children: Those that it holds.
+        children: The executables within it.
         deeper: It holds others that are nested deeper than is listed.
     """
 

@@ -94,7 +94,7 @@ class ClusterWorkers:
         return done
 
     def close(self) -> None:
-        """Leave the cluster; what is not done is cancelled."""
+        """Leave the cluster; batches that are not done are cancelled."""
         self._client.cancel(list(self._running))
         self._client.close()
 

@@ -51,20 +51,20 @@ class SearchGoal:
 
 @dataclass(frozen=True, slots=True)
 class SweepDefinition:
-    """What a sweep computes.
+    """A sweep as its file describes it.
 
     Attributes:
         name: Of the file.
         text: The file.
         programs: Bundles by the names of the programs.
         machines: Tables by the names of the machines.
-        options: Those that are not varied.
-        quantities: What is varied.
+        options: Options with one value for all jobs.
+        quantities: The varied keys and options.
         design: One of `DESIGNS`.
-        points: Of a draw.
-        seed: Of a draw.
-        figures: What is kept.
-        search: Instead of a design, or None.
+        points: Points of a drawn design.
+        seed: Seed of a drawn design.
+        figures: Names of the figures that are kept.
+        search: The goal of a search, which takes the place of a design; or None.
         remarks: Notes on what is doubtful.
     """
 

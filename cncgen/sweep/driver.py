@@ -59,7 +59,7 @@ Watch = Callable[[Progress], None]
 
 @dataclass(frozen=True, slots=True)
 class Outlook:
-    """What a sweep has to do.
+    """The jobs of a sweep, done and missing.
 
     Attributes:
         laid: All of its jobs.

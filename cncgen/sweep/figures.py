@@ -1,4 +1,4 @@
-"""The figures of a job: what `plan`, `simulate`, `verify` and `cut` say of a program on a machine, by name.
+"""The figures of a job, by name: numbers that `plan`, `simulate`, `verify` and `cut` give for a program on a machine.
 
 A name is the key of the command's summary, with dots for tables within it: ``cycle_time_s``, ``peak.x.jerk_of_limit``. Where
 two commands have a figure of the same name, ``simulate.samples`` says which is meant.
@@ -137,7 +137,7 @@ def computed(
         Each figure by its name; None where it does not exist (contour error of a rotary axis alone, say).
 
     Raises:
-        CncgenError: What the stages raise.
+        CncgenError: As the stages raise it.
     """
     wanted = {name: stage_of(name) for name in figures}
     stages = {found[0] for found in wanted.values() if found}
@@ -218,7 +218,7 @@ class _Evaluation:
         return verdict.as_json() | {"breaches": verdict.breaches.total}
 
     def cut(self) -> dict[str, Any]:
-        """Return what is cut."""
+        """Return the summary of material removal."""
         from cncgen.pipeline.removing import cut
 
         given = {name: self._options[name] for name in CUTTING if name in self._options}

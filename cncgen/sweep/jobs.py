@@ -1,7 +1,7 @@
-"""Jobs: one program on one machine with options, its key, and its row. A job is a pure function of what its key is made of.
+"""Jobs: one program on one machine with options, its key, and its row. Jobs with the same key give the same row.
 
 The key is the SHA-256 of the hash of the program (with the files that travel with it), the machine's tables, the options, the
-figures and the code of cncgen: the same job has the same key in every process and on every computer, and gives the same row.
+figures and the code of cncgen, so a job has the same key in every process and on every computer.
 """
 
 from __future__ import annotations
@@ -69,11 +69,11 @@ class SweepJob:
 
 @dataclass(frozen=True, slots=True)
 class JobOutcome:
-    """What came of a job.
+    """The figures of a job, or the reason why it failed.
 
     Attributes:
         key: The job's.
-        figures: Values by name; none of a job that failed.
+        figures: Values by name; empty where the job failed.
         code, error: Code and text of the diagnostic of a job that failed; else "".
     """
 
@@ -166,7 +166,7 @@ def compute_batch(version: str, batch: Sequence[SweepJob]) -> tuple[list[JobOutc
 
 
 def compute(job: SweepJob) -> JobOutcome:
-    """Compute one job; what goes wrong in it becomes its outcome."""
+    """Compute one job; an error in it becomes its outcome."""
     from cncgen.machine.reading import machine_from_tables
     from cncgen.sweep.figures import computed
 

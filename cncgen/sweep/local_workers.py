@@ -14,7 +14,7 @@ from typing import Protocol
 from cncgen.sweep.jobs import Bundle, JobOutcome, SweepJob, code_version, compute_batch, take_bundles
 
 Batch = tuple[SweepJob, ...]
-#: What came of a batch: outcomes and seconds; None where its worker died.
+#: A batch with its outcomes and seconds; None instead where its worker died.
 Done = tuple[Batch, tuple[list[JobOutcome], float] | None]
 
 
@@ -33,7 +33,7 @@ class Workers(Protocol):
         """Wait for batches, at most so long; return those that are done or whose worker died."""
 
     def close(self) -> None:
-        """Give up what is not done."""
+        """Give up the batches that are not done."""
 
 
 def processors() -> int:
@@ -87,7 +87,7 @@ class LocalWorkers:
         return done
 
     def close(self) -> None:
-        """End the processes; what they compute is given up."""
+        """End the processes and give up their batches."""
         for process in list((self._pool._processes or {}).values()):
             process.terminate()
         self._pool.shutdown(wait=True, cancel_futures=True)

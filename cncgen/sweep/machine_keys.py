@@ -63,8 +63,8 @@ def with_value(tables: Tables, pattern: str, value: Value, relative: bool) -> Ta
     Args:
         tables: Of a machine.
         pattern: As `matched` takes it.
-        value: What the keys get.
-        relative: Whether the value is a factor of what they have.
+        value: New value of the keys.
+        relative: Whether it is a factor of their old values.
     """
     for path in matched(pattern, tables):
         before = value_at(tables, path)
@@ -76,7 +76,7 @@ def with_value(tables: Tables, pattern: str, value: Value, relative: bool) -> Ta
 
 
 def _with(tables: Tables, path: list[str], value: Any) -> Tables:
-    """Return a copy of tables with a value at a path; what the path does not touch is shared."""
+    """Return a copy of tables with a value at a path; tables off the path are shared with the original."""
     changed = dict(tables)
     inner = changed.get(path[0])
     if len(path) == 1:

@@ -1,4 +1,4 @@
-"""What a sweep varies: a key of machine files or an option, and the values that it takes.
+"""The quantities of a sweep: a key of machine files or an option each, and the values that it takes.
 
 A design gives numbers u between 0 and 1; a quantity turns them into values. A uniform u gives values of the quantity's own
 law, by the inverse of its distribution function.

@@ -1,4 +1,4 @@
-"""What `cncgen sweep show` tells of a folder of results."""
+"""The output of `cncgen sweep show`: tables of a folder of results."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from cncgen.sweep.machine_keys import Tables, tables_of
 if TYPE_CHECKING:
     from cncgen.sweep.definition import SweepReader
 
-#: Files beside a program, all together: what every worker keeps in memory.
+#: Bytes of the files beside a program, all together: every worker keeps them in memory.
 _MOST_BYTES = 1_000_000_000
 
 

@@ -50,7 +50,7 @@ def quantities_of(reader: SweepReader, table: dict[str, Any]) -> tuple[Varied, .
         if isinstance(value, dict):
             quantity = _quantity(reader, path, key, value)
         elif not isinstance(value, list):
-            hint = "what has one value stands in [options] or in the machine file"
+            hint = "a single value stands in [options] or in the machine file"
             text = f"{path}: must be a list, or a table like {{ log = [1, 10], count = 5 }}"
             reader.fault("sweep-type", path, f"{text}; is {toml_value_shown(value)}", hint)
         if quantity is not None:
@@ -156,7 +156,7 @@ def _identified(reader: SweepReader, path: str, key: str, table: dict[str, Any])
     """Return the quantity that an identification's summary describes for the axis of ``axes.x.servo``."""
     parts = key.split(".")
     if len(parts) != 3 or parts[0] != "axes" or parts[2] != "servo":
-        text = f"{path}: what is identified is the servo of an axis"
+        text = f"{path}: identified gives the servo data of an axis, so its key must be axes.NAME.servo"
         reader.fault("sweep-value", path, text, '"axes.x.servo" = { identified = "x.json" }')
         return None
     try:

@@ -290,7 +290,7 @@ _REMARKS = {
 
 
 def remark(ip: Interpreter, block: Block) -> None:
-    """Say, once in a run, what a word is taken for."""
+    """Remark once in a run on a word that changes no motion."""
     kind = round(block.words["remark"])
     if -kind not in ip.remarked:
         ip.remarked.add(-kind)
@@ -343,7 +343,7 @@ CODES = (
         "remark",
         Stage.COMMENT,
         remark,
-        "what a word is taken for",
+        "a note on a word that changes no motion",
         title="M92",
         named=("remark",),
         dialects=(DIALECT,),

@@ -26,7 +26,7 @@ def profile_lines(ip: Interpreter, label: Label, after: Cursor) -> Iterator[list
 
     Args:
         ip: The interpreter, whose parameters the lines read and set.
-        label: What the subroutine is called.
+        label: The subroutine's name.
         after: The line behind its beginning.
 
     Raises:

@@ -10,13 +10,13 @@ from cncgen.gcode.text.labels import Cursor
 
 
 class Node:
-    """A line that was read: what it does or where it leads, and the line after it.
+    """A line that was read: its effect or the place it leads to, and the line after it.
 
     Attributes:
         cursor, after: Where it begins, and where the next line begins.
         run: Effect of a block; None for O-words, and for lines that do nothing.
         successor: Gives the place that an O-word leads to, None for the next line; None for blocks.
-        block: An empty block at its place, for what is said of it.
+        block: An empty block at its place, for diagnostics.
         offset: Where it stands in the main program; -1 in other texts.
         following: Node of the next line, once it was needed.
         target, landing: Where it led last, and the node of that place.

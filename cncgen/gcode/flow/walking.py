@@ -78,7 +78,7 @@ class Walker:
         self._parts.pending.flush()
         if self._recurrence.found(back.cursor):
             if self._parts.faults.found:
-                # What was wrong before may be what would have ended it.
+                # A faulty line before may be the one that would have ended it.
                 raise Astray
             self._parts.ip.base.block = node.block
             message = f"back to line {back.cursor.line} with everything as it was there before: this goes on for ever"

@@ -92,7 +92,7 @@ class Motions:
         self.pole = 0j
         self.polar = (0.0, 0.0)
         self.rounding = 0.0
-        #: G70 counts lengths in inches and F in mm: what F is multiplied by.
+        #: Factor of F, since G70 counts lengths in inches and F in mm.
         self.feed_scale = 1.0
         self.modal: tuple[str, tuple[Node | None, ...] | None] | None = None
         self.in_modal = False

@@ -201,7 +201,7 @@ def binary(name: str, a: Value, b: Value, arithmetic: Arithmetic = LINUXCNC) -> 
         return computed
     step = function, b if callable(b) else _constant(b)
     if hasattr(a, "steps"):
-        # What is on the left of an operator is on the left of no other one: it may grow.
+        # The left operand of an operator is not the left operand of another one, so it may grow.
         a.steps.append(step)
         return a
     return _row(a, [step])

@@ -15,7 +15,7 @@ from cncgen.gcode.text.parsers import parser
 from cncgen.gcode.text.syntax_hints import hint_for, missing_number, number_hint
 from cncgen.kernels import gcode_parse
 
-#: What people call the grammar's tokens.
+#: Names of the grammar's tokens in messages.
 _NAMES = {
     "WORD": "a word",
     "LETTER": "a word",
@@ -76,7 +76,7 @@ _OUTSIDE = (
 _KEYWORD = re.compile(r"[A-Za-z]+")
 #: A command to grbl: ``$H``, ``$110=500``, ``$J=G91 X1``, and those of one character.
 _TO_GRBL = re.compile(r"\s*(?:\$(?:[$#GgIiNnCcHhXx]\s*(?:;|\Z)|[0-9]+\s*=|[Jj]\s*=)|[?~!]\s*(?:;|\Z))")
-#: What has no meaning outside comments: capital letters (of ASCII: no other character is a letter here) and blanks.
+#: Outside comments, capital letters mean the same as small ones (of ASCII: no other character is a letter here), and blanks nothing.
 _BARE = {**{c: c + 32 for c in range(ord("A"), ord("Z") + 1)}, **dict.fromkeys(b" \t\r")}
 _PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
 
@@ -274,7 +274,7 @@ def _found(rest: str) -> str:
 def _expected_names(before: str, expected: list[str]) -> list[str]:
     """Return what people call the tokens that could stand behind the text before."""
     if before.count("[") > before.count("]"):
-        # The parser's states do not tell how a value ends; what cannot stand within brackets is left out.
+        # The parser's states do not tell how a value ends; tokens that cannot stand within brackets are left out.
         expected = [name for name in expected if name not in _OUTSIDE]
     named = {} if set(expected) <= _FOLLOWERS else _NAMES
     return list(dict.fromkeys(named.get(name, name) for name in expected))

@@ -63,7 +63,7 @@ class Labels:
 
     Attributes:
         marks: All of them, in order.
-        computes: Whether the label of one is computed: what it is called changes as the program runs.
+        computes: Whether the label of one is computed, so that it changes as the program runs.
     """
 
     def __init__(self, source: Source, index: int, dialect: str) -> None:
@@ -194,7 +194,7 @@ def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
     for begin, line, match in _line_matches(source, _LINE):
         opening = _OPENING.match(match[1]) if dialect == "linuxcnc" else None
         if opening:
-            # What stands behind the keyword may be wrong, which is said where the line runs; jumps lead to it all the same.
+            # A fault behind the keyword is reported where the line runs; jumps lead to the line in any case.
             written = opening[1].decode("utf-8", "replace")
             label: Value | str = _label(written)
             keyword = opening[2].decode("ascii").lower()

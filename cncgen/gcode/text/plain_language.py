@@ -86,7 +86,7 @@ _NOT_READ = {
 }
 _HINT = "--dialect reads other texts as G-code"
 _WORDS_HINT = "a word is letters with a value: X+10, IY-2.5, X+Q1, DR-, R0, F200, FMAX, M3"
-#: What TOOL CALL adds to a tool's length, radius and radius of its corner.
+#: Words of TOOL CALL that add to a tool's length, radius and radius of its corner.
 _OVERSIZE = re.compile(rf"(?P<kind>D(?:L|R2|R)(?!2)){_VALUE}", re.IGNORECASE)
 #: Motions that end where their axis words say.
 _LEADING = re.compile(r"\s*(?:\d+\s+)?(?:L|C|CR)(?=[\sXYZABCUVWI])", re.IGNORECASE)

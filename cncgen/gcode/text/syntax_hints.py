@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-#: What stands before the place (its end is matched), what stands there, and the help.
+#: Patterns of the text before the place (matched at its end) and of the text there, and the help.
 _HINTS = tuple(
     (re.compile(before + r"\Z"), re.compile(there), text)
     for before, there, text in (
@@ -96,7 +96,7 @@ _UNIT = re.compile(r"[0-9.](?:m\Z|i\Z)")
 
 
 def hint_for(before: str, there: str) -> str:
-    """Return a line of help for a place in a normalised block: what stands before it and from it on."""
+    """Return a line of help for a place in a normalised block, by the text before it and from it on."""
     if not before and _STARTS_WITH_NUMBER.match(there):
         return "a block begins with a letter: is N missing before the number?"
     if _LABEL.search(before) and _LETTERS.match(there):

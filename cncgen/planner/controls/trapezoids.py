@@ -1,4 +1,4 @@
-"""AllowedSpeeds of blocks under a look-ahead of so many of them, and the trapezoids between."""
+"""Speeds at the ends of blocks under a bounded look-ahead, and the trapezoids of speed between them."""
 
 from __future__ import annotations
 
