@@ -33,6 +33,11 @@ _LEAST_MM = 1e-9
     type=FiniteRange(min=_LEAST_MM),
     help="Write runs of short lines as curves (G6.2) within TOL mm.",
 )
+@click.option(
+    "--stock",
+    metavar="STOCK",
+    help="Raw piece to write into STEP-NC: box:X0,Y0,Z0,X1,Y1,Z1 or cylinder:X,Y,DIAMETER,Z0,Z1, mm [default: the program's].",
+)
 @control_option
 @program_options
 @message_options
@@ -42,6 +47,7 @@ def command(
     to: str | None,
     linearize: float | None,
     fit: float | None,
+    stock: str | None,
     machine: str | None,
     reading: dict[str, Any],
 ) -> None:
@@ -55,7 +61,8 @@ def command(
     from cncgen.pipeline import language_of, sound
 
     target = to or (language_of(output, b"") if output else "gcode")
-    with opened(program, reading, machine=machine) as source:
+    piece = _raw_piece(stock, target)
+    with opened(program, reading | {"workingsteps": target == "stepnc"}, machine=machine) as source:
         chunks = sound(source)
         if fit is not None:
             from cncgen.planner.smoothing.fitted import fit_runs
@@ -70,7 +77,7 @@ def command(
             if linearize is not None:
                 chunks = lines_alone(chunks, linearize)
             stream = io.StringIO()
-            write_ap238(chunks, stream, source.name)
+            write_ap238(chunks, stream, source.name, stock=piece)
             text = stream.getvalue()
         else:
             from cncgen.stepnc import gcode_lines
@@ -79,6 +86,22 @@ def command(
             lines = list(gcode_lines(chunks, source.name, linearize, describe))
             text = "\n".join(lines) + "\n"
     write_text(output, text)
+
+
+def _raw_piece(text: str | None, target: str) -> dict[str, Any] | None:
+    """Return the raw piece of ``--stock`` as AP238 has it.
+
+    Raises:
+        UsageError: It is not a box or a cylinder, or G-code is written, which has no place for it.
+    """
+    if text is None:
+        return None
+    from cncgen.diagnostics import Diagnostic, UsageError
+    from cncgen.removal.stock import stock_of_option
+
+    if target != "stepnc":
+        raise UsageError(Diagnostic("usage", "--stock goes with STEP-NC as output; G-code has no raw piece"))
+    return stock_of_option(text).solid_values()
 
 
 def _entities(program: str) -> Any:

@@ -14,7 +14,7 @@ from cncgen.toolpath.reading import ReadOptions
 if TYPE_CHECKING:
     from cncgen.removal.record import Cutter, Removal, Target
     from cncgen.removal.stock import Stock
-    from cncgen.stepnc.model import Solid
+    from cncgen.stepnc.geometry.solids import Solid
     from cncgen.toolpath.record import Toolpath
 
 #: Columns along the longer side of a stock by which `check` cuts generated toolpaths.

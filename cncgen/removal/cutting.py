@@ -96,7 +96,7 @@ class Cutting:
         elif event.name == "spindle" and "direction" in values:
             state.direction = int(values["direction"])
         elif event.name == "synchronise":
-            state.tapping = values.get("pitch_mm") is not None
+            state.tapping = bool(values.get("tap"))
 
     def _stretch(self, lines: Lines, part: Floats, grid: Floats, findings: Findings) -> None:
         """Cut along lines with the tool that is in the spindle."""

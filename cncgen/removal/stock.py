@@ -6,6 +6,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,19 @@ class Stock:
     low: Floats
     high: Floats
     triangles: Floats | None = None
+
+    def solid_values(self) -> dict[str, Any]:
+        """Return ``kind`` (``block`` or ``cylinder``), ``frame`` (4 x 4) and ``size`` (mm), as STEP-NC has raw pieces.
+
+        A mesh becomes the box round it.
+        """
+        frame, size = np.eye(4), self.high - self.low
+        frame[:3, 3] = self.low
+        if self.kind != "cylinder":
+            return {"kind": "block", "frame": frame.tolist(), "size": size.tolist()}
+        frame[:2, 3] += size[:2] / 2
+        sizes = [size[0] / 2, size[0] / 2, size[2]]
+        return {"kind": "cylinder", "frame": frame.tolist(), "size": [float(v) for v in sizes]}
 
     def field(self, cell: float | None = None) -> Field:
         """Return it as columns.

@@ -8,31 +8,12 @@ from pathlib import Path
 from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostics
-from cncgen.stepnc.execution.columns import Columns
+from cncgen.stepnc.execution.columns import StepColumns
 from cncgen.stepnc.features.finished import Finished
-from cncgen.stepnc.model import Solid, Workingstep
+from cncgen.stepnc.geometry.solids import Solid
 from cncgen.stepnc.reading import StepFile
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Toolpath
-
-
-class StepColumns(Columns):
-    """Collects rows as `Columns` does, with an event at the beginning of each workingstep.
-
-    Attributes:
-        steps: The workingsteps executed, in their order.
-    """
-
-    def __init__(self, file: StepFile, name: str) -> None:
-        super().__init__(file.axes, name, file.line_of, file.options.tolerance_mm)
-        self.steps: list[Workingstep] = []
-        self._lines = file.line_of
-
-    def workingstep(self, step: Workingstep) -> None:
-        """Add an event with the workingstep's name."""
-        self.steps.append(step)
-        self.source(step.operation.ident)
-        self._event("workingstep", label=step.label or f"#{step.ident}", entity=step.ident)
 
 
 @dataclass(slots=True)
@@ -64,10 +45,10 @@ def cut_program(
     """
     options = options or ReadOptions()
     file = StepFile(source, name, options)
-    columns = StepColumns(file, name)
+    columns = StepColumns(file.axes, name, file.line_of, options.tolerance_mm)
     out = CutProgram(file.axes, list(_chunks(file, columns, options.chunk_rows)), file.diagnostics)
     for step in columns.steps:
-        if step.raw is not None and not any(step.raw is r or _same(step.raw, r) for r in out.raw):
+        if step.raw is not None and not any(step.raw.same(r) for r in out.raw):
             out.raw.append(step.raw)
     out.finished = Finished.of(columns.steps, file.exchange)
     return out
@@ -78,7 +59,3 @@ def _chunks(file: StepFile, columns: StepColumns, rows: int) -> Iterator[Toolpat
         if columns.count >= rows:
             yield columns.take()
     yield columns.take()
-
-
-def _same(a: Solid, b: Solid) -> bool:
-    return a.kind == b.kind and a.size == b.size and bool((a.frame == b.frame).all())

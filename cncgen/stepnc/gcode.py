@@ -78,6 +78,7 @@ class _GcodeWriter:
     _moved: bool = False
     _tools: dict[str, int] = field(default_factory=dict)
     _pitch: float = 0.0
+    _tap: bool = False
     _tapped: bool = False
     _direction: int = 0
     _coolant: tuple[bool, bool] = (False, False)
@@ -122,8 +123,8 @@ class _GcodeWriter:
             if kind == Kind.EVENT:
                 yield from self._event(path.events[int(path.curve[row])])
                 continue
-            if self._pitch:
-                yield from self._tap(path.end[row])
+            if self._pitch and kind == Kind.LINE:
+                yield from self._in_step(path.end[row])
                 continue
             yield from self._path_mode(int(path.path_mode[row]), float(path.tolerance[row]))
             if not self._moved and (kind != Kind.LINE or path.feed_mode[row] != FeedMode.RAPID):
@@ -245,6 +246,7 @@ class _GcodeWriter:
             yield from self._switch(bool(values.get("flood")), bool(values.get("mist")))
         elif event.name == "synchronise":
             self._pitch, self._tapped = float(values.get("pitch_mm") or 0.0), False
+            self._tap = bool(values.get("tap"))
         elif event.name == "dwell":
             yield f"G4 P{number(event.dwell_s)}"
         elif event.name == "stop":
@@ -257,12 +259,13 @@ class _GcodeWriter:
         else:
             yield comment(" ".join([event.name, *(f"{k}={v}" for k, v in values.items())]))
 
-    def _tap(self, end: Floats) -> Iterator[str]:
-        """Yield G33.1 for the way there of a tap; the way back, to where it began, is part of it."""
+    def _in_step(self, end: Floats) -> Iterator[str]:
+        """Yield G33, or G33.1 for the way there of a tap; the way back, to where it began, is part of it."""
         words = self._words(end, self._position)
         if words and not self._tapped:
-            yield " ".join(["G33.1", *words, f"K{number(self._pitch)}"])
-            self._mode, self._tapped = -1, True
+            yield " ".join(["G33.1" if self._tap else "G33", *words, f"K{number(self._pitch)}"])
+            self._mode, self._tapped = -1, self._tap
+            self._position = self._position if self._tap else end
 
     def _tool(self, name: str) -> Iterator[str]:
         """Call a tool by its number; one without gets the next that is free."""

@@ -7,16 +7,16 @@ executor knows nothing of the files. Lengths mm, times s, angles rad, frames as 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.geometry import elementary
 from cncgen.stepnc.geometry.frames import Matrix
 from cncgen.stepnc.geometry.pieces import Piece
+from cncgen.stepnc.geometry.solids import Solid
 
 Vector = NDArray[np.float64]
 
@@ -270,34 +270,6 @@ class Shape:
     floor_radius: float | None = None
     elements: tuple[Feature, ...] = ()
     stock: list[Piece] | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Solid:
-    """A raw piece: a block or a cylinder.
-
-    Attributes:
-        kind: ``block`` or ``cylinder``.
-        frame: Of a block at its corner with the least coordinates, of a cylinder in the middle of its base, Z its axis.
-        size: Of a block its lengths along X, Y and Z, mm; of a cylinder radius, radius and height.
-    """
-
-    kind: str
-    frame: Matrix
-    size: tuple[float, float, float]
-
-    def moved(self, frame: Matrix) -> Solid:
-        """Return the solid seen from outside a frame."""
-        return replace(self, frame=elementary.product(frame, self.frame))
-
-    def reach(self, point: Vector, axis: Vector) -> tuple[float, float]:
-        """Return how far it reaches from a point along a unit vector, lowest and highest, mm; both of shape (3,)."""
-        along = elementary.product(self.frame[:3, :3].T, axis) * np.array(self.size)
-        base = float(elementary.product(self.frame[:3, 3] - point, axis))
-        if self.kind == "block":
-            return base + float(np.minimum(along, 0.0).sum()), base + float(np.maximum(along, 0.0).sum())
-        across = float(np.hypot(along[0], along[1]))
-        return base + min(float(along[2]), 0.0) - across, base + max(float(along[2]), 0.0) + across
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from cncgen.files import reading_faults
 from cncgen.machine.tool_table import read_tool_table
 from cncgen.stepnc.ap238 import Ap238Reader
 from cncgen.stepnc.execution.canon import Canon, Printer
-from cncgen.stepnc.execution.columns import Columns
+from cncgen.stepnc.execution.columns import Columns, StepColumns
 from cncgen.stepnc.execution.executor import ProgramExecutor
 from cncgen.stepnc.execution.rotary_axes import RotaryAxes
 from cncgen.stepnc.execution.technology import SpeedRules
@@ -140,7 +140,7 @@ def read(source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions 
     Args:
         source: A file or its bytes.
         name: How diagnostics call it.
-        options: `tool_table`, `inch_tables`, `kinematics`, `speed_unit`, `spindle_sign`, `max_steps`, `chunk_rows` and
+        options: `tool_table`, `inch_tables`, `kinematics`, `workingsteps`, `speed_unit`, `spindle_sign`, `max_steps`, `chunk_rows` and
             `tolerance_mm` count.
 
     Raises:
@@ -150,7 +150,8 @@ def read(source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions 
     file = StepFile(source, name, options)
 
     def chunks() -> Iterator[Toolpath]:
-        columns = Columns(file.axes, name, file.line_of, options.tolerance_mm)
+        collector = StepColumns if options.workingsteps else Columns
+        columns = collector(file.axes, name, file.line_of, options.tolerance_mm)
         for _ in file.execute(columns):
             if columns.count >= options.chunk_rows:
                 yield columns.take()

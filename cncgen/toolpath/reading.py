@@ -35,6 +35,7 @@ class ReadOptions:
         stand_alone: Whether the machine is the one that LinuxCNC's stand-alone interpreter pretends to have
             (`cncgen.gcode.sinks.standalone`); so are the calls that `canon` prints.
         tool_tips: Whether positions are those of the tools' tips: offsets of tools (G43) are left out of them (G-code).
+        workingsteps: Whether the beginning of each workingstep is an event, with its raw piece (STEP-NC).
         save_parameters: Where to write the parameters after the program, or None.
         include: Directories searched for subprograms, after the program's own.
         block_delete: Whether blocks that begin with ``/`` are skipped.
@@ -55,6 +56,7 @@ class ReadOptions:
     inch_tables: bool = False
     stand_alone: bool = False
     tool_tips: bool = False
+    workingsteps: bool = False
     least_increment: float | None = None
     kinematics: Kinematics | None = None
     save_parameters: Path | None = None
@@ -114,7 +116,7 @@ _RULES: tuple[tuple[tuple[str, ...], Callable[[object], bool], str], ...] = (
     (("spindle_sign",), *_is_of(SPINDLE_SIGNS)),
     (("tool_table", "parameters", "save_parameters"), _is_file_or_none, "the name of a file, or None"),
     (("include",), _are_folders, "a sequence of names of folders"),
-    (("inch_tables", "stand_alone", "tool_tips", "block_delete"), _is_truth, "True or False"),
+    (("inch_tables", "stand_alone", "tool_tips", "workingsteps", "block_delete"), _is_truth, "True or False"),
     (("max_call_depth", "chunk_rows"), _is_count, "a whole number greater than 0"),
     (("max_steps",), _is_count_or_none, "a whole number greater than 0, or None"),
     (("least_increment", "tolerance_mm"), _is_positive_or_none, "a number greater than 0, or None"),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TextIO
+from collections.abc import Mapping, Sequence
+from typing import Any, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,8 +89,10 @@ class AimFile:
                 ("NAMED_UNIT", (exponents,)),
             )
         revolution = self.add("CONTEXT_DEPENDENT_UNIT", no_length, "revolution")
-        self.length = length
+        self.length, self.degree = length, degree
+        self.tooth = self.add("CONTEXT_DEPENDENT_UNIT", no_length, "tooth")
         self.feed_unit = self._product((length, 1.0), (self.second, -1.0))
+        self.feed_per_turn = self._product((length, 1.0), (revolution, -1.0))
         self.spindle_unit = self._product((revolution, 1.0), (self.second, -1.0))
         self.context = self.add_complex(
             ("GEOMETRIC_REPRESENTATION_CONTEXT", (3,)),
@@ -128,8 +130,30 @@ class AimFile:
         """Write a MEASURE_REPRESENTATION_ITEM."""
         return self.add("MEASURE_REPRESENTATION_ITEM", name, Typed("NUMERIC_MEASURE", float(value)), unit)
 
-    def project(self, workplan: Ref, name: str) -> None:
-        """Write the project that the workplan is the process of."""
+    def size(self, name: str, value: float) -> Ref:
+        """Write a length as an item, mm."""
+        given = Typed("LENGTH_MEASURE", float(value) / self.unit)
+        return self.add("MEASURE_REPRESENTATION_ITEM", name, given, self.length)
+
+    def angle(self, name: str, degrees: float) -> Ref:
+        """Write an angle as an item."""
+        given = Typed("PLANE_ANGLE_MEASURE", float(degrees))
+        return self.add("MEASURE_REPRESENTATION_ITEM", name, given, self.degree)
+
+    def teeth(self, name: str, number: int) -> Ref:
+        """Write a number of teeth as an item."""
+        given = Typed("COUNT_MEASURE", float(number))
+        return self.add("MEASURE_REPRESENTATION_ITEM", name, given, self.tooth)
+
+    def project(self, workplan: Ref, name: str, stock: Mapping[str, Any] | None = None) -> None:
+        """Write the project that the workplan is the process of, with its workpiece where the raw piece is known.
+
+        Args:
+            workplan: The main workplan.
+            name: Of the project.
+            stock: ``kind`` (``block`` or ``cylinder``), ``frame`` (4 x 4, mm) and ``size`` (mm) of the raw piece, as
+                `cncgen.stepnc.geometry.solids.Solid` has them.
+        """
         application = self.add("APPLICATION_CONTEXT", "application protocol for the control of CNC machines")
         context = self.add("PRODUCT_CONTEXT", "CNC machining", application, "manufacturing")
         product = self.add("MACHINING_PROJECT", name, name, "", (context,))
@@ -138,3 +162,26 @@ class AimFile:
         definition = self.add("PRODUCT_DEFINITION", "", "", formation, stage)
         process = self.add("PRODUCT_DEFINITION_PROCESS", "machining", "", workplan, "")
         self.add("PROCESS_PRODUCT_ASSOCIATION", "", "", definition, process)
+        if stock is not None:
+            piece, raw = (self._definition(n, context, stage) for n in ("workpiece", "raw piece"))
+            self.add("MACHINING_PROJECT_WORKPIECE_RELATIONSHIP", "", "", "", definition, piece)
+            self.add("PRODUCT_DEFINITION_RELATIONSHIP", "", "raw piece", "", piece, raw)
+            shape = self.add("PRODUCT_DEFINITION_SHAPE", "", "", raw)
+            solid = self.add("SHAPE_REPRESENTATION", "bounding geometry", (self._solid(stock),), self.context)
+            self.add("SHAPE_DEFINITION_REPRESENTATION", shape, solid)
+
+    def _definition(self, name: str, context: Ref, stage: Ref) -> Ref:
+        product = self.add("PRODUCT", name, name, "", (context,))
+        formation = self.add("PRODUCT_DEFINITION_FORMATION", "", "", product)
+        return self.add("PRODUCT_DEFINITION", "", "", formation, stage)
+
+    def _solid(self, stock: Mapping[str, Any]) -> Ref:
+        frame = np.asarray(stock["frame"], float)
+        size = [float(v) / self.unit for v in stock["size"]]
+        if stock["kind"] == "block":
+            place = self.placement(frame[:3, 3], frame[:3, 2], frame[:3, 0])
+            return self.add("BLOCK", "", place, *size)
+        axis = self.add(
+            "AXIS1_PLACEMENT", "", self.points(frame[None, :3, 3])[0], self.direction(frame[:3, 2])
+        )
+        return self.add("RIGHT_CIRCULAR_CYLINDER", "", axis, size[2], size[0])

@@ -19,6 +19,7 @@ from cncgen.stepnc.ap238.toolpaths import Properties, Toolpaths
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entities, Entity, Skip
 from cncgen.stepnc.geometry.frames import Matrix, identity
+from cncgen.stepnc.geometry.solids import Solid
 from cncgen.stepnc.model import Executable, NcFunction, Operation, ProgramStructure, Workingstep
 from cncgen.stepnc.part21 import Exchange
 
@@ -30,11 +31,13 @@ class Setting(NamedTuple):
         frame: Of its toolpaths.
         workpiece: Of the features, within `frame`.
         security: The setup's security plane, or None.
+        raw: The raw piece, in the workpiece's frame, or None.
     """
 
     frame: Matrix
     workpiece: Matrix
     security: Matrix | None
+    raw: Solid | None = None
 
 
 class Ap238Reader:
@@ -81,10 +84,19 @@ class Ap238Reader:
         out = []
         for root in roots:
             try:
-                out.append(self.executable(root, Setting(identity(), identity(), None)))
+                setting = Setting(identity(), identity(), None, self._project_raw())
+                out.append(self.executable(root, setting))
             except Skip:
                 continue
         return out
+
+    def _project_raw(self) -> Solid | None:
+        for link in self.exchange.instances("MACHINING_PROJECT_WORKPIECE_RELATIONSHIP"):
+            project = self.entities.get(link.id).ref("relating_product_definition")
+            raw = None if project is None else self.setups.raw(project)
+            if raw is not None:
+                return raw
+        return None
 
     def orphans(self) -> list[int]:
         """Return workplans and workingsteps that no sequence leads to from the main workplan."""
@@ -150,6 +162,8 @@ class Ap238Reader:
             with suppress(Skip):
                 workpiece = self.setups.workpiece(setup)
                 inner = inner if workpiece is None else inner._replace(workpiece=workpiece)
+            with suppress(Skip):
+                inner = inner._replace(raw=self.setups.raw(setup) or inner.raw)
             with suppress(Skip):
                 plane = self.setups.security(setup)
                 inner = (
@@ -221,7 +235,7 @@ class Ap238Reader:
         return operation
 
     def _workingstep(self, entity: Entity, properties: Properties, setting: Setting) -> Workingstep:
-        frame = self.toolpaths.frame(properties, setting.frame)
+        outer = frame = self.toolpaths.frame(properties, setting.frame)
         operations = self.graph.related(entity.id, "MACHINING_OPERATION_RELATIONSHIP")
         if not operations:
             raise entity.fault("stepnc-missing", "the workingstep has no operation")
@@ -241,7 +255,10 @@ class Ap238Reader:
                 if feature is None
                 else elementary.product(elementary.product(frame, setting.workpiece), feature.placement)
             )
-        return Workingstep(entity.id, entity.text("name"), operation, feature, frame, security)
+        raw = setting.raw
+        if raw is not None:
+            raw = raw.moved(elementary.product(outer, setting.workpiece))
+        return Workingstep(entity.id, entity.text("name"), operation, feature, frame, security, raw=raw)
 
     def needs_rotary(self) -> bool:
         """Tell whether a tool axis may leave the machine's Z: by tool axes, tool directions or tilted frames."""

@@ -11,6 +11,7 @@ from cncgen.stepnc.ap238.graph import Graph
 from cncgen.stepnc.ap238.shapes import Shapes
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry.frames import Matrix, Placements, identity
+from cncgen.stepnc.geometry.solids import Solid, solid_of
 
 
 class Setups:
@@ -66,6 +67,33 @@ class Setups:
                     for transformation in self._transformations(related):
                         return self._frame(transformation, related)
         return None
+
+    def raw(self, owner: int) -> Solid | None:
+        """Return the raw piece of the workpiece of a project or setup, in the workpiece's frame; None where none has a shape.
+
+        A workpiece is the raw piece itself where it is related to no other that is named so. Its shape is a BLOCK or a
+        RIGHT_CIRCULAR_CYLINDER.
+
+        Raises:
+            Skip: where the geometry has a fault.
+        """
+        kinds = ("MACHINING_PROJECT_WORKPIECE_RELATIONSHIP", "MACHINING_SETUP_WORKPIECE_RELATIONSHIP")
+        for relation in (r for kind in kinds for r in self.graph.index(kind, 0).of(owner)):
+            piece = self.entities.get(relation).ref("related_product_definition")
+            raws = [] if piece is None else self._raw_products(piece)
+            for product in [*raws, piece]:
+                for item in [] if product is None else self.shapes.items(product):
+                    found = solid_of(item.entity, self.shapes.placements(item))
+                    if found is not None:
+                        return found
+        return None
+
+    def _raw_products(self, piece: int) -> list[int | None]:
+        relations = [
+            self.entities.get(r) for r in self.graph.index("PRODUCT_DEFINITION_RELATIONSHIP", 0).of(piece)
+        ]
+        raw = [r for r in relations if "raw" in r.text("name").lower()]
+        return [r.ref("related_product_definition") for r in raw]
 
     def _transformations(self, relation: Entity) -> Iterator[Entity]:
         for part in relation.instance.parts:

@@ -68,7 +68,9 @@ class Resources:
                 text = "the spindle speed has no unit of time; it is taken as revolutions per second"
                 item.entity.warn("stepnc-speed-unit", text)
         cutting = next((m.value for m in speeds.values()), None)
-        return Technology(ident, feed, tooth, revolution, spindle, cutting)
+        words = [described(i) for i in properties.get("synchronize spindle with feed", [])]
+        in_step = any(w and not w.endswith(("not synchronized", "off", "false")) for w in words)
+        return Technology(ident, feed, tooth, revolution, spindle, cutting, in_step)
 
     def _length_factor(self, item: Item) -> float:
         return self.units.context(item.context)[0]

@@ -1,4 +1,5 @@
-"""Toolpaths to an AP238 file: one workplan, a workingstep a tool, a toolpath for every stretch of alike motions.
+"""Toolpaths to an AP238 file: one workplan, a workingstep a tool (or as the program has them), a toolpath for every stretch
+of alike motions; tools with their sizes, and the raw piece.
 
 Lines become polylines, arcs trimmed circles, helices trimmed HELIX curves (of ISO 14649-11; the AIM has none of its
 own), splines B-splines with their knots and weights. A comment before the header says where the tool stands at the
@@ -8,9 +9,9 @@ start. Numbers have all their digits, so that what is read back is the same.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TextIO
+from typing import Any, NamedTuple, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +25,25 @@ from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 
+#: Sizes of tools: keys of tool events, and the names that the AIM has for them.
+_LENGTHS = {
+    "diameter_mm": "effective cutting diameter",
+    "edge_radius_mm": "edge radius",
+    "cutting_length_mm": "maximum depth of cut",
+    "length_mm": "overall assembly length",
+    "pitch_mm": "thread pitch",
+}
+
 SCHEMA = "MODEL_BASED_INTEGRATED_MANUFACTURING_SCHEMA { 1 0 10303 442 3 1 4 }"
 
 
-def write_ap238(chunks: Iterable[Toolpath], stream: TextIO, name: str = "", inches: bool = False) -> None:
+def write_ap238(
+    chunks: Iterable[Toolpath],
+    stream: TextIO,
+    name: str = "",
+    inches: bool = False,
+    stock: Mapping[str, Any] | None = None,
+) -> None:
     """Write a program as an AP238 file.
 
     Args:
@@ -35,6 +51,7 @@ def write_ap238(chunks: Iterable[Toolpath], stream: TextIO, name: str = "", inch
         stream: Text stream.
         name: Of the project.
         inches: Whether lengths are written in inches.
+        stock: The raw piece (`AimFile.project`), before that of workingsteps.
 
     Raises:
         UsageError: where the program has other axes, which AP238 has no place for.
@@ -49,7 +66,7 @@ def write_ap238(chunks: Iterable[Toolpath], stream: TextIO, name: str = "", inch
     stream.write(
         f"FILE_NAME('','',(''),(''),'cncgen','cncgen','');\nFILE_SCHEMA(('{SCHEMA}'));\nENDSEC;\nDATA;\n"
     )
-    writer = _Writer(AimFile(stream, inches), name)
+    writer = _Writer(AimFile(stream, inches), name, stock)
     for chunk in _all(first, iterator):
         writer.chunk(chunk)
     writer.close()
@@ -69,45 +86,72 @@ class _State:
     tool: str | None = None
     spindle: float | None = None
     coolant: tuple[bool, bool, bool] | None = None
+    pitch: float | None = None
+
+
+class _Users(NamedTuple):
+    """The sizes of a tool, as its event has them, and the operations that use it."""
+
+    values: dict[str, Any]
+    users: list[Ref]
 
 
 @dataclass(slots=True)
 class _Writer:
     file: AimFile
     name: str
+    stock: Mapping[str, Any] | None = None
     state: _State = field(default_factory=_State)
     _plan: Ref | None = None
     _operation: Ref | None = None
     _paths: int = 0
     _steps: int = 0
-    _tools: dict[str, list[Ref]] = field(default_factory=dict)
-    _technologies: dict[tuple[float | None, float | None], Ref] = field(default_factory=dict)
+    _label: str = ""
+    _tools: dict[str, _Users] = field(default_factory=dict)
+    _technologies: dict[tuple[float | None, float | None, float | None], Ref] = field(default_factory=dict)
     _functions: dict[tuple[bool, bool, bool], Ref] = field(default_factory=dict)
 
     def close(self) -> None:
         """Write what refers to all that came before."""
         kind = self.file.add("ACTION_RESOURCE_TYPE", "milling cutting tool")
-        for tool, users in self._tools.items():
-            self.file.add("MACHINING_TOOL", tool, "milling cutting tool", tuple(users), kind)
+        for tool, (values, users) in self._tools.items():
+            form = str(values.get("form") or "milling cutting tool")
+            self._sizes(self.file.add("MACHINING_TOOL", tool, form, tuple(users), kind), values)
+        if self._plan is not None:
+            self.file.project(self._plan, self.name or "program", self.stock)
+
+    def _sizes(self, tool: Ref, values: Mapping[str, Any]) -> None:
+        """Write the sizes of a tool that are known, as properties of its body."""
+        file = self.file
+        items = [file.size(item, values[key]) for key, item in _LENGTHS.items() if values.get(key)]
+        if values.get("point_angle_deg"):
+            items.append(file.angle("point angle", values["point_angle_deg"]))
+        if values.get("teeth"):
+            items.append(file.teeth("number of effective teeth", values["teeth"]))
+        if values.get("left_handed"):
+            items.append(file.add("DESCRIPTIVE_REPRESENTATION_ITEM", "hand of cut", "left"))
+        for item in items:
+            owner = file.add("RESOURCE_PROPERTY", "tool body", "", tool)
+            body = file.add("MACHINING_TOOL_BODY_REPRESENTATION", "", (item,), file.context)
+            file.add("RESOURCE_PROPERTY_REPRESENTATION", "", "", owner, body)
 
     # Structure
 
     def _child(self, child: Ref) -> None:
         if self._plan is None:
             self._plan = self.file.method("MACHINING_WORKPLAN", self.name or "program")
-            self.file.project(self._plan, self.name or "program")
         self._steps += 1
         self.file.relate("MACHINING_PROCESS_SEQUENCE_RELATIONSHIP", self._plan, child, self._steps)
 
     def _begin_operation(self) -> Ref:
         if self._operation is None:
-            step = self.file.method("MACHINING_WORKINGSTEP", f"step {self._steps + 1}")
+            step = self.file.method("MACHINING_WORKINGSTEP", self._label or f"step {self._steps + 1}")
             self._operation = self.file.method("FREEFORM_MILLING_OPERATION")
             self.file.add("MACHINING_OPERATION_RELATIONSHIP", "", "", step, self._operation)
             self._child(step)
             self._paths = 0
             if self.state.tool is not None:
-                self._tools.setdefault(self.state.tool, []).append(self._operation)
+                self._tools[self.state.tool].users.append(self._operation)
         return self._operation
 
     def _path(self, description: str) -> Ref:
@@ -172,8 +216,9 @@ class _Writer:
 
     def _attach(self, path: Ref, feed: float | None) -> None:
         """Give a toolpath its technology and functions."""
-        key = (feed, self.state.spindle)
-        if key != (None, None):
+        pitch = None if feed is None else self.state.pitch
+        key = (feed, self.state.spindle, pitch)
+        if key != (None, None, None):
             if key not in self._technologies:
                 self._technologies[key] = self._technology(*key)
             self.file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", path, self._technologies[key])
@@ -186,10 +231,15 @@ class _Writer:
                 self._functions[coolant] = functions
             self.file.add("MACHINING_FUNCTIONS_RELATIONSHIP", "", "", path, self._functions[coolant])
 
-    def _technology(self, feed: float | None, spindle: float | None) -> Ref:
+    def _technology(self, feed: float | None, spindle: float | None, pitch: float | None) -> Ref:
         file = self.file
         technology = file.method("MACHINING_TECHNOLOGY", "", "milling")
-        if feed is not None:
+        if pitch is not None:
+            unit, name = file.feed_per_turn, "feed per revolution"
+            item = file.measure(name, pitch / file.unit, unit)
+            file.property(technology, "feedrate", "MACHINING_FEED_SPEED_REPRESENTATION", name, item)
+            file.words(technology, "synchronize spindle with feed", "synchronized")
+        elif feed is not None:
             item = file.measure("feed speed", feed / file.unit, file.feed_unit)
             file.property(technology, "feedrate", "MACHINING_FEED_SPEED_REPRESENTATION", "feed speed", item)
         if spindle is not None:
@@ -253,9 +303,16 @@ class _Writer:
         values = event.values
         if event.name == "tool":
             self.state.tool, self._operation = str(values.get("tool", "")), None
+            known = self._tools.setdefault(self.state.tool, _Users(dict(values), []))
+            known.values.update(values)
+        elif event.name == "workingstep":
+            self._label, self._operation = str(values.get("label", "")), None
+            self.stock = self.stock or values.get("stock")
         elif event.name == "spindle" and "direction" in values:
             direction, speed = int(values["direction"]), float(values["speed_rpm"])
             self.state.spindle = -direction * speed / 60.0 if direction else 0.0
+        elif event.name == "synchronise":
+            self.state.pitch = values.get("pitch_mm")
         elif event.name == "coolant":
             names = ("flood", "mist", "through_spindle")
             self.state.coolant = tuple(bool(values.get(n, False)) for n in names)  # type: ignore[assignment]

@@ -63,6 +63,9 @@ class Canon:
     def rigid_tap(self, end: Floats, pitch: float) -> None:
         """Go to `end`, shape (axes,), and back in step with the spindle, `pitch` mm a turn; it turns back at the end."""
 
+    def synchronise(self, pitch: float | None) -> None:
+        """Move in step with the spindle from now on, `pitch` mm a turn; None: no longer."""
+
     def dwell(self, seconds: float) -> None:
         """Wait."""
 
@@ -206,9 +209,13 @@ class Printer(Canon):
 
     def rigid_tap(self, end: Floats, pitch: float) -> None:
         """Print what LinuxCNC's rs274 prints of G33.1; the position stays."""
-        self._print(f"START_SPEED_FEED_SYNC({pitch:f},0)")
+        self.synchronise(pitch)
         self._print(f"RIGID_TAP({self._numbers(end[:3])})")
-        self._print("STOP_SPEED_FEED_SYNCH()")
+        self.synchronise(None)
+
+    def synchronise(self, pitch: float | None) -> None:
+        """Print what rs274 prints round the motions of G33."""
+        self._print("STOP_SPEED_FEED_SYNCH()" if pitch is None else f"START_SPEED_FEED_SYNC({pitch:f},0)")
 
     def dwell(self, seconds: float) -> None:
         """Print a DWELL."""

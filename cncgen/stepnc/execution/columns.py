@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from cncgen.geometry.tables import ArcTable, NurbsTable
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
-from cncgen.stepnc.model import CuttingTool
+from cncgen.stepnc.geometry.solids import Solid
+from cncgen.stepnc.model import CuttingTool, Workingstep
 from cncgen.toolpath.building import RowBuilder, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
@@ -34,6 +35,9 @@ def _sizes(tool: CuttingTool) -> dict[str, Any]:
         values["cutting_length_mm"] = tool.cutting_length
     if tool.left_handed:
         values["left_handed"] = True
+    for key, size in (("teeth", tool.teeth), ("pitch_mm", tool.pitch), ("length_mm", tool.offset_length)):
+        if size:
+            values[key] = size
     return values
 
 
@@ -183,7 +187,11 @@ class Columns(Canon):
         start = self._builder_position()
         self._event("synchronise", pitch_mm=pitch, tap=True)
         self._straight(np.stack([end, start]), False)
-        self._event("synchronise", pitch_mm=None)
+        self.synchronise(None)
+
+    def synchronise(self, pitch: float | None) -> None:
+        """Add an event that says how far the tool goes in a turn of the spindle, None: that it is free again."""
+        self._event("synchronise", pitch_mm=pitch)
 
     def _builder_position(self) -> Floats:
         self._flush()
@@ -208,3 +216,29 @@ class Columns(Canon):
     def end(self) -> None:
         """Add the end."""
         self._event("end", True)
+
+
+class StepColumns(Columns):
+    """Collects rows as `Columns` does, with an event at the beginning of each workingstep.
+
+    The event has the name of the workingstep, and its raw piece where that is another than the one before.
+
+    Attributes:
+        steps: The workingsteps executed, in their order.
+    """
+
+    def __init__(
+        self, axes: str, name: str, line_of: Callable[[int], int], tolerance: float | None = None
+    ) -> None:
+        super().__init__(axes, name, line_of, tolerance)
+        self.steps: list[Workingstep] = []
+        self._raw: Solid | None = None
+
+    def workingstep(self, step: Workingstep) -> None:
+        """Add an event with the workingstep's name."""
+        self.steps.append(step)
+        self.source(step.operation.ident)
+        raw = step.raw if step.raw is not None and not step.raw.same(self._raw) else None
+        self._raw = step.raw or self._raw
+        values: dict[str, Any] = {"label": step.label or f"#{step.ident}", "entity": step.ident}
+        self._event("workingstep", **(values if raw is None else values | {"stock": raw.values()}))

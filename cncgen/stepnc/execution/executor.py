@@ -289,11 +289,30 @@ class ProgramExecutor:
             self._check_spindle(step, path)
         if path.kind == "tap":
             machine.tap(pieces[-1].end, path.pitch)
+        elif not rapid and step.operation.paths is not None and technology and technology.synchronised:
+            self._in_step(path, technology, pieces)
         else:
             machine.follow(pieces, rapid)
         self._moved = True
         self._check_swing(path)
         return True
+
+    def _in_step(self, path: CutterPath, technology: Technology, pieces: list[Piece]) -> None:
+        """Follow pieces in step with the spindle; a straight way there and back is a tap's."""
+        machine = self._machine
+        pitch = technology.feed_per_rev
+        if pitch is None and machine.rpm and machine.feed:
+            pitch = machine.feed * 60.0 / machine.rpm
+        if not pitch:
+            text = "feed and spindle are to be in step, and no spindle speed or feed per revolution says how far a turn is"
+            raise self._fail(path.ident, "stepnc-no-spindle", text)
+        turning = _turning_point(pieces)
+        if turning is not None:
+            machine.tap(turning, pitch)
+            return
+        self._canon.synchronise(pitch)
+        machine.follow(pieces, False)
+        self._canon.synchronise(None)
 
     def _check_spindle(self, step: Workingstep, path: CutterPath) -> None:
         """Warn of a cut with a standing spindle, once an operation; a tool that is stopped to be drawn out cuts nothing."""
@@ -385,6 +404,22 @@ class ProgramExecutor:
         tilt = step.operation.tilt
         local = np.array([0.0, 0.0, 1.0]) if tilt is None else tilt
         return np.asarray(elementary.product(step.frame[:3, :3], local))[None, :]
+
+
+def _turning_point(pieces: list[Piece]) -> Floats | None:
+    """Return where a way turns back that goes straight to a point and straight back to its start, None of any other way."""
+    if not all(isinstance(p, Polyline) for p in pieces):
+        return None
+    points = np.concatenate([p.points for p in pieces if isinstance(p, Polyline)])
+    way = np.linalg.norm(points - points[0], axis=1)
+    far = int(np.argmax(way))
+    if not way[far] > 0 or way[-1] > 1e-6:
+        return None
+    axis = (points[far] - points[0]) / way[far]
+    along = elementary.product(points - points[0], axis)
+    beside = float(np.abs(points - points[0] - along[:, None] * axis).max())
+    straight = (np.diff(along[: far + 1]) >= 0).all() and (np.diff(along[far:]) <= 0).all()
+    return points[far] if beside < 1e-6 and straight else None
 
 
 def _within(piece: Piece) -> bool:

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from cncgen.stepnc.entities import Entities, Entity
-from cncgen.stepnc.geometry.frames import Matrix, Placements, apply, from_axes
+from cncgen.stepnc.geometry.frames import Matrix, Placements, apply
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
-from cncgen.stepnc.model import Solid
+from cncgen.stepnc.geometry.solids import Solid, solid_of
 
 
 class RawPieces:
@@ -28,25 +28,7 @@ class RawPieces:
         bounds = self._bounds(workpiece_id)
         if bounds is None:
             return None
-        scale = self.placements.scale
-        if bounds.keyword == "BLOCK":
-            frame = self.placements.placement(bounds.entity("position").id, bounds.id)
-            x, y, z = (bounds.number(n) * scale for n in "xyz")
-            return Solid("block", frame, (x, y, z))
-        if bounds.keyword == "RIGHT_CIRCULAR_CYLINDER":
-            radius = bounds.number("radius") * scale
-            return Solid("cylinder", self._axis(bounds), (radius, radius, bounds.number("height") * scale))
-        return None
-
-    def _axis(self, cylinder: Entity) -> Matrix:
-        """Return the frame of a cylinder: AXIS1_PLACEMENT, which has a Z alone."""
-        base = cylinder.entity("position")
-        axis = base.ref("axis")
-        return from_axes(
-            self.placements.point(base.entity("location").id, base.id),
-            None if axis is None else self.placements.direction(axis, base.id),
-            None,
-        )
+        return solid_of(bounds, self.placements)
 
     def _bounds(self, workpiece_id: int | None) -> Entity | None:
         """Return the bounding geometry of a workpiece's raw piece, else that of the workpiece."""

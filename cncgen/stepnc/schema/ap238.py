@@ -141,6 +141,7 @@ PRODUCT_DEFINITION id:s description:s formation:r frame_of_reference:r
 PRODUCT_DEFINITION_CONTEXT name:s frame_of_reference:r life_cycle_stage:s
 PRODUCT_DEFINITION_FORMATION id:s description:s of_product:r
 PRODUCT_DEFINITION_PROCESS name:s description:s chosen_method:r identification:s
+PRODUCT_DEFINITION_RELATIONSHIP id:s name:s description:s relating_product_definition:r related_product_definition:r
 PRODUCT_DEFINITION_SHAPE name:s description:s definition:r
 PROPERTY_DEFINITION name:s description:s definition:r
 PROPERTY_DEFINITION_REPRESENTATION definition:r used_representation:r

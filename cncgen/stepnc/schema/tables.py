@@ -50,7 +50,15 @@ def iso14649_table() -> Table:
 @cache
 def ap238_table() -> Table:
     """Return the entities of the AP238 AIM, with the geometry that ISO 14649 shares."""
-    geometry = ("BEZIER_CURVE", "UNIFORM_CURVE", "HELIX", "CURVE", "AXIS1_PLACEMENT")
+    geometry = (
+        "BEZIER_CURVE",
+        "UNIFORM_CURVE",
+        "HELIX",
+        "CURVE",
+        "AXIS1_PLACEMENT",
+        "BLOCK",
+        "RIGHT_CIRCULAR_CYLINDER",
+    )
     shared = iso14649_table()
     return {k: shared[k] for k in geometry if k in shared} | _table(ap238.ENTITIES, ap238.HEADS)
 
