@@ -1,3 +1,3 @@
-; expect 2:7:nested-comment
+; expect linuxcnc 2:7:nested-comment
 G0 X1 (a (b) c)
 M2

@@ -387,3 +387,35 @@ def test_codes_of_haas(run: Any) -> None:
     out = run("G10 L20 P3 X5\nG103 P1\nG187 P3 E0.01\nG154 P3\nG0 X1\nM30", dialect="fanuc")
     assert out.errors == []
     assert out.path.end[-1, 0] == 6
+
+
+@pytest.mark.parametrize(
+    "head", ["(A NAME)\n %\n", "; made by a post\n\n%\nO12 (PART)\n", "(A (B))\n%\n", "%1\n", "(A)\n%0012\n"]
+)
+@pytest.mark.parametrize("dialect", ["fanuc", "linuxcnc"])
+@pytest.mark.parametrize("end", ["M30\n%\n", "M30\n", "%\n"])
+def test_comments_before_the_percent_that_begins_a_program(
+    run: Any, head: str, dialect: str, end: str
+) -> None:
+    """Text in front of the first % is the leader of a tape (B-63324EN, 13.1): the program was passed over without a word."""
+    if dialect == "linuxcnc" and "(A (" in head:
+        pytest.skip("LinuxCNC has no comments in comments")
+    out = run(f"{head}G0 X1\n{end}", dialect=dialect)
+    assert points(out) == [[1, 0, 0]]
+
+
+def test_a_percent_behind_blocks_ends_the_program(run: Any) -> None:
+    assert points(run("(A)\nG0 X1\n%\nG0 X2\nM30\n", dialect="fanuc")) == [[1, 0, 0]]
+
+
+def test_abbreviations_of_jumps_and_loops(run: Any) -> None:
+    """WH, GO and EN (B-63324EN, 15.11)."""
+    text = "#1=0\nWH[#1LT3]DO1\n#1=#1+1\nG0X#1\nEN1\nIF[#1EQ3]GO100\nG0X99\nN100 G0Y1\nGO 200\nX98\nN200 M30"
+    assert fanuc(run, text) == [[1, 0, 0], [2, 0, 0], [3, 0, 0], [3, 1, 0]]
+
+
+def test_an_offset_that_no_tool_has(run: Any, tmp_path: Any) -> None:
+    """A control has all numbers of offsets: #10100 is one of them whatever the tool table holds."""
+    table = tmp_path / "a.tbl"
+    table.write_text("T1 P1 Z5\n")
+    assert fanuc(run, "#10100=7.\nG0 X#10100\nM30", tool_table=table) == [[7, 0, 0]]

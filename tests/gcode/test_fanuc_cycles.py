@@ -130,7 +130,8 @@ def test_g80_brings_the_motion_before_it_back(run: Any) -> None:
 @pytest.mark.parametrize(
     ("text", "error"),
     [
-        ("G83 X1 Z-5 R2", ("cycle-words", 2, 1)),
+        ("G83 X1 R2", ("cycle-words", 2, 1)),
+        ("G76 X1 Z-5 R2", ("cycle-words", 2, 1)),
         ("G83 X1 Z-5 R2 Q0", ("cycle-peck", 2, 15)),
         ("G81 X1 Z5 R2", ("cycle-depth", 2, 11)),
         ("G87 X1 Z-15 R-10 Q1", ("cycle-depth", 2, 13)),
@@ -140,3 +141,20 @@ def test_g80_brings_the_motion_before_it_back(run: Any) -> None:
 )
 def test_wrong_words(run: Any, text: str, error: tuple[str, int, int]) -> None:
     assert run(START + text + "\nM30", dialect="fanuc").errors == [error]
+
+
+def test_q_and_r_left_out(run: Any) -> None:
+    """Without Q the hole is made at once, without R it begins where the tool stands (Haas mill operator's manual, G81); a warning says so."""
+    out = run(START + "G83 X1 Z-5 R2\nG80\nM30", dialect="fanuc")
+    assert [(d.code, d.severity.name) for d in out.diagnostics if d.code == "cycle-words"] == [
+        ("cycle-words", "WARNING")
+    ]
+    assert moves(run, "G83 X1 Z-5 R2") == [[1, 0, 10, 0], [1, 0, 2, 0], [1, 0, -5, 1], [1, 0, 10, 0]]
+    assert moves(run, "G81 X1 Z-5\nX2") == [
+        [1, 0, 10, 0],
+        [1, 0, -5, 1],
+        [1, 0, 10, 0],
+        [2, 0, 10, 0],
+        [2, 0, -5, 1],
+        [2, 0, 10, 0],
+    ]

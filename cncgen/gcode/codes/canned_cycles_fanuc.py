@@ -8,8 +8,10 @@ plane's first axis (parameter 5148 of the control). A block without an axis word
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.canned_cycles import CYCLES, MAX_REPEATS, Hole, Sticky, words_hint
 from cncgen.gcode.codes.lines import check_feed
@@ -169,7 +171,18 @@ def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, fl
     check_feed(ip, block, name)
     needs = "r" + AXES[ip.state.plane_axes()[2]] + ("q" if HOLES[number][1] else "")
     missing = [letter.upper() for letter in needs if letter not in words]
-    if missing:
+    if missing == ["Q"] and number in (730, 830):
+        words["q"] = math.inf
+        _doubt(
+            ip,
+            f"{name} has no Q: it drills to the bottom at once, as some controls do",
+            "Q is the depth of a step",
+        )
+    elif missing == ["R"] and number != _BACK:
+        words["r"] = ip.state.position[ip.state.plane_axes()[2]]
+        text = f"{name} has no R: the hole begins where the tool stands, at {words['r']:g}, as on Haas's controls"
+        _doubt(ip, text, "R is the height that the hole begins at; other controls take 0, or refuse it")
+    elif missing:
         raise BlockError(
             "cycle-words", f"{name} has no {' and no '.join(missing)}", name, hint=words_hint(missing)
         )
@@ -177,6 +190,10 @@ def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, fl
         raise BlockError("dwell-negative", f"P{words['p']:g} of {name} is negative", "P")
     if "q" in needs and words["q"] <= 0.0:
         raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
+
+
+def _doubt(ip: Interpreter, text: str, hint: str) -> None:
+    ip.warn(BlockError("cycle-words", text, f"G{ip.state.motion // 10}", hint=hint), Severity.WARNING)
 
 
 def _repeats(block: Block) -> int:

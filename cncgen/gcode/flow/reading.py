@@ -7,6 +7,7 @@ from cncgen.gcode.block import Parsed
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import MAX_LINE, Source
+from cncgen.gcode.text.dialects import bare
 from cncgen.gcode.text.labels import Cursor
 
 #: Texts remembered.
@@ -60,7 +61,7 @@ class Percent:
     """The lines of ``%`` that may stand around a program.
 
     Attributes:
-        seen: Whether a block was read; a ``%`` before it begins the program.
+        seen: Whether a line was read; a ``%`` before it, or behind comments alone, begins the program.
     """
 
     def __init__(self, ip: Interpreter, source: Source) -> None:
@@ -71,14 +72,14 @@ class Percent:
 
     def line(self, text: str, before: int) -> None:
         """Begin or end the program; `before` is how many bytes of it are read."""
-        if self._ip.dialect == "linuxcnc" and text.strip() != "%":
+        if self._ip.dialect == "linuxcnc" and not self._stands_alone(text):
             raise BlockError(
                 "syntax",
                 "a line of % holds nothing else",
                 column=text.index("%") + 1,
                 hint="put the rest in a line",
             )
-        if not self.seen and not self._begun and not self._is_late(before):
+        if not self._begun and not self._is_late(before):
             self._begun = True
         elif self._begun:
             self._ip.state.ended = True
@@ -98,8 +99,13 @@ class Percent:
             self._ip.warn(fault, Severity.WARNING)
         self._ip.base.call("FINISH()")
 
+    def _stands_alone(self, text: str) -> bool:
+        """Tell whether a line holds % alone, or with the number of a program where LinuxCNC's interpreter is not the measure."""
+        rest = text.strip()[1:].rstrip(";")
+        return not rest or (rest.isdigit() and not self._ip.options.stand_alone)
+
     def _is_late(self, before: int) -> bool:
-        """Tell whether comments stand before the first %: LinuxCNC's interpreter has then begun without it."""
-        if not self._ip.options.stand_alone or self._ip.dialect != "linuxcnc":
-            return False
-        return bool(self._source.data[:before].strip().strip(b"%").strip())
+        """Tell whether a program has begun before the first %: a block was read, or a comment by LinuxCNC's interpreter."""
+        if self._ip.options.stand_alone and self._ip.dialect == "linuxcnc":
+            return self.seen or bool(self._source.data[:before].strip().strip(b"%").strip())
+        return self.seen and bool(bare(self._source.data[:before]).strip().partition(b"%")[0].strip())

@@ -14,11 +14,11 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION
 from cncgen.gcode.state.systems import load_system
+from cncgen.machine.tool_table import Tool
 from cncgen.toolpath.record import PathMode
 
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
-    from cncgen.machine.tool_table import Tool
 
 Reader = Callable[["Interpreter"], float]
 _AXIS_COUNT = 9
@@ -178,12 +178,8 @@ def _set_tool(ip: Interpreter, radius: int, wear: int, number: int, value: float
     """Set one of the four sizes of a tool (vacant: 0); the sum of geometry and wear counts."""
     tool = ip.tools.entry(number)
     if tool is None:
-        raise BlockError(
-            "unknown-tool",
-            f"tool {number} is not in the tool table",
-            "#",
-            hint="the tools are those of the file that --tool-table names",
-        )
+        # A control has all numbers of offsets, whatever tools there are.
+        tool = ip.tools.tools[number] = Tool(number, number)
     parts = list(_parts(tool, radius))
     parts[wear] = (value if value == value else 0.0) / ip.table_scale()
     tool.wear[radius] = parts[1]

@@ -78,6 +78,7 @@ _WRITTEN = (
     _sign("a tool call of plain language", _all(15, _H), rb"^[ \t]*\d+[ \t]+(?:TOOL[ \t]+CALL|CYCL[ \t]+DEF|BLK[ \t]+FORM)\b"),
     _sign("a line of plain language", _all(12, _H), rb"^[ \t]*\d+[ \t]+(?:L[ \t]+|CC?[ \t]+|LP?[ \t]+|FN[ \t]*\d)[^\n=]*(?:\bR[0LR]\b|F[ \t]*MAX|DR[-+]|Q\d)"),
     _sign("a message or print of LinuxCNC", _all(6, _L), rb"\([ \t]*(?:DEBUG|PRINT|LOGOPEN|LOGAPPEND|PROBEOPEN|AXIS)[ \t]*,"),
+    _sign("a comment within a comment", _all(3, _F, _T), rb"\([^()\n]*\([^()\n]*\)[^()\n]*\)"),
     _sign("an O-word", _all(30, _L),
           rb"^[ \t]*/?[ \t]*(?:N[ \t]*\d+[ \t]*)?O[ \t]*(?:\d+|<[^>\n]*>|\[[^\n]*?\]|#\S+?)[ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT|RETURN|ENDSUB)\b"),
     _sign("the head of a file of SINUMERIK", _all(30, _S), rb"^[ \t]*(?:%_N_\w+_(?:MPF|SPF)\b|;\$PATH=)"),
@@ -131,6 +132,7 @@ _BARE = (
     # Of FANUC, mill or lathe.
     _sign("two tools before M6", _all(8, _F), rb"T\d+T\d+M0?6(?!\d)", b"M6", b"M06"),
     _sign("a program number", _all(8, _F, _T), rb"^%?[O:]\d{1,8}$"),
+    _sign("a program number behind %", _all(4, _F, _T), rb"^%\d{1,8}$", b"%"),
     _sign("a program name", _all(8, _F, _T), rb"^O?<[^>\n]*>$", b"<"),
     _sign("a jump of a macro", _all(12, _F, _T), rb"GOTO[\d#\[]", b"GOTO"),
     _sign("a loop of a macro", _all(12, _F, _T), rb"^(?:WHILE\[[^\n]*\]DO|DO[123]$|END[123]$)"),

@@ -51,7 +51,7 @@ _NAMES = {
     "O": "an O-word",
     "O_NAME": "an O-word",
     "O_NUMBER": "an O-word",
-    **dict.fromkeys(("IF", "GOTO", "WHILE", "DO", "END"), "a jump or loop of a macro"),
+    **dict.fromkeys(("IF", "GOTO", "GO", "WHILE", "WH", "DO", "END", "EN"), "a jump or loop of a macro"),
     **dict.fromkeys(("ATN", "POW"), "a function"),
     "$END": "the end of the block",
 }

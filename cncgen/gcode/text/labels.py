@@ -23,7 +23,7 @@ _LEAVING = ("call", "return", "break", "continue")
 #: Lines that a jump may lead to.
 _LINE = re.compile(
     rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?(?:[nN][ \t\d.]*)?"
-    rb"((?:[oO:<](?![ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?i:%s)\b)|(?i:while|do[ \t]*\d|end[ \t]*\d))[^\n]*)"
+    rb"((?:[oO:<](?![ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?i:%s)\b)|(?i:wh|do[ \t]*\d|end?[ \t]*\d))[^\n]*)"
     % "|".join(_LEAVING).encode()
 )
 #: Lines with an N word.
