@@ -175,7 +175,7 @@ def test_numbers_of_numpy_are_numbers() -> None:
     [
         (np.zeros((5, 3)), "setpoints of axes XY have an array of shape (5, 3), not (rows, axes)"),
         (np.zeros(5), "of shape (5,)"),
-        ([["a", "b"]], "no array of numbers"),
+        ([["a", "b"]], "not an array of numbers"),
         (np.array([[1j, 0]]), "positions of setpoints are complex numbers"),
         (np.ma.masked_array(np.zeros((5, 2)), mask=np.eye(5, 2)), "positions of setpoints are masked"),
         (np.array([[0, 0], [0, np.nan]]), "setpoint 1, at 0.001 s, is not finite"),

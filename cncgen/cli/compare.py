@@ -83,7 +83,7 @@ def _names(text: str | None) -> list[str] | None:
         return None
     names = [name.strip() for name in text.split(",") if name.strip()]
     if not names:
-        raise click.UsageError("the list names nothing")
+        raise click.UsageError("the list names nothing: names go here, separated by commas")
     return names
 
 

@@ -57,7 +57,7 @@ def _faults(machine: Machine) -> Iterator[str]:
         yield f"axes is a {type(machine.axes).__name__}; it is to be a mapping of letters to cncgen.machine.Axis"
         return
     if not machine.axes:
-        yield "it has no axis"
+        yield "it has no axis; it needs one at least"
     for letter, axis in machine.axes.items():
         if not isinstance(axis, Axis):
             yield f"axis {letter!r} is a {type(axis).__name__}; it is to be a cncgen.machine.Axis"

@@ -60,7 +60,7 @@ def unread_positions(names: Sequence[str], name: str) -> list[Diagnostic]:
         if not match or column in POSITION_COLUMNS or letter in have:
             continue
         if letter in AXIS_LETTERS:
-            message = f"{name}: the column {column} is no position of axis {letter}"
+            message = f"{name}: the column {column} is not the position of axis {letter} in its unit"
             found.append(
                 Diagnostic("setpoints-header", message, hint=f"it is called {position_column(letter)}")
             )
@@ -127,4 +127,6 @@ def check_finite(matrix: Floats, names: Sequence[str], first: int) -> None:
     finite = np.isfinite(matrix)
     if not finite.all():
         row, column = np.argwhere(~finite)[0]
-        raise FloatingPointError(f"setpoint {first + row}: {names[column]} is {matrix[row, column]}")
+        raise FloatingPointError(
+            f"setpoint {first + row}: {names[column]} is {matrix[row, column]}, not a finite number"
+        )

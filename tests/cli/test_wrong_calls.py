@@ -75,7 +75,7 @@ def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("canon part.nc --save-parameters -", 2, "--save-parameters and what the command writes"),
         ("simulate part.nc --controller nope", 2, "no controller is called 'nope'"),
         ("simulate part.nc --settle -1", 2, "-1.0 is not in the range"),
-        ("simulate part.nc --format csv", 2, "is no setpoint file"),
+        ("simulate part.nc --format csv", 2, "is not a setpoint file"),
         ("simulate s.csv --axis-params generic", 2, "there is no machine profile 'generic'"),
         ("simulate s.csv --axis-params xy-table --axes U", 2, "s.csv has no axis U; it has X, Y"),
         ("simulate s.csv --axis-params xy-table --axes XZ", 2, "s.csv has no axis Z; it has X"),

@@ -127,7 +127,7 @@ def test_npy_is_a_table_of_doubles(tmp_path: Path, array: np.ndarray, told: str)
         ({"t_s": np.arange(3.0), "x_mm": np.zeros(2)}, "columns differ in shape"),
         ({"t_s": np.zeros((2, 2)), "x_mm": np.zeros((2, 2))}, "columns differ in shape"),
         ({"t_s": np.arange(3.0), "x_mm": np.array(["a", "b", "c"])}, "holds no plain numbers"),
-        ({"t_s": np.arange(3.0), "x_mm": np.array([None, 1, 2], object)}, "is no npz file"),
+        ({"t_s": np.arange(3.0), "x_mm": np.array([None, 1, 2], object)}, "is not an npz file"),
         ({"t_s": np.array([0, 1, 5.0]), "x_mm": np.zeros(3)}, "row 2"),
         ({"t_s": np.arange(3.0), "x_mm": np.array([0, np.inf, 0])}, "row 2 holds"),
     ],
@@ -144,9 +144,9 @@ def test_npz_has_a_time_and_positions_of_one_length(
     ("columns", "told"),
     [
         ({"t_s": [0.0, 0.001]}, "needs t_s and a position"),
-        ({"t_s": ["0", "a"], "x_mm": [0.0, 1.0]}, "is no Arrow file"),
+        ({"t_s": ["0", "a"], "x_mm": [0.0, 1.0]}, "is not an Arrow file"),
         ({"t_s": [0.0, None], "x_mm": [0.0, 1.0]}, "row 2 holds"),
-        ({"t_s": [0.0, 0.001], "x_mm": [[0.0], [1.0]]}, "is no Arrow file"),
+        ({"t_s": [0.0, 0.001], "x_mm": [[0.0], [1.0]]}, "is not an Arrow file"),
     ],
 )
 def test_arrow_has_numbers(tmp_path: Path, columns: dict[str, Any], told: str) -> None:

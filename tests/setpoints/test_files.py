@@ -236,7 +236,9 @@ def test_a_position_in_another_unit_is_not_passed_over(
     else:
         lines = [",".join(rows[0]), *(",".join(map(str, row.values())) for row in rows)]
         path.write_text("\n".join(lines if kind == "csv" else map(json.dumps, rows)))
-    with pytest.raises(UsageError, match=f"the column {column.lower()} is no position of axis") as caught:
+    with pytest.raises(
+        UsageError, match=f"the column {column.lower()} is not the position of axis"
+    ) as caught:
         read(path)
     assert caught.value.diagnostics[0].hint == hint
 

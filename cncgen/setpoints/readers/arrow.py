@@ -28,7 +28,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         batches = (reader.get_batch(k) for k in range(reader.num_record_batches))
         yield from blocks_of_batches(reader.schema, batches, name)
     except (pa.ArrowException, OSError, ValueError, TypeError, LookupError) as error:
-        raise UsageError(Diagnostic("setpoints-header", f"{name} is no Arrow file: {error}")) from error
+        raise UsageError(Diagnostic("setpoints-header", f"{name} is not an Arrow file: {error}")) from error
 
 
 def blocks_of_batches(schema: Any, batches: Iterator[Any], name: str) -> Iterator[FileBlock]:

@@ -97,7 +97,7 @@ class _Table:
             raise UsageError(
                 Diagnostic(
                     "setpoints-header",
-                    f"{name} is no setpoint file: its first line {fault}",
+                    f"{name} is not a setpoint file: its first line {fault}",
                     span=Span(name, max(line, 1)),
                     excerpt=excerpt,
                     excerpt_offset=cut,

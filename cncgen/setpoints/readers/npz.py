@@ -59,7 +59,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
                 matrix = np.stack([column.rows(ROWS) for column in columns], axis=1)
                 yield block_of(matrix, found[1:], name, row, period)
     except _FAULTS as error:
-        raise UsageError(Diagnostic("setpoints-header", f"{name} is no npz file: {error}")) from error
+        raise UsageError(Diagnostic("setpoints-header", f"{name} is not an npz file: {error}")) from error
 
 
 def _period(archive: zipfile.ZipFile, names: list[str]) -> float | None:

@@ -94,7 +94,10 @@ class Profiles:
         across = values.get("diameter across flats")
         diameter = values.get("circumscribed diameter", across)
         if not 3 <= sides <= 10_000 or diameter is None:
-            raise entity.fault("stepnc-geometry", f"a polygon of {sides} sides and no diameter that is known")
+            raise entity.fault(
+                "stepnc-geometry",
+                f"a polygon needs 3 to 10000 sides and a diameter; it has {sides} sides and {diameter} mm",
+            )
         return profile_shapes.regular_polygon(
             sides, diameter, across_flats="circumscribed diameter" not in values
         )

@@ -101,7 +101,10 @@ class Toolpaths:
             measure = self.units.measure(item.entity)
             if measure is not None:
                 if not measure.value >= 0:
-                    raise entity.fault("stepnc-range", f"a path maximum deviation of {measure.value:g} mm")
+                    raise entity.fault(
+                        "stepnc-range",
+                        f"path maximum deviation is {measure.value:g} mm; it must not be negative",
+                    )
                 return measure.value
         return None
 

@@ -96,7 +96,9 @@ class Units:
                 base = self.unit(element.entity("unit").id, depth)
                 exponent = element.number("exponent")
                 if abs(exponent) > 10:
-                    raise element.fault("stepnc-unit", f"a unit to the power {exponent:g}")
+                    raise element.fault(
+                        "stepnc-unit", f"the exponent of a unit is {exponent:g}; it must be within ±10"
+                    )
                 product = product.times(base.to_power(exponent))
             return product
         if instance.part("RATIO_UNIT") is not None:

@@ -90,7 +90,10 @@ def _sphere(job: Job, hole: float) -> Bottom:
     sphere = job.shape.bottom_radius
     if sphere is None or not sphere >= hole - 1e-9:
         given = "no radius" if sphere is None else f"a radius of {sphere:g} mm"
-        raise job.fault("stepnc-geometry", f"the spherical bottom of a hole of {2 * hole:g} mm has {given}")
+        raise job.fault(
+            "stepnc-geometry",
+            f"the spherical bottom of a hole of {2 * hole:g} mm has {given}; it needs {hole:g} mm or more",
+        )
     radius, edge = job.radius, job.tool.edge
     centre = job.depth - math.sqrt(max(sphere**2 - hole**2, 0.0))
 

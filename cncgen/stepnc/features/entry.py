@@ -170,7 +170,7 @@ def helix(place: Floats, direction: Floats, radius: float, angle: float, clockwi
     def descend(moves: Moves, z: float) -> None:
         sweep = 2 * math.pi * (moves.position[2] - z) / pitch
         if sweep > 2 * math.pi * MAX_TURNS:
-            text = f"a helix of {sweep / (2 * math.pi):.0f} turns, more than {MAX_TURNS}: {math.degrees(angle):g} degrees"
+            text = f"at {math.degrees(angle):g} degrees the helix needs {sweep / (2 * math.pi):.0f} turns, more than {MAX_TURNS}"
             raise OffsetError(text)
         moves.arc(np.array([last[0], last[1], z]), place, clockwise, sweep)
         middle = place + radius / 2 * side
@@ -208,7 +208,7 @@ def ramp(
             moves.height(z)
             return
         if 2 * pairs * len(line) > MAX_RAMP_LINES:
-            text = f"a ramp of {2 * pairs} ways at {math.degrees(angle):g} degrees has more than {MAX_RAMP_LINES} lines"
+            text = f"at {math.degrees(angle):g} degrees the ramp goes to and fro {pairs} times: more than {MAX_RAMP_LINES} lines"
             raise OffsetError(text)
         reach = min(total, drop / math.tan(angle) / (2 * pairs))
         s = np.concatenate([lengths[lengths < reach], [reach]])

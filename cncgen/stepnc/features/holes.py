@@ -32,6 +32,8 @@ def tip_length(tool: CuttingTool) -> float:
 
 #: Diameters and depths closer than this are equal, mm.
 SAME_SIZE = 1e-3
+#: More steps of one hole than this are a slip of the pen.
+MAX_STEPS = 100_000
 #: Operations that give the hole the diameter of their tool.
 _SIZING = ("boring", "reaming")
 
@@ -202,8 +204,11 @@ def multistep(job: Job) -> tuple[CutterPath, ...]:
     first = first if first > 0 else each
     if not first > 0 or not (each > 0 or -bottom <= first):
         raise job.fault("stepnc-missing", "multistep drilling needs first_depth or depth_of_step")
-    if each > 0 and (-bottom - first) / each > 100_000:
-        raise job.fault("stepnc-geometry", f"{(-bottom - first) / each:.0f} steps of {each:g} mm")
+    if each > 0 and (-bottom - first) / each > MAX_STEPS:
+        raise job.fault(
+            "stepnc-geometry",
+            f"depth_of_step {each:g} mm makes {(-bottom - first) / each:.0f} steps; at most {MAX_STEPS} are made",
+        )
     back, wait = job.value("retract_distance", 0.0), job.value("dwell_time_step", 0.0)
     moves = _begin(job)
     level = max(-first, bottom)

@@ -25,6 +25,8 @@ DEFAULT_RETRACT = 5.0
 MAX_SLOPE = math.radians(80.0)
 #: The highest that a retract plane may be, mm.
 MAX_HEIGHT = 1e5
+#: More axial passes than this are a slip of the pen.
+MAX_LEVELS = 10_000
 
 
 @dataclass(slots=True)
@@ -161,8 +163,10 @@ class Job:
         out: list[float] = []
         for begin, end in pairwise([0.0, *inner, total]):
             count = max(1, math.ceil((end - begin) / axial - 1e-9)) if axial > 0 else 1
-            if count > 10_000:
-                raise self.fault("stepnc-depth", f"{count} axial passes of {axial:g} mm")
+            if count > MAX_LEVELS:
+                raise self.fault(
+                    "stepnc-depth", f"passes {axial:g} mm deep are {count}; at most {MAX_LEVELS} are made"
+                )
             out += [-begin - (end - begin) * (k + 1) / count for k in range(count)]
         return out
 

@@ -74,7 +74,7 @@ def grown(geometry: BaseGeometry, distance: float, **how: str | float) -> BaseGe
         OffsetError: where the distance is larger than any part, or no parallel outline results.
     """
     if not abs(distance) <= MAX_OFFSET:
-        raise OffsetError(f"an offset of {distance:g} mm")
+        raise OffsetError(f"an offset of {distance:g} mm is beyond ±{MAX_OFFSET:g} mm")
     out = geometry.buffer(distance, **how)
     simple = "join_style" in how or geometry.geom_type not in ("Polygon", "MultiPolygon")
     if simple or abs(distance) < SMALL_OFFSET or _is_parallel(out, geometry, abs(distance)):
@@ -128,7 +128,7 @@ def polygon_of(pieces: list[Piece]) -> Any:
 
     points = np.concatenate([_chords_of(p)[:, :2] for p in pieces])
     if not np.abs(points).max() <= MAX_OFFSET:
-        raise OffsetError(f"an outline with coordinates beyond {MAX_OFFSET:g} mm")
+        raise OffsetError(f"the outline has coordinates beyond ±{MAX_OFFSET:g} mm")
     polygon = Polygon(points)
     if polygon.is_valid:
         return polygon
@@ -242,7 +242,7 @@ def nested(shrink: Callable[[float], list[Polygon]], step: float, reach: float) 
     deepest = max(inradius(r.polygon)[0] for r in roots)
     count = max(1, math.ceil(deepest / step - 1e-6))
     if count > MAX_RINGS:
-        raise OffsetError(f"{count} rings {step:g} mm apart, more than {MAX_RINGS}")
+        raise OffsetError(f"passes {step:g} mm apart make {count} rings; at most {MAX_RINGS} are made")
     outer = roots
     for k in range(1, count):
         inner = [Ring(p, k * deepest / count) for p in shrink(k * deepest / count)]
@@ -427,7 +427,7 @@ def chords(polygon: Polygon, along: Floats, across: Floats, step: float) -> list
     low, high = elementary.product(points, along[:2]), elementary.product(points, across[:2])
     count = max(1, math.ceil((high.max() - high.min()) / step - 1e-9))
     if count > 10 * MAX_RINGS:
-        raise OffsetError(f"{count} lines {step:g} mm apart, more than {10 * MAX_RINGS}")
+        raise OffsetError(f"passes {step:g} mm apart make {count} lines; at most {10 * MAX_RINGS} are made")
     rows = []
     for k in range(count + 1):
         at = high.min() + (high.max() - high.min()) * k / count

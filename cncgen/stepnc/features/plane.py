@@ -20,6 +20,8 @@ from cncgen.stepnc.geometry.pieces import Polyline
 from cncgen.stepnc.model import CutterPath
 
 _WAYS = ("bidirectional", "unidirectional", "")
+#: Most lines over all depths.
+_MOST_LINES = 1_000_000
 
 
 def mill(job: Job) -> tuple[CutterPath, ...]:
@@ -33,8 +35,10 @@ def mill(job: Job) -> tuple[CutterPath, ...]:
     along = _feed_direction(job)
     lines = _lines(job, along)
     levels = job.levels(job.depth - job.value("allowance_bottom", 0.0))
-    if len(lines) * len(levels) > 1_000_000:
-        raise job.fault("stepnc-geometry", f"{len(lines)} lines in {len(levels)} depths are too many")
+    if len(lines) * len(levels) > _MOST_LINES:
+        raise job.fault(
+            "stepnc-geometry", f"{len(lines)} lines in {len(levels)} depths are more than {_MOST_LINES}"
+        )
     return (
         _bidirectional(job, lines, levels) if strategy != "unidirectional" else _one_way(job, lines, levels)
     )

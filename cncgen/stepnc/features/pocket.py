@@ -127,7 +127,8 @@ def _clear(job: Job, closed: Polygon, passes: list[Layer]) -> tuple[CutterPath, 
         rings = offsets.nested(partial(layer.region, whole, corner), step, job.radius)
         if len(rings) * len(layer.spans) > MAX_PASSES:
             raise job.fault(
-                "stepnc-geometry", f"{len(rings)} regions in {len(layer.spans)} depths are too many"
+                "stepnc-geometry",
+                f"{len(rings)} regions in {len(layer.spans)} depths are more than {MAX_PASSES} passes",
             )
         if not rings and not fitted:
             inset = layer.wall
@@ -182,7 +183,9 @@ def _descend_levels(
     pieces = [p for _, curves in cuts for curve in curves for p in curve]
     lines = sum(len(p.points) if isinstance(p, Polyline) else 1 for p in pieces)
     if len(spans) * lines > MAX_LINES:
-        raise job.fault("stepnc-geometry", f"{len(spans)} depths of {lines} lines each are too many")
+        raise job.fault(
+            "stepnc-geometry", f"{len(spans)} depths of {lines} lines each are more than {MAX_LINES} lines"
+        )
     if spans[0][0] == 0.0:
         begin = cuts[0][0].start(job.retract, spans[0][1])
     else:

@@ -133,7 +133,7 @@ def _formed(job: Job) -> tuple[CutterPath, ...]:
         text = f"a slot of this section needs {wanted}, and no allowances"
         raise job.fault("stepnc-unsupported", text)
     if width > 2 * job.radius + 1e-6:
-        text = f"the slot is {width:.3f} mm wide at its top, the tool {2 * job.radius:g} mm"
+        text = f"the slot is {width:.3f} mm wide at its top, wider than the tool, {2 * job.radius:g} mm"
         raise job.fault("stepnc-geometry", text)
     return _along(job, _middle(job, _path(job)), job.levels(job.depth))
 
@@ -141,7 +141,10 @@ def _formed(job: Job) -> tuple[CutterPath, ...]:
 def mill_walls(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths along both walls of a slot."""
     if job.shape.section:
-        raise job.fault("stepnc-unsupported", f"the walls of a slot with a section of {job.shape.section}")
+        raise job.fault(
+            "stepnc-unsupported",
+            f"walls of a slot whose section is {job.shape.section} cannot be finished alone; a rough operation cuts the slot",
+        )
     return profile.mill_inside(_as_pocket(job, *_course(job)))
 
 

@@ -109,9 +109,9 @@ class CurveReader:
         ids = exchange.links_of(exchange.row_of(entity.id))
         points, plain = exchange.coordinates_of(ids)
         if len(ids) < 2:
-            raise entity.fault("stepnc-geometry", f"a polyline of {len(ids)} points")
+            raise entity.fault("stepnc-geometry", f"a polyline needs two points or more, and has {len(ids)}")
         if np.abs(points).max() > MAX_COORDINATE:
-            raise entity.fault("stepnc-range", f"a coordinate beyond {MAX_COORDINATE:g}")
+            raise entity.fault("stepnc-range", f"a coordinate is beyond ±{MAX_COORDINATE:g}")
         if not plain.all():
             return self._slow_polyline(entity, ids.tolist())
         return [Polyline(points * self.scale if self.scale != 1.0 else points)]
@@ -271,7 +271,9 @@ class CurveReader:
         if not all(0 <= p <= last + 1e-9 for p in places) or (
             not closed and abs(places[0] - places[1]) < 1e-12
         ):
-            text = f"trims at {places[0]:g} and {places[1]:g} of a polyline of {last} lines"
+            text = (
+                f"the trims {places[0]:g} and {places[1]:g} must be two places from 0 to {last}, one a line"
+            )
             raise entity.fault("stepnc-geometry", text)
         begin, end = (min(p, float(last)) for p in places)
         if not closed:
@@ -295,7 +297,7 @@ class CurveReader:
                 text = (
                     f"a trim lies {off:.4f} mm off the curve"
                     if off
-                    else f"a trim at {u:g} of {low:g} to {high:g}"
+                    else f"a trim at {u:g} lies outside the curve, {low:g} to {high:g}"
                 )
                 raise entity.fault("stepnc-geometry", text)
             at.append(min(max(u, low), high))
@@ -313,7 +315,7 @@ class CurveReader:
         pieces: list[Piece] = []
         segments = entity.refs("segments")
         if not segments:
-            raise entity.fault("stepnc-geometry", "a composite curve without segments")
+            raise entity.fault("stepnc-geometry", "a composite curve needs one segment or more, and has none")
         for ident in segments:
             segment = self.entities.get(ident, "COMPOSITE_CURVE_SEGMENT", owner=entity.id)
             part = self.read(segment.entity("parent_curve").id, segment.id)
@@ -336,12 +338,15 @@ class CurveReader:
         degree = int(base.number("degree"))
         coordinates, plain = self.entities.exchange.coordinates_of(np.array(ids, np.int64))
         if len(ids) and np.abs(coordinates).max() > MAX_COORDINATE:
-            raise entity.fault("stepnc-range", f"a coordinate beyond {MAX_COORDINATE:g}")
+            raise entity.fault("stepnc-range", f"a coordinate is beyond ±{MAX_COORDINATE:g}")
         control = coordinates * self.scale
         for k in np.flatnonzero(~plain).tolist():
             control[k] = self.placements.point(ids[k], entity.id)
         if degree < 1 or degree > 25 or len(ids) <= degree:
-            raise entity.fault("stepnc-geometry", f"degree {degree} with {len(ids)} control points")
+            raise entity.fault(
+                "stepnc-geometry",
+                f"degree {degree} with {len(ids)} control points: a degree from 1 to 25 needs one point more than that",
+            )
         knots = self._knots(entity, len(ids), degree)
         weights = self._weights(entity, len(ids))
         return splines.clamped(Nurbs(degree, control, weights, knots))

@@ -75,7 +75,7 @@ class Placements:
         if not 1 <= len(numbers) <= 3:
             raise entity.fault("stepnc-geometry", f"a point has 1 to 3 coordinates, not {len(numbers)}")
         if max(map(abs, numbers)) > MAX_COORDINATE:
-            raise entity.fault("stepnc-range", f"a coordinate beyond {MAX_COORDINATE:g}")
+            raise entity.fault("stepnc-range", f"a coordinate is beyond ±{MAX_COORDINATE:g}")
         return np.array(numbers + [0.0] * (3 - len(numbers))) * self.scale
 
     def direction(self, ident: int, owner: int | None = None) -> Vector:

@@ -69,7 +69,7 @@ def arc_path(entity: Entity, radius: float, sweep: float) -> Arc:
         Skip: where no arc has this radius and angle.
     """
     if not (radius > 0 and 0 < abs(sweep) <= 2 * math.pi + 1e-9):
-        text = f"an arc of {radius:g} mm radius and {math.degrees(sweep):g} degrees"
+        text = f"an arc has a radius of {radius:g} mm and {math.degrees(sweep):g} degrees; the radius must be above 0, the angle within a turn and not 0"
         raise entity.fault("stepnc-geometry", text)
     return circular_path(radius, sweep)
 
@@ -105,7 +105,7 @@ def circular_places(
     steps = np.abs(np.concatenate([np.diff(angles), np.diff(turns)]))
     if not steps.max(initial=0.0) <= 2 * math.pi + 1e-9:
         text = (
-            f"a pattern with angles of up to {math.degrees(float(steps.max())):g} degrees, more than a turn"
+            f"angles of the pattern are up to {math.degrees(float(steps.max())):g} degrees, more than a turn"
         )
         raise owner.fault("stepnc-geometry", text)
     reach = math.hypot(base[0, 3], base[1, 3])
@@ -166,10 +166,11 @@ def section(
     """
     if not 0 < angle <= math.pi + 1e-9 or not radius >= 0 or (kind == "arc" and not radius > 0):
         raise entity.fault(
-            "stepnc-geometry", f"a {kind} of {math.degrees(angle):g} degrees and {radius:g} mm"
+            "stepnc-geometry",
+            f"a {kind} of {math.degrees(angle):g} degrees and {radius:g} mm cannot be made: the angle must lie between 0 and 180, the radius not below 0",
         )
     if tilt is not None and abs(tilt - (math.pi - angle) / 2) > math.radians(0.1):
         upright = math.degrees((math.pi - angle) / 2)
-        text = f"a vee that leans (tilt_angle {math.degrees(tilt):g} degrees, upright it has {upright:g})"
+        text = f"a vee that leans cannot be made: tilt_angle is {math.degrees(tilt):g} degrees, {upright:g} stands upright"
         raise entity.fault("stepnc-unsupported", text)
     return {"section": kind, "section_angle": angle, "section_radius": radius}

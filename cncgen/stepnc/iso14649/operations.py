@@ -170,7 +170,7 @@ class Operations:
         scale = self.toolpaths.curves.angle
         tilt, yaw = (direction.number(name, 0.0) * scale for name in ("tilt_angle", "yaw_angle"))
         if not (abs(tilt) < math.pi / 2 and abs(yaw) <= 2 * math.pi):
-            text = f"a tilt of {math.degrees(tilt):g} and a yaw of {math.degrees(yaw):g} degrees"
+            text = f"tilt_angle is {math.degrees(tilt):g} and yaw_angle {math.degrees(yaw):g} degrees; within ±90 and ±360 can be made"
             raise direction.fault("stepnc-geometry", text)
         if abs(yaw) > 1e-12 and abs(tilt) > 1e-12:
             text = f"the yaw of {math.degrees(yaw):g} degrees is taken by the right hand about the surface's normal"

@@ -110,7 +110,7 @@ class Profiles:
         """Return an n-gon; ISO 14649-10: where the flag is false a circle of that diameter surrounds it, else it surrounds one."""
         count = int(entity.number("number_of_sides"))
         if not 3 <= count <= 10_000:
-            raise entity.fault("stepnc-geometry", f"a polygon of {count} sides")
+            raise entity.fault("stepnc-geometry", f"a polygon has 3 to 10000 sides, not {count}")
         across = entity.flag("circumscribed_or_across_flats") is True
         return profile_shapes.regular_polygon(count, self._size(entity, "diameter"), across)
 

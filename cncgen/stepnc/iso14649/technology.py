@@ -118,7 +118,7 @@ class Resources:
             size.warn("stepnc-angle", f"a tool tip angle of {tip:g}°; is it meant in radians?")
         diameter = size.optional("diameter")
         if diameter is not None and not diameter > 0:
-            raise size.fault("stepnc-tool", f"a tool diameter of {diameter:g} mm")
+            raise size.fault("stepnc-tool", f"the tool's diameter is {diameter:g} mm; it must be above 0")
         return {
             "diameter": diameter,
             "tip_angle": None if tip is None else tip * DEGREE,
@@ -139,7 +139,7 @@ def speed_of(entity: Entity) -> tuple[bool, float]:
         return value == "RAPID", 1.0
     if isinstance(value, float | int) and not isinstance(value, bool) and type(value) in (int, float):
         if not value > 0:
-            raise entity.fault("stepnc-speed", f"a ratio of speed of {value:g}")
+            raise entity.fault("stepnc-speed", f"its_speed is the ratio {value:g}; it must be above 0")
         return False, float(value)
     if value is not None:
         entity.warn("stepnc-speed-profile", "the speed profile along the path is not applied; the feed holds")

@@ -66,7 +66,7 @@ def number(text: str) -> int | float:
         ValueError: where it has too many digits, or its double is not finite.
     """
     if len(text) > MAX_DIGITS:
-        raise ValueError(f"a number of {len(text)} characters")
+        raise ValueError(f"a number of {len(text)} characters is longer than {MAX_DIGITS}")
     if "." not in text and text.lstrip("+-").isdigit():
         whole = int(text)
         if abs(whole) > sys.float_info.max:
