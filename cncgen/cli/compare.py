@@ -11,6 +11,7 @@ from cncgen.cli.options import (
     machine_option,
     message_options,
     output_option,
+    perturb_options,
     planning_options,
     program_options,
     summary_option,
@@ -20,6 +21,7 @@ from cncgen.cli.types import FILE
 if TYPE_CHECKING:
     from cncgen.machine import Machine
     from cncgen.planner import PlanOptions
+    from cncgen.servo.uncertainty import Perturbation
     from cncgen.toolpath.record import Program, Toolpath
 
 
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
 )
 @output_option
 @summary_option
+@perturb_options
 @planning_options
 @program_options
 @message_options
@@ -52,24 +55,31 @@ def command(
     controllers: str | None,
     output: str | None,
     summary: str | None,
+    uncertainty: dict[str, Any],
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
     """Compare strategies or controllers on a program.
 
     Without --controllers: each feedrate strategy's time, true and predicted contour error and peaks; then each
-    interpolator's time, feedrate fluctuation, distance of its setpoints from the path, and contour error of the axes. With it: the servo axes' errors under each controller, on one plan.
+    interpolator's time, feedrate fluctuation, distance of its setpoints from the path, and contour error of the axes. With it: the servo axes'
+    errors under each controller, on one plan; with --perturb on drawn machines too.
     """
-    from cncgen.cli.reading import opened, plan_options, planning_machine
+    from cncgen.cli.reading import opened, perturbation_of, plan_options, planning_machine
     from cncgen.files import write_text
     from cncgen.pipeline import machine_of, sound
 
+    drawn = perturbation_of(uncertainty)
+    if drawn is not None and controllers is None:
+        raise click.UsageError("--perturb draws servo parameters: it needs --controllers.")
     options, machine = plan_options(planning), planning_machine(machine, planning)
     with opened(program, reading, planning["path_tolerance"], machine) as read:
         where, toolpaths = machine_of(machine), list(sound(read))
         if controllers is not None:
             source = planning["axis_params"] or machine
-            text, found = _controllers(read, toolpaths, where, options, source, _names(controllers) or [])
+            text, found = _controllers(
+                read, toolpaths, where, options, source, _names(controllers) or [], drawn
+            )
         else:
             text, found = _strategies(
                 read, toolpaths, where, options, _names(feedrates), _names(interpolators)
@@ -114,6 +124,7 @@ def _controllers(
     options: PlanOptions,
     source: str,
     names: list[str],
+    drawn: Perturbation | None,
 ) -> tuple[str, dict[str, Any]]:
     from dataclasses import replace
 
@@ -130,5 +141,5 @@ def _controllers(
     wanted = reference_of(program.name, setpoints)
     path, letters = programmed_path(iter(toolpaths), machine, wanted.axes)
     wanted = replace(wanted, path=path, path_axes=letters)
-    found = compare_controllers(setpoints, load_servos(source), names, settings, machine.axes, wanted)
+    found = compare_controllers(setpoints, load_servos(source), names, settings, machine.axes, wanted, drawn)
     return controller_table(found), {"controllers": found}

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from cncgen.cli import memory, messages
-from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, SETPOINT_FORMAT, FiniteRange, NamedChoice, Share
+from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, SETPOINT_FORMAT, FiniteRange, NamedChoice, Uncertain
 from cncgen.extensions import DIALECT_GROUP
 from cncgen.toolpath.reading import DIALECTS, SPEED_UNITS, SPINDLE_SIGNS
 
@@ -392,9 +392,10 @@ perturb_options = _gathering(
     "uncertainty",
     click.option(
         "--perturb",
-        metavar="SHARE",
-        type=Share(0.0, 0.9),
-        help="Draw every servo parameter within this share of its value, as 10%, and show worst and quantiles.",
+        metavar="SHARE|SUMMARY.json",
+        type=Uncertain(0.0, 0.9),
+        help="Draw every servo parameter within this share of its value, as 10%, and show worst and quantiles; axes of a "
+        "summary of identify as their log leaves them open. Several by commas.",
     ),
     click.option(
         "--draws",

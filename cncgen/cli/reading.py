@@ -18,6 +18,7 @@ from cncgen.extensions import FORMATS, SUFFIXES, is_format
 if TYPE_CHECKING:
     from cncgen.pipeline import Plan
     from cncgen.planner import PlanOptions
+    from cncgen.servo.identified_spread import IdentifiedSpread
     from cncgen.servo.uncertainty import Perturbation
     from cncgen.servo.wanted_motion import WantedMotion
     from cncgen.toolpath.reading import ReadOptions
@@ -177,8 +178,28 @@ def perturbation_of(
     """
     from cncgen.servo.uncertainty import Perturbation
 
-    share = usual if uncertainty["perturb"] is None else uncertainty["perturb"]
-    return Perturbation(share, uncertainty["draws"] or draws, uncertainty["draw_seed"]) if share else None
+    share, files = uncertainty["perturb"] or (usual or 0.0, ())
+    if not share and not files:
+        return None
+    found = tuple(spread for name in files for spread in _identified(name))
+    return Perturbation(share, uncertainty["draws"] or draws, uncertainty["draw_seed"], found)
+
+
+def _identified(name: str) -> Iterator[IdentifiedSpread]:
+    """Yield what a summary of ``cncgen identify`` says of each axis."""
+    from cncgen.diagnostics import Diagnostic, UsageError
+    from cncgen.servo.identified_spread import read_summary, spread_of
+
+    try:
+        summary = read_summary(name)
+        axes = summary.get("axes")
+        if not isinstance(axes, dict) or not axes:
+            raise ValueError("not a summary of cncgen identify: it has no axes")
+        for letter in axes:
+            yield spread_of(summary, letter.upper())
+    except ValueError as error:
+        hint = "cncgen identify LOG --model … --summary FILE.json writes one"
+        raise UsageError(Diagnostic("perturb-summary", f"{name}: {error}", hint=hint)) from error
 
 
 def plan_options(planning: dict[str, Any]) -> PlanOptions:
@@ -208,7 +229,7 @@ def page_of(
     name: str,
     machine: str,
     compare: tuple[str, ...],
-    with_why: bool,
+    more: tuple[bool, str | None],
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> str:
@@ -218,17 +239,25 @@ def page_of(
         name: File, or ``-``.
         machine: A profile's name or a TOML file.
         compare: What `cncgen.cli.options.compare_option` gathered.
-        with_why: Whether the page ranks what would shorten the part.
+        more: Whether the page ranks what would shorten the part, and what errors are measured from beside the command.
         planning, reading: The values that `planning_options` and `program_options` gathered.
     """
     from cncgen.pipeline import report_page, variant_of
 
-    tolerance, how = planning["path_tolerance"], plan_options(planning)
+    tolerance, how, (with_why, reference) = planning["path_tolerance"], plan_options(planning), more
+    wanted = None if reference is None else reference_of(reference, machine, planning, reading)
     variants = [variant_of(what, how) for what in compare]
     with opened(name, reading, tolerance, machine) as program:
         language, options = read_options(reading, tolerance, machine)
         page = report_page(
-            program, machine, how, compare=variants, with_why=with_why, language=language, reading=options
+            program,
+            machine,
+            how,
+            compare=variants,
+            with_why=with_why,
+            reference=wanted,
+            language=language,
+            reading=options,
         )
         messages.show(page.remarks)
     return page.html

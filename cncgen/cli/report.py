@@ -13,6 +13,7 @@ from cncgen.cli.options import (
     output_option,
     planning_options,
     program_options,
+    reference_option,
     why_option,
 )
 from cncgen.cli.types import FILE
@@ -24,6 +25,7 @@ from cncgen.cli.types import FILE
 @output_option
 @compare_option
 @why_option
+@reference_option
 @planning_options
 @program_options
 @message_options
@@ -33,6 +35,7 @@ def command(
     output: str | None,
     compare: tuple[str, ...],
     with_why: bool,
+    reference: str | None,
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
@@ -44,4 +47,4 @@ def command(
     from cncgen.cli.reading import page_of
     from cncgen.files import write_text
 
-    write_text(output, page_of(program, machine, compare, with_why, planning, reading))
+    write_text(output, page_of(program, machine, compare, (with_why, reference), planning, reading))

@@ -45,6 +45,28 @@ class Share(click.ParamType):
         return number
 
 
+class Uncertain(click.ParamType):
+    """A share, summaries of ``cncgen identify``, or both by commas: ``10%``, ``x.json``, ``5%,x.json``."""
+
+    name = "uncertain"
+
+    def __init__(self, low: float, high: float) -> None:
+        self._share = Share(low, high)
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, tuple[str, ...]]:
+        """Return the share (0 without one) and the names of the files, or fail as click does."""
+        if isinstance(value, tuple):
+            return value
+        parts = [part.strip() for part in str(value).split(",")]
+        files = tuple(part for part in parts if part.endswith(".json"))
+        shares = [self._share.convert(part, param, ctx) for part in parts if part not in files]
+        if len(shares) > 1:
+            self.fail(f"{value!r} has {len(shares)} shares; one is for all parameters.", param, ctx)
+        return (shares[0] if shares else 0.0), files
+
+
 class ModeList(click.ParamType):
     """Vibrations by commas, each a frequency in Hz and a damping: ``38:0.05,71:0.03``."""
 

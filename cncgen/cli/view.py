@@ -13,6 +13,7 @@ from cncgen.cli.options import (
     message_options,
     planning_options,
     program_options,
+    reference_option,
     why_option,
 )
 from cncgen.cli.types import FILE
@@ -23,6 +24,7 @@ from cncgen.cli.types import FILE
 @machine_option
 @compare_option
 @why_option
+@reference_option
 @planning_options
 @program_options
 @message_options
@@ -31,6 +33,7 @@ def command(
     machine: str,
     compare: tuple[str, ...],
     with_why: bool,
+    reference: str | None,
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
@@ -42,5 +45,7 @@ def command(
     from cncgen.cli.reading import page_of
     from cncgen.files import open_in_browser
 
-    name, opened = open_in_browser(page_of(program, machine, compare, with_why, planning, reading))
+    name, opened = open_in_browser(
+        page_of(program, machine, compare, (with_why, reference), planning, reading)
+    )
     messages.note(f"{name}{'' if opened else ': no browser can be started here; open this file in one'}")

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from cncgen.report.page import Contents, Recording
     from cncgen.report.shortening import Shortening
     from cncgen.report.summary import Summary
+    from cncgen.servo.record import Response
+    from cncgen.servo.wanted_motion import WantedMotion
     from cncgen.setpoints.record import Setpoints
     from cncgen.toolpath.reading import ReadOptions
     from cncgen.toolpath.record import Program
@@ -134,6 +136,7 @@ def report_page(
     *,
     compare: Sequence[Variant] = (),
     with_why: bool = False,
+    reference: WantedMotion | None = None,
     language: str | None = None,
     reading: ReadOptions | None = None,
     title: str | None = None,
@@ -146,6 +149,7 @@ def report_page(
         options: How it is planned.
         compare: Other plans of the same program, shown over this one.
         with_why: The page says what would shorten the part, as `why` finds it; the program is planned several times for it.
+        reference: The motion that was wanted; the axes' contour error is given from it too. The whole response is in memory then.
         language, reading: How a file is read the second time, to be judged; as for `read`.
         title: Of the page; None: program and machine.
 
@@ -153,7 +157,7 @@ def report_page(
         The page; ``html`` is a document that needs nothing else. A program from standard input is not judged.
 
     Raises:
-        UsageError, ProgramError, NoPlanError: As `plan`.
+        UsageError, ProgramError, NoPlanError: As `plan`. There is a reference, and axes lack servo data (``servo-missing``).
     """
     from cncgen.report.page import html
 
@@ -165,7 +169,8 @@ def report_page(
         if variant.setpoints is not None:
             parts.append(_read(variant.setpoints, program, there, variant.label))
             continue
-        part, said = _recorded(program, there, variant.options or options, variant.label, (language, reading))
+        how, wanted = variant.options or options, None if parts else reference
+        part, said = _recorded(program, there, how, variant.label, (language, reading), wanted)
         parts.append(part)
         remarks.extend(said)
     if with_why:
@@ -209,6 +214,7 @@ def _recorded(
     options: PlanOptions | None,
     label: str,
     again: tuple[str | None, ReadOptions | None],
+    wanted: WantedMotion | None,
 ) -> tuple[Contents, Diagnostics]:
     """Plan a program; record, simulate and judge the plan as it is drawn.
 
@@ -218,16 +224,16 @@ def _recorded(
 
     remarks = Diagnostics()
     try:
-        run = _Run(program, machine, options, with_servos=_has_servos(program, machine))
+        run = _Run(program, machine, options, wanted is not None or _has_servos(program, machine), wanted)
         verdict = run.drawn(again)
     except UsageError as error:
-        if not all(item.code.startswith("servo-") for item in error.diagnostics):
+        if wanted is not None or not all(item.code.startswith("servo-") for item in error.diagnostics):
             raise
         remarks.extend(replace(item, severity=Severity.WARNING) for item in error.diagnostics)
         run = _Run(program, machine, options, with_servos=False)
         verdict = run.drawn(again)
     remarks.extend(run.summary.remarks)
-    summary, places = run.summary.as_json(), run.summary.places()
+    summary, places = {**run.summary.as_json(), **run.against()}, run.summary.places()
     return Contents(label, machine, run.recording, summary, places, verdict), remarks
 
 
@@ -240,7 +246,12 @@ class _Run:
     """One plan of a program, with what watches it."""
 
     def __init__(
-        self, program: Program, machine: Machine, options: PlanOptions | None, with_servos: bool
+        self,
+        program: Program,
+        machine: Machine,
+        options: PlanOptions | None,
+        with_servos: bool,
+        wanted: WantedMotion | None = None,
     ) -> None:
         from cncgen import planner
         from cncgen.planner.strategies import available
@@ -249,6 +260,8 @@ class _Run:
 
         how = options or planner.PlanOptions()
         self._program, self._machine, self._with_servos = program, machine, with_servos
+        self._wanted = wanted
+        self._responses: list[Response] = []
         axes = output_axes(program)
         self.summary: Summary = Summary(program, machine, how.feedrate or available()[0])
         self.recording: Recording = Recording(machine, axes, machine.period_s)
@@ -283,4 +296,18 @@ class _Run:
 
         responses = simulate(self._chunks, self._machine)
         for chunk in self.recording.over_responses(responses):
+            if self._wanted is not None:
+                self._responses.append(chunk)
             yield Setpoints(chunk.axes, chunk.period_s, chunk.first, chunk.command)
+
+    def against(self) -> dict[str, Any]:
+        """Return the errors from the wanted motion for the summary, and record the contour error; {} without one."""
+        if self._wanted is None or not self._responses:
+            return {}
+        from cncgen.servo.wanted_motion import judged_against, laid_over
+
+        found = judged_against(self._wanted, self._responses)
+        _, _, contour, _ = laid_over(self._wanted, self._responses)
+        if contour is not None:
+            self.recording.take_reference(contour)
+        return {"reference": found}

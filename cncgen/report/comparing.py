@@ -14,9 +14,11 @@ from cncgen.report.comparison import Fluctuation, StrategyFigures
 from cncgen.report.tables import number, text_table
 from cncgen.servo.command_limits import breaks
 from cncgen.servo.named_schemes import Settings, scheme_maker
+from cncgen.servo.response_spread import drawn_figures, spread_values
 from cncgen.servo.scheme import SchemeMaker
 from cncgen.servo.simulate import shaped_command, simulate_scheme
 from cncgen.servo.summary import summarize
+from cncgen.servo.uncertainty import Perturbation
 from cncgen.servo.wanted_motion import WantedMotion, judged_against
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import ORDER_NAMES, file_unit
@@ -113,11 +115,13 @@ def compare_controllers(
     settings: Settings | None = None,
     limits: Mapping[str, Axis] | None = None,
     wanted: WantedMotion | None = None,
+    drawn: Perturbation | None = None,
 ) -> list[dict[str, Any]]:
     """Simulate the same setpoints under controllers by name; return the summary of each, with ``controller``.
 
     With `limits` each has ``breaks``: by how much the setpoints that the loops are given, after a prefilter, exceed a limit
-    that the motion keeps. With `wanted` each has its errors against the wanted motion as ``reference``.
+    that the motion keeps. With `wanted` each has its errors against the wanted motion as ``reference``. With `drawn`
+    each has the spread of its errors over drawn machines as ``perturbed``.
 
     A controller that cannot be had for the axes has its ``fault`` (a diagnostic's message) instead of figures, so that
     the others are still compared.
@@ -136,6 +140,9 @@ def compare_controllers(
                 summary["breaks"] = _breaks(setpoints, maker, limits)
             if wanted is not None:
                 summary["reference"] = judged_against(wanted, responses)
+            if drawn is not None:
+                figures = drawn_figures(setpoints, servos, drawn, controller=name, settings=settings)
+                summary["perturbed"] = spread_values(figures, drawn)
             found.append(summary)
         except UsageError as error:
             if error.diagnostics[0].code not in ("controller-unfit", "servo-unstable"):
@@ -151,6 +158,17 @@ def _break_text(found: Sequence[Mapping[str, Any]]) -> str:
     """Return the broken limits in one cell."""
     words = [f"{b['axis']} {b['limit']}" + (f" {b['ratio']:.3g}x" if b["ratio"] else "") for b in found]
     return ", ".join(words) or "none"
+
+
+def _spread_cells(found: Mapping[str, Any]) -> list[str]:
+    """Return the interval and the worst of the largest contour error over drawn machines; an unstable one has no number."""
+    errors = found.get("contour_error_max_mm")
+    if errors is None:
+        return ["-", "-"]
+    low, high, worst = (
+        "unstable" if errors[key] is None else number(errors[key], 1000) for key in ("low", "high", "worst")
+    )
+    return [f"{low} to {high}", worst]
 
 
 def _breaks(
@@ -177,8 +195,10 @@ def controller_table(summaries: Sequence[Mapping[str, Any]]) -> str:
     letters = list(whole[0]["axes"]) if whole else []
     against = bool(whole) and "reference" in whole[0]
     limited = bool(whole) and "breaks" in whole[0]
+    spread = bool(whole) and "perturbed" in whole[0]
     header = ["controller", "contour max µm", "contour rms µm"]
     header += ["from the program µm"] if against else []
+    header += ["drawn 90 % µm", "worst µm"] if spread else []
     header += [f"{k.upper()} tracking rms {'µm' if file_unit(k) == 'mm' else 'mdeg'}" for k in letters]
     header += ["speed variation mm/s"]
     header += [f"{k.upper()} effort {whole[0]['axes'][k]['force_unit']}".strip() for k in letters]
@@ -195,6 +215,7 @@ def controller_table(summaries: Sequence[Mapping[str, Any]]) -> str:
                 s["controller"],
                 *contour,
                 *([number(s["reference"]["contour_error_max_mm"], 1000)] if against else []),
+                *(_spread_cells(s["perturbed"]) if spread else []),
                 *tracking,
                 number(s["speed_variation_mm_s"]),
                 *(number(s["axes"][k]["force_max"]) for k in letters),

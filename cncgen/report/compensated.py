@@ -57,10 +57,7 @@ def _spread_lines(found: dict[str, Any], perturbation: Perturbation) -> Iterator
 
     parts = [f"{label} {text('before', key)} -> {text('after', key)} {shown}"
              for label, key in (("median", "median"), ("95 % below", "q95"), ("worst", "worst"))]  # fmt: skip
-    yield (
-        f"with every parameter within {100 * perturbation.share:g} % ({found['draws']} draws): largest error "
-        + "; ".join(parts)
-    )
+    yield (f"with {perturbation} ({found['draws']} draws): largest error " + "; ".join(parts))
     if found["worse"]:
         yield f"on {found['worse']} of {found['draws']} drawn machines the command is worse than the motion as it is"
 

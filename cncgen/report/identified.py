@@ -12,7 +12,8 @@ from cncgen.diagnostics import Diagnostic, Severity, UsageError
 from cncgen.servo.identification.etfe import etfe
 from cncgen.servo.identification.fits import Fit, fit_first_order, fit_fourth_order, fit_velocity_loop
 from cncgen.servo.identification.log import AxisLog, read_log
-from cncgen.units import file_unit, is_rotary, to_file
+from cncgen.servo.identified_spread import SERVO_MODELS, servo_values
+from cncgen.units import file_unit
 
 #: A fit below it leaves half of the motion's size unexplained: its parameters mean nothing.
 POOR_FIT_PERCENT = 50.0
@@ -140,46 +141,23 @@ def _fitted(
 
 def _servo_table(letter: str, fit: Fit) -> str:
     """Return a fit as a table of a machine file; a velocity loop gets P control as a start."""
-    low, length = letter.lower(), file_unit(letter)
-    p = fit.parameters
     head = f"# fit {fit.fit_percent:.3f} %, residual rms {fit.residual_rms:.3g}"
+    lines = [f"[axes.{letter.lower()}.servo]", f'model = "{SERVO_MODELS[fit.model]}"']
     if fit.model == "velocity-loop":
-        return f"{head}\n{_velocity_loop_table(letter, fit)}"
-    lines = [f"[axes.{low}.servo]"]
-    if fit.model == "fourth-order":
-        lines += [
-            'model = "transfer-function"',
-            f"numerator = [{p['b2']!r}, {p['b1']!r}, {p['a0']!r}]",
-            f"denominator = [1.0, {p['a3']!r}, {p['a2']!r}, {p['a1']!r}, {p['a0']!r}]",
+        notes = [
+            f"# {name} = {value!r} ± {fit.uncertainty[name]:.2g} in mm, rad and s"
+            for name, value in fit.parameters.items()
         ]
-    else:
-        lines.append('model = "first-order"')
-        for name, value in p.items():
-            if name == "offset":
-                continue  # of the encoder's zero, and not of the axis
-            lag = name == "coulomb_lag_mm"
-            shown = math.degrees(value) if lag and is_rotary(letter) else value
-            lines.append(f"{name.replace('mm', length) if lag else name} = {shown!r}")
+        lines = notes + lines
+    values = servo_values(letter, fit.model, fit.parameters)
+    lines += [f"{key} = {value!r}" for key, value in values.items()]
+    if fit.model == "velocity-loop":
+        gain, lag = values["numerator"][0], fit.parameters["time_constant_s"]
+        lines.append(
+            f"position_gain_1_{file_unit(letter)} = {1.0 / (4.0 * lag * gain)!r}"
+            "  # a start: P control, critically damped; cncgen tune places PD"
+        )
     return head + "\n" + "\n".join(lines) + "\n"
-
-
-def _velocity_loop_table(letter: str, fit: Fit) -> str:
-    """Return the model ``plant`` of a drive with what was found, and the P gain that damps it critically."""
-    p, unit, factor = fit.parameters, file_unit(letter), to_file(letter)
-    gain, lag = p["gain"] * factor, p["time_constant_s"]
-    lines = [
-        f"# {name} = {value!r} ± {fit.uncertainty[name]:.2g} in mm, rad and s" for name, value in p.items()
-    ]
-    lines += [
-        f"[axes.{letter.lower()}.servo]",
-        'model = "plant"',
-        f"numerator = [{gain!r}]",
-        f"denominator = [{lag!r}, 1.0, 0.0]",
-        f"coulomb = {p.get('coulomb', 0.0)!r}",
-        f"position_gain_1_{unit} = {1.0 / (4.0 * lag * gain)!r}"
-        "  # a start: P control, critically damped; cncgen tune places PD",
-    ]
-    return "\n".join(lines) + "\n"
 
 
 def _response(axis: AxisLog) -> tuple[str, str, dict[str, Any]]:

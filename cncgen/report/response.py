@@ -51,9 +51,7 @@ def _reference_line(found: dict[str, Any]) -> str:
 def _spread_lines(found: dict[str, Any]) -> list[str]:
     """Return what the figures are on drawn machines."""
     unstable = f", {found['unstable']} of them UNSTABLE" if found["unstable"] else ""
-    lines = [
-        f"on {found['draws']} machines with every parameter within {100 * found['share']:g} %{unstable}:"
-    ]
+    lines = [f"on {found['draws']} machines with {found['of']}{unstable}:"]
     for name, values in found.items():
         if isinstance(values, dict) and "rms" not in name:
             low, median, high, worst = (

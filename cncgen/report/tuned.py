@@ -66,7 +66,7 @@ def worst_texts(found: Iterable[WorstMargins], perturbation: Perturbation) -> It
     for loop in found:
         unstable = f", {loop.unstable} of them UNSTABLE" if loop.unstable else ""
         yield (
-            f"{loop.name}: worst of {loop.draws} draws within {100 * perturbation.share:g} %{unstable}: gain margin"
+            f"{loop.name}: worst of {loop.draws} draws of {perturbation}{unstable}: gain margin"
             f" {_decibels(loop.gain)}, phase margin {loop.phase_deg:.1f}°, modulus margin {loop.modulus:.3f}"
         )
 

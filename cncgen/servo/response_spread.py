@@ -88,7 +88,13 @@ def figures_of_response(responses: Iterable[Response]) -> dict[str, float]:
 def spread_values(found: Mapping[str, Floats], perturbation: Perturbation) -> dict[str, Any]:
     """Return interval, median and worst of each figure as plain values; None where that machine is unstable."""
     unstable = max((int(np.isinf(values).sum()) for values in found.values()), default=perturbation.draws)
-    result: dict[str, Any] = {"share": perturbation.share, "draws": perturbation.draws, "unstable": unstable}
+    result: dict[str, Any] = {
+        "share": perturbation.share,
+        "identified": [spread.letter for spread in perturbation.identified],
+        "of": str(perturbation),
+        "draws": perturbation.draws,
+        "unstable": unstable,
+    }
     for name, values in found.items():
         low, high = interval(values)
         figures = {"low": low, "median": quantile(values, 0.5), "high": high, "worst": float(values.max())}
@@ -99,5 +105,4 @@ def spread_values(found: Mapping[str, Floats], perturbation: Perturbation) -> di
 def interval(values: Floats) -> tuple[float, float]:
     """Return the interval that holds 90 % of the machines, as much left out on either side."""
     beyond = 0.5 * (1.0 - INTERVAL)
-    with np.errstate(invalid="ignore"):
-        return quantile(values, beyond), quantile(values, 1.0 - beyond)
+    return quantile(values, beyond), quantile(values, 1.0 - beyond)

@@ -56,7 +56,8 @@ def own_scheme(servos: Mapping[str, Servo], axes: str, period_s: float) -> Schem
         raise UsageError(
             Diagnostic(
                 "servo-missing",
-                f"no servo data for axis {', '.join(missing)}; there is some for {', '.join(servos) or 'none'}",
+                f"no servo data for {'axes' if len(missing) > 1 else 'axis'} {', '.join(missing)}; "
+                f"{', '.join(servos) or 'no axis'} has servo data",
                 hint="add [axes.x.servo] tables to the machine file, or leave the axis out of the setpoints",
             )
         )

@@ -2,7 +2,8 @@
 
 Draws are quasi-random (Sobol's sequence, scrambled: A. B. Owen, Journal of Complexity 14 (1998) 466), so that few of them show
 the spread. Each number of a servo table is drawn evenly within a share of its value; periods, encoder counts and the
-weights of a design stay. A controller that was designed on a model keeps the model (`Servo.knows`).
+weights of a design stay. The parameters of an axis that was identified are drawn as its log leaves them open, normal with the
+covariance of the fit, and the rest of that axis stays. A controller that was designed on a model keeps the model (`Servo.knows`).
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Servo
 from cncgen.machine.servo_parameters import MODELS, Parameter
+from cncgen.servo.identified_spread import SERVO_MODELS, IdentifiedSpread
 
 Floats = NDArray[np.float64]
 
@@ -51,11 +54,19 @@ class Perturbation:
         share: Each is within this share of its value, evenly distributed.
         draws: How many machines are drawn; powers of 2 are spread best.
         seed: Of the draws.
+        identified: What identifications found of axes, instead of the share.
     """
 
     share: float = 0.1
     draws: int = 64
     seed: int = 0
+    identified: tuple[IdentifiedSpread, ...] = ()
+
+    def __str__(self) -> str:
+        found = ", ".join(spread.letter for spread in self.identified)
+        parts = [f"every parameter within {100 * self.share:g} %"] if self.share or not found else []
+        parts += [f"what the log leaves open of {found}"] if found else []
+        return " and ".join(parts)
 
 
 def perturbed(
@@ -67,12 +78,45 @@ def perturbed(
         servos: Nominal servo data by axis.
         axes: Which of them.
         perturbation: How uncertain they are.
+
+    Raises:
+        UsageError: An axis was identified by another model than that of its servo data (``perturb-model``).
     """
-    sizes = [len(_entries(servos[letter])) for letter in axes]
+    found = {spread.letter: spread for spread in perturbation.identified}
+    for letter in axes:
+        _check_model(servos[letter], found.get(letter))
+    sizes = [
+        len(found[letter].names) if letter in found else len(_entries(servos[letter])) for letter in axes
+    ]
     points = sobol(sum(sizes), perturbation.draws, perturbation.seed)
     for point in points:
-        factors = np.split(1.0 + perturbation.share * (2.0 * point - 1.0), np.cumsum(sizes)[:-1])
-        yield {k: _drawn(servos[k], part) for k, part in zip(axes, factors, strict=True)}
+        parts = zip(axes, np.split(point, np.cumsum(sizes)[:-1]), strict=True)
+        yield {
+            letter: _possible(servos[letter], found[letter], part)
+            if letter in found
+            else _drawn(servos[letter], 1.0 + perturbation.share * (2.0 * part - 1.0))
+            for letter, part in parts
+        }
+
+
+def _check_model(servo: Servo, spread: IdentifiedSpread | None) -> None:
+    if spread is None or SERVO_MODELS[spread.model] == servo.model:
+        return
+    message = (
+        f"axis {spread.letter} was identified as {spread.model}, which is the servo model "
+        f"{SERVO_MODELS[spread.model]}; the machine has {servo.model}"
+    )
+    hint = (
+        "put the table that cncgen identify wrote into the machine file, or leave the axis out of --perturb"
+    )
+    raise UsageError(Diagnostic("perturb-model", message, hint=hint))
+
+
+def _possible(servo: Servo, spread: IdentifiedSpread, point: Floats) -> Servo:
+    """Return a servo with parameters that the log of an identification leaves possible."""
+    table = spread.table(spread.values(point.tolist()), {"model": servo.model, **servo.parameters})
+    model = table.pop("model")
+    return _with(servo, model, table)
 
 
 def sobol(dimensions: int, draws: int, seed: int) -> Floats:
@@ -120,8 +164,13 @@ def _drawn(servo: Servo, factors: Floats) -> Servo:
             values[key] = [v * factor if i == index else v for i, v in enumerate(values[key])]
     if servo.model == "transfer-function":
         values["numerator"] = _same_at_rest(values, servo)
-    known = {key: servo.parameters[key] for key in _DESIGNED_ON.get(servo.model, ())}
-    knows = Servo(servo.model, {**values, **known}) if known else None
+    return _with(servo, servo.model, values)
+
+
+def _with(servo: Servo, model: str, values: Mapping[str, Any]) -> Servo:
+    """Return a servo with other parameters, whose controller knows what it was designed on."""
+    known = {key: servo.parameters[key] for key in _DESIGNED_ON.get(model, ())}
+    knows = Servo(model, {**values, **known}) if known else None
     if values.get("controller") == "h-infinity":
         knows = servo
     return replace(servo, parameters=values, knows=knows)
@@ -137,5 +186,9 @@ def _same_at_rest(values: Mapping[str, Any], servo: Servo) -> list[float]:
 
 
 def quantile(values: Floats | Sequence[float], share: float) -> float:
-    """Return a quantile of draws, at (k − 1/2)/n for the k-th smallest (Hazen), so that intervals are not too narrow."""
-    return float(np.quantile(np.asarray(values, float), share, method="hazen"))
+    """Return a quantile of draws, at (k − 1/2)/n for the k-th smallest (Hazen), so that intervals are not too narrow.
+
+    Values may be infinite, of unstable machines; a quantile between two of them is not a number, which numpy would warn of.
+    """
+    with np.errstate(invalid="ignore"):
+        return float(np.quantile(np.asarray(values, float), share, method="hazen"))

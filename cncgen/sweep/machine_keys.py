@@ -12,8 +12,6 @@ from cncgen.machine import Machine, to_toml
 from cncgen.sweep.quantities import Value
 
 Tables = dict[str, Any]
-#: Parameters of an identification, and what a servo table has of them, by the model that is identified.
-_SERVO_MODELS = {"velocity-loop": "plant", "first-order": "first-order", "fourth-order": "transfer-function"}
 
 
 def tables_of(machine: Machine) -> Tables:
@@ -86,29 +84,6 @@ def _with(tables: Tables, path: list[str], value: Any) -> Tables:
     return changed
 
 
-def servo_model(identified: str) -> str | None:
-    """Return the model of a servo table that takes the parameters of an identified model; None where none does."""
-    return _SERVO_MODELS.get(identified)
-
-
-def with_identified(tables: Tables, path: str, model: str, found: Mapping[str, float]) -> Tables:
-    """Return tables whose servo table at a path has identified parameters, which `report.identified` writes for a person.
-
-    Args:
-        tables: Of a machine of linear axes, mm.
-        path: ``axes.x.servo``.
-        model: What was identified.
-        found: Its parameters by name.
-    """
-    before, wanted = value_at(tables, path) or {}, _SERVO_MODELS[model]
-    table = {**(before if before.get("model") == wanted else {}), "model": wanted}
-    if model == "fourth-order":
-        table["numerator"] = [found["b2"], found["b1"], found["a0"]]
-        table["denominator"] = [1.0, found["a3"], found["a2"], found["a1"], found["a0"]]
-    elif model == "velocity-loop":
-        table["numerator"] = [found["gain"]]
-        table["denominator"] = [found["time_constant_s"], 1.0, 0.0]
-        table["coulomb"] = abs(found.get("coulomb", 0.0))
-    else:
-        table |= {name: abs(value) for name, value in found.items()}
+def with_table(tables: Tables, path: str, table: Tables) -> Tables:
+    """Return tables with another table at a path."""
     return _with(tables, path.split("."), table)

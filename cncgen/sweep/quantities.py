@@ -11,10 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from cncgen.servo.identified_spread import IdentifiedSpread, normal_quantile
 
-Floats = NDArray[np.float64]
 #: A value of a machine's key or of an option.
 Value = float | int | bool | str
 
@@ -137,30 +135,22 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class UncertainServo:
-    """The parameters that an identification found of an axis, normal with its covariance; positive ones by their logarithms.
+    """The servo parameters that an identification found of an axis, drawn together.
 
     Attributes:
         key: ``axes.x.servo``.
-        model: The identified model.
-        names: Shape (k,): its parameters.
-        means: Shape (k,): what was found; logarithms where `logarithms` says so.
-        logarithms: Shape (k,).
-        root: Shape (k, k): lower Cholesky factor of the covariance.
+        spread: What was found.
     """
 
     key: str
-    model: str
-    names: tuple[str, ...]
-    means: tuple[float, ...]
-    logarithms: tuple[bool, ...]
-    root: tuple[tuple[float, ...], ...]
+    spread: IdentifiedSpread
     count: int | None = None
     relative: bool = False
 
     @property
     def columns(self) -> tuple[str, ...]:
         """A column a parameter."""
-        return tuple(f"{self.key}.{name}" for name in self.names)
+        return tuple(f"{self.key}.{name}" for name in self.spread.names)
 
     @property
     def discrete(self) -> bool:
@@ -168,10 +158,8 @@ class UncertainServo:
         return False
 
     def values(self, u: Sequence[float]) -> tuple[Value, ...]:
-        """Return parameters: mean + root · z, z independent normal numbers."""
-        z = np.array([normal_quantile(share) for share in u])
-        theta = np.array(self.means) + np.array(self.root) @ z
-        return tuple(math.exp(t) if log else float(t) for t, log in zip(theta, self.logarithms, strict=True))
+        """Return drawn parameters."""
+        return self.spread.values(u)
 
     def shares(self) -> tuple[float, ...]:
         """Return the middles of equally probable parts."""
@@ -179,15 +167,8 @@ class UncertainServo:
 
     def extremes(self) -> tuple[Value, ...]:
         """Return the means."""
-        return self.values([0.5] * len(self.names))
+        return self.values([0.5] * len(self.spread.names))
 
 
 def _middles(count: int) -> tuple[float, ...]:
     return tuple((k + 0.5) / count for k in range(count))
-
-
-def normal_quantile(share: float) -> float:
-    """Return z with P(Z ≤ z) = share of a standard normal Z; shares within 1e-12 of 0 and 1 count as that far from them."""
-    from statistics import NormalDist
-
-    return NormalDist().inv_cdf(min(max(share, 1e-12), 1.0 - 1e-12))

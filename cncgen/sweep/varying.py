@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from cncgen.diagnostics import CncgenError
-from cncgen.files import read_bytes
 from cncgen.machine.reading import TOP_NUMBERS, machine_from_tables
 from cncgen.machine.settings_schema import TABLES
 from cncgen.machine.toml_file import is_toml_number, toml_value_shown
+from cncgen.servo.identified_spread import read_summary, spread_of
 from cncgen.sweep.designs import unit_points
 from cncgen.sweep.figures import SIMULATING, planning_options
 from cncgen.sweep.jobs import Place, SweepJob, job_of
@@ -22,9 +19,8 @@ from cncgen.sweep.machine_keys import (
     Tables,
     matched,
     near_path,
-    servo_model,
     value_at,
-    with_identified,
+    with_table,
     with_value,
 )
 from cncgen.sweep.quantities import LAWS, Levels, Range, UncertainServo, Value, Varied
@@ -160,34 +156,14 @@ def _identified(reader: SweepReader, path: str, key: str, table: dict[str, Any])
         reader.fault("sweep-value", path, text, '"axes.x.servo" = { identified = "x.json" }')
         return None
     try:
-        content = read_bytes(reader.folder / str(table["identified"]), at_most=100_000_000)
-        summary = json.loads(content)
-        axis = summary["axes"][parts[1]]
-        spread, model = axis["covariance"], str(summary["model"])
-        names, logarithms = tuple(map(str, spread["parameters"])), tuple(map(bool, spread["logarithm"]))
-        matrix = np.array(spread["matrix"], np.float64)
-        found = np.array([float(axis["parameters"][name]) for name in names])
+        spread = spread_of(read_summary(str(reader.folder / str(table["identified"]))), parts[1].upper())
     except CncgenError as error:
         reader.fault("sweep-value", path, f"{path}: {error.diagnostics[0].message}")
         return None
-    except (KeyError, TypeError, ValueError) as error:
-        text = (
-            f"{path}: {table['identified']} is not a summary of cncgen identify for axis {parts[1]}: {error}"
-        )
-        reader.fault("sweep-value", path, text)
+    except ValueError as error:
+        reader.fault("sweep-value", path, f"{path}: {table['identified']}: {error}")
         return None
-    if servo_model(model) is None or matrix.shape != (len(names), len(names)):
-        reader.fault("sweep-value", path, f"{path}: the model {model} has no parameters to draw")
-        return None
-    try:
-        root = np.linalg.cholesky(matrix if np.isfinite(matrix).all() else -np.eye(len(names)))
-    except np.linalg.LinAlgError:
-        text = f"{path}: the covariance is not positive definite: the log does not determine all parameters"
-        reader.fault("sweep-value", path, text)
-        return None
-    means = tuple(math.log(v) if log else float(v) for v, log in zip(found, logarithms, strict=True))
-    rows = tuple(tuple(map(float, row)) for row in root)
-    return UncertainServo(key, model, names, means, logarithms, rows, _count(reader, path, table))
+    return UncertainServo(key, spread, _count(reader, path, table))
 
 
 def check_on_machines(
@@ -216,9 +192,6 @@ def check_on_machines(
 def _check_on(reader: SweepReader, quantity: Varied, name: str, tables: Tables) -> None:
     path, pattern = f"vary.{quantity.key}", machine_pattern(quantity.key)
     if isinstance(quantity, UncertainServo):
-        if pattern.split(".")[1] in "abc":
-            reader.fault("sweep-value", path, f"{path}: covariances of rotary axes are not drawn")
-            return
         _check_tables(reader, path, name, with_values(tables, quantity, quantity.extremes()))
         return
     paths = matched(pattern, tables)
@@ -280,9 +253,10 @@ def _check_servos(reader: SweepReader, machines: Mapping[str, Tables]) -> None:
 def with_values(tables: Tables, quantity: Varied, values: Sequence[Value]) -> Tables:
     """Return a machine's tables with the values of a quantity that is not an option."""
     if isinstance(quantity, UncertainServo):
-        found = {name: float(value) for name, value in zip(quantity.names, values, strict=True)}
-        found.pop("offset", None)
-        return with_identified(tables, quantity.key, quantity.model, found)
+        table = quantity.spread.table(
+            [float(value) for value in values], value_at(tables, quantity.key) or {}
+        )
+        return with_table(tables, quantity.key, table)
     return with_value(tables, machine_pattern(quantity.key), values[0], quantity.relative)
 
 

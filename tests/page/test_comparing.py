@@ -59,6 +59,29 @@ def test_a_page_has_all_of_the_plans(tmp_path: Path) -> None:
     assert {"feed_mm_s", "x_jerk_mm_s3"} <= parts[2]["streams"].keys()
 
 
+def test_errors_from_the_wanted_motion_stand_beside_those_from_the_command(tmp_path: Path) -> None:
+    """The figures are those of `cncgen simulate --reference`, and the signal's largest value is the largest error."""
+    file, found = tmp_path / "square.nc", tmp_path / "s.json"
+    file.write_text(SQUARE)
+    page = tmp_path / "page.html"
+    assert run(["report", str(file), "-m", "dyna-1007", "--reference", str(file), "-o", str(page)]) == 0
+    call = ["simulate", str(file), "-m", "dyna-1007", "--reference", str(file), "-o", str(tmp_path / "r.csv")]
+    assert run([*call, "--summary", str(found)]) == 0
+    (part,) = parts_of(page.read_text())
+    shown, wanted = part["summary"]["reference"], json.loads(found.read_text())["reference"]
+    assert shown.pop("name") == wanted.pop("name")
+    assert shown == pytest.approx(wanted, rel=1e-6)
+    assert {"contour_error_mm", "reference_contour_mm"} <= part["streams"].keys()
+
+
+def test_errors_need_servo_data(tmp_path: Path) -> None:
+    file, machine = tmp_path / "square.nc", tmp_path / "bare.toml"
+    file.write_text(SQUARE)
+    limits = "max_velocity_mm_s = 100.0\nmax_acceleration_mm_s2 = 1000.0\nmax_jerk_mm_s3 = 5e4\n"
+    machine.write_text(f"period_s = 0.001\n[axes.x]\n{limits}[axes.y]\n{limits}")
+    assert run(["report", str(file), "-m", str(machine), "--reference", str(file), "-o", "-"]) == 2
+
+
 def test_differences_go_on_from_chunk_to_chunk() -> None:
     """x = t³: velocity, acceleration and jerk as numpy differences them, from rest before the first row."""
     t = np.arange(40) * 0.01

@@ -72,7 +72,10 @@ export function panels(parts) {
     }
   }
   const each = (suffix) => first.axes.map((axis, a) => ({ part: first, name: `${axis.letter.toLowerCase()}_${suffix(axis)}`, label: axis.letter, colour: a }));
-  add("contour", "Contour error", "mm", [{ part: first, name: "contour_error_mm", label: "contour" }]);
+  add("contour", "Contour error", "mm", [
+    { part: first, name: "contour_error_mm", label: "from the command", colour: 0 },
+    { part: first, name: "reference_contour_mm", label: first.header.summary.reference?.name ?? "", colour: 1 },
+  ]);
   add("error", "Tracking error", first.axes[0]?.unit ?? "mm", each((axis) => `error_${axis.unit}`));
   add("force", "Force", first.axes[0]?.force_unit || "", each(() => "force"));
   return found;

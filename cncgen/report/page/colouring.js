@@ -61,6 +61,7 @@ export function choices(part) {
     }
   }
   if (part.spec("contour_error_mm")) found.push({ id: "contour_error_mm", label: "Contour error", group: "Servo" });
+  if (part.spec("reference_contour_mm")) found.push({ id: "reference_contour_mm", label: `Contour error from ${part.header.summary.reference.name}`, group: "Servo" });
   for (const axis of part.axes) {
     const name = `${axis.letter.toLowerCase()}_error_${axis.unit}`;
     if (part.spec(name)) found.push({ id: name, label: `Tracking error ${axis.letter}`, group: "Servo" });

@@ -60,6 +60,7 @@ class Recording:
         self._runs: dict[str, RunStream] = {}
         self._motion: Bands | None = None
         self._servo: Bands | None = None
+        self._reference: Bands | None = None
         self._force_unit: tuple[str, ...] = ()
         self._saturated = RunStream()
         self._has_feed = False
@@ -150,6 +151,11 @@ class Recording:
         self._servo.add(np.column_stack([errors, response.force, contour]))
         self._saturated.add(np.asarray(response.saturated.any(axis=1), np.int64))
 
+    def take_reference(self, contour_mm: Floats) -> None:
+        """Take the contour error against a wanted motion, shape (rows,), mm, beside that against the command."""
+        self._reference = Bands({"reference_contour_mm": CONTOUR_STEP}, MOST_ROWWISE, MOST_JOINED // 2)
+        self._reference.add(contour_mm[:, None])
+
     def finish(self, blob: Blob) -> dict[str, Any]:
         """Put all streams into a blob; return their descriptions, the axes and the events."""
         while self._waiting:
@@ -172,6 +178,8 @@ class Recording:
         if self._servo is not None:
             streams |= self._servo.finish(blob)
             streams["saturated"] = {"runs": self._saturated.finish(blob)}
+        if self._reference is not None:
+            streams |= self._reference.finish(blob)
         return {
             "axes": [self._axis(k, letter) for k, letter in enumerate(self._axes)],
             "period_s": self.period_s,
