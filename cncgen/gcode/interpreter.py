@@ -61,6 +61,7 @@ class Interpreter:
         modal_macros: G66: number, times and arguments of the macros that follow each motion, the last one first.
         flow: The subroutine calls in progress; None where a block is executed by itself.
         guard: Called with each block before it runs while a curve of several blocks is open; set by that curve's handler.
+        rewrite: Takes the words of each block as those of another plane while a linear and a rotary axis make paths together.
         compensated_position: Gives the place beside the path where cutter compensation has the tool; None without it.
         last_spline_end: Where Heidenhain's last SPL ended, and in which direction.
         plain_language: State that Heidenhain's plain language keeps from block to block, once it has any.
@@ -99,6 +100,7 @@ class Interpreter:
         self.jump: tuple[str, int, int] | None = None
         self.flow: FlowControl | None = None
         self.guard: Handler | None = None
+        self.rewrite: Callable[[Interpreter, Block], Block] | None = None
         self.last_spline_end: Ended | None = None
         self.plain_language: Plain | None = None
         self.compensated_position: Callable[[list[float]], list[float]] | None = None

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 X, Z = 0, 2
 #: Words of distances: the axis and its column.
-_DISTANCES = {"u": ("x", X), "v": ("y", 1), "w": ("z", Z)}
+_DISTANCES = {"u": ("x", X), "v": ("y", 1), "w": ("z", Z), "h": ("c", 5)}
 _G10 = 100
 #: Codes, in tenths, whose X U W do not place the tool: G4, and the cycles whose U and W are depths or allowances.
 _OTHER_WORDS = frozenset((40, 700, 710, 720, 730))
@@ -26,7 +26,9 @@ _MOTIONS = frozenset((0, 10, 20, 30, 320, 800, 900, 920, 940))
 #: Cycles along Z, whose W is counted from R.
 _DRILLING = frozenset((810, 820, 830, 840, 850, 860))
 #: Codes, in tenths, beside which a block makes no line even while G1 is in force.
-_NO_LINES = frozenset((0, 20, 30, 280, 290, 300, 310, 320, 500, 520, 650, 660, 740, 750, 760, 900, 920, 940))
+_NO_LINES = frozenset(
+    (0, 20, 30, 71, 1070, 280, 290, 300, 310, 320, 500, 520, 650, 660, 740, 750, 760, 900, 920, 940)
+)
 #: Words of a line for the corner at its end, and those of mills.
 _CORNERS = {"r": ",r", "i": ",c", "k": ",c"}
 #: Stands among the remarks of a run once the program has moved the axis C.
@@ -40,7 +42,9 @@ def turned(ip: Interpreter, block: Block) -> Block:
         BlockError: A place and a distance along the same axis, or an angle that does not lead to its end.
     """
     words = block.words
-    if not words.keys() & {"x", "z", "u", "v", "w", "a", "c", ",a"} or not _OTHER_WORDS.isdisjoint(block.g):
+    if not words.keys() & {"x", "z", "u", "v", "w", "a", "c", "h", ",a"} or not _OTHER_WORDS.isdisjoint(
+        block.g
+    ):
         return block
     found = dict(words)
     if "x" in found:
@@ -51,6 +55,8 @@ def turned(ip: Interpreter, block: Block) -> Block:
     if "w" in found and (drilling or not _DRILLING.isdisjoint(block.g)):
         message = "W of a drilling cycle, the distance from R to the bottom, is not read"
         raise BlockError("cycle-words", message, "W", hint="Z gives the bottom")
+    if "h" in found:
+        ip.remarked.add(_C_MOVES)
     for letter, (axis, column) in _DISTANCES.items():
         if letter in found:
             if axis in found:

@@ -62,6 +62,7 @@ _MODULES = (
     "codes.lathe_drilling_fanuc",
     "codes.haas_pockets",
     "codes.tool_point",
+    "codes.rotary_paths",
     "codes.heidenhain",
     "codes.plain_language",
 )

@@ -8,8 +8,6 @@ MEANING: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", 23), ("G", 33)), "exponential interpolation"),
     **dict.fromkeys((("G", 24), ("G", 34)), "circular interpolation in space"),
     ("G", 54): "high-speed cycle machining",
-    **dict.fromkeys((("G", 71), ("G", 1070)), "cylindrical interpolation"),
-    **dict.fromkeys((("G", 121), ("G", 131), ("G", 1120), ("G", 1130)), "polar coordinate interpolation"),
     **dict.fromkeys((("G", 120), ("G", 130)), "a circular pocket cycle"),
     ("G", 320): "thread cutting of lathes",
     ("G", 340): "thread cutting with a variable lead",

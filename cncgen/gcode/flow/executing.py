@@ -29,6 +29,8 @@ class Executor:
         if ip.skipping and not block.m:
             ip.skipping = _G11 not in block.g
             return
+        if ip.rewrite is not None:
+            block = ip.rewrite(ip, block)
         if ip.lathe:
             block = turned(ip, block)
         if ip.guard is not None:

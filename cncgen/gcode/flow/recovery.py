@@ -103,4 +103,5 @@ def _stand(ip: Interpreter, block: Block) -> None:
     if ip.state.diameter and not ip.lathe and "x" in block.words:
         block.words["x"] *= 0.5
     with suppress(BlockError):
+        block = ip.rewrite(ip, block) if ip.rewrite is not None else block
         ip.state.position = ip.end_point(turned(ip, block) if ip.lathe else block)

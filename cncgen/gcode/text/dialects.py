@@ -173,6 +173,9 @@ _BARE = (
     _sign("a thread by G32", {_T: 6}, rb"(?<!\d)G32[^\nY]*[XZUW][^\n]*F", b"G32"),
     _sign("a turning pass by G90 or G94", {_T: 4}, rb"^G9[04][XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GY\n]*$", b"G9"),
     _sign("tool and offset in four digits of T", {_T: 5}, rb"(?:^|[^A-Z#<])T(?:0[1-9]|[1-9]\d)(?:0[1-9]|[1-9]\d)(?!\d)", b"T"),
+    _sign("tool and offset in three digits of T", {_T: 3}, rb"(?:^|[^A-Z#<])T([1-9])0\1(?!\d)", b"T"),
+    _sign("polar coordinate interpolation of lathes", {_T: 12, _F: 4}, rb"(?<!\d)G1(?:12|2\.1)(?!\d)", b"G112", b"G12.1"),
+    _sign("cylindrical interpolation", {_T: 8, _F: 6}, rb"(?<!\d)G(?:107|0?7\.1)[AC]", b"G107", b"7.1"),
     _sign("distances U W beside X Z", {_T: 5},
           rb"^(?![^\n]*[YVPQ])(?![^\n]*G(?:0?4|10|28|30|50|92|7\d)(?!\d))(?:[^\n]*[XZ]" + _V + rb"[^\nXZUW]*[UW]|[^\n]*[UW]"
           + _V + rb"[^\nXZUW]*[XZ])" + _V, b"U", b"W"),

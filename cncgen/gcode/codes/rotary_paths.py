@@ -1,0 +1,365 @@
+"""Paths that a linear and a rotary axis make together: polar coordinate interpolation G12.1 (G112), cylindrical interpolation G7.1 (G107).
+
+While one is in force, the interpreter works in the plane that the part shows, in X Y Z: in G12.1 Y is the hypothetical axis that the
+word C names, in G7.1 the surface of the cylinder unrolled. A `RotarySink` before the sink turns motions into those of the axes, in
+lines, as many as the tolerance needs; F is the speed on the part (B-64304EN-1, "Polar coordinate interpolation", "Cylindrical
+interpolation"). Where blocks of G112 have words of Y they are Haas's: X is a radius then (Haas lathe operator's manual, "G112").
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.budget import MOTION
+from cncgen.gcode.codes.table import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
+from cncgen.gcode.state.modal import PLANE_AXES, Stage
+from cncgen.gcode.text.dialects import bare
+from cncgen.units import INCH
+
+_X, _Y = 0, 1
+#: How far lines of the axes may be from the path, mm, and halvings of a step until they are.
+_TOLERANCE_MM = 0.001
+_MAX_DEPTH = 20
+#: Steps of an arc that are looked at, degrees.
+_LOOK_DEGREES = 10.0
+_REFUSED = {
+    **dict.fromkeys((280, 281, 300, 301), "goes by way of a reference point"),
+    **dict.fromkeys((540, 541, 550, 560, 570, 580, 590, 1540), "changes the coordinate system"),
+    **dict.fromkeys((100, 500, 520, 920, 921), "changes an offset"),
+    **dict.fromkeys((200, 210), "changes the units"),
+    530: "takes machine coordinates",
+    310: "ends at a signal",
+    330: "cuts a thread",
+}
+#: Codes with a sense of turning and the ones of the other sense: on the cylinder of G18 the second axis of the plane comes first here.
+_TURNED = {20: 30, 30: 20, 410: 420, 420: 410}
+_OWN_Y = re.compile(rb"Y[-+.\d#\[]")
+_OFF = re.compile(rb"G1(?:13|3\.1)(?!\d)")
+
+#: Program coordinates of the axes for a point of the plane, the rotary axis next to an angle.
+Shown = Callable[[Point, float], Point]
+
+
+class RotarySink(PassingSink):
+    """Passes motions in the part's plane on as motions of the axes.
+
+    Attributes:
+        name: The code that is in force.
+        rotary: Column of the rotary axis.
+        rewritten: Takes the words of a block as those of the plane.
+    """
+
+    def __init__(
+        self,
+        inner: Sink,
+        ip: Interpreter,
+        name: str,
+        rotary: int,
+        shown: Shown,
+        seen: Callable[[Point], Point],
+    ) -> None:
+        super().__init__(inner)
+        self.name, self.rotary = name, rotary
+        self.plane_before = ip.state.plane
+        self._ip, self._shown, self._seen = ip, shown, seen
+        self._start = ip.state.position.copy()
+        self._at = ip.state.position.copy()
+        self._angle = self._at[rotary]
+        self._rate = 0.0
+
+    @property
+    def block(self) -> Block:
+        """The block that calls come from."""
+        return self.inner.block
+
+    @block.setter
+    def block(self, block: Block) -> None:
+        self.inner.block = block
+        number = next((number for number in block.g if number in _REFUSED), None)
+        if number is not None or "t" in block.words:
+            word, why = (
+                ("T", "changes the tool") if number is None else (f"G{number / 10:g}", _REFUSED[number])
+            )
+            raise BlockError(
+                "rotary-refused", f"{word} {why}: not under {self.name}", word, hint="end it before"
+            )
+
+    def axes(self) -> Point:
+        """Return program coordinates of where the axes stand."""
+        return self._shown(self._at, self._angle)
+
+    def place(self, position: Point) -> None:
+        """Stand somewhere."""
+        self._at = list(position)
+        shown = self.axes()
+        self._angle = shown[self.rotary]
+        self.inner.place(shown)
+
+    def straight_traverse(self, end: Point) -> None:
+        """Traverse, each axis to its place."""
+        self._at = list(end)
+        shown = self.axes()
+        self._angle = shown[self.rotary]
+        self.inner.straight_traverse(shown)
+
+    def straight_feed(self, end: Point) -> None:
+        """Move on a straight line of the part."""
+        start = self._at
+
+        def path(t: float) -> Point:
+            return [a + (b - a) * t for a, b in zip(start, end, strict=True)]
+
+        self._follow(path, math.dist(start[:3], end[:3]), 0.0)
+        self._at = list(end)
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Move on an arc or helix of the part."""
+        a, b, normal = PLANE_AXES[plane]
+        start, centre = self._at, complex(first, second)
+        spoke, last = complex(start[a], start[b]) - centre, complex(end[a], end[b]) - centre
+        spin = 1.0 if turns > 0 else -1.0
+        sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
+        sweep = spin * ((sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1))
+
+        def path(t: float) -> Point:
+            if t == 1.0:
+                return list(end)
+            point = [p + (q - p) * t for p, q in zip(start, end, strict=True)]
+            place = centre + cmath.rect(
+                abs(spoke) + (abs(last) - abs(spoke)) * t, cmath.phase(spoke) + sweep * t
+            )
+            point[a], point[b] = place.real, place.imag
+            return point
+
+        length = math.hypot(abs(spoke) * sweep, end[normal] - start[normal])
+        self._follow(path, length, math.degrees(abs(sweep)))
+        self._at = list(end)
+
+    def straight_probe(self, end: Point) -> None:
+        """Refuse."""
+        raise BlockError("rotary-refused", f"no probing under {self.name}", hint="end it before")
+
+    def rigid_tap(self, end: Point, pitch: float) -> None:
+        """Refuse."""
+        raise BlockError("rotary-refused", f"no tapping under {self.name}", hint="end it before")
+
+    def nurbs_feed(self, curve: Curve) -> None:
+        """Refuse."""
+        raise BlockError("rotary-refused", f"no splines under {self.name}", hint="end it before")
+
+    def set_inverse_time(self, rate: float, length: float) -> None:
+        """Keep the rate of the next motion (1/min)."""
+        self._rate = rate
+
+    def _follow(self, path: Callable[[float], Point], length: float, sweep: float) -> None:
+        """Pass a path on in lines of the axes, each with its share of the time."""
+        state = self._ip.state
+        timed = state.feed_mode != 93
+        feed = state.feed * (state.speed if state.feed_mode == 95 else 1.0)
+        rate = (feed / length if length else 0.0) if timed else self._rate
+        if timed and rate:
+            self.inner.set_feed_mode(93, synched=False)
+        done, before = 0.0, self._shown(path(0.0), self._angle)
+        for t, point in self._pieces(path, before, max(1, math.ceil(sweep / _LOOK_DEGREES))):
+            self._ip.budget.spend(MOTION)
+            if rate:
+                self.inner.set_inverse_time(rate / (t - done), math.dist(point[:3], before[:3]))
+            self.inner.straight_feed(point)
+            done, before = t, point
+        self._angle = before[self.rotary]
+        if timed and rate:
+            self.inner.set_feed_mode(state.feed_mode, synched=False)
+            self.inner.set_feed_rate(state.feed)
+
+    def _pieces(
+        self, path: Callable[[float], Point], begin: Point, count: int
+    ) -> Iterator[tuple[float, Point]]:
+        """Yield place on the path (0 to 1) and program coordinates of the ends of the axes' lines."""
+        done = 0.0
+        for k in range(1, count + 1):
+            for t, point in self._halved(path, done, begin, k / count, _MAX_DEPTH):
+                yield t, point
+                done, begin = t, point
+
+    def _halved(
+        self, path: Callable[[float], Point], t0: float, before: Point, t1: float, depth: int
+    ) -> Iterator[tuple[float, Point]]:
+        """Yield a step, or its halves where the middle of the axes' line is farther from the path than the tolerance."""
+        after = self._shown(path(t1), before[self.rotary])
+        middle = (t0 + t1) / 2.0
+        there = self._seen([(p + q) / 2.0 for p, q in zip(before, after, strict=True)])
+        off = math.dist(there[:3], path(middle)[:3]) * (INCH if self._ip.state.inches else 1.0)
+        if depth and off > _TOLERANCE_MM:
+            left = before
+            for t, point in self._halved(path, t0, before, middle, depth - 1):
+                yield t, point
+                left = point
+            yield from self._halved(path, middle, left, t1, depth - 1)
+        else:
+            yield t1, after
+
+
+def _start(
+    ip: Interpreter, name: str, rotary: int, plane: int, shown: Shown, seen: Callable[[Point], Point]
+) -> None:
+    """Put the sink in force.
+
+    Raises:
+        BlockError: Another one, a frame or cutter compensation is on.
+    """
+    if ip.sink is not ip.base or ip.state.compensation != 40:
+        hint = "G40, G69, G49 or the code that ends the other one before it"
+        message = f"{name} does not go with cutter compensation, frames, G43.4, or another interpolation of its kind"
+        raise BlockError("rotary-refused", message, name, hint=hint)
+    sink = RotarySink(ip.base, ip, name, rotary, shown, seen)
+    ip.sink = sink
+    ip.state.position[_Y] = 0.0
+    sink.place(ip.state.position)
+    ip.state.plane = plane
+    ip.base.select_plane(plane)
+
+
+def _end(ip: Interpreter, name: str) -> None:
+    """Take the sink away; the axes stay where they are."""
+    if ip.state.compensation != 40:
+        raise BlockError(
+            "rotary-refused", f"{name} does not go with cutter compensation", name, hint="use G40"
+        )
+    sink = ip.sink
+    if not isinstance(sink, RotarySink):
+        return
+    ip.state.position = sink.axes()
+    ip.sink, ip.rewrite = sink.inner, None
+    ip.state.plane = sink.plane_before
+    ip.sink.select_plane(sink.plane_before)
+
+
+def _has_own_y(ip: Interpreter, block: Block) -> bool:
+    """Tell whether words of Y stand between G112 and G113: the form of Haas."""
+    if ip.flow is None:
+        return False
+    text = bare(ip.flow.subroutines.sources[block.source].data[block.offset :])
+    off = _OFF.search(text)
+    return _OWN_Y.search(text, 0, off.start() if off else len(text)) is not None
+
+
+def polar_on(ip: Interpreter, block: Block) -> None:
+    """G12.1, G112: X and the hypothetical axis C (Haas: Y) are the plane that the tool sees on the face of the part."""
+    state, name = ip.state, "G12.1" if 121 in block.g else "G112"
+    begin, side, other = state.position[5], math.copysign(1.0, state.position[_X]), state.position[_Y]
+    by_y = _has_own_y(ip, block)
+
+    def shown(point: Point, near: float) -> Point:
+        spoke = side * complex(point[_X], point[_Y])
+        angle = begin + math.degrees(cmath.phase(spoke)) if spoke else near
+        out = [side * abs(spoke), other, *point[2:]]
+        out[5] = angle + 360.0 * round((near - angle) / 360.0)
+        return out
+
+    def seen(axes: Point) -> Point:
+        spoke = cmath.rect(axes[_X], math.radians(axes[5] - begin))
+        return [spoke.real, spoke.imag, *axes[2:]]
+
+    def rewrite(ip: Interpreter, block: Block) -> Block:
+        if not {71, 1070}.isdisjoint(block.g):
+            return block
+        words = dict(block.words)
+        if not {180, 190}.isdisjoint(block.g):
+            raise BlockError(
+                "rotary-refused",
+                f"{name} has a plane of its own",
+                "G18" if 180 in block.g else "G19",
+                hint="end it before",
+            )
+        for letter, virtual in (("c", "y"), ("h", "v")):
+            if letter in words and not by_y and (letter == "c" or ip.lathe):
+                words[virtual] = words.pop(letter)
+        if by_y and ip.lathe:
+            # A distance U is one of the diameter on other blocks of a lathe.
+            words.update({letter: 2.0 * words[letter] for letter in "xu" if letter in words})
+        return replace(block, words=words)
+
+    _start(ip, name, 5, 17, shown, seen)
+    ip.rewrite = rewrite
+
+
+def polar_off(ip: Interpreter, block: Block) -> None:
+    """G13.1, G113."""
+    _end(ip, "G13.1" if 131 in block.g else "G113")
+
+
+def cylinder(ip: Interpreter, block: Block) -> None:
+    """G7.1 C, G107 C: the surface of a cylinder of that radius, unrolled; a radius of 0 ends it."""
+    name = "G7.1" if 71 in block.g else "G107"
+    letters = [letter for letter in "ac" if letter in block.words]
+    if len(letters) != 1:
+        message = f"{name} names the rotary axis, A or C, with the radius of the cylinder"
+        raise BlockError("axis-missing", message, name, hint=f"{name} C20. begins it, {name} C0 ends it")
+    letter = letters[0]
+    radius, rotary = block.words[letter], "abc".index(letter) + 3
+    if radius == 0.0:
+        _end(ip, name)
+        return
+    if radius < 0.0:
+        raise BlockError("axis-missing", f"the radius {radius:g} of {name} is negative", letter.upper())
+    a_degree = math.radians(radius)
+    other, plane = ip.state.position[_Y], ip.state.plane
+    # In G18 the plane is that of Z and C, whose order and sense are those of Y and Z the other way round.
+    mirrored = letter == "c" and plane == 18
+
+    def shown(point: Point, near: float) -> Point:
+        out = list(point)
+        out[_Y], out[rotary] = other, point[_Y] / a_degree
+        return out
+
+    def seen(axes: Point) -> Point:
+        out = list(axes)
+        out[_Y] = axes[rotary] * a_degree
+        return out
+
+    def rewrite(ip: Interpreter, block: Block) -> Block:
+        if not {71, 1070}.isdisjoint(block.g):
+            return block
+        words = dict(block.words)
+        if not {170, 180, 190}.difference((10 * plane,)).isdisjoint(block.g):
+            raise BlockError(
+                "rotary-refused", f"the plane changes under {name}", "", hint=f"choose it before {name}"
+            )
+        if letter in words:
+            words["y"] = words.pop(letter) * a_degree
+        if "h" in words and ip.lathe:
+            words["v"] = words.pop("h") * a_degree
+        g = [number for number in block.g if number != 10 * plane]
+        return replace(
+            block, words=words, g=tuple(_TURNED.get(number, number) for number in g) if mirrored else tuple(g)
+        )
+
+    angle = ip.state.position[rotary]
+    _start(ip, name, rotary, 19 if letter == "c" else 17, shown, seen)
+    ip.state.position[_Y] = angle * a_degree
+    assert isinstance(ip.sink, RotarySink)
+    ip.sink.place(ip.state.position)
+    ip.rewrite = rewrite
+
+
+CODES = (
+    *(
+        Code("G", number, "rotary path", Stage.COORDINATES, polar_on, "polar coordinate interpolation in X and C (Haas: X and Y)",
+             dialects=("fanuc",), moves="XC")
+        for number in (121, 1120)
+    ),
+    *(Code("G", number, "rotary path", Stage.COORDINATES, polar_off, "end of G12.1", dialects=("fanuc",)) for number in (131, 1130)),
+    *(
+        Code("G", number, "rotary path", Stage.COORDINATES, cylinder, "the unrolled surface of a cylinder of radius C (or A); 0 ends it",
+             "ac", "own", dialects=("fanuc",))
+        for number in (71, 1070)
+    ),
+)  # fmt: skip
