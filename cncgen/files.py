@@ -7,6 +7,7 @@ import io
 import os
 import stat
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -14,6 +15,11 @@ from types import MappingProxyType
 from typing import IO, Any, BinaryIO, TypeVar
 
 from cncgen.diagnostics import Diagnostic, UsageError
+
+try:
+    import fcntl
+except ImportError:  # Windows has no such locks
+    fcntl = None  # type: ignore[assignment]
 
 _T = TypeVar("_T")
 
@@ -174,7 +180,8 @@ def is_terminal(stream: Any) -> bool:
 class OutputFile:
     """A file that appears under its name only when `commit` is called: written in its folder, then renamed.
 
-    Where the system can, it has no name at all until it is finished, so that a process that is killed leaves nothing.
+    Where the system can, it has no name at all until then, so that a process that is killed leaves nothing; where it cannot,
+    or amid a replacement, what is left beside the target is removed by the next run that writes it.
     A device or a pipe that exists is written directly. Any OSError is raised as a
     `UsageError` that names the file, except a broken pipe.
     """
@@ -183,6 +190,8 @@ class OutputFile:
         self.path, self._name = Path(path), os.fspath(path)
         self._target: Path | None = None
         self._temporary: str | None = None
+        #: A second descriptor of a file that has a name beside its target: its lock says that a process still writes it.
+        self._lock: int | None = None
         self.file: BinaryIO = self._guard(self._open)
 
     def _guard(self, action: Callable[[], _T]) -> _T:
@@ -214,11 +223,10 @@ class OutputFile:
         if mode is not None and not os.access(self.path, os.W_OK):
             raise PermissionError(errno.EACCES, "permission denied")
         self._target = self.path.resolve()
+        _remove_stale(_beside(self._target))
         handle = _nameless(self._target.parent)
         if handle is None:
-            self._temporary = _beside(self._target)
-            _temporaries.add(self._temporary)
-            handle = os.open(self._temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600)
+            handle = self._named_beside()
         umask = os.umask(0)
         os.umask(umask)
         os.fchmod(handle, stat.S_IMODE(mode) if mode is not None else 0o666 & ~umask)
@@ -248,29 +256,63 @@ class OutputFile:
         """Hand what is buffered to the system."""
         self._guard(self.file.flush)
 
-    def finish(self) -> None:
-        """Close the file: all of it is in the system's hands, and only its name is missing."""
+    def _named_beside(self) -> int:
+        """Make the file under a name beside its target; return its descriptor."""
+        assert self._target is not None
+        while True:
+            self._temporary = _unused_beside(self._target)
+            handle = os.open(self._temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600)
+            _temporaries.add(self._temporary)
+            self._lock = _locked(handle)
+            if os.fstat(handle).st_nlink:
+                return handle
+            # Another run took it for one that was left, before it was locked.
+            os.close(handle)
+            self._unlock()
 
-        def named() -> None:
-            if self._target is not None and self._temporary is None and not self.file.closed:
+    def finish(self) -> None:
+        """Hand all of the file to the system; only its name is missing."""
+
+        def handed() -> None:
+            if not self.file.closed:
                 self.file.flush()
-                self._temporary = _beside(self._target)
-                _temporaries.add(self._temporary)
-                _give_name(self.file.fileno(), self._temporary)
-            self.file.close()
+            if (
+                self._temporary is not None or self._target is None
+            ):  # file systems over a network tell faults here
+                self.file.close()
 
         try:
-            self._guard(named)
+            self._guard(handed)
         except BaseException:
             self.discard()
             raise
+
+    def name_beside(self) -> None:
+        """Give a finished file a name beside its target, where there may be no room for one."""
+
+        def named() -> None:
+            if self._target is not None and self._temporary is None and not self.file.closed:
+                path = _unused_beside(self._target)
+                self._lock = _locked(self.file.fileno())
+                _temporaries.add(path)
+                self._temporary = path
+                _give_name(self.file.fileno(), path)
+
+        self._guard(named)
 
     def commit(self) -> None:
         """Close the file and give it its name."""
         self.finish()
 
         def name() -> None:
-            if self._temporary is not None and self._target is not None:
+            if self._target is None:
+                return
+            if self._temporary is None and not self.file.closed:
+                with suppress(FileExistsError):
+                    _give_name(self.file.fileno(), str(self._target))
+                    return
+                self.name_beside()
+            if self._temporary is not None:
                 os.replace(self._temporary, self._target)
                 _temporaries.discard(self._temporary)
                 self._temporary = None
@@ -289,6 +331,12 @@ class OutputFile:
                 os.unlink(self._temporary)
             _temporaries.discard(self._temporary)
             self._temporary = None
+        self._unlock()
+
+    def _unlock(self) -> None:
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
 
 
 #: Names of files that are being written, beside their targets.
@@ -303,8 +351,84 @@ def remove_temporaries() -> None:
 
 
 def _beside(target: Path) -> str:
-    """Return an unused name beside a file."""
-    return os.path.join(target.parent, f".{target.name[:200]}.{os.urandom(6).hex()}.part")
+    """Return the name beside a file under which it is written."""
+    return os.path.join(target.parent, f".{target.name[:200]}.part")
+
+
+def _unused_beside(target: Path) -> str:
+    """Return a name beside a file that no run uses."""
+    path = _beside(target)
+    return f"{path[:-5]}.{os.urandom(6).hex()}.part" if os.path.lexists(path) else path
+
+
+def _locked(handle: int) -> int | None:
+    """Lock a file for this process; return the descriptor that holds the lock, or None where there are no locks."""
+    if fcntl is None:
+        return None
+    holder = os.dup(handle)
+    try:
+        fcntl.flock(holder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(holder)
+        return None
+    return holder
+
+
+def _remove_stale(path: str) -> None:
+    """Remove what a process that was killed has left: nobody holds its lock."""
+    with suppress(OSError):
+        handle = os.open(path, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
+        try:
+            lock = _locked(handle)
+            if lock is not None:
+                if os.path.samestat(os.fstat(handle), os.stat(path)):
+                    os.unlink(path)
+                os.close(lock)
+        finally:
+            os.close(handle)
+
+
+@contextmanager
+def scratch_folder() -> Iterator[str]:
+    """Make a folder among the temporary files for a with block; those that killed processes have left are removed."""
+    import shutil
+    import tempfile
+
+    for name in _stale_folders(tempfile.gettempdir()):
+        shutil.rmtree(name, ignore_errors=True)
+    with tempfile.TemporaryDirectory(prefix=_SCRATCH) as name:
+        handle = None if fcntl is None else os.open(name, os.O_RDONLY)
+        lock = None if handle is None else _locked(handle)
+        try:
+            yield name
+        finally:
+            for each in (handle, lock):
+                if each is not None:
+                    os.close(each)
+
+
+#: How names of `scratch_folder` begin, and the age, s, from which one that is not locked belongs to nobody.
+_SCRATCH, _STALE_S = "cncgen-scratch-", 60.0
+
+
+def _stale_folders(place: str) -> Iterator[str]:
+    """Yield folders of this user's killed processes."""
+    if fcntl is None:
+        return
+    with suppress(OSError), os.scandir(place) as entries:
+        for entry in entries:
+            if not (entry.name.startswith(_SCRATCH) and entry.is_dir(follow_symlinks=False)):
+                continue
+            with suppress(OSError):
+                about = entry.stat(follow_symlinks=False)
+                if about.st_uid != os.getuid() or time.time() - about.st_mtime < _STALE_S:
+                    continue
+                handle = os.open(entry.path, os.O_RDONLY | os.O_NOFOLLOW)
+                lock = _locked(handle)
+                os.close(handle)
+                if lock is not None:
+                    yield entry.path
+                    os.close(lock)
 
 
 def _nameless(folder: Path) -> int | None:
@@ -387,6 +511,9 @@ def together() -> Iterator[None]:
     files = _waiting
     try:
         yield
+        if len(files) > 1:
+            for file in files:
+                file.name_beside()
         for file in files:
             file.commit()
     finally:

@@ -5,7 +5,7 @@
 
 An input is bytes. A door may say anything about it, but not fail with an exception that is none of the project's, take more than
 `SECONDS` of processor time or `MEMORY`, or have a library warn or print. Inputs run in forked batches, so that whatever ends a
-process (a signal, the bound of its time) is found too, with the input. Without ``--seed`` a fresh one is drawn and printed.
+process (a signal, the bound of its time) is found too, with the input; batches grow until one takes `BATCH_SECONDS`. Without ``--seed`` a fresh one is drawn and printed.
 ``--guided`` hands one door to atheris (libFuzzer), which keeps inputs that reach new code.
 
 Findings are cut to a smaller input of the same kind and kept as files, a folder a door; tests replay those of ``tests/doors``.
@@ -31,6 +31,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -41,8 +42,10 @@ from trials.generators import door_inputs as inputs
 #: Bounds of one input: seconds of processor time, and bytes beside what the process has already.
 SECONDS = 10.0
 MEMORY = 2**30
-#: Inputs of one forked process.
-BATCH = 25
+#: Inputs of the first forked process of a door, and at most of each; a process is forked and warms up in the time of hundreds.
+BATCH, LARGEST_BATCH = 25, 10_000
+#: Time that the inputs of one process take, s.
+BATCH_SECONDS = 5.0
 #: Modules that inputs need, imported once, before processes are forked.
 MODULES = (
     "cncgen.pipeline", "cncgen.planner.least_time.strategy", "cncgen.planner.smoothing.stream", "cncgen.gcode", "cncgen.stepnc",
@@ -290,7 +293,7 @@ def bound_process() -> None:
     """Bound time and memory of this process."""
     with open("/proc/self/status") as status:
         taken = next(int(line.split()[1]) * 1024 for line in status if line.startswith("VmData:"))
-    resource.setrlimit(resource.RLIMIT_DATA, (taken + MEMORY, taken + MEMORY))
+    resource.setrlimit(resource.RLIMIT_DATA, (taken + MEMORY, resource.RLIM_INFINITY))
     signal.signal(signal.SIGPROF, _hang)
 
 
@@ -323,9 +326,10 @@ def _child(door: Door, data: list[bytes], shared: mmap.mmap, found: int, errors:
     os.dup2(errors, 2)
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
-    bound_process()
     done = 0
     for index, each in enumerate(data):
+        if index % BATCH == 0:  # what is cached grows from input to input, and is not one's own
+            bound_process()
         shared[:8] = index.to_bytes(8, "little")
         resource.setrlimit(
             resource.RLIMIT_CPU, (int(time.process_time() + 2 * SECONDS) + 2, resource.RLIM_INFINITY)
@@ -373,16 +377,22 @@ def run(names: list[str], seed: int, seconds: float) -> Outcome:
     for module in MODULES:
         importlib.import_module(module)
     streams = {name: mutants(known[name], seed) for name in names}
+    sizes = dict.fromkeys(names, BATCH)
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         for name in names:
-            data = [next(streams[name]) for _ in range(BATCH)]
-            while data and time.monotonic() < end:
+            begin = time.monotonic()
+            if begin > end:
+                break
+            data = list(islice(streams[name], sizes[name]))
+            while data:
                 ran, found = batch(name, known[name], data)
                 outcome.counts[name] = outcome.counts.get(name, 0) + ran
                 data = data[ran:]
                 for each in found:
                     outcome.findings.setdefault((name, each.kind), each)
+            faster = min(BATCH_SECONDS / (time.monotonic() - begin), 4.0)
+            sizes[name] = min(max(int(sizes[name] * faster), 1), LARGEST_BATCH)
     return outcome
 
 

@@ -24,6 +24,8 @@ LEAST_FEED = 0.5
 #: Time at such feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow, mm/s.
 LONG_S = 36_000.0
 _SLOW = 5.0 / 60.0
+#: Feed from which the time of every length is a number, mm/s.
+_LEAST = 1e-290
 #: The spelling of a feed below 1.
 _SMALL = re.compile(rb"[Ff][ \t]*0*\.(?=\d)|[Ff][ \t]*0+\.\d")
 _COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*|\n")
@@ -99,7 +101,7 @@ class Clock:
             length = np.linalg.norm((chunk.end - chunk.starts)[rows][:, :3], axis=1)
             feed = chunk.feed[rows]
             moving = feed > 0.0
-            self._slow_s += float((length[moving] / feed[moving]).sum())
+            self._slow_s += float((length[moving] / np.maximum(feed[moving], _LEAST)).sum())
             self._length_mm += float(length.sum())
         self._waited_s += sum(event.dwell_s for event in chunk.events)
         return None if self._said else self._remark()

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.files import read_bytes
+from cncgen.ranges import POSITION
 from cncgen.units import AXIS_LETTERS, INCH
 
 _WORD = re.compile(r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
@@ -153,17 +154,20 @@ def _read_line(text: str, remark: str, tools: dict[int, Tool]) -> str:
         return f"{_WORD.sub('', text).strip()[:40]!r} is not a word of a tool table"
     if "T" not in words:
         return "the line has no tool number T"
-    if words["T"] != int(words["T"]) or words["T"] < 0.0:
-        return f"T{words['T']:g} is not a tool number: it must be a whole number from 0 on"
-    number = int(words["T"])
-    if number in tools:
-        return f"tool {number} stands in the table twice"
+    for letter, number in words.items():
+        if abs(number) > POSITION:
+            return f"{letter}{number:g} is not within ±{POSITION:g}"
+        if letter in "TPQ" and (number < 0.0 or number % 1.0):
+            return f"{letter}{number:g} must be a whole number from 0 on"
+    tool = int(words["T"])
+    if tool in tools:
+        return f"tool {tool} stands in the table twice"
     unknown = set(words) - set("TPDIJQ" + AXIS_LETTERS)
     if unknown:
         return f"{sorted(unknown)[0]} is not a word of a tool table"
-    tools[number] = Tool(
-        number,
-        int(words.get("P", number)),
+    tools[tool] = Tool(
+        tool,
+        int(words.get("P", tool)),
         [words.get(letter, 0.0) for letter in AXIS_LETTERS],
         words.get("D", 0.0),
         words.get("I", 0.0),

@@ -16,7 +16,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-import tempfile
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import scratch_folder
 from cncgen.servo.loop import AxisLoop
 from cncgen.servo.scheme import Scheme
 from cncgen.units import DEGREE, file_unit, to_file
@@ -214,7 +214,7 @@ def _compiled(source: str, suffix: str) -> bytes:
     if not command or shutil.which(command[0]) is None:
         text = f"an FMU is compiled from C, and there is no compiler {command[0] if command else 'in CC'}"
         raise UsageError(Diagnostic("fmu-compiler", text, hint="install one, or name it: CC=gcc"))
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         path, library = Path(folder) / f"{MODEL}.c", Path(folder) / f"{MODEL}{suffix}"
         path.write_text(source, encoding="utf-8")
         words = [*command, *_FLAGS, str(path), "-o", str(library), "-lm"]

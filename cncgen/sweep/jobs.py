@@ -6,19 +6,21 @@ figures and the code of cncgen, so a job has the same key in every process and o
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import json
-import tempfile
 import threading
 import time
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from cncgen.diagnostics import CncgenError, Diagnostic, RemarkWarning, Severity, UsageError
+from cncgen.files import scratch_folder
 from cncgen.sweep.quantities import Value
 
 
@@ -116,7 +118,9 @@ def job_of(
 
 #: Bundles by hash that this process has been given, and the folders that hold their files.
 _bundles: dict[str, Bundle] = {}
-_folders: dict[str, tempfile.TemporaryDirectory[str]] = {}
+_folders: dict[str, str] = {}
+_scratch = ExitStack()
+atexit.register(_scratch.close)
 #: A process computes one job at a time: warnings and folders are the process's.
 _one = threading.Lock()
 
@@ -129,13 +133,13 @@ def take_bundles(bundles: Sequence[Bundle]) -> None:
 def _folder_of(bundle: str) -> Path:
     """Return the folder with the files of a bundle, which is written once."""
     if bundle not in _folders:
-        folder = tempfile.TemporaryDirectory(prefix="cncgen-sweep-")
+        folder = _scratch.enter_context(scratch_folder())
         for name, content in _bundles[bundle].files.items():
-            path = Path(folder.name) / name
+            path = Path(folder) / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
         _folders[bundle] = folder
-    return Path(_folders[bundle].name)
+    return Path(_folders[bundle])
 
 
 def check_version(version: str) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 
-from cncgen.gcode.block import AXIS_INDEX, Block, Value, tenths
+from cncgen.gcode.block import AXIS_INDEX, LARGEST, Block, Value, tenths
 from cncgen.gcode.codes.lathe_words import turned
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -56,7 +56,9 @@ def _take_up_plain(ip: Interpreter, text: str) -> None:
     words = {}
     for letter, value in plain_language.place(text):
         with suppress(BlockError):
-            words[letter] = evaluate(value, ip.parameters)
+            number = evaluate(value, ip.parameters)
+            if abs(number) <= LARGEST:
+                words[letter] = number
     feed = words.pop("f", 0.0)
     if feed > 0.0:
         _try(ip, Block({"f": feed}))
@@ -79,7 +81,7 @@ def _said(ip: Interpreter, text: str) -> tuple[dict[str, float], list[int]]:
             number = evaluate(value, ip.parameters)
             if letter == "g":
                 codes.append(tenths("G", number))
-            elif number == number:
+            elif abs(number) <= LARGEST:
                 words[letter] = number
         except BlockError:
             continue

@@ -186,7 +186,7 @@ def formula(text: str, read: Read) -> float:
     return _Formula(text, read).whole()
 
 
-def assignment(body: str, read: Read) -> tuple[int, float] | None:
+def assignment(body: str, read: Read) -> tuple[float, float] | None:
     """Return the Q parameter that a line sets, and its value; None where it sets none.
 
     Raises:
@@ -203,11 +203,11 @@ def assignment(body: str, read: Read) -> tuple[int, float] | None:
         operands = pattern.match(rest)
         if operands is None:
             raise BlockError("syntax", f"FN {number} has not its two values", hint="FN 1: Q1 = +Q2 + +5")
-        return int(target["q"]), run(formula(operands[1], read), formula(operands[2], read))
+        return float(target["q"]), run(formula(operands[1], read), formula(operands[2], read))
     if number in _ONE:
         rest = re.sub(rf"\A\s*{_ONE[number]}\b", "", rest, flags=re.IGNORECASE)
-        return int(target["q"]), formula(f"{_ONE[number]} ( {rest} )", read)
-    return int(target["q"]), formula(rest, read)
+        return float(target["q"]), formula(f"{_ONE[number]} ( {rest} )", read)
+    return float(target["q"]), formula(rest, read)
 
 
 def jump(body: str, read: Read) -> tuple[bool, str] | None:

@@ -279,7 +279,7 @@ class HeidenhainRunner:
         found = q_formulas.assignment(body, self._q)
         if found is not None:
             number, value = found
-            self.ip.parameters.set_number(float(number), value)
+            self.ip.parameters.set_number(number, value)
             return
         number_of = q_formulas.function_number(body)
         if number_of == 14:

@@ -106,14 +106,13 @@ class Store:
         self.r[self._number(index)] = number(value, f"the value of R{index:g}")
 
     def _number(self, index: float) -> int:
-        whole = round(index)
-        if whole != index or not 0 <= whole <= MOST_R:
+        if not 0 <= index <= MOST_R or index % 1.0:
             raise BlockError(
                 "parameter-number",
                 f"R{index:g}: R parameters are R0 to R{MOST_R}",
                 hint="its number is whole",
             )
-        return whole
+        return int(index)
 
     def value(self, name: str, indices: list[Scalar]) -> Scalar:
         """Return the value of a variable or of a system variable."""

@@ -114,16 +114,21 @@ def stream_of(
     if period_s is None and len(first.position) == 1:
         period_s = first.period_s or default_period_s
     period = period_s if period_s is not None else _period(first, name)
-    low, high = PERIOD_S
-    if not low <= period <= high:
-        message = f"{name}: the period, {period:g} s, is not within {low:g} to {high:g} s"
-        hint = "are the times in seconds? --period states it"
-        raise UsageError(Diagnostic("setpoints-period", message, hint=hint, values={"period_s": period}))
+    check_period(period, name)
     begin = 0.0 if first.time_s is None else float(first.time_s[0])
     if not abs(begin) <= TIME_S:
         message = f"{name}: the first time, {begin:g} s, is not within ±{TIME_S:g} s"
         raise UsageError(Diagnostic("setpoints-time", message, hint="are the times in seconds?"))
     return SetpointStream(name, first.axes, period, _chunks(first, blocks, name, period))
+
+
+def check_period(period: float, name: str) -> None:
+    """Raise `UsageError` for a period, s, out of range."""
+    low, high = PERIOD_S
+    if not low <= period <= high:
+        message = f"{name}: the period, {period:g} s, is not within {low:g} to {high:g} s"
+        hint = "are the times in seconds? --period states it"
+        raise UsageError(Diagnostic("setpoints-period", message, hint=hint, values={"period_s": period}))
 
 
 def only(stream: SetpointStream, letters: str) -> SetpointStream:

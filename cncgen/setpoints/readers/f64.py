@@ -13,8 +13,8 @@ from cncgen.files import reading_faults
 from cncgen.setpoints.readers import letters_or_fault
 from cncgen.setpoints.readers.blocks import FileBlock
 
-#: Rows read at a time.
-ROWS = 65_536
+#: Rows read at a time, and bytes, which are fewer rows where they are long.
+ROWS, BYTES = 65_536, 1 << 26
 
 
 def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
@@ -33,7 +33,7 @@ def matrices(file: BinaryIO, name: str, columns: int) -> Iterator[NDArray[np.flo
     size, row = 8 * columns, 0
     while True:
         with reading_faults(name):
-            data = file.read(size * ROWS)
+            data = file.read(size * max(min(ROWS, BYTES // size), 1))
         if not data:
             return
         if len(data) % size:

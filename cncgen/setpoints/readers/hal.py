@@ -15,7 +15,7 @@ import numpy as np
 from cncgen.diagnostics import Diagnostic, Span, excerpt_of
 from cncgen.setpoints.columns import POSITION_COLUMNS
 from cncgen.setpoints.readers import letters_or_fault
-from cncgen.setpoints.readers.blocks import FileBlock, RowFaults
+from cncgen.setpoints.readers.blocks import FileBlock, RowFaults, check_period
 from cncgen.setpoints.readers.csv import line_blocks
 
 
@@ -29,6 +29,8 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     first = next(lines, b"")
     letters, stated = _stated(first)
     period_s = period_s or stated
+    if period_s is not None:
+        check_period(period_s, name)
     letters = letters or letters_or_fault(axes, name, "hal")
     faults, number, row = RowFaults(name), 0, 0
     for text in chain([first], lines):

@@ -18,7 +18,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         UsageError: h5py is missing, or it is not an HDF5 file with ``t_s`` and positions.
     """
     needed("hdf5")
-    yield from isolated_blocks(file, name, "hdf5", ".h5")
+    yield from isolated_blocks(file, name, "hdf5")
 
 
 def columns(path: str) -> FileColumns:

@@ -25,7 +25,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.f64 import ROWS
-from cncgen.setpoints.readers.tables import block_of, columns_of, on_disk, stated_period
+from cncgen.setpoints.readers.tables import block_of, columns_of, seekable, stated_period
 
 #: Address space of the process, bytes.
 MAX_MEMORY = 8 << 30
@@ -49,16 +49,21 @@ class FileColumns:
     part: Callable[[str, slice], NDArray]
 
 
-def isolated_blocks(file: BinaryIO, name: str, kind: str, suffix: str) -> Iterator[FileBlock]:
+def isolated_blocks(file: BinaryIO, name: str, kind: str) -> Iterator[FileBlock]:
     """Yield the rows of a file that the module `kind` of this package reads by its function ``columns(path)``.
 
     Raises:
         UsageError: The file has no setpoints, or the library cannot read it.
     """
-    with reading_faults(name), on_disk(file, suffix) as path:
-        command = [sys.executable, "-m", __name__, kind, path]
+    with reading_faults(name), seekable(file) as source:
+        handle = source.fileno()
+        command = [sys.executable, "-m", __name__, kind, f"/dev/fd/{handle}"]
         with subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            pass_fds=[handle],
         ) as process:
             try:
                 yield from _received(process, name, kind)

@@ -24,7 +24,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     Raises:
         UsageError: It is not a MATLAB 5 file with ``t_s`` and positions (version 7.3 is HDF5).
     """
-    yield from isolated_blocks(file, name, "mat", ".mat")
+    yield from isolated_blocks(file, name, "mat")
 
 
 def columns(path: str) -> FileColumns:

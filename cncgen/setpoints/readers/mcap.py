@@ -15,7 +15,7 @@ from cncgen.setpoints.joint_trajectory import TYPE, decode, from_metres
 from cncgen.setpoints.packages import needed
 from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.f64 import check_rows
-from cncgen.setpoints.readers.tables import seekable
+from cncgen.setpoints.readers.tables import SizedFile
 from cncgen.units import AXIS_LETTERS
 
 
@@ -28,7 +28,8 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     exceptions: Any = needed("mcap", "mcap.exceptions")
     reading: Any = needed("mcap", "mcap.reader")
     compressed: Any = needed("mcap", "zstandard")
-    # RuntimeError is what lz4 raises of damaged data.
+    # RuntimeError is what lz4 raises of damaged data; of channels and schemas that are missing, and of chunks that claim more
+    # than there is memory, mcap raises what Python does.
     faults = (
         exceptions.McapError,
         compressed.ZstdError,
@@ -37,11 +38,13 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         struct.error,
         EOFError,
         OverflowError,
+        LookupError,
+        MemoryError,
     )
     try:
         with reading_faults(name):
             # CRCs tell a damaged file; the limit bounds what one record may claim.
-            reader = reading.make_reader(seekable(file), validate_crcs=True)
+            reader = reading.make_reader(SizedFile(file), validate_crcs=True)
             yield from _messages(reader, name)
     except faults as error:
         raise UsageError(Diagnostic("setpoints-header", f"{name} is not an MCAP file: {error}")) from error

@@ -5,7 +5,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from tokenize import TokenError
-from typing import BinaryIO
+from types import SimpleNamespace
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from cncgen.files import reading_faults
 from cncgen.setpoints.readers import letters_or_fault
 from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.f64 import matrices
+
+#: Columns of a table, and bytes that are read of its header at a time.
+MAX_COLUMNS, _PIECE = 10_000, 65_536
 
 
 def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
@@ -41,16 +45,18 @@ def table_shape(file: BinaryIO, name: str) -> tuple[int, int]:
     try:
         with reading_faults(name), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a header as Python 2 wrote it
-            version = np.lib.format.read_magic(file)
+            # A header may claim 4 GB of itself, for which room would be made before they are read.
+            start: Any = SimpleNamespace(read=lambda count: file.read(min(count, _PIECE)))
+            version = np.lib.format.read_magic(start)
             read = (
                 np.lib.format.read_array_header_1_0
                 if version == (1, 0)
                 else np.lib.format.read_array_header_2_0
             )
-            shape, fortran, dtype = read(file)
+            shape, fortran, dtype = read(start)
     except (ValueError, EOFError, SyntaxError, TokenError) as error:
         raise UsageError(Diagnostic("setpoints-header", f"{name} is not an npy file: {error}")) from error
-    if len(shape) != 2 or fortran or dtype != np.dtype("<f8"):
+    if len(shape) != 2 or shape[1] > MAX_COLUMNS or fortran or dtype != np.dtype("<f8"):
         message = f"{name}: an array of {dtype} with shape {shape}; a table of float64 in C order is wanted"
         raise UsageError(Diagnostic("setpoints-header", message))
     return shape[0], shape[1]

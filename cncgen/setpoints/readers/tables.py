@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
+import io
 import math
 import shutil
 import tempfile
@@ -86,6 +86,43 @@ def stated_period(value: object) -> float | None:
     return period if 0.0 < period < math.inf else None
 
 
+class SizedFile:
+    """A file in which one can go back, of which no read asks for more than there is.
+
+    A damaged file claims lengths of its parts, and libraries ask for so much at once: Python makes room for it before it reads.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = seekable(file)
+        here = self._file.tell()
+        self._end = self._file.seek(0, io.SEEK_END)
+        self._file.seek(here)
+
+    def seekable(self) -> bool:
+        """Return True."""
+        return True
+
+    def readable(self) -> bool:
+        """Return True."""
+        return True
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Move to a place; beyond the end it is a ValueError where the system has no such number."""
+        try:
+            return self._file.seek(offset, whence)
+        except (OverflowError, OSError) as error:
+            raise ValueError(f"it names the place {offset} of itself") from error
+
+    def tell(self) -> int:
+        """Return the place."""
+        return self._file.tell()
+
+    def read(self, count: int | None = -1) -> bytes:
+        """Return so many bytes, or as many as there are."""
+        left = max(self._end - self._file.tell(), 0)
+        return self._file.read(left if count is None or count < 0 else min(count, left))
+
+
 def seekable(file: BinaryIO) -> IO[bytes]:
     """Return a file in which one can go back: a pipe is copied to a temporary file first."""
     if file.seekable():
@@ -94,13 +131,3 @@ def seekable(file: BinaryIO) -> IO[bytes]:
     shutil.copyfileobj(file, copy, 1 << 20)
     copy.seek(0)
     return copy
-
-
-@contextlib.contextmanager
-def on_disk(file: BinaryIO, suffix: str) -> Iterator[str]:
-    """Copy a file to a temporary folder for libraries that open a path; the folder goes at the end."""
-    with tempfile.TemporaryDirectory(prefix="cncgen-") as folder:
-        path = f"{folder}/setpoints{suffix}"
-        with open(path, "wb") as copy:
-            shutil.copyfileobj(file, copy, 1 << 20)
-        yield path

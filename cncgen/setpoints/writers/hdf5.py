@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
+import shutil
+import tempfile
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,7 +14,6 @@ from cncgen.files import Sink
 from cncgen.setpoints.columns import INTEGERS, Layout, check_finite
 from cncgen.setpoints.packages import needed
 from cncgen.setpoints.record import Setpoints
-from cncgen.setpoints.writers.spooled import Spool
 
 #: Rows of a chunk of the file.
 _CHUNK_ROWS = 16_384
@@ -22,8 +25,10 @@ class Writer:
     def __init__(self, sink: Sink, layout: Layout) -> None:
         h5py: Any = needed("hdf5")
         self._sink, self._layout, self._rows = sink, layout, 0
-        self._spool = Spool(".h5")
-        self._file = h5py.File(self._spool.path, "w", track_order=True)
+        self._spool = _Spool()
+        self._file = h5py.File(self._spool, "w", track_order=True)
+        # The library writes what it holds at the end of the process, when the spool's methods are gone.
+        atexit.register(self._file.close)
         self._file.attrs["period_s"] = layout.period_s
         for key, text in layout.metadata.items():
             self._file.attrs[key] = text
@@ -39,8 +44,68 @@ class Writer:
         for name, column in zip(self._layout.names, matrix.T, strict=True):
             self._file[name].resize((self._rows,))
             self._file[name][first:] = column
+        if self._spool.fault is not None:
+            self._end()
 
     def close(self) -> None:
         """End the file and send it on."""
+        self._end()
+        with self._spool.file as file:
+            file.seek(0)
+            shutil.copyfileobj(file, self._sink, 1 << 20)
+
+    def _end(self) -> None:
+        """Close HDF5's side of the file; raise what went wrong on ours."""
         self._file.close()
-        self._spool.send(self._sink)
+        atexit.unregister(self._file.close)
+        if self._spool.fault is not None:
+            raise self._spool.fault
+
+
+class _Spool:
+    """A temporary file of which HDF5 hears no fault: where a disk is full, its library ends the process.
+
+    After the first one, `fault`, nothing is written any more.
+    """
+
+    def __init__(self) -> None:
+        self.file = tempfile.TemporaryFile()  # noqa: SIM115 - it goes with the writer
+        self.fault: Exception | None = None
+        self._end = 0
+
+    def _try(self, action: Callable[[], int], otherwise: int) -> int:
+        if self.fault is None:
+            try:
+                return action()
+            except (OSError, ValueError) as error:  # of a file that is closed, a ValueError
+                self.fault = error.with_traceback(None)
+        return otherwise
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Move to a place."""
+        return self._try(lambda: self.file.seek(offset, whence), self._end if whence else offset)
+
+    def tell(self) -> int:
+        """Return the place."""
+        return self._try(self.file.tell, 0)
+
+    def write(self, data: memoryview) -> int:
+        """Write bytes."""
+        self._end += len(data)
+        return self._try(lambda: self.file.write(data), len(data))
+
+    def readinto(self, buffer: memoryview) -> int:
+        """Read bytes."""
+        return self._try(lambda: self.file.readinto(buffer), len(buffer))
+
+    def read(self, count: int = -1) -> bytes:
+        """Read bytes; h5py asks only whether this is there."""
+        return self.file.read(count)
+
+    def truncate(self, size: int) -> int:
+        """Set the length."""
+        return self._try(lambda: self.file.truncate(size), size)
+
+    def flush(self) -> None:
+        """Hand what is buffered to the system."""
+        self._try(lambda: self.file.seek(0, 1), 0)

@@ -15,7 +15,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import Sink
 from cncgen.setpoints.columns import Layout, check_finite
 from cncgen.setpoints.record import Setpoints
-from cncgen.setpoints.writers.spooled import Spool
+from cncgen.setpoints.writers.spooled import spooled
 
 #: Rows of doubles in a vector of 2 GiB.
 MAX_ROWS = (2**31 - 1) // 8
@@ -47,20 +47,18 @@ class Writer:
         """Put the file together and send it on."""
         from scipy.io import savemat
 
-        with Spool(".mat") as spool:
-            with open(spool.path, "w+b") as out:
-                self._save(savemat, out, {COLUMNS: ",".join(self._layout.names)})
-                self._save(savemat, out, {"period_s": self._layout.period_s})
-                if self._layout.metadata:
-                    self._save(savemat, out, {"metadata": dict(self._layout.metadata)})
-                for name, file in zip(self._layout.names, self._columns, strict=True):
-                    with file:
-                        file.seek(0)
-                        column = np.fromfile(file, "<f8") if self._rows else np.zeros(0)
-                    self._save(savemat, out, {name: column})
-                out.seek(0)
-                out.write(_HEADER)
-            spool.send(self._sink)
+        with spooled(self._sink) as out:
+            self._save(savemat, out, {COLUMNS: ",".join(self._layout.names)})
+            self._save(savemat, out, {"period_s": self._layout.period_s})
+            if self._layout.metadata:
+                self._save(savemat, out, {"metadata": dict(self._layout.metadata)})
+            for name, file in zip(self._layout.names, self._columns, strict=True):
+                with file:
+                    file.seek(0)
+                    column = np.fromfile(file, "<f8") if self._rows else np.zeros(0)
+                self._save(savemat, out, {name: column})
+            out.seek(0)
+            out.write(_HEADER)
 
     @staticmethod
     def _save(savemat: Any, out: Any, values: dict[str, Any]) -> None:

@@ -10,9 +10,9 @@ from cncgen.files import Sink
 from cncgen.setpoints.columns import Layout, check_finite
 from cncgen.setpoints.packages import needed
 from cncgen.setpoints.record import Setpoints
-from cncgen.setpoints.writers.spooled import Spool
+from cncgen.setpoints.writers.spooled import spooled
 
-#: A fixed start of measurement, so that equal plans give equal channels.
+#: A fixed start of measurement, so that equal plans give equal bytes.
 _START = datetime(1980, 1, 1, tzinfo=UTC)
 
 
@@ -21,10 +21,15 @@ class Writer:
 
     def __init__(self, sink: Sink, layout: Layout) -> None:
         asammdf: Any = needed("mf4")
+        blocks: Any = needed("mf4", "asammdf.blocks.v4_blocks")
         self._asammdf, self._sink, self._layout = asammdf, sink, layout
         self._file: Any = asammdf.MDF(version="4.10")
         self._file.header.start_time = _START
         self._file.header.comment = json.dumps({"period_s": layout.period_s, **layout.metadata})
+        made = blocks.FileHistory()  # the one that `save` adds has the time of day
+        made.time_stamp = _START
+        made.comment = "<FHcomment><TX>created</TX><tool_id>cncgen</tool_id></FHcomment>"
+        self._file.file_history.append(made)
         self._begun = False
 
     def write(self, chunk: Setpoints) -> None:
@@ -49,7 +54,6 @@ class Writer:
 
     def close(self) -> None:
         """End the file and send it on."""
-        with Spool(".mf4") as spool:
-            self._file.save(spool.path, overwrite=True)
+        with spooled(self._sink) as file:
+            self._file.save(file, add_history_block=False)
             self._file.close()
-            spool.send(self._sink)

@@ -1,35 +1,21 @@
-"""A temporary file for formats whose libraries write to a path and go back in it."""
+"""A temporary file for formats that go back in what is written. It has no name, so that a process that is killed leaves nothing."""
 
 from __future__ import annotations
 
-import os
 import shutil
 import tempfile
-from types import TracebackType
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import BinaryIO
 
 from cncgen.files import Sink
 
 
-class Spool:
-    """A file in a temporary folder, which goes to the sink as a whole and is then removed.
-
-    The folder goes with the object, so that a run that ends early leaves nothing.
-    """
-
-    def __init__(self, suffix: str) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="cncgen-")
-        self.path = os.path.join(self._folder.name, f"setpoints{suffix}")
-
-    def send(self, sink: Sink) -> None:
-        """Copy the file to a sink, and remove it."""
-        with open(self.path, "rb") as file:
-            shutil.copyfileobj(file, sink, 1 << 20)
-        self._folder.cleanup()
-
-    def __enter__(self) -> Spool:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._folder.cleanup()
+@contextmanager
+def spooled(sink: Sink) -> Iterator[BinaryIO]:
+    """Give a file for a with block, which then goes to a sink as a whole."""
+    with tempfile.TemporaryFile() as file:
+        file.raw.name = "spool"  # type: ignore[attr-defined] # asammdf makes a path of the name, which is the descriptor's number
+        yield file
+        file.seek(0)
+        shutil.copyfileobj(file, sink, 1 << 20)
