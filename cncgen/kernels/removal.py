@@ -226,10 +226,10 @@ def _cut(
         i0 = cython.cast(cython.Py_ssize_t, ceil(lo / cell)) if lo > 0.0 else 0
         i1 = cython.cast(cython.Py_ssize_t, floor(hi / cell)) if hi < (nx - 1) * cell else nx - 1
         for i in range(i0, i1 + 1):
-            if mean[j, i] <= lowest:
-                continue
+            # A cell that a deep cut covers in part has a mean height below that of its middle.
+            old = mean[j, i] if mean[j, i] > heights[j, i] else heights[j, i]
             floor_of = bottom[j, i]
-            if mean[j, i] <= floor_of:
+            if old <= lowest or old <= floor_of:
                 continue
             x = i * cell - px
             foot = x * tx + y * ty
@@ -243,7 +243,7 @@ def _cut(
             if cover <= 0.0:
                 continue
             # The tool is nowhere lower over the cell than its least height with the tip at the line's lower end.
-            if lowest + _lift(rho if rho < radius else radius, flat, edge, slope) >= mean[j, i]:
+            if lowest + _lift(rho if rho < radius else radius, flat, edge, slope) >= old:
                 continue
             if m != 0.0:
                 if d < radius:

@@ -119,11 +119,20 @@ def start_of(comments: str) -> NDArray[np.float64]:
     return position
 
 
+def _blocks(source: BinaryIO) -> Iterator[bytes]:
+    """Yield the content of a stream, up to a block more than `MAX_SIZE`."""
+    size = 0
+    while size <= MAX_SIZE and (block := source.read(1 << 20)):
+        size += len(block)
+        yield block
+
+
 def _bytes_of(source: Path | BinaryIO | bytes, name: str) -> bytes:
     if isinstance(source, bytes):
         return source
     with reading_faults(name):
-        data = source.read_bytes() if isinstance(source, Path) else source.read(MAX_SIZE + 1)
+        # A stream that is asked for so many bytes at once would make room for all of them.
+        data = source.read_bytes() if isinstance(source, Path) else b"".join(_blocks(source))
     if len(data) > MAX_SIZE:
         raise UsageError(Diagnostic("file-size", f"the file is larger than {MAX_SIZE} bytes"))
     return data

@@ -142,3 +142,22 @@ def test_a_cylinder_of_stock():
 
     field = stock_of_option("cylinder:20,15,20,-10,0").field(CELL)
     assert field.raw_volume == pytest.approx(math.pi * 100.0 * 10.0, rel=5e-3)
+
+
+def test_a_cell_that_a_deep_cut_covered_in_part_is_cut_by_a_shallow_one():
+    """The wall of a hole through the block lies 0.01 cells beyond the middle of cells; a slot over it has its floor there too."""
+    out = cut(
+        "flat:10.04",
+        line(20, 15, 5),
+        line(20, 15, -25),
+        line(20, 15, 5),
+        line(-20, 15, 5),
+        line(-20, 15, -4),
+        line(60, 15, -4),
+    )
+    x, y = np.meshgrid(out.stock.x, out.stock.y)
+    slot = (np.abs(y - 15.0) < 5.0) & (np.hypot(x - 20.0, y - 15.0) > 5.1)
+    assert (out.stock.heights[slot] == -4.0).all()
+    ring = (np.abs(np.hypot(x - 20.0, y - 15.0) - 5.02) < 0.05) & (np.abs(y - 15.0) < 4.9)
+    assert ring.sum() > 100
+    assert out.stock.heights[ring].max() == -4.0

@@ -5,9 +5,12 @@ import math
 import re
 from pathlib import Path
 
+import pytest
+
 from cncgen.cli.app import run
 from cncgen.stepnc import read, tree
-from tests.stepnc.building import E, Part
+from tests.stepnc import building
+from tests.stepnc.building import E, Part, codes
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 NIST = PROGRAMS / "stepnc" / "nist_ex1.stp"
@@ -163,3 +166,45 @@ def test_a_tool_that_the_table_does_not_have_and_lines_that_are_wrong(tmp_path, 
     said = capsys.readouterr().err
     assert re.findall(r"tools\.tbl:(\d+):.*error\[tool-table\]", said) == ["2", "3"]
     assert run(["check", "--tool-table", str(tmp_path / "none.tbl"), str(NIST)]) == 2
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("check",),
+        ("check", "--tree"),
+        ("canon",),
+        ("convert",),
+        ("plan", "--format", "csv"),
+        ("cut", "--cell", "2"),
+    ],
+)
+def test_programs_from_standard_input_are_those_of_the_file(command, cncgen, programs):
+    path = programs / "stepnc" / "features.stp"
+    from_file = cncgen(*command, path)
+    from_input = cncgen(*command, "-", stdin=path.read_bytes())
+    assert from_file.returncode == from_input.returncode == 0, from_input.stderr
+    if command[0] == "convert":  # names of entities are those of a file, which can be read again
+        lines = [
+            [r for r in o.stdout.splitlines() if not r.startswith(b"(")] for o in (from_file, from_input)
+        ]
+        assert lines[0] == lines[1]
+    elif command[0] in ("canon", "plan"):
+        assert from_input.stdout == from_file.stdout != b""
+
+
+def test_three_independent_faults_are_told_in_one_run():
+    """A radius of 5 mm with an end 7 mm from its centre, a negative feed, and a toolpath without a feed, each in its own step."""
+    part = Part()
+    bad = part.add("MILLING_TECHNOLOGY", -0.02, E("TCP"), None, -50.0, None, E("F"), E("F"), E("F"), None)
+    line = part.polyline((0, 0, 0), (10, 0, 0))
+    arc = part.trimmed(part.circle(5.0), (5, 0, 0), (0, 7, 0))
+    operations = [
+        part.freeform(part.trajectory(line), technology=bad),
+        part.freeform(part.trajectory(arc)),
+        part.freeform(part.trajectory(line), technology=None),
+    ]
+    part.project(part.plan(*map(part.step, operations)))
+    text = part.text().replace("DATA;", "DATA;\n#900=CARTESIAN_POINT('',(0.,0.,0.);\n", 1)
+    found = building.run(text)[1]
+    assert codes(found, "error") == ["part21-syntax", "stepnc-speed", "arc-radius", "stepnc-no-feed"]

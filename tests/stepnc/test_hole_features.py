@@ -140,6 +140,20 @@ def test_a_tool_larger_than_its_hole_and_a_depth_below_its_end_are_refused(kind,
     assert not len(motions(path))
 
 
+@pytest.mark.parametrize("bottom", ["CONICAL_HOLE_BOTTOM", "THROUGH_BOTTOM_CONDITION"])
+def test_a_cutting_depth_measured_at_the_tip_is_told_by_its_size(bottom):
+    """A real file: 10 mm drill of 20 degrees, hole 10 mm deep, cutting_depth 10 + 5 tan 20 = 11.8199 mm; the tip goes that deep."""
+    part = Features()
+    values = (140.0, None) if bottom.startswith("CON") else ()
+    feature = part.add("ROUND_HOLE", *part.head(10.0), part.size(10.0), None, part.add(bottom, *values))
+    tool = part.tool("T", 10.0, body="TWIST_DRILL", tip=20.0)
+    head = (None, None, "op", 5.0, None, tool, part.technology(0.01, -10.0), None)
+    part.mill(feature, part.add("DRILLING", *head, None, 11.819851171331011, None, None, None, None))
+    path, found = part.read()
+    assert codes(found) == ["stepnc-depth"]
+    assert path.end[motions(path)][:, 2].min() == pytest.approx(-11.81985, abs=1e-4)
+
+
 def test_a_cutting_depth_below_the_raw_piece_is_refused():
     part = Features()
     workpiece = part.block((0, 0, -15), (100, 80, 0))

@@ -628,11 +628,16 @@ def test_a_tilted_tool():
 # What real files get wrong
 
 
-def test_a_tip_angle_in_radians_is_asked_about():
+@pytest.mark.parametrize(("given", "degrees"), [(0.5236, 30.0), (0.349066, 20.0), (0.05, 0.05)])
+def test_a_tip_angle_in_radians_is_taken_so_where_it_makes_a_drill(given, degrees):
+    """0.5236 rad are 30 degrees; 0.05 may be degrees of a nearly flat tool. The event has the angle between the sides."""
     part = Part()
-    tool = part.tool("d", 6.0, "TWIST_DRILL", tip=0.5236)
+    tool = part.tool("d", 6.0, "TWIST_DRILL", tip=given)
     part.project(part.plan(part.step(part.freeform(part.trajectory(square(part)), tool=tool))))
-    assert codes(part.read()[1]) == ["stepnc-angle"]
+    path, found = part.read()
+    assert codes(found) == ["stepnc-angle"]
+    (event,) = [e for e in path.events if e.name == "tool"]
+    assert event.values["point_angle_deg"] == pytest.approx(180.0 - 2 * degrees, abs=1e-3)
 
 
 def test_missing_attributes_and_dangling_references_are_all_named():

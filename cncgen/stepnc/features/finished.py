@@ -203,7 +203,7 @@ def _hole(job: Job, frame: Matrix, over: float) -> Cavity:
         "bottom and side"
     )
     if plain and not _allowances(job) and shape.slope == 0 and job.value("cutting_depth", 0.0) == 0:
-        reached = min(job.radius, radius) if not kind.startswith("bottom") else radius
+        reached = min(job.radius, radius) if not kind.startswith("bottom") else radius - job.tool.edge
         circle = offsets.polygon_of([profile_shapes.circle(2 * reached)])
         if shape.bottom in ("", "flat", "through") or not kind.startswith("bottom"):
             return replace(whole, demands=circle.buffer(-0.01), demanded=shape.depth or 0.0)

@@ -64,11 +64,27 @@ def check_hole(job: Job) -> None:
     _check_depth(job)
 
 
+def _asked(job: Job) -> float:
+    """Return how deep the full diameter is to go, mm, 0 where cutting_depth does not say.
+
+    Some writers measure cutting_depth at the tip: it then is the hole's depth and the length of the point.
+    """
+    depth, asked = job.shape.depth, job.value("cutting_depth", 0.0)
+    if job.operation.kind not in ("drilling", "multistep drilling") or depth is None:
+        return asked
+    tip = tip_length(job.tool)
+    return depth if tip > SAME_SIZE and abs(asked - depth - tip) < SAME_SIZE else asked
+
+
 def _check_depth(job: Job) -> None:
     """Raise `Skip` where the full diameter goes below the end of a blind hole, or below the raw piece with no overcut asked."""
-    depth, asked = job.shape.depth, job.value("cutting_depth", 0.0)
+    depth, asked = job.shape.depth, _asked(job)
     if depth is None or job.operation.kind == "counter sinking":
         return
+    given = job.value("cutting_depth", 0.0)
+    if given != asked:
+        text = f"cutting_depth is {given:g} mm, the hole's {depth:g} mm and the drill's point; it is taken as measured at the tip"
+        job.warn("stepnc-depth", text)
     over = job.value("overcut_length", 0.0)
     reach = asked + over if asked > 0 else depth + over
     if job.shape.bottom not in ("", "through") and reach > depth + SAME_SIZE:
@@ -91,7 +107,7 @@ def _begin(job: Job) -> Moves:
 
 def _bottom(job: Job) -> float:
     """Return how deep the full diameter goes, mm."""
-    depth = job.value("cutting_depth", 0.0)
+    depth = _asked(job)
     if not depth > 0:
         depth = job.depth
     return depth + job.value("overcut_length", 0.0)

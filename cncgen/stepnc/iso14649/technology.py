@@ -13,6 +13,8 @@ from cncgen.stepnc.part21 import Enumeration, Typed
 _T = TypeVar("_T")
 
 DEGREE = math.pi / 180.0
+#: Tip angles from here to 2 are taken as radians: 5 degrees and more.
+LEAST_RADIANS = 0.087
 
 
 class Resources:
@@ -115,7 +117,13 @@ class Resources:
     def _dimensions(self, size: Entity) -> dict[str, float | None]:
         tip, around = size.optional("tool_top_angle"), size.optional("tool_circumference_angle")
         if tip is not None and 0 < tip < 2:
-            size.warn("stepnc-angle", f"a tool tip angle of {tip:g}°; is it meant in radians?")
+            text = (
+                f"a tool tip angle of {tip:g}° makes no drill; it is taken as {tip / DEGREE:.4g}°, in radians"
+            )
+            if tip < LEAST_RADIANS:
+                text = f"a tool tip angle of {tip:g}°; is it meant in radians?"
+            size.warn("stepnc-angle", text)
+            tip = tip if tip < LEAST_RADIANS else tip / DEGREE
         diameter = size.optional("diameter")
         if diameter is not None and not diameter > 0:
             raise size.fault("stepnc-tool", f"the tool's diameter is {diameter:g} mm; it must be above 0")
