@@ -84,7 +84,7 @@ def test_files_that_the_pages_name_are_there(page: str) -> None:
 
 def test_the_readme_names_every_limit() -> None:
     """By its number in the column, in order."""
-    (said,) = re.findall(r"`limit` is what holds the speed back: ([^)]*)\)", text_of("README.md"))
+    (said,) = re.findall(r"`limit` says what holds the speed back: ([^.]*)\.", text_of("README.md"))
     numbers = [int(part.split()[0]) for part in said.replace("\n", " ").split(", ")]
     names = [part.split(maxsplit=1)[1].split()[0] for part in said.replace("\n", " ").split(", ")]
     assert numbers == [limit.value for limit in Limit]
