@@ -419,3 +419,17 @@ def test_an_offset_that_no_tool_has(run: Any, tmp_path: Any) -> None:
     table = tmp_path / "a.tbl"
     table.write_text("T1 P1 Z5\n")
     assert fanuc(run, "#10100=7.\nG0 X#10100\nM30", tool_table=table) == [[7, 0, 0]]
+
+
+@pytest.mark.parametrize("dialect", ["fanuc", "linuxcnc"])
+def test_blocks_behind_the_end_are_told_of(run: Any, dialect: str) -> None:
+    """A % ends the reading, wherever it stands; what is behind it was passed over without a word."""
+    out = run("%\nG0 X1\n%\n(A)\n\nG0 X2\nN5 G0 X3\nM30\n%\n", dialect=dialect)
+    assert points(out) == [[1, 0, 0]]
+    (said,) = [d for d in out.diagnostics if d.code == "text-behind-end"]
+    assert (said.span.line, said.message.split()[0]) == (3, "3")
+    assert not [
+        d
+        for d in run("%\nG0 X1\nM30\n%\n(A)\n\n%\n", dialect=dialect).diagnostics
+        if d.code == "text-behind-end"
+    ]

@@ -13,6 +13,7 @@ TAIL = "\nEND PGM T MM\n"
 DRILL = "CYCL DEF 200 DRILLING ~\n Q200=2 ~\n Q201=-10 ~\n Q206=150 ~\n Q202=10 ~\n Q210=0 ~\n Q203=0 ~\n Q204=20 ~\n Q211=0\n"
 HOLE = [(0, 0, 2), (0, 0, -10), (0, 0, 20)]
 MILL = " Q215=0 ~\n Q368=0 ~\n Q207=500 ~\n Q351=1 ~\n Q201=-4 ~\n Q202=4 ~\n Q369=0 ~\n Q206=100 ~\n Q338=0 ~\n Q200=2 ~\n Q203=0 ~\n Q204=20 ~\n Q370=1 ~\n Q366=0"
+THREAD = "CYCL DEF 262 THREAD MILLING ~\n Q335=10 ~\n Q201=-6 ~\n Q253=750 ~\n Q200=2 ~\n Q203=0 ~\n Q204=20 ~\n Q207=500 ~\n"
 K = 2.0 - math.sqrt(2.0)
 
 #: Program, and where its motions end. Tool 1 has the radius 2 and no length.
@@ -55,6 +56,17 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "207": ("CYCL DEF 207 TAPPING ~\n Q200=2 ~\n Q201=-10 ~\n Q239=+1 ~\n Q203=0 ~\n Q204=20\nCYCL CALL", [(0, 0, z) for z in (2, -10, 2, 20)]),
     "208": ("CYCL DEF 208 BORE MILLING ~\n Q200=2 ~\n Q201=-4 ~\n Q206=100 ~\n Q334=2 ~\n Q203=0 ~\n Q204=20 ~\n Q335=10 ~\n Q342=0 ~\n Q351=1\nCYCL CALL",
             [(0, 0, 2), (3, 0, 2), (3, 0, -4), (3, 0, -4), (0, 0, -4), (0, 0, 20)]),
+    "262": (f"{THREAD} Q239=1.5 ~\n Q355=0 ~\n Q351=1\nCYCL CALL",
+            [(0, 0, 2), (0, 0, -6.75), (3, 0, -6), (3, 0, -4.5), (0, 0, -3.75), (0, 0, 20)]),
+    "262 in one helix": (f"{THREAD} Q239=1.5 ~\n Q355=1 ~\n Q351=1\nCYCL CALL",
+                         [(0, 0, 2), (0, 0, -6.75), (3, 0, -6), (3, 0, 0), (0, 0, 0.75), (0, 0, 20)]),
+    "262 in steps": (f"{THREAD} Q239=1.5 ~\n Q355=2 ~\n Q351=1\nCYCL CALL",
+                     [(0, 0, 2), (0, 0, -6.75), (3, 0, -6), (3, 0, -4.5), (0, 0, -3.75), (3, 0, -3), (3, 0, -1.5), (0, 0, -0.75), (0, 0, 20)]),
+    "262 left-hand": (f"{THREAD} Q239=-1.5 ~\n Q355=0 ~\n Q351=1\nCYCL CALL",
+                      [(0, 0, 2), (0, 0, -3.75), (3, 0, -4.5), (3, 0, -6), (0, 0, -6.75), (0, 0, 20)]),
+    "FN 18": ("L X+3 Y+4 FMAX\nFN 18: SYSREAD Q1 = ID20 NR1\nFN 18: SYSREAD Q2 = ID50 NR2 IDX1\nFN 18: SYSREAD Q3 = ID270 NR1 IDX2\n"
+              "FN 18: SYSREAD Q4 = ID20 NR4\nL X+Q1 Y+Q2 FMAX\nL X+Q3 Y+Q4 FMAX", [(3, 4), (1, 2), (4, 1000)]),
+    "comments in parentheses": ("(A HEAD)\nL X+3 FMAX (THERE)\nQ1 = ( 1 + 1 )\nL X+Q1 FMAX (BACK) ; AND ON", [(3,), (2,)]),
     "220": (f"{DRILL}CYCL DEF 220 CIRCLE ~\n Q216=0 ~\n Q217=0 ~\n Q244=20 ~\n Q245=0 ~\n Q246=360 ~\n Q247=0 ~\n Q241=2",
             [(10,), *[(10, 0, z) for _, _, z in HOLE], (-10, 0, 20), *[(-10, 0, z) for _, _, z in HOLE]]),
     "221": (f"{DRILL}CYCL DEF 221 LINES ~\n Q225=5 ~\n Q226=5 ~\n Q237=10 ~\n Q238=8 ~\n Q242=2 ~\n Q243=1 ~\n Q224=0",

@@ -164,6 +164,10 @@ def _current(ip: Interpreter) -> CoordinateFrame:
     if not isinstance(ip.sink, FramedSink):
         return CoordinateFrame()
     f = ip.sink.frame
+    if not isinstance(f, CoordinateFrame):
+        raise BlockError(
+            "frame-compensation", "G50 to G51.1 and G68 do not go with a tilted plane", "", hint="G69 ends it"
+        )
     return CoordinateFrame(
         dict(f.mirror), list(f.scale), list(f.scale_centre), f.angle, list(f.turn_centre), f.plane
     )
@@ -251,7 +255,10 @@ def rotation(ip: Interpreter, block: Block) -> None:
 
 
 def no_rotation(ip: Interpreter, block: Block) -> None:
-    """G69."""
+    """G69: no rotation, no tilted plane."""
+    if isinstance(ip.sink, FramedSink) and not isinstance(ip.sink.frame, CoordinateFrame):
+        _change(ip, CoordinateFrame())
+        return
     frame = _current(ip)
     frame.angle, frame.turn_centre = 0.0, [0.0] * 3
     _change(ip, frame)

@@ -63,6 +63,7 @@ _MODULES = (
     "codes.haas_pockets",
     "codes.tool_point",
     "codes.rotary_paths",
+    "codes.tilted_planes",
     "codes.heidenhain",
     "codes.plain_language",
 )

@@ -17,12 +17,11 @@ MEANING: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", n) for n in (450, 460, 480)), "a tool offset added to a motion"),
     ("G", 470): "a tool offset added to a motion; engraving on Haas's mills",
     **dict.fromkeys((("G", 502), ("G", 512)), "polygon turning"),
-    ("G", 531): "turning the tool axis along a tilted plane",
     ("G", 542): "dynamic fixture offset",
     ("G", 544): "workpiece setting error compensation",
     ("G", 600): "single direction positioning",
     ("G", 661): "a modal macro called in each block",
-    **dict.fromkeys((("G", 682), ("G", 683), ("G", 684)), "a tilted working plane"),
+    **dict.fromkeys((("G", 683), ("G", 684)), "a tilted working plane"),
     **dict.fromkeys(
         (("G", n) for n in (700, 710, 720)), "a turning cycle of lathes, a row of holes on Haas's mills"
     ),
@@ -37,10 +36,10 @@ MEANING: dict[tuple[str, int], str] = {
     **dict.fromkeys((("M", n) for n in (820, 830, 840)), "a code of 3D printers"),
 }
 
-_TILTED = "post it with the rotary axes in place and X Y Z as the axes go, or with G43.4, which is read"
+_TILTED = "post it with the rotary axes in place and X Y Z as the axes go, with G68.2, or with G43.4"
 #: Advice for a code that is not read.
 WITHOUT: dict[tuple[str, int], str] = {
-    **dict.fromkeys((("G", n) for n in (531, 682, 683, 684)), _TILTED),
+    **dict.fromkeys((("G", n) for n in (683, 684)), _TILTED),
     **dict.fromkeys(
         (("G", n) for n in (120, 130, 470, 1500)), "post it as the moves that it makes: G1, G2, G3"
     ),

@@ -10,6 +10,8 @@ from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.gcode.text.dialects import bare
 from cncgen.gcode.text.labels import Cursor
 
+#: Bytes behind the end of a program that are looked at.
+_REST = 65_536
 #: Texts remembered.
 _MAX_TEXTS = 1024
 
@@ -82,10 +84,27 @@ class Percent:
         if not self._begun and not self._is_late(before):
             self._begun = True
         elif self._begun:
+            self._tell_of_rest(text, before)
             self._ip.state.ended = True
             self._ip.base.call("FINISH()")
         else:
+            self._tell_of_rest(text, before)
             self._end_alone(text)
+
+    def _tell_of_rest(self, text: str, before: int) -> None:
+        """Warn of blocks behind the % that ends the program, which are not read."""
+        rest = bare(self._source.data[before : before + _REST])
+        count = sum(1 for line in rest.splitlines() if line and not line.startswith((b"%", b";")))
+        if count and not self._ip.options.stand_alone:
+            least = "at least " if before + _REST < len(self._source) else ""
+            message = f"{least}{count} lines stand behind the % that ends the program: they are not read"
+            fault = BlockError(
+                "text-behind-end",
+                message,
+                column=text.index("%") + 1,
+                hint="remove the % where they belong to it",
+            )
+            self._ip.warn(fault, Severity.WARNING)
 
     def _end_alone(self, text: str) -> None:
         """End a program at a % that no % began: the rest of a tape, which LinuxCNC's interpreter alone refuses."""

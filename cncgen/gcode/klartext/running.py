@@ -27,7 +27,7 @@ from cncgen.gcode.doubts import doubts, remarks_on
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import contours, cycles, planes, programs, q_formulas
+from cncgen.gcode.klartext import contours, cycles, planes, programs, q_formulas, system_data
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.state.systems import SYSTEM_COUNT
@@ -144,7 +144,7 @@ class HeidenhainRunner:
         """Take the lines, their text without numbers and comments, and the labels."""
         offset, number = 0, 1
         while offset < len(source):
-            body = source.text_at(offset).partition(";")[0].rstrip().rstrip("~").rstrip()
+            body = plain_language.body_of(source.text_at(offset))
             match = _NUMBER.match(body)
             assert match
             bare = body[match.end() :]
@@ -291,11 +291,18 @@ class HeidenhainRunner:
                     hint="FN 14 ends the program",
                 )
             )
+        if number_of == 18:
+            number, value = system_data.read(self.ip, body, self._value)
+            self.ip.parameters.set_number(float(number), value)
+            return
         if number_of in (15, 16, 20, 29, 37, 38):
             return
         what = f"FN {number_of}" if number_of is not None else "a line that begins with Q"
         raise BlockError(
-            "unsupported-block", f"{what} is not read", "FN", hint="FN 0 to FN 14 and formulas of Q are read"
+            "unsupported-block",
+            f"{what} is not read",
+            "FN",
+            hint="FN 0 to FN 14, FN 18 and formulas of Q are read",
         )
 
     def _call_program(self, at: int, body: str) -> None:

@@ -100,7 +100,7 @@ def parse(text: str) -> Parsed:
         BlockError: It is none of those that are read; the column is that of `text`.
     """
     parsed = Parsed()
-    body = text.partition(";")[0].rstrip().rstrip("~").rstrip()
+    body = body_of(text)
     if not body or _COMMENT.match(body):
         return parsed
     setting = _SETTING.match(body, _begin(body))
@@ -123,9 +123,17 @@ def parse(text: str) -> Parsed:
     )
 
 
+def body_of(text: str) -> str:
+    """Return a line without its comment: what stands behind ;, or in parentheses behind words, as simulators write it."""
+    body = text.partition(";")[0]
+    if "(" in body and "=" not in body:
+        body = body.partition("(")[0]
+    return body.rstrip().rstrip("~").rstrip()
+
+
 def place(text: str) -> Words:
     """Return where a motion leads that was refused as a whole, and its feed."""
-    body = text.partition(";")[0]
+    body = body_of(text)
     match = _LEADING.match(body)
     words: Words = []
     for word in _PLACE.finditer(body, match.end()) if match else ():

@@ -1,0 +1,53 @@
+"""FN 18: SYSREAD, data of the control in a Q parameter (TNC 640, "FN 18 – Reading system data")."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+
+_OPERAND = r"\s*([-+]?\s*(?:Q\d+|\d+))"
+_SYSREAD = re.compile(
+    rf"FN\s*18\s*:\s*SYSREAD\s+Q(?P<q>\d+)\s*=\s*ID{_OPERAND}(?:\s*NR{_OPERAND})?(?:\s*IDX{_OPERAND})?\s*\Z",
+    re.IGNORECASE,
+)
+#: What is told, by ID and NR: state of the machine, and the tool table; the index of ID50 is the tool, of ID270 the axis from 1 on.
+_STATE: dict[tuple[int, int], Callable[[Interpreter, int], float]] = {
+    (20, 1): lambda ip, index: float(ip.state.tool),
+    (20, 2): lambda ip, index: float(ip.state.selected),
+    (20, 3): lambda ip, index: 2.0,
+    (20, 4): lambda ip, index: ip.state.speed,
+    (20, 8): lambda ip, index: float(ip.state.flood),
+    (20, 9): lambda ip, index: ip.state.feed,
+    (50, 1): lambda ip, index: _size(ip, index or ip.state.tool)[0],
+    (50, 2): lambda ip, index: _size(ip, index or ip.state.tool)[1],
+    (270, 1): lambda ip, index: ip.state.position[index - 1],
+}
+_AXES = 9
+
+
+def _size(ip: Interpreter, number: int) -> tuple[float, float]:
+    """Return length and radius of a tool in the program's units; zeros without one."""
+    tool = ip.tools.find(number) if number else None
+    return (tool.offset[2] * ip.table_scale(), tool.diameter * ip.table_scale() / 2.0) if tool else (0.0, 0.0)
+
+
+def read(ip: Interpreter, body: str, value: Callable[[str], float]) -> tuple[int, float]:
+    """Return the number of the Q parameter that a line sets, and the value.
+
+    Raises:
+        BlockError: The line is written otherwise, or asks for what is not told.
+    """
+    match = _SYSREAD.match(body)
+    if match is None:
+        hint = "FN 18: SYSREAD Q1 = ID270 NR1 IDX3"
+        raise BlockError("syntax", "FN 18 has not its Q, ID, NR and IDX", "FN", hint=hint)
+    group, number, index = (round(value(match[k])) if match[k] else 0 for k in (2, 3, 4))
+    told = _STATE.get((group, number))
+    if told is None or (group == 270 and not 1 <= index <= _AXES):
+        message = f"FN 18 with ID{group} NR{number} IDX{index} is not read"
+        hint = "ID20 (tool, speed, feed), ID50 (length and radius of a tool) and ID270 (position) are"
+        raise BlockError("unsupported-block", message, "FN", hint=hint)
+    return int(match["q"]), told(ip, index)

@@ -1,0 +1,66 @@
+"""Tilted planes G68.2: places worked out by hand from the rotations that the manual names (B-64484EN-2, 7.8)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+HALF = math.sqrt(0.5)
+
+
+def last(run: Any, plane: str, line: str = "G1 X1. Y2. Z5. F100.") -> list[float]:
+    """Return where a motion in a tilted plane leads."""
+    out = run(f"G90 G21\n{plane}\nG53.1\n{line}\nM30", dialect="fanuc")
+    assert out.errors == []
+    assert sum(d.code == "swivel-frame" for d in out.diagnostics) == 1
+    return out.path.end[out.path.kind != 3][-1, :3].tolist()
+
+
+@pytest.mark.parametrize(
+    ("plane", "place"),
+    [
+        # About X by 90 degrees: Y goes to Z, Z to -Y.
+        ("G68.2 X10. Y20. Z30. I0 J90. K0", [11, 15, 32]),
+        # About Z by 90, the new X by 45, the new Z by -90: about Y by 45.
+        ("G68.2 X0 Y0 Z0 I90. J45. K-90.", [6 * HALF, 2, 4 * HALF]),
+        # About Z alone.
+        ("G68.2 X0 Y0 Z0 I30. J0 K60.", [-2, 1, 5]),
+        # About X by 90, then Y of the workpiece by 90: (1, 2, 5) to (1, -5, 2) to (2, -5, -1).
+        ("G68.2 P1 Q123 X0 Y0 Z0 I90. J90. K0", [2, -5, -1]),
+        # The other way round: (1, 2, 5) to (5, 2, -1) to (5, 1, 2).
+        ("G68.2 P1 Q213 X0 Y0 Z0 I90. J90. K0", [5, 1, 2]),
+    ],
+)
+def test_places_in_a_tilted_plane(run: Any, plane: str, place: list[float]) -> None:
+    assert last(run, plane) == pytest.approx(place, abs=1e-9)
+
+
+def test_cycles_and_incremental_moves_follow_the_plane(run: Any) -> None:
+    """A hole of 4 along Z of a plane that is turned by 90 degrees about X goes along Y."""
+    text = "G68.2 X0 Y0 Z0 I0 J90. K0\nG53.1\nG0 X0 Y0 Z10.\nG98 G81 X3. Y1. Z-4. R2. F100.\nG80\nG91 G0 X1.\nG90 G69\nG0 Z0\nM30"
+    out = run(text, dialect="fanuc")
+    assert out.errors == []
+    rows = out.path.end[out.path.kind != 3][:, :3].round(9).tolist()
+    assert rows == [[0, -10, 0], [3, -10, 1], [3, -2, 1], [3, 4, 1], [3, -10, 1], [4, -10, 1], [4, -10, 0]]
+
+
+def test_an_arc_in_a_tilted_plane_is_the_same_arc(run: Any) -> None:
+    out = run("G68.2 X0 Y0 Z0 I0 J90. K0\nG0 X10. Y0\nG3 X0 Y10. I-10. J0 F100.\nM30", dialect="fanuc")
+    assert out.errors == []
+    assert out.path.end[out.path.kind != 3][-1, :3].tolist() == pytest.approx([0, 0, 10], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("G53.1", ("plane-missing", 1, 1)),
+        ("G68.2 P2 X0 Y0 Z0", ("plane-kind", 1, 7)),
+        ("G68.2 P1 Q122 X0 Y0 Z0 I1.", ("plane-kind", 1, 10)),
+        ("G68 X0 Y0 R30.\nG68.2 X0 Y0 Z0 J90.", ("frame-compensation", 2, 1)),
+        ("G68.2 X0 Y0 Z0 J90.\nG51 X0 Y0 P2.", ("frame-compensation", 2, 1)),
+    ],
+)
+def test_what_a_tilted_plane_needs(run: Any, text: str, error: tuple[str, int, int]) -> None:
+    assert run(text + "\nM30", dialect="fanuc").errors == [error]
