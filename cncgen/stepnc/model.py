@@ -20,6 +20,8 @@ from cncgen.stepnc.geometry.solids import Solid
 
 Vector = NDArray[np.float64]
 
+#: How the kinds of turning operations begin: their cutting speed is that at the diameter of the work.
+TURNING = ("turning", "facing", "contouring", "grooving", "cutting in", "threading", "knurling")
 #: Values of operations and strategies that must lie between 0 and 1.
 RATIOS = frozenset(
     ["overlap", "reduced_cut_at_start", "reduced_feed_at_start", "reduced_cut_at_end", "reduced_feed_at_end"]
@@ -41,6 +43,7 @@ class Technology:
         spindle: rev/s, positive against the clock seen from the spindle towards the work (most cutters: negative).
         cutting_speed: mm/s.
         synchronised: Whether the feed follows the spindle (tapping).
+        max_spindle: Fastest turn of the spindle at a constant cutting speed, rev/s.
     """
 
     ident: int
@@ -50,6 +53,7 @@ class Technology:
     spindle: float | None = None
     cutting_speed: float | None = None
     synchronised: bool = False
+    max_spindle: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,9 +151,10 @@ class Walk:
                 and parts["PRODUCT_DEFINITION_PROCESS"][0] == "machining"
             ):
                 self.plan(parts["PRODUCT_DEFINITION_PROCESS"][2][1])
-        for ident, parts in self.data.parts.items():
-            if "BLOCK" in parts or "RIGHT_CIRCULAR_CYLINDER" in parts:
-                self.stock(ident, parts)
+        for parts in self.data.parts.values():
+            for word in ("BLOCK_SHAPE_REPRESENTATION", "CYLINDRICAL_SHAPE_REPRESENTATION"):
+                if word in parts:
+                    self.stock(*(self.data.get(i) for i in parts[word][1]))
 
     def tool(self, ident, name, form, users):
         sizes = {}
@@ -204,15 +205,11 @@ class Walk:
         spline = parts.get("B_SPLINE_CURVE") or parts["B_SPLINE_CURVE_WITH_KNOTS"][1:]
         return "spline", [self.point(p) for p in spline[1]], (int(spline[0]),)
 
-    def stock(self, ident, parts):
-        if "BLOCK" in parts:
-            _, place, *size = parts["BLOCK"]
-            corner = self.point(self.data.get(place)[1])
-            self.file.stock = ("block", corner, [v * self.mm for v in size])
-        else:
-            _, place, height, radius = parts["RIGHT_CIRCULAR_CYLINDER"]
-            base = self.point(self.data.get(place)[1])
-            self.file.stock = ("cylinder", base, [height * self.mm, radius * self.mm])
+    def stock(self, *items):
+        *sizes, place = items
+        size = [value * self.data.unit(unit) for _, value, unit in sizes]
+        kind = "block" if len(size) == 3 else "cylinder"
+        self.file.stock = (kind, self.point(place[1]), size)
 
 
 def read_file(text):

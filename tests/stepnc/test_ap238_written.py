@@ -13,6 +13,7 @@ from cncgen.stepnc import gcode_lines, read, write_ap238
 from cncgen.stepnc.cutting import cut_program
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind
+from tests.stepnc.aim import Aim
 from tests.stepnc.building import E, Part
 from tests.stepnc.other_reader import read_file
 
@@ -110,7 +111,7 @@ def test_features_go_along_with_tools_steps_and_raw_piece():
     ("stock", "kind", "corner", "size"),
     [
         ("box:0,-5,-20,100,80,0", "block", [0, -5, -20], [100, 85, 20]),
-        ("cylinder:10,20,50,-30,0", "cylinder", [10, 20, -30], [30, 25]),
+        ("cylinder:10,20,50,-30,0", "cylinder", [10, 20, -30], [50, 30]),
     ],
 )
 def test_the_raw_piece_of_the_option(stock, kind, corner, size, inches):
@@ -121,6 +122,21 @@ def test_the_raw_piece_of_the_option(stock, kind, corner, size, inches):
     assert (found[0], found[1], found[2]) == (kind, pytest.approx(corner), pytest.approx(size))
     raw = cut_program(text.encode(), "t.stp").raw
     assert raw[0].kind == kind
+
+
+def test_a_raw_piece_of_step_nc_maker_is_read():
+    """Its words: a workpiece made from a block with length, width and height as measures, in inches."""
+    aim = Aim(inches=True)
+    step, operation = aim.step()
+    aim.path(operation, aim.polyline((0, 0, 0), (25.4, 0, 0)), aim.technology())
+    stock = {"kind": "block", "frame": np.eye(4).tolist(), "size": [70 * 25.4, 2540.0, 1270.0]}
+    aim.file.project(aim.plan(step), "p", stock)
+    text = aim.stream.getvalue()
+    assert "LENGTH_MEASURE(70.)" in text
+    raw = cut_program(
+        f"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n{text}ENDSEC;\nEND-ISO-10303-21;\n".encode()
+    ).raw
+    assert raw[0].size == pytest.approx((1778.0, 2540.0, 1270.0))
 
 
 def test_tools_of_the_tool_table(tmp_path):

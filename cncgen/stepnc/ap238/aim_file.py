@@ -165,10 +165,10 @@ class AimFile:
         if stock is not None:
             piece, raw = (self._definition(n, context, stage) for n in ("workpiece", "raw piece"))
             self.add("MACHINING_PROJECT_WORKPIECE_RELATIONSHIP", "", "", "", definition, piece)
-            self.add("PRODUCT_DEFINITION_RELATIONSHIP", "", "raw piece", "", piece, raw)
+            one = self.add("MEASURE_WITH_UNIT", Typed("COUNT_MEASURE", 1.0), self.tooth)
+            self.add("MAKE_FROM_USAGE_OPTION", "", "", "", piece, raw, 1, "", one)
             shape = self.add("PRODUCT_DEFINITION_SHAPE", "", "", raw)
-            solid = self.add("SHAPE_REPRESENTATION", "bounding geometry", (self._solid(stock),), self.context)
-            self.add("SHAPE_DEFINITION_REPRESENTATION", shape, solid)
+            self.add("SHAPE_DEFINITION_REPRESENTATION", shape, self._solid(stock))
 
     def _definition(self, name: str, context: Ref, stage: Ref) -> Ref:
         product = self.add("PRODUCT", name, name, "", (context,))
@@ -176,12 +176,13 @@ class AimFile:
         return self.add("PRODUCT_DEFINITION", "", "", formation, stage)
 
     def _solid(self, stock: Mapping[str, Any]) -> Ref:
-        frame = np.asarray(stock["frame"], float)
-        size = [float(v) / self.unit for v in stock["size"]]
+        """Write the shape of a raw piece as ISO 10303-238 has that of ITS_RAWPIECE."""
+        frame, size = np.asarray(stock["frame"], float), stock["size"]
+        place = self.placement(frame[:3, 3], frame[:3, 2], frame[:3, 0], "orientation")
         if stock["kind"] == "block":
-            place = self.placement(frame[:3, 3], frame[:3, 2], frame[:3, 0])
-            return self.add("BLOCK", "", place, *size)
-        axis = self.add(
-            "AXIS1_PLACEMENT", "", self.points(frame[None, :3, 3])[0], self.direction(frame[:3, 2])
-        )
-        return self.add("RIGHT_CIRCULAR_CYLINDER", "", axis, size[2], size[0])
+            names, keyword = ["length", "width", "height"], "BLOCK_SHAPE_REPRESENTATION"
+        else:
+            names, keyword = ["diameter", "length"], "CYLINDRICAL_SHAPE_REPRESENTATION"
+            size = (2 * size[0], size[2])
+        items = [self.size(name, float(value)) for name, value in zip(names, size, strict=True)]
+        return self.add(keyword, "raw piece", (*items, place), self.context)

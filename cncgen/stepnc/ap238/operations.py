@@ -13,7 +13,7 @@ from cncgen.stepnc.ap238.toolpaths import Properties, Toolpaths
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry.frames import Vector
-from cncgen.stepnc.model import RATIOS, MachiningStrategy, Operation
+from cncgen.stepnc.model import RATIOS, TURNING, MachiningStrategy, Operation
 
 _KINDS = {
     "FREEFORM_MILLING_OPERATION": "freeform",
@@ -27,6 +27,12 @@ _KINDS = {
     "BORING_OPERATION": "boring",
     "BACK_BORING_OPERATION": "back boring",
     "TAPPING_OPERATION": "tapping",
+    "TURNING_TYPE_OPERATION": "turning",
+    "FACING_TURNING_OPERATION": "facing",
+    "CONTOURING_TURNING_OPERATION": "contouring",
+    "GROOVING_TURNING_OPERATION": "grooving",
+    "THREADING_TURNING_OPERATION": "threading",
+    "KNURLING_TURNING_OPERATION": "knurling",
 }
 #: Properties of operations whose names in ISO 14649 are not the same with underscores.
 _VALUE_NAMES = {
@@ -74,6 +80,11 @@ class Operations:
         properties = self.graph.properties(entity.id)
         tilt = self.tilt(entity, properties)
         paths = self.toolpaths.read(entity.id, tilt)
+        if not paths and _KINDS[entity.keyword].startswith(TURNING):
+            text = (
+                f"no toolpath is made for {_KINDS[entity.keyword]}; the operation needs toolpaths of its own"
+            )
+            raise entity.fault("stepnc-unsupported", text)
         values = self._values(properties)
         strategies = self._strategies(entity.id)
         start = self.toolpaths.placed(properties, "cut start point", "CARTESIAN_POINT")

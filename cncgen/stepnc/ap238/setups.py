@@ -71,8 +71,9 @@ class Setups:
     def raw(self, owner: int) -> Solid | None:
         """Return the raw piece of the workpiece of a project or setup, in the workpiece's frame; None where none has a shape.
 
-        A workpiece is the raw piece itself where it is related to no other that is named so. Its shape is a BLOCK or a
-        RIGHT_CIRCULAR_CYLINDER.
+        The raw piece is what the workpiece is made from (MAKE_FROM_USAGE_OPTION), else the workpiece itself. Its shape has
+        a length, width and height from the corner at its *orientation* (BLOCK_SHAPE_REPRESENTATION), a diameter and
+        a length along its Z (CYLINDRICAL_SHAPE_REPRESENTATION), or is a BLOCK or a RIGHT_CIRCULAR_CYLINDER.
 
         Raises:
             Skip: where the geometry has a fault.
@@ -82,18 +83,28 @@ class Setups:
             piece = self.entities.get(relation).ref("related_product_definition")
             raws = [] if piece is None else self._raw_products(piece)
             for product in [*raws, piece]:
-                for item in [] if product is None else self.shapes.items(product):
-                    found = solid_of(item.entity, self.shapes.placements(item))
-                    if found is not None:
-                        return found
+                found = None if product is None else self._solid(product)
+                if found is not None:
+                    return found
+        return None
+
+    def _solid(self, product: int) -> Solid | None:
+        for item in self.shapes.items(product):
+            found = solid_of(item.entity, self.shapes.placements(item))
+            if found is not None:
+                return found
+        sizes = self.shapes.measures(product)
+        frame = next(iter(self.shapes.frames(product, "orientation")), identity())
+        if sizes.keys() >= {"length", "width", "height"}:
+            return Solid("block", frame, (sizes["length"], sizes["width"], sizes["height"]))
+        if sizes.keys() >= {"diameter", "length"}:
+            radius = sizes["diameter"] / 2
+            return Solid("cylinder", frame, (radius, radius, sizes["length"]))
         return None
 
     def _raw_products(self, piece: int) -> list[int | None]:
-        relations = [
-            self.entities.get(r) for r in self.graph.index("PRODUCT_DEFINITION_RELATIONSHIP", 0).of(piece)
-        ]
-        raw = [r for r in relations if "raw" in r.text("name").lower()]
-        return [r.ref("related_product_definition") for r in raw]
+        links = self.graph.index("MAKE_FROM_USAGE_OPTION", 0).of(piece)
+        return [self.entities.get(link).ref("related_product_definition") for link in links]
 
     def _transformations(self, relation: Entity) -> Iterator[Entity]:
         for part in relation.instance.parts:

@@ -43,6 +43,8 @@ class Resources:
         properties = self.graph.properties(ident)
         feeds = self._measures(properties.get("feedrate", []) + properties.get("feed rate", []))
         spindles = self._measures(properties.get("spindle", []))
+        most = [m for item, _, m in spindles if item.name == "maximum rotational speed"]
+        spindles = [s for s in spindles if s[0].name != "maximum rotational speed"]
         speeds = {name: m for item, name, m in spindles if m.unit.length == 1}
         turns = {name: (item, m) for item, name, m in spindles if m.unit.length == 0}
         feed = tooth = revolution = None
@@ -70,7 +72,8 @@ class Resources:
         cutting = next((m.value for m in speeds.values()), None)
         words = [described(i) for i in properties.get("synchronize spindle with feed", [])]
         in_step = any(w and not w.endswith(("not synchronized", "off", "false")) for w in words)
-        return Technology(ident, feed, tooth, revolution, spindle, cutting, in_step)
+        fastest = abs(most[0].value) / (2 * math.pi if most[0].unit.angle else 1.0) if most else None
+        return Technology(ident, feed, tooth, revolution, spindle, cutting, in_step, fastest)
 
     def _length_factor(self, item: Item) -> float:
         return self.units.context(item.context)[0]

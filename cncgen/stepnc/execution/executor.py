@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -16,9 +17,11 @@ from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.execution.machine_state import MachineState
 from cncgen.stepnc.execution.rotary_axes import RotaryAxes
-from cncgen.stepnc.execution.technology import SpeedRules, completed, speeds
+from cncgen.stepnc.execution.technology import SpeedRules, Speeds, completed, speeds
+from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import (
+    TURNING,
     Assignment,
     Branching,
     CutterPath,
@@ -47,6 +50,11 @@ MAX_COORDINATE = 1e7
 MAX_SPEED = 1e7
 #: Longest dwell, s: eleven days.
 MAX_DWELL = 1e6
+#: Smallest radius that a constant cutting speed is kept at, and how much the radius may change at one feed, mm.
+LEAST_RADIUS = 0.1
+LONGEST_TURN = 0.5
+#: Chords of arcs at a constant cutting speed, mm.
+CHORD = 1e-3
 #: A turn of the turning axis that is worth a warning where the tool hardly leans, rad.
 MAX_SWING = math.pi / 4
 
@@ -280,6 +288,9 @@ class ProgramExecutor:
         if path.technology is not None and step.operation.paths is not None:
             technology = self._rules.applied(path.technology, step.operation.tool or machine.tool)
             technology = completed(technology, step.operation.technology)
+        around = None
+        if technology is not None and not rapid and step.operation.kind.startswith(TURNING):
+            technology, around = _at_diameter(technology, pieces)
         self._set_speeds(step, path, technology, rapid)
         if not pieces:
             return False
@@ -291,11 +302,20 @@ class ProgramExecutor:
             machine.tap(pieces[-1].end, path.pitch)
         elif not rapid and step.operation.paths is not None and technology and technology.synchronised:
             self._in_step(path, technology, pieces)
+        elif around is not None and technology is not None and technology.feed is None:
+            self._turned(pieces, around, technology)
         else:
             machine.follow(pieces, rapid)
         self._moved = True
         self._check_swing(path)
         return True
+
+    def _turned(self, pieces: list[Piece], around: Technology, told: Technology) -> None:
+        """Follow pieces at a constant cutting speed: the feed a turn becomes that in time, piece by piece."""
+        for piece in (p for whole in pieces for p in _stretches(whole)):
+            rate = abs(_spindle_at(around, _radius(piece)))
+            self._machine.set_speeds(Speeds((told.feed_per_rev or 0.0) * rate, 0, None))
+            self._machine.follow([piece], False)
 
     def _in_step(self, path: CutterPath, technology: Technology, pieces: list[Piece]) -> None:
         """Follow pieces in step with the spindle; a straight way there and back is a tap's."""
@@ -404,6 +424,39 @@ class ProgramExecutor:
         tilt = step.operation.tilt
         local = np.array([0.0, 0.0, 1.0]) if tilt is None else tilt
         return np.asarray(elementary.product(step.frame[:3, :3], local))[None, :]
+
+
+def _radius(piece: Piece) -> float:
+    """Return the distance of the middle of a piece from the axis of the work, X 0 Y 0, mm."""
+    points = polyline_of(piece, LONGEST_TURN).points
+    return float(np.hypot(*((points[0] + points[-1]) / 2)[:2]))
+
+
+def _spindle_at(technology: Technology, radius: float) -> float:
+    """Return the spindle speed of a constant cutting speed at a radius, rev/s with the sign of ISO 14649 (clockwise)."""
+    speed = (technology.cutting_speed or 0.0) / (2 * math.pi * max(radius, LEAST_RADIUS))
+    most = technology.max_spindle
+    return -min(speed, abs(most)) if most else -speed
+
+
+def _at_diameter(technology: Technology, pieces: list[Piece]) -> tuple[Technology, Technology | None]:
+    """Return a technology with the spindle speed where pieces begin, and itself if its cutting speed is constant."""
+    if technology.cutting_speed is None or technology.spindle is not None or not pieces:
+        return technology, None
+    begin = float(np.hypot(*pieces[0].start[:2]))
+    return replace(technology, spindle=_spindle_at(technology, begin), cutting_speed=None), technology
+
+
+def _stretches(piece: Piece) -> list[Piece]:
+    """Return a piece in parts over which the distance from the axis changes by `LONGEST_TURN` at most."""
+    points = piece.points if isinstance(piece, Polyline) else polyline_of(piece, CHORD).points
+    out: list[Piece] = []
+    for a, b in itertools.pairwise(points):
+        change = abs(float(np.hypot(*b[:2]) - np.hypot(*a[:2])))
+        n = max(math.ceil(change / LONGEST_TURN), 1)
+        steps = a + np.linspace(0.0, 1.0, n + 1)[:, None] * (b - a)
+        out += [Polyline(np.stack(pair)) for pair in itertools.pairwise(steps)]
+    return out
 
 
 def _turning_point(pieces: list[Piece]) -> Floats | None:

@@ -15,6 +15,7 @@ from cncgen.stepnc.iso14649.toolpaths import Toolpaths
 from cncgen.stepnc.model import RATIOS, MachiningStrategy, Operation
 from cncgen.stepnc.part21 import DERIVED, Enumeration, Ref, Typed
 from cncgen.stepnc.schema.tables import positions
+from cncgen.stepnc.schema.turning import OPERATIONS as TURNING_OPERATIONS
 
 _OPERATIONS = (
     "FREEFORM_OPERATION",
@@ -33,6 +34,7 @@ _OPERATIONS = (
     "REAMING",
     "TAPPING",
     "THREAD_DRILLING",
+    *TURNING_OPERATIONS,
 )
 #: Attributes that have a place of their own in `Operation`.
 _HEAD = frozenset(
@@ -80,6 +82,9 @@ class Operations:
         if entity.keyword not in _OPERATIONS:
             raise entity.fault("stepnc-unsupported", "this operation cannot be executed")
         toolpath, start = entity.ref("its_toolpath"), entity.ref("start_point")
+        if toolpath is None and entity.keyword in TURNING_OPERATIONS:
+            text = f"no toolpath is made for {kind_of(entity.keyword)}; turning needs its_toolpath"
+            raise entity.fault("stepnc-unsupported", text)
         tool = self.resources.tool(entity.ref("its_tool"))
         lean = None if toolpath is None else self._lean(entity)
         tilt = self.tilt(entity) if lean is None else None
@@ -107,7 +112,7 @@ class Operations:
         out: dict[str, Any] = {}
         for name in positions(entity.keyword, True):
             value = entity.get(name)
-            if name in _HEAD or value is None or value is DERIVED:
+            if name in _HEAD or name == "others" or value is None or value is DERIVED:
                 continue
             if isinstance(value, Typed):
                 value = value.value

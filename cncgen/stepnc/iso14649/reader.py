@@ -119,7 +119,7 @@ class Iso14649Reader:
             instance = self.exchange.instance(ident)
             if instance is not None and instance.keyword in _LEADING:
                 held.update(dict.fromkeys(refs_of(instance.parameters)))
-        kinds = ("WORKPLAN", "MACHINING_WORKINGSTEP")
+        kinds = ("WORKPLAN", "MACHINING_WORKINGSTEP", "TURNING_WORKINGSTEP")
         return sorted(i.id for i in self.exchange.instances(*kinds) if i.id not in seen)
 
     def _elements(self, ident: int) -> list[int]:
@@ -145,7 +145,7 @@ class Iso14649Reader:
         if kind in _BLOCKS:
             name = kind.lower().replace("_", " ")
             return ProgramStructure(ident, label, name, tuple(entity.refs(_BLOCKS[kind])), context)
-        if kind == "MACHINING_WORKINGSTEP":
+        if kind in ("MACHINING_WORKINGSTEP", "TURNING_WORKINGSTEP"):
             return self._workingstep(entity, context)
         if kind in ("RAPID_MOVEMENT", "RETURN_HOME"):
             return self._rapid(entity, context)
@@ -218,7 +218,7 @@ class Iso14649Reader:
         return setting.setup
 
     def _workingstep(self, entity: Entity, setting: Setting) -> Workingstep:
-        feature_id = entity.ref("its_feature")
+        feature_id = self._feature_id(entity)
         feature: Feature | None = None
         workpiece = None
         if feature_id is not None:
@@ -234,6 +234,14 @@ class Iso14649Reader:
         security = setting.security if plane is None else elementary.product(frame, plane)
         operation = self.operations.read(entity.entity("its_operation"))
         return Workingstep(entity.id, entity.text("its_id"), operation, feature, frame, security, raw=raw)
+
+    def _feature_id(self, step: Entity) -> int | None:
+        """Return the feature of a workingstep: of several, which turning may have, the first."""
+        value = step.get("its_feature")
+        if not isinstance(value, tuple):
+            return step.ref("its_feature")
+        several = step.refs("its_feature")
+        return several[0] if several else None
 
     def _probing(self, entity: Entity, setting: Setting) -> Workingstep:
         """Return a probing that goes all of its toolpath: there is nothing to touch, and nothing is measured."""

@@ -55,7 +55,9 @@ class Resources:
         return self._kept[key]
 
     def _technology(self, ident: int) -> Technology:
-        entity = self.entities.get(ident, "MILLING_TECHNOLOGY", "TECHNOLOGY")
+        entity = self.entities.get(ident, "MILLING_TECHNOLOGY", "TURNING_TECHNOLOGY", "TECHNOLOGY")
+        if entity.keyword == "TURNING_TECHNOLOGY":
+            return self._turning(entity)
         feed, cutting = entity.optional("feedrate"), entity.optional("cutspeed")
         for name, value in (("feedrate", feed), ("cutspeed", cutting)):
             if value is not None and not value >= 0:
@@ -78,8 +80,31 @@ class Resources:
             entity.flag("synchronize_spindle_with_feed") is True,
         )
 
+    def _turning(self, entity: Entity) -> Technology:
+        """Return a TURNING_TECHNOLOGY (ISO 14649-12): m/s become mm/s; rev/s and mm a turn stay."""
+        feed, spindle, cutting, most = entity.optional("feedrate"), None, None, None
+        speed = self.entities.optional(entity.ref("spindle_speed"))
+        if speed is not None and speed.keyword == "CONST_CUTTING_SPEED":
+            cutting, most = speed.number("speed") * 1000.0, speed.optional("max_speed")
+        elif speed is not None:
+            spindle = self.entities.get(speed.id, "CONST_SPINDLE_SPEED", owner=entity.id).number("rot_speed")
+        given = (feed, entity.optional("feed_per_revolution"), cutting)
+        if any(v is not None and not v >= 0 for v in given):
+            raise entity.fault("stepnc-speed", "a feed or cutting speed is not positive")
+        return Technology(
+            entity.id,
+            None if feed is None else feed * 1000.0,
+            feed_per_rev=given[1],
+            spindle=spindle,
+            cutting_speed=cutting,
+            synchronised=entity.flag("sync_spindle_and_z_feed") is True,
+            max_spindle=most,
+        )
+
     def _functions(self, ident: int) -> Functions:
-        entity = self.entities.get(ident, "MILLING_MACHINE_FUNCTIONS")
+        entity = self.entities.get(ident, "MILLING_MACHINE_FUNCTIONS", "TURNING_MACHINE_FUNCTIONS")
+        if entity.keyword == "TURNING_MACHINE_FUNCTIONS":
+            return Functions(ident, entity.flag("coolant"))
         others = {}
         if entity.get("oriented_spindle_stop") is not None:
             others["oriented spindle stop"] = True
@@ -90,9 +115,17 @@ class Resources:
 
     def _tool(self, ident: int) -> CuttingTool:
         entity = self.entities.get(
-            ident, "MILLING_CUTTING_TOOL", "CUTTING_TOOL", "USER_DEFINED_TOOL", "MACHINING_TOOL"
+            ident,
+            "MILLING_CUTTING_TOOL",
+            "CUTTING_TOOL",
+            "USER_DEFINED_TOOL",
+            "MACHINING_TOOL",
+            "TURNING_MACHINE_TOOL",
+            "TURNING_CUTTING_TOOL",
         )
         name = entity.text("its_id") or f"#{ident}"
+        if entity.keyword.startswith("TURNING_"):
+            return CuttingTool(ident, name, "turning tool")
         body_id = entity.ref("its_tool_body")
         if body_id is None:
             return CuttingTool(ident, name)

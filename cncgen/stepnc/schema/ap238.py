@@ -116,6 +116,7 @@ MEASURE_REPRESENTATION_ITEM name:s value_component:* unit_component:r
 MEASURE_WITH_UNIT value_component:* unit_component:r
 MILLING_TYPE_OPERATION &METHOD
 MILLING_TYPE_STRATEGY &METHOD
+MAKE_FROM_USAGE_OPTION id:s name:s description:s relating_product_definition:r related_product_definition:r ranking:n ranking_rationale:s quantity:r
 NAMED_UNIT dimensions:*
 NGON_CLOSED_PROFILE name:s description:s of_shape:r product_definitional:e
 OPEN_PATH_PROFILE name:s description:s of_shape:r product_definitional:e
@@ -172,6 +173,12 @@ TAPER name:s description:s of_shape:r product_definitional:e
 TAPPING_OPERATION &METHOD
 TEE_PROFILE name:s description:s of_shape:r product_definitional:e
 TRIMMED_CURVE name:s basis_curve:r trim_1:l trim_2:l sense_agreement:e master_representation:e
+CONTOURING_TURNING_OPERATION &METHOD
+FACING_TURNING_OPERATION &METHOD
+GROOVING_TURNING_OPERATION &METHOD
+KNURLING_TURNING_OPERATION &METHOD
+THREADING_TURNING_OPERATION &METHOD
+TURNING_TYPE_OPERATION &METHOD
 VECTOR name:s orientation:r=DIRECTION magnitude:n
 VEE_PROFILE name:s description:s of_shape:r product_definitional:e
 VIA_ARC_POINT name:s coordinates:l

@@ -68,8 +68,10 @@ def check(exchange: Exchange, table: Table) -> None:
 
 def _pattern(attributes: tuple[Attribute, ...]) -> re.Pattern[bytes]:
     """Return what the body of a correct instance matches."""
-    each = [rb"(?:" + _KINDS[a.kind] + rb"|\$|\*)" for a in attributes]
+    each = [rb"(?:" + _KINDS[a.kind] + rb"|\$|\*)" for a in attributes if a.kind != "+"]
     inside = (_BLANK + rb"," + _BLANK).join(each)
+    if attributes and attributes[-1].kind == "+":
+        inside += rb"(?:" + _BLANK + rb"," + _BLANK + _KINDS["*"] + rb")*+"
     return re.compile(rb"[!A-Za-z0-9_]+" + _BLANK + rb"\(" + _BLANK + inside + _BLANK + rb"\)" + _BLANK)
 
 
@@ -126,6 +128,9 @@ def _not_matching(
 def _diagnose(exchange: Exchange, instance: Instance, name: str, attributes: tuple[Attribute, ...]) -> None:
     """Report what is wrong with the attributes of an instance, if anything is."""
     given = instance.parameters
+    if attributes and attributes[-1].kind == "+":
+        attributes = attributes[:-1]
+        given = given[: len(attributes)]
     missing = len(attributes) - len(given)
     if missing and missing != LATER_ATTRIBUTES.get(name, 0):
         if missing > 0:

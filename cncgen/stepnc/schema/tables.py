@@ -1,7 +1,8 @@
 """Entities with their attributes, by name.
 
 Kinds of attributes: ``s`` string, ``n`` number, ``e`` enumeration or truth value, ``l`` aggregate, ``r`` reference to
-an instance (``r=TYPE``: of that type), ``*`` anything. Every attribute may be ``$`` or ``*`` here; whether it may be
+an instance (``r=TYPE``: of that type), ``*`` anything, ``+``
+any number of further attributes. Every attribute may be ``$`` or ``*`` here; whether it may be
 missing is for who needs it.
 """
 
@@ -10,7 +11,7 @@ from __future__ import annotations
 from functools import cache
 from typing import NamedTuple
 
-from cncgen.stepnc.schema import ap238, iso14649
+from cncgen.stepnc.schema import ap238, iso14649, turning
 
 
 class Attribute(NamedTuple):
@@ -37,14 +38,14 @@ def _expand(text: str, heads: dict[str, str]) -> tuple[Attribute, ...]:
 
 
 def _table(entities: str, heads: dict[str, str]) -> Table:
-    pairs = (line.partition(" ") for line in entities.strip().splitlines())
+    pairs = (line.partition(" ") for line in entities.splitlines() if line)
     return {name: _expand(rest, heads) for name, _, rest in pairs}
 
 
 @cache
 def iso14649_table() -> Table:
     """Return the entities of ISO 14649."""
-    return _table(iso14649.ENTITIES, iso14649.HEADS)
+    return _table(iso14649.ENTITIES + turning.ENTITIES, iso14649.HEADS | turning.HEADS)
 
 
 @cache
