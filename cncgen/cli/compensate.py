@@ -16,10 +16,11 @@ from cncgen.cli.options import (
     perturb_options,
     planning_options,
     program_options,
+    settle_option,
     summary_option,
     unnamed_options,
 )
-from cncgen.cli.types import FILE, MACHINE, MODES, FiniteRange, Share
+from cncgen.cli.types import FILE, MACHINE, MODES, Share
 
 if TYPE_CHECKING:
     from cncgen.servo.uncertainty import Perturbation
@@ -82,14 +83,7 @@ class _Task:
     help="Vibrations of --shaper, as 38:0.05,71:0.03; all axes have them.",
 )
 @click.option("--limits/--no-limits", default=True, show_default=True, help="Keep the machine's limits.")
-@click.option(
-    "--settle",
-    metavar="SECONDS",
-    type=FiniteRange(0, 3600),
-    default=0.1,
-    show_default=True,
-    help="Hold the last position so long at least, for the command to come to rest there.",
-)
+@settle_option(0.1, "Hold the last position so long at least, for the command to come to rest there.")
 @unnamed_options
 @format_option
 @output_option

@@ -420,3 +420,15 @@ output_option = click.option(
 summary_option = click.option(
     "--summary", metavar="FILE", type=FILE, help="Write the summary as JSON (- for standard error)."
 )
+
+
+def settle_option(default_s: float, help: str) -> Callable[[Command], Command]:
+    """Return the option ``--settle``: how long the last position is held."""
+    return click.option(
+        "--settle",
+        metavar="SECONDS",
+        type=FiniteRange(0, 3600),
+        default=default_s,
+        show_default=True,
+        help=help,
+    )

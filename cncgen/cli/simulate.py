@@ -21,9 +21,10 @@ from cncgen.cli.options import (
     program_options,
     reference_option,
     setpoint_options,
+    settle_option,
     summary_option,
 )
-from cncgen.cli.types import FILE, FiniteRange
+from cncgen.cli.types import FILE
 
 if TYPE_CHECKING:
     from cncgen.servo.record import Response
@@ -45,14 +46,7 @@ if TYPE_CHECKING:
     help="Each axis's own controller (p), or plain, feedforward, zpetc, ccc, zpetc+ccc, tcf, mirror, h-infinity.",
 )
 @setpoint_options
-@click.option(
-    "--settle",
-    metavar="SECONDS",
-    type=FiniteRange(0, 3600),
-    default=0.0,
-    show_default=True,
-    help="Hold the last setpoint so long at the end.",
-)
+@settle_option(0.0, "Hold the last setpoint so long at the end.")
 @reference_option
 @perturb_options
 @click.option(

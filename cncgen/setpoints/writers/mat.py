@@ -6,16 +6,15 @@ The vectors stand one after the other, so columns wait in temporary files. A vec
 
 from __future__ import annotations
 
-import tempfile
 from typing import Any
 
 import numpy as np
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import Sink
-from cncgen.setpoints.columns import Layout, check_finite
+from cncgen.setpoints.columns import Layout
 from cncgen.setpoints.record import Setpoints
-from cncgen.setpoints.writers.spooled import spooled
+from cncgen.setpoints.writers.spooled import SpooledColumns, spooled
 
 #: Rows of doubles in a vector of 2 GiB.
 MAX_ROWS = (2**31 - 1) // 8
@@ -29,19 +28,14 @@ class Writer:
     """Gathers columns and writes them at the end."""
 
     def __init__(self, sink: Sink, layout: Layout) -> None:
-        self._sink, self._layout, self._rows = sink, layout, 0
-        self._columns = [tempfile.TemporaryFile() for _ in layout.names]  # noqa: SIM115 - open until `close`
+        self._sink, self._layout, self._columns = sink, layout, SpooledColumns(layout)
 
     def write(self, chunk: Setpoints) -> None:
         """Write the rows of a chunk."""
-        matrix = self._layout.matrix(chunk)
-        check_finite(matrix, self._layout.names, chunk.first)
-        self._rows += len(matrix)
-        if self._rows > MAX_ROWS:
+        if self._columns.rows + len(chunk) > MAX_ROWS:
             message = f"format mat holds {MAX_ROWS} rows; the plan has more"
             raise UsageError(Diagnostic("setpoint-range", message, hint="--format hdf5 holds any number"))
-        for column, file in zip(matrix.T, self._columns, strict=True):
-            file.write(column.astype("<f8").tobytes())
+        self._columns.add(chunk)
 
     def close(self) -> None:
         """Put the file together and send it on."""
@@ -52,10 +46,8 @@ class Writer:
             self._save(savemat, out, {"period_s": self._layout.period_s})
             if self._layout.metadata:
                 self._save(savemat, out, {"metadata": dict(self._layout.metadata)})
-            for name, file in zip(self._layout.names, self._columns, strict=True):
-                with file:
-                    file.seek(0)
-                    column = np.fromfile(file, "<f8") if self._rows else np.zeros(0)
+            for name, file in self._columns.drain():
+                column = np.fromfile(file, "<f8") if self._columns.rows else np.zeros(0)
                 self._save(savemat, out, {name: column})
             out.seek(0)
             out.write(_HEADER)

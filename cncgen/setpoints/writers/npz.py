@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import shutil
 import struct
-import tempfile
 import zipfile
 from typing import IO, cast
 
 from cncgen.files import Sink
-from cncgen.setpoints.columns import Layout, check_finite
+from cncgen.setpoints.columns import Layout
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.writers.npy import npy_header
+from cncgen.setpoints.writers.spooled import SpooledColumns
 
 #: A fixed date, so that the same program gives the same bytes.
 _DATE = (1980, 1, 1, 0, 0, 0)
@@ -24,24 +24,18 @@ class Writer:
     """Writes the members of an uncompressed zip archive."""
 
     def __init__(self, sink: Sink, layout: Layout) -> None:
-        self._sink, self._layout, self._rows = sink, layout, 0
-        self._columns = [tempfile.TemporaryFile() for _ in layout.names]  # noqa: SIM115 - open until `close`
+        self._sink, self._layout, self._columns = sink, layout, SpooledColumns(layout)
 
     def write(self, chunk: Setpoints) -> None:
         """Write the rows of a chunk."""
-        matrix = self._layout.matrix(chunk)
-        check_finite(matrix, self._layout.names, chunk.first)
-        for column, file in zip(matrix.T, self._columns, strict=True):
-            file.write(column.astype("<f8").tobytes())
-        self._rows += len(matrix)
+        self._columns.add(chunk)
 
     def close(self) -> None:
         """Put the archive together."""
         with zipfile.ZipFile(cast(IO[bytes], _Stream(self._sink)), "w", allowZip64=True) as archive:
-            for name, file in zip(self._layout.names, self._columns, strict=True):
-                with file, _member(archive, name) as member:
-                    member.write(npy_header((self._rows,)))
-                    file.seek(0)
+            for name, file in self._columns.drain():
+                with _member(archive, name) as member:
+                    member.write(npy_header((self._columns.rows,)))
                     shutil.copyfileobj(file, member, 1 << 20)
             with _member(archive, "period_s") as member:
                 member.write(npy_header(()))

@@ -1,4 +1,6 @@
-"""A temporary file for formats that go back in what is written. It has no name, so that a process that is killed leaves nothing."""
+"""Temporary files, for formats that go back in the file or write column after column. They have no names, so that a process that
+is killed leaves nothing.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +11,8 @@ from contextlib import contextmanager
 from typing import BinaryIO
 
 from cncgen.files import Sink
+from cncgen.setpoints.columns import Layout, check_finite
+from cncgen.setpoints.record import Setpoints
 
 
 @contextmanager
@@ -19,3 +23,30 @@ def spooled(sink: Sink) -> Iterator[BinaryIO]:
         yield file
         file.seek(0)
         shutil.copyfileobj(file, sink, 1 << 20)
+
+
+class SpooledColumns:
+    """The columns of setpoints, a temporary file each, for formats in which one stands after the other.
+
+    Attributes:
+        rows: How many were added.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout, self.rows = layout, 0
+        self._files = [tempfile.TemporaryFile() for _ in layout.names]  # noqa: SIM115 - open until `drain`
+
+    def add(self, chunk: Setpoints) -> None:
+        """Add the rows of a chunk, little-endian doubles."""
+        matrix = self._layout.matrix(chunk)
+        check_finite(matrix, self._layout.names, chunk.first)
+        for column, file in zip(matrix.T, self._files, strict=True):
+            file.write(column.astype("<f8").tobytes())
+        self.rows += len(matrix)
+
+    def drain(self) -> Iterator[tuple[str, BinaryIO]]:
+        """Yield name and file of each column, at its beginning; close it afterwards."""
+        for name, file in zip(self._layout.names, self._files, strict=True):
+            with file:
+                file.seek(0)
+                yield name, file

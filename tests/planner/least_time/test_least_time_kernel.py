@@ -25,6 +25,21 @@ from cncgen.planner.least_time.problem import Intervals, solve
 from cncgen.planner.record import Limit
 from tests.kernels.plain import uncompiled
 
+#: Columns of a problem that have a row for each interval.
+PER_INTERVAL = (
+    "h",
+    "kind",
+    "x1",
+    "x2",
+    "x3",
+    "top",
+    "top_limit",
+    "factor",
+    "x3_excess",
+    "node_top",
+    "node_acceleration",
+)
+
 
 def plain(monkeypatch: pytest.MonkeyPatch) -> dict[str, ModuleType]:
     """Load the kernels uncompiled, each with those that it calls."""
@@ -223,20 +238,7 @@ def test_a_window_in_motion_goes_on_as_the_plan_that_it_is_cut_from() -> None:
     whole = wave(60)
     first = solve(whole, None)
     at = 25
-    names = (
-        "h",
-        "kind",
-        "x1",
-        "x2",
-        "x3",
-        "top",
-        "top_limit",
-        "factor",
-        "x3_excess",
-        "node_top",
-        "node_acceleration",
-    )
-    rest = replace(whole, **{name: getattr(whole, name)[at:] for name in names})
+    rest = replace(whole, **{name: getattr(whole, name)[at:] for name in PER_INTERVAL})
     second = solve(rest, (float(first.q[at, 0]), float(first.q[at, 1])), first.q[at:, 1])
     assert second.converged
     assert second.q[0, :2] == pytest.approx(first.q[at, :2], rel=1e-12)
@@ -246,20 +248,7 @@ def test_a_window_in_motion_goes_on_as_the_plan_that_it_is_cut_from() -> None:
 @pytest.mark.parametrize(("feed", "count"), [(20.0, 250), (60.0, 250), (1e4, 250), (1e4, 310)])
 def test_what_does_not_feel_the_end_is_what_a_longer_row_has(feed: float, count: int) -> None:
     whole = wave(400, length=100.0, feed=feed)
-    names = (
-        "h",
-        "kind",
-        "x1",
-        "x2",
-        "x3",
-        "top",
-        "top_limit",
-        "factor",
-        "x3_excess",
-        "node_top",
-        "node_acceleration",
-    )
-    part = replace(whole, **{name: getattr(whole, name)[:count].copy() for name in names})
+    part = replace(whole, **{name: getattr(whole, name)[:count].copy() for name in PER_INTERVAL})
     part.kind[-1] = ENTER
     found, longer = solve(part, None), solve(whole, None)
     away = np.abs(found.q[:, 1] / np.maximum(longer.q[:count, 1], 1e-9) - 1.0)
@@ -373,20 +362,7 @@ def test_a_window_whose_start_binds_on_two_sides_goes_on(at: int) -> None:
     # There, jerk of x from above and jerk of y from below leave the second ordinate no room but for the slack.
     whole = wave(60, axes=3)
     first = solve(whole, None)
-    names = (
-        "h",
-        "kind",
-        "x1",
-        "x2",
-        "x3",
-        "top",
-        "top_limit",
-        "factor",
-        "x3_excess",
-        "node_top",
-        "node_acceleration",
-    )
-    rest = replace(whole, **{name: getattr(whole, name)[at:].copy() for name in names})
+    rest = replace(whole, **{name: getattr(whole, name)[at:].copy() for name in PER_INTERVAL})
     rest.factor[:2, 1] *= 1.0 - problem.SLACK
     second = solve(rest, (float(first.q[at, 0]), float(first.q[at, 1])), first.q[at:, 1])
     assert second.converged
