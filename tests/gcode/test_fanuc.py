@@ -433,3 +433,24 @@ def test_blocks_behind_the_end_are_told_of(run: Any, dialect: str) -> None:
         for d in run("%\nG0 X1\nM30\n%\n(A)\n\n%\n", dialect=dialect).diagnostics
         if d.code == "text-behind-end"
     ]
+
+
+def test_the_leader_of_a_tape_is_passed_over(run: Any) -> None:
+    out = run("\nSENT BY A PC\n%\nO1\nG0 X1\nM30\n%\n", dialect="fanuc")
+    assert points(out) == [[1, 0, 0]]
+    (said,) = [d for d in out.diagnostics if d.code == "text-before-start"]
+    assert said.message.startswith("2 lines")
+    # Two % at the end are no frame of a program.
+    assert points(run("O1\nG0 X1\nM30\n%\n%\n", dialect="fanuc")) == [[1, 0, 0]]
+
+
+def test_no_dynamic_fixture_offset(run: Any) -> None:
+    assert fanuc(run, "G54.2 P0\nG0 X1\nM30") == [[1, 0, 0]]
+    assert run("G54.2 P1\nM30", dialect="fanuc").errors == [("unknown-code", 1, 1)]
+
+
+def test_heads_of_mach_and_tormach(run: Any) -> None:
+    """G50, G15, G69 end what is never on; G70 and G71 without words are units: both are errors of LinuxCNC's own interpreter."""
+    out = run("G90 G64 G50 G15 G69\nG70\nG0 X1\nG71\nG0 X1\nM2")
+    assert points(out) == [[25.4, 0, 0], [1, 0, 0]]
+    assert [d.code for d in out.diagnostics] == ["other-control"] * 2

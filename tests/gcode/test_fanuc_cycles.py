@@ -158,3 +158,34 @@ def test_q_and_r_left_out(run: Any) -> None:
         [2, 0, -5, 1],
         [2, 0, 10, 0],
     ]
+
+
+def test_steps_of_haas(run: Any) -> None:
+    """I is the first step, J what each next one is less, K the least one (Haas mill operator's manual, G83 and G73)."""
+    levels = [row[2] for row in moves(run, "G83 X1 Z-20 R2 I10 J3 K5") if row[3]]
+    assert levels == [-8, -15, -20]
+    levels = [row[2] for row in moves(run, "G73 X1 Z-20 R2 I10 J4 K5\nX2") if row[3]]
+    assert levels == [-8, -14, -19, -20] * 2
+    out = [row for row in moves(run, "G83 X1 Z-20 R2 I10 J3 K5") if not row[3]]
+    assert out == [
+        [1, 0, 10, 0],
+        [1, 0, 2, 0],
+        [1, 0, 2, 0],
+        [1, 0, -7.746, 0],
+        [1, 0, 2, 0],
+        [1, 0, -14.746, 0],
+        [1, 0, 10, 0],
+    ]
+
+
+def test_a_tap_of_haas_comes_out_faster(run: Any) -> None:
+    out = run(START + "G84 X1 Z-5 R2 J2\nM30", dialect="fanuc")
+    feeds = out.path.feed[np.isfinite(out.path.feed) & (out.path.kind != 3)]
+    assert feeds.tolist() == pytest.approx([100 / 60, 200 / 60])
+
+
+@pytest.mark.parametrize("words", ["I0", "I-1", "I1 J-1", "I1 K-1"])
+def test_wrong_steps_of_haas(run: Any, words: str) -> None:
+    assert [error[0] for error in run(START + f"G83 X1 Z-5 R2 {words}\nM30", dialect="fanuc").errors] == [
+        "cycle-peck"
+    ]

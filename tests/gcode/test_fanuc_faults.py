@@ -155,4 +155,4 @@ def test_the_origins_g110_to_g129_of_haas_are_those_of_g154(run: Run) -> None:
         found = run(text.format(code=code, p=p))
         assert found.errors == []
         assert found.path.end[-1, 0] == 6
-    assert run("O1\nG112 G0 X1\nM30").errors[0][0] == "unknown-code"
+    assert run("O1\nG109 G0 X1\nM30").errors[0][0] == "unknown-code"

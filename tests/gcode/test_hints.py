@@ -89,7 +89,6 @@ def test_every_fault_has_help() -> None:
             "pins and INI entries are the running machine's: none is known here",
         ),
         ("#1=#<_depth>", "unknown-parameter", "set it before it is used"),
-        ("G71 G91.1", "profile-missing", "G71 is a turning cycle here: write G21 for millimetres"),
         ("G70 X1", "profile-missing", "Q names the subroutine of the profile: G71 Q100 for o100"),
         ("o1 repeat", "oword-arguments", "o1 repeat [10]"),
         ("o1 while", "oword-arguments", "o1 while [#1 LT 10]"),

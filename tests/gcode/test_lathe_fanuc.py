@@ -419,3 +419,17 @@ def test_the_shaft_is_read_without_a_fault_and_ends_at_home() -> None:
     ]
     np.testing.assert_allclose(finish[:7], corners, atol=1e-3)
     np.testing.assert_allclose(path.end[-1], 0.0, atol=1e-12)
+
+
+def test_a_depth_of_cut_in_least_increments(run: Any) -> None:
+    """D2000 of the form in one block is 2 mm (6T and 10T); it was read as 2 m, one cut at full depth, without a word."""
+    head = "G21 G97 S500 M3\nG0 X52. Z2.\n"
+    profile = "N10 G0 X20.\nG1 Z-20. F.1\nN20 X52.\nM30"
+    whole, length = (
+        run(f"{head}G71 P10 Q20 U.5 W.1 D{depth} F.25\n{profile}", dialect="fanuc-lathe")
+        for depth in ("2000", "2.")
+    )
+    assert whole.errors == length.errors == []
+    assert whole.path.end.tolist() == length.path.end.tolist()
+    assert [d.code for d in whole.diagnostics if d.severity == "warning"] == ["profile-step"]
+    assert not [d for d in length.diagnostics if d.severity == "warning"]

@@ -24,12 +24,56 @@ def forbid(ip: Interpreter, block: Block) -> None:
     ip.warn(BlockError("zone-not-checked", "the zone of G22 is not checked", "G22", hint=hint), Severity.NOTE)
 
 
+def cancelled(ip: Interpreter, block: Block) -> None:
+    """G15, G50, G69 in LinuxCNC's dialect: the modes that they end are never on; its own interpreter refuses them."""
+    if ip.options.stand_alone:
+        name = next(f"G{number // 10}" for number in block.g if number in _ENDS)
+        raise BlockError(
+            "unknown-code", f"{name} is not supported", name, hint="`cncgen codes` lists all that are read"
+        )
+
+
+def no_fixture(ip: Interpreter, block: Block) -> None:
+    """G54.2 P0: no dynamic fixture offset.
+
+    Raises:
+        BlockError: One is asked for.
+    """
+    if block.words.get("p", 0.0):
+        message = f"G54.2 P{block.words['p']:g} (a dynamic fixture offset) is not supported"
+        raise BlockError("unknown-code", message, "G54.2", hint="G54.2 P0 ends it, and is read")
+
+
 def rigid(ip: Interpreter, block: Block) -> None:
     """M29: the next tapping cycle turns the spindle in step with the feed."""
     ip.sink.call("", Event("user", values={"m": 29}))
 
 
+#: Ends of polar coordinates, scaling and rotation: Tormach's and Mach's programs begin with them.
+_ENDS = (150, 500, 690)
 CODES = (
+    *(
+        Code(
+            "G",
+            number,
+            f"end {number}",
+            Stage.COORDINATES,
+            cancelled,
+            "ends a mode that is never on: accepted",
+            dialects=("linuxcnc",),
+        )
+        for number in _ENDS
+    ),
+    Code(
+        "G",
+        542,
+        "dynamic fixture",
+        Stage.COORDINATES,
+        no_fixture,
+        "no dynamic fixture offset (P0)",
+        "p",
+        dialects=_FANUC,
+    ),
     Code("G", 50, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
     Code("G", 1030, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "p", dialects=_FANUC),
     Code("G", 1870, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "pe", dialects=_FANUC),

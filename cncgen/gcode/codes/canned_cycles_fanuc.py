@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
-from cncgen.gcode.codes.canned_cycles import CYCLES, MAX_REPEATS, Hole, Sticky, words_hint
+from cncgen.gcode.codes.canned_cycles import CYCLES, MAX_REPEATS, PECK_CLEARANCE, Hole, Sticky, words_hint
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
@@ -22,6 +22,51 @@ from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
 from cncgen.toolpath.record import Event
 
 _LETTERS = "rpq"
+
+
+def _pecks(hole: Hole) -> list[float]:
+    """Return the depths of G73 and G83 with I, J and K of Haas: the first step, what each next one is less, the least one."""
+    words = hole.words
+    step, less, least = words["i"], words.get("j", 0.0), words.get("k", 0.0)
+    if (
+        step <= 0.0
+        or less < 0.0
+        or least < 0.0
+        or (hole.retract - hole.bottom) / (least or step) > MAX_REPEATS
+    ):
+        message = f"I{step:g} J{less:g} K{least:g} of a cycle: the first step, what each next one is less, the least one"
+        raise BlockError("cycle-peck", message, "I", hint="G83 Z-2. R0.1 I0.5 J0.1 K0.2")
+    depths = [hole.retract]
+    while depths[-1] > hole.bottom:
+        depths.append(max(depths[-1] - step, hole.bottom))
+        step = max(step - less, least) or step
+    return depths[1:]
+
+
+def _haas_peck(hole: Hole, out: bool) -> None:
+    """G83 (out of the hole after each step) or G73 with I, J and K."""
+    clearance = PECK_CLEARANCE[hole.ip.state.inches]
+    for level in _pecks(hole):
+        hole.feed(level)
+        if level == hole.bottom:
+            break
+        if out:
+            hole.traverse(hole.retract)
+        hole.traverse(level + clearance)
+    _wait(hole)
+    hole.traverse(hole.clear)
+
+
+def _pecking(number: int) -> Callable[[Hole], None]:
+    """Return G73 or G83."""
+
+    def run(hole: Hole) -> None:
+        if "i" in hole.words:
+            _haas_peck(hole, number == 830)
+        else:
+            CYCLES[number].run(hole)
+
+    return run
 
 
 def _wait(hole: Hole) -> None:
@@ -51,7 +96,13 @@ def _tap(direction: int) -> Callable[[Hole], None]:
         hole.feed(hole.bottom)
         _wait(hole)
         hole.turn(-direction)
+        state, faster = hole.ip.state, hole.words.get("j", 1.0)
+        if faster != 1.0:
+            # J of Haas: how many times as fast the tap comes out.
+            hole.ip.sink.set_feed_rate(state.feed * faster)
         hole.feed(hole.retract)
+        if faster != 1.0:
+            hole.ip.sink.set_feed_rate(state.feed)
         _wait(hole)
         hole.turn(direction)
         hole.traverse(hole.clear)
@@ -124,12 +175,12 @@ def _bore_wait(hole: Hole) -> None:
 
 #: The moves of each cycle from R on (G87: from the start), whether it needs Q, and its line of help.
 HOLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
-    730: (CYCLES[730].run, True, "drill, breaking chips every Q"),
+    730: (_pecking(730), True, "drill, breaking chips every Q"),
     740: (_tap(-1), False, "tap, left-hand"),
     760: (_fine_bore, True, "bore, step off the wall by Q, traverse out"),
     810: (CYCLES[810].run, False, "drill"),
     820: (_counter_bore, False, "drill, dwell for P"),
-    830: (CYCLES[830].run, True, "drill, out of the hole every Q"),
+    830: (_pecking(830), True, "drill, out of the hole every Q"),
     840: (_tap(1), False, "tap, right-hand"),
     850: (CYCLES[850].run, False, "bore, feed out"),
     860: (_bore_stop, False, "bore, stop the spindle, traverse out"),
@@ -138,6 +189,8 @@ HOLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
     890: (_bore_wait, False, "bore, dwell for P, feed out"),
 }
 _BACK = 870
+#: Words that Haas's controls have besides: steps of drilling, the speed of a tap on its way out.
+_HAAS = {730: "ij", 830: "ij", 740: "j", 840: "j"}
 
 
 def _cycle(number: int) -> Handler:
@@ -158,7 +211,10 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     if sticky is None:
         state.under = state.motion if state.motion in PLAIN_MOTIONS else 0
         sticky = Sticky(level=state.position[normal])
-    given = {k: v for k, v in block.words.items() if k in _LETTERS + AXES[normal]}
+    letters = _LETTERS + AXES[normal] + _HAAS.get(number, "")
+    if "i" in block.words or (sticky.number == number and "i" in sticky.words):
+        letters += "k"
+    given = {k: v for k, v in block.words.items() if k in letters}
     relative = sticky.relative - given.keys() if state.absolute else sticky.relative | given.keys()
     state.cycle = Sticky(number, {**sticky.words, **given}, sticky.level, relative=relative)
     state.motion = number
@@ -170,6 +226,8 @@ def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, fl
     name = f"G{number // 10}"
     check_feed(ip, block, name)
     needs = "r" + AXES[ip.state.plane_axes()[2]] + ("q" if HOLES[number][1] else "")
+    if "i" in words:
+        needs = needs.replace("q", "")
     missing = [letter.upper() for letter in needs if letter not in words]
     if missing == ["Q"] and number in (730, 830):
         words["q"] = math.inf
@@ -196,8 +254,8 @@ def _doubt(ip: Interpreter, text: str, hint: str) -> None:
     ip.warn(BlockError("cycle-words", text, f"G{ip.state.motion // 10}", hint=hint), Severity.WARNING)
 
 
-def _repeats(block: Block) -> int:
-    letter = "k" if "k" in block.words else "l"
+def _repeats(block: Block, sticky: Sticky) -> int:
+    letter = "k" if "k" in block.words and "i" not in sticky.words else "l"
     value = block.words.get(letter, 1.0)
     if value != round(value) or not 0 <= value <= MAX_REPEATS:
         raise BlockError(
@@ -225,7 +283,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     clear = max(sticky.level, retract) if state.retract_old else retract
     hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
     step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
-    for _ in range(_repeats(block)):
+    for _ in range(_repeats(block, sticky)):
         end = ip.end_point(step)
         hole.across({first: end[first], second: end[second]})
         if number != _BACK:
@@ -242,7 +300,7 @@ CODES = tuple(
         Stage.MOTION,
         _cycle(number),
         text,
-        AXES + "rpqkl",
+        AXES + "rpqkl" + _HAAS.get(number, ""),
         "motion",
         summons=AXES + "r",
         dialects=("fanuc",),

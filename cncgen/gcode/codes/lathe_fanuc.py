@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.feeds import per_minute, per_revolution
 from cncgen.gcode.codes.lathe_words import X, Z
@@ -61,6 +62,10 @@ class Turning:
     compensation: int = 0
 
 
+#: Whole numbers of D from here on are least increments.
+_LEAST_WHOLE = 50.0
+
+
 def turning_of(ip: Interpreter) -> Turning:
     """Return what the cycles of this program keep."""
     state = ip.state
@@ -77,6 +82,18 @@ def increments(ip: Interpreter, block: Block, letter: str) -> float:
     if scaled or value != round(value):
         return value
     return value * (ip.options.least_increment or _INCREMENT) / (10.0 if ip.state.inches else 1.0)
+
+
+def depth_of(ip: Interpreter, block: Block, name: str) -> float:
+    """Return the depth D of a cut as a length; whole numbers that are no depth in millimetres count in least increments, as D2000 of 2 mm."""
+    value = abs(block.words["d"])
+    if value < _LEAST_WHOLE or value != round(value):
+        return value
+    depth = abs(increments(ip, block, "d"))
+    message = f"D{value:g} of {name} is read as {depth:g} (least increments), not as {value:g}"
+    hint = "a length has a decimal point: D2.0"
+    ip.warn(BlockError("profile-step", message, "D", hint=hint), Severity.WARNING)
+    return depth
 
 
 def check_spindle(ip: Interpreter, name: str) -> None:

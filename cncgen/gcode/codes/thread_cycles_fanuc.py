@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.lathe_fanuc import ONLY, check_spindle, increments, turning_of
+from cncgen.gcode.codes.lathe_fanuc import ONLY, check_spindle, depth_of, increments, turning_of
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.simple_cycles_fanuc import go, thread_pass
 from cncgen.gcode.codes.table import Code
@@ -96,7 +96,7 @@ def _thread_of(ip: Interpreter, block: Block) -> _Thread:
     if missing:
         hint = "G76 X18.2 Z-20 P920 Q250 F1.5: height and first depth in least increments"
         raise BlockError("thread-words", f"G76 has no {' and no '.join(missing)}", "G76", hint=hint)
-    sizes = [words[k] if of_haas else increments(ip, block, k) for k in (high, first)]
+    sizes = [words["k"], depth_of(ip, block, "G76")] if of_haas else [increments(ip, block, k) for k in "pq"]
     depths = _Depths(sizes[0], sizes[1], kept.least, kept.finish, kept.passes)
     taper, angle = words.get("i" if of_haas else "r", 0.0), words.get("a", kept.angle)
     start_x, start_z = ip.state.position[X], ip.state.position[Z]

@@ -90,15 +90,22 @@ class TurningJob:
     left: bool
 
 
+def _is_unit(ip: Interpreter, block: Block, name: str, unit: int) -> bool:
+    """Take G70 or G71 without words as inches or millimetres, and say so: Mach, Siemens and DIN 66025 have them, as a cycle they lack all."""
+    if block.words or ip.options.stand_alone:
+        return False
+    lengths = "inches" if unit == 200 else "millimetres"
+    message = f"{name} without words is taken as the unit of lengths, {lengths}, as Mach, Siemens and DIN 66025 have it"
+    ip.warn(BlockError("other-control", message, name, hint=f"write G{unit // 10}"), Severity.WARNING)
+    ip.codes["G", unit].run(ip, block)
+    return True
+
+
 def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> TurningJob:
     """Check the words, go to X and Z of the block, read the profile and go to before its first point."""
     state = ip.state
     if "q" not in block.words:
-        # Alone, G70 and G71 are inches and millimetres of Mach, Siemens and DIN 66025.
-        units = {"G70": "G20 for inches", "G71": "G21 for millimetres"} if not block.words else {}
         hint = "Q names the subroutine of the profile: G71 Q100 for o100"
-        if name in units:
-            hint = f"{name} is a turning cycle here: write {units[name]}"
         raise BlockError("profile-missing", f"{name} has no subroutine number Q", name, hint=hint)
     if state.plane != 18:
         raise BlockError("profile-plane", f"{name} works in plane G18, not in G{state.plane}", name)
@@ -149,6 +156,8 @@ def _check_monotonic(profile: list[Segment], name: str) -> None:
 
 def finish(ip: Interpreter, block: Block) -> None:
     """G70: follow the profile in P passes, from D to E beside it."""
+    if _is_unit(ip, block, "G70", 200):
+        return
     words = block.words
     first, last = words.get("d", 0.0), words.get("e", 0.0)
     count = whole(block, "p", "G70") if "p" in words else 1
@@ -170,6 +179,8 @@ def _rough(swap: bool, kind: int) -> Handler:
     name = f"G{72 if swap else 71}" + (f".{kind}" if kind else "")
 
     def run(ip: Interpreter, block: Block) -> None:
+        if name == "G71" and _is_unit(ip, block, name, 210):
+            return
         words = block.words
         aside, step, lift = words.get("d", 0.0), words.get("i", 1.0), words.get("r", 0.5)
         if step <= 0.0 or lift <= 0.0:

@@ -14,7 +14,7 @@ from dataclasses import replace
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.budget import LINE
-from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, turning_of
+from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, depth_of, turning_of
 from cncgen.gcode.codes.lathe_words import X, Z, turned
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
@@ -221,7 +221,8 @@ def _rough(name: str, swap: bool) -> Handler:
             return
         check_feed(ip, block, name)
         _without_compensation(ip, name)
-        kept.depth = abs(words.get("d", kept.depth))
+        if "d" in words:
+            kept.depth = depth_of(ip, block, name)
         if kept.depth <= 0.0:
             hint = (
                 f"write {name} {depth_word.upper()}2 R1 before it: depth of a cut, and how far it lifts off"

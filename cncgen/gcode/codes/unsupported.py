@@ -17,7 +17,6 @@ MEANING: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", n) for n in (450, 460, 480)), "a tool offset added to a motion"),
     ("G", 470): "a tool offset added to a motion; engraving on Haas's mills",
     **dict.fromkeys((("G", 502), ("G", 512)), "polygon turning"),
-    ("G", 542): "dynamic fixture offset",
     ("G", 544): "workpiece setting error compensation",
     ("G", 600): "single direction positioning",
     ("G", 661): "a modal macro called in each block",

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
+
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Parsed
+from cncgen.gcode.block import Block, Parsed
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.gcode.text.dialects import bare
 from cncgen.gcode.text.labels import Cursor
 
+_PERCENT = re.compile(rb"^[ \t]*%", re.MULTILINE)
 #: Bytes behind the end of a program that are looked at.
 _REST = 65_536
 #: Texts remembered.
@@ -57,6 +60,30 @@ class LineReader:
         from cncgen.gcode.text import grammar
 
         return grammar.parse(text, self._dialect, self._increments)
+
+
+def behind_leader(ip: Interpreter, source: Source) -> Cursor:
+    """Return the first line of a program: for FANUC's controls the first % where text stands before it and another % behind its blocks.
+
+    That text is the leader of a tape, which the control passes over (B-63324EN, 13.1); a note says how much.
+    """
+    first = _PERCENT.search(source.data, 0, _REST) if ip.dialect == "fanuc" else None
+    if first is None or not bare(source.data[: first.start()]).strip():
+        return Cursor(0, 0, 1)
+    second = _PERCENT.search(source.data, first.end())
+    if (
+        second is None
+        or not bare(source.data[first.end() : min(second.start(), first.end() + _REST)]).strip()
+    ):
+        return Cursor(0, 0, 1)
+    begin = Cursor(0, first.start(), source.data[: first.start()].count(b"\n") + 1)
+    ip.base.block = Block({}, line=1)
+    message = f"{begin.line - 1} lines before the % that begins the program are passed over"
+    ip.warn(
+        BlockError("text-before-start", message, column=1, hint="a control reads from the first % on"),
+        Severity.WARNING,
+    )
+    return begin
 
 
 class Percent:

@@ -10,6 +10,7 @@ from cncgen.gcode.block import Block, Flow
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import sub_words
 from cncgen.gcode.flow.parts import Parts
+from cncgen.gcode.flow.reading import behind_leader
 from cncgen.gcode.text.labels import Cursor
 from cncgen.kernels import gcode_scan
 
@@ -25,7 +26,7 @@ class Stream:
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
         self._source = parts.sources[0]
-        self.reached = Cursor(0, 0, 1)
+        self.reached = behind_leader(parts.ip, self._source)
         self.exhausted = False
         #: Whether the last line was an O-word: few plain blocks are likely to follow.
         self._branched = False
