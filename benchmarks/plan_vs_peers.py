@@ -111,22 +111,16 @@ class Case:
 Planner = Callable[[Case], tuple[float, Callable[[Floats], Floats]]]
 
 
-def ours(effort: str) -> Planner:
-    """Return `cncgen` with an effort."""
+def ours(case: Case) -> tuple[float, Callable[[Floats], Floats]]:
+    """Plan with `cncgen`."""
+    done = list(cncgen.planner.plan([case.toolpath], case.machine))
 
-    def plan(case: Case) -> tuple[float, Callable[[Floats], Floats]]:
-        done = list(
-            cncgen.planner.plan([case.toolpath], case.machine, cncgen.planner.PlanOptions(effort=effort))
-        )
+    def at(t: Floats) -> Floats:
+        ends = np.array([trajectory.profile.t[-1] for trajectory in done])
+        which = np.minimum(np.searchsorted(ends, t), len(done) - 1)
+        return np.concatenate([motion_at(d.profile, t[which == i]).s for i, d in enumerate(done)])
 
-        def at(t: Floats) -> Floats:
-            ends = np.array([trajectory.profile.t[-1] for trajectory in done])
-            which = np.minimum(np.searchsorted(ends, t), len(done) - 1)
-            return np.concatenate([motion_at(d.profile, t[which == i]).s for i, d in enumerate(done)])
-
-        return float(done[-1].profile.t[-1]), at
-
-    return plan
+    return float(done[-1].profile.t[-1]), at
 
 
 def copp(n: int, passes: int) -> Planner:
@@ -254,8 +248,7 @@ def sampled(total: float, at: Callable[[Floats], Floats]) -> Floats:
 
 def planners() -> Iterator[tuple[str, Planner]]:
     """Yield ours and those peers that are installed; say which are not."""
-    yield "cncgen", ours("best")
-    yield "cncgen --effort fast", ours("fast")
+    yield "cncgen", ours
     peers: tuple[tuple[str, str, Callable[[], list[tuple[str, Planner]]]], ...] = (
         ("copp_py", "copp-py", lambda: [(f"copp-py {n} × {k}", copp(n, k)) for n, k in COPP]),
         ("toppra", "toppra", lambda: [(f"toppra {n}", toppra(n)) for n in (2001, 10001)]),

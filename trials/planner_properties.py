@@ -86,6 +86,10 @@ class Planned:
             mine = which == i
             if not mine.any():
                 continue
+            if trajectory.cubics is not None:
+                found = trajectory.cubics.at(t[mine], 3)
+                position[mine], derivatives[:, mine] = found[0], found[1:]
+                continue
             at = motion_at(trajectory.profile, t[mine])
             x = trajectory.toolpath.path.evaluate(at.s, 3)
             v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]

@@ -33,7 +33,7 @@ INTERPOLATORS = (
 SATURATIONS = ("off", "reactive", "predictive")
 PROFILES = ("bell", "linear", "exponential")
 CONTROLS = ("linuxcnc", "grbl", "exact-stop")
-EFFORTS = ("best", "fast", "together")
+EFFORTS = ("best", "fast")
 LEAST_CONTOUR_ERROR_MM = 1e-6
 
 
@@ -272,8 +272,8 @@ planning_options = _gathering(
     _choice(
         "--effort",
         EFFORTS,
-        "Method of optimal: shortest motion along the smoothed path, shortest computing, or path and speed chosen together within "
-        "the tolerance of G64 (docs/tube.md).",
+        "Method of optimal: path and speed chosen together within the tolerance of G64 (best, docs/tube.md), or the speed alone "
+        "along the smoothed path (fast).",
     ),
     click.option(
         "--path-tolerance",

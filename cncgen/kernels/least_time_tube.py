@@ -34,7 +34,7 @@ _MOST_DAMPING = cython.declare(cython.double, 0.1)
 _CHANGE = cython.declare(cython.double, 4.0)
 #: Damping beyond which the Hessian is taken without the curvature of the motion.
 _CONVEX = cython.declare(cython.double, 10.0)
-#: The largest residual of a motion.
+#: The largest residual of a motion, after all iterations; before that it has to be `Tube.exact`.
 _EXACT = cython.declare(cython.double, 1e-7)
 #: The search ends where two steps in a row change the cost by less than this part of it, or so many iterations before the last one.
 #: Then steps with much damping make the motion exact.
@@ -52,7 +52,7 @@ class Tube:
     `x` and `u` are the first guess and then the solution. Rows of node k are ``first[k]`` to ``first[k + 1]`` of `rows`, each
     an offset o = (r_k - c)/unit, a direction d (0 for a point) and unit/ρ: |(1 - d dᵀ)(p + o)| unit ≤ ρ. Where `between` is
     above 0, 1 over a speed, velocities and that speed are bounded between nodes as well: the middle ordinate v + a h/2 of the
-    parabola of the velocity is, and with those at its ends all of it.
+    parabola of the velocity is, and with those at its ends all of it. The search goes on until no scaled state is missed by `exact`.
     """
 
     n: cython.Py_ssize_t
@@ -74,6 +74,7 @@ class Tube:
     hlow: cython.double[::1]
     hhigh: cython.double[::1]
     goal: cython.double[::1]
+    exact: cython.double
     cost: cython.double
     x: cython.double[:, ::1]
     u: cython.double[:, ::1]
@@ -109,7 +110,7 @@ class Tube:
         self.first, self.rows, self.feed = problem.first, problem.rows, problem.feed
         self.between = problem.between
         self.hlow, self.hhigh, self.goal = problem.hlow, problem.hhigh, problem.goal
-        self.x, self.u, self.calm = problem.x, problem.u, problem.calm
+        self.x, self.u, self.calm, self.exact = problem.x, problem.u, problem.calm, problem.exact
         self.x2, self.u2, self.dx, self.du = work.x2, work.u2, work.dx, work.du
         self.lam, self.lam2, self.nu, self.nu2 = work.lam, work.lam2, work.nu, work.nu2
         self.lamT, self.lamT2 = work.lamT, work.lamT2
@@ -1022,7 +1023,7 @@ Found = cython.struct(status=cython.int, iterations=cython.int, residual=cython.
 @cython.nogil
 @cython.exceptval(check=False)
 def solve(tube: Tube, mu: cython.double, mu_end: cython.double, most: cython.int) -> Found:
-    """Solve; 1 means that the solution holds to `mu_end`, 0 that `most` iterations were not enough, -1 that no step was found."""
+    """Solve; 1 means that the motion is exact, 0 that `most` iterations were not enough for that, -1 that no step was found."""
     it: cython.int
     count: cython.Py_ssize_t = 0
     delta: cython.double = 0.0
@@ -1042,7 +1043,7 @@ def solve(tube: Tube, mu: cython.double, mu_end: cython.double, most: cython.int
     for it in range(most):
         residual = _merit(tube, tube.x, tube.u, 2)
         if it > 0:
-            if residual < _EXACT and (closing or (tube.mu <= mu_end and off < tube.mu and size < 1e-3)):
+            if residual < tube.exact and (closing or (tube.mu <= mu_end and off < tube.mu and size < 1e-3)):
                 return Found(1, it, residual, off)
             if residual < _NEAR and off < _OFF_NEAR * tube.mu and tube.mu > mu_end and part > 0.5:
                 fourth = sqrt(sqrt(tube.mu))
@@ -1079,4 +1080,5 @@ def solve(tube: Tube, mu: cython.double, mu_end: cython.double, most: cython.int
         off = _multipliers(tube, steps.dual, False)
         if not off < 1e300:
             return Found(-1, it, residual, off)
-    return Found(0, most, residual, off)
+    residual = _merit(tube, tube.x, tube.u, 2)
+    return Found(residual < _EXACT, most, residual, off)

@@ -115,5 +115,5 @@ def _predictive(
     if asked.feedrate not in (None, "optimal") or asked.interpolator != "arclength":
         from cncgen.planner.least_time.replanning import replan
 
-        plan = replan(plan, lowered, asked.mesh_effort)
+        plan = replan(plan, lowered)
     return named(plan, machine, lowered)

@@ -17,7 +17,7 @@ SATURATIONS = ("off", "reactive", "predictive")
 PROFILES = ("bell", "linear", "exponential")
 #: Controls whose own rules ``plan --as`` estimates with.
 CONTROLS = ("linuxcnc", "grbl", "exact-stop")
-EFFORTS = ("best", "fast", "together")
+EFFORTS = ("best", "fast")
 #: Bounds of the contour error below a nanometre are refused: the speed falls with the root of the bound, and what such a
 #: plan gained in days of motion would be the last digits of setpoints.
 LEAST_CONTOUR_ERROR_MM = 1e-6
@@ -32,8 +32,8 @@ class PlanOptions:
         interpolator: One of `INTERPOLATORS`.
         saturation: One of `SATURATIONS`.
         profile: Acceleration and deceleration of `ild`, one of `PROFILES`.
-        effort: One of `EFFORTS`: whether `optimal` takes the most care or the least time to compute, or plans path and speed together
-            within the tolerance of G64.
+        effort: One of `EFFORTS`: whether `optimal` plans path and speed together within the tolerance of G64, or the speed alone
+            along a path that is chosen before.
         path_tolerance_mm: Tolerance of every continuous row; None: the program's, else the machine's.
         max_contour_error_mm: Predicted contour error that `ild` (and `optimal`, where it is given here) stays under;
             None: `ild` takes the machine's.
@@ -62,11 +62,6 @@ class PlanOptions:
     master_period_s: float = 0.016
     lookahead_rows: int = 20_000
     control: str | None = None
-
-    @property
-    def mesh_effort(self) -> str:
-        """The effort of planning the speed along a given path: ``best`` or ``fast``."""
-        return "fast" if self.effort == "fast" else "best"
 
     @property
     def keeps_limits(self) -> bool:

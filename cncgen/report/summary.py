@@ -284,6 +284,10 @@ def as_text(summary: dict[str, Any]) -> str:
             of_limit = f" ({100 * share:.2f} %)" if share is not None else ""
             parts.append(f"{name} {peak[name]:.6g} {peak['unit']}/s{power}{of_limit}")
         lines.append(f"  {letter.upper()}: " + ", ".join(parts))
+    kept = summary.get("tolerance_windows_kept")
+    if kept:
+        windows = counted(summary["tolerance_windows"], "window")
+        lines.append(f"  {kept} of {windows} kept the plan along the path")
     lines.extend(_loss_text(place, summary["program"]) for place in summary["slowest"][:3])
     return "\n".join(lines)
 

@@ -25,7 +25,7 @@ def main() -> None:
     text = f"G21 G90 G94 G17 G64 P{TOLERANCE_MM} F6000\n{rows}\nM30\n"
     both = [
         (planned(text, effort), label)
-        for effort, label in (("best", "speed alone"), ("together", "path and speed"))
+        for effort, label in (("fast", "speed alone"), ("best", "path and speed"))
     ]
     figure = Figure(figsize=(9.0, 4.0), layout="constrained")
     path, course = figure.subplots(1, 2)

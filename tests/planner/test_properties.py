@@ -78,9 +78,12 @@ def test_the_limit_that_is_named_is_reached(program: str, machine: str) -> None:
                 rows = trajectory.toolpath.feed[trajectory.toolpath.path.row_of(motion.s)]
                 found = motion.v / rows
             else:
-                x = trajectory.toolpath.path.evaluate(motion.s, 3)[:, :, :2]
-                v, a, j = motion.v[:, None], motion.a[:, None], motion.j[:, None]
-                acceleration, jerk = x[2] * v**2 + x[1] * a, x[3] * v**3 + 3.0 * x[2] * v * a + x[1] * j
+                if trajectory.cubics is not None:
+                    acceleration, jerk = trajectory.cubics.at(t, 3)[2:, :, :2]
+                else:
+                    x = trajectory.toolpath.path.evaluate(motion.s, 3)[:, :, :2]
+                    v, a, j = motion.v[:, None], motion.a[:, None], motion.j[:, None]
+                    acceleration, jerk = x[2] * v**2 + x[1] * a, x[3] * v**3 + 3.0 * x[2] * v * a + x[1] * j
                 axis = where.axes["X"]
                 of = (acceleration / axis.max_acceleration, jerk / axis.max_jerk)[order - 1]
                 found = np.abs(of).max(axis=1)

@@ -67,7 +67,8 @@ def agrees(case: Case, quantity: Quantity, largest: float) -> tuple[float, float
 
 @pytest.mark.parametrize("seed", [11, 12])
 def test_derivatives_agree_with_differences_of_half_the_step(tmp_path: Path, seed: int) -> None:
-    case = case_of(tmp_path, program(seed), load("xy-table"))
+    # Along the path: path and speed together are found to about 1e-4 of the time, a tenth of a difference of 1 % in X jerk.
+    case = replace(case_of(tmp_path, program(seed), load("xy-table")), options=PlanOptions(effort="fast"))
     pairs = {q.name: agrees(case, q, 0.0) for q in quantities(case, "XY")}
     largest = max(abs(b) for _, b in pairs.values())
     for name, (a, b) in pairs.items():

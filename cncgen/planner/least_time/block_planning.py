@@ -16,7 +16,7 @@ from cncgen.planner.least_time.crawling import paced
 from cncgen.planner.least_time.fixed_blocks import blocks
 from cncgen.planner.least_time.mesh import Mesh
 from cncgen.planner.least_time.prefetch import prefetch
-from cncgen.planner.least_time.rolling_window import MARGIN, RollingWindow
+from cncgen.planner.least_time.rolling_window import RollingWindow
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.least_time.timeline import SolvedWindow, Timeline
 from cncgen.planner.limits.axis_limits import AxisLimits, chord_reserve
@@ -49,7 +49,6 @@ def smooth_blocks(
 def plan_blocks(
     source: Iterable[tuple[Toolpath, SpeedCap | None]],
     machine: Machine,
-    effort: str,
     contour_centripetal: float = np.inf,
 ) -> Iterator[Trajectory]:
     """Plan the least time of blocks as they are, each maybe under a cap of its speed.
@@ -57,7 +56,6 @@ def plan_blocks(
     Args:
         source: Blocks and their caps; drawn in a thread of its own, as meshes are made and windows solved in others.
         machine: Limits, period, chord tolerance.
-        effort: Density of the nodes, as in `PlanOptions`.
         contour_centripetal: See `AxisLimits.of`.
 
     Yields:
@@ -72,7 +70,7 @@ def plan_blocks(
         return AxisLimits.of(machine, axes, contour_centripetal)
 
     timeline = Timeline()
-    with closing(prefetch(_solved(source, bounds_of, effort), PREFETCHED)) as solved:
+    with closing(prefetch(_solved(source, bounds_of), PREFETCHED)) as solved:
         for each in solved:
             if isinstance(each, Toolpath):
                 yield _standing(each, timeline.t_s)
@@ -81,30 +79,30 @@ def plan_blocks(
 
 
 def _solved(
-    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits], effort: str
+    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits]
 ) -> Iterator[SolvedWindow | Toolpath]:
     """Yield what is final, window by window, and toolpaths that stand still."""
     window: RollingWindow | None = None
-    with closing(prefetch(_meshes(source, bounds_of, effort), PREFETCHED)) as meshes:
+    with closing(prefetch(_meshes(source, bounds_of), PREFETCHED)) as meshes:
         for mesh, last in meshes:
             if isinstance(mesh, Toolpath):
                 yield mesh
                 continue
             if window is None:
-                window = RollingWindow(bounds_of(mesh.toolpath.axes), MARGIN[effort])
+                window = RollingWindow(bounds_of(mesh.toolpath.axes))
             window.meshes.append(mesh)
             yield from window.advance(last)
 
 
 def _meshes(
-    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits], effort: str
+    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits]
 ) -> Iterator[tuple[Mesh | Toolpath, bool]]:
     """Yield the meshes of a program and whether each is the last one; after it, maybe, a toolpath that stands still."""
     held: tuple[Toolpath, Path, SpeedCap | None] | None = None
     before: BlockEnd | None = None
     still: list[Toolpath] = []
     bounds: AxisLimits | None = None
-    trials = CornerTrials(effort)
+    trials = CornerTrials()
 
     with closing(prefetch(source, PREFETCHED)) as ready:
         for block, cap in ready:

@@ -175,7 +175,7 @@ def plan_bounded(
     Args:
         chunks: Consecutive stretches of one program; drawn in another thread.
         machine: Limits, period, chord tolerance, servo data.
-        options: Servo data that stand in for the machine's, effort.
+        options: Servo data that stand in for the machine's.
         bound: Of the error, mm.
 
     Yields:
@@ -189,7 +189,7 @@ def plan_bounded(
     letters = "".join(letter for letter in "XYZ" if letter in machine.axes)
     per = prediction(machine, options, letters).per_centripetal_s2
     centripetal = _AIM * bound / per if per > 0.0 else np.inf
-    plan = plan_blocks(smooth_blocks(chunks, machine), machine, options.mesh_effort, centripetal)
+    plan = plan_blocks(smooth_blocks(chunks, machine), machine, centripetal)
     known: deque[_Slowness] = deque()
     # Below the speed that one period of full jerk gives, no setpoint tells a cap from rest.
     pulse = min(machine.axes[letter].max_jerk for letter in letters) * machine.period_s**2
@@ -199,7 +199,7 @@ def plan_bounded(
         floor = max(pulse, watch.slowest(bound))
         rule = _Lowering(bound, power, floor, round(back * watch.memory))
         caps = _lowered(plan, watch, rule, known, after)
-        plan = plan_blocks(caps, machine, options.mesh_effort, centripetal)
+        plan = plan_blocks(caps, machine, centripetal)
         known = after
     return _judged(plan, _Watch.of(machine, options, letters), bound)
 

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -34,9 +34,9 @@ _COARSER = 0.5
 #: Largest number of ways in which a piece is tried; where the budget allows fewer than the second number, it is not tried at all.
 _WAYS, _FEWEST = 8, 4
 #: The budget of trials, in nodes (100,000 take about a second): the cost of each trial beside its own nodes, the part of its nodes
-#: that a block adds to the budget, and by effort the budget that a program begins with.
+#: that a block adds to the budget, and the budget that a program begins with.
 EACH, _PART = 400, 0.02
-MOST = {"best": 100_000, "fast": 10_000}
+MOST = 100_000
 #: Part of the time by which another way must be faster to be taken.
 _LESS = 1e-4
 
@@ -46,15 +46,10 @@ class CornerTrials:
     """CornerTrials of a program, block by block.
 
     Attributes:
-        effort: Density of the nodes, and part of the limits that is planned with.
         left: Nodes that trials may still cost.
     """
 
-    effort: str
-    left: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.left = MOST[self.effort]
+    left: float = float(MOST)
 
     def mesh_of(
         self,
@@ -77,7 +72,7 @@ class CornerTrials:
         Raises:
             NoPlanError: It would be more intervals than memory is meant for.
         """
-        section = Section.of(toolpath, path, bounds, before, after, self.effort, cap)
+        section = Section.of(toolpath, path, bounds, before, after, cap)
         corners = section.corners()
         mesh = section.mesh(corners)
         self.left += _PART * len(mesh)
@@ -104,9 +99,7 @@ class CornerTrials:
             ways = min(_WAYS, int(self.left / each))
             if ways < _FEWEST:
                 break
-            decision[inner], tried = _fastest(
-                piece, decision[inner], doubtful[inner], ways, closer, MARGIN[self.effort]
-            )
+            decision[inner], tried = _fastest(piece, decision[inner], doubtful[inner], ways, closer, MARGIN)
             self.left -= tried * each
         return None if np.array_equal(decision, before) else decision
 

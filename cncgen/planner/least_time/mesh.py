@@ -140,7 +140,6 @@ class Section:
         bounds: AxisLimits,
         before: BlockEnd | None,
         after: BlockEnd | None,
-        effort: str,
         cap: SpeedCap | None,
     ) -> Section:
         """Take a block, see `cncgen.planner.least_time.corner_trials`."""
@@ -160,7 +159,7 @@ class Section:
             bounds,
             feeds,
             cap,
-            DENSITY[effort],
+            DENSITY,
             crawls,
             seams[first],
             sides,

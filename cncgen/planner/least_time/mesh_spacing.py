@@ -70,11 +70,7 @@ class Density:
         return Density(*(part / factor for part in astuple(self)))
 
 
-#: By effort.
-DENSITY = {
-    "best": Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2, 0.02),
-    "fast": Density(0.15, 0.45, 3.0, 0.35, 1.6, 0.35, 0.035),
-}
+DENSITY = Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2, 0.02)
 #: Length of the interval beside a rest: the least of these parts of the distance in which full jerk reaches full acceleration, of
 #: that in which it reaches the largest speed, of the radius of curvature, and of the distance to the next slow place.
 _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 60.0

@@ -58,7 +58,7 @@ def _joined(parts: list[Trajectory]) -> PlannedBlock:
     return PlannedBlock(parts[0].toolpath, profile, remarks)
 
 
-def replan(trajectories: Iterable[Trajectory], machine: Machine, effort: str) -> Iterator[Trajectory]:
+def replan(trajectories: Iterable[Trajectory], machine: Machine) -> Iterator[Trajectory]:
     """Plan the paths of trajectories again with the limits of a machine, nowhere faster than they are.
 
     The method is that of `optimal`; the path is the one that they travel. Speeds below a hundredth of J T², which a
@@ -67,7 +67,6 @@ def replan(trajectories: Iterable[Trajectory], machine: Machine, effort: str) ->
     Args:
         trajectories: A plan, rest to rest.
         machine: Limits.
-        effort: As in `PlanOptions`.
 
     Raises:
         NoPlanError: No motion within the limits was found.
@@ -80,7 +79,7 @@ def replan(trajectories: Iterable[Trajectory], machine: Machine, effort: str) ->
             remarks.extend(block.remarks)
             yield block.toolpath, SpeedCap(speed_along(block.profile, slowest), Limit.FEED)
 
-    for trajectory in plan_blocks(blocks(), machine, effort):
+    for trajectory in plan_blocks(blocks(), machine):
         said = tuple(remarks.popleft() for _ in range(len(remarks)))
         yield with_remarks(trajectory, said)
 

@@ -26,9 +26,9 @@ Floats = NDArray[np.float64]
 #: Intervals that a window holds before it is planned. Longer windows need more iterations; of shorter ones a larger part is
 #: planned twice.
 SIZE = 1600
-#: By effort, the part of the limits of acceleration and jerk that is planned with. The rest is what the motion may use more
+#: The part of the limits of acceleration and jerk that is planned with. The rest is what the motion may use more
 #: between nodes, where no row holds it; measured (docs/least-time.md).
-MARGIN = {"best": 0.9993, "fast": 0.9965}
+MARGIN = 0.9993
 #: How often bounds of q are lowered for chords that are too long, and the factor on q to start solving again from.
 _ROUNDS, _SLOWER = 6, 0.9
 #: The last so many times they are lowered under all of each chord.
@@ -68,7 +68,7 @@ class RollingWindow:
     """
 
     bounds: AxisLimits
-    margin: float = MARGIN["best"]
+    margin: float = MARGIN
     meshes: list[Mesh] = field(default_factory=list)
     used: int = 0
     state: tuple[float, float] | None = None

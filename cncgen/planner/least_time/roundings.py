@@ -35,15 +35,12 @@ BRIEF = 64
 _HELD, _LESS = 0.02, 1e-4
 
 
-def plan_roundings(
-    chunks: Iterable[Toolpath], machine: Machine, effort: str
-) -> Generator[Trajectory, None, None]:
+def plan_roundings(chunks: Iterable[Toolpath], machine: Machine) -> Generator[Trajectory, None, None]:
     """Plan the least time of a program, of a short one with the rounding of its corners that takes the least.
 
     Args:
         chunks: Consecutive stretches of one program.
         machine: Limits, period, chord tolerance.
-        effort: As in `PlanOptions`; no others are tried but with the best.
 
     Yields:
         Trajectories, from rest to rest, as their speeds become final.
@@ -59,11 +56,11 @@ def plan_roundings(
         parts += len(chunk)
         held.append(chunk)
     rounded = any(np.any(chunk.path_mode == PathMode.CONTINUOUS) for chunk in held)
-    if max(rows, parts / _PARTS) > SHORT or not rounded or effort != "best":
-        yield from plan_blocks(smooth_blocks(chain(held, source), machine), machine, effort)
+    if max(rows, parts / _PARTS) > SHORT or not rounded:
+        yield from plan_blocks(smooth_blocks(chain(held, source), machine), machine)
         return
     blocks = list(smooth_blocks(held, machine))
-    best = list(plan_blocks(blocks, machine, effort))
+    best = list(plan_blocks(blocks, machine))
     moving, by_chord = plan_times(best)
     others: list[Callable[[list[Toolpath], Machine], Blocks]] = []
     if by_chord > _HELD * moving:
@@ -75,7 +72,7 @@ def plan_roundings(
         if _same(other_blocks, blocks):
             continue
         try:
-            found = list(plan_blocks(other_blocks, machine, effort))
+            found = list(plan_blocks(other_blocks, machine))
         except NoPlanError:
             continue
         seconds = plan_times(found)[0]

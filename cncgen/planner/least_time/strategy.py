@@ -19,7 +19,7 @@ def plan_least_time(
     Args:
         chunks: Consecutive stretches of one program; drawn in another thread.
         machine: Limits, period, chord tolerance, servo data.
-        options: The bound, servo data that stand in for the machine's, effort. With the effort ``together``, exact interpolation, no
+        options: The bound, servo data that stand in for the machine's, effort. With the effort ``best``, exact interpolation, no
             saturation and no bound of the centripetal acceleration, path and speed are planned together where rows have a tolerance (`cncgen.planner.tube`).
 
     Yields:
@@ -30,15 +30,13 @@ def plan_least_time(
         NoPlanError: No motion within the limits was found.
     """
     if options.max_contour_error_mm is None:
-        along = (
-            options.effort != "together" or options.interpolator != "arclength" or options.saturation != "off"
-        )
+        along = options.effort == "fast" or options.interpolator != "arclength" or options.saturation != "off"
         if along or machine.max_centripetal_mm_s2 is not None:
-            return plan_roundings(chunks, machine, options.mesh_effort)
+            return plan_roundings(chunks, machine)
         from cncgen.planner.tube import Programmed, improve
 
         program = Programmed(machine.chord_tolerance_mm)
-        return improve(plan_roundings(program.over(chunks), machine, options.mesh_effort), program, machine)
+        return improve(plan_roundings(program.over(chunks), machine), program, machine)
     from cncgen.planner.least_time.contour_bound import plan_bounded
 
     return plan_bounded(chunks, machine, options, options.max_contour_error_mm)

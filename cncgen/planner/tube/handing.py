@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.tables import empty_arcs, empty_nurbs
+from cncgen.machine.record import Machine
 from cncgen.planner.record import Cubics, Limit, Profile, SharpCorner, Trajectory
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.reference_path import Reference, between
@@ -33,10 +34,15 @@ class Hand:
         reference: Reference,
         program: Programmed,
         limits: tuple[Floats, Floats, Floats],
-        period_s: float,
+        machine: Machine,
     ) -> None:
         self.velocity, self.acceleration, self.jerk = limits
-        self.reference, self.program, self.period_s = reference, program, period_s
+        self.reference, self.program, self.period_s = reference, program, machine.period_s
+        # Of a period over a rest, one half at least is on one side of it. If the way of that is too short to show, rests wait for no
+        # setpoint, and the plan does not depend on its phase.
+        finite = np.isfinite(self.jerk)
+        way = float(np.sqrt((self.jerk[finite] ** 2).sum())) * self.period_s**3 / 48.0
+        self._phased = way > 0.999 * machine.chord_tolerance_mm
         self.time = -np.inf
         self.later = 0.0
         self.windows = self.kept = 0
@@ -161,7 +167,9 @@ class Hand:
 
     @property
     def _wait(self) -> float:
-        """The time missing to a whole number of periods that the motion is earlier than the plan, s."""
+        """The time missing to a whole number of periods that the motion is earlier than the plan, s; 0 where that does not matter."""
+        if not self._phased:
+            return 0.0
         late = self.later / self.period_s
         wait = float(np.ceil(late - 1e-9) - late) * self.period_s
         return wait if wait > 1e-12 else 0.0

@@ -127,8 +127,6 @@ class Programmed:
             & (mode != FeedMode.RAPID)
             & (mode != FeedMode.INVERSE_TIME)
         )
-        # A tolerance below that of chords leaves the motion no room that its setpoints would not use up.
-        free &= tolerance >= self._chord
         free &= path.moves_xyz[rows] & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0)
         columns = {
             "line": toolpath.line[rows],
@@ -197,11 +195,16 @@ class Programmed:
             row: Shape (k,), number of the row.
             part: Shape (k,): the part of its length where the search starts.
         """
-        place, tangent = np.empty_like(points), np.empty_like(points)
+        start = self.column("start")[row - self.base]
+        way = self.column("end")[row - self.base] - start
+        size = np.maximum((way**2).sum(axis=1), 1e-300)
+        u = np.clip(((points - start) * way).sum(axis=1) / size, 0.0, 1.0)
+        place, tangent = start + u[:, None] * way, way / np.sqrt(size)[:, None]
+        curved = np.flatnonzero(self.column("curved")[row - self.base])
         first = np.array([chunk.first for chunk in self._chunks])
-        owner = np.searchsorted(first, row, side="right") - 1
+        owner = np.searchsorted(first, row[curved], side="right") - 1
         for c in np.unique(owner):
-            at = np.flatnonzero(owner == c)
+            at = curved[owner == c]
             chunk = self._chunks[c]
             local = chunk.rows[row[at] - chunk.first]
             path, length = chunk.path, chunk.path.row_length[local]
@@ -209,8 +212,7 @@ class Programmed:
             high = path.parameter_after(local, length)
             low, high = np.minimum(low, high), np.maximum(low, high)
             u = path.parameter_after(local, np.clip(part[at], 0.0, 1.0) * length)
-            curved = bool(np.any(path.kind[local] != Kind.LINE))
-            for _ in range(4 if curved else 2):
+            for _ in range(4):
                 x = path.evaluate_parameter(local, u, 1)
                 x0, x1 = x[0] * self.scale, x[1] * self.scale
                 size = np.maximum((x1**2).sum(axis=1), 1e-300)

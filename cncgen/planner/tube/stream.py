@@ -18,6 +18,7 @@ from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.reference_path import Reference
 from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
+from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Problem, Solved, solve
 
 Floats = NDArray[np.float64]
@@ -35,10 +36,8 @@ _ROUNDS, _MORE = 9, 1.25
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there. What
 #: is left of the room at least, as a part of the tolerance.
 _LOCAL, _NARROWEST = 2, 0.1
-#: Part by which a velocity may be over its limit between nodes before it is held there.
-_OVER = 5e-5
 #: Part of its limits by which the solution of a round is moved inside them to start the next one.
-_PULLED = 0.01
+_PULLED = 0.001
 #: Part of the tolerance that is planned with by which a motion may be over it at the places that are looked at: that is a quarter of
 #: what is kept for what lies between them.
 _PASSED = 0.004
@@ -107,7 +106,7 @@ class Tube:
         )
         self.reference = Reference(self.scale, near)
         limited = (self.velocity, self.acceleration, self.jerk)
-        self.hand = Hand(self.reference, program, limited, machine.period_s)
+        self.hand = Hand(self.reference, program, limited, machine)
         self.places: list[Floats] = []
         self.matched = 0
         self.reached = 0.0
@@ -339,7 +338,7 @@ class Tube:
             run.tail = None if whole else (_rest(found, final), count - final)
             run.state = np.stack([found.position[final], found.velocity[final], found.acceleration[final]])
         else:
-            self.hand.kept += found is None and len(columns) > 1
+            self.hand.kept += tail is None and len(columns) > 1
             if tail is not None:
                 yield from self.hand.improved(run.t, (run.at, run.part), nodes, tail[0], tail[1])
                 final = tail[1]
@@ -365,12 +364,14 @@ class Tube:
             found = self._tried(run, nodes, goal, columns, radius, held, found)
             if found is None:
                 return None
-            fast = self._too_fast(found, nodes, columns) & ~held
+            feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
+            fast = too_fast(found, self.velocity[columns], feed, columns < 3)
             lifted = _spread(found, columns, run.state, len(self.scale))
             over = excess(self.program, nodes, found, columns, still, run.s, self.machine.period_s)
             allowed = self.program.column("tolerance")[nodes.row - self.program.base]
             if not (over > _PASSED * allowed).any() and not fast.any():
-                return lifted
+                ends, period = (run.state, goal), self.machine.period_s
+                return lifted if holds(lifted, ends, self.acceleration, self.jerk, period) else None
             if fast.any():
                 # The neighbours soon are, once these are held.
                 held |= np.convolve(fast, np.ones(9), "same") > 0
@@ -380,18 +381,6 @@ class Tube:
             less = np.where(more > 0.0, _MORE * more + 1e-3 * 2.0**number * allowed, 0.0)
             radius = np.maximum(radius - less[owner], np.minimum(radius, _NARROWEST * nodes.allowed))
         return None
-        return None
-
-    def _too_fast(self, found: Solved, nodes: Nodes, columns: Ints) -> NDArray[np.bool_]:
-        """Tell on which intervals the motion is over a velocity or the feed between nodes, shape (k,)."""
-        v, a, j, h = found.velocity[:-1], found.acceleration[:-1], found.jerk, found.step[:, None]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            top = np.where(j != 0.0, -a / j, 0.0)
-        top = np.where((top > 0.0) & (top < h), top, 0.5 * h)
-        over = (np.abs(v + top * (a + 0.5 * top * j)) > (1.0 + _OVER) * self.velocity[columns]).any(axis=1)
-        middle = v + 0.5 * h * (a + 0.25 * h * j)
-        feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
-        return over | (np.sqrt((middle[:, columns < 3] ** 2).sum(axis=1)) > (1.0 + _OVER) * feed)
 
     def _tried(
         self,
@@ -425,7 +414,7 @@ class Tube:
         if before is not None:
             given = Problem(
                 margin * velocity, margin * acceleration, margin * jerk, weight, point, tangent, before.step, first, centre, direction, radii,
-                feed, between, run.state[:, columns], goal[:, columns],
+                feed, between, run.state[:, columns], goal[:, columns], self.machine.period_s,
             )  # fmt: skip
             within = 1.0 - _PULLED
             offset = before.position - point
@@ -443,7 +432,7 @@ class Tube:
             steps = np.maximum(steps, 1e-3 * nodes.step) / part
             given = Problem(
                 margin * velocity, margin * acceleration, margin * jerk, weight, point, tangent, steps, first, centre, direction, radii,
-                feed, between, run.state[:, columns], goal[:, columns],
+                feed, between, run.state[:, columns], goal[:, columns], self.machine.period_s,
             )  # fmt: skip
             speed = part * np.concatenate([[0.0], speeds])[:, None] * tangent
             speed *= np.minimum(1.0, 0.9 / np.maximum((np.abs(speed) / velocity).max(axis=1), 1e-9))[:, None]

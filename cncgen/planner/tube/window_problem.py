@@ -14,9 +14,12 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 #: Barrier parameter at the start and at the end, and iterations at most.
-_START, _END, _MOST = 1e-3, 1e-7, 120
+_START, _END, _MOST = 1e-3, 1e-6, 120
 #: Barrier parameter at the start from the solution of a similar problem.
-_AGAIN = 1e-4
+_AGAIN = 1e-5
+#: Part of the jerk limit that what nodes are missed by may make of a third difference; the most and, in parts of what doubles
+#: can tell, the least that is asked of the scaled states.
+_SHOWS, _MISSED, _TOLD = 1e-4, 1e-7, 4.0
 #: Weight of jerk squared: calms where the feed alone binds.
 _CALM = 0.01
 
@@ -36,6 +39,7 @@ class Problem:
         feed: Shape (N + 1,): speed over the weighed axes, infinite for none.
         between: Shape (N,): speed to which an interval is held between its nodes, its axes as well; infinite where it need not be.
         start, goal: Shape (3, n): position, velocity and acceleration at both ends.
+        period_s: Time between setpoints: nodes are met so exactly that third differences over it hold the jerk.
     """
 
     velocity: Floats
@@ -53,6 +57,7 @@ class Problem:
     between: Floats
     start: Floats
     goal: Floats
+    period_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +133,7 @@ def solve(
             x=state,
             u=u,
             calm=_CALM,
+            exact=_exact(given, unit),
         )
     N, U = 3 * n, n + 1
 
@@ -174,3 +180,12 @@ def solve(
         found["iterations"],
         found["residual"],
     )
+
+
+def _exact(given: Problem, unit: float) -> float:
+    """Return by how much scaled states may miss their nodes."""
+    period = given.period_s
+    # A step of the k-th derivative is in a third difference at most 3 - k times, over the period to the power of 3 - k.
+    parts = (period**3 / (3.0 * unit), period**2 / (2.0 * given.velocity), period / given.acceleration)
+    part = min(float(np.min(given.jerk * each)) for each in parts)
+    return max(min(_SHOWS * part, _MISSED), _TOLD * float(np.spacing(np.abs(given.point).max() / unit)))

@@ -102,7 +102,7 @@ def test_trials_cost_a_bounded_part(monkeypatch: pytest.MonkeyPatch) -> None:
     x, y = np.cumsum(np.cos(turn)), np.cumsum(np.sin(turn))
     rows = "\n".join(f"G1 X{a:.5f} Y{b:.5f}" for a, b in zip(x, y, strict=True))
     _seconds(f"G21 G90 G61 F6000\n{rows}\nM2\n", cncgen.load_machine("generic-mill"))
-    assert 0 < len(tried) <= corner_trials.MOST["best"] / corner_trials.EACH + 10
+    assert 0 < len(tried) <= corner_trials.MOST / corner_trials.EACH + 10
 
 
 def _seconds(text: str, machine: Machine) -> float:

@@ -512,7 +512,7 @@ def test_full_jerk_beyond_the_zone_of_a_step_of_curvature_is_less_than_plans_lea
         + np.trapezoid(np.interp(t - phase, t, spline, left=0.0, right=0.0) * rest, t)
         for phase in phases
     ]
-    assert 1.0 < max(seen) <= 1.0 + (1.0 - MARGIN["best"])
+    assert 1.0 < max(seen) <= 1.0 + (1.0 - MARGIN)
 
 
 def test_the_feed_holds_beyond_a_reversal_that_no_setpoint_shows() -> None:

@@ -234,9 +234,7 @@ def test_a_curve_that_stands_at_its_end_has_as_many_nodes_as_its_reverse() -> No
 def _nodes_of(text: str, machine: Machine) -> NDArray[np.float64]:
     """Return where the nodes of a program of one block stand."""
     toolpath = join(list(read_text(text).chunks()))
-    section = Section.of(
-        toolpath, toolpath.path, AxisLimits.of(machine, toolpath.axes), None, None, "best", None
-    )
+    section = Section.of(toolpath, toolpath.path, AxisLimits.of(machine, toolpath.axes), None, None, None)
     return section.mesh(section.corners()).s
 
 
@@ -252,8 +250,7 @@ def test_an_interval_from_rest_holds_nothing_finer_than_itself() -> None:
     assert before.tolist() == [0.4, np.inf, pytest.approx(0.2)]
 
 
-@pytest.mark.parametrize("effort", ["best", "fast"])
-def test_turns_of_one_arc_beside_a_weak_axis_keep_its_velocity(effort: str) -> None:
+def test_turns_of_one_arc_beside_a_weak_axis_keep_its_velocity() -> None:
     """Places that look at an arc of many turns alike missed where Y begins to go back: its velocity was passed by 13 %.
 
     Judged by differences; Y goes 4 r a turn, so that 7 turns take at least 42 s at 1 mm/s.
@@ -265,7 +262,7 @@ def test_turns_of_one_arc_beside_a_weak_axis_keep_its_velocity(effort: str) -> N
     }
     machine = Machine("weak", axes, period_s=0.001)
     program = read_text("G21 G90 G61 F8000\nG2 I1.5 P6\nG3 I-1.5 P1\nM2\n", "turns.nc")
-    setpoints = sample(plan_program(program, machine, PlanOptions(effort=effort))).collect()
+    setpoints = sample(plan_program(program, machine)).collect()
     assert setpoints.axes == "XY"
     x = np.column_stack([setpoints.position, np.zeros(len(setpoints))])
     assert used(x, machine) <= 1.001

@@ -94,7 +94,7 @@ def test_no_way_to_round_takes_less(seed: int) -> None:
         smooth_blocks(exact, machine),
         smooth_blocks(chunks, machine, all_of_them),
     ]
-    least = min(moving_s(list(plan_blocks(way, machine, "best"))) for way in ways)
+    least = min(moving_s(list(plan_blocks(way, machine))) for way in ways)
     assert motion_s(text, machine) <= (1.0 + 2e-4) * least
 
 
@@ -145,7 +145,7 @@ def test_where_chords_hold_nothing_or_programs_are_long_there_is_one_plan(
     else:
         monkeypatch.setattr(roundings, "BRIEF", 8)
         machine = load("xy-table")
-    expected = profiles(plan_blocks(smooth_blocks(program(text).chunks(), machine), machine, "best"))
+    expected = profiles(plan_blocks(smooth_blocks(program(text).chunks(), machine), machine))
     made = []
 
     def counted(*given: Any) -> Iterator[Trajectory]:
@@ -153,7 +153,7 @@ def test_where_chords_hold_nothing_or_programs_are_long_there_is_one_plan(
         return plan_blocks(*given)
 
     monkeypatch.setattr(roundings, "plan_blocks", counted)
-    found = profiles(roundings.plan_roundings(program(text).chunks(), machine, "best"))
+    found = profiles(roundings.plan_roundings(program(text).chunks(), machine))
     assert len(made) == 1
     assert all(np.array_equal(one, other) for one, other in zip(found, expected, strict=True))
 
@@ -171,7 +171,7 @@ def test_whether_a_program_is_short_is_no_matter_of_parts(size: int, monkeypatch
     columns = ("kind", "feed", "feed_mode", "path_mode", "tolerance", "curve", "line", "source")
     parts = replace(rows, end=ends, **{name: np.repeat(getattr(rows, name), 5) for name in columns})
     cut = [between(parts, k, min(k + size, len(parts))) for k in range(0, len(parts), size)]
-    seconds = [moving_s(list(roundings.plan_roundings(each, machine, "best"))) for each in ([rows], cut)]
+    seconds = [moving_s(list(roundings.plan_roundings(each, machine))) for each in ([rows], cut)]
     assert seconds[1] == pytest.approx(seconds[0], rel=1e-4)
 
 
@@ -186,7 +186,7 @@ def test_what_has_no_corners_is_planned_once(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(roundings, "plan_blocks", counted)
     chunks = program("G21 G91 G64 P0.001 F6000\nG2 X0 Y0 I1\nM2\n").chunks()
-    moving, by_chord = roundings.plan_times(list(roundings.plan_roundings(chunks, machine, "best")))
+    moving, by_chord = roundings.plan_times(list(roundings.plan_roundings(chunks, machine)))
     assert by_chord > 0.5 * moving
     assert len(made) == 1
 
@@ -195,7 +195,7 @@ def test_a_rounding_that_has_no_plan_is_passed_over(monkeypatch: pytest.MonkeyPa
     """The first plan stays where the others fail."""
     text, machine = turns(0)
     chunks = list(program(text).chunks())
-    first = profiles(plan_blocks(smooth_blocks(chunks, machine), machine, "best"))
+    first = profiles(plan_blocks(smooth_blocks(chunks, machine), machine))
     made = []
 
     def failing(*given: Any) -> Iterator[Trajectory]:
@@ -205,6 +205,6 @@ def test_a_rounding_that_has_no_plan_is_passed_over(monkeypatch: pytest.MonkeyPa
         return plan_blocks(*given)
 
     monkeypatch.setattr(roundings, "plan_blocks", failing)
-    found = profiles(roundings.plan_roundings(chunks, machine, "best"))
+    found = profiles(roundings.plan_roundings(chunks, machine))
     assert len(made) == 3
     assert all(np.array_equal(one, other) for one, other in zip(found, first, strict=True))
