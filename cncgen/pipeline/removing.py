@@ -73,6 +73,9 @@ def cut(
             found.extend(read.diagnostics)
     if found.has_errors:
         raise ProgramError(found)
+    if _setups(toolpaths) > 1:
+        text = f"the program has {_setups(toolpaths)} setups, and one stock is cut in one clamping"
+        raise UsageError(Diagnostic("cut-setups", text, hint="cut the workplan of each setup by itself"))
     if any(letter in axes for letter in "ABC"):
         text = "the program turns rotary axes; tools that lean are not cut yet, three axes alone are"
         raise UsageError(Diagnostic("cut-tilted", text))
@@ -112,6 +115,12 @@ def raw_stock(solids: Sequence[Solid]) -> Stock | None:
     return None
 
 
+def _setups(toolpaths: Sequence[Toolpath]) -> int:
+    """Return how many clampings a program has."""
+    numbers = {e.values["number"] for path in toolpaths for e in path.events if e.name == "setup"}
+    return max(len(numbers), 1)
+
+
 def _mesh_target(name: str) -> Target:
     from cncgen.removal.targets import MeshTarget
 
@@ -146,6 +155,8 @@ def coarse_findings(
     program = cut_program(data, name, replace(options, kinematics=None))
     piece = raw_stock(program.raw)
     if program.diagnostics.has_errors or piece is None or program.finished is None or len(program.axes) > 3:
+        return []
+    if _setups(program.toolpaths) > 1:
         return []
     cell = float((piece.high - piece.low)[:2].max()) / COARSE_COLUMNS
     return list(cut_toolpaths(program.toolpaths, piece, name, None, program.finished, cell).findings)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs, Piece
 from cncgen.stepnc.motion_lengths import motion_length
@@ -23,6 +24,8 @@ Floats = NDArray[np.float64]
 
 #: Chord tolerance of what has no word of its own, mm.
 CHORD = 1e-3
+#: Work offsets, in the order of setups.
+OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 #: Ranks (degree + 1) that G6.2 has.
 RANKS = (2, 3, 4)
 _PLANES = {0: ("G19", "JK"), 1: ("G18", "IK"), 2: ("G17", "IJ")}
@@ -80,6 +83,7 @@ class _GcodeWriter:
     _pitch: float = 0.0
     _tap: bool = False
     _tapped: bool = False
+    _probing: bool = False
     _direction: int = 0
     _coolant: tuple[bool, bool] = (False, False)
 
@@ -175,9 +179,9 @@ class _GcodeWriter:
             words = self._words(end, self._position if self._moved else None)
             self._moved = True
             if words:
-                yield " ".join(
-                    [*self._modes("G0" if mode == FeedMode.RAPID else "G1", mode, feed, pieces, words)]
-                )
+                code = "G38.2" if self._probing else "G1"
+                code = "G0" if mode == FeedMode.RAPID else code
+                yield " ".join([*self._modes(code, mode, feed, pieces, words)])
             self._position = end
 
     def _modes(self, code: str, mode: int, feed: float, pieces: int, words: list[str]) -> list[str]:
@@ -247,6 +251,10 @@ class _GcodeWriter:
         elif event.name == "synchronise":
             self._pitch, self._tapped = float(values.get("pitch_mm") or 0.0), False
             self._tap = bool(values.get("tap"))
+        elif event.name == "setup":
+            yield from self._work_offset(int(values["number"]), str(values["setup"]), values["origin_mm"])
+        elif event.name == "probe":
+            self._probing = bool(values.get("probing"))
         elif event.name == "dwell":
             yield f"G4 P{number(event.dwell_s)}"
         elif event.name == "stop":
@@ -266,6 +274,19 @@ class _GcodeWriter:
             yield " ".join(["G33.1" if self._tap else "G33", *words, f"K{number(self._pitch)}"])
             self._mode, self._tapped = -1, self._tap
             self._position = self._position if self._tap else end
+
+    def _work_offset(self, k: int, name: str, origin: list[float] | None) -> Iterator[str]:
+        """Select the work offset of a clamping; the machine has its origin."""
+        if k > len(OFFSETS):
+            text = f"the program has {k} setups or more, and G-code {len(OFFSETS)} work offsets"
+            raise UsageError(Diagnostic("stepnc-setups", text))
+        place = (
+            ""
+            if origin is None
+            else " at " + " ".join(f"{a}{number(v)}" for a, v in zip("XYZ", origin, strict=True))
+        )
+        yield comment(f"setup {name}: {OFFSETS[k - 1]}{place}")
+        yield OFFSETS[k - 1]
 
     def _tool(self, name: str) -> Iterator[str]:
         """Call a tool by its number; one without gets the next that is free."""

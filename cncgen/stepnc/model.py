@@ -277,6 +277,21 @@ class Shape:
 
 
 @dataclass(frozen=True, slots=True)
+class WorkSetup:
+    """A clamping of a program that has several.
+
+    Attributes:
+        number: From 1, in the order of the file: the work offset in G-code (1 is G54).
+        label: Its name.
+        origin: Where it stands on the machine, as the file has it, or None; motions do not have it in them.
+    """
+
+    number: int
+    label: str
+    origin: Matrix | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Workingstep:
     """An operation on a feature.
 
@@ -288,6 +303,7 @@ class Workingstep:
         security: Frame of the security plane seen from the machine (Z is its normal), or None.
         rapid: Whether all of it is rapid (RAPID_MOVEMENT).
         raw: Raw piece of the feature's workpiece, seen from the machine, or None.
+        setup: The clamping, None where the program has one alone.
     """
 
     ident: int
@@ -298,6 +314,7 @@ class Workingstep:
     security: Matrix | None = None
     rapid: bool = False
     raw: Solid | None = None
+    setup: WorkSetup | None = None
 
 
 @dataclass(frozen=True, slots=True)

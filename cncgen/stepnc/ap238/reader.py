@@ -20,7 +20,7 @@ from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entities, Entity, Skip
 from cncgen.stepnc.geometry.frames import Matrix, identity
 from cncgen.stepnc.geometry.solids import Solid
-from cncgen.stepnc.model import Executable, NcFunction, Operation, ProgramStructure, Workingstep
+from cncgen.stepnc.model import Executable, NcFunction, Operation, ProgramStructure, Workingstep, WorkSetup
 from cncgen.stepnc.part21 import Exchange
 
 
@@ -32,12 +32,14 @@ class Setting(NamedTuple):
         workpiece: Of the features, within `frame`.
         security: The setup's security plane, or None.
         raw: The raw piece, in the workpiece's frame, or None.
+        clamping: The setup, where the program has several.
     """
 
     frame: Matrix
     workpiece: Matrix
     security: Matrix | None
     raw: Solid | None = None
+    clamping: WorkSetup | None = None
 
 
 class Ap238Reader:
@@ -163,6 +165,8 @@ class Ap238Reader:
                 workpiece = self.setups.workpiece(setup)
                 inner = inner if workpiece is None else inner._replace(workpiece=workpiece)
             with suppress(Skip):
+                inner = inner._replace(clamping=self._clamping(setup))
+            with suppress(Skip):
                 inner = inner._replace(raw=self.setups.raw(setup) or inner.raw)
             with suppress(Skip):
                 plane = self.setups.security(setup)
@@ -174,6 +178,15 @@ class Ap238Reader:
         return ProgramStructure(
             entity.id, entity.text("name"), "workplan", tuple(c.id for c in children), inner
         )
+
+    def _clamping(self, setup: int) -> WorkSetup | None:
+        """Return a setup with its number among those of all workplans, None where it is the only one."""
+        plans = [i.id for i in self.exchange.instances("MACHINING_WORKPLAN")]
+        used = sorted({s for plan in plans for s in self.setups.of_plan(plan)})
+        if len(used) < 2:
+            return None
+        origin = next(iter(self.setups.origins(setup)), None)
+        return WorkSetup(used.index(setup) + 1, f"#{setup}", origin)
 
     def _note_origin(self, plan: Entity, setup: int) -> None:
         for origin in self.setups.origins(setup):
@@ -216,7 +229,8 @@ class Ap238Reader:
             entity.id, entity.text("name"), "rapid", self.toolpaths.read(entity.id, tilt), tilt=tilt
         )
         security = self._security(properties, frame, setting.security)
-        return Workingstep(entity.id, operation.label, operation, None, frame, security, rapid=True)
+        where = setting.clamping
+        return Workingstep(entity.id, operation.label, operation, None, frame, security, True, setup=where)
 
     def _probing(self, entity: Entity, properties: Properties, setting: Setting) -> Workingstep:
         """Return a probing that stands in a workplan without a workingstep."""
@@ -258,7 +272,16 @@ class Ap238Reader:
         raw = setting.raw
         if raw is not None:
             raw = raw.moved(elementary.product(outer, setting.workpiece))
-        return Workingstep(entity.id, entity.text("name"), operation, feature, frame, security, raw=raw)
+        return Workingstep(
+            entity.id,
+            entity.text("name"),
+            operation,
+            feature,
+            frame,
+            security,
+            raw=raw,
+            setup=setting.clamping,
+        )
 
     def needs_rotary(self) -> bool:
         """Tell whether a tool axis may leave the machine's Z: by tool axes, tool directions or tilted frames."""

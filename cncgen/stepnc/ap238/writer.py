@@ -311,6 +311,8 @@ class _Writer:
         elif event.name == "spindle" and "direction" in values:
             direction, speed = int(values["direction"]), float(values["speed_rpm"])
             self.state.spindle = -direction * speed / 60.0 if direction else 0.0
+        elif event.name == "setup":
+            self._function("display message", f"setup {values.get('setup', '')}")
         elif event.name == "synchronise":
             self.state.pitch = values.get("pitch_mm")
         elif event.name == "coolant":

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
-from cncgen.stepnc.model import CuttingTool, Workingstep
+from cncgen.stepnc.model import CuttingTool, Workingstep, WorkSetup
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +26,12 @@ class Canon:
 
     def workingstep(self, step: Workingstep) -> None:
         """Say which workingstep the next calls belong to."""
+
+    def setup(self, setup: WorkSetup) -> None:
+        """Say that positions are those of another clamping from now on."""
+
+    def probing(self, on: bool) -> None:
+        """Say that the lines from now on end where the probe touches, or that they do so no longer."""
 
     def source(self, ident: int) -> None:
         """Say which entity the next calls come from."""
@@ -118,6 +124,14 @@ class Printer(Canon):
     def begin(self, position: Floats) -> None:
         """Remember the position."""
         self._position = position
+
+    def setup(self, setup: WorkSetup) -> None:
+        """Print what rs274 prints of G54 to G59.3, the offset being zero."""
+        self._print(f"SET_G5X_OFFSET({setup.number}, {self._numbers(np.zeros(len(self._axes)))})")
+
+    def probing(self, on: bool) -> None:
+        """Print that the probe is on or off."""
+        self._print(f"TURN_PROBE_{'ON' if on else 'OFF'}()")
 
     def change_tool(self, tool: CuttingTool) -> None:
         """Print the calls of a tool change."""

@@ -13,7 +13,7 @@ from cncgen.geometry.tables import ArcTable, NurbsTable
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
 from cncgen.stepnc.geometry.solids import Solid
-from cncgen.stepnc.model import CuttingTool, Workingstep
+from cncgen.stepnc.model import CuttingTool, Workingstep, WorkSetup
 from cncgen.toolpath.building import RowBuilder, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
@@ -81,6 +81,16 @@ class Columns(Canon):
     def _event(self, name: str, rest: bool = False, dwell: float = 0.0, **values: object) -> None:
         self._flush()
         self._builder.event(Event(name, rest, dwell, values), self._line, 0)
+
+    def setup(self, setup: WorkSetup) -> None:
+        """Add an event with number, name and origin of the clamping."""
+        origin = None if setup.origin is None else setup.origin[:3, 3].tolist()
+        values: dict[str, Any] = {"number": setup.number, "setup": setup.label, "origin_mm": origin}
+        self._event("setup", True, **values)
+
+    def probing(self, on: bool) -> None:
+        """Add an event that says whether lines end where the probe touches."""
+        self._event("probe", probing=on)
 
     def change_tool(self, tool: CuttingTool) -> None:
         """Add a tool event."""

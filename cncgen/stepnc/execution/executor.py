@@ -100,6 +100,7 @@ class ProgramExecutor:
         self._standing: set[int] = set()
         self._moved = self._done = False
         self._connect: str | None = None
+        self._setup: int | None = None
 
     def run(self) -> Iterator[None]:
         """Execute; yields after every toolpath, so that what listens can hand on."""
@@ -229,6 +230,9 @@ class ProgramExecutor:
         operation = step.operation
         self._canon.workingstep(step)
         self._canon.source(operation.ident)
+        if step.setup is not None and step.setup.number != self._setup:
+            self._setup = step.setup.number
+            self._canon.setup(step.setup)
         paths = operation.paths
         if paths is None:
             paths = self._make_paths(step)
@@ -304,6 +308,10 @@ class ProgramExecutor:
             self._in_step(path, technology, pieces)
         elif around is not None and technology is not None and technology.feed is None:
             self._turned(pieces, around, technology)
+        elif step.operation.kind == "probing" and not rapid:
+            self._canon.probing(True)
+            machine.follow(pieces, rapid)
+            self._canon.probing(False)
         else:
             machine.follow(pieces, rapid)
         self._moved = True

@@ -25,6 +25,7 @@ from cncgen.stepnc.model import (
     Operation,
     ProgramStructure,
     Workingstep,
+    WorkSetup,
 )
 from cncgen.stepnc.part21 import Exchange, Ref, Value
 
@@ -51,11 +52,13 @@ class Setting:
         setup: Frame of the setup, seen from the machine: its_origin is a work offset, set at the machine.
         workpieces: Frame of each workpiece by its id, seen from the machine.
         security: The setup's security plane, seen from the machine, or None.
+        clamping: The setup, where the program has several.
     """
 
     setup: Matrix
     workpieces: dict[int, Matrix]
     security: Matrix | None
+    clamping: WorkSetup | None = None
 
 
 class Iso14649Reader:
@@ -203,7 +206,16 @@ class Iso14649Reader:
             if workpiece is not None:
                 workpieces[workpiece] = frame if place is None else elementary.product(frame, place)
         plane = self.placements.plane(setup.ref("its_secplane"), ident)
-        return Setting(frame, workpieces, None if plane is None else elementary.product(frame, plane))
+        security = None if plane is None else elementary.product(frame, plane)
+        return Setting(frame, workpieces, security, self._clamping(setup, origin))
+
+    def _clamping(self, setup: Entity, origin: Matrix | None) -> WorkSetup | None:
+        """Return a setup with its number among those of all workplans, None where it is the only one."""
+        plans = (self.entities.get(w.id) for w in self.exchange.instances("WORKPLAN"))
+        used = {int(v) for v in (p.get("its_setup") for p in plans) if isinstance(v, Ref)}
+        if len(used) < 2:
+            return None
+        return WorkSetup(sorted(used).index(setup.id) + 1, setup.text("its_id") or f"#{setup.id}", origin)
 
     def _workpiece_frame(self, setting: Setting, workpiece: int | None, owner: Entity) -> Matrix:
         if workpiece in setting.workpieces:
@@ -233,7 +245,9 @@ class Iso14649Reader:
         plane = self.placements.plane(entity.ref("its_secplane"), entity.id)
         security = setting.security if plane is None else elementary.product(frame, plane)
         operation = self.operations.read(entity.entity("its_operation"))
-        return Workingstep(entity.id, entity.text("its_id"), operation, feature, frame, security, raw=raw)
+        label = entity.text("its_id")
+        where = setting.clamping
+        return Workingstep(entity.id, label, operation, feature, frame, security, raw=raw, setup=where)
 
     def _feature_id(self, step: Entity) -> int | None:
         """Return the feature of a workingstep: of several, which turning may have, the first."""
@@ -264,7 +278,9 @@ class Iso14649Reader:
         operation = Operation(entity.id, entity.text("its_id"), "rapid", paths)
         plane = self.placements.plane(entity.ref("its_secplane"), entity.id)
         security = setting.security if plane is None else elementary.product(setting.setup, plane)
-        step = Workingstep(entity.id, operation.label, operation, None, setting.setup, security, rapid=True)
+        step = Workingstep(
+            entity.id, operation.label, operation, None, setting.setup, security, True, setup=setting.clamping
+        )
         tilt = self.operations.tilt(entity)
         return step if tilt is None else replace(step, operation=replace(operation, tilt=tilt))
 
