@@ -24,11 +24,19 @@ _BEFORE = rb"^(?P<before>(?:[^(;\n]|\([^)\n]*\))*?)"
 
 
 class _Doubt(NamedTuple):
-    """A sign (its group ``word`` is the place), and the remark on it."""
+    """A sign (its group ``word`` is the place), and the remark on it.
+
+    `within` stands in each such text in capitals; most have none, which is found sooner.
+    """
 
     sign: re.Pattern[bytes]
     message: str
     hint: str
+    within: re.Pattern[bytes] | None = None
+
+    def found(self, text: bytes, capitals: bytes) -> re.Match[bytes] | None:
+        """Return the first place in a text, which is given in capitals too."""
+        return self.sign.search(text) if self.within is None or self.within.search(capitals) else None
 
 
 _FANUC = (
@@ -36,6 +44,7 @@ _FANUC = (
         re.compile(_BEFORE + rb"(?P<word>G50)[ \t]*S\d", re.MULTILINE | re.IGNORECASE),
         "G50 ends scaling and S is the speed of the spindle; on lathes G50 S bounds the speed of G96",
         "--dialect fanuc-lathe reads lathes; on a mill G92 S bounds it",
+        re.compile(rb"G50"),
     ),
     _Doubt(
         re.compile(
@@ -44,12 +53,14 @@ _FANUC = (
         ),
         "U and W are axes of their own; on lathes they are distances along X and Z",
         "--dialect fanuc-lathe reads lathes; on a mill G91 makes X and Z distances",
+        re.compile(rb"[UW][ \t]*[-+.\d#\[]"),
     ),
 )
 _OKUMA = _Doubt(
     re.compile(_BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d", re.MULTILINE | re.IGNORECASE),
     "G15 H chooses a coordinate system on Okuma's controls, whose language is not read; here it ends polar coordinates",
     "post the program for FANUC: G54 in place of G15 H1, G43 H1 in place of G56 H1",
+    re.compile(rb"G1[56][ \t]*H"),
 )
 _LINUXCNC = (
     _Doubt(
@@ -59,18 +70,22 @@ _LINUXCNC = (
         ),
         "P is a dwell in seconds; FANUC's controls count it in milliseconds",
         "--dialect fanuc reads milliseconds; P0.5 waits half a second here",
+        re.compile(rb"P[ \t]*\d{3}"),
     ),
+)
+_WORDS_OF_SIEMENS = (
+    rb"CYCLE\d+[ \t]*\(|\bR\d+[ \t]*=|=[ \t]*[AI]C[ \t]*\(|\bGOTO[FBC]\b|\bMCALL\b|\bTRA(?:ORI|NS|FOOF)\b"
+    rb"|\bT[ \t]*=[ \t]*\"|\bDEF[ \t]+(?:REAL|INT|BOOL|STRING)\b|\bCR[ \t]*="
 )
 #: Lines that no dialect reads; each is an error, and this remark names their language.
 _SIEMENS = _Doubt(
     re.compile(
-        _BEFORE
-        + rb"(?P<word>CYCLE\d+[ \t]*\(|\bR\d+[ \t]*=|=[ \t]*[AI]C[ \t]*\(|\bGOTO[FBC]\b|\bMCALL\b|\bTRA(?:ORI|NS|FOOF)\b"
-        rb"|\bT[ \t]*=[ \t]*\"|\bDEF[ \t]+(?:REAL|INT|BOOL|STRING)\b|\bCR[ \t]*=)",
+        _BEFORE + rb"(?P<word>" + _WORDS_OF_SIEMENS + rb")",
         re.MULTILINE | re.IGNORECASE,
     ),
     "this is of SINUMERIK's own language, of which this dialect has BSPLINE alone",
     "--dialect sinumerik reads it",
+    re.compile(_WORDS_OF_SIEMENS),
 )
 _HEIDENHAIN = _Doubt(
     re.compile(
@@ -78,9 +93,8 @@ _HEIDENHAIN = _Doubt(
     ),
     "blocks that end in * are of Heidenhain's DIN/ISO, which is not read",
     "post the program as Heidenhain's plain language, or for FANUC or LinuxCNC",
+    re.compile(rb"\*[ \t]*\r?$", re.MULTILINE),
 )
-#: One of these stands in each such line; most texts have none, which is found sooner.
-_OF_SIEMENS = re.compile(rb"=|CYCLE|GOTO|MCALL|TRA|DEF", re.IGNORECASE)
 #: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
     re.compile(rb"(?P<word>;)[ \t]*(?:[nN]\d+[ \t]*)?[gmxyzfstGMXYZFST][ \t]*[-+.\d#\[]"),
@@ -114,13 +128,10 @@ def doubts(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockError]]:
     """Yield what is doubtful about a text, and the line where."""
     yield from small_feeds(source, dialect)
     head = source.data[:_HEAD]
-    found = []
-    if language_of(dialect) in BOTH and _OF_SIEMENS.search(head):
-        found.append((_SIEMENS, _SIEMENS.sign.search(head)))
-    if language_of(dialect) in BOTH and b"*" in head:
-        found.append((_HEIDENHAIN, _HEIDENHAIN.sign.search(head)))
-    for doubt in {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ()):
-        found.append((doubt, doubt.sign.search(head)))
+    capitals = head.upper()
+    asked = [*((_SIEMENS, _HEIDENHAIN) if language_of(dialect) in BOTH else ())]
+    asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
+    found = [(doubt, doubt.found(head, capitals)) for doubt in asked]
     if language_of(dialect) == "fanuc":
         found.append((_BEHIND_SEMICOLON, _BEHIND_SEMICOLON.sign.search(source.data)))
     for doubt, match in found:

@@ -26,8 +26,8 @@ LONG_S = 36_000.0
 _SLOW = 5.0 / 60.0
 #: Feed from which the time of every length is a number, mm/s.
 _LEAST = 1e-290
-#: The spelling of a feed below 1.
-_SMALL = re.compile(rb"[Ff][ \t]*0*\.(?=\d)|[Ff][ \t]*0+\.\d")
+#: The spellings of a feed below 1: one for each case, as a letter is found much sooner than one of two.
+_SMALL = re.compile(rb"F[ \t]*0*\.\d"), re.compile(rb"f[ \t]*0*\.\d")
 _COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*|\n")
 #: Words that decide on the meaning of F: modes, and codes whose F is a pitch or lead.
 _WORD = re.compile(
@@ -43,13 +43,12 @@ def small_feeds(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockErr
     if dialect in ("heidenhain", "sinumerik"):
         return
     data = source.data
-    first = _SMALL.search(data)
-    if first is None:
+    places = [match.start() for match in (pattern.search(data) for pattern in _SMALL) if match]
+    if not places:
         return
-    begin = max(0, data.rfind(b"\n", 0, max(0, first.start() - _BEFORE)) + 1)
-    text = _COMMENT.sub(
-        lambda m: m[0] if m[0] == b"\n" else b" " * len(m[0]), data[begin : first.start() + _BEFORE]
-    )
+    first = min(places)
+    begin = max(0, data.rfind(b"\n", 0, max(0, first - _BEFORE)) + 1)
+    text = _COMMENT.sub(lambda m: m[0] if m[0] == b"\n" else b" " * len(m[0]), data[begin : first + _BEFORE])
     mode, unit = 95 if dialect == LATHE else 94, 1.0
     pitched = False
     for match in _WORD.finditer(text):

@@ -15,6 +15,7 @@ if cython.compiled:
     from cython.cimports.cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined, operator_at
 else:
     from cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined, operator_at
+from cncgen.kernels.gcode_marks import AFTER, ARGUMENTS, KEYWORD, KEYWORDS, LABEL, LINE, OFFSET, OTHER, TARGET
 
 #: Flags of a block (`gcode_scan`).
 _COMMENT = cython.declare(cython.int, 2)
@@ -45,6 +46,37 @@ _LOGIC = cython.declare(cython.int, 1)
 _ATAN = cython.declare(cython.uint, 1 << 15 | 20 << 10 | 1 << 5 | 14)
 _LONGEST = cython.declare(cython.int, 6)
 
+#: Lines after which a jump back ends a run, so that rows are taken away and endless loops seen.
+PAUSE = 1024
+_PAUSE = cython.declare(cython.Py_ssize_t, PAUSE)
+#: Local numbered parameters of a subroutine, from #1 on, and units of work of a call (`budget.CALL`).
+_LOCALS = cython.declare(cython.int, 30)
+_CALL_UNITS = cython.declare(cython.int, 12)
+#: Columns of a row of `gcode_marks`, and its keywords.
+_OFFSET = cython.declare(cython.int, OFFSET)
+_LINE = cython.declare(cython.int, LINE)
+_ARGUMENTS = cython.declare(cython.int, ARGUMENTS)
+_AFTER = cython.declare(cython.int, AFTER)
+_KEYWORD = cython.declare(cython.int, KEYWORD)
+_LABEL = cython.declare(cython.int, LABEL)
+_TARGET = cython.declare(cython.int, TARGET)
+_OTHER = cython.declare(cython.int, OTHER)
+_IF = cython.declare(cython.int, KEYWORDS["if"])
+_WHILE = cython.declare(cython.int, KEYWORDS["while"])
+_REPEAT = cython.declare(cython.int, KEYWORDS["repeat"])
+_DO = cython.declare(cython.int, KEYWORDS["do"])
+_ELSEIF = cython.declare(cython.int, KEYWORDS["elseif"])
+_ELSE = cython.declare(cython.int, KEYWORDS["else"])
+_ENDIF = cython.declare(cython.int, KEYWORDS["endif"])
+_ENDWHILE = cython.declare(cython.int, KEYWORDS["endwhile"])
+_ENDREPEAT = cython.declare(cython.int, KEYWORDS["endrepeat"])
+_BREAK = cython.declare(cython.int, KEYWORDS["break"])
+_CONTINUE = cython.declare(cython.int, KEYWORDS["continue"])
+_SUB = cython.declare(cython.int, KEYWORDS["sub"])
+_ENDSUB = cython.declare(cython.int, KEYWORDS["endsub"])
+_RETURN = cython.declare(cython.int, KEYWORDS["return"])
+_CALL = cython.declare(cython.int, KEYWORDS["call"])
+
 
 @cython.cfunc
 def _fill_tables() -> cython.void:
@@ -71,8 +103,48 @@ def _is_letter(c: cython.int) -> cython.bint:
 
 
 @cython.cclass
+class Frame:
+    """A call in progress.
+
+    Attributes:
+        back: The line that it goes back to (`labels.Cursor`).
+        label: Of the subroutine called.
+        numbers, named: Local parameters of the caller, put back at the end.
+        values: Numbered parameters that each time begins with; None where those of the caller go on.
+        again: Where a program called by its number begins, and how often it is still to run after this time; None for a subroutine.
+        doing: Labels of DO loops under way.
+        left: Rounds left of REPEAT loops, by label.
+        saved, restore: Modal state that M70 or M73 kept here; whether the end of the call brings it back.
+        modal: Whether G66 called it.
+    """
+
+    back = cython.declare(object, visibility="public")
+    label = cython.declare(object, visibility="public")
+    numbers = cython.declare(list, visibility="public")
+    named = cython.declare(dict, visibility="public")
+    values = cython.declare(list, visibility="public")
+    again = cython.declare(object, visibility="public")
+    doing = cython.declare(set, visibility="public")
+    left = cython.declare(dict, visibility="public")
+    saved = cython.declare(object, visibility="public")
+    restore = cython.declare(cython.bint, visibility="public")
+    modal = cython.declare(cython.bint, visibility="public")
+
+    def __init__(self, back, label, numbers, named, values):
+        self.back = back
+        self.label = label
+        self.numbers = numbers
+        self.named = named
+        self.values = values
+        self.again = self.saved = None
+        self.doing = set()
+        self.left = {}
+        self.restore = self.modal = False
+
+
+@cython.cclass
 class Computer:
-    """A place in a text, and the columns that its lines go to.
+    """A place in a text, and the columns that its lines go to. O-words are followed once `follow` has given their rows.
 
     Args:
         data: The text, bytes or a map of a file; `text` is the same as a buffer.
@@ -84,6 +156,11 @@ class Computer:
     Attributes:
         blocks: How many blocks stand in the columns; whoever takes them sets it to 0.
         line: Number of the first line not read.
+        lines, units: How many lines the last run read, and units of work that its calls were beside them.
+        meets: Whether the last run ended at an O-word of a text whose rows are not given.
+        back: The O-word, by offset and line, whose jump back ended the last run, or None; `away`, where it led to in another text.
+        reached, reached_line: The first line that was never reached outside of calls.
+        since: Lines read since that line, or since whoever looks set it to 0.
     """
 
     data = cython.declare(object)
@@ -107,6 +184,26 @@ class Computer:
     name = cython.declare(object)
     everywhere = cython.declare(cython.bint)
     settings = cython.declare(list)
+    lines = cython.declare(cython.Py_ssize_t, visibility="public")
+    units = cython.declare(cython.Py_ssize_t, visibility="public")
+    meets = cython.declare(cython.bint, visibility="public")
+    back = cython.declare(object, visibility="public")
+    away = cython.declare(object, visibility="public")
+    reached = cython.declare(cython.Py_ssize_t, visibility="public")
+    reached_line = cython.declare(cython.longlong, visibility="public")
+    since = cython.declare(cython.Py_ssize_t, visibility="public")
+    parameters = cython.declare(object)
+    frames = cython.declare(list)
+    outermost = cython.declare(object)
+    cursor = cython.declare(object)
+    deepest = cython.declare(cython.Py_ssize_t)
+    source = cython.declare(object)
+    rows: cython.longlong[:, ::1]
+    labels = cython.declare(list)
+    count = cython.declare(cython.Py_ssize_t)
+    row = cython.declare(cython.Py_ssize_t)
+    next = cython.declare(cython.Py_ssize_t)
+    next_line = cython.declare(cython.longlong)
 
     def __init__(self, data, text, numbers, named, reserved, columns):
         self.data = data
@@ -126,24 +223,77 @@ class Computer:
         self.name = None
         self.everywhere = False
         self.settings = []
+        self.frames = []
+        self.reached = self.reached_line = self.since = 0
+        self.labels = []
+        self.count = self.row = self.next = self.next_line = 0
+
+    def follow(self, marks, parameters, frames, outermost, cursor, deepest, source):
+        """Follow O-words from now on.
+
+        Args:
+            marks: `gcode_marks.Marks` of the text.
+            parameters: Whose `local` are the named parameters of the call in progress.
+            frames, outermost: The calls in progress, the innermost last, and the record of the main program below them.
+            cursor: Makes a place of source, offset and line.
+            deepest: How many calls may be in progress.
+            source: Number of the text.
+        """
+        self.rows, self.count, self.labels = marks.rows, marks.count, marks.labels
+        self.parameters, self.frames, self.outermost = parameters, frames, outermost
+        self.cursor, self.deepest, self.source = cursor, deepest, source
 
     def run(self, offset: cython.Py_ssize_t, line: cython.longlong, local: dict) -> cython.Py_ssize_t:
         """Read lines from `offset` on until one is not certain, a column is full, or the text ends.
 
         Settings are done, blocks go to the columns, behind those that stand there. `local` are the named parameters of the
-        subroutine in force. Returns the offset of the first line not read.
+        subroutine in force. When `since` is `PAUSE`, the next jump back ends the run. Returns the offset of the first line not read.
         """
+        c: cython.int
+        flags: cython.int
+        top: cython.bint
         words: cython.Py_ssize_t = self.word_end[self.blocks - 1] if self.blocks > 0 else 0
         self.local = local
+        self.lines = self.units = 0
+        self.meets = False
+        self.back = self.away = None
         while offset < self.text.shape[0] and self.blocks < self.block_line.shape[0]:
             self.i = offset
             self.certain = True
             self.depth = 0
-            words = self._line(words, offset, line)
-            if not self.certain:
+            flags = 0
+            top = len(self.frames) == 0
+            c = self._byte()
+            if c | 32 == 110:
+                self._line_number()
+                flags = _NUMBERED
+                c = self._byte()
+            if c | 32 == 111 and self.certain:
+                self.meets = self.count == 0
+                if not self._flow(offset, line):
+                    break
+                self.lines += 1
+                if top and self.rows[self.row, _AFTER] > self.reached:
+                    self.reached, self.reached_line = self.rows[self.row, _AFTER], line + 1
+                    self.since = -self.lines
+                if self.away is not None:
+                    break
+                if self.next <= offset and self.since + self.lines >= _PAUSE:
+                    self.back = (offset, line)
+                offset, line = self.next, self.next_line
+            else:
+                words = self._line(words, offset, line, flags)
+                if not self.certain:
+                    break
+                self.lines += 1
+                offset = self.i + 1
+                line += 1
+            if offset > self.reached and len(self.frames) == 0:
+                self.reached, self.reached_line = offset, line
+                self.since = -self.lines
+            if self.back is not None:
                 break
-            offset = self.i + 1
-            line += 1
+        self.since += self.lines
         self.line = line
         return offset
 
@@ -248,20 +398,20 @@ class Computer:
 
     @cython.cfunc
     def _line(
-        self, first: cython.Py_ssize_t, offset: cython.Py_ssize_t, line: cython.longlong
+        self,
+        first: cython.Py_ssize_t,
+        offset: cython.Py_ssize_t,
+        line: cython.longlong,
+        flags: cython.int,
     ) -> cython.Py_ssize_t:
         """Read the line here, its words into the columns from `first` on; return where the next block's words go."""
         words: cython.Py_ssize_t = first
-        flags: cython.int = 0
         given: cython.uint = 0
         bit: cython.uint
         value: cython.double
-        c: cython.int = self._byte()
+        c: cython.int
         if self.settings:
             self.settings.clear()
-        if c | 32 == 110:
-            self._line_number()
-            flags = _NUMBERED
         while self.certain:
             c = self._byte()
             if _is_letter(c):
@@ -317,6 +467,203 @@ class Computer:
                 and _M_TAKEN[cython.cast(cython.int, value)] != 0
             )
         return True
+
+    # O-words.
+
+    @cython.cfunc
+    def _flow(self, offset: cython.Py_ssize_t, line: cython.longlong) -> cython.bint:
+        """Follow the O-word of the line at `offset` to the next line; tell whether it is certain where that is.
+
+        `flow.o_words` defines the O-words; here they are followed by the rows that they lead to.
+        """
+        keyword: cython.longlong
+        target: cython.longlong
+        value: cython.double = 0.0
+        given: cython.bint
+        m: cython.Py_ssize_t = self._row_of(offset)
+        if m < 0:
+            return False
+        self.row = m
+        keyword, target = self.rows[m, _KEYWORD], self.rows[m, _TARGET]
+        if target < 0 and not (keyword == _WHILE and self.rows[m, _OTHER] >= 0):
+            return False
+        self.i = self.rows[m, _ARGUMENTS]
+        if keyword == _CALL:
+            return self._call(m, line)
+        if keyword == _ENDSUB or keyword == _RETURN:
+            return self._leave(m, keyword == _RETURN)
+        given = self._byte() == 91
+        if given:
+            value = self._bracket()
+        if not self._ends() or given != (
+            keyword == _IF or keyword == _ELSEIF or keyword == _WHILE or keyword == _REPEAT
+        ):
+            return False
+        self._behind(m, line)
+        if keyword == _ENDIF or (keyword == _IF and value != 0.0):
+            return True
+        if keyword == _ELSE or keyword == _ELSEIF or keyword == _SUB:
+            self._behind(target, self.rows[target, _LINE])
+            return True
+        if keyword == _IF:
+            return self._branch(target)
+        if keyword == _ENDWHILE or keyword == _CONTINUE:
+            self._at(target)
+            return True
+        return self._round(m, keyword, target, value)
+
+    @cython.cfunc
+    def _branch(self, target: cython.longlong) -> cython.bint:
+        """Go into the first branch behind an IF that does not hold whose condition does."""
+        value: cython.double
+        while self.rows[target, _KEYWORD] == _ELSEIF:
+            self.i = self.rows[target, _ARGUMENTS]
+            if self._byte() != 91:
+                return False
+            value = self._bracket()
+            if not self._ends():
+                return False
+            if value != 0.0:
+                break
+            target = self.rows[target, _OTHER]
+            if target < 0:
+                return False
+        self._behind(target, self.rows[target, _LINE])
+        return True
+
+    @cython.cfunc
+    def _round(
+        self, m: cython.Py_ssize_t, keyword: cython.longlong, target: cython.longlong, value: cython.double
+    ) -> cython.bint:
+        """Begin a loop, go round or leave it; the next line is the one behind unless something else is said."""
+        frame: Frame = self.frames[len(self.frames) - 1] if self.frames else self.outermost
+        label = self.labels[self.rows[m, _LABEL]]
+        doing: set = frame.doing
+        left: dict = frame.left
+        rounds: cython.longlong
+        if keyword == _WHILE:
+            if doing and label in doing:
+                target = self.rows[m, _OTHER]
+                if target < 0:
+                    return False
+                if value != 0.0:
+                    self._behind(target, self.rows[target, _LINE])
+                else:
+                    doing.discard(label)
+                return True
+            if target < 0 or self.rows[m, _OTHER] >= 0:
+                return False
+            if value == 0.0:
+                self._behind(target, self.rows[target, _LINE])
+        elif keyword == _DO:
+            doing.add(label)
+        elif keyword == _BREAK:
+            doing.discard(label)
+            left.pop(label, None)
+            self._behind(target, self.rows[target, _LINE])
+        else:
+            if label in left:
+                rounds = left[label] - 1
+            elif keyword == _ENDREPEAT:
+                rounds = 0
+            elif value == floor(value) and fabs(value) <= _LARGEST:
+                rounds = cython.cast(cython.longlong, value)
+            else:
+                return False
+            if rounds > 0:
+                left[label] = rounds
+            else:
+                left.pop(label, None)
+            if (rounds > 0) == (keyword == _ENDREPEAT):
+                self._behind(target, self.rows[target, _LINE])
+        return True
+
+    @cython.cfunc
+    def _call(self, m: cython.Py_ssize_t, line: cython.longlong) -> cython.bint:
+        """Begin a call of a subroutine of this text."""
+        value: cython.double
+        target: cython.longlong = self.rows[m, _TARGET]
+        values: list = []
+        while self.certain and self._byte() == 91:
+            value = self._bracket()
+            values.append(value)
+        if not self._ends() or len(values) > _LOCALS or len(self.frames) >= self.deepest:
+            return False
+        values.extend([0.0] * (_LOCALS - len(values)))
+        callers = self.numbers[1 : _LOCALS + 1]
+        label = self.labels[self.rows[m, _LABEL]]
+        back = self.cursor(self.source, self.rows[m, _AFTER], line + 1)
+        self.frames.append(Frame(back, label, callers, self.local, values))
+        self.numbers[1 : _LOCALS + 1] = values
+        self.parameters.local = self.local = {}
+        self.units += _CALL_UNITS
+        self._behind(target, self.rows[target, _LINE])
+        return True
+
+    @cython.cfunc
+    def _leave(self, m: cython.Py_ssize_t, anywhere: cython.bint) -> cython.bint:
+        """End the innermost call, where nothing but its caller's parameters is to be put back."""
+        value: cython.double = 0.0
+        given: cython.bint = self._byte() == 91
+        if given:
+            value = self._bracket()
+        if not self._ends() or not self.frames:
+            return False
+        frame: Frame = self.frames[len(self.frames) - 1]
+        if frame.again is not None or frame.restore or frame.values is None:
+            return False
+        if not anywhere and frame.label != self.labels[self.rows[m, _LABEL]]:
+            return False
+        self.frames.pop()
+        self.numbers[1 : _LOCALS + 1] = frame.numbers
+        self.parameters.local = self.local = frame.named
+        self.named["_value"] = value
+        self.named["_value_returned"] = 1.0 if given else 0.0
+        back = frame.back
+        if back[0] == self.source:
+            self.next, self.next_line = back[1], back[2]
+        else:
+            self.away = back
+        return True
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _row_of(self, offset: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Return the row of the O-word of the line at `offset`, -1 where it has none: mostly the one behind the last."""
+        low: cython.Py_ssize_t = self.row + 1
+        high: cython.Py_ssize_t = self.count
+        middle: cython.Py_ssize_t
+        if low < high and self.rows[low, _OFFSET] == offset:
+            return low
+        low = 0
+        while low < high:
+            middle = (low + high) // 2
+            if self.rows[middle, _OFFSET] < offset:
+                low = middle + 1
+            else:
+                high = middle
+        return low if low < self.count and self.rows[low, _OFFSET] == offset else -1
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _ends(self) -> cython.bint:
+        """Tell whether nothing but comments stands in the rest of the line."""
+        self._remarks()
+        return self.certain and self._byte() == 10
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _at(self, m: cython.longlong) -> cython.void:
+        """Go on at the line of a row."""
+        self.next, self.next_line = self.rows[m, _OFFSET], self.rows[m, _LINE]
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _behind(self, m: cython.longlong, line: cython.longlong) -> cython.void:
+        """Go on behind the line of a row."""
+        self.next, self.next_line = self.rows[m, _AFTER], line + 1
 
     # Parameters.
 

@@ -1,4 +1,4 @@
-; expect fanuc 3:1:too-many-steps
+; expect fanuc 5:1:too-many-steps
 #1=1
 WHILE[#1EQ1]DO1
 #2=#2+1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -16,14 +17,16 @@ from cncgen.gcode import canon
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import CountingSink
+from cncgen.gcode.sinks.printing import PrintingSink
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text import grammar
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.lanes import PlainBlocks
-from cncgen.kernels import gcode_arithmetic, gcode_values
+from cncgen.kernels import gcode_arithmetic, gcode_marks, gcode_values
 from cncgen.toolpath.reading import ReadOptions
+from trials.generators.gcode_bodies import body, ways
 from trials.peer_cases import peer_cases
 
 from ..kernels.plain import uncompiled
@@ -241,3 +244,64 @@ def test_calls_come_in_the_order_of_the_program(tmp_path: Path) -> None:
         "STRAIGHT_FEED(1.0000, 2.0000, 0.0000, 0.0000, 0.0000, 0.0000)",
         "FLOOD_ON()",
     ]
+
+
+def printed(text: str, *, batches: bool) -> list[str]:
+    """Return the canonical calls of a program, with lines, and what is said about it."""
+    source, found = Source(text.encode(), "t"), Diagnostics()
+    sink = PrintingSink(lambda index, offset: source.text_at(offset))
+    for _ in Runner(source, ReadOptions(dialect="linuxcnc"), sink, found, batches=batches).run():
+        pass
+    return [*sink.take(), *(diagnostic.render() for diagnostic in found)]
+
+
+#: O-words whose labels stand twice, cross, are missing, are computed, or whose keywords are wrong.
+ODD = [
+    "o1 if [#1]\nG1 X1\no1 endif\no1 if [1]\nG1 X2\no1 endif",
+    "o1 if [0]\no2 if [1]\nG1 X1\no1 endif\nG1 X2\no2 endif",
+    "o1 if [0]\nG1 X1\no1 elseif [1]\nG1 X2\no1 else\nG1 X3\nG1 X4",
+    "o1 else\nG1 X1\no1 endif",
+    "o1 sub\no1 if [#1]\nG1 X#1\no1 return [5]\no1 endif\nG1 Y1\no1 endsub\no1 call [2]\no1 call\nG1 Z#<_value>",
+    "o1 sub\nG1 X1\no2 endsub\no1 call",
+    "o1 call\no1 sub\nG1 X1\no1 endsub\no1 sub\nG1 X2\no1 endsub\no1 call",
+    "o1 do\n#1=[#1+1]\no1 while [#1 lt 3]\no1 do\nG1 X1\no1 while [0]",
+    "o1 do\nG1 X1\no1 endwhile\no1 while [0]",
+    "o1 repeat [2.4]\nG1 X1\no2 repeat [-1]\nG1 X2\no2 endrepeat\no1 endrepeat",
+    "o1 repeat [3]\nG1 X1\no2 repeat [2]\no1 continue\no2 endrepeat\no1 endrepeat",
+    "o1 while [#1 lt 3]\n#1=[#1+1]\no2 if [#1 eq 2]\no1 break\no2 endif\nG1 X#1\no1 endwhile",
+    "o1 break\nG1 X1",
+    "o<a B> sub\nG1 X#1\no<ab> endsub\nO < a b > CALL [3] (x)\no<7> repeat [2]\nG1 Y1\no7 endrepeat",
+    "#1=7\no[#1] if [1]\nG1 X1\no7 endif\no8 if [0]\nG1 X2\no8 endif",
+    "#1=2\no2 sub\nG1 X1\no2 endsub\no[#1] call\no1 if [1]\no[#1] call\no1 endif",
+    "o1 if [0]\nG1 X1\no1 endifx\nG1 X2\no1 endif",
+    "o1 if [0]\nG1 X1\n/o1 else\nG1 X2\nN5 o1 endif (x)\no9 while\no9 endwhile",
+    "o1 sub\nG1 X[#1]\no2 if [#1 gt 1]\no1 call [#1-1]\no2 endif\nG1 Y#1\no1 endsub\no1 call [5]",
+    "o1 sub\no1 call\no1 endsub\no1 call\nG1 X1",
+    "o1 if [1/0]\nG1 X1\no1 else [3]\nG1 X2\no1 endif [2]\no1 if\no1 endif",
+    "#1=1\no1 while [#1]\no2 sub\no2 endsub\nG1 X1\n#1=0\no1 endwhile",
+]
+
+
+@pytest.mark.parametrize("text", ODD)
+def test_o_words_that_are_followed_lead_where_the_labels_say(text: str) -> None:
+    whole = f"F100\n{text}\nM2\n"
+    assert printed(whole, batches=True) == printed(whole, batches=False)
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_random_bodies_lead_where_the_labels_say(number: int) -> None:
+    seed = random.randrange(1_000_000)
+    print(f"seed {seed}")
+    dice = random.Random(seed)
+    bodies = [body(dice, k, number == 1, number == 2) for k in range(4)]
+    for name, text, file in ways(bodies, "random_body", number == 2):
+        if not file:
+            assert printed(text, batches=True) == printed(text, batches=False), name
+        data = text.encode()
+        compiled, plain = (kernel.Marks(data, memoryview(data)) for kernel in (gcode_marks, PLAIN_MARKS))
+        assert compiled.certain
+        assert (compiled.count, compiled.labels) == (plain.count, plain.labels)
+        assert compiled.rows.tolist() == plain.rows.tolist()
+
+
+PLAIN_MARKS = uncompiled("gcode_marks")

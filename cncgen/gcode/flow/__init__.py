@@ -1,9 +1,8 @@
 """The order in which lines are executed: straight on, in loops and branches, in subroutines and macros.
 
-running      `Runner`, one run of a program: alternates between the two below until the program ends
-stream       lines that are reached for the first time, in the order of the text
-walking      lines that run again: a jump back, or a subroutine. They are kept as `nodes`, whose O-words have their jumps
-             resolved once (`successors`)
+running      `Runner`, one run of a program
+course       line after line, wherever they lead: scanned, computed while they are read, or parsed and kept
+computing    lines that a kernel computes while it reads them, O-words that lead to written labels among them
 pending      plain blocks that are read and not yet run, in columns; `batches` hands them to a kernel
 compiling    makes a function of a parsed block; `executing` has the interpreter execute one
 o_words      O-words: `branches` (IF, WHILE, REPEAT …) and `sub_words` (SUB, CALL, RETURN), by the labels of `subroutines`

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Value
@@ -11,9 +10,9 @@ from cncgen.gcode.budget import CALL
 from cncgen.gcode.errors import Astray, BlockError
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor, Label
+from cncgen.kernels.gcode_values import Frame
 
 if TYPE_CHECKING:
-    from cncgen.gcode.codes.saved import Saved
     from cncgen.gcode.interpreter import Interpreter
 
 #: Local numbered parameters: the arguments of a subroutine, #1 to #30, of a macro, #1 to #33.
@@ -21,47 +20,18 @@ LOCALS = 30
 MACRO_LOCALS = 33
 
 
-@dataclass(slots=True)
-class Frame:
-    """A call.
+class Calls:
+    """The stack of calls.
 
     Attributes:
-        back: The line that it goes back to.
-        label: Of the subroutine called.
-        numbers, named: Local parameters of the caller, put back at the end.
-        again: Where a program called by its number begins, and how often it is still to run after this time.
-        doing: Labels of DO loops under way.
-        left: Rounds left of REPEAT loops, by label.
-        saved, restore: Modal state that M70 or M73 kept here; whether the end of the call brings it back.
-        values: Numbered parameters that each time begins with; None where those of the caller go on.
-        modal: Whether G66 called it.
+        frames: The calls in progress; the kernel of `computing` begins and ends some.
+        outermost: The record of the main program, below them.
     """
-
-    back: Cursor
-    label: Label
-    numbers: list[float]
-    named: dict[str, float]
-    again: tuple[Cursor, int] | None = None
-    doing: set[Label] = field(default_factory=set)
-    left: dict[Label, int] = field(default_factory=dict)
-    saved: Saved | None = None
-    restore: bool = False
-    values: list[float] | None = None
-    modal: bool = False
-
-    @property
-    def by_number(self) -> bool:
-        """Whether a program was called by its number (M98, G65, G66), not a subroutine."""
-        return self.again is not None
-
-
-class Calls:
-    """The stack of calls; the record of the main program stands below it."""
 
     def __init__(self, ip: Interpreter) -> None:
         self.ip = ip
         self.frames: list[Frame] = []
-        self._main = Frame(Cursor(0, 0, 0), 0.0, [], {})
+        self.outermost = Frame(Cursor(0, 0, 0), 0.0, [], {}, None)
         self._locals = MACRO_LOCALS if ip.dialect == "fanuc" else LOCALS
         #: Runs the blocks that wait, where the machine's state is about to change.
         self.flush: Callable[[], None] = lambda: None
@@ -69,12 +39,12 @@ class Calls:
     @property
     def frame(self) -> Frame:
         """Return the innermost call, or the record of the main program."""
-        return self.frames[-1] if self.frames else self._main
+        return self.frames[-1] if self.frames else self.outermost
 
     @property
     def records(self) -> list[Frame]:
         """Return the records of the main program and of all calls in progress."""
-        return [self._main, *self.frames]
+        return [self.outermost, *self.frames]
 
     def enter(self, label: Label, back: Cursor, values: list[float] | None) -> Frame:
         """Begin a call with these local parameters (None: the numbered ones of the caller go on).
@@ -92,7 +62,7 @@ class Calls:
                 )
             )
         parameters = self.ip.parameters
-        frame = Frame(back, label, parameters.numbers[1 : self._locals + 1], parameters.local, values=values)
+        frame = Frame(back, label, parameters.numbers[1 : self._locals + 1], parameters.local, values)
         self.frames.append(frame)
         parameters.local = {}
         if values is not None:

@@ -22,7 +22,7 @@ from cncgen.toolpath.reading import ReadOptions
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """The parts that `Stream` and `Walker` share.
+    """The parts of a run.
 
     Attributes:
         sources: The texts: the main program, then files in the order in which they were called.

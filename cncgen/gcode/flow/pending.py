@@ -10,13 +10,13 @@ from cncgen.gcode.block import Flow
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.batches import Batches
 from cncgen.gcode.flow.compiling import Compiler
+from cncgen.gcode.flow.computing import Computing, LinesRead
 from cncgen.gcode.flow.executing import Executor
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import Source
-from cncgen.gcode.text.computing import Computing
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, comment_of
+from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, comment_of, empty_block
 from cncgen.kernels import gcode_scan
 
 
@@ -44,18 +44,13 @@ class PendingBlocks:
         self._plain = PlainBlocks()
         self._batches = Batches(ip, self._plain) if batches else None
         self._computing = (
-            Computing(ip.parameters, sources, self._plain) if batches and ip.dialect == "linuxcnc" else None
+            Computing(compiler.flow, sources, self._plain) if batches and ip.dialect == "linuxcnc" else None
         )
 
     @property
     def count(self) -> int:
         """How many blocks are pending."""
         return self._plain.count
-
-    @property
-    def computes(self) -> bool:
-        """Whether lines are computed while they are read, in this dialect."""
-        return self._computing is not None
 
     def scan(self, here: Cursor) -> tuple[Cursor, int]:
         """Read plain blocks from a line on, in place of those that stand here; as `PlainBlocks.scan`."""
@@ -65,18 +60,21 @@ class PendingBlocks:
         """Tell whether a pending block has a word."""
         return self._plain.count > 0 and self._plain.word_end[self._plain.count - 1] > 0
 
-    def compute(self, here: Cursor) -> tuple[Cursor, int]:
-        """Read on, from a line, lines that are computed; return the first one that is not, and how many blocks came.
-
-        The cursor is `here` itself where there is none.
-        """
+    def compute(self, here: Cursor, reached: Cursor, since: int) -> LinesRead | None:
+        """Read on, from a line, lines that are computed, as `Computing.read`; None where it is not such a line."""
         if self._computing is None:
-            return here, 0
+            return None
         plain = self._plain
         if plain.count and (plain.source != here.source or plain.count == BLOCKS):
             self.flush()
-        before = plain.count
-        return self._computing.read(here), plain.count - before
+        found = self._computing.read(here, reached, since)
+        if found is not None:
+            self._ip.budget.forward = found.reached.line
+            if found.back is not None:
+                self._ip.base.block = empty_block(found.back)
+            self._ip.budget.count(found.others)
+            self._ip.budget.spend(found.units)
+        return found
 
     def flow(self, here: Cursor) -> tuple[Flow, Cursor] | None:
         """Return the O-word of a line with its values, and the next line; None where there is none for certain."""

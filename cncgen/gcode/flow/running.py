@@ -1,4 +1,4 @@
-"""Running a program from its first line to its end: `stream` where it goes forward, `walking` where it jumps back or away."""
+"""Running a program from its first line to its end."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.doubts import doubts, remarks_on
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
+from cncgen.gcode.flow.course import Course
 from cncgen.gcode.flow.parts import assemble
-from cncgen.gcode.flow.stream import Stream
-from cncgen.gcode.flow.walking import Walker
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.parameters import write_parameters
@@ -59,8 +58,7 @@ class Runner:
         )
         self.sources = self._parts.sources
         self.ip = self._parts.ip
-        self._stream = Stream(self._parts)
-        self._walker = Walker(self._parts, self._stream)
+        self._course = Course(self._parts)
 
     def run(self) -> Iterator[None]:
         """Run to the end; yields now and then, so that rows can be taken away."""
@@ -84,23 +82,13 @@ class Runner:
         """Run until the program ends; where it leads nowhere, go on at the first line not reached yet."""
         while not self.ip.state.ended:
             try:
-                yield from self._run_on()
+                yield from self._course.run()
                 return
             except Astray as astray:
                 self._parts.pending.flush()
                 if astray.error is not None:
                     self._parts.faults.here(astray.error)
-                self._parts.control.calls.give_up()
-
-    def _run_on(self) -> Iterator[None]:
-        ip, stream = self.ip, self._stream
-        while not ip.state.ended:
-            target = stream.advance()
-            if stream.exhausted:
-                return
-            yield
-            if target is not None and not ip.state.ended:
-                yield from self._walker.walk(target)
+                self._course.resume()
 
     def _say_dialect(self) -> None:
         """Note which dialect was chosen, where something in the text decided it, and what another control would read."""
@@ -120,7 +108,7 @@ class Runner:
     def _finish(self) -> None:
         """Say what is missing at the end of the text, and keep the parameters where asked."""
         source, parts = self.sources[0], self._parts
-        last = Cursor(0, _last_line(source), max(self._stream.reached.line - 1, 1))
+        last = Cursor(0, _last_line(source), max(self._course.reached.line - 1, 1))
         try:
             self.ip.end_compensation()
         except BlockError as error:

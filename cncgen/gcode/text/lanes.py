@@ -83,3 +83,8 @@ def comment_of(text: str) -> str | None:
         if match.group(1) is not None:
             last = match.group(1)
     return last
+
+
+def empty_block(here: Cursor) -> Block:
+    """Return a block without words, for what is said of its line."""
+    return Block({}, source=here.source, line=here.line, offset=here.offset)

@@ -1,0 +1,119 @@
+"""Lines that are computed while they are read, by the kernel `gcode_values`: values, settings, and O-words that it can follow.
+
+Blocks go to the columns of plain blocks and wait there: motions change no parameter, so that reading may go on, over loops
+and calls too, until something needs to know where the machine is (`flow.pending` then has them run).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from cncgen.gcode.block import Flow
+from cncgen.gcode.flow.o_words import FlowControl
+from cncgen.gcode.source import Source
+from cncgen.gcode.state.predefined import NAMED
+from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.lanes import PlainBlocks
+from cncgen.kernels import gcode_marks, gcode_values
+
+_RESERVED = frozenset(NAMED)
+
+
+class LinesRead(NamedTuple):
+    """Lines that were read.
+
+    Attributes:
+        end: The first line not read.
+        reached, since: As `Computing.read` takes them, afterwards.
+        others: How many lines made no block.
+        units: Units of work of the calls among them.
+        back: The O-word whose jump back was the last of them, where it is time to look at it.
+    """
+
+    end: Cursor
+    reached: Cursor
+    since: int
+    others: int
+    units: int
+    back: Cursor | None
+
+
+class Computing:
+    """The sources' texts under the kernel, all on the columns `plain`."""
+
+    def __init__(self, control: FlowControl, sources: list[Source], plain: PlainBlocks) -> None:
+        self._control = control
+        self._parameters = control.ip.parameters
+        self._sources = sources
+        self._plain = plain
+        self._computers: dict[int, gcode_values.Computer] = {}
+        #: Sources whose O-words were asked for.
+        self._met: set[int] = set()
+
+    def _computer(self, source: int) -> gcode_values.Computer:
+        computer = self._computers.get(source)
+        if computer is None:
+            text, plain, parameters = self._sources[source], self._plain, self._parameters
+            computer = self._computers[source] = gcode_values.Computer(
+                text.data, text.bytes, parameters.numbers, parameters.named, _RESERVED, plain.columns()
+            )
+        return computer
+
+    def _follow(self, source: int) -> bool:
+        """Find the O-words of a source, once; tell whether they are followed from now on.
+
+        They are where all can be followed for certain: a computed label that something leads to may be any.
+        """
+        if source in self._met:
+            return False
+        self._met.add(source)
+        text, control = self._sources[source], self._control
+        marks = gcode_marks.Marks(text.data, text.bytes)
+        if not (marks.certain and marks.count) or (marks.computed and not control.has_written_labels(source)):
+            return False
+
+        calls = control.calls
+        self._computer(source).follow(
+            marks,
+            self._parameters,
+            calls.frames,
+            calls.outermost,
+            Cursor,
+            control.ip.options.max_call_depth,
+            source,
+        )
+        return True
+
+    def read(self, here: Cursor, reached: Cursor, since: int) -> LinesRead | None:
+        """Read on from a line, its source that of the blocks that wait, if any; None where it is not read here.
+
+        `reached` is the first line of the main program that was not reached, `since` how many lines ago that was.
+        """
+        computer, plain = self._computer(here.source), self._plain
+        before = computer.blocks = plain.count
+        computer.since = since
+        if here.source == 0:
+            computer.reached, computer.reached_line = reached.offset, reached.line
+        offset = computer.run(here.offset, here.line, self._parameters.local)
+        plain.count, plain.source = computer.blocks, here.source
+        if not computer.lines:
+            return self.read(here, reached, since) if computer.meets and self._follow(here.source) else None
+        if here.source == 0:
+            reached = Cursor(0, computer.reached, computer.reached_line)
+        return LinesRead(
+            Cursor(here.source, offset, computer.line) if computer.away is None else computer.away,
+            reached,
+            computer.since,
+            computer.lines - plain.count + before,
+            computer.units,
+            None if computer.back is None else Cursor(here.source, *computer.back),
+        )
+
+    def flow(self, here: Cursor) -> tuple[Flow, Cursor] | None:
+        """Return the O-word of a line with its values, and the next line; None where there is none for certain."""
+        found = self._computer(here.source).o_word(here.offset, self._parameters.local)
+        if found is None or found[1] == "endsub" or found[1] not in gcode_marks.KEYWORDS:
+            # ENDSUB asks whether its label is computed.
+            return None
+        label, keyword, arguments, end = found
+        return Flow(keyword, label, tuple(arguments)), Cursor(here.source, end + 1, here.line + 1)

@@ -1,0 +1,240 @@
+"""The course of a run: line after line from the first one on, wherever O-words, jumps and calls lead.
+
+Lines of the main program that are reached for the first time are scanned into columns where they are plain. Lines of LinuxCNC's
+dialect are computed while they are read, again each time. Any other line is parsed, and its effect is kept where it may run
+again: before the first line that was not reached, and in calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from cncgen.gcode.block import Flow
+from cncgen.gcode.errors import Astray, BlockError
+from cncgen.gcode.flow import sub_words
+from cncgen.gcode.flow.parts import Parts
+from cncgen.gcode.flow.reading import behind_leader
+from cncgen.gcode.flow.recurrence import Recurrence
+from cncgen.gcode.text.expressions import too_deep
+from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.lanes import empty_block
+from cncgen.kernels import gcode_scan
+from cncgen.kernels.gcode_values import PAUSE
+
+#: Lines whose effects are kept; a loop is rarely longer.
+_MAX_KEPT = 65_536
+#: Blocks that loops may execute after a fault: the faulty line may be the one that would have ended the loop.
+_MOST_AFTER_A_FAULT = 1_000_000
+#: Runs a line; gives where it leads, None for the next line.
+Effect = Callable[[], Cursor | None]
+
+
+class Course:
+    """Runs the lines of a program.
+
+    Attributes:
+        reached: The first line of the main program that was not run.
+    """
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._frames = parts.control.calls.frames
+        self._recurrence = Recurrence(parts.ip, parts.control.calls)
+        self._kept: dict[Cursor, tuple[Effect, Cursor]] = {}
+        self.reached = self._here = behind_leader(parts.ip, parts.sources[0])
+        #: Lines run, and blocks counted before them, since a line was reached for the first time.
+        self._since = self._begun = 0
+        self._looked = False
+        #: Whether the last line was an O-word: few plain blocks are likely to follow.
+        self._branched = False
+
+    def resume(self) -> None:
+        """Go on at the first line that was not run."""
+        self._parts.control.calls.give_up()
+        self._here = self.reached
+
+    def run(self) -> Iterator[None]:
+        """Run until the program or its text ends; yields now and then, so that rows can be taken away.
+
+        Raises:
+            Astray: The program can never go on: a round has changed nothing, or a fault keeps a loop from ending.
+        """
+        parts, ip, pending = self._parts, self._parts.ip, self._parts.pending
+        while not ip.state.ended:
+            here = self._here
+            forward = self._is_forward(here)
+            if forward:
+                self.reached = here
+            if here.offset >= len(parts.sources[here.source]):
+                self._end_text(here)
+                return
+            if forward and not (pending.count or self._branched or parts.by_line):
+                why = self._scan(here)
+                yield
+                if why != gcode_scan.OTHER:
+                    continue
+                here = self._here
+                if ip.state.ended:
+                    return
+            if not self._compute(here):
+                self._run_line(here)
+            if self._looked:
+                self._looked = False
+                yield
+
+    def _is_forward(self, here: Cursor) -> bool:
+        """Tell whether a line of the main program is reached for the first time."""
+        return here.source == 0 and here.offset >= self.reached.offset and not self._frames
+
+    def _end_text(self, here: Cursor) -> None:
+        """End the main program at the end of its text; a subroutine is not finished there."""
+        self._parts.pending.flush()
+        if self._frames:
+            name = self._parts.sources[here.source].name
+            raise Astray(
+                BlockError("sub-unfinished", f"{name} ends within a subroutine", hint="ENDSUB or M99?")
+            )
+        if here.source:
+            self._parts.ip.state.ended = True
+
+    def _scan(self, here: Cursor) -> int:
+        """Run plain blocks; return why the scanner stopped, FULL where they lead elsewhere."""
+        parts = self._parts
+        self.reached, why = parts.pending.scan(here)
+        parts.ip.budget.forward = self.reached.line
+        self._since = 0
+        if parts.pending.has_words():
+            parts.percent.seen = True
+        place = parts.pending.run()
+        if place is not None:
+            # The text goes on behind the jump, wherever the scanner was.
+            self.reached = parts.lines.after(place)
+            why = gcode_scan.FULL
+        self._here = self.reached
+        if place is not None:
+            try:
+                self._here = sub_words.follow_jump(parts.control, place, self.reached) or self.reached
+            except BlockError as error:
+                parts.faults.fail(place, error)
+        return why
+
+    def _compute(self, here: Cursor) -> bool:
+        """Read on lines that are computed while they are read; tell whether there was one."""
+        found = self._parts.pending.compute(here, self.reached, self._since)
+        if found is None:
+            return False
+        if found.reached != self.reached:
+            self._begun = self._parts.ip.budget.steps
+            self._parts.percent.seen = True
+        self.reached, self._since, self._here = found.reached, found.since, found.end
+        if found.back is not None:
+            self._look(found.back, found.end)
+        return True
+
+    def _run_line(self, here: Cursor) -> None:
+        """Run a line that is neither plain nor computed; the line that it leads to is next."""
+        parts = self._parts
+        pending = parts.pending
+        found = pending.flow(here)
+        if found is None and pending.count and self._is_forward(here):
+            # From here on the scanner may go on: it writes over blocks that wait.
+            pending.flush()
+            self._branched = False
+            return
+        self._branched = found is not None
+        following = here
+        try:
+            effect, following = self._read_o_word(here, *found) if found is not None else self._effect(here)
+            if self._is_forward(here):
+                self.reached = following
+                self._since, self._begun = 0, parts.ip.budget.steps
+                parts.ip.budget.forward = following.line
+            else:
+                self._since += 1
+            parts.ip.budget.count(1)
+            target = effect() or following
+        except (BlockError, RecursionError) as error:
+            following = target = parts.lines.after(here)
+            parts.faults.fail(here, error if isinstance(error, BlockError) else too_deep())
+        self._here = target
+        if self._since >= PAUSE and target <= here:
+            self._look(here, target)
+
+    def _look(self, here: Cursor, back: Cursor) -> None:
+        """Raise where a jump back finds everything as it was at the last one: the loop is endless."""
+        parts = self._parts
+        self._since, self._looked = 0, True
+        parts.pending.flush()
+        if parts.faults.found and parts.ip.budget.steps - self._begun > _MOST_AFTER_A_FAULT:
+            raise Astray
+        if self._recurrence.found(back):
+            if parts.faults.found:
+                # A faulty line before may be the one that would have ended it.
+                raise Astray
+            parts.ip.base.block = empty_block(here)
+            message = (
+                f"back to line {back.line} with everything as it was there before: this goes on for ever"
+            )
+            hint = "does anything in the loop change what ends it? for one round, leave the jump back out"
+            raise Astray(BlockError("too-many-steps", message, hint=hint))
+
+    # Effects of lines.
+
+    def _effect(self, here: Cursor) -> tuple[Effect, Cursor]:
+        """Return the effect of a line, and the next line; it is kept where it may run again."""
+        kept = self._kept.get(here)
+        if kept is not None:
+            return kept
+        after = self._parts.lines.after(here)
+        made = self._read(here, after), after
+        if not self._is_forward(here):
+            if len(self._kept) >= _MAX_KEPT:
+                self._kept.clear()
+            self._kept[here] = made
+        return made
+
+    def _read(self, here: Cursor, after: Cursor) -> Effect:
+        """Return the effect of a line."""
+        parts = self._parts
+        text = parts.lines.text(here)
+        bare = text.strip()
+        if bare.startswith("%"):
+            return (lambda: None) if here.source else lambda: parts.percent.line(text, self.reached.offset)
+        parts.percent.seen = True
+        if not bare:
+            return lambda: None
+        parsed = parts.lines.parse(text)
+        if parsed.deletable and parts.ip.options.block_delete:
+            return lambda: None
+        if parsed.flow is not None and parsed.flow.then is None:
+            return self._o_word(parsed.flow, here, after, flushes=parsed.flow.asks_state)
+        run = (
+            parts.compiler.action(parsed, here)
+            if parsed.flow is None
+            else parts.compiler.then(parsed.flow, here)
+        )
+
+        def effect() -> Cursor | None:
+            parts.pending.flush()
+            run()
+            return sub_words.follow_jump(parts.control, here, after) if parts.ip.jump is not None else None
+
+        return effect
+
+    def _read_o_word(self, here: Cursor, flow: Flow, after: Cursor) -> tuple[Effect, Cursor]:
+        """Return the effect of an O-word whose values are computed, and the next line."""
+        self._parts.percent.seen = True
+        return self._o_word(flow, here, after, flushes=False), after
+
+    def _o_word(self, flow: Flow, here: Cursor, after: Cursor, *, flushes: bool) -> Effect:
+        """Return the effect of an O-word; `flushes` where its values may depend on where the machine is."""
+        parts = self._parts
+        block = empty_block(here)
+
+        def effect() -> Cursor | None:
+            if flushes:
+                parts.pending.flush()
+            parts.ip.base.block = block
+            return parts.control.run(flow, here, after)
+
+        return effect
