@@ -163,3 +163,58 @@ def test_saved_modes_come_back(run: Any) -> None:
 def test_words_of_codes_that_move_nothing_move_nothing(run: Any, block: str) -> None:
     """X Y Z of G22 are the corner of a zone, not a place to go to."""
     assert places(run, f"G0 X5\n{block}\nG0 Y6\nM30", dialect="fanuc") == [[5, 0, 0], [5, 6, 0]]
+
+
+@pytest.mark.parametrize(
+    ("plane", "word", "first", "second"), [("G17", "X", 0, 1), ("G18", "Z", 2, 0), ("G19", "Y", 1, 2)]
+)
+def test_a_rotation_turns_from_the_first_axis_of_its_plane_to_the_second(
+    run: Any, plane: str, word: str, first: int, second: int
+) -> None:
+    """By 30 degrees: 10 mm along X of G17, Z of G18, Y of G19 become 8.66 mm of it and 5 mm of Y, X, Z."""
+    a, b = "XYZ"[first], "XYZ"[second]
+    found = places(run, f"{plane}\nG68 {a}0 {b}0 R30\nG0 {word}10\nG69\nM30", dialect="fanuc")
+    assert found[0][first] == pytest.approx(10 * math.cos(math.pi / 6))
+    assert found[0][second] == pytest.approx(5)
+
+
+@pytest.mark.parametrize(("plane", "first", "second"), [("G17", 0, 1), ("G18", 2, 0), ("G19", 1, 2)])
+def test_polar_words_are_radius_and_angle_of_their_plane(
+    run: Any, plane: str, first: int, second: int
+) -> None:
+    """The first axis's word is the radius; 30 degrees, then, in increments, 60 more: straight along the second axis."""
+    a, b = "XYZ"[first], "XYZ"[second]
+    text = f"{plane}\nG16\nG0 {a}10 {b}30\nG91 {b}60\nG90 G15\nM30"
+    found = places(run, text, dialect="fanuc")
+    assert found[0][first] == pytest.approx(10 * math.cos(math.pi / 6))
+    assert found[0][second] == pytest.approx(5)
+    assert found[1][first] == pytest.approx(0, abs=1e-9)
+    assert found[1][second] == pytest.approx(10)
+
+
+def test_distances_of_a_lathe(run: Any) -> None:
+    """X and U are diameters: X20 is 10 mm from the axis, U-4 goes 2 mm; W is a distance along Z."""
+    text = "G0 X20. Z5.\nU-4. W-2.\nX10. W-1.\nG50 X30. Z0\nG0 X20.\nM30"
+    # G50 names the place X10 Z2 as X30 Z0, so that X20 is 5 mm nearer to the axis of the program.
+    assert places(run, text, dialect="fanuc-lathe") == [[10, 0, 5], [8, 0, 3], [5, 0, 2], [0, 0, 2]]
+
+
+def test_feeds_a_minute_and_a_revolution(run: Any) -> None:
+    """120 mm/min are 2 mm/s; 0.3 mm a revolution at 600 rev/min are 3 mm/s."""
+    text = "G98 G1 X10. F120.\nG99 G97 S600 M3\nG1 X20. F0.3\nM30"
+    out = run(text, dialect="fanuc-lathe")
+    assert out.errors == []
+    assert out.path.feed[out.path.kind != 3].tolist() == pytest.approx([2, 3])
+
+
+@pytest.mark.parametrize(("code", "sign"), [("G43", 1), ("G44", -1)])
+def test_wear_counts_with_the_length_of_its_offset(run: Any, code: str, sign: int) -> None:
+    """10 mm less 0.5 mm of wear, added by G43 and taken away by G44."""
+    text = f"G10 L10 P1 R10.\nG10 L11 P1 R-0.5\nG0 {code} H1 Z1\nM30"
+    assert places(run, text, dialect="fanuc") == [[0, 0, 1 + sign * 9.5]]
+
+
+def test_a_local_system_lies_in_every_work_system(run: Any) -> None:
+    """G52 holds in G55 too, until G52 X0 Y0 ends it."""
+    text = "G10 L2 P2 X100\nG52 X10 Y5\nG0 X1 Y1\nG55 X2\nG52 X0 Y0\nX3 Y0\nM30"
+    assert places(run, text, dialect="fanuc") == [[11, 6, 0], [112, 6, 0], [103, 0, 0]]
