@@ -211,7 +211,7 @@ def _draw(
         for key in ("points", "seed"):
             if key in table:
                 hint = "a grid has every combination of the levels; latin_hypercube and sobol draw points"
-                reader.fault("sweep-value", f"draw.{key}", f"draw.{key}: a grid draws nothing", hint)
+                reader.fault("sweep-value", f"draw.{key}", f"draw.{key}: a grid takes none, since it draws nothing", hint)
         for quantity in quantities if needs_counts else ():
             if not quantity.shares():
                 path = f"vary.{quantity.key}"
@@ -237,7 +237,7 @@ def _figures(reader: SweepReader, table: dict[str, Any], search: SearchGoal | No
             path = "keep.figures" if name in table.get("figures", ()) else "search"
             reader.fault("sweep-value", path, f"{path}: {name!r} is not a figure", near_figures(name))
     if not named:
-        reader.fault("sweep-value", "keep.figures", "keep.figures: there is nothing to keep")
+        reader.fault("sweep-value", "keep.figures", "keep.figures: must name one figure at least, is empty")
     return tuple(dict.fromkeys(named))
 
 
@@ -260,9 +260,9 @@ def _search(reader: SweepReader, table: dict[str, Any], quantities: Sequence[Var
         if len(quantity.columns) > 1 or getattr(quantity, "law", "") == "normal":
             path = f"vary.{quantity.key}"
             hint = "a search chooses within lists, linear, uniform and log ranges"
-            reader.fault("sweep-value", path, f"{path}: a search cannot choose what is uncertain", hint)
+            reader.fault("sweep-value", path, f"{path}: a search cannot choose a value that is uncertain", hint)
     if not quantities:
-        reader.fault("sweep-missing", "search", "search: there is nothing in [vary] to choose")
+        reader.fault("sweep-missing", "search", "search: [vary] must have one key at least to choose, has none")
     bounds = MappingProxyType({name: float(bound) for name, bound in under.items()})
     trials = reader.integer(table, "search", "trials", 1)
     together = reader.integer(table, "search", "together", 1, _TOGETHER)
