@@ -70,7 +70,7 @@ def foreign_module(group: str, name: str) -> ModuleType:
     """Load what an entry point names.
 
     Raises:
-        UsageError: There is no such entry point, or it cannot be loaded.
+        UsageError: The entry point is missing, or it cannot be loaded.
     """
     from importlib.metadata import entry_points
 

@@ -1,4 +1,4 @@
-"""Material removal: the material that a program cuts from a raw piece, and the places where it must not cut but does.
+"""Material removal: the material that a program cuts from a raw piece, and faults of the cut.
 
 The stock is a height field: columns along Z on a square grid, so tools stand upright and cut from above. Rooms in the order in
 which data passes them:

@@ -73,7 +73,7 @@ class Findings:
         direction: int,
         tapping: bool,
     ) -> None:
-        """Note the faults of motions by what the kernel found; `out` as of `cut_lines`."""
+        """Note the faults of motions that the kernel found; `out` as of `cut_lines`."""
         bites, ends = out[:, 1] > LEVEL, lines.ends
         for k in np.flatnonzero(bites & lines.rapid).tolist():
             self._note("cut-rapid", int(lines.line[k]), operation, out[k, 1:4], out[k, 0], ends[k])

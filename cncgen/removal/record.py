@@ -62,7 +62,7 @@ class Target(Protocol):
         """Return the lowest height that may be cut at places, shapes alike, mm; -inf where nothing is to stay."""
 
     def demanded(self, x: Floats, y: Floats) -> Floats:
-        """Return the height above which nothing may be left, shapes alike, mm; +inf where that is not said."""
+        """Return the height above which nothing may be left, shapes alike, mm; +inf where no height is given."""
 
 
 @dataclass(frozen=True, slots=True)

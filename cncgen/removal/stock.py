@@ -156,7 +156,7 @@ def read_stl(name: str) -> Floats:
 def columns_of(triangles: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Return the highest and the lowest point of a mesh over the middles of columns, shape (len(y), len(x)) each.
 
-    Where nothing is, the top is below the bottom. Hollows that open to a side are filled.
+    Over places beside the mesh the top is below the bottom. Hollows that open to a side are filled.
     """
     top = np.full((len(y), len(x)), -np.inf)
     bottom = np.full((len(y), len(x)), np.inf)

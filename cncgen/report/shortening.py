@@ -30,7 +30,7 @@ _NOISE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """What is planned: the program's chunks, the machine, the options."""
+    """A planning task: the program's chunks, the machine, the options."""
 
     chunks: Callable[[], Iterable[Toolpath]]
     machine: Machine

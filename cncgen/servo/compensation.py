@@ -38,7 +38,7 @@ class Spread:
 
     @property
     def worse(self) -> int:
-        """Return on how many of the machines the command is worse than the motion as it is."""
+        """Return the number of machines on which the command is worse than the uncompensated motion."""
         return int((self.after > self.before).sum())
 
 
@@ -81,7 +81,7 @@ class CompensatedPlan:
         compensated: The command.
         room: Share of acceleration and jerk that the plan was allowed.
         time_s, full_time_s: Of this plan, and of one to the whole limits.
-        full_error: The judged error of the latter as it is, mm (rad of rotary axes alone).
+        full_error: The judged error of the latter without compensation, mm (rad of rotary axes alone).
     """
 
     compensated: Compensated
@@ -119,7 +119,7 @@ def compensated_plan(
         axes: Columns of the setpoints.
         options: How it is planned.
         rooms: Shares of acceleration and jerk that plans are made with, one after the other.
-        enough: By what the largest error of the first plan is to be divided; if no room does it the best one counts.
+        enough: Factor by which the largest error of the first plan is to fall; if no room reaches it, the best one counts.
         limits: Whether the command keeps the limits.
         passes, settle_s, perturbation: As of `compensate`.
 
@@ -197,7 +197,7 @@ def compensate(
     Args:
         setpoints: The wanted positions, at rest at their first and last row.
         servos: Servo data by axis.
-        limits: Axis limits that the command keeps (`cncgen.servo.command_limits`); None: there are none.
+        limits: Axis limits that the command keeps (`cncgen.servo.command_limits`); None keeps none.
         passes: Of learning (`cncgen.servo.learning`), at most.
         settle_s: Least rest at the end.
         perturbation: Machines that the command is tried on beside the nominal one.
@@ -252,7 +252,7 @@ def spread_of(
 def _no_gain(
     learnt: Learnt, wanted: Floats, axes: Axes, letters: str, passes: int, settle_s: float, limited: bool
 ) -> NoPlanError:
-    """Return the refusal, with what would be possible without limits."""
+    """Return the refusal, with the gain that would be possible without limits."""
     unit, factor = _shown(letters)
     now = learnt.before.judged * factor
     best = learnt.tried.judged * factor if learnt.tried else None

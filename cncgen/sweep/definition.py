@@ -211,7 +211,12 @@ def _draw(
         for key in ("points", "seed"):
             if key in table:
                 hint = "a grid has every combination of the levels; latin_hypercube and sobol draw points"
-                reader.fault("sweep-value", f"draw.{key}", f"draw.{key}: a grid takes none, since it draws nothing", hint)
+                reader.fault(
+                    "sweep-value",
+                    f"draw.{key}",
+                    f"draw.{key}: a grid takes none, since it draws nothing",
+                    hint,
+                )
         for quantity in quantities if needs_counts else ():
             if not quantity.shares():
                 path = f"vary.{quantity.key}"
@@ -260,9 +265,13 @@ def _search(reader: SweepReader, table: dict[str, Any], quantities: Sequence[Var
         if len(quantity.columns) > 1 or getattr(quantity, "law", "") == "normal":
             path = f"vary.{quantity.key}"
             hint = "a search chooses within lists, linear, uniform and log ranges"
-            reader.fault("sweep-value", path, f"{path}: a search cannot choose a value that is uncertain", hint)
+            reader.fault(
+                "sweep-value", path, f"{path}: a search cannot choose a value that is uncertain", hint
+            )
     if not quantities:
-        reader.fault("sweep-missing", "search", "search: [vary] must have one key at least to choose, has none")
+        reader.fault(
+            "sweep-missing", "search", "search: [vary] must have one key at least to choose, has none"
+        )
     bounds = MappingProxyType({name: float(bound) for name, bound in under.items()})
     trials = reader.integer(table, "search", "trials", 1)
     together = reader.integer(table, "search", "together", 1, _TOGETHER)

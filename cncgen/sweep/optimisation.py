@@ -172,7 +172,7 @@ def _distribution(optuna: ModuleType, quantity: Varied) -> Any:
 
 
 def _over(value: float | None, bound: float) -> float | None:
-    """Return how far a figure is above its bound, negative below it; None where there is no figure."""
+    """Return how far a figure is above its bound, negative below it; None without a figure."""
     return None if value is None else value - bound
 
 

@@ -107,7 +107,9 @@ def _count(reader: SweepReader, path: str, table: Mapping[str, Any]) -> int | No
         return None
     count = reader.integer(table, path, "count", 1)
     if count > _MOST_LEVELS:
-        reader.fault("sweep-value", f"{path}.count", f"{path}.count: must not be above {_MOST_LEVELS}, is {count}")
+        reader.fault(
+            "sweep-value", f"{path}.count", f"{path}.count: must not be above {_MOST_LEVELS}, is {count}"
+        )
     return min(count, _MOST_LEVELS)
 
 

@@ -177,7 +177,7 @@ class FlowControl:
         )
 
     def find_previous(self, here: Cursor, label: Label, keywords: tuple[str, ...]) -> Marked | None:
-        """Return `previous_mark`, None where there is none."""
+        """Return `previous_mark`, None before the first one."""
         subroutines = self.subroutines
         return subroutines.labels(here.source).previous(here.offset, label, keywords, subroutines.resolved)
 

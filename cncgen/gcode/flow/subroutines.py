@@ -50,7 +50,7 @@ class Subroutines:
         """Return the line that begins a subroutine: in the text of the call, in another, or in the file of its name.
 
         Raises:
-            BlockError: There is none, it has no end, or its file cannot be used.
+            BlockError: It is missing, it has no end, or its file cannot be used.
         """
         if label in self.unclosed:
             raise BlockError(

@@ -84,7 +84,7 @@ def way_of(body: str, read: Callable[[str], float]) -> ContourWay | None:
 
 
 class Heading(PassingSink):
-    """Forgets everything but the direction in which the first motion begins."""
+    """A sink that keeps the direction in which the first motion begins, and nothing else."""
 
     first: complex | None = None
     at: Point

@@ -72,7 +72,7 @@ _SIDE_OFF = re.compile(r"\bR0\b(?![.\d])", re.IGNORECASE)
 
 
 def needs(source: Source) -> bool:
-    """Tell whether a program has what this runner is for."""
+    """Tell whether a program needs this runner."""
     return _NEEDS.search(source.data) is not None
 
 

@@ -38,7 +38,7 @@ def read(ip: Interpreter, body: str, value: Callable[[str], float]) -> tuple[int
     """Return the number of the Q parameter that a line sets, and the value.
 
     Raises:
-        BlockError: The line is written otherwise, or asks for what is not told.
+        BlockError: The line is written otherwise, or asks for data that are not available.
     """
     match = _SYSREAD.match(body)
     if match is None:

@@ -566,7 +566,7 @@ def _message(motions: Motions, name: str, values: list[Scalar | None]) -> None:
 
 
 def nothing(motions: Motions, name: str, values: list[Scalar | None]) -> None:
-    """Accept what changes no motion."""
+    """Accept a word that changes no motion."""
 
 
 def _traori_of(motions: Motions, name: str, values: list[Scalar | None]) -> None:

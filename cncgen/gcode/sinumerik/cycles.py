@@ -48,7 +48,7 @@ def given(values: Values, index: int) -> float | None:
 
 
 def filled(values: Values, index: int, usual: float = 0.0) -> float:
-    """Return a parameter, or what it is where it is left out."""
+    """Return a parameter, or its default where it is left out."""
     value = given(values, index)
     return usual if value is None else value
 
@@ -118,7 +118,7 @@ class Hole:
 
 
 def _drill(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE81, CYCLE82 (with DTB); GMODE tells whether the depth is that of the tip."""
+    """CYCLE81, CYCLE82 (with DTB); GMODE tells whether the tip or the full diameter reaches the depth."""
     hole = Hole.of(motions, name, values)
     if round(filled(values, 6)) // 10 % 10:
         message = (
@@ -133,8 +133,9 @@ def _drill(motions: Motions, name: str, values: Values) -> None:
 
 
 def _depths(hole: Hole, first: float, degression: float, least: float, name: str) -> list[float]:
-    """Return the depths of CYCLE83: the first step, each next one less by DAM, at least MDEP, or DAM without it; the last two are alike
-    where less than half of DAM would be left."""
+    """Return the depths of CYCLE83: the first step, and each next one less by DAM, but at least MDEP (DAM without it).
+
+    The last two are alike where less than half of DAM would be left."""
     depths, step = [max(first, hole.depth)], hole.reference - first
     if step <= 0.0:
         raise BlockError(

@@ -58,7 +58,7 @@ class Words:
 
 @dataclass(frozen=True, slots=True)
 class _Kept:
-    """What SAVE keeps."""
+    """The state that SAVE keeps."""
 
     motion: str
     absolute: bool
@@ -79,7 +79,7 @@ class Motions:
         polar: Last radius and angle (degrees) of polar words.
         rounding: RNDM.
         modal: MCALL: name and arguments.
-        in_modal: Whether what it calls is in progress.
+        in_modal: Whether that call is in progress.
         programmable: The frame of TRANS ROT SCALE MIRROR, and that of CYCLE800 before it.
     """
 
@@ -108,7 +108,7 @@ class Motions:
     # What handlers share.
 
     def begin(self) -> None:
-        """Put in force what SINUMERIK begins with."""
+        """Put the modes in force with which SINUMERIK begins."""
         self.emit({}, (210,))
 
     def emit(self, words: dict[str, float], g: tuple[int, ...] = (), m: tuple[int, ...] = ()) -> None:
@@ -134,7 +134,7 @@ class Motions:
         self.emit({axis.lower(): value for axis, value in end.items()}, (0 if rapid else 10,))
 
     def save(self) -> object:
-        """Return what SAVE of PROC brings back: modes, frame, motion."""
+        """Return the state that SAVE of PROC brings back: modes, frame, motion."""
         state = self.ip.state
         return _Kept(
             self.motion,
@@ -148,7 +148,7 @@ class Motions:
         )
 
     def restore(self, saved: object) -> None:
-        """Bring back what SAVE kept."""
+        """Bring back the state that SAVE kept."""
         assert isinstance(saved, _Kept)
         self.end()
         self.motion, self.absolute = saved.motion, saved.absolute

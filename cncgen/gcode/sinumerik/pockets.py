@@ -81,7 +81,7 @@ def circle(motions: Motions, name: str, values: Values) -> None:
 
 
 def _check_whole(name: str, values: Values, sizes: tuple[int, ...]) -> None:
-    """Raise where a pocket is said to be cut already in part (AP1, AP2, AD)."""
+    """Raise where parameters say that a pocket is cut in part already (AP1, AP2, AD)."""
     if any(filled(values, k) for k in sizes):
         message = f"{name} of a pocket that is cut already in part (AP1, AP2, AD) is not read"
         raise BlockError(

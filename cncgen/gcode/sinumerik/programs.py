@@ -26,7 +26,7 @@ _MAX_TEXTS = 4096
 
 @dataclass(slots=True)
 class Line:
-    """A line: its statement, or what is wrong with it, and its place."""
+    """A line: its statement or its fault, and its place."""
 
     statement: Statement
     here: Cursor
@@ -57,7 +57,7 @@ class Program:
 def programs_of(
     source: Source, index: int, name: str = ""
 ) -> tuple[list[Program], list[tuple[Cursor, BlockError]]]:
-    """Return the programs of a text, the main one first, and what is wrong with their loops and branches."""
+    """Return the programs of a text, the main one first, and the faults of their loops and branches."""
     found = [Program(name)]
     known: dict[str, Statement] = {}
     faults: list[tuple[Cursor, BlockError]] = []

@@ -121,7 +121,7 @@ def weakest(way_in: Floats, way_out: Floats, axes: str, machine: Machine) -> Flo
 
 
 def _parts(toolpath: Toolpath, rows: RowLimits, chord_mm: float) -> Ints:
-    """Return into how many parts each row is cut: a chord of length h over curvature κ is κ h²/8 from its curve."""
+    """Return the number of parts that each row is cut into: a chord of length h over curvature κ is κ h²/8 from its curve."""
     count = np.full(len(rows), _FEWEST)
     curved = np.flatnonzero(toolpath.kind[rows.index] != Kind.LINE)
     if len(curved):

@@ -1,4 +1,4 @@
-"""The rules of controls: how fast a block may be, and a corner."""
+"""The rules of controls: the speeds that they allow on blocks and at corners."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Control:
         chord_mm: Distance of a curve from the chords that it is cut into.
         stop_periods: Servo periods that a stop takes beside the trapezoids.
         slowing_periods: Servo periods that a deceleration takes longer.
-        rules: From blocks to what is allowed on them; blocks may be cut further, where it rounds corners.
+        rules: Returns the blocks with the speeds allowed on them. Where the control rounds corners, blocks are cut further.
     """
 
     title: str

@@ -33,7 +33,7 @@ def plan_as(chunks: Iterable[Toolpath], machine: Machine, name: str) -> Iterator
 
     Yields:
         Trajectories whose positions are on the programmed path. Where the control cuts a corner, the time is that of its
-        shorter way. The first one has a remark that says whose rules these are.
+        shorter way. The first one has a remark that names the control.
 
     Raises:
         ProgramError: A row has no feed.
@@ -57,7 +57,7 @@ def plan_as(chunks: Iterable[Toolpath], machine: Machine, name: str) -> Iterator
 
 
 class _State:
-    """Where a plan has come to: the time, the speed, and whether something has been handed on."""
+    """The state of a plan at the end of a chunk: time, speed, and whether a trajectory was handed on."""
 
     def __init__(self) -> None:
         self.t_s = self.speed_mm_s = 0.0

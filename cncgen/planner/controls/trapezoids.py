@@ -31,8 +31,8 @@ class AllowedSpeeds:
 def entry_speeds(blocks: Blocks, allowed: AllowedSpeeds, depth: int, first_mm_s: float) -> Floats:
     """Return the speed where each block begins, and 0 at the end, shape (n + 1,).
 
-    A block is entered so that the motion can stop `depth` blocks on, since the control knows no more; and no faster than
-    the blocks before it can accelerate to.
+    The control knows `depth` blocks ahead, so a block is entered no faster than the motion can stop within them. Nor is it entered
+    faster than the blocks before it can accelerate to.
 
     Args:
         blocks, allowed: The blocks, and what is allowed on them.
@@ -58,14 +58,15 @@ def entry_speeds(blocks: Blocks, allowed: AllowedSpeeds, depth: int, first_mm_s:
 def trapezoids(
     blocks: Blocks, allowed: AllowedSpeeds, speed: Floats, slowing_s: float
 ) -> tuple[tuple[Floats, Floats, Floats], Floats, NDArray[np.int8]]:
-    """Return duration, speed at the start and acceleration of each piece; where it ends; and what limits it.
+    """Return duration, speed at the start and acceleration of each piece; its end; and the limit that binds.
 
-    A block has up to three pieces: it accelerates, holds its speed, decelerates. Places are shared as the ways are.
+    A block has up to three pieces: it accelerates, holds its speed, decelerates. The way of the block along the path is
+    shared among them as the control's own way is.
 
     Args:
         blocks, allowed: The blocks, and what is allowed on them.
         speed: Shape (n + 1,), from `entry_speeds`.
-        slowing_s: How much longer than its trapezoid a deceleration takes, where that is longer than this.
+        slowing_s: Time that a deceleration takes beyond its trapezoid, where the trapezoid is longer than this time.
     """
     v0, v1, a = speed[:-1], speed[1:], allowed.acceleration
     peak = np.sqrt(np.minimum(allowed.top**2, 0.5 * (v0**2 + v1**2) + a * blocks.length))
