@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from cncgen.geometry.tables import ArcTable
+from cncgen.toolpath.record import Kind
 
 #: Program, and where its motions end (X Y Z, as far as one is not 0), G0 and G1 as points, arcs as ends too.
 MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
@@ -306,6 +307,9 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "polar coordinates of lathes": ("TRANSMIT", ("not-read", 1, 1)),
     "a lead in inches": ("CYCLE84(10,0,2,-8,,0,3,,1,0,200,200,0,3)", ("not-read", 1, 1)),
     "a depth of the shank": ("CYCLE81(10,0,2,-8,,0,10)", ("not-read", 1, 1)),
+    "a face of corners": ("F100\nCYCLE61(20,0,2,-4,0,0,30,20,2,100,0,500,31,0,1,1010)", ("not-read", 2, 1)),
+    "a face that neither roughs nor finishes": ("F100\nT1 M6\nCYCLE71(20,0,2,-4,0,0,30,20,0,2,4,0,0,500,33,0)", ("not-read", 3, 1)),
+    "a spigot with a chamfer": ("F100\nCYCLE77(20,0,2,-4,,20,50,10,2,0,0,500,100,0,1,26,1)", ("not-read", 2, 1)),
     "an edge alone": ("F100\nPOCKET4(20,0,2,-4,10,0,0,2,0,0,500,100,0,4)", ("not-read", 2, 1)),
     "a pocket that is cut in part": ("F100\nPOCKET3(20,0,2,-4,30,20,5,0,0,0,2,0,0,500,100,0,1,,10,5)", ("not-read", 2, 1)),
     "a cylinder": ("TRACYL(40)", ("not-read", 1, 1)),
@@ -337,6 +341,22 @@ def test_what_is_wrong_is_named_where_it_stands(run: Any, name: str) -> None:
         ("POCKET4(20,0,2,-4,10,50,10,2,0,0,500,100,0,1)", (42, 58, 2, 18)),
         ("SLOT1(20,0,2,-4,,1,30,4,0,0,10,0,0,100,500,2,0,0,0)", (12, 38, 0, 0)),
         ("LONGHOLE(20,0,2,-4,,1,30,0,0,10,0,0,100,500,2)", (12, 38, 0, 0)),
+        # Rows 4 apart, the last one 2 within the side; each goes 2 beyond the ends.
+        ("CYCLE71(20,0,2,-4,0,0,30,20,0,2,4,0,0,500,31,0)", (-2, 32, 2, 18)),
+        ("CYCLE71(20,0,2,-4,0,0,30,20,0,2,4,3,0,500,31,0)", (-5, 35, 2, 18)),
+        ("CYCLE71(20,0,2,-4,0,0,30,20,0,2,4,0,0,500,11,0)", (-2, 32, 2, 18)),
+        ("CYCLE71(20,0,2,-4,0,0,30,20,90,2,4,0,0,500,31,0)", (-18, -2, -2, 32)),
+        # Along Y: eight rows 3.75 apart.
+        ("CYCLE71(20,0,2,-4,0,0,30,20,0,2,4,0,0,500,41,0)", (1.75, 28, -2, 22)),
+        ("CYCLE71(20,0,2,-4,0,0,-30,-20,0,2,4,0,0,500,31,0)", (-32, 2, -18, -2)),
+        ("CYCLE61(20,0,2,-4,0,0,30,20,2,100,0,500,31,0,1,10)", (-2, 32, 2, 18)),
+        ("CYCLE61(20,0,2,4,0,0,30,20,2,4,0,500,31,0,1,1)", (-2, 32, 2, 18)),
+        # Beside the wall by the radius, and from X+ by a diameter and the clearance beyond the blank.
+        ("CYCLE76(20,0,2,-4,,30,20,5,50,10,0,2,0,0,500,100,0,1)", (33, 71, -2, 22)),
+        ("CYCLE77(20,0,2,-4,,20,50,10,2,0,0,500,100,0,1,26)", (38, 69, -2, 22)),
+        ("CYCLE77(20,0,2,-4,,20,50,10,2,1,0,500,100,0,1,26)", (37, 69, -3, 23)),
+        # Three loops, 3.2 apart.
+        ("CYCLE77(20,0,2,-4,,20,50,10,2,0,0,500,100,0,1,36)", (31.6, 74, -8.4, 28.4)),
     ],
 )
 def test_pockets_reach_their_wall(run: Any, tmp_path: Path, cycle: str, reach: tuple[float, ...]) -> None:
@@ -380,3 +400,28 @@ def test_g70_changes_the_unit_of_lengths_alone(run: Any, text: str, mm_a_minute:
     """840D sl, Fundamentals: F is in the basic system under G70 and G71, and changes with G700 and G710."""
     path = run(f"{text}\nM30", dialect="sinumerik").path
     assert path.feed[path.kind < 3][-1] * 60.0 == pytest.approx(mm_a_minute)
+
+
+@pytest.mark.parametrize(
+    ("cdir", "spindle", "sense"), [(0, 3, -1), (0, 4, 1), (1, 3, 1), (2, 3, -1), (3, 3, 1)]
+)
+def test_a_spigot_is_milled_the_way_it_says(
+    run: Any, tmp_path: Path, cdir: int, spindle: int, sense: int
+) -> None:
+    """The loop around a circle is four arcs of the radius of the wall and the tool; climb milling goes clockwise under M3."""
+    cycle = f"CYCLE77(20,0,2,-4,,20,0,0,0,0,0,500,100,{cdir},1,20)"
+    out = run(
+        f"T1 M6\nS1000 M{spindle} F100\n{cycle}\nG1 X0\nM30",
+        dialect="sinumerik",
+        tool_table=table_of(tmp_path),
+    )
+    assert out.errors == []
+    arcs = out.path.end[out.path.kind == Kind.ARC][:, :2]
+    assert [tuple(p) for p in arcs.round(9).tolist()] == [
+        (0, 12 * sense),
+        (-12, 0),
+        (0, -12 * sense),
+        (12, 0),
+    ]
+    # F of the program is in force behind the cycle.
+    assert out.path.feed[out.path.kind != 3][-1] == pytest.approx(100 / 60)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Values = list[Scalar | None]
 #: Cycles that are named and not read.
 NOT_READ = frozenset(
-    {"CYCLE60", "CYCLE61", "CYCLE62", "CYCLE63", "CYCLE64", "CYCLE70", "CYCLE71", "CYCLE72", "CYCLE76", "CYCLE77", "CYCLE78", "CYCLE79",
+    {"CYCLE60", "CYCLE62", "CYCLE63", "CYCLE64", "CYCLE70", "CYCLE72", "CYCLE78", "CYCLE79",
      "CYCLE98", "CYCLE801", "CYCLE802", "CYCLE899", "CYCLE93", "CYCLE94", "CYCLE95", "CYCLE97", "CYCLE99",
      "CYCLE951", "CYCLE952", "SLOT2", "POCKET1", "POCKET2", "HOLES3"}
 )  # fmt: skip

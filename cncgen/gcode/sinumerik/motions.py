@@ -16,7 +16,7 @@ from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.subprograms import of_builder
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinumerik import commands, curves, cycles, pockets
+from cncgen.gcode.sinumerik import commands, curves, cycles, faces, pockets
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
 from cncgen.gcode.sinumerik.reading import Item, Node
 from cncgen.gcode.sinumerik.variables import Store
@@ -30,6 +30,10 @@ _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G3
 _ENDS = {2: True, 30: True, 17: True}
 _CYCLES = {
     **cycles.CYCLES,
+    "CYCLE61": faces.face_of_blank,
+    "CYCLE71": faces.face,
+    "CYCLE76": faces.rectangle,
+    "CYCLE77": faces.circle,
     "POCKET3": pockets.rectangle,
     "POCKET4": pockets.circle,
     "SLOT1": pockets.slots,

@@ -1,0 +1,329 @@
+"""Faces and spigots of SINUMERIK: CYCLE61 and CYCLE71 (a rectangle is faced), CYCLE76 and CYCLE77 (a spigot is milled free).
+
+The faced rectangle, the wall, levels, allowances and feeds are the cycle's; rows, loops and the way to them are our own.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.codes.pockets import levels_of
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions
+
+#: Rows or loops beyond which a step counts as a mistake.
+_MOST = 10_000
+_TINY = 1e-9
+#: Part of the tool's diameter by which rows and loops step aside where the cycle does not say it.
+_USUAL_STEP = 0.8
+
+
+@dataclass(slots=True)
+class _Mill:
+    """A flat cutter in XY: places are turned about an origin."""
+
+    motions: Motions
+    name: str
+    hole: Hole
+    radius: float
+    feed: float
+    plunge: float
+    origin: complex
+    turn: complex
+    before: float
+
+    @classmethod
+    def of(
+        cls,
+        motions: Motions,
+        name: str,
+        hole: Hole,
+        feeds: tuple[float, float],
+        origin: complex,
+        angle: float,
+    ) -> _Mill:
+        """Return the cutter in the spindle.
+
+        Raises:
+            BlockError: It has no radius or no feed, or the plane is not G17.
+        """
+        if motions.ip.state.plane != 17:
+            raise BlockError(
+                "cycle-plane",
+                f"{name} works in plane G17, not in G{motions.ip.state.plane}",
+                name,
+                hint="use G17",
+            )
+        tool = motions.ip.tools.find(motions.ip.state.tool)
+        radius = tool.diameter * motions.ip.table_scale() / 2.0 if tool else 0.0
+        if radius <= 0.0:
+            raise BlockError(
+                "cycle-tool",
+                f"{name} steps aside by a part of the tool, which has no radius",
+                name,
+                hint="--tool-table gives the diameter of the tool",
+            )
+        feed, plunge = (value or motions.ip.state.feed for value in feeds)
+        if feed <= 0.0:
+            raise BlockError(
+                "feed-missing",
+                f"{name} has no feed: FFP1 and F are not given",
+                name,
+                hint="FFP1 mills, FFD plunges",
+            )
+        return cls(
+            motions,
+            name,
+            hole,
+            radius,
+            feed,
+            plunge,
+            origin,
+            cmath.rect(1.0, math.radians(angle)),
+            motions.ip.state.feed,
+        )
+
+    def go(self, place: complex, *, rapid: bool) -> None:
+        """Go to a place of the rectangle."""
+        at = self.origin + place * self.turn
+        self.motions.move({"X": at.real, "Y": at.imag}, rapid=rapid)
+
+    def arc(self, end: complex, centre: complex, *, clockwise: bool) -> None:
+        """Go on an arc."""
+        position = self.motions.ip.state.position
+        at, middle = self.origin + end * self.turn, self.origin + centre * self.turn
+        words = {"x": at.real, "y": at.imag, "i": middle.real - position[0], "j": middle.imag - position[1]}
+        self.motions.emit(words, (20 if clockwise else 30,))
+
+    def down(self, place: complex, level: float) -> None:
+        """Go to a place beside the part, and down to a level."""
+        self.go(place, rapid=True)
+        self.motions.move({"Z": self.hole.start}, rapid=True)
+        self.hole.feed(self.plunge)
+        self.motions.move({"Z": level}, rapid=False)
+        self.hole.feed(self.feed)
+
+    def up(self, height: float) -> None:
+        """Go up."""
+        self.motions.move({"Z": height}, rapid=True)
+
+
+def _kind(name: str, vari: float) -> tuple[bool, int]:
+    """Return whether VARI roughs, and its tens."""
+    if vari % 10 not in (1.0, 2.0):
+        message = f"VARI = {vari:g} of {name} neither roughs nor finishes"
+        raise BlockError("not-read", message, name, hint="VARI ends in 1 to rough, in 2 to finish")
+    return vari % 10 == 1.0, round(vari) // 10 % 10
+
+
+def _face(
+    mill: _Mill, size: tuple[float, float], step: float, levels: tuple[float, ...], way: int, over: float
+) -> None:
+    """Mill rows over a rectangle from its corner on, along its first axis (way 1, 3) or second (2, 4), in one sense (1, 2) or both."""
+    if way not in (1, 2, 3, 4):
+        raise BlockError(
+            "not-read",
+            f"the tens of VARI of {mill.name} are {way}",
+            mill.name,
+            hint="31 goes to and fro along X",
+        )
+    along, across = size if way in (1, 3) else size[::-1]
+    count = math.ceil(abs(across) / step - _TINY)
+    if not 1 <= count <= _MOST or along == 0.0:
+        message = f"{mill.name} makes {count} rows of {abs(along):g}"
+        raise BlockError(
+            "cycle-tool",
+            message,
+            mill.name,
+            hint=f"1 to {_MOST} rows are made: LENG, WID and MIDA say how many",
+        )
+    sense = math.copysign(1.0, along)
+    ends = (-sense * (mill.radius + over), along + sense * (mill.radius + over))
+
+    def place(k: int, end: float) -> complex:
+        aside = math.copysign(abs(across) * (k + 1) / count - mill.radius, across)
+        return complex(end, aside) if way in (1, 3) else complex(aside, end)
+
+    for level in levels:
+        mill.up(mill.hole.start)
+        mill.down(place(0, ends[0]), level)
+        for k in range(count):
+            first, last = ends if way < 3 or k % 2 == 0 else ends[::-1]
+            if k and way < 3:
+                mill.up(mill.hole.start)
+                mill.down(place(k, first), level)
+            elif k:
+                mill.go(place(k, first), rapid=False)
+            mill.go(place(k, last), rapid=False)
+    mill.hole.feed(mill.before)
+    mill.up(mill.hole.back)
+
+
+def face(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE71(RTP, RFP, SDIS, DP, PA, PO, LENG, WID, STA, MID, MIDA, FDP, FALD, FFP1, VARI, FDP1)."""
+    v = [filled(values, k) for k in range(16)]
+    rough, way = _kind(name, v[14])
+    hole = Hole.of(motions, name, [*values[:3], _depth(name, values)])
+    mill = _Mill.of(motions, name, hole, (v[13], v[13]), complex(v[4], v[5]), v[8])
+    levels = levels_of(hole.reference, hole.depth + v[12], v[9], name) if rough else (hole.depth,)
+    motions.move({"Z": hole.back}, rapid=True)
+    _face(mill, (v[6], v[7]), v[10] or _USUAL_STEP * 2.0 * mill.radius, levels, way, abs(v[11]))
+
+
+def face_of_blank(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE61(RTP, RFP, SDIS, DP, PA, PO, LENG, WID, MID, MIDA, FALD, FFP1, VARI, LIM, DMODE, AMODE).
+
+    The ones of AMODE tell whether DP is a distance (1), the tens whether MIDA is a part of the tool's diameter in percent (1).
+    """
+    v = [filled(values, k) for k in range(16)]
+    mode = round(v[15])
+    if mode // 100 or v[13] or mode % 10 > 1 or mode // 10 > 1:
+        message = f"AMODE = {mode} or LIM = {v[13]:g} of {name} (corners as coordinates, sides that bound the face) is not read"
+        raise BlockError(
+            "not-read",
+            message,
+            name,
+            hint="AMODE = 10 has the depth as a coordinate and the infeed in percent",
+        )
+    depth = v[1] - abs(v[3]) if mode % 10 == 1 else _depth(name, values)
+    hole = Hole.of(motions, name, [*values[:3], depth])
+    mill = _Mill.of(motions, name, hole, (v[11], v[11]), complex(v[4], v[5]), 0.0)
+    rough, way = _kind(name, v[12])
+    levels = levels_of(hole.reference, hole.depth + v[10], v[8], name) if rough else (hole.depth,)
+    step = v[9] * (2.0 * mill.radius / 100.0 if mode // 10 == 1 else 1.0) or _USUAL_STEP * 2.0 * mill.radius
+    motions.move({"Z": hole.back}, rapid=True)
+    _face(mill, (v[6], v[7]), step, levels, way, 0.0)
+
+
+def _depth(name: str, values: Values) -> float:
+    depth = given(values, 3)
+    if depth is None:
+        raise BlockError(
+            "cycle-depth", f"{name} has no depth DP", name, hint="the fourth parameter is the depth"
+        )
+    return depth
+
+
+@dataclass(frozen=True, slots=True)
+class _Spigot:
+    """Half length and half width, radius of the corners, and how much wider the blank is on a side."""
+
+    length: float
+    width: float
+    corner: float
+    excess: float
+
+
+def _round(mill: _Mill, spigot: _Spigot, how: dict[str, float]) -> None:
+    """Mill a spigot free: loops from the outside in, at each level."""
+    rough, _ = _kind(mill.name, how["vari"] or 1.0)
+    side, floor = (how["fal"], how["fald"]) if rough else (0.0, 0.0)
+    step = _USUAL_STEP * 2.0 * mill.radius
+    count = max(1, math.ceil((spigot.excess - side) / step - _TINY))
+    if count > _MOST or min(spigot.length, spigot.width) <= 0.0 or how["cdir"] not in (0.0, 1.0, 2.0, 3.0):
+        message = f"the size or sense (CDIR = {how['cdir']:g}) of {mill.name} has no meaning"
+        raise BlockError(
+            "cycle-tool", message, mill.name, hint="LENG, WID or the diameter are above 0; CDIR is 0 to 3"
+        )
+    # Climb milling beside an outer wall goes clockwise where the spindle does.
+    turns_right = mill.motions.ip.state.direction >= 0
+    clockwise = {0.0: turns_right, 1.0: not turns_right, 2.0: True, 3.0: False}[how["cdir"]]
+    levels = (
+        levels_of(mill.hole.reference, mill.hole.depth + floor, how["mid"], mill.name)
+        if rough
+        else (mill.hole.depth,)
+    )
+    away = (
+        spigot.length
+        + max(spigot.excess, side)
+        + 2.0 * mill.radius
+        + abs(mill.hole.start - mill.hole.reference)
+    )
+    mill.motions.move({"Z": mill.hole.back}, rapid=True)
+    for level in levels:
+        mill.down(complex(away, 0.0), level)
+        for k in range(count - 1, -1, -1):
+            _loop(mill, spigot, side + mill.radius + k * step, clockwise)
+        mill.go(complex(away, 0.0), rapid=False)
+        mill.up(mill.hole.start)
+    mill.hole.feed(mill.before)
+    mill.up(mill.hole.back)
+
+
+def _loop(mill: _Mill, spigot: _Spigot, off: float, clockwise: bool) -> None:
+    """Go once around at a distance from the wall, from the middle of the side towards X+."""
+    a, b, r = spigot.length + off, spigot.width + off, min(spigot.corner, spigot.length, spigot.width) + off
+    corners = [(complex(a, b - r), complex(a - r, b), complex(a - r, b - r)), (complex(-a + r, b), complex(-a, b - r), complex(-a + r, b - r)),
+               (complex(-a, -b + r), complex(-a + r, -b), complex(-a + r, -b + r)), (complex(a - r, -b), complex(a, -b + r), complex(a - r, -b + r))]  # fmt: skip
+    mill.go(complex(a, 0.0), rapid=False)
+    for begin, end, centre in [(c[1], c[0], c[2]) for c in reversed(corners)] if clockwise else corners:
+        here = mill.motions.ip.state.position
+        at = mill.origin + begin * mill.turn
+        if abs(complex(here[0], here[1]) - at) > _TINY:
+            mill.go(begin, rapid=False)
+        mill.arc(end, centre, clockwise=clockwise)
+    if abs(b - r) > _TINY:
+        mill.go(complex(a, 0.0), rapid=False)
+
+
+def _how(v: list[float], first: int) -> dict[str, float]:
+    """Return MID, FAL, FALD, FFP1, FFD, CDIR, VARI from a parameter on."""
+    return dict(
+        zip(("mid", "fal", "fald", "feed", "plunge", "cdir", "vari"), v[first : first + 7], strict=True)
+    )
+
+
+def rectangle(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE76(RTP, RFP, SDIS, DP, DPR, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, AP1, AP2)."""
+    v = [filled(values, k) for k in range(20)]
+    how = _how(v, 11)
+    _check_modes(name, values, 20)
+    mill = _Mill.of(
+        motions,
+        name,
+        Hole.of(motions, name, values),
+        (how["feed"], how["plunge"] or how["feed"]),
+        complex(v[8], v[9]),
+        v[10],
+    )
+    excess = max(0.0, v[18] - v[5], v[19] - v[6]) / 2.0
+    _round(mill, _Spigot(abs(v[5]) / 2.0, abs(v[6]) / 2.0, abs(v[7]), excess), how)
+
+
+def circle(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE77(RTP, RFP, SDIS, DP, DPR, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, AP1); PRAD and AP1 are diameters."""
+    v = [filled(values, k) for k in range(16)]
+    how, radius = _how(v, 8), abs(v[5]) / 2.0
+    _check_modes(name, values, 16)
+    mill = _Mill.of(
+        motions,
+        name,
+        Hole.of(motions, name, values),
+        (how["feed"], how["plunge"] or how["feed"]),
+        complex(v[6], v[7]),
+        0.0,
+    )
+    _round(mill, _Spigot(radius, radius, radius, max(0.0, v[15] / 2.0 - radius)), how)
+
+
+def _check_modes(name: str, values: Values, first: int) -> None:
+    """Raise where a chamfer is milled or sizes mean something else (FS, ZFS, GMODE, AMODE)."""
+    numbers = [filled(values, k) for k in range(first, min(first + 5, len(values)))]
+    if (
+        any(numbers[:2])
+        or any(n % 10 > 1 or n >= 10 for n in numbers[2:3])
+        or any(n not in (0.0, 2.0) for n in numbers[4:])
+    ):
+        message = f"{name} with a chamfer, or other values of GMODE and AMODE, is not read"
+        raise BlockError(
+            "not-read",
+            message,
+            name,
+            hint="leave the parameters behind AP1 and AP2 out: DP is a coordinate then",
+        )
