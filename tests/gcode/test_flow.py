@@ -135,7 +135,7 @@ def test_block_delete(run: Any) -> None:
 def test_percent_signs_bound_the_program(run: Any) -> None:
     out = run("%\nG0 X1\n%\nG0 X2\n")
     assert xs(out) == [1]
-    assert out.diagnostics == []
+    assert [said.code for said in out.diagnostics] == ["text-behind-end"]
 
 
 def test_a_program_without_an_end_is_warned_of(run: Any) -> None:

@@ -149,6 +149,7 @@ class Course:
                 self.reached = following
                 self._since, self._begun = 0, parts.ip.budget.steps
                 parts.ip.budget.forward = following.line
+                parts.ip.base.block = empty_block(here)
             else:
                 self._since += 1
             parts.ip.budget.count(1)
