@@ -252,6 +252,8 @@ class Shape:
         corner_radius: Of the walls' corners (orthogonal_radius), or None.
         floor_radius: Between floor and walls (planar_radius), or None.
         elements: Features that make up this one, their placements within it.
+        thread: Major diameter of a thread, mm, or None.
+        pitch: Of a thread, mm: negative of a left-handed one; None where it is not given.
         stock: Outline of the raw piece across the feature's axis, or None where it is not given.
     """
 
@@ -273,6 +275,8 @@ class Shape:
     corner_radius: float | None = None
     floor_radius: float | None = None
     elements: tuple[Feature, ...] = ()
+    thread: float | None = None
+    pitch: float | None = None
     stock: list[Piece] | None = None
 
 

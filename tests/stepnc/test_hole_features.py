@@ -11,7 +11,7 @@ from cncgen.gcode import read
 from cncgen.stepnc import gcode_lines
 from cncgen.stepnc.features.holes import tip_length
 from cncgen.stepnc.model import CuttingTool
-from cncgen.toolpath.record import FeedMode
+from cncgen.toolpath.record import FeedMode, Kind
 from tests.stepnc.building import WHOLE, E, codes, motions
 from tests.stepnc.featured import GRID, ORIGIN, Features, cells, depths, hole_part, pocket_operation, tops
 
@@ -494,3 +494,97 @@ def test_a_drills_point_that_is_not_the_bottoms(bottom, expected):
     drilling = part.add("DRILLING", None, None, "op", 5.0, None, tool, part.technology(), None, *(None,) * 6)
     _, found = part.mill(hole, drilling).read()
     assert codes(found) == expected
+
+
+# Threads that are milled: M12 x 1.75 into a hole of 10.2 mm
+
+
+def milled_thread(
+    keyword="BOTTOM_AND_SIDE_FINISH_MILLING", count=1 / 1.75, unit="1/mm", hand=None, diameter=8.0
+):
+    part = Features()
+    hole = part.add(
+        "ROUND_HOLE", "h", None, (), part.placement(), part.plane(-20), part.size(10.2), None,
+        part.add("THROUGH_BOTTOM_CONDITION"),
+    )  # fmt: skip
+    number = part.add("NUMERIC_PARAMETER", "threads", count, unit)
+    hand = hand and part.add("DESCRIPTIVE_PARAMETER", "hand", hand)
+    thread = part.add(
+        "CATALOGUE_THREAD",
+        *part.head(14.0),
+        None,
+        (hole,),
+        E("T"),
+        None,
+        None,
+        None,
+        12.0,
+        number,
+        hand,
+        None,
+    )
+    tool = part.tool("T", diameter, body="THREAD_MILL")
+    head = (None, None, "op", 5.0, None, tool, part.technology(0.01, -10.0), None)
+    own = (None,) * {"SIDE_FINISH_MILLING": 7}.get(keyword, 8)
+    own = (*own[:6], E("F")) if keyword == "THREAD_DRILLING" else own
+    part.mill(thread, part.add(keyword, *head, *own))
+    return part
+
+
+@pytest.mark.parametrize(
+    ("keyword", "count", "unit"),
+    [
+        ("BOTTOM_AND_SIDE_FINISH_MILLING", 1 / 1.75, "1/mm"),
+        ("SIDE_FINISH_MILLING", 25.4 / 1.75, "per inch"),
+        ("THREAD_DRILLING", 1 / 1.75, "1/mm"),
+    ],
+)
+def test_a_thread_is_milled_along_a_helix_of_its_pitch(keyword, count, unit):
+    """Right-handed: up against the clock, 2 mm from the axis for a tool of 8 mm, 1.75 mm a turn over 14 mm less both leads."""
+    path, found = milled_thread(keyword, count, unit).read()
+    assert codes(found) == []
+    rows = [k for k in motions(path) if path.kind[k] == Kind.ARC]
+    assert len(rows) == 3
+    k = rows[1]
+    start, end, sweep = path.starts[k], path.end[k], path.arcs.sweep[path.curve[k]]
+    centre = path.arcs.centre[path.curve[k]]
+    assert np.hypot(*(start - centre)[:2]) == pytest.approx(2.0)
+    assert path.arcs.normal[path.curve[k]][2] == pytest.approx(1.0)
+    assert end[2] - start[2] == pytest.approx(14.0 - 1.75 / 2)
+    assert (end[2] - start[2]) / sweep * 2 * math.pi == pytest.approx(1.75)
+    assert path.starts[rows[0]][2] == -14.0
+    np.testing.assert_allclose(path.end[rows[2]], [*centre[:2], 0.0], atol=1e-9)
+
+
+def test_a_left_handed_thread_goes_down_against_the_clock():
+    path, found = milled_thread(hand="left hand").read()
+    assert codes(found) == []
+    k = [k for k in motions(path) if path.kind[k] == Kind.ARC][1]
+    assert path.end[k][2] - path.starts[k][2] == pytest.approx(-14.0 + 1.75 / 2)
+    assert path.arcs.normal[path.curve[k]][2] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("diameter", "code"), [(10.5, "stepnc-tool-size"), (8.0, None)])
+def test_a_thread_mill_must_fit_its_hole(diameter, code):
+    found = milled_thread(diameter=diameter).read()[1]
+    assert codes(found, "error") == ([code] if code else [])
+
+
+def test_a_tap_takes_the_pitch_of_its_thread():
+    """20 threads an inch are 1.27 mm a turn; the feed of 10 mm/s at 10 turns a second says 1 mm, which is remarked."""
+    part = Features()
+    hole = part.add(
+        "ROUND_HOLE", "h", None, (), part.placement(), part.plane(-20), part.size(5.1), None,
+        part.add("THROUGH_BOTTOM_CONDITION"),
+    )  # fmt: skip
+    number = part.add("NUMERIC_PARAMETER", "threads", 20.0, "per inch")
+    own = (None, (hole,), E("T"), None, None, None, 6.35, number, None, None)
+    thread = part.add("CATALOGUE_THREAD", *part.head(12.0), *own)
+    head = (None, None, "op", 5.0, None, part.tool("T", 6.35, body="TAP"), part.technology(0.01, -10.0), None)
+    part.mill(thread, part.add("TAPPING", *head, *(None,) * 6, E("F")))
+    path, found = part.read()
+    assert codes(found) == ["stepnc-pitch"]
+    assert [e.values["pitch_mm"] for e in path.events if e.name == "synchronise"] == [
+        pytest.approx(1.27),
+        None,
+    ]

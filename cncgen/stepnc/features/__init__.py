@@ -26,6 +26,7 @@ _HOLES = {
     "boring": holes.bore,
     "reaming": holes.bore,
     "tapping": holes.tap,
+    "thread drilling": holes.mill_thread,
 }
 _MILLING: dict[tuple[str, str], Callable[[Job], tuple[CutterPath, ...]]] = {
     ("plane", "planar face"): plane.mill,
@@ -41,6 +42,8 @@ _MILLING: dict[tuple[str, str], Callable[[Job], tuple[CutterPath, ...]]] = {
     ("bottom and side", "round hole"): pocket.mill_hole,
     ("bottom and side", "general outside profile"): profile.clear_outside,
     ("bottom and side", "boss"): profile.clear_outside,
+    ("bottom and side", "thread"): holes.mill_thread,
+    ("side", "thread"): holes.mill_thread,
     ("side", "closed pocket"): profile.mill_inside,
     ("side", "open pocket"): profile.mill_inside,
     ("side", "slot"): slot.mill_walls,

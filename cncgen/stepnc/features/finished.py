@@ -181,6 +181,8 @@ def _hole(job: Job, frame: Matrix, over: float) -> Cavity:
     radius = (shape.diameter or 0.0) / 2
     if kind == "tapping":
         radius = max(radius, job.radius)
+    if kind != "tapping" and shape.thread is not None:
+        radius = max(radius, shape.thread / 2)
     if shape.slope < 0 or radius <= 0:
         raise Skip
     depth = (shape.depth or 0.0) + (over if shape.bottom in ("", "through") else 0.0)

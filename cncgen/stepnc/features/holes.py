@@ -35,6 +35,8 @@ SAME_SIZE = 1e-3
 #: More steps of one hole than this are a slip of the pen.
 MAX_STEPS = 100_000
 #: Operations that give the hole the diameter of their tool.
+#: Turns of a milled thread, at most.
+MAX_TURNS = 10_000
 _SIZING = ("boring", "reaming")
 
 
@@ -271,12 +273,70 @@ def _ratio(job: Job) -> float:
     return 1.0
 
 
+def _pitch(job: Job) -> float | None:
+    """Return the pitch of the tool, else that of the thread, mm, or None."""
+    thread = job.shape.pitch
+    if job.tool.pitch is not None and thread is not None and abs(job.tool.pitch - abs(thread)) > 1e-3:
+        text = f"the tool has a pitch of {job.tool.pitch:g} mm and the thread one of {abs(thread):g} mm"
+        raise job.fault("stepnc-pitch", text)
+    return job.tool.pitch if job.tool.pitch is not None or thread is None else abs(thread)
+
+
+def mill_thread(job: Job) -> tuple[CutterPath, ...]:
+    """Return the toolpaths of a thread that is milled: THREAD_DRILLING, or a milling operation on a thread (ISO 14649-11).
+
+    The tool goes onto the thread by half a circle from the middle of the hole, along a helix of the thread's pitch, and back to
+    the middle: against the clock (climb), so upwards for a right-handed thread and downwards for a left-handed one, if
+    `helical_movement_on_forward` does not say the way.
+    """
+    pitch, major, minor = _pitch(job), job.shape.thread, job.shape.diameter
+    if pitch is None or not pitch > 0:
+        raise job.fault("stepnc-missing", "milling a thread needs the pitch of the thread or tool")
+    if major is None or minor is None or not major > minor - SAME_SIZE:
+        raise job.fault("stepnc-missing", "milling a thread needs major_diameter, above that of its hole")
+    if 2 * job.radius >= min(minor + SAME_SIZE, major):
+        text = f"a tool of {2 * job.radius:g} mm does not fit the hole of {minor:g} mm before a thread of {major:g} mm"
+        raise job.fault("stepnc-tool-size", text)
+    depth = _bottom(job)
+    if depth / pitch > MAX_TURNS:
+        raise job.fault("stepnc-geometry", f"{depth / pitch:.0f} turns of {pitch:g} mm are too many")
+    moves, aside, lead = _begin(job), major / 2 - job.radius, pitch / 4
+    moves.at(job.technology)
+    x, y = (float(v) for v in moves.position[:2])
+    left = (job.shape.pitch or 1.0) < 0
+    forward = job.operation.values.get("helical_movement_on_forward")
+    down = left if forward is None else forward is True
+    rise = -(depth - 2 * lead) if down else depth - 2 * lead
+    if rise * (-1 if down else 1) <= 0:
+        raise job.fault(
+            "stepnc-geometry", f"a thread {depth:g} mm deep is shorter than half a turn of {pitch:g} mm"
+        )
+    sign = math.copysign(1.0, rise)
+    # A right-handed thread rises against the clock.
+    clockwise = down != left
+    turn = -1.0 if clockwise else 1.0
+    sweep = 2 * math.pi * abs(rise) / pitch
+    z = 0.0 if down else -depth
+    moves.height(z)
+    begin = np.array([x + aside, y, z + sign * lead])
+    moves.arc(begin, np.array([x + aside / 2, y]), clockwise, math.pi)
+    angle = turn * sweep
+    end = np.array([x + aside * math.cos(angle), y + aside * math.sin(angle), z + sign * lead + rise])
+    moves.arc(end, np.array([x, y]), clockwise, sweep)
+    middle = np.array([(x + end[0]) / 2, (y + end[1]) / 2])
+    moves.arc(np.array([x, y, end[2] + sign * lead]), middle, clockwise, math.pi)
+    _lift(job, moves)
+    return moves.paths()
+
+
 def tap(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of TAPPING (ISO 14649-11): in step with the spindle, which turns back at the bottom.
 
-    The pitch is the tap's; where its entity has none (ISO 14649-111 gives taps no pitch) it is the feed over the speed.
+    The pitch is the tap's; where its entity has none (ISO 14649-111 gives taps no pitch) the thread's, else the feed over the
+    speed.
     """
-    technology, pitch = job.technology, job.tool.pitch
+    technology = job.technology
+    pitch = _pitch(job)
     speed = technology.spindle
     if speed is None and technology.cutting_speed is not None and job.radius > 0:
         turn = 1.0 if job.tool.left_handed else -1.0
@@ -286,11 +346,11 @@ def tap(job: Job) -> tuple[CutterPath, ...]:
     if technology.feed is not None:
         from_feed = technology.feed / abs(speed)
         if pitch is not None and abs(pitch - from_feed) > 1e-3 * pitch:
-            text = f"the feed of {technology.feed:g} mm/s makes {from_feed:.4g} mm a turn, and the tap has a pitch"
+            text = f"the feed of {technology.feed:g} mm/s makes {from_feed:.4g} mm a turn, and the thread has a pitch"
             job.warn("stepnc-pitch", f"{text} of {pitch:g} mm; the pitch counts")
         pitch = from_feed if pitch is None else pitch
     if pitch is None or not pitch > 0:
-        raise job.fault("stepnc-missing", "tapping needs a feed, or the pitch of the tap, above 0")
+        raise job.fault("stepnc-missing", "tapping needs a feed, or the pitch of the tap or thread, above 0")
     if job.value("dwell_time_bottom", 0.0) > 0:
         job.warn(
             "stepnc-dwell", "a tap in step with the spindle turns back at once; dwell_time_bottom is left out"

@@ -181,7 +181,26 @@ class Features:
         if len(holes) != 1 or entity.flag("inner_or_outer_thread") is False:
             raise entity.fault("stepnc-unsupported", "a thread is made in one round hole")
         hole = self._round_hole(self.entities.get(holes[0], "ROUND_HOLE", owner=entity.id))
-        return replace(hole, depth=self.depth(entity) or hole.depth)
+        major = entity.optional("major_diameter")
+        return replace(
+            hole,
+            depth=self.depth(entity) or hole.depth,
+            thread=None if major is None else major * self.placements.scale,
+            pitch=self._pitch(entity),
+        )
+
+    def _pitch(self, thread: Entity) -> float | None:
+        """Return the pitch of a thread by the number of its threads a mm (an inch), negative if left-handed; None without one."""
+        given = self.entities.optional(thread.ref("number_of_threads"))
+        if given is None:
+            return None
+        count, unit = given.number("its_parameter_value"), given.text("its_parameter_unit").strip().lower()
+        if not count > 0:
+            raise given.fault("stepnc-geometry", f"{count:g} threads")
+        pitch = (25.4 if "in" in unit or "tpi" in unit or '"' in unit else 1.0) / count
+        hand = self.entities.optional(thread.ref("thread_hand"))
+        words = [v.lower() for v in hand.parameters if isinstance(v, str)] if hand is not None else []
+        return -pitch if any("left" in w for w in words) else pitch
 
     def _pocket(self, entity: Entity, outline: list[Piece], open_sides: tuple[int, ...] = ()) -> Shape:
         slope = entity.number("slope", 0.0) * self.curves.angle
