@@ -588,3 +588,33 @@ def test_a_tap_takes_the_pitch_of_its_thread():
         pytest.approx(1.27),
         None,
     ]
+
+
+def test_a_milled_thread_in_a_block_is_cut_without_a_finding(tmp_path, cncgen):
+    """Material removal knows that the thread is wider than its hole, and that its ridges stay."""
+    part = Features()
+    block, place = part.block((0, 0, -20), (100, 80, 0)), part.placement(ORIGIN)
+    through = part.add("THROUGH_BOTTOM_CONDITION")
+    hole = part.add("ROUND_HOLE", "h", block, (), place, part.plane(-20), part.size(10.2), None, through)
+    number = part.add("NUMERIC_PARAMETER", "threads", 1 / 1.75, "1/mm")
+    own = (None, (hole,), E("T"), None, None, None, 12.0, number, None, None)
+    thread = part.add("CATALOGUE_THREAD", "t", block, (), place, part.plane(-14), *own)
+    head = (None, None, "op", 5.0, None)
+    technology = part.technology(0.005, -10.0)
+    drill = part.tool("D", 10.2, body="TWIST_DRILL", tip=30.0)
+    mill = part.tool("T", 8.0, body="THREAD_MILL")
+    operations = [
+        part.add("DRILLING", *head, drill, technology, None, 2.0, *(None,) * 5),
+        part.add("BOTTOM_AND_SIDE_FINISH_MILLING", *head, mill, technology, None, *(None,) * 8),
+    ]
+    plane = part.plane(30)
+    steps = [
+        part.add("MACHINING_WORKINGSTEP", "ws", plane, f, o, None)
+        for f, o in zip((hole, thread), operations, strict=True)
+    ]
+    part.project(part.plan(*steps))
+    program = tmp_path / "thread.stp"
+    program.write_text(part.text())
+    done = cncgen("check", program)
+    assert done.returncode == 0, done.stderr
+    assert b"[cut-" not in done.stdout + done.stderr

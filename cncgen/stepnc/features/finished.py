@@ -204,6 +204,10 @@ def _hole(job: Job, frame: Matrix, over: float) -> Cavity:
     plain = kind in ("drilling", "multistep drilling", "boring", "reaming") or kind.startswith(
         "bottom and side"
     )
+    # A milled thread leaves its ridges, which a height field does not have.
+    plain = plain and (
+        shape.thread is None or (kind != "thread drilling" and not kind.startswith(("bottom", "side")))
+    )
     if plain and not _allowances(job) and shape.slope == 0 and job.value("cutting_depth", 0.0) == 0:
         reached = min(job.radius, radius) if not kind.startswith("bottom") else radius - job.tool.edge
         circle = offsets.polygon_of([profile_shapes.circle(2 * reached)])
