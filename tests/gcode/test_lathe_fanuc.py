@@ -433,3 +433,20 @@ def test_a_depth_of_cut_in_least_increments(run: Any) -> None:
     assert whole.path.end.tolist() == length.path.end.tolist()
     assert [d.code for d in whole.diagnostics if d.severity == "warning"] == ["profile-step"]
     assert not [d for d in length.diagnostics if d.severity == "warning"]
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("G0 X50. Z2.\nG1 Z-20. F100.\nM30", (2, 10)),
+        ("G20 G0 X2. Z.1\nG1 Z-1. (F50) F.5\nM30", (2, 15)),
+        ("G98 G0 X50. Z2.\nG1 Z-20. F100.\nM30", None),
+        ("G0 X50. Z2.\nG32 Z-20. F12.\nG1 Z-21. F10.\nM30", None),
+        ("G0 X50. Z2.\nG1 Z-20. F0.2 (F100)\nM30", None),
+    ],
+)
+def test_a_feed_that_nobody_means_a_revolution(run: Any, text: str, place: tuple[int, int] | None) -> None:
+    """F100 in G99, where a post wrote mm a minute without G98, was 100 mm a revolution without a word."""
+    out = run(f"G97 S500 M3\n{text}", dialect="fanuc-lathe")
+    found = [(d.span.line - 1, d.span.column) for d in out.diagnostics if d.code == "feed-doubtful"]
+    assert found == ([place] if place else [])
