@@ -27,6 +27,8 @@ SPL, POLE, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE, CYCLE, CYCLE_CALL, RETRACT
 )
 #: The first character of an output command of FANUC's macros, which is kept like a comment; no comment begins so.
 OUTPUT = "\x1f"
+#: The second tool of a block that changes it, T1 T2 M6: Mazak's controls make it ready.
+NEXT_TOOL = "t next"
 #: Largest number of a word, mm or inch: machines have their places within it.
 LARGEST = POSITION
 
@@ -110,6 +112,13 @@ def nearest(value: float, what: str) -> int:
     return round(value)
 
 
+def repeated(letter: str) -> BlockError:
+    """Return the fault of a letter that stands twice in a block."""
+    return BlockError(
+        "repeated-word", f"{letter.upper()} stands twice in one block", letter.upper(), hint="write it once"
+    )
+
+
 def gather(pairs: list[tuple[str, float]]) -> Block:
     """Make a block of letters and known values.
 
@@ -124,15 +133,10 @@ def gather(pairs: list[tuple[str, float]]) -> Block:
             g.append(tenths("G", value))
         elif letter == "m":
             m.append(tenths("M", value))
+        elif letter == "t" and letter in words and NEXT_TOOL not in words and ("m", 6.0) in pairs:
+            words[NEXT_TOOL] = value
         elif letter in words:
-            raise BlockError(
-                "repeated-word",
-                f"{letter.upper()} stands twice in one block",
-                letter.upper(),
-                hint="write it once"
-                if letter != "t"
-                else "write the next tool, which Mazak names beside it, in a block behind M6",
-            )
+            raise repeated(letter)
         else:
             if not -LARGEST <= value <= LARGEST:
                 raise BlockError(

@@ -454,3 +454,12 @@ def test_heads_of_mach_and_tormach(run: Any) -> None:
     out = run("G90 G64 G50 G15 G69\nG70\nG0 X1\nG71\nG0 X1\nM2")
     assert points(out) == [[25.4, 0, 0], [1, 0, 0]]
     assert [d.code for d in out.diagnostics] == ["other-control"] * 2
+
+
+def test_two_tools_before_m6_of_mazak(run: Any) -> None:
+    """T1 T2 M6 changes to tool 1 and makes tool 2 ready (Mazak, EIA programming); without M6 two T are an error."""
+    out = run("T1 T2 M6\nG0 X1\nM30", dialect="fanuc")
+    assert points(out) == [[1, 0, 0]]
+    assert [event.values["tool"] for event in out.path.events if event.name == "tool"] == [1]
+    assert run("T1 T2\nM30", dialect="fanuc").errors == [("repeated-word", 1, 1)]
+    assert run("T1 T2 M6\nM2", dialect="linuxcnc").errors == [("repeated-word", 1, 1)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cncgen.gcode.block import AXES
+from cncgen.gcode.block import AXES, NEXT_TOOL
 from cncgen.gcode.codes.table import BOTH, Code, language_of, table
 
 DIALECTS = ("linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik")
@@ -51,7 +51,12 @@ def _words(code: Code) -> str:
     if code.name == "SPL":
         return "axes F K1 K2 K3 of each"
     sign = "" if code.dialects == ("heidenhain",) else "="
-    return " ".join([*shown, *(name.upper() + sign for name in code.named if name.upper() != code.name)])
+    return " ".join(
+        [
+            *shown,
+            *(name.upper() + sign for name in code.named if name.upper() != code.name and name != NEXT_TOOL),
+        ]
+    )
 
 
 def markdown() -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, AXIS_INDEX, LARGEST, Block
+from cncgen.gcode.block import AXES, AXIS_INDEX, LARGEST, NEXT_TOOL, Block, repeated
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import Stage, zeros
@@ -76,7 +76,13 @@ def select(ip: Interpreter, block: Block) -> None:
 
 
 def change(ip: Interpreter, block: Block) -> None:
-    """M6."""
+    """M6; the tool that a second T names is made ready on FANUC's kin alone.
+
+    Raises:
+        BlockError: LinuxCNC's blocks have one T.
+    """
+    if NEXT_TOOL in block.words and ip.dialect != "fanuc":
+        raise repeated("t")
     state = ip.state
     ip.sink.call("START_CHANGE()")
     state.direction = 0
@@ -233,7 +239,16 @@ CODES = (
     Code(
         "H", 0, "H", Stage.TOOL_LENGTH, length_number, "number of the tool offset", "h", dialects=("fanuc",)
     ),
-    Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", after=take_position),
+    Code(
+        "M",
+        60,
+        "tool change",
+        Stage.CHANGE,
+        change,
+        "change to the tool of T",
+        named=(NEXT_TOOL,),
+        after=take_position,
+    ),
     Code("M", _M61, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q"),
     Code(
         "G",

@@ -123,6 +123,9 @@ class Percent:
         rest = bare(self._source.data[before : before + _REST])
         count = sum(1 for line in rest.splitlines() if line and not line.startswith((b"%", b";")))
         if count and not self._ip.options.stand_alone:
+            begin = self._source.data.rfind(b"\n", 0, max(0, before - 1)) + 1
+            line = self._source.data[:begin].count(b"\n") + 1
+            self._ip.base.block = Block({}, line=line, offset=begin)
             least = "at least " if before + _REST < len(self._source) else ""
             message = f"{least}{count} lines stand behind the % that ends the program: they are not read"
             fault = BlockError(
