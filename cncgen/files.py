@@ -390,7 +390,7 @@ def _remove_stale(path: str) -> None:
 
 @contextmanager
 def scratch_folder() -> Iterator[str]:
-    """Make a folder among the temporary files for a with block; those that killed processes have left are removed."""
+    """Make a folder among the temporary files for a with block, and remove the folders that killed processes have left."""
     import shutil
     import tempfile
 

@@ -119,7 +119,9 @@ def _report_unforeseen(
     offset = 0
     for _ in range(line - 1):
         offset = sources[source].line_end(offset) + 1
-    message = f"{axis} moves, which neither a word nor a code of the program told: the setpoints have no column of it"
+    message = (
+        f"{axis} moves, though no word or code of the program names it: the setpoints have no column of it"
+    )
     hint = f"name it: write G91 G0 {axis}0 G90 in the program"
     reporter.report(sources[source], line, offset, BlockError("late-axis", message, hint=hint))
 

@@ -1,4 +1,4 @@
-"""What an identification found of an axis, as a servo table and as a distribution to draw machines from.
+"""The result of an axis's identification, as a servo table and as a distribution to draw machines from.
 
 The covariance of a fit (`cncgen.servo.identification.fits`) is that of a normal distribution: of positive parameters, of
 their logarithms. Machines drawn from it are those that the log leaves possible.
@@ -32,7 +32,7 @@ class IdentifiedSpread:
         letter: The axis, ``X``.
         model: The identified model, a key of `SERVO_MODELS`.
         names: Shape (k,): its parameters.
-        means: Shape (k,): what was found; logarithms where `logarithms` says so.
+        means: Shape (k,): the values found; logarithms where `logarithms` says so.
         logarithms: Shape (k,).
         root: Shape (k, k): lower Cholesky factor of the covariance.
     """
@@ -55,7 +55,7 @@ class IdentifiedSpread:
 
         Args:
             values: Shape (k,), from `values`.
-            before: The axis's servo table; what it has beside the identified parameters is kept where its model is the same.
+            before: The axis's servo table. Where its model is the same, its other keys are kept.
         """
         found = dict(zip(self.names, values, strict=True))
         if self.model != "fourth-order":

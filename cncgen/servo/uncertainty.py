@@ -54,7 +54,7 @@ class Perturbation:
         share: Each is within this share of its value, evenly distributed.
         draws: How many machines are drawn; powers of 2 are spread best.
         seed: Of the draws.
-        identified: What identifications found of axes, instead of the share.
+        identified: Distributions of axes' parameters from identifications, instead of the share.
     """
 
     share: float = 0.1
@@ -65,7 +65,7 @@ class Perturbation:
     def __str__(self) -> str:
         found = ", ".join(spread.letter for spread in self.identified)
         parts = [f"every parameter within {100 * self.share:g} %"] if self.share or not found else []
-        parts += [f"what the log leaves open of {found}"] if found else []
+        parts += [f"parameters of {found} within the covariance of their fit"] if found else []
         return " and ".join(parts)
 
 

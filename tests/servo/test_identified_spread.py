@@ -36,7 +36,7 @@ def test_a_ramp_lags_by_the_drawn_gain():
     values = spread_values(found, drawn)
     z = NormalDist().inv_cdf(0.95)
     figures = values["tracking_max_mm_x"]
-    assert values["of"] == "what the log leaves open of X"
+    assert values["of"] == "parameters of X within the covariance of their fit"
     for name, sigmas in (("low", -z), ("median", 0.0), ("high", z)):
         assert figures[name] == pytest.approx(v / 80.0 * math.exp(sigmas * spread), rel=0.01)
 

@@ -55,7 +55,9 @@ def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
         elif letter in ARGUMENTS:
             values[ARGUMENTS[letter] - 1] = value
         elif letter != "g":
-            raise BlockError("macro-arguments", f"{letter.upper()} is no argument of a macro", letter.upper())
+            raise BlockError(
+                "macro-arguments", f"{letter.upper()} is not an argument of a macro", letter.upper()
+            )
     if number < 0:
         raise BlockError("sub-missing", "a macro call has no program number P", "G65")
     return number, times, values

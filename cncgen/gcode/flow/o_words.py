@@ -85,7 +85,7 @@ class FlowControl:
         value = evaluate(label, self.ip.parameters)
         whole = nearest(value, "the label")
         if abs(value - whole) > EQUAL:
-            raise BlockError("oword-label", f"a label of {value:g}, which is no whole number", "O")
+            raise BlockError("oword-label", f"the label is {value:g}; it must be a whole number", "O")
         return float(whole)
 
     def value_of(self, flow: Flow) -> float:

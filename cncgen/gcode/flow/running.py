@@ -65,7 +65,7 @@ class Runner:
         source, faults = self.sources[0], self._parts.faults
         if source.is_binary():
             hint = "is it UTF-16? save it as UTF-8 or ASCII" if source.is_wide() else ""
-            message = f"{source.name} is no text: it holds NUL bytes"
+            message = f"{source.name} is not text: it holds NUL bytes"
             faults.at(Cursor(0, 0, 1), BlockError("binary-file", message, hint=hint))
             return
         try:

@@ -13,7 +13,7 @@ _SYSREAD = re.compile(
     rf"FN\s*18\s*:\s*SYSREAD\s+Q(?P<q>\d+)\s*=\s*ID{_OPERAND}(?:\s*NR{_OPERAND})?(?:\s*IDX{_OPERAND})?\s*\Z",
     re.IGNORECASE,
 )
-#: What is told, by ID and NR: state of the machine, and the tool table; the index of ID50 is the tool, of ID270 the axis from 1 on.
+#: The data, by ID and NR: state of the machine, and the tool table; the index of ID50 is the tool, of ID270 the axis from 1 on.
 _STATE: dict[tuple[int, int], Callable[[Interpreter, int], float]] = {
     (20, 1): lambda ip, index: float(ip.state.tool),
     (20, 2): lambda ip, index: float(ip.state.selected),

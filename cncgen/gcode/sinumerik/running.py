@@ -74,7 +74,7 @@ class SinumerikRunner:
         """Run to the end; yields now and then, so that rows can be taken away."""
         source = self.sources[0]
         if source.is_binary():
-            message = f"{source.name} is no text: it holds NUL bytes"
+            message = f"{source.name} is not text: it holds NUL bytes"
             self._faults.at(
                 Cursor(0, 0, 1),
                 BlockError("binary-file", message, hint="is it UTF-16? save it as UTF-8 or ASCII"),

@@ -68,7 +68,10 @@ def _of_angle(name: str, function: Callable[[float], float]) -> Callable[[float]
 
     def run(a: float) -> float:
         if not abs(a) < gcode_arithmetic.LARGEST_ANGLE:
-            raise BlockError("domain", f"{name.upper()}[{a:g}]: that is no angle")
+            raise BlockError(
+                "domain",
+                f"{name.upper()}[{a:g}]: the angle is too large; its size must be below {gcode_arithmetic.LARGEST_ANGLE:g}",
+            )
         return function(a)
 
     return run
@@ -241,7 +244,7 @@ def unary(name: str, a: Value, arithmetic: Arithmetic = LINUXCNC) -> Value:
     """Return ``name[a]``."""
     function = arithmetic.unary.get(name)
     if function is None:
-        raise BlockError("unknown-function", f"{name.upper()}[…] is no function of this dialect")
+        raise BlockError("unknown-function", f"{name.upper()}[…] is not a function of this dialect")
     if isinstance(a, float):
         try:
             return function(a)
