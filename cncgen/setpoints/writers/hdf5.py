@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import shutil
-import tempfile
 from collections.abc import Callable
 from typing import Any
 
@@ -14,6 +13,7 @@ from cncgen.files import Sink
 from cncgen.setpoints.columns import INTEGERS, Layout, check_finite
 from cncgen.setpoints.packages import needed
 from cncgen.setpoints.record import Setpoints
+from cncgen.setpoints.writers.spooled import spool_of
 
 #: Rows of a chunk of the file.
 _CHUNK_ROWS = 16_384
@@ -69,7 +69,7 @@ class _Spool:
     """
 
     def __init__(self) -> None:
-        self.file = tempfile.TemporaryFile()  # noqa: SIM115 - it goes with the writer
+        self.file = spool_of(self)
         self.fault: Exception | None = None
         self._end = 0
 
@@ -96,7 +96,7 @@ class _Spool:
 
     def readinto(self, buffer: memoryview) -> int:
         """Read bytes."""
-        return self._try(lambda: self.file.readinto(buffer), len(buffer))
+        return self._try(lambda: self.file.readinto(buffer), len(buffer))  # type: ignore[attr-defined]
 
     def read(self, count: int = -1) -> bytes:
         """Read bytes; h5py asks only whether this is there."""

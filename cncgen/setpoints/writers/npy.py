@@ -7,12 +7,12 @@ where the sink cannot go back (a pipe), the rows wait in a temporary file.
 from __future__ import annotations
 
 import shutil
-import tempfile
 from typing import IO
 
 from cncgen.files import OutputFile, Sink
 from cncgen.setpoints.columns import Layout, check_finite
 from cncgen.setpoints.record import Setpoints
+from cncgen.setpoints.writers.spooled import spool_of
 
 #: Bytes of the whole header, a multiple of 64 as the format wants.
 _HEADER_BYTES = 128
@@ -35,7 +35,7 @@ class Writer:
             self._body = sink
             self._write_header()
         else:
-            self._body = tempfile.TemporaryFile()  # noqa: SIM115 - open until `close`
+            self._body = spool_of(self)
 
     def _write_header(self) -> None:
         self._sink.write(npy_header((self._rows, len(self._layout.names))))

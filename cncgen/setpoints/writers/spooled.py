@@ -6,13 +6,21 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import BinaryIO
+from typing import IO, BinaryIO
 
 from cncgen.files import Sink
 from cncgen.setpoints.columns import Layout, check_finite
 from cncgen.setpoints.record import Setpoints
+
+
+def spool_of(writer: object) -> IO[bytes]:
+    """Open a file that is closed with its writer, also with one that is given up."""
+    file = tempfile.TemporaryFile()  # noqa: SIM115 - closed below
+    weakref.finalize(writer, file.close)
+    return file
 
 
 @contextmanager
@@ -34,7 +42,7 @@ class SpooledColumns:
 
     def __init__(self, layout: Layout) -> None:
         self._layout, self.rows = layout, 0
-        self._files = [tempfile.TemporaryFile() for _ in layout.names]  # noqa: SIM115 - open until `drain`
+        self._files = [spool_of(self) for _ in layout.names]
 
     def add(self, chunk: Setpoints) -> None:
         """Add the rows of a chunk, little-endian doubles."""
@@ -44,7 +52,7 @@ class SpooledColumns:
             file.write(column.astype("<f8").tobytes())
         self.rows += len(matrix)
 
-    def drain(self) -> Iterator[tuple[str, BinaryIO]]:
+    def drain(self) -> Iterator[tuple[str, IO[bytes]]]:
         """Yield name and file of each column, at its beginning; close it afterwards."""
         for name, file in zip(self._layout.names, self._files, strict=True):
             with file:
