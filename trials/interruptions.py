@@ -1,6 +1,6 @@
 """Every command that writes, stopped at random moments: what it should write is absent, as it was, or whole.
 
-    python -m trials.interruptions [--runs 1000] [--seed N] [--command WORD ...]
+    python -m trials.interruptions [--runs 1000] [--seconds S] [--seed N] [--command WORD ...]
 
 A command runs once undisturbed: that gives its files and its time. Then it runs again and again in a folder of its own, with and
 without a file of the same name there before, and is stopped: by a signal (SIGKILL, SIGTERM, SIGINT) or by the end of standard
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 import os
 import random
 import re
@@ -300,16 +301,25 @@ def _same(content: bytes, other: bytes) -> bool:
     return _OF_THE_MOMENT.sub(b"", content) == _OF_THE_MOMENT.sub(b"", other)
 
 
-def run(seed: int, runs: int, wanted: list[str] | None = None, hows: list[str] | None = None) -> Tally:
-    """Stop commands, each in turn; return the counts."""
+def run(
+    seed: int,
+    runs: int,
+    wanted: list[str] | None = None,
+    hows: list[str] | None = None,
+    seconds: float = math.inf,
+) -> Tally:
+    """Stop commands, each in turn, for so long at most; return the counts."""
     rng, tally = random.Random(seed), Tally()
     kinds = hows or [KILL, TERM, INT, READER, SIZE, *([DISK] if _mounts() else [])]
     with inputs() as given:
         chosen = [case for case in cases() if not wanted or case.name in wanted]
         wholes = {case.name: undisturbed(case, given) for case in chosen}
+        end = time.monotonic() + seconds
         for index in range(runs):
+            if time.monotonic() > end:
+                break
             case = chosen[index % len(chosen)]
-            how = kinds[(index // len(chosen)) % len(kinds)]
+            how = kinds[(index // len(chosen) + index) % len(kinds)]
             stopped(case, wholes[case.name], given, how, rng, tally)
     return tally
 
@@ -333,12 +343,13 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--runs", type=int, default=1000)
+    parser.add_argument("--seconds", type=float, default=math.inf)
     parser.add_argument("--seed", type=int)
     parser.add_argument("--command", action="append", choices=[case.name for case in cases()])
     given = parser.parse_args()
     seed = secrets.randbelow(2**31) if given.seed is None else given.seed
     print(f"seed {seed}", flush=True)
-    tally = run(seed, given.runs, given.command)
+    tally = run(seed, given.runs, given.command, seconds=given.seconds)
     for (command, how), count in sorted(tally.runs.items()):
         print(f"{count:6d} {command}, {how}")
     print(
