@@ -310,3 +310,13 @@ def test_an_archive_that_states_more_than_it_holds_allocates_nothing(tmp_path: P
             archive.writestr(f"{name}.npy", head + bytes(64))
     with pytest.raises(UsageError, match="shorter than its header says"):
         read(tmp_path / "a.npz")
+
+
+def test_a_header_with_a_call_is_told_in_words(tmp_path: Path) -> None:
+    """numpy's message showed the node of Python's syntax, with its address in memory."""
+    header = b"{'descr': open('x'), 'fortran_order': False, 'shape': (1, 2)}\n"
+    path = tmp_path / "call.npy"
+    path.write_bytes(b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + bytes(16))
+    with pytest.raises(UsageError, match="is not an npy file") as caught, open_setpoints(path, axes="X"):
+        pass
+    assert "object at" not in str(caught.value)

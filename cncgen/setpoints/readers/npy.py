@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterator
 from tokenize import TokenError
@@ -40,6 +41,11 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         raise UsageError(Diagnostic("setpoints-length", message))
 
 
+def reason(error: Exception) -> str:
+    """Return what numpy says of a header, without the nodes of Python's syntax in it."""
+    return re.sub(r":? <ast\.\w+ object at 0x[0-9a-f]+>", "", str(error))
+
+
 def table_shape(file: BinaryIO, name: str) -> tuple[int, int]:
     """Read the header of an npy file of little-endian doubles in C order with two dimensions; return its shape."""
     try:
@@ -55,7 +61,9 @@ def table_shape(file: BinaryIO, name: str) -> tuple[int, int]:
             )
             shape, fortran, dtype = read(start)
     except (ValueError, EOFError, SyntaxError, TokenError) as error:
-        raise UsageError(Diagnostic("setpoints-header", f"{name} is not an npy file: {error}")) from error
+        raise UsageError(
+            Diagnostic("setpoints-header", f"{name} is not an npy file: {reason(error)}")
+        ) from error
     if len(shape) != 2 or shape[1] > MAX_COLUMNS or fortran or dtype != np.dtype("<f8"):
         message = f"{name}: an array of {dtype} with shape {shape}; a table of float64 in C order is wanted"
         raise UsageError(Diagnostic("setpoints-header", message))

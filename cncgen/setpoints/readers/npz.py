@@ -17,6 +17,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.f64 import ROWS
+from cncgen.setpoints.readers.npy import reason
 from cncgen.setpoints.readers.tables import block_of, columns_of, seekable, stated_period
 
 #: Faults that zipfile and numpy raise for a damaged archive. RuntimeError: it is encrypted, or of a method they do not know.
@@ -59,7 +60,9 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
                 matrix = np.stack([column.rows(ROWS) for column in columns], axis=1)
                 yield block_of(matrix, found[1:], name, row, period)
     except _FAULTS as error:
-        raise UsageError(Diagnostic("setpoints-header", f"{name} is not an npz file: {error}")) from error
+        raise UsageError(
+            Diagnostic("setpoints-header", f"{name} is not an npz file: {reason(error)}")
+        ) from error
 
 
 def _period(archive: zipfile.ZipFile, names: list[str]) -> float | None:

@@ -6,6 +6,7 @@ import io
 import math
 import shutil
 import tempfile
+import weakref
 from collections.abc import Callable, Iterator, Sequence
 from typing import IO, BinaryIO
 
@@ -127,7 +128,8 @@ def seekable(file: BinaryIO) -> IO[bytes]:
     """Return a file in which one can go back: a pipe is copied to a temporary file first."""
     if file.seekable():
         return file
-    copy = tempfile.TemporaryFile()  # noqa: SIM115 - removed when the reader lets go of it
+    copy = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the pipe
+    weakref.finalize(file, copy.close)
     shutil.copyfileobj(file, copy, 1 << 20)
     copy.seek(0)
     return copy
