@@ -120,7 +120,6 @@ def job_of(
 _bundles: dict[str, Bundle] = {}
 _folders: dict[str, str] = {}
 _scratch = ExitStack()
-atexit.register(_scratch.close)
 #: A process computes one job at a time: warnings and folders are the process's.
 _one = threading.Lock()
 
@@ -140,6 +139,15 @@ def _folder_of(bundle: str) -> Path:
             path.write_bytes(content)
         _folders[bundle] = folder
     return Path(_folders[bundle])
+
+
+def drop_folders() -> None:
+    """Remove the files of bundles, at the end of the process."""
+    _folders.clear()
+    _scratch.close()
+
+
+atexit.register(drop_folders)
 
 
 def check_version(version: str) -> None:

@@ -11,7 +11,15 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import connection, get_context, parent_process
 from typing import Protocol
 
-from cncgen.sweep.jobs import Bundle, JobOutcome, SweepJob, code_version, compute_batch, take_bundles
+from cncgen.sweep.jobs import (
+    Bundle,
+    JobOutcome,
+    SweepJob,
+    code_version,
+    compute_batch,
+    drop_folders,
+    take_bundles,
+)
 
 Batch = tuple[SweepJob, ...]
 #: A batch with its outcomes and seconds; None instead where its worker died.
@@ -95,7 +103,15 @@ class LocalWorkers:
 
 def begin_worker(bundles: Sequence[Bundle]) -> None:
     """Prepare a process of the pool: it keeps the programs, leaves Ctrl-C to the driver, and ends when the driver does."""
+
+    def leave(*_: object) -> None:
+        try:
+            drop_folders()
+        finally:
+            os._exit(1)
+
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, leave)
     take_bundles(bundles)
     parent = parent_process()
     if parent is not None:
@@ -103,7 +119,7 @@ def begin_worker(bundles: Sequence[Bundle]) -> None:
 
         def follow() -> None:
             connection.wait([sentinel])
-            os._exit(1)
+            leave()
 
         # A pool's process waits for work for ever when its driver was killed.
         threading.Thread(target=follow, daemon=True).start()
