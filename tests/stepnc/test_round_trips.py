@@ -137,6 +137,30 @@ def test_tools_spindle_coolant_dwells_stops_and_modes_go_along():
     same(original, from_gcode("\n".join(gcode_lines([stepnc]))))
 
 
+@pytest.mark.parametrize(("unit", "pitch"), [("G21", 1.0), ("G20", 25.4)])
+def test_taps_threads_and_probes_go_along(unit, pitch):
+    """Feed and speed alone do not say that they go together, nor that a line ends where something is touched."""
+    original = from_gcode(
+        f"(START, X0 Y0 Z0)\n{unit} G90 S60 M3 F10\nG0 Z1\nG33.1 Z-1 K1\nG33 Z-2 K1\nG38.3 Z-3\nG1 Z0\nM2\n"
+    )
+    stream = io.StringIO()
+    write_ap238([original], stream)
+    stepnc = one(read(io.BytesIO(stream.getvalue().encode()), "t.stp", WHOLE))
+    again = from_gcode("\n".join(gcode_lines([stepnc])))
+    for path in (original, stepnc, again):
+        said = [e for e in path.events if e.name in ("synchronise", "probe")]
+        pitches = [e.values["pitch_mm"] for e in said if e.name == "synchronise"]
+        assert pitches == [pytest.approx(pitch), None, pytest.approx(pitch), None]
+        assert [bool(e.values.get("tap")) for e in said if e.name == "synchronise"] == [
+            True,
+            False,
+            False,
+            False,
+        ]
+        assert [bool(e.values.get("probing")) for e in said if e.name == "probe"] == [True, False]
+        same(original, path)
+
+
 @pytest.mark.parametrize(
     ("motion", "way"),
     [

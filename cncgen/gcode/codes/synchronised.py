@@ -10,7 +10,6 @@ from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
-from cncgen.toolpath.record import Event
 
 _WORDS = "xyzabcuvwk$@^"
 
@@ -82,7 +81,7 @@ def tap(ip: Interpreter, block: Block) -> None:
         raise BlockError("tapping-axes", "G33.1 moves X Y Z only", "G33.1")
     ip.sink.call(f"START_SPEED_FEED_SYNC({pitch:f},0)")
     ip.sink.rigid_tap(end, pitch)
-    ip.sink.call("STOP_SPEED_FEED_SYNCH()", Event("spindle", values={"direction": state.direction}))
+    ip.sink.call("STOP_SPEED_FEED_SYNCH()")
     state.moved = True
 
 

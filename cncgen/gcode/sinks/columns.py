@@ -112,14 +112,15 @@ class ColumnsSink:
         self._keep(2, end, first, second, turns)
 
     def straight_probe(self, end: Point) -> None:
-        """Keep a line: a probe is planned as if nothing were touched."""
+        """Keep a line: a probe is planned as if nothing were touched. The event that ends it comes with its call."""
+        self._add(Event("probe", values={"probing": True}))
         self._keep(1, end, 0.0, 0.0, 0)
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
         """Keep the way there and the way back."""
         self.flush()
         machine = self.builder.position.copy()
-        self.synchronise(pitch)
+        self._in_step(pitch, tap=True)
         self._keep(1, end, 0.0, 0.0, 0)
         self.flush()
         if (self.builder.position != machine).any():
@@ -128,6 +129,12 @@ class ColumnsSink:
 
     def synchronise(self, pitch: float | None) -> None:
         """Take the pitch as the feed per revolution, or put the feed back."""
+        self._in_step(pitch)
+
+    def _in_step(self, pitch: float | None, tap: bool = False) -> None:
+        """Say with an event how far the tool goes in a turn, which neither feed nor speed tells, and set the feed."""
+        told = {"pitch_mm": None if pitch is None else pitch * self._scale}
+        self._add(Event("synchronise", values={**told, "tap": True} if tap else told))
         varies = self._surface is not None
         if varies or self._feed_mode == 93 or (self._before is not None and self._before[1] == 93):
             # The kept motions must share one meaning of the feed; 94 and 95 differ by a factor alone, if it is constant.
@@ -479,5 +486,8 @@ class ColumnsSink:
         """Keep the event of a call."""
         if event is not None:
             self.budget.spend(CALL)
-            self.flush()
-            self.builder.event(event, self.block.line, self.block.source)
+            self._add(event)
+
+    def _add(self, event: Event) -> None:
+        self.flush()
+        self.builder.event(event, self.block.line, self.block.source)

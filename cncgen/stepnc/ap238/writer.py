@@ -87,6 +87,7 @@ class _State:
     spindle: float | None = None
     coolant: tuple[bool, bool, bool] | None = None
     pitch: float | None = None
+    probing: bool = False
 
 
 class _Users(NamedTuple):
@@ -146,7 +147,8 @@ class _Writer:
     def _begin_operation(self) -> Ref:
         if self._operation is None:
             step = self.file.method("MACHINING_WORKINGSTEP", self._label or f"step {self._steps + 1}")
-            self._operation = self.file.method("FREEFORM_MILLING_OPERATION")
+            kind = "MACHINING_TOUCH_PROBING" if self.state.probing else "FREEFORM_MILLING_OPERATION"
+            self._operation = self.file.method(kind)
             self.file.add("MACHINING_OPERATION_RELATIONSHIP", "", "", step, self._operation)
             self._child(step)
             self._paths = 0
@@ -315,6 +317,8 @@ class _Writer:
             self._function("display message", f"setup {values.get('setup', '')}")
         elif event.name == "synchronise":
             self.state.pitch = values.get("pitch_mm")
+        elif event.name == "probe":
+            self.state.probing, self._operation = bool(values.get("probing")), None
         elif event.name == "coolant":
             names = ("flood", "mist", "through_spindle")
             self.state.coolant = tuple(bool(values.get(n, False)) for n in names)  # type: ignore[assignment]
