@@ -122,7 +122,7 @@ def _report_unforeseen(
     message = (
         f"{axis} moves, though no word or code of the program names it: the setpoints have no column of it"
     )
-    hint = f"name it: write G91 G0 {axis}0 G90 in the program"
+    hint = f"write a block that sends {axis} where it stands already"
     reporter.report(sources[source], line, offset, BlockError("late-axis", message, hint=hint))
 
 

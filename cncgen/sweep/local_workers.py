@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import connection, get_context, parent_process
+from types import FrameType
 from typing import Protocol
 
 from cncgen.sweep.jobs import (
@@ -104,7 +105,7 @@ class LocalWorkers:
 def begin_worker(bundles: Sequence[Bundle]) -> None:
     """Prepare a process of the pool: it keeps the programs, leaves Ctrl-C to the driver, and ends when the driver does."""
 
-    def leave(*_: object) -> None:
+    def leave(*_: int | FrameType | None) -> None:
         try:
             drop_folders()
         finally:

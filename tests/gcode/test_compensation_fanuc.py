@@ -81,4 +81,5 @@ def test_a_percent_at_the_end_alone_ends_the_program(run: Any, dialect: str) -> 
     out = run("G0X1\nG1X10F100\n%\nG1X50\n", dialect=dialect)
     assert out.errors == []
     assert out.path.end[-1, 0] == 10.0
-    assert [d.code for d in out.diagnostics] == (["stray-percent"] if dialect == "linuxcnc" else [])
+    remarks = ["text-behind-end", "stray-percent"] if dialect == "linuxcnc" else ["text-behind-end"]
+    assert [d.code for d in out.diagnostics] == remarks

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cncgen.toolpath.record import Kind
+
 _TOOLS = "G10 L12 P2 R2.\nG10 L12 P5 R5.\nG10 L10 P2 R10.\nG10 L10 P3 R20.\nG0\n"
 
 
@@ -58,8 +60,17 @@ def test_lines_that_run_again_change_numbers_too(run: Any) -> None:
         ("H-1\nM30", "fanuc", ("negative-number", 1, 1)),
         ("D5\nM2", "linuxcnc", ("unused-word", 1, 1)),
         ("G1 X1 F100 H1\nM2", "linuxcnc", ("unused-word", 1, 12)),
-        ("G0 X1 H1\nM30", "fanuc-lathe", ("unused-word", 1, 7)),
     ],
 )
 def test_numbers_where_they_cannot_be(run: Any, text: str, dialect: str, fault: tuple[str, int, int]) -> None:
     assert run(text, dialect=dialect).errors == [fault]
+
+
+def test_h_of_a_lathe_is_a_distance_of_c(run: Any) -> None:
+    """B-64304EN-1, G-code system A: H goes along C. Where no word names C there is no column of it, which is an error."""
+    out = run("G0 X2. C10.\nX4. H5.\nM30\n", dialect="fanuc-lathe")
+    assert out.errors == []
+    assert np.degrees(
+        out.path.end[out.path.kind != Kind.EVENT][-1, out.path.axes.index("C")]
+    ) == pytest.approx(15.0)
+    assert run("G0 X1 H1\nM30", dialect="fanuc-lathe").errors == [("late-axis", 1, 1)]

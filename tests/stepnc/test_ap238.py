@@ -279,11 +279,14 @@ def test_short_names():
     assert path.end[motions(path)].tolist() == [[5, 0, 0]]
 
 
-@pytest.mark.parametrize("keyword", ["EXTENDED_TYPE_OPERATION", "CONTOURING_TURNING_OPERATION"])
-def test_operations_that_cannot_be_done_are_refused(keyword):
+@pytest.mark.parametrize(
+    ("keyword", "with_path"), [("EXTENDED_TYPE_OPERATION", True), ("CONTOURING_TURNING_OPERATION", False)]
+)
+def test_operations_that_cannot_be_done_are_refused(keyword, with_path):
     aim = Aim()
     step, operation = aim.step(keyword)
-    aim.path(operation, aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology())
+    if with_path:
+        aim.path(operation, aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology())
     _, found = aim.read(aim.plan(step))
     assert codes(found, "error") == ["stepnc-unsupported"]
 

@@ -125,7 +125,7 @@ def text_of(setpoints: Setpoints) -> str:
         (lambda lines: lines[1:], 2, "header"),
         (lambda lines: [*lines[:700], lines[700].replace("0.", "nan", 1), *lines[701:]], 2, "701"),
         (lambda lines: [lines[0].replace("x_mm,y_mm", "y_mm,x_mm"), *lines[1:]], 1, "verify-distance"),
-        (lambda lines: [lines[0].replace("x_mm", "x_inch"), *lines[1:]], 2, "no position of axis X"),
+        (lambda lines: [lines[0].replace("x_mm", "x_inch"), *lines[1:]], 2, "not the position of axis X"),
     ],
     ids=["none", "gap", "twice", "cut", "backwards", "nothing", "no header", "nan", "order", "unit"],
 )

@@ -36,6 +36,8 @@ _SLIGHT = 0.15
 _LONGEST = 128
 #: Where the tangent of the reference jumps by more, rad, it is turned over so many times turn times tolerance.
 _JUMP, _REACH = 0.05, 2.5
+#: Tangents whose sum is shorter point in opposite directions: the rounding of a unit vector is 1e-16.
+_BACK = 1e-9
 
 
 @dataclass(slots=True)
@@ -270,10 +272,13 @@ def _turned(
         turn[0] = 0.0
     if ends[1]:
         turn[-1] = 0.0
+    # A path that goes back on itself has no middle between its tangents, and planes of its nodes are parallel.
+    half = before + after
+    size = np.sqrt((half**2).sum(axis=1))
+    turn[size < _BACK] = 0.0
     if not (turn > _JUMP).any():
         return tangent
-    half = before + after
-    half /= np.maximum(np.sqrt((half**2).sum(axis=1)), 1e-12)[:, None]
+    half /= np.maximum(size, _BACK)[:, None]
     out = tangent.copy()
     block = np.searchsorted(at, node, side="left") - 1
     for side in (0, 1):
