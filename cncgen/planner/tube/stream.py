@@ -375,6 +375,8 @@ class Tube:
             if fast.any():
                 # The neighbours soon are, once these are held.
                 held |= np.convolve(fast, np.ones(9), "same") > 0
+                # What is held now the motion found breaks: it is no guess within the limits.
+                found = None
             more = np.maximum(over, np.append(over[1:], -1.0))
             if number >= _LOCAL:
                 more = _around(more, np.cumsum(found.step), 0.5 * self.machine.period_s)
