@@ -358,10 +358,10 @@ class Tube:
         radius = nodes.radius.copy()
         owner = np.repeat(np.arange(len(nodes)), nodes.count)
         still = run.state[0].copy()
-        found: Solved | None = None
+        guess: Solved | None = None
         held = np.zeros(len(nodes), bool)
         for number in range(_ROUNDS):
-            found = self._tried(run, nodes, goal, columns, radius, held, found)
+            found = self._tried(run, nodes, goal, columns, radius, held, guess)
             if found is None:
                 return None
             feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
@@ -372,11 +372,11 @@ class Tube:
             if not (over > _PASSED * allowed).any() and not fast.any():
                 ends, period = (run.state, goal), self.machine.period_s
                 return lifted if holds(lifted, ends, self.acceleration, self.jerk, period) else None
+            # A motion that breaks the rows that are held from now on is no guess within the limits.
+            guess = None if fast.any() else found
             if fast.any():
                 # The neighbours soon are, once these are held.
                 held |= np.convolve(fast, np.ones(9), "same") > 0
-                # What is held now the motion found breaks: it is no guess within the limits.
-                found = None
             more = np.maximum(over, np.append(over[1:], -1.0))
             if number >= _LOCAL:
                 more = _around(more, np.cumsum(found.step), 0.5 * self.machine.period_s)
