@@ -32,9 +32,19 @@ class CountingSink:
         self._one()
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
-        """Count the way there and the way back."""
+        """Count the way there and the way back, and the events that say that they go in step with the spindle."""
         self._one()
         self._one()
+        self.count += 2
+
+    def straight_probe(self, end: Point) -> None:
+        """Count the line, and the event before it."""
+        self._one()
+        self.count += 1
+
+    def synchronise(self, pitch: float | None) -> None:
+        """Count the event."""
+        self.count += 1
 
     def call(self, text: str, event: Event | None = None) -> None:
         """Count the event of a call."""
@@ -51,11 +61,11 @@ class CountingSink:
         self.budget.spend(MOTION)
         self.count += 1
 
-    straight_traverse = straight_feed = straight_probe = nurbs_feed = _one
+    straight_traverse = straight_feed = nurbs_feed = _one
 
     def _nothing(self, *arguments: object, **named: object) -> None:
         """Count nothing: the call only changes how motions are made."""
 
-    synchronise = use_length_units = select_plane = set_feed_rate = set_inverse_time = _nothing
+    use_length_units = select_plane = set_feed_rate = set_inverse_time = _nothing
     set_feed_mode = set_spindle = set_motion_control_mode = place = use_tool_length_offset = _nothing
     set_g5x_offset = set_g92_offset = set_xy_rotation = set_surface_speed = _nothing
