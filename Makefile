@@ -5,9 +5,10 @@ BIN     = $(VENV)/bin
 
 .PHONY: install dev demo test processors lint docs fuzz kernels clean
 
+# Python compiles a module when it is first imported: doing so with all of scipy beforehand took longer than the demo.
 $(BIN)/cncgen: pyproject.toml setup.py $(wildcard cncgen/kernels/*.py)
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet .
+	PIP_NO_COMPILE=1 $(BIN)/python -m pip install --quiet .
 	@touch $@
 
 install: $(BIN)/cncgen

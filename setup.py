@@ -4,6 +4,7 @@ Every extension is optional, so a machine without a compiler (or a build told so
 installs the same files uncompiled; they run as plain Python, slowly, and `cncgen.kernels` warns once.
 """
 
+import gc
 import os
 import runpy
 import sys
@@ -26,6 +27,8 @@ FLAGS = [
 LINK = ["-Wl,-s"] if sys.platform == "linux" else []
 #: What Cython writes for typed arrays, once for all kernels: as a part of each it was four fifths of the C.
 SHARED = "cncgen.kernels._shared"
+#: What calls and compares more than it computes is as fast with less optimising, which takes half of the time of compiling.
+CALLING = ("cncgen.kernels.gcode_", SHARED)
 KERNELS = sorted(p for p in Path("cncgen/kernels").glob("*.py") if p.name != "__init__.py")
 
 
@@ -38,8 +41,16 @@ def kernel_extensions() -> list[Extension]:
     except ImportError:
         return []
     sources = {f"cncgen.kernels.{p.stem}": p.as_posix() for p in KERNELS}
+    # Collecting garbage among the nodes of Cython's trees was a third of its time; they live as long as a file does.
+    gc.set_threshold(200_000)
     extensions = [
-        Extension(name, [path], optional=True, extra_compile_args=FLAGS, extra_link_args=LINK)
+        Extension(
+            name,
+            [path],
+            optional=True,
+            extra_compile_args=[*FLAGS, "-O1"] if name.startswith(CALLING) else FLAGS,
+            extra_link_args=LINK,
+        )
         for name, path in (sources | {SHARED: "cncgen/kernels/_shared.c"}).items()
     ]
     return cythonize(
@@ -53,6 +64,8 @@ def kernel_extensions() -> list[Extension]:
             "cdivision": True,
             "initializedcheck": False,
             "freethreading_compatible": False,
+            # The one object that is pickled says how itself; what Cython writes for that was a seventh of the time of compiling.
+            "auto_pickle": False,
         },
     )
 

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from cncgen.pipeline import report_page as report_page
     from cncgen.pipeline import sample as sample
     from cncgen.pipeline import simulate as simulate
+    from cncgen.pipeline import viewer as viewer
     from cncgen.pipeline import write as write
     from cncgen.planner import PlanOptions as PlanOptions
     from cncgen.setpoints.record import Setpoints as Setpoints
@@ -57,6 +58,7 @@ _PUBLIC = {
     "read_setpoints": "cncgen.pipeline",
     "load_machine": "cncgen.machine",
     "report_page": "cncgen.pipeline",
+    "viewer": "cncgen.pipeline",
     "Machine": "cncgen.machine",
     "PlanOptions": "cncgen.planner",
     "ReadOptions": "cncgen.toolpath.reading",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import numbers
 import os
@@ -84,6 +83,8 @@ def expect_fields(options: Any, asked: Iterable[str]) -> None:
     faults = []
     for name in asked:
         if name not in known:
+            import difflib
+
             near = difflib.get_close_matches(name, known, 1)
             hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
             faults.append(Diagnostic("argument", f"there is no option {name!r}", hint=hint))

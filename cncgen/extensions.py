@@ -1,4 +1,4 @@
-"""Names of the formats of setpoints, and formats and dialects that other packages bring as entry points.
+"""Names of the formats of setpoints and of the dialects of G-code, and formats and dialects that other packages bring as entry points.
 
 A package brings a format of setpoints by an entry point of the group ``cncgen.setpoint_formats``, named as the format and its suffix, to
 a module with a class ``Writer(sink, layout)``, a function ``blocks(file, name, axes, period_s)``, or both, as the modules of
@@ -36,6 +36,9 @@ FORMATS = (
 BINARY = ("npy", "npz", "f64", "arrow", "parquet", "mat", "hdf5", "mcap", "mf4", "csp-raw")
 #: Suffixes that differ from the format's name.
 SUFFIXES = {"h5": "hdf5", "feather": "arrow", "ndjson": "jsonl", "cspraw": "csp-raw"}
+
+#: Dialects of G-code.
+DIALECTS = ("linuxcnc", "fanuc", "fanuc-lathe", "fanuc-lathe-b", "fanuc-lathe-c", "heidenhain", "sinumerik")
 
 FORMAT_GROUP, DIALECT_GROUP = "cncgen.setpoint_formats", "cncgen.dialects"
 

@@ -288,7 +288,7 @@ class OutputFile:
             raise
 
     def name_beside(self) -> None:
-        """Give a finished file a name beside its target, where there may be no room for one."""
+        """Give a finished file a name beside its target, where a name may still be lacking."""
 
         def named() -> None:
             if self._target is not None and self._temporary is None and not self.file.closed:
@@ -362,7 +362,7 @@ def _unused_beside(target: Path) -> str:
 
 
 def _locked(handle: int) -> int | None:
-    """Lock a file for this process; return the descriptor that holds the lock, or None where there are no locks."""
+    """Lock a file for this process; return the descriptor that holds the lock, or None where the system has no locks."""
     if fcntl is None:
         return None
     holder = os.dup(handle)

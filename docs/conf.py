@@ -19,12 +19,16 @@ author = "The cncgen authors"
 copyright = "The cncgen authors"
 release = version = cncgen.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+# Two hyphens begin an option; a dash would be another word.
+smartquotes = False
 myst_heading_anchors = 4
-myst_enable_extensions = ["colon_fence"]
+myst_enable_extensions = ["colon_fence", "deflist"]
 root_doc = "index"
 exclude_patterns = ["figures/*.py", "notebook.ipynb"]
 html_theme = "furo"
 html_title = "cncgen"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 napoleon_use_rtype = False

@@ -5,8 +5,10 @@ python docs/generate.py        # writes docs/shell again (a test holds it), and 
 
 from __future__ import annotations
 
+import inspect
 import re
 import shutil
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
@@ -19,7 +21,6 @@ from cncgen.explanations import ROOMS, codes, explanation
 DOCS = Path(__file__).resolve().parent
 #: Files of `docs/shell` and the shell of each.
 COMPLETIONS = {"cncgen.bash": "bash", "_cncgen": "zsh", "cncgen.fish": "fish"}
-WIDTH = 100
 
 
 def commands(
@@ -37,24 +38,42 @@ def commands(
     return found
 
 
-def help_of(name: str, command: click.Command) -> str:
-    """Return what ``--help`` of a command prints."""
-    context = click.Context(
-        command,
-        info_name=name,
-        help_option_names=["-h", "--help"],
-        terminal_width=WIDTH,
-        max_content_width=WIDTH,
+def _plain(text: str) -> str:
+    """Return a text for Markdown: its signs as themselves, and what stands between backticks as code."""
+    return re.sub(
+        r"`[^`]*`|[\\*_{}\[\]<>#|~$]", lambda found: found[0] if found[0][0] == "`" else f"\\{found[0]}", text
     )
-    return command.get_help(context)
+
+
+def _defined(rows: Iterable[tuple[str, str]]) -> list[str]:
+    """Return names with what they mean as a definition list."""
+    return [f"`{name}`\n: {_plain(' '.join(meaning.split()))}" for name, meaning in rows]
+
+
+def reference_of(name: str, command: click.Command) -> str:
+    """Return what ``--help`` of a command says, as Markdown."""
+    context = click.Context(command, info_name=name, help_option_names=["-h", "--help"])
+    usage = " ".join([name, *command.collect_usage_pieces(context)])
+    paragraphs = re.split(r"\n\s*\n", inspect.cleandoc(command.help or "").strip())
+    options = (one for one in command.get_params(context) if isinstance(one, click.Option))
+    records = (option.get_help_record(context) for option in options)
+    parts = [f"Usage: `{usage}`", *(_plain(" ".join(part.split())) for part in paragraphs), "Options:"]
+    parts += _defined(record for record in records if record)
+    if isinstance(command, click.Group):
+        inner = ((one, command.get_command(context, one)) for one in command.list_commands(context))
+        parts += [
+            "Commands:",
+            *_defined((one, found.get_short_help_str(200)) for one, found in inner if found),
+        ]
+    return "\n\n".join(parts)
 
 
 def command_page() -> str:
-    """Return the page of all commands, with the output of ``--help`` of each."""
+    """Return the page of all commands, with what ``--help`` of each says."""
     parts = ["# Commands\n\nThis page is what `--help` prints of each command.\n"]
     for name, command in [("cncgen", cli), *commands()]:
         level = "#" * (1 + len(name.split()))
-        parts.append(f"{level} {name}\n\n```text\n{help_of(name, command)}\n```\n")
+        parts.append(f"{level} {name}\n\n{reference_of(name, command)}\n")
     return "\n".join(parts)
 
 

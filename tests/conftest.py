@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -18,6 +19,10 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
 settings.load_profile("cncgen")
+
+# As cncgen itself sets it before it loads Arrow: tests load Arrow too, and its own allocator would take a GiB at once
+# from the memory that tests of bounds leave.
+os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
 
 #: The top of the checkout.
 ROOT = Path(__file__).resolve().parent.parent

@@ -98,7 +98,7 @@ def test_an_unknown_code_names_those_that_are_near(capfd: pytest.CaptureFixture[
 
 
 def test_json_says_where_more_is_said(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "part.nc").write_text("G1 X1\nM2\n")
+    (tmp_path / "part.nc").write_text("G21 G1 X1\nM2\n")
     app.run(["check", str(tmp_path / "part.nc"), "--json"])
     (line,) = capfd.readouterr().out.splitlines()
     assert json.loads(line)["explain"] == "cncgen explain feed-missing"

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -122,3 +124,28 @@ def test_without_the_package_its_names_are_unknown(site: Path) -> None:
     unknown = run(site, "plan part.nc -o other.semi", installed=False)
     assert unknown.returncode == 2
     assert "suffix .semi" in unknown.stderr
+
+
+def test_the_package_of_the_page_works(root: Path, tmp_path: Path) -> None:
+    """Its modules and entry points, as they stand in docs/extensions.md."""
+    page = (root / "docs/extensions.md").read_text(encoding="utf-8")
+    codes = re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)
+    tables = re.findall(r"^```toml\n(.*?)^```", page, re.M | re.S)
+    points = ""
+    for code, table in zip(codes, tables, strict=True):
+        for group, named in tomllib.loads(table)["project"]["entry-points"].items():
+            ((name, module),) = named.items()
+            points += f"[{group}]\n{name} = {module}\n"
+            path = tmp_path / f"{module.replace('.', '/')}.py"
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(code, encoding="utf-8")
+    about = tmp_path / "mypackage-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: mypackage\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(points)
+    (tmp_path / "part.nc").write_text(PROGRAM)
+    made = run(tmp_path, "plan part.nc --dialect shopfloor -o part.semi")
+    assert made.returncode == 0, made.stderr
+    rows = (tmp_path / "part.semi").read_text().splitlines()
+    assert rows[0] == "t;x;y"
+    assert [float(word) for word in rows[-1].split(";")][1:] == [10.0, 5.0]

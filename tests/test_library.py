@@ -78,7 +78,7 @@ def planned(_: object = None) -> tuple[int, float]:
         (lambda: cncgen.read_text(5), "text is of type int; it is to be str or bytes"),
         (lambda: cncgen.load_machine("mill"), "there is no machine profile 'mill'"),
         (lambda: cncgen.load_machine(None), "the machine is of type NoneType; it is to be a profile's name"),
-        (lambda: read_with(dialect="fanu"), "dialect = 'fanu' is not one of auto, linuxcnc, fanuc, fanuc-lathe, heidenhain"),
+        (lambda: read_with(dialect="fanu"), "dialect = 'fanu' is not one of auto, linuxcnc, fanuc, fanuc-lathe, fanuc-lathe-b, fanuc-lathe-c, heidenhain"),
         (lambda: read_with(max_steps=-1), "max_steps = -1 is not a whole number greater than 0"),
         (lambda: read_with(include="sub"), "include = 'sub' is not a sequence of names of folders"),
         (lambda: read_with(tolerance_mm=np.nan), "tolerance_mm = nan is not a number greater than 0"),

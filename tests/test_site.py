@@ -32,17 +32,11 @@ RUN = {
     ("docs/how-to.md", "python"): "here",
     ("docs/formats.md", "toml"): "here",
     ("docs/times.md", "toml"): "here",
-}
-#: Blocks that no test runs, and why.
-NOT_RUN = {
-    (
-        "docs/extensions.md",
-        "python",
-    ): "modules of a package that is another's",
-    ("docs/extensions.md", "toml"): "the project file of that package",
-    ("docs/sweep.md", "python"): "needs a cluster with Slurm",
-    ("docs/sweep.md", "sh"): "sweeps take minutes; tests/sweep runs smaller ones",
-    ("docs/sweep.md", "toml"): "sweeps take minutes; tests/sweep runs smaller ones",
+    ("docs/extensions.md", "python"): "test_extensions.py",
+    ("docs/extensions.md", "toml"): "test_extensions.py",
+    ("docs/sweep.md", "toml"): "here",
+    ("docs/sweep.md", "sh"): "here",
+    ("docs/sweep.md", "python"): "sweep/test_cluster.py",
 }
 
 
@@ -64,9 +58,10 @@ def blocks(page: str, *languages: str) -> list[tuple[str, str]]:
     return [(kind, code) for kind, code in found if not languages or kind in languages]
 
 
-def test_every_block_of_code_is_run_or_says_why_not() -> None:
+def test_every_block_of_code_is_run() -> None:
     kinds = {(page, kind) for page in PAGES for kind, _ in blocks(page) if kind != "text"}
-    assert kinds == set(RUN) | set(NOT_RUN)
+    assert kinds == set(RUN)
+    assert all((ROOT / "tests" / name).exists() for name in RUN.values() if name != "here")
 
 
 def test_the_tutorial_and_the_recipes_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,6 +86,36 @@ def test_the_tutorial_and_the_recipes_run(tmp_path: Path, monkeypatch: pytest.Mo
         exec(compile(code.replace("part.nc", "flat.nc"), "how-to.md", "exec"), {})
 
 
+@pytest.mark.slow
+def test_the_examples_of_sweeps_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The sweep as it stands, and its results in the tools that the page names; the search is read."""
+    from cncgen.sweep.definition import load_sweep
+
+    shell = shutil.which("bash")
+    if shell is None:
+        pytest.skip("bash is not installed")
+    pandas, polars, duckdb = (pytest.importorskip(name) for name in ("pandas", "polars", "duckdb"))
+    shutil.copy(ROOT / "programs" / "butterfly.nc", tmp_path / "butterfly.nc")
+    (sweep, search) = (code for _, code in blocks("docs/sweep.md", "toml"))
+    (tmp_path / "jerk.toml").write_text(sweep, encoding="utf-8")
+    (tmp_path / "search.toml").write_text(search, encoding="utf-8")
+    (lines,) = (code for _, code in blocks("docs/sweep.md", "sh"))
+    script = f'set -e\ncncgen() {{ "{sys.executable}" -m cncgen "$@"; }}\n{lines}'
+    run = subprocess.run(
+        [shell, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=280, check=False
+    )
+    assert run.returncode == 0, run.stderr[-2000:]
+    assert run.stdout.startswith("16 jobs, 16 missing, 0 failed\n")
+    assert (tmp_path / "jerk.png").read_bytes().startswith(b"\x89PNG")
+    monkeypatch.chdir(tmp_path)
+    frames = [pandas.read_parquet("jerk/"), polars.read_parquet("jerk/*.parquet")]
+    frames.append(duckdb.sql("from 'jerk/*.parquet'").df())
+    assert [len(frame) for frame in frames] == [16, 16, 16]
+    goal = load_sweep("search.toml").search
+    assert goal is not None
+    assert goal.under == {"contour_error_max_mm": 0.02}
+
+
 @pytest.mark.parametrize("page", ["docs/formats.md", "docs/times.md"])
 def test_tables_of_machine_files_are_read(page: str) -> None:
     """Beside a profile that has no such table."""
@@ -110,15 +135,29 @@ def test_every_page_is_in_the_tree_of_the_site() -> None:
 
 
 def test_the_reference_is_what_help_prints(generate: ModuleType) -> None:
+    """Word by word, without the marks of Markdown."""
     page = generate.command_page()
     assert len(generate.commands()) > 20
     for name, _ in generate.commands():
-        words = name.split()[1:]
-        said = CliRunner().invoke(cli, [*words, "--help"], prog_name="cncgen", terminal_width=generate.WIDTH)
+        said = CliRunner().invoke(cli, [*name.split()[1:], "--help"], prog_name="cncgen", terminal_width=200)
         assert said.exit_code == 0
-        section = page.partition(f" {name}\n\n```text\n")[2].partition("\n```\n")[0]
-        # Its last words differ where the name of the command is wrapped.
-        assert " ".join(section.split()) == " ".join(said.output.split()), name
+        section = re.split(r"^#", page.partition(f"# {name}\n")[2], maxsplit=1, flags=re.M)[0]
+        section = re.sub(r"^: ", "", re.sub(r"\\([\W_])", r"\1", section), flags=re.M)
+        assert section.replace("`", "").split() == said.output.replace("`", "").split(), name
+
+
+def test_options_keep_their_hyphens_on_the_site(tmp_path: Path) -> None:
+    """A page built with the constants of `docs/conf.py`; Sphinx makes dashes of two hyphens unless it is told not to."""
+    for package in ("sphinx", "myst_parser"):
+        pytest.importorskip(package)
+    lines = (DOCS / "conf.py").read_text(encoding="utf-8").splitlines()
+    kept = [line for line in lines if re.match(r"(smartquotes|myst_\w+) = ", line)]
+    (tmp_path / "conf.py").write_text("\n".join(['extensions = ["myst_parser"]', *kept]), encoding="utf-8")
+    (tmp_path / "index.md").write_text("# A page\n\nWith --json, and `--tree`.\n", encoding="utf-8")
+    words = [sys.executable, "-m", "sphinx", "-q", "-W", "-b", "html", str(tmp_path), str(tmp_path / "out")]
+    run = subprocess.run(words, capture_output=True, text=True, timeout=280, check=False)
+    assert run.returncode == 0, run.stderr
+    assert "With --json, and " in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
 
 
 def test_each_diagnostic_has_a_page(generate: ModuleType) -> None:
@@ -133,6 +172,31 @@ def test_each_diagnostic_has_a_page(generate: ModuleType) -> None:
 def test_manual_page_and_completions_are_up_to_date(generate: ModuleType) -> None:
     for name, text in generate.shell_files().items():
         assert (DOCS / "shell" / name).read_text(encoding="utf-8") == text, "python docs/generate.py"
+
+
+@pytest.mark.parametrize(
+    ("shell", "script"),
+    [
+        (
+            "bash",
+            "COMP_WORDS=(cncgen pl); COMP_CWORD=1; _cncgen_completion cncgen; printf '%s\\n' \"${COMPREPLY[@]}\"",
+        ),
+        ("fish", "complete -C 'cncgen pl'"),
+    ],
+)
+def test_the_completions_that_ship_complete(tmp_path: Path, shell: str, script: str) -> None:
+    """In the shell itself, where it is installed, with a command of that name on the path."""
+    program = shutil.which(shell)
+    if program is None:
+        pytest.skip(f"{shell} is not installed")
+    command = tmp_path / "cncgen"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m cncgen "$@"\n', encoding="utf-8")
+    command.chmod(0o755)
+    words = [program, "-c", f"source '{DOCS / 'shell' / f'cncgen.{shell}'}'\n{script}"]
+    about = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}", "HOME": str(tmp_path)}
+    run = subprocess.run(words, capture_output=True, text=True, env=about, timeout=120, check=False)
+    found = [line.partition("\t")[0] for line in run.stdout.splitlines()]
+    assert found == ["plan", "plot"], run.stderr
 
 
 def test_the_manual_page_names_every_option(generate: ModuleType) -> None:

@@ -22,7 +22,7 @@ from cncgen.servo.compensation import compensated_plan
 from cncgen.servo.uncertainty import Perturbation
 
 PROGRAMS = ("circle", "square_r5", "star", "heart", "butterfly")
-_FOLDER = Path(__file__).resolve().parent.parent / "programs"
+FOLDER = Path(__file__).resolve().parent.parent / "programs"
 _LOOP: Mapping[str, Any] = {"position_gain_1_s": 60.0, "time_constant_s": 0.003}
 #: P control of 20 Hz round two equal masses with a resonance of 123 Hz; 1.6 mm a radian.
 _MASSES: Mapping[str, Any] = {
@@ -67,15 +67,20 @@ SHIPPED = ("xy-table", "dyna-1007", "die-bonder", "generic-mill")
 MACHINES = (*SHIPPED, *_MADE)
 
 
+def made_servos(name: str) -> dict[str, Servo]:
+    """Return the servo data of a machine that does not ship."""
+    model, values = _MADE[name]
+    return {letter: Servo(model, values) for letter in "XY"}
+
+
 def row(machine: str, program: str) -> tuple[str, float | None, bool]:
     """Return a row of the table, the ratio of the errors (None: refused), and whether a drawn machine gets worse."""
     where = load_machine(machine if machine in SHIPPED else "xy-table")
     if machine in SHIPPED:
         servos = servos_of(where)
     else:
-        model, values = _MADE[machine]
-        servos = {letter: Servo(model, values) for letter in "XY"}
-    read_in = read(str(_FOLDER / f"{program}.nc"))
+        servos = made_servos(machine)
+    read_in = read(str(FOLDER / f"{program}.nc"))
     try:
         found = compensated_plan(
             list(sound(read_in)), where, servos, axes=output_axes(read_in), rooms=ROOMS, enough=ENOUGH,

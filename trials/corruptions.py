@@ -338,6 +338,8 @@ def wrong(part: Part, found: Corrupted) -> bool | None:
     if found.rows is None:
         return True
     rows = found.rows
+    if len(rows) < 2:  # cut off to a point
+        return True
     if _over(rows, found.period_s, MARGIN * 1.01):
         return True
     near = _over(rows, found.period_s, 0.0)

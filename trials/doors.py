@@ -1,6 +1,6 @@
 """Fuzzing of every door of cncgen: what reads a file or an option from outside, each against a clock and a bound of memory.
 
-    python -m trials.doors [--door NAME ...] [--seconds 60] [--seed N] [--keep DIR] [--guided]
+    python -m trials.doors [--door NAME ...] [--seconds 60] [--seed N] [--keep DIR] [--tally FILE] [--guided]
     python -m trials.doors --replay DIR
 
 An input is bytes. A door may say anything about it, but not fail with an exception that is none of the project's, take more than
@@ -14,13 +14,17 @@ Findings are cut to a smaller input of the same kind and kept as files, a folder
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import io
+import json
 import mmap
 import os
 import random
+import re
 import resource
 import secrets
+import shutil
 import signal
 import sys
 import tempfile
@@ -29,22 +33,25 @@ import traceback
 import warnings
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import IO, TYPE_CHECKING, Any
+from unittest.mock import patch
 
 from cncgen.diagnostics import CncgenError, Diagnostics, RemarkWarning
+from cncgen.setpoints.readers import isolated
 from cncgen.toolpath.reading import ReadOptions
 from trials.generators import door_inputs as inputs
+from trials.generators import extreme_programs
 
 #: Bounds of one input: seconds of processor time, and bytes beside what the process has already.
 SECONDS = 10.0
 MEMORY = 2**30
 #: Inputs of the first forked process of a door, and at most of each; a process is forked and warms up in the time of hundreds.
 BATCH, LARGEST_BATCH = 25, 10_000
-#: Time that the inputs of one process take, s.
+#: Processor time that the inputs of one process take, s.
 BATCH_SECONDS = 5.0
 #: Modules that inputs need, imported once, before processes are forked.
 MODULES = (
@@ -56,6 +63,9 @@ MODULES = (
 MAX_STEPS = 5_000
 #: Setpoints that a plan of a trial may have.
 MAX_ROWS = 20_000
+
+if TYPE_CHECKING:
+    import cncgen
 
 Try = Callable[[bytes], None]
 
@@ -79,28 +89,23 @@ class Finding:
     data: bytes
 
 
-@dataclass(slots=True)
-class Outcome:
-    """The counts of a run, and the findings, one of each kind."""
-
-    counts: dict[str, int] = field(default_factory=dict)
-    findings: dict[tuple[str, str], Finding] = field(default_factory=dict)
-
-
 def run_gcode(data: bytes, dialect: str) -> None:
-    """Read an input to its toolpath, check it, print its calls."""
+    """Read an input to its toolpath; check one of four beside, and print the calls of another one."""
     from cncgen.gcode import canon, check, read
 
     options = ReadOptions(dialect=dialect, max_steps=MAX_STEPS, chunk_rows=4096)
     program = read(io.BytesIO(data), "fuzz.ngc", options)
     for _ in program.chunks():
         pass
-    checked = Diagnostics()
-    check(io.BytesIO(data), "fuzz.ngc", options, checked)
-    if _errors(program.diagnostics) != _errors(checked):
-        raise AssertionError("a check says something else than reading")
-    for _ in canon(io.BytesIO(data), "fuzz.ngc", options, program.diagnostics):
-        pass
+    beside = zlib.crc32(data) % 4
+    if beside == 0:
+        checked = Diagnostics()
+        check(io.BytesIO(data), "fuzz.ngc", options, checked)
+        if _errors(program.diagnostics) != _errors(checked):
+            raise AssertionError("a check says something else than reading")
+    elif beside == 1:
+        for _ in canon(io.BytesIO(data), "fuzz.ngc", options, Diagnostics()):
+            pass
 
 
 def _errors(found: Diagnostics) -> list[str]:
@@ -125,9 +130,17 @@ def run_plan(data: bytes) -> None:
     """Plan a program on a machine that its bytes choose, draw some of its setpoints."""
     import cncgen
 
-    machine = ("xy-table", "generic-mill", "dyna-1007")[zlib.crc32(data) % 3]
+    chosen = zlib.crc32(data)
     program = cncgen.read_text(data, "fuzz.ngc", options=ReadOptions(max_steps=MAX_STEPS))
-    _draw(cncgen.sample(cncgen.plan(program, machine)))
+    machine = _machine(("xy-table", "generic-mill", "dyna-1007")[chosen % 3])
+    _draw(cncgen.sample(cncgen.plan(program, machine, effort=("best", "fast")[chosen % 2])))
+
+
+@cache
+def _machine(name: str) -> cncgen.Machine:
+    import cncgen
+
+    return cncgen.load_machine(name)
 
 
 def _draw(setpoints: Any) -> None:
@@ -142,8 +155,7 @@ def run_machine(data: bytes) -> None:
     """Read a machine file, plan a program on it, simulate its axes."""
     import cncgen
 
-    with _file(data, "m.toml") as file:
-        machine = cncgen.load_machine(file)
+    machine = cncgen.load_machine(_file(data, "m.toml"))
     _draw(cncgen.sample(cncgen.plan(cncgen.read_text(inputs.PROGRAM, "p.nc"), machine)))
 
 
@@ -151,78 +163,126 @@ def run_setpoints(data: bytes, kind: str) -> None:
     """Read a file of setpoints, judge it."""
     import cncgen
 
-    with _file(data, f"s.{kind}") as file:
+    with patch.object(isolated, "started", forked):
+        file = _file(data, f"s.{kind}")
         points = cncgen.read_setpoints(
             file, format=kind, axes="XYZ" if kind in ("f64", "npy", "hal") else None
         )
-    cncgen.judge(points, cncgen.read_text(inputs.PROGRAM, "p.nc"), "generic-mill")
+        if zlib.crc32(data) % 12 == 0:
+            cncgen.judge(points, cncgen.read_text(inputs.PROGRAM, "p.nc"), _machine("generic-mill"))
+
+
+@contextlib.contextmanager
+def forked(kind: str, handle: int) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
+    """Do as `isolated.started`, by a fork: an interpreter that starts anew takes as long as fifty inputs."""
+    (asked_by, asks), (tells, out) = os.pipe(), os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(asks)
+        os.close(tells)
+        with contextlib.suppress(BaseException), open(asked_by, "rb") as reader, open(out, "wb") as writer:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+            isolated.serve(kind, f"/dev/fd/{handle}", reader, writer)
+        os._exit(0)
+    os.close(asked_by)
+    os.close(out)
+    with open(asks, "wb") as ask, open(tells, "rb") as told:
+        try:
+            yield ask, told
+        finally:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
 
 
 def run_log(data: bytes) -> None:
-    """Identify an axis by a log, with each model."""
+    """Identify an axis by a log, with a model that its bytes choose."""
     from cncgen.report.identified import identified
 
-    with _file(data, "log.csv") as file:
-        for model in ("velocity-loop", "first-order", "fourth-order", "etfe"):
-            try:
-                identified(file, model, None)
-            except CncgenError:
-                continue
+    models = ("velocity-loop", "first-order", "fourth-order", "etfe")
+    found = identified(_file(data, "log.csv"), models[zlib.crc32(data) % 4], None)
+    if re.search(r"= -?(nan|inf)", found.table):
+        raise AssertionError(f"a result is not finite: {found.table[:200]}")
 
 
 def run_tools(data: bytes) -> None:
-    """Read a tool table and a parameter file, run a program with them."""
+    """Read a tool table or a parameter file, run a program with it."""
     from cncgen.gcode import read
 
-    with _file(data, "t.tbl") as file:
-        for options in (ReadOptions(tool_table=Path(file)), ReadOptions(parameters=Path(file))):
-            try:
-                for _ in read(io.BytesIO(inputs.PROGRAM.encode()), "p.nc", options).chunks():
-                    pass
-            except CncgenError:
-                continue
+    file = Path(_file(data, "t.tbl"))
+    options = ReadOptions(dialect="linuxcnc", chunk_rows=64)
+    options = replace(options, tool_table=file) if zlib.crc32(data) % 2 else replace(options, parameters=file)
+    for _ in read(io.BytesIO(inputs.PROGRAM.encode()), "p.nc", options).chunks():
+        pass
 
 
 def run_options(data: bytes) -> None:
     """Give a command the words of the input, separated by NUL bytes, in a folder with a program."""
+    words = [word.decode("utf-8", "replace") for word in data.split(b"\0")]
+    with _folder({"p.nc": b"G21 G64 P0.01\nG1 X1 Y1 F1000\nX0\nM2\n"}):
+        _command(words)
+
+
+def run_extremes(data: bytes) -> None:
+    """Plan a case of `extreme_programs`; what is written with exit 0 passes `verify`."""
+    words, machine, program = [*data.split(extreme_programs.MARK), b"", b""][:3]
+    with _folder({"p.nc": program, "m.toml": machine}):
+        options = words.decode("utf-8", "replace").split("\n")
+        code, _ = _command(["plan", "p.nc", "-m", "m.toml", "-o", "o", *filter(None, options)])
+        if code != 0:
+            return
+        named = dict(zip(options[::2], options[1::2], strict=False))
+        tolerance = ["--path-tolerance", named["--path-tolerance"]] if "--path-tolerance" in named else []
+        judging = ["verify", "o", "--program", "p.nc", "--machine", "m.toml", *tolerance]
+        signal.setitimer(signal.ITIMER_PROF, SECONDS)  # each command has its own
+        code, said = _command([*judging, "--format", named.get("--format", "csv")])
+        if code != 0:
+            raise AssertionError(f"verify ends with {code}: {said}")
+
+
+@contextlib.contextmanager
+def _folder(files: dict[str, bytes]) -> Iterator[None]:
+    """Work in a folder with some files."""
+    here, folder = os.getcwd(), os.path.join(tempfile.gettempdir(), "folder")
+    os.mkdir(folder)
+    os.chdir(folder)
+    try:
+        for name, content in files.items():
+            Path(name).write_bytes(content)
+        yield
+    finally:
+        os.chdir(here)
+        shutil.rmtree(folder)
+
+
+def _command(words: list[str]) -> tuple[int, str]:
+    """Run a command in this process; return its exit code and what it says."""
     from cncgen.cli import app
 
-    words = [word.decode("utf-8", "replace") for word in data.split(b"\0")]
-    here = os.getcwd()
-    with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "p.nc").write_text("G21 G64 P0.01\nG1 X1 Y1 F1000\nX0\nM2\n")
-        os.chdir(folder)
-        quiet = io.TextIOWrapper(io.BytesIO())
-        out, err, sys.stdout, sys.stderr = sys.stdout, sys.stderr, quiet, quiet
-        try:
-            code = app.run(words)
-        finally:
-            sys.stdout, sys.stderr = out, err
-            os.chdir(here)
-        quiet.flush()
-        said = quiet.buffer.getvalue() if hasattr(quiet.buffer, "getvalue") else b""
-        if code not in (0, 1, 2, 3):
-            raise AssertionError(f"exit {code}: {said[-300:].decode('utf-8', 'replace')}")
+    quiet = io.TextIOWrapper(io.BytesIO(), "utf-8", "replace")
+    out, err, sys.stdout, sys.stderr = sys.stdout, sys.stderr, quiet, quiet
+    try:
+        code = app.run(words)
+    finally:
+        sys.stdout, sys.stderr = out, err
+    quiet.flush()
+    said = quiet.buffer.getvalue() if isinstance(quiet.buffer, io.BytesIO) else b""
+    text = said[-800:].decode("utf-8", "replace")
+    if code not in (0, 1, 2, 3):
+        raise AssertionError(f"exit {code}: {text}")
+    return code, text
 
 
-def _file(data: bytes, name: str) -> Any:
-    """Return a context that gives the name of a file of these bytes."""
-    return _Temporary(data, name)
+def _file(data: bytes, name: str) -> str:
+    """Write a file of these bytes in place of the former one; return its name."""
+    path = os.path.join(tempfile.gettempdir(), name)
+    with open(path, "wb") as file:
+        file.write(data)
+    return path
 
 
-class _Temporary:
-    """A file of some bytes in a folder of its own."""
-
-    def __init__(self, data: bytes, name: str) -> None:
-        self._folder = tempfile.TemporaryDirectory()
-        self._path = Path(self._folder.name, name)
-        self._path.write_bytes(data)
-
-    def __enter__(self) -> str:
-        return str(self._path)
-
-    def __exit__(self, *_: object) -> None:
-        self._folder.cleanup()
+def scratch() -> tempfile.TemporaryDirectory[str]:
+    """Return a folder for files of a process, in memory where the system has such: a disk takes longer than most inputs."""
+    return tempfile.TemporaryDirectory(dir="/dev/shm" if os.path.isdir("/dev/shm") else None)
 
 
 FORMATS = ("csv", "jsonl", "npy", "npz", "f64", "hal", "arrow", "parquet", "mat", "hdf5", "mcap", "mf4")
@@ -249,7 +309,7 @@ def doors() -> dict[str, Door]:
     }
     for name, texts in (("sinumerik", inputs.SINUMERIK), ("heidenhain", inputs.HEIDENHAIN)):
         seeds: Callable[[], list[bytes]] = partial(list, [text.encode() for text in texts])
-        found[name] = Door(seeds, inputs.change, partial(run_gcode, dialect=name))
+        found[name] = Door(seeds, inputs.change_lines, partial(run_gcode, dialect=name))
     found["plan"] = Door(lambda: [inputs.PROGRAM.encode()], inputs.change_gcode, run_plan)
     found["stepnc"] = Door(inputs.stepnc, inputs.change_stepnc, run_stepnc)
     found["machine"] = Door(inputs.machines, inputs.change, run_machine)
@@ -260,6 +320,7 @@ def doors() -> dict[str, Door]:
         )
     found["log"] = Door(inputs.logs, inputs.change, run_log)
     found["tools"] = Door(lambda: list(inputs.TOOLS), inputs.change, run_tools)
+    found["extremes"] = Door(lambda: [b""], lambda rng, *_: extreme_programs.case(rng), run_extremes)
     found["options"] = Door(lambda: _OPTIONS, inputs.change, run_options)
     return found
 
@@ -278,31 +339,46 @@ def fault_of(door: Door, data: bytes) -> tuple[str, str] | None:
         if isinstance(error, KeyboardInterrupt):
             raise
         frames = [f for f in traceback.extract_tb(error.__traceback__) if "/cncgen/" in f.filename]
-        place = f"{Path(frames[-1].filename).name}:{frames[-1].name}" if frames else "doors"
+        place = (
+            f"{Path(frames[-1].filename).name}:{frames[-1].name}"
+            if frames
+            else re.sub(r"[-\d.]+", "#", str(error))[:70]
+        )
         return f"{type(error).__name__} in {place}", traceback.format_exc(limit=-6)
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
     return None
 
 
+class TooLong(BaseException):
+    """An input takes more time than it may; no handler of exceptions takes it for something else."""
+
+
 def _hang(number: int, frame: object) -> None:
-    raise TimeoutError(f"more than {SECONDS:g} s")
+    raise TooLong(f"more than {SECONDS:g} s")
 
 
 def bound_process() -> None:
     """Bound time and memory of this process."""
     with open("/proc/self/status") as status:
         taken = next(int(line.split()[1]) * 1024 for line in status if line.startswith("VmData:"))
-    resource.setrlimit(resource.RLIMIT_DATA, (taken + MEMORY, resource.RLIM_INFINITY))
+    _limit(resource.RLIMIT_DATA, taken + MEMORY)
     signal.signal(signal.SIGPROF, _hang)
+
+
+def _limit(kind: int, value: int) -> None:
+    """Set a bound of this process, within what the system allows it."""
+    most = resource.getrlimit(kind)[1]
+    resource.setrlimit(kind, (value if most == resource.RLIM_INFINITY else min(value, most), most))
 
 
 def batch(name: str, door: Door, data: list[bytes]) -> tuple[int, list[Finding]]:
     """Run inputs in a child; return how many ran, and what they showed."""
     shared = mmap.mmap(-1, 8)
-    with tempfile.TemporaryFile() as found, tempfile.TemporaryFile() as errors:
+    with scratch() as folder, tempfile.TemporaryFile() as found, tempfile.TemporaryFile() as errors:
         child = os.fork()
         if child == 0:
+            tempfile.tempdir = folder
             _child(door, data, shared, found.fileno(), errors.fileno())
         _, status = os.waitpid(child, 0)
         ran = int.from_bytes(shared[:8], "little")
@@ -331,9 +407,7 @@ def _child(door: Door, data: list[bytes], shared: mmap.mmap, found: int, errors:
         if index % BATCH == 0:  # what is cached grows from input to input, and is not one's own
             bound_process()
         shared[:8] = index.to_bytes(8, "little")
-        resource.setrlimit(
-            resource.RLIMIT_CPU, (int(time.process_time() + 2 * SECONDS) + 2, resource.RLIM_INFINITY)
-        )
+        _limit(resource.RLIMIT_CPU, int(time.process_time() + 2 * SECONDS) + 2)
         fault = fault_of(door, each)
         printed = os.lseek(errors, 0, os.SEEK_CUR)
         if fault is None and printed > done:
@@ -371,9 +445,9 @@ def smaller(name: str, door: Door, finding: Finding, tries: int = 60) -> Finding
     return Finding(name, finding.kind, finding.said, best)
 
 
-def run(names: list[str], seed: int, seconds: float) -> Outcome:
-    """Try mutants of each door in turn for so many seconds in all."""
-    known, outcome = doors(), Outcome()
+def run(names: list[str], seed: int, seconds: float) -> Iterator[tuple[str, int, list[Finding]]]:
+    """Try mutants of each door in turn for so many seconds in all; yield what each process ran, and what it found."""
+    known = doors()
     for module in MODULES:
         importlib.import_module(module)
     streams = {name: mutants(known[name], seed) for name in names}
@@ -381,19 +455,58 @@ def run(names: list[str], seed: int, seconds: float) -> Outcome:
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         for name in names:
-            begin = time.monotonic()
-            if begin > end:
+            if time.monotonic() > end:
                 break
+            begin = _processor_time()
             data = list(islice(streams[name], sizes[name]))
             while data:
                 ran, found = batch(name, known[name], data)
-                outcome.counts[name] = outcome.counts.get(name, 0) + ran
+                yield name, ran, found
                 data = data[ran:]
-                for each in found:
-                    outcome.findings.setdefault((name, each.kind), each)
-            faster = min(BATCH_SECONDS / (time.monotonic() - begin), 4.0)
+            faster = min(BATCH_SECONDS / max(_processor_time() - begin, 0.01), 4.0)
             sizes[name] = min(max(int(sizes[name] * faster), 1), LARGEST_BATCH)
-    return outcome
+
+
+def _processor_time() -> float:
+    """Return what this process and the ended ones that it began have taken, s."""
+    return sum(os.times()[:4])
+
+
+def run_and_keep(names: list[str], seed: int, seconds: float, tally: Path | None, keep: Path | None) -> int:
+    """Run, print counts and findings, one of each kind, and how often each was found; return how many kinds there are.
+
+    Args:
+        names: Of the doors.
+        seed: Of the mutants.
+        seconds: Of the run.
+        tally: A file of counts by door, which go on from what it holds; written after each process.
+        keep: A folder for findings.
+    """
+    counts: dict[str, int] = json.loads(tally.read_text()) if tally and tally.exists() else {}
+    kinds = dict[tuple[str, str], int]()
+    for name, ran, found in run(names, seed, seconds):
+        counts[name] = counts.get(name, 0) + ran
+        if tally:
+            tally.write_text(json.dumps(counts, indent=1))
+        for each in found:
+            kinds[name, each.kind] = kinds.get((name, each.kind), 0) + 1
+            if kinds[name, each.kind] == 1:
+                tell(smaller(name, doors()[name], each), keep)
+    for name, count in counts.items():
+        print(f"{count:8d} {name}")
+    for (name, kind), count in kinds.items():
+        print(f"{count:8d} times {name}: {kind}")
+    print(f"{sum(counts.values()):8d} inputs, {len(kinds)} kinds of fault")
+    return len(kinds)
+
+
+def tell(finding: Finding, keep: Path | None) -> None:
+    """Print a finding, and keep its input."""
+    print(f"--- {finding.door}: {finding.kind}\n{finding.said}\n{finding.data[:400]!r}", flush=True)
+    if keep:
+        folder = keep / finding.door
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{zlib.crc32(finding.kind.encode()):08x}").write_bytes(finding.data)
 
 
 def guided(name: str, arguments: list[str]) -> None:
@@ -413,6 +526,8 @@ def guided(name: str, arguments: list[str]) -> None:
             raise AssertionError(fault[1])
 
     signal.signal(signal.SIGPROF, _hang)
+    folder = scratch()
+    tempfile.tempdir = folder.name
     atheris.Setup([sys.argv[0], *arguments], one, custom_mutator=mutator)
     atheris.Fuzz()
 
@@ -438,6 +553,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--seed", type=int)
     parser.add_argument("--keep", type=Path, help="folder for inputs that show a fault")
+    parser.add_argument("--tally", type=Path, help="file of counts by door, which this run adds to")
     parser.add_argument("--replay", type=Path)
     parser.add_argument(
         "--guided", action="store_true", help="one door by atheris; further words are libFuzzer's"
@@ -449,21 +565,12 @@ def main() -> int:
         return 0
     if arguments.replay:
         findings = replay(arguments.replay)
-    else:
-        seed = secrets.randbelow(2**31) if arguments.seed is None else arguments.seed
-        print(f"seed {seed}", flush=True)
-        outcome = run(names, seed, arguments.seconds)
-        for name, count in outcome.counts.items():
-            print(f"{count:8d} {name}")
-        print(f"{sum(outcome.counts.values()):8d} inputs, {len(outcome.findings)} kinds of fault")
-        findings = [smaller(each.door, doors()[each.door], each) for each in outcome.findings.values()]
-    for each in findings:
-        print(f"--- {each.door}: {each.kind}\n{each.said}\n{each.data[:400]!r}", flush=True)
-        if arguments.keep:
-            folder = arguments.keep / each.door
-            folder.mkdir(parents=True, exist_ok=True)
-            (folder / f"{zlib.crc32(each.kind.encode()):08x}").write_bytes(each.data)
-    return 1 if findings else 0
+        for each in findings:
+            tell(each, arguments.keep)
+        return 1 if findings else 0
+    seed = secrets.randbelow(2**31) if arguments.seed is None else arguments.seed
+    print(f"seed {seed}", flush=True)
+    return 1 if run_and_keep(names, seed, arguments.seconds, arguments.tally, arguments.keep) else 0
 
 
 if __name__ == "__main__":

@@ -1,43 +1,57 @@
-"""How many machines lie in the intervals of --perturb: python -m trials.interval_coverage [MACHINES].
+"""How many machines lie in the intervals of --perturb: python -m trials.interval_coverage [DRAWS] [MACHINES].
 
-Of each profile a circle is simulated on 256 drawn machines, and the interval of 90 % is taken. Then 1,000 machines are drawn from
-another seed, and those within it are counted.
+On seven machines (those of `trials.compensation` among them) two programs are planned, and simulated on as many drawn machines as
+`cncgen simulate --perturb 10%` takes; the intervals of 90 % of every error are taken. Then 1,000 machines are drawn from another
+seed, and those within are counted. Last comes what two standard deviations of independent draws would be.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 
-import numpy as np
+from cncgen.machine import load_servos
+from cncgen.pipeline import plan, read, sample
+from cncgen.servo.response_spread import INTERVAL, drawn_figures, interval
+from cncgen.servo.uncertainty import DRAWS, Perturbation, share_error
+from trials.compensation import FOLDER, SHIPPED, made_servos
 
-from cncgen.machine import Servo, load_servos
-from cncgen.servo.response_spread import drawn_figures, interval
-from cncgen.servo.uncertainty import Perturbation
-from cncgen.setpoints.record import Setpoints
+MACHINES = (
+    *SHIPPED,
+    "first order, Coulomb and viscous friction",
+    "first order, delay of 0.5 samples",
+    "two masses, friction, backlash 2 µm, encoder 1 µm",
+)
+PROGRAMS = ("circle", "star")
 
-DRAWS = 256
-PROFILES = ("xy-table", "dyna-1007", "die-bonder", "generic-mill")
+
+def shares(machine: str, program: str, draws: int, count: int) -> Iterator[tuple[str, float]]:
+    """Yield the name of each error, and the share of that many machines within its interval."""
+    limits = machine if machine in SHIPPED else "xy-table"
+    servos = load_servos(machine) if machine in SHIPPED else made_servos(machine)
+    rows = list(sample(plan(read(str(FOLDER / f"{program}.nc")), limits)).chunks)
+    found = drawn_figures(rows, servos, Perturbation(0.1, draws))
+    others = drawn_figures(rows, servos, Perturbation(0.1, count, seed=987_654_321))
+    for name, values in found.items():
+        low, high = interval(values)
+        yield name, float(((others[name] >= low) & (others[name] <= high)).mean())
 
 
 def main() -> None:
     """Run them."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
-    t = np.arange(600) * 0.001
-    angle = 2.0 * np.pi * (t - np.sin(2.0 * np.pi * t / 0.6) * 0.6 / (2.0 * np.pi)) / 0.6
-    rows = Setpoints("XY", 0.001, 0, 10.0 * np.column_stack([np.cos(angle), np.sin(angle)]))
-    for name in PROFILES:
-        servos: dict[str, Servo] = {k: s for k, s in load_servos(name).items() if k in "XY"}
-        found = drawn_figures([rows], servos, Perturbation(0.1, DRAWS))
-        others = drawn_figures([rows], servos, Perturbation(0.1, count, seed=987_654_321))
-        shares = []
-        for figure in ("contour_error_max_mm", "contour_error_rms_mm", "tracking_max_mm_x"):
-            low, high = interval(found[figure])
-            inside = float(((others[figure] >= low) & (others[figure] <= high)).mean())
-            shares.append(f"{figure} {100.0 * inside:.1f} %")
-        print(
-            f"{name}: {', '.join(shares)} of {count} machines in the 90 % interval of {DRAWS} draws",
-            flush=True,
-        )
+    draws = int(sys.argv[1]) if len(sys.argv) > 1 else DRAWS
+    count = int(sys.argv[2]) if len(sys.argv) > 2 else 1000
+    every: list[float] = []
+    for machine in MACHINES:
+        for program in PROGRAMS:
+            found = dict(shares(machine, program, draws, count))
+            every += found.values()
+            text = ", ".join(f"{name} {100.0 * share:.1f}" for name, share in found.items())
+            print(f"{machine}, {program}: {text} %", flush=True)
+    print(
+        f"{draws} draws: {100.0 * min(every):.1f} to {100.0 * max(every):.1f} % of {count} machines are in the intervals of"
+        f" {len(every)} errors; {100.0 * INTERVAL:g} ± {100.0 * share_error(INTERVAL, draws):.1f} % are stated"
+    )
 
 
 if __name__ == "__main__":

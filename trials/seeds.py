@@ -20,6 +20,7 @@ TUNING: Mapping[str, range] = MappingProxyType(
         "language_beside_rs274": range(10_000),
         "bodies_beside_rs274": range(10_000),
         "servo_tables": range(10_000),
+        "shortening": range(1_000),
     }
 )
 #: The same of what evidence is drawn from.
@@ -33,6 +34,7 @@ EVIDENCE: Mapping[str, range] = MappingProxyType(
         "language_beside_rs274": range(10_000, 1_000_000),
         "bodies_beside_rs274": range(10_000, 1_000_000),
         "servo_tables": range(10_000, 1_000_000),
+        "shortening": range(1_000, 100_000),
     }
 )
 

@@ -4,7 +4,7 @@ A block with one feature (pocket, slot, hole, face, profile), a random tool, str
 cut on a grid, and counted: refused with an error, cut without a finding, or with findings. A gouge, a rapid in stock, or
 material left without a diagnostic that says so is a fault; its file is kept.
 
-    python -m trials.stepnc_cut 200 [SEED] [FOLDER]
+    python -m trials.stepnc_cut 200 [SEED] [FOLDER] [KIND]
 """
 
 from __future__ import annotations
@@ -56,8 +56,15 @@ def boundary(part: Features, rng: random.Random) -> Any:
     return part.polygon((-a, -b), (a, -b), (a, d), (c, d), (c, b), (-a, b))
 
 
-def part_of(rng: random.Random) -> tuple[str, Features]:
-    """Return a part with one random feature."""
+def slot_end(part: Features, rng: random.Random) -> Any:
+    """Return the end of a slot: round mostly, else open, or flat with the radii of its corners."""
+    kind = rng.choice(["OPEN", "RADIUSED", "FLAT"]) if rng.random() < 0.5 else "RADIUSED"
+    corners = (part.size(rng.uniform(0, 3)), part.size(rng.uniform(0, 3))) if kind == "FLAT" else ()
+    return part.add(f"{kind}_SLOT_END_TYPE", *corners)
+
+
+def part_of(rng: random.Random, only: str = "") -> tuple[str, Features]:
+    """Return a part with one random feature, of one kind if that is given."""
     part = Features()
     piece = part.block((0, 0, -20), (100, 80, 0))
     depth, diameter = rng.uniform(1, 12), rng.choice([3.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0])
@@ -68,7 +75,7 @@ def part_of(rng: random.Random) -> tuple[str, Features]:
     plan = part.add(name, *STRATEGIES[name](rng))
     axial, radial = rng.uniform(0.5, 6), rng.choice([None, rng.uniform(0.2, 1.1) * diameter])
     side, low = rng.choice([None, 0.3]), rng.choice([None, 0.2])
-    kind = rng.choice(["pocket", "boss pocket", "slot", "hole", "drilled", "face", "profile"])
+    kind = only or rng.choice(["pocket", "boss pocket", "slot", "hole", "drilled", "face", "profile"])
     own: tuple[Any, ...] = (axial, radial, side, low)
     operation = "BOTTOM_AND_SIDE_ROUGH_MILLING"
     edge = rng.choice([None, None, 1.0]) if diameter >= 5 else None
@@ -82,10 +89,7 @@ def part_of(rng: random.Random) -> tuple[str, Features]:
         width = rng.choice([diameter, diameter * rng.uniform(1.05, 3)])
         profile = part.add("SQUARE_U_PROFILE", None, part.size(width), None, None, None, None)
         course = part.add("LINEAR_PATH", None, part.size(rng.choice([30.0, 50.0])), part.direction(1, 0, 0))
-        ends = tuple(
-            part.add(f"{rng.choice(['OPEN', 'RADIUSED', 'FLAT'])}_SLOT_END_TYPE", *()) for _ in range(2)
-        )
-        ends = tuple(part.add("RADIUSED_SLOT_END_TYPE") if rng.random() < 0.7 else e for e in ends)
+        ends = tuple(slot_end(part, rng) for _ in range(2))
         feature = part.add("SLOT", *head, course, profile, ends)
     elif kind in ("hole", "drilled"):
         bottom = part.add(rng.choice(["FLAT_HOLE_BOTTOM", "THROUGH_BOTTOM_CONDITION"]))
@@ -133,11 +137,12 @@ def main(arguments: list[str]) -> int:
     """Run the trial and print a table."""
     count, seed = int(arguments[0]), int(arguments[1]) if len(arguments) > 1 else random.randrange(10**9)
     folder = Path(arguments[2]) if len(arguments) > 2 else Path("stepnc_cut_faults")
+    only = arguments[3] if len(arguments) > 3 else ""
     rng, totals = random.Random(seed), collections.Counter[tuple[str, str]]()
     faults: list[tuple[int, str, str, str]] = []
     for k in range(count):
         state = rng.randrange(10**12)
-        kind, part = part_of(random.Random(state))
+        kind, part = part_of(random.Random(state), only)
         text = part.text()
         try:
             errors, warnings, findings = judged(text)

@@ -128,7 +128,7 @@ def main() -> None:
         if not given.no_cluster:
             from distributed import LocalCluster
 
-            with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+            with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
                 start = time.monotonic()
                 begun(folder, "cluster", "--scheduler", cluster.scheduler_address).wait()
                 whole["dask"] = rows_of(folder / "cluster")

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import os
 import signal
 import sys
-import traceback
 import warnings
 from collections.abc import Sequence
 from typing import Any
@@ -65,10 +63,16 @@ class Commands(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that the arguments name; name the nearest one for an unknown name."""
-        near = () if args[0] in COMMANDS else difflib.get_close_matches(args[0], COMMANDS, 1)
-        if near:
-            ctx.fail(f"No such command {args[0]!r}; did you mean {near[0]}?")
+        if args[0] not in COMMANDS and (near := _near(args[0])):
+            ctx.fail(f"No such command {args[0]!r}; did you mean {near}?")
         return super().resolve_command(ctx, args)
+
+
+def _near(name: str) -> str:
+    """Return the command whose name is nearest to one that is unknown, or ""."""
+    import difflib
+
+    return next(iter(difflib.get_close_matches(name, COMMANDS, 1)), "")
 
 
 @click.group(
@@ -148,12 +152,16 @@ def _run(arguments: Sequence[str] | None) -> int:
         help = "this is a fault of cncgen; CNCGEN_TRACEBACK=1 in the environment shows the whole trace"
         messages.error(f"internal error: {_origin(error)}{type(error).__name__}: {error}", help)
         if os.environ.get("CNCGEN_TRACEBACK"):
+            import traceback
+
             traceback.print_exc()
         return INTERNAL_ERROR
 
 
 def _origin(error: Exception) -> str:
     """Return file and line of our innermost frame, for a report of the fault."""
+    import traceback
+
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if "cncgen" in frame.filename]
     if not frames:
         return ""

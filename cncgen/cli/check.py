@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -155,6 +154,8 @@ def _show_tree(name: str, language: str | None, options: ReadOptions, content: b
     from cncgen.stepnc import entries, tree
 
     if shape == _JSON:
+        import json
+
         plans = [entry.as_json() for entry in entries(content, name, options)]
         write_text(None, json.dumps({"schema_version": 1, "program": name, "workplans": plans}) + "\n")
     else:

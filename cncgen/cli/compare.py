@@ -14,6 +14,7 @@ from cncgen.cli.options import (
     perturb_options,
     planning_options,
     program_options,
+    reference_option,
     summary_option,
 )
 from cncgen.cli.types import FILE
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from cncgen.machine import Machine
     from cncgen.planner import PlanOptions
     from cncgen.servo.uncertainty import Perturbation
+    from cncgen.servo.wanted_motion import WantedMotion
     from cncgen.toolpath.record import Program, Toolpath
 
 
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
 @click.option(
     "--interpolators",
     metavar="LIST",
-    help="Interpolators, by commas [default: arclength,taylor1,taylor2].",
+    help="Interpolators, by commas [default: arclength,taylor1,taylor2, and that of --interpolator].",
 )
 @click.option(
     "--controllers",
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
 )
 @output_option
 @summary_option
+@reference_option
 @perturb_options
 @planning_options
 @program_options
@@ -55,6 +58,7 @@ def command(
     controllers: str | None,
     output: str | None,
     summary: str | None,
+    reference: str | None,
     uncertainty: dict[str, Any],
     planning: dict[str, Any],
     reading: dict[str, Any],
@@ -63,9 +67,10 @@ def command(
 
     Without --controllers: each feedrate strategy's time, true and predicted contour error and peaks; then each
     interpolator's time, feedrate fluctuation, distance of its setpoints from the path, and contour error of the axes. With it: the servo axes'
-    errors under each controller, on one plan; with --perturb on drawn machines too.
+    errors under each controller, on one plan; with --perturb on drawn machines too. With --reference
+    distances are those from its path too.
     """
-    from cncgen.cli.reading import opened, perturbation_of, plan_options, planning_machine
+    from cncgen.cli.reading import opened, perturbation_of, plan_options, planning_machine, reference_of
     from cncgen.files import write_text
     from cncgen.pipeline import machine_of, sound
 
@@ -73,16 +78,17 @@ def command(
     if drawn is not None and controllers is None:
         raise click.UsageError("--perturb draws servo parameters: it needs --controllers.")
     options, machine = plan_options(planning), planning_machine(machine, planning)
+    wanted = None if reference is None else reference_of(reference, machine, planning, reading)
     with opened(program, reading, planning["path_tolerance"], machine) as read:
         where, toolpaths = machine_of(machine), list(sound(read))
         if controllers is not None:
             source = planning["axis_params"] or machine
             text, found = _controllers(
-                read, toolpaths, where, options, source, _names(controllers) or [], drawn
+                read, toolpaths, where, options, source, _names(controllers) or [], drawn, wanted
             )
         else:
             text, found = _strategies(
-                read, toolpaths, where, options, _names(feedrates), _names(interpolators)
+                read, toolpaths, where, options, _names(feedrates), _names(interpolators), wanted
             )
     write_text(output, text)
     write_summary(summary, {"schema_version": 1, "program": program, "machine": where.name, **found})
@@ -104,15 +110,16 @@ def _strategies(
     options: PlanOptions,
     feedrates: list[str] | None,
     interpolators: list[str] | None,
+    reference: WantedMotion | None,
 ) -> tuple[str, dict[str, Any]]:
     from cncgen.pipeline import driven_axes
     from cncgen.report.comparing import interpolator_table, strategy_table, strategy_values
     from cncgen.report.comparison import compare_interpolators, compare_strategies
 
     axes = driven_axes(program, machine)
-    figures = compare_strategies(toolpaths, machine, options, feedrates, axes)
-    names = interpolators or ["arclength", "taylor1", "taylor2"]
-    fluctuations = compare_interpolators(toolpaths, machine, options, names, axes)
+    figures = compare_strategies(toolpaths, machine, options, feedrates, axes, reference)
+    names = interpolators or list(dict.fromkeys(("arclength", "taylor1", "taylor2", options.interpolator)))
+    fluctuations = compare_interpolators(toolpaths, machine, options, names, axes, reference)
     text = strategy_table(figures) + "\n" + interpolator_table(fluctuations)
     return text, strategy_values(figures, fluctuations)
 
@@ -125,6 +132,7 @@ def _controllers(
     source: str,
     names: list[str],
     drawn: Perturbation | None,
+    reference: WantedMotion | None,
 ) -> tuple[str, dict[str, Any]]:
     from dataclasses import replace
 
@@ -138,8 +146,10 @@ def _controllers(
 
     settings = settings_of(load_coupling(source))
     setpoints = list(sample(plan(toolpaths, machine, options), machine, axes=driven_axes(program, machine)))
-    wanted = reference_of(program.name, setpoints)
-    path, letters = programmed_path(iter(toolpaths), machine, wanted.axes)
-    wanted = replace(wanted, path=path, path_axes=letters)
+    wanted = reference
+    if wanted is None:
+        wanted = reference_of(program.name, setpoints)
+        path, letters = programmed_path(iter(toolpaths), machine, wanted.axes)
+        wanted = replace(wanted, path=path, path_axes=letters)
     found = compare_controllers(setpoints, load_servos(source), names, settings, machine.axes, wanted, drawn)
-    return controller_table(found), {"controllers": found}
+    return controller_table(found, reference is None), {"controllers": found}

@@ -192,17 +192,19 @@ def _of_setpoints(
     from cncgen.cli.writing import write_setpoints
     from cncgen.machine import load_servos
     from cncgen.servo.compensation import compensate, limits_of
+    from cncgen.servo.stream import driven
     from cncgen.setpoints.readers import open_setpoints
 
     servos = axis_params or machine or ""
-    bounds = limits_of(machine or servos, required=machine is not None) if limits else None
+    known, bounds = load_servos(servos), limits_of(machine or servos, required=machine is not None)
+    bounds = bounds if limits else None
     if limits and bounds is None:
         messages.note(f"{servos} has no limits: none are kept; give the machine with -m")
     letters, period = given
     usual = pipeline.machine_of(machine).period_s if machine and limits else None
     with open_setpoints(task.source, axes=letters, period_s=period, default_period_s=usual) as stream:
         found = compensate(
-            stream.chunks, load_servos(servos), limits=bounds, passes=task.passes, settle_s=task.settle,
+            driven(stream.chunks, {**known, **(bounds or {})}), known, limits=bounds, passes=task.passes, settle_s=task.settle,
             perturbation=task.perturbation,
         )  # fmt: skip
     write_setpoints(iter((found.command,)), task.output, task.format, machine if limits else None)
@@ -228,7 +230,7 @@ def _of_program(
     with opened(task.source, reading, planning["path_tolerance"], machine) as read:
         toolpaths = list(pipeline.sound(read))
         found = compensated_plan(
-            toolpaths, where, servos, axes=pipeline.output_axes(read), options=plan_options(planning),
+            toolpaths, where, servos, axes=pipeline.driven_axes(read, where), options=plan_options(planning),
             rooms=ROOMS if room is None else (room,), enough=ENOUGH, limits=limits, passes=task.passes,
             settle_s=task.settle, perturbation=task.perturbation,
         )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from cncgen.cli import messages
-from cncgen.cli.options import message_options, program_options
+from cncgen.cli.options import control_option, message_options, program_options
 from cncgen.cli.types import FILE, FiniteRange
 
 
@@ -36,6 +36,7 @@ from cncgen.cli.types import FILE, FiniteRange
 @click.option("-o", "--output", metavar="STL", type=FILE, help="Write the stock that is left as STL.")
 @click.option("--picture", metavar="FILE", type=FILE, help="Draw it: PNG, SVG or PDF.")
 @click.option("--report", metavar="FILE", type=FILE, help="Write volumes, engagement and findings as JSON.")
+@control_option
 @program_options
 @message_options
 def command(
@@ -47,6 +48,7 @@ def command(
     output: str | None,
     picture: str | None,
     report: str | None,
+    machine: str | None,
     reading: dict[str, Any],
 ) -> int:
     """Cut the stock of a program and say what is wrong.
@@ -63,7 +65,7 @@ def command(
     from cncgen.pipeline.removing import cut
     from cncgen.report.removed import as_text, figure
 
-    language, options = read_options(reading)
+    language, options = read_options(reading, machine=machine)
     said = Diagnostics()
     removal = cut(
         program,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import json
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -80,6 +79,8 @@ def show(diagnostics: Iterable[Diagnostic] | Diagnostics, *, as_json: bool = Fal
         if _Style.kept is not None:
             _Style.kept.append(diagnostic)
         elif _Style.json or as_json:
+            import json
+
             text = json.dumps(diagnostic.as_json())
             if _Style.json_stream:
                 _to_json_stream(_Style.json_stream, text)
@@ -173,6 +174,8 @@ def open_summary(path: str | None) -> Iterator[Callable[[dict[str, Any]], None]]
 
 
 def _as_json(values: dict[str, Any]) -> str:
+    import json
+
     return json.dumps(json_values(values), indent=2)
 
 

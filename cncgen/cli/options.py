@@ -12,7 +12,7 @@ import click
 from cncgen.cli import memory, messages
 from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, SETPOINT_FORMAT, FiniteRange, NamedChoice, Uncertain
 from cncgen.extensions import DIALECT_GROUP
-from cncgen.toolpath.reading import DIALECTS, SPEED_UNITS, SPINDLE_SIGNS
+from cncgen.toolpath.reading import DIALECTS, SPEED_UNITS, SPINDLE_SIGNS, UNITS
 
 Command = Callable[..., Any]
 
@@ -174,6 +174,7 @@ program_options = _gathering(
         show_default=True,
         help="Control that the G-code is for, where controls differ.",
     ),
+    _choice("--units", UNITS, "Unit of lengths until G20 or G21 says it; auto: mm, with a note."),
     click.option("--tool-table", metavar="FILE", type=FILE, help="Tool table in LinuxCNC's format."),
     click.option(
         "--parameters", metavar="FILE", type=FILE, help="Numbered parameters; read, never rewritten."
@@ -401,7 +402,7 @@ perturb_options = _gathering(
         "--draws",
         metavar="N",
         type=click.IntRange(1, 65536),
-        help="Machines that --perturb draws [default: 64; simulate: 256].",
+        help="Machines that --perturb draws [default: 512; tune, and compensate without --perturb: 64].",
     ),
     click.option(
         "--draw-seed",

@@ -108,6 +108,7 @@ def _planned_or_read(
     from cncgen import pipeline
     from cncgen.cli.reading import is_setpoint_file, planned, planning_machine, reference_of
     from cncgen.report.plot_data import against, of_response, of_setpoints
+    from cncgen.servo.stream import driven
     from cncgen.setpoints.readers import open_setpoints
 
     found = pipeline.machine_of(machine)
@@ -118,13 +119,13 @@ def _planned_or_read(
         with open_setpoints(
             source, format=format, axes=letters, period_s=period, default_period_s=found.period_s
         ) as stream:
-            chunks = list(stream.chunks)
+            chunks = list(driven(stream.chunks, {**found.axes, **servos}) if servos else stream.chunks)
     else:
         machine = planning_machine(machine, planning)
         found = pipeline.machine_of(machine)
         servos = pipeline.servos_of(planning["axis_params"] or found)
         with planned(source, reading, planning, machine) as plan:
-            chunks = list(pipeline.sample(_noting(plan, corners)).chunks)
+            chunks = list(driven(pipeline.sample(_noting(plan, corners)).chunks, found.axes))
     title = _title(source, found.name)
     data = of_setpoints(iter(chunks), title, found.axes, corners)
     if not all(letter in servos for letter in data.axes):

@@ -168,21 +168,23 @@ def reference_of(name: str, machine: str, planning: dict[str, Any], reading: dic
 
 
 def perturbation_of(
-    uncertainty: dict[str, Any], usual: float | None = None, draws: int = 64
+    uncertainty: dict[str, Any], usual: float | None = None, draws: int | None = None
 ) -> Perturbation | None:
     """Return the machines that are drawn, from what `cncgen.cli.options.perturb_options` gathered; None without a share.
 
     Args:
         uncertainty: Their values.
-        usual, draws: Share and number where the options do not say them.
+        usual: Share where the options do not say it; few machines show what it does.
+        draws: Their number where the options do not say it; None: enough for intervals.
     """
-    from cncgen.servo.uncertainty import Perturbation
+    from cncgen.servo.uncertainty import DRAWS, FEW_DRAWS, Perturbation
 
     share, files = uncertainty["perturb"] or (usual or 0.0, ())
     if not share and not files:
         return None
     found = tuple(spread for name in files for spread in _identified(name))
-    return Perturbation(share, uncertainty["draws"] or draws, uncertainty["draw_seed"], found)
+    number = uncertainty["draws"] or draws or (DRAWS if uncertainty["perturb"] else FEW_DRAWS)
+    return Perturbation(share, number, uncertainty["draw_seed"], found)
 
 
 def _identified(name: str) -> Iterator[IdentifiedSpread]:

@@ -53,7 +53,12 @@ if TYPE_CHECKING:
     "--fmu",
     metavar="OUT.fmu",
     type=FILE,
-    help="Write the axes as a co-simulation unit of FMI 2.0 instead (needs a C compiler); nothing is simulated.",
+    help="Write the axes as a co-simulation unit of FMI instead (needs a C compiler); nothing is simulated.",
+)
+@click.option(
+    "--fmi",
+    type=click.Choice(["2", "3"]),
+    help="Standard of the unit of --fmu: FMI 2.0 (where none is named) or FMI 3.0.",
 )
 @summary_option
 @program_options
@@ -71,6 +76,7 @@ def command(
     reference: str | None,
     uncertainty: dict[str, Any],
     fmu: str | None,
+    fmi: str | None,
     summary: str | None,
     reading: dict[str, Any],
 ) -> None:
@@ -88,15 +94,19 @@ def command(
     from cncgen.servo.response_csv import written
     from cncgen.servo.summary import ResponseSummary, watched
 
+    if fmi and not fmu:
+        raise click.UsageError(
+            "--fmi names the standard of the unit that --fmu writes, and there is no --fmu."
+        )
     if fmu:
         if source != "-" or output or summary:
             raise click.UsageError(
                 "--fmu exports the axes: it takes no setpoints, and neither -o nor --summary."
             )
-        _export(fmu, machine, planning["axis_params"], controller, (axes, period))
+        _export(fmu, machine, planning["axis_params"], controller, (axes, period), int(fmi or 2))
         return
     check_response_name(output)
-    drawn = perturbation_of(uncertainty, draws=256)
+    drawn = perturbation_of(uncertainty)
     wanted = None if reference is None else reference_of(reference, machine, planning, reading)
     kept: list[Response] | None = None if wanted is None and drawn is None else []
     servos = planning["axis_params"] or machine
@@ -175,6 +185,7 @@ def _export(
     axis_params: str | None,
     controller: str,
     given: tuple[str | None, float | None],
+    fmi: int,
 ) -> None:
     """Write an FMU of the axes, whose letters and period may be `given`."""
     from cncgen.files import open_output
@@ -182,12 +193,11 @@ def _export(
 
     axes, period = given
     where = machine_of(machine)
-    content = fmu(axis_params or where, controller=controller, axes=axes, period_s=period or where.period_s)
+    period_s = period or where.period_s
+    content = fmu(axis_params or where, controller=controller, axes=axes, period_s=period_s, fmi=fmi)
     with open_output(path) as sink:
         sink.write(content)
-    messages.note(
-        f"{path}: {len(content)} bytes, FMI 2.0 for co-simulation, steps of {period or where.period_s:g} s"
-    )
+    messages.note(f"{path}: {len(content)} bytes, FMI {fmi}.0 for co-simulation, steps of {period_s:g} s")
 
 
 def _draw(chunks: Iterable[Response]) -> None:

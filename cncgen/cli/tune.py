@@ -107,8 +107,10 @@ def command(
     from cncgen.machine import load_coupling
     from cncgen.report.tuned import gain_tables, loop_texts, search_text, summary_of, worst_texts
     from cncgen.servo.named_schemes import settings_of
+    from cncgen.servo.stream import driven
     from cncgen.servo.tuning.analysis import missed_targets, open_loops, worst_margins
     from cncgen.servo.tuning.search import search
+    from cncgen.servo.uncertainty import FEW_DRAWS
 
     if bandwidth is None and program is None and controller != "h-infinity":
         raise click.UsageError("give --bandwidth, or a PROGRAM to tune on, or both")
@@ -124,11 +126,11 @@ def command(
     setpoints = []
     if program is not None:
         with planned(program, reading, planning, machine) as plan:
-            setpoints = list(pipeline.sample(plan).chunks)
-        if not setpoints:
+            setpoints = list(driven(pipeline.sample(plan).chunks, {**where.axes, **servos}))
+        if not any((chunk.position != setpoints[0].position[0]).any() for chunk in setpoints):
             raise click.UsageError(f"{program} moves nothing")
         axes = setpoints[0].axes
-    drawn = perturbation_of(uncertainty)
+    drawn = perturbation_of(uncertainty, draws=FEW_DRAWS)
     if bandwidth is not None:
         servos, settings = _placed(controller, servos, axes, where.period_s, bandwidth, damping, settings)
     found = None

@@ -6,12 +6,12 @@ the same interpreter, on a sink that builds columns, prints or only counts.
 The rooms, each of which knows those before it:
 
 - `state`: the state in force from block to block: modes, parameters, coordinate systems, tools;
-- `text`: from text to blocks. `lanes` cuts plain blocks out of the bytes of a `source` (a scanner), the
-  `grammar` reads the others, `labels` tell what jumps may lead to;
+- `text`: from text to blocks, by the tables of the grammars. `lanes` turns runs of plain blocks into columns, `grammar` any
+  other line into a block; `labels` tell what jumps may lead to;
 - `sinks`: where canonical calls go;
 - `codes`: a module a concern, with the handlers of its codes and its rows of the `table`;
-- `flow`: the order in which lines are executed, with loops, branches, subroutines and macros. `running` has blocks executed:
-  `stream` as long as the program goes forward, `walking` where it jumps back or away.
+- `flow`: the order in which lines are executed, with loops, branches, subroutines and macros: `running` opens and closes a
+  run, `course` leads from line to line, `executing` has blocks executed.
 
 Between codes and flow stands the `interpreter`: it looks up what a block does (`block_plans`: which codes, whether they go
 together, in which order), and calls their handlers, which change `modal.State` and call the `sink`.
@@ -37,7 +37,6 @@ from cncgen.gcode.codes.table import language_of
 from cncgen.gcode.errors import BlockError, Reporter
 from cncgen.gcode.feed_doubts import Clock
 from cncgen.gcode.flow.running import Runner
-from cncgen.gcode.moved_axes import moving_axes
 from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.text.dialects import Choice, chosen
@@ -56,7 +55,7 @@ SINUMERIK = "sinumerik"
 HEIDENHAIN = "heidenhain"
 
 
-def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) -> Program:
+def read(source: Path | BinaryIO | Source, name: str, options: ReadOptions = _DEFAULT) -> Program:
     """Read a program as its toolpath, in machine coordinates, mm and rad.
 
     The text is mapped or spooled at once; blocks are interpreted as the chunks are drawn.
@@ -69,7 +68,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     from cncgen.gcode.sinks.columns import ColumnsSink
     from cncgen.toolpath.building import ToolpathBuilder
 
-    text = open_source(source, name)
+    text = source if isinstance(source, Source) else open_source(source, name)
     diagnostics = Diagnostics()
     path = source if isinstance(source, Path) else None
     choice = chosen(text, options.dialect)
@@ -136,6 +135,8 @@ def _moving_axes(text: Source, dialect: str, folders: list[Path]) -> str:
         from cncgen.gcode.klartext import axes as plain_axes
 
         return plain_axes.moving_axes(text, folders)
+    from cncgen.gcode.moved_axes import moving_axes
+
     return moving_axes(text, dialect, folders)
 
 
@@ -183,12 +184,18 @@ def check(
         ProgramError: Where the program has errors and `diagnostics` is not given.
     """
     found = Diagnostics() if diagnostics is None else diagnostics
+    text, path = open_source(source, name), source if isinstance(source, Path) else None
+    choice = chosen(text, options.dialect)
     sink = CountingSink()
-    runner = _runner(
-        open_source(source, name), options, sink, found, path=source if isinstance(source, Path) else None
-    )
-    for _ in runner.run():
+    for _ in _runner(text, options, sink, found, path=path, choice=choice).run():
         pass
+    known = _moving_axes(text, choice.dialect, search_path(path, options.include)) if sink.unnamed else ""
+    if any(AXIS_LETTERS[k] not in known for k in sink.unnamed) and not found.has_errors:
+        # Whether the machine's axes moved, which offsets and rotations decide, the columns tell.
+        program = read(text, name, replace(options, include=tuple(search_path(path, options.include))))
+        for _ in program.chunks():
+            pass
+        found.extend([one for one in program.diagnostics if one.code == "late-axis"])
     if diagnostics is None and found.has_errors:
         raise ProgramError(list(found))
     return sink.count

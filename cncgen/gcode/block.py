@@ -21,14 +21,28 @@ AXIS_INDEX = {letter: index for index, letter in enumerate(AXES)}
 #: Number, in tenths, that BSPLINE of Siemens has among the G codes (no control has a G1060).
 BSPLINE = 10_600
 #: Numbers, in tenths, that blocks of Heidenhain's plain language have: SPL, CC, C, CR, CP, LP, CYCL DEF, CYCL CALL, M140, the
-#: oversizes of TOOL CALL, and remarks.
-SPL, POLE, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE, CYCLE, CYCLE_CALL, RETRACT, OVERSIZE, REMARK = range(
-    10_610, 10_720, 10
-)
+#: oversizes of TOOL CALL, remarks, and the feed of TOOL CALL.
+(
+    SPL,
+    POLE,
+    CIRCLE,
+    RADIUS_ARC,
+    POLAR_ARC,
+    POLAR_LINE,
+    CYCLE,
+    CYCLE_CALL,
+    RETRACT,
+    OVERSIZE,
+    REMARK,
+    TOOL_FEED,
+) = range(10_610, 10_730, 10)
 #: The first character of an output command of FANUC's macros, which is kept like a comment; no comment begins so.
 OUTPUT = "\x1f"
 #: The second tool of a block that changes it, T1 T2 M6: Mazak's controls make it ready.
 NEXT_TOOL = "t next"
+#: The word that a program's name behind M98 or G65 becomes, and the names by its number.
+PROGRAM = "program"
+program_names: list[str] = []
 #: Largest number of a word, mm or inch: machines have their places within it.
 LARGEST = POSITION
 

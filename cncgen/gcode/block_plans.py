@@ -12,11 +12,12 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.block import AXES, PROGRAM, Block
 from cncgen.gcode.codes.table import (
     ALONE,
     BOTH,
     LATHE,
+    LATHES,
     OFFSET_NUMBERS,
     Code,
     Codes,
@@ -41,7 +42,7 @@ _STRAIGHT = (0, 10)
 _ONE_SHOT = "non-modal"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class BlockPlan:
     """Handlers, in the order of execution, of a block with certain codes and letters in a certain modal motion."""
 
@@ -153,7 +154,7 @@ class BlockPlans:
             if other:
                 hint = f"it is a code of the {other} dialect: --dialect {other}"
             if letter == "G" and self.dialect == "fanuc":
-                hint = (ON_LATHES if self._table == LATHE else ON_MILLS).get(number, hint)
+                hint = (ON_LATHES if self._table in LATHES else ON_MILLS).get(number, hint)
             raise BlockError(
                 "unknown-code", f"{shown(letter, number, name)} is not supported", name, hint=hint
             )
@@ -258,6 +259,10 @@ def _unused(letter: str, codes: Codes) -> BlockError:
     if letter == "e":
         hint = "numbers have no exponent in G-code, and printers' extruders are not read" + (
             f"; E {hint[3:]}" if hint else ""
+        )
+    if letter == PROGRAM:
+        return BlockError(
+            "unused-word", "a name in < > stands in a block with no code that uses it", "<", hint=hint
         )
     return BlockError(
         "unused-word",

@@ -10,7 +10,7 @@ from cncgen.gcode.errors import BlockError, Stop
 
 #: Units that a run may do where the options do not say, beside those of its lines.
 MOST_WORK = 5_000_000
-#: Units that each line of the main program may do beside them: lines that are reached are no sign of an endless program.
+#: Units that each line of the main program may do beside them: a long program is not an endless one.
 WORK_OF_A_LINE = 200
 #: Units of a step that the options allow.
 WORK_OF_A_STEP = 20

@@ -12,7 +12,6 @@ from typing import NamedTuple
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.table import BOTH, language_of
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.feed_doubts import small_feeds
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.dialects import Choice
 from cncgen.gcode.text.labels import Cursor
@@ -26,51 +25,50 @@ _BEFORE = rb"^(?P<before>(?:[^(;\n]|\([^)\n]*\))*?)"
 class _Doubt(NamedTuple):
     """A sign (its group ``word`` is the place), and the remark on it.
 
-    `within` stands in each such text in capitals; most have none, which is found sooner.
+    One of `texts` stands in each such text in capitals, and `within` too; most have none, which is found sooner.
     """
 
-    sign: re.Pattern[bytes]
+    sign: bytes
     message: str
     hint: str
-    within: re.Pattern[bytes] | None = None
+    texts: tuple[bytes, ...]
+    within: bytes = b""
 
     def found(self, text: bytes, capitals: bytes) -> re.Match[bytes] | None:
         """Return the first place in a text, which is given in capitals too."""
-        return self.sign.search(text) if self.within is None or self.within.search(capitals) else None
+        if not any(literal in capitals for literal in self.texts) or not re.search(self.within, capitals):
+            return None
+        return re.search(self.sign, text, re.MULTILINE | re.IGNORECASE)
 
 
 _FANUC = (
     _Doubt(
-        re.compile(_BEFORE + rb"(?P<word>G50)[ \t]*S\d", re.MULTILINE | re.IGNORECASE),
+        _BEFORE + rb"(?P<word>G50)[ \t]*S\d",
         "G50 ends scaling and S is the speed of the spindle; on lathes G50 S bounds the speed of G96",
         "--dialect fanuc-lathe reads lathes; on a mill G92 S bounds it",
-        re.compile(rb"G50"),
+        (b"G50",),
     ),
     _Doubt(
-        re.compile(
-            _BEFORE + rb"G(?:0?[0-3]|28|30)(?![\d.])[^(;\nG]*?(?P<word>[UW])[ \t]*[-+.\d#\[]",
-            re.MULTILINE | re.IGNORECASE,
-        ),
+        _BEFORE + rb"G(?:0?[0-3]|28|30)(?![\d.])[^(;\nG]*?(?P<word>[UW])[ \t]*[-+.\d#\[]",
         "U and W are axes of their own; on lathes they are distances along X and Z",
         "--dialect fanuc-lathe reads lathes; on a mill G91 makes X and Z distances",
-        re.compile(rb"[UW][ \t]*[-+.\d#\[]"),
+        (b"U", b"W"),
+        rb"[UW][ \t]*[-+.\d#\[]",
     ),
 )
 _OKUMA = _Doubt(
-    re.compile(_BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d", re.MULTILINE | re.IGNORECASE),
+    _BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d",
     "G15 H chooses a coordinate system on Okuma's controls, whose language is not read; here it ends polar coordinates",
     "post the program for FANUC: G54 in place of G15 H1, G43 H1 in place of G56 H1",
-    re.compile(rb"G1[56][ \t]*H"),
+    (b"G15", b"G16"),
 )
 _LINUXCNC = (
     _Doubt(
-        re.compile(
-            _BEFORE + rb"G(?:0?4|74|8[24689])(?![\d.])[^(;\nG]*?(?P<word>P)[ \t]*\d{3,}(?![\d.])",
-            re.MULTILINE | re.IGNORECASE,
-        ),
+        _BEFORE + rb"G(?:0?4|74|8[24689])(?![\d.])[^(;\nG]*?(?P<word>P)[ \t]*\d{3,}(?![\d.])",
         "P is a dwell in seconds; FANUC's controls count it in milliseconds",
         "--dialect fanuc reads milliseconds; P0.5 waits half a second here",
-        re.compile(rb"P[ \t]*\d{3}"),
+        (b"P",),
+        rb"P[ \t]*\d{3}",
     ),
 )
 _WORDS_OF_SIEMENS = (
@@ -79,27 +77,38 @@ _WORDS_OF_SIEMENS = (
 )
 #: Lines that no dialect reads; each is an error, and this remark names their language.
 _SIEMENS = _Doubt(
-    re.compile(
-        _BEFORE + rb"(?P<word>" + _WORDS_OF_SIEMENS + rb")",
-        re.MULTILINE | re.IGNORECASE,
-    ),
+    _BEFORE + rb"(?P<word>" + _WORDS_OF_SIEMENS + rb")",
     "this is of SINUMERIK's own language, of which this dialect has BSPLINE alone",
     "--dialect sinumerik reads it",
-    re.compile(_WORDS_OF_SIEMENS),
+    (b"CYCLE", b"=", b"GOTO", b"MCALL", b"TRA", b"DEF"),
+    _WORDS_OF_SIEMENS,
 )
 _HEIDENHAIN = _Doubt(
-    re.compile(
-        _BEFORE + rb"[A-Z][ \t]*[-+]?[\d.]+[ \t]*(?P<word>\*)[ \t]*\r?$", re.MULTILINE | re.IGNORECASE
-    ),
+    _BEFORE + rb"[A-Z][ \t]*[-+]?[\d.]+[ \t]*(?P<word>\*)[ \t]*\r?$",
     "blocks that end in * are of Heidenhain's DIN/ISO, which is not read",
     "post the program as Heidenhain's plain language, or for FANUC or LinuxCNC",
-    re.compile(rb"\*[ \t]*\r?$", re.MULTILINE),
+    (b"*",),
+    rb"(?m)\*[ \t]*\r?$",
 )
+#: Lengths beyond any machine, where the text may leave out the point of thousandths.
+_INCREMENTS = _Doubt(
+    _BEFORE + rb"(?P<word>[XYZ][ \t]*[-+]?\d{5,9})(?![\d.])",
+    "a length of five digits without a point is read as it stands; controls that count least increments take it in thousandths",
+    "least_increment = 0.001 under [interpreter] of the machine file reads it so; with a point it is beyond doubt",
+    (b"X", b"Y", b"Z"),
+    rb"[XYZ][ \t]*[-+]?\d{5}",
+)
+#: A program number, and what ends a subprogram and a main program.
+_PROGRAM = re.compile(rb"^[ \t]*(?P<word>[O:][ \t]*\d+)", re.MULTILINE | re.IGNORECASE)
+_BACK = re.compile(rb"(?<![A-Z])M[ \t]*99(?![\d.]|[ \t]*P)", re.IGNORECASE)
+_END = re.compile(rb"(?<![A-Z])M[ \t]*(?:0?2|30)(?![\d.])", re.IGNORECASE)
+_BRACKETS = re.compile(rb"\([^)\n]*\)")
 #: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
-    re.compile(rb"(?P<word>;)[ \t]*(?:[nN]\d+[ \t]*)?[gmxyzfstGMXYZFST][ \t]*[-+.\d#\[]"),
+    rb"(?P<word>;)[ \t]*(?:N\d+[ \t]*)?[GMXYZFST][ \t]*[-+.\d#\[]",
     "what follows ; is a comment, and here it looks like a block",
     "each block stands in a line of its own",
+    (b";",),
 )
 
 
@@ -124,16 +133,45 @@ def remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
         yield BlockError("dialect-doubtful", message, hint=hint), Severity.WARNING
 
 
-def doubts(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockError]]:
+def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
+    """Return where the main program of a text stands that begins with a subprogram, and a remark on it.
+
+    A control registers the programs of a text one by one, and the operator starts the main one.
+    """
+    text = source.data[:_HEAD]
+    programs = [*_PROGRAM.finditer(text)]
+    bodies = [
+        _BRACKETS.sub(
+            b"", text[one.start() : programs[i + 1].start() if i + 1 < len(programs) else len(text)]
+        )
+        for i, one in enumerate(programs)
+    ]
+    if len(programs) < 2 or _END.search(bodies[0]) or not _BACK.search(bodies[0]):
+        return None
+    for program, body in zip(programs[1:], bodies[1:], strict=True):
+        if _END.search(body):
+            first, own = (b"".join(one["word"].split()).decode() for one in (programs[0], program))
+            message = f"the program begins with {own}, a main program behind the subprogram {first}"
+            here = Cursor(0, program.start(), text[: program.start()].count(b"\n") + 1)
+            return here, BlockError("main-behind", message, hint="put the main program first")
+    return None
+
+
+def doubts(
+    source: Source, dialect: str, least_increment: float | None = None
+) -> Iterator[tuple[Cursor, BlockError]]:
     """Yield what is doubtful about a text, and the line where."""
-    yield from small_feeds(source, dialect)
     head = source.data[:_HEAD]
     capitals = head.upper()
     asked = [*((_SIEMENS, _HEIDENHAIN) if language_of(dialect) in BOTH else ())]
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
+    asked += (_INCREMENTS,) if language_of(dialect) in BOTH and least_increment is None else ()
     found = [(doubt, doubt.found(head, capitals)) for doubt in asked]
     if language_of(dialect) == "fanuc":
-        found.append((_BEHIND_SEMICOLON, _BEHIND_SEMICOLON.sign.search(source.data)))
+        found.append((_BEHIND_SEMICOLON, re.search(_BEHIND_SEMICOLON.sign, source.data, re.IGNORECASE)))
+        main = main_behind(source)
+        if main is not None:
+            yield main
     for doubt, match in found:
         if match is not None:
             at = match.start("word")

@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, Span, excerpt_of
-from cncgen.explanations import cure_of
 from cncgen.gcode.source import Source
 
 
@@ -87,9 +86,9 @@ def locate(text: str, word: str) -> tuple[int, int]:
 
 
 def _sign(text: str, word: str) -> tuple[int, int] | None:
-    """Return column and length of ``#``, a keyword or ``,R``; None for other words."""
-    if word == "#":
-        return text.find("#") + 1 or 1, 1
+    """Return column and length of ``#``, ``<``, a keyword or ``,R``; None for other words."""
+    if word in ("#", "<"):
+        return text.find(word) + 1 or 1, 1
     if len(word) > 1 and word.isalpha():
         keyword = re.search(rf"(?<![A-Za-z]){word}", text, re.IGNORECASE) or re.search(
             word, text, re.IGNORECASE
@@ -128,6 +127,8 @@ class Reporter:
         """Add the diagnostic of a fault found in the line that begins at byte `offset` of `source`."""
         if severity is Severity.ERROR:
             self.on_error()
+        from cncgen.explanations import cure_of
+
         text = source.text_at(offset)
         column, length = error.column, error.length
         if not column:

@@ -15,7 +15,7 @@ from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.block_plans import G53, BlockPlan, BlockPlans
 from cncgen.gcode.budget import Budget
 from cncgen.gcode.codes.polar import plane_polar_end, polar_end
-from cncgen.gcode.codes.table import LATHE, Handler, language_of
+from cncgen.gcode.codes.table import LATHES, Handler, language_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.state.modal import NO_MOTION, PLAIN_MOTIONS, State, to_machine, to_program
@@ -64,9 +64,14 @@ class Interpreter:
         rewrite: Takes the words of each block as those of another plane while a linear and a rotary axis make paths together.
         compensated_position: Gives the place beside the path where cutter compensation has the tool; None without it.
         last_spline_end: Where Heidenhain's last SPL ended, and in which direction.
+        plane_blocks, plane_origin, plane_turn: Points or directions of a tilted plane that takes several blocks, by P and Q; its origin,
+            and how far it is turned.
         plain_language: State that Heidenhain's plain language keeps from block to block, once it has any.
         remarked: Codes, in tenths, that a remark was made on, where one remark a run is enough.
         skipping: Whether blocks are passed over up to G11 of FANUC.
+        system: The dialect, of which FANUC's lathes have three for their systems of G codes.
+        steps: Whether G91 is in force on a lathe that has it.
+        feed_doubted: Whether a feed was one that nobody can mean.
     """
 
     def __init__(
@@ -84,7 +89,8 @@ class Interpreter:
         self.macro_values: list[float] | None = None
         self.warn = warn
         self.dialect = language_of(dialect)
-        self.lathe = dialect == LATHE
+        self.lathe = dialect in LATHES
+        self.system = dialect
         self._plans = BlockPlans(dialect)
         self.codes = self._plans.codes
         self.state: State = State()
@@ -94,7 +100,7 @@ class Interpreter:
         if self.lathe:
             self.state.plane, self.state.feed_mode, self.state.diameter = 18, 95, True
         self.parameters: Parameters = Parameters(self)
-        self.tools: ToolTable = tools_of(options.tool_table, options.stand_alone)
+        self.tools: ToolTable = tools_of(options.tool_table, options.stand_alone and dialect == "linuxcnc")
         if options.stand_alone:
             self.state.fetched = next(iter(self.tools.tools), 0)
         self.jump: tuple[str, int, int] | None = None
@@ -103,9 +109,12 @@ class Interpreter:
         self.rewrite: Callable[[Interpreter, Block], Block] | None = None
         self.last_spline_end: Ended | None = None
         self.plain_language: Plain | None = None
+        self.plane_blocks: dict[tuple[int, int], tuple[float, float, float]] = {}
+        self.plane_origin = (0.0, 0.0, 0.0)
+        self.plane_turn = 0.0
         self.compensated_position: Callable[[list[float]], list[float]] | None = None
         self.remarked: set[int] = set()
-        self.skipping = False
+        self.skipping = self.feed_doubted = self.steps = False
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)
 
@@ -113,6 +122,7 @@ class Interpreter:
         """Take the coordinate system that the parameter file left in force, and tell the sink what is in force."""
         numbers = self.parameters.numbers
         state = self.state
+        state.inches = self.options.units == "inch"
         state.system = max(1, min(SYSTEM_COUNT, round(numbers[SYSTEM])))
         first = SYSTEMS + SYSTEM_STEP * (state.system - 1)
         scale = self.table_scale()
@@ -122,7 +132,7 @@ class Interpreter:
             state.g92, state.g92_on = self.parameters.offset(G92, scale), True
         state.position = to_program(state.position, *state.offsets())
         sink = self.sink
-        sink.use_length_units(False)
+        sink.use_length_units(state.inches)
         sink.set_g5x_offset(state.system, state.origin)
         sink.set_g92_offset(state.g92)
         sink.set_xy_rotation(state.rotation)
@@ -160,11 +170,11 @@ class Interpreter:
 
     # What handlers share.
 
-    def batchable(self) -> bool:
-        """Tell whether plain motions may be interpreted in arrays, without a handler a block."""
+    def batchable(self, cycles: frozenset[int]) -> bool:
+        """Tell whether plain motions, and holes of these cycles, may be interpreted in arrays, without a handler a block."""
         state = self.state
         return (
-            state.motion in (*PLAIN_MOTIONS, NO_MOTION)
+            (state.motion in (*PLAIN_MOTIONS, NO_MOTION) or state.motion in cycles)
             and state.plane in (17, 18, 19)
             and state.compensation == 40
             and not state.diameter

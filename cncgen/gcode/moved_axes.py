@@ -6,13 +6,15 @@ which those are (`Code.moves`, `Code.plane`), and which codes call other program
 
 from __future__ import annotations
 
+import re
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import compress
 from pathlib import Path
 
 from cncgen.diagnostics import UsageError
-from cncgen.gcode.codes.table import LATHE, Code, language_of, table
+from cncgen.gcode.codes.table import LATHES, Code, language_of, table
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.gcode.text.parsers import parser
@@ -23,8 +25,10 @@ from cncgen.units import AXIS_LETTERS
 #: Files that are looked into at most.
 MAX_FILES = 1000
 
-#: On a lathe of FANUC, U V W are distances along X Y Z.
-_DISTANCES = str.maketrans("UVW", "XYZ")
+#: The name behind M98 or G65 of FANUC.
+_NAMED_CALL = re.compile(rb"(?:M[ \t]*(?:0?98|198)|G[ \t]*6[56])[ \t]*<([^>\n]*)>", re.IGNORECASE)
+#: On a lathe of FANUC, U V W are distances along X Y Z, and H is one of C.
+_DISTANCES = str.maketrans("UVWH", "XYZC")
 
 
 @dataclass(slots=True)
@@ -59,8 +63,11 @@ def moving_axes(text: Source, dialect: str, folders: Sequence[Path] = ()) -> str
     main = _named(text, dialect)
     texts = [main, *_called(main, dialect, folders)]
     letters = {chr(65 + k) for found in texts for k in range(26) if found.bits >> k & 1}
-    named = "".join(letters).translate(_DISTANCES) if dialect == LATHE else "".join(letters)
-    moved = {*named, *_moved(texts, "".join(letters).lower(), 18 if dialect == LATHE else 17)}
+    named = "".join(letters).translate(_DISTANCES) if dialect in LATHES else "".join(letters)
+    if dialect in LATHES and "H" in letters:
+        # H is a distance of C.
+        named += "C"
+    moved = {*named, *_moved(texts, "".join(letters).lower(), 18 if dialect in LATHES else 17)}
     return "".join(letter for letter in AXIS_LETTERS if letter in moved)
 
 
@@ -105,12 +112,12 @@ def _named(text: Source, dialect: str) -> _Text:
     first, calls = array("i", bytes(8 * count)), bytearray(count)
     read = parser(language_of(dialect), False).named
     bits, line, programs = read(text.bytes, first, calls)
-    rows = table(dialect)
+    rows, renamed = table(dialect), LATHES.get(dialect, {})
     codes: dict[Code, int] = {}
     alone: set[Code] = set()
-    for place in (k for k, line in enumerate(first[:count]) if line):
+    for place in compress(range(count), first):
         letter, number = divmod(place, gcode_parse.CODE_NUMBERS)
-        code = rows.get(("GM"[letter], number))
+        code = rows.get(("GM"[letter], renamed.get(number, number) if letter == 0 else number))
         if code is not None:
             codes[code] = first[place]
             if first[place + count]:
@@ -119,6 +126,9 @@ def _named(text: Source, dialect: str) -> _Text:
                 calls[place] = ord(code.calls) + (0 if code.words else gcode_parse.ARGUMENTS)
     if any(calls):
         bits, line, programs = read(text.bytes, first, calls)
+    if language_of(dialect) == "fanuc":
+        for name in _NAMED_CALL.findall(text.data):
+            programs.add(b"".join(name.split()).decode("utf-8", "replace").lower())
     return _Text(bits, codes, line, alone, programs)
 
 

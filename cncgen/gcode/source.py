@@ -124,7 +124,9 @@ def _read(source: BinaryIO, name: str) -> bytes:
 
 
 def _with_newlines(data: bytes | mmap.mmap) -> bytes | mmap.mmap:
-    """Return a text without the mark that UTF-8 may begin with, and with newlines where CR alone ends its lines."""
+    """Return a text without the mark of UTF-8 or the leader of a punched tape, and with newlines where CR alone ends its lines."""
+    if data[:1] == b"\0":
+        data = data[:].strip(b"\0") or data
     if data[: len(codecs.BOM_UTF8)] == codecs.BOM_UTF8:
         data = data[len(codecs.BOM_UTF8) :]
     if b"\r" in data[:_HEAD] and data.find(b"\n") < 0:

@@ -228,7 +228,7 @@ class Path:
 
     @property
     def turns(self) -> NDArray[np.bool_]:
-        """Shape (n,): whether a row's coordinate is the angle of rotary axes, which is no length."""
+        """Shape (n,): whether a row's coordinate is the angle of rotary axes instead of a length."""
         _, _, rotary = metric_columns(self.axes)
         return (self._low == rotary.start) & (self._high == rotary.stop)
 

@@ -199,7 +199,7 @@ def read_rows(
 ) -> cython.void:
     """Read rows ``number,number,…`` of whole lines from `start` into `out` from `row` on.
 
-    Stops at the end of the text, when `out` is full, or at the start of a line that is no plain row of
+    Stops at the end of the text, when `out` is full, or at the start of a line other than a plain row of
     ``out.shape[1]`` decimals of at most 15 digits. Spaces beside a number and a carriage return at the end are
     passed over.
 

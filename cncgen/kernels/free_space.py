@@ -20,7 +20,7 @@ _MORE = cython.declare(cython.int, 2)
 _REJOINED = cython.declare(cython.int, 3)
 
 #: Segments of a strip at most: segments further ahead of the first one reached are left out.
-WIDEST = cython.declare(cython.Py_ssize_t, 16384)
+WIDEST = cython.declare(cython.Py_ssize_t, 65536)
 
 #: The part of a segment, low to high in fractions of it, that is within a radius of a point (none: low > high); the
 #: fraction of the foot of the perpendicular, its distance squared, and the segment's length squared.

@@ -36,10 +36,10 @@ _DEGREE_HIGH = cython.declare(cython.double, 0.01745329238474369)
 _DEGREE_LOW = cython.declare(cython.double, 1.3519960498364902e-10)
 _DEGREE_REST = cython.declare(cython.double, 2.9486522708701687e-19)
 _PER_RADIAN = cython.declare(cython.double, 57.29577951308232)
-#: Degrees beyond which an angle is none (its sine would be noise); tangents beyond the other are left as they are.
+#: Degrees beyond which an angle has no meaning (its sine would be noise); tangents beyond the other are left as they are.
 LARGEST_ANGLE = 1e12
 _LARGEST_ANGLE = cython.declare(cython.double, LARGEST_ANGLE)
-#: From where on the exponential function is no number.
+#: Beyond this argument the exponential function overflows.
 _LARGEST_EXPONENT = cython.declare(cython.double, 709.782712893384)
 _STEEP = cython.declare(cython.double, 1e6)
 
@@ -159,7 +159,7 @@ def arc_tangent(y: cython.double, x: cython.double) -> cython.double:
 @cython.ccall
 @cython.exceptval(check=False)
 def function_of(name: cython.uint, a: cython.double) -> cython.double:
-    """Return the value of a function of one argument, its name packed; NaN where there is none."""
+    """Return the value of a function of one argument, its name packed; NaN outside its domain."""
     value: cython.double = _NAN
     if name == _ABS:
         value = fabs(a)

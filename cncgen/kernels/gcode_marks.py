@@ -1,7 +1,7 @@
 """The O-words of a text, found in one pass: where each stands, its label and keyword, and the O-word that it leads to.
 
-A row is made of each O-word whose label is written. Where a line may hold one that is not read for certain, there are no rows
-at all, as a row may lead to the wrong line then. `gcode_values` follows the rows; `cncgen.gcode.flow.o_words` defines the O-words.
+A row is made of each O-word whose label is written. Where a line may hold one that is not read for certain, none
+are made, as a row could lead to the wrong line. `gcode_values` follows the rows; `cncgen.gcode.flow.o_words` defines the O-words.
 """
 
 import cython
@@ -130,7 +130,7 @@ class Marks:
     @cython.inline
     @cython.exceptval(check=False)
     def _byte(self) -> cython.int:
-        """Go on to what is no blank and return it; a newline at the end of the text."""
+        """Go on to the next byte that is not blank and return it; a newline at the end of the text."""
         c: cython.int
         while self.i < self.text.shape[0]:
             c = cython.cast(cython.int, self.text[self.i])
@@ -211,12 +211,17 @@ class Marks:
                 self.i += 1
             key: bytes = self.data[begin : self.i]
             self.i += 1
+            number = self.numbers.get(key)
+            if number is not None:
+                return number
             self.certain = key.isascii() and key.translate(None, b" \t_-.").isalnum()
             if not self.certain:
                 return 0
             label = key.translate(None, b" \t").lower().decode("ascii")
             if label.isdecimal():
                 label = float(label)
+            self.numbers[key] = self._numbered(label)
+            return self.numbers[key]
         else:
             while 48 <= c <= 57:
                 value = value * 10 + (c - 48)
@@ -229,6 +234,11 @@ class Marks:
                 self.certain = False
                 return 0
             label = cython.cast(cython.double, value)
+        return self._numbered(label)
+
+    @cython.cfunc
+    def _numbered(self, label) -> cython.Py_ssize_t:
+        """Return the number of a label."""
         number = self.numbers.get(label)
         if number is None:
             number = self.numbers[label] = len(self.labels)

@@ -1,34 +1,37 @@
-"""Interpret runs of plain motion blocks (G0 to G3, axis words, F) from the columns of `gcode_scan` into motions.
+"""Interpret runs of blocks from the columns of `gcode_scan` into motions: G0 to G3, drilling, and what stands between them.
 
 Source: T. R. Kramer, F. M. Proctor and E. Messina, The NIST RS274NGC Interpreter, version 3, NISTIR 6556 (2000), sections
-3.5.1 to 3.5.3.
+3.5.1 to 3.5.3 and 3.5.16.
 
 The loop stops before a block that it does not take for certain; the interpreter, which knows the whole language and
 every error, executes that one.
 
-    words of a block ──► `_Block` (which words, the codes) ──► end point ──► centre of an arc ──► a row
+    words of a block ──► `_Block` (which words, the codes) ─┬► end point ──► centre of an arc ──► a row
+                                                            ├► asides: spindle, coolant, dwell, plane
+                                                            └► a hole: rows and asides by the letters of its cycle
 """
 
 import cython
 from cython.cimports.libc.math import asin, atan2, cos, fabs, hypot, sin
 
-#: Places in the array `modes`; TAKE_COMMENTS: the sink prints nothing, so comments and changes of mode pass silently.
-MOTION = 0
-ABSOLUTE = 1
-ARC_ABSOLUTE = 2
-PLANE = 3
-INVERSE_TIME = 4
-SKIP_SLASH = 5
-TAKE_COMMENTS = 6
-MODES = 7
+#: Places in the array `modes`.
+#: SILENT: the sink prints nothing, so comments, changes of mode and asides pass without a text.
+#: FREE_SPINDLE: no feed hangs on the spindle. HOLES: the dialect has LinuxCNC's dwell, G80 and cycles. IN_CYCLE: G80 would end one.
+#: DIRECTION, MIST, FLOOD: of spindle and coolant. OLD_LEVEL: G98. EXACT: G61.
+#: CYCLE, GIVEN: the cycle whose words are kept, and a bit for each (0: none; -1: with words that are not taken here).
+MOTION, ABSOLUTE, ARC_ABSOLUTE, PLANE, INVERSE_TIME, SKIP_SLASH, SILENT, FREE_SPINDLE = range(8)
+HOLES, IN_CYCLE, DIRECTION, MIST, FLOOD, OLD_LEVEL, EXACT, CYCLE, GIVEN = range(8, 17)
+MODES = 17
 
-#: Places in the array `levels`.
-FEED = 0
-RADIUS_TOLERANCE = 1
-CENTRE_TOLERANCE = 2
-CENTRE_RELATIVE = 3
-CENTRE_LIMIT = 4
-LEVELS = 5
+#: Places in the array `levels`; from LEVEL on of the cycle: where the row of holes began, the last dwell, R, P, Q and the bottom.
+FEED, RADIUS_TOLERANCE, CENTRE_TOLERANCE, CENTRE_RELATIVE, CENTRE_LIMIT, LEAST_FEED, MOST_FEED = range(7)
+SPEED, PECK_CLEARANCE, LEVEL, DWELL, RETRACT, PAUSE, STEP, BOTTOM = range(7, 15)
+LEVELS = 15
+#: Words of a cycle as bits of `modes[GIVEN]`, in the order of `levels`.
+GIVEN_R, GIVEN_P, GIVEN_Q, GIVEN_DEPTH = 1, 2, 4, 8
+
+#: Asides that are no M code by their number: S, G4, the wait of a cycle, G17 to G19 by theirs, exact path around a hole and its end.
+ASIDE_SPEED, ASIDE_DWELL, ASIDE_PAUSE, ASIDE_EXACT, ASIDE_PATH = 1, 2, 10, 11, 12
 
 #: Flags of a block (`gcode_scan`).
 _SLASH = cython.declare(cython.int, 1)
@@ -41,28 +44,78 @@ _QUARTER = cython.declare(cython.double, 1.5707963267948966)
 #: A radius this much (relative) above half the chord is a semicircle.
 _SEMICIRCLE = cython.declare(cython.double, 1e-7)
 
-#: Slots of the words of a block: the nine axes X Y Z A B C U V W, I J K, R, F.
+#: The bits and places by names of C.
+_GIVEN_R = cython.declare(cython.int, GIVEN_R)
+_GIVEN_P = cython.declare(cython.int, GIVEN_P)
+_GIVEN_Q = cython.declare(cython.int, GIVEN_Q)
+_GIVEN_DEPTH = cython.declare(cython.int, GIVEN_DEPTH)
+_SPEED = cython.declare(cython.int, SPEED)
+_CYCLE = cython.declare(cython.int, CYCLE)
+_GIVEN = cython.declare(cython.int, GIVEN)
+_LEVEL = cython.declare(cython.int, LEVEL)
+_DWELL = cython.declare(cython.int, DWELL)
+_RETRACT = cython.declare(cython.int, RETRACT)
+_PAUSE = cython.declare(cython.int, PAUSE)
+_STEP = cython.declare(cython.int, STEP)
+_BOTTOM = cython.declare(cython.int, BOTTOM)
+_CLEARANCE = cython.declare(cython.int, PECK_CLEARANCE)
+_DIRECTION = cython.declare(cython.int, DIRECTION)
+_MIST = cython.declare(cython.int, MIST)
+_FLOOD = cython.declare(cython.int, FLOOD)
+_HOLES = cython.declare(cython.int, HOLES)
+_ASIDE_SPEED = cython.declare(cython.int, ASIDE_SPEED)
+_ASIDE_DWELL = cython.declare(cython.int, ASIDE_DWELL)
+_ASIDE_PAUSE = cython.declare(cython.int, ASIDE_PAUSE)
+_ASIDE_EXACT = cython.declare(cython.int, ASIDE_EXACT)
+_ASIDE_PATH = cython.declare(cython.int, ASIDE_PATH)
+#: Asides of one block beside the waits of its holes, at most.
+_MOST_ASIDES = cython.declare(cython.int, 8)
+#: Repeats of a hole that are made here.
+_MOST_REPEATS = cython.declare(cython.int, 1000)
+
+#: The cycles that are taken, by number: the words that they need as bits, and how long the letters of their moves are.
+_NEEDS = cython.declare(cython.int[100])
+_PECK_MOVES = cython.declare(cython.int[100])
+_LAST_MOVES = cython.declare(cython.int[100])
+#: The letters of the moves (`canned_cycles.CYCLES`): those between pecks, those of the end.
+_MOVES = cython.declare(cython.uchar[1600])
+_number: cython.int
+for _number in range(100):
+    _NEEDS[_number] = _PECK_MOVES[_number] = _LAST_MOVES[_number] = 0
+
+#: Slots of the words of a block: the nine axes X Y Z A B C U V W, I J K, R, F, and behind those of plain motions S P Q L.
 _AXES = cython.declare(cython.int, 9)
 _I = cython.declare(cython.int, 9)
 _R = cython.declare(cython.int, 12)
 _F = cython.declare(cython.int, 13)
+_S = cython.declare(cython.int, 14)
+_P = cython.declare(cython.int, 15)
+_Q = cython.declare(cython.int, 16)
+_L = cython.declare(cython.int, 17)
 #: The same as sets of slots, a bit each.
 _ANY_AXIS = cython.declare(cython.uint, 0x1FF)
 _ANY_OFFSET = cython.declare(cython.uint, 0xE00)
 _RADIUS = cython.declare(cython.uint, 1 << 12)
 _FEED = cython.declare(cython.uint, 1 << 13)
-#: Letters that have no slot of their own.
-_CODE = cython.declare(cython.int, 14)
+_ANY_HOLE = cython.declare(cython.uint, 7)
+_SPOKEN = cython.declare(cython.uint, 1 << 14)
+_WAIT = cython.declare(cython.uint, 1 << 15)
+_PECK = cython.declare(cython.uint, 1 << 16)
+_TIMES = cython.declare(cython.uint, 1 << 17)
+_RARE = cython.declare(cython.uint, 15 << 14)
+#: Letters that have no slot of their own: G and M.
+_CODE = cython.declare(cython.int, 18)
+_FUNCTION = cython.declare(cython.int, 19)
 _OTHER = cython.declare(cython.int, -1)
 
-#: Slot of the word of each letter from a to z: an axis, I J K, R or F; `_CODE` for G; `_OTHER` else.
+#: Slot of the word of each letter from a to z, `_CODE`, `_FUNCTION` or `_OTHER`.
 _SLOT = cython.declare(cython.schar[26])
 _letter: cython.int
 for _letter in range(26):
-    _SLOT[_letter] = b"xyzabcuvwijkrfg".find(97 + _letter)
+    _SLOT[_letter] = b"xyzabcuvwijkrfspqlgm".find(97 + _letter)
 
 #: The modes in force, from `modes` and `levels`; `first` and `second` are the columns of the plane's axes, `offsets` the
-#: slots of the offsets that an arc in it may have, `silent` is TAKE_COMMENTS.
+#: slots of the offsets that an arc in it may have.
 _Modes = cython.struct(
     motion=cython.int,
     absolute=cython.bint,
@@ -73,20 +126,53 @@ _Modes = cython.struct(
     offsets=cython.uint,
     inverse_time=cython.bint,
     silent=cython.bint,
+    free_spindle=cython.bint,
+    holes=cython.bint,
+    in_cycle=cython.bint,
+    old_level=cython.bint,
+    exact=cython.bint,
     feed=cython.double,
     radius_tolerance=cython.double,
     centre_tolerance=cython.double,
     centre_relative=cython.double,
     centre_limit=cython.double,
+    least_feed=cython.double,
+    most_feed=cython.double,
 )
 
-#: The words of a block: whether it is plain, which slots they fill, and what its G words say (-1: nothing).
+#: The words of a block: whether it is plain, which slots they fill, and what its G and M words say (-1: nothing). `rare` tells
+#: whether it is more than a motion, G90, G91 or a plane that is in force.
 _Block = cython.struct(
-    plain=cython.bint, given=cython.uint, motion=cython.int, absolute=cython.int, plane_said=cython.bint
+    plain=cython.bint,
+    given=cython.uint,
+    motion=cython.int,
+    absolute=cython.int,
+    plane_said=cython.bint,
+    rare=cython.bint,
+    plane=cython.int,
+    old_level=cython.int,
+    spindle=cython.int,
+    coolant=cython.int,
+    dwells=cython.bint,
+    cancels=cython.bint,
+    uncompensated=cython.bint,
 )
 
 #: A centre in the plane, and whether it is certain.
 _Centre = cython.struct(x=cython.double, y=cython.double, certain=cython.bint)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _in_plane(force: _Modes, plane: cython.longlong) -> _Modes:
+    """Return the modes with a plane in force."""
+    force.plane = plane
+    force.first = 2 if plane == 18 else (1 if plane == 19 else 0)
+    force.second = (force.first + 1) % 3
+    force.offsets = (1 << (_I + force.first)) | (1 << (_I + force.second))
+    return force
 
 
 @cython.cfunc
@@ -97,17 +183,21 @@ def _modes_in_force(modes: cython.longlong[::1], levels: cython.double[::1]) -> 
     force.motion = modes[MOTION]
     force.absolute = modes[ABSOLUTE]
     force.arc_absolute = modes[ARC_ABSOLUTE]
-    force.plane = modes[PLANE]
-    force.first = 2 if modes[PLANE] == 18 else (1 if modes[PLANE] == 19 else 0)
-    force.second = (force.first + 1) % 3
-    force.offsets = (1 << (_I + force.first)) | (1 << (_I + force.second))
+    force = _in_plane(force, modes[PLANE])
     force.inverse_time = modes[INVERSE_TIME]
-    force.silent = modes[TAKE_COMMENTS]
+    force.silent = modes[SILENT]
+    force.free_spindle = modes[FREE_SPINDLE]
+    force.holes = modes[HOLES]
+    force.in_cycle = modes[IN_CYCLE]
+    force.old_level = modes[OLD_LEVEL]
+    force.exact = modes[EXACT]
     force.feed = levels[FEED]
     force.radius_tolerance = levels[RADIUS_TOLERANCE]
     force.centre_tolerance = levels[CENTRE_TOLERANCE]
     force.centre_relative = levels[CENTRE_RELATIVE]
     force.centre_limit = levels[CENTRE_LIMIT]
+    force.least_feed = levels[LEAST_FEED]
+    force.most_feed = levels[MOST_FEED]
     return force
 
 
@@ -127,6 +217,56 @@ def _with_code(block: _Block, code: cython.double, force: _Modes) -> _Block:
         # The plane in force, said again.
         block.plain = not block.plane_said
         block.plane_said = True
+    elif force.silent and 0.0 < code < 100.0 and code == cython.cast(cython.int, code):
+        block = _with_rare_code(block, cython.cast(cython.int, code), force)
+    else:
+        block.plain = False
+    return block
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _with_rare_code(block: _Block, code: cython.int, force: _Modes) -> _Block:
+    """Return the block with another G word taken in, each once: planes, G40 where it ends nothing, G80, cycles, G98, G99, G4."""
+    block.rare = True
+    if 17 <= code <= 19:
+        # A cycle has its depth along the normal of the plane that it began in.
+        block.plain = not block.plane_said and force.motion <= 3
+        block.plane_said = True
+        block.plane = code
+    elif code == 40:
+        block.plain = not block.uncompensated
+        block.uncompensated = True
+    elif code == 80:
+        block.plain = not block.cancels and (force.holes or not force.in_cycle)
+        block.cancels = True
+    elif not force.holes:
+        block.plain = False
+    elif code == 4:
+        block.plain = not block.dwells
+        block.dwells = True
+    elif code >= 98:
+        block.plain = block.old_level < 0
+        block.old_level = code == 98
+    else:
+        block.plain = block.motion < 0 and _LAST_MOVES[code] > 0
+        block.motion = code
+    return block
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _with_function(block: _Block, code: cython.double, force: _Modes) -> _Block:
+    """Return the block with an M word taken in: spindle or coolant, where no text of it is wanted."""
+    block.rare = True
+    if code == 3.0 or code == 4.0 or code == 5.0:
+        block.plain = block.spindle < 0 and force.silent and force.free_spindle
+        block.spindle = cython.cast(cython.int, code)
+    elif code == 7.0 or code == 8.0 or code == 9.0:
+        block.plain = block.coolant < 0 and force.silent
+        block.coolant = cython.cast(cython.int, code)
     else:
         block.plain = False
     return block
@@ -146,9 +286,23 @@ def _words(
 ) -> _Block:
     """Write words `begin` to `end` to their slots of `word`.
 
-    A block with any other word, with one twice or with a negative feed is not plain.
+    A block with any other word, with one twice or with a feed out of bounds is not plain.
     """
-    block: _Block = _Block(plain=True, given=0, motion=-1, absolute=-1, plane_said=False)
+    block: _Block = _Block(
+        plain=True,
+        given=0,
+        motion=-1,
+        absolute=-1,
+        plane_said=False,
+        rare=False,
+        plane=0,
+        old_level=-1,
+        spindle=-1,
+        coolant=-1,
+        dwells=False,
+        cancels=False,
+        uncompensated=False,
+    )
     w: cython.Py_ssize_t
     slot: cython.int
     bit: cython.uint
@@ -158,6 +312,8 @@ def _words(
         value = values[w]
         if slot == _CODE:
             block = _with_code(block, value, force)
+        elif slot == _FUNCTION:
+            block = _with_function(block, value, force)
         elif slot == _OTHER:
             block.plain = False
         else:
@@ -167,7 +323,42 @@ def _words(
             word[slot] = value
         if not block.plain:
             return block
-    if block.given & _FEED and word[_F] < 0.0:
+    if block.given & _FEED and not force.least_feed <= word[_F] <= force.most_feed:
+        block.plain = False
+    if block.given & _RARE or block.rare:
+        block = _with_rare_words(block, force, word)
+    return block
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _with_rare_words(block: _Block, force: _Modes, word: cython.p_double) -> _Block:
+    """Return a block that is more than a motion, plain where each of its words has one use."""
+    motion: cython.int = block.motion
+    needs: cython.int = 0
+    block.rare = True
+    if block.cancels and motion < 0 and force.holes:
+        # Beside another motion, G80 says nothing.
+        if block.given & (_ANY_AXIS | _ANY_OFFSET | _RADIUS):
+            block.plain = False
+    elif motion < 0:
+        motion = force.motion
+    if motion > 3 and block.given & _ANY_HOLE:
+        needs = _NEEDS[motion]
+        if block.given & (_ANY_OFFSET | (_ANY_AXIS & ~_ANY_HOLE)) or block.dwells:
+            block.plain = False
+    elif block.motion > 3:
+        block.plain = False
+    elif block.given & _TIMES or (motion > 3 and block.given & (_ANY_AXIS | _ANY_OFFSET | _RADIUS)):
+        block.plain = False
+    if block.given & _SPOKEN and not (word[_S] >= 0.0 and force.silent and force.free_spindle):
+        block.plain = False
+    if block.given & _WAIT and not (block.dwells or needs & _GIVEN_P):
+        block.plain = False
+    if block.given & _PECK and not needs & _GIVEN_Q:
+        block.plain = False
+    if block.dwells and not (block.given & _WAIT and word[_P] >= 0.0 and motion < 2):
         block.plain = False
     return block
 
@@ -178,7 +369,7 @@ def _words(
 @cython.exceptval(check=False)
 def _only_modes(block: _Block, force: _Modes) -> cython.bint:
     """Tell whether a block changes modes or the feed alone, and nobody needs to be told."""
-    return force.silent and block.motion < 0 and not block.given & ~_FEED
+    return force.silent and block.motion < 0 and not block.given & ~(_FEED | _SPOKEN | _WAIT)
 
 
 @cython.cfunc
@@ -326,6 +517,24 @@ def _centre(
     return _centre_from_offsets(x0, y0, x1, y1, cx, cy, force)
 
 
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _length(first: cython.int) -> cython.int:
+    """Return how many letters of moves stand from `first` on."""
+    count: cython.int = 0
+    while _MOVES[first + count]:
+        count += 1
+    return count
+
+
+#: What became of a block: it was made, it is left to the interpreter, or the columns have no room for it.
+_MADE = cython.declare(cython.int, 0)
+_LEFT = cython.declare(cython.int, 1)
+_FULL = cython.declare(cython.int, 2)
+
+
+@cython.final
 @cython.cclass
 class Advance:
     """The columns of plain blocks and those of their motions, and what is in force between runs.
@@ -333,11 +542,19 @@ class Advance:
     Args:
         blocks: Columns of `gcode_scan.scan`: line, offset, flags, end of the words, letters, values.
         position: Shape (9,), X Y Z A B C U V W in program units and coordinates; moved on.
-        modes: Shape (`MODES`,): modal motion 0 to 3 (else nothing is taken), flags, plane 17 to 19; changed.
-        levels: Shape (`LEVELS`,): feed, then the tolerances of arcs (`cncgen.gcode.codes.arcs`); changed.
+        modes: Shape (`MODES`,): modal motion 0 to 3, a cycle that is taken or -1; flags; plane 17 to 19; changed.
+        levels: Shape (`LEVELS`,): feed, the tolerances of arcs (`cncgen.gcode.codes.arcs`), the feeds that are taken, spindle speed,
+            words of the cycle in force; changed.
         motions: Columns that are filled, a row a motion: line and offset of its block; 0 to 3; end point, shape (n, 9);
             feed in force; whether this block gave F; centre in the two axes of the plane, shape (n, 2); turns (signed,
             positive counter-clockwise; 0 for lines).
+        asides: Columns of what stands between motions: the row before which, its kind (`ASIDE_SPEED` …, or the number of the code),
+            its value, and the block.
+
+    Attributes:
+        rows, asides, events: How many motions, asides, and asides that are events the last run made.
+        drilled: How many of the motions are of holes.
+        full: Whether the last run ended as a column had no room for the block.
     """
 
     block_line: cython.const[cython.longlong][::1]
@@ -357,34 +574,58 @@ class Advance:
     feed_set: cython.uchar[::1]
     centre: cython.double[:, ::1]
     turns: cython.longlong[::1]
+    aside_row: cython.longlong[::1]
+    aside_kind: cython.longlong[::1]
+    aside_value: cython.double[::1]
+    aside_block: cython.longlong[::1]
+    rows = cython.declare(cython.Py_ssize_t, visibility="public")
+    asides = cython.declare(cython.Py_ssize_t, visibility="public")
+    events = cython.declare(cython.Py_ssize_t, visibility="public")
+    drilled = cython.declare(cython.Py_ssize_t, visibility="public")
+    full = cython.declare(cython.bint, visibility="public")
+    outcome = cython.declare(cython.int)
 
-    def __init__(self, blocks, position, modes, levels, motions):
+    def __init__(self, blocks, position, modes, levels, motions, asides):
         self.block_line, self.block_offset, self.block_flags = blocks[:3]
         self.word_end, self.letters, self.values = blocks[3:]
         self.position, self.modes, self.levels = position, modes, levels
         self.line, self.offset, self.motion, self.end = motions[:4]
         self.feed, self.feed_set, self.centre, self.turns = motions[4:]
+        self.aside_row, self.aside_kind, self.aside_value, self.aside_block = asides
 
-    def run(self, first: cython.Py_ssize_t, last: cython.Py_ssize_t) -> tuple:
-        """Interpret blocks `first` to `last` (not included) while they are plain motions.
+    def take_cycles(self, cycles) -> None:
+        """Take the drilling cycles from now on.
 
-        Returns the first block not taken, and the number of rows.
+        Args:
+            cycles: By number, the words that each needs (`GIVEN_P`, `GIVEN_Q`), the letters of its moves between pecks and at the end:
+                B the bottom, R, C where the tool clears, L the peck's level, K a clearance above it; capital letters are feeds,
+                small ones traverses, p is a wait.
         """
+        used: cython.int = 0
+        n: cython.int
+        for n, (needs, between, last) in cycles.items():
+            _NEEDS[n], _PECK_MOVES[n], _LAST_MOVES[n] = needs, used, used + 8
+            for k in range(16):
+                _MOVES[used + k] = 0
+            for k, letter in enumerate(between.encode()):
+                _MOVES[used + k] = letter
+            for k, letter in enumerate(last.encode()):
+                _MOVES[used + 8 + k] = letter
+            used += 16
+
+    def run(self, first: cython.Py_ssize_t, last: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Interpret blocks `first` to `last` (not included) while they are taken; return the first block not taken."""
         force: _Modes = _modes_in_force(self.modes, self.levels)
         passed_over: cython.int = _SLASH if self.modes[SKIP_SLASH] else 0
         left: cython.int = _ACTIVE if force.silent else _ACTIVE | _COMMENT
         block: _Block
-        centre: _Centre
-        word = cython.declare(cython.double[14])
-        end = cython.declare(cython.double[9])
+        word = cython.declare(cython.double[18])
         done: cython.Py_ssize_t = last
-        rows: cython.Py_ssize_t = 0
         begin: cython.Py_ssize_t
         finish: cython.Py_ssize_t = self.word_end[first - 1] if first > 0 else 0
         b: cython.Py_ssize_t
-        motion: cython.int
-        absolute: cython.bint
-        feed: cython.double
+        self.rows = self.asides = self.events = self.drilled = 0
+        self.outcome = _MADE
         for b in range(first, last):
             begin = finish
             finish = self.word_end[b]
@@ -398,53 +639,319 @@ class Advance:
             block = _words(self.letters, self.values, begin, finish, force, word)
             if not block.plain:
                 break
-            feed = word[_F] if block.given & _FEED else force.feed
-            absolute = force.absolute if block.absolute < 0 else block.absolute
-            if _only_modes(block, force):
-                force.absolute = absolute
-                force.feed = feed
-                continue
-            motion = force.motion if block.motion < 0 else block.motion
-            if not _may_move(block, motion, feed, force):
+            force = self._block(b, block, force, word)
+            if self.outcome != _MADE:
                 break
-            _go_to(block, absolute, self.position, word, end)
-            centre = _centre(block, motion, self.position, end, word, force)
-            if not centre.certain:
-                break
-            force.motion = motion
-            force.absolute = absolute
-            force.feed = feed
-            self._put(rows, b, force, block.given & _FEED != 0, centre, end)
-            rows += 1
         else:
             done = last
+        self.full = self.outcome == _FULL
         self.modes[MOTION] = force.motion
         self.modes[ABSOLUTE] = force.absolute
+        self.modes[PLANE] = cython.cast(cython.longlong, force.plane)
+        self.modes[OLD_LEVEL] = force.old_level
         self.levels[FEED] = force.feed
-        return done, rows
+        return done
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _block(self, b: cython.Py_ssize_t, block: _Block, force: _Modes, word: cython.p_double) -> _Modes:
+        """Make motions and asides of a plain block; return what is in force after it."""
+        end = cython.declare(cython.double[9])
+        now: _Modes = force
+        centre: _Centre
+        moves: cython.bint = not _only_modes(block, force)
+        if block.rare:
+            if self.asides + _MOST_ASIDES > self.aside_row.shape[0]:
+                self.outcome = _FULL
+                return force
+            if block.plane:
+                now = _in_plane(now, block.plane)
+            if block.old_level >= 0:
+                now.old_level = block.old_level
+        if block.given & _FEED:
+            now.feed = word[_F]
+        if block.absolute >= 0:
+            now.absolute = block.absolute
+        if block.motion >= 0:
+            now.motion = block.motion
+        elif block.cancels and force.holes:
+            now.motion = -1
+        if moves and now.motion > 3:
+            return self._holes(b, block, force, now, word)
+        if moves:
+            if self.rows >= self.line.shape[0]:
+                self.outcome = _FULL
+                return force
+            self.outcome = _LEFT
+            if not _may_move(block, now.motion, now.feed, now):
+                return force
+            _go_to(block, now.absolute, self.position, word, end)
+            centre = _centre(block, now.motion, self.position, end, word, now)
+            if not centre.certain:
+                return force
+            self.outcome = _MADE
+        if block.rare:
+            self._say(b, block, word)
+        if moves:
+            self._put(b, now.motion, now.feed, block.given & _FEED != 0, centre, end)
+        return now
 
     @cython.cfunc
     @cython.inline
     @cython.exceptval(check=False)
     def _put(
         self,
-        row: cython.Py_ssize_t,
         b: cython.Py_ssize_t,
-        force: _Modes,
+        motion: cython.int,
+        feed: cython.double,
         feed_set: cython.bint,
         centre: _Centre,
         end: cython.p_double,
     ) -> cython.void:
-        """Fill the row of the motion of block b, and stand at its end."""
+        """Fill the row of a motion of block b, and stand at its end."""
         k: cython.int
+        row: cython.Py_ssize_t = self.rows
         self.line[row] = self.block_line[b]
         self.offset[row] = self.block_offset[b]
-        self.motion[row] = force.motion
-        self.feed[row] = force.feed
+        self.motion[row] = motion
+        self.feed[row] = feed
         self.feed_set[row] = feed_set
         self.centre[row, 0] = centre.x
         self.centre[row, 1] = centre.y
-        self.turns[row] = 0 if force.motion < 2 else 2 * force.motion - 5
+        self.turns[row] = 0 if motion < 2 else 2 * motion - 5
         for k in range(_AXES):
             self.position[k] = end[k]
             self.end[row, k] = end[k]
+        self.rows = row + 1
+
+    # Asides.
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _aside(
+        self, b: cython.Py_ssize_t, kind: cython.int, value: cython.double, event: cython.bint
+    ) -> cython.void:
+        """Fill the row of an aside."""
+        self.aside_row[self.asides] = self.rows
+        self.aside_kind[self.asides] = kind
+        self.aside_value[self.asides] = value
+        self.aside_block[self.asides] = b
+        self.asides += 1
+        self.events += event
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _say(self, b: cython.Py_ssize_t, block: _Block, word: cython.p_double) -> cython.void:
+        """Make the asides of a block, in the order of execution (`modal.Stage`)."""
+        if block.given & _SPOKEN:
+            self.levels[_SPEED] = word[_S]
+            self._aside(b, _ASIDE_SPEED, word[_S], True)
+        if block.spindle >= 0:
+            self.modes[_DIRECTION] = (block.spindle == 3) - (block.spindle == 4)
+            self._aside(b, block.spindle, 0.0, True)
+        if block.coolant >= 0:
+            self.modes[_MIST] = (self.modes[_MIST] or block.coolant == 7) and block.coolant != 9
+            self.modes[_FLOOD] = (self.modes[_FLOOD] or block.coolant == 8) and block.coolant != 9
+            self._aside(b, block.coolant, 0.0, True)
+        if block.dwells:
+            self._aside(b, _ASIDE_DWELL, word[_P], True)
+        if block.plane:
+            self._aside(b, block.plane, 0.0, False)
+
+    # Holes (`canned_cycles`).
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _holes(
+        self,
+        b: cython.Py_ssize_t,
+        block: _Block,
+        force: _Modes,
+        now: _Modes,
+        word: cython.p_double,
+    ) -> _Modes:
+        """Make the holes of a block of a drilling cycle; return what is in force after it, or `force` where it is not taken."""
+        n: cython.int = now.motion
+        normal: cython.int = 3 - now.first - now.second
+        fresh: cython.bint = force.motion <= 3
+        # The words of a row of cycles are kept: R, P, Q and the bottom, by bits.
+        given: cython.int = (
+            0 if fresh or self.modes[_CYCLE] != n else cython.cast(cython.int, self.modes[_GIVEN])
+        )
+        level: cython.double = self.position[normal] if fresh else self.levels[_LEVEL]
+        retract: cython.double = self.levels[_RETRACT]
+        pause: cython.double = self.levels[_PAUSE]
+        step: cython.double = self.levels[_STEP]
+        depth: cython.double = self.levels[_BOTTOM]
+        bottom: cython.double
+        times: cython.int = 1
+        pecks: cython.int = 0
+        if block.given & _RADIUS:
+            retract = word[_R]
+            given |= _GIVEN_R
+        if block.given & _WAIT:
+            pause = word[_P]
+            given |= _GIVEN_P
+        if block.given & _PECK:
+            step = word[_Q]
+            given |= _GIVEN_Q
+        if block.given >> normal & 1:
+            depth = word[normal]
+            given |= _GIVEN_DEPTH
+        self.outcome = _LEFT
+        needs: cython.int = _NEEDS[n] | _GIVEN_R | _GIVEN_DEPTH
+        if self.modes[_CYCLE] < 0 or given & needs != needs or not block.given & _ANY_HOLE:
+            return force
+        if now.inverse_time or now.feed <= 0.0 or block.given & (_ANY_OFFSET | (_ANY_AXIS & ~_ANY_HOLE)):
+            return force
+        if given & _GIVEN_P and pause < 0.0:
+            return force
+        if block.given & _TIMES:
+            if not 1.0 <= word[_L] <= _MOST_REPEATS or word[_L] != cython.cast(cython.int, word[_L]):
+                return force
+            times = cython.cast(cython.int, word[_L])
+        top: cython.double = retract if now.absolute else level + retract
+        bottom = depth if now.absolute else top + depth
+        if bottom > top:
+            return force
+        if needs & _GIVEN_Q:
+            pecks = self._pecks(top, bottom, step)
+            if pecks < 0:
+                return force
+        rows: cython.Py_ssize_t = 1 + times * (2 + _length(_LAST_MOVES[n]) + pecks * _length(_PECK_MOVES[n]))
+        if rows > self.line.shape[0] // 2 or times + _MOST_ASIDES > self.aside_row.shape[0] // 2:
+            return force
+        if (
+            self.rows + rows > self.line.shape[0]
+            or self.asides + times + _MOST_ASIDES > self.aside_row.shape[0]
+        ):
+            self.outcome = _FULL
+            return force
+        self.outcome = _MADE
+        self._say(b, block, word)
+        rows = self.rows
+        self._drill(b, block, now, word, level, top, bottom, step, pause, times)
+        self.drilled += self.rows - rows
+        self.modes[_CYCLE] = n
+        self.modes[_GIVEN] = given
+        self.levels[_LEVEL] = level
+        self.levels[_RETRACT] = retract
+        self.levels[_PAUSE] = pause
+        self.levels[_STEP] = step
+        self.levels[_BOTTOM] = depth
+        if given & _GIVEN_P:
+            self.levels[_DWELL] = pause
+        return now
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _pecks(self, top: cython.double, bottom: cython.double, step: cython.double) -> cython.int:
+        """Return how many pecks lead from R to the bottom, beside the last; -1 where they are no few."""
+        pecks: cython.int = 0
+        if step <= 0.0:
+            return -1
+        top -= step
+        while top > bottom:
+            top -= step
+            pecks += 1
+            if pecks > _MOST_REPEATS:
+                return -1
+        return pecks
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _drill(
+        self,
+        b: cython.Py_ssize_t,
+        block: _Block,
+        now: _Modes,
+        word: cython.p_double,
+        level: cython.double,
+        top: cython.double,
+        bottom: cython.double,
+        step: cython.double,
+        pause: cython.double,
+        times: cython.int,
+    ) -> cython.void:
+        """Make a hole so many times: across, down to R, and the moves of its cycle."""
+        n: cython.int = now.motion
+        normal: cython.int = 3 - now.first - now.second
+        clear: cython.double = max(level, top) if now.old_level else top
+        place: cython.double
+        high: cython.double
+        k: cython.int
+        if level < top:
+            self._along(b, now, normal, top, False)
+        if not now.exact:
+            self._aside(b, _ASIDE_EXACT, 0.0, False)
+        for _ in range(times):
+            high = max(self.position[normal], clear)
+            for k in (now.first, now.second):
+                if block.given >> k & 1:
+                    self.position[k] = word[k] if now.absolute else self.position[k] + word[k]
+            self._along(b, now, normal, high, False)
+            if high != top:
+                self._along(b, now, normal, top, False)
+            if _MOVES[_PECK_MOVES[n]]:
+                place = top - step
+                while place > bottom:
+                    self._moves(b, now, _PECK_MOVES[n], top, bottom, clear, place, pause)
+                    place -= step
+            self._moves(b, now, _LAST_MOVES[n], top, bottom, clear, bottom, pause)
+        if not now.exact:
+            self._aside(b, _ASIDE_PATH, 0.0, False)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _moves(
+        self,
+        b: cython.Py_ssize_t,
+        now: _Modes,
+        first: cython.int,
+        top: cython.double,
+        bottom: cython.double,
+        clear: cython.double,
+        place: cython.double,
+        pause: cython.double,
+    ) -> cython.void:
+        """Make the moves whose letters stand from `first` on (`take_cycles`)."""
+        c: cython.int
+        lower: cython.int
+        to: cython.double
+        normal: cython.int = 3 - now.first - now.second
+        while _MOVES[first]:
+            c = _MOVES[first]
+            lower = c | 32
+            first += 1
+            if c == 112:
+                self._aside(b, _ASIDE_PAUSE, pause, True)
+                continue
+            to = bottom
+            if lower == 114:
+                to = top
+            elif lower == 99:
+                to = clear
+            elif lower == 108:
+                to = place
+            elif lower == 107:
+                to = place + self.levels[_CLEARANCE]
+            self._along(b, now, normal, to, c != lower)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _along(
+        self,
+        b: cython.Py_ssize_t,
+        now: _Modes,
+        normal: cython.int,
+        level: cython.double,
+        feeds: cython.bint,
+    ) -> cython.void:
+        """Fill the row of a straight motion from where the tool stands along the normal."""
+        end = cython.declare(cython.double[9])
+        k: cython.int
+        for k in range(_AXES):
+            end[k] = self.position[k]
+        end[normal] = level
+        self._put(b, feeds, now.feed, False, _Centre(x=0.0, y=0.0, certain=True), end)

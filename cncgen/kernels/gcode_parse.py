@@ -17,6 +17,8 @@ token the line is refused, and the place and the parser's stack tell what was ex
 An instruction is one number, ``operation + 256 * operand``. FLOW and STATEMENT are followed by the count of their values.
 """
 
+from mmap import mmap
+
 import cython
 
 #: Work of the kernel where a rule (by its alias, else by its name) is reduced.
@@ -55,6 +57,7 @@ ACTIONS = {
     "content": 0,
     "flow": 0,
     "if_then": 0,
+    "named_call": 0,
     "bracket": 0,
     "computed_label": 0,
 }
@@ -219,6 +222,14 @@ def _rows(table):
     return memoryview(data).cast("h", [len(data) // 2 // width, width])
 
 
+def _zeros(size):
+    """Return a buffer; pages of it that are not filled take no time."""
+    try:
+        return memoryview(mmap(-1, size))
+    except OSError as error:
+        raise MemoryError from error
+
+
 def _row(table):
     """Return a table of one row as a buffer."""
     return memoryview(table[1]).cast("h")
@@ -240,7 +251,45 @@ class Parser:
         flags: `DELETED`, `NUMBERED`, of the line read last.
         line_number: Where its N word begins and ends.
         error: Offset where the grammar refused it, -1 where it did not.
+        lines: How many lines were read.
     """
+
+    action: cython.const[cython.short][:, ::1]
+    goto: cython.const[cython.short][:, ::1]
+    again: cython.const[cython.short][:, ::1]
+    move: cython.const[cython.short][:, ::1]
+    token: cython.const[cython.short][:, ::1]
+    length: cython.const[cython.short][::1]
+    origin: cython.const[cython.short][::1]
+    made: cython.const[cython.short][::1]
+    classes: cython.const[cython.short][::1]
+    mode: cython.const[cython.short][::1]
+    literal: cython.const[cython.short][::1]
+    kept: cython.const[cython.short][::1]
+    text: cython.const[cython.uchar][::1]
+    code = cython.declare(cython.int[::1], visibility="public")
+    constants = cython.declare(cython.double[::1], visibility="public")
+    symbol: cython.int[:, ::1]
+    terminals = cython.declare(tuple, visibility="public")
+    names = cython.declare(list, visibility="public")
+    numbered = cython.declare(dict)
+    start = cython.declare(cython.int)
+    accept = cython.declare(cython.int)
+    end = cython.declare(cython.int)
+    delete = cython.declare(cython.int)
+    line_word = cython.declare(cython.int)
+    stored = cython.declare(cython.int)
+    top = cython.declare(cython.int)
+    depth = cython.declare(cython.int)
+    increments = cython.declare(cython.bint)
+    begin = cython.declare(cython.Py_ssize_t)
+    used = cython.declare(cython.int, visibility="public")
+    numbers = cython.declare(cython.int, visibility="public")
+    flags = cython.declare(cython.int, visibility="public")
+    error = cython.declare(cython.Py_ssize_t, visibility="public")
+    lines = cython.declare(cython.Py_ssize_t, visibility="public")
+    number_begin = cython.declare(cython.Py_ssize_t, visibility="public")
+    number_end = cython.declare(cython.Py_ssize_t, visibility="public")
 
     def __init__(self, tables, stored, increments=False):
         self.action = _rows(tables.ACTION)
@@ -262,13 +311,12 @@ class Parser:
         self.line_word = self.terminals.index("LINE_NUMBER") if "LINE_NUMBER" in self.terminals else -1
         self.stored = stored
         self.increments = increments
-        self.code = memoryview(bytearray(4 << 20)).cast("i")
-        self.constants = memoryview(bytearray(8 << 19)).cast("d")
-        self.symbol = memoryview(bytearray(4 * 6 * _DEPTH)).cast("i", [_DEPTH, 6])
+        self.code = _zeros(4 << 20).cast("i")
+        self.constants = _zeros(8 << 19).cast("d")
+        self.symbol = _zeros(4 * 6 * _DEPTH).cast("i", [_DEPTH, 6])
         self.names = []
         self.numbered = {}
-        self.used = 0
-        self.numbers = 0
+        self.used = self.numbers = self.lines = 0
         self.error = -1
 
     def room(self) -> bool:
@@ -322,6 +370,7 @@ class Parser:
         step: cython.int
         state: cython.int = self.start
         self.text = text
+        self.lines += 1
         self.begin = offset
         self.top = 0
         self.error = -1

@@ -65,7 +65,7 @@ def _fill_tables() -> cython.void:
 
 _fill_tables()
 
-#: A number and the offset after it; -1 where there is none, or none of so few digits that it is certain.
+#: A number and the offset after it; -1 without one, or where it has too many digits to be certain.
 _Number = cython.struct(value=cython.double, after=cython.Py_ssize_t)
 
 #: The offset after a comment, -1 where it does not close in its line or holds another; and whether it does something.

@@ -42,7 +42,7 @@ _M_TAKEN = cython.declare(cython.uchar[10])
 
 #: How tight the operators bind that bind the least (`gcode_arithmetic`).
 _LOGIC = cython.declare(cython.int, 1)
-#: Letters of a function of two arguments, ATAN, five bits each; longer names than this many letters are none.
+#: Letters of a function of two arguments, ATAN, five bits each; every name is this short.
 _ATAN = cython.declare(cython.uint, 1 << 15 | 20 << 10 | 1 << 5 | 14)
 _LONGEST = cython.declare(cython.int, 6)
 
@@ -52,6 +52,13 @@ _PAUSE = cython.declare(cython.Py_ssize_t, PAUSE)
 #: Local numbered parameters of a subroutine, from #1 on, and units of work of a call (`budget.CALL`).
 _LOCALS = cython.declare(cython.int, 30)
 _CALL_UNITS = cython.declare(cython.int, 12)
+#: Where an O-word of a branch or loop leads (`Frame.lead`).
+STAY, AT_NEXT, PAST_NEXT, AT_PREVIOUS, PAST_PREVIOUS = range(5)
+_STAY = cython.declare(cython.int, STAY)
+_AT_NEXT = cython.declare(cython.int, AT_NEXT)
+_PAST_NEXT = cython.declare(cython.int, PAST_NEXT)
+_AT_PREVIOUS = cython.declare(cython.int, AT_PREVIOUS)
+_PAST_PREVIOUS = cython.declare(cython.int, PAST_PREVIOUS)
 #: Columns of a row of `gcode_marks`, and its keywords.
 _OFFSET = cython.declare(cython.int, OFFSET)
 _LINE = cython.declare(cython.int, LINE)
@@ -107,22 +114,22 @@ class Frame:
     """A call in progress.
 
     Attributes:
-        back: The line that it goes back to (`labels.Cursor`).
+        back: The line that it goes back to: source, offset and number.
         label: Of the subroutine called.
-        numbers, named: Local parameters of the caller, put back at the end.
-        values: Numbered parameters that each time begins with; None where those of the caller go on.
+        numbers, named: Local parameters of the caller, put back at the end; those by number are an array.
+        values: Array of numbered parameters that each time begins with; None where those of the caller go on.
         again: Where a program called by its number begins, and how often it is still to run after this time; None for a subroutine.
-        doing: Labels of DO loops under way.
-        left: Rounds left of REPEAT loops, by label.
+        doing: Labels of DO loops under way, or None.
+        left: Rounds left of REPEAT loops, by label, or None.
         saved, restore: Modal state that M70 or M73 kept here; whether the end of the call brings it back.
         modal: Whether G66 called it.
     """
 
     back = cython.declare(object, visibility="public")
     label = cython.declare(object, visibility="public")
-    numbers = cython.declare(list, visibility="public")
+    numbers = cython.declare(object, visibility="public")
     named = cython.declare(dict, visibility="public")
-    values = cython.declare(list, visibility="public")
+    values = cython.declare(object, visibility="public")
     again = cython.declare(object, visibility="public")
     doing = cython.declare(set, visibility="public")
     left = cython.declare(dict, visibility="public")
@@ -136,10 +143,68 @@ class Frame:
         self.numbers = numbers
         self.named = named
         self.values = values
-        self.again = self.saved = None
-        self.doing = set()
-        self.left = {}
+        self.again = self.saved = self.doing = self.left = None
         self.restore = self.modal = False
+
+    def __reduce__(self):
+        """Return all that a call holds: whoever looks for a state that comes back compares what is pickled."""
+        begun = (self.back, self.label, self.numbers, self.named, self.values)
+        return Frame, begun, (self.again, self.doing, self.left, self.saved, self.restore, self.modal)
+
+    @cython.ccall
+    def repeats(self, label) -> cython.bint:
+        """Tell whether REPEAT of a label goes round, so that its count is not asked for."""
+        return self.left is not None and label in self.left
+
+    @cython.ccall
+    def lead(self, keyword: cython.longlong, label, value: cython.double) -> cython.int:
+        """Return where an O-word of a branch or loop leads, and keep which loops go round.
+
+        It leads on (`STAY`), or to or behind the O-word of its label that it looks for below or above (`AT_NEXT` …).
+
+        A REPEAT that is met while it goes round, as CONTINUE of a loop around had left it, counts as the end of that round (seen on
+        LinuxCNC's interpreter).
+
+        Args:
+            keyword: As in `gcode_marks.KEYWORDS`.
+            label: Its label.
+            value: The value of its condition, or the whole count of REPEAT; 0 where it has none.
+        """
+        rounds: cython.longlong
+        if keyword == _IF:
+            return _STAY if value != 0.0 else _PAST_NEXT
+        if keyword == _WHILE:
+            if self.doing is None or label not in self.doing:
+                return _STAY if value != 0.0 else _PAST_NEXT
+            if value != 0.0:
+                return _PAST_PREVIOUS
+            self.doing.discard(label)
+        elif keyword == _ELSE or keyword == _ELSEIF:
+            return _PAST_NEXT
+        elif keyword == _ENDWHILE:
+            return _AT_PREVIOUS
+        elif keyword == _CONTINUE:
+            return _AT_NEXT
+        elif keyword == _DO:
+            if self.doing is None:
+                self.doing = set()
+            self.doing.add(label)
+        elif keyword == _REPEAT or keyword == _ENDREPEAT:
+            rounds = self.left[label] - 1 if self.repeats(label) else cython.cast(cython.longlong, value)
+            if rounds > 0:
+                self.left = self.left or {}
+                self.left[label] = rounds
+            elif self.left is not None:
+                self.left.pop(label, None)
+            if (rounds > 0) != (keyword == _REPEAT):
+                return _PAST_NEXT if keyword == _REPEAT else _PAST_PREVIOUS
+        elif keyword == _BREAK:
+            if self.doing is not None:
+                self.doing.discard(label)
+            if self.left is not None:
+                self.left.pop(label, None)
+            return _PAST_NEXT
+        return _STAY
 
 
 @cython.cclass
@@ -148,7 +213,7 @@ class Computer:
 
     Args:
         data: The text, bytes or a map of a file; `text` is the same as a buffer.
-        numbers: Numbered parameters by number, read and set.
+        numbers: Numbered parameters by number, an array of doubles, read and set.
         named: Global parameters by name, read and set.
         reserved: Names that cannot be set.
         block_line, block_offset, block_flags, word_end, letters, values: The columns of `gcode_scan.scan`.
@@ -171,7 +236,8 @@ class Computer:
     word_end: cython.longlong[::1]
     letters: cython.uchar[::1]
     values: cython.double[::1]
-    numbers = cython.declare(list)
+    store = cython.declare(object)
+    numbers: cython.double[::1]
     named = cython.declare(dict)
     local = cython.declare(dict)
     reserved = cython.declare(frozenset)
@@ -195,7 +261,6 @@ class Computer:
     parameters = cython.declare(object)
     frames = cython.declare(list)
     outermost = cython.declare(object)
-    cursor = cython.declare(object)
     deepest = cython.declare(cython.Py_ssize_t)
     source = cython.declare(object)
     rows: cython.longlong[:, ::1]
@@ -208,7 +273,7 @@ class Computer:
     def __init__(self, data, text, numbers, named, reserved, columns):
         self.data = data
         self.text = text
-        self.numbers = numbers
+        self.store = self.numbers = numbers
         self.named = named
         self.local = {}
         self.reserved = reserved
@@ -228,20 +293,19 @@ class Computer:
         self.labels = []
         self.count = self.row = self.next = self.next_line = 0
 
-    def follow(self, marks, parameters, frames, outermost, cursor, deepest, source):
+    def follow(self, marks, parameters, frames, outermost, deepest, source):
         """Follow O-words from now on.
 
         Args:
             marks: `gcode_marks.Marks` of the text.
             parameters: Whose `local` are the named parameters of the call in progress.
             frames, outermost: The calls in progress, the innermost last, and the record of the main program below them.
-            cursor: Makes a place of source, offset and line.
             deepest: How many calls may be in progress.
             source: Number of the text.
         """
         self.rows, self.count, self.labels = marks.rows, marks.count, marks.labels
         self.parameters, self.frames, self.outermost = parameters, frames, outermost
-        self.cursor, self.deepest, self.source = cursor, deepest, source
+        self.deepest, self.source = deepest, source
 
     def run(self, offset: cython.Py_ssize_t, line: cython.longlong, local: dict) -> cython.Py_ssize_t:
         """Read lines from `offset` on until one is not certain, a column is full, or the text ends.
@@ -334,7 +398,7 @@ class Computer:
     @cython.inline
     @cython.exceptval(check=False)
     def _byte(self) -> cython.int:
-        """Go on to what is no blank and return it; a newline at the end of the text."""
+        """Go on to the next byte that is not blank and return it; a newline at the end of the text."""
         c: cython.int
         while self.i < self.text.shape[0]:
             c = cython.cast(cython.int, self.text[self.i])
@@ -480,6 +544,7 @@ class Computer:
         target: cython.longlong
         value: cython.double = 0.0
         given: cython.bint
+        way: cython.int
         m: cython.Py_ssize_t = self._row_of(offset)
         if m < 0:
             return False
@@ -499,18 +564,33 @@ class Computer:
             keyword == _IF or keyword == _ELSEIF or keyword == _WHILE or keyword == _REPEAT
         ):
             return False
-        self._behind(m, line)
-        if keyword == _ENDIF or (keyword == _IF and value != 0.0):
-            return True
-        if keyword == _ELSE or keyword == _ELSEIF or keyword == _SUB:
+        if keyword == _SUB:
             self._behind(target, self.rows[target, _LINE])
+            return True
+        frame: Frame = self.frames[len(self.frames) - 1] if self.frames else self.outermost
+        label = self.labels[self.rows[m, _LABEL]]
+        if keyword == _WHILE:
+            # The foot of a loop that DO began, or the head of one.
+            if frame.doing is not None and label in frame.doing:
+                target = self.rows[m, _OTHER]
+            elif self.rows[m, _OTHER] >= 0:
+                return False
+            if target < 0:
+                return False
+        elif keyword == _REPEAT and not frame.repeats(label):
+            if value != floor(value) or not fabs(value) <= _LARGEST:
+                return False
+        way = frame.lead(keyword, label, value)
+        if way == _STAY:
+            self._behind(m, line)
             return True
         if keyword == _IF:
             return self._branch(target)
-        if keyword == _ENDWHILE or keyword == _CONTINUE:
+        if way == _AT_NEXT or way == _AT_PREVIOUS:
             self._at(target)
-            return True
-        return self._round(m, keyword, target, value)
+        else:
+            self._behind(target, self.rows[target, _LINE])
+        return True
 
     @cython.cfunc
     def _branch(self, target: cython.longlong) -> cython.bint:
@@ -532,69 +612,26 @@ class Computer:
         return True
 
     @cython.cfunc
-    def _round(
-        self, m: cython.Py_ssize_t, keyword: cython.longlong, target: cython.longlong, value: cython.double
-    ) -> cython.bint:
-        """Begin a loop, go round or leave it; the next line is the one behind unless something else is said."""
-        frame: Frame = self.frames[len(self.frames) - 1] if self.frames else self.outermost
-        label = self.labels[self.rows[m, _LABEL]]
-        doing: set = frame.doing
-        left: dict = frame.left
-        rounds: cython.longlong
-        if keyword == _WHILE:
-            if doing and label in doing:
-                target = self.rows[m, _OTHER]
-                if target < 0:
-                    return False
-                if value != 0.0:
-                    self._behind(target, self.rows[target, _LINE])
-                else:
-                    doing.discard(label)
-                return True
-            if target < 0 or self.rows[m, _OTHER] >= 0:
-                return False
-            if value == 0.0:
-                self._behind(target, self.rows[target, _LINE])
-        elif keyword == _DO:
-            doing.add(label)
-        elif keyword == _BREAK:
-            doing.discard(label)
-            left.pop(label, None)
-            self._behind(target, self.rows[target, _LINE])
-        else:
-            if label in left:
-                rounds = left[label] - 1
-            elif keyword == _ENDREPEAT:
-                rounds = 0
-            elif value == floor(value) and fabs(value) <= _LARGEST:
-                rounds = cython.cast(cython.longlong, value)
-            else:
-                return False
-            if rounds > 0:
-                left[label] = rounds
-            else:
-                left.pop(label, None)
-            if (rounds > 0) == (keyword == _ENDREPEAT):
-                self._behind(target, self.rows[target, _LINE])
-        return True
-
-    @cython.cfunc
     def _call(self, m: cython.Py_ssize_t, line: cython.longlong) -> cython.bint:
         """Begin a call of a subroutine of this text."""
-        value: cython.double
         target: cython.longlong = self.rows[m, _TARGET]
-        values: list = []
+        given: cython.Py_ssize_t = 0
+        k: cython.Py_ssize_t
+        argument = cython.declare(cython.double[30])
         while self.certain and self._byte() == 91:
-            value = self._bracket()
-            values.append(value)
-        if not self._ends() or len(values) > _LOCALS or len(self.frames) >= self.deepest:
+            if given == _LOCALS:
+                return False
+            argument[given] = self._bracket()
+            given += 1
+        if not self._ends() or len(self.frames) >= self.deepest:
             return False
-        values.extend([0.0] * (_LOCALS - len(values)))
-        callers = self.numbers[1 : _LOCALS + 1]
+        callers = self.store[1 : _LOCALS + 1]
         label = self.labels[self.rows[m, _LABEL]]
-        back = self.cursor(self.source, self.rows[m, _AFTER], line + 1)
-        self.frames.append(Frame(back, label, callers, self.local, values))
-        self.numbers[1 : _LOCALS + 1] = values
+        back = (self.source, self.rows[m, _AFTER], line + 1)
+        # It runs once, so its first condition is not asked for again.
+        self.frames.append(Frame(back, label, callers, self.local, callers))
+        for k in range(_LOCALS):
+            self.numbers[k + 1] = argument[k] if k < given else 0.0
         self.parameters.local = self.local = {}
         self.units += _CALL_UNITS
         self._behind(target, self.rows[target, _LINE])
@@ -615,7 +652,7 @@ class Computer:
         if not anywhere and frame.label != self.labels[self.rows[m, _LABEL]]:
             return False
         self.frames.pop()
-        self.numbers[1 : _LOCALS + 1] = frame.numbers
+        self.store[1 : _LOCALS + 1] = frame.numbers
         self.parameters.local = self.local = frame.named
         self.named["_value"] = value
         self.named["_value_returned"] = 1.0 if given else 0.0
@@ -703,7 +740,7 @@ class Computer:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _index(self) -> cython.int:
-        """Read the number of a parameter behind its #; -1 where it is no plain storage."""
+        """Read the number of a parameter behind its #; -1 unless it is plain storage."""
         value: cython.double
         whole: cython.double
         c: cython.int = self._byte()

@@ -21,7 +21,7 @@ _INDEX = cython.typedef(cython.Py_ssize_t)
 _REAL = cython.typedef(cython.double)
 
 #: Amount by which limits are eased at the start of a window in motion, by the slack.
-_EASE = cython.declare(cython.double, 2.0)
+_EASE = cython.declare(cython.double, 1.2)
 #: The largest part of the jerk limit that is taken to hide between three values of the third derivative: of a cusp, those
 #: tell little.
 _CONCEALED = cython.declare(cython.double, 0.3)

@@ -6,6 +6,8 @@ and jerks parts of their limits, times parts of h0_k. A state is (p, v, a) of ax
 
 The problem is solved as Wächter and Biegler (2006) do (primal-dual barrier, exact Hessian, filter), each Newton step by a Riccati
 recursion (Rao, Wright and Rawlings (1998)), so the work goes with the number of nodes.
+
+Functions take the number of axes as an argument: `solve` hands on 2 and 3 as constants, for which compilers unroll the loops.
 """
 
 import cython
@@ -34,20 +36,23 @@ _MOST_DAMPING = cython.declare(cython.double, 0.1)
 _CHANGE = cython.declare(cython.double, 4.0)
 #: Damping beyond which the Hessian is taken without the curvature of the motion.
 _CONVEX = cython.declare(cython.double, 10.0)
-#: The largest residual of a motion, after all iterations; before that it has to be `Tube.exact`.
-_EXACT = cython.declare(cython.double, 1e-7)
 #: The search ends where two steps in a row change the cost by less than this part of it, or so many iterations before the last one.
-#: Then steps with much damping make the motion exact.
+#: Then steps with much damping, each with `_CHANGE` times that of the one before, make the motion exact.
 _FLAT = cython.declare(cython.double, 1e-6)
 _CLOSING = cython.declare(cython.int, 12)
 _CLOSING_DAMPING = cython.declare(cython.double, 1.0)
+#: How many times what the first point misses any other may, and the least miss that counts: what is exact at first has to be left.
+_WORSE = cython.declare(cython.double, 4.0)
+_LEAST_MISS = cython.declare(cython.double, 1.0)
 #: Cost of a step of mean length.
 _COST = cython.declare(cython.double, 0.02)
+#: A barrier function of a point beyond its bounds.
+_BEYOND = cython.declare(cython.double, 1e300)
 
 
 @cython.cclass
 class Tube:
-    """The problem, its solution so far, and what an iteration works on. `n` axes, `steps` intervals.
+    """The problem, its solution so far, and what an iteration works on. `n` axes (9 at most), `steps` intervals.
 
     `x` and `u` are the first guess and then the solution. Rows of node k are ``first[k]`` to ``first[k + 1]`` of `rows`, each
     an offset o = (r_k - c)/unit, a direction d (0 for a point) and unit/ρ: |(1 - d dᵀ)(p + o)| unit ≤ ρ. Where `between` is
@@ -61,8 +66,8 @@ class Tube:
     mu: cython.double
     curvature: cython.double
     V: cython.double[::1]
-    A: cython.double[::1]
-    J: cython.double[::1]
+    AV: cython.double[::1]
+    JA: cython.double[::1]
     weight: cython.double[::1]
     r: cython.double[:, ::1]
     t: cython.double[:, ::1]
@@ -101,11 +106,11 @@ class Tube:
     P: cython.double[:, ::1]
     q: cython.double[:, ::1]
     K: cython.double[:, ::1]
-    w: cython.double[::1]
     seen: cython.double[:, ::1]
 
     def __init__(self, problem, work):
-        self.V, self.A, self.J, self.weight = problem.V, problem.A, problem.J, problem.weight
+        self.V, self.weight = problem.V, problem.weight
+        self.AV, self.JA = problem.A / problem.V, problem.J / problem.A
         self.r, self.t, self.h0 = problem.r, problem.t, problem.h0
         self.first, self.rows, self.feed = problem.first, problem.rows, problem.feed
         self.between = problem.between
@@ -117,7 +122,7 @@ class Tube:
         self.zx, self.dzx, self.zu, self.dzu = work.zx, work.dzx, work.zu, work.dzu
         self.zr, self.dzr, self.zf, self.dzf = work.zr, work.dzr, work.zf, work.dzf
         self.zm, self.dzm = work.zm, work.dzm
-        self.P, self.q, self.K, self.w, self.seen = work.P, work.q, work.K, work.w, work.seen
+        self.P, self.q, self.K, self.seen = work.P, work.q, work.K, work.seen
         self.n = len(self.V)
         self.steps = len(self.h0)
         self.cost = _COST * self.steps / sum(self.h0)
@@ -125,248 +130,227 @@ class Tube:
         self.curvature = 1.0
 
 
+# Bounds. Each is a slack s ≥ 0 with a multiplier z. The box of an unknown y has two, 1 + y and 1 - y (the time: hlow and hhigh).
+
+
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _row_slack(
-    rows: cython.double[:, ::1],
-    m: cython.Py_ssize_t,
-    x: cython.double[:, ::1],
-    k: cython.Py_ssize_t,
+def _row(
+    tube: Tube,
     n: cython.Py_ssize_t,
-) -> cython.double:
-    """Return 1 - |(1 - d dᵀ)(p + o)|² (unit/ρ)²."""
-    i: cython.Py_ssize_t
-    y: cython.double
-    along: cython.double = 0.0
-    square: cython.double = 0.0
-    for i in range(n):
-        y = x[k, 3 * i] + rows[m, i]
-        along += y * rows[m, n + i]
-        square += y * y
-    return 1.0 - (square - along * along) * rows[m, 2 * n] * rows[m, 2 * n]
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _feed_slack(tube: Tube, x: cython.double[:, ::1], k: cython.Py_ssize_t) -> cython.double:
-    i: cython.Py_ssize_t
-    v: cython.double
-    square: cython.double = 0.0
-    for i in range(tube.n):
-        v = tube.V[i] * x[k, 3 * i + 1]
-        square += tube.weight[i] * v * v
-    return 1.0 - square * tube.feed[k] * tube.feed[k]
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _middle(
-    tube: Tube, x: cython.double[:, ::1], u: cython.double[:, ::1], k: cython.Py_ssize_t, i: cython.Py_ssize_t
-) -> cython.double:
-    """Return the middle ordinate of an axis's velocity on an interval."""
-    return x[k, 3 * i + 1] + 0.5 * tube.A[i] / tube.V[i] * tube.h0[k] * u[k, tube.n] * x[k, 3 * i + 2]
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _middle_feed(
-    tube: Tube, x: cython.double[:, ::1], u: cython.double[:, ::1], k: cython.Py_ssize_t
-) -> cython.double:
-    i: cython.Py_ssize_t
-    v: cython.double
-    square: cython.double = 0.0
-    for i in range(tube.n):
-        v = tube.V[i] * tube.between[k] * _middle(tube, x, u, k, i)
-        square += tube.weight[i] * v * v
-    return 1.0 - square
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _middle_slack(
-    tube: Tube, x: cython.double[:, ::1], u: cython.double[:, ::1], k: cython.Py_ssize_t, e: cython.Py_ssize_t
-) -> cython.double:
-    """Return slack `e` of an interval: two bounds an axis, then the speed."""
-    if e == 2 * tube.n:
-        return _middle_feed(tube, x, u, k)
-    return 1.0 + _middle(tube, x, u, k, e // 2) if e % 2 == 0 else 1.0 - _middle(tube, x, u, k, e // 2)
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _add_middle(
-    tube: Tube,
+    m: cython.Py_ssize_t,
     k: cython.Py_ssize_t,
-    controls: cython.bint,
-    M: cython.Py_ssize_t,
-    S: cython.Py_ssize_t,
-    G: cython.Py_ssize_t,
-) -> cython.void:
-    """Add the rows of an interval to what belongs to h (`controls`), or to the state alone."""
-    n: cython.Py_ssize_t = tube.n
-    N: cython.Py_ssize_t = 3 * n
+    x: cython.double[:, ::1],
+    g: cython.p_double,
+) -> cython.double:
+    """Return the slack 1 - |(1 - d dᵀ)(p + o)|² (unit/ρ)² of a row, and write its gradient."""
     i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    o: cython.Py_ssize_t = S + n * (N + 1)
-    f: cython.Py_ssize_t
-    mu: cython.double = tube.mu
+    along: cython.double = 0.0
+    s: cython.double = 1.0
     y: cython.double
-    z: cython.double
-    c: cython.double
-    ga: cython.double
-    gh: cython.double
-    g: cython.double
-    bend: cython.double
-    weight: cython.double
-    size: cython.double
-    sf: cython.double = _middle_feed(tube, tube.x, tube.u, k)
-    zf: cython.double = tube.zm[k, 2 * n]
-    w: cython.double[::1] = tube.w
-    P: cython.double[:, ::1] = tube.P
-    total: cython.double = 0.0
+    c: cython.double = tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
     for i in range(n):
-        y = _middle(tube, tube.x, tube.u, k, i)
-        c = 0.5 * tube.A[i] / tube.V[i] * tube.h0[k]
-        ga = c * tube.u[k, n]
-        gh = c * tube.x[k, 3 * i + 2]
-        size = tube.V[i] * tube.between[k]
-        size = tube.weight[i] * size * size
-        weight = tube.zm[k, 2 * i] / (1.0 + y) + tube.zm[k, 2 * i + 1] / (1.0 - y) + 2.0 * zf * size
-        bend = tube.zm[k, 2 * i + 1] - tube.zm[k, 2 * i] + 2.0 * zf * size * y
-        g = mu / (1.0 - y) - mu / (1.0 + y) + mu / sf * 2.0 * size * y
-        # This axis's part of the speed's gradient, without its sign.
-        w[i] = 2.0 * size * y
-        total += w[i] * gh
-        f = 3 * i
-        if controls:
-            w[M] += weight * gh * gh
-            w[G] += g * gh
-            w[o + f + 1] += weight * gh
-            w[o + f + 2] += weight * ga * gh + bend * c
-        else:
-            P[k, (f + 1) * (N + 1)] += weight
-            P[k, (f + 2) * (N + 1)] += weight * ga * ga
-            P[k, (f + 1) * N + f + 2] += weight * ga
-            P[k, (f + 2) * N + f + 1] += weight * ga
-            tube.q[k, f + 1] += g
-            tube.q[k, f + 2] += g * ga
-    z = zf / sf
-    if controls:
-        w[M] += z * total * total
-        for i in range(n):
-            w[o + 3 * i + 1] += z * total * w[i]
-            w[o + 3 * i + 2] += z * total * w[i] * 0.5 * tube.A[i] / tube.V[i] * tube.h0[k] * tube.u[k, n]
-        return
+        g[i] = x[k, 3 * i] + tube.rows[m, i]
+        along += g[i] * tube.rows[m, n + i]
     for i in range(n):
-        ga = 0.5 * tube.A[i] / tube.V[i] * tube.h0[k] * tube.u[k, n]
-        for j in range(n):
-            c = 0.5 * tube.A[j] / tube.V[j] * tube.h0[k] * tube.u[k, n]
-            y = z * w[i] * w[j]
-            P[k, (3 * i + 1) * N + 3 * j + 1] += y
-            P[k, (3 * i + 1) * N + 3 * j + 2] += y * c
-            P[k, (3 * i + 2) * N + 3 * j + 1] += y * ga
-            P[k, (3 * i + 2) * N + 3 * j + 2] += y * ga * c
+        y = g[i] - along * tube.rows[m, n + i]
+        s -= c * y * y
+        g[i] = -2.0 * c * y
+    return s
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _defect(
+def _feed(
     tube: Tube,
+    n: cython.Py_ssize_t,
+    k: cython.Py_ssize_t,
+    x: cython.double[:, ::1],
+    c: cython.p_double,
+    g: cython.p_double,
+) -> cython.double:
+    """Return the slack 1 - Σ c v² of the feed at a node; write the c of each axis, and the gradient over the velocities."""
+    i: cython.Py_ssize_t
+    s: cython.double = 1.0
+    y: cython.double
+    for i in range(n):
+        y = tube.V[i] * tube.feed[k]
+        c[i] = tube.weight[i] * y * y
+        y = x[k, 3 * i + 1]
+        s -= c[i] * y * y
+        g[i] = -2.0 * c[i] * y
+    return s
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _middles(
+    tube: Tube,
+    n: cython.Py_ssize_t,
+    k: cython.Py_ssize_t,
     x: cython.double[:, ::1],
     u: cython.double[:, ::1],
-    k: cython.Py_ssize_t,
-    i: cython.Py_ssize_t,
-    out: cython.double[::1],
-    at: cython.Py_ssize_t,
-) -> cython.void:
-    """Write what axis `i` misses node k + 1 by, as (p, v, a), to ``out[at:]``."""
-    n: cython.Py_ssize_t = tube.n
-    h: cython.double = u[k, n] * tube.h0[k]
-    v: cython.double = tube.V[i] * x[k, 3 * i + 1]
-    a: cython.double = tube.A[i] * x[k, 3 * i + 2]
-    j: cython.double = tube.J[i] * u[k, i]
-    out[at] = (
-        x[k, 3 * i] - x[k + 1, 3 * i] + (tube.r[k, i] - tube.r[k + 1, i] + h * (v + h * (a / 2 + h * j / 6)))
-    )
-    out[at + 1] = (v + h * (a + h * j / 2)) / tube.V[i] - x[k + 1, 3 * i + 1]
-    out[at + 2] = (a + h * j) / tube.A[i] - x[k + 1, 3 * i + 2]
+    y: cython.p_double,
+    c: cython.p_double,
+) -> cython.double:
+    """Write the middle ordinates y of the velocities of an interval, and the c of the slack 1 - Σ c y² of its speed; return that."""
+    i: cython.Py_ssize_t
+    s: cython.double = 1.0
+    z: cython.double
+    for i in range(n):
+        y[i] = x[k, 3 * i + 1] + 0.5 * tube.AV[i] * tube.h0[k] * u[k, n] * x[k, 3 * i + 2]
+        z = tube.V[i] * tube.between[k]
+        c[i] = tube.weight[i] * z * z
+        s -= c[i] * y[i] * y[i]
+    return s
+
+
+_Measure = cython.struct(cost=cython.double, logs=cython.double, missed=cython.double, most=cython.double)
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _merit(
-    tube: Tube, x: cython.double[:, ::1], u: cython.double[:, ::1], which: cython.int
-) -> cython.double:
-    """Return the barrier function of a point (`which` 0), the sum of what it misses (1) or the largest of that (2)."""
-    n: cython.Py_ssize_t = tube.n
+def _measure(
+    tube: Tube, n: cython.Py_ssize_t, x: cython.double[:, ::1], u: cython.double[:, ::1]
+) -> _Measure:
+    """Return the cost of a point, the sum of the logarithms of its slacks, and the sum and the largest of what it misses."""
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     m: cython.Py_ssize_t
-    total: cython.double = 0.0
-    most: cython.double = 0.0
+    out: _Measure = _Measure(0.0, 0.0, 0.0, 0.0)
     product: cython.double
     y: cython.double
-    if which == 0:
-        for k in range(tube.steps):
-            product = (u[k, n] - tube.hlow[k]) * (tube.hhigh[k] - u[k, n])
-            for i in range(n):
-                product *= 1.0 - u[k, i] * u[k, i]
-                total += 0.5 * tube.calm * tube.cost * tube.h0[k] * u[k, i] * u[k, i]
-            total += tube.cost * tube.h0[k] * u[k, n] - tube.mu * log(product)
-            if tube.between[k] > 0.0:
-                product = 1.0
-                for i in range(2 * n + 1):
-                    y = _middle_slack(tube, x, u, k, i)
-                    if y <= 0.0:
-                        return 1e301
-                    product *= y
-                total -= tube.mu * log(product)
-            if k > 0:
-                product = _feed_slack(tube, x, k)
-                for i in range(n):
-                    y = x[k, 3 * i + 1]
-                    product *= 1.0 - y * y
-                    y = x[k, 3 * i + 2]
-                    product *= 1.0 - y * y
-                for m in range(tube.first[k], tube.first[k + 1]):
-                    product *= _row_slack(tube.rows, m, x, k, n)
-                total -= tube.mu * log(product)
-        return total
+    plane: cython.double
+    F = cython.declare(cython.double[27])
+    g = cython.declare(cython.double[9])
+    c = cython.declare(cython.double[9])
     for k in range(tube.steps):
+        product = (u[k, n] - tube.hlow[k]) * (tube.hhigh[k] - u[k, n])
+        y = 0.0
         for i in range(n):
-            _defect(tube, x, u, k, i, tube.w, 0)
-            y = fabs(tube.w[0]) + fabs(tube.w[1]) + fabs(tube.w[2])
-            total += y
-            most = max(most, y)
-        if k > 0:
-            y = 0.0
+            product *= 1.0 - u[k, i] * u[k, i]
+            y += u[k, i] * u[k, i]
+        out.cost += tube.cost * tube.h0[k] * (u[k, n] + 0.5 * tube.calm * y)
+        out.logs += log(product)
+        if tube.between[k] > 0.0:
+            product = _middles(tube, n, k, x, u, g, c)
             for i in range(n):
-                y += tube.t[k, i] * x[k, 3 * i]
-            total += fabs(y)
-            most = max(most, fabs(y))
+                if fabs(g[i]) >= 1.0 or product <= 0.0:
+                    out.cost = 2.0 * _BEYOND
+                product *= 1.0 - g[i] * g[i]
+            out.logs += log(product)
+        _missed(tube, n, k, x, u, F)
+        for i in range(n):
+            y = fabs(F[3 * i]) + fabs(F[3 * i + 1]) + fabs(F[3 * i + 2])
+            out.missed += y
+            out.most = max(out.most, y)
+        if k == 0:
+            continue
+        product = _feed(tube, n, k, x, c, g)
+        plane = 0.0
+        for i in range(n):
+            plane += tube.t[k, i] * x[k, 3 * i]
+            y = x[k, 3 * i + 1]
+            product *= 1.0 - y * y
+            y = x[k, 3 * i + 2]
+            product *= 1.0 - y * y
+        for m in range(tube.first[k], tube.first[k + 1]):
+            product *= _row(tube, n, m, k, x, g)
+        out.logs += log(product)
+        out.missed += fabs(plane)
+        out.most = max(out.most, fabs(plane))
     for i in range(3 * n):
         y = fabs(x[tube.steps, i] - tube.goal[i])
-        total += y
-        most = max(most, y)
-    return total if which == 1 else most
+        out.missed += y
+        out.most = max(out.most, y)
+    return out
+
+
+# The Newton step. Of an interval, x⁺ = A x + B j + c h + f for changes of state, jerks and time; A and B go axis by axis.
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _node(
-    tube: Tube, k: cython.Py_ssize_t, P: cython.double[:, ::1], q: cython.double[:, ::1], delta: cython.double
+def _missed(
+    tube: Tube,
+    n: cython.Py_ssize_t,
+    k: cython.Py_ssize_t,
+    x: cython.double[:, ::1],
+    u: cython.double[:, ::1],
+    F: cython.p_double,
 ) -> cython.void:
-    """Add the bounds and rows of node k to the Hessian and the gradient of the cost to go from there."""
-    n: cython.Py_ssize_t = tube.n
+    """Write what the motion of an interval misses node k + 1 by: f."""
+    i: cython.Py_ssize_t
+    h: cython.double = u[k, n] * tube.h0[k]
+    ha: cython.double
+    hj: cython.double
+    v: cython.double
+    a: cython.double
+    for i in range(n):
+        ha = h * tube.AV[i]
+        hj = h * tube.JA[i] * u[k, i]
+        v = x[k, 3 * i + 1]
+        a = x[k, 3 * i + 2]
+        F[3 * i] = (x[k, 3 * i] - x[k + 1, 3 * i]) + (
+            (tube.r[k, i] - tube.r[k + 1, i]) + h * tube.V[i] * (v + ha * (a / 2 + hj / 6))
+        )
+        F[3 * i + 1] = (v + ha * (a + hj / 2)) - x[k + 1, 3 * i + 1]
+        F[3 * i + 2] = (a + hj) - x[k + 1, 3 * i + 2]
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _linear(
+    tube: Tube,
+    n: cython.Py_ssize_t,
+    k: cython.Py_ssize_t,
+    A: cython.p_double,
+    B: cython.p_double,
+    C: cython.p_double,
+) -> cython.void:
+    """Write what changes move node k + 1 by: A of an axis is ((1, A0, A1), (0, 1, A2), (0, 0, 1))."""
+    i: cython.Py_ssize_t
+    h: cython.double = tube.u[k, n] * tube.h0[k]
+    ha: cython.double
+    hj: cython.double
+    v: cython.double
+    a: cython.double
+    j: cython.double
+    for i in range(n):
+        ha = h * tube.AV[i]
+        hj = h * tube.JA[i]
+        v = tube.x[k, 3 * i + 1]
+        a = tube.x[k, 3 * i + 2]
+        j = tube.u[k, i]
+        A[3 * i] = h * tube.V[i]
+        A[3 * i + 1] = 0.5 * A[3 * i] * ha
+        A[3 * i + 2] = ha
+        B[3 * i] = A[3 * i] * ha * hj / 6
+        B[3 * i + 1] = 0.5 * ha * hj
+        B[3 * i + 2] = hj
+        C[3 * i] = tube.h0[k] * tube.V[i] * (v + ha * (a + 0.5 * hj * j))
+        C[3 * i + 1] = tube.h0[k] * tube.AV[i] * (a + hj * j)
+        C[3 * i + 2] = tube.h0[k] * tube.JA[i] * j
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _node(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, delta: cython.double) -> cython.void:
+    """Begin the cost to go from node k, ½ xᵀP x + qᵀx, with its bounds, rows and plane. Of P, what lies above its axes' diagonal is left."""
     N: cython.Py_ssize_t = 3 * n
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
@@ -375,307 +359,395 @@ def _node(
     y: cython.double
     s: cython.double
     z: cython.double
-    c: cython.double
-    along: cython.double
     low: cython.double
     high: cython.double
-    mu: cython.double = tube.mu
-    x: cython.double[:, ::1] = tube.x
-    g: cython.double[::1] = tube.w
-    rows: cython.double[:, ::1] = tube.rows
+    across: cython.double
+    P: cython.double[:, ::1] = tube.P
+    q: cython.double[:, ::1] = tube.q
+    g = cython.declare(cython.double[9])
+    c = cython.declare(cython.double[9])
+    for i in range(N * N):
+        P[k, i] = 0.0
+    across = tube.nu[k]
     for i in range(n):
-        for e in range(1, 3):
-            y = x[k, 3 * i + e]
-            low = 1.0 + y
-            high = 1.0 - y
-            j = 4 * i + 2 * (e - 1)
-            P[k, (3 * i + e) * (N + 1)] += tube.zx[k, j] / low + tube.zx[k, j + 1] / high
-            q[k, 3 * i + e] += mu / high - mu / low
-        P[k, 3 * i * (N + 1)] += delta
-    # The plane of the node.
-    y = tube.nu[k]
+        across += _RHO * tube.t[k, i] * tube.x[k, 3 * i]
     for i in range(n):
-        y += _RHO * tube.t[k, i] * x[k, 3 * i]
-    for i in range(n):
-        q[k, 3 * i] += tube.t[k, i] * y
-        for j in range(n):
+        q[k, 3 * i] = tube.t[k, i] * across
+        P[k, 3 * i * (N + 1)] = delta
+        for j in range(i + 1):
             P[k, 3 * i * N + 3 * j] += _RHO * tube.t[k, i] * tube.t[k, j]
-    # Lines and points that it is near to: slack s, its gradient g, its Hessian -2 c (1 - d dᵀ).
+        for e in range(2):
+            low = 1.0 + tube.x[k, 3 * i + e + 1]
+            high = 1.0 - tube.x[k, 3 * i + e + 1]
+            y = 1.0 / (low * high)
+            j = 4 * i + 2 * e
+            P[k, (3 * i + e + 1) * (N + 1)] = delta + (tube.zx[k, j] * high + tube.zx[k, j + 1] * low) * y
+            q[k, 3 * i + e + 1] = tube.mu * (low - high) * y
     for m in range(tube.first[k], tube.first[k + 1]):
-        along = 0.0
-        for i in range(n):
-            along += (x[k, 3 * i] + rows[m, i]) * rows[m, n + i]
-        c = rows[m, 2 * n] * rows[m, 2 * n]
-        s = 1.0
-        for i in range(n):
-            y = x[k, 3 * i] + rows[m, i]
-            s -= c * (y - along * rows[m, n + i]) * (y - along * rows[m, n + i])
-            g[i] = -2.0 * c * (y - along * rows[m, n + i])
+        s = 1.0 / _row(tube, n, m, k, tube.x, g)
         z = tube.zr[m]
+        y = 2.0 * z * tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
         for i in range(n):
-            q[k, 3 * i] -= mu / s * g[i]
-            P[k, 3 * i * (N + 1)] += 2.0 * c * z
-            for j in range(n):
-                P[k, 3 * i * N + 3 * j] += z / s * g[i] * g[j] - 2.0 * c * z * rows[m, n + i] * rows[m, n + j]
+            q[k, 3 * i] -= tube.mu * s * g[i]
+            P[k, 3 * i * (N + 1)] += y
+            for j in range(i + 1):
+                P[k, 3 * i * N + 3 * j] += z * s * g[i] * g[j] - y * tube.rows[m, n + i] * tube.rows[m, n + j]
     if tube.feed[k] > 0.0:
-        s = _feed_slack(tube, x, k)
+        s = 1.0 / _feed(tube, n, k, tube.x, c, g)
         z = tube.zf[k]
         for i in range(n):
-            c = tube.V[i] * tube.feed[k]
-            c = tube.weight[i] * c * c
-            g[i] = -2.0 * c * x[k, 3 * i + 1]
-            q[k, 3 * i + 1] -= mu / s * g[i]
-            P[k, (3 * i + 1) * (N + 1)] += 2.0 * c * z
-        for i in range(n):
-            for j in range(n):
-                P[k, (3 * i + 1) * N + 3 * j + 1] += z / s * g[i] * g[j]
+            q[k, 3 * i + 1] -= tube.mu * s * g[i]
+            P[k, (3 * i + 1) * (N + 1)] += 2.0 * c[i] * z
+            for j in range(i + 1):
+                P[k, (3 * i + 1) * N + 3 * j + 1] += z * s * g[i] * g[j]
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _interval(
+    tube: Tube,
+    n: cython.Py_ssize_t,
+    k: cython.Py_ssize_t,
+    delta: cython.double,
+    M: cython.p_double,
+    S: cython.p_double,
+) -> cython.void:
+    """Begin the Hessian over the controls (M, its lower half) and over controls and states, beside the gradient (S), of an interval."""
+    N: cython.Py_ssize_t = 3 * n
+    U: cython.Py_ssize_t = n + 1
+    i: cython.Py_ssize_t
+    h0: cython.double = tube.h0[k]
+    h: cython.double = tube.u[k, n] * h0
+    time: cython.double = tube.cost * h0
+    low: cython.double
+    high: cython.double
+    y: cython.double
+    lp: cython.double
+    lv: cython.double
+    la: cython.double
+    for i in range(U * U):
+        M[i] = 0.0
+    for i in range(U):
+        if i < n:
+            low = 1.0 + tube.u[k, i]
+            high = 1.0 - tube.u[k, i]
+        else:
+            low = tube.u[k, n] - tube.hlow[k]
+            high = tube.hhigh[k] - tube.u[k, n]
+        y = 1.0 / (low * high)
+        M[i * (U + 1)] = delta + (tube.zu[k, 2 * i] * high + tube.zu[k, 2 * i + 1] * low) * y
+        S[i * (N + 1) + N] = tube.mu * (low - high) * y
+    S[n * (N + 1) + N] += time
+    for i in range(n):
+        M[i * (U + 1)] += tube.calm * time
+        S[i * (N + 1) + N] += tube.calm * time * tube.u[k, i]
+        # The curvature of the motion: h with itself, with the jerk, the velocity and the acceleration.
+        lp = tube.curvature * h0 * tube.V[i] * tube.lam[k, 3 * i]
+        lv = tube.curvature * h0 * tube.lam[k, 3 * i + 1]
+        la = tube.curvature * h0 * tube.lam[k, 3 * i + 2]
+        y = h * tube.JA[i]
+        M[n * U + n] += (
+            h0
+            * tube.AV[i]
+            * (lp * (tube.x[k, 3 * i + 2] + y * tube.u[k, i]) + lv * tube.JA[i] * tube.u[k, i])
+        )
+        M[n * U + i] += tube.JA[i] * (tube.AV[i] * h * (0.5 * lp * h + lv) + la)
+        S[n * (N + 1) + 3 * i] = 0.0
+        S[n * (N + 1) + 3 * i + 1] = lp
+        S[n * (N + 1) + 3 * i + 2] = tube.AV[i] * (lp * h + lv)
 
 
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def _backward(tube: Tube, delta: cython.double) -> cython.bint:
-    """Work the cost to go backwards and keep the gains; return False where the Hessian over the controls is not positive."""
-    n: cython.Py_ssize_t = tube.n
+def _held(
+    tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, M: cython.p_double, S: cython.p_double
+) -> cython.void:
+    """Add the bounds of the middle ordinates of an interval, y = v + b a with b = h AV/2."""
     N: cython.Py_ssize_t = 3 * n
-    U: cython.Py_ssize_t = n + 1
-    k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
+    o: cython.Py_ssize_t = n * (N + 1)
     f: cython.Py_ssize_t
-    o: cython.Py_ssize_t
-    P: cython.double[:, ::1] = tube.P
-    q: cython.double[:, ::1] = tube.q
-    K: cython.double[:, ::1] = tube.K
-    x: cython.double[:, ::1] = tube.x
-    u: cython.double[:, ::1] = tube.u
-    lam: cython.double[:, ::1] = tube.lam
-    w: cython.double[::1] = tube.w
-    h: cython.double
-    h0: cython.double
-    v: cython.double
-    a: cython.double
-    jerk: cython.double
-    lp: cython.double
-    lv: cython.double
-    la: cython.double
-    y: cython.double
     z: cython.double
+    b: cython.double
+    gh: cython.double
+    g: cython.double
+    bend: cython.double
+    weight: cython.double
+    s: cython.double
+    total: cython.double = 0.0
+    P: cython.double[:, ::1] = tube.P
+    y = cython.declare(cython.double[9])
+    c = cython.declare(cython.double[9])
+    s = _middles(tube, n, k, tube.x, tube.u, y, c)
+    z = tube.zm[k, 2 * n]
+    for i in range(n):
+        b = 0.5 * tube.AV[i] * tube.h0[k]
+        gh = b * tube.x[k, 3 * i + 2]
+        weight = tube.zm[k, 2 * i] / (1.0 + y[i]) + tube.zm[k, 2 * i + 1] / (1.0 - y[i]) + 2.0 * z * c[i]
+        bend = tube.zm[k, 2 * i + 1] - tube.zm[k, 2 * i] + 2.0 * z * c[i] * y[i]
+        g = tube.mu / (1.0 - y[i]) - tube.mu / (1.0 + y[i]) + 2.0 * tube.mu / s * c[i] * y[i]
+        # This axis's part of the speed's gradient, without its sign.
+        y[i] *= 2.0 * c[i]
+        total += y[i] * gh
+        f = 3 * i
+        M[n * (n + 2)] += weight * gh * gh
+        S[o + N] += g * gh
+        S[o + f + 1] += weight * gh
+        S[o + f + 2] += bend * b
+        b *= tube.u[k, n]
+        S[o + f + 2] += weight * b * gh
+        if k > 0:
+            P[k, (f + 1) * (N + 1)] += weight
+            P[k, (f + 2) * (N + 1)] += weight * b * b
+            P[k, (f + 2) * N + f + 1] += weight * b
+            tube.q[k, f + 1] += g
+            tube.q[k, f + 2] += g * b
+    z /= s
+    M[n * (n + 2)] += z * total * total
+    for i in range(n):
+        b = 0.5 * tube.AV[i] * tube.h0[k] * tube.u[k, n]
+        S[o + 3 * i + 1] += z * total * y[i]
+        S[o + 3 * i + 2] += z * total * y[i] * b
+        if k == 0:
+            continue
+        for j in range(i + 1):
+            g = 0.5 * tube.AV[j] * tube.h0[k] * tube.u[k, n]
+            s = z * y[i] * y[j]
+            P[k, (3 * i + 1) * N + 3 * j + 1] += s
+            P[k, (3 * i + 2) * N + 3 * j + 1] += s * b
+            P[k, (3 * i + 2) * N + 3 * j + 2] += s * b * g
+            if j < i:
+                P[k, (3 * i + 1) * N + 3 * j + 2] += s * g
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _carried(
+    tube: Tube,
+    n: cython.Py_ssize_t,
+    k: cython.Py_ssize_t,
+    A: cython.p_double,
+    M: cython.p_double,
+    S: cython.p_double,
+    y: cython.p_double,
+) -> cython.void:
+    """Add the cost to go from node k + 1 to the Hessians over the controls; write its gradient y = P f + q after the motion."""
+    N: cython.Py_ssize_t = 3 * n
+    U: cython.Py_ssize_t = n + 1
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    o: cython.Py_ssize_t
     p0: cython.double
     p1: cython.double
     p2: cython.double
-    low: cython.double
-    high: cython.double
-    mu: cython.double = tube.mu
-    # Places in the work array: T (3 an axis), b (3), c (3), f (3), y = P f + p, Pc, Y = P T, W = P b, and M over controls.
-    T: cython.Py_ssize_t = 3 * n
-    B: cython.Py_ssize_t = T + N
-    C: cython.Py_ssize_t = B + N
-    F: cython.Py_ssize_t = C + N
-    Yf: cython.Py_ssize_t = F + N
-    Pc: cython.Py_ssize_t = Yf + N
-    Y: cython.Py_ssize_t = Pc + N
-    W: cython.Py_ssize_t = Y + N * N
-    G: cython.Py_ssize_t = W + N * n
-    M: cython.Py_ssize_t = G + U
-    S: cython.Py_ssize_t = M + U * U
-    last: cython.Py_ssize_t = tube.steps
-    for i in range(N * N):
-        P[last, i] = 0.0
+    P: cython.double[:, ::1] = tube.P
+    B = cython.declare(cython.double[27])
+    C = cython.declare(cython.double[27])
+    F = cython.declare(cython.double[27])
+    PC = cython.declare(cython.double[27])
+    _linear(tube, n, k, A, B, C)
+    _missed(tube, n, k, tube.x, tube.u, F)
     for i in range(N):
-        P[last, i * (N + 1)] = _RHO
-        q[last, i] = tube.lamT[i] + _RHO * (x[last, i] - tube.goal[i])
-    for k in range(last - 1, -1, -1):
-        h0 = tube.h0[k]
-        h = u[k, n] * h0
-        z = tube.cost * h0
-        low = u[k, n] - tube.hlow[k]
-        high = tube.hhigh[k] - u[k, n]
-        for i in range(U * U):
-            w[M + i] = 0.0
-        w[M + U * U - 1] = tube.zu[k, 2 * n] / low + tube.zu[k, 2 * n + 1] / high + delta
-        w[G + n] = z - mu / low + mu / high
-        for i in range(n):
-            low = 1.0 + u[k, i]
-            high = 1.0 - u[k, i]
-            w[M + i * (U + 1)] = (
-                tube.zu[k, 2 * i] / low + tube.zu[k, 2 * i + 1] / high + tube.calm * z + delta
+        p0 = tube.q[k + 1, i]
+        p1 = 0.0
+        for j in range(N):
+            p0 += P[k + 1, i * N + j] * F[j]
+            p1 += P[k + 1, i * N + j] * C[j]
+        y[i] = p0
+        PC[i] = p1
+    for i in range(n):
+        # P B of this axis, and with it the rows of its jerk.
+        for j in range(N):
+            o = 3 * i * N + j
+            F[j] = (
+                B[3 * i] * P[k + 1, o] + B[3 * i + 1] * P[k + 1, o + N] + B[3 * i + 2] * P[k + 1, o + 2 * N]
             )
-            w[G + i] = mu / high - mu / low + tube.calm * z * u[k, i]
-            v = tube.V[i] * x[k, 3 * i + 1]
-            a = tube.A[i] * x[k, 3 * i + 2]
-            jerk = tube.J[i] * u[k, i]
-            w[T + 3 * i] = tube.V[i] * h
-            w[T + 3 * i + 1] = 0.5 * tube.A[i] * h * h
-            w[T + 3 * i + 2] = tube.A[i] * h / tube.V[i]
-            w[B + 3 * i] = tube.J[i] * h * h * h / 6
-            w[B + 3 * i + 1] = 0.5 * tube.J[i] * h * h / tube.V[i]
-            w[B + 3 * i + 2] = tube.J[i] * h / tube.A[i]
-            w[C + 3 * i] = h0 * (v + h * (a + 0.5 * h * jerk))
-            w[C + 3 * i + 1] = h0 * (a + h * jerk) / tube.V[i]
-            w[C + 3 * i + 2] = h0 * jerk / tube.A[i]
-            _defect(tube, x, u, k, i, w, F + 3 * i)
-            lp = tube.curvature * lam[k, 3 * i]
-            lv = tube.curvature * lam[k, 3 * i + 1] / tube.V[i]
-            la = tube.curvature * lam[k, 3 * i + 2] / tube.A[i]
-            w[M + U * U - 1] += h0 * h0 * (lp * (a + h * jerk) + lv * jerk)
-            w[M + n * U + i] += tube.J[i] * h0 * (lp * h * h / 2 + lv * h + la)
-            # Of h and the state; c' P T is added below.
-            o = S + n * (N + 1) + 3 * i
-            w[o] = 0.0
-            w[o + 1] = tube.V[i] * h0 * lp
-            w[o + 2] = tube.A[i] * h0 * (lp * h + lv)
-        if tube.between[k] > 0.0:
-            _add_middle(tube, k, True, M + U * U - 1, S, G + n)
-        # P times what acts on the next state.
-        for i in range(N):
-            p0 = q[k + 1, i]
-            p1 = 0.0
-            for j in range(n):
-                o = i * N + 3 * j
-                p0 += (
-                    P[k + 1, o] * w[F + 3 * j]
-                    + P[k + 1, o + 1] * w[F + 3 * j + 1]
-                    + P[k + 1, o + 2] * w[F + 3 * j + 2]
-                )
-                p1 += (
-                    P[k + 1, o] * w[C + 3 * j]
-                    + P[k + 1, o + 1] * w[C + 3 * j + 1]
-                    + P[k + 1, o + 2] * w[C + 3 * j + 2]
-                )
-            w[Yf + i] = p0
-            w[Pc + i] = p1
-            for j in range(n):
-                o = i * N + 3 * j
-                p0 = P[k + 1, o]
-                p1 = P[k + 1, o + 1]
-                p2 = P[k + 1, o + 2]
-                w[Y + o] = p0
-                w[Y + o + 1] = p0 * w[T + 3 * j] + p1
-                w[Y + o + 2] = p0 * w[T + 3 * j + 1] + p1 * w[T + 3 * j + 2] + p2
-                w[W + i * n + j] = p0 * w[B + 3 * j] + p1 * w[B + 3 * j + 1] + p2 * w[B + 3 * j + 2]
-        # M over the controls, over controls and states, and the gradient.
-        y = 0.0
-        z = 0.0
-        for i in range(N):
-            y += w[C + i] * w[Pc + i]
-            z += w[C + i] * w[Yf + i]
-        w[M + U * U - 1] += y
-        w[G + n] += z
-        for i in range(n):
-            o = 3 * i
-            w[G + i] += w[B + o] * w[Yf + o] + w[B + o + 1] * w[Yf + o + 1] + w[B + o + 2] * w[Yf + o + 2]
-            w[M + n * U + i] += (
-                w[B + o] * w[Pc + o] + w[B + o + 1] * w[Pc + o + 1] + w[B + o + 2] * w[Pc + o + 2]
-            )
-            for j in range(i + 1):
-                w[M + i * U + j] += (
-                    w[B + o] * w[W + o * n + j]
-                    + w[B + o + 1] * w[W + (o + 1) * n + j]
-                    + w[B + o + 2] * w[W + (o + 2) * n + j]
-                )
-            for j in range(N):
-                w[S + i * (N + 1) + j] = (
-                    w[B + o] * w[Y + o * N + j]
-                    + w[B + o + 1] * w[Y + (o + 1) * N + j]
-                    + w[B + o + 2] * w[Y + (o + 2) * N + j]
-                )
-            # c' P T, axis by axis.
-            f = S + n * (N + 1) + o
-            w[f] += w[Pc + o]
-            w[f + 1] += w[Pc + o] * w[T + o] + w[Pc + o + 1]
-            w[f + 2] += w[Pc + o] * w[T + o + 1] + w[Pc + o + 1] * w[T + o + 2] + w[Pc + o + 2]
-        for i in range(U):
-            w[S + i * (N + 1) + N] = w[G + i]
-        # M = L L', and L S = (M over controls and states, gradient).
-        for i in range(U):
-            for j in range(i + 1):
-                y = w[M + i * U + j]
-                for f in range(j):
-                    y -= w[M + i * U + f] * w[M + j * U + f]
-                if i == j:
-                    if y <= 1e-14:
-                        return False
-                    w[M + i * U + i] = 1.0 / sqrt(y)
-                else:
-                    w[M + i * U + j] = y * w[M + j * U + j]
-            for f in range(i):
-                z = w[M + i * U + f]
-                for j in range(N + 1):
-                    w[S + i * (N + 1) + j] -= z * w[S + f * (N + 1) + j]
-            z = w[M + i * U + i]
+        for j in range(n):
+            p0 = F[3 * j]
+            p1 = F[3 * j + 1]
+            p2 = F[3 * j + 2]
+            if j <= i:
+                M[i * U + j] += B[3 * j] * p0 + B[3 * j + 1] * p1 + B[3 * j + 2] * p2
+            o = i * (N + 1) + 3 * j
+            S[o] = p0
+            S[o + 1] = A[3 * j] * p0 + p1
+            S[o + 2] = A[3 * j + 1] * p0 + A[3 * j + 2] * p1 + p2
+        p0 = PC[3 * i]
+        p1 = PC[3 * i + 1]
+        p2 = PC[3 * i + 2]
+        S[i * (N + 1) + N] += B[3 * i] * y[3 * i] + B[3 * i + 1] * y[3 * i + 1] + B[3 * i + 2] * y[3 * i + 2]
+        M[n * U + i] += B[3 * i] * p0 + B[3 * i + 1] * p1 + B[3 * i + 2] * p2
+        M[n * U + n] += C[3 * i] * p0 + C[3 * i + 1] * p1 + C[3 * i + 2] * p2
+        o = n * (N + 1)
+        S[o + N] += C[3 * i] * y[3 * i] + C[3 * i + 1] * y[3 * i + 1] + C[3 * i + 2] * y[3 * i + 2]
+        o += 3 * i
+        S[o] += p0
+        S[o + 1] += A[3 * i] * p0 + p1
+        S[o + 2] += A[3 * i + 1] * p0 + A[3 * i + 2] * p1 + p2
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _factored(n: cython.Py_ssize_t, M: cython.p_double, S: cython.p_double) -> cython.bint:
+    """Replace M by L of M = L Lᵀ (1 over its diagonal) and S by L⁻¹ S; return False where M is not positive."""
+    N: cython.Py_ssize_t = 3 * n
+    U: cython.Py_ssize_t = n + 1
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    f: cython.Py_ssize_t
+    y: cython.double
+    for i in range(U):
+        for j in range(i + 1):
+            y = M[i * U + j]
+            for f in range(j):
+                y -= M[i * U + f] * M[j * U + f]
+            if i == j:
+                if y <= 1e-14:
+                    return False
+                M[i * U + i] = 1.0 / sqrt(y)
+            else:
+                M[i * U + j] = y * M[j * U + j]
+        for f in range(i):
             for j in range(N + 1):
-                w[S + i * (N + 1) + j] *= z
-        # The cost to go: T' Y - S' S.
-        for i in range(n):
-            o = 3 * i
-            for j in range(N):
-                p0 = w[Y + o * N + j]
-                p1 = w[Y + (o + 1) * N + j]
-                p2 = w[Y + (o + 2) * N + j]
-                P[k, o * N + j] = p0
-                P[k, (o + 1) * N + j] = p0 * w[T + o] + p1
-                P[k, (o + 2) * N + j] = p0 * w[T + o + 1] + p1 * w[T + o + 2] + p2
-            p0 = w[Yf + o]
-            p1 = w[Yf + o + 1]
-            p2 = w[Yf + o + 2]
-            q[k, o] = p0
-            q[k, o + 1] = p0 * w[T + o] + p1
-            q[k, o + 2] = p0 * w[T + o + 1] + p1 * w[T + o + 2] + p2
-            P[k, (o + 1) * (N + 1)] += delta
-            P[k, (o + 2) * (N + 1)] += delta
-        if tube.between[k] > 0.0:
-            _add_middle(tube, k, False, 0, 0, 0)
-        for f in range(U):
-            o = S + f * (N + 1)
-            z = w[o + N]
-            for i in range(N):
-                y = w[o + i]
-                q[k, i] -= y * z
-                for j in range(N):
-                    P[k, i * N + j] -= y * w[o + j]
-        # Gains: K = -L'⁻¹ S.
-        for i in range(U - 1, -1, -1):
-            for j in range(N + 1):
-                w[S + i * (N + 1) + j] *= w[M + i * U + i]
-            for f in range(i):
-                z = w[M + i * U + f]
-                for j in range(N + 1):
-                    w[S + f * (N + 1) + j] -= z * w[S + i * (N + 1) + j]
-        for i in range(U * (N + 1)):
-            K[k, i] = -w[S + i]
-        if k > 0:
-            _node(tube, k, P, q, delta)
-            for i in range(N):
-                for j in range(i):
-                    y = 0.5 * (P[k, i * N + j] + P[k, j * N + i])
-                    P[k, i * N + j] = y
-                    P[k, j * N + i] = y
+                S[i * (N + 1) + j] -= M[i * U + f] * S[f * (N + 1) + j]
+        for j in range(N + 1):
+            S[i * (N + 1) + j] *= M[i * U + i]
     return True
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _forward(tube: Tube) -> cython.void:
-    """Work out the Newton step and the multipliers after it."""
-    n: cython.Py_ssize_t = tube.n
+def _to_go(
+    tube: Tube,
+    n: cython.Py_ssize_t,
+    k: cython.Py_ssize_t,
+    A: cython.p_double,
+    S: cython.p_double,
+    y: cython.p_double,
+) -> cython.void:
+    """Add Aᵀ P⁺ A - SᵀS to P and Aᵀ y - Sᵀ s to q of node k, and fill in the other half of P."""
+    N: cython.Py_ssize_t = 3 * n
+    U: cython.Py_ssize_t = n + 1
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    e: cython.Py_ssize_t
+    f: cython.Py_ssize_t
+    o: cython.Py_ssize_t
+    z: cython.double
+    P: cython.double[:, ::1] = tube.P
+    R = cython.declare(cython.double[9])
+    for i in range(n):
+        for j in range(i + 1):
+            for e in range(3):
+                o = (3 * i + e) * N + 3 * j
+                R[3 * e] = P[k + 1, o]
+                R[3 * e + 1] = P[k + 1, o] * A[3 * j] + P[k + 1, o + 1]
+                R[3 * e + 2] = P[k + 1, o] * A[3 * j + 1] + P[k + 1, o + 1] * A[3 * j + 2] + P[k + 1, o + 2]
+            for e in range(3):
+                R[6 + e] += A[3 * i + 1] * R[e] + A[3 * i + 2] * R[3 + e]
+                R[3 + e] += A[3 * i] * R[e]
+            for e in range(3):
+                for f in range(3):
+                    z = R[3 * e + f]
+                    for o in range(U):
+                        z -= S[o * (N + 1) + 3 * i + e] * S[o * (N + 1) + 3 * j + f]
+                    P[k, (3 * i + e) * N + 3 * j + f] += z
+        tube.q[k, 3 * i] += y[3 * i]
+        tube.q[k, 3 * i + 1] += A[3 * i] * y[3 * i] + y[3 * i + 1]
+        tube.q[k, 3 * i + 2] += A[3 * i + 1] * y[3 * i] + A[3 * i + 2] * y[3 * i + 1] + y[3 * i + 2]
+    for i in range(N):
+        z = tube.q[k, i]
+        for o in range(U):
+            z -= S[o * (N + 1) + i] * S[o * (N + 1) + N]
+        tube.q[k, i] = z
+        for j in range(i):
+            P[k, j * N + i] = P[k, i * N + j]
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _gains(
+    tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, M: cython.p_double, S: cython.p_double
+) -> cython.void:
+    """Keep the gains of an interval, K = -L⁻ᵀ S: controls are K (x, 1)."""
+    N: cython.Py_ssize_t = 3 * n
+    U: cython.Py_ssize_t = n + 1
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    f: cython.Py_ssize_t
+    for i in range(U - 1, -1, -1):
+        for j in range(N + 1):
+            S[i * (N + 1) + j] *= M[i * U + i]
+        for f in range(i):
+            for j in range(N + 1):
+                S[f * (N + 1) + j] -= M[i * U + f] * S[i * (N + 1) + j]
+    for i in range(U * (N + 1)):
+        tube.K[k, i] = -S[i]
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _backward(tube: Tube, n: cython.Py_ssize_t, delta: cython.double) -> cython.bint:
+    """Work the cost to go backwards and keep the gains; return False where the Hessian over the controls is not positive."""
+    N: cython.Py_ssize_t = 3 * n
+    k: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    last: cython.Py_ssize_t = tube.steps
+    A = cython.declare(cython.double[27])
+    M = cython.declare(cython.double[100])
+    S = cython.declare(cython.double[280])
+    y = cython.declare(cython.double[27])
+    for i in range(N * N):
+        tube.P[last, i] = 0.0
+    for i in range(N):
+        tube.P[last, i * (N + 1)] = _RHO
+        tube.q[last, i] = tube.lamT[i] + _RHO * (tube.x[last, i] - tube.goal[i])
+    for k in range(last - 1, -1, -1):
+        _interval(tube, n, k, delta, M, S)
+        if k > 0:
+            _node(tube, n, k, delta)
+        if tube.between[k] > 0.0:
+            _held(tube, n, k, M, S)
+        _carried(tube, n, k, A, M, S, y)
+        if not _factored(n, M, S):
+            return False
+        if k > 0:
+            _to_go(tube, n, k, A, S, y)
+        _gains(tube, n, k, M, S)
+    return True
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _forward(tube: Tube, n: cython.Py_ssize_t) -> cython.void:
+    """Work out the Newton step and the multipliers of the equations after it."""
     N: cython.Py_ssize_t = 3 * n
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
     y: cython.double
-    h: cython.double
-    h0: cython.double
-    v: cython.double
-    a: cython.double
-    jerk: cython.double
-    dh: cython.double
     dx: cython.double[:, ::1] = tube.dx
     du: cython.double[:, ::1] = tube.du
-    x: cython.double[:, ::1] = tube.x
-    u: cython.double[:, ::1] = tube.u
-    w: cython.double[::1] = tube.w
+    A = cython.declare(cython.double[27])
+    B = cython.declare(cython.double[27])
+    C = cython.declare(cython.double[27])
+    F = cython.declare(cython.double[27])
     for i in range(N):
         dx[0, i] = 0.0
     for k in range(tube.steps):
@@ -684,33 +756,18 @@ def _forward(tube: Tube) -> cython.void:
             for j in range(N):
                 y += tube.K[k, i * (N + 1) + j] * dx[k, j]
             du[k, i] = y
-        h0 = tube.h0[k]
-        h = u[k, n] * h0
-        dh = du[k, n] * h0
+        _linear(tube, n, k, A, B, C)
+        _missed(tube, n, k, tube.x, tube.u, F)
         for i in range(n):
-            v = tube.V[i] * x[k, 3 * i + 1]
-            a = tube.A[i] * x[k, 3 * i + 2]
-            jerk = tube.J[i] * u[k, i]
-            _defect(tube, x, u, k, i, w, 0)
-            dx[k + 1, 3 * i] = (
-                w[0]
-                + dx[k, 3 * i]
-                + h
-                * (
-                    tube.V[i] * dx[k, 3 * i + 1]
-                    + h * (0.5 * tube.A[i] * dx[k, 3 * i + 2] + h * tube.J[i] * du[k, i] / 6)
-                )
-                + dh * (v + h * (a + 0.5 * h * jerk))
+            j = 3 * i
+            y = A[j] * dx[k, j + 1] + A[j + 1] * dx[k, j + 2]
+            dx[k + 1, j] = F[j] + (dx[k, j] + y) + (B[j] * du[k, i] + C[j] * du[k, n])
+            dx[k + 1, j + 1] = (
+                F[j + 1]
+                + (dx[k, j + 1] + A[j + 2] * dx[k, j + 2])
+                + (B[j + 1] * du[k, i] + C[j + 1] * du[k, n])
             )
-            dx[k + 1, 3 * i + 1] = (
-                w[1]
-                + dx[k, 3 * i + 1]
-                + (h * (tube.A[i] * dx[k, 3 * i + 2] + 0.5 * h * tube.J[i] * du[k, i]) + dh * (a + h * jerk))
-                / tube.V[i]
-            )
-            dx[k + 1, 3 * i + 2] = (
-                w[2] + dx[k, 3 * i + 2] + (h * tube.J[i] * du[k, i] + dh * jerk) / tube.A[i]
-            )
+            dx[k + 1, j + 2] = F[j + 2] + dx[k, j + 2] + (B[j + 2] * du[k, i] + C[j + 2] * du[k, n])
         for i in range(N):
             y = tube.q[k + 1, i]
             for j in range(N):
@@ -719,16 +776,28 @@ def _forward(tube: Tube) -> cython.void:
         if k > 0:
             y = 0.0
             for i in range(n):
-                y += tube.t[k, i] * (x[k, 3 * i] + dx[k, 3 * i])
+                y += tube.t[k, i] * (tube.x[k, 3 * i] + dx[k, 3 * i])
             tube.nu2[k] = tube.nu[k] + _RHO * y
     for i in range(N):
-        tube.lamT2[i] = tube.lamT[i] + _RHO * (x[tube.steps, i] + dx[tube.steps, i] - tube.goal[i])
+        tube.lamT2[i] = tube.lamT[i] + _RHO * (tube.x[tube.steps, i] + dx[tube.steps, i] - tube.goal[i])
 
+
+# How far the step may go, and where it ends.
 
 _Steps = cython.struct(primal=cython.double, dual=cython.double, size=cython.double)
 
 
 @cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _dual(z: cython.double, dz: cython.double, dual: cython.double) -> cython.double:
+    """Return what the step of multipliers is divided by, once one of them stays above 0."""
+    return -dz / z if -dz > dual * z else dual
+
+
+@cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
 def _box(
@@ -742,173 +811,167 @@ def _box(
     mu: cython.double,
     steps: _Steps,
 ) -> _Steps:
-    """Work out the steps of the multipliers of two bounds, and how far the step may go (as 1 over the part)."""
-    a: cython.double = (mu - z[k, at] * d) / low - z[k, at]
-    b: cython.double = (mu + z[k, at + 1] * d) / high - z[k, at + 1]
+    """Work out the steps of the multipliers of two bounds, and what the step is divided by."""
+    y: cython.double = 1.0 / (low * high)
+    a: cython.double = (mu - z[k, at] * d) * high * y - z[k, at]
+    b: cython.double = (mu + z[k, at + 1] * d) * low * y - z[k, at + 1]
     dz[k, at] = a
     dz[k, at + 1] = b
-    steps.primal = max(steps.primal, max(-d / low, d / high))
-    steps.dual = max(steps.dual, max(-a / z[k, at], -b / z[k, at + 1]))
+    if -d > steps.primal * low:
+        steps.primal = -d / low
+    if d > steps.primal * high:
+        steps.primal = d / high
+    steps.dual = _dual(z[k, at], a, steps.dual)
+    steps.dual = _dual(z[k, at + 1], b, steps.dual)
     steps.size = max(steps.size, fabs(d))
     return steps
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _curve(s: cython.double, g: cython.double, c: cython.double) -> cython.double:
-    """Return 1 over the part of a step up to which s + g α - c α² keeps (1 - τ) s."""
+def _curve(s: cython.double, g: cython.double, c: cython.double, primal: cython.double) -> cython.double:
+    """Return what a step is divided by so that s + g α - c α² keeps (1 - τ) s."""
     left: cython.double = _TAU * s
-    root: cython.double = sqrt(g * g + 4.0 * c * left)
+    part: cython.double = _TAU / primal
+    if left + part * (g - c * part) >= 0.0:
+        return primal
     # α = (g + root) / (2 c) = 2 left / (root - g)
-    return _TAU * (root - g) / (2.0 * left)
+    return _TAU * (sqrt(g * g + 4.0 * c * left) - g) / (2.0 * left)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _beside(z: cython.double, s: cython.double, g: cython.double, mu: cython.double) -> cython.double:
+    """Return the step of a multiplier whose slack s changes by g."""
+    return (mu - z * g) / s - z
 
 
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def _middle_after(
-    tube: Tube, k: cython.Py_ssize_t, e: cython.Py_ssize_t, part: cython.double
-) -> cython.double:
-    """Return slack `e` of an interval after a part of the step."""
-    n: cython.Py_ssize_t = tube.n
+def _between(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, steps: _Steps) -> _Steps:
+    """Work out the steps of the multipliers of the middle ordinates of an interval; shorten the step until their slacks stay."""
     i: cython.Py_ssize_t
-    y: cython.double
-    v: cython.double
-    square: cython.double = 0.0
-    h: cython.double = 0.5 * tube.h0[k] * (tube.u[k, n] + part * tube.du[k, n])
+    m: cython.Py_ssize_t
+    h: cython.double = tube.u[k, n]
+    d: cython.double
+    s: cython.double
+    along: cython.double = 0.0
+    square: cython.double
+    kept: cython.bint
+    a: cython.double
+    y = cython.declare(cython.double[9])
+    c = cython.declare(cython.double[9])
+    s = _middles(tube, n, k, tube.x, tube.u, y, c)
     for i in range(n):
-        if e < 2 * n and i != e // 2:
-            continue
-        y = tube.x[k, 3 * i + 1] + part * tube.dx[k, 3 * i + 1]
-        y += tube.A[i] / tube.V[i] * h * (tube.x[k, 3 * i + 2] + part * tube.dx[k, 3 * i + 2])
-        if e < 2 * n:
-            return 1.0 + y if e % 2 == 0 else 1.0 - y
-        v = tube.V[i] * tube.between[k] * y
-        square += tube.weight[i] * v * v
-    return 1.0 - square
+        a = 0.5 * tube.AV[i] * tube.h0[k]
+        d = tube.dx[k, 3 * i + 1] + a * (h * tube.dx[k, 3 * i + 2] + tube.du[k, n] * tube.x[k, 3 * i + 2])
+        along -= 2.0 * c[i] * y[i] * d
+        tube.dzm[k, 2 * i] = _beside(tube.zm[k, 2 * i], 1.0 + y[i], d, tube.mu)
+        tube.dzm[k, 2 * i + 1] = _beside(tube.zm[k, 2 * i + 1], 1.0 - y[i], -d, tube.mu)
+    tube.dzm[k, 2 * n] = _beside(tube.zm[k, 2 * n], s, along, tube.mu)
+    for i in range(2 * n + 1):
+        steps.dual = _dual(tube.zm[k, i], tube.dzm[k, i], steps.dual)
+    for m in range(60):
+        h = 0.5 * tube.h0[k] * (tube.u[k, n] + steps.primal * tube.du[k, n])
+        square = 0.0
+        kept = True
+        for i in range(n):
+            a = tube.x[k, 3 * i + 1] + steps.primal * tube.dx[k, 3 * i + 1]
+            a += tube.AV[i] * h * (tube.x[k, 3 * i + 2] + steps.primal * tube.dx[k, 3 * i + 2])
+            kept = kept and 1.0 + a >= (1.0 - _TAU) * (1.0 + y[i]) and 1.0 - a >= (1.0 - _TAU) * (1.0 - y[i])
+            square += c[i] * a * a
+        if kept and 1.0 - square >= (1.0 - _TAU) * s:
+            break
+        steps.primal *= 0.8
+    return steps
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _limits(tube: Tube) -> _Steps:
+def _limits(tube: Tube, n: cython.Py_ssize_t) -> _Steps:
     """Work out the steps of the multipliers, and how far unknowns and multipliers may go."""
-    n: cython.Py_ssize_t = tube.n
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     e: cython.Py_ssize_t
     m: cython.Py_ssize_t
     mu: cython.double = tube.mu
     s: cython.double
-    g: cython.double
-    c: cython.double
     y: cython.double
     d: cython.double
-    z: cython.double
     along: cython.double
-    dalong: cython.double
-    steps: _Steps = _Steps(1e-12, 1e-12, 0.0)
+    # What steps are divided by, so that whole steps are the longest.
+    steps: _Steps = _Steps(_TAU, _TAU, 0.0)
     x: cython.double[:, ::1] = tube.x
     u: cython.double[:, ::1] = tube.u
     dx: cython.double[:, ::1] = tube.dx
     du: cython.double[:, ::1] = tube.du
-    rows: cython.double[:, ::1] = tube.rows
+    g = cython.declare(cython.double[9])
+    c = cython.declare(cython.double[9])
     for k in range(tube.steps):
         for i in range(n):
             steps = _box(tube.zu, tube.dzu, k, 2 * i, 1.0 + u[k, i], 1.0 - u[k, i], du[k, i], mu, steps)
-        steps = _box(
-            tube.zu, tube.dzu, k, 2 * n, u[k, n] - tube.hlow[k], tube.hhigh[k] - u[k, n], du[k, n], mu, steps
-        )
+        y = u[k, n]
+        steps = _box(tube.zu, tube.dzu, k, 2 * n, y - tube.hlow[k], tube.hhigh[k] - y, du[k, n], mu, steps)
         if k == 0:
             continue
         for i in range(n):
-            for e in range(1, 3):
-                y = x[k, 3 * i + e]
-                steps = _box(
-                    tube.zx, tube.dzx, k, 4 * i + 2 * (e - 1), 1.0 + y, 1.0 - y, dx[k, 3 * i + e], mu, steps
-                )
-        for m in range(tube.first[k], tube.first[k + 1]):
-            along = 0.0
-            dalong = 0.0
-            for i in range(n):
-                along += (x[k, 3 * i] + rows[m, i]) * rows[m, n + i]
-                dalong += dx[k, 3 * i] * rows[m, n + i]
-            s = 1.0
-            g = 0.0
-            c = 0.0
-            z = rows[m, 2 * n] * rows[m, 2 * n]
-            for i in range(n):
-                y = x[k, 3 * i] + rows[m, i] - along * rows[m, n + i]
-                d = dx[k, 3 * i] - dalong * rows[m, n + i]
-                s -= z * y * y
-                g -= 2.0 * z * y * d
-                c += z * d * d
-            steps.primal = max(steps.primal, _curve(s, g, c))
-            z = tube.zr[m]
-            y = mu / s - z - z / s * g
-            tube.dzr[m] = y
-            steps.dual = max(steps.dual, -y / z)
-        if tube.feed[k] > 0.0:
-            s = _feed_slack(tube, x, k)
-            g = 0.0
-            c = 0.0
-            for i in range(n):
-                y = tube.V[i] * tube.feed[k]
-                y = tube.weight[i] * y * y
-                g -= 2.0 * y * x[k, 3 * i + 1] * dx[k, 3 * i + 1]
-                c += y * dx[k, 3 * i + 1] * dx[k, 3 * i + 1]
-            steps.primal = max(steps.primal, _curve(s, g, c))
-            z = tube.zf[k]
-            y = mu / s - z - z / s * g
-            tube.dzf[k] = y
-            steps.dual = max(steps.dual, -y / z)
-    steps.primal = min(1.0, _TAU / steps.primal)
-    for k in range(tube.steps):
-        if tube.between[k] <= 0.0:
-            continue
-        along = 0.0
-        for i in range(n):
-            c = 0.5 * tube.A[i] / tube.V[i] * tube.h0[k]
-            d = dx[k, 3 * i + 1] + c * (u[k, n] * dx[k, 3 * i + 2] + du[k, n] * x[k, 3 * i + 2])
-            y = _middle(tube, x, u, k, i)
-            s = tube.V[i] * tube.between[k]
-            along -= 2.0 * tube.weight[i] * s * s * y * d
             for e in range(2):
-                s = 1.0 + y if e == 0 else 1.0 - y
-                g = d if e == 0 else -d
-                z = tube.zm[k, 2 * i + e]
-                g = mu / s - z - z / s * g
-                tube.dzm[k, 2 * i + e] = g
-                steps.dual = max(steps.dual, -g / z)
-        s = _middle_feed(tube, x, u, k)
-        z = tube.zm[k, 2 * n]
-        g = mu / s - z - z / s * along
-        tube.dzm[k, 2 * n] = g
-        steps.dual = max(steps.dual, -g / z)
-        for i in range(2 * n + 1):
-            s = _middle_slack(tube, x, u, k, i)
-            for m in range(60):
-                if _middle_after(tube, k, i, steps.primal) >= (1.0 - _TAU) * s:
-                    break
-                steps.primal *= 0.8
-    steps.dual = min(1.0, _TAU / steps.dual)
+                y = x[k, 3 * i + e + 1]
+                d = dx[k, 3 * i + e + 1]
+                steps = _box(tube.zx, tube.dzx, k, 4 * i + 2 * e, 1.0 + y, 1.0 - y, d, mu, steps)
+        for m in range(tube.first[k], tube.first[k + 1]):
+            s = _row(tube, n, m, k, x, g)
+            y = 0.0
+            d = 0.0
+            along = 0.0
+            for i in range(n):
+                y += g[i] * dx[k, 3 * i]
+                d += dx[k, 3 * i] * dx[k, 3 * i]
+                along += dx[k, 3 * i] * tube.rows[m, n + i]
+            d = (d - along * along) * tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
+            steps.primal = _curve(s, y, d, steps.primal)
+            tube.dzr[m] = _beside(tube.zr[m], s, y, mu)
+            steps.dual = _dual(tube.zr[m], tube.dzr[m], steps.dual)
+        if tube.feed[k] > 0.0:
+            s = _feed(tube, n, k, x, c, g)
+            y = 0.0
+            d = 0.0
+            for i in range(n):
+                y += g[i] * dx[k, 3 * i + 1]
+                d += c[i] * dx[k, 3 * i + 1] * dx[k, 3 * i + 1]
+            steps.primal = _curve(s, y, d, steps.primal)
+            tube.dzf[k] = _beside(tube.zf[k], s, y, mu)
+            steps.dual = _dual(tube.zf[k], tube.dzf[k], steps.dual)
+    steps.primal = _TAU / steps.primal
+    for k in range(tube.steps):
+        if tube.between[k] > 0.0:
+            steps = _between(tube, n, k, steps)
+    steps.dual = _TAU / steps.dual
     return steps
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _kept(z: cython.double, centre: cython.double) -> cython.double:
-    return min(max(z, centre / _OFF), centre * _OFF)
+def _kept(z: cython.double, s: cython.double, mu: cython.double) -> cython.double:
+    """Return a multiplier, kept near its central value."""
+    return mu / _OFF / s if z * s < mu / _OFF else mu * _OFF / s if z * s > mu * _OFF else z
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _multipliers(tube: Tube, part: cython.double, reset: cython.bint) -> cython.double:
+def _multipliers(tube: Tube, n: cython.Py_ssize_t, part: cython.double, reset: cython.bint) -> cython.double:
     """Move the multipliers by a part of their step (or set them on the central path); return how far products are off mu."""
-    n: cython.Py_ssize_t = tube.n
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     m: cython.Py_ssize_t
@@ -916,6 +979,8 @@ def _multipliers(tube: Tube, part: cython.double, reset: cython.bint) -> cython.
     s: cython.double
     y: cython.double
     off: cython.double = 0.0
+    g = cython.declare(cython.double[9])
+    c = cython.declare(cython.double[9])
     for k in range(tube.steps):
         for i in range(2 * n + 2):
             if i < 2 * n:
@@ -923,27 +988,30 @@ def _multipliers(tube: Tube, part: cython.double, reset: cython.bint) -> cython.
                 s = 1.0 + y if i % 2 == 0 else 1.0 - y
             else:
                 s = tube.u[k, n] - tube.hlow[k] if i % 2 == 0 else tube.hhigh[k] - tube.u[k, n]
-            tube.zu[k, i] = mu / s if reset else _kept(tube.zu[k, i] + part * tube.dzu[k, i], mu / s)
-            off = max(off, fabs(tube.zu[k, i] * s - mu))
+            y = mu / s if reset else _kept(tube.zu[k, i] + part * tube.dzu[k, i], s, mu)
+            tube.zu[k, i] = y
+            off = max(off, fabs(y * s - mu))
         if tube.between[k] > 0.0:
+            y = _middles(tube, n, k, tube.x, tube.u, g, c)
             for i in range(2 * n + 1):
-                s = _middle_slack(tube, tube.x, tube.u, k, i)
-                tube.zm[k, i] = mu / s if reset else _kept(tube.zm[k, i] + part * tube.dzm[k, i], mu / s)
+                s = y if i == 2 * n else 1.0 + g[i // 2] if i % 2 == 0 else 1.0 - g[i // 2]
+                tube.zm[k, i] = mu / s if reset else _kept(tube.zm[k, i] + part * tube.dzm[k, i], s, mu)
                 off = max(off, fabs(tube.zm[k, i] * s - mu))
         if k == 0:
             continue
         for i in range(4 * n):
             y = tube.x[k, 3 * (i // 4) + 1 + (i % 4) // 2]
             s = 1.0 + y if i % 2 == 0 else 1.0 - y
-            tube.zx[k, i] = mu / s if reset else _kept(tube.zx[k, i] + part * tube.dzx[k, i], mu / s)
-            off = max(off, fabs(tube.zx[k, i] * s - mu))
+            y = mu / s if reset else _kept(tube.zx[k, i] + part * tube.dzx[k, i], s, mu)
+            tube.zx[k, i] = y
+            off = max(off, fabs(y * s - mu))
         for m in range(tube.first[k], tube.first[k + 1]):
-            s = _row_slack(tube.rows, m, tube.x, k, n)
-            tube.zr[m] = mu / s if reset else _kept(tube.zr[m] + part * tube.dzr[m], mu / s)
+            s = _row(tube, n, m, k, tube.x, g)
+            tube.zr[m] = mu / s if reset else _kept(tube.zr[m] + part * tube.dzr[m], s, mu)
             off = max(off, fabs(tube.zr[m] * s - mu))
         if tube.feed[k] > 0.0:
-            s = _feed_slack(tube, tube.x, k)
-            tube.zf[k] = mu / s if reset else _kept(tube.zf[k] + part * tube.dzf[k], mu / s)
+            s = _feed(tube, n, k, tube.x, c, g)
+            tube.zf[k] = mu / s if reset else _kept(tube.zf[k] + part * tube.dzf[k], s, mu)
             off = max(off, fabs(tube.zf[k] * s - mu))
     return off
 
@@ -954,7 +1022,7 @@ def _multipliers(tube: Tube, part: cython.double, reset: cython.bint) -> cython.
 def _taken(tube: Tube, count: cython.Py_ssize_t, phi: cython.double, c: cython.double) -> cython.bint:
     """Tell whether a filter lets a point pass: beside each pair that it has, less of one of the two."""
     i: cython.Py_ssize_t
-    if not phi < 1e300:
+    if not phi < _BEYOND:
         return False
     for i in range(count):
         if not (c <= max(0.99999 * tube.seen[i, 1], 1e-7) or phi <= tube.seen[i, 0] - 1e-5 * tube.seen[i, 1]):
@@ -963,43 +1031,27 @@ def _taken(tube: Tube, count: cython.Py_ssize_t, phi: cython.double, c: cython.d
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _moved(tube: Tube, part: cython.double) -> cython.void:
+def _moved(tube: Tube, n: cython.Py_ssize_t, part: cython.double) -> cython.void:
+    """Write the point that a part of the step leads to."""
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     for k in range(tube.steps + 1):
-        for i in range(3 * tube.n):
+        for i in range(3 * n):
             tube.x2[k, i] = tube.x[k, i] + part * tube.dx[k, i]
     for k in range(tube.steps):
-        for i in range(tube.n + 1):
+        for i in range(n + 1):
             tube.u2[k, i] = tube.u[k, i] + part * tube.du[k, i]
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _searched(tube: Tube, part: cython.double, count: cython.Py_ssize_t) -> cython.double:
-    """Halve a step until the filter lets it pass, or often enough; return its part. The present point joins the filter."""
-    back: cython.int
-    tube.seen[count, 0] = _merit(tube, tube.x, tube.u, 0)
-    tube.seen[count, 1] = _merit(tube, tube.x, tube.u, 1)
-    for back in range(_HALVINGS):
-        _moved(tube, part)
-        if back == _HALVINGS - 1 or _taken(
-            tube, count + 1, _merit(tube, tube.x2, tube.u2, 0), _merit(tube, tube.x2, tube.u2, 1)
-        ):
-            break
-        part *= 0.5
-    return part
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _accept(tube: Tube, part: cython.double) -> cython.void:
+def _accept(tube: Tube, n: cython.Py_ssize_t, part: cython.double) -> cython.void:
     """Take the point that the step leads to, and the multipliers of the equations."""
-    n: cython.Py_ssize_t = tube.n
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     for k in range(tube.steps + 1):
@@ -1019,53 +1071,76 @@ def _accept(tube: Tube, part: cython.double) -> cython.void:
 Found = cython.struct(status=cython.int, iterations=cython.int, residual=cython.double, off=cython.double)
 
 
-@cython.ccall
+@cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def solve(tube: Tube, mu: cython.double, mu_end: cython.double, most: cython.int) -> Found:
-    """Solve; 1 means that the motion is exact, 0 that `most` iterations were not enough for that, -1 that no step was found."""
+def _solved(
+    tube: Tube, n: cython.Py_ssize_t, mu: cython.double, mu_end: cython.double, most: cython.int
+) -> Found:
     it: cython.int
-    count: cython.Py_ssize_t = 0
+    back: cython.int
+    count: cython.Py_ssize_t = 1
     delta: cython.double = 0.0
     damping: cython.double
     off: cython.double
     part: cython.double = 1.0
-    residual: cython.double = 0.0
+    residual: cython.double
     size: cython.double = 1.0
     phi: cython.double = 0.0
     last: cython.double
     fourth: cython.double
     flat: cython.int = 0
     closing: cython.bint = False
+    calming: cython.double = _CLOSING_DAMPING
     steps: _Steps
+    here: _Measure
     tube.mu = mu
-    off = _multipliers(tube, 0.0, True)
+    off = _multipliers(tube, n, 0.0, True)
+    here = _measure(tube, n, tube.x, tube.u)
+    # No point that misses much more than the first one passes the filter: on long intervals, steps in h miss by a thousand times that.
+    tube.seen[0, 0] = -_BEYOND
+    tube.seen[0, 1] = _WORSE * max(here.missed, _LEAST_MISS)
     for it in range(most):
-        residual = _merit(tube, tube.x, tube.u, 2)
+        residual = here.most
         if it > 0:
             if residual < tube.exact and (closing or (tube.mu <= mu_end and off < tube.mu and size < 1e-3)):
                 return Found(1, it, residual, off)
             if residual < _NEAR and off < _OFF_NEAR * tube.mu and tube.mu > mu_end and part > 0.5:
                 fourth = sqrt(sqrt(tube.mu))
                 tube.mu = max(mu_end, min(_FALL * tube.mu, tube.mu * fourth * sqrt(fourth)))
-                count = 0
+                count = 1
         closing |= it >= most - _CLOSING
-        damping = _CLOSING_DAMPING if closing else delta
+        damping = delta
+        if closing:
+            # Steps become those of the least change, so that what is missed falls with their squares.
+            damping = calming
+            calming *= _CHANGE
         tube.curvature = 1.0
-        while not _backward(tube, damping):
+        while not _backward(tube, n, damping):
             damping = max(_LEAST_DAMPING, _CHANGE * damping)
             if damping > _CONVEX:
                 # The multipliers are far off: the step without the curvature of the motion has a positive Hessian.
                 tube.curvature = 0.0
             if damping > 1e12:
                 return Found(-1, it, residual, off)
-        _forward(tube)
-        steps = _limits(tube)
+        _forward(tube, n)
+        steps = _limits(tube, n)
         size = steps.size
+        # The step is halved until the filter, which the present point joins, lets it pass.
         last = phi
-        part = _searched(tube, steps.primal, count)
+        tube.seen[count, 0] = here.cost - tube.mu * here.logs
+        tube.seen[count, 1] = here.missed
         count += 1
-        phi = _merit(tube, tube.x2, tube.u2, 0)
+        part = steps.primal
+        for back in range(_HALVINGS):
+            if back > 0:
+                part *= 0.5
+            _moved(tube, n, part)
+            here = _measure(tube, n, tube.x2, tube.u2)
+            phi = here.cost - tube.mu * here.logs
+            if _taken(tube, count, phi, here.missed):
+                break
         if not phi < 1e308:
             return Found(-1, it, residual, off)
         flat = (
@@ -1076,9 +1151,20 @@ def solve(tube: Tube, mu: cython.double, mu_end: cython.double, most: cython.int
             delta = min(_MOST_DAMPING, max(_FIRST_DAMPING, _CHANGE * damping))
         else:
             delta = damping / _CHANGE if damping > _LEAST_DAMPING else 0.0
-        _accept(tube, part)
-        off = _multipliers(tube, steps.dual, False)
+        _accept(tube, n, part)
+        off = _multipliers(tube, n, steps.dual, False)
         if not off < 1e300:
             return Found(-1, it, residual, off)
-    residual = _merit(tube, tube.x, tube.u, 2)
-    return Found(residual < _EXACT, most, residual, off)
+    return Found(here.most < tube.exact, most, here.most, off)
+
+
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def solve(tube: Tube, mu: cython.double, mu_end: cython.double, most: cython.int) -> Found:
+    """Solve; 1 means that the motion is exact, 0 that `most` iterations were not enough for that, -1 that no step was found."""
+    if tube.n == 2:
+        return _solved(tube, 2, mu, mu_end, most)
+    if tube.n == 3:
+        return _solved(tube, 3, mu, mu_end, most)
+    return _solved(tube, tube.n, mu, mu_end, most)

@@ -21,12 +21,10 @@ from cython.cimports.libc.math import ceil, fabs, floor, sqrt
 COLUMNS = 9
 
 
-@cython.cfunc
+@cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-def _lift(
-    rho: cython.double, flat: cython.double, edge: cython.double, slope: cython.double
-) -> cython.double:
+def lift(rho: cython.double, flat: cython.double, edge: cython.double, slope: cython.double) -> cython.double:
     """Return h(ρ)."""
     over: cython.double = rho - flat
     if over <= 0.0:
@@ -38,10 +36,10 @@ def _lift(
     return over * slope
 
 
-@cython.cfunc
+@cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-def _lead(
+def lead(
     m: cython.double,
     d: cython.double,
     half: cython.double,
@@ -243,12 +241,12 @@ def _cut(
             if cover <= 0.0:
                 continue
             # The tool is nowhere lower over the cell than its least height with the tip at the line's lower end.
-            if lowest + _lift(rho if rho < radius else radius, flat, edge, slope) >= old:
+            if lowest + lift(rho if rho < radius else radius, flat, edge, slope) >= old:
                 continue
             if m != 0.0:
                 if d < radius:
                     half = sqrt(radius * radius - d * d)
-                    wide = _lead(m, d, half, flat, edge, slope)
+                    wide = lead(m, d, half, flat, edge, slope)
                     s = foot - wide if m > 0.0 else foot + wide
                     lo = foot - half
                     hi = foot + half
@@ -263,7 +261,7 @@ def _cut(
             if value > radius:
                 value = radius
             tip = base + m * s
-            env = tip + _lift(value, flat, edge, slope)
+            env = tip + lift(value, flat, edge, slope)
             if env < floor_of:
                 env = floor_of
             if cover < 1.0:

@@ -16,9 +16,9 @@ from typing import Any
 
 from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.extensions import DIALECTS
 from cncgen.machine.servo_parameters import MAGNITUDES
 
-DIALECTS = ("linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik")
 KINEMATICS = ("table-table", "head-head")
 
 
@@ -90,6 +90,8 @@ TABLES: Mapping[str, tuple[Key, ...]] = MappingProxyType(
         "interpreter": (
             Key("dialect", "the control's language, where --dialect does not say", f"one of {', '.join(DIALECTS)}",
                 _is_of(DIALECTS), "as the program looks"),
+            Key("units", "unit of lengths until the program says it", "one of mm, inch", _is_of(("mm", "inch")),
+                "mm, with a note"),
             Key("least_increment_mm", "unit of a number without a decimal point (degrees alike; inches: a tenth)",
                 "a number from 1e-9 to 1", _from(1e-9, 1.0), "such numbers count like 10."),
         ),

@@ -104,7 +104,7 @@ def as_markdown(found: Found) -> str:
 
 
 def as_values(found: Found) -> dict[str, Any]:
-    """Return the tables as plain values; ``holds`` is None for an item without a value of ours."""
+    """Return the tables as plain values; ``holds`` is None for an item that cncgen does not compute."""
     return {
         "schema_version": 2,
         "holds": explained(found),

@@ -20,7 +20,15 @@ from cncgen.pipeline.planning import (
     sample,
 )
 from cncgen.pipeline.reading import SUFFIXES, canon, check, language_of, read, read_text, reader_of, sound
-from cncgen.pipeline.reporting import Page, Variant, report_page, shown_plan, shown_record, variant_of
+from cncgen.pipeline.reporting import (
+    Page,
+    Variant,
+    report_page,
+    shown_plan,
+    shown_record,
+    variant_of,
+    viewer,
+)
 from cncgen.pipeline.using import (
     coupling_of,
     fmu,
@@ -64,6 +72,7 @@ __all__ = [
     "simulate",
     "sound",
     "variant_of",
+    "viewer",
     "why",
     "write",
 ]

@@ -152,7 +152,7 @@ def output_axes(program: Program) -> str:
 
 
 def driven_axes(program: Program, machine: Machine) -> str:
-    """Return the axes of a program's setpoints that a machine has. Axes that it lacks stand still, else there would be no plan.
+    """Return the axes of a program's setpoints that a machine has. Axes that it lacks stand still: a plan cannot move them.
 
     Where the program names none of the machine's axes, all of the machine's.
     """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,8 +12,11 @@ from cncgen.pipeline.reading import _opened, _reading, language_of
 from cncgen.toolpath.reading import ReadOptions
 
 if TYPE_CHECKING:
-    from cncgen.removal.record import Cutter, Removal, Target
+    from cncgen.machine.kinematics import Kinematics
+    from cncgen.removal.record import Clamping, Cutter, Insert, Removal, Target, TurnedTarget
     from cncgen.removal.stock import Stock
+    from cncgen.removal.sweeps import Poses
+    from cncgen.stepnc.cutting import CutProgram
     from cncgen.stepnc.geometry.solids import Solid
     from cncgen.toolpath.record import Toolpath
 
@@ -32,7 +35,7 @@ def cut(
     options: ReadOptions | None = None,
     diagnostics: Diagnostics | None = None,
 ) -> Removal:
-    """Cut the stock of a program, upright tools from above; see docs/removal.md.
+    """Cut the stock of a program; see docs/removal.md.
 
     Args:
         source: A file, or ``-`` for standard input.
@@ -57,47 +60,166 @@ def cut(
     piece = stock_of_option(stock) if isinstance(stock, str) else stock
     found = Diagnostics() if diagnostics is None else diagnostics
     wanted: Target | None = None if target is None else _mesh_target(target)
-    reading = replace(_reading(options), tool_tips=True, kinematics=None)
+    reading = replace(_reading(options), tool_tips=True)
     with _opened(source, language) as (reader, file, name):
         if reader.__name__ == "cncgen.stepnc":
             from cncgen.stepnc.cutting import cut_program
 
-            program = cut_program(file, name, reading)
+            # Positions stay those of the tip in the workpiece, and axes those of a fork head.
+            tips = True
+            program = cut_program(file, name, replace(reading, kinematics=None))
             found.extend(program.diagnostics)
-            axes, toolpaths, finished = program.axes, program.toolpaths, program.finished
+            toolpaths = program.toolpaths
+            finished, turned, part = program.finished, program.turned, program.part
+            clampings = clampings_of(program)
             piece = piece or raw_stock(program.raw)
         else:
             read = reader.read(file, name, reading)
-            axes, finished = read.axes, None
-            toolpaths = list(read.chunks())
+            finished, turned, part, clampings = None, None, None, {}
+            toolpaths, tips = list(read.chunks()), False
             found.extend(read.diagnostics)
     if found.has_errors:
         raise ProgramError(found)
-    if _setups(toolpaths) > 1:
-        text = f"the program has {_setups(toolpaths)} setups, and one stock is cut in one clamping"
-        raise UsageError(Diagnostic("cut-setups", text, hint="cut the workplan of each setup by itself"))
-    if any(letter in axes for letter in "ABC"):
-        text = "the program turns rotary axes; tools that lean are not cut yet, three axes alone are"
-        raise UsageError(Diagnostic("cut-tilted", text))
+    _check(toolpaths, clampings)
     if piece is None:
-        text = f"{name}: the stock is not known"
-        hint = "--stock box:X0,Y0,Z0,X1,Y1,Z1, cylinder:X,Y,DIAMETER,Z0,Z1 or an STL file; STEP-NC: its_rawpiece with a BLOCK"
-        raise UsageError(Diagnostic("cut-stock", text, hint=hint))
-    return cut_toolpaths(toolpaths, piece, name, cutters, wanted or finished, cell_mm)
+        raise _no_stock(name, part)
+    if turns(toolpaths, cutters):
+        if wanted is not None:
+            text = "--target is for programs that mill; of one that turns the features say what is to stay"
+            raise UsageError(Diagnostic("cut-stock", text))
+        if _setups(toolpaths) > 1:
+            text = f"the program turns its work in {_setups(toolpaths)} setups; a bar is cut in one"
+            raise UsageError(Diagnostic("cut-setups", text, hint="write each setup to a file of its own"))
+        if turned_axes(toolpaths):
+            text = f"the program turns its work, and moves {turned_axes(toolpaths)}; a bar is cut by tools that stand"
+            raise UsageError(Diagnostic("cut-tilted", text, hint="write what is milled to a file of its own"))
+        return turn_toolpaths(toolpaths, piece, name, cutters, turned, cell_mm)
+    stays = wanted if clampings else wanted or finished
+    if not turned_axes(toolpaths):
+        return cut_toolpaths(toolpaths, piece, name, cutters, stays, cell_mm, clampings)
+    poses = _poses(None if tips else reading.kinematics, tips, toolpaths)
+    return lean_toolpaths(toolpaths, piece, name, poses, cutters, stays, cell_mm, clampings)
+
+
+def _check(toolpaths: Sequence[Toolpath], clampings: Mapping[int, Clamping]) -> None:
+    """Raise `UsageError` for a program in several setups of which little is known."""
+    if _setups(toolpaths) > 1 and not clampings:
+        text = f"the program has {_setups(toolpaths)} setups, and the file does not say how its raw piece stands in each"
+        hint = "STEP-NC: its_rawpiece with its_bounding_geometry, and its_workpiece_setup in every setup"
+        raise UsageError(Diagnostic("cut-setups", text, hint=hint))
+
+
+def turned_axes(toolpaths: Iterable[Toolpath]) -> str:
+    """Return the letters of the rotary axes that are not at 0 throughout."""
+    import numpy as np
+
+    found = ""
+    for path in toolpaths:
+        for k, letter in enumerate(path.axes):
+            moves = letter in "ABC" and (path.start[k] != 0.0 or bool(np.any(path.end[:, k] != 0.0)))
+            found += letter if moves and letter not in found else ""
+    return found
+
+
+def _poses(mechanism: Kinematics | None, tips: bool, toolpaths: Sequence[Toolpath]) -> Poses:
+    """Return where tools are: of STEP-NC by the tip, of G-code by the machine.
+
+    Raises:
+        UsageError: The machine does not say how its rotary axes carry table or head.
+    """
+    from cncgen.removal.poses import MachinePoses, TipPoses
+
+    if tips:
+        return TipPoses()
+    letters = turned_axes(toolpaths)
+    carried = "" if mechanism is None else "".join("ABC"[column - 3] for column in mechanism.axes)
+    if mechanism is None or set(letters) - set(carried):
+        text = f"the program moves {letters}, and how these axes carry table or head is not known"
+        if mechanism is not None:
+            text = f"the program moves {letters}; [kinematics] of the machine has {carried}"
+        hint = "--machine FILE.toml with a table [kinematics]: model, axes and centre_mm or pivot_mm"
+        raise UsageError(Diagnostic("cut-tilted", text, hint=hint))
+    return MachinePoses(mechanism)
+
+
+def _no_stock(name: str, part: Solid | None) -> UsageError:
+    """Return the error of a program whose stock is not known; the box of the finished part is a hint."""
+    import numpy as np
+
+    hint = "--stock box:X0,Y0,Z0,X1,Y1,Z1, cylinder:X,Y,DIAMETER,Z0,Z1 or an STL file; STEP-NC: its_rawpiece with a BLOCK"
+    if part is not None:
+        bounds = [part.reach(np.zeros(3), axis) for axis in np.eye(3)]
+        box = ",".join(f"{bounds[k][end]:g}" for end in (0, 1) for k in range(3))
+        hint = f"the finished part fills box:{box} of its own frame; --stock with what is round it"
+    return UsageError(Diagnostic("cut-stock", f"{name}: the stock is not known", hint=hint))
+
+
+def clampings_of(program: CutProgram) -> dict[int, Clamping]:
+    """Return the setups of a program that has several, if its raw piece stands in all of them."""
+    from cncgen.removal.record import Clamping
+
+    each = program.clampings if len(program.clampings) > 1 else {}
+    return {number: Clamping(frame, target) for number, (frame, target) in each.items()}
+
+
+def turns(toolpaths: Iterable[Toolpath], cutters: Mapping[str, Cutter | Insert] | None = None) -> bool:
+    """Tell whether a program cuts with a tool that stands while the work turns."""
+    from cncgen.removal.cutters import insert_of_event
+    from cncgen.removal.record import Insert
+
+    tools = [e.values for path in toolpaths for e in path.events if e.name == "tool"]
+    named = {str(t.get("tool", "")) for t in tools} | {"*"}
+    given = any(isinstance(c, Insert) and c.name in named for c in (cutters or {}).values())
+    return given or any(insert_of_event(t) is not None for t in tools)
+
+
+def turn_toolpaths(
+    toolpaths: Iterable[Toolpath],
+    stock: Stock,
+    name: str = "program",
+    cutters: Mapping[str, Cutter | Insert] | None = None,
+    target: TurnedTarget | None = None,
+    cell_mm: float | None = None,
+) -> Removal:
+    """Turn a stock about X 0 Y 0 along toolpaths whose positions are those of the tools' corners."""
+    from cncgen.removal.bars import TurnedCutting, bar_of
+
+    return TurnedCutting(bar_of(stock, cell_mm), name, target, cutters).run(toolpaths)
 
 
 def cut_toolpaths(
     toolpaths: Iterable[Toolpath],
     stock: Stock,
     name: str = "program",
-    cutters: dict[str, Cutter] | None = None,
+    cutters: Mapping[str, Cutter | Insert] | None = None,
     target: Target | None = None,
     cell_mm: float | None = None,
+    clampings: Mapping[int, Clamping] | None = None,
 ) -> Removal:
-    """Cut a stock along toolpaths whose positions are those of the tools' tips."""
+    """Cut a stock along toolpaths of upright tools whose positions are those of the tools' tips."""
     from cncgen.removal.cutting import Cutting
+    from cncgen.removal.poses import TipPoses
 
-    return Cutting(stock.field(cell_mm), name, target, cutters or {}).run(toolpaths)
+    if clampings:
+        return lean_toolpaths(toolpaths, stock, name, TipPoses(), cutters, target, cell_mm, clampings)
+    return Cutting(stock.field(cell_mm), name, target, cutters).run(toolpaths)
+
+
+def lean_toolpaths(
+    toolpaths: Iterable[Toolpath],
+    stock: Stock,
+    name: str,
+    poses: Poses,
+    cutters: Mapping[str, Cutter | Insert] | None = None,
+    target: Target | None = None,
+    cell_mm: float | None = None,
+    clampings: Mapping[int, Clamping] | None = None,
+) -> Removal:
+    """Cut a stock along toolpaths of tools that lean, or that stand otherwise in several setups."""
+    from cncgen.removal.dexels import dexels_of
+    from cncgen.removal.leaning import LeaningCutting
+
+    return LeaningCutting(dexels_of(stock, cell_mm), name, poses, target, cutters, clampings).run(toolpaths)
 
 
 def raw_stock(solids: Sequence[Solid]) -> Stock | None:
@@ -154,9 +276,17 @@ def coarse_findings(
 
     program = cut_program(data, name, replace(options, kinematics=None))
     piece = raw_stock(program.raw)
-    if program.diagnostics.has_errors or piece is None or program.finished is None or len(program.axes) > 3:
+    if program.diagnostics.has_errors or piece is None or len(program.axes) > 3:
         return []
+    clampings = clampings_of(program)
     if _setups(program.toolpaths) > 1:
+        if not clampings or any(c.target is None for c in clampings.values()):
+            return []
+        cell = float((piece.high - piece.low).max()) / COARSE_COLUMNS
+        return list(cut_toolpaths(program.toolpaths, piece, name, None, None, cell, clampings).findings)
+    if program.turned is not None and turns(program.toolpaths):
+        return list(turn_toolpaths(program.toolpaths, piece, name, None, program.turned).findings)
+    if program.finished is None:
         return []
     cell = float((piece.high - piece.low)[:2].max()) / COARSE_COLUMNS
     return list(cut_toolpaths(program.toolpaths, piece, name, None, program.finished, cell).findings)

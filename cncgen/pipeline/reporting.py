@@ -8,8 +8,16 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from cncgen.arguments import expect_number, wrong
-from cncgen.diagnostics import Diagnostics, Severity, UsageError
-from cncgen.pipeline.planning import Plan, machine_of, options_on, output_axes, program_of, sample
+from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
+from cncgen.pipeline.planning import (
+    Plan,
+    driven_axes,
+    machine_of,
+    options_on,
+    output_axes,
+    program_of,
+    sample,
+)
 from cncgen.pipeline.reading import read, sound
 from cncgen.pipeline.using import simulate, why
 
@@ -19,6 +27,7 @@ if TYPE_CHECKING:
     from cncgen.report.page import Contents, Recording
     from cncgen.report.shortening import Shortening
     from cncgen.report.summary import Summary
+    from cncgen.report.widget import Viewer
     from cncgen.servo.record import Response
     from cncgen.servo.wanted_motion import WantedMotion
     from cncgen.setpoints.record import Setpoints
@@ -77,6 +86,51 @@ def shown_record(record: Any) -> str:
         "Verdict": notebook.of_verdict,
     }
     return kinds[type(record).__name__](record)
+
+
+def viewer(
+    result: Plan | Page | Setpoints | Response | Program | str | os.PathLike[str],
+    machine: Machine | str | os.PathLike[str] = "generic-mill",
+    options: PlanOptions | None = None,
+    *,
+    height: int = 720,
+) -> Viewer:
+    """Return the page as a live widget of a notebook: its view, moment and line are values that Python reads and sets.
+
+    Args:
+        result: A plan, the page on one, setpoints, a response, or a program, which is planned.
+        machine, options: Of a program: as for `report_page`.
+        height: Of the frame, in pixels.
+
+    Returns:
+        The widget. ``t_s`` is the moment and ``line`` its line; ``view`` is what follows ``#`` in a link, and setting
+        it restores that view.
+
+    Raises:
+        UsageError: anywidget is not installed (``viewer-missing``); or as `report_page`.
+    """
+    from cncgen.pipeline.planning import Plan
+    from cncgen.report import notebook
+    from cncgen.servo.record import Response
+    from cncgen.setpoints.record import Setpoints
+
+    try:
+        from cncgen.report.widget import Viewer
+    except ImportError as error:
+        hint = "install it: pip install 'cncgen[notebook]'"
+        fault = Diagnostic("viewer-missing", "a live viewer in a notebook needs anywidget", hint=hint)
+        raise UsageError(fault) from error
+    if isinstance(result, Page):
+        page = result.html
+    elif isinstance(result, Setpoints):
+        page = notebook.setpoints_page(result)
+    elif isinstance(result, Response):
+        page = notebook.response_page(result)
+    elif isinstance(result, Plan):
+        page = report_page(result.program, result.machine, result.options).html
+    else:
+        page = report_page(result, machine, options).html
+    return Viewer(page=page, height=height)
 
 
 #: Settings that a comparison may name, with the fields of `cncgen.PlanOptions` that they are.
@@ -181,12 +235,14 @@ def report_page(
 
 def _reason(item: Shortening) -> dict[str, Any]:
     """Return a row of the ranking as the page shows it."""
+    from cncgen.report.shortening import by_derivative
+
     return {
         "quantity": item.name,
         "now": item.value,
         "change": f"{100 * item.change:+.0f} %",
         "saves, s": round(item.saved_s, 4),
-        "by its derivative, s": round(item.derivative_s, 4),
+        "by its derivative, s": by_derivative(item),
     }
 
 
@@ -238,7 +294,7 @@ def _recorded(
 
 
 def _has_servos(program: Program, machine: Machine) -> bool:
-    axes = [machine.axes.get(letter) for letter in output_axes(program)]
+    axes = [machine.axes.get(letter) for letter in driven_axes(program, machine)]
     return bool(axes) and all(axis is not None and axis.servo is not None for axis in axes)
 
 

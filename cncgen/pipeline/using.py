@@ -50,16 +50,29 @@ def simulate(
         ``contour_error_mm`` (n,), a row a setpoint.
 
     Raises:
-        UsageError: An axis has no servo data, the controller does not exist for these axes, or (as they are drawn) setpoints
+        UsageError: An axis that the machine has, or that moves, has no servo data, the controller does not exist for these axes, or (as they are drawn) setpoints
             are wrong.
     """
     from cncgen.servo.named_schemes import scheme_maker, settings_of
     from cncgen.servo.simulate import simulate_scheme
+    from cncgen.servo.stream import driven
 
     settle_s = expect_number(settle_s, "settle_s", high=LONGEST_SETTLE_S)
     chunks = _chunks_of(setpoints)
-    made = scheme_maker(controller, servos_of(machine), settings_of(coupling_of(machine)))
+    servos = servos_of(machine)
+    made = scheme_maker(controller, servos, settings_of(coupling_of(machine)))
+    if not isinstance(machine, Mapping):
+        chunks = driven(chunks, known_axes(machine, servos))
     return simulate_scheme(chunks, made, settle_s=settle_s)
+
+
+def known_axes(machine: Machine | str | os.PathLike[str], servos: Mapping[str, Servo]) -> frozenset[str]:
+    """Return the axes that a machine, or a file of servo data alone, has."""
+    from cncgen.machine.shipped import has_limits
+
+    if isinstance(machine, str | os.PathLike):
+        return frozenset(servos) | frozenset(machine_of(machine).axes if has_limits(str(machine)) else ())
+    return frozenset(servos) | frozenset(machine.axes)
 
 
 def fmu(
@@ -68,28 +81,32 @@ def fmu(
     controller: str = "p",
     axes: str | None = None,
     period_s: float | None = None,
+    fmi: int = 2,
 ) -> bytes:
-    """Return the servo axes of a machine as a co-simulation unit of FMI 2.0; see `cncgen.servo.fmu.fmu_bytes`.
+    """Return the servo axes of a machine as a co-simulation unit of FMI; see `cncgen.servo.fmu.fmu_bytes`.
 
     Args:
         machine: As for `simulate`.
         controller: ``p``, ``plain`` or ``h-infinity``: others need setpoints that are to come, or all axes at once.
         axes: Letters; None: all axes with servo data.
         period_s: Period of the setpoints; None: the machine's (1 ms of servo data alone).
+        fmi: Version of the standard: 2 (FMI 2.0) or 3 (FMI 3.0).
 
     Raises:
-        UsageError: An axis has no servo data, the controller cannot be exported, or there is no C compiler.
+        UsageError: An axis that the machine has, or that moves, has no servo data, the controller cannot be exported, or there is no C compiler.
     """
     from cncgen.machine import Machine
     from cncgen.servo.fmu import fmu_bytes
     from cncgen.servo.named_schemes import scheme_maker, settings_of
 
+    if fmi not in (2, 3):
+        raise wrong(f"fmi = {fmi!r} must be 2 or 3, the version of the standard")
     servos = servos_of(machine)
     letters = expect_axes(axes, "axes") if axes else "".join(k for k in AXIS_LETTERS if k in servos)
     usual = machine.period_s if isinstance(machine, Machine) else 0.001
     period = usual if period_s is None else expect_number(period_s, "period_s", open_low=True)
     scheme = scheme_maker(controller, servos, settings_of(coupling_of(machine)))(letters, period)
-    return fmu_bytes(scheme, controller, letters, period)
+    return fmu_bytes(scheme, controller, letters, period, fmi)
 
 
 def _chunks_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> Iterator[Setpoints]:

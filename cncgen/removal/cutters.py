@@ -7,13 +7,41 @@ from collections.abc import Mapping
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.removal.record import Cutter
+from cncgen.removal.record import Cutter, Insert
 
 #: How an option names a tool.
-FORMS = "flat:D, ball:D, bull:D,R, drill:D,POINT, chamfer:D,ANGLE[,TIP]"
-_SIZES = {"flat": (1, 1), "ball": (1, 1), "bull": (2, 2), "drill": (1, 2), "chamfer": (2, 3)}
+FORMS = "flat:D, ball:D, bull:D,R, drill:D,POINT, chamfer:D,ANGLE[,TIP]; of a lathe turn:NOSE[,TRAILING], groove:WIDTH[,NOSE]"
+_SIZES = {
+    "flat": (1, 1),
+    "ball": (1, 1),
+    "bull": (2, 2),
+    "drill": (1, 2),
+    "chamfer": (2, 3),
+    "turn": (1, 2),
+    "groove": (1, 2),
+}
 #: Point angle of a drill where none is given, degrees.
 POINT = 118.0
+#: Angle of a turning tool's trailing edge where none is given, rad: that of a slender one.
+TRAILING = math.radians(60.0)
+
+
+def insert_of_event(values: Mapping[str, Any]) -> Insert | None:
+    """Return the turning tool of a ``tool`` event, None of another tool, and of one for grooves whose width is not known.
+
+    The event's values are `tool`, `form` (``turning tool``, ``grooving tool``, ``threading tool``), and where they are known
+    `nose_radius_mm`, `width_mm`, `trailing_angle_deg`, `left_handed`.
+    """
+    if values.get("form") not in ("turning tool", "grooving tool", "threading tool"):
+        return None
+    angle = values.get("trailing_angle_deg")
+    trailing = math.radians(float(angle)) if angle and 0 < angle < 90 else TRAILING
+    width = float(values.get("width_mm") or 0.0)
+    if values["form"] == "grooving tool" and not width > 0:
+        return None
+    left = bool(values.get("left_handed")) and not width
+    nose = float(values.get("nose_radius_mm") or 0.0)
+    return Insert(str(values.get("tool", "")), nose, width, trailing, left)
 
 
 def cutter_of_event(values: Mapping[str, Any]) -> Cutter | None:
@@ -36,7 +64,7 @@ def cutter_of_event(values: Mapping[str, Any]) -> Cutter | None:
     return Cutter(name, radius, radius - edge, edge, 0.0, length, left)
 
 
-def cutter_of_option(text: str) -> Cutter:
+def cutter_of_option(text: str) -> Cutter | Insert:
     """Return the tool of an option ``NAME=FORM:SIZES[;length=L][;shank=D][;holder=D,H]``, mm and degrees.
 
     Raises:
@@ -47,8 +75,19 @@ def cutter_of_option(text: str) -> Cutter:
     kind, _, sizes = form.partition(":")
     numbers = _numbers(sizes, text)
     least, most = _SIZES.get(kind.strip().lower(), (99, 0))
-    if not name.strip() or not least <= len(numbers) <= most or min(numbers) < 0 or not numbers[0] > 0:
+    if not name.strip() or not least <= len(numbers) <= most or min(numbers) < 0:
         raise _wrong(text)
+    if kind in ("turn", "groove") and extras:
+        raise _wrong(text)
+    if kind == "turn":
+        angle = numbers[1] if len(numbers) > 1 else math.degrees(TRAILING)
+        if not 0 < angle < 90:
+            raise _wrong(text)
+        return Insert(name.strip(), numbers[0], trailing=math.radians(angle))
+    if not numbers[0] > 0:
+        raise _wrong(text)
+    if kind == "groove":
+        return Insert(name.strip(), numbers[1] if len(numbers) > 1 else 0.0, numbers[0])
     values: dict[str, Any] = {"tool": name.strip(), "diameter_mm": numbers[0]}
     if kind == "ball":
         values["edge_radius_mm"] = numbers[0] / 2

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Severity, Span
-from cncgen.removal.record import Cutter, Field, OperationCut, Target
+from cncgen.removal.record import Cutter, Field, Insert, Met, OperationCut, Target
 from cncgen.removal.sweeps import Lines
 
 Floats = NDArray[np.float64]
@@ -50,12 +50,10 @@ class Findings:
 
     Attributes:
         name: Of the program.
-        stock: The field that is cut.
         found: Diagnostics, complete after `close`.
     """
 
     name: str
-    stock: Field
     found: list[Diagnostic] = field(default_factory=list)
     _faults: dict[tuple[str, int, str], _CutFault] = field(default_factory=dict)
     _unknown: dict[str, int] = field(default_factory=dict)
@@ -67,45 +65,47 @@ class Findings:
     def judge(
         self,
         lines: Lines,
-        out: Floats,
+        met: Met,
         operation: OperationCut,
-        cutter: Cutter,
+        cutter: Cutter | Insert,
         direction: int,
         tapping: bool,
     ) -> None:
-        """Note the faults of motions that the kernel found; `out` as of `cut_lines`."""
-        bites, ends = out[:, 1] > LEVEL, lines.ends
+        """Note the faults of motions by what they meet."""
+        bites, line = met.depth > LEVEL, lines.line.tolist()
         for k in np.flatnonzero(bites & lines.rapid).tolist():
-            self._note("cut-rapid", int(lines.line[k]), operation, out[k, 1:4], out[k, 0], ends[k])
-        for k in np.flatnonzero(out[:, 4] > LEVEL).tolist():
-            self._note("cut-gouge", int(lines.line[k]), operation, out[k, 4:7], out[k, 7], ends[k])
-        if np.isfinite(cutter.cutting_length):
-            for k in np.flatnonzero(out[:, 8] > LEVEL).tolist():
-                deep = np.array([out[k, 8], out[k, 2], out[k, 3]])
-                self._note("cut-shank", int(lines.line[k]), operation, deep, 0.0, ends[k])
+            self._note("cut-rapid", line[k], operation, met.depth[k], met.at[k], met.volume[k])
+        for k in np.flatnonzero(met.gouge > LEVEL).tolist():
+            self._note("cut-gouge", line[k], operation, met.gouge[k], met.gouge_at[k], met.gouged[k])
+        for k in np.flatnonzero(met.above > LEVEL).tolist():
+            self._note("cut-shank", line[k], operation, met.above[k], met.at[k])
         if tapping:
             return
         code = "cut-spindle" if direction == 0 else "cut-spindle-direction"
-        if direction == 0 or (direction > 0) == cutter.left_handed:
+        # A tool that stands cuts with the work turning either way.
+        turning = isinstance(cutter, Cutter) and (direction > 0) == cutter.left_handed
+        if direction == 0 or turning:
             wrong = np.flatnonzero(bites & ~lines.rapid)
             if len(wrong):
-                k = int(wrong[out[wrong, 1].argmax()])
-                volume = float(out[wrong, 0].sum())
-                self._note(code, operation.line, operation, out[k, 1:4], volume, ends[k], len(wrong))
+                k = int(wrong[met.depth[wrong].argmax()])
+                volume = float(met.volume[wrong].sum())
+                self._note(code, operation.line, operation, met.depth[k], met.at[k], volume, len(wrong))
 
-    def holder(self, lines: Lines, reached: Floats, operation: OperationCut, what: str) -> None:
-        """Note where material stands beside a shank or holder; `reached` as of `highest_beside`."""
-        for k in np.flatnonzero(reached[:, 0] > LEVEL).tolist():
-            self._note(f"cut-{what}", int(lines.line[k]), operation, reached[k], 0.0, lines.ends[k])
+    def beside(
+        self, lines: Lines, heights: Floats, places: Floats, operation: OperationCut, what: str
+    ) -> None:
+        """Note where material stands beside a shank or holder, and how high, shapes (n, 3) and (n,)."""
+        for k in np.flatnonzero(heights > LEVEL).tolist():
+            self._note(f"cut-{what}", int(lines.line[k]), operation, heights[k], places[k])
 
     def _note(
         self,
         code: str,
         line: int,
         operation: OperationCut,
-        deep: Floats,
-        volume: float,
-        end: Floats,
+        depth: float,
+        place: Floats,
+        volume: float = 0.0,
         motions: int = 1,
     ) -> None:
         fault = self._faults.setdefault(
@@ -113,28 +113,35 @@ class Findings:
         )
         fault.motions += motions
         fault.volume += float(volume)
-        if deep[0] > fault.depth:
-            fault.depth = float(deep[0])
-            x = self.stock.origin[0] + self.stock.cell * float(deep[1])
-            y = self.stock.origin[1] + self.stock.cell * float(deep[2])
-            fault.place = (x, y, float(min(end[2], end[5])))
+        if depth > fault.depth:
+            fault.depth = float(depth)
+            fault.place = (float(place[0]), float(place[1]), float(place[2]))
 
-    def left(self, target: Target, allowed: float) -> None:
+    def left(self, stock: Field, target: Target, allowed: float) -> None:
         """Note where more is left than a target demands, place by place."""
-        from scipy.ndimage import find_objects, label
-
-        stock = self.stock
         x, y = np.broadcast_arrays(stock.x[None, :], stock.y[:, None])
         over = stock.heights - np.maximum(target.demanded(x, y), stock.bottom)
-        too_high = over > allowed
-        places, count = label(too_high)
+        self.places_left(stock, over, np.maximum(over, 0.0) * stock.cell**2, allowed)
+
+    def places_left(self, stock: Field, over: Floats, volumes: Floats, allowed: float) -> None:
+        """Note where material is thicker than what is demanded by more than is allowed, place by place.
+
+        Args:
+            stock: Columns that hold it.
+            over: Thickness over each, mm.
+            volumes: In each, mm³.
+            allowed: mm.
+        """
+        from scipy.ndimage import find_objects, label
+
+        places, count = label(over > allowed)
         told: list[tuple[float, Diagnostic]] = []
         for k, box in enumerate(find_objects(places), start=1):
             inside = places[box] == k
             if int(inside.sum()) < LEAST_COLUMNS:
                 continue
             heights = np.where(inside, over[box], 0.0)
-            volume = float(heights.sum()) * stock.cell**2
+            volume = float(np.where(inside, volumes[box], 0.0).sum())
             j, i = np.unravel_index(int(heights.argmax()), heights.shape)
             j, i = int(j) + box[0].start, int(i) + box[1].start
             place = (float(stock.x[i]), float(stock.y[j]), float(stock.heights[j, i]))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,13 @@ class Cutter:
         """The tool as the kernel takes it, shape (5,)."""
         return np.array([self.radius, self.flat, self.edge, self.slope, self.cutting_length])
 
+    def beside(self) -> Iterator[tuple[str, float, float]]:
+        """Yield what must not touch: its name, its radius, and where it begins above the tip, as far as they are known."""
+        if self.holder is not None:
+            yield "holder", *self.holder
+        if self.shank is not None and self.shank > self.radius and math.isfinite(self.cutting_length):
+            yield "shank", self.shank, self.cutting_length
+
     def height(self, rho: Floats) -> Floats:
         """Return how far the surface stands above the tip at distances from the axis, shape as given; infinite outside."""
         over = np.maximum(rho - self.flat, 0.0)
@@ -53,6 +61,45 @@ class Cutter:
         else:
             out = over * self.slope
         return np.where(rho <= self.radius * (1 + 1e-12), out, np.inf)
+
+
+@dataclass(frozen=True, slots=True)
+class Insert:
+    """A tool that stands while the work turns; the programmed point is its corner, as `cncgen.stepnc.features.turned` has it.
+
+    Attributes:
+        name: Called by a tool change.
+        nose: Radius of its corners.
+        width: Of a tool for grooves, 0 of another.
+        trailing: Angle of the edge that follows the corner from the axis of the work, rad.
+        left: Whether the corner is at the higher Z.
+        cutting_length, shank, holder: As of `Cutter`; not known.
+    """
+
+    name: str
+    nose: float
+    width: float = 0.0
+    trailing: float = math.pi / 3
+    left: bool = False
+    cutting_length: float = np.inf
+    shank: float | None = None
+    holder: tuple[float, float] | None = None
+
+    def edge(self, top: float) -> Floats:
+        """Return the edge from low Z to high as corners (z, r) from the programmed point, shape (n, 2), convex, `top` mm high."""
+        nose = min(self.nose, self.width / 2) if self.width else self.nose
+        end = math.pi / 2 if self.width else self.trailing
+        # Angles round the nose from its lowest point: the leading edge stands upright, the other as the tool has it.
+        low, high = np.linspace(-math.pi / 2, 0.0, 65), np.linspace(0.0, end, 65)
+        left = nose * np.column_stack([1 + np.sin(low), 1 - np.cos(low)])
+        right = nose * np.column_stack([1 + np.sin(high), 1 - np.cos(high)])
+        if self.width:
+            right[:, 0] += self.width - 2 * nose
+        rise = max(top - right[-1, 1], 0.0)
+        last = [right[-1, 0] + (0.0 if self.width else rise / math.tan(end)), right[-1, 1] + rise]
+        corners = np.concatenate([[[0.0, max(top, nose)]], left, right, [last]])
+        corners = corners[np.append(True, np.abs(np.diff(corners, axis=0)).max(axis=1) > 1e-12)]
+        return corners if not self.left or self.width else corners[::-1] * np.array([-1.0, 1.0])
 
 
 class Target(Protocol):
@@ -105,6 +152,156 @@ class Field:
         return float(np.maximum(self.top - self.bottom, 0.0).sum()) * self.cell**2
 
 
+@dataclass(frozen=True, slots=True)
+class Clamping:
+    """One of several setups of a program.
+
+    Attributes:
+        frame: Of the workpiece, seen from the machine, shape (4, 4).
+        target: The material that its operations leave, None where it is not known.
+    """
+
+    frame: Floats
+    target: Target | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Turned:
+    """A stock that is turned about X 0 Y 0: rings along Z, arrays of shape (rings,).
+
+    Attributes:
+        first: Z of the middle of the first ring.
+        cell: Length of a ring.
+        raw: Outer radius of the raw piece.
+        radius: Outer radius now.
+        bore: Inner radius now.
+    """
+
+    first: float
+    cell: float
+    raw: Floats
+    radius: Floats
+    bore: Floats
+
+    @property
+    def z(self) -> Floats:
+        """Shape (rings,): middles along Z."""
+        return self.first + self.cell * np.arange(len(self.raw), dtype=np.float64)
+
+    @property
+    def volume(self) -> float:
+        """Volume that is left, mm³."""
+        return float(np.maximum(self.radius**2 - self.bore**2, 0.0).sum()) * math.pi * self.cell
+
+    @property
+    def raw_volume(self) -> float:
+        """Volume of the raw piece, mm³."""
+        return float((self.raw**2).sum()) * math.pi * self.cell
+
+
+class TurnedTarget(Protocol):
+    """The material of a turned stock that is to stay."""
+
+    def floor(self, z: Floats) -> Floats:
+        """Return the smallest radius that may be cut at places along Z, mm; +inf where nothing may be."""
+
+    def demanded(self, z: Floats) -> Floats:
+        """Return the radius outside of which nothing may be left, mm; +inf where none is given."""
+
+
+@dataclass(slots=True)
+class DexelField:
+    """Lines of material along one direction w, on a square grid over the two that follow it in X Y Z X Y.
+
+    Attributes:
+        ends: Shape (rows, columns, 2 k): where stretches of material begin and end, rising, mm.
+        counts: Shape (rows, columns), int32: how many stretches there are.
+    """
+
+    ends: Floats
+    counts: NDArray[np.int32]
+
+    @property
+    def lengths(self) -> Floats:
+        """Shape (rows, columns): material on each line, mm."""
+        there = np.arange(self.ends.shape[2] // 2) < self.counts[..., None]
+        return np.asarray(np.where(there, self.ends[..., 1::2] - self.ends[..., ::2], 0.0).sum(axis=2))
+
+    def grow(self) -> None:
+        """Have twice as many places on each line."""
+        self.ends = np.concatenate([self.ends, np.zeros_like(self.ends)], axis=2)
+
+    def stretches(self) -> tuple[NDArray[np.int64], Floats, Floats]:
+        """Return all stretches: the number of the line (row by row), begin and end, mm; shapes (n,), by line and place."""
+        there = np.arange(self.ends.shape[2] // 2) < self.counts[..., None]
+        line = np.nonzero(there.reshape(-1, there.shape[2]))[0]
+        return line, self.ends[..., ::2][there], self.ends[..., 1::2][there]
+
+
+@dataclass(frozen=True, slots=True)
+class Dexels:
+    """A stock as lines along X, Y and Z through the nodes of one cubic grid.
+
+    Attributes:
+        origin: Shape (3,): the first node.
+        cell: Distance of nodes.
+        counts: Nodes along X, Y, Z.
+        low, high: Shape (3,): bounds of the raw piece.
+        fields: Lines along X, Y, Z.
+    """
+
+    origin: Floats
+    cell: float
+    counts: tuple[int, int, int]
+    low: Floats
+    high: Floats
+    fields: tuple[DexelField, DexelField, DexelField]
+
+    @property
+    def volume(self) -> float:
+        """Volume that is left, mm³: the mean of what the three directions say."""
+        return sum(float(f.lengths.sum()) for f in self.fields) / 3 * self.cell**2
+
+    def nodes(self, axis: int) -> Floats:
+        """Return the places of the nodes along an axis."""
+        return np.asarray(self.origin[axis] + self.cell * np.arange(self.counts[axis], dtype=np.float64))
+
+    def seen(self) -> Field:
+        """Return it as seen from above: top and underside of what is left over each column."""
+        field = self.fields[2]
+        last = np.maximum(2 * field.counts - 1, 0)[..., None]
+        there = field.counts > 0
+        low = float(self.low[2])
+        top = np.where(there, np.take_along_axis(field.ends, last, axis=2)[..., 0], low)
+        bottom = np.where(there, field.ends[..., 0], low)
+        return Field((float(self.origin[0]), float(self.origin[1])), self.cell, top, bottom, top, top)
+
+
+class Met(NamedTuple):
+    """What each of n motions meets.
+
+    Attributes:
+        volume: Shape (n,): removed.
+        depth, at: Shapes (n,), (n, 3): the deepest bite, and where.
+        gouge, gouge_at, gouged: The deepest cut into the finished part, where, and the volume.
+        above: Shape (n,): how far material stands above the cutting edge, negative where none does.
+    """
+
+    volume: Floats
+    depth: Floats
+    at: Floats
+    gouge: Floats
+    gouge_at: Floats
+    gouged: Floats
+    above: Floats
+
+    @classmethod
+    def nothing(cls, count: int) -> Met:
+        """Return that of motions that meet nothing."""
+        flat, places = np.zeros(count), np.zeros((count, 3))
+        return cls(flat, flat, places, flat, places, flat, np.full(count, -np.inf))
+
+
 @dataclass(slots=True)
 class OperationCut:
     """The material that an operation removes.
@@ -131,18 +328,19 @@ class Removal:
     """The material that a program cuts, with the faults of the cut.
 
     Attributes:
-        stock: Afterwards.
+        stock: Afterwards, as it stands in the last setup.
         operations: In their order.
         findings: What is wrong.
         time_s, rate_mm3_s: Shapes (n,): when each motion ends at the programmed feeds, and how much it removes a second then.
+        raw_volume_mm3: Of the stock before the first motion.
     """
 
-    stock: Field
+    stock: Field | Turned | Dexels
     operations: tuple[OperationCut, ...]
     findings: tuple[Diagnostic, ...]
     time_s: Floats
     rate_mm3_s: Floats
-    values: Mapping[str, Any] = field(default_factory=dict)
+    raw_volume_mm3: float
 
     @property
     def holds(self) -> bool:
@@ -154,7 +352,7 @@ class Removal:
         return {
             "schema_version": 1,
             "cell_mm": self.stock.cell,
-            "raw_volume_mm3": self.stock.raw_volume,
+            "raw_volume_mm3": self.raw_volume_mm3,
             "volume_mm3": self.stock.volume,
             "removed_mm3": sum(o.volume_mm3 for o in self.operations),
             "operations": [

@@ -5,15 +5,49 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.removal.record import Field
+from cncgen.removal.dexels import dexel_mesh
+from cncgen.removal.record import Dexels, Field, Turned
 
 Floats = NDArray[np.float64]
 
 _HEAD = b"stock left by cncgen cut".ljust(80, b" ")
 
 
-def mesh_of(field: Field, columns: int | None = None) -> tuple[Floats, NDArray[np.int64]]:
-    """Return the surface of a stock as a closed mesh of columns' middles.
+#: Corners of a turned stock in a mesh, round it and along it.
+ROUND, ALONG = 180, 2000
+
+
+def turned_mesh(stock: Turned) -> tuple[Floats, NDArray[np.int64]]:
+    """Return the surface of a turned stock: rings round the axis, outside and bore; where nothing is left they meet."""
+    z, radius, bore = stock.z, stock.radius, np.minimum(stock.bore, stock.radius)
+    turns = np.flatnonzero((np.diff(radius) != 0) | (np.diff(bore) != 0))
+    keep = np.unique(np.concatenate([[0, len(z) - 1], turns, turns + 1]))
+    if len(keep) > ALONG:
+        keep = np.unique(np.linspace(0, len(z) - 1, ALONG).astype(np.int64))
+    low, high = stock.first - stock.cell / 2, float(z[-1]) + stock.cell / 2
+    heights = z[keep].copy()
+    heights[0], heights[-1] = low, high
+    out, inner = radius[keep], bore[keep]
+    # Outside upwards, then the bore downwards: one closed strip.
+    r, h = np.concatenate([out, inner[::-1]]), np.concatenate([heights, heights[::-1]])
+    angle = 2 * np.pi * np.arange(ROUND) / ROUND
+    vertices = np.stack(
+        [
+            r[:, None] * np.cos(angle),
+            r[:, None] * np.sin(angle),
+            np.broadcast_to(h[:, None], (len(h), ROUND)),
+        ],
+        axis=2,
+    ).reshape(-1, 3)
+    k = np.arange(len(vertices)).reshape(len(r), ROUND)
+    a, b = k, np.roll(k, -1, axis=1)
+    c, d = np.roll(a, -1, axis=0), np.roll(b, -1, axis=0)
+    quads = [np.stack([a, b, d], 2), np.stack([a, d, c], 2)]
+    return vertices, np.concatenate([q.reshape(-1, 3) for q in quads])
+
+
+def mesh_of(field: Field | Turned | Dexels, columns: int | None = None) -> tuple[Floats, NDArray[np.int64]]:
+    """Return the surface of a stock as a closed mesh of columns' middles, the outermost ones as far as their sides.
 
     Columns that are cut through belong to the hollow: the surface goes down to the underside there.
 
@@ -24,9 +58,15 @@ def mesh_of(field: Field, columns: int | None = None) -> tuple[Floats, NDArray[n
     Returns:
         Vertices, shape (v, 3), mm, and triangles, shape (t, 3): the top, the underside, and walls round both.
     """
+    if isinstance(field, Turned):
+        return turned_mesh(field)
+    if isinstance(field, Dexels):
+        return dexel_mesh(field)
     step = 1 if columns is None else max(1, -(-max(field.top.shape) // columns))
     heights, low = field.heights[::step, ::step], field.bottom[::step, ::step]
     x, y = field.x[::step], field.y[::step]
+    for row, whole in ((x, field.x), (y, field.y)):
+        row[0], row[-1] = whole[0] - field.cell / 2, whole[-1] + field.cell / 2
     ny, nx = heights.shape
     grid_x, grid_y = np.meshgrid(x, y)
     upper = np.stack([grid_x, grid_y, np.maximum(heights, low)], axis=-1).reshape(-1, 3)

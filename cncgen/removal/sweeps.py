@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,16 @@ from numpy.typing import NDArray
 from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 
 Floats = NDArray[np.float64]
+
+
+class Poses(Protocol):
+    """Tells where tools are: seen from the workpiece, of the axes of a machine."""
+
+    def __call__(self, letters: str, positions: Floats) -> tuple[Floats, Floats]:
+        """Return tips and tool axes (of length 1, away from the tip), shapes (n, 3), of positions, shape (n, letters), mm and rad."""
+
+    def offset(self, length_mm: float) -> None:
+        """Take the length of the tool, as G43 has it, from now on."""
 
 
 class Lines(NamedTuple):
@@ -20,22 +30,58 @@ class Lines(NamedTuple):
         line: Shape (n,): source line of each.
         rapid: Shape (n,), bool.
         seconds: Shape (n,): at the programmed feed, 0 for rapids.
+        axes: Shape (n, 3): the tool's axis during each, away from the tip; None of upright tools.
+        turning: Shape (n,), bool: the axis turned meanwhile, which pieces of one direction stand for; None of upright tools.
     """
 
     ends: Floats
     line: NDArray[np.int64]
     rapid: NDArray[np.bool_]
     seconds: Floats
+    axes: Floats | None = None
+    turning: NDArray[np.bool_] | None = None
 
 
 def lines_of(path: Toolpath, begin: int, end: int) -> Lines:
     """Return the motions among the rows `begin` to `end` of a toolpath that has lines alone."""
-    rows = np.arange(begin, end)[path.kind[begin:end] != Kind.EVENT]
-    starts = path.starts[rows, :3]
-    ends = np.ascontiguousarray(np.concatenate([starts, path.end[rows, :3]], axis=1))
+    rows = _motions(path, begin, end)
+    ends = np.ascontiguousarray(np.concatenate([path.starts[rows, :3], path.end[rows, :3]], axis=1))
+    return Lines(ends, path.line[rows], *_times(path, rows))
+
+
+def leaning_lines_of(path: Toolpath, begin: int, end: int, poses: Poses, turn: float) -> Lines:
+    """Return the same of tools that lean: pieces during which the tool's axis turns by no more than an angle, rad.
+
+    Each piece has the axis of its middle.
+    """
+    rows = _motions(path, begin, end)
+    rapid, seconds = _times(path, rows)
+    starts, stops = path.starts[rows], path.end[rows]
+    rotary = [k for k, letter in enumerate(path.axes) if letter in "ABC"]
+    turns = np.abs(stops[:, rotary] - starts[:, rotary]).sum(axis=1)
+    pieces = np.maximum(np.ceil(turns / turn - 1e-9), 1).astype(np.int64)
+    of = np.repeat(np.arange(len(rows)), pieces)
+    number = np.arange(len(of)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+
+    def at(share: Floats) -> tuple[Floats, Floats]:
+        where = starts[of] + ((number + share) / pieces[of])[:, None] * (stops - starts)[of]
+        return poses(path.axes, where)
+
+    zero, half, one = (np.full(len(of), share) for share in (0.0, 0.5, 1.0))
+    ends = np.ascontiguousarray(np.concatenate([at(zero)[0], at(one)[0]], axis=1))
+    axes = np.ascontiguousarray(at(half)[1])
+    return Lines(ends, path.line[rows][of], rapid[of], (seconds / pieces)[of], axes, (turns > 0)[of])
+
+
+def _motions(path: Toolpath, begin: int, end: int) -> NDArray[np.int64]:
+    return np.arange(begin, end)[path.kind[begin:end] != Kind.EVENT]
+
+
+def _times(path: Toolpath, rows: NDArray[np.int64]) -> tuple[NDArray[np.bool_], Floats]:
+    """Return which rows are rapids, and how long each takes at the programmed feed."""
     rapid = path.feed_mode[rows] == FeedMode.RAPID
     inverse = path.feed_mode[rows] == FeedMode.INVERSE_TIME
-    way = np.linalg.norm(ends[:, 3:] - ends[:, :3], axis=1)
+    way = np.linalg.norm(path.end[rows, :3] - path.starts[rows, :3], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         seconds = np.where(inverse, 1.0, way) / path.feed[rows]
-    return Lines(ends, path.line[rows], rapid, np.where(rapid | ~np.isfinite(seconds), 0.0, seconds))
+    return rapid, np.where(rapid | ~np.isfinite(seconds), 0.0, seconds)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.removal.stock import columns_of, read_stl
 
 Floats = NDArray[np.float64]
@@ -30,6 +31,10 @@ class MeshTarget:
             UsageError: The file cannot be read.
         """
         return cls(read_stl(name))
+
+    def moved(self, move: Floats) -> MeshTarget:
+        """Return the part after a motion, shape (4, 4)."""
+        return MeshTarget(elementary.product(self.triangles, move[:3, :3].T) + move[:3, 3])
 
     def _top(self, x: Floats, y: Floats) -> Floats:
         top, bottom = columns_of(self.triangles, x[0], y[:, 0])

@@ -23,10 +23,13 @@ from cncgen.servo.wanted_motion import WantedMotion, judged_against
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import ORDER_NAMES, file_unit
 
+#: Column of the errors against a reference.
+_AGAINST = "from the reference µm"
+
 
 def strategy_table(figures: Iterable[StrategyFigures]) -> str:
     """Return time, contour errors, and peaks of acceleration and jerk of each strategy; a fault instead of figures."""
-    header = (
+    header = [
         "feedrate",
         "time s",
         "contour max µm",
@@ -36,7 +39,10 @@ def strategy_table(figures: Iterable[StrategyFigures]) -> str:
         "of limit",
         "jerk mm/s³",
         "of limit",
-    )
+    ]
+    figures = list(figures)
+    against = any(f.reference_max_mm is not None for f in figures)
+    header += [_AGAINST] if against else []
     rows = []
     for f in figures:
         if f.fault is not None:
@@ -53,6 +59,7 @@ def strategy_table(figures: Iterable[StrategyFigures]) -> str:
                 number(f.acceleration_of_limit),
                 number(f.jerk, digits=5),
                 number(f.jerk_of_limit),
+                *([number(f.reference_max_mm, 1000)] if against else []),
             ]
         )
     return text_table(header, rows)
@@ -82,14 +89,17 @@ def interpolator_table(fluctuations: Iterable[Fluctuation]) -> str:
 
     The fluctuation is travelled against commanded distance per period. An interpolator that fails has its fault's code.
     """
-    header = (
+    header = [
         "interpolator",
         "fluctuation max %",
         "rms %",
         "time s",
         "path error µm",
         "contour max µm",
-    )
+    ]
+    fluctuations = list(fluctuations)
+    against = any(f.reference_max_mm is not None for f in fluctuations)
+    header += [_AGAINST] if against else []
     rows = []
     for f in fluctuations:
         if f.fault is not None:
@@ -103,6 +113,7 @@ def interpolator_table(fluctuations: Iterable[Fluctuation]) -> str:
                 f"{f.time_s:.4f}",
                 number(f.path_error_mm, 1000),
                 number(f.contour_max_mm, 1000),
+                *([number(f.reference_max_mm, 1000)] if against else []),
             ]
         )
     return text_table(header, rows)
@@ -189,7 +200,7 @@ def _breaks(
     ]
 
 
-def controller_table(summaries: Sequence[Mapping[str, Any]]) -> str:
+def controller_table(summaries: Sequence[Mapping[str, Any]], against_program: bool = True) -> str:
     """Return contour error, tracking errors, speed variation, effort, saturation and broken limits of each controller."""
     whole = [s for s in summaries if "fault" not in s]
     letters = list(whole[0]["axes"]) if whole else []
@@ -197,8 +208,12 @@ def controller_table(summaries: Sequence[Mapping[str, Any]]) -> str:
     limited = bool(whole) and "breaks" in whole[0]
     spread = bool(whole) and "perturbed" in whole[0]
     header = ["controller", "contour max µm", "contour rms µm"]
-    header += ["from the program µm"] if against else []
-    header += ["drawn 90 % µm", "worst µm"] if spread else []
+    header += ["from the program µm" if against_program else _AGAINST] if against else []
+    if spread:
+        share, error = (
+            100.0 * whole[0]["perturbed"][key] for key in ("interval_share", "interval_share_error")
+        )
+        header += [f"drawn {share:g} ± {error:.1f} % µm", "worst µm"]
     header += [f"{k.upper()} tracking rms {'µm' if file_unit(k) == 'mm' else 'mdeg'}" for k in letters]
     header += ["speed variation mm/s"]
     header += [f"{k.upper()} effort {whole[0]['axes'][k]['force_unit']}".strip() for k in letters]

@@ -19,7 +19,9 @@ from cncgen.planner.options import INTERPOLATORS
 from cncgen.planner.record import Trajectory
 from cncgen.planner.strategies import available, strategy
 from cncgen.servo.contour import contour_error
+from cncgen.servo.record import Response
 from cncgen.servo.simulate import simulate
+from cncgen.servo.wanted_motion import WantedMotion, distance_from_path
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.sampling import sample
 from cncgen.setpoints.two_stage import KINDS, two_stage
@@ -48,6 +50,7 @@ class StrategyFigures:
         acceleration, jerk: Largest second and third difference of the setpoints over all axes, rest before and
             after included; mm (or rad) and s.
         acceleration_of_limit, jerk_of_limit: The same, each as a fraction of its axis's limit.
+        reference_max_mm: The largest distance of the simulated axes from a reference, where there is one.
         fault: Why the strategy has no figures, where it fails.
     """
 
@@ -60,6 +63,7 @@ class StrategyFigures:
     jerk: float | None = None
     acceleration_of_limit: float | None = None
     jerk_of_limit: float | None = None
+    reference_max_mm: float | None = None
     fault: Diagnostic | None = None
 
 
@@ -73,6 +77,7 @@ class Fluctuation:
         time_s: Time of the motion, which the interpolator may change.
         path_error_mm: Largest distance of its setpoints from the path through the setpoints of the exact one.
         contour_max_mm: Largest distance of the simulated axes from that path; None where servo data do not allow it.
+        reference_max_mm: As of `StrategyFigures`.
         fault: Why it has no figures, where it fails.
     """
 
@@ -82,6 +87,7 @@ class Fluctuation:
     time_s: float
     path_error_mm: float | None = None
     contour_max_mm: float | None = None
+    reference_max_mm: float | None = None
     fault: Diagnostic | None = None
 
 
@@ -91,6 +97,7 @@ def compare_strategies(
     options: PlanOptions,
     names: Sequence[str] | None = None,
     axes: str | None = None,
+    reference: WantedMotion | None = None,
 ) -> list[StrategyFigures]:
     """Plan, sample and simulate a program with each of several strategies.
 
@@ -100,6 +107,7 @@ def compare_strategies(
         options: Everything but the strategy.
         names: Strategies; None: ``adaptive``, ``curvature``, ``ild`` and, where it is installed, ``optimal``.
         axes: Columns that are simulated; None: the axes that the program moves.
+        reference: Setpoints whose path they are judged by too.
 
     Returns:
         Figures of each, in that order. A strategy that finds no plan says so in `fault`.
@@ -114,7 +122,7 @@ def compare_strategies(
     for name in chosen:
         asked = replace(options, feedrate=name)
         try:
-            figures.append(_figures(toolpaths, machine, asked, moved))
+            figures.append(_figures(toolpaths, machine, asked, moved, reference))
         except CncgenError as problem:
             figures.append(StrategyFigures(name, fault=problem.diagnostics[0]))
     return figures
@@ -147,14 +155,19 @@ def _probes(toolpath: Toolpath) -> Floats:
 
 
 def _figures(
-    toolpaths: Sequence[Toolpath], machine: Machine, options: PlanOptions, axes: str
+    toolpaths: Sequence[Toolpath],
+    machine: Machine,
+    options: PlanOptions,
+    axes: str,
+    reference: WantedMotion | None,
 ) -> StrategyFigures:
     trajectories = list(plan(toolpaths, machine, options))
     setpoints = list(sample(trajectories, machine, axes=axes))
     position = np.concatenate([chunk.position for chunk in setpoints])
     second, third = (_peaks(position, order, machine.period_s) for order in (2, 3))
     limits = [machine.axes[letter] for letter in axes]
-    errors = _contour_errors(setpoints, machine, options, axes)
+    responses = _responses(setpoints, machine, options, axes)
+    errors = None if responses is None else _contour_errors(responses, axes)
     predicted = predicted_errors(trajectories, machine, options)
     return StrategyFigures(
         feedrate=options.feedrate or available()[0],
@@ -166,6 +179,7 @@ def _figures(
         jerk=float(third.max()),
         acceleration_of_limit=float((second / [a.max_acceleration for a in limits]).max()),
         jerk_of_limit=float((third / [a.max_jerk for a in limits]).max()),
+        reference_max_mm=_from_reference(reference, responses),
     )
 
 
@@ -178,30 +192,37 @@ def _peaks(position: Floats, order: int, period_s: float) -> Floats:
     return peaks
 
 
-def _contour_errors(
-    setpoints: Sequence[Setpoints],
-    machine: Machine,
-    options: PlanOptions,
-    axes: str,
-    path: Floats | None = None,
-) -> Floats | None:
-    """Return the contour errors of the simulated axes, a row a setpoint and those of coming to rest behind the last one.
-
-    None where an axis has no servo data or none is linear. They are distances from the path through the setpoints, or through
-    other ones of the same times, `path` of shape (n, axes), without those of coming to rest.
-    """
+def _responses(
+    setpoints: Sequence[Setpoints], machine: Machine, options: PlanOptions, axes: str
+) -> list[Response] | None:
+    """Return what the axes make of setpoints, coming to rest behind the last one included; None where one has no servo data."""
     servos: dict[str, Servo] = {}
     for letter in axes:
         servo = servo_of(machine, options, letter)
         if servo is None:
             return None
         servos[letter] = servo
-    response = simulate(iter(setpoints), servos, settle_s=_SETTLE_S)
-    parts = list(response)
-    errors = np.concatenate([chunk.contour_error_mm for chunk in parts])
+    return list(simulate(iter(setpoints), servos, settle_s=_SETTLE_S))
+
+
+def _contour_errors(responses: Sequence[Response], axes: str, path: Floats | None = None) -> Floats | None:
+    """Return the contour errors of simulated axes, a row a setpoint and those of coming to rest; None where none is linear.
+
+    They are distances from the path through the setpoints, or through other ones of the same times, `path` of shape (n, axes),
+    without those of coming to rest.
+    """
+    errors = np.concatenate([chunk.contour_error_mm for chunk in responses])
     if path is not None:
-        errors = _distances(path, np.concatenate([chunk.position for chunk in parts])[: len(path)], axes)
+        errors = _distances(path, np.concatenate([chunk.position for chunk in responses])[: len(path)], axes)
     return None if np.isnan(errors).all() else errors
+
+
+def _from_reference(reference: WantedMotion | None, responses: Sequence[Response] | None) -> float | None:
+    """Return the largest distance from a reference's path, mm; None without one, or without linear axes."""
+    if reference is None or not responses:
+        return None
+    distances = distance_from_path(reference, responses)
+    return None if distances is None else float(distances.max())
 
 
 def _distances(path: Floats, rows: Floats, axes: str) -> Floats:
@@ -218,6 +239,7 @@ def compare_interpolators(
     options: PlanOptions,
     names: Sequence[str] = ("arclength", "taylor1", "taylor2"),
     axes: str | None = None,
+    reference: WantedMotion | None = None,
 ) -> list[Fluctuation]:
     """Measure each interpolator on one plan: its feed, its time, its distance from the path, and that of the simulated axes.
 
@@ -239,14 +261,18 @@ def compare_interpolators(
     for name in names:
         asked = replace(options, interpolator=name)
         try:
-            found.append(_interpolated(planned, machine, asked, moved))
+            found.append(_interpolated(planned, machine, asked, moved, reference))
         except UsageError as problem:
             found.append(Fluctuation(name, 0.0, 0.0, 0.0, fault=problem.diagnostics[0]))
     return found
 
 
 def _interpolated(
-    planned: Sequence[Trajectory], machine: Machine, options: PlanOptions, axes: str
+    planned: Sequence[Trajectory],
+    machine: Machine,
+    options: PlanOptions,
+    axes: str,
+    reference: WantedMotion | None,
 ) -> Fluctuation:
     """Measure one interpolator of a plan."""
     name, period = options.interpolator, machine.period_s
@@ -260,7 +286,8 @@ def _interpolated(
         setpoints = list(two_stage(setpoints, name, options.master_period_s))
         rows = np.concatenate([chunk.position for chunk in setpoints])
         off = float(_distances(exact, rows, axes).max(initial=0.0))
-    contour = _contour_errors(setpoints, machine, options, axes, exact)
+    responses = _responses(setpoints, machine, options, axes)
+    contour = None if responses is None else _contour_errors(responses, axes, exact)
     return Fluctuation(
         name,
         float(np.abs(error).max(initial=0.0)),
@@ -268,6 +295,7 @@ def _interpolated(
         float(found[-1].profile.t[-1]),
         off,
         None if contour is None else float(contour.max()),
+        _from_reference(reference, responses),
     )
 
 

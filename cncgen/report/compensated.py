@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from cncgen.servo.shaping import Shaped
-from cncgen.servo.uncertainty import Perturbation
+from cncgen.servo.uncertainty import Perturbation, share_error
 
 
 def gain_lines(gained: dict[str, Any], perturbation: Perturbation | None) -> Iterator[str]:
@@ -56,7 +56,7 @@ def _spread_lines(found: dict[str, Any], perturbation: Perturbation) -> Iterator
         return "unstable" if value is None else f"{1e3 * value:.3f}"
 
     parts = [f"{label} {text('before', key)} -> {text('after', key)} {shown}"
-             for label, key in (("median", "median"), ("95 % below", "q95"), ("worst", "worst"))]  # fmt: skip
+             for label, key in (("median", "median"), (f"95 ± {100.0 * share_error(0.95, found['draws']):.1f} % below", "q95"), ("worst", "worst"))]  # fmt: skip
     yield (f"with {perturbation} ({found['draws']} draws): largest error " + "; ".join(parts))
     if found["worse"]:
         yield f"on {found['worse']} of {found['draws']} drawn machines the command is worse than the motion as it is"

@@ -51,7 +51,7 @@ def identified(
     tables, texts, values = [], [], {}
     for axis in [log[letter]] if letter else log.values():
         try:
-            # Overflows on the way are no fault: a fit that ends at numbers that are not finite is refused.
+            # Overflows on the way do no harm: a fit that ends at numbers that are not finite is refused.
             with np.errstate(all="ignore"):
                 table, text, found = (
                     _response(axis) if model == "etfe" else _fitted(axis, model, friction, motor_scale)

@@ -28,26 +28,35 @@ def framed(page: str, height: int = HEIGHT) -> str:
     return f'<iframe srcdoc="{escape(page)}" sandbox="allow-scripts" title="cncgen" style="{style}"></iframe>'
 
 
-def of_setpoints(setpoints: Setpoints) -> str:
-    """Return figures, a picture and the viewer of setpoints; without signals of their own these are differences."""
+def setpoints_page(setpoints: Setpoints) -> str:
+    """Return the page on setpoints; without signals of their own these are differences."""
     machine = Machine("setpoints", {}, period_s=setpoints.period_s)
     recording = Recording(machine, setpoints.axes, setpoints.period_s)
     watched = [setpoints] if "jerk" in setpoints.signals else differenced([setpoints])
     for _ in recording.over_setpoints(watched):
         pass
-    page = html("Setpoints", [Contents("setpoints", machine, recording, {})])
-    return _together(_figures(repr(setpoints), _extents(setpoints)), _picture(setpoints), page)
+    return html("Setpoints", [Contents("setpoints", machine, recording, {})])
 
 
-def of_response(response: Response) -> str:
-    """Return figures, a picture and the viewer of what the servo axes make of setpoints, with forces and errors."""
+def of_setpoints(setpoints: Setpoints) -> str:
+    """Return figures, a picture and the viewer of setpoints."""
+    figures = _figures(repr(setpoints), _extents(setpoints))
+    return _together(figures, _picture(setpoints), setpoints_page(setpoints))
+
+
+def response_page(response: Response) -> str:
+    """Return the page on what the servo axes make of setpoints, with forces and errors."""
     machine = Machine("response", {}, period_s=response.period_s)
     recording = Recording(machine, response.axes, response.period_s)
-    commands = Setpoints(response.axes, response.period_s, response.first, response.command)
-    for _ in recording.over_setpoints(differenced([commands])):
+    for _ in recording.over_setpoints(differenced([_commands(response)])):
         pass
     for _ in recording.over_responses([response]):
         pass
+    return html("Response", [Contents("response", machine, recording, {})])
+
+
+def of_response(response: Response) -> str:
+    """Return figures, a picture and the viewer of a response."""
     errors = file_units(np.abs(response.position - response.command), response.axes)
     rows = [
         (f"{letter}: largest tracking error", f"{1e3 * value:.3f} {_thousandth(letter)}")
@@ -56,8 +65,11 @@ def of_response(response: Response) -> str:
     contour = np.nan_to_num(response.contour_error_mm)
     rows.append(("largest contour error", f"{1e3 * contour.max(initial=0.0):.3f} µm"))
     rows.append(("saturated setpoints", str(int(response.saturated.any(axis=1).sum()))))
-    page = html("Response", [Contents("response", machine, recording, {})])
-    return _together(_figures(repr(response), rows), _picture(commands), page)
+    return _together(_figures(repr(response), rows), _picture(_commands(response)), response_page(response))
+
+
+def _commands(response: Response) -> Setpoints:
+    return Setpoints(response.axes, response.period_s, response.first, response.command)
 
 
 def of_verdict(verdict: Verdict) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cncgen.removal.record import Removal
+from cncgen.removal.record import Dexels, Field, Removal, Turned
 from cncgen.report import drawing
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ STRETCHES = 400
 def as_text(removal: Removal) -> str:
     """Return the removed volume, in all and by operation, as a table."""
     removed = sum(o.volume_mm3 for o in removal.operations)
-    raw = removal.stock.raw_volume
+    raw = removal.raw_volume_mm3
     share = f" ({100 * removed / raw:.1f} %)" if raw > 0 else ""
     lines = [f"removed {removed:.1f} of {raw:.1f} mm³{share}, grid of {removal.stock.cell:.4g} mm"]
     width = max([9, *(len(o.name) for o in removal.operations)])
@@ -33,6 +33,31 @@ def as_text(removal: Removal) -> str:
         row = f"{o.name:<{width}}  {o.tool:<12} {o.volume_mm3:12.1f} {o.cutting_s:9.1f} {rate} {o.deepest_mm:11.3f}"
         lines.append(row)
     return "\n".join(lines)
+
+
+def _section(made: Figure, place: SubplotSpec, stock: Turned, removal: Removal) -> None:
+    """Draw the half section of a bar, the raw piece behind it."""
+    part = made.add_subplot(place)
+    z = stock.z
+    part.fill_between(z, 0.0, stock.raw, color="0.9", linewidth=0, label="raw piece")
+    part.fill_between(
+        z, stock.bore, np.maximum(stock.radius, stock.bore), color="#4477aa", linewidth=0, label="left"
+    )
+    part.axhline(0.0, color="0.3", linewidth=0.8, linestyle="-.")
+    _crosses(part, removal, 2, 0)
+    part.set_aspect("equal")
+    part.set_xlabel("Z (mm)")
+    part.set_ylabel("radius (mm)")
+    part.legend(loc="upper left", fontsize=8)
+
+
+def _crosses(part: Axes, removal: Removal, across: int, up: int) -> None:
+    """Mark the findings at their places, with the given coordinates to the right and upwards."""
+    for finding in removal.findings:
+        where = finding.values.get("place_mm")
+        if where is not None:
+            colour = drawing.RED if finding.severity == "error" else drawing.ORANGE
+            part.plot(where[across], where[up], "x", color=colour, markersize=6)
 
 
 def figure(removal: Removal, title: str) -> Figure:
@@ -45,16 +70,19 @@ def figure(removal: Removal, title: str) -> Figure:
     made.clear()
     made.suptitle(title, fontsize=11)
     grid = made.add_gridspec(2, 2, height_ratios=(3, 1))
-    _from_above(made, grid[0, 0], removal)
-    _relief(made, grid[0, 1], removal)
+    if isinstance(removal.stock, Turned):
+        _section(made, grid[0, :], removal.stock, removal)
+    else:
+        seen = removal.stock.seen() if isinstance(removal.stock, Dexels) else removal.stock
+        _from_above(made, grid[0, 0], seen, removal)
+        _relief(made, grid[0, 1], seen)
     _rates(made.add_subplot(grid[1, :]), removal)
     return made
 
 
-def _from_above(made: Figure, place: SubplotSpec, removal: Removal) -> None:
+def _from_above(made: Figure, place: SubplotSpec, field: Field, removal: Removal) -> None:
     from matplotlib.colors import LightSource
 
-    field = removal.stock
     part = made.add_subplot(place)
     heights = np.where(field.heights > field.bottom, field.heights, np.nan)
     x, y, half = field.x, field.y, field.cell / 2
@@ -64,18 +92,13 @@ def _from_above(made: Figure, place: SubplotSpec, removal: Removal) -> None:
         np.nan_to_num(heights, nan=float(field.bottom.min())), dx=field.cell, dy=field.cell
     )
     part.imshow(shade, origin="lower", extent=extent, cmap="gray", alpha=0.35, interpolation="nearest")
-    for finding in removal.findings:
-        where = finding.values.get("place_mm")
-        if where is not None:
-            colour = drawing.RED if finding.severity == "error" else drawing.ORANGE
-            part.plot(where[0], where[1], "x", color=colour, markersize=6)
+    _crosses(part, removal, 0, 1)
     part.set_xlabel("X (mm)")
     part.set_ylabel("Y (mm)")
     made.colorbar(shown, ax=part, label="height (mm)", shrink=0.8)
 
 
-def _relief(made: Figure, place: SubplotSpec, removal: Removal) -> None:
-    field = removal.stock
+def _relief(made: Figure, place: SubplotSpec, field: Field) -> None:
     part = made.add_subplot(place, projection="3d")
     step = max(1, -(-max(field.heights.shape) // RELIEF_COLUMNS))
     heights = np.maximum(field.heights, field.bottom)[::step, ::step]

@@ -51,7 +51,10 @@ def _reference_line(found: dict[str, Any]) -> str:
 def _spread_lines(found: dict[str, Any]) -> list[str]:
     """Return what the figures are on drawn machines."""
     unstable = f", {found['unstable']} of them UNSTABLE" if found["unstable"] else ""
-    lines = [f"on {found['draws']} machines with {found['of']}{unstable}:"]
+    share, error = (100.0 * found[key] for key in ("interval_share", "interval_share_error"))
+    lines = [
+        f"on {found['draws']} machines with {found['of']}{unstable} ({share:g} ± {error:.1f} % of all such machines are within):"
+    ]
     for name, values in found.items():
         if isinstance(values, dict) and "rms" not in name:
             low, median, high, worst = (
@@ -60,5 +63,5 @@ def _spread_lines(found: dict[str, Any]) -> list[str]:
             )
             unit = "mdeg" if "_deg" in name else "µm"
             words = name.replace("_mm", "").replace("_deg", "").replace("_", " ")
-            lines.append(f"  {words}: 90 % within {low} and {high} {unit}, median {median}, worst {worst}")
+            lines.append(f"  {words}: from {low} to {high} {unit}, median {median}, worst {worst}")
     return lines

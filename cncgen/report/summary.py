@@ -14,7 +14,7 @@ from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
 from cncgen.report.feed_curve import FeedCurve, sparkline
 from cncgen.report.slow_places import LISTED, SlowPlace, SlowPlaces
 from cncgen.report.tables import counted, duration
-from cncgen.report.time_split import TimeSplit, split_text
+from cncgen.report.time_split import TimeSplit, split_text, untimed_text
 from cncgen.setpoints.columns import position_column
 from cncgen.setpoints.differences import DifferencePeaks
 from cncgen.setpoints.record import Setpoints
@@ -186,6 +186,7 @@ class Summary:
             "machine": self._machine.name,
             "feedrate": self._feedrate,
             **self._split.as_json(),
+            "untimed_events": {} if self._machine.settings.get("times") else self._split.instant,
             "motion_time_s": moving,
             "dwell_time_s": self._split.dwell_s,
             "path_length_mm": self._length_mm,
@@ -274,6 +275,9 @@ def as_text(summary: dict[str, Any]) -> str:
         + f", {summary['path_length_mm']:.4f} mm, {counted(summary['motions'], 'motion')}, {counted(summary['samples'], 'setpoint')}",
         f"feed: mean {feed['mean']:.2f}, max {feed['max']:.2f} mm/s; {counted(summary['sharp_corner_count'], 'sharp corner')}",
     ]
+    untimed = untimed_text(summary)
+    if untimed:
+        lines.append(f"  {untimed}")
     curve = sparkline(summary["feed_over_time_mm_s"])
     if curve:
         lines.append(f"  {curve}")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cncgen.planner.record import Limit, Trajectory
-from cncgen.report.tables import duration
+from cncgen.report.tables import counted, duration
 from cncgen.toolpath.record import Event, FeedMode
 
 #: Parts in the order that summaries name them.
@@ -22,6 +22,8 @@ class TimeSplit:
     def __init__(self) -> None:
         self._seconds = dict.fromkeys(PARTS, 0.0)
         self._stood_s = self._taken_s = self._end_s = 0.0
+        #: Tool changes, spindle commands and stops that took no time.
+        self.instant: dict[str, int] = {}
 
     @property
     def dwell_s(self) -> float:
@@ -52,13 +54,29 @@ class TimeSplit:
     def _take(self, event: Event) -> None:
         self._seconds[_PART_OF.get(event.name, "other")] += event.takes_s
         self._taken_s += event.takes_s
+        if event.name in _PART_OF and not event.takes_s:
+            self.instant[event.name] = self.instant.get(event.name, 0) + 1
 
     def as_json(self) -> dict[str, Any]:
         """Return ``cycle_time_s`` and ``cycle_time_split_s``, whose parts add up to it."""
-        parts = {**self._seconds, "dwell": self.dwell_s}
-        rest = self._end_s - sum(parts.values())
-        parts["cutting" if parts["cutting"] >= parts["rapid"] else "rapid"] += rest
-        return {"cycle_time_s": self._end_s, "cycle_time_split_s": parts}
+        return {
+            "cycle_time_s": self._end_s,
+            "cycle_time_split_s": {**self._seconds, "dwell": self.dwell_s},
+        }
+
+
+#: Usual names of events that take time on a real machine.
+_CALLED = {"tool": "tool change", "spindle": "spindle command", "stop": "stop"}
+
+
+def untimed_text(summary: dict[str, Any]) -> str:
+    """Return the events that take no time since the machine has no [times]; "" without any."""
+    events = summary.get("untimed_events", {})
+    told = [counted(events[name], called) for name, called in _CALLED.items() if name in events]
+    if not told:
+        return ""
+    listed = " and ".join(filter(None, (", ".join(told[:-1]), told[-1])))
+    return f"{listed} taken as instant: {summary['machine']} has no [times]"
 
 
 def split_text(summary: dict[str, Any]) -> str:

@@ -124,7 +124,7 @@ def compensated_plan(
         passes, settle_s, perturbation: As of `compensate`.
 
     Raises:
-        NoPlanError: There is no plan, or as `compensate` for every room.
+        NoPlanError: The program cannot be planned, or as `compensate` for every room.
         UsageError: An axis has no servo data.
     """
     best: CompensatedPlan | None = None
@@ -203,7 +203,7 @@ def compensate(
         perturbation: Machines that the command is tried on beside the nominal one.
 
     Raises:
-        UsageError: `passes` is not positive, there are no setpoints, or as `cncgen.servo.simulate`.
+        UsageError: `passes` is not positive, the setpoints are empty, or as `cncgen.servo.simulate`.
         NoPlanError: No command follows better (``compensate-no-gain``), or the one that does leaves the travel
             (``compensate-limit``).
     """

@@ -1,9 +1,11 @@
-"""Simulated axes as a co-simulation unit of FMI 2.0: an archive with a description, C text, and the library compiled of it.
+"""Simulated axes as a co-simulation unit of FMI 2.0 or 3.0: an archive with a description, C text, and the library compiled of it.
 
 The unit runs the same loops as `simulate`: their tables are written into C, and the steps of the kernel `servo_loop` stand in C
-beside them (``fmi2_unit.c.in``). It needs a C compiler where it is exported, and nothing where it is used.
+beside them (``fmi_axes.c.in``; ``fmi2_unit.c.in`` and ``fmi3_unit.c.in`` have the functions of the standards). It needs a C
+compiler where it is exported, and nothing where it is used.
 
-Standard: Modelica Association, Functional Mock-up Interface for Model Exchange and Co-Simulation, version 2.0.1 (2019).
+Standards: Modelica Association, Functional Mock-up Interface for Model Exchange and Co-Simulation, version 2.0.1 (2019);
+Functional Mock-up Interface Specification, version 3.0.2 (2024).
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -38,18 +41,20 @@ MODEL = "cncgen_axes"
 _FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
 
 
-def fmu_bytes(scheme: Scheme, controller: str, axes: str, period_s: float) -> bytes:
+def fmu_bytes(scheme: Scheme, controller: str, axes: str, period_s: float, fmi: int = 2) -> bytes:
     """Return the archive of a co-simulation unit.
 
     Its inputs are ``x_cmd_mm`` …, its outputs ``x_mm``, ``x_force`` and ``x_saturated`` …, for each axis. A step is one period of the
-    setpoints, or several; inputs are held, or rise by the derivative that is set (``canInterpolateInputs``). The axes
-    stand where the first setpoints are.
+    setpoints, or several; inputs are held, or rise: by the derivative that is set (FMI 2.0: ``canInterpolateInputs``), or to
+    what is set when the unit asks for the setpoints at the end of a period (FMI 3.0: ``providesIntermediateUpdate``). The
+    axes stand where the first setpoints are.
 
     Args:
         scheme: The loops of the axes.
         controller: Its name, for messages.
         axes: Letters.
         period_s: Period of the setpoints, s.
+        fmi: Version of the standard, 2 or 3.
 
     Raises:
         UsageError: The scheme shapes setpoints beforehand or couples axes, an axis has noise (``fmu-scheme``), or there is no C
@@ -57,17 +62,21 @@ def fmu_bytes(scheme: Scheme, controller: str, axes: str, period_s: float) -> by
     """
     _check(scheme, controller, axes)
     tables = _tables(scheme.loops, axes, period_s)
-    body = Path(__file__).with_name("fmi2_unit.c.in").read_text(encoding="utf-8")
+    parts = ("fmi_axes", f"fmi{fmi}_unit")
+    body = "".join(Path(__file__).with_name(f"{part}.c.in").read_text(encoding="utf-8") for part in parts)
     guid = hashlib.sha256((tables + body).encode()).hexdigest()
     source = f'#define GUID "{guid}"\n{tables}\n{body}'
-    folder, suffix = _platform()
+    folder, suffix = _platform(fmi)
+    described = _description_3 if fmi == 3 else _description_2
+    entries = {
+        "modelDescription.xml": described(_variables(scheme.loops, axes), axes, period_s, guid).encode(),
+        f"sources/{MODEL}.c": source.encode(),
+        f"binaries/{folder}/{MODEL}{suffix}": _compiled(source, suffix),
+    }
+    if fmi == 3:
+        entries["sources/buildDescription.xml"] = _BUILD.encode()
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
-        entries = {
-            "modelDescription.xml": description(scheme.loops, axes, period_s, guid).encode(),
-            f"sources/{MODEL}.c": source.encode(),
-            f"binaries/{folder}/{MODEL}{suffix}": _compiled(source, suffix),
-        }
         for name, content in entries.items():
             # A fixed date: the same axes give the same bytes.
             file.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), content, zipfile.ZIP_DEFLATED)
@@ -140,22 +149,49 @@ def _record(number: int, letter: str, loop: AxisLoop, period_s: float) -> list[s
     return [*(f"{name}_{number}" for name in _ARRAYS), *map(_number, numbers), *map(str, switches)]
 
 
-def description(loops: Sequence[AxisLoop], axes: str, period_s: float, guid: str) -> str:
-    """Return modelDescription.xml (FMI 2.0.1, section 2.2)."""
+@dataclass(frozen=True)
+class _Variable:
+    """A variable of the unit; `reference` is the number by which the functions know it."""
+
+    name: str
+    reference: int
+    flag: bool
+    input: bool
+    meaning: str
+
+
+def _variables(loops: Sequence[AxisLoop], axes: str) -> list[_Variable]:
+    """Return the variables in the order of their references: of each axis the input first."""
+    found = []
+    for k, (letter, loop) in enumerate(zip(axes, loops, strict=True)):
+        low, unit = letter.lower(), file_unit(letter)
+        force = (
+            loop.force_unit.replace("rad", "deg", 1) if loop.force_unit.startswith("rad") else loop.force_unit
+        )
+        of_axis = (
+            (f"{low}_cmd_{unit}", f"setpoint, {unit}"),
+            (f"{low}_{unit}", f"position, {unit}"),
+            (f"{low}_force", f"drive input at the start of the last step, {force}"),
+            (f"{low}_saturated", "whether the drive met its bound in the last step"),
+        )
+        for place, (name, meaning) in enumerate(of_axis):
+            found.append(_Variable(name, 4 * k + place, place == 3, place == 0, meaning))
+    return found
+
+
+def _description_2(variables: Sequence[_Variable], axes: str, period_s: float, guid: str) -> str:
+    """Return modelDescription.xml of FMI 2.0.1 (section 2.2)."""
     import cncgen
 
-    variables, outputs = [], []
-    for k, (letter, loop) in enumerate(zip(axes, loops, strict=True)):
-        for place, (name, kind, what) in enumerate(_variables(letter, loop)):
-            causality = "output" if place else "input"
-            variability = "continuous" if kind == "Real" else "discrete"
-            start = "" if place else ' start="0"'
-            variables.append(
-                f'    <ScalarVariable name="{name}" valueReference="{4 * k + place}" causality="{causality}"'
-                f' variability="{variability}" description={quoteattr(what)}><{kind}{start}/></ScalarVariable>'
-            )
-            if place:
-                outputs.append(f'      <Unknown index="{len(variables)}"/>')
+    declared = []
+    for one in variables:
+        causality, start = ("input", ' start="0"') if one.input else ("output", "")
+        kind, variability = ("Boolean", "discrete") if one.flag else ("Real", "continuous")
+        declared.append(
+            f'    <ScalarVariable name="{one.name}" valueReference="{one.reference}" causality="{causality}"'
+            f' variability="{variability}" description={quoteattr(one.meaning)}><{kind}{start}/></ScalarVariable>'
+        )
+    outputs = [f'      <Unknown index="{k}"/>' for k, one in enumerate(variables, 1) if not one.input]
     return "\n".join(
         [
             '<?xml version="1.0" encoding="UTF-8"?>',
@@ -167,7 +203,7 @@ def description(loops: Sequence[AxisLoop], axes: str, period_s: float, guid: str
             "  </CoSimulation>",
             f'  <DefaultExperiment startTime="0" stepSize="{period_s!r}"/>',
             "  <ModelVariables>",
-            *variables,
+            *declared,
             "  </ModelVariables>",
             "  <ModelStructure>",
             "    <Outputs>",
@@ -183,25 +219,68 @@ def description(loops: Sequence[AxisLoop], axes: str, period_s: float, guid: str
     )
 
 
-def _variables(letter: str, loop: AxisLoop) -> list[tuple[str, str, str]]:
-    """Return name, type and meaning of an axis's variables in the order of their references, the input first."""
-    low, unit = letter.lower(), file_unit(letter)
-    force = loop.force_unit.replace("rad", "deg", 1) if loop.force_unit.startswith("rad") else loop.force_unit
-    return [
-        (f"{low}_cmd_{unit}", "Real", f"setpoint, {unit}"),
-        (f"{low}_{unit}", "Real", f"position, {unit}"),
-        (f"{low}_force", "Real", f"drive input at the start of the last step, {force}"),
-        (f"{low}_saturated", "Boolean", "whether the drive met its bound in the last step"),
-    ]
+def _description_3(variables: Sequence[_Variable], axes: str, period_s: float, guid: str) -> str:
+    """Return modelDescription.xml of FMI 3.0.2 (section 2.4)."""
+    import cncgen
+
+    declared = []
+    for one in variables:
+        kind, variability = ("Boolean", "discrete") if one.flag else ("Float64", "continuous")
+        rest = 'input" intermediateUpdate="true" start="0"' if one.input else 'output"'
+        declared.append(
+            f'    <{kind} name="{one.name}" valueReference="{one.reference}" variability="{variability}"'
+            f' description={quoteattr(one.meaning)} causality="{rest}/>'
+        )
+    outputs = [one.reference for one in variables if not one.input]
+    return "\n".join(
+        [
+            '<?xml version="1.0" encoding="UTF-8"?>',
+            f'<fmiModelDescription fmiVersion="3.0" modelName="cncgen axes {axes}" instantiationToken="{guid}"'
+            f' generationTool="cncgen {cncgen.__version__}" variableNamingConvention="flat">',
+            f'  <CoSimulation modelIdentifier="{MODEL}" canHandleVariableCommunicationStepSize="true"'
+            f' fixedInternalStepSize="{period_s!r}" providesIntermediateUpdate="true"/>',
+            f'  <DefaultExperiment startTime="0" stepSize="{period_s!r}"/>',
+            "  <ModelVariables>",
+            *declared,
+            f'    <Float64 name="time" valueReference="{len(variables)}" variability="continuous" description="time, s"'
+            ' causality="independent"/>',
+            "  </ModelVariables>",
+            "  <ModelStructure>",
+            *(f'    <Output valueReference="{k}"/>' for k in outputs),
+            *(f'    <InitialUnknown valueReference="{k}"/>' for k in outputs),
+            "  </ModelStructure>",
+            "</fmiModelDescription>",
+            "",
+        ]
+    )
 
 
-def _platform() -> tuple[str, str]:
-    """Return the folder of binaries and the suffix of libraries of this computer (FMI 2.0.1, section 2.3)."""
-    bits = "64" if sys.maxsize > 2**32 else "32"
+#: How the sources are compiled (FMI 3.0.2, section 2.5.1.5).
+_BUILD = f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiBuildDescription fmiVersion="3.0">
+  <BuildConfiguration modelIdentifier="{MODEL}">
+    <SourceFileSet language="C99" compilerOptions="-ffp-contract=off">
+      <SourceFile name="{MODEL}.c"/>
+    </SourceFileSet>
+    <Library name="m" external="true" description="C mathematics"/>
+  </BuildConfiguration>
+</fmiBuildDescription>
+"""
+
+
+def _platform(fmi: int) -> tuple[str, str]:
+    """Return the folder of binaries and the suffix of libraries of this computer (FMI 2.0.1, 2.3; FMI 3.0.2, 2.5.1.4)."""
     system = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib")}.get(platform.system())
     if system is None:
         raise UsageError(Diagnostic("fmu-compiler", f"no FMU is compiled on {platform.system()}"))
-    return system[0] + bits, system[1]
+    wide = sys.maxsize > 2**32
+    if fmi == 2:
+        return system[0] + ("64" if wide else "32"), system[1]
+    machine = platform.machine().lower()
+    arm = machine.startswith(("arm", "aarch"))
+    narrow = "aarch32" if arm else "x86"
+    processor = narrow if not wide else "aarch64" if arm else "x86_64" if machine == "amd64" else machine
+    return f"{processor}-{system[0]}", system[1]
 
 
 def _compiled(source: str, suffix: str) -> bytes:

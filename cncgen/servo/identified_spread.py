@@ -104,7 +104,7 @@ def spread_of(summary: Mapping[str, Any], letter: str) -> IdentifiedSpread:
         letter: The axis, ``X``.
 
     Raises:
-        ValueError: It is no such summary, or its covariance leaves a parameter open; the text says which.
+        ValueError: It is not a summary of `identify`, or its covariance leaves a parameter open; the text says which.
     """
     try:
         axis, model = summary["axes"][letter.lower()], str(summary["model"])

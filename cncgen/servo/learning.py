@@ -3,7 +3,8 @@
 Each pass simulates the axes under the command so far, and adds to it the change that takes most of the error away
 (`cncgen.servo.norm_optimal`). The first pass inverts the smooth part of the model; friction and backlash are in the error
 that the simulation shows, and so come into the command, as steeply as limits and learning filter let it
-rise. Encoder steps and measurement noise are left out of the model that is learnt on: they are not the same the next time.
+rise. The drives' bounds are limits of the command: it is learnt without them, and keeps the drive inputs within them.
+Encoder steps and measurement noise are left out of the model that is learnt on: they are not the same the next time.
 
 Iterative learning control with a model in the place of the machine: D. A. Bristow, M. Tharayil and A. G. Alleyne, A survey of
 iterative learning control, IEEE Control Systems Magazine 26 (2006) 96. Loops of other gain than 1 at rest get the motion
@@ -23,7 +24,7 @@ from cncgen.machine.record import Axis
 from cncgen.servo.bank import LoopBank
 from cncgen.servo.contour import contour_error
 from cncgen.servo.loop import AxisLoop
-from cncgen.servo.norm_optimal import ROUNDS, LimitedUpdate
+from cncgen.servo.norm_optimal import ROUNDS, LimitedUpdate, WindowedUpdate, cut, limit_shares, smooth_rise
 from cncgen.servo.plants import Imperfections
 
 Floats = NDArray[np.float64]
@@ -79,9 +80,10 @@ class Figures:
         return self.contour_max if self.by_contour else self.tracking_max
 
     def better(self, than: Figures) -> bool:
-        """Tell whether the judged error is smaller by more than noise makes, and its rms not larger."""
+        """Tell whether the judged error is smaller by more than noise makes, its rms not larger, and no more drives at their bound."""
         rms, other = (f.contour_rms if f.by_contour else f.tracking_rms for f in (self, than))
-        return self.judged < (1.0 - LEAST_GAIN) * than.judged and rms <= other
+        gains = self.judged < (1.0 - LEAST_GAIN) * than.judged and rms <= other
+        return gains and self.saturated <= than.saturated
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,8 +115,8 @@ def smooth_part(loop: AxisLoop) -> AxisLoop:
     return replace(loop, dead_band=0.0, imperfections=Imperfections())
 
 
-def impulse_response(loop: AxisLoop, period_s: float) -> Floats:
-    """Return the position's answer to a setpoint of 1 at row 0, as long as it lasts; shape (n,).
+def impulse_response(loop: AxisLoop, period_s: float) -> tuple[Floats, Floats]:
+    """Return the answers of position and drive input to a setpoint of 1 at row 0, as long as they last; shape (n,) each.
 
     Raises:
         UsageError: It does not settle within `LONGEST` periods (``servo-unstable``).
@@ -123,10 +125,10 @@ def impulse_response(loop: AxisLoop, period_s: float) -> Floats:
     while rows <= LONGEST:
         command = np.zeros((rows + 2, 1))
         command[1] = 1.0
-        found: Floats = LoopBank([smooth_part(loop)], period_s).run(command)[0][1:, 0]
-        size = np.abs(found)
+        found, force, _ = LoopBank([smooth_part(loop)], period_s).run(command)
+        size = np.abs(found[1:, 0])
         if np.isfinite(size).all() and size[-rows // 4 :].sum() <= SETTLED * size.sum():
-            return found
+            return found[1:, 0], force[1:, 0]
         rows *= 2
     message = f"the loop has not settled {LONGEST * period_s:g} s after an impulse"
     raise UsageError(
@@ -157,10 +159,15 @@ class Axes:
         self._columns = list(contour_columns)
         self.by_contour = bool(self._columns)
         self._known = [
-            replace(loop, imperfections=replace(loop.imperfections, encoder_step=0.0, noise=0.0))
+            replace(
+                loop,
+                imperfections=replace(loop.imperfections, encoder_step=0.0, noise=0.0, bound=np.inf),
+            )
             for loop in loops
         ]
-        self._impulses = [impulse_response(loop, period_s) for loop in loops]
+        answers = [impulse_response(loop, period_s) for loop in loops]
+        self._impulses, self._forces = ([pair[k] for pair in answers] for k in (0, 1))
+        self.bounds = [loop.imperfections.bound for loop in loops]
         self.gains = [float(h.sum()) for h in self._impulses]
         if any(abs(gain) < 1e-6 for gain in self.gains):
             raise UsageError(
@@ -182,6 +189,11 @@ class Axes:
         """Return the smooth loop's response at the frequencies of `numpy.fft.rfft` over a length."""
         return np.fft.rfft(self._impulses[axis], length)
 
+    def drive(self, axis: int, length: int) -> NDArray[np.complex128] | None:
+        """Return the answer of the drive input over its bound, as `response`; None where it has no bound."""
+        bound = self.bounds[axis]
+        return np.fft.rfft(self._forces[axis] / bound, length) if np.isfinite(bound) else None
+
     def length(self, rows: int) -> int:
         """Return a quick length of the transform for that many rows and the loops' memory."""
         needed = rows + max(len(h) for h in self._impulses)
@@ -192,7 +204,8 @@ class Axes:
 
         Args:
             command: It begins at rest.
-            known: Without encoder steps and noise.
+            known: Without encoder steps and noise, which are not the same the next time, and without the drives' bounds, which
+                the command keeps.
         """
         return follow(self._known if known else self.loops, self.period_s, command)
 
@@ -266,12 +279,14 @@ def learn(
     unity = [abs(gain - 1.0) < 1e-6 for gain in axes.gains]
     command[:, unity] = whole[:, unity]
     resting = command.copy()
-    length = axes.length(len(whole))
-    updates = [
-        LimitedUpdate(axes.response(i, length), length, axes.period_s, _kept(limit, wanted[:, i], axes.period_s),
-                      axes.regularisation * axes.gains[i] ** 2)
-        for i, limit in enumerate(limits)
-    ]  # fmt: skip
+    kept = [_kept(limit, wanted[:, i], axes.period_s) for i, limit in enumerate(limits)]
+    windows = cut(_busy(whole, kept, axes.period_s), axes.lead + axes.tail)
+    length = axes.length(windows.rows)
+    updates = []
+    for i, limit in enumerate(kept):
+        one = LimitedUpdate(axes.response(i, length), length, axes.period_s, limit,
+                            axes.regularisation * axes.gains[i] ** 2, drive=axes.drive(i, length))  # fmt: skip
+        updates.append(WindowedUpdate(windows, [replace(one) for _ in windows.seams[1:]]))
     before = axes.figures(whole, whole)
     if not axes.goes_across(wanted) or before.contour_max <= NO_CONTOUR_MM:
         axes.by_contour = False
@@ -285,12 +300,13 @@ def learn(
     tried: Figures | None = None
     fading = _fading(len(whole), round(LEEWAY_S / axes.period_s))
     for k in range(1, passes + 1):
-        error = (whole - axes.followed(command, known=True)[0]) * fading
+        position, force, _ = axes.followed(command, known=True)
+        error = (whole - position) * fading
         ends = k == passes or (len(judged) > 1 and judged[-1] > (1.0 - LEAST_PROGRESS) * judged[-2])
         rounds = FINISHING_ROUNDS if ends else ROUNDS if k == 1 else LATER_ROUNDS
         for i, update in enumerate(updates):
-            command[:, i] += update.change(command[:, i], error[:, i], rounds)
-        excess = max((u.excess for u in updates if u.axis is not None), default=0.0)
+            command[:, i] += update.change(command[:, i], error[:, i], rounds, force[:, i] / axes.bounds[i])
+        excess = max(update.excess for update in updates)
         after = axes.figures(whole, command)
         if excess <= TOLERATED and (tried is None or after.judged < tried.judged):
             tried = after
@@ -301,6 +317,16 @@ def learn(
         judged.append(after.judged)
     found = Learnt(whole, best_command, lead, tail, before, best, best_pass, best_excess, tried)
     return _trimmed(found, resting if best_pass else whole, settle_s, axes)
+
+
+def _busy(rows: Floats, limits: Sequence[Axis | None], period_s: float) -> Floats:
+    """Return the largest share of any axis's limits that each row of a motion, shape (n, axes), takes, shape (n,)."""
+    shares = [
+        limit_shares(rows[:, i], axis, period_s)[: len(rows)]
+        for i, axis in enumerate(limits)
+        if axis is not None
+    ]
+    return np.asarray(np.max(shares, axis=0)) if shares else np.zeros(len(rows))
 
 
 def _fading(rows: int, rest: int) -> Floats:
@@ -345,7 +371,7 @@ def _trimmed(learnt: Learnt, resting: Floats, settle_s: float, axes: Axes) -> Le
     begin = max(min(first - fade, learnt.lead), 0)
     end = min(max(last + fade, least), len(command))
     rise = np.clip(np.arange(end - begin) / fade, 0.0, 1.0)
-    weight = _smooth(rise) * _smooth(rise[::-1])
+    weight = smooth_rise(rise) * smooth_rise(rise[::-1])
     wanted = learnt.wanted[begin:end]
     trimmed = resting[begin:end] + (command - resting)[begin:end] * weight[:, None]
     return replace(
@@ -357,8 +383,3 @@ def _trimmed(learnt: Learnt, resting: Floats, settle_s: float, axes: Axes) -> Le
         before=axes.figures(wanted, wanted),
         after=axes.figures(wanted, trimmed),
     )
-
-
-def _smooth(share: Floats) -> Floats:
-    """Return a rise from 0 to 1 that begins and ends with no velocity, acceleration or jerk."""
-    return share**4 * (35.0 - share * (84.0 - share * (70.0 - share * 20.0)))

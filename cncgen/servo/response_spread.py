@@ -16,7 +16,7 @@ from cncgen.servo.record import Response
 from cncgen.servo.scheme import Scheme
 from cncgen.servo.simulate import simulate_scheme
 from cncgen.servo.summary import summarize
-from cncgen.servo.uncertainty import Perturbation, perturbed, quantile
+from cncgen.servo.uncertainty import Perturbation, perturbed, quantile, share_error
 from cncgen.setpoints.record import Setpoints
 
 Floats = NDArray[np.float64]
@@ -93,6 +93,8 @@ def spread_values(found: Mapping[str, Floats], perturbation: Perturbation) -> di
         "identified": [spread.letter for spread in perturbation.identified],
         "of": str(perturbation),
         "draws": perturbation.draws,
+        "interval_share": INTERVAL,
+        "interval_share_error": share_error(INTERVAL, perturbation.draws),
         "unstable": unstable,
     }
     for name, values in found.items():

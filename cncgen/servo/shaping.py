@@ -166,7 +166,7 @@ def shaped_setpoints(
     """Return setpoints shaped for modes, and how.
 
     Raises:
-        UsageError: There are no setpoints, or as `taps`.
+        UsageError: The setpoints are empty, or as `taps`.
     """
     chunks = [chunk for chunk in setpoints if len(chunk)]
     if not chunks:

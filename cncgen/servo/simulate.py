@@ -15,7 +15,7 @@ from cncgen.servo.contour import ContourTracker
 from cncgen.servo.models import axis_loop
 from cncgen.servo.record import Response
 from cncgen.servo.scheme import Scheme, SchemeMaker
-from cncgen.servo.stream import SampleBlock, blocks
+from cncgen.servo.stream import SampleBlock, blocks, missing_data
 from cncgen.setpoints.record import Setpoints
 
 Floats = NDArray[np.float64]
@@ -53,14 +53,7 @@ def own_scheme(servos: Mapping[str, Servo], axes: str, period_s: float) -> Schem
     """
     missing = [letter for letter in axes if letter not in servos]
     if missing:
-        raise UsageError(
-            Diagnostic(
-                "servo-missing",
-                f"no servo data for {'axes' if len(missing) > 1 else 'axis'} {', '.join(missing)}; "
-                f"{', '.join(servos) or 'no axis'} has servo data",
-                hint="add [axes.x.servo] tables to the machine file, or leave the axis out of the setpoints",
-            )
-        )
+        raise missing_data(missing, servos)
     return Scheme(tuple(axis_loop(servos[letter], letter, period_s) for letter in axes))
 
 

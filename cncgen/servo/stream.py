@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +96,37 @@ def blocks(
     values = np.concatenate([margin, *waiting, np.repeat(end, after + held, axis=0)])
     if len(values) > before + after:
         yield SampleBlock(head.axes, head.period_s, first, values, before, after, True)
+
+
+def driven(setpoints: Iterable[Setpoints], known: Collection[str]) -> Iterator[Setpoints]:
+    """Yield setpoints without the axes that a machine does not have, which have to stand.
+
+    Raises:
+        UsageError: One of them moves, or no axis has servo data (``servo-missing``).
+    """
+    stand: dict[str, float] = {}
+    for chunk in setpoints:
+        kept = [k for k, letter in enumerate(chunk.axes) if letter in known]
+        others = [k for k in range(len(chunk.axes)) if k not in kept]
+        for k in others if len(chunk) else ():
+            column = chunk.position[:, k]
+            if not kept or (column != stand.setdefault(chunk.axes[k], float(column[0]))).any():
+                raise missing_data([chunk.axes[k]], known)
+        if not others:
+            yield chunk
+            continue
+        signals = {name: v[:, kept] if v.ndim == 2 else v for name, v in chunk.signals.items()}
+        axes = "".join(chunk.axes[k] for k in kept)
+        yield replace(chunk, axes=axes, position=chunk.position[:, kept], signals=signals)
+
+
+def missing_data(missing: Iterable[str], known: Iterable[str]) -> UsageError:
+    """Return the error of axes that move without servo data (``servo-missing``)."""
+    letters = list(missing)
+    which = f"{'axes' if len(letters) > 1 else 'axis'} {', '.join(letters)}"
+    others = f"; {', '.join(known) or 'no axis'} has servo data"
+    hint = "add [axes.x.servo] tables to the machine file, or leave the axis out of the setpoints"
+    return UsageError(Diagnostic("servo-missing", f"no servo data for {which}{others}", hint=hint))
 
 
 def _check(head: Setpoints, chunk: Setpoints) -> None:

@@ -22,6 +22,11 @@ from cncgen.servo.identified_spread import SERVO_MODELS, IdentifiedSpread
 
 Floats = NDArray[np.float64]
 
+#: Machines that are drawn for intervals. Of others 90 ± 3 % are in an interval of 90 % (`share_error`, `trials/interval_coverage`).
+DRAWS = 512
+#: Machines that are drawn to find a worst one, or to say in short how robust something is.
+FEW_DRAWS = 64
+
 #: Keys that are known exactly: periods, what the encoder counts, and the weights of a design.
 EXACT = frozenset(
     [
@@ -58,7 +63,7 @@ class Perturbation:
     """
 
     share: float = 0.1
-    draws: int = 64
+    draws: int = DRAWS
     seed: int = 0
     identified: tuple[IdentifiedSpread, ...] = ()
 
@@ -192,3 +197,13 @@ def quantile(values: Floats | Sequence[float], share: float) -> float:
     """
     with np.errstate(invalid="ignore"):
         return float(np.quantile(np.asarray(values, float), share, method="hazen"))
+
+
+def share_error(share: float, draws: int) -> float:
+    """Return how far the share of all machines within quantiles of draws may be off, two standard deviations.
+
+    That of independent draws: their share is distributed as Beta(share · (n + 1), (1 − share) · (n + 1)) (H. A. David and
+    H. N. Nagaraja, Order statistics, 2003, section 7.2), which has the variance share (1 − share)/(n + 2). Quasi-random draws
+    are spread better.
+    """
+    return 2.0 * float(np.sqrt(share * (1.0 - share) / (draws + 2)))

@@ -8,7 +8,7 @@ tracking error is that against the plan's setpoints.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +57,7 @@ def reference_of(name: str, setpoints: Iterable[Setpoints]) -> WantedMotion:
     """Return setpoints as the wanted motion.
 
     Raises:
-        UsageError: There are none (``reference-empty``).
+        UsageError: The setpoints are empty (``reference-empty``).
     """
     chunks = [chunk for chunk in setpoints if len(chunk)]
     if not chunks:
@@ -121,6 +121,26 @@ def judged_against(
     }
 
 
+def distance_from_path(reference: WantedMotion, responses: Sequence[Response]) -> Floats | None:
+    """Return how far the axes are from the wanted path, whenever they are there, shape (n,); None of rotary axes alone.
+
+    The command follows that path at another speed, or near it.
+
+    Raises:
+        UsageError: Axes or periods differ (``reference-axes``, ``reference-period``).
+    """
+    head = responses[0]
+    _check(reference, head)
+    if not contour_axes(head.axes):
+        return None
+    if reference.path is None:
+        columns = contour_axes(reference.axes)
+        letters = "".join(reference.axes[k] for k in columns)
+        reference = replace(reference, path=_cut(reference.rows[:, columns]), path_axes=letters)
+    command, position = (np.concatenate([getattr(r, k) for r in responses]) for k in ("command", "position"))
+    return _contour(reference, head.axes, command, position)
+
+
 def laid_over(
     reference: WantedMotion, responses: Sequence[Response], shift: int | None = None
 ) -> tuple[Floats, Floats, Floats | None, int]:
@@ -149,6 +169,13 @@ def _check(reference: WantedMotion, head: Response) -> None:
         message = (
             f"the response has the axes {head.axes}, and the reference {reference.name} has {reference.axes}"
         )
+        raise UsageError(Diagnostic("reference-axes", message))
+    still = [
+        letter for letter, rows in zip(reference.axes, reference.rows.T, strict=True) if not np.ptp(rows)
+    ]
+    moving = [letter for letter in reference.axes if letter not in head.axes and letter not in still]
+    if moving:
+        message = f"the reference {reference.name} moves {', '.join(moving)}, which the response has not ({head.axes})"
         raise UsageError(Diagnostic("reference-axes", message))
     if abs(reference.period_s - head.period_s) > 1e-9:
         message = f"setpoints come every {head.period_s:g} s, and those of the reference every {reference.period_s:g} s"
@@ -182,14 +209,15 @@ def _contour(reference: WantedMotion, axes: str, wanted: Floats, position: Float
     if reference.path is None or len(reference.path) < 2:
         columns = contour_axes(axes)
         return contour_error(wanted[:, columns], position[:, columns])
-    columns = [axes.index(letter) for letter in reference.path_axes]
-    path = reference.path
+    kept = [k for k, letter in enumerate(reference.path_axes) if letter in axes]
+    columns = [axes.index(reference.path_axes[k]) for k in kept]
+    path = np.ascontiguousarray(reference.path[:, kept])
     arc = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(path, axis=0) ** 2).sum(axis=1)))])
     own = _places(path, arc, wanted[:, columns])
     result = np.empty(len(position))
     beyond = np.full(len(own), len(path) - 1, np.int64)
     servo_contour.distances(
-        np.ascontiguousarray(path),
+        path,
         arc,
         own,
         beyond,

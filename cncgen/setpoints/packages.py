@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 from types import ModuleType
 
 from cncgen.diagnostics import Diagnostic, UsageError
@@ -24,6 +25,8 @@ def needed(kind: str, module: str = "") -> ModuleType:
         UsageError: It is missing.
     """
     package, extra = NEEDED[kind]
+    # Arrow's own allocators take a GiB of address space at once, which counts against `--max-memory`.
+    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     try:
         return importlib.import_module(module or package)
     except ImportError as error:

@@ -54,24 +54,47 @@ def two_stage(chunks: Iterable[Setpoints], name: str, master_s: float) -> Iterat
     """Yield setpoints of which every Δt/T-th is kept as the master's, and those between are interpolated.
 
     The last row of the stream is a master's point too, which the last stretch reaches in less than Δt. ``vel``, ``acc`` and ``jerk``
-    stay those of the plan. The whole stream is held in memory.
+    stay those of the plan. A chunk is yielded when the stream is two master points further.
 
     Args:
         chunks: Setpoints of a plan.
         name: One of `KINDS`.
         master_s: Δt, s; at least one period, rounded to whole ones.
     """
-    held = [chunk for chunk in chunks if len(chunk)]
-    if not held:
-        return
-    rows = np.concatenate([chunk.position for chunk in held])
-    parts = max(1, round(master_s / held[0].period_s))
-    last = len(rows) - 1
-    whole = -(-last // parts) * parts
-    padded = np.concatenate([rows, np.repeat(rows[-1:], whole - last, axis=0)])
-    found = second_stage(padded[::parts], parts, KINDS[name])[: len(rows)]
-    found[-1] = rows[-1]
-    at = 0
-    for chunk in held:
-        yield replace(chunk, position=np.ascontiguousarray(found[at : at + len(chunk)]))
-        at += len(chunk)
+    kind, parts = KINDS[name], 1
+    waiting: list[Setpoints] = []
+    ready: list[Floats] = []
+    rows, first, done = (
+        np.zeros((0, 0)),
+        0,
+        0,
+    )  # rows of the plan from the one before the first stretch to come
+    for chunk in chunks:
+        if not len(chunk):
+            continue
+        parts = max(1, round(master_s / chunk.period_s))
+        rows = np.concatenate([rows, chunk.position]) if len(rows) else chunk.position
+        waiting.append(chunk)
+        end = ((first + len(rows) - 1) // parts - 1) * parts
+        if end > done:
+            found = second_stage(rows[: end + parts - first + 1 : parts], parts, kind)
+            ready.append(found[done - first : end - first])
+            rows, first, done = rows[end - parts - first :], end - parts, end
+            yield from _filled(waiting, ready)
+    if waiting:
+        last = len(rows) - 1
+        padded = np.concatenate([rows, np.repeat(rows[-1:], -last % parts, axis=0)])
+        found = second_stage(padded[::parts], parts, kind)[: len(rows)]
+        found[-1] = rows[-1]
+        ready.append(found[done - first :])
+        yield from _filled(waiting, ready)
+
+
+def _filled(waiting: list[Setpoints], ready: list[Floats]) -> Iterator[Setpoints]:
+    """Yield the chunks that interpolated rows fill, and take both out of the lists."""
+    rows = np.concatenate(ready)
+    while waiting and len(waiting[0]) <= len(rows):
+        chunk = waiting.pop(0)
+        yield replace(chunk, position=np.ascontiguousarray(rows[: len(chunk)]))
+        rows = rows[len(chunk) :]
+    ready[:] = [rows]

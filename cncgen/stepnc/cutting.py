@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostics
+from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.columns import StepColumns
 from cncgen.stepnc.features.finished import Finished
+from cncgen.stepnc.features.turned_part import TurnedPart
+from cncgen.stepnc.geometry.frames import Matrix
 from cncgen.stepnc.geometry.solids import Solid
+from cncgen.stepnc.model import Workingstep
 from cncgen.stepnc.reading import StepFile
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Toolpath
@@ -25,14 +30,21 @@ class CutProgram:
         toolpaths: All of its motions.
         diagnostics: Of reading it.
         raw: Its raw pieces, seen from the machine.
+        part: The bounds of the finished part, in the workpiece's frame, None where the file has no shape of it.
         finished: The material of them that is to stay, None where a workingstep does not say.
+        turned: The same of a program that turns alone.
+        clampings: Of a program with several setups, by number: the frame of the raw piece, seen from the machine, and what is to
+            stay there. Empty where a setup has no raw piece, or they have different ones.
     """
 
     axes: str
     toolpaths: list[Toolpath] = field(default_factory=list)
     diagnostics: Diagnostics = field(default_factory=Diagnostics)
     raw: list[Solid] = field(default_factory=list)
+    part: Solid | None = None
     finished: Finished | None = None
+    turned: TurnedPart | None = None
+    clampings: dict[int, tuple[Matrix, Finished | None]] = field(default_factory=dict)
 
 
 def cut_program(
@@ -50,8 +62,29 @@ def cut_program(
     for step in columns.steps:
         if step.raw is not None and not any(step.raw.same(r) for r in out.raw):
             out.raw.append(step.raw)
+    with suppress(Skip):
+        out.part = next(iter(file.reader.parts()), None)
     out.finished = Finished.of(columns.steps, file.exchange)
+    out.turned = TurnedPart.of(columns.steps)
+    out.clampings = _clampings(columns.steps, file)
     return out
+
+
+def _clampings(steps: list[Workingstep], file: StepFile) -> dict[int, tuple[Matrix, Finished | None]]:
+    """Return how the raw piece stands in each setup, and what the operations there leave."""
+    by_number: dict[int, list[Workingstep]] = {}
+    for step in steps:
+        if step.setup is not None:
+            by_number.setdefault(step.setup.number, []).append(step)
+    out: dict[int, tuple[Matrix, Finished | None]] = {}
+    sizes = set()
+    for number, those in by_number.items():
+        raw = next((s.raw for s in those if s.raw is not None), None)
+        if raw is None:
+            return {}
+        sizes.add((raw.kind, raw.size))
+        out[number] = raw.frame, Finished.of(those, file.exchange)
+    return out if len(sizes) == 1 else {}
 
 
 def _chunks(file: StepFile, columns: StepColumns, rows: int) -> Iterator[Toolpath]:

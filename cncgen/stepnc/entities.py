@@ -13,6 +13,9 @@ from cncgen.diagnostics import Severity
 from cncgen.stepnc.part21 import DERIVED, Enumeration, Exchange, Instance, Ref, Typed, Value
 from cncgen.stepnc.schema.tables import positions
 
+#: Largest number, in the file's unit: of products of three a double holds more than nine.
+MAX_NUMBER = 1e15
+
 
 class Skip(Exception):
     """The entity being read has a fault, which is reported."""
@@ -59,7 +62,7 @@ class Entity:
             return default
         if isinstance(value, Ref) or not isinstance(value, int | float):
             raise self.fault("stepnc-missing", f"{name} must be a number", value)
-        return float(value)
+        return self.within(name, value)
 
     def optional(self, name: str) -> float | None:
         """Return a number, or None where it is missing.
@@ -143,7 +146,17 @@ class Entity:
         plain = [v.value if isinstance(v, Typed) else v for v in value]
         if not all(isinstance(v, int | float) and not isinstance(v, Ref) for v in plain):
             raise self.fault("stepnc-missing", f"{name} must hold numbers alone", None)
-        return [float(v) for v in plain]
+        return [self.within(name, v) for v in plain]
+
+    def within(self, name: str, value: float) -> float:
+        """Return a number.
+
+        Raises:
+            Skip: where it is too large.
+        """
+        if not abs(value) <= MAX_NUMBER:
+            raise self.fault("stepnc-range", f"{name} is beyond ±{MAX_NUMBER:g}")
+        return float(value)
 
     def fault(self, code: str, message: str, value: Any = None, hint: str = "") -> Skip:
         """Report an error of this instance and return the exception to raise."""

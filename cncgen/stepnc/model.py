@@ -22,6 +22,8 @@ Vector = NDArray[np.float64]
 
 #: How the kinds of turning operations begin: their cutting speed is that at the diameter of the work.
 TURNING = ("turning", "facing", "contouring", "grooving", "cutting in", "threading", "knurling")
+#: Kinds of tools that stand while the work turns.
+TURNING_TOOLS = ("turning tool", "grooving tool", "threading tool")
 #: Values of operations and strategies that must lie between 0 and 1.
 RATIOS = frozenset(
     ["overlap", "reduced_cut_at_start", "reduced_feed_at_start", "reduced_cut_at_end", "reduced_feed_at_end"]
@@ -82,7 +84,10 @@ class CuttingTool:
         cutting_length: Longest cut.
         offset_length: Length that the tool length offset takes out.
         left_handed: Whether it cuts turning against the clock.
-        pitch: Of a tap.
+        pitch: Of a tap or a tool for threads.
+        nose: Radius of a turning tool's corner.
+        width: Of the end of a tool for grooves.
+        trailing: Angle between the work's axis and the edge of a turning tool that follows its corner.
     """
 
     ident: int
@@ -99,6 +104,9 @@ class CuttingTool:
     offset_length: float | None = None
     left_handed: bool = False
     pitch: float | None = None
+    nose: float | None = None
+    width: float | None = None
+    trailing: float | None = None
 
     @property
     def edge(self) -> float:
@@ -115,7 +123,7 @@ class CutterPath:
     Attributes:
         ident: Its entity.
         kind: ``trajectory``, ``dwell``, ``connect direct``, ``connect security plane``; ``tap``: along `pieces` and back in
-            step with the spindle, which turns back at their end.
+            step with the spindle, which turns back at their end; ``thread``: along them in step with the spindle.
         pieces: Called for the pieces of a trajectory, in the operation's frame; raises `Skip`.
         rapid: Whether the machine moves at its own speed.
         ratio: Factor of the feed.
@@ -123,7 +131,7 @@ class CutterPath:
         seconds: Of a dwell.
         turns: Of a dwell that waits for so many turns of the spindle.
         deviation: How far the machine may be from the path, mm, None where that is its own affair.
-        pitch: Of a tap, mm a turn.
+        pitch: Of a tap or thread, mm a turn.
     """
 
     ident: int
@@ -255,6 +263,8 @@ class Shape:
         thread: Major diameter of a thread, mm, or None.
         pitch: Of a thread, mm: negative of a left-handed one; None where it is not given.
         stock: Outline of the raw piece across the feature's axis, or None where it is not given.
+        contour: Of a turned feature: its profile in the plane of X (the radius) and Z.
+        inside: Whether a turned feature is the wall of a bore.
     """
 
     depth: float | None = None
@@ -278,6 +288,8 @@ class Shape:
     thread: float | None = None
     pitch: float | None = None
     stock: list[Piece] | None = None
+    contour: list[Piece] | None = None
+    inside: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -387,5 +399,14 @@ class Reader(Protocol):
     def orphans(self) -> list[int]:
         """Return workplans and workingsteps that no workplan leads to from a root."""
 
+    def parts(self) -> list[Solid]:
+        """Return what bounds the finished parts, as far as the file has their shapes, in the workpieces' frames."""
+
     def variables(self) -> dict[str, float]:
         """Return the NC variables with their initial values."""
+
+    def needs_rotary(self) -> bool:
+        """Tell whether a tool axis may leave the machine's Z by what tools and toolpaths say."""
+
+    def may_lean(self) -> bool:
+        """Tell whether a setup, workpiece or feature leans; its workingsteps may stand upright all the same."""

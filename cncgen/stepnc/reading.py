@@ -5,22 +5,26 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.files import reading_faults
+from cncgen.geometry import elementary
 from cncgen.machine.tool_table import read_tool_table
 from cncgen.stepnc.ap238 import Ap238Reader
+from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon, Printer
 from cncgen.stepnc.execution.columns import Columns, StepColumns
 from cncgen.stepnc.execution.executor import ProgramExecutor
 from cncgen.stepnc.execution.rotary_axes import RotaryAxes
 from cncgen.stepnc.execution.technology import SpeedRules
-from cncgen.stepnc.features import make_paths
+from cncgen.stepnc.features import Bars, make_paths
+from cncgen.stepnc.geometry.frames import Matrix
 from cncgen.stepnc.iso14649 import Iso14649Reader
+from cncgen.stepnc.model import Branching, Executable, Feature, ProgramStructure, Reader, Workingstep
 from cncgen.stepnc.part21 import Exchange
 from cncgen.stepnc.schema.check import check
 from cncgen.stepnc.schema.short_names import SHORT_NAMES
@@ -30,6 +34,8 @@ from cncgen.toolpath.record import Program, Toolpath
 
 #: Where the tool stands when a program begins and no comment says: high above, as NIST's interpreter has it.
 START = (0.0, 0.0, 250.0)
+#: Executables, elements of a feature and levels of them that are looked at for tilted frames.
+MAX_WALK, MAX_ELEMENTS, MAX_NESTED = 10_000, 1000, 5
 #: Bytes of a file; more is refused.
 MAX_SIZE = 4 * 1024**3
 
@@ -62,7 +68,8 @@ class StepFile:
         else:
             self.reader = Iso14649Reader(self.exchange)
             check(self.exchange, iso14649_table())
-        self.kinematics = RotaryAxes.of(options.kinematics) if self.reader.needs_rotary() else None
+        leaning = self.reader.needs_rotary() or (self.reader.may_lean() and _leans(self.reader))
+        self.kinematics = RotaryAxes.of(options.kinematics) if leaning else None
         table = options.tool_table
         self.lengths = None if table is None else read_tool_table(table).lengths(options.inch_tables)
         self.start = start_of(self.exchange.comments_before)
@@ -78,13 +85,14 @@ class StepFile:
             self.schema == "iso14649" and self.options.speed_unit == "m/min",
             self.options.spindle_sign == "tool",
         )
+        bars: Bars = {}
         executor = ProgramExecutor(
             reader=self.reader,
             exchange=self.exchange,
             canon=canon,
             start=self.start,
             kinematics=self.kinematics,
-            make_paths=lambda step: make_paths(step, self.exchange),
+            make_paths=lambda step: make_paths(step, self.exchange, bars),
             max_steps=self.options.max_steps,
             rules=rules,
             lengths=self.lengths,
@@ -95,6 +103,52 @@ class StepFile:
     def line_of(self, ident: int) -> int:
         """Return the line of an entity."""
         return self.exchange.line(ident)
+
+
+def _leans(reader: Reader) -> bool:
+    """Tell whether a workingstep's frame leans: a feature that leans may stand upright in its setup, and the other way round.
+
+    So many executables that it would take long count as leaning.
+    """
+    waiting = [inner for root in reader.roots() for inner in _inner(root)]
+    met: dict[tuple[int, int], Any] = {}  # contexts are kept, so that their ids stay theirs
+    while waiting and len(met) < MAX_WALK:
+        ident, context = waiting.pop()
+        if (ident, id(context)) in met:
+            continue
+        met[ident, id(context)] = context
+        try:
+            item = reader.executable(ident, context)
+        except Skip:
+            continue
+        if isinstance(item, Workingstep):
+            feature = item.feature if item.operation.paths is None else None
+            if _tilts(item.frame, feature, 0):
+                return True
+        waiting += _inner(item)
+    return bool(waiting)
+
+
+def _tilts(frame: Matrix, feature: Feature | None, depth: int) -> bool:
+    """Tell whether the Z of a frame leaves the machine's, or that of an element of the feature in it."""
+    if frame[2, 2] < 1.0 - 1e-12:
+        return True
+    if feature is None or depth > MAX_NESTED:
+        return False
+    try:
+        elements = feature.shape().elements
+    except Skip:
+        return False
+    return any(_tilts(elementary.product(frame, e.placement), e, depth + 1) for e in elements[:MAX_ELEMENTS])
+
+
+def _inner(item: Executable) -> list[tuple[int, Any]]:
+    """Return the executables within one, each with its context."""
+    if isinstance(item, ProgramStructure):
+        return [(child, item.context) for child in item.children]
+    if isinstance(item, Branching):
+        return [(child, item.context) for child in (item.then, item.otherwise) if child is not None]
+    return []
 
 
 def schema_of(exchange: Exchange) -> str:

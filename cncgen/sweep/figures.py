@@ -78,6 +78,7 @@ STAGES = tuple(FIGURES)
 READING = (
     "language",
     "dialect",
+    "units",
     "block_delete",
     "inch_tables",
     "speed_unit",

@@ -9,13 +9,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cncgen import extensions
 from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
 
 if TYPE_CHECKING:
     from cncgen.machine.kinematics import Kinematics
 
-DIALECTS = ("auto", "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik")
+DIALECTS = ("auto", *extensions.DIALECTS)
+UNITS = ("auto", "mm", "inch")
 SPEED_UNITS = ("m/s", "m/min")
 SPINDLE_SIGNS = ("speed", "tool")
 
@@ -26,6 +28,8 @@ class ReadOptions:
 
     Attributes:
         dialect: One of `DIALECTS` (G-code only).
+        units: ``mm`` or ``inch``: the unit of lengths until G20 or G21 (G70, G71) says it. ``auto``: mm, with a note where the
+            program does not say it (G-code of LinuxCNC and FANUC; SINUMERIK takes mm, Heidenhain says it).
         tool_table: LinuxCNC tool table, or None.
         parameters: File of numbered parameters, read and never rewritten, or None.
         kinematics: How the rotary axes carry table or head (`cncgen.machine.kinematics.Kinematics`), or None.
@@ -51,6 +55,7 @@ class ReadOptions:
     """
 
     dialect: str = "auto"
+    units: str = "auto"
     tool_table: Path | None = None
     parameters: Path | None = None
     inch_tables: bool = False
@@ -112,6 +117,7 @@ def _is_of(choices: tuple[str, ...]) -> tuple[Callable[[object], bool], str]:
 #: Options with what tells a right value, and what that is.
 _RULES: tuple[tuple[tuple[str, ...], Callable[[object], bool], str], ...] = (
     (("dialect",), *_is_of(DIALECTS)),
+    (("units",), *_is_of(UNITS)),
     (("speed_unit",), *_is_of(SPEED_UNITS)),
     (("spindle_sign",), *_is_of(SPINDLE_SIGNS)),
     (("tool_table", "parameters", "save_parameters"), _is_file_or_none, "the name of a file, or None"),

@@ -168,8 +168,10 @@ def _judge_axes(
     breaches: Diagnostics,
 ) -> None:
     """Name the axes that move in the program alone, in the setpoints alone, or on no machine."""
-    for letter, span in zip(path.axes, path.high - path.low, strict=True):
-        if letter not in axes and span > 0:
+    # A rational curve rounds the axes on which all its points are the same.
+    rounding = 8.0 * np.spacing(np.maximum(np.abs(path.low), np.abs(path.high)))
+    for letter, span, least in zip(path.axes, path.high - path.low, rounding, strict=True):
+        if letter not in axes and span > max(least, resolution):
             message = f"axis {letter} moves in the program, and the setpoints have none"
             breaches.add(breach("axis", message, axis=letter))
     for letter, span in zip(axes, travelled.tolist(), strict=True):

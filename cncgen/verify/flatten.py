@@ -127,7 +127,15 @@ def _tolerance(toolpath: Toolpath, machine: Machine, tolerance_mm: float | None)
     if tolerance_mm is not None:
         given = np.full_like(given, tolerance_mm)
     continuous = toolpath.path_mode == PathMode.CONTINUOUS
-    return np.maximum(np.where(continuous, given, 0.0), machine.chord_tolerance_mm)
+    out = np.maximum(np.where(continuous, given, 0.0), machine.chord_tolerance_mm)
+    # An event has no tolerance of its own: a wait is where the motions beside it meet.
+    moving = np.flatnonzero(toolpath.kind != Kind.EVENT)
+    if len(moving):
+        event = np.flatnonzero(toolpath.kind == Kind.EVENT)
+        after = np.searchsorted(moving, event)
+        beside = moving[np.maximum(after - 1, 0)], moving[np.minimum(after, len(moving) - 1)]
+        out[event] = np.maximum(out[beside[0]], out[beside[1]])
+    return out
 
 
 def _waits(toolpath: Toolpath) -> Floats:
@@ -210,28 +218,23 @@ def _nurbs(toolpath: Toolpath, row: int, start: Floats, chord: float) -> Iterato
     pieces = [np.linspace(a, b, 8 * degree, endpoint=False) for a, b in itertools.pairwise(spans)]
     u = np.concatenate([*pieces, spans[-1:]])
     x = at(u)
-    open_ = np.ones(len(u) - 1, bool)
+    found_u, found_x = [u], [x]
+    begin_u, end_u, begin, end = u[:-1], u[1:], x[:-1], x[1:]
     for _ in range(_MAX_HALVINGS):
-        index = np.flatnonzero(open_)
-        if not len(index):
-            break
-        middle = 0.5 * (u[index] + u[index + 1])
+        middle = 0.5 * (begin_u + end_u)
         point = at(middle)
         # Half-way along a smooth piece the curve is farthest from its chord, or nearly so, unless it turns back on it.
-        ends = x[index], x[index + 1]
-        bad = np.maximum(_chord_distance(point, *ends), _beyond(point, *ends)) > 0.5 * chord
-        open_ = np.zeros(len(u) - 1, bool)
-        open_[index[bad]] = True
-        u, x, open_ = _insert(u, x, open_, index[bad], middle[bad], point[bad])
+        bad = np.maximum(_chord_distance(point, begin, end), _beyond(point, begin, end)) > 0.5 * chord
+        if not bad.any():
+            break
+        middle, point = middle[bad], point[bad]
+        found_u.append(middle)
+        found_x.append(point)
+        begin_u, end_u = np.concatenate([begin_u[bad], middle]), np.concatenate([middle, end_u[bad]])
+        begin, end = np.concatenate([begin[bad], point]), np.concatenate([point, end[bad]])
+    x = np.concatenate(found_x)[np.argsort(np.concatenate(found_u), kind="stable")]
     x[-1] = toolpath.end[row] * scale
     yield x[1:]
-
-
-def _insert(
-    u: Floats, x: Floats, open_: NDArray[np.bool_], at: NDArray, middle: Floats, point: Floats
-) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Put a point into the middle of pieces `at`; both halves of each are open."""
-    return np.insert(u, at + 1, middle), np.insert(x, at + 1, point, axis=0), np.insert(open_, at + 1, True)
 
 
 def _chord_distance(point: Floats, a: Floats, b: Floats) -> Floats:

@@ -43,7 +43,7 @@ class MatchWindow:
 
         Args:
             pieces: Consecutive stretches of the path, one at least.
-            longest: Segments are cut to this length, mm.
+            longest: Segments are cut to this length, mm, or to their tolerance where that is more.
             rounding: How far the rounding of positions may move a setpoint, mm.
         """
         first = next(pieces)
@@ -65,13 +65,21 @@ class MatchWindow:
         """Draw more of the path; return False where it has ended before."""
         if self.ended:
             return False
-        enough = len(self) + _AT_LEAST
+        # As much again as half of what is held, so that a wide window is not copied for each little piece.
+        enough, parts, count = max(_AT_LEAST, len(self) // 2), [], 0
         for part in self._parts:
-            self._append(*part)
-            if len(self) >= enough:
-                return True
-        self._append(self.points[-1:], self.line[-1:], self.tolerance[-1:], np.zeros(1))
-        self.ended = True
+            parts.append(part)
+            count += len(part[1])
+            if count >= enough:
+                break
+        else:
+            points, line, tolerance, _ = (
+                parts[-1] if parts else (self.points, self.line, self.tolerance, None)
+            )
+            parts.append((points[-1:], line[-1:], tolerance[-1:], np.zeros(1)))
+            self.ended = True
+        points, line, tolerance, wait_s = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        self._append(points, line, tolerance, wait_s)
         return True
 
     def drop(self, count: int) -> None:
@@ -102,7 +110,7 @@ def _cut(pieces: Iterable[FlatPath], longest: float) -> Iterator[tuple[Floats, I
     """Cut segments to a length; yield ends, lines, tolerances and waits of some of the parts at a time."""
     for piece in pieces:
         lengths = np.linalg.norm(np.diff(piece.points, axis=0), axis=1)
-        parts = np.maximum(np.ceil(lengths / longest), 1).astype(np.int64)
+        parts = np.maximum(np.ceil(lengths / np.maximum(longest, piece.tolerance)), 1).astype(np.int64)
         upto = np.cumsum(parts)
         for first in range(0, int(upto[-1]), _AT_LEAST):
             index = np.arange(first, min(first + _AT_LEAST, upto[-1]))

@@ -373,7 +373,8 @@ def test_choices_are_those_of_the_rooms() -> None:
 
     assert tuple(pipeline.SUFFIXES) == options.LANGUAGES
     assert available() == options.FEEDRATES
-    assert ("auto", *DIALECTS) == ("auto", *reference.DIALECTS) == options.DIALECTS
+    assert ("auto", *DIALECTS) == options.DIALECTS
+    assert set(reference.DIALECTS) == set(DIALECTS) - {"fanuc-lathe-b", "fanuc-lathe-c"}
     for name in ("INTERPOLATORS", "SATURATIONS", "PROFILES", "EFFORTS", "CONTROLS", "LEAST_CONTOUR_ERROR_MM"):
         assert getattr(options, name) == getattr(planning, name)
 
@@ -452,3 +453,13 @@ def test_an_estimate_has_times_and_no_setpoints(
     found = json.loads((tmp_path / "s.json").read_text())
     assert (found["feedrate"], found["peak"]) == ("grbl", {})
     assert found["cycle_time_s"] > 0
+
+
+def test_compare_shows_the_interpolator_that_is_asked_for(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "part.nc").write_text("G21 G1 X5 F1000\nM2\n")
+    assert (
+        run(["compare", str(tmp_path / "part.nc"), "--feedrates", "ild", "--interpolator", "stateline"]) == 0
+    )
+    assert "| stateline " in capfd.readouterr().out

@@ -109,7 +109,7 @@ def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("tune", 2, "give --bandwidth, or a PROGRAM to tune on"),
         ("tune --bandwidth 1e9 -m xy-table", 2, "bandwidth and damping must be positive"),
         ("tune part.nc --controller h-infinity", 2, "no gains to search on a program"),
-        ("tune dwell.nc -m xy-table --sets 1", 2, "Z"),
+        ("tune dwell.nc -m xy-table --sets 1", 2, "dwell.nc moves nothing"),
         ("convert part.nc --linearize 1e-12", 2, "1e-12 is not in the range x>=1e-09"),
         ("convert part.nc --linearize nan", 2, "not a finite number"),
         ("convert part.nc --to postscript", 2, "'postscript' is not one of"),

@@ -146,7 +146,7 @@ def test_an_axis_that_moves_without_a_column_is_an_error(
 ) -> None:
     """A rotation and reference points that the control keeps move axes which nothing in the program names."""
     (tmp_path / "rs274.var").write_text(parameters)
-    options = ReadOptions(dialect="linuxcnc", parameters=tmp_path / "rs274.var")
+    options = ReadOptions(dialect="linuxcnc", units="mm", parameters=tmp_path / "rs274.var")
     program = read(BytesIO(text.encode()), "t", options)
     list(program.chunks())
     ((code, message, place),) = [(d.code, d.message, d.span) for d in program.diagnostics]

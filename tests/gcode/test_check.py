@@ -47,7 +47,7 @@ def test_motions_and_events_are_counted() -> None:
 
 def test_errors_are_raised_where_nobody_takes_them(tmp_path: Path) -> None:
     with pytest.raises(ProgramError) as caught:
-        check(io.BytesIO(b"G1 X1\nG2 X1\n"), "t")
+        check(io.BytesIO(b"G21 G1 X1\nG2 X1\n"), "t")
     assert [d.code for d in caught.value.diagnostics] == ["feed-missing", "arc-centre", "no-program-end"]
     with pytest.raises(UsageError):
         check(tmp_path / "none.ngc", "none.ngc")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from array import array
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -38,7 +39,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 def parameters() -> Parameters:
     """Return parameters with some values, and no machine."""
     made = Parameters(SimpleNamespace(dialect="linuxcnc"))  # type: ignore[arg-type]
-    made.numbers[:40] = [0.37 * k - 2.0 for k in range(40)]
+    made.numbers[:40] = array("d", [0.37 * k - 2.0 for k in range(40)])
     made.numbers[9] = 12.0
     made.local, made.named = {"a": 2.5, "longname": -1.0}, {"_g": 4.0, "_value": 3.0}
     return made

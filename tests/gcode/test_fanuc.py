@@ -202,7 +202,9 @@ def test_coordinate_systems(run: Any) -> None:
         "G10 L2 P1 X10\nG10 L20 P2 X100 Y5\nG0 X1\nG54.1 P2\nX1 Y0\nG54\nX0\nG91 G10 L2 P1 X-3\nG90 X0\nM30"
     )
     assert fanuc(run, text) == [[11, 0, 0], [101, 5, 0], [10, 5, 0], [7, 5, 0]]
-    assert run("G54.1 P49\nM30", dialect="fanuc").errors == [("system-number", 1, 7)]
+    far = "G10 L20 P48 X100\nG10 L20 P49 X200\nG10 L20 P300 X300\nG54.1 P48\nG0 X1\nG54.1 P49\nX1\nG154 P300\nX1\nM30"
+    assert [x for x, *_ in fanuc(run, far)] == [101, 201, 301]
+    assert run("G54.1 P301\nM30", dialect="fanuc").errors == [("system-number", 1, 7)]
     assert run("G10 L2 P7 X1\nM30", dialect="fanuc").errors == [("g10-words", 1, 8)]
 
 
@@ -363,10 +365,19 @@ def test_heads_of_programs(run: Any, head: str) -> None:
     assert [d.code for d in out.diagnostics] == ["dialect"]
 
 
-@pytest.mark.parametrize(("block", "column"), [("<PART", 1), ("G1 <5> X2", 4), ("<A> G1", 5)])
-def test_names_stand_alone_on_their_line(run: Any, block: str, column: int) -> None:
+@pytest.mark.parametrize(
+    ("block", "code", "column"),
+    [
+        ("<PART", "syntax", 1),
+        ("M98 <>", "syntax", 5),
+        ("G1 <5> X2", "unused-word", 4),
+        ("<A> G1", "syntax", 5),
+    ],
+)
+def test_names_stand_alone_on_their_line(run: Any, block: str, code: str, column: int) -> None:
+    """Or behind a word that calls by name."""
     out = run(f"O1\n{block}\nM30", dialect="fanuc")
-    assert out.errors == [("syntax", 2, column)]
+    assert out.errors == [(code, 2, column)]
 
 
 def test_lines_of_haas_run_like_a_program(run: Any) -> None:

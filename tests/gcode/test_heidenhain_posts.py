@@ -39,6 +39,10 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "206": ("CYCL DEF 206 TAPPING ~\n Q200=2 ~\n Q201=-8 ~\n Q206=150 ~\n Q211=0 ~\n Q203=0 ~\n Q204=20\nM3\nCYCL CALL", [(0, 0, 2), (0, 0, -8), (0, 0, 2), (0, 0, 20)]),
     "209": ("CYCL DEF 209 TAPPING ~\n Q200=2 ~\n Q201=-8 ~\n Q239=1 ~\n Q203=0 ~\n Q204=20 ~\n Q257=5 ~\n Q256=1\nM3\nCYCL CALL",
             [(0, 0, 2), (0, 0, -5), (0, 0, -4), (0, 0, -8), (0, 0, 2), (0, 0, 20)]),
+    "200 in one line": ("CYCL DEF 200 DRILLING Q200=2 Q201=-15 Q206=150 Q202=20 Q210=0 Q203=+0 Q204=50 Q211=0\nCYCL CALL",
+                        [(0, 0, 2), (0, 0, -15), (0, 0, 50)]),
+    "200 in lines of several": ("CYCL DEF 200 DRILLING ~\n Q200=2 Q201=-15 Q206=150 ~\n Q202=20 Q210=0 Q203=+0 Q204=50 Q211=0\nCYCL CALL",
+                                [(0, 0, 2), (0, 0, -15), (0, 0, 50)]),
     "240": ("CYCL DEF 240 CENTERING ~\n Q200=2 ~\n Q343=0 ~\n Q201=-1 ~\n Q344=-5 ~\n Q206=150 ~\n Q211=0 ~\n Q203=0 ~\n Q204=20\nCYCL CALL",
             [(0, 0, 2), (0, 0, -1), (0, 0, 2), (0, 0, 20)]),
 }  # fmt: skip

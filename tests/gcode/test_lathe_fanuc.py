@@ -451,3 +451,63 @@ def test_a_feed_that_nobody_means_a_revolution(run: Any, text: str, place: tuple
     out = run(f"G97 S500 M3\n{text}", dialect="fanuc-lathe")
     found = [(d.span.line - 1, d.span.column) for d in out.diagnostics if d.code == "feed-doubtful"]
     assert found == ([place] if place else [])
+
+
+#: A program of system B; those of A and C have other numbers for the same codes.
+SYSTEM_B = """G21 G90 G95
+G92 S2000
+G97 S800 M3
+G0 X50. Z2.
+G77 X46. Z-20. F0.2
+X42.
+G79 X30. Z-1. F.1
+G0 X30. Z5.
+G78 X28. Z-15. F1.5
+G0 X40. Z0
+G91 G1 X4. Z-2. F.2
+G90 X60.
+G94 Z-20. F100.
+G33 Z-30. F1.
+M30
+"""
+SYSTEM_C = {"G77": "G20", "G79": "G24", "G78": "G21", "G21 G90 G95": "G71 G90 G95"}
+SYSTEM_A = {"G21 G90 G95": "G21 G99", "G92 S": "G50 S", "G78": "G92", "G77": "G90", "G79": "G94", "G91 G1 X4. Z-2.": "G1 U4. W-2.",
+            "G90 X60.": "X60.", "G94 Z-20.": "G98 G1 Z-20.", "G33": "G32"}  # fmt: skip
+
+
+@pytest.mark.parametrize(("dialect", "other"), [("fanuc-lathe-b", {}), ("fanuc-lathe-c", SYSTEM_C)])
+def test_systems_b_and_c_move_as_system_a(run: Any, dialect: str, other: dict[str, str]) -> None:
+    """The table of G codes (B-64304EN-1, 3) has one meaning of each row for the three systems."""
+
+    def written(names: dict[str, str]) -> str:
+        return "".join(
+            next((line.replace(a, b) for a, b in names.items() if a in line), line)
+            for line in SYSTEM_B.splitlines(True)
+        )
+
+    texts = {dialect: written(other), "fanuc-lathe": written(SYSTEM_A)}
+    found = [run(text, dialect=name) for name, text in texts.items()]
+    assert [out.errors for out in found] == [[], []]
+    for column in ("end", "feed", "feed_mode", "kind"):
+        a, b = (getattr(out.path, column) for out in found)
+        assert np.array_equal(a, b, equal_nan=True)
+    assert found[0].path.end[-1].tolist()[0] == pytest.approx(30.0)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "line", "own"),
+    [("fanuc-lathe-b", "G50 S1000", "G92"), ("fanuc-lathe-c", "G32 Z-1. F1.", "G33")],
+)
+def test_codes_of_system_a_in_another(run: Any, dialect: str, line: str, own: str) -> None:
+    (fault,) = (d for d in run(f"{line}\nM30\n", dialect=dialect).diagnostics if d.severity == "error")
+    assert (fault.code, fault.span.line, own in fault.message) == ("unknown-code", 1, True)
+
+
+def test_a_thread_without_last_passes(run: Any) -> None:
+    """P00…: the control's count of last passes is 1 at least."""
+    text = "G98 S500 M3\nG0 X62. Z2.\nG76 P{}0060 Q200 R0.1\nG76 X58. Z-20. P1000 Q500 F1.5\nM30\n"
+    none, one = (run(text.format(count), dialect="fanuc-lathe") for count in ("00", "01"))
+    assert np.array_equal(none.path.end, one.path.end)
+    assert [(d.code, d.span.line) for d in none.diagnostics if d.severity == "warning" and d.span] == [
+        ("thread-words", 3)
+    ]

@@ -13,9 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cncgen.diagnostics import Diagnostics
-from cncgen.gcode import moving_axes
 from cncgen.gcode.flow.running import Runner
+from cncgen.gcode.moved_axes import moving_axes
 from cncgen.gcode.sinks.columns import ColumnsSink
+from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import Source
 from cncgen.kernels import gcode_motion
 from cncgen.toolpath.building import ToolpathBuilder
@@ -37,6 +38,14 @@ def toolpath(text: str, batches: bool) -> tuple[Toolpath, list[str]]:
     return builder.take(), [d.render() for d in diagnostics]
 
 
+def counted(text: str, batches: bool) -> tuple[int, list[str]]:
+    """Count the motions and events of a text as a check does."""
+    sink, diagnostics = CountingSink(), Diagnostics()
+    for _ in Runner(Source(text.encode(), "t"), ReadOptions(), sink, diagnostics, batches=batches).run():
+        pass
+    return sink.count, [d.render() for d in diagnostics]
+
+
 def same(a: Toolpath, b: Toolpath) -> None:
     """Assert that two toolpaths are equal to the bit."""
     for name in (
@@ -55,6 +64,10 @@ def same(a: Toolpath, b: Toolpath) -> None:
     for name in ("centre", "normal", "sweep"):
         np.testing.assert_array_equal(getattr(a.arcs, name), getattr(b.arcs, name), err_msg=name)
     assert a.events == b.events
+
+
+#: Whether a rare thing stands here.
+_RARELY = st.integers(0, 5).map(lambda n: n == 0)
 
 
 def decimal(low: float, high: float) -> st.SearchStrategy[str]:
@@ -104,6 +117,59 @@ def motion_lines(draw: st.DrawFn) -> str:
     return " ".join(words) + draw(st.sampled_from(["", " (remark)", " ; tail"]))
 
 
+@st.composite
+def shop_lines(draw: st.DrawFn) -> str:
+    """A block of what stands between motions in a shop's programs, drilling too, right or wrong."""
+    kind = draw(st.integers(0, 9))
+    words = [
+        x
+        for x in ("M3", "M8", "M5", "M9", "M7", "M4", "G17", "G18", "G40", "G80", "G98", "G99")
+        if draw(_RARELY)
+    ]
+    if kind < 5:
+        places = [
+            letter + draw(decimal(-20, 20))
+            for letter in "XYUA"
+            if draw(st.integers(0, 3)) == 0 or letter in "XY"
+        ]
+        rest = [f"R{draw(decimal(-1, 9))}", f"Z{draw(decimal(-9, 1))}"] if draw(st.booleans()) else []
+        step = [f"{letter}{draw(decimal(-0.2, 4))}" for letter in "PQ" if draw(st.booleans())]
+        words += [
+            draw(st.sampled_from(["", "G81", "G82", "G73", "G83", "G85", "G89", "G84", "G0", "G1"])),
+            *places,
+            *rest,
+            *step,
+        ]
+        words += [draw(st.sampled_from(["L2", "L0", "L1.5", "L3"]))] if draw(_RARELY) else []
+    elif kind == 5:
+        words += ["G4", f"P{draw(decimal(-0.1, 2))}"]
+    elif kind == 6:
+        words.append(f"S{draw(decimal(-10, 9000))}")
+    elif kind == 7:
+        words.append(
+            draw(
+                st.sampled_from(
+                    ["G90", "G91", "G20", "G21", "G94", "G95", "G61", "G64", "G96 S90", "G97", "T1 M6"]
+                )
+            )
+        )
+    if draw(_RARELY):
+        words.append(f"F{draw(decimal(0, 500))}")
+    return " ".join(words) + draw(st.sampled_from(["", " (remark)"]))
+
+
+@settings(max_examples=150)
+@given(st.lists(st.one_of(shop_lines(), shop_lines(), motion_lines()), min_size=1, max_size=25))
+def test_the_batch_kernel_does_what_the_handlers_of_shop_programs_do(lines: list[str]) -> None:
+    """Spindle, coolant, dwell, planes and holes in columns, beside each block through its handlers."""
+    text = "F100 S500 M3\n" + "\n".join(lines) + "\nG0 X1\nM2\n"
+    fast, fast_said = toolpath(text, batches=True)
+    slow, slow_said = toolpath(text, batches=False)
+    same(fast, slow)
+    assert fast_said == slow_said
+    assert counted(text, batches=True) == counted(text, batches=False)
+
+
 @settings(max_examples=150)
 @given(st.lists(motion_lines(), min_size=1, max_size=25))
 def test_the_batch_kernel_does_what_the_handlers_do(lines: list[str]) -> None:
@@ -124,7 +190,7 @@ def test_the_batch_kernel_agrees_on_every_program(path: Path) -> None:
 
 
 @settings(max_examples=30)
-@given(st.lists(motion_lines(), min_size=1, max_size=15))
+@given(st.lists(st.one_of(motion_lines(), shop_lines()), min_size=1, max_size=15))
 def test_the_batch_kernel_runs_uncompiled(lines: list[str]) -> None:
     text = "F100 G1 X0 Y0\n" + "\n".join(lines) + "\n"
     compiled, said = toolpath(text, batches=True)

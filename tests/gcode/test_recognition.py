@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import io
+import re
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cncgen.diagnostics import Diagnostics
 from cncgen.gcode import check, read
 from cncgen.gcode.source import open_source
+from cncgen.gcode.text import dialects
 from cncgen.gcode.text.dialects import choose
 from cncgen.toolpath.reading import ReadOptions
 
@@ -34,6 +38,10 @@ CERTAIN = [
     ("O6\nG99G97S800M3T0202\nG0X30.Z3.\nG32Z-20.F2.\nG0X40.\nM30", "fanuc-lathe"),
     ("T0101\nG0X60.Z2.\nG71U2.R.5\nG71P10Q20U.4W.1F.25\nN10G0X20.\nN20G1Z-30.\nG70P10Q20\nM30", "fanuc-lathe"),
     ("G0X50.Z5.\nG76P020060Q100R50\nG76X20.Z-20.P920Q300F1.5\nM30", "fanuc-lathe"),
+    # Systems B and C.
+    ("O7\nG21G90G95\nG92S2000\nT0101\nG97S800M3\nG0X50.Z2.\nG77X46.Z-20.F.2\nX42.\nM30", "fanuc-lathe-b"),
+    ("%O1200(BAR)\nN10G21G90G40G95\nN60G92S500\nN70G97S300M3\nN90G0X160.Z7.\nN110G1Z5.F.3\nN120G3X50.Z3.R3.\nN130M30", "fanuc-lathe-b"),
+    ("O8\nG71G90G95T0202\nG0X50.Z2.\nG73U2.R.5\nG73P10Q20U.4W.1F.25\nN10G0X20.\nN20G1Z-30.\nG72P10Q20\nM30", "fanuc-lathe-c"),
     # Mills.
     ("%\nO1234(PART)\nG90G54G0X0Y0S3000M3\nG43H1Z50.\nG1Z-2.F150.\nM30\n%", "fanuc"),
     ("O10\nT1M6\nG54X0Y0\nG43Z10.H1\nG81X5.Y5.Z-5.R2.F120.\nG80\nM30", "fanuc"),
@@ -49,6 +57,7 @@ CERTAIN = [
     # Heidenhain.
     ("0 BEGIN PGM A MM\n1 L X+10 R0 FMAX\n2 END PGM A MM", "heidenhain"),
     ("1 TOOL CALL 3 Z S4850\n2 L X+10 Y+0 R0 FMAX M3\n3 L X+20 F200", "heidenhain"),
+    ("L X1,5 Y0.5 FMAX\nL Z-0.2 F100\nL Y9.5", "heidenhain"),
 ]  # fmt: skip
 
 
@@ -140,6 +149,9 @@ UNREAD = [
     ("O1\nVC1=10\nVC2=VC1+5\nG0 X=VC2\nM2", "Okuma"),
     ("%PART G71 *\nN10 G30 G17 X+0 Y+0 Z-40 *\nN20 G00 G40 G90 Z+250 *\nN30 G01 X-5 F200 *\n", "DIN/ISO"),
     (";FLAVOR:Marlin\nM104 S200\nG28\nG92 E0\nG1 X10 Y20 E1.5 F1500\nM84", "3D printers"),
+    ("N1 O3 (EDGES)\nN2 G0 G90 M6 T7\nN4 G90 G0 X-40. Y0 E1\nN5 H7 Z5.\nN9 G0 Z50.\nN39 G90 H0 Z0.\nN40 E0 X0. Y250.\nN41 M2", "Fadal"),
+    ("%MPF  90\nR11=384.5 R12=213.\nN1 @371 R52 K2 K0\nN2 @122 R52 K0 K10\nN10 G0 G17 G40 Z631.6 D0\nN670 M30", "SINUMERIK 810"),
+    ("%PM\nN9000 (TURNED)\nN10 G54\nN20 G99 X105 Z1237\nN60 G1 Z-4 F0.4\nN950 M30", "Philips"),
 ]  # fmt: skip
 
 
@@ -170,3 +182,36 @@ def test_words_of_sinumerik_in_comments_do_not_count() -> None:
     text = "(roughing out in soft material)\nG93 (loop)\nG0 X1 Y2 ; TRANS X5\nG1 X5 F10 (goto end)\nM2"
     assert dialect_of(text) == ("linuxcnc", "")
     assert dialect_of("G0 X1\nSOFT\nG1 X5 F100\nM30")[0] == "sinumerik"
+
+
+#: Signs of the table, by their place in it, for messages of a test that fails.
+SIGNS = [*dialects._WRITTEN, *dialects._SPOKEN, *dialects._BARE]
+
+
+@given(st.data())
+def test_a_sign_stands_only_where_one_of_its_texts_does(data: st.DataObject) -> None:
+    sign = data.draw(st.sampled_from([sign for sign in SIGNS if sign.texts]))
+    line = data.draw(st.from_regex(re.compile(sign.pattern, re.MULTILINE)))
+    assert any(text in line for text in sign.texts), (sign.reason, line)
+
+
+def each_line(text: bytes) -> tuple[bytes, list[int], list[int]]:
+    """Return all lines in capitals, as signs were looked for before lines that differ in coordinates alone were taken once."""
+    count = text.count(b"\n") + 1
+    return text.upper(), list(range(1, count + 1)), [1] * count
+
+
+@given(st.data())
+def test_signs_are_the_same_in_all_lines_and_in_those_that_differ(data: st.DataObject) -> None:
+    number = st.sampled_from(["1", "-0.5", "12.25", ".3", "0.", " 7.5", "+3", "#1", "0.300", "100", "[1.5]"])
+    word = st.tuples(st.sampled_from("xXYZIJKFfGMTUWRPQHSA("), number).map("".join)
+    lines = [
+        st.lists(word, max_size=4).map(lambda words: "".join(words).encode()),
+        st.sampled_from(SIGNS).flatmap(lambda sign: st.from_regex(re.compile(sign.pattern, re.MULTILINE))),
+    ]
+    text = b"\n".join(data.draw(st.lists(st.one_of(lines), max_size=12)))
+    source = open_source(io.BytesIO(text), "t.nc")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(dialects, "different_lines", each_line)
+        expected = choose(source)
+    assert choose(source) == expected

@@ -19,7 +19,7 @@ BOUNDS = {"max_steps": 2_000, "max_call_depth": 8}
 
 
 def consume(data: bytes, **options: Any) -> list[str]:
-    """Read bytes to the end both ways; return the codes of what was said."""
+    """Read bytes to the end both ways; return the codes of what was said, but that no unit is."""
     program = read(io.BytesIO(data), "t", ReadOptions(**BOUNDS, **options))
     for _ in program.chunks():
         pass
@@ -28,7 +28,7 @@ def consume(data: bytes, **options: Any) -> list[str]:
         pass
     codes = [d.code for d in program.diagnostics]
     assert codes == [d.code for d in printed]
-    return codes
+    return [code for code in codes if code not in ("units-assumed", "units-doubtful")]
 
 
 WORDS = st.sampled_from(
@@ -328,7 +328,7 @@ def test_a_hundred_megabytes_in_one_line(tmp_path: Path) -> None:
         for _ in range(100):
             file.write(b"G1 X1 [" * 142_857)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    program = read(big, "big.nc")
+    program = read(big, "big.nc", ReadOptions(units="mm"))
     for _ in program.chunks():
         pass
     (error, *_) = program.diagnostics

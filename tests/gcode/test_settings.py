@@ -29,7 +29,7 @@ def test_every_wrong_setting_is_named() -> None:
     messages = [d.message for d in caught.value.diagnostics]
     assert messages == [
         "interpreter.speed: unknown key",
-        "interpreter.dialect: must be one of linuxcnc, fanuc, fanuc-lathe, heidenhain, sinumerik; is 'heidi'",
+        "interpreter.dialect: must be one of linuxcnc, fanuc, fanuc-lathe, fanuc-lathe-b, fanuc-lathe-c, heidenhain, sinumerik; is 'heidi'",
         "interpreter.least_increment_mm: must be a number from 1e-9 to 1; is -1",
     ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import random
 from array import array
 from pathlib import Path
@@ -9,6 +10,11 @@ from pathlib import Path
 import pytest
 from cncgen.grammars import lalr
 
+from cncgen.gcode import read
+from cncgen.gcode.codes.table import LATHE, language_of
+from cncgen.gcode.source import open_source
+from cncgen.gcode.text.dialects import choose
+from cncgen.gcode.text.parsers import parser
 from tests.kernels.plain import uncompiled
 from trials.peer_cases import peer_cases
 
@@ -80,6 +86,22 @@ def texts(folder: str) -> list[str]:
         return [case.program for case in peer_cases()]
     paths = (path for path in (ROOT / folder).iterdir() if path.suffix in (".ngc", ".nc"))
     return [path.read_text(errors="replace") for path in paths]
+
+
+@pytest.mark.parametrize("folder", ["programs", "programs/bad", "tests/peer/cases"])
+def test_reading_runs_the_tables_for_every_block(folder: str) -> None:
+    count = 0
+    for text in texts(folder):
+        source = open_source(io.BytesIO(text.encode()), "t.ngc")
+        dialect = choose(source).dialect
+        if dialect not in (*lalr.GRAMMARS, LATHE) or source.is_binary():
+            continue
+        reader = parser(language_of(dialect), False)
+        before = reader.lines
+        read(io.BytesIO(text.encode()), "t.ngc")
+        assert reader.lines - before >= len(text.splitlines()), text
+        count += 1
+    assert count > 10
 
 
 @pytest.mark.parametrize("folder", ["programs", "programs/bad", "tests/peer/cases"])

@@ -6,6 +6,7 @@ import json
 import shutil
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,15 @@ class Browser:
         from selenium.webdriver.common.by import By
 
         return self.driver.find_element(By.CSS_SELECTOR, selector)
+
+    @contextmanager
+    def frame(self, selector: str) -> Iterator[None]:
+        """Stay within a frame of the page."""
+        self.driver.switch_to.frame(self.find(selector))
+        try:
+            yield
+        finally:
+            self.driver.switch_to.default_content()
 
     def requested(self) -> list[str]:
         """Return the addresses that the page asked for since it was opened, the page itself left out."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from html import unescape
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -58,10 +60,13 @@ def test_what_no_room_shows_has_its_repr() -> None:
     assert html_of(object()) is None
 
 
-def test_the_notebook_of_the_docs_runs() -> None:
+@pytest.fixture(scope="module")
+def book() -> Any:
+    """The notebook of the docs, run."""
     nbformat = pytest.importorskip("nbformat", reason="the extra cncgen[notebook] is not installed")
     nbclient = pytest.importorskip("nbclient", reason="the extra cncgen[notebook] is not installed")
-    pytest.importorskip("ipykernel", reason="the extra cncgen[notebook] is not installed")
+    for name in ("ipykernel", "anywidget"):
+        pytest.importorskip(name, reason="the extra cncgen[notebook] is not installed")
     from jupyter_client import KernelManager
 
     book = nbformat.read(ROOT / "docs" / "notebook.ipynb", as_version=4)
@@ -71,10 +76,87 @@ def test_the_notebook_of_the_docs_runs() -> None:
         book, km=manager, timeout=120, resources={"metadata": {"path": str(ROOT)}}
     )
     client.execute()
-    results = [cell["outputs"][-1]["data"] for cell in book.cells if cell.cell_type == "code"]
+    return book
+
+
+def test_the_notebook_of_the_docs_runs(book: Any) -> None:
+    *results, live = [cell["outputs"][-1]["data"] for cell in book.cells if cell.cell_type == "code"]
     assert all("text/html" in data for data in results)
     framed = ["<iframe" in data["text/html"] for data in results]
     assert framed == [True, True, True, False, True]
+    assert WIDGET in live
+
+
+def test_a_viewer_needs_anywidget(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cncgen.report.widget", None)
+    with pytest.raises(cncgen.CncgenError, match="anywidget"):
+        cncgen.viewer(cncgen.read_text(SQUARE), "xy-table")
+
+
+#: A notebook's side of a widget, as https://anywidget.dev/en/afm/ describes it.
+HOST = """<!doctype html><meta charset=utf-8><title>host</title><div id=el></div><script type=module>
+const state = STATE, heard = {};
+const model = {
+  saved: 0,
+  get: (name) => state[name],
+  set(name, value) {
+    const before = state[name];
+    state[name] = value;
+    if (value !== before) for (const call of heard[`change:${name}`] ?? []) call();
+  },
+  on: (event, call) => (heard[event] ??= []).push(call),
+  off: (event, call) => (heard[event] = (heard[event] ?? []).filter((one) => one !== call)),
+  save_changes: () => model.saved++,
+};
+const { default: widget } = await import(URL.createObjectURL(new Blob([state._esm], { type: "text/javascript" })));
+const el = document.getElementById("el");
+Object.assign(window, { model, show: () => widget.render({ model, el }), heard });
+window.away = window.show();
+</script>"""
+WIDGET = "application/vnd.jupyter.widget-view+json"
+
+
+def inside(browser: Browser, script: str) -> Any:
+    """Run a script in the widget's frame."""
+    with browser.frame("iframe"):
+        return browser.run(script)
+
+
+@pytest.mark.slow
+def test_the_live_viewer_of_the_notebook(book: Any, browser: Browser, tmp_path: Path) -> None:
+    """Moment, line and view go both ways; a widget that is shown again has the view that it had."""
+    shown = book.cells[-1]["outputs"][-1]["data"][WIDGET]["model_id"]
+    state = book.metadata["widgets"]["application/vnd.jupyter.widget-state+json"]["state"][shown]["state"]
+    asked = state["t_s"]
+    assert asked > 0.0
+    text = json.dumps({name: state[name] for name in ("_esm", "page", "height", "view", "t_s", "line")})
+    file = tmp_path / "host.html"
+    file.write_text(HOST.replace("STATE", text.replace("</", "<\\/")), encoding="utf-8")
+    browser.driver.get(file.as_uri())
+    row = "return [cncgen.now, cncgen.part.rows, cncgen.scene.drawer !== null]"
+    browser.wait("return model.get('view') !== ''")
+    # The moment that Python set stands until the page says another one.
+    assert browser.run("return model.get('t_s')") == pytest.approx(asked, abs=1e-3)
+    line = inside(browser, "return cncgen.part.line(cncgen.now)")
+    assert browser.run("return model.get('line')") == line > 0
+    now, rows, drawn = inside(browser, row)
+    assert (now, drawn) == (round(asked / 1e-3), True)
+    # From Python to the page.
+    browser.run("model.set('t_s', 1.5)")
+    browser.wait("return model.get('view').includes('t=1.5')")
+    assert inside(browser, row)[0] == 1500
+    # From a person to Python.
+    inside(browser, "cncgen.look('top'); cncgen.setColour('limit'); cncgen.seek(800)")
+    browser.wait("return model.get('t_s') === 0.8")
+    view = browser.run("return model.get('view')")
+    assert "c=limit" in view
+    # Shown again, in another frame.
+    browser.run("away(); document.getElementById('el').replaceChildren(); window.away = show()")
+    look = "return document.documentElement.dataset.ready === 'all' && cncgen.link().slice(1)"
+    with browser.frame("iframe"):
+        browser.wait(f"return ({look.removeprefix('return ')}) === {json.dumps(view)}")
+    assert browser.run("return heard['change:view'].length") == 1
+    assert rows > 3000
 
 
 @pytest.mark.slow
@@ -83,11 +165,8 @@ def test_the_viewer_works_in_a_frame(browser: Browser, tmp_path: Path) -> None:
     file = tmp_path / "book.html"
     file.write_text(f"<!doctype html><meta charset=utf-8>{points._repr_html_()}", encoding="utf-8")
     browser.driver.get(file.as_uri())
-    browser.driver.switch_to.frame(browser.find("iframe"))
-    try:
+    with browser.frame("iframe"):
         browser.wait("return document.documentElement.dataset.ready === 'all'")
         browser.find("[data-view=top]").click()
         assert browser.run("return cncgen.part.rows") == len(points)
         assert browser.run("return cncgen.scene.drawer !== null")
-    finally:
-        browser.driver.switch_to.default_content()

@@ -95,20 +95,34 @@ def test_axes_stand_while_an_event_lasts(tmp_path: Path, feedrate: str) -> None:
     assert result["cycle_time_split_s"]["tool"] == 1.25
 
 
-@pytest.mark.parametrize("name", sorted(p.name for p in (ROOT / "programs").glob("*.nc")))
+@pytest.mark.parametrize(
+    "name",
+    sorted(
+        p.relative_to(ROOT / "programs").as_posix()
+        for kind in ("*.nc", "lathe/*.nc", "stepnc/*.stp")
+        for p in (ROOT / "programs").glob(kind)
+    ),
+)
 def test_parts_add_up_to_the_cycle_time_of_each_program(name: str) -> None:
-    where = replace(load("generic-mill"), settings={**load("generic-mill").settings, "times": TABLE})
-    stream, watch = plan_with_summary(ROOT / "programs" / name, where, effort="fast")
-    last = 0.0
-    try:
-        for chunk in stream:
-            last = chunk.time_s[-1]
-    except cncgen.CncgenError:
-        pytest.skip("the program has no plan on this machine")
+    """Each part is summed up from pieces and events of its own kind; the setpoints of each kind, counted, say the same."""
+    base = load("generic-mill")
+    where = replace(base, settings={**base.settings, "times": TABLE})
+    stream, watch = plan_with_summary(ROOT / "programs" / name, where, effort="fast", signals=("programmed",))
+    rows = stream.collect()
     result = watch.as_json()
-    assert sum(result["cycle_time_split_s"].values()) == pytest.approx(result["cycle_time_s"], abs=1e-9)
-    assert all(seconds >= -1e-9 for seconds in result["cycle_time_split_s"].values())
-    assert abs(result["cycle_time_s"] - last) <= where.period_s + 1e-9
+    parts = result["cycle_time_split_s"]
+    assert sum(parts.values()) == pytest.approx(result["cycle_time_s"], abs=1e-6)
+    assert all(seconds >= -1e-9 for seconds in parts.values())
+    assert abs(result["cycle_time_s"] - rows.time_s[-1]) <= where.period_s + 1e-9
+    # Setpoints between the events that take time, by whether the row that they are on is a rapid.
+    standing = np.zeros(len(rows), bool)
+    for t_s, _, event in rows.events:
+        standing |= (rows.time_s > t_s + 1e-9) & (rows.time_s <= t_s + event.takes_s + event.dwell_s + 1e-9)
+    rapid = rows.signals["programmed"] == 0.0
+    # A boundary between two kinds falls anywhere within a period.
+    edges = 1 + len(rows.events) + np.count_nonzero(np.diff(rapid))
+    for kind, found in {"rapid": rapid & ~standing, "cutting": ~rapid & ~standing}.items():
+        assert parts[kind] == pytest.approx(found.sum() * where.period_s, abs=edges * where.period_s), kind
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from cncgen.removal.stock import box, read_stl
 from cncgen.removal.surfaces import mesh_of, stl_bytes
 from tests.removal.paths import event, line, path_of
 from tests.stepnc.featured import ORIGIN, Features, pocket_operation
+from tests.stepnc.test_what_is_cut import face
 
 BOX = box((0, 0, -20), (40, 30, 0))
 
@@ -171,6 +172,84 @@ def test_old_toolpaths_of_features_are_found_wrong(tmp_path):
     gouged = cut_toolpaths([path_of((x, y, 5.0), *deep)], stock, "t", {"*": tool}, program.finished, 0.2)
     assert codes(gouged)[0] == "cut-gouge"
     assert gouged.findings[0].values["depth_mm"] == pytest.approx(1.0)
+
+
+def old(part, tool, *moves, start=None, spindle=1000.0):
+    """Cut what features leave along toolpaths as they were made before; places are from the feature's origin."""
+    from cncgen.stepnc.cutting import cut_program
+
+    x, y = ORIGIN[:2]
+    program = cut_program(part.text().encode(), "t.stp")
+    assert program.finished is not None
+    moved = [event("spindle", speed_rpm=spindle, direction=int(spindle > 0))]
+    moved += [line(x + a, y + b, z, rapid) for a, b, z, rapid in moves]
+    path = path_of((x + moves[0][0], y + moves[0][1], 20.0) if start is None else start, *moved)
+    cutters = {"*": cutter_of_option(f"*={tool}")}
+    stock = box((0, 0, -20), (100, 80, 0))
+    return cut_toolpaths([path], stock, "t", cutters, program.finished, 0.2)
+
+
+def drilled_part():
+    """A hole of 10 mm, 8 mm deep, with a flat bottom."""
+    part = Features()
+    workpiece = part.block((0, 0, -20), (100, 80, 0))
+    flat = part.add("FLAT_HOLE_BOTTOM")
+    hole = part.add(
+        "ROUND_HOLE", "h", workpiece, (), part.placement(ORIGIN), part.plane(-8.0), part.size(10), None, flat
+    )
+    head = (None, None, "op", 11.0, None, part.tool("d", 10.0), part.technology(), None)
+    return part.mill(hole, part.add("DRILLING", *head, None, None, None, None, None, None))
+
+
+@pytest.mark.parametrize(
+    ("tool", "depth", "gouge"),
+    [
+        ("flat:10", 8.0, None),
+        # Below the bottom of the hole.
+        ("flat:10", 11.0, 3.0),
+        # A tool of 12 mm takes the wall along with it: the block beside the hole, 8 mm high.
+        ("flat:12", 8.0, 8.0),
+        # Through the block, 20 mm thick.
+        ("flat:10", 25.0, 12.0),
+    ],
+)
+def test_old_holes_with_a_wrong_tool_or_depth_are_gouges(tool, depth, gouge):
+    found = old(drilled_part(), tool, (0, 0, -depth, False), (0, 0, 20, True)).findings
+    assert {f.code for f in found} == ({"cut-gouge"} if gouge else set())
+    if gouge:
+        assert found[0].values["depth_mm"] == pytest.approx(gouge)
+
+
+def test_old_holes_with_a_standing_spindle_are_found():
+    found = old(drilled_part(), "flat:10", (0, 0, -8, False), (0, 0, 20, True), spindle=0.0).findings
+    assert [f.code for f in found] == ["cut-spindle"]
+
+
+def test_old_facing_leaves_spikes_that_are_found():
+    """Lines 12 mm apart of a tool of 16 mm whose front goes as far as the side, 40 mm away: between round fronts it stands 2 mm high."""
+    moves = []
+    for x in (6.0, 18.0, 30.0, 42.0):
+        moves += [(x, 8.0, 20.0, True), (x, 8.0, -2.0, False), (x, 32.0, -2.0, False), (x, 32.0, 20.0, True)]
+    found = old(face(0.0), "flat:16", *moves).findings
+    assert {f.code for f in found} == {"cut-left"}
+    assert all(f.values["depth_mm"] == pytest.approx(2.0) for f in found)
+
+
+def test_old_rapids_through_standing_walls_are_found(tmp_path):
+    """Rings 20 mm apart by a tool of 8 mm leave walls, and the rapid from one to the next goes through."""
+    from cncgen.stepnc.cutting import cut_program
+
+    program = cut_program(pocket_part(tmp_path))
+    x, y = ORIGIN[:2]
+    moves = [line(x - 10, y - 10, -6), line(x + 10, y - 10, -6), line(x + 10, y + 10, -6, rapid=True)]
+    tool = {"*": cutter_of_option("*=flat:8")}
+    stock = box((0, 0, -20), (100, 80, 0))
+    out = cut_toolpaths([path_of((x - 10, y - 10, 5.0), *moves)], stock, "t", tool, program.finished, 0.2)
+    (found,) = [f for f in out.findings if f.code == "cut-rapid"]
+    assert found.values["depth_mm"] == pytest.approx(6.0)
+    # A strip of 8 mm by 20 mm and a half circle, less what the line before it has cut: a square of 4 mm and a quarter of a circle.
+    area = 160.0 + 8.0 * np.pi - 16.0 - 4.0 * np.pi
+    assert found.values["volume_mm3"] == pytest.approx(6.0 * area, rel=1e-3)
 
 
 def test_the_mesh_of_a_cut_block_has_its_volume():

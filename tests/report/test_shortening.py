@@ -1,26 +1,19 @@
-"""What would shorten a program: derivatives against closed forms and against differences of another step."""
+"""What would shorten a program: derivatives against closed forms and against differences of other steps."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from cncgen.cli.app import run
-from cncgen.machine import Machine, load
-from cncgen.pipeline import read, why
-from cncgen.planner import PlanOptions
-from cncgen.report.shortening import Case, Quantity, planned_times, quantities
-
-
-def case_of(tmp_path: Path, text: str, machine: Machine) -> Case:
-    path = tmp_path / "part.nc"
-    path.write_text(text)
-    program = read(path)
-    return Case(lambda: program.chunks(), machine, PlanOptions())
+from cncgen.machine import load
+from cncgen.pipeline import why
+from cncgen.report.shortening import NO_DERIVATIVE, as_text, derivative
+from trials.shortening import ASKED, compared
 
 
 def test_a_long_line_at_its_feed_in_closed_form(tmp_path: Path) -> None:
@@ -44,35 +37,51 @@ def test_a_long_line_at_its_feed_in_closed_form(tmp_path: Path) -> None:
     assert worth["X velocity"].saved_s == pytest.approx(0.0, abs=1e-6)
 
 
-def program(seed: int) -> str:
-    """Return a pocket-like program: lines and tangent arcs of random sizes, rapids between two passes."""
-    rng = np.random.default_rng(seed)
-    rows = [f"G21 G90 G17 G64 P0.02 F{rng.integers(1500, 9000)}", "G0 X5 Y5"]
-    for _ in range(2):
-        w, h, r = rng.uniform(10, 40), rng.uniform(10, 30), rng.uniform(1, 4)
-        rows += [f"G1 X{5 + w:.3f}", f"G3 X{5 + w + r:.3f} Y{5 + r:.3f} J{r:.3f} I0", f"G1 Y{5 + r + h:.3f}"]
-        rows += [f"G1 X{rng.uniform(0, 10):.3f} Y{rng.uniform(20, 30):.3f}", "G0 X5 Y5"]
-    return "\n".join([*rows, "M2", ""])
+def test_a_derivative_is_that_of_a_polynomial_of_fourth_degree() -> None:
+    saved = {k: 0.02 * (k / 2) - 3e-3 * (k / 2) ** 2 + 2e-4 * (k / 2) ** 3 for k in range(-2, 3)}
+    assert derivative(saved, 1e-9) == pytest.approx(0.02, rel=1e-12)
 
 
-def agrees(case: Case, quantity: Quantity, largest: float) -> tuple[float, float]:
-    """Return the derivative with the step of `why`, and with half of it."""
-    slopes = []
-    for step in (0.02, 0.01):
-        times = [planned_times(quantity.scaled(case, 1 + sign * step)) for sign in (1, -1)]
-        parts = [t.parts[quantity.part] if quantity.part else t.cycle_s for t in times]
-        slopes.append((parts[0] - parts[1]) / (2 * step))
-    return slopes[0], slopes[1]
+@pytest.mark.parametrize(
+    "odd",
+    [
+        pytest.param(lambda x: 2e-3 * abs(x), id="a kink"),
+        pytest.param(lambda x: 1e-3 * (x > 0.2), id="a jump near by"),
+        pytest.param(lambda x: 1e-3 * (x > 0.7), id="a jump further away"),
+        pytest.param(lambda x: 4e-3 * max(x, 0.0) ** 2, id="a jump of the second derivative"),
+    ],
+)
+def test_no_derivative_is_given_where_it_would_be_off(odd: Callable[[float], float]) -> None:
+    smooth = {k: 0.02 * (k / 2) for k in range(-2, 3)}
+    assert derivative(smooth, 1e-9) is not None
+    assert derivative({k: v + odd(k / 2) for k, v in smooth.items()}, 1e-9) is None
 
 
-@pytest.mark.parametrize("seed", [11, 12])
-def test_derivatives_agree_with_differences_of_half_the_step(tmp_path: Path, seed: int) -> None:
-    # Along the path: path and speed together are found to about 1e-4 of the time, a tenth of a difference of 1 % in X jerk.
-    case = replace(case_of(tmp_path, program(seed), load("xy-table")), options=PlanOptions(effort="fast"))
-    pairs = {q.name: agrees(case, q, 0.0) for q in quantities(case, "XY")}
-    largest = max(abs(b) for _, b in pairs.values())
-    for name, (a, b) in pairs.items():
-        assert abs(a - b) <= 0.02 * max(abs(b), 0.05 * largest), name
+def test_what_changes_nothing_has_the_derivative_zero() -> None:
+    assert derivative(dict.fromkeys(range(-2, 3), 0.0), 1e-9) == 0.0
+    assert derivative({-2: -1e-10, -1: 0.0, 0: 0.0, 1: 0.0, 2: 1e-10}, 1e-9) == 0.0
+
+
+@pytest.mark.parametrize("seed", [2, 4])
+def test_derivatives_agree_with_differences_of_other_steps(seed: int) -> None:
+    """A small part of ``python -m trials.shortening``."""
+    found = compared(seed)
+    given = [each for each in found if each.given_s]
+    assert len(given) >= 5
+    assert [each for each in given if each.off > ASKED] == []
+
+
+def test_a_rapid_at_45_degrees_has_no_derivative_to_one_axis(tmp_path: Path) -> None:
+    """L/V + V/A + A/J at each axis's 1/√2 of the way: with more of X alone Y still binds, with less of X it binds itself."""
+    (tmp_path / "a.nc").write_text("G21 G90\nG0 X30 Y30\nG0 X0 Y0\nM2\n")
+    now, found = why(tmp_path / "a.nc", load("xy-table"))
+    worth = {each.name: each for each in found}
+    first, opposite = worth["X jerk"].sides_s
+    assert worth["X jerk"].derivative_s is None
+    assert first == pytest.approx(0.0, abs=1e-5)
+    assert opposite > 1e-3 * now.cycle_s
+    assert "0.0000 | " in as_text(now, found)
+    assert NO_DERIVATIVE in as_text(now, found)
 
 
 def test_times_of_the_machine_are_exact(tmp_path: Path) -> None:
@@ -97,6 +106,6 @@ def test_the_command_ranks_and_writes_json(tmp_path: Path, capsys: pytest.Captur
     values = json.loads((tmp_path / "s.json").read_text())
     saved = [each["saved_s"] for each in values["quantities"]]
     assert saved == sorted(saved, reverse=True)
-    assert {"name", "value", "change", "derivative_s", "saved_s", "lines", "tools"} == set(
+    assert {"name", "value", "change", "derivative_s", "sides_s", "saved_s", "lines", "tools"} == set(
         values["quantities"][0]
     )

@@ -52,6 +52,7 @@ def test_strategies_and_interpolators_as_values() -> None:
             "time_s": 2.5,
             "path_error_mm": None,
             "contour_max_mm": None,
+            "reference_max_mm": None,
         }
     ]
     assert cells(comparing.interpolator_table([fluctuation]))[1] == [

@@ -93,7 +93,7 @@ def test_compare_draws_the_machines_that_simulate_draws(tmp_path, programs, capf
     alone = json.loads(one.read_text())["perturbed"]
     assert rows[0]["perturbed"]["contour_error_max_mm"] == pytest.approx(alone["contour_error_max_mm"])
     assert rows[1]["perturbed"]["contour_error_max_mm"]["worst"] < alone["contour_error_max_mm"]["low"]
-    assert "drawn 90 %" in capfd.readouterr().out
+    assert "drawn 90 ± 19.0 % µm" in capfd.readouterr().out
     assert cncgen(["compare", program, *drawn]) == 2
 
 

@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cncgen.cli.app import run as cncgen
 from cncgen.diagnostics import UsageError
 from cncgen.kernels import servo_contour, servo_loop
 from cncgen.machine.record import Servo
 from cncgen.servo import bank
 from cncgen.servo.contour import AHEAD, contour_error
 from cncgen.servo.simulate import own_scheme, simulate
+from cncgen.servo.stream import driven
 from cncgen.servo.summary import summarize
 from cncgen.setpoints.record import Setpoints
 from tests.kernels.plain import uncompiled
@@ -131,6 +133,39 @@ def test_setpoint_and_control_period_may_differ():
     coarse = run(rows, servos)
     finer = run(fine, servos, period=0.0005)
     assert coarse.position == pytest.approx(finer.position[::2], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "simulate {p} -o {d}/r.csv --reference {p}",
+        "simulate {s} -o {d}/r.csv --reference {p}",
+        "compensate {p} -o {d}/c.csv --perturb 0%",
+        "compensate {s} -o {d}/c.csv --perturb 0%",
+        "tune {p} --sets 2 --jobs 1 --no-bode -o {d}/t.toml",
+        "report {p} -o {d}/r.html --reference {p}",
+        "plot {p} --kinds errors -o {d}/e.png --reference {p} --axis-params xy-table",
+    ],
+)
+def test_an_axis_that_stands_and_that_the_machine_lacks_is_left_out(tmp_path, line, capfd):
+    """Programs of `convert --fit` name Z0, and the xy-table has no Z."""
+    program, setpoints = tmp_path / "p.nc", tmp_path / "s.csv"
+    program.write_text("G21 G90 F1200\nG0 X0 Y0 Z0\nG3 X-2 Y2 I-2 J0\nM2\n")
+    assert cncgen(["plan", str(program), "-m", "xy-table", "-o", str(setpoints)]) == 0
+    assert setpoints.read_text().startswith("t_s,x_mm,y_mm,z_mm\n")
+    words = line.format(p=program, s=setpoints, d=tmp_path).split()
+    assert cncgen([*words, "-m", "xy-table"]) == 0, capfd.readouterr().err
+
+
+def test_an_axis_that_moves_without_servo_data_is_refused_where_it_moves():
+    rows = np.zeros((30, 2))
+    rows[20:, 1] = 0.001
+    parts = driven(stream(rows, chunk=10), {"X"})
+    assert [next(parts).axes, next(parts).axes] == ["X", "X"]
+    with pytest.raises(UsageError, match="no servo data for axis Y; X has servo data"):
+        next(parts)
+    with pytest.raises(UsageError, match="servo-missing"):
+        next(driven(stream(rows[:5]), {"Z"}))
 
 
 def test_faults_are_diagnostics():

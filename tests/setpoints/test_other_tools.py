@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import html
 import json
+import shutil
 import struct
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -98,6 +100,27 @@ def test_mat_by_scipy(tmp_path: Path) -> None:
         np.testing.assert_array_equal(read[name].ravel(), column)
     assert read["metadata"]["machine"][0, 0].item() == "mill"
     assert read["period_s"].item() == 0.001
+
+
+def test_mat_by_octave(tmp_path: Path) -> None:
+    """octave reads every column and the metadata, and writes the columns as hexadecimal doubles, which are exact."""
+    octave = shutil.which("octave-cli")
+    if octave is None:
+        pytest.skip("octave is not installed")
+    parts = chunks()
+    layout = written(tmp_path / "a.mat", "mat", parts)
+    script = 'a = load("a.mat"); printf("%s %.17g\\n", a.metadata.machine, a.period_s);'
+    script += "".join(
+        f'printf("%s\\n", reshape(num2hex(double(a.{name}))\', 1, []));' for name in layout.names
+    )
+    words = [octave, "--no-gui", "--norc", "--no-history", "--eval", script]
+    run = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    assert run.returncode == 0, run.stderr
+    about, *lines = run.stdout.splitlines()
+    assert about == "mill 0.001"
+    assert len(lines) == len(layout.names)
+    for column, line in zip(table(layout, parts).values(), lines, strict=True):
+        np.testing.assert_array_equal(np.frombuffer(bytes.fromhex(line), ">f8"), column)
 
 
 def test_mat_is_the_same_file_each_time(tmp_path: Path) -> None:

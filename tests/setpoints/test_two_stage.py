@@ -1,10 +1,12 @@
 """Two-stage interpolation as setpoints: the closed forms of a circle, and both ends."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
 from cncgen.setpoints.record import Setpoints
-from cncgen.setpoints.two_stage import two_stage
+from cncgen.setpoints.two_stage import second_stage, two_stage
 
 
 def circle(count: int = 1601) -> np.ndarray:
@@ -33,3 +35,32 @@ def test_a_stream_shorter_than_a_master_period_keeps_its_ends() -> None:
     (found,) = two_stage([Setpoints("XY", 0.001, 0, rows)], "two-stage-causal", 0.016)
     assert (found.position[[0, -1]] == rows[[0, -1]]).all()
     assert list(two_stage([], "two-stage-causal", 0.016)) == []
+
+
+@pytest.mark.parametrize("name", ["linear", "centred", "causal"])
+@pytest.mark.parametrize("count", [17, 33, 500, 513])
+def test_chunks_do_not_matter(name: str, count: int) -> None:
+    """Against the equations on all master points at once, whatever the chunks."""
+    rows = np.random.default_rng(count).standard_normal((count, 2))
+    master = np.concatenate([rows[::16], *([rows[-1:]] if (count - 1) % 16 else [])])
+    whole = second_stage(master, 16, {"linear": 2, "centred": 3, "causal": 4}[name])[:count]
+    whole[-1] = rows[-1]
+    for size in (1, 7, 16, 50, count):
+        chunks = [Setpoints("XY", 0.001, at, rows[at : at + size]) for at in range(0, count, size)]
+        found = list(two_stage(iter(chunks), f"two-stage-{name}", 0.016))
+        assert [(c.first, len(c)) for c in found] == [(c.first, len(c)) for c in chunks]
+        assert np.concatenate([c.position for c in found]) == pytest.approx(whole, abs=1e-12)
+
+
+def test_a_chunk_waits_for_two_master_points_alone() -> None:
+    """Memory does not grow with the stream: of chunks of three master periods the next one is drawn, and no further one."""
+    drawn = 0
+
+    def chunks() -> Iterator[Setpoints]:
+        nonlocal drawn
+        for at in range(0, 4800, 48):
+            drawn += 1
+            yield Setpoints("XY", 0.001, at, circle(4800)[at : at + 48])
+
+    for k, _ in enumerate(two_stage(chunks(), "two-stage-centred", 0.016)):
+        assert drawn <= k + 2

@@ -481,6 +481,7 @@ def test_an_allowance_lies_over_a_round_bottom():
         (("FLAT_HOLE_BOTTOM",), ["stepnc-tip"]),
         (("CONICAL_HOLE_BOTTOM", 90.0, None), ["stepnc-tip"]),
         (("CONICAL_HOLE_BOTTOM", 120.0, None), []),
+        (("CONICAL_HOLE_BOTTOM", 2.0943951023931953, None), ["stepnc-angle"]),
         (("CONICAL_HOLE_BOTTOM", 120.4, None), []),
         (("CONICAL_HOLE_BOTTOM", 119.4, None), ["stepnc-tip"]),
         (("THROUGH_BOTTOM_CONDITION",), []),

@@ -694,13 +694,21 @@ def test_a_workplan_without_a_project_whose_setup_is_broken():
     assert "stepnc-type" in codes(found, "error")
 
 
-@pytest.mark.parametrize("values", [{"feed": 1e308}, {"feed": 1e4, "spindle": -1e300}])
-def test_speeds_of_no_machine_are_refused(values):
-    """1e308 m/s would be infinite in mm/s."""
+@pytest.mark.parametrize(
+    ("values", "code"),
+    [
+        ({"feed": 1e12}, "stepnc-speed"),
+        ({"feed": 1e4, "spindle": -1e14}, "stepnc-speed"),
+        ({"feed": 1e308}, "stepnc-range"),
+        ({"feed": 1e4, "spindle": -1e300}, "stepnc-range"),
+    ],
+)
+def test_speeds_of_no_machine_are_refused(values, code):
+    """1e308 m/s would be infinite in mm/s: numbers above 1e15 are refused as such."""
     part = Part()
     curve = part.polyline((0, 0, 0), (1, 0, 0))
     part.run_curve(curve, technology=part.technology(**values))
-    assert codes(part.read()[1], "error") == ["stepnc-speed"]
+    assert codes(part.read()[1], "error") == [code]
 
 
 @pytest.mark.parametrize(

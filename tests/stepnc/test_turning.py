@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from cncgen.stepnc import read
-from cncgen.stepnc.schema.turning import OPERATIONS
 from cncgen.toolpath.record import FeedMode
 from tests.stepnc.aim import Aim
 from tests.stepnc.building import WHOLE, E, Part, codes, motions
@@ -27,10 +26,24 @@ def turned(curve, speed, keyword="CONTOURING_ROUGH", per_turn=0.2, feed=None, sy
     functions = part.add("TURNING_MACHINE_FUNCTIONS", E("T"), None, None, (), E("F"), (), None)
     tool = part.add("TURNING_MACHINE_TOOL", "T1", None, (), None, None)
     operation = part.add(
-        keyword, path, None, "op", None, None, tool, technology, functions, None, None, None, 0.5
+        keyword,
+        path,
+        None,
+        "op",
+        None,
+        None,
+        tool,
+        technology,
+        functions,
+        None,
+        None,
+        None,
+        *([None] if keyword.startswith("CUTTING") else []),
+        *([] if keyword == "KNURLING" else [0.5]),
     )
     workpiece = part.add("WORKPIECE", "w", None, None, None, None, None, ())
-    feature = part.add("OUTER_DIAMETER", "f", workpiece, (), part.placement((0, 0, 7)), None, None)
+    size = part.add("TOLERANCED_LENGTH_MEASURE", 50.0, None)
+    feature = part.add("OUTER_DIAMETER", "f", workpiece, (), part.placement((0, 0, 7)), size, size, None)
     if workingstep:
         step = part.add("TURNING_WORKINGSTEP", "ws", None, (feature,), operation)
     else:
@@ -91,15 +104,15 @@ def test_threading_in_step_with_the_spindle():
     assert path.feed[motions(path)[-1]] == pytest.approx(15.0)
 
 
-@pytest.mark.parametrize("keyword", OPERATIONS)
-def test_operations_without_toolpaths_are_named(keyword):
+@pytest.mark.parametrize("keyword", ["CUTTING_IN", "KNURLING"])
+def test_operations_that_are_not_made_are_named(keyword):
     part = turned(None, ("CONST_SPINDLE_SPEED", -20.0), keyword)
     program = read(io.BytesIO(part.text().encode()), "t.stp", WHOLE)
     (path,) = program.chunks()
     assert not len(motions(path))
     errors = [d for d in program.diagnostics if d.severity == "error"]
     assert [d.code for d in errors] == ["stepnc-unsupported"]
-    assert keyword in errors[0].message
+    assert keyword.replace("_", " ").lower() in errors[0].message
 
 
 @pytest.mark.parametrize("keyword", KEYS)

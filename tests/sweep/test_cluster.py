@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
+import shutil
 import signal
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -27,7 +30,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def scheduler() -> Iterator[Any]:
     """A cluster of two worker processes on this computer."""
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as local:
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as local:
         yield local
 
 
@@ -90,3 +93,56 @@ def test_a_scheduler_that_is_not_there_is_named(folder: Path, monkeypatch: pytes
     monkeypatch.setattr(cluster, "_PATIENCE_S", 1)
     with pytest.raises(UsageError, match="cannot reach the scheduler"):
         ClusterWorkers("tcp://127.0.0.1:9", [])
+
+
+def test_a_cluster_by_tls_takes_who_has_a_certificate_alone(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As docs/sweep.md says it: a `tls://` address, and the certificates in dask's configuration."""
+    dask, openssl = pytest.importorskip("dask"), shutil.which("openssl")
+    if openssl is None:
+        pytest.skip("openssl, which makes the certificate, is not installed")
+    made = [openssl, "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", "k.pem", "-out", "c.pem"]
+    subprocess.run([*made, "-days", "2", "-subj", "/CN=localhost"], check=True, capture_output=True)
+    sweep = load_sweep("sweep.toml")
+    run_sweep(sweep, "here", Here(sweep))
+    tls = {"distributed.comm.tls.ca-file": str(folder / "c.pem"), "distributed.comm.require-encryption": True}
+    for role in ("client", "scheduler", "worker"):
+        tls[f"distributed.comm.tls.{role}.key"] = str(folder / "k.pem")
+        tls[f"distributed.comm.tls.{role}.cert"] = str(folder / "c.pem")
+    stranger = dict.fromkeys(("distributed.comm.tls.client.key", "distributed.comm.tls.client.cert"))
+    with dask.config.set(tls):
+        security = distributed.Security(require_encryption=True)
+        with distributed.LocalCluster(
+            n_workers=1,
+            threads_per_worker=1,
+            dashboard_address=":0",
+            protocol="tls://",
+            security=security,
+        ) as local:
+            address = local.scheduler_address
+            assert address.startswith("tls://")
+            assert run(["sweep", "sweep.toml", "-o", "R", "--scheduler", address, "-q"]) == 0
+            monkeypatch.setattr(cluster, "_PATIENCE_S", 1)
+            with dask.config.set(stranger):
+                assert run(["sweep", "sweep.toml", "-o", "S", "--scheduler", address, "-q"]) == 2
+    assert rows_of("R") == rows_of("here")
+
+
+def test_the_example_of_slurm_gives_a_job_of_as_many_workers(root: Path) -> None:
+    """As far as its job script: here is no Slurm."""
+    pytest.importorskip("dask_jobqueue")
+    (code,) = re.findall(r"```python\n(.*?)```", (root / "docs/sweep.md").read_text(encoding="utf-8"), re.S)
+    made, scaled, rest = code.partition("cluster.scale(jobs=10)")
+    assert scaled
+    assert "cluster.scheduler_address" in rest
+    compile(rest, "sweep.md", "exec")
+    names: dict[str, Any] = {}
+    exec(compile(made, "sweep.md", "exec"), names)
+    with names["cluster"] as cluster:
+        script = cluster.job_script()
+    assert "#SBATCH -p compute\n" in script
+    assert "#SBATCH -t 08:00:00\n" in script
+    assert "#SBATCH --cpus-per-task=32\n" in script
+    assert "--nthreads 1 " in script
+    assert "--nworkers 32 " in script

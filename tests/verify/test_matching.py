@@ -289,7 +289,7 @@ def test_memory_does_not_grow_with_the_setpoints() -> None:
 def test_long_lines_are_cut_as_they_are_come_to() -> None:
     """A metre, cut to a micrometre: a window never holds all of the million parts."""
     line, turns = np.array([[0.0, 0.0], [1000.0, 0.0], [1000.0, 5.0]]), np.array([0.0, 7.0])
-    piece = FlatPath("XY", line, np.array([1, 2]), np.full(2, 0.01), turns)
+    piece = FlatPath("XY", line, np.array([1, 2]), np.full(2, 0.001), turns)
     window = MatchWindow(iter([piece]), longest=1e-3)
     total, longest, waits = 0, 0.0, []
     while True:

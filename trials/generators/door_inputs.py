@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trials.generators import gcode_mutants, stepnc_mutants
 
@@ -38,7 +39,7 @@ TOOLS = (
     b"5161\t0.000000\n5220\t1\n5221\t10.5\n5381 1e3\n100 7\n",
 )
 WORDS = (
-    b"1e308", b"-1e300", b"1e-320", b"nan", b"inf", b"-0", b"2147483648", b"99999999999999999999", b"9" * 400, b"0", b"1e9", b"0.001",
+    b"1e308", b"-1e300", b"1e-320", b"nan", b"inf", b"-0", b"2147483648", b"99999999999999999999", b"9" * 400, b"9" * 5000, b"0", b"1e9", b"0.001",
     b"1e-15", b",", b"\n", b"\t", b" ", b"=", b"[", b"]", b"{", b"}", b'"', b"#", b"\0", b"\xff", b"\xef\xbb\xbf", b"true", b"[]",
     b"x_mm", b"t_s", b"a_deg", b"Q2147483648", b"LBL 1\n", b"CALL LBL 1 REP 65534\n", b"R1=1EX99\n", b"GOTOB A\n", b"A: ", b"max_jerk_mm_s3",
 )  # fmt: skip
@@ -67,7 +68,9 @@ def change(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
         else:
             lines = data.split(b"\n")
             where = rng.randrange(len(lines))
-            lines[where : where + rng.randrange(2)] = [rng.choice(lines)] * rng.choice([0, 1, 2, 20])
+            lines[where : where + rng.randrange(2)] = [rng.choice(lines)] * rng.choice(
+                [0, 0, 1, 1, 2, 2, 3, 20]
+            )
             data = b"\n".join(lines)
     return data[:20_000]
 
@@ -75,7 +78,7 @@ def change(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
 def _number(rng: random.Random) -> bytes:
     """Return a number: one of the extremes, or any magnitude."""
     if rng.random() < 0.4:
-        return rng.choice(WORDS[:13])
+        return rng.choice(WORDS[:14])
     return b"%.9g" % (10.0 ** rng.uniform(-12.0, 12.0) * rng.choice([1, -1]))
 
 
@@ -100,14 +103,35 @@ def change_binary(rng: random.Random, data: bytes, sources: list[bytes]) -> byte
 
 
 def change_gcode(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
-    """Change a program of G-code as `gcode_mutants` does, or as other texts."""
+    """Change a program of G-code, or a few of its lines, as `gcode_mutants` does, or as other texts."""
+    data = few_lines(rng, data)
     if rng.random() < 0.3:
         return change(rng, data, sources)
     return gcode_mutants.mutated(rng, data, sources)
 
 
+def change_lines(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
+    """Change a text, or a few of its lines."""
+    return change(rng, few_lines(rng, data), sources)
+
+
+def few_lines(rng: random.Random, data: bytes) -> bytes:
+    """Return a text, or nearly always one to five lines of it, which take a tenth of the time."""
+    if rng.random() < 0.04:
+        return data
+    lines = data.split(b"\n")
+    begin = rng.randrange(len(lines))
+    return b"\n".join(lines[begin : begin + rng.randint(1, 5)])
+
+
 def change_stepnc(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
-    """Change a STEP-NC file."""
+    """Change a STEP-NC file, or mostly its head and some of its statements, whose references lead partly to nothing."""
+    if rng.random() < 0.93:
+        head, mark, rest = data.partition(b"DATA;")
+        statements = rest.split(b";\n")
+        begin = rng.randrange(len(statements))
+        data = head + mark + b"\n" + b";\n".join(statements[begin : begin + rng.choice([1, 3, 10, 40])])
+        data += b";\nENDSEC;\nEND-ISO-10303-21;\n"
     return stepnc_mutants.mutate(data, rng)
 
 
@@ -131,19 +155,31 @@ def machines() -> list[bytes]:
 
 @cache
 def setpoints(kind: str) -> list[bytes]:
-    """Return 5 and 200 setpoints in a format."""
+    """Return 5 and, for one of eight inputs, 200 setpoints in a format."""
     import cncgen
 
     with tempfile.TemporaryDirectory() as folder:
         found = []
-        for rows in (5, 200):
+        for rows in (5, 5, 5, 5, 5, 5, 5, 200):
             # At rest, along a sine and back, at rest.
             way = 0.5 - 0.5 * np.cos(np.linspace(0.0, 2.0 * np.pi, rows))
             few = cncgen.Setpoints("XYZ", 1e-3, 0, np.outer(way, [1.0, 1.0, 0.0]))
             file = Path(folder) / f"s{rows}.{kind}"
             cncgen.write(few, file, format=kind)
-            found.append(file.read_bytes())
+            found.append(file.read_bytes() if kind != "hdf5" else _small_hdf5(few.axes, few.position, file))
         return found
+
+
+def _small_hdf5(axes: str, position: NDArray, file: Path) -> bytes:
+    """Return setpoints in an HDF5 file of 3 kB: the columns of ours grow in parts, which take half a megabyte."""
+    import h5py
+
+    with h5py.File(file, "w") as tables:
+        tables.attrs["period_s"] = 1e-3
+        tables["t_s"] = 1e-3 * np.arange(len(position))
+        for axis, column in zip(axes.lower(), position.T, strict=True):
+            tables[f"{axis}_mm"] = column
+    return file.read_bytes()
 
 
 @cache
@@ -151,7 +187,7 @@ def logs() -> list[bytes]:
     """Return logs of a first-order axis, noisy, with drive and command."""
     rng = np.random.default_rng(1)
     found = []
-    for rows in (20, 400):
+    for rows in (12, 12, 12, 20, 20, 20, 400):
         t = np.arange(rows) * 1e-3
         u = np.sign(np.sin(40.0 * t)) + 0.1 * rng.standard_normal(rows)
         x = np.cumsum(u) * 1e-3

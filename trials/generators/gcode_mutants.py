@@ -41,8 +41,10 @@ def mutated(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
     """Return a program with up to twenty things changed; one of ten is of tokens alone."""
     out = bytearray(data)
     if rng.random() < 0.1:
-        out = bytearray("".join(rng.choices(TOKENS, k=rng.randint(1, 200))).encode("utf-8", "replace"))
-    for _ in range(rng.choice([1, 1, 2, 3, 5, 20])):
+        out = bytearray(
+            "".join(rng.choices(TOKENS, k=rng.choice([1, 2, 5, 10, 20, 20, 200]))).encode("utf-8", "replace")
+        )
+    for _ in range(rng.choice([1, 1, 2, 2, 3, 3, 5, 20])):
         _mutate(rng, out, sources)
     return bytes(out[:MAX_BYTES])
 
@@ -60,7 +62,7 @@ def _mutate(rng: random.Random, data: bytearray, sources: list[bytes]) -> None:
     elif kind == 3:
         lines = bytes(data).split(b"\n")
         where = rng.randrange(len(lines))
-        lines[where:where] = [lines[rng.randrange(len(lines))]] * rng.choice([1, 1, 2, 300])
+        lines[where:where] = [lines[rng.randrange(len(lines))]] * rng.choice([1] * 15 + [2] * 8 + [300])
         data[:] = b"\n".join(lines)
     elif kind == 4:
         other = rng.choice(sources).split(b"\n")

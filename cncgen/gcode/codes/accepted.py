@@ -101,5 +101,20 @@ CODES = (
         dialects=_FANUC,
     ),
     Code("G", 230, "stroke check", Stage.PATH, nothing, "no forbidden zone", dialects=_FANUC),
+    *(
+        Code(
+            "G",
+            number,
+            "blank",
+            Stage.PATH,
+            nothing,
+            "the blank that MANUAL GUIDE i draws: passed over",
+            AXES + "dehijklpqr",
+            "own",
+            takes="dh",
+            dialects=_FANUC,
+        )
+        for number in range(19_000, 19_080, 10)
+    ),
     Code("M", 290, "rigid tapping", Stage.SPINDLE, rigid, "rigid tapping in the next cycle", dialects=_FANUC),
 )

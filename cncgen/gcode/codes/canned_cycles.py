@@ -90,8 +90,7 @@ class Hole:
 
     def dwell(self) -> None:
         """Wait for P seconds."""
-        seconds = self.words["p"]
-        self.ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds))
+        wait(self.ip, self.words["p"])
 
     def turn(self, direction: int) -> None:
         """Start or stop the spindle; the direction in force before the cycle stays noted."""
@@ -106,47 +105,54 @@ class Hole:
         self.ip.sink.call(f"{name}({self.spindle})", event)
 
 
+def wait(ip: Interpreter, seconds: float) -> None:
+    """Wait within a cycle."""
+    ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds))
+
+
 # The moves of each cycle from R on.
 
 
-def _drill(hole: Hole) -> None:
-    hole.feed(hole.bottom)
-    hole.traverse(hole.clear)
+@dataclass(frozen=True, slots=True)
+class HoleMoves:
+    """A cycle of straight moves by letters, which the kernel `gcode_motion` makes too.
 
+    B is the bottom, R, C where the tool clears, L the level of a peck, K a clearance above it; capital letters are feeds, small ones
+    traverses; p waits for P.
 
-def _drill_dwell(hole: Hole) -> None:
-    hole.feed(hole.bottom)
-    hole.dwell()
-    hole.traverse(hole.clear)
+    Attributes:
+        last: Moves of the hole.
+        between: Moves of each step of Q before that; none without Q.
+    """
 
+    last: str
+    between: str = ""
 
-def _peck(hole: Hole, between: Callable[[float], None]) -> None:
-    """Go down in steps of Q, with `between` after each but the last."""
-    step = hole.words["q"]
-    if (hole.retract - hole.bottom) / step > MAX_PECKS:
-        raise BlockError("cycle-peck", f"Q{step:g} makes more than {MAX_PECKS} steps of one hole", "Q")
-    level = hole.retract - step
-    while level > hole.bottom:
-        hole.feed(level)
-        between(level)
-        level -= step
-    hole.feed(hole.bottom)
-    hole.traverse(hole.clear)
+    def __call__(self, hole: Hole) -> None:
+        """Make the moves."""
+        if self.between:
+            step = hole.words["q"]
+            if (hole.retract - hole.bottom) / step > MAX_PECKS:
+                raise BlockError(
+                    "cycle-peck", f"Q{step:g} makes more than {MAX_PECKS} steps of one hole", "Q"
+                )
+            level = hole.retract - step
+            while level > hole.bottom:
+                self._go(hole, self.between, level)
+                level -= step
+        self._go(hole, self.last, hole.bottom)
 
-
-def _break_chips(hole: Hole) -> None:
-    clearance = PECK_CLEARANCE[hole.ip.state.inches]
-    _peck(hole, lambda level: hole.traverse(level + clearance))
-
-
-def _peck_out(hole: Hole) -> None:
-    clearance = PECK_CLEARANCE[hole.ip.state.inches]
-
-    def between(level: float) -> None:
-        hole.traverse(hole.retract)
-        hole.traverse(level + clearance)
-
-    _peck(hole, between)
+    @staticmethod
+    def _go(hole: Hole, moves: str, level: float) -> None:
+        above = level + PECK_CLEARANCE[hole.ip.state.inches]
+        places = {"b": hole.bottom, "r": hole.retract, "c": hole.clear, "l": level, "k": above}
+        for move in moves:
+            if move == "p":
+                hole.dwell()
+            elif move.isupper():
+                hole.feed(places[move.lower()])
+            else:
+                hole.traverse(places[move])
 
 
 def _tap(direction: int) -> Callable[[Hole], None]:
@@ -174,12 +180,6 @@ def _tap(direction: int) -> Callable[[Hole], None]:
             sink.call("ENABLE_SPEED_OVERRIDE(0)")
 
     return run
-
-
-def _bore_out(hole: Hole) -> None:
-    hole.feed(hole.bottom)
-    hole.feed(hole.retract)
-    hole.traverse(hole.clear)
 
 
 def _check_turning(hole: Hole) -> int:
@@ -244,12 +244,6 @@ def _bore_by_hand(hole: Hole) -> None:
     hole.ip.state.position[hole.normal] = hole.clear
 
 
-def _bore_dwell_out(hole: Hole) -> None:
-    hole.feed(hole.bottom)
-    hole.dwell()
-    hole.feed(hole.clear)
-
-
 @dataclass(frozen=True, slots=True)
 class Cycle:
     """A cycle: its moves, the words that it needs beside R and the depth, and a line of help."""
@@ -261,17 +255,17 @@ class Cycle:
 
 
 CYCLES = {
-    730: Cycle(_break_chips, "q", "drill, breaking chips every Q"),
+    730: Cycle(HoleMoves("Bc", "Lk"), "q", "drill, breaking chips every Q"),
     740: Cycle(_tap(-1), "", "tap, left-hand, with a dwell of P", "p$"),
-    810: Cycle(_drill, "", "drill"),
-    820: Cycle(_drill_dwell, "p", "drill, dwell for P"),
-    830: Cycle(_peck_out, "q", "drill, out of the hole every Q"),
+    810: Cycle(HoleMoves("Bc"), "", "drill"),
+    820: Cycle(HoleMoves("Bpc"), "p", "drill, dwell for P"),
+    830: Cycle(HoleMoves("Bc", "Lrk"), "q", "drill, out of the hole every Q"),
     840: Cycle(_tap(1), "", "tap, right-hand, with a dwell of P", "p$"),
-    850: Cycle(_bore_out, "", "bore, feed out"),
+    850: Cycle(HoleMoves("BRc"), "", "bore, feed out"),
     860: Cycle(_bore_stop, "p", "bore, dwell for P, stop the spindle, traverse out", "$"),
     870: Cycle(_back_bore, "", "back bore: I J beside the centre, up to K", "ijk$"),
     880: Cycle(_bore_by_hand, "p", "bore, dwell for P, stop for the operator", "$"),
-    890: Cycle(_bore_dwell_out, "p", "bore, dwell for P, feed out"),
+    890: Cycle(HoleMoves("BpC"), "p", "bore, dwell for P, feed out"),
 }
 #: Words of G87 by plane: beside the centre on the two axes of the plane, up to along its normal.
 _OFFSET_WORDS = {17: "ijk", 18: "kij", 19: "jki"}

@@ -90,7 +90,7 @@ def output(ip: Interpreter, text: str) -> None:
 
     def shown(match: re.Match[str]) -> str:
         try:
-            value = ip.parameters.shown(int(match["number"]))
+            value = ip.parameters.shown(int(match["number"][:99]))
         except BlockError:
             return "######"
         whole, decimals = int(match["whole"]), int(match["decimals"])
@@ -128,7 +128,7 @@ def expand(ip: Interpreter, text: str) -> str:
             style = _STYLES.get(form, form[1:]) if form else style
             return ""
         try:
-            value = ip.parameters.shown(int(number)) if number else ip.parameters.name(_folded(name))
+            value = ip.parameters.shown(int(number[:99])) if number else ip.parameters.name(_folded(name))
         except BlockError:
             return "######"
         return f"{0.0 if abs(value) < _LEAST else value:{style}}"

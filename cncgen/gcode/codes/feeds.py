@@ -5,12 +5,20 @@ Source: Kramer et al. (2000), sections 2.1.2.5, 3.5.19 and 3.7.1; G95 as in Linu
 
 from __future__ import annotations
 
+import math
+
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import BOTH, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
+from cncgen.units import INCH
 
+#: Feeds below this are not meant a minute, mm/min; feeds above this not a revolution of a lathe, mm.
+LEAST_FEED, MOST_FEED = 0.5, 10.0
+#: Whole numbers of G codes whose F may be a pitch or a lead.
+_PITCHED = frozenset((7, 8, 32, 33, 34, 63, 74, 76, 84, 88, 92))
 _MEANING = {93: "inverse time", 94: "units per minute", 95: "units per revolution"}
 
 
@@ -19,10 +27,39 @@ def set_feed(ip: Interpreter, block: Block) -> None:
     value = block.words["f"]
     if value < 0.0:
         raise BlockError("negative-feed", f"F{value:g} is negative", "F")
+    least, most = feeds_meant(ip)
+    if not (value == 0.0 or least <= value <= most):
+        _doubt(ip, block, value)
     ip.state.feed = value
     # In inverse time the rate belongs to the motion of the block, which passes it on with its length.
     if ip.state.feed_mode != 93:
         ip.sink.set_feed_rate(value)
+
+
+def feeds_meant(ip: Interpreter) -> tuple[float, float]:
+    """Return the feeds between which one is not doubted, in program units; the first doubt of a run is the only one."""
+    if ip.feed_doubted or ip.dialect not in BOTH:
+        return 0.0, math.inf
+    unit = INCH if ip.state.inches else 1.0
+    if ip.state.feed_mode == 94:
+        return LEAST_FEED / unit, math.inf
+    return 0.0, MOST_FEED / unit if ip.lathe and ip.state.feed_mode == 95 else math.inf
+
+
+def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
+    """Remark on a feed that nobody can mean: a lathe's F0.3, read as mm a minute, makes hours of setpoints of a part of two minutes."""
+    if any(code // 10 in _PITCHED for code in (*block.g, ip.state.motion)):
+        return
+    ip.feed_doubted = True
+    mm = feed * (INCH if ip.state.inches else 1.0)
+    if ip.state.feed_mode == 95:
+        message = f"F{feed:g} in G99 is {mm:.4g} mm a revolution: at 1000 rev/min {mm:.4g} m a minute"
+        hint, values = "a feed a minute is of G98", {"feed_mm_rev": mm}
+    else:
+        message = f"F{feed:g} is {mm:.3g} mm a minute: 100 mm take {100.0 / mm / 60.0:.1f} hours"
+        hint = "a feed a revolution is of G95; --dialect fanuc-lathe reads it so without G95"
+        hint, values = "a feed a revolution is of G99" if ip.lathe else hint, {"feed_mm_min": mm}
+    ip.warn(BlockError("feed-doubtful", message, "F", hint=hint, values=values), Severity.WARNING)
 
 
 def _set_mode(ip: Interpreter, mode: int) -> None:

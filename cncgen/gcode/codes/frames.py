@@ -238,7 +238,15 @@ def no_mirror(ip: Interpreter, block: Block) -> None:
 
 
 def rotation(ip: Interpreter, block: Block) -> None:
-    """G68 X Y R: turn the plane about a point."""
+    """G68 X Y R: turn the plane about a point; Mach3 calls X and Y of the point A and B."""
+    if {"a", "b"} & block.words.keys():
+        words = {{"a": "x", "b": "y"}.get(letter, letter): value for letter, value in block.words.items()}
+        if ip.state.plane != 17 or len(words) < len(block.words):
+            message = "A and B of G68 are X and Y of the centre in G17 (Mach3)"
+            raise BlockError(
+                "rotation-plane", message, "A" if "a" in block.words else "B", hint="write X and Y"
+            )
+        block = replace(block, words={"x": 0.0, "y": 0.0, **words})
     if "r" not in block.words:
         raise BlockError("rotation-angle", "G68 has no angle R", "G68", hint="G68 X0 Y0 R30, in degrees")
     if max(PLANE_AXES[ip.state.plane]) > 2:
@@ -296,7 +304,7 @@ CODES = (
         Stage.REFERENCE,
         rotation,
         "rotation by R degrees",
-        "xyzr",
+        "xyzabr",
         "own",
         dialects=_FANUC,
         moves="plane",

@@ -15,6 +15,7 @@ from cncgen.gcode.codes.lathe_fanuc import ONLY, increments
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
@@ -87,6 +88,9 @@ def _cycle(number: int) -> Handler:
         sticky = _words_in_force(ip, block, number)
         if block.words.keys().isdisjoint("xzrc"):
             return
+        if "k" in block.words and whole(block, "k", name) != 1:
+            message = f"K{block.words['k']:g} of {name}, how often the hole is repeated, is not read"
+            raise BlockError("cycle-repeats", message, "K", hint="write a block for each hole; K1 is read")
         check_feed(ip, block, name)
         if "z" not in sticky.words:
             raise BlockError("cycle-words", f"{name} has no Z", name, hint="Z is the bottom of the hole")
@@ -109,7 +113,7 @@ def _cycle(number: int) -> Handler:
 
 
 CODES = tuple(
-    Code("G", number, "motion", Stage.MOTION, _cycle(number), f"{HOLES[number][2]}, along Z", "xyzuvwcrpq", "motion",
+    Code("G", number, "motion", Stage.MOTION, _cycle(number), f"{HOLES[number][2]}, along Z", "xyzuvwcrpqk", "motion",
          summons="xyzuvwcr", dialects=ONLY, moves="Z")
     for number in _NUMBERS
 )  # fmt: skip

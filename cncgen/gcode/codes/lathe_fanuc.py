@@ -16,7 +16,7 @@ from cncgen.gcode.codes.feeds import per_minute, per_revolution
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.offsets_fanuc import preset_position
-from cncgen.gcode.codes.table import LATHE, Code
+from cncgen.gcode.codes.table import LATHE, LATHE_ABSOLUTE, LATHE_STEPS, LATHE_TO_START, LATHES, Code
 from cncgen.gcode.codes.tools import load_tool_parameters, table_offset, use_offset, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -25,6 +25,7 @@ from cncgen.gcode.text.labels import Cursor
 from cncgen.toolpath.record import Event
 
 ONLY = (LATHE,)
+_OTHER_SYSTEMS = tuple(dialect for dialect, renamed in LATHES.items() if renamed)
 #: The increment of P and Q where the machine does not set it, mm and degrees.
 _INCREMENT = 0.001
 _THREAD = 320
@@ -85,7 +86,7 @@ def increments(ip: Interpreter, block: Block, letter: str) -> float:
 
 
 def depth_of(ip: Interpreter, block: Block, name: str) -> float:
-    """Return the depth D of a cut as a length; whole numbers that are no depth in millimetres count in least increments, as D2000 of 2 mm."""
+    """Return the depth D of a cut as a length; large whole numbers count in least increments, as D2000 of 2 mm."""
     value = abs(block.words["d"])
     if value < _LEAST_WHOLE or value != round(value):
         return value
@@ -164,6 +165,10 @@ def turret(ip: Interpreter, block: Block) -> None:
     use_offset(ip, table_offset(ip, offset, "T") if offset else zeros(), "T")
 
 
+def nothing(ip: Interpreter, block: Block) -> None:
+    """Do nothing: the words of a block say it (`lathe_words`), or it is so always."""
+
+
 CODES = (
     Code("T", 0, "T", Stage.TOOL, turret, "tool and its offset: T0102 is tool 1 with offset 2", "t", dialects=ONLY),
     Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwf",
@@ -172,4 +177,12 @@ CODES = (
          "xyzuvws", "own", dialects=ONLY, takes="s"),
     Code("G", 980, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", dialects=ONLY),
     Code("G", 990, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle", dialects=ONLY),
+    *(
+        Code("G", number, group, Stage.DISTANCE, nothing, text, dialects=_OTHER_SYSTEMS)
+        for number, group, text in (
+            (LATHE_ABSOLUTE, "distance", "axis words are coordinates"),
+            (LATHE_STEPS, "distance", "axis words are distances"),
+            (LATHE_TO_START, "retract", "drilling cycles go back to where they began"),
+        )
+    ),
 )  # fmt: skip

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
+from cncgen.gcode.codes.table import LATHE_ABSOLUTE, LATHE_STEPS, LATHES, displaced
 from cncgen.gcode.errors import BlockError
 
 if TYPE_CHECKING:
@@ -19,6 +20,9 @@ X, Z = 0, 2
 #: Words of distances: the axis and its column.
 _DISTANCES = {"u": ("x", X), "v": ("y", 1), "w": ("z", Z), "h": ("c", 5)}
 _G10 = 100
+#: Columns of the words that are distances under G91, and the codes, in tenths, whose X and Z are no motion: G50, G53.
+_PLACES = {"x": X, "y": 1, "z": Z, "c": 5}
+_AS_WRITTEN = frozenset((500, 530))
 #: Codes, in tenths, whose X U W do not place the tool: G4, and the cycles whose U and W are depths or allowances.
 _OTHER_WORDS = frozenset((40, 700, 710, 720, 730))
 _LINE = 10
@@ -27,7 +31,29 @@ _MOTIONS = frozenset((0, 10, 20, 30, 320, 800, 900, 920, 940))
 _DRILLING = frozenset((810, 820, 830, 840, 850, 860))
 #: Codes, in tenths, beside which a block makes no line even while G1 is in force.
 _NO_LINES = frozenset(
-    (0, 20, 30, 71, 1070, 280, 290, 300, 310, 320, 500, 520, 650, 660, 740, 750, 760, 900, 920, 940)
+    (
+        0,
+        20,
+        30,
+        71,
+        1070,
+        280,
+        290,
+        300,
+        310,
+        320,
+        500,
+        520,
+        650,
+        660,
+        740,
+        750,
+        760,
+        *range(800, 900, 10),
+        900,
+        920,
+        940,
+    )
 )
 #: Words of a line for the corner at its end, and those of mills.
 _CORNERS = {"r": ",r", "i": ",c", "k": ",c"}
@@ -41,6 +67,9 @@ def turned(ip: Interpreter, block: Block) -> Block:
     Raises:
         BlockError: A place and a distance along the same axis, or an angle that does not lead to its end.
     """
+    renamed = LATHES[ip.system]
+    if renamed and block.g:
+        block = _in_system_a(ip, block, renamed)
     words = block.words
     if not words.keys() & {"x", "z", "u", "v", "w", "a", "c", "h", ",a"} or not _OTHER_WORDS.isdisjoint(
         block.g
@@ -51,6 +80,10 @@ def turned(ip: Interpreter, block: Block) -> Block:
         found["x"] *= 0.5
     if _G10 in block.g:
         return replace(block, words=found)
+    if ip.steps and _AS_WRITTEN.isdisjoint(block.g):
+        for letter, column in _PLACES.items():
+            if letter in found:
+                found[letter] += ip.state.position[column]
     drilling = ip.state.motion in _DRILLING and _MOTIONS.isdisjoint(block.g)
     if "w" in found and (drilling or not _DRILLING.isdisjoint(block.g)):
         message = "W of a drilling cycle, the distance from R to the bottom, is not read"
@@ -69,6 +102,25 @@ def turned(ip: Interpreter, block: Block) -> Block:
     elif "c" in found:
         ip.remarked.add(_C_MOVES)
     return replace(block, words=found)
+
+
+def _in_system_a(ip: Interpreter, block: Block, renamed: dict[int, int]) -> Block:
+    """Return a block with the numbers that system A has for its codes, and take up G90 and G91.
+
+    Raises:
+        BlockError: A code that the control's system has under another number.
+    """
+    for number in block.g:
+        if number in displaced(ip.system):
+            own = next(own for own, of_a in renamed.items() if of_a == number)
+            message = f"G{number / 10:g} is a code of system A; {ip.system} has it as G{own / 10:g}"
+            raise BlockError(
+                "unknown-code", message, f"G{number / 10:g}", hint="--dialect fanuc-lathe reads system A"
+            )
+    codes = tuple(renamed.get(number, number) for number in block.g)
+    if LATHE_ABSOLUTE in codes or LATHE_STEPS in codes:
+        ip.steps = LATHE_STEPS in codes
+    return replace(block, g=codes)
 
 
 def _corner(ip: Interpreter, block: Block, words: dict[str, float]) -> None:

@@ -23,6 +23,7 @@ from cncgen.gcode.block import (
     RADIUS_ARC,
     REMARK,
     RETRACT,
+    TOOL_FEED,
     Block,
 )
 from cncgen.gcode.codes.arcs import RADIUS_TOLERANCE, check_radii
@@ -54,6 +55,7 @@ class Plain:
         heading: In which direction the last motion ended, in XY.
         parts: Values of the cycle by the number of its part, of cycles 1, 2 and 17.
         sizes: Length and diameter, before oversizes, of the tools that had some.
+        tool_feed: The feed of the last TOOL CALL with one, in the program's units a minute, which FAUTO takes.
     """
 
     pole: complex | None = None
@@ -62,6 +64,7 @@ class Plain:
     heading: complex | None = None
     parts: dict[int, float] = field(default_factory=dict)
     sizes: dict[int, tuple[float, float]] = field(default_factory=dict)
+    tool_feed: float = 0.0
 
     @classmethod
     def of(cls, ip: Interpreter) -> Plain:
@@ -275,6 +278,11 @@ def oversize(ip: Interpreter, block: Block) -> None:
     tool.diameter = diameter + 2.0 * wider / ip.table_scale()
 
 
+def tool_feed(ip: Interpreter, block: Block) -> None:
+    """Keep F of TOOL CALL, which FAUTO takes."""
+    Plain.of(ip).tool_feed = block.words["f"]
+
+
 _REMARKS = {
     1: ("tool-name", "a tool that is called by its name has no length and no radius: the tool table has numbers", "TOOL",
         "TOOL CALL with a number takes one of --tool-table", Severity.NOTE),
@@ -335,6 +343,16 @@ CODES = (
         "t",
         title="DL DR",
         named=("dl", "dr_"),
+        dialects=(DIALECT,),
+    ),
+    Code(
+        "G",
+        TOOL_FEED,
+        "tool feed",
+        Stage.TOOL,
+        tool_feed,
+        "the feed of TOOL CALL, which FAUTO takes",
+        title="FAUTO",
         dialects=(DIALECT,),
     ),
     Code(

@@ -89,16 +89,16 @@ class PocketPath:
         """Make all levels."""
         offsets = self._offsets(name)
         for level in self.how.levels:
-            self._go(self._begin(offsets[0]), None, rapid=True)
-            self._go(None, self.how.start, rapid=True)
+            self.go(self.begin(offsets[0]), None, rapid=True)
+            self.go(None, self.how.start, rapid=True)
             self._feed(self.how.plunge)
-            self._go(None, level, rapid=False)
+            self.go(None, level, rapid=False)
             self._feed(self.how.feed)
             for offset in offsets:
-                self._go(self._begin(offset), None, rapid=False)
-                self._loop(offset)
-            self._go(self._begin(offsets[0]), None, rapid=False)
-            self._go(None, self.how.start, rapid=True)
+                self.go(self.begin(offset), None, rapid=False)
+                self.loop(offset)
+            self.go(self.begin(offsets[0]), None, rapid=False)
+            self.go(None, self.how.start, rapid=True)
 
     def _half(self) -> tuple[float, float]:
         return self.pocket.length - self.how.radius, self.pocket.width - self.how.radius
@@ -116,16 +116,17 @@ class PocketPath:
             )
         return [self.how.step * k for k in range(count, -1, -1)]
 
-    def _begin(self, offset: float) -> complex:
+    def begin(self, offset: float) -> complex:
+        """Return where a loop begins: in the middle of the long side."""
         return complex(0.0, -(self._half()[1] - offset))
 
-    def _loop(self, offset: float) -> None:
+    def loop(self, offset: float) -> None:
         """Go once around, from the middle of the long side."""
         a, b = (half - offset for half in self._half())
         r = max(0.0, min(self.pocket.corner - self.how.radius - offset, a, b))
         if b < _TINY:
             for place in (complex(a, 0.0), complex(-a, 0.0), 0j):
-                self._go(place, None, rapid=False)
+                self.go(place, None, rapid=False)
             return
         side = float(self.how.sense)
         corners = [(complex(a - r, -b), complex(a, -b + r), complex(a - r, -b + r)), (complex(a, b - r), complex(a - r, b), complex(a - r, b - r)),
@@ -133,15 +134,16 @@ class PocketPath:
         if side < 0.0:
             corners = [(end, begin, centre) for begin, end, centre in reversed(corners)]
         for begin, end, centre in corners:
-            self._go(begin, None, rapid=False)
+            self.go(begin, None, rapid=False)
             if r > _TINY:
                 self._arc(end, centre)
-        self._go(complex(0.0, -b), None, rapid=False)
+        self.go(complex(0.0, -b), None, rapid=False)
 
     def _placed(self, place: complex) -> complex:
         return self.pocket.centre + place * cmath.rect(1.0, math.radians(self.pocket.angle))
 
-    def _go(self, place: complex | None, z: float | None, *, rapid: bool) -> None:
+    def go(self, place: complex | None, z: float | None, *, rapid: bool) -> None:
+        """Go to a place, or a height, or both."""
         end = self.ip.state.position.copy()
         if place is not None:
             at = self._placed(place)

@@ -6,6 +6,7 @@ Source: Kramer et al. (2000), section 3.5.9; G38.3 to G38.5 as in LinuxCNC's man
 from __future__ import annotations
 
 import math
+from array import array
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -56,7 +57,7 @@ def _probe(tenths: int) -> Handler:
         ip.sink.straight_probe(end)
         ip.sink.call("TURN_PROBE_OFF()", Event("probe"))
         state.position, state.moved = ip.base.where(end), True
-        ip.parameters.numbers[PROBE : PROBE + 9] = end
+        ip.parameters.numbers[PROBE : PROBE + 9] = array("d", end)
         ip.parameters.numbers[PROBE_HIT] = float(touched)
 
     return run
@@ -74,7 +75,7 @@ def skip(ip: Interpreter, block: Block) -> None:
     ip.warn(BlockError("probe-not-run", "G31 is planned to the programmed point", "G31"), Severity.NOTE)
     ip.sink.straight_feed(end)
     state.position, state.moved = end, True
-    ip.parameters.numbers[PROBE : PROBE + 9] = end
+    ip.parameters.numbers[PROBE : PROBE + 9] = array("d", end)
 
 
 _SKIP = Code(

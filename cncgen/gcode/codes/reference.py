@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
+from cncgen import extensions
 from cncgen.gcode.block import AXES, NEXT_TOOL
-from cncgen.gcode.codes.table import BOTH, Code, language_of, table
+from cncgen.gcode.codes.table import BOTH, LATHES, Code, language_of, table
 
-DIALECTS = ("linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik")
+#: Dialects with codes of their own; the others write the same codes under other numbers.
+DIALECTS = tuple(dialect for dialect in extensions.DIALECTS if not LATHES.get(dialect))
 #: Codes of the user stand in one line.
 _USER = "user"
 
@@ -15,7 +18,15 @@ _USER = "user"
 def codes(dialect: str) -> list[Code]:
     """Return the codes of a dialect: G in the order of their numbers, then M, then words that act by themselves."""
     order = {"G": 0, "M": 1}
-    own = (code for code in table(dialect).values() if {dialect, language_of(dialect)} & set(code.dialects))
+    rows = table(dialect)
+    own = [
+        code for code in rows.values() if {dialect, rows.family, language_of(dialect)} & set(code.dialects)
+    ]
+    written = {number: f"G{own / 10:g}" for own, number in LATHES.get(dialect, {}).items()}
+    own = [
+        replace(code, title=written[code.number]) if code.letter == "G" and code.number in written else code
+        for code in own
+    ]
     return sorted(own, key=lambda code: (order.get(code.letter, 2), code.number, code.letter))
 
 

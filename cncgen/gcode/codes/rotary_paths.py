@@ -96,6 +96,10 @@ class RotarySink(PassingSink):
         """Return program coordinates of where the axes stand."""
         return self._shown(self._at, self._angle)
 
+    def stand(self, position: Point, angle: float) -> None:
+        """Begin at a point of the part with the rotary axis at an angle."""
+        self._at, self._angle = list(position), angle
+
     def place(self, position: Point) -> None:
         """Stand somewhere."""
         self._at = list(position)
@@ -227,6 +231,40 @@ def _start(
     ip.base.select_plane(plane)
 
 
+def face(ip: Interpreter, name: str) -> None:
+    """Put X and Y of the face of the part in force where X stands for the radius and C for the angle from 0, as TRANSMIT has it."""
+    begin, other = ip.state.position.copy(), ip.state.position[_Y]
+
+    def shown(point: Point, near: float) -> Point:
+        return _on_face(point, near, 0.0, math.copysign(1.0, begin[_X]), other)
+
+    def seen(axes: Point) -> Point:
+        spoke = cmath.rect(axes[_X], math.radians(axes[5]))
+        return [spoke.real, spoke.imag, *axes[2:]]
+
+    _start(ip, name, 5, 17, shown, seen)
+    assert isinstance(ip.sink, RotarySink)
+    ip.state.position = seen(begin)
+    ip.sink.stand(ip.state.position, begin[5])
+
+
+def _on_face(point: Point, near: float, begin: float, side: float, other: float) -> Point:
+    """Return the axes for a point of the face, C next to an angle; X keeps its side."""
+    spoke = side * complex(point[_X], point[_Y])
+    angle = begin + math.degrees(cmath.phase(spoke)) if spoke else near
+    out = [side * abs(spoke), other, *point[2:]]
+    out[5] = angle + 360.0 * round((near - angle) / 360.0)
+    return out
+
+
+def end(ip: Interpreter, name: str) -> bool:
+    """End such a path; tell whether one was in force."""
+    if not isinstance(ip.sink, RotarySink) and ip.state.compensation == 40:
+        return False
+    _end(ip, name)
+    return True
+
+
 def _end(ip: Interpreter, name: str) -> None:
     """Take the sink away; the axes stay where they are."""
     if ip.state.compensation != 40:
@@ -258,11 +296,7 @@ def polar_on(ip: Interpreter, block: Block) -> None:
     by_y = _has_own_y(ip, block)
 
     def shown(point: Point, near: float) -> Point:
-        spoke = side * complex(point[_X], point[_Y])
-        angle = begin + math.degrees(cmath.phase(spoke)) if spoke else near
-        out = [side * abs(spoke), other, *point[2:]]
-        out[5] = angle + 360.0 * round((near - angle) / 360.0)
-        return out
+        return _on_face(point, near, begin, side, other)
 
     def seen(axes: Point) -> Point:
         spoke = cmath.rect(axes[_X], math.radians(axes[5] - begin))

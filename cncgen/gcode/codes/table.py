@@ -73,6 +73,21 @@ OFFSET_NUMBERS = ("D", "H")
 BOTH = ("linuxcnc", "fanuc")
 #: FANUC's lathes, system A of G codes: the language of its mills, with other meanings of some codes.
 LATHE = "fanuc-lathe"
+#: G90, G91, and G98, G99 of cycles on lathes that have them: their numbers in system A, in tenths, which no control has.
+LATHE_ABSOLUTE, LATHE_STEPS, LATHE_TO_START, LATHE_TO_R = 9000, 9100, 9800, 9900
+_SYSTEM_B = {
+    330: 320, 770: 900, 780: 920, 790: 940, 920: 500, 940: 980, 950: 990,
+    900: LATHE_ABSOLUTE, 910: LATHE_STEPS, 980: LATHE_TO_START, 990: LATHE_TO_R,
+}  # fmt: skip
+#: Dialects of FANUC's lathes, and of each the numbers of G codes, in tenths, that system A writes otherwise (B-64304EN-1, 3).
+LATHES: dict[str, dict[int, int]] = {
+    LATHE: {},
+    "fanuc-lathe-b": _SYSTEM_B,
+    "fanuc-lathe-c": {
+        **{number: own for number, own in _SYSTEM_B.items() if number not in (770, 780, 790)},
+        200: 900, 210: 920, 240: 940, 700: 200, 710: 210, **{number: number - 20 for number in range(720, 790, 10)},
+    },
+}  # fmt: skip
 #: Codes, in tenths, that FANUC's mills have and its lathes have not, or with another meaning.
 _OF_MILLS = frozenset(
     {
@@ -88,10 +103,16 @@ _OF_MILLS = frozenset(
 
 def language_of(dialect: str) -> str:
     """Return whose words, jumps and arithmetic a dialect has."""
-    return "fanuc" if dialect == LATHE else dialect
+    return "fanuc" if dialect in LATHES else dialect
 
 
-@dataclass(frozen=True, slots=True)
+@cache
+def displaced(dialect: str) -> frozenset[int]:
+    """Return the numbers of G codes that a system of lathes has under another number."""
+    return frozenset(LATHES[dialect].values()) - LATHES[dialect].keys()
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Code:
     """One code.
 
@@ -158,16 +179,19 @@ class Codes(Mapping[tuple[str, int], Code]):
 
     def __init__(self, dialect: str) -> None:
         self._dialect = dialect
+        self.family = LATHE if dialect in LATHES else dialect
         # Plain language has the M functions and modes of LinuxCNC, and motions of its own.
         self._base = language_of(dialect) if language_of(dialect) in BOTH else BOTH[0]
-        self._without = _OF_MILLS if dialect == LATHE else frozenset()
+        self._without = _OF_MILLS if dialect in LATHES else frozenset()
         self._found: dict[tuple[str, int], Code] = {}
         self._waiting = list(reversed(_MODULES))
 
     def _import_next(self) -> None:
         for code in import_module(f"cncgen.gcode.{self._waiting.pop()}").CODES:
             key = code.letter, code.number
-            if self._dialect in code.dialects or (self._base in code.dialects and key not in self._without):
+            if {self._dialect, self.family} & set(code.dialects) or (
+                self._base in code.dialects and key not in self._without
+            ):
                 self._found[key] = code
 
     def __getitem__(self, key: tuple[str, int]) -> Code:

@@ -1,10 +1,12 @@
 """Tilted working planes of FANUC: G68.2 turns the coordinates, G53.1 points the tool along their Z, G69 ends them (B-64484EN-2, 7.8).
 
 Angles are Euler's, about Z, the new X, the new Z (I J K); with P1 they are those about the axes X Y Z of the workpiece, in the order of
-Q. The rotary axes of the machine are not turned here, which a warning says.
+Q; with P2 the plane has three points, with P3 the directions of its X and Z. The rotary axes of the machine are not turned here, which a warning says.
 """
 
 from __future__ import annotations
+
+import math
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -17,6 +19,13 @@ from cncgen.gcode.state.modal import Stage
 
 #: Orders of Q, digits of the axes.
 _ORDERS = (123, 132, 213, 231, 312, 321)
+_UNIT = affine.UNIT
+#: Numbers Q of the blocks of P2 (0 may be left out) and P3.
+_BLOCKS = {2: (0, 1, 2, 3), 3: (1, 2)}
+_HINT = "P2: Q1 the origin, Q2 towards X, Q3 on the side of Y; P3: Q1 X Y Z the origin and I J K along X, Q2 I J K along Z"
+_TINY = 1e-9
+#: Cosine up to which two directions count as square.
+_SQUARE = 1e-3
 #: Stands among the remarks of a run once it was said that the rotary axes do not turn.
 _SAID = -682
 
@@ -41,14 +50,81 @@ def _matrix(block: Block) -> affine.Matrix:
         turns = [affine.turn(int(axis) - 1, (i, j, k)[int(axis) - 1]) for axis in str(order)]
         steps = (turns[2], turns[1], turns[0])
     else:
-        hint = "P0 takes Euler's angles, P1 those about X, Y and Z"
-        raise BlockError(
-            "plane-kind",
-            f"P{kind} of G68.2, a plane by points, vectors or projections, is not read",
-            "P",
-            hint=hint,
-        )
+        hint = "P0 takes Euler's angles, P1 those about X, Y and Z, P2 three points, P3 two directions"
+        message = f"P{kind} of G68.2, a plane by the angles of its projections, is not read"
+        raise BlockError("plane-kind", message, "P", hint=hint)
     return affine.product(steps[0], affine.product(steps[1], steps[2]))
+
+
+def _vector(block: Block, letters: str) -> affine.Vector:
+    x, y, z = (block.words.get(letter, 0.0) for letter in letters)
+    return x, y, z
+
+
+def _cross(a: affine.Vector, b: affine.Vector) -> affine.Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _direction(vector: affine.Vector, what: str) -> affine.Vector:
+    """Return a vector of length 1; raise where it has none."""
+    length = math.hypot(*vector)
+    if length < _TINY:
+        raise BlockError(
+            "plane-points", f"{what} of G68.2 have no direction between them", "G68.2", hint=_HINT
+        )
+    return vector[0] / length, vector[1] / length, vector[2] / length
+
+
+def _gathered(ip: Interpreter, block: Block) -> affine.Frame | None:
+    """Take one of the blocks of G68.2 P2 or P3; return the frame once all are there.
+
+    P2: Q1 is the origin, Q1 to Q2 the direction of X, Q3 on the side of Y; Q0 shifts the origin in the plane's own coordinates,
+    and R turns about its Z. P3: Q1 has the origin and, I J K, the direction of X, Q2 that of Z.
+    """
+    kind, step = whole(block, "p", "G68.2"), whole(block, "q", "G68.2") if "q" in block.words else -1
+    places = ip.plane_blocks
+    if step == min(_BLOCKS[kind]) or (kind == 2 and step == 1 and set(places) != {(2, 0)}):
+        places.clear()
+    begins = not places and step in ((0, 1) if kind == 2 else (1,))
+    goes_on = bool(places) and sorted(places) == [(kind, k) for k in range(min(places)[1], step)]
+    if not begins and not goes_on:
+        message = f"G68.2 P{kind} Q{step} does not go on from the block before it"
+        if step < 0:
+            message = f"G68.2 P{kind} has no Q, which counts its blocks"
+        raise BlockError("plane-points", message, "P", hint=_HINT)
+    letters = "ijk" if kind == 3 else "xyz"
+    places[kind, step] = _vector(block, letters)
+    if kind == 3 and step == 1:
+        ip.plane_origin = _vector(block, "xyz")
+    if "r" in block.words:
+        ip.plane_turn = block.words["r"]
+    elif step == min(_BLOCKS[kind]) or (kind == 2 and step == 1 and (2, 0) not in places):
+        ip.plane_turn = 0.0
+    if step != max(_BLOCKS[kind]):
+        return None
+    shift: affine.Vector = (0.0, 0.0, 0.0)
+    if kind == 2:
+        first, second, third = (places[2, k] for k in (1, 2, 3))
+        origin, shift = first, places.get((2, 0), shift)
+        x = _direction(_between(first, second), "the points Q1 and Q2")
+        z = _direction(_cross(x, _between(first, third)), "the three points")
+        if any(shift) and ip.plane_turn:
+            message = "G68.2 P2 with a shift Q0 and a turn R at once is not read"
+            raise BlockError("plane-points", message, "R", hint="put the shift into the points")
+    else:
+        origin, z = ip.plane_origin, _direction(places[3, 2], "I J K of Q2")
+        x = _direction(places[3, 1], "I J K of Q1")
+        if abs(sum(p * q for p, q in zip(x, z, strict=True))) > _SQUARE:
+            message = "the directions of X and Z of G68.2 P3 are not square to each other"
+            raise BlockError("plane-points", message, "P", hint=_HINT)
+    places.clear()
+    y = _cross(z, x)
+    axes = affine.Frame(((x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])), origin)
+    return axes.then(affine.Frame(affine.turn(2, ip.plane_turn), shift))
+
+
+def _between(a: affine.Vector, b: affine.Vector) -> affine.Vector:
+    return b[0] - a[0], b[1] - a[1], b[2] - a[2]
 
 
 def tilt(ip: Interpreter, block: Block) -> None:
@@ -56,14 +132,23 @@ def tilt(ip: Interpreter, block: Block) -> None:
     if not isinstance(ip.sink, affine.AffineSink) and ip.sink is not ip.base:
         message = "G68.2 does not go with G68, G51, G51.1, G43.4, or cutter compensation"
         raise BlockError("frame-compensation", message, "G68.2", hint="end them before")
-    x, y, z = (block.words.get(letter, 0.0) for letter in "xyz")
-    matrix = _matrix(block)
+    frame = affine.Frame(_UNIT, _vector(block, "xyz"))
+    if block.words.get("p") in _BLOCKS:
+        gathered = _gathered(ip, block)
+        if gathered is None:
+            return
+        frame = gathered
+    else:
+        if "r" in block.words:
+            raise BlockError("unused-word", "R stands in a block of G68.2 that has no use for it", "R")
+        frame = affine.Frame(_matrix(block), frame.shift)
+    matrix = frame.matrix
     if matrix != affine.UNIT and _SAID not in ip.remarked:
         ip.remarked.add(_SAID)
         message = "G68.2 turns the coordinates; the rotary axes of the machine are not turned here"
         hint = "write A B C where the machine has them, or use G43.4 on a machine with [kinematics]"
         ip.warn(BlockError("swivel-frame", message, "G68.2", hint=hint), Severity.WARNING)
-    affine.change(ip, affine.Frame(matrix, (x, y, z)))
+    affine.change(ip, frame)
 
 
 def align(ip: Interpreter, block: Block) -> None:
@@ -73,7 +158,7 @@ def align(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("G", 682, "rotation", Stage.REFERENCE, tilt, "tilted plane: origin X Y Z, angles I J K", "xyzijkpq", "own",
+    Code("G", 682, "rotation", Stage.REFERENCE, tilt, "tilted plane: origin X Y Z, angles I J K", "xyzijkpqr", "own",
          dialects=("fanuc",), moves="XYZ"),
     Code("G", 531, "tool along plane", Stage.COORDINATES, align, "tool along Z of the tilted plane", "p", dialects=("fanuc",)),
 )  # fmt: skip

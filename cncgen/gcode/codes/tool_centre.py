@@ -508,6 +508,8 @@ def _heading(curve: OffsetCurve, point: complex) -> complex:
 
 def _line_line(a: OffsetCurve, b: OffsetCurve) -> list[complex]:
     across = (a.heading_in.conjugate() * b.heading_in).imag
+    if across == 0.0:
+        return []  # the second line goes back over the first one
     along = ((b.point - a.point).conjugate() * b.heading_in).imag / across
     return [a.point + along * a.heading_in]
 

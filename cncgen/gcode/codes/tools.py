@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
@@ -64,7 +65,7 @@ def load_tool_parameters(ip: Interpreter) -> None:
     """Write #5400 to #5413: number, offsets, diameter, angles and orientation of the tool in the spindle."""
     tool = ip.tools.find(ip.state.tool) or Tool(0, 0)
     values = [float(tool.number), *tool.offset, tool.diameter, tool.front, tool.back, float(tool.orientation)]
-    ip.parameters.numbers[TOOL : TOOL + len(values)] = values
+    ip.parameters.numbers[TOOL : TOOL + len(values)] = array("d", values)
 
 
 def select(ip: Interpreter, block: Block) -> None:

@@ -2,14 +2,17 @@
 
 The profile is the lines from N P to N Q of the program, which the cycle reads and the program then goes on behind. Its
 first line leads to it. G71 and G72 cut it in levels from where the tool stands, moved by the allowances U and W: at each
-they feed along to the profile, lift off at 45 degrees and go back; at last they follow it. Profiles with pockets (type
-II) are not read. G70 executes the lines (B-64304EN-1, 4.4.1 to 4.4.4).
+they feed along to the profile, lift off at 45 degrees and go back; at last they follow it. Where the first line of the profile has both X
+and Z (type II) it may have pockets, each of which is cut at every level; the way from one to the next, over the stock, is our own.
+G70 executes the lines (B-64304EN-1, 4.4.1 to 4.4.4).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, gather
@@ -107,12 +110,14 @@ def _end_corner(ip: Interpreter) -> None:
         ip.guard(ip, Block({}, m=(20,)))
 
 
-def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], bool, int]:
-    """Return the moves of a profile in Z and X, the first one leads to it; whether that one is a traverse; how many traverses end it."""
+def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], bool, int, bool]:
+    """Return the moves of a profile in Z and X, the first one leads to it; whether that one is a traverse; how many traverses end it;
+    and whether its first line has both X and Z.
+    """
     state, sink, guard = ip.state, ip.sink, ip.guard
     recorder = Recorder(state.position)
     ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
-    ip.sink, ip.guard, rapid, away = recorder, None, None, 0
+    ip.sink, ip.guard, rapid, away, both = recorder, None, None, 0, False
     try:
         for written in _lines(ip, block, name):
             before = len(recorder.segments)
@@ -124,8 +129,9 @@ def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], b
             words = {letter: value for letter, value in line.words.items() if letter in _WORDS}
             if codes or words:
                 _execute(ip, replace(line, words=words, g=codes, m=()))
-            if rapid is None and recorder.segments:
+            if rapid is None and (recorder.segments or {"x", "z"} <= words.keys()):
                 rapid = ip.state.motion == 0
+                both = {"x", "z"} <= words.keys()
             added = len(recorder.segments) - before
             away = away + added if ip.state.motion == 0 else 0 if added else away
         _end_corner(ip)
@@ -133,10 +139,10 @@ def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], b
         ip.state, ip.sink, ip.guard = state, sink, guard
     if len(recorder.segments) < 2:
         raise BlockError("profile-length", f"the profile of {name} has fewer than two moves", "P")
-    return recorder.segments, bool(rapid), away
+    return recorder.segments, bool(rapid), away, both
 
 
-def _moved(profile: list[Segment], by: complex) -> list[Segment]:
+def shifted(profile: list[Segment], by: complex) -> list[Segment]:
     """Return a profile shifted."""
     return [
         Segment(s.start + by, s.end + by, None if s.centre is None else s.centre + by, s.spin)
@@ -154,6 +160,12 @@ def _rises(profile: list[Segment]) -> bool:
     return True
 
 
+def advances(segment: Segment) -> bool:
+    """Tell whether a segment never goes back along the travel."""
+    places = [p.real for p in segment.extremes()]
+    return min(places) >= segment.start.real - TINY and max(places) <= segment.end.real + TINY
+
+
 def _contour(
     ip: Interpreter, block: Block, name: str, swap: bool
 ) -> tuple[complex, complex, complex, list[Segment], bool]:
@@ -162,12 +174,12 @@ def _contour(
 
     Traverses at its end that go back lead away from the part, and are left out.
     """
-    moves, rapid, away = _profile(ip, block, name)
+    moves, rapid, away, both = _profile(ip, block, name)
     words, position = block.words, ip.state.position
     start = complex(position[Z], position[X])
     for left_out in (0, away) if 0 < away < len(moves) - 1 else (0,):
         part = moves[: len(moves) - left_out]
-        profile = _moved(part[1:], complex(words.get("w", 0.0), 0.5 * words.get("u", 0.0)))
+        profile = shifted(part[1:], complex(words.get("w", 0.0), 0.5 * words.get("u", 0.0)))
         way, above = part[-1].end - part[0].end, start - part[0].end
         travel, height = (way.imag, above.real) if swap else (way.real, above.imag)
         across = complex(_sign(travel), _sign(height))
@@ -175,14 +187,21 @@ def _contour(
         if _rises(path):
             break
     else:
-        message = f"the profile of {name} does not rise all the way: pockets (type II) are not read"
-        hint = "cut the pocket in a cycle of its own, or use G73"
-        raise BlockError("profile-not-monotonic", message, "P", hint=hint)
+        if both and all(advances(segment) for segment in path):
+            left_out = 0
+        elif both:
+            message = f"the profile of {name} goes back along {'X' if swap else 'Z'}"
+            hint = "cut what lies behind in a cycle of its own, or use G73"
+            raise BlockError("profile-not-monotonic", message, "P", hint=hint)
+        else:
+            message = f"the profile of {name} does not rise all the way, and its first line has not both X and Z (type II)"
+            hint = "W0 (of G72 U0) in its first line says that it has pockets"
+            raise BlockError("profile-not-monotonic", message, "P", hint=hint)
     if left_out:
         message = f"the traverse at the end of the profile of {name} goes back: it is taken as the way off, and not roughed"
         hint = "let Q name the line before it"
         ip.warn(BlockError("profile-way-off", message, "Q", hint=hint), Severity.WARNING)
-    top = _moved([Segment(start, start)], profile[0].start - moves[0].end)[0]
+    top = shifted([Segment(start, start)], profile[0].start - moves[0].end)[0]
     begin, home = top.seen(across, swap).start, Segment(start, start).seen(across, swap).start
     return across, begin, home, path, rapid
 
@@ -232,7 +251,7 @@ def _rough(name: str, swap: bool) -> Handler:
         if (begin.imag - path[0].start.imag) / kept.depth > MAX_CUTS:
             raise BlockError("profile-step", f"{name} makes more than {MAX_CUTS} cuts", name)
         lathe = Lathe(ip, across, swap)
-        _levels(lathe, path, begin, kept, rapid)
+        levels(lathe, path, begin, kept, rapid)
         lathe.rapid(home)
         _compensate_again(ip, block)
         ip.state.moved = True
@@ -241,27 +260,67 @@ def _rough(name: str, swap: bool) -> Handler:
     return run
 
 
-def _levels(lathe: Lathe, path: list[Segment], begin: complex, kept: Turning, rapid: bool) -> None:
+def levels(lathe: Lathe, path: list[Segment], begin: complex, kept: Turning, rapid: bool) -> None:
     """Cut level by level above a path, then along it."""
     down = lathe.rapid if rapid else lathe.feed
     bottom = path[0].start
+    lowest = min(p.imag for segment in path for p in segment.extremes())
     level = begin.imag - kept.depth
     lathe.rapid(begin)
-    while level > bottom.imag + TINY:
-        down(complex(begin.real, level))
-        crossings = [p for segment in path for p in segment.crossings(level)]
-        hit = min(crossings, key=lambda p: p.real) if crossings else complex(path[-1].end.real, level)
-        if hit.real > begin.real + TINY:
+    while level > lowest + TINY:
+        for k, (left, right) in enumerate(_free(path, begin.real, level)):
+            if left > begin.real + TINY:
+                # A pocket: over the stock that is left, down to what the level before left of it, and into it.
+                lathe.rapid(complex(left, begin.imag))
+                lathe.rapid(complex(left, min(level + kept.depth, begin.imag)))
+                lathe.feed(complex(left, level))
+            elif k == 0:
+                down(complex(begin.real, level))
+            hit = complex(right, level)
             lathe.feed(hit)
-            lift = min(kept.escape, hit.real - begin.real)
+            lift = min(kept.escape, right - left)
             lathe.rapid(hit + complex(-lift, lift))
-            lathe.rapid(complex(begin.real, level + lift))
+            if left > begin.real + TINY:
+                lathe.rapid(complex(hit.real - lift, begin.imag))
+                lathe.rapid(begin)
+            else:
+                lathe.rapid(complex(begin.real, level + lift))
         level -= kept.depth
     down(complex(begin.real, bottom.imag))
     if abs(bottom.real - begin.real) > TINY:
         down(bottom)
     for segment in path:
         lathe.follow(segment, segment.end)
+
+
+def _free(path: list[Segment], begin: float, level: float) -> Iterator[tuple[float, float]]:
+    """Yield from where to where the path lies below a level, along the travel from `begin` on."""
+    places = sorted({begin, path[-1].end.real, *(p.real for segment in path for p in segment.crossings(level)),
+                     *(segment.end.real for segment in path if abs(segment.end.imag - level) <= TINY)})  # fmt: skip
+    open_at: float | None = None
+    for left, right in pairwise(places):
+        if right - left <= TINY:
+            continue
+        if left < path[0].start.real - TINY or _height(path, 0.5 * (left + right)) < level - TINY:
+            open_at = left if open_at is None else open_at
+        elif open_at is not None:
+            yield open_at, left
+            open_at = None
+    if open_at is not None:
+        yield open_at, places[-1]
+
+
+def _height(path: list[Segment], at: float) -> float:
+    """Return how high a path is at a place of the travel, the highest of it."""
+    found = [p.imag for segment in path for p in _over(segment, at)]
+    return max(found) if found else -math.inf
+
+
+def _over(segment: Segment, at: float) -> list[complex]:
+    """Return the points of a segment at a place of the travel."""
+    if segment.centre is None and segment.start.real == segment.end.real == at:
+        return [segment.start, segment.end]
+    return [complex(p.imag, p.real) for p in segment.seen(1.0 + 1.0j, True).crossings(at)]
 
 
 def like_it(ip: Interpreter, block: Block) -> None:
@@ -276,7 +335,7 @@ def like_it(ip: Interpreter, block: Block) -> None:
         return
     check_feed(ip, block, "G73")
     _without_compensation(ip, "G73")
-    moves, _, _ = _profile(ip, block, "G73")
+    moves, *_ = _profile(ip, block, "G73")
     x, z, count = kept.pattern
     start = complex(ip.state.position[Z], ip.state.position[X])
     allowance, way = complex(words.get("w", 0.0), 0.5 * words.get("u", 0.0)), complex(z, x)
@@ -285,7 +344,7 @@ def like_it(ip: Interpreter, block: Block) -> None:
         left = 1.0 - index / (count - 1) if count > 1 else 1.0
         by = allowance + way * left
         lathe.rapid(start + by)
-        path = _moved(moves, by)
+        path = shifted(moves, by)
         lathe.rapid(path[0].end)
         for segment in path[1:]:
             lathe.follow(segment, segment.end)
@@ -298,6 +357,11 @@ def like_it(ip: Interpreter, block: Block) -> None:
 def finish(ip: Interpreter, block: Block) -> None:
     """G70: execute the lines of the profile, F and cutter compensation with them, and go back."""
     start = ip.state.position.copy()
+    idle = [letter.upper() for letter in "uwd" if letter in block.words]
+    if idle:
+        message = f"{', '.join(idle)} of G70 change nothing: the profile is finished as it is written"
+        hint = "allowances belong to G71 to G73"
+        ip.warn(BlockError("unused-word", message, idle[0], hint=hint), Severity.WARNING)
     for line in _lines(ip, block, "G70"):
         _execute(ip, turned(ip, line))
     _end_corner(ip)
@@ -311,7 +375,7 @@ def finish(ip: Interpreter, block: Block) -> None:
 CODES = tuple(
     Code("G", number, "non-modal", Stage.MOTION, run, text, words, "own", dialects=ONLY, moves="XZ")
     for number, run, text, words in (
-        (700, finish, "finish the profile of lines N P to N Q", "pq"),
+        (700, finish, "finish the profile of lines N P to N Q", "pquwd"),
         (710, _rough("G71", False), "rough a profile along Z; first U R alone: depth (or D of Haas), lift", "pquwrd"),
         (720, _rough("G72", True), "rough a profile along X; first W R alone: depth (or D of Haas), lift", "pquwrd"),
         (730, like_it, "rough a profile in passes like it; first U W R alone: way and number of passes", "pquwr"),

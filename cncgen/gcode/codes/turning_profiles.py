@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
-from cncgen.gcode.block import Block, gather
-from cncgen.gcode.codes.profile_lines import profile_lines
+from cncgen.gcode.block import Block
 from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, OffsetCurve, ToolCentre, meeting
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -145,38 +144,38 @@ class Segment:
 
 
 class Recorder:
-    """A sink that keeps motions in the plane ZX and forgets everything else."""
+    """A sink that keeps motions in a plane, ZX if not said, and forgets everything else."""
 
     wants_comments = False
 
-    def __init__(self, start: Point) -> None:
+    def __init__(self, start: Point, plane: int = 18) -> None:
         self.block = Block({})
-        self.at = _in_plane(start)
+        self._axes = PLANE_AXES[plane][:2]
+        self.at = self._in_plane(start)
         self.segments: list[Segment] = []
 
     def straight_feed(self, end: Point) -> None:
         """Keep a line."""
-        self._keep(Segment(self.at, _in_plane(end)))
+        self._keep(Segment(self.at, self._in_plane(end)))
 
     straight_traverse = straight_feed
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Keep an arc."""
-        self._keep(Segment(self.at, _in_plane(end), complex(first, second), 1 if turns > 0 else -1))
+        self._keep(Segment(self.at, self._in_plane(end), complex(first, second), 1 if turns > 0 else -1))
 
     def _keep(self, segment: Segment) -> None:
         self.at = segment.end
         if segment.centre is not None or abs(segment.end - segment.start) > TINY or not self.segments:
             self.segments.append(segment)
 
+    def _in_plane(self, point: Point) -> complex:
+        first, second = self._axes
+        return complex(point[first], point[second])
+
     def __getattr__(self, name: str) -> Any:
         """Ignore any other call."""
         return lambda *arguments: None
-
-
-def _in_plane(point: Point) -> complex:
-    first, second, _ = PLANE_AXES[18]
-    return complex(point[first], point[second])
 
 
 def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
@@ -206,8 +205,8 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
         None,
     )
     try:
-        for pairs in profile_lines(ip, number, mark.after):
-            corners += _execute(ip, recorder, pairs)
+        for made in ip.flow.profile_blocks(number, mark.after):
+            corners += _execute(ip, recorder, made)
             if len(corners) > MAX_MOVES:
                 raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} moves", "Q")
     finally:
@@ -218,9 +217,8 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
     return profile
 
 
-def _execute(ip: Interpreter, recorder: Recorder, pairs: list[tuple[str, float]]) -> list[tuple[float, bool]]:
-    """Execute the motion of a line; return its corner: radius of the fillet or chamfer (0: none), whether a fillet."""
-    whole = gather(pairs)
+def _execute(ip: Interpreter, recorder: Recorder, whole: Block) -> list[tuple[float, bool]]:
+    """Execute the motion of a block; return its corner: radius of the fillet or chamfer (0: none), whether a fillet."""
     words = {letter: value for letter, value in whole.words.items() if letter in "xzikr"}
     scale = 2.0 if ip.state.diameter else 1.0
     for letter, axis, column, unit in (("u", "x", 0, scale), ("w", "z", 2, 1.0)):

@@ -1,17 +1,30 @@
-"""Runs of plain motions in columns: the interpreter's state into the kernel `gcode_motion`, its rows to the sink."""
+"""Runs of blocks in columns: the interpreter's state into the kernel `gcode_motion`, its motions and asides to the sink."""
 
 from __future__ import annotations
 
 from array import array
+from struct import Struct
+from typing import TYPE_CHECKING
 
+from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.budget import MOTION
 from cncgen.gcode.codes.arcs import CENTRE_FACTOR, CENTRE_RELATIVE, CENTRE_TOLERANCE, RADIUS_TOLERANCE
+from cncgen.gcode.codes.feeds import feeds_meant
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.sinks.sink import MotionBatch
+from cncgen.gcode.state.modal import NO_MOTION
 from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, column
 from cncgen.kernels import gcode_motion
+from cncgen.toolpath.record import PathMode
 
-#: Motions that the kernel takes, in tenths, and what it calls them.
-_MOTIONS = {0: 0, 10: 1, 20: 2, 30: 3}
+if TYPE_CHECKING:
+    from cncgen.gcode.codes.canned_cycles import Sticky
+
+#: The arrays of what is in force, written at once.
+_FORCE_MODES, _FORCE_LEVELS = Struct(f"{gcode_motion.MODES}q"), Struct(f"{gcode_motion.LEVELS}d")
+_POSITION = Struct("9d")
+_BITS = {"r": gcode_motion.GIVEN_R, "p": gcode_motion.GIVEN_P, "q": gcode_motion.GIVEN_Q}
 
 
 class Batches:
@@ -23,6 +36,8 @@ class Batches:
         self._position = array("d", [0.0] * 9)
         self._modes = array("q", [0] * gcode_motion.MODES)
         self._levels = array("d", [0.0] * gcode_motion.LEVELS)
+        # No cycle is taken before the words of the one in force are known.
+        self._modes[gcode_motion.CYCLE] = -1
         self._line = column("q", BLOCKS)
         self._offset = column("q", BLOCKS)
         self._motion = column("b", BLOCKS)
@@ -35,74 +50,177 @@ class Batches:
             *(self._line, self._offset, self._motion, self._end),
             *(self._feed, self._feed_set, self._centre, self._turns),
         )
+        self._asides = tuple(column(kind, BLOCKS) for kind in "qqdq")
         self._kernel = gcode_motion.Advance(
-            plain.columns(), self._position, self._modes, self._levels, motions
+            plain.columns(), self._position, self._modes, self._levels, motions, self._asides
         )
+        #: The cycle in force that the kernel knows of, and plane and units then; the numbers of the cycles that it takes.
+        self._cycle: Sticky | None = None
+        self._under = 17, False
+        self._cycles: frozenset[int] = frozenset()
 
     def run(self, index: int, count: int) -> int:
-        """Run plain motions from a block on; return the first block that was not taken."""
-        if not self._ip.batchable():
-            return index
-        state = self._ip.state
-        self._position[:] = array("d", state.position)
-        self._give_modes()
-        done, rows = self._kernel.run(index, count)
-        self._take_modes()
-        if rows:
-            self._hand_on(rows, self._plain.source)
-            state.position = self._position.tolist()
-            state.motion = 10 * self._modes[gcode_motion.MOTION]
-            state.moved = True
-        return int(done)
+        """Run blocks from one on; return the first block that was not taken."""
+        ip, state, kernel = self._ip, self._ip.state, self._kernel
+        while index < count and ip.batchable(self._cycles):
+            _POSITION.pack_into(self._position, 0, *state.position)
+            self._give_modes()
+            index = kernel.run(index, count)
+            if kernel.rows or kernel.asides:
+                ip.budget.spend(MOTION * kernel.drilled)
+                self._hand_on()
+                state.position = self._position.tolist()
+                state.moved = state.moved or kernel.rows > 0
+            self._take_modes()
+            if not kernel.full:
+                break
+        return index
 
     def _give_modes(self) -> None:
         """Say what the kernel begins with: modes, feed and the tolerances of arcs."""
-        state, inches = self._ip.state, self._ip.state.inches
-        self._modes[:] = array(
-            "q",
-            (
-                _MOTIONS.get(state.motion, -1),
-                state.absolute,
-                state.arc_absolute,
-                state.plane,
-                state.feed_mode == 93,
-                self._ip.options.block_delete,
-                not self._ip.sink.wants_comments,
-            ),
+        ip, state, inches = self._ip, self._ip.state, self._ip.state.inches
+        if state.cycle is not self._cycle or (self._cycles and self._under != (state.plane, inches)):
+            self._give_cycle()
+        _FORCE_MODES.pack_into(
+            self._modes,
+            0,
+            -1 if state.motion == NO_MOTION else state.motion // 10,
+            state.absolute,
+            state.arc_absolute,
+            state.plane,
+            state.feed_mode == 93,
+            ip.options.block_delete,
+            not ip.sink.wants_comments,
+            state.feed_mode != 95 and state.constant_surface is None,
+            ip.dialect == "linuxcnc",
+            state.cycle is not None,
+            state.direction,
+            state.mist,
+            state.flood,
+            state.retract_old,
+            state.path_mode is PathMode.EXACT_PATH,
+            *self._modes[gcode_motion.CYCLE :],
         )
-        self._levels[:] = array(
-            "d",
-            (
-                state.feed,
-                RADIUS_TOLERANCE[inches],
-                CENTRE_TOLERANCE[inches],
-                CENTRE_RELATIVE,
-                CENTRE_FACTOR * CENTRE_TOLERANCE[inches],
-            ),
+        _FORCE_LEVELS.pack_into(
+            self._levels,
+            0,
+            state.feed,
+            RADIUS_TOLERANCE[inches],
+            CENTRE_TOLERANCE[inches],
+            CENTRE_RELATIVE,
+            CENTRE_FACTOR * CENTRE_TOLERANCE[inches],
+            *feeds_meant(ip),
+            state.speed,
+            *self._levels[gcode_motion.PECK_CLEARANCE :],
         )
 
+    def _give_cycle(self) -> None:
+        """Tell the kernel the words of the cycle in force; the first one of a run tells it which cycles there are."""
+        from cncgen.gcode.codes.canned_cycles import CYCLES, PECK_CLEARANCE, HoleMoves, Sticky
+
+        state, levels = self._ip.state, self._levels
+        if self._ip.dialect == "linuxcnc" and not self._cycles:
+            made = {
+                n: (sum(_BITS[x] for x in cycle.needs), cycle.run.between, cycle.run.last)
+                for n, cycle in CYCLES.items()
+                if isinstance(cycle.run, HoleMoves)
+            }
+            self._kernel.take_cycles({n // 10: moves for n, moves in made.items()})
+            self._cycles = frozenset(made)
+        sticky = state.cycle if isinstance(state.cycle, Sticky) else Sticky()
+        depth = AXES[state.plane_axes()[2]]
+        taken = sticky.words.keys() <= {"r", "p", "q", depth}
+        bits = {**_BITS, depth: gcode_motion.GIVEN_DEPTH}
+        self._modes[gcode_motion.CYCLE] = sticky.number // 10 if taken else -1
+        self._modes[gcode_motion.GIVEN] = sum(bits[letter] for letter in sticky.words) if taken else 0
+        words = (sticky.words.get(letter, 0.0) for letter in ("r", "p", "q", depth))
+        clearance = PECK_CLEARANCE[state.inches]
+        levels[gcode_motion.PECK_CLEARANCE :] = array("d", (clearance, sticky.level, sticky.dwell, *words))
+        self._cycle, self._under = state.cycle, (state.plane, state.inches)
+
     def _take_modes(self) -> None:
-        """Take over what blocks without motion may have changed too."""
-        state, sink = self._ip.state, self._ip.sink
-        state.absolute = bool(self._modes[gcode_motion.ABSOLUTE])
-        feed = self._levels[gcode_motion.FEED]
+        """Take over what the blocks have changed."""
+        state, sink, modes, levels = self._ip.state, self._ip.sink, self._modes, self._levels
+        motion = modes[gcode_motion.MOTION]
+        state.motion = NO_MOTION if motion < 0 else 10 * motion
+        state.absolute = bool(modes[gcode_motion.ABSOLUTE])
+        if self._kernel.drilled:
+            self._take_cycle()
+        if self._kernel.asides:
+            state.plane = modes[gcode_motion.PLANE]
+            state.speed, state.direction = levels[gcode_motion.SPEED], modes[gcode_motion.DIRECTION]
+            state.mist, state.flood = bool(modes[gcode_motion.MIST]), bool(modes[gcode_motion.FLOOD])
+        state.retract_old = bool(modes[gcode_motion.OLD_LEVEL])
+        feed = levels[gcode_motion.FEED]
         if feed != state.feed:
             state.feed = feed
             if not sink.wants_comments:
                 sink.set_feed_rate(feed)
 
-    def _hand_on(self, rows: int, source: int) -> None:
-        """Give the rows to the sink."""
-        self._ip.sink.motions(
-            MotionBatch(
-                motion=self._motion[:rows],
-                end=self._end[:rows],
-                feed=self._feed[:rows],
-                feed_set=self._feed_set[:rows],
-                centre=self._centre[:rows],
-                turns=self._turns[:rows],
-                line=self._line[:rows],
-                offset=self._offset[:rows],
-                source=source,
+    def _take_cycle(self) -> None:
+        """Take over the words of the cycle in force."""
+        from cncgen.gcode.codes.canned_cycles import Sticky
+
+        state, given = self._ip.state, self._modes[gcode_motion.GIVEN]
+        level, dwell, *values = self._levels[gcode_motion.LEVEL :]
+        letters = ("r", "p", "q", AXES[state.plane_axes()[2]])
+        words = {
+            letter: v for k, (letter, v) in enumerate(zip(letters, values, strict=True)) if given >> k & 1
+        }
+        state.cycle = Sticky(10 * self._modes[gcode_motion.CYCLE], words, level, dwell)
+        self._cycle = state.cycle
+
+    def _hand_on(self) -> None:
+        """Give motions and asides to the sink, in their order."""
+        kernel, sink = self._kernel, self._ip.sink
+        if isinstance(sink, CountingSink):
+            sink.count_events(kernel.events)
+            self._hand_rows(0, kernel.rows)
+            return
+        begin = 0
+        for k in range(kernel.asides):
+            row = self._asides[0][k]
+            self._hand_rows(begin, row)
+            begin = row
+            self._tell(k)
+        self._hand_rows(begin, kernel.rows)
+
+    def _tell(self, k: int) -> None:
+        """Do what an aside says, as the handler of its code does."""
+        ip, state, sink = self._ip, self._ip.state, self._ip.sink
+        kind, value, index = self._asides[1][k], self._asides[2][k], self._asides[3][k]
+        here = self._plain.cursor(index)
+        block = sink.block = Block({}, source=here.source, line=here.line, offset=here.offset)
+        if kind == gcode_motion.ASIDE_EXACT:
+            sink.set_motion_control_mode(PathMode.EXACT_PATH, None, None)
+        elif kind == gcode_motion.ASIDE_PATH:
+            sink.set_motion_control_mode(state.path_mode, state.tolerance, state.naive)
+        elif kind == gcode_motion.ASIDE_PAUSE:
+            from cncgen.gcode.codes.canned_cycles import wait
+
+            wait(ip, value)
+        elif kind == gcode_motion.ASIDE_SPEED:
+            block.words["s"] = value
+            ip.codes["S", 0].run(ip, block)
+        elif kind == gcode_motion.ASIDE_DWELL:
+            block.words["p"] = value
+            ip.codes["G", 40].run(ip, block)
+        else:
+            ip.codes["M" if kind < 10 else "G", 10 * kind].run(ip, block)
+
+    def _hand_rows(self, begin: int, end: int) -> None:
+        """Give rows to the sink."""
+        if end > begin:
+            self._ip.sink.motions(
+                MotionBatch(
+                    motion=self._motion[begin:end],
+                    end=self._end[begin:end],
+                    feed=self._feed[begin:end],
+                    feed_set=self._feed_set[begin:end],
+                    centre=self._centre[begin:end],
+                    turns=self._turns[begin:end],
+                    line=self._line[begin:end],
+                    offset=self._offset[begin:end],
+                    source=self._plain.source,
+                )
             )
-        )

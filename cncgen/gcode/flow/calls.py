@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -31,7 +32,7 @@ class Calls:
     def __init__(self, ip: Interpreter) -> None:
         self.ip = ip
         self.frames: list[Frame] = []
-        self.outermost = Frame(Cursor(0, 0, 0), 0.0, [], {}, None)
+        self.outermost = Frame(Cursor(0, 0, 0), 0.0, array("d"), {}, None)
         self._locals = MACRO_LOCALS if ip.dialect == "fanuc" else LOCALS
         #: Runs the blocks that wait, where the machine's state is about to change.
         self.flush: Callable[[], None] = lambda: None
@@ -62,11 +63,12 @@ class Calls:
                 )
             )
         parameters = self.ip.parameters
-        frame = Frame(back, label, parameters.numbers[1 : self._locals + 1], parameters.local, values)
+        given = None if values is None else array("d", values)
+        frame = Frame(back, label, parameters.numbers[1 : self._locals + 1], parameters.local, given)
         self.frames.append(frame)
         parameters.local = {}
-        if values is not None:
-            parameters.numbers[1 : self._locals + 1] = values
+        if given is not None:
+            parameters.numbers[1 : self._locals + 1] = given
         return frame
 
     def leave(self, returned: tuple[Value, ...] = ()) -> Cursor:
@@ -90,7 +92,7 @@ class Calls:
         if frame.restore and frame.saved is not None:
             self.flush()
             self.ip.restore(frame.saved)
-        return frame.back
+        return Cursor(*frame.back)
 
     def give_up(self) -> None:
         """End all calls in progress; the main program has its local parameters back."""

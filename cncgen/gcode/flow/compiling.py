@@ -113,7 +113,7 @@ class Compiler:
                 for target, value in parsed.settings
             ]
             if self.fanuc:
-                # A word whose value is vacant is no word.
+                # A word with a vacant value counts as not written.
                 pairs = [(letter, value) for letter, value in pairs if value == value]
             block = gather(pairs)
             block.source, block.offset, block.line = cursor

@@ -78,7 +78,6 @@ class Computing:
             self._parameters,
             calls.frames,
             calls.outermost,
-            Cursor,
             control.ip.options.max_call_depth,
             source,
         )
@@ -101,7 +100,7 @@ class Computing:
         if here.source == 0:
             reached = Cursor(0, computer.reached, computer.reached_line)
         return LinesRead(
-            Cursor(here.source, offset, computer.line) if computer.away is None else computer.away,
+            Cursor(here.source, offset, computer.line) if computer.away is None else Cursor(*computer.away),
             reached,
             computer.since,
             computer.lines - plain.count + before,
@@ -110,7 +109,7 @@ class Computing:
         )
 
     def flow(self, here: Cursor) -> tuple[Flow, Cursor] | None:
-        """Return the O-word of a line with its values, and the next line; None where there is none for certain."""
+        """Return the O-word of a line with its values, and the next line; None unless one is there for certain."""
         found = self._computer(here.source).o_word(here.offset, self._parameters.local)
         if found is None or found[1] == "endsub" or found[1] not in gcode_marks.KEYWORDS:
             # ENDSUB asks whether its label is computed.

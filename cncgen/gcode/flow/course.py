@@ -13,7 +13,7 @@ from cncgen.gcode.block import Flow
 from cncgen.gcode.errors import Astray, BlockError
 from cncgen.gcode.flow import sub_words
 from cncgen.gcode.flow.parts import Parts
-from cncgen.gcode.flow.reading import behind_leader
+from cncgen.gcode.flow.reading import first_line
 from cncgen.gcode.flow.recurrence import Recurrence
 from cncgen.gcode.text.expressions import too_deep
 from cncgen.gcode.text.labels import Cursor
@@ -41,7 +41,7 @@ class Course:
         self._frames = parts.control.calls.frames
         self._recurrence = Recurrence(parts.ip, parts.control.calls)
         self._kept: dict[Cursor, tuple[Effect, Cursor]] = {}
-        self.reached = self._here = behind_leader(parts.ip, parts.sources[0])
+        self.reached = self._here = first_line(parts.ip, parts.sources[0])
         #: Lines run, and blocks counted before them, since a line was reached for the first time.
         self._since = self._begun = 0
         self._looked = False

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.block import Block, Flow, nearest
+from cncgen.gcode.block import PROGRAM, Block, Flow, nearest
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.codes.tools import whole, whole_of
 from cncgen.gcode.errors import BlockError, Stop
@@ -34,13 +34,15 @@ _WHOLE = 1e-4
 
 
 def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
-    """Return program number, repeats and local parameters of a G65 or G66 block."""
-    number, times = -1, 1
+    """Return program number (below 0 that of a name), repeats and local parameters of a G65 or G66 block."""
+    number, times = None, 1
     values = [VACANT] * MACRO_LOCALS
     sets = {"i": 0, "j": 0, "k": 0}
     for letter, value in pairs:
         if letter == "p":
             number = whole_of(value, letter, "a macro call")
+        elif letter == PROGRAM:
+            number = -1 - int(value)
         elif letter == "l":
             times = whole_of(value, letter, "a macro call")
         elif letter in sets:
@@ -58,7 +60,7 @@ def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
             raise BlockError(
                 "macro-arguments", f"{letter.upper()} is not an argument of a macro", letter.upper()
             )
-    if number < 0:
+    if number is None:
         raise BlockError("sub-missing", "a macro call has no program number P", "G65")
     return number, times, values
 
@@ -78,7 +80,20 @@ def end_modal_call(ip: Interpreter, block: Block) -> None:
 
 
 def call_program(ip: Interpreter, block: Block) -> None:
-    """M98 P L: run a program L times; P of more than four digits begins with the number of times."""
+    """M98 P L, M98 <NAME> L: run a program L times; P of more than four digits begins with the number of times. M98 Q: lines of
+    this program from N Q on."""
+    if "q" in block.words:
+        if "p" in block.words:
+            message = "M98 with P and Q begins a program at a line of it, which is not read"
+            raise BlockError(
+                "sub-missing", message, "Q", hint="M98 Q500 runs from N500 of this program to M99"
+            )
+        ip.jump = ("lines", whole(block, "q", "M98"), whole(block, "l", "M98") if "l" in block.words else 1)
+        return
+    if PROGRAM in block.words:
+        times = whole(block, "l", "M98") if "l" in block.words else 1
+        ip.jump = ("call", -1 - int(block.words[PROGRAM]), times)
+        return
     if "p" not in block.words:
         raise BlockError("sub-missing", "M98 has no program number P", "M98", hint="M98 P1000 runs O1000")
     number = whole(block, "p", "M98")
@@ -192,8 +207,9 @@ CODES = (
         Stage.STOP,
         call_program,
         "run program P, L times",
-        "pl",
+        "plq",
         dialects=_FANUC,
+        named=(PROGRAM,),
         calls="p",
     ),
     Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", "p", dialects=_FANUC),
@@ -206,6 +222,7 @@ CODES = (
         "run program P of a file, L times",
         "pl",
         dialects=_FANUC,
+        named=(PROGRAM,),
         calls="p",
     ),
 )

@@ -5,22 +5,47 @@ Nothing is nested here: where a jump leads is looked up by its label (`labels`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from cncgen.gcode.block import Flow, nearest
+from cncgen.gcode.block import Block, Flow, nearest
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.flow import branches, macros, sub_words
+from cncgen.gcode.flow import macros, sub_words
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.flow.subroutines import Subroutines
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.expressions import EQUAL, evaluate
 from cncgen.gcode.text.labels import LOOP_END, Cursor, Label, Marked, shown
+from cncgen.kernels import gcode_values
+from cncgen.kernels.gcode_marks import KEYWORDS
 
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
+
+class _Looks(NamedTuple):
+    """What an O-word of a branch or loop looks for in its subroutine: keywords above it that must stand there, and those below."""
+
+    above: tuple[str, ...] = ()
+    below: tuple[str, ...] = ()
+    wanted: str = ""
+
+
+_LOOP_ENDS = ("endwhile", "endrepeat", "while")
+_BRANCHES = {
+    "if": _Looks((), ("elseif", "else", "endif"), "endif"),
+    **dict.fromkeys(("elseif", "else"), _Looks(("if",), ("endif",), "endif")),
+    "endif": _Looks(("if",)),
+    "while": _Looks((), ("endwhile",), "endwhile"),
+    "endwhile": _Looks(("while",)),
+    "do": _Looks(),
+    "repeat": _Looks((), ("endrepeat",), "endrepeat"),
+    "endrepeat": _Looks(("repeat",)),
+    **dict.fromkeys(("break", "continue"), _Looks((), _LOOP_ENDS, LOOP_END)),
+}
+#: Those that begin something, and claim their label.
+_BEGINNING = ("if", "while", "do", "repeat")
 #: Values in brackets that an O-word takes at most, where it has a bound.
 _MOST_ARGUMENTS = {"sub": 0, **dict.fromkeys(("if", "elseif", "while", "repeat", "return", "endsub"), 1)}
 
@@ -32,6 +57,7 @@ class FlowControl:
         calls: The calls in progress.
         subroutines: The texts, and the lines of each that jumps lead to.
         begun: Whether a program number of FANUC was passed, which the main program begins with.
+        profile_blocks: Yields the blocks that the subroutine of a profile executes (`profiles`), set by whoever has the lines.
     """
 
     def __init__(self, ip: Interpreter, sources: list[Source], program: Path | None) -> None:
@@ -39,6 +65,7 @@ class FlowControl:
         self.calls = Calls(ip)
         self.subroutines = Subroutines(ip, sources, program)
         self.begun = False
+        self.profile_blocks: Callable[[Label, Cursor], Iterator[Block]]
         #: Where a label of a branch or loop was met first, and its keyword, by the subroutine that it is local to.
         self._first: dict[tuple[Label, int, Label], tuple[Cursor, str]] = {}
 
@@ -65,6 +92,46 @@ class FlowControl:
                 else "IF, WHILE and REPEAT have one value in brackets, a call one for each argument",
             )
         return method(self, flow, here, after)
+
+    def _branch(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        """Handle an O-word of a branch or loop: IF ELSEIF ELSE ENDIF, WHILE ENDWHILE, DO WHILE, REPEAT ENDREPEAT, BREAK, CONTINUE."""
+        keyword, looks, frame = flow.keyword, _BRANCHES[flow.keyword], self.calls.frame
+        label = self.label_of(flow)
+        if keyword in _BEGINNING:
+            self.claim(flow, label, here)
+        mark = self.previous_mark(here, label, looks.above, keyword) if looks.above else None
+        value = 0.0
+        if keyword in ("if", "elseif", "while"):  # LinuxCNC computes that of ELSEIF on the way, too
+            value = self.value_of(flow)
+        elif keyword == "repeat" and not frame.repeats(label):
+            value = float(nearest(self.value_of(flow), "the count of REPEAT"))
+        elif keyword in ("break", "continue"):
+            mark = self.next_mark(here, label, looks.below, looks.wanted)
+        way = frame.lead(KEYWORDS[keyword], label, value)
+        if way == gcode_values.STAY:
+            return None
+        if way == gcode_values.PAST_PREVIOUS and keyword == "while":
+            mark = self.previous_mark(here, label, ("do",), "while")
+        elif way == gcode_values.PAST_NEXT and keyword != "break":
+            mark = self._next_branch(here, label, looks)
+        assert mark is not None
+        return mark.after if way in (gcode_values.PAST_NEXT, gcode_values.PAST_PREVIOUS) else mark.cursor
+
+    def _next_branch(self, here: Cursor, label: Label, looks: _Looks) -> Marked:
+        """Return the O-word below that is looked for: of branches, the first ELSEIF whose condition holds."""
+        from cncgen.gcode.text import grammar
+
+        while True:
+            mark = self.next_mark(here, label, looks.below, looks.wanted)
+            if mark.keyword != "elseif":
+                return mark
+            parsed = grammar.parse(self.text_of(mark), self.ip.dialect)
+            assert parsed.flow is not None
+            if parsed.flow.asks_state:
+                self.flush()
+            if self.condition(parsed.flow):
+                return mark
+            here = mark.cursor
 
     def flush(self) -> None:
         """Run the blocks that wait."""
@@ -108,7 +175,7 @@ class FlowControl:
     def claim(self, flow: Flow, label: Label, here: Cursor) -> None:
         """Take a label for the branch or loop that begins here; raise where another one of this subroutine has it."""
         frame = self.calls.frame
-        if flow.keyword == "while" and label in frame.doing:
+        if flow.keyword == "while" and frame.doing is not None and label in frame.doing:
             return
         first, keyword = self._first.setdefault((frame.label, here.source, label), (here, flow.keyword))
         if first.offset != here.offset and not keyword == flow.keyword == "do":
@@ -189,17 +256,7 @@ def _with_article(keyword: str) -> str:
 
 Method = Callable[[FlowControl, Flow, Cursor, Cursor], Cursor | None]
 _METHODS: dict[str, Method] = {
-    "if": branches.begin_if,
-    "elseif": branches.leave_if,
-    "else": branches.leave_if,
-    "endif": branches.end_if,
-    "while": branches.begin_or_close_while,
-    "endwhile": branches.end_while,
-    "do": branches.begin_do,
-    "repeat": branches.begin_repeat,
-    "endrepeat": branches.end_repeat,
-    "break": branches.break_off,
-    "continue": branches.go_round,
+    **dict.fromkeys(_BRANCHES, FlowControl._branch),
     "sub": sub_words.define,
     "endsub": sub_words.end_sub,
     "return": sub_words.give_back,

@@ -13,6 +13,7 @@ from cncgen.gcode.flow.executing import Executor
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.flow.pending import PendingBlocks
+from cncgen.gcode.flow.profile_blocks import profile_blocks
 from cncgen.gcode.flow.reading import LineReader, Percent
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Sink
@@ -20,7 +21,7 @@ from cncgen.gcode.source import Source
 from cncgen.toolpath.reading import ReadOptions
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Parts:
     """The parts of a run.
 
@@ -63,12 +64,14 @@ def assemble(
     compiler = Compiler(ip, control, executor.execute)
     pending = PendingBlocks(ip, sources, compiler, executor, faults, batches=batches)
     control.calls.flush = faults.flush = pending.flush
+    lines = LineReader(sources, language, increments=increments)
+    control.profile_blocks = partial(profile_blocks, control, lines)
     faults.recover = partial(_recover, ip)
     return Parts(
         sources=sources,
         ip=ip,
         control=control,
-        lines=LineReader(sources, language, increments=increments),
+        lines=lines,
         percent=Percent(ip, source),
         faults=faults,
         executor=executor,

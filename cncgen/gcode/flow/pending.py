@@ -77,7 +77,7 @@ class PendingBlocks:
         return found
 
     def flow(self, here: Cursor) -> tuple[Flow, Cursor] | None:
-        """Return the O-word of a line with its values, and the next line; None where there is none for certain."""
+        """Return the O-word of a line with its values, and the next line; None unless one is there for certain."""
         return self._computing.flow(here) if self._computing is not None else None
 
     def flush(self) -> None:

@@ -6,6 +6,7 @@ import re
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, Parsed
+from cncgen.gcode.doubts import main_behind
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import MAX_LINE, Source
@@ -62,8 +63,14 @@ class LineReader:
         return grammar.parse(text, self._dialect, self._increments)
 
 
-def behind_leader(ip: Interpreter, source: Source) -> Cursor:
-    """Return the first line of a program: for FANUC's controls the first % where text stands before it and another % behind its blocks.
+def first_line(ip: Interpreter, source: Source) -> Cursor:
+    """Return the first line of a program: of FANUC's, that of the main program which stands behind subprograms."""
+    main = main_behind(source) if ip.dialect == "fanuc" else None
+    return main[0] if main is not None else _behind_leader(ip, source)
+
+
+def _behind_leader(ip: Interpreter, source: Source) -> Cursor:
+    """Return the first line of a tape: for FANUC's controls the first % where text stands before it and another % behind its blocks.
 
     That text is the leader of a tape, which the control passes over (B-63324EN, 13.1); a note says how much.
     """

@@ -7,7 +7,6 @@ is compared with it.
 
 from __future__ import annotations
 
-import pickle
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.text.labels import Cursor
@@ -26,19 +25,19 @@ class Recurrence:
         self._looks = 0
         self._replaced_after = 1
         self._line: Cursor | None = None
-        self._numbers: list[float] = []
+        self._numbers = b""
         self._rest = b""
 
     def found(self, line: Cursor) -> bool:
         """Tell whether the run is at this line with everything as it was at an earlier look."""
-        numbers = self._ip.parameters.numbers
+        numbers = self._ip.parameters.numbers.tobytes()
         # Counters stand in the numbered parameters: nearly always they tell.
         if line == self._line and numbers == self._numbers and self._rest and self._rest == self._others():
             return True
         self._looks += 1
         if self._looks >= self._replaced_after:
             self._replaced_after *= 2
-            self._line, self._numbers, self._rest = line, numbers.copy(), self._others()
+            self._line, self._numbers, self._rest = line, numbers, self._others()
         return False
 
     def _others(self) -> bytes:
@@ -47,6 +46,8 @@ class Recurrence:
         sinks = self._sinks()
         if sinks is None or ip.guard is not None or ip.plain_language is not None:
             return b""
+        import pickle
+
         parameters = ip.parameters
         return pickle.dumps(
             (

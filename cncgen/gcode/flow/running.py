@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from cncgen.diagnostics import Diagnostics, Severity
+from cncgen.gcode.assumed_units import assumed_units
 from cncgen.gcode.block import Block
 from cncgen.gcode.doubts import doubts, remarks_on
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
@@ -102,8 +103,10 @@ class Runner:
             self.reporter.report(source, choice.line, offset, error, severity)
         if choice.unread:
             return
-        for here, doubt in doubts(self.sources[0], dialect):
+        for here, doubt in doubts(self.sources[0], dialect, self._options.least_increment):
             self.reporter.report(self.sources[0], here.line, here.offset, doubt, Severity.WARNING)
+        for here, doubt, severity in assumed_units(self.sources[0], dialect, self._options):
+            self.reporter.report(self.sources[0], here.line, here.offset, doubt, severity)
 
     def _finish(self) -> None:
         """Say what is missing at the end of the text, and keep the parameters where asked."""

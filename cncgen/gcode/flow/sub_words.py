@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Flow
+from cncgen.gcode.block import Flow, program_names
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import macros
 from cncgen.gcode.flow.calls import LOCALS
@@ -148,8 +148,8 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
 def _call_number(
     control: FlowControl, number: int, times: int, here: Cursor, after: Cursor, values: list[float] | None
 ) -> Cursor:
-    """Run the program of that number `times` times, with these local parameters (M98: those of the caller)."""
-    label = float(number)
+    """Run the program of that number, or below 0 of that name, `times` times, with these local parameters (M98: those of the caller)."""
+    label = float(number) if number >= 0 else program_names[-1 - number]
     try:
         target = control.subroutines.find(label, here, ("program", "sub"))
     except BlockError as error:

@@ -13,8 +13,18 @@ from cncgen.units import AXIS_LETTERS
 _COMMENTS = re.compile(
     rb";[^\n]*|^[ \t]*(?:\d+[ \t]+)?(?:BLK[ \t]+FORM|BEGIN|END)\b[^\n]*", re.MULTILINE | re.IGNORECASE
 )
-#: An axis and its value: ``X+10``, ``IY-2,5``, ``Z+Q1``; K1X of a spline stands beside its X.
-_AXIS = re.compile(rb"(?<![A-Z0-9])I?([XYZABCUVW])(?=[ \t]*[-+]?[ \t]*(?:\d|[.,]\d|Q[LR]?\d))", re.IGNORECASE)
+#: Further characters that are blanks to who runs the program.
+_BLANKS = bytes.maketrans(b"\v\f\x1c\x1d\x1e\x1f", 6 * b" ")
+_VALUE = rb"[ \t]*[-+]?[ \t]*(?:\d[\d.,]*|[.,]\d+|Q[LR]?\d+)"
+#: Words with values, maybe without a blank between them, and in them an axis and its value: ``X+10``, ``IY-2,5``, ``X18Y+Q1``.
+_WORDS = re.compile(
+    rb"(?<![A-Z0-9])(?:L[ \t]*)?(?:(?:F[ \t]*(?:MAX|AUTO)|R[LR]|[A-Z]{1,2}" + _VALUE + rb")[ \t]*)+",
+    re.IGNORECASE,
+)
+_AXIS = re.compile(
+    rb"(?:(?<![A-Z])|(?<=\bL)|(?<=MAX)|(?<=AUTO)|(?<=R[LR]))I?([XYZABCUVW])(?=" + _VALUE + rb")",
+    re.IGNORECASE,
+)
 _PLANE = re.compile(rb"(?<![A-Z])(?:I?P[RA][ \t]*[-+\dQ]|(?:APPR|DEP|RND|CTP|CP|LP)\b)", re.IGNORECASE)
 _CYCLES = re.compile(rb"(?<![A-Z])(?:CYCL\b|PLANE[ \t]+SPATIAL\b|M99\b|M89\b|M140\b)", re.IGNORECASE)
 
@@ -30,8 +40,8 @@ def moving_axes(text: Source, folders: Sequence[Path] = ()) -> str:
 
 
 def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[Path]) -> set[str]:
-    code = _COMMENTS.sub(b"", text)
-    named = {match[1].decode().upper() for match in _AXIS.finditer(code)}
+    code = _COMMENTS.sub(b"", text.translate(_BLANKS))
+    named = {letter.decode().upper() for words in _WORDS.findall(code) for letter in _AXIS.findall(words)}
     if _PLANE.search(code):
         named |= set("XY")
     if _CYCLES.search(code):

@@ -24,7 +24,7 @@ from cncgen.gcode.sinks.sink import PassingSink, Point
 
 _NUMBER = r"\s*([-+]?\s*(?:Q\d+|\d+[.,]?\d*|[.,]\d+))"
 _WORD = re.compile(
-    rf"\s*(?:(?P<name>LEN|CCA|PR|PA|I?[XYZABC]|R(?![0LR](?![\d.])))(?P<value>{_NUMBER})|(?P<side>R[0LR])(?![\w.])|F\s*(?P<feed>AUTO|MAX|[\d.,]+)|M\s*(?P<m>\d+))",
+    rf"\s*(?:(?P<name>LEN|CCA|PR|PA|I?[XYZABC]|R(?![0LR](?![\d.])))(?P<value>{_NUMBER})|(?P<side>R[0LR])(?![\w.])|F\s*(?P<feed>AUTO|MAX|{_NUMBER})|M\s*(?P<m>\d{{1,99}}))",
     re.IGNORECASE,
 )
 _WAY = re.compile(
@@ -34,13 +34,15 @@ _WAY = re.compile(
 
 @dataclass(slots=True)
 class ContourWay:
-    """APPR or DEP: form (LT LN CT LCT), values by name, side (1 left, -1 right, 0 none), feed, M functions."""
+    """APPR or DEP: form (LT LN CT LCT), values by name, side (1 left, -1 right, 0 none), feed or
+    that of TOOL CALL, M functions."""
 
     kind: str
     form: str
     values: dict[str, float]
     side: int | None
     feed: float | None
+    called: bool = False
     m: list[int] = field(default_factory=list)
 
     def value(self, name: str) -> float:
@@ -75,8 +77,10 @@ def way_of(body: str, read: Callable[[str], float]) -> ContourWay | None:
             way.values[word["name"].upper()] = read(word["value"])
         elif word["side"]:
             way.side = {"0": 0, "L": 1, "R": -1}[word["side"][1].upper()]
-        elif word["feed"] and word["feed"][0].isdigit():
-            way.feed = float(word["feed"].replace(",", "."))
+        elif word["feed"] and word["feed"].upper() == "AUTO":
+            way.called = True
+        elif word["feed"] and word["feed"].upper() != "MAX":
+            way.feed = read(word["feed"])
         elif word["m"]:
             way.m.append(int(word["m"]) * 10)
         at = word.end()
@@ -186,6 +190,15 @@ def _touch(place: complex, centre: complex, radius: float, sense: int, *, leavin
     return centre + apart / abs(apart) * radius * cmath.rect(1.0, turn)
 
 
+def _take_feed(ip: Interpreter, way: ContourWay, here: Block) -> None:
+    """Put the feed of a way in force."""
+    feed = Plain.of(ip).tool_feed if way.called else way.feed
+    if feed is not None:
+        ip.state.feed = feed
+        ip.sink.set_feed_rate(feed)
+    check_feed(ip, here, way.kind)
+
+
 def approach(ip: Interpreter, way: ContourWay, here: Block, following: Block | None) -> None:
     """APPR: to the first point of a contour, and beside it."""
     if ip.state.compensation != 40:
@@ -222,10 +235,7 @@ def approach(ip: Interpreter, way: ContourWay, here: Block, following: Block | N
     normal = tangent * (-1j if side < 0 else 1j)
     beside = a + normal * tool
     ip.sink.block = here
-    if way.feed is not None:
-        ip.state.feed = way.feed
-        ip.sink.set_feed_rate(way.feed)
-    check_feed(ip, here, "APPR")
+    _take_feed(ip, way, here)
     sense = -1 if side < 0 else 1
     if way.form in ("LT", "LN"):
         _line(
@@ -271,10 +281,7 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
     ip.sink.block = here
     beside = e + normal * tool
     ip.state.position = [beside.real, beside.imag, *ip.state.position[2:]]
-    if way.feed is not None:
-        ip.state.feed = way.feed
-        ip.sink.set_feed_rate(way.feed)
-    check_feed(ip, here, "DEP")
+    _take_feed(ip, way, here)
     sense = -1 if side < 0 else 1
     if way.form == "LT":
         _line(ip, beside + tangent * way.value("LEN"))

@@ -15,65 +15,13 @@ from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.pockets import Clearing, Pocket, clear, levels_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.toolpath.record import Event
+from cncgen.gcode.klartext import studs
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z, radius_of
 
-_Z = 2
 _MOST_STEPS = 10_000
 #: How far cycle 202 steps off the wall, mm, and by Q214 where to.
 _OFF = 0.2
 _WAYS = {0: 0j, 1: -1 + 0j, 2: -1j, 3: 1 + 0j, 4: 1j}
-
-
-class HoleCycle:
-    """One run of a cycle where the tool is."""
-
-    def __init__(self, ip: Interpreter, name: str) -> None:
-        self.ip, self.name = ip, name
-        q = ip.parameters.numbers
-        self.q = q
-        self.start, self.bottom = q[203] + q[200], q[203] + q[201]
-        self.back = max(self.start, q[203] + q[204])
-        if q[201] >= 0.0:
-            raise BlockError(
-                "cycle-depth",
-                f"the depth of {name}, Q201 = {q[201]:g}, does not lead downwards",
-                "CYCL",
-                hint="Q201 is below 0",
-            )
-
-    def go(self, z: float, *, rapid: bool) -> None:
-        """Go to a height."""
-        end = self.ip.state.position.copy()
-        if end[_Z] == z:
-            return
-        end[_Z] = z
-        self.to(end, rapid=rapid)
-
-    def to(self, end: list[float], *, rapid: bool) -> None:
-        """Go to a place."""
-        (self.ip.sink.straight_traverse if rapid else self.ip.sink.straight_feed)(end)
-        self.ip.state.position, self.ip.state.moved = end, True
-
-    def feed(self, feed: float, what: str) -> None:
-        """Take a feed."""
-        if feed <= 0.0:
-            raise BlockError(
-                "feed-missing",
-                f"the feed of {self.name}, {what} = {feed:g}, is not above 0",
-                "CYCL",
-                hint=f"{what} is mm a minute",
-            )
-        self.ip.sink.set_feed_rate(feed)
-
-    def dwell(self, seconds: float) -> None:
-        """Wait."""
-        if seconds > 0.0:
-            self.ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
-
-    def end(self) -> None:
-        """Go to the second clearance, with the program's feed in force again."""
-        self.go(self.back, rapid=True)
-        self.ip.sink.set_feed_rate(self.ip.state.feed)
 
 
 def _bore(cycle: HoleCycle) -> None:
@@ -122,12 +70,17 @@ def _steps(cycle: HoleCycle) -> list[float]:
 
 
 def _universal(cycle: HoleCycle) -> None:
-    """203: as 200, with smaller and smaller infeeds, Q213 chip breaks of Q256 before the tool goes out, out at Q208."""
+    """203: as 200, with smaller and smaller infeeds, Q213 chip breaks of Q256 before the tool goes out, out at Q208 (0: at Q206)."""
     q = cycle.q
+
+    def out() -> None:
+        cycle.feed(q[208] or q[206], "Q208")
+        cycle.go(cycle.start, rapid=False)
+
     cycle.go(cycle.start, rapid=True)
-    cycle.feed(q[206], "Q206")
     breaks = round(q[213])
     for depth in _steps(cycle):
+        cycle.feed(q[206], "Q206")
         cycle.go(depth, rapid=False)
         if depth == cycle.bottom:
             break
@@ -136,13 +89,11 @@ def _universal(cycle: HoleCycle) -> None:
             cycle.go(depth + abs(q[256]), rapid=False)
             continue
         breaks = round(q[213])
-        cycle.go(cycle.start, rapid=True)
+        out()
         cycle.dwell(q[210])
         cycle.go(depth + q[200], rapid=True)
     cycle.dwell(q[211])
-    if q[208] and q[208] < 99_999.0:
-        cycle.feed(q[208], "Q208")
-        cycle.go(cycle.start, rapid=False)
+    out()
     cycle.end()
 
 
@@ -200,7 +151,7 @@ def _tap(cycle: HoleCycle) -> None:
 def _bore_milling(cycle: HoleCycle) -> None:
     """208: a helix of Q334 a turn to the diameter Q335, one turn at the bottom, out by the middle."""
     ip, q = cycle.ip, cycle.q
-    tool = _radius(ip)
+    tool = radius_of(ip)
     radius = q[335] / 2.0 - tool
     if radius <= 0.0:
         raise BlockError(
@@ -241,7 +192,7 @@ def _bore_milling(cycle: HoleCycle) -> None:
 def _thread(cycle: HoleCycle) -> None:
     """262: a thread of diameter Q335 and pitch Q239 (below 0: left-hand), in one turn of the helix (Q355 = 0), in all of them (1), or
     in turns Q355 threads apart; half a turn leads to the wall and away from it."""
-    ip, q, tool = cycle.ip, cycle.q, _radius(cycle.ip)
+    ip, q, tool = cycle.ip, cycle.q, radius_of(cycle.ip)
     pitch, radius = abs(q[239]), q[335] / 2.0 - tool
     if radius <= 0.0 or pitch == 0.0 or q[355] < 0.0:
         message = f"Q335 = {q[335]:g}, Q239 = {q[239]:g} and Q355 = {q[355]:g} do not make a thread for a tool of diameter {2.0 * tool:g}"
@@ -278,14 +229,9 @@ def _thread(cycle: HoleCycle) -> None:
     cycle.end()
 
 
-def _radius(ip: Interpreter) -> float:
-    tool = ip.tools.find(ip.state.tool)
-    return tool.diameter * ip.table_scale() / 2.0 if tool else 0.0
-
-
 def _pocket(length: float, width: float, corner: float, angle: float, cycle: HoleCycle) -> None:
     """Clear a pocket at the tool's place."""
-    ip, q, tool = cycle.ip, cycle.q, _radius(cycle.ip)
+    ip, q, tool = cycle.ip, cycle.q, radius_of(cycle.ip)
     if q[207] <= 0.0 or q[206] <= 0.0:
         raise BlockError(
             "feed-missing",
@@ -423,7 +369,7 @@ def _old(ip: Interpreter, number: int) -> None:
         message = f"cycle {number} has no {missing[0]}"
         raise BlockError("cycle-words", message, "CYCL", hint=f"CYCL DEF {missing[0]} gives it")
     values = {name: parts[k] for k, name in enumerate(names, 1)}
-    top = ip.state.position[_Z]
+    top = ip.state.position[Z]
     surface = top - abs(values["SETUP"])
     q = ip.parameters.numbers
     given = {200: abs(values["SETUP"]), 201: -abs(values["DEPTH"]), 203: surface, 204: 0.0, 202: abs(values.get("PECKG", 0.0)), 210: 0.0,
@@ -461,7 +407,7 @@ _RUN: dict[int, Callable[[HoleCycle], None]] = {
 }  # fmt: skip
 #: Cycles that are run by the interpreter's own code, and patterns, which run at once.
 _OWN, PATTERNS = (200, 201), (220, 221)
-READ = tuple(sorted((*_OLD, *_RUN, *_OWN, *PATTERNS)))
+READ = tuple(sorted((*_OLD, *_RUN, *_OWN, *studs.RUN, *PATTERNS)))
 
 
 def define(ip: Interpreter, number: int) -> None:
@@ -488,6 +434,8 @@ def call(ip: Interpreter, here: Block) -> None:
         _old(ip, number)
     elif number in _RUN:
         _RUN[number](HoleCycle(ip, f"cycle {number}"))
+    elif number in studs.RUN:
+        studs.RUN[number](ip, f"cycle {number}")
     else:
         ip.execute(Block({}, (CYCLE_CALL,), (), None, here.source, here.line, here.offset))
 

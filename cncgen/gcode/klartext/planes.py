@@ -62,7 +62,7 @@ def spatial(body: str, value: Evaluate) -> tuple[float, float, float]:
 
 
 def of_cycle(rest: str, value: Evaluate) -> tuple[float, float, float]:
-    """Return the angles A B C of cycle 19, zeros where there are none."""
+    """Return the angles A B C of cycle 19; an angle that is left out is 0."""
     return _angles(rest, ("A", "B", "C"), value)
 
 

@@ -12,7 +12,7 @@ _CALLS = re.compile(
     rb"^[ \t]*(?:\d+[ \t]+)?CALL[ \t]+PGM[ \t]*(\S[^;\r\n]*?)[ \t]*(?:;[^\n]*)?\r?$",
     re.MULTILINE | re.IGNORECASE,
 )
-_SUFFIXES = ("", ".H", ".h", ".nc", ".NC")
+_SUFFIXES = ("", ".h", ".nc")
 
 
 def bare(name: str) -> str:
@@ -21,11 +21,16 @@ def bare(name: str) -> str:
 
 
 def file_of(name: str, folders: Sequence[Path]) -> Path | None:
-    """Return the file of a program, the first that stands in one of the folders."""
+    """Return the file of a program, the first that stands in one of the folders; small letters and capitals are one to the control."""
+    wanted = [f"{name}{suffix}".lower() for suffix in _SUFFIXES]
     for folder in folders:
-        for suffix in _SUFFIXES:
-            if (folder / f"{name}{suffix}").is_file():
-                return folder / f"{name}{suffix}"
+        found = (
+            [p for p in folder.iterdir() if p.name.lower() in wanted and p.is_file()]
+            if folder.is_dir()
+            else []
+        )
+        if found:
+            return min(found, key=lambda p: (wanted.index(p.name.lower()), p.name))
     return None
 
 

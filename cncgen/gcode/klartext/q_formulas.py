@@ -9,7 +9,7 @@ from collections.abc import Callable
 from cncgen.gcode.errors import BlockError
 
 _TOKEN = re.compile(
-    r"\s*(?:(?P<number>\d+[.,]?\d*|[.,]\d+)|Q(?P<q>L?R?\d+)|(?P<name>[A-Z]+)|(?P<sign>[-+*/^()%]))",
+    r"\s*(?:(?P<number>\d+[.,]?\d*|[.,]\d+)|Q(?P<q>\d{1,99})|(?P<name>[A-Z]+)|(?P<sign>[-+*/^()%]))",
     re.IGNORECASE,
 )
 _UNARY: dict[str, Callable[[float], float]] = {
@@ -30,8 +30,8 @@ _UNARY: dict[str, Callable[[float], float]] = {
     "EXP": math.exp,
     "SGN": lambda x: math.copysign(1.0, x) if x else 0.0,
 }
-_FN = re.compile(r"FN\s*(?P<number>\d+)\s*:\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
-_TARGET = re.compile(r"Q(?P<q>\d+)\s*=\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
+_FN = re.compile(r"FN\s*(?P<number>\d{1,99})\s*:\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
+_TARGET = re.compile(r"Q(?P<q>\d{1,99})\s*=\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _OPERAND = r"\s*([-+]?\s*(?:Q\d+|\d+[.,]?\d*|[.,]\d+))\s*"
 _TWO = {
     1: (re.compile(_OPERAND + r"\+" + _OPERAND + r"\Z", re.IGNORECASE), lambda a, b: a + b),
@@ -59,6 +59,7 @@ _HOLDS: dict[int, tuple[str, Callable[[float, float], bool]]] = {
     11: ("GT", lambda a, b: a > b),
     12: ("LT", lambda a, b: a < b),
 }
+_FEED_WORD = re.compile(r"\s*F?\s*(?P<word>AUTO|MAX)\s*\Z", re.IGNORECASE)
 Read = Callable[[int], float]
 
 
@@ -182,12 +183,20 @@ class _Formula:
 
 
 def formula(text: str, read: Read) -> float:
-    """Return the value of a formula."""
-    return _Formula(text, read).whole()
+    """Return the value of a formula; raise where a double cannot hold it."""
+    value = _Formula(text, read).whole()
+    if not math.isfinite(value):
+        raise BlockError("number-range", f"a value is {value:g}, beyond the range of numbers")
+    return value
 
 
-def assignment(body: str, read: Read) -> tuple[float, float] | None:
+def assignment(body: str, read: Read, feed_word: Callable[[str], float]) -> tuple[float, float] | None:
     """Return the Q parameter that a line sets, and its value; None where it sets none.
+
+    Args:
+        body: The line.
+        read: Gives the value of a Q parameter.
+        feed_word: Gives the feed that AUTO or MAX stands for.
 
     Raises:
         BlockError: The formula is wrong, or has no value.
@@ -207,7 +216,8 @@ def assignment(body: str, read: Read) -> tuple[float, float] | None:
     if number in _ONE:
         rest = re.sub(rf"\A\s*{_ONE[number]}\b", "", rest, flags=re.IGNORECASE)
         return float(target["q"]), formula(f"{_ONE[number]} ( {rest} )", read)
-    return float(target["q"]), formula(rest, read)
+    word = _FEED_WORD.match(rest)
+    return float(target["q"]), feed_word(word["word"].upper()) if word else formula(rest, read)
 
 
 def jump(body: str, read: Read) -> tuple[bool, str] | None:

@@ -28,6 +28,7 @@ from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import contours, cycles, planes, programs, q_formulas, system_data
+from cncgen.gcode.klartext.hole_cycle import FASTEST
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.state.systems import SYSTEM_COUNT
@@ -40,23 +41,29 @@ from cncgen.toolpath.reading import ReadOptions
 
 #: Signs of a program whose lines lead from one to another, or whose cycles are run here.
 _NEEDS = re.compile(
-    rb"^[ \t]*(?:\d+[ \t]+)?(?:LBL\b|CALL[ \t]+(?:LBL|PGM)|FN[ \t]*(?!0[ \t]*:)\d|APPR\b|DEP\b|RND\b|CHF\b|CT\b|PLANE\b|FUNCTION\b"
-    rb"|Q\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+CALL[ \t]+POS)"
-    rb"|\bR[LR]\b(?![\w.])|\bM89\b",
+    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL\b|CALL[ \t]+(?:LBL|PGM)|FN[ \t]*(?!0[ \t]*:)\d|APPR\b|DEP\b|RND\b|CHF\b|CT\b|PLANE\b|FUNCTION\b"
+    rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+CALL[ \t]+POS|Q\d+[ \t]*=[ \t]*F?(?:AUTO|MAX)\b)|Q1(?:08|09|13|14)(?!\d)"
+    rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
+    rb"|\bR[LR]\b(?![\w.])|\bM89\b|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$",
     re.MULTILINE | re.IGNORECASE,
 )
+#: A parameter of a cycle that stands behind other words of its line.
+_GIVEN = re.compile(r"\s(?=Q\d+\s*=)", re.IGNORECASE)
 _NUMBER = re.compile(r"\s*(?:\d+\s+)?")
+#: A block that a switch leaves out, before its number or behind it.
+_SLASH = re.compile(r"\s*(?:\d+\s+)?/")
+_REMARK = re.compile(r"\s*(?:\d+\s*)?[;*]")
 _LABEL = re.compile(r"LBL\s+(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))\s*\Z", re.IGNORECASE)
 _CALL = re.compile(
-    r"CALL\s+LBL\s+(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?P<times>\d+)(?:/\d+)?)?\s*\Z",
+    r"CALL\s+LBL\s+(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?P<times>\d{1,99})(?:/\d+)?)?\s*\Z",
     re.IGNORECASE,
 )
 _CORNER = re.compile(
-    r"(?P<kind>RND|CHF)\s*R?\s*(?P<size>[-+]?\s*(?:Q\d+|\d+[.,]?\d*|[.,]\d+))(?:\s*F\s*[\d.,]+)?\s*\Z",
+    r"(?P<kind>RND|CHF)\s*R?\s*(?P<size>[-+]?\s*(?:Q\d+|\d+[.,]?\d*|[.,]\d+))(?:\s*F\s*(?:AUTO|Q?[\d.,]+))?\s*\Z",
     re.IGNORECASE,
 )
 _DEFINITION = re.compile(
-    r"CYCL\s+DEF\s*(?P<number>\d+)(?:\s*\.(?P<part>\d+))?(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
+    r"CYCL\s+DEF\s*(?P<number>\d{1,99})(?:\s*\.(?P<part>\d{1,99}))?(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
 )
 _TANGENT = re.compile(r"CT(?=[\sXYZI])(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _PLACE = re.compile(r"CYCL\s+CALL\s+POS\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
@@ -74,6 +81,13 @@ _SIDE_OFF = re.compile(r"\bR0\b(?![.\d])", re.IGNORECASE)
 def needs(source: Source) -> bool:
     """Tell whether a program needs this runner."""
     return _NEEDS.search(source.data) is not None
+
+
+def _apart(body: str) -> list[str]:
+    """Return a line, its parameters of a cycle apart: CYCL DEF 200 DRILLING Q200=2 Q201=-15."""
+    if '"' in body or body[:1] not in "CcQq":
+        return [body]
+    return _GIVEN.split(body)
 
 
 class HeidenhainRunner:
@@ -143,8 +157,18 @@ class HeidenhainRunner:
     def _read(self, source: Source, index: int = 0) -> None:
         """Take the lines, their text without numbers and comments, and the labels."""
         offset, number = 0, 1
+        remark = left_out = goes_on = False
         while offset < len(source):
-            body = plain_language.body_of(source.text_at(offset))
+            text = source.text_at(offset)
+            if not goes_on:
+                left_out = _SLASH.match(text) is not None
+            # A block that is left out goes on behind ~ as well.
+            goes_on = text.rstrip().endswith("~")
+            if left_out:
+                text = "" if self._options.block_delete else text.replace("/", " ", 1)
+            # A comment that ends in ~ goes on in the next line.
+            body = "" if remark else plain_language.body_of(text)
+            remark = text.rstrip().endswith("~") and (remark or _REMARK.match(text) is not None)
             match = _NUMBER.match(body)
             assert match
             bare = body[match.end() :]
@@ -153,8 +177,9 @@ class HeidenhainRunner:
                 name = (label["name"] if label["name"] is not None else label["number"]).upper()
                 if name != "0":
                     self._labels.setdefault(name, len(self._lines))
-            self._lines.append(Cursor(index, offset, number))
-            self._bodies.append(bare)
+            for own in _apart(bare):
+                self._lines.append(Cursor(index, offset, number))
+                self._bodies.append(own)
             offset, number = source.line_end(offset) + 1, number + 1
 
     def _run(self) -> Iterator[None]:
@@ -172,16 +197,15 @@ class HeidenhainRunner:
             try:
                 self._line(at, self._bodies[at])
             except BlockError as error:
-                try:
-                    self._faults.fail(here, error)
-                except Astray:
-                    raise Stop(
-                        BlockError(
-                            "too-many-steps",
-                            "lines fail again and again: the program counts as endless",
-                            hint="mend the faults above",
-                        )
-                    ) from None
+                self._fail(here, error)
+
+    def _fail(self, here: Cursor, error: BlockError) -> None:
+        """Report that a line failed; end the program where lines fail again and again."""
+        try:
+            self._faults.fail(here, error)
+        except Astray:
+            message = "lines fail again and again: the program counts as endless"
+            raise Stop(BlockError("too-many-steps", message, hint="mend the faults above")) from None
 
     def _q(self, number: int) -> float:
         numbers = self.ip.parameters.numbers
@@ -189,6 +213,16 @@ class HeidenhainRunner:
             message = f"Q{number} is not read: Q parameters go up to Q{len(numbers) - 1}"
             raise BlockError("parameter-number", message, "Q", hint="take a smaller number")
         return float(numbers[number])
+
+    def _feed_word(self, word: str) -> float:
+        """Return the feed that a Q parameter of a cycle is given by a word: FMAX, FAUTO."""
+        if word == "MAX":
+            return FASTEST
+        feed = Plain.of(self.ip).tool_feed
+        if feed <= 0.0:
+            message = "AUTO takes the feed of TOOL CALL, which has none"
+            raise BlockError("feed-missing", message, "AUTO", hint="TOOL CALL 5 Z S2000 F500")
+        return feed
 
     def _value(self, text: str) -> float:
         return q_formulas.formula(text.replace(",", "."), self._q)
@@ -276,7 +310,7 @@ class HeidenhainRunner:
             if holds:
                 self._at = self._target(label) + 1
             return
-        found = q_formulas.assignment(body, self._q)
+        found = q_formulas.assignment(body, self._q, self._feed_word)
         if found is not None:
             number, value = found
             self.ip.parameters.set_number(number, value)
@@ -403,8 +437,24 @@ class HeidenhainRunner:
             if corner is not None:
                 block.words[corner[0]] = corner[1]
         self._move(block)
+        if "t" in block.words:
+            self._tell_tool()
         if called or (self._modal and moves):
             cycles.call(self.ip, Block({}, (), (), None, 0, block.line, block.offset))
+
+    def _tell_tool(self) -> None:
+        """Set the Q parameters that the control keeps of the tool: radius, axis (2, Z), unit (1, inch), length."""
+        ip = self.ip
+        tool = ip.tools.find(ip.state.tool)
+        length, radius = (tool.offset[2], tool.diameter / 2.0) if tool else (0.0, 0.0)
+        scale = ip.table_scale()
+        for number, value in (
+            (108, radius * scale),
+            (109, 2.0),
+            (113, float(ip.state.inches)),
+            (114, length * scale),
+        ):
+            ip.parameters.set_number(float(number), value)
 
     def _move(self, block: Block) -> None:
         """Execute a block, and keep the direction in which it ends."""
@@ -507,7 +557,10 @@ class HeidenhainRunner:
             r"Q\d+\s*=|\Z", self._bodies[following], re.IGNORECASE
         ):
             if self._bodies[following]:
-                self._set(following, self._bodies[following])
+                try:
+                    self._set(following, self._bodies[following])
+                except BlockError as error:
+                    self._fail(self._lines[following], error)
             following += 1
         self._at = following
         if number in cycles.PATTERNS:
@@ -634,12 +687,11 @@ class HeidenhainRunner:
         if 1 <= number <= SYSTEM_COUNT:
             use_system(self.ip, number)
         elif number:
-            raise BlockError(
-                "system-number",
-                f"preset {number} is not read: presets 0 to {SYSTEM_COUNT} are",
-                "CYCL",
-                hint="--parameters sets origins",
-            )
+            # Of other presets only the control knows the place.
+            use_system(self.ip, 1)
+            message = f"preset {number} is taken as G54: presets 1 to {SYSTEM_COUNT} are G54 to G59.3"
+            hint = "--parameters sets origins"
+            self.ip.warn(BlockError("preset-unknown", message, "CYCL", hint=hint), Severity.WARNING)
 
 
 def _mirror(letters: list[str]) -> affine.Frame:

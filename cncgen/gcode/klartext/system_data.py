@@ -7,31 +7,44 @@ from collections.abc import Callable
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.units import INCH
 
 _OPERAND = r"\s*([-+]?\s*(?:Q\d+|\d+))"
 _SYSREAD = re.compile(
-    rf"FN\s*18\s*:\s*SYSREAD\s+Q(?P<q>\d+)\s*=\s*ID{_OPERAND}(?:\s*NR{_OPERAND})?(?:\s*IDX{_OPERAND})?\s*\Z",
+    rf"FN\s*18\s*:\s*SYSREAD\s+Q(?P<q>\d{{1,99}})\s*=\s*ID{_OPERAND}(?:\s*NR{_OPERAND})?(?:\s*IDX{_OPERAND})?\s*\Z",
     re.IGNORECASE,
 )
-#: The data, by ID and NR: state of the machine, and the tool table; the index of ID50 is the tool, of ID270 the axis from 1 on.
+#: The data, by ID and NR: program, state of the machine, tool table, what TOOL CALL said, position in the machine's and in the program's
+#: coordinates; the index of ID50 is the tool, of ID240 and ID270 the axis from 1 on (iTNC 530 HSCI technical manual, 9.5.4). Lengths are in mm whatever the
+#: program's unit ("List of FN functions" of TNC 7).
 _STATE: dict[tuple[int, int], Callable[[Interpreter, int], float]] = {
+    (10, 1): lambda ip, index: float(ip.state.inches),
     (20, 1): lambda ip, index: float(ip.state.tool),
     (20, 2): lambda ip, index: float(ip.state.selected),
     (20, 3): lambda ip, index: 2.0,
     (20, 4): lambda ip, index: ip.state.speed,
+    (20, 5): lambda ip, index: {1: 0.0, -1: 1.0, 0: 2.0}[ip.state.direction],
     (20, 8): lambda ip, index: float(ip.state.flood),
-    (20, 9): lambda ip, index: ip.state.feed,
+    (20, 9): lambda ip, index: ip.state.feed * _unit(ip),
     (50, 1): lambda ip, index: _size(ip, index or ip.state.tool)[0],
     (50, 2): lambda ip, index: _size(ip, index or ip.state.tool)[1],
-    (270, 1): lambda ip, index: ip.state.position[index - 1],
+    (60, 1): lambda ip, index: float(ip.state.tool),
+    (60, 3): lambda ip, index: ip.state.speed,
+    (240, 1): lambda ip, index: ip.machine_position()[index - 1] * (1.0 if 4 <= index <= 6 else _unit(ip)),
+    (270, 1): lambda ip, index: ip.state.position[index - 1] * (1.0 if 4 <= index <= 6 else _unit(ip)),
 }
 _AXES = 9
 
 
+def _unit(ip: Interpreter) -> float:
+    return INCH if ip.state.inches else 1.0
+
+
 def _size(ip: Interpreter, number: int) -> tuple[float, float]:
-    """Return length and radius of a tool in the program's units; zeros without one."""
+    """Return length and radius of a tool in mm; zeros without one."""
     tool = ip.tools.find(number) if number else None
-    return (tool.offset[2] * ip.table_scale(), tool.diameter * ip.table_scale() / 2.0) if tool else (0.0, 0.0)
+    scale = ip.table_scale() * _unit(ip)
+    return (tool.offset[2] * scale, tool.diameter * scale / 2.0) if tool else (0.0, 0.0)
 
 
 def read(ip: Interpreter, body: str, value: Callable[[str], float]) -> tuple[int, float]:
@@ -46,8 +59,8 @@ def read(ip: Interpreter, body: str, value: Callable[[str], float]) -> tuple[int
         raise BlockError("syntax", "FN 18 has not its Q, ID, NR and IDX", "FN", hint=hint)
     group, number, index = (round(value(match[k])) if match[k] else 0 for k in (2, 3, 4))
     told = _STATE.get((group, number))
-    if told is None or (group == 270 and not 1 <= index <= _AXES):
+    if told is None or (group in (240, 270) and not 1 <= index <= _AXES):
         message = f"FN 18 with ID{group} NR{number} IDX{index} is not read"
-        hint = "ID20 (tool, speed, feed), ID50 (length and radius of a tool) and ID270 (position) are"
+        hint = "ID10, ID20 (tool, speed, feed), ID50 (length and radius of a tool), ID60, ID240 and ID270 (position) are"
         raise BlockError("unsupported-block", message, "FN", hint=hint)
     return int(match["q"]), told(ip, index)

@@ -469,7 +469,9 @@ class ColumnsSink:
     def use_tool_length_offset(self, offset: Point) -> None:
         """Set the tool's offset."""
         self.flush()
-        if not self._tips:
+        if self._tips:
+            self._add(Event("tool offset", values={"length_mm": offset[2] * self._scale}))
+        else:
             self._tool = list(offset)
 
     def where(self, position: Point) -> Point:

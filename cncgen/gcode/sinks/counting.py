@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import CALL, MOTION, Budget
-from cncgen.gcode.sinks.sink import MotionBatch, Point, refuse_uvw
+from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, refuse_uvw
+from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.toolpath.record import Event
 
 
@@ -17,6 +18,15 @@ class CountingSink:
         self.block = Block({})
         self.budget = Budget()
         self.count = 0
+        self._rest: list[float] = []
+        self._named: set[int] = set()
+        #: Columns of axes that may have moved, in program coordinates or by a rotation, before a word of the main text named them.
+        self.unnamed: set[int] = set()
+
+    def count_events(self, events: int) -> None:
+        """Count the events of calls that are not made."""
+        self.budget.spend(CALL * events)
+        self.count += events
 
     def motions(self, batch: MotionBatch) -> None:
         """Count a run of motions."""
@@ -29,17 +39,18 @@ class CountingSink:
             BlockError: It lies in a plane of U V W.
         """
         refuse_uvw(plane)
-        self._one()
+        self._one(end)
+        self.unnamed.update(set(PLANE_AXES[plane][:2]) - self._named)
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
         """Count the way there and the way back, and the events that say that they go in step with the spindle."""
-        self._one()
-        self._one()
+        self._one(end)
+        self._one(end)
         self.count += 2
 
     def straight_probe(self, end: Point) -> None:
         """Count the line, and the event before it."""
-        self._one()
+        self._one(end)
         self.count += 1
 
     def synchronise(self, pitch: float | None) -> None:
@@ -54,18 +65,38 @@ class CountingSink:
 
     def where(self, position: Point) -> Point:
         """Return where the machine stands: where it should."""
+        self._rest = list(position)
         return position
 
-    def _one(self, *arguments: object, **named: object) -> None:
+    def _one(self, end: Point) -> None:
         """Count a motion."""
         self.budget.spend(MOTION)
         self.count += 1
+        if end != self._rest:
+            self._watch(end)
 
-    straight_traverse = straight_feed = nurbs_feed = _one
+    def _watch(self, end: Point) -> None:
+        """Note the axes that a motion names, and those that it moves without."""
+        words = self.block.words if self.block.source == 0 else {}
+        for k, letter in enumerate(AXES):
+            if end[k] != self._rest[k] and k not in self._named:
+                (self._named if letter in words else self.unnamed).add(k)
+        self._rest = list(end)
+
+    def nurbs_feed(self, curve: Curve) -> None:
+        """Count a curve."""
+        self._one(list(curve.points[-1]))
+
+    def set_xy_rotation(self, degrees: float) -> None:
+        """Take a rotation, which moves X with Y."""
+        if degrees:
+            self.unnamed.update((0, 1))
+
+    straight_traverse = straight_feed = _one
 
     def _nothing(self, *arguments: object, **named: object) -> None:
         """Count nothing: the call only changes how motions are made."""
 
     use_length_units = select_plane = set_feed_rate = set_inverse_time = _nothing
     set_feed_mode = set_spindle = set_motion_control_mode = place = use_tool_length_offset = _nothing
-    set_g5x_offset = set_g92_offset = set_xy_rotation = set_surface_speed = _nothing
+    set_g5x_offset = set_g92_offset = set_surface_speed = _nothing

@@ -18,6 +18,7 @@ _AXIS = re.compile(
 )
 _PLANE = re.compile(r"(?<![A-Z_$])(?:[IJK]1?|AP|RP|CR|AR)(?=[-+]?[.\d]|\s*=(?!=))")
 _CYCLES = re.compile(r"\b(?:CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE|HOLES\d|TRAORI|A?ROT)\b")
+_ROTARY = re.compile(r"\b(?:TRANSMIT|TRACYL)\b")
 _CALLS = re.compile(r"(?:^|\s)([A-Z_][A-Z0-9_]{2,}|L\d+)\b")
 _MOST_FILES = 1000
 
@@ -35,6 +36,8 @@ def moving_axes(text: Source, folders: Sequence[Path] = ()) -> str:
             )
         if _CYCLES.search(code):
             named |= set("XYZ")
+        if _ROTARY.search(code):
+            named |= set("XC")
         for name in set(_CALLS.findall(code)) - seen if folders else ():
             seen.add(name)
             source = _file(name, folders) if files < _MOST_FILES else None

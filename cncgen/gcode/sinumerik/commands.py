@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes import affine as frames
-from cncgen.gcode.codes import tool_point
+from cncgen.gcode.codes import rotary_paths, tool_point
 from cncgen.gcode.codes.cutter_compensation import CompensatedSink
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.errors import BlockError
@@ -21,11 +22,15 @@ from cncgen.units import INCH
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
 
+#: Axes of the machine, by which G74 and G75 name those that they move.
+_MACHINE_AXES = ("X1", "Y1", "Z1", "A1", "B1", "C1")
 #: Names of words that take a value by =.
 NAMED = frozenset(
     [
         "AP",
         "RP",
+        "FP",
+        *_MACHINE_AXES,
         "CR",
         "AR",
         "TURN",
@@ -71,6 +76,9 @@ NAMED = frozenset(
         "H1",
         "H2",
         "D1",
+        "T1",
+        "T2",
+        "T3",
     ]
 )
 #: Words that change how the control moves, not where to: accepted.
@@ -106,7 +114,6 @@ _ACCEPTED = frozenset(
         "ORIAXES",
         "ORISON",
         "ORISOF",
-        "DIAMOF",
         "RTLION",
         "RTLIOF",
         "CDOF",
@@ -172,14 +179,14 @@ _PLAIN = frozenset(
         460,
         461,
         462,
-        25,
-        26,
         810,
         820,
         830,
     )
 )
 _FEED_MODES = {93: 930, 94: 940, 95: 950}
+#: The origin of G599.
+_LAST_ORIGIN = 99
 _NOT_READ = {
     147: "smooth approach", 148: "smooth retraction", 247: "smooth approach", 248: "smooth retraction", 347: "smooth approach",
     348: "smooth retraction", 291: "the ISO dialect (--dialect fanuc reads it)", 34: "threads of growing lead", 35: "threads of falling lead",
@@ -191,8 +198,8 @@ _NOT_READ = {
 
 #: Commands that are named and not read.
 _NAMED_NOT_READ = {
-    **dict.fromkeys(("TRANSMIT", "TRACYL", "TRAANG", "TRACON"), "a transformation of lathes and cylinders"),
-    **dict.fromkeys(("DIAMON", "DIAM90", "DIAMCYCOF"), "diameters of lathes"),
+    **dict.fromkeys(("TRAANG", "TRACON"), "a transformation of inclined axes"),
+    **dict.fromkeys(("DIAMCYCOF", "DIAMONA", "DIAMOFA", "DIAM90A"), "diameters of lathes"),
     **dict.fromkeys(("ORIRPY", "ORIEULER", "ORIVIRT1", "ORIVIRT2", "ORIPATH", "ORIPLANE", "ORIVECT", "ORICONCW", "ORICONCCW", "ORICURVE"),
                     "an orientation of the tool by vectors or angles"),
     **dict.fromkeys(("CUT3DC", "CUT3DF", "CUT3DFF", "CUT3DFS"), "cutter compensation in space"),
@@ -252,15 +259,23 @@ def _frame(motions: Motions, name: str, words: Words) -> None:
     """TRANS ROT SCALE MIRROR set the programmable frame anew, ATRANS … add to it."""
     motions.end()
     values = {axis: value for axis, (_, value) in words.axes.items() if axis in "XYZ"}
+    if motions.diameter.startswith("G90") and kind_of(name) == "TRANS" and values.get("X"):
+        message = f"X{values['X']:g} of {name} is taken as a radius: offsets are, whatever DIAMON says"
+        hint = "X0 is both"
+        motions.ip.warn(BlockError("frame-diameter", message, "X", hint=hint), Severity.WARNING)
     other = [axis for axis in words.axes if axis not in "XYZ"]
     if other:
         raise _not_read(f"{name} of {other[0]}", "frames are of X Y Z")
     words.axes.clear()
     rpl = words.named.pop("RPL", None)
-    kind = name.removeprefix("A") if name != "AROT" else "ROT"
-    step = _step(motions, kind, values, None if rpl is None else rpl[1])
+    step = _step(motions, kind_of(name), values, None if rpl is None else rpl[1])
     before = motions.frames.programmable if name.startswith("A") else frames.Frame()
     take_frames(motions, frames.Frames(motions.frames.swivelled, before.then(step)))
+
+
+def kind_of(name: str) -> str:
+    """Return which frame a command makes, set anew or added."""
+    return name.removeprefix("A")
 
 
 def _step(motions: Motions, kind: str, values: dict[str, float], rpl: float | None) -> frames.Frame:
@@ -318,10 +333,10 @@ def set_frame(motions: Motions, name: str, at: list[Scalar], node: Node) -> None
     if name != "$P_UIFR" or len(at) != 1:
         raise _not_read(name, "a frame variable")
     ip, system = motions.ip, round(number(at[0]))
-    if not 1 <= system < SYSTEM_COUNT + MORE_COUNT:
+    if not 1 <= system <= _LAST_ORIGIN:
         raise BlockError(
             "system-number",
-            f"$P_UIFR[{system}]: origins are 1 to {SYSTEM_COUNT + MORE_COUNT - 1}",
+            f"$P_UIFR[{system}]: origins are 1 to {_LAST_ORIGIN}",
             "$P_UIFR",
             hint="1 is G54, 5 is G505",
         )
@@ -363,6 +378,8 @@ def mode(motions: Motions, code: int, words: Words) -> None:
             motions.ip.sink.centre.cut_outside(motions.sharp_corners)
     elif code in (60, 64) or 641 <= code <= 645:
         _path(motions, code, words)
+    elif code in (25, 26):
+        _bounds(motions, code, words)
     elif code in _NOT_READ:
         raise _not_read(f"G{code}", _NOT_READ[code])
     elif code not in _PLAIN:
@@ -382,6 +399,16 @@ def _units(motions: Motions, code: int) -> None:
     motions.feed_scale = 1.0 / INCH if code == 70 else 1.0
     if feed and state.inches != inches and state.feed_mode != 93:
         motions.emit({"f": feed / INCH if state.inches else feed * INCH})
+
+
+def _bounds(motions: Motions, code: int, words: Words) -> None:
+    """G25 and G26: least and largest speed of the spindle, or a working area; neither is checked here."""
+    for name in ("S", "S1", "S2", "S3"):
+        words.named.pop(name, None)
+    if words.axes:
+        hint = "travel_mm of the machine file is checked"
+        motions.note("zone-not-checked", f"the working area of G{code} is not checked", f"G{code}", hint)
+        words.axes.clear()
 
 
 def _compensate(motions: Motions, code: int) -> None:
@@ -424,6 +451,15 @@ def _surface(motions: Motions, code: int, words: Words) -> None:
         raise BlockError("speed-missing", "G96 has no S", "G96", hint="G96 S200 is 200 m a minute")
     limit = words.value("LIMS")
     words.named.pop("LIMS", None)
+    if motions.ip.state.plane == 18 and not motions.diameter:
+        motions.diameter = "none"
+        message = "X is read as a radius: the program says neither DIAMON nor DIAMOF, and most lathes begin with DIAMON"
+        motions.ip.warn(
+            BlockError(
+                "diameter-doubtful", message, "G96", hint="DIAMON before the first motion makes X a diameter"
+            ),
+            Severity.WARNING,
+        )
     motions.emit({"s": speed[1], **({} if limit is None else {"d": limit})}, (960,))
 
 
@@ -437,6 +473,8 @@ def _pole(motions: Motions, code: int, words: Words) -> None:
         offset = radius * complex(math.cos(math.radians(angle)), math.sin(math.radians(angle)))
     else:
         offset = complex(*(words.axes.pop(AXES[k].upper(), ("", 0.0))[1] for k in (first, second)))
+    if motions.diameter.startswith("G90") and 0 in (first, second):
+        raise _not_read(f"G{code} while X is a diameter", "a pole of lathes")
     if words.axes:
         raise BlockError(
             "pole-plane",
@@ -451,8 +489,6 @@ def _pole(motions: Motions, code: int, words: Words) -> None:
 def _system(motions: Motions, code: int) -> None:
     motions.end()
     number_ = SYSTEM_COUNT + MORE_COUNT if code == 500 else code - 53 if code < 100 else code - 500
-    if code != 500 and number_ >= SYSTEM_COUNT + MORE_COUNT:
-        raise _not_read(f"G{code}", f"origins G54 to G57 and G505 to G{499 + SYSTEM_COUNT + MORE_COUNT} are")
     if motions.ip.state.compensation != 40:
         raise BlockError(
             "comp-refused",
@@ -495,11 +531,13 @@ def home(motions: Motions, words: Words) -> None:
     code = 280 if 74 in words.g else 300
     motions.end()
     position = motions.ip.state.position
-    axes = {axis.lower(): position[AXIS_INDEX[axis.lower()]] for axis in words.axes}
+    if words.named.pop("FP", ("", 1.0))[1] != 1.0:
+        raise BlockError(
+            "not-read", "where fixed points beyond the first lie is not known", "FP", hint="FP=1 is read"
+        )
+    named = [*words.axes, *(name[0] for name in _MACHINE_AXES if words.named.pop(name, None))]
+    axes = {axis.lower(): position[AXIS_INDEX[axis.lower()]] for axis in named}
     words.axes.clear()
-    for name in list(words.named):
-        if name in ("X1", "Y1", "Z1", "FP"):
-            words.named.pop(name)
     if axes:
         motions.emit(axes, (code,))
 
@@ -549,13 +587,63 @@ def _traori(motions: Motions) -> None:
         raise BlockError(error.code, message, "TRAORI", hint=error.hint, values=error.values) from None
 
 
+def _transmit(motions: Motions) -> None:
+    """TRANSMIT: X and Y are those of the face of the part, where the axes are X and C."""
+    motions.end()
+    rotary_paths.face(motions.ip, "TRANSMIT")
+    motions.pole, motions.heading = 0j, None
+
+
+def _tracyl(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """TRACYL(d): Y is the way on the surface of a cylinder of that diameter, unrolled, where the axis is C."""
+    numbers = [0.0 if value is None else number(value) for value in values]
+    if not numbers or numbers[0] <= 0.0 or any(value not in (0.0, 1.0) for value in numbers[1:]):
+        raise _not_read(
+            f"TRACYL({', '.join(f'{v:g}' for v in numbers)})", "TRACYL(40) is, with the diameter alone"
+        )
+    motions.end()
+    plane = motions.ip.state.plane
+    rotary_paths.cylinder(motions.ip, Block({"c": numbers[0] / 2.0}, (1070,)))
+    motions.ip.rewrite = None
+    motions.emit({}, ({17: 170, 18: 180, 19: 190}[plane],))
+    motions.pole, motions.heading = 0j, None
+
+
+def _transmit_of(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    if values and values[0] not in (None, 1.0):
+        raise _not_read(f"TRANSMIT({values[0]})", "the first transformation is")
+    _transmit(motions)
+
+
 def _trafoof(motions: Motions) -> None:
+    plane = motions.ip.state.plane
+    motions.end()
+    if rotary_paths.end(motions.ip, "TRAFOOF"):
+        motions.emit({}, ({17: 170, 18: 180, 19: 190}[plane],))
+        motions.pole, motions.heading = 0j, None
+        return
     tool_point.turn_off(motions.ip)
     motions.ip.state.length_code = 49
     take_edge(motions)
 
 
-_SWITCHES: dict[str, Callable[[Motions], None]] = {"TRAORI": _traori, "TRAFOOF": _trafoof}
+def _diameters(kind: str) -> Callable[[Motions], None]:
+    """Return what DIAMON (X is a diameter), DIAM90 (in G90 alone) and DIAMOF (a radius) do."""
+
+    def run(motions: Motions) -> None:
+        motions.diameter = kind
+
+    return run
+
+
+_SWITCHES: dict[str, Callable[[Motions], None]] = {
+    "TRAORI": _traori,
+    "TRAFOOF": _trafoof,
+    "TRANSMIT": _transmit,
+    "DIAMON": _diameters("G90 G91"),
+    "DIAM90": _diameters("G90"),
+    "DIAMOF": _diameters("none"),
+}
 
 
 def _message(motions: Motions, name: str, values: list[Scalar | None]) -> None:
@@ -589,6 +677,8 @@ def rounding(motions: Motions, words: Words) -> None:
 CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     "MSG": _message,
     "TRAORI": _traori_of,
+    "TRANSMIT": _transmit_of,
+    "TRACYL": _tracyl,
     "SETAL": _alarm,
     **dict.fromkeys(
         ("WORKPIECE", "CYCLE832", "SETMS", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL", "FGROUP", "FGREF",

@@ -184,7 +184,7 @@ def through(motions: Motions, words: Words, given: dict[str, float], end: Point)
     for letter, column in (("I1", 0), ("J1", 1), ("K1", 2)):
         if letter in words.named:
             mode, value = words.named.pop(letter)
-            middle[column] = value + (
+            middle[column] = value * motions.scale("XYZ"[column], mode) + (
                 start[column] if mode == "IC" or (mode == "" and not motions.absolute) else 0.0
             )
     first, second, normal = motions.plane()

@@ -18,6 +18,7 @@ from cncgen.gcode.block import AXES
 from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.expressions import Scalar
+from cncgen.units import INCH
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -25,14 +26,16 @@ if TYPE_CHECKING:
 Values = list[Scalar | None]
 #: Cycles that are named and not read.
 NOT_READ = frozenset(
-    {"CYCLE60", "CYCLE62", "CYCLE63", "CYCLE64", "CYCLE70", "CYCLE72", "CYCLE78", "CYCLE79",
-     "CYCLE98", "CYCLE801", "CYCLE802", "CYCLE899", "CYCLE93", "CYCLE94", "CYCLE95", "CYCLE97", "CYCLE99",
+    {"CYCLE60", "CYCLE62", "CYCLE63", "CYCLE64", "CYCLE70", "CYCLE78", "CYCLE79",
+     "CYCLE98", "CYCLE801", "CYCLE802", "CYCLE899", "CYCLE93", "CYCLE94", "CYCLE99",
      "CYCLE951", "CYCLE952", "SLOT2", "POCKET1", "POCKET2", "HOLES3"}
 )  # fmt: skip
 #: Steps of one hole beyond which a step counts as a mistake.
 _MOST_STEPS = 10_000
 #: The distance that CYCLE83 keeps from the last depth, and how far it goes back to break chips, mm.
 _AHEAD, _BREAK = 0.6, 1.0
+#: How far CYCLE97 leaves its thread, mm.
+_OFF_THREAD = 1.0
 
 
 def given(values: Values, index: int) -> float | None:
@@ -133,7 +136,8 @@ def _drill(motions: Motions, name: str, values: Values) -> None:
 
 
 def _depths(hole: Hole, first: float, degression: float, least: float, name: str) -> list[float]:
-    """Return the depths of CYCLE83: the first step, and each next one less by DAM, but at least MDEP (DAM without it).
+    """Return the depths of CYCLE83: the first step, and each next one less by DAM, but at least MDEP (DAM without it); below 0 DAM is
+    the factor of each step to the one before.
 
     The last two are alike where less than half of DAM would be left."""
     depths, step = [max(first, hole.depth)], hole.reference - first
@@ -149,8 +153,8 @@ def _depths(hole: Hole, first: float, degression: float, least: float, name: str
             raise BlockError(
                 "cycle-infeed", f"{name} makes more than {_MOST_STEPS} steps", name, hint="is FDPR too small?"
             )
-        smaller = step - degression
-        floor = least or degression or step
+        smaller = step * -degression if degression < 0.0 else step - degression
+        floor = least if degression < 0.0 else least or degression or step
         step = max(smaller, floor) if step > floor else step
         left = depths[-1] - hole.depth
         if left <= step:
@@ -160,6 +164,56 @@ def _depths(hole: Hole, first: float, degression: float, least: float, name: str
         else:
             depths.append(depths[-1] - step)
     return depths
+
+
+def _turned_thread(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE97: PIT MPIT SPL FPL DM1 DM2 APP ROP TDEP FAL IANG NSP NRC NID VARI NUMT.
+
+    NRC cuts of equal depth (VARI 1 outside, 2 inside) or equal section (3, 4) at IANG along a flank, or both in turn below 0; then the
+    allowance FAL, and NID passes more. The tool leaves the thread by 1 mm. The angle of the spindle at the start (NSP, NUMT) moves no axis.
+    """
+    pitch, start, finish = (
+        _pitch(name, given(values, 1), given(values, 0)),
+        filled(values, 2),
+        filled(values, 3),
+    )
+    radii = filled(values, 4) / 2.0, filled(values, 5) / 2.0
+    depth, allowance = filled(values, 8), filled(values, 9)
+    angle, cuts, idle = filled(values, 10), round(filled(values, 12)), round(filled(values, 13))
+    kind, starts = round(filled(values, 14)), round(filled(values, 15)) or 1
+    faults = (
+        (motions.ip.state.plane != 18, "works in the plane G18", "G18 stands before it"),
+        (start == finish, "has no length: SPL is FPL", "SPL and FPL are where it begins and ends"),
+        (min(radii) <= 0.0, "has no diameter", "DM1 and DM2 are the diameters at its ends"),
+        (not 0.0 <= allowance < depth, f"has the depth {depth:g} and the allowance {allowance:g}", "TDEP is above FAL"),
+        (not 1 <= cuts <= _MOST_STEPS, f"has {cuts} cuts", "NRC counts them"),
+        (not 0 <= idle <= _MOST_STEPS or not 1 <= starts <= 100, "has a wrong number of passes or starts", "NID, NUMT"),
+        (kind not in (1, 2, 3, 4), f"has VARI = {kind}", "VARI is 1 to 4"),
+        (abs(angle) >= 60.0, f"has the infeed angle {angle:g}", "IANG is half the angle of the flanks at most"),
+        (abs(radii[1] - radii[0]) > abs(finish - start), "is steeper than 45 degrees", "such a thread has its lead along X"),
+    )  # fmt: skip
+    for wrong, what, hint in faults:
+        if wrong:
+            raise BlockError("thread-words", f"{name} {what}", name, hint=hint)
+    way, side = math.copysign(1.0, finish - start), 1.0 if kind in (1, 3) else -1.0
+    first, last = start - way * abs(filled(values, 6)), finish + way * abs(filled(values, 7))
+    slope = (radii[1] - radii[0]) / (finish - start)
+    lead = pitch * math.hypot(1.0, slope)
+    rough = depth - allowance
+    depths = [rough * (math.sqrt(k / cuts) if kind > 2 else k / cuts) for k in range(1, cuts + 1)]
+    depths += [depth] * ((1 if allowance else 0) + idle)
+    out = (max if side > 0.0 else min)(radii) + side * (
+        _OFF_THREAD / INCH if motions.ip.state.inches else _OFF_THREAD
+    )
+    motions.move({"X": out, "Z": first}, rapid=True)
+    for k, cut in [(k, cut) for _ in range(starts) for k, cut in enumerate(depths)]:
+        flank = way * cut * math.tan(math.radians(abs(angle))) * (-1.0 if angle < 0.0 and k % 2 else 1.0)
+        begin = first + flank
+        motions.move({"Z": begin}, rapid=True)
+        motions.move({"X": radii[0] + slope * (begin - start) - side * cut}, rapid=True)
+        motions.emit({"x": radii[0] + slope * (last - start) - side * cut, "z": last, "k": lead}, (330,))
+        motions.move({"X": out}, rapid=True)
+        motions.move({"Z": first}, rapid=True)
 
 
 def _deep(motions: Motions, name: str, values: Values) -> None:
@@ -175,13 +229,6 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
             hint="the sixth parameter is the first depth, the seventh its distance from RFP",
         )
     degression = filled(values, 7)
-    if degression < 0.0:
-        raise BlockError(
-            "cycle-infeed",
-            f"DAM = {degression:g} of {name} (a factor) is not read",
-            name,
-            hint="give the amount by which steps become smaller",
-        )
     depths = _depths(hole, first, degression, abs(filled(values, 13)), name)
     back, ahead = abs(filled(values, 14)) or _BREAK, abs(filled(values, 16)) or _AHEAD
     feed, factor = motions.ip.state.feed, filled(values, 10, 1.0) or 1.0
@@ -466,6 +513,7 @@ def _take(motions: Motions, wanted: frames.Frames) -> None:
 CYCLES: dict[str, Callable[[Motions, str, Values], None]] = {
     "CYCLE81": _drill,
     "CYCLE82": _drill,
+    "CYCLE97": _turned_thread,
     "CYCLE83": _deep,
     "CYCLE84": _tap,
     "CYCLE840": _tap_floating,

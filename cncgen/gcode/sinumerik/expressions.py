@@ -99,9 +99,11 @@ def evaluate(node: Node, variables: Variables) -> Scalar:
         BlockError: A name or function is not known, or the result has no value.
     """
     match node[0]:
-        case "n" | "s":
-            value: Scalar = node[1]
-            return value
+        case "n":
+            return number(node[1], "a number")
+        case "s":
+            text: str = node[1]
+            return text
         case "r":
             return variables.parameter(number(evaluate(node[1], variables), "the number of R"))
         case "var":

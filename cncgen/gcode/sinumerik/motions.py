@@ -14,9 +14,10 @@ from cncgen.gcode.codes.affine import Frames
 from cncgen.gcode.codes.cutter_compensation import CompensatedSink
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.subprograms import of_builder
+from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinumerik import commands, curves, cycles, faces, pockets
+from cncgen.gcode.sinumerik import commands, contour_cycles, curves, cycles, faces, pockets
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
 from cncgen.gcode.sinumerik.reading import Item, Node
 from cncgen.gcode.sinumerik.variables import Store
@@ -38,6 +39,7 @@ _CYCLES = {
     "POCKET4": pockets.circle,
     "SLOT1": pockets.slots,
     "LONGHOLE": pockets.long_holes,
+    **contour_cycles.CYCLES,
 }
 
 
@@ -82,20 +84,28 @@ class Motions:
         pole: Pole of polar coordinates in the plane.
         polar: Last radius and angle (degrees) of polar words.
         rounding: RNDM.
+        diameter: In which modes X is a diameter: ``G90 G91`` (DIAMON), ``G90`` (DIAM90), ``none``; empty before one is said.
+        turret: Whether T changes the tool at once, as on lathes: the program has no M6.
         modal: MCALL: name and arguments.
         in_modal: Whether that call is in progress.
         programmable: The frame of TRANS ROT SCALE MIRROR, and that of CYCLE800 before it.
     """
 
     def __init__(
-        self, ip: Interpreter, store: Store, call: Callable[[str, tuple[Any, ...] | None, int], None]
+        self,
+        ip: Interpreter,
+        store: Store,
+        call: Callable[[str, tuple[Any, ...] | None, int], None],
+        contour: Callable[[str], list[Segment]],
     ) -> None:
-        self.ip, self.store, self.begin_call = ip, store, call
+        self.ip, self.store, self.begin_call, self.contour = ip, store, call, contour
         self.motion = "G1"
         self.absolute = True
         self.pole = 0j
         self.polar = (0.0, 0.0)
         self.rounding = 0.0
+        self.diameter = ""
+        self.turret = False
         #: Factor of F, since G70 counts lengths in inches and F in mm.
         self.feed_scale = 1.0
         self.modal: tuple[str, tuple[Node | None, ...] | None] | None = None
@@ -150,6 +160,28 @@ class Motions:
             self.path,
             state.system,
         )
+
+    def fields(self) -> dict[str, Any]:
+        """Return what a contour that is only looked at may change."""
+        names = (
+            "motion",
+            "absolute",
+            "pole",
+            "polar",
+            "rounding",
+            "diameter",
+            "modal",
+            "heading",
+            "path",
+            "curve",
+            "here",
+        )
+        return {name: getattr(self, name) for name in names}
+
+    def set_fields(self, fields: dict[str, Any]) -> None:
+        """Bring them back."""
+        for name, value in fields.items():
+            setattr(self, name, value)
 
     def restore(self, saved: object) -> None:
         """Bring back the state that SAVE kept."""
@@ -221,7 +253,7 @@ class Motions:
                 )
             axis = str(evaluate(indices[0], self.store))
             words.polynomials[axis] = [number(evaluate(v, self.store)) for v in values]
-        elif kind == "text" and words.commands[-1:] == ["EXTCALL"]:
+        elif kind == "text" and words.commands[-1:] in (["EXTCALL"], ["CALL"]):
             words.calls.append(("EXTCALL", (("s", item[1]),)))
             words.commands.pop()
         elif kind == "name":
@@ -247,6 +279,9 @@ class Motions:
         """Take NAME=value: a word, an R parameter or a variable."""
         at = [evaluate(index, self.store) for index in indices]
         if name == "AX" and len(at) == 1 and isinstance(at[0], str):
+            if len(at[0]) != 1 or at[0] not in AXES.upper():
+                message = f'AX[...]: "{at[0]}" is not an axis'
+                raise BlockError("variable-unknown", message, "AX", hint="axes are X Y Z A B C U V W")
             name, at = at[0], []
         mode = ""
         if node[0] == "fn" and node[1] in MODES and len(node[2]) == 1:
@@ -350,7 +385,12 @@ class Motions:
             self.emit({} if tolerance is None else {"p": tolerance}, (640,))
 
     def _technology(self, words: Words) -> None:
-        """Take F, S, T, D."""
+        """Take F, S, T, D; tools of other spindles than the first are passed over."""
+        for store in (words.texts, words.named):
+            if "T1" in store:
+                store["T"] = store.pop("T1")  # type: ignore[assignment]
+            store.pop("T2", None)
+            store.pop("T3", None)
         if "T" in words.texts:
             self.tool_named = True
             name = words.texts.pop("T")
@@ -372,6 +412,9 @@ class Motions:
         changes = 6 in words.m
         if out or changes:
             self.emit(out, (), (60,) if changes else ())
+        if tool is not None and self.turret and tool[1]:
+            self.emit({"q": tool[1]}, (), (610,))
+            changes = True
         edge = words.named.pop("D", None)
         if changes or edge is not None:
             self.edge = _whole("D", edge[1]) if edge is not None else 1
@@ -429,12 +472,12 @@ class Motions:
 
     def _move(self, words: Words) -> bool:
         """Make the motion of a block; tell whether it has one."""
+        if 74 in words.g or 75 in words.g:
+            commands.home(self, words)
+            return False
         polar = {"AP", "RP"} & words.named.keys()
         arc = {"I", "J", "K", "CR", "AR", "TURN", "I1", "J1", "K1"} & words.named.keys()
         if not (words.axes or polar or arc or words.polynomials):
-            return False
-        if 74 in words.g or 75 in words.g:
-            commands.home(self, words)
             return False
         end = self._end(words)
         if {53, 153} & set(words.g) or "SUPA" in words.commands:
@@ -462,7 +505,7 @@ class Motions:
             raise BlockError(
                 "g53-motion", "machine coordinates are absolute, and G91 is in force", hint="use G90, or AC()"
             )
-        out = {axis.lower(): value for axis, (_, value) in words.axes.items()}
+        out = {axis.lower(): value * self.scale(axis) for axis, (_, value) in words.axes.items()}
         words.axes.clear()
         self.emit(out, (530, 0 if self.motion == "G0" else 10))
 
@@ -477,7 +520,13 @@ class Motions:
             self._polar_end(words, end)
         return end
 
+    def scale(self, axis: str, mode: str = "AC") -> float:
+        """Return 0.5 where a value of an axis is a diameter."""
+        absolute = self.absolute if mode == "" else mode != "IC"
+        return 0.5 if axis == "X" and ("G90" if absolute else "G91") in self.diameter else 1.0
+
     def _coordinate(self, axis: str, mode: str, value: float, now: float) -> float:
+        value *= self.scale(axis, mode)
         if mode == "IC" or (mode == "" and not self.absolute):
             return now + value
         if mode in ("DC", "ACP", "ACN"):
@@ -604,7 +653,7 @@ class Motions:
         found = []
         for column, place in ((first, begin.real), (second, begin.imag)):
             mode, value = words.named.pop("IJK"[column % 3], ("", 0.0))
-            found.append(value if mode == "AC" else place + value)
+            found.append(value * self.scale(AXES[column].upper()) if mode == "AC" else place + value)
         wrong = next((n for n in "IJK" if n in words.named), None)
         if wrong:
             raise BlockError(

@@ -42,7 +42,7 @@ class Program:
         labels: Lines by label and by block number, in the order of the text.
         other: For a line that opens or closes a loop or branch, the line that it leads to: ELSE or ENDIF of an IF, ENDIF of an
             ELSE, the end of a loop, and the beginning of the loop that an end closes.
-        formals: Parameters of PROC: type, name, whether by reference, usual value.
+        formals: Parameters of PROC: type, name, whether by reference, usual value, whether an array.
         saves: Whether PROC says SAVE.
     """
 

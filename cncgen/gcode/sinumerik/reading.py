@@ -207,7 +207,7 @@ def _transformer() -> Any:
             return ("jump", str(c[0]), target.strip("\"'"))
 
         def if_jump(self, c: list[Any]) -> Any:
-            return ("if-jump", c[0], c[1])
+            return ("if-jump", tuple(zip(c[::2], c[1::2], strict=True)))
 
         def if_(self, c: list[Any]) -> Any:
             return ("if", c[0])
@@ -266,8 +266,11 @@ def _transformer() -> Any:
             by_reference = any(isinstance(x, Token) and x.type == "VAR" for x in c)
             kind = next(str(x) for x in c if isinstance(x, Token) and x.type == "TYPE")
             name = next(str(x) for x in c if isinstance(x, Token) and x.type == "NAME")
-            usual = c[-1] if isinstance(c[-1], tuple) and c[-1][0] != "length" else None
-            return ("formal", kind, name, by_reference, usual)
+            usual = c[-1] if isinstance(c[-1], tuple) and c[-1][0] not in ("length", "extent") else None
+            return ("formal", kind, name, by_reference, usual, ("extent",) in c)
+
+        def extent(self, c: list[Any]) -> Any:
+            return ("extent",)
 
         def proc(self, c: list[Any]) -> Any:
             formals = tuple(x for x in c if isinstance(x, tuple) and x[0] == "formal")

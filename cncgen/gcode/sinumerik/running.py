@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from cncgen.diagnostics import Diagnostics, Severity, UsageError
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import LINE
+from cncgen.gcode.codes.turning_profiles import MAX_MOVES, Recorder, Segment
 from cncgen.gcode.doubts import doubts, remarks_on
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
@@ -28,6 +30,8 @@ from cncgen.toolpath.reading import ReadOptions
 
 _YIELD = 512
 _ENDS = {2.0, 30.0, 17.0}
+#: The change of a tool; without it T changes at once, as on lathes.
+_TOOL_CHANGE = re.compile(rb"(?<![A-Z0-9_])M0?6(?![0-9])", re.IGNORECASE)
 
 
 @dataclass(slots=True)
@@ -65,7 +69,7 @@ class SinumerikRunner:
         self.ip = Interpreter(sink, options, self._faults.remark, "sinumerik")
         self.ip.state.motion = 10
         self.store = Store(self.ip)
-        self.motions = Motions(self.ip, self.store, self._begin_call)
+        self.motions = Motions(self.ip, self.store, self._begin_call, self._contour)
         self._folders = search_path(path, options.include)
         self._programs: dict[str, Program] = {}
         self._frames: list[Frame] = []
@@ -84,6 +88,7 @@ class SinumerikRunner:
         self.ip.begin()
         self.motions.begin()
         main = self._load(0, "")
+        self.motions.turret = _TOOL_CHANGE.search(source.data) is None
         self._frames = [Frame(main)]
         self.ip.budget.forward = len(main.lines)
         try:
@@ -252,8 +257,10 @@ class SinumerikRunner:
         self._jump(frame, at, ("jump", *data))
 
     def _do_if_jump(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
-        if self._number(data[0]) != 0.0:
-            self._jump(frame, at, data[1])
+        for condition, jump in data[0]:
+            if self._number(condition) != 0.0:
+                self._jump(frame, at, jump)
+                return
 
     def _do_case(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         value = self._number(data[0])
@@ -374,6 +381,52 @@ class SinumerikRunner:
         self._frames.append(frame)
         self.store.scopes.append(scope)
 
+    def _contour(self, name: str) -> list[Segment]:
+        """Return the motions in the plane of a subprogram, or of the lines between two labels, BEGIN:END, of the program in progress."""
+        begin, _, end = (part.strip() for part in name.partition(":"))
+        program = self._frames[-1].program if end else self._find(begin)
+        first, last = 0, len(program.lines) - 1
+        if end:
+            first, last = (self._labelled(program, label) for label in (begin, end))
+        ip, frames, scopes = self.ip, self._frames, len(self.store.scopes)
+        state, sink, guard, kept = ip.state, ip.sink, ip.guard, self.motions.fields()
+        recorder = Recorder(state.position, state.plane)
+        ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy(), compensation=40)
+        ip.sink, ip.guard, self._frames = recorder, None, [Frame(Program("")), Frame(program, at=first)]
+        self.store.scopes.append({})
+        try:
+            while len(self._frames) > 1:
+                frame = self._frames[-1]
+                if frame.at >= len(frame.program.lines) or (len(self._frames) == 2 and frame.at > last):
+                    self._leave()
+                    continue
+                ip.budget.count(1, LINE)
+                at, frame.at = frame.at, frame.at + 1
+                line = frame.program.lines[at]
+                try:
+                    self._line(frame, at, line)
+                except BlockError as error:
+                    message = f"line {line.here.line} of the contour {name}: {error.message}"
+                    raise BlockError(error.code, message, hint=error.hint, values=error.values) from None
+                self._repeat(frame, at)
+                if len(recorder.segments) > MAX_MOVES:
+                    raise BlockError("profile-length", f"the contour {name} has more than {MAX_MOVES} moves")
+            self.motions.end()
+            if ip.guard is not None:
+                ip.guard(ip, Block({}, m=(20,)))
+        finally:
+            ip.state, ip.sink, ip.guard, self._frames = state, sink, guard, frames
+            self.motions.set_fields(kept)
+            del self.store.scopes[scopes:]
+        return recorder.segments
+
+    def _labelled(self, program: Program, label: str) -> int:
+        """Return the line of a label."""
+        if label not in program.labels:
+            message = f"the contour has no label {label} in this program"
+            raise BlockError("label-missing", message, hint=f"{label}: stands before its line")
+        return program.labels[label][0]
+
     def _find(self, name: str) -> Program:
         if name in self._programs:
             return self._programs[name]
@@ -406,19 +459,31 @@ class SinumerikRunner:
                 hint="PROC lists them",
             )
         scope: dict[str, Variable] = {}
-        for index, (_, kind, name, _, usual) in enumerate(program.formals):
+        for index, (_, kind, name, by_reference, usual, many) in enumerate(program.formals):
             node = arguments[index] if index < len(arguments) and arguments[index] is not None else usual
+            if many:
+                scope[str(name)] = self._array(program, str(name), node, bool(by_reference))
+                continue
             value: Scalar = (
                 evaluate(node, self.store) if isinstance(node, tuple) else ("" if kind == "STRING" else 0.0)
             )
             scope[str(name)] = Variable(str(kind), (), [value])
         return scope
 
+    def _array(self, program: Program, name: str, node: Any, by_reference: bool) -> Variable:
+        """Return an array as a subprogram has it: the caller's own (VAR), or a copy."""
+        named = isinstance(node, tuple) and node[0] == "var" and not node[2]
+        whole = self.store.array(node[1]) if named else None
+        if whole is None:
+            message = f"{name} of {program.name} is an array, and none is given"
+            raise BlockError("sub-arguments", message, program.name, hint="DEF REAL AA[3] defines an array")
+        return whole if by_reference else Variable(whole.kind, whole.bounds, list(whole.values))
+
     def _results(self, program: Program, arguments: tuple[Any, ...]) -> list[tuple[str, tuple[Any, ...]]]:
         """Return the parameters by reference, and the variables of the caller that they are."""
         found = []
-        for (_, _, name, by_reference, _), node in zip(program.formals, arguments, strict=False):
-            if by_reference and node is not None:
+        for (_, _, name, by_reference, _, many), node in zip(program.formals, arguments, strict=False):
+            if by_reference and not many and node is not None:
                 if node[0] not in ("r", "var"):
                     raise BlockError(
                         "sub-arguments",

@@ -12,6 +12,8 @@ from cncgen.gcode.sinumerik.expressions import Scalar, number
 #: R parameters that there are.
 MOST_R = 32_767
 _TYPES = ("REAL", "INT", "BOOL", "CHAR", "STRING", "AXIS", "FRAME")
+#: The axes of the plane in force, and the one across it.
+_PLANE_AXES = ("$P_AXN1", "$P_AXN2", "$P_AXN3")
 #: System variables of an axis: from which place they are.
 _PLACES = {"$AA_IW": "program", "$P_EP": "program", "$AA_IB": "program", "$AA_IM": "machine"}
 
@@ -97,6 +99,11 @@ class Store:
         """Tell whether a variable is defined."""
         return self._found(name) is not None
 
+    def array(self, name: str) -> Variable | None:
+        """Return a variable that is an array, as a whole."""
+        variable = self._found(name)
+        return variable if variable is not None and variable.bounds else None
+
     def parameter(self, index: float) -> float:
         """Return R[index]."""
         return self.r.get(self._number(index), 0.0)
@@ -142,9 +149,11 @@ class Store:
             )
         variable.values[variable.place(name, indices)] = self._kept(variable.kind, name, value)
 
-    def _system(self, name: str, indices: list[Scalar]) -> float:
+    def _system(self, name: str, indices: list[Scalar]) -> Scalar:
         """Return a system variable."""
         state = self.ip.state
+        if name in _PLANE_AXES and not indices:
+            return {17: "XYZ", 18: "ZXY", 19: "YZX"}[state.plane][_PLANE_AXES.index(name)]
         if (
             name in _PLACES
             and len(indices) == 1
@@ -164,6 +173,6 @@ class Store:
                 "variable-unknown",
                 f"the system variable {name} is not read",
                 name,
-                hint=f"read are {', '.join([*_PLACES, *plain])}",
+                hint=f"read are {', '.join([*_PLACES, *_PLANE_AXES, *plain])}",
             )
         return plain[name]

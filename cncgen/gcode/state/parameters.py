@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from array import array
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 #: Numbered parameters are 1 to this (LinuxCNC's RS274NGC_MAX_PARAMETERS, less 1).
 LAST = 5601
-LAST_FANUC = 13400
+LAST_FANUC = 20_020
 #: Parameters that begin without a value in FANUC's macros: local, common, kept common.
 VACANT_AT_START = (range(34), range(100, 200), range(500, 1000))
 #: Where the tables begin; offsets are X Y Z A B C U V W, work systems have their rotation after W.
@@ -51,7 +52,7 @@ class Parameters:
     def __init__(self, interpreter: Interpreter) -> None:
         self.interpreter = interpreter
         self.last = LAST if interpreter.dialect in ("linuxcnc", "heidenhain") else LAST_FANUC
-        self.numbers = [0.0] * (self.last + 1)
+        self.numbers = array("d", bytes(8 * (self.last + 1)))
         #: FANUC's #0, which never has a value, and those that begin without one.
         self.vacant = interpreter.dialect == "fanuc"
         if self.vacant:
@@ -160,9 +161,8 @@ class Parameters:
 
     def set_offset(self, first: int, offset: list[float], scale: float) -> None:
         """Set nine parameters from one on; lengths divided by `scale`."""
-        self.numbers[first : first + 9] = [
-            value / (1.0 if 3 <= k <= 5 else scale) for k, value in enumerate(offset)
-        ]
+        for k, value in enumerate(offset):
+            self.numbers[first + k] = value / (1.0 if 3 <= k <= 5 else scale)
 
 
 def read_parameters(path: Path, parameters: Parameters) -> None:

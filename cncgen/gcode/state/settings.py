@@ -11,7 +11,7 @@ from cncgen.toolpath.reading import ReadOptions
 
 
 def interpreter_settings(table: Mapping[str, Any], options: ReadOptions) -> ReadOptions:
-    """Return options with the settings of a machine: ``dialect``, and ``least_increment_mm`` for its decimal-point rule.
+    """Return options with the settings of a machine: ``dialect``, ``units``, and ``least_increment_mm`` for its decimal-point rule.
 
     Raises:
         UsageError: All that is wrong with the table, by key.
@@ -20,6 +20,8 @@ def interpreter_settings(table: Mapping[str, Any], options: ReadOptions) -> Read
     dialect, increment = table.get("dialect"), table.get("least_increment_mm")
     if dialect is not None and options.dialect == "auto":
         options = replace(options, dialect=str(dialect))
+    if "units" in table and options.units == "auto":
+        options = replace(options, units=str(table["units"]))
     if increment is not None and options.least_increment is None:
         options = replace(options, least_increment=float(increment))
     return options

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 
-from cncgen.gcode.block import OUTPUT, Flow, Parsed, Value
+from cncgen.gcode.block import OUTPUT, PROGRAM, Flow, Parsed, Value, program_names
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.predefined import asks_state
 from cncgen.gcode.text import expressions
@@ -160,6 +160,11 @@ class _Values:
             )
         elif text[0] == "(":
             self._parsed.comments.append(text[1:-1])
+        elif text[0] != ";":
+            name = normalise(text).lstrip("o").strip("<>")
+            if name not in program_names:
+                program_names.append(name)
+            self._into.words.append((PROGRAM, float(program_names.index(name))))
 
     def _flow(self, keyword: str, count: int) -> None:
         values = (
@@ -276,6 +281,9 @@ def _expected_names(before: str, expected: list[str]) -> list[str]:
     if before.count("[") > before.count("]"):
         # The parser's states do not tell how a value ends; tokens that cannot stand within brackets are left out.
         expected = [name for name in expected if name not in _OUTSIDE]
+    if "O_NUMBER" not in expected:
+        # Behind a word, the name of a program may stand there, which few blocks have.
+        expected = [name for name in expected if name != "O_NAME"]
     named = {} if set(expected) <= _FOLLOWERS else _NAMES
     return list(dict.fromkeys(named.get(name, name) for name in expected))
 

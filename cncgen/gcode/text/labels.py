@@ -27,7 +27,7 @@ _LINE = re.compile(
     % "|".join(_LEAVING).encode()
 )
 #: Lines with an N word.
-_NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?[nN][ \t]*(\d+)")
+_NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?[nN][ \t]*(\d{1,99})")
 #: The labels that BREAK and CONTINUE look for.
 LOOP_END = "the loop's end"
 #: An O-word that a jump may lead to, its label and its keyword.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import struct
 from dataclasses import dataclass, field
+from mmap import mmap
 
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.source import Source
@@ -21,13 +22,20 @@ _COMMENT = re.compile(r"\(([^()]*)\)|;.*")
 def column(kind: str, count: int, width: int = 0) -> memoryview:
     """Return zeros as a buffer that kernels fill: `count` values (rows of `width` values) of a format of `struct`.
 
-    Reading takes no more than that of arrays, so that a check need not import numpy.
+    Reading takes no more than that of arrays, so that a check need not import numpy. Pages come as they are touched: those of a
+    short program are few.
+
+    Raises:
+        MemoryError: There is not enough.
     """
-    zeros = memoryview(bytearray(count * max(width, 1) * struct.calcsize(kind)))
+    try:
+        zeros = memoryview(mmap(-1, count * max(width, 1) * struct.calcsize(kind)))
+    except OSError as error:
+        raise MemoryError from error
     return zeros.cast(kind, [count, width]) if width else zeros.cast(kind)  # type: ignore[call-overload]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class PlainBlocks:
     """Columns of `gcode_scan.scan` and `gcode_values.Computer`, used again for each stretch; `count` blocks of a source."""
 
@@ -59,8 +67,7 @@ class PlainBlocks:
         """Return letters and values of a block."""
         begin = self.word_end[index - 1] if index else 0
         end = self.word_end[index]
-        letters = self.letters[begin:end].tobytes().decode("ascii")
-        return list(zip(letters, self.values[begin:end].tolist(), strict=True))
+        return list(zip(str(self.letters[begin:end], "ascii"), self.values[begin:end].tolist(), strict=True))
 
     def cursor(self, index: int) -> Cursor:
         """Return where a block stands."""
@@ -69,7 +76,7 @@ class PlainBlocks:
     def block(self, index: int) -> Block:
         """Return a block as a record (without its comment)."""
         block = gather(self.pairs(index))
-        block.source, block.offset, block.line = self.cursor(index)
+        block.source, block.offset, block.line = self.source, self.offset[index], self.line[index]
         return block
 
 

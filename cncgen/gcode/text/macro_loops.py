@@ -109,7 +109,7 @@ def _partner(control: FlowControl, here: Cursor, missing: BlockError) -> Marked:
 
 
 def _checked(word: Flow) -> Value:
-    """Return the number of a DO or END; raise where it is none of 1, 2 and 3."""
+    """Return the number of a DO or END; raise unless it is 1, 2 or 3."""
     number = word.label
     if number not in (1.0, 2.0, 3.0):
         keyword = "DO" if word.keyword == "while-do" else "END"

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import (
     AXIS_INDEX,
@@ -32,12 +33,16 @@ from cncgen.gcode.block import (
     REMARK,
     RETRACT,
     SPL,
+    TOOL_FEED,
     Computed,
     Parsed,
     Value,
 )
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text import expressions
+
+if TYPE_CHECKING:
+    from cncgen.gcode.state.parameters import Parameters
 
 Words = list[tuple[str, Value]]
 #: Reads a block from behind its name on.
@@ -47,17 +52,21 @@ _VALUE = r"\s*(?P<value>[+-]?\s*(?:Q[0-9]+|(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:E[
 _WORD = re.compile(
     r"\s*(?:(?P<fast>F\s*MAX)|(?P<auto>F\s*AUTO)|(?P<keep>F)(?=\s+[A-Z]|\s*\Z)|DR(?P<sense>[+-])(?![0-9])|(?P<side>R[0LR])(?![\w.])"
     r"|M140\s+MB\s*(?P<retract>MAX|[0-9]+[.,]?[0-9]*)|(?P<ahead>M120(?:\s+LA\s*[0-9]+)?)(?![0-9])"
-    rf"|(?:(?P<coefficient>K[123][XYZABCUVW])|(?P<step>I)?(?:(?P<polar>P[RA])|(?P<axis>[XYZABCUVW]))|(?P<letter>[FMSR])){_VALUE})",
+    rf"|(?:(?P<coefficient>K[123][XYZABCUVW])|(?P<step>I)?(?:(?P<polar>P[RA])|(?P<axis>[XYZABCUVW]))|(?P<letter>F[UZ]|[FMSR])){_VALUE})",
     re.IGNORECASE,
 )
 _SETTING = re.compile(rf"\s*(?:FN\s*0\s*:\s*)?Q(?P<number>[0-9]+)\s*={_VALUE}\s*\Z", re.IGNORECASE)
 _TOOL = re.compile(
-    r"\s*(?:(?P<number>[0-9]+)|(?P<name>\"[^\"]*\"))?\s*(?P<axis>[XYZUVW](?![\w+-]))?", re.IGNORECASE
+    r"\s*(?:(?P<number>[0-9]+)(?:\.[0-9])?|(?P<name>\"[^\"]*\"|QS[0-9]+))?\s*(?P<axis>[XYZUVW](?![\w+-]))?",
+    re.IGNORECASE,
 )
 _CYCLE = re.compile(r"\s*(?P<number>[0-9]+)(?:\s*\.(?P<part>[0-9]+))?(?P<rest>.*)", re.DOTALL)
 _TOLERANCE = re.compile(rf"\s*T{_VALUE}", re.IGNORECASE)
 #: A datum shift by a line of a table, or by an increment.
 _NO_SHIFT = re.compile(r"\s*(?:#|I[XYZABCUVW])", re.IGNORECASE)
+#: Q parameters of a program and those that are kept, QL1 and QR1, and what is added to their numbers: Q ends at Q1999.
+_OWN_Q = re.compile(r"\"[^\"]*\"|Q(?P<kind>[LR])(?P<number>[0-9]{1,3})(?![0-9])", re.IGNORECASE)
+_OWN_NUMBERS = {"L": 3000, "R": 3500}
 _COMMENT = re.compile(r"\s*(?:\d+\s*)?(?:;|\*|\Z)")
 _NUMBERED = re.compile(r"\s*(?:\d+\s+)?")
 #: Cycles that are data of the control, not motions: datum shift, tolerance.
@@ -124,11 +133,15 @@ def parse(text: str) -> Parsed:
 
 
 def body_of(text: str) -> str:
-    """Return a line without its comment: what stands behind ;, or in parentheses behind words, as simulators write it."""
-    body = text.partition(";")[0]
+    """Return a line without its comment. A comment begins with ;, or stands in parentheses behind words, as simulators write it."""
+    body = _OWN_Q.sub(_numbered, text.partition(";")[0])
     if "(" in body and "=" not in body:
         body = body.partition("(")[0]
     return body.rstrip().rstrip("~").rstrip()
+
+
+def _numbered(name: re.Match[str]) -> str:
+    return f"Q{_OWN_NUMBERS[name['kind'].upper()] + int(name['number'])}" if name["kind"] else name[0]
 
 
 def place(text: str) -> Words:
@@ -199,6 +212,8 @@ def _word(match: re.Match[str]) -> Words:
     if match["retract"]:
         upwards = match["retract"].upper()
         return [("g", RETRACT / 10.0), ("mb", 0.0 if upwards == "MAX" else float(upwards.replace(",", ".")))]
+    if match["auto"]:
+        return [("f", _called_feed)]
     if match["value"] is None:
         # M120 LA looks ahead under radius compensation, as is done here always.
         return []
@@ -213,12 +228,32 @@ def _word(match: re.Match[str]) -> Words:
             message = f"M{value:g} ({_NOT_READ[value]}) is not read"
             raise BlockError("unsupported-block", message, column=match.start("letter") + 1, hint=_HINT)
         return _FUNCTIONS.get(value, [("m", value)])
-    return [((match["coefficient"] or match["letter"]).lower(), value)]
+    letter = (match["coefficient"] or match["letter"]).lower()
+    if letter == "fz":
+        message = "FZ is a feed of each tooth: the tool table has no number of teeth"
+        raise BlockError(
+            "unsupported-block", message, column=match.start("letter") + 1, hint="F and FU are read"
+        )
+    return [("f", _of_a_turn(value)) if letter == "fu" else (letter, value)]
 
 
 def _step(index: int, value: Value) -> Computed:
     """Return where an increment leads."""
     return lambda p: p.interpreter.state.position[index] + expressions.evaluate(value, p)
+
+
+def _of_a_turn(value: Value) -> Computed:
+    """Return the feed a minute of FU, a feed of each turn of the spindle."""
+    return lambda p: p.interpreter.state.speed * expressions.evaluate(value, p)
+
+
+def _called_feed(p: Parameters) -> float:
+    """Return the feed of the last TOOL CALL that had one, which FAUTO takes."""
+    plain = p.interpreter.plain_language
+    if plain is None or plain.tool_feed <= 0.0:
+        message = "FAUTO takes the feed of TOOL CALL, which has none"
+        raise BlockError("feed-missing", message, "F", hint="TOOL CALL 5 Z S2000 F500")
+    return plain.tool_feed
 
 
 def _line(body: str, at: int) -> Words:
@@ -260,6 +295,8 @@ def _tool_call(body: str, at: int) -> Words:
     if head["axis"] and head["axis"].upper() != "Z":
         column = head.start("axis") + 1
         raise BlockError("unsupported-block", "the tool's axis must be Z", column=column, hint=_HINT)
+    if any(letter == "f" for letter, _ in rest):
+        rest.append(("g", TOOL_FEED / 10.0))
     if head["name"]:
         return [("g", 49.0), ("g", REMARK / 10.0), ("remark", 1.0), *rest]
     if head["number"] is None:
@@ -331,7 +368,7 @@ _BLOCKS: tuple[tuple[re.Pattern[str], _Reader], ...] = tuple(
     for head, read in (
         (r"BEGIN\s+PGM\b", _begin_program),
         (r"END\s+PGM\b", _before(("m", 2.0), plain=False)),
-        (r"BLK\s+FORM\b|TOOL\s+DEF(?![A-Z])", _nothing),
+        (r"BLK\s+FORM\b|TOOL\s+DEF(?![A-Z])|DECLARE\s+STRING\b", _nothing),
         (r"TOOL\s+CALL(?![A-Z])", _tool_call),
         (r"CYCL\s+DEF(?![A-Z])", _cycle),
         (r"CYCL\s+CALL\b", _before(("g", CYCLE_CALL / 10.0))),

@@ -126,7 +126,7 @@ def _fmin(x: float, y: float) -> float:
     return y if math.isnan(x) or y < x else x
 
 
-_INTEGERS = ("char", "schar", "uchar", "int", "uint", "longlong", "ulonglong", "Py_ssize_t")
+_INTEGERS = ("char", "schar", "uchar", "short", "int", "uint", "longlong", "ulonglong", "Py_ssize_t")
 _DECORATORS = ("cclass", "cfunc", "ccall", "inline", "final", "nogil", "exceptval", "locals")
 
 

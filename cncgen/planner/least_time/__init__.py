@@ -3,7 +3,7 @@
 The unknown is q(s) = v², the square of the speed along the path, as in Verscheure et al. (2009) and, with jerk limits,
 Debrouwere et al. (2013). Modules in the order in which data passes them:
 
-    fixed_blocks         chunks of the toolpath become blocks of a fixed number of rows
+    fixed_blocks         chunks of the toolpath become blocks of about the same work
     crawling             rows that are so slow that the motion stops at their ends
     corners              breakpoints of a block: where to stop, and how fast a corner may be passed (`Corners`)
     mesh_spacing         where the nodes between the breakpoints stand

@@ -25,10 +25,11 @@ from cncgen.planner.smoothing import chord_speed_within, smooth
 from cncgen.toolpath.record import Kind, Toolpath
 from cncgen.toolpath.slicing import join
 
-#: Rows of a block.
-ROWS = 2048
-#: Items that each stage makes ready while the next one works: smoothed blocks, meshes, trajectories.
-PREFETCHED = 2
+#: Control points of the first block, for which the first setpoints wait, and of a block at most (`fixed_blocks`): 128 and 2048 rows that
+#: are straight.
+FIRST, MOST = 512, 8192
+#: Items that wait while each stage makes another and the next one works: smoothed blocks, meshes, trajectories.
+PREFETCHED = 1
 
 
 def smooth_blocks(
@@ -41,7 +42,7 @@ def smooth_blocks(
     """
     steady = paced(chunks, lambda axes: AxisLimits.of(machine, axes))
     smoothed = smooth(steady, reserve_mm, machine if reserve_mm is None else None)
-    for block in blocks(smoothed, ROWS):
+    for block in blocks(smoothed, FIRST, MOST):
         speed = chord_speed_within(block, chord_reserve(machine, block.axes), machine.period_s)
         yield block, SpeedCap(speed, Limit.CHORD, straight=False) if speed else None
 

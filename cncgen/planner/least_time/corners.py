@@ -209,7 +209,7 @@ def corners_of(
         speed=speed,
         jump_share=np.stack([pulse, share + sway], 1) * passed[:, None, None],
         acceleration=acceleration,
-        zone=zone * passed,
+        zone=np.where(passed, zone, 0.0),
         cuts=_cuts(bounds, s, stop, turn, left[1:3], right[1:3]),
         doubt=_doubt(choice, np.minimum(np.minimum(allowed, chord), np.sqrt(top)), worth),
     )
@@ -360,9 +360,10 @@ def corner_chord_speed(bounds: AxisLimits, s: Floats, turn: Floats, jerk: Floats
     """
     size = _size(bounds, turn)
     period = bounds.period_s
-    with np.errstate(divide="ignore"):
-        single = np.maximum(4.0 * bounds.chord_mm / (period * size) - jerk * period**2 / 24.0, 0.0)
-    single[size == 0.0] = np.inf
+    single = np.full(len(s), np.inf)
+    turned = size > 0.0
+    room = 4.0 * bounds.chord_mm / (period * size[turned])
+    single[turned] = np.maximum(room - jerk[turned] * period**2 / 24.0, 0.0)
     fastest = np.minimum(single, speed)
     apart = np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf))
     mm = turn * bounds.scale
@@ -480,9 +481,12 @@ def _cuts(bounds: AxisLimits, s: Floats, stop: Bools, turn: Floats, left: Floats
         period**2 / elementary.power(elementary.power(acceleration, -1.0 / 3.0).sum(axis=1), 3.0),
     )
     longest = np.minimum(jerk * period**3 / 6.0, acceleration * period**2 / 2.0)
+    # Where a curve stands, its control points being one, no limit bounds the way, and its derivatives tell nothing of a bend.
+    longest[~np.isfinite(longest)] = 0.0
     bend = np.stack([_size(bounds, side[1, rest]) for side in (left, right)], axis=1)
     # A cusp has no curvature; on the way of a period no direction turns by more than two.
-    bend = np.nan_to_num(np.fmin(bend, _WHOLE / longest))
+    with np.errstate(divide="ignore"):
+        bend = np.nan_to_num(np.fmin(bend, _WHOLE / longest))
     # Twice what is cut, by |Δ|, and by the bends.
     curved = 0.5 * (bend * longest).sum(axis=1) * way + 0.25 * (bend * longest**2).max(axis=1)
     apart = np.minimum(jerk * period**3 / 32.0, acceleration * period**2 / 4.0).max(axis=1, initial=0.0)
@@ -551,7 +555,9 @@ def _swayed(
         np.maximum(along_path(limit, left), along_path(limit, right))
         for limit in (bounds.acceleration, bounds.jerk)
     )
-    reached = np.minimum(gain, 2.0 * np.sqrt(jerk * speed))
+    # Where a curve stands, its control points being one, no limit bounds the jerk along it: but at rest none counts.
+    from_rest = np.multiply(jerk, speed, out=np.zeros_like(speed), where=speed > 0.0)
+    reached = np.minimum(gain, 2.0 * np.sqrt(from_rest))
     period, turn = bounds.period_s, np.abs(turn)
     most_there = along_path(SWAY_SHARE * 2.0 * period * bounds.jerk, turn)
     sway = np.minimum(turn * reached[:, None] / (2.0 * period * bounds.jerk), SWAY_SHARE)

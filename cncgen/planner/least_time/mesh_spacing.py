@@ -104,8 +104,8 @@ _STEEP = 1.5
 AMPLE, CLOSEST = 3000, 4.0
 #: Part of these nodes up to which those beside corners do not count.
 _FEW = 0.5
-#: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each.
-MOST = 5_000_000
+#: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each. A block of 2048 butterflies has 1.2 million.
+MOST = 2_000_000
 #: Least distance of nodes as a part of the length of the block: a thousand times the rounding of a path coordinate.
 _ROUNDING = 2.0**-42
 
@@ -429,7 +429,8 @@ def _first(
         (sides[1], apart[at + 1], gap[1:], bends[1], 1),
     ):
         acceleration, jerk, _, turn, _ = along(bounds, x[:, rest])
-        with np.errstate(divide="ignore"):
+        # Where a curve stands, no limit bounds the motion along it, and the first wish is no number.
+        with np.errstate(divide="ignore", invalid="ignore"):
             # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
             speed = np.sqrt(top_at(corners.s[rest], x[:, rest], side))
             slow = elementary.power(2.0 * speed, 1.5) / (6.0 * np.sqrt(jerk))
@@ -444,7 +445,7 @@ def _first(
         least = np.where(wanted[2] > brief, np.minimum(least, brief), least)
         out = np.full(len(corners.s), np.inf)
         wanted.append(_PART * bent[rest])
-        out[rest] = np.minimum.reduce([np.maximum(np.minimum.reduce(wanted), least), far, near[rest]])
+        out[rest] = np.minimum.reduce([np.maximum(np.fmin.reduce(wanted), least), far, near[rest]])
         found.append(out)
     return found[0], found[1]
 
@@ -628,7 +629,8 @@ def spread_nodes(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.
     k = place_of(inner, measure)
     nodes = s[k] + spacing[k] * slope_exp(slope[k], inner - measure[k])
     nodes[step == 0] = borders[:-1]
-    return np.append(nodes, borders[-1])
+    # Beside a rest they may be as near to each other as coordinates are round.
+    return np.unique(np.append(nodes, borders[-1]))
 
 
 def _measure(s: Floats, spacing: Floats) -> tuple[Floats, Floats]:

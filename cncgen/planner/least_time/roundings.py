@@ -2,9 +2,9 @@
 
 Estimates of two rows at a time decide which corners of G64 are rounded, and how far
 (`cncgen.planner.smoothing.rounding_decision`, docs/rounding.md). Where chords hold the speed these are some per cent off, for what a fit makes of short rows, and of arcs beside
-them, is known once it is made. A short program is planned as they have it; where chords hold that motion for more than
-a trifle of its time, it is planned with all corners rounded, and with none, as well. One of a few rows is planned with none
-whatever holds it: so it takes no longer than with its corners as they are, and that takes milliseconds.
+them, is known once it is made. A program of a few rows is planned as they have it, and with no corner rounded: so it takes no longer than with
+its corners as they are. Where chords hold the first motion for more than a trifle of its time, it is planned with all corners rounded as
+well. Longer programs are planned once: their first setpoints do not wait for their end.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from cncgen.diagnostics import NoPlanError
 from cncgen.machine.record import Machine
-from cncgen.planner.least_time.block_planning import ROWS, plan_blocks, smooth_blocks
+from cncgen.planner.least_time.block_planning import plan_blocks, smooth_blocks
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.limits.axis_limits import chord_reserve
 from cncgen.planner.record import Limit, Trajectory
@@ -28,9 +28,7 @@ from cncgen.toolpath.slicing import between, join
 Blocks = list[tuple[Toolpath, SpeedCap | None]]
 
 #: Rows up to which a program is short, of at most so many parts each on average: lines and arcs that go on are one row.
-SHORT, _PARTS = ROWS // 2, 8
-#: Rows up to which a program is planned with no corner rounded even if chords do not hold it.
-BRIEF = 64
+SHORT, _PARTS = 64, 8
 #: Part of the time of a motion that chords hold, up to which its roundings stay; and part by which another must be faster.
 _HELD, _LESS = 0.02, 1e-4
 
@@ -62,11 +60,9 @@ def plan_roundings(chunks: Iterable[Toolpath], machine: Machine) -> Generator[Tr
     blocks = list(smooth_blocks(held, machine))
     best = list(plan_blocks(blocks, machine))
     moving, by_chord = plan_times(best)
-    others: list[Callable[[list[Toolpath], Machine], Blocks]] = []
+    others: list[Callable[[list[Toolpath], Machine], Blocks]] = [_none_rounded]
     if by_chord > _HELD * moving:
-        others = [_all_rounded, _none_rounded]
-    elif max(rows, parts / _PARTS) <= BRIEF:
-        others = [_none_rounded]
+        others.insert(0, _all_rounded)
     for other in others:
         other_blocks = other(held, machine)
         if _same(other_blocks, blocks):

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic, NoPlanError
 from cncgen.geometry import elementary
 from cncgen.planner.least_time.chord_refinement import MeshPath
 from cncgen.planner.least_time.mesh import Mesh
@@ -31,6 +32,8 @@ _ROUNDING = 1e-6
 _TRIED, _ROUNDS = 17, 3
 #: Part of the tolerance that chords keep to; the rest is for interpolating between the waits that are tried.
 _KEPT = 0.9999
+#: Part of the tolerance beyond which no plan is better than one whose chord to a rest is so far from the path.
+_LOST = 1.5
 #: Where the path is compared with a chord, beside nodes: parts of an interval.
 _PARTS = np.array([0.0, 0.25, 0.5, 0.75])
 
@@ -149,6 +152,9 @@ class SetpointAlignment:
             moving: When the rest is left, without waits.
             due: How long after it the next setpoint is.
             following: When the next rest is reached, without waits.
+
+        Raises:
+            NoPlanError: Waiting does not help, as the chord is too far from the path before the rest.
         """
         ways, x, tolerance = self._under(last, min(moving + due, following))
         if _most(x, tolerance) <= 1.0:
@@ -161,6 +167,8 @@ class SetpointAlignment:
             over = _over(x, tolerance, ways[None, :] < ends[::-1, None], other[::-1])
             kept = np.flatnonzero(over <= 1.0)
             if not len(kept):
+                if over[-1] > _LOST:
+                    raise NoPlanError(_cut_off(float(over[-1]), last))
                 return due
             if not kept[0]:
                 return low
@@ -234,6 +242,16 @@ def started(
         else:
             high = found[1]
     return best[2], best[1]
+
+
+def _cut_off(over: float, last: float) -> Diagnostic:
+    """Say that a chord to a rest is too far from the path."""
+    return Diagnostic(
+        "plan-over-limits",
+        f"no plan was found that keeps the chord tolerance: the setpoint after {last:.4f} s of the motion would lie beyond a curve "
+        f"between two rests, {over:.4g} times the tolerance from it",
+        hint="take a shorter period or a wider chord tolerance: the curve takes less than a period",
+    )
 
 
 def _most(x: Floats, tolerance: Floats) -> float:

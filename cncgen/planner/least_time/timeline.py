@@ -86,7 +86,9 @@ class Timeline:
         parts, pieces, final = planned.parts, planned.pieces, planned.final
         cuts = np.concatenate([mesh.cuts[rows] for mesh, rows in parts])[:final]
         cornered, self.cornered = self.cornered, bool(cuts.any())
-        if not (cornered or self.cornered):
+        # The motion also rests at places within a mesh that it cannot pass.
+        stopped = not planned.moving and parts[0][1].start > 0
+        if not (cornered or self.cornered or stopped):
             return np.zeros(final)
         dwells = np.zeros(len(planned.h) + 1)
         first = 0
@@ -234,6 +236,8 @@ def _time_below(
     begin = np.cumsum(count) - count
     at = np.arange(count.sum()) + np.repeat(first - begin, count)
     top = np.repeat(level, count)
-    time = 2.0 * (s[at + 1] - s[at]) / (np.minimum(v[at + 1], top) + np.minimum(v[at], top))
+    # A line from rest to rest has no speed at its nodes: it counts as slow.
+    with np.errstate(divide="ignore"):
+        time = 2.0 * (s[at + 1] - s[at]) / (np.minimum(v[at + 1], top) + np.minimum(v[at], top))
     spent: Floats = np.add.reduceat(time, begin) if len(time) else np.zeros(0)
     return spent - (s[last] - s[first]) / level

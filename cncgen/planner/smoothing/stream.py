@@ -40,6 +40,9 @@ Ints = NDArray[np.int64]
 
 #: Rows that are fitted at a time, and the parts, as they are programmed, that a row of them has at most on average.
 WINDOW, _PARTS = 2048, 8
+#: Rows that are looked at first, and that are fitted first; then twice as many each time, up to `WINDOW`: the first setpoints wait for
+#: few rows.
+_FIRST, _FIRST_FITTED = 128, 256
 #: Rows after which a run is ended where it stands, if they made too few knots to go on from.
 _LONGEST_WINDOW = 32 * WINDOW
 
@@ -70,13 +73,16 @@ def smooth(
     """
     smoother = _Smoother(reserve_mm, machine)
     gathered: list[tuple[Toolpath, Bools]] = []
-    count = 0
-    for chunk in opened(each for each in chunks if len(each)):
-        gathered.append(chunk)
-        count += len(chunk[0])
-        if count >= WINDOW:
-            yield from smoother.take(gathered, last=False)
-            gathered, count = [], 0
+    count, size = 0, _FIRST
+    for chunk, free in opened(each for each in chunks if len(each)):
+        first = 0
+        while first < len(chunk):
+            stop = min(first + size - count, len(chunk))
+            gathered.append((between(chunk, first, stop), free[first:stop]))
+            count, first = count + stop - first, stop
+            if count == size:
+                yield from smoother.take(gathered, last=False)
+                gathered, count, size = [], 0, min(2 * size, WINDOW)
     yield from smoother.take(gathered, last=True)
 
 
@@ -88,6 +94,7 @@ class _Smoother:
         pending: Rows that wait: the rest of a run that is being fitted, or of one whose end has not been seen.
         seam: Where the curve of the run at the front goes on from, or None at its start.
         before: dx/ds at the end of the last motion handed on exactly, scaled; None after a rest and at the start.
+        window: Rows that are fitted at a time, if a run has as many.
         passing_speed: Speed at the start of the rows that wait, 0 but within a run.
         chord: Tolerance that chords take on the first of them, as far as it has been seen, mm.
     """
@@ -98,6 +105,7 @@ class _Smoother:
         self.pending: tuple[Toolpath, Bools] | None = None
         self.seam: Seam | None = None
         self.before: Floats | None = None
+        self.window = _FIRST_FITTED
         self.passing_speed = 0.0
         self.chord = 0.0
 
@@ -154,7 +162,7 @@ class _Smoother:
         if self.seam is None and moving[0] > first:
             self._pass(stretches.rows, classes, first, int(moving[0]), done)
         first = int(moving[0])
-        size = WINDOW
+        size = self.window
         while True:
             most = min(_PARTS * size, _LONGEST_WINDOW)
             window = moving[: min(size, stretches.within(moving, most))]
@@ -166,10 +174,11 @@ class _Smoother:
             if rest is None:
                 size *= 2
                 continue
+            self.window = size = min(2 * self.window, WINDOW)
             if final or rest > moving[-1]:
                 break
             moving = moving[np.searchsorted(moving, rest) :]
-            first, size = rest, WINDOW
+            first = rest
         tail = int(moving[-1]) + 1
         if tail < stop:
             self._pass(stretches.rows, classes, tail, stop, done)

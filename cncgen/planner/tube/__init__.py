@@ -4,6 +4,7 @@ programmed       the rows of the program, from which the tolerance is measured
 reference_path   the plan that is improved, sampled
 tube_nodes       where nodes stand on it, and the room around each
 window_problem   the least-time problem on a window of nodes (kernel ``least_time_tube``)
+window_start     first guesses of its solution
 deviation        how far a solution leaves the rows between its nodes
 window_judge     whether it holds limits at and between its nodes, and meets its neighbours
 handing          trajectories: improved stretches, and stretches that stand as they were

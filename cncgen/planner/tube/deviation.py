@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.kernels import tube_places
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.tube_nodes import Nodes
 from cncgen.planner.tube.window_problem import Solved
@@ -14,6 +15,8 @@ Ints = NDArray[np.int64]
 
 #: A place may be near another row if the way there along the rows is less than so many times the tolerance.
 _BESIDE = 3.0
+#: Part of a row that is no way back, but for rounding.
+_BACK = 1e-6
 #: Places of an interval that are looked at.
 _PARTS = np.array([1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6])
 
@@ -58,7 +61,15 @@ def excess(
     row = np.clip(np.searchsorted(upto, along.ravel(), side="left") - 1, 0, len(length) - 1)
     part = (along.ravel() - upto[row]) / length[row]
     allowed = np.asarray(program.column("tolerance"))[row]
-    place = program.nearest(full, base + row, part)[0]
+    place, _, far = program.nearest(full, base + row, part)
+    # The order counts: where a motion goes back, the place is the furthest one that it has been at.
+    for turn in (slice(0, parts), slice(parts, each)):
+        key = (row + far).reshape(count, each)[:, turn]
+        ahead = np.maximum.accumulate(key.ravel()) - key.ravel()
+        late = np.flatnonzero(ahead > _BACK)
+        own_place = late // key.shape[1] * each + turn.start + late % key.shape[1]
+        ahead_far = np.minimum(far[own_place] + ahead[late], 1.0)
+        place[own_place] = program.on(base + row[own_place], ahead_far)
     distance = np.sqrt(((place - full) ** 2).sum(axis=1))
     for way in (-1, 1):
         left = np.sqrt(
@@ -82,7 +93,7 @@ def excess(
     out = np.maximum(out, _passed(program, nodes, full.reshape(count, each, -1)))
     k = np.flatnonzero(curved)
     if len(k):
-        # Curves are looked at from their own places as well: a tip may be cut.
+        # Curves are looked at from their own places as well, and from where they change fast: a tip may be cut.
         at = slice(parts, each)
         own = row.reshape(count, each)[k, at].ravel()
         points = program.at(base + own, part.reshape(count, each)[k, at].ravel()).reshape(
@@ -93,15 +104,23 @@ def excess(
         )
         missed = _to_line(points, around) - allowed.reshape(count, each)[k, at]
         out[k] = np.maximum(out[k], missed.max(axis=1))
+        rows, parts_of = program.borders(int(nodes.row[0]), int(nodes.row[-1]))
+        tips = upto[rows - base] + parts_of * length[rows - base]
+        there = (tips > before[0]) & (tips <= reached[-1])
+        rows, parts_of = rows[there], parts_of[there]
+        k = np.searchsorted(reached, tips[there])
+        around = np.concatenate(
+            [lines[np.maximum(k - 1, 0)], lines[k], lines[np.minimum(k + 1, count - 1)]], axis=1
+        )
+        missed = _to_line(program.at(rows, parts_of)[:, None], around)[:, 0]
+        np.maximum.at(out, k, missed - np.asarray(program.column("tolerance"))[rows - base])
     return out
 
 
 def _to_line(points: Floats, line: Floats) -> Floats:
     """Return the distances of points, shape (k, p, n), from polylines, shape (k, m, n), each from its own; shape (k, p)."""
-    step = np.diff(line, axis=1)[:, None]
-    away = points[:, :, None] - line[:, None, :-1]
-    u = np.clip((away * step).sum(axis=3) / np.maximum((step**2).sum(axis=3), 1e-300), 0.0, 1.0)
-    out: Floats = np.sqrt(((away - u[..., None] * step) ** 2).sum(axis=3)).min(axis=2)
+    out = np.empty(points.shape[:2])
+    tube_places.distances(np.ascontiguousarray(points), np.ascontiguousarray(line), out)
     return out
 
 

@@ -134,12 +134,16 @@ class Hand:
     ) -> Iterator[Trajectory]:
         """Hand on the first `count` intervals of a motion in the place of the plan, from a row and the part of it that is behind."""
         yield from self.plain(begin)
+        held = self.reference.trajectories
+        wait = self.standing(begin, found)
+        if wait > 1e-12:
+            self.time = begin
+            yield self._stand(held[0], wait)
         t = begin + self.later + np.concatenate([[0.0], np.cumsum(found.step[:count])])
         old = np.concatenate([[begin], nodes.t[:count]])
         due = self._due(old[-1], old, t)
         self.time = float(old[-1])
         self.later = float(t[-1] - old[-1])
-        held = self.reference.trajectories
         template = held[0].toolpath
         while held and held[0].profile.t[-1] <= self.time + _ROUNDING and len(held) > 1:
             self._drop()
@@ -164,6 +168,13 @@ class Hand:
             np.array([now, now + wait]), np.array([place, place]), zero, zero, zero, zero, limit
         )
         return Trajectory(trajectory.toolpath, trajectory.row_s, profile)
+
+    def standing(self, begin: float, found: Solved) -> float:
+        """Return how long a motion that leaves a rest waits for a setpoint there: the plan's wait is for its own way off, s."""
+        if not self._phased or (found.velocity[0] != 0.0).any():
+            return 0.0
+        periods = (begin + self.later) / self.period_s
+        return float(np.ceil(periods - 1e-9) - periods) * self.period_s
 
     @property
     def _wait(self) -> float:

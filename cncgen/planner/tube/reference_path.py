@@ -17,6 +17,8 @@ Ints = NDArray[np.int64]
 
 #: Growth of the way between samples from the ends of a piece of constant jerk inwards.
 _GROWTH = 0.05
+#: Half of the chord that stands for a tangent, mm.
+_BESIDE = 1e-4
 
 
 @dataclass(slots=True)
@@ -49,9 +51,16 @@ class Grid:
         """Return some of the samples."""
         return Grid(*(getattr(self, name)[at] for name in self.__slots__))
 
-    def joined(self, other: Grid) -> Grid:
-        """Return these samples and then others."""
-        return Grid(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in self.__slots__))
+    def within(self, room: int) -> Grid:
+        """Return a copy at the front of arrays of `room` samples."""
+        grown = Grid(*(np.empty((room, *getattr(self, name).shape[1:])) for name in self.__slots__))
+        grown.put(0, self)
+        return grown
+
+    def put(self, at: int, other: Grid) -> None:
+        """Write others over the samples from one on."""
+        for name in self.__slots__:
+            getattr(self, name)[at : at + len(other)] = getattr(other, name)
 
 
 class Reference:
@@ -63,6 +72,9 @@ class Reference:
         self.trajectories: list[Trajectory] = []
         self._paths: list[tuple[float, float, float, Path, Profile]] = []
         self.grid: Grid | None = None
+        # A row may take hours, and its samples stay to its end: they grow within arrays that have room for as many again.
+        self._room: Grid | None = None
+        self._end = 0
         self._free = self._s = 0.0
 
     def take(self, trajectory: Trajectory) -> None:
@@ -74,7 +86,12 @@ class Reference:
         path = trajectory.toolpath.path
         found = self._samples(profile, path)
         self._paths.append((float(found.s[0]), float(found.s[-1]), float(profile.s[0]), path, profile))
-        self.grid = found if self.grid is None else self.grid.joined(found)
+        held = self.grid if self.grid is not None else found.rows(slice(0))
+        if self._room is None or self._end + len(found) > len(self._room):
+            self._room, self._end = held.within(2 * (len(held) + len(found))), len(held)
+        self._room.put(self._end, found)
+        self._end += len(found)
+        self.grid = self._room.rows(slice(self._end - len(held) - len(found), self._end))
 
     def forget(self, index: int) -> None:
         """Forget samples before one."""
@@ -119,7 +136,7 @@ class Reference:
         unit = x1 / safe[:, None]
         along = (x2 * unit).sum(axis=1)
         bend = np.sqrt(np.maximum((x2**2).sum(axis=1) - along**2, 0.0)) / safe**2
-        grid = Grid(t, self._free + free, self._s + at.s - profile.s[0], x0, unit, bend, at.v * rate, rate)
+        grid = Grid(t, self._free + free, self._s + (at.s - profile.s[0]), x0, unit, bend, at.v * rate, rate)
         self._free, self._s = float(grid.free[-1]), float(grid.s[-1])
         return grid
 
@@ -134,8 +151,14 @@ class Reference:
             pick = np.flatnonzero(owner == k)
             first, _, begin, path, _ = self._paths[k]
             found = path.evaluate(s[pick] - first + begin, 1, side)
-            x1 = found[1] * self.scale
-            x[pick], tangent[pick] = found[0] * self.scale, x1 / np.sqrt((x1**2).sum(axis=1))[:, None]
+            x[pick], x1 = found[0] * self.scale, found[1] * self.scale
+            still = np.flatnonzero(~(np.abs(x1).max(axis=1) > 0.0))
+            if len(still):
+                # A curve may stand where its control points are one: the chord about the place, within the path, has its direction.
+                place, ends = s[pick[still]] - first + begin, path.row_s[[0, -1]]
+                low, high = (path.evaluate(np.clip(place + d, *ends))[0] for d in (-_BESIDE, _BESIDE))
+                x1[still] = (high - low) * self.scale
+            tangent[pick] = x1 / np.sqrt((x1**2).sum(axis=1))[:, None]
         return x, tangent
 
     def state(self, s: float, t: float) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,24 +20,20 @@ from cncgen.planner.tube.reference_path import Reference
 from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
 from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Problem, Solved, solve
+from cncgen.planner.tube.window_start import starts
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: Nodes of a window, and those over which its end is felt, at most.
-WINDOW, OVERLAP = 900, 300
-#: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of V/A + A/J.
+#: Nodes of a window, of the first one, for which the first setpoints wait, and those over which the end of one is felt, at most.
+WINDOW, FIRST, OVERLAP = 900, 450, 300
+#: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of v/A + A/J.
 _FELT = 1.2
-#: Parts of the speed that the first guess has, one after the other until one leads to a solution, and whether it goes on steadily, at
-#: the pace of corners at least, or as the plan does.
-_STARTS = ((0.6, True), (0.7, False), (0.4, True))
 #: Times that the room is narrowed where the motion leaves the tolerance between nodes, and by how much more than that.
 _ROUNDS, _MORE = 9, 1.25
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there. What
 #: is left of the room at least, as a part of the tolerance.
 _LOCAL, _NARROWEST = 2, 0.1
-#: Part of its limits by which the solution of a round is moved inside them to start the next one.
-_PULLED = 0.001
 #: Part of the tolerance that is planned with by which a motion may be over it at the places that are looked at: that is a quarter of
 #: what is kept for what lies between them.
 _PASSED = 0.004
@@ -45,12 +41,18 @@ _PASSED = 0.004
 _LESS = 1e-5
 #: A row takes this part of its length on the plan at least, but for some tolerances.
 _AS_LONG = 0.8
+#: A row that takes less than this part of its length on the plan is not found.
+_HARDLY = 0.1
 #: A way on which nothing moves, mm.
 _SAME_PLACE = 1e-9
 #: The plan meets a place exactly but for rounding, mm.
 _EXACT = 1e-7
 #: Periods by which a run is planned from inside of its ends where the plan is moving.
 _INSIDE = 5.0
+#: Nodes in a period, on the average of a window, above which it is not searched: that takes long and gains next to nothing.
+_SHOWN = 6
+#: Time without a border, in times between nodes, after which one is made.
+_WAITED = 256
 #: Borders are apart by this part of the tolerance at least.
 _APART = 0.05
 #: An axis that moves less stands still, mm.
@@ -97,13 +99,7 @@ class Tube:
         )
         finite = np.isfinite(self.jerk)
         self.scales = Scales(float(self.jerk[finite].max()), float(self.acceleration[finite].max()))
-        near = self.scales.spacing(machine.path_tolerance_mm)[1]
-        self.felt = _FELT * float(
-            (
-                self.velocity[finite] / self.acceleration[finite]
-                + self.acceleration[finite] / self.jerk[finite]
-            ).max()
-        )
+        self.spacing_s, near = self.scales.spacing(machine.path_tolerance_mm)
         self.reference = Reference(self.scale, near)
         limited = (self.velocity, self.acceleration, self.jerk)
         self.hand = Hand(self.reference, program, limited, machine)
@@ -112,6 +108,7 @@ class Tube:
         self.reached = 0.0
         self.row = 0
         self.run: _Run | None = None
+        self.size = FIRST
         self.lost = False
 
     def take(self, trajectory: Trajectory, last: bool) -> Iterator[Trajectory]:
@@ -172,8 +169,11 @@ class Tube:
         begin = max(int(np.searchsorted(grid.s, self.reached, side="right")) - 1, 0)
         entry, place = np.zeros(len(points)), np.zeros(len(points))
         leaving = np.zeros(len(points), np.int64)
+        # The plan rests where the program does: in a room that is larger than the path any other place would be near as well.
+        rest = np.append(program.column("rest"), False)[have:].astype(bool)
+        within = np.where(rest, _EXACT + 8.0 * np.spacing(np.abs(points).max()), 1.3 * both + 1e-6)
         found = tube_places.match(
-            grid.x[begin:], grid.s[begin:], points, 1.3 * both + 1e-6, least, self.reached, start, last,
+            grid.x[begin:], grid.s[begin:], points, within, least, self.reached, start, last,
             entry, leaving, place, np.zeros(1),
         )  # fmt: skip
         place += begin
@@ -195,6 +195,12 @@ class Tube:
         s[ends] = grid.s[at[ends] + (place[:found][ends] - at[ends] > 0.5)]
         if have:
             s = np.maximum(s, self._place(program.base + have - 1))
+        # A rest where the path has been before may be taken for that: from there on the plan stands as it is.
+        way = np.diff(s, prepend=start)
+        wrong = np.flatnonzero(rest[:found] & (way < _HARDLY * (length[:found] - 2.0 * _EXACT)))
+        if len(wrong):
+            found, self.lost = int(wrong[0]), True
+            s = s[:found]
         self.places.append(s)
         self.matched += found
 
@@ -267,7 +273,7 @@ class Tube:
             inner = np.flatnonzero(border[1:-1]) + 1
             if len(inner):
                 stopping = int(inner[-1])
-            elif stopping < 512:
+            elif stopping < 2 or np.ptp(np.interp(places, grid.s, grid.t)) < _WAITED * self.spacing_s:
                 return
             else:
                 stopping -= 1
@@ -299,22 +305,13 @@ class Tube:
         assert run is not None
         while run.nodes is not None and len(run.nodes):
             count = len(run.nodes)
-            whole = run.closed and count <= 1.3 * WINDOW
-            if not whole and count < WINDOW:
+            whole = run.closed and count <= 1.3 * self.size
+            if not whole and count < self.size:
                 return
-            yield from self._window(run, count if whole else self._stop(run.nodes), whole)
+            yield from self._window(run, count if whole else _stop(run.nodes, self.size), whole)
+            self.size = WINDOW
         if run.closed:
             self.row, self.run = run.row, None
-
-    def _stop(self, nodes: Nodes) -> int:
-        """Return how many nodes a window has that does not end the run: up to one far from corners."""
-        low = int(0.9 * WINDOW)
-        corner = np.flatnonzero(nodes.vertex[:WINDOW] >= 0)
-        if not len(corner):
-            return WINDOW
-        at = np.arange(low, WINDOW)
-        away = np.abs(at[:, None] - corner[None, :]).min(axis=1)
-        return int(at[np.argmax(away)]) + 1
 
     def _window(self, run: _Run, count: int, whole: bool) -> Iterator[Trajectory]:
         assert run.nodes is not None
@@ -326,14 +323,18 @@ class Tube:
             before = float(tail[0].step.sum()) + end - float(nodes.t[tail[1] - 1])
         final = count
         if not whole:
-            felt = np.searchsorted(nodes.t, end - self.felt)
+            felt = np.searchsorted(nodes.t, end - self._felt(float(nodes.feed[-OVERLAP:].max())))
             final = int(np.clip(felt, count - OVERLAP, count - 1))
         goal = self.reference.state(float(nodes.s[-1]), end)
         columns = np.flatnonzero(np.ptp(np.concatenate([run.state[:1], nodes.point]), axis=0) > _STILL)
-        # A straight line along an axis has no room that matters.
-        found = self._solved(run, nodes, goal, columns) if len(columns) > 1 else None
+        # A straight line along an axis has no room that matters, nor has a path whose nodes no setpoint can show.
+        shown = (end - run.t) * _SHOWN > count * self.machine.period_s
+        found = self._solved(run, nodes, goal, columns) if len(columns) > 1 and shown else None
         self.hand.windows += len(columns) > 1
-        if found is not None and float(found.step.sum()) < (1.0 - _LESS) * before:
+        if (
+            found is not None
+            and float(found.step.sum()) + self.hand.standing(run.t, found) < (1.0 - _LESS) * before
+        ):
             yield from self.hand.improved(run.t, (run.at, run.part), nodes, found, final)
             run.tail = None if whole else (_rest(found, final), count - final)
             run.state = np.stack([found.position[final], found.velocity[final], found.acceleration[final]])
@@ -353,6 +354,13 @@ class Tube:
         run.at, run.part = int(nodes.row[final - 1]), float(nodes.part[final - 1])
         run.nodes = run.nodes.nodes(final, len(run.nodes))
 
+    def _felt(self, feed: float) -> float:
+        """Return the time over which the end of a window is felt at a feed, which linear axes are no faster than."""
+        speed = np.where(np.arange(len(self.scale)) < 3, np.minimum(self.velocity, feed), self.velocity)
+        limited = np.isfinite(self.jerk)
+        times = speed[limited] / self.acceleration[limited] + self.acceleration[limited] / self.jerk[limited]
+        return _FELT * float(times.max())
+
     def _solved(self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints) -> Solved | None:
         """Return a motion within all limits and the tolerance, or None where none is found."""
         radius = nodes.radius.copy()
@@ -361,7 +369,11 @@ class Tube:
         guess: Solved | None = None
         held = np.zeros(len(nodes), bool)
         for number in range(_ROUNDS):
-            found = self._tried(run, nodes, goal, columns, radius, held, guess)
+            given = self._given(run, nodes, goal, columns, held)
+            given = replace(given, radius=radius[: len(given.radius)])
+            found = next(
+                (found for start in starts(given, nodes, guess) if (found := solve(*start)).status == 1), None
+            )
             if found is None:
                 return None
             feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
@@ -376,7 +388,9 @@ class Tube:
             guess = None if fast.any() else found
             if fast.any():
                 # The neighbours soon are, once these are held.
-                held |= np.convolve(fast, np.ones(9), "same") > 0
+                held |= np.convolve(fast, np.ones(9))[4:-4] > 0
+                # A motion that begins or ends at a limit has the middle ordinate beside that at the limit as well.
+                held[0] = held[-1] = False
             more = np.maximum(over, np.append(over[1:], -1.0))
             if number >= _LOCAL:
                 more = _around(more, np.cumsum(found.step), 0.5 * self.machine.period_s)
@@ -384,71 +398,35 @@ class Tube:
             radius = np.maximum(radius - less[owner], np.minimum(radius, _NARROWEST * nodes.allowed))
         return None
 
-    def _tried(
-        self,
-        run: _Run,
-        nodes: Nodes,
-        goal: Floats,
-        columns: Ints,
-        radius: Floats,
-        held: NDArray[np.bool_],
-        before: Solved | None,
-    ) -> Solved | None:
+    def _given(
+        self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints, held: NDArray[np.bool_]
+    ) -> Problem:
+        """Return the problem of a window, with the room of its nodes as it was first."""
         point = np.concatenate([run.state[:1], nodes.point])[:, columns]
-        tangent = np.concatenate([np.zeros((1, len(self.scale))), nodes.tangent])[:, columns]
-        tangent[0] = tangent[1]
-        size = np.sqrt((tangent**2).sum(axis=1))
-        tangent /= size[:, None]
-        velocity, acceleration, jerk = (
-            each[columns] for each in (self.velocity, self.acceleration, self.jerk)
-        )
-        weight = (columns < 3).astype(float)
-        own = int(nodes.count[-1])
+        tangent = np.concatenate([nodes.tangent[:1], nodes.tangent])[:, columns]
+        tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), 1e-300)[:, None]
         # The state at the end is given: it needs no room.
-        centre, direction, radii = (
-            each[: len(each) - own][..., columns] if each.ndim > 1 else each[: len(each) - own]
-            for each in (nodes.centre, nodes.direction, radius)
-        )
-        first = np.concatenate([[0, 0], np.cumsum(nodes.count[:-1]), [len(radii)]]).astype(np.int64)
+        rooms = slice(len(nodes.radius) - int(nodes.count[-1]))
         feed = 0.9999 * np.append(nodes.feed[:1], nodes.feed)
         margin = 1.0 - 1e-6
-        between = np.where(held, np.maximum(feed[1:], feed[:-1]), np.inf)
-        if before is not None:
-            given = Problem(
-                margin * velocity, margin * acceleration, margin * jerk, weight, point, tangent, before.step, first, centre, direction, radii,
-                feed, between, run.state[:, columns], goal[:, columns], self.machine.period_s,
-            )  # fmt: skip
-            within = 1.0 - _PULLED
-            offset = before.position - point
-            offset += _inside(point + offset, tangent, first, centre, direction, radii, within, 0.0)
-            speed = before.velocity
-            along = np.sqrt(((speed * weight) ** 2).sum(axis=1))
-            speed = speed * np.minimum(1.0, within * feed / np.maximum(along, 1e-9))[:, None]
-            speed = np.clip(speed, -within * velocity, within * velocity)
-            bent = np.clip(before.acceleration, -within * acceleration, within * acceleration)
-            found = solve(given, speed, bent, offset, np.clip(before.jerk, -within * jerk, within * jerk))
-            if found.status == 1:
-                return found
-        for part, steady in _STARTS:
-            steps, speeds = (nodes.step, nodes.speed) if steady else (nodes.plan_step, nodes.plan_speed)
-            steps = np.maximum(steps, 1e-3 * nodes.step) / part
-            given = Problem(
-                margin * velocity, margin * acceleration, margin * jerk, weight, point, tangent, steps, first, centre, direction, radii,
-                feed, between, run.state[:, columns], goal[:, columns], self.machine.period_s,
-            )  # fmt: skip
-            speed = part * np.concatenate([[0.0], speeds])[:, None] * tangent
-            speed *= np.minimum(1.0, 0.9 / np.maximum((np.abs(speed) / velocity).max(axis=1), 1e-9))[:, None]
-            along = np.sqrt(((speed * weight) ** 2).sum(axis=1))
-            speed *= np.minimum(1.0, 0.9 * feed / np.maximum(along, 1e-9))[:, None]
-            rate: Floats | None = None
-            if not steady:
-                rate = np.zeros_like(speed)
-                rate[1:-1] = (speed[2:] - speed[:-2]) / (steps[1:] + steps[:-1])[:, None]
-                rate = np.clip(rate, -0.9 * acceleration, 0.9 * acceleration)
-            found = solve(given, speed, rate, _inside(point, tangent, first, centre, direction, radii))
-            if found.status == 1:
-                return found
-        return None
+        return Problem(
+            velocity=margin * self.velocity[columns],
+            acceleration=margin * self.acceleration[columns],
+            jerk=margin * self.jerk[columns],
+            weight=(columns < 3).astype(float),
+            point=point,
+            tangent=tangent,
+            step=nodes.step,
+            first=np.concatenate([[0, 0], np.cumsum(nodes.count[:-1]), [rooms.stop]]).astype(np.int64),
+            centre=nodes.centre[rooms][:, columns],
+            direction=nodes.direction[rooms][:, columns],
+            radius=nodes.radius[rooms],
+            feed=feed,
+            between=np.where(held, np.maximum(feed[1:], feed[:-1]), np.inf),
+            start=run.state[:, columns],
+            goal=goal[:, columns],
+            period_s=self.machine.period_s,
+        )
 
     def _forget(self) -> None:
         """Forget what lies behind what has been handed on."""
@@ -490,6 +468,17 @@ class Tube:
         )
 
 
+def _stop(nodes: Nodes, size: int) -> int:
+    """Return how many nodes a window of a size has that does not end the run: up to one far from corners."""
+    low = int(0.9 * size)
+    corner = np.flatnonzero(nodes.vertex[:size] >= 0)
+    if not len(corner):
+        return size
+    at = np.arange(low, size)
+    away = np.abs(at[:, None] - corner[None, :]).min(axis=1)
+    return int(at[np.argmax(away)]) + 1
+
+
 def _apart(border: NDArray[np.bool_], places: Floats, least: Floats) -> NDArray[np.bool_]:
     """Return borders of which none is nearer to the one before it than a length: nodes have to be apart."""
     out = border.copy()
@@ -514,35 +503,6 @@ def _around(values: Floats, t: Floats, reach: float) -> Floats:
     """Return the largest of values within a time of each, shape (k,)."""
     first, stop = np.searchsorted(t, t - reach), np.searchsorted(t, t + reach, side="right")
     return np.array([values[i:j].max() for i, j in zip(first.tolist(), stop.tolist(), strict=True)])
-
-
-def _inside(
-    point: Floats,
-    tangent: Floats,
-    first: Ints,
-    centre: Floats,
-    direction: Floats,
-    radius: Floats,
-    part: float = 0.9,
-    deep: float = 0.5,
-) -> Floats:
-    """Return offsets that bring points well within the room, shape (nodes, n): within a part of it, and those beyond that deeper by so much of the rest."""
-    out = np.zeros_like(point)
-    owner = np.repeat(np.arange(len(point)), np.diff(first))
-    for number in range(8):
-        away = point[owner] + out[owner] - centre
-        away -= (away * direction).sum(axis=1)[:, None] * direction
-        size = np.sqrt((away**2).sum(axis=1))
-        over = np.flatnonzero(size > (part + 1e-9) * radius)
-        if not len(over):
-            break
-        push = -away[over] * (1.0 - (part - deep) * radius[over] / size[over])[:, None]
-        if number < 4:
-            # Within the plane of the node, if that is enough.
-            t = tangent[owner[over]]
-            push -= (push * t).sum(axis=1)[:, None] * t
-        out[owner[over]] += push
-    return out
 
 
 def _rest(found: Solved, first: int) -> Solved:

@@ -17,7 +17,7 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 #: Time between nodes, as a part of (P/J)^(1/3), the time in which full jerk crosses the tolerance; beside corners the second part.
-SPACING = 0.35, 0.17
+SPACING = 0.7, 0.34
 #: Growth of the spacing with the time from what is close.
 _GROWTH = 0.12
 #: The path turns by at most so much between nodes, rad.
@@ -82,8 +82,8 @@ class Nodes:
 
     def nodes(self, first: int, stop: int) -> Nodes:
         """Return some of the nodes."""
-        at = np.concatenate([[0], np.cumsum(self.count)])
-        rooms = slice(int(at[first]), int(at[stop]))
+        begin = int(self.count[:first].sum())
+        rooms = slice(begin, begin + int(self.count[first:stop].sum()))
         return Nodes(
             *(getattr(self, name)[rooms if name in _ROOMS else slice(first, stop)] for name in self.__slots__)
         )
@@ -306,7 +306,7 @@ def _rooms(
     """Return how many rows of room each node has, and their centres, directions, radii and tolerances."""
     count, total = len(places) - 1, len(node)
     own = slice(first - program.base, first - program.base + len(tolerance))
-    centre, direction = program.nearest(point, first + found, part)
+    centre, direction, _ = program.nearest(point, first + found, part)
     radius = ROOM[0] * tolerance[found]
     allowed = tolerance[found].copy()
     # Corners without a node: the room about the middle of what they leave the line by.

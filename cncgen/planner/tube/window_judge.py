@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 _OVER, _ROUNDED = 5e-5, 1e-6
 #: Parts of an interval whose hulls bound the speed.
 _PARTS = 32
-#: Part of the jerk limit that steps at a node may make of a third difference of setpoints.
+#: Part of the limits of jerk and acceleration that steps at a node may make of a difference of setpoints.
 _STEPS = 2e-4
 
 
@@ -72,8 +72,13 @@ def holds(
     came = np.stack([x, v, a])
     begin, end = (each[:, None] for each in ends)
     steps = np.abs(np.concatenate([went - came[:, 1:], came[:, :1] - begin, came[:, -1:] - end], axis=1))
-    # A step of the k-th derivative is in a third difference at most 3 - k times, whatever the phase.
-    weights = 3.0 / period_s**3, 2.0 / period_s**2, 1.0 / period_s
-    rounding = 4.0 * np.spacing(np.abs(x).max()) * weights[0]
-    shown = sum(weight * step for weight, step in zip(weights, steps, strict=True))
-    return bool(np.all(shown <= _STEPS * jerk + rounding))
+    # A step of the k-th derivative is in a third difference at most 3 - k times, whatever the phase, and in a second one 2 - k times.
+    for limit, weights in (
+        (jerk, (3.0 / period_s**3, 2.0 / period_s**2, 1.0 / period_s)),
+        (acceleration, (2.0 / period_s**2, 1.0 / period_s, 1.0)),
+    ):
+        rounding = 4.0 * np.spacing(np.abs(x).max()) * weights[0]
+        shown = sum(weight * step for weight, step in zip(weights, steps, strict=True))
+        if not np.all(shown <= _STEPS * limit + rounding):
+            return False
+    return True

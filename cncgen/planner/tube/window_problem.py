@@ -15,8 +15,8 @@ Ints = NDArray[np.int64]
 
 #: Barrier parameter at the start and at the end, and iterations at most.
 _START, _END, _MOST = 1e-3, 1e-6, 120
-#: Barrier parameter at the start from the solution of a similar problem.
-_AGAIN = 1e-5
+#: Barrier parameter at the start from the solution of a similar problem, and iterations at most.
+_AGAIN, _MOST_AGAIN = 1e-5, 40
 #: Part of the jerk limit that what nodes are missed by may make of a third difference; the most and, in parts of what doubles
 #: can tell, the least that is asked of the scaled states.
 _SHOWS, _MISSED, _TOLD = 1e-4, 1e-7, 4.0
@@ -135,40 +135,10 @@ def solve(
             calm=_CALM,
             exact=_exact(given, unit),
         )
-    N, U = 3 * n, n + 1
-
-    def zeros(*shape: int) -> Floats:
-        return np.zeros(shape)
-
-    work = SimpleNamespace(
-        x2=zeros(steps + 1, N),
-        u2=zeros(steps, U),
-        dx=zeros(steps + 1, N),
-        du=zeros(steps, U),
-        lam=zeros(steps, N),
-        lam2=zeros(steps, N),
-        nu=zeros(steps + 1),
-        nu2=zeros(steps + 1),
-        lamT=zeros(N),
-        lamT2=zeros(N),
-        zx=zeros(steps + 1, 4 * n),
-        dzx=zeros(steps + 1, 4 * n),
-        zu=zeros(steps, 2 * U),
-        dzu=zeros(steps, 2 * U),
-        zr=zeros(len(rows) + 1),
-        dzr=zeros(len(rows) + 1),
-        zf=zeros(steps + 1),
-        dzf=zeros(steps + 1),
-        zm=zeros(steps, 2 * n + 1),
-        dzm=zeros(steps, 2 * n + 1),
-        P=zeros(steps + 1, N * N),
-        q=zeros(steps + 1, N),
-        K=zeros(steps, U * (N + 1)),
-        w=zeros(8 * N + 3 * n + N * N + N * n + U + U * U + U * (N + 1) + 16),
-        seen=zeros(_MOST + 2, 2),
-    )
+    work = workspace(n, steps, len(rows))
     tube = kernel.Tube(problem, work)
-    found = kernel.solve(tube, _START if jerk is None else _AGAIN, _END, _MOST)
+    mu, most = (_START, _MOST) if jerk is None else (_AGAIN, _MOST_AGAIN)
+    found = kernel.solve(tube, mu, _END, most)
     p, v, a = (x * scale.T).transpose(2, 0, 1)
     return Solved(
         given.point + p,
@@ -180,6 +150,19 @@ def solve(
         found["iterations"],
         found["residual"],
     )
+
+
+def workspace(n: int, steps: int, rows: int) -> SimpleNamespace:
+    """Return arrays for a search over `steps` intervals of `n` axes: steps, multipliers, gains and the cost to go."""
+    N, U = 3 * n, n + 1
+    shapes = {
+        "x2": (steps + 1, N), "u2": (steps, U), "dx": (steps + 1, N), "du": (steps, U), "lam": (steps, N), "lam2": (steps, N),
+        "nu": (steps + 1,), "nu2": (steps + 1,), "lamT": (N,), "lamT2": (N,), "zx": (steps + 1, 4 * n), "dzx": (steps + 1, 4 * n),
+        "zu": (steps, 2 * U), "dzu": (steps, 2 * U), "zr": (rows + 1,), "dzr": (rows + 1,), "zf": (steps + 1,), "dzf": (steps + 1,),
+        "zm": (steps, 2 * n + 1), "dzm": (steps, 2 * n + 1), "P": (steps + 1, N * N), "q": (steps + 1, N), "K": (steps, U * (N + 1)),
+        "seen": (_MOST + 2, 2),
+    }  # fmt: skip
+    return SimpleNamespace(**{name: np.zeros(shape) for name, shape in shapes.items()})
 
 
 def _exact(given: Problem, unit: float) -> float:

@@ -1,6 +1,7 @@
 // Charts over time: one above the other on one axis of time and one cursor.
 
 import { rounded, ticks } from "./format.js";
+import { cleared } from "./sheet.js";
 
 const LEFT = 58, RIGHT = 12, TOP = 18, BOTTOM = 6, AXIS = 22;
 const COLOURS = {
@@ -119,7 +120,7 @@ export class Charts {
     const caption = document.createElement("figcaption");
     figure.append(caption, canvas);
     this.box.append(figure);
-    const view = { panel, canvas, caption };
+    const view = { panel, canvas, caption, curves: document.createElement("canvas") };
     this.listen(view);
     return view;
   }
@@ -186,7 +187,14 @@ export class Charts {
     return found;
   }
 
+  /** Ask for all of the charts to be drawn. */
   draw() {
+    for (const view of this.views) view.stale = true;
+    this.point();
+  }
+
+  /** Ask for the cursors to be drawn over curves that stay as they are. */
+  point() {
     if (this.pending) return;
     this.pending = requestAnimationFrame(() => {
       this.pending = null;
@@ -195,29 +203,38 @@ export class Charts {
   }
 
   paint(view) {
-    const { canvas, panel } = view, ratio = window.devicePixelRatio || 1;
+    const { canvas, curves } = view, ratio = window.devicePixelRatio || 1;
     const width = canvas.clientWidth, height = canvas.clientHeight;
     if (!width) return;
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-    const g = canvas.getContext("2d");
-    g.scale(ratio, ratio);
+    const size = [Math.round(width * ratio), Math.round(height * ratio)];
     const style = getComputedStyle(canvas), ink = (name) => style.getPropertyValue(name).trim();
     const foot = view.last ? AXIS : BOTTOM, plot = { x: LEFT, y: TOP, w: width - LEFT - RIGHT, h: height - TOP - foot };
+    if (view.stale || curves.width !== size[0] || curves.height !== size[1]) {
+      const g = cleared(curves, ...size);
+      g.scale(ratio, ratio);
+      this.paintCurves(g, view, plot, ink);
+    }
+    view.stale = false;
+    const g = cleared(canvas, ...size);
+    g.drawImage(curves, 0, 0);
+    g.scale(ratio, ratio);
+    this.cursors(g, plot, ink);
+    this.captioned(view);
+  }
+
+  paintCurves(g, { panel, last }, plot, ink) {
     const curves = panel.curves.map((curve) => this.columns(curve, Math.max(1, Math.round(plot.w))));
     const [low, high] = scale(curves, panel);
     const down = (v) => plot.y + plot.h * (1 - (v - low) / (high - low));
     g.font = "11px system-ui, sans-serif";
-    this.gridLines(g, plot, low, high, down, ink, view.last);
+    this.gridLines(g, plot, low, high, down, ink, last);
     g.save();
     g.beginPath();
     g.rect(plot.x, plot.y - 1, plot.w, plot.h + 2);
     g.clip();
     for (const limit of panel.limits) this.limitLines(g, plot, limit, low, high, down);
     curves.forEach((columns, k) => this.curve(g, plot, columns, panel.curves[k], down));
-    this.cursors(g, plot, ink);
     g.restore();
-    this.captioned(view);
   }
 
   colour(curve) {
@@ -323,12 +340,13 @@ export class Charts {
       g.fillRect(across(this.drag.from), plot.y, across(this.drag.to) - across(this.drag.from), plot.h);
     }
     for (const [row, name] of [[this.current, "--accent"], [this.hover, "--ink"]]) {
-      if (row < 0) continue;
+      const t = row * period;
+      if (row < 0 || t < t0 || t > t1) continue;
       g.strokeStyle = ink(name);
       g.lineWidth = row === this.current ? 1.5 : 1;
       g.beginPath();
-      g.moveTo(across(row * period), plot.y);
-      g.lineTo(across(row * period), plot.y + plot.h);
+      g.moveTo(across(t), plot.y);
+      g.lineTo(across(t), plot.y + plot.h);
       g.stroke();
     }
   }

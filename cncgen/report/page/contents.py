@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import zlib
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,13 +13,15 @@ from cncgen.diagnostics import json_values
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
 from cncgen.report.page.assembling import assemble
+from cncgen.report.page.numbered_text import put_text
+from cncgen.report.page.packed_rows import predictors
 from cncgen.report.page.recording import Recording
 from cncgen.report.page.streams import Blob, integers
 from cncgen.report.slow_places import SlowPlace
 from cncgen.verify.verdict import Verdict
 
 #: Of the format that docs/page.md describes.
-FORMAT = 1
+FORMAT = 2
 #: Bytes of a program's text that the page holds at most.
 MOST_SOURCE = 64_000_000
 
@@ -63,6 +64,7 @@ def html(title: str, parts: Sequence[Contents]) -> str:
         "version": __version__,
         "title": title,
         "limits": [_limit(limit) for limit in Limit],
+        "predictors": predictors(),
         "parts": [contents(part, blob, with_source=k == 0) for k, part in enumerate(parts)],
     }
     return assemble(title, header, blob.text())
@@ -78,7 +80,7 @@ def contents(part: Contents, blob: Blob, with_source: bool = True) -> dict[str, 
         "machine": part.machine.name,
         "summary": json_values(summary),
         "corners": integers(sorted(corners), 1, blob),
-        "places": [_place(place) for place in part.places],
+        "places": [_place(place, part.recording.sources) for place in part.places],
         "verdict": _verdict(part.verdict),
         "sources": [_source(name, part.texts or {}, blob, with_source) for name in part.recording.sources],
     }
@@ -91,9 +93,10 @@ def _limit(limit: Limit) -> str:
     return "nothing" if limit is Limit.NONE else limit.name.lower().replace("_", " ")
 
 
-def _place(place: SlowPlace) -> dict[str, Any]:
+def _place(place: SlowPlace, sources: Sequence[str]) -> dict[str, Any]:
     return {
         "lost_s": round(place.lost_s, 6),
+        "source": sources.index(place.source) if place.source in sources else 0,
         "line": place.line,
         "t_s": round(place.t_s, 6),
         "feed_mm_s": round(place.feed_mm_s, 4),
@@ -122,5 +125,5 @@ def _source(name: str, texts: Mapping[str, bytes], blob: Blob, wanted: bool) -> 
         with suppress(OSError), open(name, "rb") as file:
             text = file.read(MOST_SOURCE)
     if wanted and text is not None:
-        found["text"] = blob.put(zlib.compress(text.decode("utf-8", "replace").encode(), 6))
+        found["text"] = put_text(text.decode("utf-8", "replace").encode(), blob)
     return found

@@ -3,6 +3,7 @@
 import { Charts } from "./charts.js";
 import { choices, colouring, palette } from "./colouring.js";
 import { brief, duration, share } from "./format.js";
+import { heed, tell } from "./host.js";
 import { legend } from "./legend.js";
 import { lineKey, toolName } from "./lines.js";
 import { parsed, written } from "./link.js";
@@ -10,11 +11,13 @@ import { Overlay } from "./overlay.js";
 import { Scene } from "./scene.js";
 import { SourceView } from "./source.js";
 import { Part } from "./store.js";
-import { checks, cycleTime, differences, element, losses, placeName, positionText, times, timeSplit } from "./tables.js";
+import { checks, cycleTime, differences, element, losses, placeName, positionText, times, timeSplit, untimed } from "./tables.js";
 
 const $ = (id) => document.getElementById(id);
 const TABS = [["program", "Program"], ["losses", "Losses"], ["time", "Time"], ["checks", "Checks"], ["compare", "Compare"]];
 const MARKS = { corners: "Sharp corners", tools: "Tool changes", breaches: "Broken limits", places: "Time lost" };
+/** Sharp corners beyond which their marks are hidden until they are asked for. */
+const CROWDED = 500;
 
 class Page {
   constructor() {
@@ -49,7 +52,7 @@ class Page {
   // -- data
 
   start() {
-    const message = { text: $("blob").textContent, parts: this.header.parts };
+    const message = { text: $("blob").textContent, parts: this.header.parts, predictors: this.header.predictors };
     $("blob").remove();
     const code = JSON.parse($("worker").textContent);
     this.worker = new Worker(URL.createObjectURL(new Blob([code], { type: "text/javascript" })));
@@ -92,7 +95,8 @@ class Page {
     this.fillColours();
     this.setColour(this.settings.c ?? "feed");
     this.makeMarks();
-    this.scene.refine();
+    // First a coarse path, so that a long one is seen at once; the rest follows.
+    this.scene.request(true);
     this.scene.draw();
     document.documentElement.dataset.ready ??= "path";
     performance.mark("path-drawn");
@@ -126,6 +130,35 @@ class Page {
     if (settings.l) this.pickLine(...settings.l.split(",").map(Number), false);
     this.zoomed();
     this.readout();
+    this.tell();
+  }
+
+  /** Show what a link says: an address that a person changed, or what the host asks for. */
+  restore(hash) {
+    const settings = (this.settings = parsed(hash)), { scene, charts } = this;
+    if (settings.theme) this.setTheme(settings.theme);
+    if (!settings.v || !scene.camera.restore(settings.v)) scene.camera.fit(scene.box);
+    scene.request(true);
+    this.setColour(settings.c ?? "feed");
+    this.makeMarks();
+    this.setTab($(`tab-${settings.p}`) ? settings.p : this.tab);
+    this.seek(this.part.rowAt(Number(settings.t) || 0));
+    this.selected = null;
+    scene.setHighlight([]);
+    if (settings.l) this.pickLine(...settings.l.split(",").map(Number), false);
+    if (settings.g !== undefined) charts.shown = new Set(settings.g.split(","));
+    charts.rebuild();
+    this.fillCharted();
+    const [a, b] = (settings.x ?? "").split(",").map(Number);
+    charts.setRange(...(b > a ? [a, b] : [0, charts.whole]));
+  }
+
+  /** Tell the host of the view, its moment and its line, once all is there: the host answers with what it asks for. */
+  tell() {
+    if (!this.charts.all) return;
+    clearTimeout(this.remembering);
+    const row = Math.max(0, this.now);
+    tell({ view: this.link().slice(1), t_s: Number((row * this.part.period).toFixed(6)), line: this.part.line(row) ?? 0 });
   }
 
   // -- what stands at the top
@@ -145,6 +178,12 @@ class Page {
     for (const item of summary.diagnostics ?? []) if (item.severity in count) count[item.severity]++;
     if (count.warning + count.error) badges.push(element("button", { class: "badge warn", type: "button" }, `${count.warning + count.error} warning${count.warning + count.error > 1 ? "s" : ""}`));
     for (const badge of badges) badge.addEventListener("click", () => this.setTab("checks"));
+    const without = untimed(this.part);
+    if (without) {
+      const badge = element("button", { class: "badge warn without", type: "button", title: without }, "events not timed");
+      badge.addEventListener("click", () => this.setTab("time"));
+      badges.push(badge);
+    }
     $("badges").replaceChildren(...badges);
   }
 
@@ -231,7 +270,9 @@ class Page {
       { kind: "breaches", rows: rows(breaches) },
     ];
     this.overlay.setMarks(sets);
-    const hidden = new Set((this.settings.m ?? "places").split(","));
+    // Corners of a surface in short lines would cover it.
+    const crowded = part.corners.length > CROWDED ? "places,corners" : "places";
+    const hidden = new Set((this.settings.m ?? crowded).split(","));
     const boxes = [["rapids", "Rapids"], ["grid", "Grid"], ...Object.entries(MARKS)];
     if (this.parts.length > 1) boxes.push(["others", "Other plans"]);
     $("marks").replaceChildren(
@@ -264,8 +305,8 @@ class Page {
     $("scrub").setAttribute("aria-valuetext", duration(this.now * this.part.period));
     this.showLine(true);
     this.readout();
-    this.scene.request();
-    this.charts.draw();
+    this.scene.frame();
+    this.charts.point();
     if (remember) this.remember();
   }
 
@@ -285,8 +326,8 @@ class Page {
     this.hover = this.overlay.hover = this.charts.hover = row;
     this.showLine(false);
     this.readout();
-    this.scene.request();
-    this.charts.draw();
+    this.scene.frame();
+    this.charts.point();
   }
 
   showLine(reveal) {
@@ -436,6 +477,7 @@ class Page {
     clearTimeout(this.remembering);
     this.remembering = setTimeout(() => {
       if (!this.part.ready) return;
+      this.tell();
       try {
         history.replaceState(null, "", this.link());
       } catch {
@@ -460,6 +502,12 @@ class Page {
     $("share").addEventListener("click", () => this.copyLink());
     addEventListener("keydown", (event) => this.key(event));
     addEventListener("beforeprint", () => this.print());
+    addEventListener("hashchange", () => this.charts.all && this.restore(location.hash));
+    heed(({ view, t_s: moment }) => {
+      if (!this.charts.all) return;
+      if (view !== undefined) this.restore(view);
+      if (moment !== undefined) this.go(this.part.rowAt(moment));
+    });
   }
 
   switchTheme() {

@@ -1,5 +1,7 @@
 // What lies over the picture: marks, the tool, a scale bar, the axes, and where the pointer is.
 
+import { cleared } from "./sheet.js";
+
 const TOOL_LENGTH = 46;
 
 export class Overlay {
@@ -18,9 +20,7 @@ export class Overlay {
 
   draw() {
     const { canvas, scene } = this, { camera } = scene;
-    const ratio = scene.ratio || 1, g = canvas.getContext("2d");
-    canvas.width = scene.canvas.width;
-    canvas.height = scene.canvas.height;
+    const ratio = scene.ratio || 1, g = cleared(canvas, scene.canvas.width, scene.canvas.height);
     g.scale(ratio, ratio);
     const style = getComputedStyle(canvas);
     const ink = style.getPropertyValue("--ink").trim(), quiet = style.getPropertyValue("--quiet").trim();

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import json_values
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Trajectory
-from cncgen.report.page.streams import Bands, Blob, IntegerStream, RunStream
+from cncgen.report.page.packed_rows import PackedStream
+from cncgen.report.page.streams import Bands, Blob, RunStream
 from cncgen.setpoints.columns import AXIS_SIGNALS, Layout, file_units, position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import ORDER_NAMES, file_unit, is_rotary, to_file
@@ -40,7 +41,7 @@ _DIGITS_OF_LIMIT = {"vel": None, "acc": 3, "jerk": 2}
 #: Values of all bands together while each row keeps its own, and where blocks are joined.
 MOST_ROWWISE, MOST_JOINED = 800_000, 400_000
 #: Bytes a row that positions and feed may take together; beyond it a long plan leaves out the feed of each row.
-BYTES_A_ROW = 0.62
+BYTES_A_ROW = 0.5
 #: Events that are kept; the first ones of more.
 MOST_EVENTS = 20_000
 #: Chunks that may wait for the thread that writes them.
@@ -54,14 +55,14 @@ class Recording:
 
     def __init__(self, machine: Machine, axes: str, period_s: float) -> None:
         self._machine, self._axes, self.period_s = machine, axes, period_s
-        self._positions = [IntegerStream(3) for _ in axes]
-        self._feed = IntegerStream(2)
+        self._positions = [PackedStream() for _ in axes]
+        self._feed = PackedStream()
         self._programmed = RunStream()
         self._runs: dict[str, RunStream] = {}
         self._motion: Bands | None = None
         self._servo: Bands | None = None
         self._reference: Bands | None = None
-        self._force_unit: tuple[str, ...] = ()
+        self._force_unit: dict[str, str] = {}
         self._saturated = RunStream()
         self._has_feed = False
         self._events: list[dict[str, Any]] = []
@@ -107,7 +108,7 @@ class Recording:
             self._programmed.add(_scaled(signals["programmed"], SPEED_STEP))
         for name in _RUNS:
             if name in signals:
-                self._runs.setdefault(name, RunStream()).add(signals[name].astype(np.int64))
+                self._runs.setdefault(name, RunStream()).add(signals[name])
         self._take_motion(chunk)
         for t_s, line, event in chunk.events:
             if len(self._events) < MOST_EVENTS:
@@ -142,18 +143,18 @@ class Recording:
     def _take_response(self, response: Response) -> None:
         errors = file_units(response.position - response.command, response.axes)
         if self._servo is None:
-            self._force_unit = response.force_unit
+            self._force_unit = dict(zip(response.axes, response.force_unit, strict=True))
             names = [f"{letter.lower()}_error_{file_unit(letter)}" for letter in response.axes]
             steps = dict.fromkeys(names, POSITION_STEP)
             steps |= {f"{letter.lower()}_force": FORCE_STEP for letter in response.axes}
-            self._servo = Bands({**steps, "contour_error_mm": CONTOUR_STEP}, MOST_ROWWISE, MOST_JOINED // 2)
+            self._servo = Bands({**steps, "contour_error_mm": CONTOUR_STEP}, MOST_ROWWISE, MOST_JOINED // 4)
         contour = np.nan_to_num(response.contour_error_mm)
         self._servo.add(np.column_stack([errors, response.force, contour]))
         self._saturated.add(np.asarray(response.saturated.any(axis=1), np.int64))
 
     def take_reference(self, contour_mm: Floats) -> None:
         """Take the contour error against a wanted motion, shape (rows,), mm, beside that against the command."""
-        self._reference = Bands({"reference_contour_mm": CONTOUR_STEP}, MOST_ROWWISE, MOST_JOINED // 2)
+        self._reference = Bands({"reference_contour_mm": CONTOUR_STEP}, MOST_ROWWISE, MOST_JOINED // 4)
         self._reference.add(contour_mm[:, None])
 
     def finish(self, blob: Blob) -> dict[str, Any]:
@@ -181,23 +182,22 @@ class Recording:
         if self._reference is not None:
             streams |= self._reference.finish(blob)
         return {
-            "axes": [self._axis(k, letter) for k, letter in enumerate(self._axes)],
+            "axes": [self._axis(letter) for letter in self._axes],
             "period_s": self.period_s,
             "rows": self.rows,
             "streams": streams,
             "events": self._events,
         }
 
-    def _axis(self, column: int, letter: str) -> dict[str, Any]:
+    def _axis(self, letter: str) -> dict[str, Any]:
         axis, factor = self._machine.axes.get(letter), to_file(letter)
         limits = {name: getattr(axis, f"max_{name}") * factor for name in ORDER_NAMES} if axis else {}
-        unit = self._force_unit[column] if self._force_unit else ""
         return {
             "letter": letter,
             "unit": file_unit(letter),
             "rotary": is_rotary(letter),
             "limits": limits,
-            "force_unit": unit,
+            "force_unit": self._force_unit.get(letter, ""),
         }
 
 

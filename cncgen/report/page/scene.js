@@ -92,11 +92,18 @@ export class Scene {
         this.request();
       }, REST_MS);
     }
+    this.stale = true;
+    this.frame();
+  }
+
+  /** Ask for what lies over the path to be drawn anew; the path stays as it is, so that a pointer moves at no cost. */
+  frame() {
     if (this.pending) return;
     this.pending = true;
     requestAnimationFrame(() => {
       this.pending = false;
-      this.draw();
+      if (this.stale) this.draw();
+      else this.onframe();
     });
   }
 
@@ -138,6 +145,7 @@ export class Scene {
 
   draw() {
     const { drawer, camera } = this;
+    this.stale = false;
     if (!drawer || !this.layers.length) return this.onframe();
     const size = [this.canvas.width, this.canvas.height], ratio = this.ratio || 1;
     const away = Math.hypot(...[0, 1, 2].map((k) => camera.centre[k] - (this.box[k] + this.box[k + 3]) / 2));

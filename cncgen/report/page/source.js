@@ -20,7 +20,9 @@ export class SourceView {
     this.space.className = "space";
     this.window.className = "window";
     this.space.append(this.window);
-    this.list.append(this.space);
+    this.head = document.createElement("div");
+    this.head.className = "row head";
+    this.list.append(this.head, this.space);
     this.lines = [];
     this.source = 0;
     this.current = this.hovered = -1;
@@ -55,6 +57,9 @@ export class SourceView {
     this.select.hidden = part.header.sources.length < 2;
     this.most = Math.max(1, ...[...(part.lineRows?.values() ?? [])].slice(0, 400_000).reduce((best, v) => [Math.max(best[0], v)], [0]));
     this.total = Math.max(1, part.rows - 1);
+    const delta = cell("delta", "difference");
+    delta.title = other ? `How much longer ${other.header.label} takes` : "";
+    this.head.replaceChildren(cell("number", "line"), cell("time", "time"), cell("share", "share"), ...(other ? [delta] : []), cell("code", "program"));
     this.show(0);
   }
 
@@ -142,12 +147,12 @@ export class SourceView {
   }
 
   clicked(event) {
-    const row = event.target.closest(".row");
+    const row = event.target.closest(".row[data-line]");
     if (row) this.on.pick(this.source, Number(row.dataset.line));
   }
 
   pointed(event) {
-    const row = event.target.closest(".row");
+    const row = event.target.closest(".row[data-line]");
     this.on.hover(row ? this.source : null, row ? Number(row.dataset.line) : 0);
   }
 

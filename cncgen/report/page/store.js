@@ -134,13 +134,6 @@ export class Part {
     for (const run of this.tools) if (run.start <= row) found = run;
     return found?.tool ?? 0;
   }
-
-  /** Return the stretch of rows on the line of a row: { key, start, stop }. */
-  stretchAt(row) {
-    if (!this.stretches) return null;
-    const k = runAt(this.stretches.starts, row);
-    return { key: this.stretches.keys[k], start: this.stretches.starts[k], stop: this.stretches.starts[k + 1] };
-  }
 }
 
 /** Return the length of path up to each row. */

@@ -19,7 +19,8 @@ Floats = NDArray[np.float64]
 
 #: Numbers of bands beyond this (in steps) are held there: they are those of strategies without a bound on the jerk.
 LARGEST = 2**30
-_ESCAPE = 255
+#: A byte that stands for a number of its own.
+ESCAPE = 255
 #: Rows of a long plan.
 LONG = 500_000
 
@@ -61,7 +62,9 @@ class IntegerStream:
     def __init__(self, order: int) -> None:
         self._order = order
         self._tail = np.zeros(order, np.int64)
-        self._bytes, self._escapes = zlib.compressobj(6, zlib.DEFLATED, 15, 9), zlib.compressobj(6)
+        # Small numbers that seldom repeat: the slowest search for repetitions saves 7 % of level 6.
+        self._bytes = zlib.compressobj(9, zlib.DEFLATED, 15, 9, zlib.Z_FILTERED)
+        self._escapes = zlib.compressobj(6)
         self._out: list[bytes] = []
         self._more: list[bytes] = []
         self.count = 0
@@ -80,8 +83,8 @@ class IntegerStream:
             self._tail = joined[-self._order :].copy()
         rest = np.diff(joined, n=self._order)
         folded = np.where(rest < 0, -2 * rest - 1, 2 * rest)
-        self._out.append(self._bytes.compress(np.minimum(folded, _ESCAPE).astype(np.uint8).tobytes()))
-        large = folded[folded >= _ESCAPE]
+        self._out.append(self._bytes.compress(np.minimum(folded, ESCAPE).astype(np.uint8).tobytes()))
+        large = folded[folded >= ESCAPE]
         if len(large):
             self._more.append(self._escapes.compress(large.astype("<f8").tobytes()))
         self.count += len(values)
@@ -108,20 +111,20 @@ class RunStream:
         self._values, self._lengths = IntegerStream(1), IntegerStream(0)
         self._open: tuple[int, int] | None = None
 
-    def add(self, values: Integers) -> None:
+    def add(self, values: NDArray[np.integer]) -> None:
         """Take the next values, shape (n,)."""
         if not len(values):
             return
-        starts = np.flatnonzero(np.diff(values)) + 1
+        starts = np.flatnonzero(values[1:] != values[:-1]) + 1
         edges = np.concatenate([[0], starts, [len(values)]])
-        heads, lengths = values[edges[:-1]], np.diff(edges)
+        heads, lengths = values[edges[:-1]].astype(np.int64), np.diff(edges)
         if self._open is not None:
             if self._open[0] == heads[0]:
                 lengths[0] += self._open[1]
             else:
                 heads, lengths = np.append(self._open[0], heads), np.append(self._open[1], lengths)
         self._open = (int(heads[-1]), int(lengths[-1]))
-        self._values.add(heads[:-1].astype(np.int64))
+        self._values.add(heads[:-1])
         self._lengths.add(lengths[:-1].astype(np.int64))
 
     def finish(self, blob: Blob) -> dict[str, Any]:
@@ -141,12 +144,13 @@ class Bands:
     """
 
     def __init__(self, steps: dict[str, float], most: int, most_joined: int) -> None:
-        self._steps = steps
+        self._names = list(steps)
+        self._steps = np.array(list(steps.values()))[:, None]
         self._most, self._most_joined = most, most_joined
         self.block = 1
         self._low: list[NDArray[np.int32]] = []
         self._high: list[NDArray[np.int32]] = []
-        self._rest = np.zeros((len(steps), 0), np.int64)
+        self._rest = np.zeros((len(steps), 0))
         self._held = self._rows = 0
 
     @property
@@ -159,31 +163,33 @@ class Bands:
     def add(self, values: Floats) -> None:
         """Take rows of all signals, shape (n, signals)."""
         self._rows += len(values)
-        scaled = values.T / np.array(list(self._steps.values()))[:, None]
-        rows = np.clip(np.rint(scaled), -LARGEST, LARGEST).astype(np.int64)
-        joined = np.concatenate([self._rest, rows], axis=1)
+        joined = np.concatenate([self._rest, values.T], axis=1)
         whole = joined.shape[1] // self.block * self.block
-        self._rest = joined[:, whole:]
+        self._rest = joined[:, whole:].copy()
         self._keep(joined[:, :whole])
-        if self._held * len(self._steps) > self._bound:
+        if self._held * len(self._names) > self._bound:
             self._join()
 
-    def _keep(self, rows: Integers) -> None:
-        parts = rows.reshape(len(self._steps), -1, self.block)
-        self._low.append(parts.min(axis=2).astype(np.int32))
+    def _keep(self, rows: Floats) -> None:
+        parts = rows.reshape(len(self._names), -1, self.block)
+        self._low.append(self._stepped(parts.min(axis=2)))
         if self.block > 1:
-            self._high.append(parts.max(axis=2).astype(np.int32))
+            self._high.append(self._stepped(parts.max(axis=2)))
         self._held += parts.shape[1] * (1 if self.block == 1 else 2)
+
+    def _stepped(self, values: Floats) -> NDArray[np.int32]:
+        """Return values in whole steps; the lowest value has the lowest number."""
+        return np.clip(np.rint(values / self._steps), -LARGEST, LARGEST).astype(np.int32)
 
     def _join(self) -> None:
         """Join blocks two by two until they are few enough; a block without a partner goes back to the rest."""
         low = np.concatenate(self._low, axis=1)
         high = np.concatenate(self._high, axis=1) if self._high else low
-        while self.block == 1 or self._held * len(self._steps) > self._bound:
+        while self.block == 1 or self._held * len(self._names) > self._bound:
             if low.shape[1] % 2:
                 # Lowest and highest value of the last block stand in its place among the rows that wait.
                 last = [low[:, -1:], *[high[:, -1:]] * (self.block - 1)]
-                self._rest = np.concatenate([*last, self._rest], axis=1).astype(np.int64)
+                self._rest = np.concatenate([np.concatenate(last, axis=1) * self._steps, self._rest], axis=1)
                 low, high = low[:, :-1], high[:, :-1]
             low = np.minimum(low[:, 0::2], low[:, 1::2])
             high = np.maximum(high[:, 0::2], high[:, 1::2])
@@ -199,14 +205,14 @@ class Bands:
         """Put the bands into a blob; return their descriptions by name."""
         if self._rest.shape[1]:
             rest, self._rest = self._rest, self._rest[:, :0]
-            self._low.append(rest.min(axis=1, keepdims=True).astype(np.int32))
-            self._high.append(rest.max(axis=1, keepdims=True).astype(np.int32))
+            self._low.append(self._stepped(rest.min(axis=1, keepdims=True)))
+            self._high.append(self._stepped(rest.max(axis=1, keepdims=True)))
         found: dict[str, dict[str, Any]] = {}
         if not self._low:
             return found
         low = np.concatenate(self._low, axis=1)
         high = np.concatenate(self._high, axis=1) if self.block > 1 else low
-        for row, (name, step) in enumerate(self._steps.items()):
+        for row, (name, step) in enumerate(zip(self._names, self._steps[:, 0].tolist(), strict=True)):
             if name in leave_out:
                 continue
             order = 2 if self.block == 1 and "jerk" not in name else 1

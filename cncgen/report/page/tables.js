@@ -1,6 +1,6 @@
 // The tables beside the picture: where time is lost, where it goes, what was checked, and what differs.
 
-import { along, rowsByValue, toolName } from "./lines.js";
+import { along, lineKey, rowsByValue, toolName } from "./lines.js";
 import { brief, duration, rounded, share } from "./format.js";
 
 /** Return an element with attributes and children; texts are never markup. */
@@ -27,13 +27,23 @@ function bar(part) {
   return found;
 }
 
-/** Name a place: its line, how far along it where it is long, and its position. */
-export function placeName(part, row) {
-  const line = part.line(row), stretch = part.stretchAt(row);
-  if (line === undefined || !stretch) return `at ${duration(row * part.period)}`;
-  const long = stretch.stop - stretch.start > 200;
-  const where = long ? `, ${Math.round(100 * along(part.position, stretch.start, stretch.stop, row))} % along` : "";
-  return `line ${line}${where}`;
+/** Name a line: with its file where the program has several and it is not the first. */
+export function lineName(part, source, line) {
+  const file = source ? part.header.sources[source]?.name : "";
+  return `line ${line}${file ? ` of ${file.split(/[\\/]/).pop()}` : ""}`;
+}
+
+const keyName = (part, key) => lineName(part, Math.floor(key / 2 ** 32), key % 2 ** 32);
+
+/** Name a place: its line, how far along it where it is long; of a row the line that it is on. */
+export function placeName(part, row, source = part.source(row), line = part.line(row)) {
+  const visits = part.stretches?.visits.get(lineKey(source, line));
+  if (line === undefined || !visits) return `at ${duration(row * part.period)}`;
+  const { starts } = part.stretches, away = (k) => Math.max(starts[k] - row, row - starts[k + 1], 0);
+  const k = visits.reduce((best, one) => (away(one) < away(best) ? one : best));
+  const long = starts[k + 1] - starts[k] > 200;
+  const where = long ? `, ${Math.round(100 * along(part.position, starts[k], starts[k + 1], row))} % along` : "";
+  return `${lineName(part, source, line)}${where}`;
 }
 
 export function positionText(part, row) {
@@ -47,7 +57,7 @@ export function losses(part, go) {
   const most = places[0].lost_s, total = places.reduce((sum, place) => sum + place.lost_s, 0);
   const rows = places.map((place, k) => {
     const row = part.rowAt(place.t_s);
-    const button = element("button", { class: "link", type: "button" }, placeName(part, row));
+    const button = element("button", { class: "link", type: "button" }, placeName(part, row, place.source, place.line));
     button.addEventListener("click", () => go(row));
     const found = element(
       "tr",
@@ -70,13 +80,25 @@ export function cycleTime(part) {
   return given ?? (motion === undefined ? part.seconds : motion + dwell);
 }
 
+/** Parts of the time as a person calls them, where that is not their key. */
+const PARTS = { tool: "tool changes", stops: "operator stops" };
+
+/** Return the events that take no time since the machine has no [times]: "" without any. */
+export function untimed(part) {
+  const { untimed_events: events, machine } = part.header.summary;
+  const told = Object.entries(events ?? {}).map(([name, count]) => `${count} ${UNTIMED[name]}${count > 1 ? "s" : ""}`);
+  return told.length ? `${told.join(", ")} taken as instant: ${machine} has no [times].` : "";
+}
+
+const UNTIMED = { tool: "tool change", spindle: "spindle command", stop: "operator stop" };
+
 /** Return how the time is split: [{ name, seconds, kind }]. The summary's own split goes first. */
 export function timeSplit(part) {
   const given = part.header.summary.cycle_time_split_s;
   if (given) {
     return Object.entries(given)
       .filter(([, seconds]) => seconds > 0)
-      .map(([name, seconds]) => ({ name, seconds, kind: name }));
+      .map(([name, seconds]) => ({ name: PARTS[name] ?? name, seconds, kind: name }));
   }
   const run = part.run.programmed_feed_mm_s;
   const dwell = part.header.summary.dwell_time_s ?? 0;
@@ -104,6 +126,7 @@ function shares(title, items, whole) {
 /** Where the time goes: by kind of motion, tool, operation, limit, feed and line; and what would shorten it. */
 export function times(part, go) {
   const whole = part.seconds || 1, found = [shares("By kind", timeSplit(part), whole)];
+  if (untimed(part)) found[0].append(element("p", { class: "note" }, untimed(part)));
   const tools = byTool(part);
   if (tools.length > 1 || tools[0].tool) found.push(shares("By tool", tools, whole));
   const operations = byOperation(part);
@@ -148,14 +171,16 @@ function why(rows) {
   const columns = Object.keys(rows[0]);
   const cells = (row) => columns.map((name) => element("td", { class: typeof row[name] === "number" ? "number" : null }, typeof row[name] === "number" ? rounded(row[name]) : String(row[name] ?? "")));
   const body = rows.map((row) => element("tr", {}, ...cells(row)));
-  return element("section", {}, element("h3", {}, "What would shorten it"), table("What would shorten it", columns.map((name) => name.replaceAll("_", " ")), body));
+  const note = "What a change saves, planned and by the derivative. Two figures a | b: there is no derivative; the change saves a at first, its opposite costs b.";
+  const title = "What would shorten it";
+  return element("section", {}, element("h3", {}, title), element("p", { class: "note" }, note), table(title, columns, body));
 }
 
 function byLine(part, whole, go) {
   const longest = [...part.lineRows].sort((a, b) => b[1] - a[1]).slice(0, 25);
   const rows = longest.map(([key, count]) => {
-    const line = key % 2 ** 32, first = part.stretches.starts[part.stretches.visits.get(key)[0]];
-    const button = element("button", { class: "link", type: "button" }, `line ${line}`);
+    const first = part.stretches.starts[part.stretches.visits.get(key)[0]];
+    const button = element("button", { class: "link", type: "button" }, keyName(part, key));
     button.addEventListener("click", () => go(first));
     const seconds = count * part.period;
     return element("tr", {}, element("td", {}, button), element("td", { class: "number" }, brief(seconds)), element("td", { class: "number" }, share(seconds / whole), bar(seconds / whole)));
@@ -243,7 +268,7 @@ function byDifference(part, other, go) {
   const largest = changes.sort((a, b) => Math.abs(b.change) - Math.abs(a.change)).slice(0, 25).filter((one) => one.change);
   const rows = largest.map(({ key, here, there, change }) => {
     const visit = part.stretches.visits.get(key);
-    const button = element("button", { class: "link", type: "button", disabled: !visit }, `line ${key % 2 ** 32}`);
+    const button = element("button", { class: "link", type: "button", disabled: !visit }, keyName(part, key));
     if (visit) button.addEventListener("click", () => go(part.stretches.starts[visit[0]]));
     const cell = element("td", { class: `number ${change > 0 ? "slower" : "faster"}` }, signed(change));
     return element("tr", {}, element("td", {}, button), element("td", { class: "number" }, brief(here)), element("td", { class: "number" }, brief(there)), cell);

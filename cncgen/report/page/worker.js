@@ -1,14 +1,16 @@
 // The worker: decodes the page's data and prepares it, the path first, so that the first picture does not wait for the rest.
 
-import { band, bytesOf, integers, runs, section } from "./decode.js";
+import { band, bytesOf, integers, runs } from "./decode.js";
 import { chunked, significance } from "./levels.js";
+import { textOf } from "./numbered.js";
+import { packed } from "./packed.js";
 
 const post = (message, buffers = []) => self.postMessage(message, [...new Set(buffers)]);
 
 self.onmessage = async ({ data }) => {
   try {
     const blob = bytesOf(data.text);
-    for (let k = 0; k < data.parts.length; k++) await path(blob, data.parts[k], k);
+    for (let k = 0; k < data.parts.length; k++) await path(blob, data.parts[k], k, data.predictors);
     for (let k = 0; k < data.parts.length; k++) await texts(blob, data.parts[k], k);
     for (let k = 0; k < data.parts.length; k++) await bands(blob, data.parts[k], k);
     post({ kind: "done" });
@@ -17,12 +19,12 @@ self.onmessage = async ({ data }) => {
   }
 };
 
-async function path(blob, part, index) {
+async function path(blob, part, index, predictors) {
   const rows = {}, buffers = [], signals = {};
   await Promise.all(
     Object.entries(part.streams).map(async ([name, spec]) => {
       if (spec.rows) {
-        rows[name] = await integers(blob, spec.rows);
+        rows[name] = await packed(blob, spec.rows, predictors);
         buffers.push(rows[name].buffer);
       } else if (spec.runs) {
         signals[name] = await runs(blob, spec.runs);
@@ -58,10 +60,7 @@ function placed(part, rows) {
 
 async function texts(blob, part, index) {
   const found = [];
-  for (const source of part.sources) {
-    if (source.text) found.push(new TextDecoder().decode(await section(blob, source.text)));
-    else found.push(null);
-  }
+  for (const source of part.sources) found.push(source.text ? await textOf(blob, source.text) : null);
   post({ kind: "texts", index, texts: found });
 }
 

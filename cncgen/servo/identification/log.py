@@ -54,7 +54,7 @@ def read_log(path: str | os.PathLike[str]) -> dict[str, AxisLog]:
     """Return the axes of a log by letter.
 
     Raises:
-        UsageError: The file cannot be read, has no ``t_s`` or no position (``log-columns``), something that is no number
+        UsageError: The file cannot be read, has no ``t_s`` or no position (``log-columns``), something other than a number
             (``log-row``), fewer than 16 rows, or times that are uneven or go back (``log-time``).
     """
     return parse_log(read_bytes(path, at_most=MAX_BYTES), os.fspath(path))

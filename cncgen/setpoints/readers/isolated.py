@@ -7,6 +7,7 @@ sends their rows as raw doubles, `ROWS` at a time, each part behind its number o
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import json
 import os
@@ -16,7 +17,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import BinaryIO
+from typing import IO, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,26 +56,30 @@ def isolated_blocks(file: BinaryIO, name: str, kind: str) -> Iterator[FileBlock]
     Raises:
         UsageError: The file has no setpoints, or the library cannot read it.
     """
-    with reading_faults(name), seekable(file) as source:
-        handle = source.fileno()
-        command = [sys.executable, "-m", __name__, kind, f"/dev/fd/{handle}"]
-        with subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            pass_fds=[handle],
-        ) as process:
-            try:
-                yield from _received(process, name, kind)
-            finally:
-                process.kill()
+    with reading_faults(name), seekable(file) as source, started(kind, source.fileno()) as (asks, tells):
+        yield from _received(asks, tells, name, kind)
 
 
-def _received(process: subprocess.Popen[bytes], name: str, kind: str) -> Iterator[FileBlock]:
-    assert process.stdin is not None
-    assert process.stdout is not None
-    line = process.stdout.readline()
+@contextlib.contextmanager
+def started(kind: str, handle: int) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
+    """Start the process for an open file; give what it is asked with and what it tells, and end it afterwards."""
+    with subprocess.Popen(
+        [sys.executable, "-m", __name__, kind, f"/dev/fd/{handle}"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        pass_fds=[handle],
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            yield process.stdin, process.stdout
+        finally:
+            process.kill()
+
+
+def _received(asks: IO[bytes], tells: IO[bytes], name: str, kind: str) -> Iterator[FileBlock]:
+    line = tells.readline()
     if not line.endswith(b"\n"):
         raise _ended(name, kind)
     about = json.loads(line)
@@ -85,13 +90,13 @@ def _received(process: subprocess.Popen[bytes], name: str, kind: str) -> Iterato
     if len(set(wanted.values())) != 1:
         told = ", ".join(f"{n} has {count}" for n, count in wanted.items())
         raise UsageError(Diagnostic("setpoints-columns", f"{name}: numbers of rows differ: {told}"))
-    process.stdin.write(json.dumps(list(wanted)).encode() + b"\n")
-    process.stdin.flush()
+    asks.write(json.dumps(list(wanted)).encode() + b"\n")
+    asks.flush()
     row, columns = 0, len(wanted)
     while row < wanted["t_s"]:
-        head = process.stdout.read(_COUNT.size)
+        head = tells.read(_COUNT.size)
         count = _COUNT.unpack(head)[0] if len(head) == _COUNT.size else 0
-        data = process.stdout.read(8 * count * columns)
+        data = tells.read(8 * count * columns)
         if not count or len(data) < 8 * count * columns:
             raise _ended(name, kind)
         matrix = np.frombuffer(data, np.float64).reshape(columns, count).T
@@ -104,16 +109,15 @@ def _ended(name: str, kind: str) -> UsageError:
     return UsageError(Diagnostic("setpoints-header", message))
 
 
-def _serve(kind: str, path: str) -> None:
-    """Read a file in this process, and send the asked columns to standard output."""
+def serve(kind: str, path: str, asked_by: IO[bytes], out: IO[bytes]) -> None:
+    """Read a file in this process, which is bounded, and send the columns that are asked for."""
     seconds = _SECONDS + _SECONDS_A_MB * os.path.getsize(path) // 1_000_000
     for what, bound in ((resource.RLIMIT_AS, MAX_MEMORY), (resource.RLIMIT_CPU, seconds)):
         resource.setrlimit(what, (bound, bound))
-    out = sys.stdout.buffer
     found: FileColumns = importlib.import_module(f"cncgen.setpoints.readers.{kind}").columns(path)
     out.write(json.dumps({"lengths": found.lengths, "period_s": found.period_s}).encode() + b"\n")
     out.flush()
-    asked = json.loads(sys.stdin.buffer.readline() or b"[]")
+    asked = json.loads(asked_by.readline() or b"[]")
     for first in range(0, found.lengths[asked[0]] if asked else 0, ROWS):
         where = slice(first, first + ROWS)
         rows = np.stack([np.asarray(found.part(n, where), np.float64) for n in asked])
@@ -122,4 +126,4 @@ def _serve(kind: str, path: str) -> None:
 
 
 if __name__ == "__main__":
-    _serve(*sys.argv[1:3])
+    serve(sys.argv[1], sys.argv[2], sys.stdin.buffer, sys.stdout.buffer)

@@ -60,7 +60,7 @@ def table_shape(file: BinaryIO, name: str) -> tuple[int, int]:
                 else np.lib.format.read_array_header_2_0
             )
             shape, fortran, dtype = read(start)
-    except (ValueError, EOFError, SyntaxError, TokenError) as error:
+    except (ValueError, TypeError, EOFError, SyntaxError, TokenError) as error:
         raise UsageError(
             Diagnostic("setpoints-header", f"{name} is not an npy file: {reason(error)}")
         ) from error

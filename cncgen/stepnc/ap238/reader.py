@@ -100,6 +100,10 @@ class Ap238Reader:
                 return raw
         return None
 
+    def parts(self) -> list[Solid]:
+        """Return what bounds the finished parts, in the workpieces' frames."""
+        return self.setups.parts()
+
     def orphans(self) -> list[int]:
         """Return workplans and workingsteps that no sequence leads to from the main workplan."""
         leads: dict[int, list[int]] = {}
@@ -284,13 +288,23 @@ class Ap238Reader:
         )
 
     def needs_rotary(self) -> bool:
-        """Tell whether a tool axis may leave the machine's Z: by tool axes, tool directions or tilted frames."""
+        """Tell whether a tool axis may leave the machine's Z: by tool axes, tool directions or the frames of toolpaths."""
         for instance in self.exchange.instances("ACTION_PROPERTY"):
             name = str(instance.parameters[0] if instance.parameters else "").strip().lower()
             if name in ("tool axis", "tool direction") and self.toolpaths.leans(instance.id):
                 return True
             if name == "toolpath orientation" and self.toolpaths.turns_frame(instance.id):
                 return True
+        return False
+
+    def may_lean(self) -> bool:
+        """Tell whether a workpiece leans in its setup, or a feature that is machined without toolpaths."""
+        for plan in self.exchange.instances("MACHINING_WORKPLAN"):
+            with suppress(Skip):
+                for setup in self.setups.of_plan(plan.id):
+                    frame = self.setups.workpiece(setup)
+                    if frame is not None and abs(frame[2, 2] - 1.0) > 1e-12:
+                        return True
         return any(self._tilted_features())
 
     def _tilted_features(self) -> Iterator[bool]:

@@ -10,6 +10,7 @@ from cncgen.geometry import elementary
 from cncgen.stepnc.ap238.graph import Graph
 from cncgen.stepnc.ap238.shapes import Shapes
 from cncgen.stepnc.entities import Entity
+from cncgen.stepnc.geometry.breps import SOLIDS
 from cncgen.stepnc.geometry.frames import Matrix, Placements, identity
 from cncgen.stepnc.geometry.solids import Solid, solid_of
 
@@ -73,7 +74,8 @@ class Setups:
 
         The raw piece is what the workpiece is made from (MAKE_FROM_USAGE_OPTION), else the workpiece itself. Its shape has
         a length, width and height from the corner at its *orientation* (BLOCK_SHAPE_REPRESENTATION), a diameter and
-        a length along its Z (CYLINDRICAL_SHAPE_REPRESENTATION), or is a BLOCK or a RIGHT_CIRCULAR_CYLINDER.
+        a length along its Z (CYLINDRICAL_SHAPE_REPRESENTATION), or is a BLOCK or a RIGHT_CIRCULAR_CYLINDER; of the raw
+        piece also a B-rep.
 
         Raises:
             Skip: where the geometry has a fault.
@@ -83,13 +85,26 @@ class Setups:
             piece = self.entities.get(relation).ref("related_product_definition")
             raws = [] if piece is None else self._raw_products(piece)
             for product in [*raws, piece]:
-                found = None if product is None else self._solid(product)
+                found = None if product is None else self._solid(product, product in raws)
                 if found is not None:
                     return found
         return None
 
-    def _solid(self, product: int) -> Solid | None:
+    def parts(self) -> list[Solid]:
+        """Return what bounds the finished parts whose shape the file has as a B-rep."""
+        kind = "MACHINING_PROJECT_WORKPIECE_RELATIONSHIP"
+        pieces = {
+            self.entities.get(i.id).ref("related_product_definition")
+            for i in self.entities.exchange.instances(kind)
+        }
+        found = [self._solid(p, True) for p in pieces if p is not None]
+        return [solid for solid in found if solid is not None]
+
+    def _solid(self, product: int, breps: bool) -> Solid | None:
+        """Return the shape of a product; a B-rep's where they count: the raw piece is larger than the finished part."""
         for item in self.shapes.items(product):
+            if item.entity.keyword in SOLIDS and not breps:
+                continue
             found = solid_of(item.entity, self.shapes.placements(item))
             if found is not None:
                 return found

@@ -8,7 +8,7 @@ from typing import Any
 from cncgen.stepnc.ap238.graph import Graph, Item
 from cncgen.stepnc.ap238.units import Measure, Units
 from cncgen.stepnc.entities import Skip
-from cncgen.stepnc.model import CuttingTool, Functions, Technology
+from cncgen.stepnc.model import TURNING_TOOLS, CuttingTool, Functions, Technology
 
 _ON = {"on": True, "off": False, "true": True, "false": False}
 
@@ -148,10 +148,11 @@ class Resources:
         number = {k: v for k, v in values.items() if isinstance(v, float)}
         teeth = number.get("number of effective teeth", number.get("number of teeth"))
         point = number.get("point angle")
+        kind = entity.text("description").strip().lower()
         return CuttingTool(
             ident,
             entity.text("name") or f"#{ident}",
-            entity.text("description").strip().lower(),
+            kind,
             number.get("effective cutting diameter", number.get("cutting diameter", number.get("diameter"))),
             None if teeth is None else round(teeth),
             None if point is None else math.pi / 2 - point / 2,
@@ -160,6 +161,9 @@ class Resources:
             offset_length=number.get("overall assembly length", number.get("functional length")),
             left_handed="left" in str(values.get("hand of cut", "")),
             pitch=number.get("thread pitch", number.get("pitch")),
+            nose=number.get("corner radius", number.get("nose radius")) if kind in TURNING_TOOLS else None,
+            width=number.get("cutting width") if kind in TURNING_TOOLS else None,
+            trailing=number.get("end cutting edge angle") if kind in TURNING_TOOLS else None,
         )
 
 

@@ -27,6 +27,8 @@ _PREFIXES = {
     "ATTO": 1e-18,
 }
 _MAX_DEPTH = 20
+#: Largest factor between units, and 1 over the smallest one.
+_MOST = 1e12
 
 
 class Unit(NamedTuple):
@@ -138,8 +140,10 @@ class Units:
             raise entity.fault("stepnc-unit", "the conversion factor must be given")
         factor = self.entities.get(int(factor_id), owner=entity.id)
         value, unit_id = _value_and_unit(factor.instance)
-        if not value or unit_id is None or not math.isfinite(value):
-            raise factor.fault("stepnc-unit", "a conversion needs a number and a unit")
+        if not value or unit_id is None or not 1.0 / _MOST < abs(value) < _MOST:
+            raise factor.fault(
+                "stepnc-unit", f"a conversion needs a unit and a number within {_MOST:g}, and 1 over that"
+            )
         base = self.unit(unit_id, depth)
         return base._replace(factor=base.factor * value)
 
@@ -165,6 +169,7 @@ class Units:
         if value is None:
             return None
         unit = Unit() if unit_id is None else self.unit(unit_id)
+        entity.within("the measure", value * unit.factor)
         item = entity.instance.part("REPRESENTATION_ITEM") or entity.instance.parts[0]
         name = item.parameters[0] if item.parameters and isinstance(item.parameters[0], str) else ""
         return Measure(value * unit.factor, unit, str(name).strip().lower())

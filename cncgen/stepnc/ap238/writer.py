@@ -32,7 +32,10 @@ _LENGTHS = {
     "cutting_length_mm": "maximum depth of cut",
     "length_mm": "overall assembly length",
     "pitch_mm": "thread pitch",
+    "nose_radius_mm": "corner radius",
+    "width_mm": "cutting width",
 }
+_ANGLES = {"point_angle_deg": "point angle", "trailing_angle_deg": "end cutting edge angle"}
 
 SCHEMA = "MODEL_BASED_INTEGRATED_MANUFACTURING_SCHEMA { 1 0 10303 442 3 1 4 }"
 
@@ -125,8 +128,7 @@ class _Writer:
         """Write the sizes of a tool that are known, as properties of its body."""
         file = self.file
         items = [file.size(item, values[key]) for key, item in _LENGTHS.items() if values.get(key)]
-        if values.get("point_angle_deg"):
-            items.append(file.angle("point angle", values["point_angle_deg"]))
+        items += [file.angle(item, values[key]) for key, item in _ANGLES.items() if values.get(key)]
         if values.get("teeth"):
             items.append(file.teeth("number of effective teeth", values["teeth"]))
         if values.get("left_handed"):

@@ -35,9 +35,15 @@ def _sizes(tool: CuttingTool) -> dict[str, Any]:
         values["cutting_length_mm"] = tool.cutting_length
     if tool.left_handed:
         values["left_handed"] = True
-    for key, size in (("teeth", tool.teeth), ("pitch_mm", tool.pitch), ("length_mm", tool.offset_length)):
-        if size:
-            values[key] = size
+    others = {
+        "teeth": tool.teeth,
+        "pitch_mm": tool.pitch,
+        "length_mm": tool.offset_length,
+        "nose_radius_mm": tool.nose,
+        "width_mm": tool.width,
+        "trailing_angle_deg": None if tool.trailing is None else math.degrees(tool.trailing),
+    }
+    values |= {key: size for key, size in others.items() if size}
     return values
 
 

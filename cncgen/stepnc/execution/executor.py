@@ -304,6 +304,10 @@ class ProgramExecutor:
             self._check_spindle(step, path)
         if path.kind == "tap":
             machine.tap(pieces[-1].end, path.pitch)
+        elif path.kind == "thread":
+            self._canon.synchronise(path.pitch)
+            machine.follow(pieces, False)
+            self._canon.synchronise(None)
         elif not rapid and step.operation.paths is not None and technology and technology.synchronised:
             self._in_step(path, technology, pieces)
         elif around is not None and technology is not None and technology.feed is None:

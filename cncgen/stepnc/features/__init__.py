@@ -10,12 +10,12 @@ from dataclasses import replace
 
 from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Skip
-from cncgen.stepnc.features import holes, plane, pocket, profile, slot
+from cncgen.stepnc.features import holes, plane, pocket, profile, slot, turned
 from cncgen.stepnc.features.job import Job
 from cncgen.stepnc.features.offsets import OffsetError
 from cncgen.stepnc.geometry.frames import Matrix, identity
 from cncgen.stepnc.geometry.pieces import Piece
-from cncgen.stepnc.model import CutterPath, Feature, Workingstep
+from cncgen.stepnc.model import TURNING, CutterPath, Feature, Workingstep
 from cncgen.stepnc.part21 import Exchange
 
 _HOLES = {
@@ -57,8 +57,17 @@ _MAX_DEPTH = 5
 _MAX_ELEMENTS = 50_000
 
 
-def make_paths(step: Workingstep, exchange: Exchange) -> tuple[CutterPath, ...]:
+#: Bars that are being turned, by the values of their raw pieces.
+Bars = dict[str, turned.Bar]
+
+
+def make_paths(step: Workingstep, exchange: Exchange, bars: Bars | None = None) -> tuple[CutterPath, ...]:
     """Return the toolpaths of a workingstep's feature, in the frame of the workingstep.
+
+    Args:
+        step: The workingstep.
+        exchange: Takes the faults.
+        bars: The material that turning has left so far; it is cut further.
 
     Raises:
         Skip: where they cannot be made, which is reported.
@@ -68,7 +77,18 @@ def make_paths(step: Workingstep, exchange: Exchange) -> tuple[CutterPath, ...]:
         exchange.report(step.ident, "stepnc-missing", text)
         raise Skip
     _check_security(step, exchange)
+    if step.operation.kind.startswith(TURNING):
+        return _turn(step, step.feature, exchange, {} if bars is None else bars)
     return _Maker(step, exchange).paths(step.feature, identity(), 0)
+
+
+def _turn(step: Workingstep, feature: Feature, exchange: Exchange, bars: Bars) -> tuple[CutterPath, ...]:
+    """Return the toolpaths of a turning workingstep."""
+    bar = None
+    if step.raw is not None:
+        bar = bars.setdefault(str(step.raw.values()), turned.Bar.of(step.raw))
+    job = Job(step.ident, step.operation, feature.shape(), exchange)
+    return turned.make(job, feature.kind, step.frame, bar)
 
 
 def _check_security(step: Workingstep, exchange: Exchange) -> None:

@@ -276,6 +276,18 @@ class Moves:
         path = CutterPath(self.ident, "tap", _giver(line), technology=self.technology, pitch=pitch)
         self._extra.append((len(self._paths), path))
 
+    def thread(self, points: Sequence[Floats], pitch: float) -> None:
+        """Go along straight lines in step with the spindle, `pitch` mm a turn."""
+        line: list[Piece] = [Polyline(np.stack([self.position, *points]))]
+        path = CutterPath(self.ident, "thread", _giver(line), technology=self.technology, pitch=pitch)
+        self._extra.append((len(self._paths), path))
+        self.position = line[-1].end
+
+    def dwell_turns(self, turns: float) -> None:
+        """Wait for turns of the spindle."""
+        if turns > 0:
+            self._extra.append((len(self._paths), CutterPath(self.ident, "dwell", turns=turns)))
+
     def stop_spindle(self, technology: Technology) -> None:
         """Stop the spindle; the moves after it keep it so."""
         self.at(replace(technology, spindle=0.0, cutting_speed=None, feed_per_tooth=None, feed_per_rev=None))

@@ -98,9 +98,10 @@ def mill(job: Job) -> tuple[CutterPath, ...]:
     course, width = _course(job)
     free = width - 2 * job.radius - 2 * job.value("allowance_side", 0.0)
     if free < -SAME_WIDTH:
-        raise job.fault(
-            "stepnc-geometry", f"a tool of {2 * job.radius:g} mm does not fit a slot of {width:g} mm"
-        )
+        text = f"a tool of {2 * job.radius:g} mm does not fit a slot of {width:g} mm"
+        side = job.value("allowance_side", 0.0)
+        text += f" with {side:g} mm left on either wall (allowance_side)" if side else ""
+        raise job.fault("stepnc-geometry", text)
     floor = job.shape.floor_radius
     if floor is not None and floor >= width / 2 - SAME_WIDTH and free > SAME_WIDTH:
         text = f"a floor round all across ({floor:g} mm) needs a tool as wide as the slot, {width:g} mm"

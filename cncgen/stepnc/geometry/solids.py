@@ -1,4 +1,4 @@
-"""Raw pieces: blocks and cylinders (BLOCK and RIGHT_CIRCULAR_CYLINDER of ISO 10303-42)."""
+"""Raw pieces: blocks and cylinders (BLOCK and RIGHT_CIRCULAR_CYLINDER of ISO 10303-42), and those round other solids."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entity
-from cncgen.stepnc.geometry.frames import Matrix, Placements, from_axes
+from cncgen.stepnc.geometry.breps import SOLIDS, bounds_of
+from cncgen.stepnc.geometry.frames import Matrix, Placements, from_axes, translation
 
 Vector = NDArray[np.float64]
 
@@ -53,7 +54,7 @@ class Solid:
 
 
 def solid_of(bounds: Entity, placements: Placements) -> Solid | None:
-    """Return a BLOCK or RIGHT_CIRCULAR_CYLINDER, None of another shape.
+    """Return a BLOCK or RIGHT_CIRCULAR_CYLINDER, or what bounds a B-rep, None of another shape.
 
     Raises:
         Skip: where the geometry has a fault.
@@ -73,4 +74,13 @@ def solid_of(bounds: Entity, placements: Placements) -> Solid | None:
             None,
         )
         return Solid("cylinder", frame, (radius, radius, bounds.number("height") * scale))
+    if bounds.keyword in SOLIDS:
+        found = bounds_of(bounds, placements)
+        if found is None:
+            return None
+        low, high, radius = found
+        x, y, z = (float(v) for v in high - low)
+        if radius:
+            return Solid("cylinder", translation(low[0] + x / 2, low[1] + y / 2, low[2]), (radius, radius, z))
+        return Solid("block", translation(*low.tolist()), (x, y, z))
     return None

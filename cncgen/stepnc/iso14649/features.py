@@ -6,6 +6,9 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import Matrix, identity
@@ -13,8 +16,11 @@ from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.iso14649.patterns import Patterns
 from cncgen.stepnc.iso14649.profiles import Profiles
 from cncgen.stepnc.iso14649.stock import RawPieces
+from cncgen.stepnc.iso14649.technology import LEAST_RADIANS
+from cncgen.stepnc.iso14649.turned_profiles import TurnedProfiles, end_to_end
 from cncgen.stepnc.model import Boss, Feature, Shape
 from cncgen.stepnc.schema.tables import positions
+from cncgen.units import DEGREE
 
 _BOTTOMS = {
     "THROUGH_BOTTOM_CONDITION": "through",
@@ -72,7 +78,7 @@ class Features:
             "CIRCULAR_PATTERN": self.patterns.circular,
             "RECTANGULAR_PATTERN": self.patterns.rectangular,
             "GENERAL_PATTERN": self.patterns.general,
-        }
+        } | TurnedProfiles(entities, self.profiles).shapes
         self.kinds = (*self._shapes, "TOOLPATH_FEATURE", "REGION_PROJECTION")
 
     def read(self, ident: int) -> Feature:
@@ -86,6 +92,28 @@ class Features:
         kind = _KINDS.get(entity.keyword, entity.keyword.lower().replace("_", " "))
         place = identity() if placement is None else placement
         return Feature(ident, entity.text("its_id"), kind, place, lambda: self._shape(entity, place))
+
+    def together(self, idents: list[int]) -> Feature:
+        """Return the turned features of one workingstep as one feature, their profiles end to end; its frame is the workpiece's.
+
+        Raises:
+            Skip: where one has a fault.
+        """
+        each = [self.read(i) for i in idents]
+
+        def shape() -> Shape:
+            owner, contour, inside = self.entities.get(idents[0]), [], False
+            for feature in each:
+                made = feature.shape()
+                if made.contour is None:
+                    raise owner.fault(
+                        "stepnc-unsupported", "features that are not turned stand in one workingstep"
+                    )
+                inside = inside or made.inside
+                contour.append([p.moved(feature.placement) for p in made.contour])
+            return Shape(contour=end_to_end(owner, contour), inside=inside)
+
+        return Feature(idents[0], each[0].label, "turned profile", identity(), shape)
 
     def _shape(self, entity: Entity, placement: Matrix) -> Shape:
         if entity.keyword not in self._shapes:
@@ -153,6 +181,12 @@ class Features:
         bottom, end = self._bottom(entity)
         diameter, depth = self.profiles.length(entity, "diameter"), self.depth(entity)
         angle = end.optional("tip_angle") if end is not None else None
+        if end is not None and angle is not None and LEAST_RADIANS <= angle < math.pi:
+            text = (
+                f"a hole's bottom of {angle:g}° is a needle; it is taken as {angle / DEGREE:.4g}°, in radians"
+            )
+            end.warn("stepnc-angle", text)
+            angle /= DEGREE
         return Shape(
             depth,
             diameter=diameter,
@@ -178,8 +212,11 @@ class Features:
     def _thread(self, entity: Entity) -> Shape:
         """Return the hole that a thread is cut into, as deep as the thread."""
         holes = entity.refs("applied_shape")
-        if len(holes) != 1 or entity.flag("inner_or_outer_thread") is False:
-            raise entity.fault("stepnc-unsupported", "a thread is made in one round hole")
+        outer = entity.flag("inner_or_outer_thread") is False
+        if len(holes) != 1:
+            raise entity.fault("stepnc-unsupported", "a thread is made on one hole or diameter")
+        if outer:
+            return self._outer_thread(entity, holes[0])
         hole = self._round_hole(self.entities.get(holes[0], "ROUND_HOLE", owner=entity.id))
         major = entity.optional("major_diameter")
         return replace(
@@ -187,6 +224,22 @@ class Features:
             depth=self.depth(entity) or hole.depth,
             thread=None if major is None else major * self.placements.scale,
             pitch=self._pitch(entity),
+        )
+
+    def _outer_thread(self, entity: Entity, ident: int) -> Shape:
+        """Return the profile of the diameter that a thread is cut into, in the thread's frame."""
+        base = self.read(self.entities.get(ident, "OUTER_DIAMETER", owner=entity.id).id)
+        own = self.placements.optional(entity, "feature_placement")
+        outside = np.asarray(np.linalg.inv(identity() if own is None else own), np.float64)
+        place = elementary.product(outside, base.placement)
+        major, minor = entity.optional("major_diameter"), entity.optional("minor_diameter")
+        area = self.entities.optional(entity.ref("partial_profile"))
+        return Shape(
+            contour=[p.moved(place) for p in base.shape().contour or ()],
+            thread=None if major is None else major * self.placements.scale,
+            diameter=None if minor is None else minor * self.placements.scale,
+            pitch=self._pitch(entity),
+            width=None if area is None else area.optional("effective_length"),
         )
 
     def _pitch(self, thread: Entity) -> float | None:

@@ -82,9 +82,6 @@ class Operations:
         if entity.keyword not in _OPERATIONS:
             raise entity.fault("stepnc-unsupported", "this operation cannot be executed")
         toolpath, start = entity.ref("its_toolpath"), entity.ref("start_point")
-        if toolpath is None and entity.keyword in TURNING_OPERATIONS:
-            text = f"no toolpath is made for {kind_of(entity.keyword)}; turning needs its_toolpath"
-            raise entity.fault("stepnc-unsupported", text)
         tool = self.resources.tool(entity.ref("its_tool"))
         lean = None if toolpath is None else self._lean(entity)
         tilt = self.tilt(entity) if lean is None else None
@@ -115,8 +112,11 @@ class Operations:
             if name in _HEAD or name == "others" or value is None or value is DERIVED:
                 continue
             if isinstance(value, Typed):
+                name = "dwell_turns" if value.type == "DWELL_REVOLUTION" else name
                 value = value.value
-            if isinstance(value, Enumeration):
+            if isinstance(value, tuple) and all(type(v) in (int, float) for v in value):
+                out[name] = tuple(entity.within(name, v) for v in value if isinstance(v, int | float))
+            elif isinstance(value, Enumeration):
                 out[name] = {"T": True, "F": False}.get(str(value), str(value))
             elif isinstance(value, Ref):
                 vector = self._vector(entity, int(value))

@@ -41,7 +41,7 @@ class Profiles:
             raise entity.fault("stepnc-missing", f"{name} must be given")
         return found
 
-    def _size(self, entity: Entity, name: str) -> float:
+    def size(self, entity: Entity, name: str) -> float:
         """Return a length as `length` does; raises `Skip` where it is not positive."""
         found = self.length(entity, name)
         if not found > 0:
@@ -68,7 +68,7 @@ class Profiles:
 
     # Placements
 
-    def _placed(self, entity: Entity, pieces: list[Piece]) -> list[Piece]:
+    def placed(self, entity: Entity, pieces: list[Piece]) -> list[Piece]:
         place = self.curves.placements.optional(entity, "placement")
         if place is None or is_identity(place):
             return pieces
@@ -89,10 +89,10 @@ class Profiles:
         entity = self.entities.get(ident, owner=owner.id)
         kind = entity.keyword
         if kind == "RECTANGULAR_CLOSED_PROFILE":
-            size = self._size(entity, "profile_length"), self._size(entity, "profile_width")
+            size = self.size(entity, "profile_length"), self.size(entity, "profile_width")
             pieces: list[Piece] = [profile_shapes.rectangle(*size)]
         elif kind == "CIRCULAR_CLOSED_PROFILE":
-            pieces = [profile_shapes.circle(self._size(entity, "diameter"))]
+            pieces = [profile_shapes.circle(self.size(entity, "diameter"))]
         elif kind in ("NGON_PROFILE", "NGON_CLOSED_PROFILE"):
             pieces = [self._ngon(entity)]
         elif kind == "GENERAL_CLOSED_PROFILE":
@@ -101,7 +101,7 @@ class Profiles:
                 pieces = [*pieces, Polyline(np.stack([pieces[-1].end, pieces[0].start]))]
         else:
             raise entity.fault("stepnc-unsupported", "a closed profile cannot be made of this entity")
-        return self._placed(entity, pieces)
+        return self.placed(entity, pieces)
 
     def _general(self, entity: Entity, name: str) -> list[Piece]:
         return self.curves.read(entity.entity(name).id, entity.id)
@@ -112,7 +112,7 @@ class Profiles:
         if not 3 <= count <= 10_000:
             raise entity.fault("stepnc-geometry", f"a polygon has 3 to 10000 sides, not {count}")
         across = entity.flag("circumscribed_or_across_flats") is True
-        return profile_shapes.regular_polygon(count, self._size(entity, "diameter"), across)
+        return profile_shapes.regular_polygon(count, self.size(entity, "diameter"), across)
 
     # Paths
 
@@ -139,7 +139,7 @@ class Profiles:
             pieces = [profile_shapes.arc_path(entity, radius, sweep)]
         else:
             raise entity.fault("stepnc-unsupported", "a path cannot be made of this entity")
-        return self._placed(entity, pieces)
+        return self.placed(entity, pieces)
 
     # Profiles across a path
 
@@ -234,13 +234,13 @@ class Profiles:
         entity = boundary if wall is None else self.entities.get(wall, owner=owner.id)
         kind = entity.keyword
         if kind == "GENERAL_PROFILE":
-            pieces = self._placed(entity, self._general(entity, "its_profile"))
+            pieces = self.placed(entity, self._general(entity, "its_profile"))
         elif kind == "LINEAR_PROFILE":
             line = profile_shapes.linear_path(np.array([self.length(entity, "profile_length"), 0.0, 0.0]))
-            pieces = self._placed(entity, [line])
+            pieces = self.placed(entity, [line])
         else:
             raise entity.fault("stepnc-unsupported", "an open pocket of this boundary cannot be made")
         opening = None
         if wall is not None and boundary.keyword == "GENERAL_PROFILE":
-            opening = self._placed(boundary, self._general(boundary, "its_profile"))
+            opening = self.placed(boundary, self._general(boundary, "its_profile"))
         return profile_shapes.closed_outline(boundary, pieces, opening)

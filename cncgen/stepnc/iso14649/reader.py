@@ -11,6 +11,7 @@ from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entities, Entity, Skip
 from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import Matrix, identity, is_identity
+from cncgen.stepnc.geometry.solids import Solid
 from cncgen.stepnc.iso14649.features import Features
 from cncgen.stepnc.iso14649.operations import Operations
 from cncgen.stepnc.iso14649.statements import ControlStatements
@@ -73,6 +74,8 @@ class Iso14649Reader:
         self.statements = ControlStatements(self.entities)
         self.features = Features(self.entities, self.curves)
         toolpaths = Toolpaths(self.entities, self.curves, self.resources)
+        #: The first workplan of each channel.
+        self._channels: dict[int, int] = {}
         self.operations = Operations(self.entities, self.placements, self.resources, toolpaths)
 
     def variables(self) -> dict[str, float]:
@@ -104,6 +107,10 @@ class Iso14649Reader:
                 if self.exchange.data:  # else the whole file is reported
                     self.exchange.reporter.report("stepnc-no-project", text, 0, hint=hint)
         return roots
+
+    def parts(self) -> list[Solid]:
+        """Return what bounds the finished parts, in the workpieces' frames."""
+        return self.features.stock.parts()
 
     def orphans(self) -> list[int]:
         """Return workplans and workingsteps that nothing leads to from the main workplan."""
@@ -140,6 +147,7 @@ class Iso14649Reader:
         entity = self.entities.get(ident)
         kind, label = entity.keyword, entity.text("its_id")
         if kind == "WORKPLAN":
+            self._check_channel(entity)
             try:
                 setting = self._setting(entity, context)
             except Skip:  # reported; the plan's workingsteps are still read
@@ -161,6 +169,17 @@ class Iso14649Reader:
             value = self.statements.value(entity, entity.get("its_rvalue"))
             return Assignment(ident, label, self.statements.name(target), value)
         return self._function(entity)
+
+    def _check_channel(self, plan: Entity) -> None:
+        """Warn of a workplan of another channel than one before: of two turrets or spindles each works on its own."""
+        channel = plan.ref("its_channel")
+        if channel is None:
+            return
+        self._channels.setdefault(channel, plan.id)
+        first, other = next(iter(self._channels)), channel
+        if first != other:
+            text = f"its channel #{other} is another than #{first} of #{self._channels[first]}; there is one machine here, which"
+            plan.warn("stepnc-channel", f"{text} does one workplan after the other")
 
     def _choice(self, entity: Entity, context: Any) -> Branching:
         loop = entity.keyword == "WHILE_STATEMENT"
@@ -230,13 +249,14 @@ class Iso14649Reader:
         return setting.setup
 
     def _workingstep(self, entity: Entity, setting: Setting) -> Workingstep:
-        feature_id = self._feature_id(entity)
+        features = self._features(entity)
         feature: Feature | None = None
         workpiece = None
-        if feature_id is not None:
-            owner = self.entities.get(feature_id, owner=entity.id)
+        if features:
+            owner = self.entities.get(features[0], owner=entity.id)
             workpiece = owner.ref("its_workpiece")
-            feature = self.features.read(feature_id)
+            one = len(features) == 1
+            feature = self.features.read(features[0]) if one else self.features.together(features)
         frame = self._workpiece_frame(setting, workpiece, entity)
         raw = self.features.stock.solid(workpiece)
         raw = None if raw is None else raw.moved(frame)
@@ -249,13 +269,13 @@ class Iso14649Reader:
         where = setting.clamping
         return Workingstep(entity.id, label, operation, feature, frame, security, raw=raw, setup=where)
 
-    def _feature_id(self, step: Entity) -> int | None:
-        """Return the feature of a workingstep: of several, which turning may have, the first."""
+    def _features(self, step: Entity) -> list[int]:
+        """Return the features of a workingstep; turning may have several."""
         value = step.get("its_feature")
-        if not isinstance(value, tuple):
-            return step.ref("its_feature")
-        several = step.refs("its_feature")
-        return several[0] if several else None
+        if isinstance(value, tuple):
+            return step.refs("its_feature")
+        ident = step.ref("its_feature")
+        return [] if ident is None else [ident]
 
     def _probing(self, entity: Entity, setting: Setting) -> Workingstep:
         """Return a probing that goes all of its toolpath: there is nothing to touch, and nothing is measured."""
@@ -285,8 +305,8 @@ class Iso14649Reader:
         return step if tilt is None else replace(step, operation=replace(operation, tilt=tilt))
 
     def needs_rotary(self) -> bool:
-        """Tell whether a tool axis may leave the machine's Z: tool axes, tilted tools, or placements that tilt."""
-        return self._tools_lean() or self._paths_lean() or self._placements_lean()
+        """Tell whether a tool axis may leave the machine's Z: tool axes and tilted tools."""
+        return self._tools_lean() or self._paths_lean()
 
     def _tools_lean(self) -> bool:
         leaning = self.exchange.instances("FIVE_AXES_CONST_TILT_YAW")
@@ -301,7 +321,8 @@ class Iso14649Reader:
                 return True
         return False
 
-    def _placements_lean(self) -> bool:
+    def may_lean(self) -> bool:
+        """Tell whether a setup, workpiece or feature leans; `leans` tells of their workingsteps."""
         for instance in self.exchange.instances("AXIS2_PLACEMENT_3D"):
             axis = instance.parameters[2] if len(instance.parameters) > 2 else None
             direction = self.exchange.instance(int(axis)) if isinstance(axis, int) else None

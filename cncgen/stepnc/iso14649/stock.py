@@ -13,11 +13,12 @@ from cncgen.stepnc.geometry.solids import Solid, solid_of
 
 
 class RawPieces:
-    """Reads bounding geometries: BLOCK and RIGHT_CIRCULAR_CYLINDER (ISO 14649-10, WORKPIECE)."""
+    """Reads bounding geometries: BLOCK, RIGHT_CIRCULAR_CYLINDER and B-reps (ISO 14649-10, WORKPIECE)."""
 
     def __init__(self, entities: Entities, placements: Placements) -> None:
         self.entities = entities
         self.placements = placements
+        self._solids: dict[int, Solid | None] = {}
 
     def solid(self, workpiece_id: int | None) -> Solid | None:
         """Return the raw piece of a workpiece, in the workpiece's frame; None where it is not given, or of another shape.
@@ -25,22 +26,37 @@ class RawPieces:
         Raises:
             Skip: where the geometry has a fault.
         """
-        bounds = self._bounds(workpiece_id)
-        if bounds is None:
-            return None
-        return solid_of(bounds, self.placements)
-
-    def _bounds(self, workpiece_id: int | None) -> Entity | None:
-        """Return the bounding geometry of a workpiece's raw piece, else that of the workpiece."""
         workpiece = self.entities.optional(workpiece_id)
         if workpiece is None or workpiece.keyword != "WORKPIECE":
             return None
+        if workpiece.id not in self._solids:
+            self._solids[workpiece.id] = self._solid(workpiece)
+        return self._solids[workpiece.id]
+
+    def _solid(self, workpiece: Entity) -> Solid | None:
+        """Return the bounding geometry of a workpiece's raw piece, else its shape, else the bounding geometry of the workpiece.
+
+        The shape of the finished part does not count: the raw piece is larger.
+        """
         raw = self.entities.optional(workpiece.ref("its_rawpiece"))
-        for piece in (raw, workpiece):
-            bounds = piece.ref("its_bounding_geometry") if piece is not None else None
-            if bounds is not None:
-                return self.entities.get(bounds, owner=workpiece.id)
+        given = [raw.ref(n) for n in ("its_bounding_geometry", "its_geometry")] if raw is not None else []
+        for bounds in (*given, workpiece.ref("its_bounding_geometry")):
+            solid = self._bounds(bounds, workpiece)
+            if solid is not None:
+                return solid
         return None
+
+    def _bounds(self, ident: int | None, workpiece: Entity) -> Solid | None:
+        return (
+            None if ident is None else solid_of(self.entities.get(ident, owner=workpiece.id), self.placements)
+        )
+
+    def parts(self) -> list[Solid]:
+        """Return what bounds the finished parts whose shape the file has."""
+        pieces = [self.entities.get(i.id) for i in self.entities.exchange.instances("WORKPIECE")]
+        raws = {piece.ref("its_rawpiece") for piece in pieces}
+        found = [self._bounds(p.ref("its_geometry"), p) for p in pieces if p.id not in raws]
+        return [solid for solid in found if solid is not None]
 
     def outline(self, feature: Entity, placement: Matrix) -> list[Piece] | None:
         """Return the closed outline of a feature's raw piece in the feature's frame; None where it is not given.

@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.model import CuttingTool, Functions, Technology
-from cncgen.stepnc.part21 import Enumeration, Typed
+from cncgen.stepnc.part21 import Enumeration, Ref, Typed
 
 _T = TypeVar("_T")
 
 DEGREE = math.pi / 180.0
 #: Tip angles from here to 2 are taken as radians: 5 degrees and more.
 LEAST_RADIANS = 0.087
+#: Bodies of turning tools (ISO 14649-121), which are tools by themselves in its second edition.
+_TURNING_BODIES = (
+    "GENERAL_TURNING_TOOL",
+    "GROOVING_TOOL",
+    "TURNING_THREADING_TOOL",
+    "USER_DEFINED_TURNING_TOOL",
+)
+#: Attributes that all bodies have before their own.
+_OWN_OF_BODY = 7
 
 
 class Resources:
@@ -122,10 +132,15 @@ class Resources:
             "MACHINING_TOOL",
             "TURNING_MACHINE_TOOL",
             "TURNING_CUTTING_TOOL",
+            *_TURNING_BODIES,
         )
         name = entity.text("its_id") or f"#{ident}"
+        if entity.keyword in _TURNING_BODIES:
+            return self._turning_tool(ident, None, entity)
         if entity.keyword.startswith("TURNING_"):
-            return CuttingTool(ident, name, "turning tool")
+            body_id = entity.get("its_tool_body")
+            body = self.entities.get(int(body_id), owner=ident) if isinstance(body_id, Ref) else None
+            return self._turning_tool(ident, name, body)
         body_id = entity.ref("its_tool_body")
         if body_id is None:
             return CuttingTool(ident, name)
@@ -146,6 +161,58 @@ class Resources:
             left_handed=body.enum("hand_of_cut") == "LEFT",
             **(self._dimensions(size) if size else {}),
         )
+
+    def _turning_tool(self, ident: int, name: str | None, body: Entity | None) -> CuttingTool:
+        """Return a tool of ISO 14649-121: with its body (first edition), or as an entity by itself (`name` None)."""
+        if body is None or body.keyword not in _TURNING_BODIES:
+            return CuttingTool(ident, name or f"#{ident}", "turning tool")
+        values = [v.value if isinstance(v, Typed) else v for v in body.parameters]
+        own = _OWN_OF_BODY + (1 if name is None else 0)
+        if name is None:
+            name = str(values[0]) if isinstance(values[0], str) else f"#{ident}"
+
+        def number(k: int) -> float | None:
+            value = values[k] if k < len(values) else None
+            return body.within("a size", value) if type(value) in (int, float) else None  # type: ignore[arg-type]
+
+        kind = {"GROOVING_TOOL": "grooving tool", "TURNING_THREADING_TOOL": "threading tool"}
+        left = any(str(v).upper() == "LEFT" for v in values if isinstance(v, Enumeration))
+        made = CuttingTool(ident, name, kind.get(body.keyword, "turning tool"), left_handed=left)
+        if body.keyword == "GROOVING_TOOL":
+            made = replace(made, width=number(own), cutting_length=number(own + 1), nose=number(own + 2))
+        elif body.keyword == "TURNING_THREADING_TOOL":
+            made = replace(made, pitch=number(own))
+        sizes = next((v for v in values if isinstance(v, Ref)), None)
+        size = None if sizes is None else self.entities.get(int(sizes), owner=body.id)
+        if size is not None and size.keyword == "TURNING_TOOL_DIMENSION":
+            nose, end = size.optional("nose_radius"), size.optional("end_cutting_edge_angle")
+            made = replace(made, cutting_length=made.cutting_length or size.optional("cutting_edge_length"))
+            trailing = None if end is None else end * DEGREE
+            made = replace(made, nose=made.nose if nose is None else nose, trailing=trailing)
+        elif size is not None and size.keyword == "CUTTING_EDGE_PROPERTIES":
+            made = self._edge(made, size)
+        for what, value in (("nose radius", made.nose), ("width", made.width)):
+            if value is not None and not value >= 0:
+                raise body.fault("stepnc-tool", f"the tool's {what} is {value:g} mm; it must not be below 0")
+        return made
+
+    def _edge(self, tool: CuttingTool, edge: Entity) -> CuttingTool:
+        """Return a turning tool with the corner and angles of its CUTTING_EDGE_PROPERTIES (second edition)."""
+        lead, between = edge.optional("tool_cutting_edge_angle"), edge.optional("tool_included_angle")
+        trailing = None if lead is None or between is None else (180.0 - lead - between) * DEGREE
+        nose = tool.nose
+        for ident in edge.refs("corner_transitions"):
+            corner = self.entities.get(ident, "CORNER_TRANSITION", owner=edge.id).entity("transition")
+            if corner.keyword == "ROUNDED_CORNER":
+                given = corner.get("corner_radius")
+                measured = self.entities.get(int(given), owner=corner.id) if isinstance(given, Ref) else None
+                nose = (
+                    corner.number("corner_radius")
+                    if measured is None
+                    else measured.number("theoretical_size")
+                )
+        length = tool.cutting_length or edge.optional("cutting_edge_length")
+        return replace(tool, nose=nose, trailing=trailing, cutting_length=length)
 
     def _dimensions(self, size: Entity) -> dict[str, float | None]:
         tip, around = size.optional("tool_top_angle"), size.optional("tool_circumference_angle")

@@ -14,13 +14,16 @@ from cncgen.planner.least_time import block_planning
 from cncgen.setpoints import sample
 from tests.planner.judging import used
 
+#: What a line counts as in blocks, control points.
+LINE = 4
 MODES = ("G61", "G61.1", "G64 P0.01")
 
 
 def moved(text: str, machine: Machine, rows: int) -> np.ndarray:
     """Return the setpoints of a program, shape (n, 3), planned in blocks of so many rows."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(block_planning, "ROWS", rows)
+        for size in ("FIRST", "MOST"):
+            patch.setattr(block_planning, size, LINE * rows)
         trajectories = plan(read_text(text).chunks(), machine, PlanOptions(feedrate="optimal"))
         return np.concatenate([chunk.position for chunk in sample(trajectories, machine)])
 
@@ -83,14 +86,16 @@ def test_rests_close_together_need_no_nodes_far_from_them() -> None:
 
     def pieces(rows: int) -> int:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(block_planning, "ROWS", rows)
+            for size in ("FIRST", "MOST"):
+                patch.setattr(block_planning, size, LINE * rows)
             return sum(len(t.profile.t) for t in plan(read_text(text).chunks(), machine, PlanOptions()))
 
     assert pieces(2) < 2 * pieces(100)
 
 
 def test_what_stands_after_the_last_block_stands_when_it_has_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(block_planning, "ROWS", 2)
+    for size in ("FIRST", "MOST"):
+        monkeypatch.setattr(block_planning, size, 2 * LINE)
     text = "G21 G90 G61 F600\nG1 X10\nG1 X20\nM9\nG4 P0.5\nM2\n"
     parts = list(plan(read_text(text).chunks(), load("generic-mill"), PlanOptions()))
     ends = [part.profile.t[-1] for part in parts]

@@ -69,7 +69,8 @@ def test_such_rows_add_up_at_either_end_and_under_slow_feeds(body: str, asked: f
 def test_it_does_not_matter_at_which_row_a_block_ends(rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
     body = "G1 X10 F60\nY0.0000001 F1\nX10.0000001 F2\nX20 Y0.001 F60\nX30 F60"
     whole = time_of(body)
-    monkeypatch.setattr(block_planning, "ROWS", rows)
+    for size in ("FIRST", "MOST"):
+        monkeypatch.setattr(block_planning, size, 4 * rows)
     assert time_of(body) == pytest.approx(whole, abs=0.01)
 
 

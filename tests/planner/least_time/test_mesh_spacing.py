@@ -25,7 +25,9 @@ from cncgen.planner.least_time.fixed_blocks import blocks
 from cncgen.planner.least_time.mesh import Section
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.motion import motion_at
-from cncgen.toolpath.slicing import join
+from cncgen.toolpath.reading import ReadOptions
+from cncgen.toolpath.record import Kind
+from cncgen.toolpath.slicing import between, join
 from tests.planner.judging import used
 from tests.planner.smoothing.programs import chunked, facets
 
@@ -122,10 +124,32 @@ def test_setpoints_more_often_need_no_more_nodes_where_jerk_hardly_counts(jerk: 
 @pytest.mark.parametrize("size", [1, 7, 100, 1000])
 def test_blocks_do_not_depend_on_chunks(size: int) -> None:
     rows = facets(250)
-    made = list(blocks(chunked(rows, size), 64))
-    assert [len(block) for block in made] == [64, 64, 64, 58]
+    made = list(blocks(chunked(rows, size), 4 * 16, 4 * 54))
+    assert [len(block) for block in made] == [16, 24, 36, 54, 54, 54, 12]
     np.testing.assert_array_equal(join(made).end, rows.end)
-    np.testing.assert_array_equal(made[1].start, rows.end[63])
+    np.testing.assert_array_equal(made[1].start, rows.end[15])
+
+
+@pytest.mark.parametrize("size", [1, 2, 100])
+def test_a_block_has_the_work_of_its_rows_and_not_their_number(size: int) -> None:
+    """Control points: a straight line counts as 4, a NURBS of nine as nine."""
+    curve = "\n".join(["G5.2 X0.5 Y1 P1 L3", *(f"X{0.5 + k} Y{k % 2} P1" for k in range(1, 8)), "G5.3"])
+    text = f"G21 G90 G61 F600\nG1 X0.5\n{curve}\nG1 X10 Y0\nX11 Y1\nX12 Y0\nM2\n"
+    rows = join(list(read_text(text, options=ReadOptions(dialect="linuxcnc")).chunks()))
+    assert [int(kind) for kind in rows.kind[:5]] == [Kind.LINE, Kind.NURBS, *[Kind.LINE] * 3]
+    counts = [4] * len(rows)
+    counts[1] = len(rows.nurbs.control_points)
+    assert counts[1] > 8
+    parts = (between(rows, k, min(k + size, len(rows))) for k in range(0, len(rows), size))
+    made = [len(block) for block in blocks(parts, 8, 8)]
+    expected, held = [0], 0
+    for count in counts:
+        expected[-1] += 1
+        held += count
+        if held >= 8:
+            expected.append(0)
+            held = 0
+    assert made == [n for n in expected if n]
 
 
 def test_more_nodes_than_memory_is_meant_for_are_refused_with_their_line(

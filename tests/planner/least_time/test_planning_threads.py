@@ -19,7 +19,7 @@ def _chunks(rows: int) -> Iterator[Toolpath]:
     turn = np.linspace(0.0, 120.0, 18001)
     points = np.stack([20.0 * np.cos(turn), 15.0 * np.sin(1.3 * turn)], axis=1).round(3)
     lines = "\n".join(f"X{x} Y{y}" for x, y in points)
-    return blocks(cncgen.read_text(f"G21 G64 P0.01 G1 F3000\n{lines}\n").chunks(), rows)
+    return blocks(cncgen.read_text(f"G21 G64 P0.01 G1 F3000\n{lines}\n").chunks(), 4 * rows, 4 * rows)
 
 
 def _threads() -> int:

@@ -12,7 +12,6 @@ import pytest
 
 import cncgen
 from cncgen.diagnostics import Diagnostic, NoPlanError
-from cncgen.machine import load
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner import PlanOptions, Trajectory
 from cncgen.planner.least_time import plan_blocks, roundings, smooth_blocks
@@ -134,17 +133,10 @@ def profiles(plan: Iterator[Trajectory]) -> list[np.ndarray]:
     return [part.profile.t for part in plan]
 
 
-@pytest.mark.parametrize("chorded", [False, True])
-def test_where_chords_hold_nothing_or_programs_are_long_there_is_one_plan(
-    chorded: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """To the bit that of the corners as estimated, and made once. (Programs of a few rows are planned with none rounded, too.)"""
+def test_a_program_that_is_not_short_has_one_plan(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the bit that of the corners as estimated, and made once, though chords hold it: its first setpoints wait for no other."""
     text, machine = turns(0)
-    if chorded:
-        monkeypatch.setattr(roundings, "SHORT", 8)
-    else:
-        monkeypatch.setattr(roundings, "BRIEF", 8)
-        machine = load("xy-table")
+    monkeypatch.setattr(roundings, "SHORT", 8)
     expected = profiles(plan_blocks(smooth_blocks(program(text).chunks(), machine), machine))
     made = []
 

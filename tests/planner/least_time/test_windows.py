@@ -45,6 +45,24 @@ def test_limits_hold_across_windows(effort: str) -> None:
     assert used(positions(chunked(facets(1500), 1000), machine, effort=effort), machine) <= 1.001
 
 
+def test_limits_hold_where_a_window_goes_on_in_motion() -> None:
+    """Rounded squares that spread from the middle of a pocket: what a window is eased by at its start is left of the limits; once 1.0002."""
+    rows = ["G21 G17 G90 G61 F6000", "G0 X0 Y0"]
+    for n in range(7):
+        b, c = 1.5 + 2.0 * n, 0.5 + 1.5 * n
+        rows += [
+            f"G1 X{b} Y{-c}",
+            f"X{b} Y{c}",
+            f"G3 X{c} Y{b} R{b - c}",
+            f"G1 X{-c} Y{b}",
+            f"G3 X{-b} Y{c} R{b - c}",
+        ]
+        rows += [f"G1 X{-b} Y{-c}", f"G3 X{-c} Y{-b} R{b - c}", f"G1 X{c} Y{-b}", f"G3 X{b} Y{-c} R{b - c}"]
+    machine = load("generic-mill")
+    text = "\n".join([*rows, "M2", ""]).replace("G61", "G64 P0.01")
+    assert used(positions(read_text(text).chunks(), machine, effort="fast"), machine) <= 1.0
+
+
 def test_small_windows_take_hardly_longer(request: pytest.FixtureRequest) -> None:
     machine = load("generic-mill")
     rows = facets(1500)

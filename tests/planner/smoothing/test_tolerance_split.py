@@ -17,6 +17,7 @@ from cncgen.planner.smoothing.row_corners import RowCorners
 from cncgen.planner.smoothing.tolerance_estimate import chord_need
 from cncgen.planner.smoothing.tolerance_split import fit_tolerance
 from cncgen.toolpath.record import PathMode
+from cncgen.toolpath.slicing import join
 from cncgen.verify import verify
 from tests.planner.smoothing.programs import facets, path_of
 
@@ -90,7 +91,7 @@ def test_the_speed_is_that_of_the_chord_that_is_left(tolerance: float) -> None:
 def test_what_is_left_and_what_is_used_are_the_tolerance(tolerance: float, period: float) -> None:
     """Measured: no place of a row is further from the path than P, or δ where P is less, less the tolerance that it keeps."""
     rows = facets(200, tolerance=tolerance)
-    (made,) = smooth([rows], CHORD, machine(period))
+    made = join(list(smooth([rows], CHORD, machine(period))))
     path = path_of(made)
     s = np.linspace(0.0, path.length, 20_001)
     x = path.evaluate(s, 0)[0]

@@ -197,6 +197,15 @@ def test_the_judge_lets_no_step_pass_that_setpoints_show(period_s: float, order:
     assert not holds(found, (given.start, given.goal), *limits)
 
 
+def test_the_judge_sees_steps_of_acceleration_where_jerk_hides_them() -> None:
+    """A step of the velocity by 1e-2 A T is a part of 1e-2 of the acceleration in a second difference, whatever the jerk limit."""
+    given, found = diagonal(1e-3)
+    goal = given.goal.copy()
+    goal[1, 1] += 1e-2 * A * 1e-3
+    assert not holds(found, (given.start, goal), given.acceleration, 1e6 * given.jerk, 1e-3)
+    assert holds(found, (given.start, given.goal), given.acceleration, 1e6 * given.jerk, 1e-3)
+
+
 def test_the_judge_looks_between_nodes() -> None:
     """Velocities 0, 60 t - 30 t² and 40 over 2 s: the first parabola has its top, 30, at 1 s, where the speed is 50."""
     shape = np.zeros((2, 3))
@@ -232,6 +241,17 @@ def test_the_summary_counts_windows(tmp_path: Path) -> None:
     stream.collect()
     found = json.loads(json.dumps(summary.as_json()))
     assert found["tolerance_windows"] == 1
+    assert found["tolerance_windows_kept"] == 0
+
+
+def test_a_window_that_begins_and_ends_at_feed_is_solved() -> None:
+    """Half circles of R0.5 at 6 mm/s, whose first windows end at the feed: held between nodes, they once had no solution."""
+    rows = [f"G{2 + k % 2} X{k + 1} Y0 I0.5 J0" for k in range(40)]
+    text = "\n".join(["G21 G90 G17 G64 P0.005 F360", *rows, "M2", ""])
+    stream, summary = cncgen.plan_with_summary(cncgen.read_text(text), machine(10.0, 400.0, 4e5))
+    stream.collect()
+    found = summary.as_json()
+    assert found["tolerance_windows"] >= 3
     assert found["tolerance_windows_kept"] == 0
 
 

@@ -1,0 +1,95 @@
+"""The unit of a text that does not say it: FANUC and LinuxCNC leave it to a setting of the machine.
+
+FANUC keeps the unit of the last run or takes that of a parameter, LinuxCNC that of its INI file.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.codes.table import BOTH, LATHES, language_of
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.source import Source
+from cncgen.gcode.text.labels import Cursor
+from cncgen.toolpath.reading import ReadOptions
+
+#: Bytes in which other spellings than G20 and G21 are looked for, and the signs of inches.
+_HEAD = 65_536
+_COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
+_LENGTH = re.compile(rb"(?<![A-Za-z#<])[XYZxyz][ \t]*[-+]?(?P<number>\d+\.?\d*|\.\d+)")
+_FEED = re.compile(rb"(?<![A-Za-z#<])[Ff][ \t]*(?P<number>\d+\.?\d*|\.\d+)")
+#: G20, in tenths.
+_INCHES = 200
+#: A text in inches has numbers of four decimals, as many at least and none with more, small coordinates, and slow feeds.
+_INCH_DECIMALS, _INCH_COUNT, _INCH_LENGTH, _INCH_FEED = 4, 3, 100.0, 200.0
+
+
+def assumed_units(
+    source: Source, dialect: str, options: ReadOptions
+) -> Iterator[tuple[Cursor, BlockError, Severity]]:
+    """Yield a remark at the first coordinate where neither the text nor the options say its unit.
+
+    It is a warning where the numbers look like inches.
+    """
+    if options.units != "auto" or language_of(dialect) not in BOTH or _says_unit(source, dialect):
+        return
+    text = _without_comments(source.data[:_HEAD])
+    first = _LENGTH.search(text)
+    if first is None:
+        return
+    at = first.start()
+    begin = text.rfind(b"\n", 0, at) + 1
+    column = len(source.data[begin:at].decode("utf-8", "replace")) + 1
+    hint = "G20 or G21 in the program says the unit, or --units, or [interpreter] units of the machine"
+    message, code, severity = "neither G20 nor G21: lengths are taken as mm", "units-assumed", Severity.NOTE
+    values: dict[str, float] = {}
+    if (feed := _inch_feed(text)) is not None:
+        message += f", but four decimals and feeds up to F{feed:g} look like inches"
+        code, severity, values = "units-doubtful", Severity.WARNING, {"feed": feed}
+    yield (
+        Cursor(0, begin, text[:begin].count(b"\n") + 1),
+        BlockError(code, message, column=column, hint=hint, values=values),
+        severity,
+    )
+
+
+def _without_comments(text: bytes) -> bytes:
+    return _COMMENT.sub(lambda match: b" " * len(match[0]), text)
+
+
+def _says_unit(source: Source, dialect: str) -> bool:
+    """Tell whether G20 or G21 (G70 or G71 of a lathe that has them so) stands in a text: in any spelling in its head, as they are mostly
+    written anywhere."""
+    data = source.data
+    tens = next(
+        (own // 100 for own, number in LATHES.get(dialect, {}).items() if number == _INCHES), _INCHES // 100
+    )
+    unit = re.compile(rb"[Gg][ \t]*0*%d[ \t]*[01](?![\d.])" % tens)
+    if unit.search(_without_comments(data[:_HEAD])):
+        return True
+    for word in (b"%s%d%d" % (letter, tens, k) for letter in (b"G", b"g") for k in (0, 1)):
+        at = data.find(word, _HEAD - 3)
+        while at >= 0:
+            begin = data.rfind(b"\n", 0, at) + 1
+            end = data.find(b"\n", at)
+            if unit.search(_without_comments(data[begin : end if end >= 0 else len(data)])):
+                return True
+            at = data.find(word, at + 3)
+    return False
+
+
+def _inch_feed(text: bytes) -> float | None:
+    """Return the largest feed of a text whose numbers look like inches; None where they do not."""
+    lengths = [match["number"] for match in _LENGTH.finditer(text)]
+    feeds = [float(match["number"]) for match in _FEED.finditer(text)]
+    decimals = [len(number.partition(b".")[2]) for number in lengths]
+    looks = (
+        bool(feeds)
+        and max(decimals) == _INCH_DECIMALS
+        and decimals.count(_INCH_DECIMALS) >= _INCH_COUNT
+        and max(map(float, lengths)) <= _INCH_LENGTH
+        and max(feeds) <= _INCH_FEED
+    )
+    return max(feeds) if looks else None

@@ -1,0 +1,75 @@
+"""What most cycles of Heidenhain's plain language do: heights, feeds and the way to them, at the tool's place."""
+
+from __future__ import annotations
+
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.toolpath.record import Event
+
+Z = 2
+#: A feed that cycles are given as MAX, or above which they mean it, mm a minute.
+FASTEST = 99_999.0
+
+
+class HoleCycle:
+    """One run of a cycle where the tool is."""
+
+    def __init__(self, ip: Interpreter, name: str, levels: tuple[float, float] | None = None) -> None:
+        """Take the surface and the depth, usually Q203 and Q201."""
+        self.ip, self.name = ip, name
+        self._fastest = False
+        q = ip.parameters.numbers
+        self.q = q
+        surface, depth = levels or (q[203], q[201])
+        self.start, self.bottom = surface + q[200], surface + depth
+        self.back = max(self.start, surface + q[204])
+        if depth >= 0.0 and levels is None:
+            raise BlockError(
+                "cycle-depth",
+                f"the depth of {name}, Q201 = {q[201]:g}, does not lead downwards",
+                "CYCL",
+                hint="Q201 is below 0",
+            )
+
+    def go(self, z: float, *, rapid: bool) -> None:
+        """Go to a height."""
+        end = self.ip.state.position.copy()
+        if end[Z] == z:
+            return
+        end[Z] = z
+        self.to(end, rapid=rapid)
+
+    def to(self, end: list[float], *, rapid: bool) -> None:
+        """Go to a place."""
+        fast = rapid or self._fastest
+        (self.ip.sink.straight_traverse if fast else self.ip.sink.straight_feed)(end)
+        self.ip.state.position, self.ip.state.moved = end, True
+
+    def feed(self, feed: float, what: str) -> None:
+        """Take a feed."""
+        if feed <= 0.0:
+            raise BlockError(
+                "feed-missing",
+                f"the feed of {self.name}, {what} = {feed:g}, is not above 0",
+                "CYCL",
+                hint=f"{what} is mm a minute",
+            )
+        self._fastest = feed >= FASTEST
+        if not self._fastest:
+            self.ip.sink.set_feed_rate(feed)
+
+    def dwell(self, seconds: float) -> None:
+        """Wait."""
+        if seconds > 0.0:
+            self.ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
+
+    def end(self) -> None:
+        """Go to the second clearance, with the program's feed in force again."""
+        self.go(self.back, rapid=True)
+        self.ip.sink.set_feed_rate(self.ip.state.feed)
+
+
+def radius_of(ip: Interpreter) -> float:
+    """Return the radius of the tool, oversizes with it; 0 without one."""
+    tool = ip.tools.find(ip.state.tool)
+    return tool.diameter * ip.table_scale() / 2.0 if tool else 0.0

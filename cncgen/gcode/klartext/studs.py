@@ -1,0 +1,129 @@
+"""Cycles of Heidenhain's plain language that mill from outside: 256 and 257 studs, 232 faces (TNC 640, user's manual for cycles).
+
+The finished wall, the blank, levels, feeds, and the way to them, 2 mm to the right of the blank, are the cycle's; loops and rows are our own.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath, levels_of
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, radius_of
+
+_MOST = 10_000
+_TINY = 1e-9
+#: How far beside the blank cycles 256 and 257 go down, mm.
+_BESIDE = 2.0
+
+
+def _radius(ip: Interpreter, name: str) -> float:
+    radius = radius_of(ip)
+    if radius <= 0.0:
+        message = f"{name} goes around at the radius of the tool, which has none"
+        raise BlockError("cycle-tool", message, "CYCL", hint="--tool-table gives the diameter of the tool")
+    return radius
+
+
+def _count(way: float, step: float, name: str) -> int:
+    """Return how many steps a way takes, one at least."""
+    count = max(1, math.ceil(way / step - _TINY)) if step > 0.0 else _MOST + 1
+    if count > _MOST:
+        message = f"{name} makes more than {_MOST} loops or rows"
+        raise BlockError("cycle-infeed", message, "CYCL", hint="Q370 is the step aside in radii of the tool")
+    return count
+
+
+def _stud(ip: Interpreter, name: str, size: complex, blank: complex, corner: float, angle: float) -> None:
+    """Mill a stud free about the tool's place: loops from the blank in to the finished wall, at each level."""
+    cycle = HoleCycle(ip, name)
+    q, radius = cycle.q, _radius(ip, name)
+    excess = max(blank.real - size.real, blank.imag - size.imag) / 2.0
+    if min(size.real, size.imag) <= 0.0 or excess < -_TINY:
+        message = f"{name} has a blank of {blank.real:g} by {blank.imag:g} and a stud of {size.real:g} by {size.imag:g}"
+        raise BlockError("cycle-words", message, "CYCL", hint="the blank is not smaller than the stud")
+    side, step = q[368], (q[370] or 1.0) * radius
+    count = _count(excess - side, step, name)
+    place = complex(*ip.state.position[:2])
+    # Seen with its length along Y, so that loops begin at the side to the right.
+    pocket = Pocket(place, size.imag / 2.0, size.real / 2.0, corner, angle + 90.0)
+    levels = levels_of(q[203], cycle.bottom + (q[369] if name == "cycle 257" else 0.0), abs(q[202]), name)
+    how = Clearing(-radius, step, levels, cycle.start, q[207], q[206], 1 if q[351] < 0.0 else -1)
+    path = PocketPath(ip, pocket, how)
+    beside = complex(0.0, -(blank.real / 2.0 + radius + _BESIDE / (25.4 if ip.state.inches else 1.0)))
+    for level in levels:
+        path.go(beside, None, rapid=True)
+        cycle.go(cycle.start, rapid=True)
+        cycle.feed(q[206], "Q206")
+        cycle.go(level, rapid=False)
+        cycle.feed(q[207], "Q207")
+        for k in range(count - 1, -1, -1):
+            offset = -(side + k * step)
+            path.go(path.begin(offset), None, rapid=False)
+            path.loop(offset)
+        path.go(beside, None, rapid=False)
+        cycle.go(cycle.start, rapid=True)
+    cycle.end()
+    path.go(0j, None, rapid=True)
+
+
+def rectangle(ip: Interpreter, name: str) -> None:
+    """256: Q218 by Q219 out of Q424 by Q425, corners Q220, turned by Q224; the place is the middle (Q367 = 0)."""
+    q = ip.parameters.numbers
+    if round(q[367]):
+        message = f"Q367 = {q[367]:g} of {name} is not read: its place is its middle"
+        raise BlockError("unsupported-block", message, "CYCL", hint="Q367=0")
+    _stud(ip, name, complex(q[218], q[219]), complex(q[424], q[425]), q[220], q[224])
+
+
+def circle(ip: Interpreter, name: str) -> None:
+    """257: the diameter Q223 out of Q222."""
+    q = ip.parameters.numbers
+    _stud(ip, name, complex(q[223], q[223]), complex(q[222], q[222]), q[223] / 2.0, 0.0)
+
+
+def face(ip: Interpreter, name: str) -> None:
+    """232: Q218 by Q219 from Q225 Q226 on, from Q227 down to Q386 in steps of Q202, the last one Q369.
+
+    Q389: rows to and fro with steps aside outside (0) or at the edge (1), or all in one direction (2).
+    """
+    q, radius = ip.parameters.numbers, _radius(ip, name)
+    way = round(q[389])
+    if way not in (0, 1, 2) or q[227] < q[386]:
+        message = f"Q389 = {q[389]:g}, Q227 = {q[227]:g} and Q386 = {q[386]:g} do not make {name}"
+        raise BlockError("cycle-words", message, "CYCL", hint="Q389 is 0, 1 or 2; Q386 lies below Q227")
+    cycle = HoleCycle(ip, name, (q[227], q[386] - q[227]))
+    count = _count(abs(q[219]), (q[370] or 1.0) * radius, name)
+    sense, across = math.copysign(1.0, q[218]), math.copysign(1.0, q[219])
+    over = radius + q[357] if way != 1 else 0.0
+    ends = (q[225] - sense * over, q[225] + q[218] + sense * over)
+    levels = levels_of(q[227], q[386] + q[369], abs(q[202]), name)
+
+    def to(x: float, k: int, *, rapid: bool) -> None:
+        aside = q[226] + across * (abs(q[219]) * (k + 1) / count - radius)
+        cycle.to([x, aside, *ip.state.position[2:]], rapid=rapid)
+
+    cycle.go(cycle.back, rapid=True)
+    for level in (*levels, *((q[386],) if q[369] > 0.0 else ())):
+        if level == levels[0] or way != 2:
+            to(ends[0], 0, rapid=True)
+            cycle.go(max(cycle.start, level), rapid=True)
+        for k in range(count):
+            first, last = ends if way == 2 or k % 2 == 0 else ends[::-1]
+            cycle.feed(q[253] or q[207], "Q253")
+            if way == 2 and (k or level != levels[0]):
+                cycle.go(level + q[200], rapid=False)
+                to(first, k, rapid=False)
+            if k == 0 or way == 2:
+                cycle.go(level, rapid=False)
+            cycle.feed(q[207] if level in levels else q[385] or q[207], "Q207")
+            if k and way != 2:
+                to(first, k, rapid=False)
+            to(last, k, rapid=False)
+        if way != 2:
+            cycle.go(cycle.start, rapid=True)
+    cycle.end()
+
+
+RUN = {232: face, 256: rectangle, 257: circle}

@@ -1,0 +1,231 @@
+"""Cycles along a contour of SINUMERIK: CYCLE72 mills beside it, CYCLE95 turns it (840D, "Programming Guide Cycles").
+
+The contour is a subprogram, or the lines between two labels, "BEGIN:END". It is run once, and its motions in the plane are kept.
+Levels of CYCLE72, its ways on and off, and the wall are the cycle's. Of CYCLE95 the levels are; how it goes back from a cut is our own.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.codes.lathe_fanuc import Turning
+from cncgen.gcode.codes.pockets import levels_of
+from cncgen.gcode.codes.turning_cycles import Lathe
+from cncgen.gcode.codes.turning_cycles_fanuc import advances, levels, shifted
+from cncgen.gcode.codes.turning_profiles import MAX_MOVES, Segment, moved_aside
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
+from cncgen.units import INCH
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions
+
+#: How far CYCLE95 lifts off where _VRT does not say, mm.
+_LIFT = 1.0
+
+
+def _contour(motions: Motions, name: str, values: Values, least: int) -> list[Segment]:
+    """Return the contour that the first parameter names: its first segment leads to it."""
+    text = values[0] if values else None
+    if not isinstance(text, str) or not text.strip():
+        hint = f'{name}("CONTOUR", …) or {name}("BEGIN:END", …)'
+        raise BlockError(
+            "cycle-words", f"the first parameter of {name} is not the name of a contour", name, hint=hint
+        )
+    found = motions.contour(text.strip().upper())
+    if len(found) < least + 1:
+        raise BlockError("profile-length", f"the contour {text} of {name} has fewer than {least} moves", name)
+    return found
+
+
+def _way(
+    point: complex, heading: complex, off: complex, kind: float, size: float, name: str
+) -> tuple[complex, complex | None]:
+    """Return where a way on to a point begins, seen against its direction, and the centre of its arc or None for a line.
+
+    1 is a tangential line, 2 a quadrant, 3 a semicircle; `off` leads off the contour.
+    """
+    if kind not in (1.0, 2.0, 3.0):
+        message = f"the way on or off {kind:g} of {name} is not read"
+        raise BlockError(
+            "not-read",
+            message,
+            name,
+            hint="AS1 and AS2 are 1 (line), 2 (quadrant), 3 (semicircle), in the plane",
+        )
+    if kind == 1.0:
+        return point - heading * size, None
+    centre = point + off * size
+    return (centre - heading * size, centre) if kind == 2.0 else (point + 2.0 * off * size, centre)
+
+
+class _Beside:
+    """A cutter beside a contour of the plane."""
+
+    def __init__(self, motions: Motions) -> None:
+        self._motions = motions
+        self._first, self._second, self._normal = ("xyz"[k] for k in motions.plane())
+
+    def line(self, place: complex, *, rapid: bool = False) -> None:
+        """Go to a place in a straight line."""
+        self._motions.emit({self._first: place.real, self._second: place.imag}, (0 if rapid else 10,))
+
+    def along(self, place: complex, centre: complex | None, spin: int) -> None:
+        """Go to a place in a line or on an arc."""
+        if centre is None:
+            self.line(place)
+            return
+        here = [self._motions.ip.state.position[k] for k in self._motions.plane()[:2]]
+        centres = {"x": "i", "y": "j", "z": "k"}
+        words = {self._first: place.real, self._second: place.imag,
+                 centres[self._first]: centre.real - here[0], centres[self._second]: centre.imag - here[1]}  # fmt: skip
+        self._motions.emit(words, (30 if spin > 0 else 20,))
+
+    def height(self, level: float, *, rapid: bool) -> None:
+        """Go up or down."""
+        self._motions.emit({self._normal: level}, (0 if rapid else 10,))
+
+
+def mill(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE72(KNAME, RTP, RFP, SDIS, DP, MID, FAL, FALD, FFP1, FFD, VARI, RL, AS1, LP1, FF3, AS2, LP2)."""
+    v = [0.0, *(filled(values, k) for k in range(1, 17))]
+    modes = [filled(values, k) for k in range(17, 23)]
+    vari, side = round(v[10]), round(v[11])
+    if (
+        any(modes[:5])
+        or modes[5] not in (0.0, 1.0)
+        or vari % 10 not in (1, 2)
+        or vari // 10 % 10 > 1
+        or vari >= 400
+        or side not in (40, 41, 42)
+    ):
+        message = f"VARI = {vari}, RL = {side} or a parameter behind LP2 of {name} is not read"
+        hint = "VARI is 1 or 2, 10 more for G1 between, 0 to 300 more for the way up; RL is 40, 41 or 42"
+        raise BlockError("not-read", message, name, hint=hint)
+    depth = v[2] - abs(v[4]) if modes[5] == 1.0 else given(values, 4)
+    hole = Hole.of(motions, name, [v[1], v[2], v[3], depth])
+    ip, rough = motions.ip, vari % 10 == 1
+    tool = ip.tools.find(ip.state.tool)
+    radius = tool.diameter * ip.table_scale() / 2.0 if tool else 0.0
+    before = ip.state.feed
+    feed, plunge, between = v[8] or before, v[9] or v[8] or before, v[14] or v[8] or before
+    if (side != 40 and radius <= 0.0) or feed <= 0.0:
+        message = f"{name} has no feed FFP1, or with RL = {side} a tool without a radius"
+        raise BlockError("cycle-tool", message, name, hint="--tool-table gives the diameter of the tool")
+    contour = _contour(motions, name, values, 1)[1:]
+    left = side == 41
+    path = contour if side == 40 else moved_aside(contour, radius + (v[6] if rough else 0.0), left)
+    off = 1j if side != 42 else -1j
+    into, out_of = path[0].heading(path[0].start), path[-1].heading(path[-1].end)
+    begin, centre_on = _way(path[0].start, into, into * off, v[12] or 1.0, abs(v[13]), name)
+    end, centre_off = _way(path[-1].end, -out_of, out_of * off, v[15] or 1.0, abs(v[16]), name)
+    spin = 1 if side != 42 else -1
+    cutter = _Beside(motions)
+    cutter.height(max(hole.back, ip.state.position[motions.plane()[2]]), rapid=True)
+    steps = levels_of(hole.reference, hole.depth + (v[7] if rough else 0.0), v[5], name)
+    for k, level in enumerate(steps):
+        if k == 0 or vari // 10 % 10 == 0:
+            cutter.line(begin, rapid=True)
+        else:
+            hole.feed(between)
+            cutter.line(begin)
+        if k == 0 or vari // 100 < 2:
+            cutter.height(hole.start, rapid=True)
+        hole.feed(plunge)
+        cutter.height(level, rapid=False)
+        hole.feed(feed)
+        cutter.along(path[0].start, centre_on, spin)
+        for segment in path:
+            cutter.along(segment.end, segment.centre, segment.spin)
+        hole.feed(between)
+        cutter.along(end, centre_off, spin)
+        if level != steps[-1] and vari // 100 < 3:
+            cutter.height((hole.back, hole.start, level + abs(v[3]))[vari // 100], rapid=True)
+    cutter.height(hole.back, rapid=True)
+    hole.feed(before)
+
+
+def turn(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE95(NPP, MID, FALZ, FALX, FAL, FF1, FF2, FF3, VARI, DT, DAM, VRT): roughs (VARI 1 to 4), finishes (5 to 8), or both (9 to 12).
+
+    Each four are along Z outside, along X outside, along Z inside, along X inside; 200 more leave the corners of the levels.
+    """
+    v = [0.0, *(filled(values, k) for k in range(1, 12))]
+    vari, ip = round(v[8]) % 200, motions.ip
+    faults = (
+        (
+            not 1 <= vari <= 12 or round(v[8]) // 200 > 1,
+            f"has VARI = {v[8]:g}",
+            "VARI is 1 to 12, or 200 more",
+        ),
+        (ip.state.plane != 18, "works in the plane G18", "G18 stands before it"),
+        (vari not in range(5, 9) and v[1] <= 0.0, "has no infeed MID", "MID is the depth of a cut"),
+        (min(v[2:5]) < 0.0, "has an allowance below 0", "FALZ, FALX and FAL are without a sign"),
+    )
+    for wrong, what, hint in faults:
+        if wrong:
+            raise BlockError("cycle-words", f"{name} {what}", name, hint=hint)
+    inside, swap = (vari - 1) // 2 % 2 == 1, vari % 2 == 0
+    contour = _contour(motions, name, values, 1)[1:]
+    ends = (contour[0].start, contour[-1].end)
+    low, high = sorted(
+        ends, key=lambda p: (p.real if swap else p.imag) * (-1.0 if inside and not swap else 1.0)
+    )
+    if ends[0] != low:
+        contour = [Segment(s.end, s.start, s.centre, -s.spin) for s in reversed(contour)]
+    travel = (high - low).imag if swap else (high - low).real
+    across = complex(math.copysign(1.0, travel), -1.0 if inside and not swap else 1.0)
+    path = [segment.seen(across, swap) for segment in contour]
+    if not all(advances(segment) for segment in path):
+        message = f"the contour of {name} goes back along {'X' if swap else 'Z'}"
+        raise BlockError(
+            "profile-not-monotonic", message, name, hint="cut what lies behind in a cycle of its own"
+        )
+    lift = v[11] or (_LIFT / INCH if ip.state.inches else _LIFT)
+    before, lathe = ip.state.feed, Lathe(ip, across, swap)
+    tool = ip.tools.find(ip.state.tool)
+    if motions.edge and tool and tool.diameter:
+        message = f"{name} turns without the radius of the tool's nose"
+        ip.warn(
+            BlockError("comp-roughing", message, name, hint="G42 and the contour itself finish with it"),
+            Severity.WARNING,
+        )
+    if vari < 5 or vari > 8:
+        # FAL moves the contour aside, FALZ and FALX back and up.
+        back, up = (v[3], v[2]) if swap else (v[2], v[3])
+        rough = shifted(moved_aside(path, v[4], True), complex(-back, up))
+        top = max(p.imag for segment in rough for p in segment.extremes())
+        bottom = min(p.imag for segment in rough for p in segment.extremes())
+        count = math.ceil((top - bottom) / v[1] - 1e-9)
+        if count > MAX_MOVES:
+            raise BlockError("profile-step", f"{name} makes more than {MAX_MOVES} cuts", name)
+        _feed(motions, v[5] or before, name)
+        kept = Turning(depth=(top - bottom) / max(count, 1), escape=lift)
+        levels(lathe, rough, complex(rough[0].start.real - lift, top), kept, False)
+        lathe.rapid(complex(rough[-1].end.real, top + lift))
+        lathe.rapid(complex(rough[0].start.real - lift, top + lift))
+    if vari > 4:
+        _feed(motions, v[7] or before, name)
+        top = max(p.imag for segment in path for p in segment.extremes())
+        lathe.rapid(complex(path[0].start.real - lift, top + lift))
+        lathe.rapid(complex(path[0].start.real - lift, path[0].start.imag))
+        lathe.feed(path[0].start)
+        for segment in path:
+            lathe.follow(segment, segment.end)
+        lathe.rapid(complex(path[-1].end.real, path[-1].end.imag + lift))
+        lathe.rapid(complex(path[-1].end.real, top + lift))
+        lathe.rapid(complex(path[0].start.real - lift, top + lift))
+    ip.state.moved = True
+    if before:
+        motions.emit({"f": before})
+
+
+def _feed(motions: Motions, feed: float, name: str) -> None:
+    if feed <= 0.0:
+        raise BlockError("feed-missing", f"{name} has no feed", name, hint="FF1 roughs, FF3 finishes")
+    motions.emit({"f": feed})
+
+
+CYCLES = {"CYCLE72": mill, "CYCLE95": turn}

@@ -1,0 +1,103 @@
+"""First guesses of a window's motion, strictly within the limits and the room."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.tube.tube_nodes import Nodes
+from cncgen.planner.tube.window_problem import Problem, Solved
+
+Floats = NDArray[np.float64]
+#: A problem with steps in time; velocities, accelerations and offsets at its nodes; jerks between them.
+Start = tuple[Problem, Floats, Floats | None, Floats, Floats | None]
+
+#: Parts of the speed that guesses have, one after the other, and whether one goes on steadily, at the pace of corners at least, or as
+#: the plan does.
+_STARTS = ((0.9, False), (0.6, True), (0.4, True))
+#: Part of limits and room that a guess uses.
+_WITHIN = 0.9
+#: Part of its limits by which the solution of a round is moved inside them to start the next one.
+_PULLED = 0.001
+
+
+def starts(given: Problem, nodes: Nodes, before: Solved | None) -> Iterator[Start]:
+    """Return guesses, the best one first.
+
+    Args:
+        given: The problem.
+        nodes: Those after the first one.
+        before: The solution of a similar problem, if there is one.
+    """
+    if before is not None:
+        yield _again(given, before)
+    for part, steady in _STARTS:
+        yield _along(given, nodes, part, steady)
+
+
+def _again(given: Problem, before: Solved) -> Start:
+    """Return a solution, moved into limits and room."""
+    within = 1.0 - _PULLED
+    limits = [within * each for each in (given.velocity, given.acceleration, given.jerk)]
+    speed, bent, jerk = (
+        np.clip(each, -limit, limit)
+        for each, limit in zip((before.velocity, before.acceleration, before.jerk), limits, strict=True)
+    )
+    speed *= _down(given, speed, within)
+    offset = before.position - given.point
+    offset += _inside(given, offset, within, 0.0)
+    return replace(given, step=before.step), speed, bent, offset, jerk
+
+
+def _along(given: Problem, nodes: Nodes, part: float, steady: bool) -> Start:
+    """Return a part of the speed of the plan on its path, with the acceleration of that unless it is steady."""
+    steps, speeds = (nodes.step, nodes.speed) if steady else (nodes.plan_step, nodes.plan_speed)
+    steps = np.maximum(steps, 1e-3 * nodes.step) / part
+    speed = part * np.concatenate([[0.0], speeds])[:, None] * given.tangent
+    speed[0], speed[-1] = given.start[1], given.goal[1]
+    inner = speed[1:-1]
+    inner *= np.minimum(1.0, _WITHIN / np.maximum((np.abs(inner) / given.velocity).max(axis=1), 1e-9))[
+        :, None
+    ]
+    inner *= _down(given, speed, _WITHIN)[1:-1]
+    rate: Floats | None = None
+    if not steady:
+        rate = np.zeros_like(speed)
+        rate[1:-1] = (speed[2:] - speed[:-2]) / (steps[1:] + steps[:-1])[:, None]
+        rate = np.clip(rate, -_WITHIN * given.acceleration, _WITHIN * given.acceleration)
+        middle = speed[:-1] + 0.5 * steps[:, None] * rate[:-1]
+        over = (np.abs(middle) > 0.5 * (1.0 + _WITHIN) * given.velocity).any(axis=1)
+        over |= np.sqrt((middle**2 * given.weight).sum(axis=1)) > 0.5 * (1.0 + _WITHIN) * given.between
+        rate[:-1][over] = 0.0
+    return replace(given, step=steps), speed, rate, _inside(given, np.zeros_like(given.point)), None
+
+
+def _down(given: Problem, speed: Floats, within: float) -> Floats:
+    """Return what brings velocities below a part of the feed, shape (nodes, 1)."""
+    along = np.sqrt((speed**2 * given.weight).sum(axis=1))
+    out: Floats = np.minimum(1.0, within * given.feed / np.maximum(along, 1e-9))[:, None]
+    return out
+
+
+def _inside(given: Problem, offset: Floats, part: float = _WITHIN, deep: float = 0.5) -> Floats:
+    """Return further offsets, shape (nodes, n), that bring nodes within a part of the room, and those beyond that deeper by so much of the rest."""
+    point = given.point + offset
+    out = np.zeros_like(point)
+    owner = np.repeat(np.arange(len(point)), np.diff(given.first))
+    for number in range(8):
+        away = point[owner] + out[owner] - given.centre
+        away -= (away * given.direction).sum(axis=1)[:, None] * given.direction
+        size = np.sqrt((away**2).sum(axis=1))
+        over = np.flatnonzero(size > (part + 1e-9) * given.radius)
+        if not len(over):
+            break
+        push = -away[over] * (1.0 - (part - deep) * given.radius[over] / size[over])[:, None]
+        if number < 4:
+            # Within the plane of the node, if that is enough.
+            t = given.tangent[owner[over]]
+            push -= (push * t).sum(axis=1)[:, None] * t
+        out[owner[over]] += push
+    return out

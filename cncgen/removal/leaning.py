@@ -1,0 +1,196 @@
+"""Cutting dexels along a program whose tools lean, or whose work stands differently in several setups."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry import elementary
+from cncgen.kernels import dexel_sweeps as kernel
+from cncgen.removal.cutting import CHORD, CHORD_CELLS, LEFT, LEVEL, SIDE_CELLS
+from cncgen.removal.dexels import below, grid_of, mesh_field, moved, order, thickness_beyond, turn_of
+from cncgen.removal.record import (
+    Clamping,
+    Cutter,
+    DexelField,
+    Dexels,
+    Insert,
+    Met,
+    OperationCut,
+    Removal,
+    Target,
+)
+from cncgen.removal.sweeps import Lines, Poses, leaning_lines_of
+from cncgen.removal.targets import MeshTarget
+from cncgen.removal.walk import CutWalk
+from cncgen.toolpath.record import Event, Toolpath
+
+Floats = NDArray[np.float64]
+
+#: What a tool that turns meanwhile touches less deep than this does not count, in cells: pieces of one direction stand for the turn.
+TURN_CELLS = 0.5
+
+
+class LeaningCutting(CutWalk):
+    """Cuts dexels, in place.
+
+    Args:
+        stock: As it stands in the first setup.
+        name: Of the program, for findings.
+        poses: Tells where tools are.
+        target: The material that is to stay, as it stands in the first setup, None where it is not known.
+        cutters: Tools by name that count before those of the program.
+        clampings: Setups by their numbers, if there are several; `target` counts before theirs.
+    """
+
+    def __init__(
+        self,
+        stock: Dexels,
+        name: str,
+        poses: Poses,
+        target: Target | None = None,
+        cutters: Mapping[str, Cutter | Insert] | None = None,
+        clampings: Mapping[int, Clamping] | None = None,
+    ) -> None:
+        super().__init__(name, cutters)
+        self._poses = poses
+        self._clampings = dict(clampings or {})
+        self._given = target is not None
+        self._number = 0
+        self._take(stock, target)
+
+    def _take(self, stock: Dexels, target: Target | None) -> None:
+        """Cut these dexels from now on."""
+        self._stock, self._target = stock, target
+        self._turn = turn_of(stock)
+        self._grids = [grid_of(stock, axis) for axis in range(3)]
+        self._parts: tuple[DexelField | None, ...] = (None, None, None)
+        if isinstance(target, MeshTarget):
+            self._parts = tuple(mesh_field(stock, target.triangles, axis) for axis in range(3))
+        elif target is not None:
+            x, y = np.broadcast_arrays(stock.nodes(0)[None, :], stock.nodes(1)[:, None])
+            self._parts = (None, None, below(stock, target.floor(x, y)))
+
+    def _event(self, event: Event, line: int) -> None:
+        super()._event(event, line)
+        if event.name == "tool offset":
+            self._poses.offset(float(event.values["length_mm"]))
+
+    def _lines(self, path: Toolpath, begin: int, end: int) -> Lines:
+        """Return the motions among rows, those that turn the tool in pieces."""
+        return leaning_lines_of(path, begin, end, self._poses, self._turn)
+
+    def _setup(self, number: int) -> None:
+        """Stand what is left of the stock as another clamping holds it."""
+        if number == self._number or number not in self._clampings:
+            return
+        after = self._clampings[number]
+        before, self._number = self._clampings.get(self._number), number
+        if before is None:
+            self._take(self._stock, self._target if self._given else after.target)
+            return
+        move = elementary.product(after.frame, np.asarray(np.linalg.inv(before.frame)))
+        target = after.target
+        if self._given:
+            target = self._target.moved(move) if isinstance(self._target, MeshTarget) else None
+        else:
+            self._left()
+        self._take(moved(self._stock, move), target)
+
+    def run(self, toolpaths: Iterable[Toolpath]) -> Removal:
+        """Cut along toolpaths and return what is left and what is wrong."""
+        raw = self._stock.volume
+        self.walk(toolpaths, min(CHORD_CELLS * self._stock.cell, CHORD))
+        self._left()
+        return self.result(self._stock, raw)
+
+    def _left(self) -> None:
+        """Note where more is left than the target demands."""
+        stock, parts = self._stock, tuple(p for p in self._parts if p is not None)
+        if self._target is None:
+            return
+        if len(parts) == 3:
+            over, volumes = thickness_beyond(stock, parts)
+            self.findings.places_left(stock.seen(), over, volumes, LEFT + SIDE_CELLS * stock.cell)
+        else:
+            self.findings.left(stock.seen(), self._target, LEFT)
+
+    def _cut(self, lines: Lines, cutter: Cutter | Insert, operation: OperationCut) -> Met | None:
+        """Cut along lines; not with a tool that stands."""
+        if isinstance(cutter, Insert):
+            return None
+        for what, radius, above in cutter.beside():
+            values = np.array([radius, radius, 0.0, 0.0, 0.0])
+            out = self._swept(_raised(lines, above), values, True)
+            self.findings.beside(lines, out[:, 10], out[:, 2:5], operation, what)
+        out = self._swept(lines, cutter.values, False)
+        known = math.isfinite(cutter.cutting_length)
+        over = out[:, 10] if known else np.full(len(out), -np.inf)
+        return Met(out[:, 0], out[:, 1], out[:, 2:5], out[:, 5], out[:, 6:9], out[:, 9], over)
+
+    def _swept(self, lines: Lines, tool: Floats, dry: bool) -> Floats:
+        """Cut along lines, or (dry) tell what is met: columns as of `cut_lines`, places in X Y Z.
+
+        Volumes are the mean of the three directions; depths are those along the dexels that are nearest to the tool's axis.
+        """
+        assert lines.axes is not None
+        assert lines.turning is not None
+        stock, count = self._stock, len(lines.ends)
+        nearest = np.abs(lines.axes).argmax(axis=1)
+        if self._parts[2] is not None and self._parts[0] is None:
+            nearest = np.where(np.abs(lines.axes[:, 2]) > 1e-3, 2, nearest)
+        margins = np.empty((count, 2))
+        margins[:, 0] = min(SIDE_CELLS * stock.cell, 0.5 * float(tool[0]))
+        margins[:, 1] = LEVEL + np.where(lines.turning, TURN_CELLS * stock.cell, 0.0)
+        out = np.zeros((count, kernel.COLUMNS))
+        out[:, 10] = -np.inf
+        for axis, field in enumerate(stock.fields):
+            turned = order(axis)
+            made = np.zeros_like(out)
+            made[:, 10] = -np.inf
+            ends = np.ascontiguousarray(lines.ends[:, [*turned, *(3 + k for k in turned)]])
+            axes = np.ascontiguousarray(lines.axes[:, turned])
+            judged = (nearest == axis).astype(np.uint8)
+            if dry and not judged.any():
+                continue
+            part = self._parts[axis] or DexelField(np.zeros((0, 0, 0)), np.zeros((0, 0), np.int32))
+            bounds = np.array([stock.low[axis], stock.high[axis]])
+            first = 0
+            while True:
+                first = kernel.cut_lines(
+                    field.ends,
+                    field.counts,
+                    part.ends,
+                    part.counts,
+                    self._grids[axis],
+                    bounds,
+                    ends,
+                    axes,
+                    judged,
+                    tool,
+                    margins,
+                    dry,
+                    first,
+                    made,
+                )
+                if first >= count:
+                    break
+                field.grow()
+            told = nearest == axis
+            places = np.empty((count, 6))
+            for k, at in enumerate(turned):
+                places[:, at], places[:, 3 + at] = made[:, 2 + k], made[:, 6 + k]
+            out[:, 0] += made[:, 0] / 3
+            out[told, 1], out[told, 5] = made[told, 1], made[told, 5]
+            out[told, 2:5], out[told, 6:9] = places[told, :3], places[told, 3:]
+            out[told, 9:] = made[told, 9:]
+        return out
+
+
+def _raised(lines: Lines, above: float) -> Lines:
+    """Return the motions of a place above the tip."""
+    assert lines.axes is not None
+    return lines._replace(ends=np.ascontiguousarray(lines.ends + above * np.tile(lines.axes, 2)))

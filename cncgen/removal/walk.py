@@ -1,0 +1,124 @@
+"""The loop over a program: events set tool and spindle, and each stretch between them is cut."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.removal.cutters import cutter_of_event, insert_of_event
+from cncgen.removal.findings import Findings
+from cncgen.removal.record import Cutter, Dexels, Field, Insert, Met, OperationCut, Removal, Turned
+from cncgen.removal.sweeps import Lines, lines_of
+from cncgen.toolpath.lines import lines_alone
+from cncgen.toolpath.record import Event, Kind, Toolpath
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(slots=True)
+class _State:
+    """The state of the machine between two motions."""
+
+    cutter: Cutter | Insert | None = None
+    tool: str = ""
+    direction: int = 0
+    tapping: bool = False
+    threading: bool = False
+
+
+class CutWalk(ABC):
+    """Walks over toolpaths, in order, and cuts.
+
+    Args:
+        name: Of the program, for findings.
+        cutters: Tools by name that count before those of the program.
+    """
+
+    def __init__(self, name: str, cutters: Mapping[str, Cutter | Insert] | None) -> None:
+        self.name = name
+        self.cutters = cutters or {}
+        self.findings = Findings(name)
+        self._state = _State()
+        self._operations: list[OperationCut] = []
+        self._pending = ""
+        self._times: list[Floats] = []
+        self._rates: list[Floats] = []
+        self._now = 0.0
+
+    def walk(self, toolpaths: Iterable[Toolpath], chord: float) -> None:
+        """Cut along toolpaths, arcs and splines as lines within a chord, mm."""
+        for path in lines_alone(toolpaths, chord):
+            events = np.flatnonzero(path.kind == Kind.EVENT).tolist()
+            for begin, end in zip([-1, *events], [*events, len(path)], strict=True):
+                if begin >= 0:
+                    self._event(path.events[int(path.curve[begin])], int(path.line[begin]))
+                if end > begin + 1:
+                    self._stretch(self._lines(path, begin + 1, end))
+
+    def result(self, stock: Field | Turned | Dexels, raw_mm3: float) -> Removal:
+        """Return what was cut of a raw volume, mm³."""
+        self.findings.close()
+        times = np.concatenate([np.zeros(0), *self._times])
+        rates = np.concatenate([np.zeros(0), *self._rates])
+        return Removal(stock, tuple(self._operations), tuple(self.findings.found), times, rates, raw_mm3)
+
+    def _event(self, event: Event, line: int) -> None:
+        state, values = self._state, event.values
+        if event.name == "tool":
+            state.tool = str(values.get("tool", ""))
+            made = insert_of_event(values) or cutter_of_event(values)
+            state.cutter = self.cutters.get(state.tool) or made
+            state.direction = 0 if event.rest else state.direction
+            if not self._pending:
+                self._operations.append(OperationCut(f"tool {state.tool}", line, state.tool))
+        elif event.name == "workingstep":
+            self._pending = str(values.get("label", ""))
+            self._operations.append(OperationCut(self._pending, line, state.tool))
+        elif event.name == "setup":
+            self._setup(int(values["number"]))
+        elif event.name == "spindle" and "direction" in values:
+            state.direction = int(values["direction"])
+        elif event.name == "synchronise":
+            state.tapping = bool(values.get("tap"))
+            state.threading = values.get("pitch_mm") is not None and not state.tapping
+
+    def _lines(self, path: Toolpath, begin: int, end: int) -> Lines:
+        """Return the motions among the rows `begin` to `end` of a toolpath."""
+        return lines_of(path, begin, end)
+
+    @abstractmethod
+    def _setup(self, number: int) -> None:
+        """Go on in another clamping."""
+
+    @abstractmethod
+    def _cut(self, lines: Lines, cutter: Cutter | Insert, operation: OperationCut) -> Met | None:
+        """Cut along lines; return what each meets, or None where the tool cannot be cut with."""
+
+    def _stretch(self, lines: Lines) -> None:
+        """Cut along lines with the tool that is in the spindle."""
+        state = self._state
+        if not self._operations:
+            self._operations.append(OperationCut("program", int(lines.line[0]), state.tool))
+        operation = self._operations[-1]
+        operation.tool = state.tool
+        cutter = state.cutter or self.cutters.get("*")
+        met = None if cutter is None else self._cut(lines, cutter, operation)
+        if cutter is None or met is None:
+            self.findings.no_tool(state.tool, lines)
+            return
+        self.findings.judge(
+            lines, met, operation, cutter, 0 if state.tapping else state.direction, state.tapping
+        )
+        cutting = (met.volume > 0) & ~lines.rapid
+        operation.volume_mm3 += float(met.volume.sum())
+        operation.cutting_s += float(lines.seconds[cutting].sum())
+        operation.deepest_mm = max(operation.deepest_mm, float(met.depth.max(initial=0.0)))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rate = np.where(lines.seconds > 0, met.volume / lines.seconds, 0.0)
+        self._times.append(self._now + np.cumsum(lines.seconds))
+        self._rates.append(rate)
+        self._now += float(lines.seconds.sum())

@@ -1,0 +1,83 @@
+"""The unit of programs that do not say it: a note, a warning where it looks like inches, and two ways to name it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cncgen.gcode.state.settings import interpreter_settings
+from cncgen.toolpath.reading import ReadOptions
+from cncgen.units import INCH
+
+INCHES = "G90 G94 F12.5\nG1 X1.1250 Y0.3125\nX2.0625\nM2\n"
+
+
+def said(run: Any, text: str, **options: Any) -> list[tuple[str, int, int]]:
+    found = run(text, **{"units": "auto", **options}).diagnostics
+    return [(d.code, d.span.line, d.span.column) for d in found if d.code.startswith("units") and d.span]
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc", "fanuc-lathe"])
+def test_lengths_without_a_unit_are_mm_and_said_so(run: Any, dialect: str) -> None:
+    text = (
+        "G90 G98 F600\nG0 Z5.\nG1 X10.\nM2\n" if dialect == "fanuc-lathe" else "F600\nG0 Z5.\nG1 X10.\nM2\n"
+    )
+    assert said(run, text, dialect=dialect) == [("units-assumed", 2, 4)]
+    assert run(text, dialect=dialect, units="auto").path.end[0, 2] == 5.0
+
+
+@pytest.mark.parametrize("word", ["G21", "G20", "g21", "G 21", "G021", "N5G21"])
+def test_a_text_that_says_its_unit_anywhere_has_no_note(run: Any, word: str) -> None:
+    assert said(run, f"{word}\nF600\nG1 X10\nM2\n") == []
+    assert said(run, f"F600\nG1 X10\n{word}\nM2\n") == []
+
+
+@pytest.mark.parametrize("text", ["(G21 is in force)", "; G21", "G21.1", "G210", "X#21"])
+def test_what_only_looks_like_a_unit_says_none(run: Any, text: str) -> None:
+    codes = [code for code, _, _ in said(run, f"F600 G1 X1\n{text}\nM2\n")]
+    assert codes == ["units-assumed"]
+
+
+def test_a_unit_far_down_a_long_text_is_found(run: Any) -> None:
+    """A program of many lines: the first 64 kB hold no unit."""
+    lines = "".join(f"G1 X{k % 7} F600\n" for k in range(8_000))
+    assert said(run, lines + "G21\nM2\n") == []
+    assert said(run, lines + "(G21)\nM2\n") == [("units-assumed", 1, 4)]
+
+
+def test_a_text_without_lengths_needs_no_unit(run: Any) -> None:
+    assert said(run, "M3 S1000\nM30\n") == []
+
+
+def test_numbers_that_look_like_inches_are_warned_of(run: Any) -> None:
+    """Four decimals, small coordinates and slow feeds; each of them alone is usual in mm."""
+    found = [d for d in run(INCHES, units="auto").diagnostics if d.code == "units-doubtful"]
+    assert [(str(d.severity), d.values) for d in found] == [("warning", {"feed": 12.5})]
+    for other in (
+        INCHES.replace("F12.5", "F600"),
+        INCHES.replace("2.0625", "206.25"),
+        INCHES.replace("1.1250", "1.125"),
+    ):
+        assert [code for code, _, _ in said(run, other)] == ["units-assumed"]
+
+
+@pytest.mark.parametrize(("units", "factor"), [("mm", 1.0), ("inch", INCH)])
+def test_a_unit_that_is_named_holds_until_the_program_says_another(
+    run: Any, units: str, factor: float
+) -> None:
+    assert said(run, INCHES, units=units) == []
+    path = run("F60\nG1 X2\nG21 X3\nM2\n", units=units).path
+    assert path.end[:2, 0].tolist() == [2.0 * factor, 3.0]
+    assert path.feed[0] == pytest.approx(factor, abs=0.0, rel=1e-15)
+
+
+def test_the_machine_names_the_unit_where_no_option_does() -> None:
+    assert interpreter_settings({"units": "inch"}, ReadOptions()).units == "inch"
+    assert interpreter_settings({"units": "inch"}, ReadOptions(units="mm")).units == "mm"
+
+
+def test_canonical_motions_begin_in_the_unit_that_is_named(calls: Any) -> None:
+    """A line of 1 inch is printed in inches, as under G20."""
+    named = calls("F60\nG1 X1\nM2\n", units="inch")
+    assert "STRAIGHT_FEED(1.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)" in named

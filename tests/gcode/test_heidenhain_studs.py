@@ -1,0 +1,85 @@
+"""Studs and faces of Heidenhain, 256, 257 and 232: motions worked out by hand; tool 1 has the radius 4."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PLAIN = "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000 F350\n"
+
+COMMON = "Q207=+300 ~\n Q201=-{depth} ~\n Q202=+5 ~\n Q206=+100 ~\n Q200=+2 ~\n Q203=+0 ~\n Q204=+20 ~\n Q370=+1 ~\n Q368=+0 ~\n Q351=+1"
+RECTANGLE = (
+    "CYCL DEF 256 STUD ~\n Q218=+40 ~\n Q424=+48 ~\n Q219=+20 ~\n Q425=+28 ~\n Q220=+0 ~\n Q224=+{turn} ~\n Q367=+0 ~\n "
+    + COMMON
+)
+CIRCLE = "CYCL DEF 257 STUD ~\n Q223=+20 ~\n Q222=+{blank} ~\n Q369=+0 ~\n " + COMMON
+FACE = ("CYCL DEF 232 FACE ~\n Q389={way} ~\n Q225=+0 ~\n Q226=+0 ~\n Q227=+1 ~\n Q386=+0 ~\n Q218=+30 ~\n Q219=+8 ~\n Q202=+1 ~\n"
+        " Q369=+{last} ~\n Q370=+1 ~\n Q207=+300 ~\n Q385=+200 ~\n Q253=+500 ~\n Q200=+2 ~\n Q357=+1 ~\n Q204=+20")  # fmt: skip
+#: Once around at the tool's radius, clockwise from the right: the corners are those of the stud, rounded by the tool.
+AROUND = [(24, 0), (24, -10), (20, -14), (-20, -14), (-24, -10), (-24, 10), (-20, 14), (20, 14), (24, 10), (24, 0)]  # fmt: skip
+
+
+def _stud(loop: list[tuple[float, float]], beside: tuple[float, float], depth: float) -> list[Any]:
+    return [
+        (*beside, 0, 0),
+        (*beside, 2, 0),
+        (*beside, -depth, 100),
+        *[(x, y, -depth, 300) for x, y in loop],
+        (*beside, -depth, 300),
+        (*beside, 2, 0),
+        (*beside, 20, 0),
+        (0, 0, 20, 0),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        (RECTANGLE.format(depth=3, turn=0), _stud(AROUND, (30, 0), 3)),
+        # Turned by 90 degrees, x is y and y is -x.
+        (RECTANGLE.format(depth=3, turn=90), _stud([(-y, x) for x, y in AROUND], (0, 30), 3)),
+        # A round stud of 20 out of 36: 8 aside, so two loops, at 18 and 14 from the middle; each quarter is an arc.
+        (CIRCLE.format(depth=3, blank=36),
+         _stud([(r * x, r * y) for r in (18, 14) for x, y in ((1, 0), (0, -1), (-1, 0), (0, 1), (1, 0))], (24, 0), 3)),
+        # Two levels of 232 to and fro: 1 mm, then the last 0 at the same; rows of 4 mm at 0 and 4, ends 4 + 1 beyond.
+        (FACE.format(way=0, last=0), [(0, 0, 21, 0), (-5, 0, 21, 0), (-5, 0, 3, 0), (-5, 0, 0, 500), (35, 0, 0, 300), (35, 4, 0, 300), (-5, 4, 0, 300),
+                                      (-5, 4, 3, 0), (-5, 4, 21, 0)]),
+        (FACE.format(way=1, last=0), [(0, 0, 21, 0), (0, 0, 3, 0), (0, 0, 0, 500), (30, 0, 0, 300), (30, 4, 0, 300), (0, 4, 0, 300), (0, 4, 3, 0), (0, 4, 21, 0)]),
+        (FACE.format(way=2, last=0.5), [(0, 0, 21, 0), (-5, 0, 21, 0), (-5, 0, 3, 0), (-5, 0, 0.5, 500), (35, 0, 0.5, 300), (35, 0, 2.5, 500), (-5, 4, 2.5, 500),
+                                        (-5, 4, 0.5, 500), (35, 4, 0.5, 300), (35, 4, 2, 500), (-5, 0, 2, 500), (-5, 0, 0, 500), (35, 0, 0, 200), (35, 0, 2, 500),
+                                        (-5, 4, 2, 500), (-5, 4, 0, 500), (35, 4, 0, 200), (35, 4, 21, 0)]),
+    ],
+)  # fmt: skip
+def test_motions(moves: Any, body: str, expected: list[Any]) -> None:
+    assert moves(f"{PLAIN}{body}\nCYCL CALL\n9 END PGM T MM\n") == expected
+
+
+def test_levels_of_a_stud(moves: Any) -> None:
+    """A depth of 12 in infeeds of 5 at most is three levels of 4."""
+    found = moves(f"{PLAIN}{CIRCLE.format(depth=12, blank=20)}\nCYCL CALL\n9 END PGM T MM\n")
+    assert [z for _, _, z, feed in found if feed == 100] == [-4, -8, -12]
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        (RECTANGLE.format(depth=3, turn=0).replace("Q424=+48", "Q424=+39").replace("Q425=+28", "Q425=+19"), "cycle-words"),
+        (RECTANGLE.format(depth=3, turn=0).replace("Q367=+0", "Q367=+1"), "unsupported-block"),
+        (RECTANGLE.format(depth=-3, turn=0), "cycle-depth"),
+        (CIRCLE.format(depth=3, blank=36).replace("Q207=+300", "Q207=+0"), "feed-missing"),
+        (FACE.format(way=3, last=0), "cycle-words"),
+        (FACE.format(way=0, last=0).replace("Q386=+0", "Q386=+2"), "cycle-words"),
+    ],
+)  # fmt: skip
+def test_wrong_ones(run: Any, tmp_path: Path, body: str, code: str) -> None:
+    table = tmp_path / "tool.tbl"
+    table.write_text("T1 P1 D8\n")
+    text = f"{PLAIN}{body}\nCYCL CALL\n9 END PGM T MM\n"
+    assert run(text, tool_table=table).errors[0][:2] == (code, len(text.splitlines()) - 1)
+
+
+def test_a_tool_without_a_radius(run: Any) -> None:
+    text = f"{PLAIN}{CIRCLE.format(depth=3, blank=36)}\nCYCL CALL\n9 END PGM T MM\n"
+    assert run(text).errors[0][0] == "cycle-tool"

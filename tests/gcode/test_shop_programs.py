@@ -1,0 +1,323 @@
+"""What the programs of shops and posts are made of: each text is our own, and where it leads is worked out by hand."""
+
+from __future__ import annotations
+
+import io
+import itertools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cncgen.gcode import read
+from cncgen.gcode.source import open_source
+from cncgen.gcode.text.dialects import choose
+from cncgen.toolpath.reading import ReadOptions
+from cncgen.toolpath.record import Kind
+
+Move = tuple[float, float, float, float]
+PLAIN = "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000 F350\n"
+DRILL_203 = "CYCL DEF 203 UNIVERSAL DRILLING ~\n Q200=+2 ~\n Q201=-10 ~\n Q206=+100 ~\n Q202=+6 ~\n Q210=+0 ~\n Q203=+0 ~\n Q204=+20 ~\n Q212=+0 ~\n Q213=+0 ~\n Q205=+0 ~\n Q211=+0 ~\n Q208={out} ;RETRACTION FEED RATE ~\n Q256=+0.2\nCYCL CALL"
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        # FAUTO takes the feed of TOOL CALL whatever F was between (iTNC 530, "Feed rate F").
+        ("L Z-5 F100\nL X+10 FAUTO", [(0, 0, -5, 100), (10, 0, -5, 350)]),
+        # FU is a feed of each turn: 0.2 mm at 1000 rev/min.
+        ("L X+10 FU0.2\nL Y+10", [(10, 0, 0, 200), (10, 10, 0, 200)]),
+        # The control keeps the radius of the tool in Q108.
+        ("L X+Q108 F100\nQ1 = Q108 * 2\nL X-Q1", [(4, 0, 0, 100), (-8, 0, 0, 100)]),
+        # Parameters of the program alone, and those that are kept.
+        ("QL1 = 3\nQR1 = QL1 * 2\nL X+QR1 FQL1\nFN 11: IF +QR1 GT +5 GOTO LBL 9\nL X+99\nLBL 9\nL X-QL1", [(6, 0, 0, 3), (-3, 0, 0, 3)]),
+        # A comment goes on behind ~.
+        (";MILLING OF A FACE BY ~\n THE AUTHOR, NO CYCLE ~\n VERSION 2\nL X+1 F100", [(1, 0, 0, 100)]),
+        # Feeds of cycles: FMAX is a traverse, 0 that of plunging (cycle 203, Q208), FAUTO that of TOOL CALL.
+        (DRILL_203.format(out="+500"), [(0, 0, 2, 0), (0, 0, -6, 100), (0, 0, 2, 500), (0, 0, -4, 0), (0, 0, -10, 100), (0, 0, 2, 500), (0, 0, 20, 0)]),
+        (DRILL_203.format(out="+0"), [(0, 0, 2, 0), (0, 0, -6, 100), (0, 0, 2, 100), (0, 0, -4, 0), (0, 0, -10, 100), (0, 0, 2, 100), (0, 0, 20, 0)]),
+        (DRILL_203.format(out=" MAX"), [(0, 0, 2, 0), (0, 0, -6, 100), (0, 0, 2, 0), (0, 0, -4, 0), (0, 0, -10, 100), (0, 0, 2, 0), (0, 0, 20, 0)]),
+        (DRILL_203.format(out="FAUTO"), [(0, 0, 2, 0), (0, 0, -6, 100), (0, 0, 2, 350), (0, 0, -4, 0), (0, 0, -10, 100), (0, 0, 2, 350), (0, 0, 20, 0)]),
+        # The feed of APPR may be a Q parameter, or that of TOOL CALL.
+        ("L X-30 F100\nQ5 = 80\nAPPR LT X+0 Y+0 LEN10 RL FQ5\nL X+10\nDEP LT LEN5 FAUTO",
+         [(-30, 0, 0, 100), (-10, 4, 0, 80), (0, 4, 0, 80), (10, 4, 0, 80), (15, 4, 0, 350)]),
+    ],
+)  # fmt: skip
+def test_plain_language(moves: Any, body: str, expected: list[Move]) -> None:
+    assert moves(f"{PLAIN}{body}\n9 END PGM T MM\n") == expected
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [("L X+1 FAUTO", "feed-missing"), ("CYCL DEF 200 X ~\n Q206= AUTO", "feed-missing"), ("L X+1 FZ0.1", "unsupported-block")],
+)  # fmt: skip
+def test_feeds_that_plain_language_cannot_tell(run: Any, body: str, code: str) -> None:
+    out = run(f"0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000\n{body}\n9 END PGM T MM\n")
+    assert out.errors[0][:2] == (code, len(body.splitlines()) + 2)
+
+
+def test_blanks_that_a_conversational_control_draws_move_nothing(moves: Any) -> None:
+    lathe = "O1\nG1901 D120. E80. L45. K0.5\nG50 S2000\nT0101\nG97 S1000 M3\nG0 X20. Z5.\nG1 Z-1. F.2\nM30"
+    assert moves(lathe) == [(10, 0, 5, 0), (10, 0, -1, 200)]
+    mill = "O1\nG1902 B100. D50. H20. I0. J0. K0.\nG90 G54 G43 H1 Z5.\nG1 X1. F100.\nM30"
+    assert moves(mill) == [(0, 0, 5, 0), (1, 0, 5, 100)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        # Codes that stand behind others in their block.
+        "G0G50S2000\nG0X50.Z2.\nG1Z-30.F.3\nM30",
+        "G21G99G96S200M3\nG0X50.Z2.\nG1Z-30.F.3\nM30",
+        "G18G99G28U0W0\nG0X50.Z2.\nG1Z-30.F.3\nM30",
+        # Without G18 and Y, the centre of an arc with K lies in the plane of lathes alone.
+        "T01M06\nG97S220M3\nG0X205.Z10.\nX192.735Z0\nG3X193.84Z-.366I0.K-.6F.1\nM30",
+    ],
+)
+def test_lathes_are_recognised(text: str) -> None:
+    choice = choose(open_source(io.BytesIO(text.encode()), "t.nc"))
+    assert (choice.dialect, choice.rival) == ("fanuc-lathe", "")
+
+
+def test_canonical_calls_of_other_controls_take_tools_without_a_table(calls: Any) -> None:
+    found = calls("0 BEGIN PGM T MM\n1 TOOL CALL 27 Z S1000\n2 L X+1 F100\n3 END PGM T MM\n")
+    assert [call for call in found if "STRAIGHT" in call] == [
+        "STRAIGHT_FEED(1.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        # DIAMON: X is a diameter in G90 and G91, its centre with AC() too; the increment of a centre and CR are radii.
+        ("DIAMON\nG0 X40 Z0\nG1 X50\nG91 X10\nG90 Z=IC(-1)\nX=IC(10)",
+         [(20, 0, 0, 0), (25, 0, 0, 100), (30, 0, 0, 100), (30, 0, -1, 100), (35, 0, -1, 100)]),
+        ("DIAMON\nG0 X40 Z0\nG3 X60 Z-10 CR=10\nG3 X40 Z-20 I-10 K0\nG3 X20 Z-10 I=AC(20) K=AC(-20)",
+         [(20, 0, 0, 0), (30, 0, -10, 100), (20, 0, -20, 100), (10, 0, -10, 100)]),
+        ("DIAMON\nG0 X40 Z0\nCIP X40 Z-20 I1=60 K1=-10\nSUPA G0 X200", [(20, 0, 0, 0), (20, 0, -20, 100), (100, 0, -20, 0)]),
+        # DIAM90: a diameter in G90, a radius in G91; DIAMOF: a radius.
+        ("DIAM90\nG0 X40\nG1 G91 X10\nG90 X70\nDIAMOF\nX30", [(20, 0, 0, 0), (30, 0, 0, 100), (35, 0, 0, 100), (30, 0, 0, 100)]),
+        # G26 bounds the speed of the spindle and G25 a working area: neither is a speed or a way.
+        ("G95 S1000 M3 F0.1\nG26 S3000\nG25 X-50 Z-50\nG1 X10", [(10, 0, 0, 100)]),
+        # Without M6 in the program T changes the tool at once: its radius is 4.
+        ("T1 D1\nG1 G41 Z10\nX20\nG40 Z30", [(4, 0, 6, 100), (20, 0, 6, 100), (20, 0, 30, 100)]),
+        ("T1=1 M1=4\nT2=\"CUT\" M2=3\nG1 X5", [(5, 0, 0, 100)]),
+    ],
+)  # fmt: skip
+def test_lathes_of_sinumerik(moves: Any, body: str, expected: list[Move]) -> None:
+    assert moves(f"G18 G90 G94 F100\n{body}\nM30\n", dialect="sinumerik") == expected
+
+
+def test_a_radius_that_may_be_a_diameter_is_doubted(run: Any) -> None:
+    text = "G18 G90 G95\nG96 S200 LIMS=3000 M4\nG1 X20 F0.2\nM30\n"
+    assert [d.code for d in run(text).diagnostics if d.severity == "warning"] == ["diameter-doubtful"]
+    assert not [d for d in run(f"DIAMOF\n{text}").diagnostics if d.severity == "warning"]
+    shifted = run("DIAMON\nTRANS X10\nG1 X20 F100\nM30\n")
+    assert [d.code for d in shifted.diagnostics if d.severity == "warning"] == ["frame-diameter"]
+
+
+def test_a_program_is_called_by_its_text_and_a_tape_has_a_leader(moves: Any, tmp_path: Path) -> None:
+    (tmp_path / "SUB1.SPF").write_text("G0 X7\nM17\n")
+    text = '\0\0\0G90 G1 X1 F100\nCALL "SUB1"\nM30\n\0\0'
+    assert moves(text, dialect="sinumerik", include=(tmp_path,)) == [(1, 0, 0, 100), (7, 0, 0, 0)]
+
+
+def test_pockets_of_a_profile_are_roughed_where_its_first_line_has_both_axes(moves: Any) -> None:
+    """G71 of type II: at depths of 4 the profile of radius 20, 12, 23 is free from Z2 to -40 and -36, then within its pocket."""
+    lines = "N10 G0 X40. Z2.\nG1 Z-10.\nX24. Z-18.\nZ-25.\nX46. Z-36.\nN20 Z-40.\n"
+    text = f"G98 S1000 M3\nG0 X62. Z2.\nG71 U4. R.5\nG71 P10 Q20 U0 W0 F100.\n{lines}M30\n"
+    found = moves(text, dialect="fanuc-lathe")
+    cuts = [(a[0], a[2], b[2]) for a, b in itertools.pairwise(found) if b[3] and a[0] == b[0]]
+    # The slope at the beginning of the pocket has X19 at Z-11 and X15 at Z-15, that at its end at Z-32 and Z-28.
+    assert cuts[:4] == [(27, 2, -40), (23, 2, -36), (19, -11, -32), (15, -15, -28)]
+    assert [(x, z) for x, _, z, _ in found[-7:]] == [
+        (20, 2),
+        (20, -10),
+        (12, -18),
+        (12, -25),
+        (23, -36),
+        (23, -40),
+        (31, 2),
+    ]
+    # No traverse leads through stock: below X31 it only goes to where the cut before has been, or leaves a cut.
+    for a, b in itertools.pairwise(found):
+        if b[3] == 0.0 and b[0] < a[0] < 31.0 and a[2] < 2.0:
+            raise AssertionError((a, b))
+
+
+@pytest.mark.parametrize(
+    ("lines", "what"),
+    [("N10 G0 X40.\nG1 Z-10.\nX24. Z-18.\nN20 X60. Z-40.", "not both X and Z"),
+     ("N10 G0 X40. Z2.\nG1 Z-20.\nX46. Z-10.\nN20 X60. Z-40.", "goes back along Z")],
+)  # fmt: skip
+def test_profiles_that_cannot_be_roughed(run: Any, lines: str, what: str) -> None:
+    text = f"G98 S1000 M3\nG0 X62. Z2.\nG71 U4. R.5\nG71 P10 Q20 U0 W0 F100.\n{lines}\nM30\n"
+    out = run(text, dialect="fanuc-lathe")
+    assert out.errors[0][:2] == ("profile-not-monotonic", 4)
+    assert what in next(d.message for d in out.diagnostics if d.severity == "error")
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        # Three points: the origin, a point along X and one on the side of Y; R turns about Z, Q0 shifts in the plane.
+        ("G68.2 P2 Q1 X0 Y0 Z0\nG68.2 P2 Q2 X10. Y0 Z0\nG68.2 P2 Q3 X0 Y10. Z0 R90.\nG1 X1. Y2. Z3.", (-2, 1, 3, 100)),
+        ("G68.2 P2 Q0 X1. Y0 Z0 R0\nG68.2 P2 Q1 X10. Y0 Z0\nG68.2 P2 Q2 X10. Y10. Z0\nG68.2 P2 Q3 X10. Y0 Z10.\nG1 X1. Y2. Z3.", (13, 2, 2, 100)),
+        # Two directions: X along the workpiece's Y and Z along its X, so that Y is along its Z.
+        ("G68.2 P3 Q1 X5. Y0 Z0 I0 J1. K0\nG68.2 P3 Q2 I1. J0 K0\nG1 X1. Y2. Z3.", (8, 1, 2, 100)),
+    ],
+)  # fmt: skip
+def test_tilted_planes_of_several_blocks(moves: Any, body: str, expected: Move) -> None:
+    text = f"G90 F100.\n{body}\nG69\nM30\n"
+    assert moves(text, dialect="fanuc")[-1] == expected
+
+
+@pytest.mark.parametrize(
+    "body",
+    ["G68.2 P2 Q2 X1.", "G68.2 P2 Q1 X1.\nG68.2 P2 Q3 X1.", "G68.2 P2 X1.", "G68.2 P2 Q1 X0\nG68.2 P2 Q2 X0\nG68.2 P2 Q3 Y1.",
+     "G68.2 P3 Q1 I1. J0 K0\nG68.2 P3 Q2 I1. J0 K1."],
+)  # fmt: skip
+def test_tilted_planes_that_are_incomplete(run: Any, body: str) -> None:
+    out = run(f"G90 F100.\n{body}\nM30\n", dialect="fanuc")
+    assert out.errors[0][:2] == ("plane-points", len(body.splitlines()) + 1)
+
+
+def test_words_of_lathes_that_are_not_corners(moves: Any) -> None:
+    """R and K of a drilling cycle are its level and count while G1 is in force; H alone moves the axis C; M98 Q calls a line."""
+    text = "G98 S1000 M3 F100.\nG0 X0 Z5.\nG1 Z4.\nG85 Z-6. R-2. K1\nG80\nM98 Q500\nM30\nN500 G0 X10.\nM99\n"
+    assert [move[2:] for move in moves(text, dialect="fanuc-lathe")] == [
+        (5, 0),
+        (4, 100),
+        (2, 0),
+        (-6, 100),
+        (2, 100),
+        (4, 0),
+        (4, 0),
+    ]
+    source = io.BytesIO(b"G98 F100.\nG0 H90.\nG1 Z-5.\nG0 H90.\nM30\n")
+    program = read(source, "t.nc", ReadOptions(dialect="fanuc-lathe"))
+    assert program.moving_axes == "ZC"
+    (path,) = program.chunks()
+    assert path.axes == "XYZC"
+    assert np.degrees(path.end[:, 3]).round(9).tolist()[0] == 90.0
+
+
+def test_pecks_by_a_factor(moves: Any) -> None:
+    """DAM below 0 is the factor of each step to the one before (840D, CYCLE83): 4, 2, then MDEP 1.5."""
+    text = "G17 G90 F100\nG0 Z20\nCYCLE83(20,0,2,-10,,,4,-0.5,0,0,1,0,,1.5,1,0,0)\nM30\n"
+    depths = [z for _, _, z, feed in moves(text, dialect="sinumerik") if feed]
+    assert depths == [-4, -3, -6, -5, -7.5, -6.5, -9, -8, -10]
+
+
+def test_tools_of_an_index_or_a_text_and_other_presets(run: Any) -> None:
+    text = '0 BEGIN PGM T MM\n1 DECLARE STRING QS1 = "MILL"\n2 TOOL CALL 12.1 Z S1000 F100\nTOOL CALL QS1 Z S500\nCYCL DEF 247 PRESET ~\n Q339=20\nL X+1\nEND PGM T MM\n'
+    out = run(text)
+    assert out.errors == []
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["preset-unknown"]
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc"])
+def test_lengths_that_may_count_increments_are_doubted(run: Any, dialect: str) -> None:
+    text = "G21 G90 F200\nG1 X+040000\nZ-002000\nM2\n"
+    assert [
+        d.span.line for d in run(text, dialect=dialect).diagnostics if d.code == "other-control" and d.span
+    ] == [2]
+    assert "other-control" not in [
+        d.code for d in run(text, dialect=dialect, least_increment=0.001).diagnostics
+    ]
+    assert "other-control" not in [
+        d.code for d in run("G1 X4000 Y1234.5 F1\nM2\n", dialect=dialect).diagnostics
+    ]
+
+
+def test_face_and_cylinder_of_sinumerik(run: Any) -> None:
+    """TRANSMIT: C90 at X10 is the point 0 10 of the face; the line to 10 10 has x sin(c) = 10. TRACYL(40): 10 mm are 10/20 rad."""
+    out = run("G17 G90 G94 F100\nG0 C90 Z1\nX10 Y0\nTRANSMIT\nG1 X10 Y10\nTRAFOOF\nG0 X30 C0\nTRACYL(40)\nG19\nG1 Y10 Z5\nTRAFOOF\nG0 X50\nM30\n",
+              dialect="sinumerik")  # fmt: skip
+    assert out.errors == []
+    assert out.path.axes == "XYZC"
+    x, y, z, c = out.path.end.T
+    face = np.flatnonzero((out.path.line == 5) & (out.path.kind != Kind.EVENT))
+    assert np.abs(x[face] * np.sin(c[face]) - 10.0).max() < 0.0011
+    assert (x[face[-1]], np.degrees(c[face[-1]])) == pytest.approx((200**0.5, 45.0))
+    cylinder = np.flatnonzero((out.path.line == 10) & (out.path.kind != Kind.EVENT))
+    assert (x[cylinder[-1]], z[cylinder[-1]], c[cylinder[-1]]) == pytest.approx((30.0, 5.0, 0.5))
+    assert not y.any()
+    assert run("TRACYL(40,1,2)\nM30\n", dialect="sinumerik").errors[0][0] == "not-read"
+
+
+@pytest.mark.parametrize(
+    ("angle", "kind", "expected"),
+    [
+        # Depths in radius of a thread of diameter 40: half of TDEP less FAL, all of it, TDEP, and one pass more.
+        ("0", "1", [(19.5, 4), (19.0, 4), (18.8, 4), (18.8, 4)]),
+        # Inside, and by equal sections: the first depth is 1/sqrt(2) of it.
+        ("0", "4", [(20 + 2**-0.5, 4), (21, 4), (21.2, 4), (21.2, 4)]),
+        # At 45 degrees of infeed the start moves along as deep as the cut.
+        ("45", "1", [(19.5, 3.5), (19.0, 3.0), (18.8, 2.8), (18.8, 2.8)]),
+        ("-45", "1", [(19.5, 3.5), (19.0, 5.0), (18.8, 2.8), (18.8, 5.2)]),
+    ],
+)
+def test_threads_of_cycle97(moves: Any, angle: str, kind: str, expected: list[tuple[float, float]]) -> None:
+    text = f"G18 G90 G95 DIAMON\nS500 M3\nG0 X60 Z10\nCYCLE97(2,,0,-20,40,40,4,2,1.2,0.2,{angle},0,2,1,{kind},1)\nM30\n"
+    found = moves(text, dialect="sinumerik")
+    cuts = [(a[:3], b[:3]) for a, b in itertools.pairwise(found) if b[3]]
+    assert [(a[0], a[2]) for a, _ in cuts] == [
+        (pytest.approx(x, abs=1e-6), pytest.approx(z)) for x, z in expected
+    ]
+    assert all(b[2] == -22.0 and b[0] == a[0] for a, b in cuts)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "0,-20,40,40,4,2,1,1,0,0,2,0,1,1",
+        "0,0,40,40,4,2,1,0,0,0,2,0,1,1",
+        "0,-20,40,40,4,2,1,0,0,0,0,0,1,1",
+        "0,-20,40,40,4,2,1,0,0,0,2,0,7,1",
+    ],
+)
+def test_threads_that_nobody_can_cut(run: Any, words: str) -> None:
+    assert run(f"G18 S100 M3\nCYCLE97(2,,{words})\nM30\n", dialect="sinumerik").errors[0][:2] == (
+        "thread-words",
+        2,
+    )
+
+
+SUBPROGRAM, MAIN = "O1000 (WAY, M30 IN BRACKETS)\nG0 X5\nM99\n", "O1\nG21 G0 X1\nM98 P1000\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "warned"),
+    [(SUBPROGRAM + MAIN, [("main-behind", 4)]), (f"%\n{SUBPROGRAM}%\n%\n{MAIN}%\n", [("main-behind", 7)]), (MAIN + SUBPROGRAM, []), (SUBPROGRAM, [])],
+)  # fmt: skip
+def test_a_main_program_behind_a_subprogram_is_run(run: Any, text: str, warned: list[Any]) -> None:
+    out = run(text, dialect="fanuc")
+    assert [(d.code, d.span.line) for d in out.diagnostics if d.code == "main-behind" and d.span] == warned
+    ends = out.path.end[out.path.kind != Kind.EVENT, 0].tolist()
+    assert (out.errors, ends) == ([], [5.0] if text == SUBPROGRAM else [1.0, 5.0])
+
+
+def test_the_centre_of_a_rotation_as_mach3_writes_it(moves: Any) -> None:
+    """About (10, 5) by 90 degrees: (12, 5) is (10, 7), and (10, 8) is (7, 5)."""
+    ends = [
+        end[:3]
+        for end in moves("G21 G90\nG68 A10. B5. R90.\nG0 X12. Y5.\nX10. Y8.\nG69\nM30\n", dialect="fanuc")
+    ]
+    assert ends == [(10, 7, 0), (7, 5, 0)]
+
+
+@pytest.mark.parametrize("block", ["G68 X1. A10. B5. R90.", "G18 G68 A10. B5. R90."])
+def test_a_centre_that_is_written_twice_or_lies_in_another_plane(run: Any, block: str) -> None:
+    assert run(f"{block}\nM30\n", dialect="fanuc").errors[0][:2] == ("rotation-plane", 1)
+
+
+def test_allowances_of_a_finishing_cycle_are_passed_over_with_a_warning(run: Any) -> None:
+    """Programs of Haas's lathes write G70 with the words of G71: the profile is finished as it is written."""
+    text = "G99 S1000 M3\nG0 X62. Z2.\nG71 U2. R.5\nG71 P10 Q20 U.4 W.1 F.2\nN10 G0 X40.\nG1 Z-10. F.1\nN20 X60.\nG70 P10 Q20{}\nM30\n"
+    plain, idle = (run(text.format(words), dialect="fanuc-lathe") for words in ("", " U0.1 W0 D0.01"))
+    assert np.array_equal(plain.path.end, idle.path.end)
+    assert [(d.code, d.span.line) for d in idle.diagnostics if d.severity == "warning" and d.span] == [
+        ("unused-word", 8)
+    ]

@@ -1,0 +1,115 @@
+"""Hostile inputs that were once over a bound or ended in an internal error, each given to its command: exit code and diagnostic."""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cncgen.cli import app
+
+WEIGHTED = "G21 G90 G17 G64\nG6.2 P3 K0 X0 Y0 R{0} F1000\nK0 X1 Y1 R{1}\nK0 X2 Y0 R{0}\nK1\nK1\nK1\nM2\n"
+LINES = "G21 G90 G64 P0.01\nG1 X1 Y0 F1000\nX2 Y1\nM2\n"
+FIVE_AXES = (
+    'name = "five"\nperiod_s = 0.001\nchord_tolerance_mm = 0.001\n'
+    + "".join(
+        f"[axes.{letter}]\nmax_velocity_{unit}_s = 100.0\nmax_acceleration_{unit}_s2 = 1000.0\nmax_jerk_{unit}_s3 = 1e4\n"
+        for letter, unit in (("x", "mm"), ("y", "mm"), ("z", "mm"), ("a", "deg"), ("c", "deg"))
+    )
+    + '[kinematics]\nmodel = "table-table"\naxes = ["a", "c"]\n'
+)
+CSV = "t_s,x_mm,y_mm\n0,0,0\n0.001,1e300,0\n0.002,0,0\n"
+VERIFY = ("-p", "p.nc", "-m", "xy-table")
+PLAN = ("-m", "xy-table", "-o", "o.csv")
+NINES = "9" * 400
+
+#: Files, the command, its exit code, and what it says.
+CASES: dict[str, tuple[dict[str, str | bytes], tuple[str, ...], int, str]] = {
+    **{
+        f"weights of {w} and {end}": (
+            {"w.nc": WEIGHTED.format(end, w)}, ("plan", "w.nc", *PLAN), 1, "number-range"
+        )
+        for w, end in (("200000000", "1"), ("300000000", "1"), ("999999999", "1"), ("100000000", "1"), ("1", "0.000000001"))
+    },
+    "coordinates of 1e9": ({"b.nc": "G21\nG1 X1000000000 F1000\nX0\nM2\n"}, ("plan", "b.nc", *PLAN), 1, "number-range"),
+    "a tool point about a turn of 1e7 degrees": (
+        {"t.nc": "G43.4 H1\nG1 X1 C10000000 F100\nM30\n", "five.toml": FIVE_AXES},
+        ("check", "t.nc", "--dialect", "fanuc", "-m", "five.toml"), 1, "too-many-steps",
+    ),
+    "an arc of 1e7 turns": (
+        {"a.nc": "G21\nG2 X0 Y0 I1 J0 P10000000 F100\nM2\n"}, ("plan", "a.nc", "-m", "generic-mill", "-o", "o.csv"), 3, "motion-endless"
+    ),
+    "a loop of 1e9": ({"o.nc": "G21\no1 repeat [1000000000]\no1 endrepeat\nM2\n"}, ("check", "o.nc"), 1, "too-many-steps"),
+    "a turn in a plane of U V W": (
+        {"g.nc": "G17.1\nG68X0R5\nM30\n"}, ("check", "g.nc", "--dialect", "fanuc"), 1, "rotation-plane"
+    ),
+    "a parameter of Heidenhain": (
+        {"q.h": "BEGIN PGM A MM\nL XQ2147483648\nEND PGM A MM\n"}, ("check", "q.h", "--dialect", "heidenhain"), 1, "number-range"
+    ),
+    "a turn of Heidenhain": (
+        {"q.h": f"BEGIN PGM A MM\nCYCL DEF 10.1 ROT+{NINES}\nEND PGM A MM\n"}, ("check", "q.h", "--dialect", "heidenhain"), 1, "number-range"
+    ),
+    "a repetition of SINUMERIK": ({"s.nc": f"UP P={NINES}\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "number-range"),
+    "a place in convert": (
+        {"z.nc": "G71\nG0X0Z45678901234567890\nM2\n"}, ("convert", "z.nc", "-o", "o.nc"), 1, "number-range"
+    ),
+    "a coordinate of STEP-NC": (
+        {"p.stp": f"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=CARTESIAN_POINT($,({NINES},0.,0.));\nENDSEC;\nEND-ISO-10303-21;\n"},
+        ("check", "p.stp"), 1, "error",
+    ),
+    "setpoints at 1e300": ({"s.csv": CSV, "p.nc": LINES}, ("verify", "s.csv", *VERIFY), 2, "setpoints-range"),
+    "a period of 1e-320": (
+        {"s.hal": "0 0\n1 0\n", "p.nc": LINES}, ("verify", "s.hal", *VERIFY, "--period", "1e-320"), 2, "setpoints-period"
+    ),
+    "a time of 5.5e303": (
+        {"s.f64": struct.pack("<3d", 5.5e303, 0.0, 0.0), "p.nc": LINES}, ("verify", "s.f64", *VERIFY, "--axes", "XY"), 2, "setpoints-time"
+    ),
+}  # fmt: skip
+
+
+def said_of(command: tuple[str, ...], capfd: pytest.CaptureFixture[str]) -> tuple[int, str]:
+    """Run a command in this process, where warnings are errors; return its exit code and what it says."""
+    code = app.run(list(command))
+    return code, capfd.readouterr().err
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_bounds(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    files, command, code, expected = CASES[name]
+    monkeypatch.chdir(tmp_path)
+    for file, content in files.items():
+        (tmp_path / file).write_bytes(content.encode() if isinstance(content, str) else content)
+    found, said = said_of(command, capfd)
+    assert (found, expected in said) == (code, True), said
+    assert not (tmp_path / "o.csv").exists()
+
+
+def test_a_machine_that_hardly_accelerates(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """3.8e-6 mm/s² and 2.8e6 mm/s were an internal error; the way is v²/a of 1 mm/s at most, so 1e-3 mm take 32 s."""
+    monkeypatch.chdir(tmp_path)
+    limits = "max_velocity_mm_s = 2.8e6\nmax_acceleration_mm_s2 = 3.8e-6\nmax_jerk_mm_s3 = 5e4\n"
+    head = 'name = "slow"\nperiod_s = 0.1\nchord_tolerance_mm = 0.001\n'
+    (tmp_path / "slow.toml").write_text(head + f"[axes.x]\n{limits}[axes.y]\n{limits}")
+    (tmp_path / "p.nc").write_text("G21 G90 G61\nG1 X0.001 F1000\nM2\n")
+    assert said_of(("plan", "p.nc", "-m", "slow.toml", "-o", "o.csv"), capfd)[0] == 0
+    # From rest to rest in 2 √(s/a), and jerk adds nothing that shows.
+    rows = (tmp_path / "o.csv").read_text().splitlines()
+    assert float(rows[-1].split(",")[0]) == pytest.approx(2.0 * (1e-3 / 3.8e-6) ** 0.5, abs=0.2)
+    assert said_of(("verify", "o.csv", "-p", "p.nc", "-m", "slow.toml"), capfd)[0] == 0
+
+
+def test_warnings_of_libraries_say_nothing_to_a_user(tmp_path: Path) -> None:
+    """In a process of its own: pytest takes warnings before they are shown."""
+    (tmp_path / "p.nc").write_text(LINES)
+    code = f"from cncgen.cli import app; print(app.run(['check', {str(tmp_path / 'p.nc')!r}]))\n"
+    code += "import numpy, warnings; numpy.divide(numpy.ones(1), numpy.zeros(1)); warnings.warn('odd', RuntimeWarning)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "0\n"
+    assert [line for line in done.stderr.splitlines() if "no errors" not in line] == []
