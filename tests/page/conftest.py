@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -50,11 +50,47 @@ class Browser:
             assert time.monotonic() < end, f"{condition}: {self.driver.get_log('browser')}"
             time.sleep(0.02)
 
+    def shows(self, script: str, expected: object, seconds: float = 20.0) -> None:
+        """Wait until a script returns a value: what a hand does is heard at the page's next frame."""
+        end = time.monotonic() + seconds
+        while (value := self.run(script)) != expected and time.monotonic() < end:
+            time.sleep(0.02)
+        assert value == expected
+
     def find(self, selector: str) -> Any:
-        """Return the element of a CSS selector."""
+        """Return the element of a CSS selector, for what the page never draws anew."""
         from selenium.webdriver.common.by import By
 
         return self.driver.find_element(By.CSS_SELECTOR, selector)
+
+    def count(self, selector: str) -> int:
+        """Return how many elements a CSS selector has."""
+        return int(self.run("return document.querySelectorAll(arguments[0]).length", selector))
+
+    def of(self, selector: str, ask: Callable[[Any], Any], place: int = 0) -> Any:
+        """Ask one of a selector's elements, which is looked up again where the page has drawn it anew meanwhile."""
+        from selenium.common.exceptions import StaleElementReferenceException
+        from selenium.webdriver.common.by import By
+
+        end = time.monotonic() + 20.0
+        while True:
+            try:
+                return ask(self.driver.find_elements(By.CSS_SELECTOR, selector)[place])
+            except (StaleElementReferenceException, IndexError):
+                assert time.monotonic() < end, f"{selector} has no element {place}"
+                time.sleep(0.02)
+
+    def click(self, selector: str, place: int = 0) -> None:
+        """Click one of a selector's elements with the pointer."""
+        self.of(selector, lambda element: element.click(), place)
+
+    def text(self, selector: str, place: int = 0) -> str:
+        """Return what one of a selector's elements says."""
+        return str(self.of(selector, lambda element: element.text, place))
+
+    def visible(self, selector: str, place: int = 0) -> bool:
+        """Tell whether one of a selector's elements can be seen."""
+        return bool(self.of(selector, lambda element: element.is_displayed(), place))
 
     @contextmanager
     def frame(self, selector: str) -> Iterator[None]:

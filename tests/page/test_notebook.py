@@ -167,6 +167,6 @@ def test_the_viewer_works_in_a_frame(browser: Browser, tmp_path: Path) -> None:
     browser.driver.get(file.as_uri())
     with browser.frame("iframe"):
         browser.wait("return document.documentElement.dataset.ready === 'all'")
-        browser.find("[data-view=top]").click()
+        browser.click("[data-view=top]")
         assert browser.run("return cncgen.part.rows") == len(points)
         assert browser.run("return cncgen.scene.drawer !== null")
