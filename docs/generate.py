@@ -15,7 +15,7 @@ import click
 from click.shell_completion import get_completion_class
 
 import cncgen
-from cncgen.cli.app import cli
+from cncgen.cli.commands import cli
 from cncgen.explanations import ROOMS, codes, explanation
 
 DOCS = Path(__file__).resolve().parent

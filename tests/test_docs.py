@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import cncgen
-from cncgen.cli.app import cli
+from cncgen.cli.commands import cli
 from cncgen.machine import load
 from cncgen.machine.reading import machine_from_toml
 from cncgen.planner.record import Limit

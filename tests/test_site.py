@@ -15,7 +15,7 @@ from types import ModuleType
 import pytest
 from click.testing import CliRunner
 
-from cncgen.cli.app import cli
+from cncgen.cli.commands import cli
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"

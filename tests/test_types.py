@@ -103,6 +103,7 @@ OPEN_ARGUMENTS = {
     "files.py:readinto.buffer": "any buffer: Python 3.11 has no name for it",
     "files.py:_guard.action": "what the action returns is dropped",
     "shown.py:*": "records of any room, told apart by their class",
+    "pipeline/__init__.py:_shown.record": "records of any room",
     "pipeline/reporting.py:shown_record.record": "records of any room, told apart by their class",
     "gcode/codes/tool_centre.py:*": "what the caller gave with a move, handed back",
     "gcode/sinks/counting.py:*": "the arguments of every call, counted and dropped",

@@ -1,8 +1,7 @@
-"""The group of commands, and the one place where what went wrong becomes a message and an exit code."""
+"""The one place where what went wrong becomes a message and an exit code."""
 
 from __future__ import annotations
 
-import importlib
 import os
 import signal
 import sys
@@ -10,82 +9,12 @@ import warnings
 from collections.abc import Sequence
 from typing import Any
 
-import click
-
 from cncgen.cli import memory, messages
-from cncgen.diagnostics import CncgenError, Diagnostic, RemarkWarning
+from cncgen.diagnostics import CncgenError, RemarkWarning
 from cncgen.files import remove_temporaries, silence, together
-
-#: Commands in the order of ``--help``, each a module of this package with a click command `command`.
-COMMANDS = (
-    "check",
-    "canon",
-    "plan",
-    "simulate",
-    "verify",
-    "cut",
-    "convert",
-    "compare",
-    "sweep",
-    "why",
-    "compensate",
-    "identify",
-    "excite",
-    "tune",
-    "reproduce",
-    "plot",
-    "report",
-    "view",
-    "codes",
-    "explain",
-    "machines",
-)
 
 #: Exit code of what is our fault (EX_SOFTWARE of sysexits.h).
 INTERNAL_ERROR = 70
-
-
-class Commands(click.Group):
-    """A group that imports a command's module when the command is asked for."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of all commands."""
-        return list(COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a command by its name."""
-        if cmd_name not in COMMANDS:
-            return None
-        command: click.Command = importlib.import_module(f"cncgen.cli.{cmd_name}").command
-        return command
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that the arguments name; name the nearest one for an unknown name."""
-        if args[0] not in COMMANDS and (near := _near(args[0])):
-            ctx.fail(f"No such command {args[0]!r}; did you mean {near}?")
-        return super().resolve_command(ctx, args)
-
-
-def _near(name: str) -> str:
-    """Return the command whose name is nearest to one that is unknown, or ""."""
-    import difflib
-
-    return next(iter(difflib.get_close_matches(name, COMMANDS, 1)), "")
-
-
-@click.group(
-    cls=Commands,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-)
-@click.version_option(package_name="cncgen")
-def cli() -> None:
-    """NC programs to servo setpoints: as fast as the machine's limits allow, and never over them.
-
-    PROGRAM is a file, or - for standard input. Exit codes: 0 done, 1 the program has errors (or verify found a limit
-    broken), 2 wrong usage or an unreadable file, 3 no plan exists within the limits.
-    """
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
@@ -121,21 +50,12 @@ def _nameless() -> str:
 def _run(arguments: Sequence[str] | None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        if "_CNCGEN_COMPLETE" in os.environ:  # click's completion in the shell
-            cli.main(prog_name="cncgen")
-        # Not `cli.main`, which would turn a broken pipe into exit code 1.
-        with cli.make_context("cncgen", list(words)) as context, together():
-            outcome: Any = cli.invoke(context)
-        return outcome if isinstance(outcome, int) else 0
-    except click.exceptions.Exit as error:
-        return error.exit_code
-    except click.ClickException as error:
-        if "--json" in words:
-            messages.show([Diagnostic("usage", error.format_message())], as_json=True)
-        else:
-            error.show()
-        return 2
-    except (click.Abort, KeyboardInterrupt):
+        if words[:1] == ["check"] and words[1:] and not any(word.startswith("-") for word in words):
+            return _check(words[1:])
+        from cncgen.cli.commands import invoke
+
+        return invoke(words)
+    except KeyboardInterrupt:
         messages.error("interrupted")
         return 130
     except CncgenError as error:
@@ -156,6 +76,17 @@ def _run(arguments: Sequence[str] | None) -> int:
 
             traceback.print_exc()
         return INTERNAL_ERROR
+
+
+def _check(programs: list[str]) -> int:
+    """Check files where no option is to be parsed: click and the options take longer than a program of thousands of lines."""
+    from cncgen.cli.checking import check_all
+    from cncgen.toolpath.reading import ReadOptions
+
+    memory.bound(memory.DEFAULT_MIB)
+    messages.json_to_standard_output()
+    with together():
+        return check_all(programs, None, None, ReadOptions())
 
 
 def _origin(error: Exception) -> str:

@@ -27,15 +27,20 @@ class _Bound:
 
 
 def set_bound(context: click.Context, parameter: click.Parameter, value: int) -> None:
-    """Bound the memory that this process takes from now on (the callback of ``--max-memory``)."""
-    _Bound.mib = value
+    """Bound the memory of this process (the callback of ``--max-memory``)."""
+    bound(value)
+
+
+def bound(mib: int) -> None:
+    """Bound the memory that this process takes from now on."""
+    _Bound.mib = mib
     if resource is None:
         return
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
     if _Bound.before is None:
         _Bound.before = soft, hard
-    asked = _taken() + value * _MIB
-    least = [bound for bound in (asked, _Bound.before[0], hard) if bound != resource.RLIM_INFINITY]
+    asked = _taken() + mib * _MIB
+    least = [most for most in (asked, _Bound.before[0], hard) if most != resource.RLIM_INFINITY]
     resource.setrlimit(resource.RLIMIT_DATA, (min(least), hard))
 
 

@@ -19,9 +19,9 @@ A ``.pxd`` file beside a kernel declares the functions that other kernels call a
 """
 
 import importlib.machinery
+import os
 import sys
 import warnings
-from pathlib import Path
 
 
 class UncompiledWarning(RuntimeWarning):
@@ -30,10 +30,10 @@ class UncompiledWarning(RuntimeWarning):
 
 def uncompiled() -> list[str]:
     """Return the names of the kernel modules that have no compiled form beside their source."""
-    here = Path(__file__).parent
+    names = os.listdir(os.path.dirname(__file__))
     suffixes = tuple(importlib.machinery.EXTENSION_SUFFIXES)
-    built = {p.name.split(".")[0] for p in here.iterdir() if p.name.endswith(suffixes)}
-    return sorted(p.stem for p in here.glob("*.py") if p.stem != "__init__" and p.stem not in built)
+    built = {name.split(".")[0] for name in names if name.endswith(suffixes)}
+    return sorted({name[:-3] for name in names if name.endswith(".py")} - built - {"__init__"})
 
 
 def warn_if_uncompiled() -> None:

@@ -9,70 +9,70 @@
 Each stage draws from the one before it as it is drawn itself, so that a program of any length streams through.
 """
 
-from cncgen.pipeline.planning import (
-    Plan,
-    driven_axes,
-    machine_of,
-    options_on,
-    output_axes,
-    plan,
-    plan_with_summary,
-    sample,
-)
-from cncgen.pipeline.reading import SUFFIXES, canon, check, language_of, read, read_text, reader_of, sound
-from cncgen.pipeline.reporting import (
-    Page,
-    Variant,
-    report_page,
-    shown_plan,
-    shown_record,
-    variant_of,
-    viewer,
-)
-from cncgen.pipeline.using import (
-    coupling_of,
-    fmu,
-    judge,
-    read_setpoints,
-    servos_of,
-    simulate,
-    why,
-    write,
-)
+# Names are imported when they are first used: a check needs no plan.
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from cncgen.shown import shown_by
 
-shown_by("Plan", shown_plan)
-for _kind in ("Setpoints", "Response", "Verdict"):
-    shown_by(_kind, shown_record)
+if TYPE_CHECKING:
+    from cncgen.pipeline.planning import Plan as Plan
+    from cncgen.pipeline.planning import driven_axes as driven_axes
+    from cncgen.pipeline.planning import machine_of as machine_of
+    from cncgen.pipeline.planning import options_on as options_on
+    from cncgen.pipeline.planning import output_axes as output_axes
+    from cncgen.pipeline.planning import plan as plan
+    from cncgen.pipeline.planning import plan_with_summary as plan_with_summary
+    from cncgen.pipeline.planning import sample as sample
+    from cncgen.pipeline.reading import SUFFIXES as SUFFIXES
+    from cncgen.pipeline.reading import canon as canon
+    from cncgen.pipeline.reading import check as check
+    from cncgen.pipeline.reading import language_of as language_of
+    from cncgen.pipeline.reading import read as read
+    from cncgen.pipeline.reading import read_text as read_text
+    from cncgen.pipeline.reading import reader_of as reader_of
+    from cncgen.pipeline.reading import sound as sound
+    from cncgen.pipeline.reporting import Page as Page
+    from cncgen.pipeline.reporting import Variant as Variant
+    from cncgen.pipeline.reporting import report_page as report_page
+    from cncgen.pipeline.reporting import variant_of as variant_of
+    from cncgen.pipeline.reporting import viewer as viewer
+    from cncgen.pipeline.using import coupling_of as coupling_of
+    from cncgen.pipeline.using import fmu as fmu
+    from cncgen.pipeline.using import judge as judge
+    from cncgen.pipeline.using import read_setpoints as read_setpoints
+    from cncgen.pipeline.using import servos_of as servos_of
+    from cncgen.pipeline.using import simulate as simulate
+    from cncgen.pipeline.using import why as why
+    from cncgen.pipeline.using import write as write
 
-__all__ = [
-    "SUFFIXES",
-    "Page",
-    "Plan",
-    "Variant",
-    "canon",
-    "check",
-    "coupling_of",
-    "driven_axes",
-    "fmu",
-    "judge",
-    "language_of",
-    "machine_of",
-    "options_on",
-    "output_axes",
-    "plan",
-    "plan_with_summary",
-    "read",
-    "read_setpoints",
-    "read_text",
-    "reader_of",
-    "report_page",
-    "sample",
-    "servos_of",
-    "simulate",
-    "sound",
-    "variant_of",
-    "viewer",
-    "why",
-    "write",
-]
+_NAMES = {
+    "planning": "Plan driven_axes machine_of options_on output_axes plan plan_with_summary sample",
+    "reading": "SUFFIXES canon check language_of read read_text reader_of sound",
+    "reporting": "Page Variant report_page variant_of viewer",
+    "using": "coupling_of fmu judge read_setpoints servos_of simulate why write",
+}
+_PUBLIC = {name: module for module, names in _NAMES.items() for name in names.split()}
+
+__all__ = [*_PUBLIC]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name on first use (PEP 562)."""
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'cncgen.pipeline' has no attribute {name!r}")
+    value = globals()[name] = getattr(importlib.import_module(f"cncgen.pipeline.{_PUBLIC[name]}"), name)
+    return value
+
+
+def _shown(record: Any) -> str:
+    from cncgen.pipeline.reporting import shown_record
+
+    return shown_record(record)
+
+
+for _kind in ("Plan", "Setpoints", "Response", "Verdict"):
+    shown_by(_kind, _shown)

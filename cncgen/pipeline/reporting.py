@@ -77,10 +77,11 @@ def shown_plan(planned: Plan) -> str:
 
 
 def shown_record(record: Any) -> str:
-    """Return what a notebook shows of setpoints, a response or a verdict."""
+    """Return what a notebook shows of a plan, setpoints, a response or a verdict."""
     from cncgen.report import notebook
 
     kinds: dict[str, Callable[[Any], str]] = {
+        "Plan": shown_plan,
         "Setpoints": notebook.of_setpoints,
         "Response": notebook.of_response,
         "Verdict": notebook.of_verdict,

@@ -344,3 +344,24 @@ def test_a_report_plans_and_verifies_the_program_that_was_meant(folder: Path) ->
     assert '"verdict":{"holds":true' in (folder / "page.html").read_text()
     assert call(f"{line} --feedrate ild") == 0
     assert '"feedrate":"ild"' in (folder / "page.html").read_text()
+
+
+@pytest.mark.parametrize(
+    "files",
+    [
+        ["programs/bracket.nc"],
+        ["programs/bad", "none.nc"],
+        [""],
+        ["tests/cli/test_options.py", "programs/bracket.nc"],
+        *([str(path)] for path in sorted((Path(__file__).parents[2] / "programs" / "bad").glob("*"))[::12]),
+    ],
+)
+def test_a_check_without_options_is_one_with_their_defaults(
+    files: list[str], root: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without options there is nothing to parse, and click is not imported: the defaults must be the same."""
+    monkeypatch.chdir(root)
+    code, said = run(["check", *files]), capsys.readouterr()
+    assert said.err
+    assert run(["check", "--units", "auto", *files]) == code
+    assert capsys.readouterr() == said

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from cncgen.cli.app import cli
+from cncgen.cli.commands import cli
 from cncgen.toolpath.record import FeedMode
 from tests.stepnc.aim import Aim
 from tests.stepnc.building import E, Part, codes, motions, run
