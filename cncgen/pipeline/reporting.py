@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from cncgen.machine import Machine
     from cncgen.planner import PlanOptions
     from cncgen.report.page import Contents, Recording
-    from cncgen.report.shortening import Shortening
     from cncgen.report.summary import Summary
     from cncgen.report.widget import Viewer
     from cncgen.servo.record import Response
@@ -230,21 +229,8 @@ def report_page(
         remarks.extend(said)
     if with_why:
         _, ranked = why(program, where, options)
-        parts[0] = replace(parts[0], why=[_reason(item) for item in ranked])
+        parts[0] = replace(parts[0], why=[item.as_json() for item in ranked])
     return Page(html(title or f"{_shown(program.name)} on {where.name}", parts), remarks)
-
-
-def _reason(item: Shortening) -> dict[str, Any]:
-    """Return a row of the ranking as the page shows it."""
-    from cncgen.report.shortening import by_derivative
-
-    return {
-        "quantity": item.name,
-        "now": item.value,
-        "change": f"{100 * item.change:+.0f} %",
-        "saves, s": round(item.saved_s, 4),
-        "by its derivative, s": by_derivative(item),
-    }
 
 
 def _shown(name: str) -> str:

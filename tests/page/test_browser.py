@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,8 +27,6 @@ DRAG = 80
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the page and the CSV of one program."""
-    import sys
-
     folder = tmp_path_factory.mktemp("page")
     for words in (
         ["report", PROGRAM, "-o", "page.html", "--compare", "feedrate=ild"],
@@ -275,6 +274,28 @@ def test_places_lead_to_where_time_is_lost(shown: Browser, made: Path) -> None:
     shown.click("#panel-losses tbody .link", 1)
     shown.shows("return cncgen.now", round(places[1]["t_s"] / 0.001))
     assert len(set(buttons) | set(shown.run(texts, "#panel-losses tbody small"))) > len(buttons)
+
+
+def test_the_ranking_of_changes_is_that_of_why_and_leads_to_lines(browser: Browser, tmp_path: Path) -> None:
+    (tmp_path / "a.nc").write_text("G21 G90 G94 G17 G61\nG1 X20 F3000\nG1 Y15\nG0 X0 Y0\nM2\n")
+    for words in (["report", "a.nc", "--why", "-o", "page.html"], ["why", "a.nc", "--summary", "why.json"]):
+        command = [sys.executable, "-m", "cncgen", *words, "-m", "xy-table"]
+        run = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=120, check=False)
+        assert run.returncode == 0, run.stderr.decode()
+    found = json.loads((tmp_path / "why.json").read_text())["quantities"]
+    browser.driver.set_window_size(1360, 900)
+    browser.open(tmp_path / "page.html")
+    browser.click("#tab-time")
+    table = "table[aria-label='What would shorten it']"
+    cells = f"return [...document.querySelectorAll(`{table} tbody tr`)].map((row) => row.cells[0].firstChild.data)"
+    assert browser.run(cells) == [each["name"] for each in found]
+    assert browser.run(
+        f"const t = document.querySelector(`{table}`); return t.scrollWidth <= t.parentElement.clientWidth"
+    )
+    line = found[0]["lines"][0]
+    assert browser.text(f"{table} .link").startswith(f"line {line['line']}: ")
+    browser.click(f"{table} .link")
+    browser.shows("return cncgen.part.line(cncgen.now)", line["line"])
 
 
 @pytest.mark.parametrize("tab", ["program", "losses", "time", "checks", "compare"])

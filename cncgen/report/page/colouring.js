@@ -210,7 +210,7 @@ function byLine(part) {
 }
 
 /** Return the text of a place of the scale of numbers. */
-export function scaleText(value, unit) {
+export function scaleText(value, unit, withUnit = true) {
   if (unit === "of the limit" || unit === "") return `${Math.round(100 * value)} %`;
-  return `${rounded(value)}${unit ? ` ${unit}` : ""}`;
+  return `${rounded(value)}${withUnit && unit ? ` ${unit}` : ""}`;
 }

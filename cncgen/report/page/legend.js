@@ -20,7 +20,7 @@ export function legend(box, colouring, theme, whole) {
   }
   const canvas = element("canvas", { role: "img", "aria-label": "How much time each colour has" });
   const middle = (colouring.low + colouring.high) / 2;
-  const scale = [colouring.low, middle, colouring.high].map((value) => element("span", {}, scaleText(value, colouring.unit)));
+  const scale = [colouring.low, middle, colouring.high].map((value, k) => element("span", {}, scaleText(value, colouring.unit, k === 2)));
   if (colouring.beyond !== null) scale[2].append(element("small", {}, ` up to ${scaleText(colouring.beyond, colouring.unit)}`));
   box.append(canvas, element("div", { class: "scale" }, ...scale));
   drawHistogram(canvas, colouring, theme);

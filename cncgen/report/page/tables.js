@@ -132,7 +132,7 @@ export function times(part, go) {
   const operations = byOperation(part);
   if (operations.length > 1) found.push(shares("By operation", operations, whole));
   if (part.run.limit) found.push(shares("By what limits it", byLimit(part), whole));
-  if (part.header.why?.length) found.push(why(part.header.why));
+  if (part.header.why?.length) found.push(why(part, go));
   if (part.lineRows) found.push(byLine(part, whole, go));
   return element("div", {}, ...found);
 }
@@ -167,13 +167,37 @@ function sorted(items) {
   return items.sort((a, b) => b.seconds - a.seconds);
 }
 
-function why(rows) {
-  const columns = Object.keys(rows[0]);
-  const cells = (row) => columns.map((name) => element("td", { class: typeof row[name] === "number" ? "number" : null }, typeof row[name] === "number" ? rounded(row[name]) : String(row[name] ?? "")));
-  const body = rows.map((row) => element("tr", {}, ...cells(row)));
-  const note = "What a change saves, planned and by the derivative. Two figures a | b: there is no derivative; the change saves a at first, its opposite costs b.";
+/** The ranking of `cncgen why`: what each change saves, by a plan and at first, and the lines that save most. */
+function why(part, go) {
+  const most = part.header.why[0].saved_s;
+  const rows = part.header.why.map((item) => {
+    const first = item.derivative_s === null ? item.sides_s.map(brief).join(" | ") : brief(item.derivative_s);
+    const change = `${item.change > 0 ? "+" : "−"}${Math.round(100 * Math.abs(item.change))} %`;
+    return element(
+      "tr",
+      {},
+      element("td", {}, item.name, element("small", {}, item.value ? `${item.value}, ${change}` : change), ...saving(part, item.lines, go)),
+      element("td", { class: "number" }, brief(item.saved_s), bar(item.saved_s / most)),
+      element("td", { class: "number" }, first),
+    );
+  });
+  const note = "What a change saves: planned, and by the time's derivative. Where the time has none, a | b: the change saves a at first, its opposite costs b.";
   const title = "What would shorten it";
-  return element("section", {}, element("h3", {}, title), element("p", { class: "note" }, note), table(title, columns, body));
+  return element("section", {}, element("h3", {}, title), element("p", { class: "note" }, note), table(title, ["Change", "Saves", "Derivative"], rows));
+}
+
+/** The lines that save most, as links to where they begin. */
+function saving(part, lines, go) {
+  const found = lines.map(({ source, line, saved_s: saved }) => {
+    const index = Math.max(0, part.header.sources.findIndex((file) => file.name === source));
+    const visits = part.stretches?.visits.get(lineKey(index, line));
+    const name = `${lineName(part, index, line)}: ${brief(saved)}`;
+    if (!visits) return element("span", {}, name);
+    const button = element("button", { class: "link", type: "button" }, name);
+    button.addEventListener("click", () => go(part.stretches.starts[visits[0]]));
+    return button;
+  });
+  return found.length ? [element("small", { class: "saving" }, ...found)] : [];
 }
 
 function byLine(part, whole, go) {
