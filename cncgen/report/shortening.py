@@ -2,9 +2,10 @@
 
 Every quantity is planned 10 % and 5 % higher and lower. The derivative is the five-point difference of these plans (Abramowitz and
 Stegun (1964), 25.3.6), whose error is below 10⁻⁴ where the time is smooth. It is not everywhere: a rapid at 45° needs more jerk
-of both axes, so one of them alone can only lengthen it, and plans of path and speed together jump by some 10⁻⁵ of the time. The fourth
-difference, and that of the central differences of both steps, bound what such places do to the derivative. Where a bound is
-above 1.5 % there is none: what the change saves at first and what its opposite costs are told instead.
+of both axes, so one of them alone can only lengthen it, and plans of path and speed together jump by some 10⁻⁵ to 10⁻⁴ of the time.
+Where the differences show more than 0.5 % of that, the quantity is planned 2.5 % and 7.5 % higher and lower as well, and
+the derivative is the least-squares one of all nine plans. Where its error may be above 1.5 % there is none: what the change saves at
+first and what its opposite costs are told instead.
 All is given for a change of 10 % in the direction that shortens (a period falls, all others rise).
 """
 
@@ -23,10 +24,13 @@ from cncgen.report.tables import duration, text_table
 from cncgen.report.time_split import TimeSplit
 from cncgen.toolpath.record import FeedMode, Toolpath
 
-#: The change that results are given for. Differences take half of it as their step, so the plan of the whole change is one of theirs.
+#: The change that results are given for; differences take quarters of it as their steps, so the plan of it is one of theirs.
 CHANGE = 0.10
-#: A derivative is not given where one of the bounds of its error is above this part of it.
-_KNOWN = 0.015
+#: A derivative is given where the bounds of its error are below this part of it: of five plans, whose scatter one difference
+#: shows, and of nine.
+_SURE, _KNOWN = 0.005, 0.015
+#: 97.5 % of Student's distribution of four degrees of freedom, which nine plans leave (Abramowitz and Stegun (1964), table 26.10).
+_STUDENT = 2.776
 _Key = TypeVar("_Key")
 #: Lines and tools named for each quantity.
 _PLACES = 3
@@ -180,7 +184,7 @@ def shortenings(
     """Return the times of a plan as it is, and what each quantity is worth, the most first.
 
     Args:
-        case: What is planned; its chunks are drawn up to four times a quantity.
+        case: What is planned; its chunks are drawn up to eight times a quantity.
         axes: Letters of the axes whose limits count.
         watch: Called with the number of plans that are done, and of all.
 
@@ -188,79 +192,123 @@ def shortenings(
         NoPlanError, ProgramError: As `cncgen.planner.plan`, of the case as it is.
     """
     names = quantities(case, axes)
-    total, done = 1 + 4 * len(names), 1
+    total, done = 1 + _MOST_PLANS * len(names), 1
     now = planned_times(case)
     watch(done, total)
     found = []
     for quantity in names:
-        plans = {0: now}
-        for step in _STEPS:
-            # A quantity whose whole change changes nothing changes nothing by half of it.
-            if abs(step) == 2 or any(_differ(quantity, now, plans[k]) for k in (2, -2)):
-                plans[step] = planned_times(quantity.scaled(case, 1 + quantity.sign * step * CHANGE / 2))
-            else:
-                plans[step] = now
-            done += 1
-            watch(done, total)
-        found.append(_worth(quantity, now, plans))
+
+        def tell(plans: int, before: int = done) -> None:
+            watch(before + plans, total)
+
+        found.append(_Savings(case, quantity, now, tell).worth())
+        done += _MOST_PLANS
+        watch(done, total)
     found.sort(key=lambda each: -each.saved_s)
     return now, found
 
 
-#: Half changes that are planned, in the direction that shortens where they are positive.
-_STEPS = (2, -2, 1, -1)
+#: Plans of a quantity: four, and four more where those leave the derivative open.
+_MOST_PLANS = 8
 
 
-def _time(quantity: Quantity, times: PlannedTimes) -> float:
-    return times.parts[quantity.part] if quantity.part else times.cycle_s
+class _Savings:
+    """Plans of a quantity by quarters of the change, each made when it is first asked for.
+
+    Args:
+        case: What is planned.
+        quantity: What is changed.
+        now: Times of the case as it is.
+        watch: Called after each plan with their number.
+    """
+
+    def __init__(
+        self, case: Case, quantity: Quantity, now: PlannedTimes, watch: Callable[[int], None]
+    ) -> None:
+        self.case, self.quantity, self.now, self.watch = case, quantity, now, watch
+        self.plans = {0: now}
+
+    def planned(self, quarters: int) -> PlannedTimes:
+        """Return the times of a plan with so many quarters of the change."""
+        if quarters not in self.plans:
+            factor = 1.0 + self.quantity.sign * quarters * CHANGE / 4.0
+            self.plans[quarters] = planned_times(self.quantity.scaled(self.case, factor))
+            self.watch(len(self.plans) - 1)
+        return self.plans[quarters]
+
+    def __call__(self, quarters: int) -> float:
+        """Return the seconds that so many quarters of the change save."""
+        part = self.quantity.part
+        one, other = self.now, self.planned(quarters)
+        return one.parts[part] - other.parts[part] if part else one.cycle_s - other.cycle_s
+
+    def worth(self) -> Shortening:
+        """Return what the quantity is worth."""
+        quantity, now, noise = self.quantity, self.now, _NOISE * self.now.cycle_s
+        whole = self(4)
+        slope: float | None = 0.0
+        sides = (0.0, 0.0)
+        # What changes nothing by its whole changes nothing by less.
+        if max(abs(whole), abs(self(-4))) > noise:
+            slope = None if quantity.jumps else derivative(self, noise)
+            sides = (4.0 * self(2) - whole, self(-4) - 4.0 * self(-2))
+        change = quantity.sign * CHANGE
+        found = Shortening(quantity.name, quantity.value, change, slope, sides, whole)
+        if abs(whole) < noise:
+            return found
+        lines = _most(now.lines, self.planned(4).lines)
+        tools = _most(now.tools, self.planned(4).tools)
+        return replace(
+            found,
+            lines=tuple((*key, seconds) for key, seconds in lines if seconds > noise),
+            tools=tuple(tools),
+        )
 
 
-def _differ(quantity: Quantity, one: PlannedTimes, other: PlannedTimes) -> bool:
-    return abs(_time(quantity, one) - _time(quantity, other)) > _NOISE * one.cycle_s
-
-
-def derivative(saved: Mapping[int, float], noise: float) -> float | None:
+def derivative(saved: Callable[[int], float], noise: float) -> float | None:
     """Return what a whole change saves by the derivative, or None where there is none.
 
     Args:
-        saved: Seconds that -2, -1, 0, 1 and 2 half changes save.
+        saved: Returns the seconds that so many quarters of the change save; asked for quarters from -4 to 4.
         noise: A derivative below it is 0.
     """
-    near, far = saved[1] - saved[-1], 0.5 * (saved[2] - saved[-2])
-    slope = (4.0 * near - far) / 3.0
-    if max(abs(slope), abs(near), abs(far)) <= noise:
+    slope, bound = _five_point(saved)
+    if abs(slope) <= noise and bound <= noise:
         return 0.0
-    # Where the derivatives to both sides differ by d, the fourth difference is d. A jump of the time by d between two of the plans
-    # makes 3 d or d of it, and 7/6 d or d/6 of the slope. A jump of the second derivative it may miss: the slope is then off by
-    # at most two thirds of what near and far differ by.
-    fourth = saved[2] - 4.0 * saved[1] + 6.0 * saved[0] - 4.0 * saved[-1] + saved[-2]
-    if max(0.4 * abs(fourth), abs(near - far) * 2.0 / 3.0) > _KNOWN * abs(slope):
-        return None
+    if bound > _SURE * abs(slope):
+        slope, bound = _fitted(saved)
+        if bound > _KNOWN * abs(slope):
+            return None
     return slope
 
 
-def _worth(quantity: Quantity, now: PlannedTimes, plans: Mapping[int, PlannedTimes]) -> Shortening:
-    """Return what a quantity is worth by its plans, by half changes."""
-    saved = {k: _time(quantity, now) - _time(quantity, times) for k, times in plans.items()}
-    sides = (4.0 * saved[1] - saved[2], saved[-2] - 4.0 * saved[-1])
-    slope = derivative(saved, _NOISE * now.cycle_s)
-    found = Shortening(
-        quantity.name,
-        quantity.value,
-        quantity.sign * CHANGE,
-        None if quantity.jumps and slope else slope,
-        sides,
-        saved[2],
+def _five_point(saved: Callable[[int], float]) -> tuple[float, float]:
+    """Return the five-point difference, and a bound of its error."""
+    near, far = saved(2) - saved(-2), 0.5 * (saved(4) - saved(-4))
+    # Where the derivatives to both sides differ by d, the fourth difference is d. A jump of the time by d between two of the plans
+    # makes 3 d or d of it, and 7/6 d or d/6 of the slope. A jump of the second derivative it may miss: the slope is then off by
+    # at most two thirds of what near and far differ by.
+    fourth = saved(4) - 4.0 * saved(2) + 6.0 * saved(0) - 4.0 * saved(-2) + saved(-4)
+    return (4.0 * near - far) / 3.0, max(0.4 * abs(fourth), abs(near - far) * 2.0 / 3.0)
+
+
+def _fitted(saved: Callable[[int], float]) -> tuple[float, float]:
+    """Return the slope of the least-squares curve a + b x + c x² + d x³ + e |x| of nine plans, and a bound of its error.
+
+    The plans lie symmetrically, so that the even terms leave b alone; e is half of what the derivatives to both sides differ by.
+    """
+    quarters = np.arange(-4, 5)
+    x = quarters / 4.0
+    y = np.array([saved(int(k)) for k in quarters])
+    terms = np.stack([np.ones_like(x), x, x**2, x**3, np.abs(x)], axis=1)
+    found, *_ = np.linalg.lstsq(terms, y, rcond=None)
+    rest = y - terms @ found
+    spread = _STUDENT * np.sqrt(
+        (rest @ rest) / (len(x) - len(found)) * np.diag(np.linalg.inv(terms.T @ terms))
     )
-    if abs(saved[2]) < _NOISE * now.cycle_s:
-        return found
-    lines = _most(now.lines, plans[2].lines)
-    tools = _most(now.tools, plans[2].tools)
-    return replace(
-        found,
-        lines=tuple((*key, seconds) for key, seconds in lines if seconds > _NOISE * now.cycle_s),
-        tools=tuple(tools),
-    )
+    # A jump of the second derivative goes into the third power, as x |x| does, whose fit has half of that in its slope.
+    bounds = spread[1], 0.8 * max(abs(found[4]) - spread[4], 0.0), 0.5 * max(abs(found[3]) - spread[3], 0.0)
+    return float(found[1]), float(max(bounds))
 
 
 def _most(before: Mapping[_Key, float], after: Mapping[_Key, float]) -> list[tuple[_Key, float]]:
