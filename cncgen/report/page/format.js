@@ -25,6 +25,7 @@ export function duration(seconds) {
 export function brief(seconds) {
   const size = Math.abs(seconds);
   if (size === 0) return "0";
+  if (size < 5e-5) return "0.0 ms";
   if (size < 0.9995) return `${(1000 * seconds).toFixed(size < 0.00995 ? 1 : 0)} ms`;
   if (size < 99.95) return `${seconds.toFixed(2)} s`;
   if (size < 3599.5) {
