@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.kernels import profile as kernel
-from cncgen.planner.record import Profile
+from cncgen.planner.record import Profile, Trajectory
 
 Floats = NDArray[np.float64]
 
@@ -42,6 +43,36 @@ def motion_at(profile: Profile, t: Floats) -> Motion:
     else:
         state[:, 0] = profile.s[-1]
     return Motion(state[:, 0], state[:, 1], state[:, 2], state[:, 3], piece)
+
+
+def by_time(x: Floats, at: Motion, order: int) -> Floats:
+    """Return the positions of axes or a derivative of them by time, shape (n, axes), by the chain rule.
+
+    Args:
+        x: Derivatives of the axes by the path, ``x[k]`` = dᵏx/dsᵏ, shape (order + 1 or more, n, axes).
+        at: The motion along the path.
+        order: 0 to 3.
+    """
+    v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]
+    if order < 2:
+        return x[1] * v if order else x[0]
+    if order == 2:
+        return x[2] * v**2 + x[1] * a
+    return x[3] * elementary.power(v, 3.0) + 3.0 * x[2] * v * a + x[1] * j
+
+
+def axes_at(trajectory: Trajectory, t: Floats, order: int) -> Floats:
+    """Return the positions of the axes (mm or rad) or a derivative of them by time (order 1 to 3) at times, shape (n, axes).
+
+    Args:
+        trajectory: Whose time it is.
+        t: Shape (n,), s, non-decreasing.
+        order: 0 to 3.
+    """
+    if trajectory.cubics is not None:
+        return trajectory.cubics.at(t, order)[order]
+    at = motion_at(trajectory.profile, t)
+    return by_time(trajectory.toolpath.path.evaluate(at.s, order), at, order)
 
 
 def time_at(profile: Profile, s: Floats) -> Floats:

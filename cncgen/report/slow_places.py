@@ -7,14 +7,18 @@ programmed feed would take for the same length. A ripple of less than `RIPPLE` o
 from __future__ import annotations
 
 import heapq
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.machine.record import Axis
 from cncgen.planner.limits.program_feeds import programmed_speed
-from cncgen.planner.motion import motion_at
+from cncgen.planner.motion import axes_at, motion_at
 from cncgen.planner.record import Limit, Trajectory
+from cncgen.units import ORDER_NAMES
 
 Floats = NDArray[np.float64]
 
@@ -24,9 +28,13 @@ RIPPLE = 0.05
 #: Places that are kept; a summary lists the first `LISTED` of them, the page all.
 KEPT = 20
 LISTED = 10
-#: Rows of a table of pieces: loss (s), speed at the end (mm/s), line, limit, least speed with its t and s, index of the source, and
-#: number of the trajectory.
-_TRAJECTORY = 8
+#: Rows of a table of pieces: loss (s), speed at the end (mm/s), line, limit, least speed with its t and s, index of the source,
+#: number of the trajectory, and t of the middle.
+_TRAJECTORY, _ROWS = 8, 10
+#: The limits that each axis has of its own, with the order of the derivative.
+_OF_AXES = {Limit.VELOCITY: 1, Limit.ACCELERATION: 2, Limit.JERK: 3}
+#: An axis holds a piece back where it comes so near to its limit.
+_HELD = 0.9
 #: Difference of sums of the same times in another order, s, with room to spare.
 _ROUNDING_S = 1e-9
 
@@ -40,6 +48,7 @@ class SlowPlace:
         source: File that `line` counts in, as `cncgen.toolpath.record.Toolpath.sources` names it.
         position: Of all axes where it is slowest, mm or rad.
         t_s, s_mm, feed_mm_s: When, where along the path and how fast that is.
+        axis: Letter of the axis whose limit binds for most of the loss; "" where it is no axis's own, or none comes near it.
     """
 
     lost_s: float
@@ -50,16 +59,17 @@ class SlowPlace:
     s_mm: float
     feed_mm_s: float
     limit: Limit
+    axis: str = ""
 
 
 class SlowPlaces:
     """Gathers the `KEPT` valleys that cost the most, over any number of trajectories.
 
-    `rapid_mm_s` stands for the feed of a rapid.
+    `rapid_mm_s` stands for the feed of a rapid; `axes`, by letter, are those whose limits bind.
     """
 
-    def __init__(self, rapid_mm_s: float) -> None:
-        self._rapid = rapid_mm_s
+    def __init__(self, rapid_mm_s: float, axes: Mapping[str, Axis] = MappingProxyType({})) -> None:
+        self._rapid, self._axes = rapid_mm_s, axes
         self._heap: list[tuple[float, int, SlowPlace]] = []
         self._count = 0
         self._open: list[NDArray] = []
@@ -100,10 +110,10 @@ class SlowPlaces:
         return [place for _, _, place in sorted(self._heap, reverse=True)]
 
     def _pieces(self, trajectory: Trajectory) -> Floats:
-        """Return the rows `_TRAJECTORY` and before name, of each moving piece, shape (9, pieces)."""
+        """Return the table of moving pieces, shape (`_ROWS`, pieces)."""
         p, rows = trajectory.profile, trajectory.toolpath
         if not len(p) or not len(rows):
-            return np.zeros((9, 0))
+            return np.zeros((_ROWS, 0))
         time, length = np.diff(p.t), np.diff(p.s)
         row = np.searchsorted(trajectory.row_s[1:], 0.5 * (p.s[:-1] + p.s[1:]), side="left")
         row = np.minimum(row, len(rows) - 1)
@@ -114,7 +124,8 @@ class SlowPlaces:
         at = np.arange(len(p)) + (speed <= p.v)
         number = np.full(len(p), self._added)
         slowest = (np.minimum(speed, p.v), p.t[at], p.s[at])
-        pieces = np.stack([loss, speed, rows.line[row], p.limit, *slowest, rows.source[row], number])
+        middle = 0.5 * (p.t[:-1] + p.t[1:])
+        pieces = np.stack([loss, speed, rows.line[row], p.limit, *slowest, rows.source[row], number, middle])
         waits = p.waits
         return pieces[:, ~waits] if waits.any() else pieces
 
@@ -126,30 +137,42 @@ class SlowPlaces:
         slowest = pieces[:, np.argmin(pieces[4])]
         line, (feed, t, s, source) = int(slowest[2]), slowest[4:_TRAJECTORY].tolist()
         trajectory = self._trajectories[int(slowest[_TRAJECTORY])]
+        limit = Limit(int(np.argmax(by_limit)))
         place = SlowPlace(
             lost,
             line,
             trajectory.toolpath.sources[int(source)],
-            _position(trajectory, t),
+            tuple(axes_at(trajectory, np.array([t]), 0)[0].tolist()),
             t,
             s,
             feed,
-            Limit(int(np.argmax(by_limit))),
+            limit,
+            self._axis(pieces[:, pieces[3] == limit], limit),
         )
         self._count += 1
         heapq.heappush(self._heap, (lost, self._count, place))
         if len(self._heap) > KEPT:
             heapq.heappop(self._heap)
 
-
-def _position(trajectory: Trajectory, t_s: float) -> tuple[float, ...]:
-    """Return where the axes are at a time, mm or rad."""
-    when = np.array([t_s])
-    if trajectory.cubics is not None:
-        at = trajectory.cubics.at(when, 0)
-    else:
-        at = trajectory.toolpath.path.evaluate(motion_at(trajectory.profile, when).s, 0)
-    return tuple(at[0, 0].tolist())
+    def _axis(self, pieces: Floats, limit: Limit) -> str:
+        """Return the letter of the axis that is nearest to its own limit for most of what pieces lose, or ""."""
+        if limit not in _OF_AXES:
+            return ""
+        order = _OF_AXES[limit]
+        lost: dict[str, float] = {}
+        for number in np.unique(pieces[_TRAJECTORY]):
+            trajectory, these = self._trajectories[int(number)], pieces[:, pieces[_TRAJECTORY] == number]
+            letters = trajectory.toolpath.axes
+            limits = [
+                getattr(self._axes[a], f"max_{ORDER_NAMES[order - 1]}") if a in self._axes else np.inf
+                for a in letters
+            ]
+            share = np.abs(axes_at(trajectory, these[_TRAJECTORY + 1], order)) / np.array(limits)
+            first = np.argmax(share, axis=1)
+            held = share[np.arange(len(first)), first] > _HELD
+            for k in np.unique(first[held]):
+                lost[letters[k]] = lost.get(letters[k], 0.0) + float(these[0, held & (first == k)].sum())
+        return max(lost, key=lambda letter: lost[letter], default="")
 
 
 def _valley_cuts(speed: Floats) -> list[int]:

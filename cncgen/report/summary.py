@@ -53,7 +53,7 @@ class Summary:
         self.line_times = line_times
         self._axes = program.moving_axes or program.axes
         speeds = [axis.max_velocity for axis in machine.axes.values()]
-        self._slow = SlowPlaces(max(speeds))
+        self._slow = SlowPlaces(max(speeds), machine.axes)
         self._differences = DifferencePeaks(len(self._axes), machine.period_s)
         fed = [group for group in ("XYZ", "UVW") if set(group) & set(self._axes)] or [self._axes]
         self._feeds = FeedCurve(
@@ -210,6 +210,7 @@ class Summary:
                     "s_mm": place.s_mm,
                     "feed_mm_s": place.feed_mm_s,
                     "limit": place.limit.name.lower(),
+                    "axis": place.axis,
                 }
                 for place in self.places()[:LISTED]
             ],
@@ -300,5 +301,5 @@ def _loss_text(place: dict[str, Any], program: str) -> str:
     """Return a place where time is lost: how much, line (with its file, if it is not the program), position, time, limit."""
     file = "" if place["source"] == program else f" of {place['source']}"
     at = " ".join(f"{column.split('_')[0].upper()}{value:.3f}" for column, value in place["position"].items())
-    limit = place["limit"].replace("_", " ")
+    limit = f"{place['axis']} {place['limit'].replace('_', ' ')}".strip()
     return f"  {1000 * place['lost_s']:.0f} ms lost at line {place['line']}{file}, {at}, {place['t_s']:.3f} s: {limit}"

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span, UsageError
-from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.program_feeds import programmed_speed
-from cncgen.planner.motion import Motion, motion_at
+from cncgen.planner.motion import Motion, by_time, motion_at
 from cncgen.planner.record import MOST_ROWS, Profile, Trajectory
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Event
@@ -168,13 +167,8 @@ def _signal(name: str, x: Floats, at: Motion, trajectory: Trajectory) -> NDArray
     """Return one signal: axis derivatives by the chain rule from ``x[k]`` = dᵏx/dsᵏ, or what the profile says."""
     if trajectory.cubics is not None and name in _DERIVATIVES:
         return x[_DERIVATIVES.index(name) + 1]
-    v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]
-    if name == "vel":
-        return x[1] * v
-    if name == "acc":
-        return x[2] * v**2 + x[1] * a
-    if name == "jerk":
-        return x[3] * elementary.power(v, 3.0) + 3.0 * x[2] * v * a + x[1] * j
+    if name in _DERIVATIVES:
+        return by_time(x, at, _DERIVATIVES.index(name) + 1)
     if name == "feed":
         return at.v
     if name == "limit":

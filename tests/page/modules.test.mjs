@@ -13,6 +13,7 @@ const { CHUNK, chunked, pick, significance } = await load("levels.js");
 const { Camera } = await load("camera.js");
 const { parsed, written } = await load("link.js");
 const { Extremes } = await load("charts.js");
+const { Part } = await load("store.js");
 
 let seed = 7;
 const random = () => (seed = (seed * 1103515245 + 12345) % 2 ** 31) / 2 ** 31;
@@ -163,4 +164,18 @@ test("extremes of any part are those of a plain search", () => {
     const part = values.subarray(a, b);
     assert.deepEqual(found.between(a, b), [part.reduce((m, v) => Math.min(m, v)), part.reduce((m, v) => Math.max(m, v))]);
   }
+});
+
+test("a limit of axes names the axis that is near its own, block by block", () => {
+  const axes = ["X", "Y"].map((letter) => ({ letter, unit: "mm", limits: { velocity: 100, acceleration: 1000, jerk: letter === "X" ? 50 : 20 } }));
+  const streams = Object.fromEntries(["x", "y"].map((letter) => [`${letter}_jerk_mm_s3`, { step: 10, block: 2 }]));
+  const part = new Part({ axes, rows: 8, period_s: 1, streams }, ["nothing", "feed", "jerk"]);
+  part.row = {};
+  part.run = { limit: { values: [1, 2, 1], starts: [0, 1, 7, 8] } };
+  // In blocks of two rows X comes to 0, 50, 10 and 0 of 50 mm/s³, Y to 0, 10, 20 and 20 of 20.
+  const band = (low, high) => ({ low, high, block: 2, step: 10 });
+  part.bands = { x_jerk_mm_s3: band([0, -5, -1, 0], [0, 1, 1, 0]), y_jerk_mm_s3: band([0, 0, 0, -2], [0, 1, 2, 0]) };
+  const found = [...part.heldRuns()].map(({ value, start, stop }) => [value, start, stop]);
+  assert.deepEqual(found, [["feed", 0, 1], ["jerk", 1, 2], ["X jerk", 2, 4], ["Y jerk", 4, 6], ["Y jerk", 6, 7], ["feed", 7, 8]]);
+  assert.deepEqual([0, 1, 3, 5].map((row) => part.limit(row)), ["feed", "jerk", "X jerk", "Y jerk"]);
 });

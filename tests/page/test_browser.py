@@ -270,7 +270,7 @@ def test_places_lead_to_where_time_is_lost(shown: Browser, made: Path) -> None:
     summary = json.loads((made / "plan.json").read_text())["slowest"]
     assert [place["line"] for place in places[: len(summary)]] == [place["line"] for place in summary]
     for button, place in zip(buttons, places, strict=True):
-        assert re.fullmatch(rf"line {place['line']}(, \d+ % along)?", button)
+        assert re.fullmatch(rf"line {place['line']}(, (\d+ % along|at its (start|end)))?", button)
     shown.click("#panel-losses tbody .link", 1)
     shown.shows("return cncgen.now", round(places[1]["t_s"] / 0.001))
     assert len(set(buttons) | set(shown.run(texts, "#panel-losses tbody small"))) > len(buttons)

@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cncgen.machine import load_machine
 from cncgen.pipeline import plan, read_text
+from cncgen.planner import PlanOptions
 from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.report.slow_places import KEPT, SlowPlaces
@@ -107,3 +109,29 @@ def test_an_inverse_time_feed_asks_for_the_time_of_its_row() -> None:
     slow.add(replace(whole, toolpath=inverse))
     (place,) = slow.worst()
     assert place.lost_s == pytest.approx(1.2, abs=1e-12)
+
+
+@pytest.mark.parametrize("effort", ["best", "fast"])
+def test_a_place_names_the_axis_whose_limit_holds_it_back(effort: str) -> None:
+    """A line along one axis needs nothing of the others, so its ends are held by that axis; Y then has a tenth of X's jerk."""
+    machine = load_machine("xy-table")
+    slower = {**machine.axes, "Y": replace(machine.axes["Y"], max_jerk=machine.axes["X"].max_jerk / 10)}
+    slow = SlowPlaces(500.0, slower)
+    program = read_text("G21 G90 G61 F6000\nG1 X40\nY20\nX60 Y40\nM2\n")
+    for each in plan(program, replace(machine, axes=slower), PlanOptions(effort=effort)):
+        slow.add(each)
+    found = sorted(slow.worst(), key=lambda place: place.t_s)
+    assert [(place.axis, place.limit) for place in found] == [
+        ("X", Limit.JERK),
+        ("Y", Limit.JERK),
+        ("Y", Limit.JERK),
+        ("Y", Limit.JERK),
+    ]
+
+
+def test_a_limit_that_no_axis_comes_near_has_no_axis() -> None:
+    """The hand-made trajectories stand still in jerk; a machine without axes has none to name."""
+    for axes in ({}, load_machine("xy-table").axes):
+        slow = SlowPlaces(500.0, axes)
+        slow.add(trajectory([0.2]))
+        assert [place.axis for place in slow.worst()] == [""]

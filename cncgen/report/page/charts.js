@@ -3,7 +3,7 @@
 import { rounded, ticks } from "./format.js";
 import { cleared } from "./sheet.js";
 
-const LEFT = 58, RIGHT = 12, TOP = 18, BOTTOM = 6, AXIS = 22;
+const LEFT = 58, RIGHT = 12, TOP = 18, BOTTOM = 4;
 const COLOURS = {
   dark: ["#56b4e9", "#ff9f45", "#3ddc97", "#f28cc8", "#f0e442", "#a78bfa", "#9aa4b2"],
   light: ["#0b6bb0", "#d55e00", "#00855f", "#b2428b", "#8a7a00", "#6a3dad", "#5c6675"],
@@ -93,6 +93,9 @@ export class Charts {
     this.views = [];
     this.hover = this.current = -1;
     this.known = new WeakMap();
+    this.axis = document.createElement("canvas");
+    this.axis.className = "axis";
+    this.axis.setAttribute("aria-hidden", "true");
   }
 
   setParts(parts) {
@@ -106,7 +109,7 @@ export class Charts {
   rebuild() {
     this.box.replaceChildren();
     this.views = this.all.filter((panel) => this.shown.has(panel.id)).map((panel) => this.view(panel));
-    this.views.forEach((view, k) => (view.last = k === this.views.length - 1));
+    if (this.views.length) this.box.append(this.axis);
     this.draw();
   }
 
@@ -198,8 +201,38 @@ export class Charts {
     if (this.pending) return;
     this.pending = requestAnimationFrame(() => {
       this.pending = null;
-      for (const view of this.views) this.paint(view);
+      this.paintAll();
     });
+  }
+
+  paintAll() {
+    for (const view of this.views) this.paint(view);
+    this.paintAxis();
+  }
+
+  /** Draw the axis of time, which stays in view below the charts, with the moment under the pointer. */
+  paintAxis() {
+    const { axis } = this, ratio = window.devicePixelRatio || 1, width = axis.clientWidth, height = axis.clientHeight;
+    if (!width) return;
+    const style = getComputedStyle(axis), ink = (name) => style.getPropertyValue(name).trim();
+    const g = cleared(axis, Math.round(width * ratio), Math.round(height * ratio)), [t0, t1] = this.range;
+    g.scale(ratio, ratio);
+    g.font = "11px system-ui, sans-serif";
+    g.textAlign = "center";
+    g.textBaseline = "middle";
+    g.fillStyle = ink("--quiet");
+    const wide = width - LEFT - RIGHT, across = (t) => LEFT + (wide * (t - t0)) / (t1 - t0);
+    for (const t of this.timeTicks(wide)) g.fillText(`${Number(t.toPrecision(8))} s`, across(t), height / 2);
+    const { period } = this.parts[0], now = this.hover * period;
+    if (this.hover < 0 || now < t0 || now > t1) return;
+    const text = `${now.toFixed(3)} s`, half = g.measureText(text).width / 2 + 6, x = Math.min(Math.max(across(now), half), width - half);
+    g.fillRect(x - half, 1, 2 * half, height - 2);
+    g.fillStyle = ink("--panel");
+    g.fillText(text, x, height / 2);
+  }
+
+  timeTicks(wide) {
+    return ticks(...this.range, Math.max(2, Math.floor(wide / 110)));
   }
 
   paint(view) {
@@ -208,7 +241,7 @@ export class Charts {
     if (!width) return;
     const size = [Math.round(width * ratio), Math.round(height * ratio)];
     const style = getComputedStyle(canvas), ink = (name) => style.getPropertyValue(name).trim();
-    const foot = view.last ? AXIS : BOTTOM, plot = { x: LEFT, y: TOP, w: width - LEFT - RIGHT, h: height - TOP - foot };
+    const plot = { x: LEFT, y: TOP, w: width - LEFT - RIGHT, h: height - TOP - BOTTOM };
     if (view.stale || curves.width !== size[0] || curves.height !== size[1]) {
       const g = cleared(curves, ...size);
       g.scale(ratio, ratio);
@@ -222,12 +255,12 @@ export class Charts {
     this.captioned(view);
   }
 
-  paintCurves(g, { panel, last }, plot, ink) {
+  paintCurves(g, { panel }, plot, ink) {
     const curves = panel.curves.map((curve) => this.columns(curve, Math.max(1, Math.round(plot.w))));
     const [low, high] = scale(curves, panel);
     const down = (v) => plot.y + plot.h * (1 - (v - low) / (high - low));
     g.font = "11px system-ui, sans-serif";
-    this.gridLines(g, plot, low, high, down, ink, last);
+    this.gridLines(g, plot, low, high, down, ink);
     g.save();
     g.beginPath();
     g.rect(plot.x, plot.y - 1, plot.w, plot.h + 2);
@@ -306,7 +339,7 @@ export class Charts {
     g.globalAlpha = 1;
   }
 
-  gridLines(g, plot, low, high, down, ink, last) {
+  gridLines(g, plot, low, high, down, ink) {
     g.strokeStyle = ink("--line");
     g.fillStyle = ink("--quiet");
     g.lineWidth = 1;
@@ -320,15 +353,13 @@ export class Charts {
       g.stroke();
       g.fillText(rounded(value), plot.x - 7, y);
     }
-    g.textAlign = "center";
     const [t0, t1] = this.range;
-    for (const value of ticks(t0, t1, Math.max(2, Math.floor(plot.w / 110)))) {
+    for (const value of this.timeTicks(plot.w)) {
       const x = Math.round(plot.x + (plot.w * (value - t0)) / (t1 - t0)) + 0.5;
       g.beginPath();
       g.moveTo(x, plot.y);
       g.lineTo(x, plot.y + plot.h);
       g.stroke();
-      if (last) g.fillText(`${Number(value.toPrecision(8))} s`, x, plot.y + plot.h + 12);
     }
   }
 
@@ -364,7 +395,8 @@ export class Charts {
       item.dataset.signal = curve.other ? "" : curve.name;
       spans.push(item);
     }
-    for (const limit of view.panel.limits.slice(0, 1)) spans.push(span("limit", `limit ${rounded(limit.value)}`));
+    const limits = new Set(view.panel.limits.map((limit) => limit.value));
+    if (limits.size) spans.push(span("limit", `limit ${[...limits].map(rounded).join(", ")}`));
     view.caption.replaceChildren(...spans);
   }
 }

@@ -190,12 +190,8 @@ function byRuns(part, id, runs, name) {
   return { id, bytes, kinds: order.map((k) => kinds[k]) };
 }
 
-function* runsOf(run) {
-  for (let k = 0; k < run.values.length; k++) yield { value: run.values[k], start: run.starts[k], stop: run.starts[k + 1] };
-}
-
 function byLimit(part) {
-  return byRuns(part, "limit", runsOf(part.run.limit), (value) => part.limits[value] ?? String(value));
+  return byRuns(part, "limit", part.heldRuns(), (value) => value);
 }
 
 function byTool(part) {

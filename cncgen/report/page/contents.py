@@ -100,7 +100,7 @@ def _place(place: SlowPlace, sources: Sequence[str]) -> dict[str, Any]:
         "line": place.line,
         "t_s": round(place.t_s, 6),
         "feed_mm_s": round(place.feed_mm_s, 4),
-        "limit": _limit(place.limit),
+        "limit": f"{place.axis} {_limit(place.limit)}".strip(),
     }
 
 

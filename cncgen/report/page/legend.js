@@ -9,7 +9,7 @@ export function legend(box, colouring, theme, whole) {
   box.replaceChildren();
   if (!colouring) return;
   if (colouring.kinds) {
-    const items = colouring.kinds.slice(0, 10).map((kind, k) => {
+    const items = colouring.kinds.slice(0, 12).map((kind, k) => {
       const swatch = element("span", { class: "swatch" });
       swatch.style.background = css(colourOf(colouring, k, theme));
       return element("li", {}, swatch, element("span", { class: "name" }, kind.name), element("span", { class: "value" }, `${brief(kind.seconds)} · ${share(kind.seconds / whole)}`));

@@ -11,7 +11,7 @@ import { Overlay } from "./overlay.js";
 import { Scene } from "./scene.js";
 import { SourceView } from "./source.js";
 import { Part } from "./store.js";
-import { checks, cycleTime, differences, element, losses, placeName, positionText, times, timeSplit, untimed } from "./tables.js";
+import { checks, cycleTime, differences, element, losses, placeName, positionText, times, timeSplit, untimed, untimedBadge } from "./tables.js";
 
 const $ = (id) => document.getElementById(id);
 const TABS = [["program", "Program"], ["losses", "Losses"], ["time", "Time"], ["checks", "Checks"], ["compare", "Compare"]];
@@ -166,11 +166,12 @@ class Page {
   heading() {
     const { summary, verdict, machine } = this.part.header;
     $("title").textContent = this.header.title;
-    const facts = [summary.feedrate && `strategy ${summary.feedrate}`, `${this.part.rows.toLocaleString("en")} setpoints every ${Number((1000 * this.part.period).toPrecision(6))} ms`];
-    if (summary.path_length_mm !== undefined) facts.push(`${summary.path_length_mm.toFixed(1)} mm of path`);
-    if (summary.feed_mm_s) facts.push(`mean feed ${summary.feed_mm_s.mean.toFixed(1)} mm/s`);
-    $("subtitle").textContent = [...facts.filter(Boolean)].join(" · ");
-    $("subtitle").title = machine;
+    const facts = [summary.feedrate];
+    if (summary.path_length_mm !== undefined) facts.push(`${summary.path_length_mm.toFixed(1)} mm`);
+    if (summary.feed_mm_s) facts.push(`mean ${summary.feed_mm_s.mean.toFixed(1)} mm/s`);
+    facts.push(`${this.part.rows.toLocaleString("en")} setpoints of ${Number((1000 * this.part.period).toPrecision(6))} ms`);
+    $("subtitle").textContent = facts.filter(Boolean).join(" · ");
+    $("subtitle").title = `${$("subtitle").textContent}; machine ${machine}`;
     $("cycle").textContent = duration(cycleTime(this.part));
     const badges = [];
     if (verdict) badges.push(element("button", { class: `badge ${verdict.holds ? "good" : "bad"}`, type: "button" }, verdict.holds ? "✓ every limit holds" : "✕ limits broken"));
@@ -180,7 +181,7 @@ class Page {
     for (const badge of badges) badge.addEventListener("click", () => this.setTab("checks"));
     const without = untimed(this.part);
     if (without) {
-      const badge = element("button", { class: "badge warn without", type: "button", title: without }, "events not timed");
+      const badge = element("button", { class: "badge warn without", type: "button", title: without }, untimedBadge(this.part));
       badge.addEventListener("click", () => this.setTab("time"));
       badges.push(badge);
     }
@@ -367,7 +368,7 @@ class Page {
     add("t", (row * part.period).toFixed(Math.max(3, decimalsOf(part.period))), "t_s");
     for (const axis of part.axes) add(axis.letter, part.text(part.positionName(axis), row), part.positionName(axis));
     add("feed", feed.text, "feed_mm_s");
-    if (asked !== undefined) add("of", asked > 0 ? asked.toFixed(2) : "rapid", "programmed_feed_mm_s");
+    if (asked !== undefined) add("programmed", asked > 0 ? asked.toFixed(2) : "rapid", "programmed_feed_mm_s");
     const line = part.line(row);
     if (line !== undefined) add("line", String(line), "line");
     if (part.limit(row)) add("held back by", part.limit(row), "limit");
@@ -629,7 +630,7 @@ class Page {
     addEventListener("afterprint", () => this.setTheme(theme), { once: true });
     this.setTheme("light");
     this.scene.draw();
-    for (const view of this.charts.views) this.charts.paint(view);
+    this.charts.paintAll();
     const sheet = document.createElement("canvas"), { canvas } = this.scene;
     sheet.width = canvas.width;
     sheet.height = canvas.height;

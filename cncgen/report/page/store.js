@@ -5,6 +5,9 @@ import { rowsByLine, stretches, toolRuns } from "./lines.js";
 import { stepped } from "./format.js";
 
 const ORDERS = { vel: "velocity", acc: "acceleration", jerk: "jerk" };
+const OF_AXES = Object.fromEntries(Object.entries(ORDERS).map(([order, name]) => [name, order]));
+/** An axis holds the motion back where it comes so near to its own limit. */
+const HELD = 0.9;
 
 export class Part {
   constructor(header, limits) {
@@ -92,9 +95,43 @@ export class Part {
     return this.runValue("source", row) ?? 0;
   }
 
+  /** Return what holds the speed back at a row: "feed", or "X jerk" where it is the limit of an axis; "" where nobody knows. */
   limit(row) {
     const found = this.runValue("limit", row);
-    return found === undefined ? "" : (this.limits[found] ?? String(found));
+    return found === undefined ? "" : this.held(found, row);
+  }
+
+  held(limit, row, bounds = this.bounds(limit)) {
+    let most = HELD, held = "";
+    for (const { letter, signal, bound } of bounds) {
+      const k = Math.floor(row / signal.block), part = (Math.max(Math.abs(signal.low[k]), Math.abs(signal.high[k])) * signal.step) / bound;
+      if (part > most) [most, held] = [part, `${letter} `];
+    }
+    return held + (this.limits[limit] ?? String(limit));
+  }
+
+  /** Return the signals of the axes that a limit bounds, with their bounds. */
+  bounds(limit) {
+    const order = OF_AXES[this.limits[limit]];
+    if (!order) return [];
+    const found = this.axes.map((axis) => {
+      const { name, limit: bound } = this.axisSignal(order, axis);
+      return { letter: axis.letter, signal: this.signal(name), bound };
+    });
+    return found.filter(({ signal, bound }) => signal && bound);
+  }
+
+  /** Return what holds the speed back in stretches of rows: { value, start, stop }. */
+  *heldRuns() {
+    const { values, starts } = this.run.limit;
+    for (let k = 0; k < values.length; k++) {
+      const bounds = this.bounds(values[k]), block = bounds[0]?.signal.block ?? Infinity;
+      for (let start = starts[k]; start < starts[k + 1]; ) {
+        const stop = Math.min(starts[k + 1], block * (Math.floor(start / block) + 1) || Infinity);
+        yield { value: this.held(values[k], start, bounds), start, stop };
+        start = stop;
+      }
+    }
   }
 
   /** Return the programmed feed in mm/s at a row, 0 in a rapid, or undefined. */

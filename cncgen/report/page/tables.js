@@ -1,5 +1,6 @@
 // The tables beside the picture: where time is lost, where it goes, what was checked, and what differs.
 
+import { colouring } from "./colouring.js";
 import { along, lineKey, rowsByValue, toolName } from "./lines.js";
 import { brief, duration, rounded, share } from "./format.js";
 
@@ -42,9 +43,11 @@ export function placeName(part, row, source = part.source(row), line = part.line
   const { starts } = part.stretches, away = (k) => Math.max(starts[k] - row, row - starts[k + 1], 0);
   const k = visits.reduce((best, one) => (away(one) < away(best) ? one : best));
   const long = starts[k + 1] - starts[k] > 200;
-  const where = long ? `, ${Math.round(100 * along(part.position, starts[k], starts[k + 1], row))} % along` : "";
-  return `${lineName(part, source, line)}${where}`;
+  const name = lineName(part, source, line);
+  return long ? `${name}, ${partWay(Math.round(100 * along(part.position, starts[k], starts[k + 1], row)))}` : name;
 }
+
+const partWay = (percent) => (percent === 0 ? "at its start" : percent === 100 ? "at its end" : `${percent} % along`);
 
 export function positionText(part, row) {
   return part.axes.map((axis) => `${axis.letter}${part.text(part.positionName(axis), row).replace(/0$/, "")}`).join(" ");
@@ -90,6 +93,12 @@ export function untimed(part) {
   return told.length ? `${told.join(", ")} taken as instant: ${machine} has no [times].` : "";
 }
 
+/** Return what the cycle time leaves out, in a few words. */
+export function untimedBadge(part) {
+  const [[name, count]] = Object.entries(part.header.summary.untimed_events);
+  return `without ${UNTIMED[name]}${count > 1 ? "s" : ""}`;
+}
+
 const UNTIMED = { tool: "tool change", spindle: "spindle command", stop: "operator stop" };
 
 /** Return how the time is split: [{ name, seconds, kind }]. The summary's own split goes first. */
@@ -131,7 +140,7 @@ export function times(part, go) {
   if (tools.length > 1 || tools[0].tool) found.push(shares("By tool", tools, whole));
   const operations = byOperation(part);
   if (operations.length > 1) found.push(shares("By operation", operations, whole));
-  if (part.run.limit) found.push(shares("By what limits it", byLimit(part), whole));
+  if (part.run.limit) found.push(shares("By what limits it", colouring(part, "limit").kinds.filter((kind) => kind.seconds > 0), whole));
   if (part.header.why?.length) found.push(why(part, go));
   if (part.lineRows) found.push(byLine(part, whole, go));
   return element("div", {}, ...found);
@@ -156,11 +165,6 @@ function byOperation(part) {
     totals.set(mark.name, (totals.get(mark.name) ?? 0) + Math.max(0, stop - mark.row) * part.period);
   });
   return [...totals].map(([name, seconds]) => ({ name: String(name), seconds })).filter((item) => item.seconds > 0);
-}
-
-function byLimit(part) {
-  const found = [...rowsByValue(part.run.limit, part.rows)].map(([value, rows]) => ({ name: part.limits[value] ?? String(value), seconds: rows * part.period }));
-  return sorted(found);
 }
 
 function sorted(items) {
