@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, Severity, Span, UsageError
+from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.removal.record import Cutter, Insert, Met, OperationCut, Removal, Turned, TurnedTarget
 from cncgen.removal.stock import Stock
 from cncgen.removal.sweeps import Lines
@@ -196,12 +196,9 @@ class TurnedCutting(CutWalk):
             demanded = np.maximum(stock.radius[begin:end] - over[begin:end], 0.0)
             volume = float((stock.radius[begin:end] ** 2 - demanded**2).sum()) * math.pi * stock.cell
             place = (float(stock.radius[k]), 0.0, float(stock.z[k]))
-            text = f"material is left where a feature demands none: {over[k]:.3f} mm on the radius, {volume:.3g} mm³, at"
-            text += f" X{place[0]:.2f} Z{place[2]:.2f}"
-            values = {"depth_mm": float(over[k]), "volume_mm3": volume, "place_mm": place}
-            self.findings.found.append(
-                Diagnostic("cut-left", text, Severity.WARNING, Span(self.name, 1), values=values)
-            )
+            size = f"{over[k]:.3f} mm on the radius, {volume:.3g} mm³"
+            owner = target.owner(place[2])
+            self.findings.found.append(self.findings.left_at(float(over[k]), size, volume, place, owner))
 
 
 def _met(out: Floats) -> Met:

@@ -121,13 +121,16 @@ class Findings:
         """Note where more is left than a target demands, place by place."""
         x, y = np.broadcast_arrays(stock.x[None, :], stock.y[:, None])
         over = stock.heights - np.maximum(target.demanded(x, y), stock.bottom)
-        self.places_left(stock, over, np.maximum(over, 0.0) * stock.cell**2, allowed)
+        self.places_left(stock, target, over, np.maximum(over, 0.0) * stock.cell**2, allowed)
 
-    def places_left(self, stock: Field, over: Floats, volumes: Floats, allowed: float) -> None:
+    def places_left(
+        self, stock: Field, target: Target, over: Floats, volumes: Floats, allowed: float
+    ) -> None:
         """Note where material is thicker than what is demanded by more than is allowed, place by place.
 
         Args:
             stock: Columns that hold it.
+            target: Tells what demands.
             over: Thickness over each, mm.
             volumes: In each, mm³.
             allowed: mm.
@@ -145,17 +148,28 @@ class Findings:
             j, i = np.unravel_index(int(heights.argmax()), heights.shape)
             j, i = int(j) + box[0].start, int(i) + box[1].start
             place = (float(stock.x[i]), float(stock.y[j]), float(stock.heights[j, i]))
-            depth = float(heights.max())
-            text = f"material is left where a feature demands none: {depth:.3f} mm high, {volume:.3g} mm³, at {_at(place)}"
-            values = {"depth_mm": depth, "volume_mm3": volume, "place_mm": place}
-            told.append(
-                (volume, Diagnostic("cut-left", text, Severity.WARNING, Span(self.name, 1), values=values))
-            )
+            size = float(heights.max()), f"{float(heights.max()):.3f} mm high, {volume:.3g} mm³"
+            told.append((volume, self.left_at(*size, volume, place, target.owner(*place[:2]))))
         told.sort(key=lambda item: -item[0])
         self.found += [d for _, d in told[:MAX_PLACES]]
         if count and len(told) > MAX_PLACES:
             text = f"material is left at {len(told) - MAX_PLACES} more places"
             self.found.append(Diagnostic("cut-left", text, Severity.WARNING, Span(self.name, 1)))
+
+    def left_at(
+        self,
+        depth: float,
+        size: str,
+        volume: float,
+        place: tuple[float, float, float],
+        owner: tuple[str, int],
+    ) -> Diagnostic:
+        """Return the finding of a place where more is left than its owner demands, mm and mm³."""
+        name, line = owner
+        text = f"material is left where a feature demands none: {size}, at {_at(place)}"
+        text += f" ({name!r})" if name else ""
+        values = {"depth_mm": depth, "volume_mm3": volume, "place_mm": place, "operation": name}
+        return Diagnostic("cut-left", text, Severity.WARNING, Span(self.name, line), values=values)
 
     def close(self) -> None:
         """Make diagnostics of the faults, those of a line together."""

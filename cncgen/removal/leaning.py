@@ -114,7 +114,8 @@ class LeaningCutting(CutWalk):
             return
         if len(parts) == 3:
             over, volumes = thickness_beyond(stock, parts)
-            self.findings.places_left(stock.seen(), over, volumes, LEFT + SIDE_CELLS * stock.cell)
+            allowed = LEFT + SIDE_CELLS * stock.cell
+            self.findings.places_left(stock.seen(), self._target, over, volumes, allowed)
         else:
             self.findings.left(stock.seen(), self._target, LEFT)
 

@@ -111,6 +111,9 @@ class Target(Protocol):
     def demanded(self, x: Floats, y: Floats) -> Floats:
         """Return the height above which nothing may be left, shapes alike, mm; +inf where no height is given."""
 
+    def owner(self, x: float, y: float) -> tuple[str, int]:
+        """Return the name and the source line of what demands that height at a place; no name where it has none."""
+
 
 @dataclass(frozen=True, slots=True)
 class Field:
@@ -207,6 +210,9 @@ class TurnedTarget(Protocol):
 
     def demanded(self, z: Floats) -> Floats:
         """Return the radius outside of which nothing may be left, mm; +inf where none is given."""
+
+    def owner(self, z: float) -> tuple[str, int]:
+        """Return the name and the source line of what demands that radius at a place; no name where it has none."""
 
 
 @dataclass(slots=True)

@@ -47,3 +47,7 @@ class MeshTarget:
     def demanded(self, x: Floats, y: Floats) -> Floats:
         """Return the part's top over places of a grid, shapes alike: nothing may stand above it."""
         return self._top(x, y)
+
+    def owner(self, x: float, y: float) -> tuple[str, int]:
+        """Return no name: a mesh belongs to no line of the program."""
+        return "", 1

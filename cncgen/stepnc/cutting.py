@@ -65,7 +65,7 @@ def cut_program(
     with suppress(Skip):
         out.part = next(iter(file.reader.parts()), None)
     out.finished = Finished.of(columns.steps, file.exchange)
-    out.turned = TurnedPart.of(columns.steps)
+    out.turned = TurnedPart.of(columns.steps, file.exchange)
     out.clampings = _clampings(columns.steps, file)
     return out
 

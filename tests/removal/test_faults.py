@@ -153,6 +153,19 @@ def test_a_pocket_of_stepnc_is_cut_from_the_raw_piece_of_the_file(tmp_path):
     assert out.operations[-1].volume_mm3 == pytest.approx(6 * (2400 - (4 - np.pi) * 16), rel=5e-3)
 
 
+def test_walls_on_the_middles_of_columns_are_not_left(tmp_path):
+    """Walls at 29.8 and 70.2 mm, where columns of 0.4 mm have their middles: whether a place on a wall stands or goes is chance."""
+    part = Features()
+    workpiece = part.block((0, 0, -20), (100, 80, 0))
+    bottom, radius = part.add("PLANAR_POCKET_BOTTOM_CONDITION"), part.size(4)
+    place, boundary = part.placement(ORIGIN), part.rectangle(40.4, 40.4)
+    own = ("f", workpiece, (), place, part.plane(-6.0), (), None, bottom, None, radius, boundary)
+    part.mill(part.add("CLOSED_POCKET", *own), pocket_operation(part))
+    file = tmp_path / "pocket.stp"
+    file.write_text(part.text())
+    assert codes(cut(file, cell_mm=0.4)) == []
+
+
 def test_old_toolpaths_of_features_are_found_wrong(tmp_path):
     """As they were made before: rings too far apart leave walls, a floor too deep is a gouge."""
     from cncgen.stepnc.cutting import cut_program
@@ -168,6 +181,9 @@ def test_old_toolpaths_of_features_are_found_wrong(tmp_path):
     assert codes(out) == ["cut-left"]
     assert out.findings[0].values["depth_mm"] == pytest.approx(6.0)
     assert out.findings[0].values["volume_mm3"] == pytest.approx(6.0 * 44 * 24, rel=0.02)
+    assert out.findings[0].values["operation"] == "ws"
+    source = pocket_part(tmp_path).read_text().splitlines()[out.findings[0].span.line - 1]
+    assert "BOTTOM_AND_SIDE_FINISH_MILLING" in source
     deep = [line(x, y, -7.0), line(x + 5, y, -7.0)]
     gouged = cut_toolpaths([path_of((x, y, 5.0), *deep)], stock, "t", {"*": tool}, program.finished, 0.2)
     assert codes(gouged)[0] == "cut-gouge"

@@ -28,6 +28,8 @@ Floats = NDArray[np.float64]
 
 #: How far beyond its open sides a feature may be cut, mm.
 BEYOND = 1e3
+#: Nothing is demanded of material so near to a wall, mm: a place on the wall itself may be told to stand or to go.
+NEAR_WALL = 0.01
 _HOLE_KINDS = ("round hole", "thread")
 _AROUND = ("general outside profile", "boss")
 _AREAS = ("planar face", "closed pocket", "open pocket", "slot", "step")
@@ -46,6 +48,7 @@ class Cavity:
         tip: Of a round bottom: how deep below the floor its middle lies, and the radius over which it does so, mm.
         demands: shapely polygon within which nothing may be left, or None.
         demanded: Depth of the floor there, mm.
+        owner: The workingstep that cuts it, by name, and its source line.
     """
 
     frame: Matrix
@@ -56,6 +59,7 @@ class Cavity:
     tip: tuple[float, float] = (0.0, 1.0)
     demands: Polygon | None = None
     demanded: float = 0.0
+    owner: tuple[str, int] = ("", 1)
 
     def _inside(self, polygon: Polygon, x: Floats, y: Floats) -> tuple[NDArray[np.bool_], Any]:
         """Tell which places of the machine, shapes alike, are over a polygon of the frame; return those as points of shapely."""
@@ -124,7 +128,7 @@ class Finished:
             if step.feature is None or step.frame[2, 2] < 1 - 1e-9:
                 return None
             try:
-                cavities = list(_cavities(step, step.feature, step.frame, exchange, 0))
+                cavities = _owned(_cavities(step, step.feature, step.frame, exchange, 0), step, exchange)
             except (Skip, OffsetError):
                 return None
             if not cavities:
@@ -145,6 +149,16 @@ class Finished:
         for cavity in self.cavities:
             cavity.lower_demanded(x, y, out)
         return out
+
+    def owner(self, x: float, y: float) -> tuple[str, int]:
+        """Return the name and the source line of the workingstep whose floor is the lowest demanded at a place."""
+        lowest, found = np.inf, ("", 1)
+        for cavity in self.cavities:
+            height = np.full(1, np.inf)
+            cavity.lower_demanded(np.array([x]), np.array([y]), height)
+            if height[0] < lowest:
+                lowest, found = float(height[0]), cavity.owner
+        return found
 
 
 def _cavities(
@@ -173,6 +187,12 @@ def _cavities(
     if feature.kind not in _AREAS or shape.section:
         raise Skip
     return [_area(job, feature.kind, frame, over)]
+
+
+def _owned(cavities: list[Cavity], step: Workingstep, exchange: Exchange) -> list[Cavity]:
+    """Return cavities with the workingstep that cuts them."""
+    owner = (step.label or step.operation.label, exchange.line(step.operation.ident))
+    return [replace(c, owner=owner) for c in cavities]
 
 
 def _hole(job: Job, frame: Matrix, over: float) -> Cavity:
@@ -212,7 +232,7 @@ def _hole(job: Job, frame: Matrix, over: float) -> Cavity:
         reached = min(job.radius, radius) if not kind.startswith("bottom") else radius - job.tool.edge
         circle = offsets.polygon_of([profile_shapes.circle(2 * reached)])
         if shape.bottom in ("", "flat", "through") or not kind.startswith("bottom"):
-            return replace(whole, demands=circle.buffer(-0.01), demanded=shape.depth or 0.0)
+            return replace(whole, demands=circle.buffer(-NEAR_WALL), demanded=shape.depth or 0.0)
     return whole
 
 
@@ -271,7 +291,8 @@ def _area(job: Job, kind: str, frame: Matrix, over: float) -> Cavity:
     reached = reach.buffer(-job.radius + 1e-3, quad_segs=64).buffer(job.radius - 1e-3, quad_segs=64)
     if own is not None:  # the slot ends at its open end
         free = free.intersection(offsets.polygon_of(own))
-    return replace(made, demands=reached.intersection(free), demanded=shape.depth or 0.0)
+    demands = reached.intersection(free).buffer(-NEAR_WALL, quad_segs=2)
+    return replace(made, demands=demands, demanded=shape.depth or 0.0)
 
 
 def _allowances(job: Job) -> bool:

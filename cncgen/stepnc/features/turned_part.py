@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.features.turned import FAR
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.model import TURNING, Workingstep
+from cncgen.stepnc.part21 import Exchange
 
 Floats = NDArray[np.float64]
 
@@ -27,16 +28,24 @@ class _Cut:
         points: (z, r), z rising, shape (n, 2).
         below, above: Radius down to which all may be cut before and behind it, mm, or infinite.
         demands: The profile as far as the nose of the tool reaches into its corners, or None where less may be cut.
+        owner: The workingstep that cuts it, by name, and its source line.
     """
 
     points: Floats
     below: float
     above: float
     demands: Floats | None
+    owner: tuple[str, int] = ("", 1)
 
     def floor(self, z: Floats) -> Floats:
         """Return the smallest radius that may be cut at places, mm; infinite where none may be."""
         return np.interp(z, self.points[:, 0], self.points[:, 1], left=self.below, right=self.above)
+
+    def demanded(self, z: Floats) -> Floats:
+        """Return the radius outside of which nothing may be left, mm; infinite where this feature says nothing."""
+        if self.demands is None:
+            return np.full(z.shape, np.inf)
+        return np.interp(z, self.demands[:, 0], self.demands[:, 1], left=np.inf, right=np.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +55,7 @@ class TurnedPart:
     cuts: tuple[_Cut, ...]
 
     @classmethod
-    def of(cls, steps: Sequence[Workingstep]) -> TurnedPart | None:
+    def of(cls, steps: Sequence[Workingstep], exchange: Exchange) -> TurnedPart | None:
         """Return what the features of workingsteps leave, None where one has no turned profile."""
         cuts = []
         for step in steps:
@@ -60,7 +69,8 @@ class TurnedPart:
                 return None
             if cut is None:
                 return None
-            cuts.append(cut)
+            name = step.label or step.operation.label
+            cuts.append(replace(cut, owner=(name, exchange.line(step.operation.ident))))
         return cls(tuple(cuts)) if cuts else None
 
     def floor(self, z: Floats) -> Floats:
@@ -69,9 +79,12 @@ class TurnedPart:
 
     def demanded(self, z: Floats) -> Floats:
         """Return the radius outside of which nothing may be left, mm; infinite where no feature says so."""
-        told = [c.demands for c in self.cuts if c.demands is not None]
-        each = [np.interp(z, d[:, 0], d[:, 1], left=np.inf, right=np.inf) for d in told]
+        each = [cut.demanded(z) for cut in self.cuts]
         return np.asarray(np.min([np.full(z.shape, np.inf), *each], axis=0))
+
+    def owner(self, z: float) -> tuple[str, int]:
+        """Return the name and the source line of the workingstep that demands the smallest radius at a place."""
+        return min(self.cuts, key=lambda cut: float(cut.demanded(np.array([z]))[0])).owner
 
 
 def _cut_of(step: Workingstep) -> _Cut | None:
