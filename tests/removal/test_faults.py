@@ -205,6 +205,44 @@ def old(part, tool, *moves, start=None, spindle=1000.0):
     return cut_toolpaths([path], stock, "t", cutters, program.finished, 0.2)
 
 
+def filleted_part(finish=True, **tool):
+    """A pocket of 60 x 40 mm, 6 mm deep, with a fillet of 2 mm between wall and floor."""
+    part = Features()
+    workpiece = part.block((0, 0, -20), (100, 80, 0))
+    place, bottom = part.placement(ORIGIN), part.add("PLANAR_POCKET_BOTTOM_CONDITION")
+    sizes = (part.size(2), part.size(4))
+    own = ("f", workpiece, (), place, part.plane(-6.0), (), None, bottom, *sizes, part.rectangle(60, 40))
+    return part.mill(part.add("CLOSED_POCKET", *own), pocket_operation(part, finish=finish, **tool))
+
+
+@pytest.mark.parametrize("edge", [None, 1.0, 2.0])
+@pytest.mark.parametrize("finish", [True, False])
+def test_a_fillet_between_wall_and_floor_is_not_cut_away(finish, edge, tmp_path):
+    file = tmp_path / "pocket.stp"
+    file.write_text(filleted_part(finish, edge=edge).text())
+    assert codes(cut(file, cell_mm=0.2)) == []
+
+
+def test_a_fillet_is_finished_in_steps(tmp_path):
+    """A sharp tool at the height h of each of eight passes stays 2 - sqrt(2² - (2 - h)²) from the wall: rectangles with corners of 4 mm."""
+    file = tmp_path / "pocket.stp"
+    file.write_text(filleted_part().text())
+    heights = np.arange(8) * 2 / 8
+    away = np.append(2 - np.sqrt(4 - (2 - heights) ** 2), 0.0)
+    # Above the fillet's passes there is one, half as deep as the first of them.
+    thick = np.append(np.full(7, 2 / 8), [4.25 / 2, 4.25 / 2])
+    areas = (60 - 2 * away) * (40 - 2 * away) - (4 - np.pi) * 16
+    volume = cut(file, cell_mm=0.1).operations[-1].volume_mm3
+    assert volume == pytest.approx((areas * thick).sum(), rel=2e-3)
+
+
+def test_a_sharp_tool_beside_the_wall_gouges_the_fillet():
+    found = old(filleted_part(), "flat:8", (-26, 0, -6, False), (-26, 5, -6, False)).findings
+    depths = [f.values["depth_mm"] for f in found if f.code == "cut-gouge"]
+    # At the middle of the second column of 0.2 mm; the first is too near to the side of the tool to count.
+    assert max(depths) == pytest.approx(2.0 - np.sqrt(4.0 - 1.7**2), abs=0.01)
+
+
 def drilled_part():
     """A hole of 10 mm, 8 mm deep, with a flat bottom."""
     part = Features()

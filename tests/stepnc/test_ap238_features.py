@@ -80,6 +80,25 @@ def test_a_slot_in_either_convention(convention):
     np.testing.assert_allclose(cut[:, :2].max(axis=0), [22.0, 66.0], atol=1e-3)
 
 
+def test_a_slot_with_leaning_walls():
+    """12 mm wide at its floor, 5 deep, walls at 30 degrees: the axis of the tool of 8 mm goes 2 mm beside the middle at the floor."""
+    aim = Shaped()
+    angles = [("first angle", 30.0), ("second angle", 30.0)]
+    path, found = aim.mill(
+        "SLOT",
+        swept_place(aim, "bottom", 5.0, 40.0),
+        [
+            ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0)]),
+            ("swept shape", "SQUARE_U_PROFILE", [("width", 12.0), ("depth", 5.0), *angles]),
+        ],
+    )
+    assert codes(found, "error") == []
+    cut = path.end[motions(path)]
+    assert np.ptp(cut[cut[:, 2] == -5.0][:, 0]) == pytest.approx(4.0, abs=2e-3)
+    # In one pass, steps of 5 mm times tan 30 degrees stay on the walls.
+    assert codes(found, "warning").count("stepnc-uncut") == 1
+
+
 @pytest.mark.parametrize("convention", ["bottom", "top"])
 def test_a_step_in_either_convention(convention):
     """A wall at X 20, 15 mm wide to +X, 4 deep: the axis of the tool stays 4 mm from the wall and goes beyond the rest."""

@@ -5,6 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from cncgen.cli.commands import cli
+from cncgen.pipeline.removing import cut
 from cncgen.toolpath.record import FeedMode
 from tests.stepnc.aim import Aim
 from tests.stepnc.building import E, Part, codes, motions, run
@@ -77,6 +78,78 @@ def test_a_slot_as_wide_as_its_tool_is_entered_as_asked(approach, angle):
     bottom = path.end[motions(path)]
     low = bottom[np.isclose(bottom[:, 2], -6.0)]
     np.testing.assert_allclose([low[:, 0].min(), low[:, 0].max()], [ORIGIN[0], ORIGIN[0] + 40.0])
+
+
+def leaning_slot(angle=20.0, ends=("OPEN", "OPEN"), width=10.0, course=None, second=None):
+    """A slot along X whose floor is 6 mm deep and 10 mm wide, cut by a tool of 8 mm in passes of 3 mm."""
+    part = Features()
+    piece = part.block((0, 0, -20), (100, 80, 0))
+    walls = (None, angle, None, angle if second is None else second)
+    profile = part.add("SQUARE_U_PROFILE", None, part.size(width), *walls)
+    if course is None:
+        course = part.add("LINEAR_PATH", None, part.size(100), part.direction(1, 0, 0))
+        place = part.placement((0, ORIGIN[1], 0))
+    else:
+        course, place = course(part), part.placement(ORIGIN)
+    kinds = tuple(
+        part.add(f"{end}_SLOT_END_TYPE", *((part.size(0),) * 2 if end == "FLAT" else ())) for end in ends
+    )
+    slot = part.add("SLOT", "f", piece, (), place, part.plane(-6.0), course, profile, kinds)
+    return part.mill(slot, pocket_operation(part))
+
+
+def test_leaning_walls_of_a_slot_are_cut_in_steps(tmp_path):
+    """ISO 14649-10: the width is that of the floor, angles are from Z. Two steps of 3 mm, each as wide as the slot at its foot."""
+    file = tmp_path / "slot.stp"
+    file.write_text(leaning_slot().text())
+    out = cut(file, cell_mm=0.1)
+    assert [d.code for d in out.findings] == []
+    upper = 10 + 2 * 3 * np.tan(np.radians(20))
+    assert out.operations[-1].volume_mm3 == pytest.approx(100 * 3 * (upper + 10), rel=5e-3)
+
+
+def ring(part):
+    return part.add("COMPLETE_CIRCULAR_PATH", None, part.size(20))
+
+
+def short(part):
+    return part.add("LINEAR_PATH", None, part.size(30), part.direction(1, 0, 0))
+
+
+@pytest.mark.parametrize(
+    ("ends", "course"), [(("RADIUSED", "OPEN"), short), (("FLAT", "RADIUSED"), short), ((), ring)]
+)
+def test_ends_and_loops_of_leaning_slots_are_not_gouged(ends, course, tmp_path):
+    file = tmp_path / "slot.stp"
+    file.write_text(leaning_slot(ends=ends, course=course).text())
+    assert [d.code for d in cut(file, cell_mm=0.2).findings] == []
+
+
+@pytest.mark.parametrize(
+    ("slot", "code", "severity"),
+    [
+        ({"angle": 90.0}, None, None),
+        ({"angle": 0.3}, "stepnc-angle", "warning"),
+        ({"angle": 60.0}, "stepnc-angle", "warning"),
+        ({"angle": 20.0, "second": 10.0}, "stepnc-unsupported", "error"),
+        ({"angle": -10.0}, "stepnc-geometry", "error"),
+        # A tool of 8 mm in a floor as wide as it.
+        ({"width": 8.0}, "stepnc-geometry", "error"),
+    ],
+)
+def test_angles_of_walls_are_told_or_refused(slot, code, severity):
+    _, found = leaning_slot(**slot).read()
+    told = [c for c in codes(found, severity) if c == code] if code else codes(found, "error")
+    assert told == ([code] if code else [])
+
+
+@pytest.mark.parametrize(("edge", "refused"), [(None, True), (2.0, True), (4.0, False)])
+def test_a_round_floor_needs_a_tool_as_round(edge, refused):
+    """A slot of 8 mm with a floor round all across: a tool of 8 mm cuts its round away, but a ball."""
+    part = Features()
+    slot = part.slot(part.add("ROUNDED_U_PROFILE", None, part.size(8)))
+    _, found = part.mill(slot, pocket_operation(part, edge=edge)).read()
+    assert codes(found, "error") == (["stepnc-geometry"] if refused else [])
 
 
 def test_an_open_end_within_the_raw_piece_is_told_and_entered_along_the_slot():

@@ -333,16 +333,11 @@ class Features:
         width = size.get("width", size.get("profile width"))
         if kind not in ("SQUARE_U_PROFILE", "ROUNDED_U_PROFILE") or width is None:
             raise profile.fault("stepnc-unsupported", "a slot of this profile cannot be made")
-        for name in ("first angle", "second angle"):
-            angle = size.get(name, 0.0)
-            if min(abs(angle), abs(angle - math.pi / 2)) > 1e-6:
-                raise profile.fault(
-                    "stepnc-unsupported", "walls of a slot that are not upright cannot be made"
-                )
-        return {
-            "width": width,
-            "floor_radius": width / 2 if kind == "ROUNDED_U_PROFILE" else size.get("first radius"),
-        }
+        if kind == "ROUNDED_U_PROFILE":
+            return {"width": width, "floor_radius": width / 2}
+        angles = [size.get(f"{name} angle", 0.0) for name in ("first", "second")]
+        slope = profile_shapes.wall_slope(profile, *angles)
+        return {"width": width, "floor_radius": size.get("first radius"), "slope": slope}
 
     def _slot_ends(self, components: list[Component], reverse: bool) -> tuple[str, ...]:
         """Return what the ends of a slot are, where its path begins and where it ends.

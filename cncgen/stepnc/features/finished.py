@@ -45,6 +45,7 @@ class Cavity:
         depth: Of its floor below its origin, mm.
         slope: Draft of its walls, rad.
         bosses: Standing in it: polygon, slope and height of the top of each.
+        fillet: Radius between its upright walls and the floor, mm.
         tip: Of a round bottom: how deep below the floor its middle lies, and the radius over which it does so, mm.
         demands: shapely polygon within which nothing may be left, or None.
         demanded: Depth of the floor there, mm.
@@ -56,6 +57,7 @@ class Cavity:
     depth: float
     slope: float = 0.0
     bosses: tuple[tuple[Polygon, float, float], ...] = ()
+    fillet: float = 0.0
     tip: tuple[float, float] = (0.0, 1.0)
     demands: Polygon | None = None
     demanded: float = 0.0
@@ -97,6 +99,9 @@ class Cavity:
         if self.slope > 1e-9:
             away = shapely.distance(self.region.boundary, places)
             depth = np.minimum(depth, away / math.tan(self.slope))
+        elif self.fillet > 0:
+            away = np.minimum(shapely.distance(self.region.boundary, places), self.fillet)
+            depth = depth - self.fillet + np.sqrt(self.fillet**2 - (self.fillet - away) ** 2)
         deeper, radius = self.tip
         if deeper > 0:
             centre = shapely.points(*self.region.centroid.coords[0])
@@ -279,7 +284,8 @@ def _area(job: Job, kind: str, frame: Matrix, over: float) -> Cavity:
         region = offsets.grown_over(closed, [outline[k] for k in job.shape.open_sides], BEYOND)
     bosses = tuple((offsets.polygon_of(b.outline), b.slope, b.top) for b in job.shape.bosses)
     depth = (shape.depth or 0.0) + (over if through else 0.0)
-    made = Cavity(frame, region, depth, job.shape.slope, bosses)
+    fillet = (shape.floor_radius or 0.0) if not through else 0.0
+    made = Cavity(frame, region, depth, job.shape.slope, bosses, fillet)
     plain = job.shape.slope == 0 and not shape.floor_radius and not any(b.slope for b in job.shape.bosses)
     cuts_floor = not job.operation.kind.startswith("side")
     if not plain or not cuts_floor or _allowances(job) or job.tool.edge or job.tool.tip_angle:

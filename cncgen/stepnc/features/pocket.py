@@ -6,7 +6,6 @@ follow the same rules with offsets made by shapely.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -20,7 +19,7 @@ from cncgen.stepnc.features.bottoms import bottom_of
 from cncgen.stepnc.features.entry import Entry, choose, plunge, ramp
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.offsets import Ring
-from cncgen.stepnc.features.walls import Layer, layers
+from cncgen.stepnc.features.walls import Layer, drawn_in, layers
 from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Piece, Polyline
@@ -87,7 +86,9 @@ def check_radii(job: Job) -> None:
             )
     edge = job.tool.edge
     if floor is not None and abs(floor - edge) > 1e-6:
-        job.warn("stepnc-floor", f"the floor has a radius of {floor:g} mm, the tool one of {edge:g} mm")
+        text = f"the floor has a radius of {floor:g} mm, the tool one of {edge:g} mm"
+        what = "steps stay beside the wall" if floor > edge else "the tool's stays beside the wall"
+        job.warn("stepnc-floor", f"{text}; {what}")
 
 
 def opened(job: Job, whole: Polygon, drop: float) -> Any:
@@ -96,10 +97,10 @@ def opened(job: Job, whole: Polygon, drop: float) -> Any:
     Args:
         job: The feature with the indexes of its open sides.
         whole: shapely polygon of the outline.
-        drop: How deep it goes, mm: walls with a draft shrink the region by so much more.
+        drop: How deep it goes, mm.
     """
     outline = job.shape.outline or []
-    reach = job.radius + job.value("overcut_length", 2.5 * job.radius) + drop * math.tan(job.shape.slope)
+    reach = job.radius + job.value("overcut_length", 2.5 * job.radius) + drawn_in(job, drop)
     return offsets.grown_over(whole, [outline[k] for k in job.shape.open_sides], reach)
 
 

@@ -11,6 +11,7 @@ from cncgen.geometry import elementary
 from cncgen.stepnc.features import offsets, pocket, profile
 from cncgen.stepnc.features.entry import Entry, along_cut, plunge
 from cncgen.stepnc.features.job import Job, Moves, at_height, raised
+from cncgen.stepnc.features.walls import drawn_in
 from cncgen.stepnc.geometry.approach import start_tangent
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
 from cncgen.stepnc.model import Boss, CutterPath
@@ -22,10 +23,16 @@ SAME_ANGLE = math.radians(0.1)
 
 
 def _course(job: Job) -> tuple[list[Piece], float]:
+    """Return the course and the width at the top: where the walls lean, `width` is that of the floor."""
     course, width = _path(job), job.shape.width
     if width is None:
         raise job.fault("stepnc-missing", "the slot has no width")
-    return course, width
+    return course, width + 2 * _lean(job)
+
+
+def _lean(job: Job) -> float:
+    """Return how far the foot of a leaning wall is from its top, mm."""
+    return job.depth * math.tan(job.shape.slope) if job.shape.slope else 0.0
 
 
 def _path(job: Job) -> list[Piece]:
@@ -46,7 +53,7 @@ def _is_loop(course: list[Piece]) -> bool:
 def _extended(job: Job, course: list[Piece]) -> list[Piece]:
     """Return the course with straight lines added at its open ends: radius and overcut."""
     out = list(course)
-    reach = job.radius + job.value("overcut_length", 0.0)
+    reach = job.radius + job.value("overcut_length", 0.0) + drawn_in(job, job.depth)
     ends = (*job.shape.ends, "", "")[:2]
     if ends[0] == "open":
         first = out[0].start
@@ -95,7 +102,8 @@ def mill(job: Job) -> tuple[CutterPath, ...]:
     """
     if job.shape.section:
         return _formed(job)
-    course, width = _course(job)
+    course, top = _course(job)
+    width = top - 2 * _lean(job)
     free = width - 2 * job.radius - 2 * job.value("allowance_side", 0.0)
     if free < -SAME_WIDTH:
         text = f"a tool of {2 * job.radius:g} mm does not fit a slot of {width:g} mm"
@@ -107,7 +115,17 @@ def mill(job: Job) -> tuple[CutterPath, ...]:
         text = f"a floor round all across ({floor:g} mm) needs a tool as wide as the slot, {width:g} mm"
         raise job.fault("stepnc-unsupported", text)
     if free > SAME_WIDTH:
-        return pocket.mill(_as_pocket(job, course, width))
+        if job.shape.slope and "flat" in job.shape.ends:
+            job.warn(
+                "stepnc-uncut", "the walls of a flat end lean as the others do; what they leave is not cut"
+            )
+        return pocket.mill(_as_pocket(job, course, top))
+    if job.shape.slope:
+        text = f"leaning walls need a tool narrower than the floor of the slot, {width:g} mm; this one has {2 * job.radius:g} mm"
+        raise job.fault("stepnc-geometry", text)
+    if floor is not None and floor > job.tool.edge + SAME_WIDTH:
+        text = f"the floor has a radius of {floor:g} mm; a tool as wide as the slot whose edge has {job.tool.edge:g} mm cuts it away"
+        raise job.fault("stepnc-geometry", text)
     pocket.check_radii(job)
     return _along(job, _middle(job, course), job.levels(job.depth - job.value("allowance_bottom", 0.0)))
 
@@ -157,7 +175,7 @@ def _as_pocket(job: Job, course: list[Piece], width: float) -> Job:
     if not outlines:
         raise job.fault("stepnc-geometry", f"no slot {width:g} mm wide follows the course in one piece")
     outline, *inner = outlines
-    bosses = tuple(Boss(b) for b in inner) if loop else job.shape.bosses
+    bosses = tuple(Boss(b, job.shape.slope) for b in inner) if loop else job.shape.bosses
     return replace(job, shape=replace(job.shape, outline=outline, bosses=bosses))
 
 

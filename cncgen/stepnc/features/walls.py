@@ -8,6 +8,13 @@ r (1 - sin φ) above its tip; with the tip at depth d its axis is then
 
 from the outline. Cut level by level, such a wall keeps steps whose height is the depth of a pass and whose width is
 that times tan φ: the tool leaves material there, and never cuts into the wall.
+
+A fillet of radius f between wall and floor is touched by the rounding from within: the centres of both are f - r apart.
+With the tip h above the floor, the axis is then
+
+    R - r + c - sqrt((f - r)² - (f - r - h)²)
+
+from the outline, c the distance of the fillet's centre from it.
 """
 
 from __future__ import annotations
@@ -24,6 +31,11 @@ from cncgen.stepnc.features.job import MAX_SLOPE, Job
 if TYPE_CHECKING:
     from shapely import Polygon
 
+#: Narrower steps on leaning walls are not told, mm.
+STEP = 0.1
+#: Passes that finish a fillet between wall and floor with a tool whose own edge is less round.
+FILLET_PASSES = 8
+
 
 def axis_distance(job: Job, slope: float, depth: float) -> float:
     """Return how far from a wall's outline the tool's axis is with the tip `depth` mm below the outline.
@@ -39,6 +51,30 @@ def axis_distance(job: Job, slope: float, depth: float) -> float:
         raise job.fault("stepnc-geometry", text)
     edge = job.tool.edge
     return radius - edge + edge / math.cos(slope) + (depth - edge) * math.tan(slope)
+
+
+def drawn_in(job: Job, depth: float) -> float:
+    """Return how much farther from the outline the tool stays at a depth than at the top: leaning walls, fillets, mm."""
+    return depth * math.tan(job.shape.slope) + max((job.shape.floor_radius or 0.0) - job.tool.edge, 0.0)
+
+
+def fillet_distance(job: Job, slope: float, height: float, above: float) -> float:
+    """Return how far from a wall's outline the tool's axis is beside the fillet at its foot; 0 where that is no matter.
+
+    Args:
+        job: The feature.
+        slope: Draft of the wall, rad.
+        height: Of the wall, mm.
+        above: How far the tip is above the floor, mm.
+    """
+    floor, edge = job.shape.floor_radius, job.tool.edge
+    if floor is None or job.shape.bottom == "through" or edge > floor - 1e-9:
+        return 0.0
+    below = floor - edge - above
+    if below <= (floor - edge) * math.sin(slope):
+        return 0.0
+    centre = height * math.tan(slope) + floor * (1 - math.sin(slope)) / math.cos(slope)
+    return job.radius - edge + centre - math.sqrt(max((floor - edge) ** 2 - below**2, 0.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,16 +114,28 @@ def layers(job: Job, total: float) -> list[Layer]:
     side, bottom = job.value("allowance_side", 0.0), job.value("allowance_bottom", 0.0)
     bosses = [(offsets.polygon_of(b.outline), b.slope, b.top) for b in job.shape.bosses]
     narrows = bottom_of(job)
+    fillet = job.shape.floor_radius if narrows is None else None
     stops = [top + bottom for _, _, top in bosses] + [-d for d in (narrows.stops() if narrows else ())]
+    if fillet is not None and fillet > job.tool.edge and job.operation.kind.endswith("finish"):
+        rise = fillet - job.tool.edge
+        stops += [rise * k / FILLET_PASSES - total for k in range(1, FILLET_PASSES) if rise < total]
     levels = job.levels(total, stops)
     out: list[Layer] = []
+    _tell_steps(job, [0.0, *levels])
+
+    def distance(slope: float, top: float, level: float) -> float:
+        beside = axis_distance(job, slope, top - level)
+        if fillet is not None:
+            beside = max(beside, fillet_distance(job, slope, top + job.depth, job.depth + level - bottom))
+        return beside + side
+
     for above, level in pairwise([0.0, *levels]):
         standing = tuple(
-            (polygon, axis_distance(job, slope, top - level) + side)
+            (polygon, distance(slope, top, level))
             for polygon, slope, top in bosses
             if level < top + bottom - 1e-9
         )
-        wall = axis_distance(job, job.shape.slope, -level) + side
+        wall = distance(job.shape.slope, 0.0, level)
         if narrows is not None and -level > narrows.begins:
             wall = max(wall, (job.shape.diameter or 0.0) / 2 - narrows.reach(-level))
         last = out[-1] if out else None
@@ -96,3 +144,12 @@ def layers(job: Job, total: float) -> list[Layer]:
         else:
             out.append(Layer(((above, level),), wall, standing))
     return out
+
+
+def _tell_steps(job: Job, levels: list[float]) -> None:
+    """Warn of the steps that passes at these heights leave beside leaning walls, where no allowance says that more is to come."""
+    height = max(above - level for above, level in pairwise(levels))
+    width = height * math.tan(job.shape.slope)
+    if width > STEP and not job.value("allowance_side", 0.0):
+        text = f"passes {height:g} mm deep leave steps {width:.2g} mm wide on walls that lean by {math.degrees(job.shape.slope):g} degrees"
+        job.warn("stepnc-uncut", f"{text}; axial_cutting_depth makes them smaller")

@@ -174,3 +174,33 @@ def section(
         text = f"a vee that leans cannot be made: tilt_angle is {math.degrees(tilt):g} degrees, {upright:g} stands upright"
         raise entity.fault("stepnc-unsupported", text)
     return {"section": kind, "section_angle": angle, "section_radius": radius}
+
+
+def wall_slope(entity: Entity, first: float, second: float) -> float:
+    """Return how far the walls of a square U lean from the vertical, rad, of the angles of both.
+
+    ISO 14649-10 measures them from the profile's Z axis; files that measure from the floor have a right angle for upright
+    walls. A square U is as wide at its top as at its floor, or wider.
+
+    Raises:
+        Skip: where the walls lean differently, or over the slot.
+    """
+    slopes = [0.0 if abs(angle - math.pi / 2) < 1e-6 else angle for angle in (first, second)]
+    if abs(slopes[0] - slopes[1]) > 1e-6:
+        text = f"walls of a slot that lean differently ({_degrees(slopes[0])} and {_degrees(slopes[1])}) cannot be made"
+        raise entity.fault("stepnc-unsupported", text)
+    slope = slopes[0]
+    if slope < -1e-6:
+        text = f"walls of a slot at {_degrees(slope)} from the vertical hang over it"
+        raise entity.fault("stepnc-geometry", text)
+    if 0 < slope < math.radians(1.0):
+        text = f"the walls lean by {_degrees(slope)}; is {_degrees(math.degrees(slope))} meant, in radians?"
+        entity.warn("stepnc-angle", text)
+    elif slope > math.pi / 4:
+        text = f"the walls lean by {_degrees(slope)} from the vertical; is {_degrees(math.pi / 2 - slope)} meant, from the floor?"
+        entity.warn("stepnc-angle", text)
+    return max(slope, 0.0)
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.4g}°"

@@ -163,14 +163,11 @@ class Profiles:
             return profile_shapes.section(entity, "arc", angle, self.length(entity, "radius"))
         if entity.keyword != "SQUARE_U_PROFILE":
             raise entity.fault("stepnc-unsupported", "a slot of this profile cannot be made")
-        for name in ("first_angle", "second_angle"):
-            angle = entity.number(name, 0.0) * self.curves.angle
-            if min(abs(angle), abs(angle - math.pi / 2)) > 1e-6:
-                text = f"walls of a slot that are not upright ({name} {math.degrees(angle):g} degrees) cannot be made"
-                raise entity.fault("stepnc-unsupported", text)
+        angles = [entity.number(f"{name}_angle", 0.0) * self.curves.angle for name in ("first", "second")]
         return {
             "width": self.length(entity, "width"),
             "floor_radius": self.optional_length(entity, "first_radius"),
+            "slope": profile_shapes.wall_slope(entity, *angles),
         }
 
     def step_wall(self, course: list[Piece], vee: Entity | None) -> tuple[list[Piece], float]:
