@@ -1,8 +1,9 @@
-"""Compensation on ten machines and five programs: python -m trials.compensation [MACHINES] [PROGRAMS].
+"""Compensation on ten machines and five programs: python -m trials.compensation [MACHINES] [PROGRAMS], or --fresh SEED COUNT.
 
 Each program is planned, learnt and simulated as `cncgen compensate PROGRAM` does. Printed is a row of the table of
 docs/compensation.md for each pair: the largest contour error before (a plan to the whole limits) and after, what the room costs in
 time, and the largest error of 16 machines whose every parameter is up to 10 % off. Then the median ratio, and refusals.
+With --fresh every pair has a machine and a program of its own, drawn at random (`trials.generators.servo_axes`, `simple_paths`).
 """
 
 from __future__ import annotations
@@ -10,16 +11,22 @@ from __future__ import annotations
 import math
 import statistics
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from cncgen.cli.compensate import ENOUGH, ROOMS
 from cncgen.diagnostics import NoPlanError
-from cncgen.machine import Servo, load_machine
-from cncgen.pipeline import output_axes, read, servos_of, sound
+from cncgen.machine import Machine, Servo, load_machine
+from cncgen.pipeline import output_axes, read, read_text, servos_of, sound
 from cncgen.servo.compensation import compensated_plan
 from cncgen.servo.uncertainty import Perturbation
+from cncgen.toolpath.record import Program
+from trials.generators.servo_axes import KINDS, drawn_axes
+from trials.generators.simple_paths import drawn
 
 PROGRAMS = ("circle", "square_r5", "star", "heart", "butterfly")
 FOLDER = Path(__file__).resolve().parent.parent / "programs"
@@ -42,6 +49,8 @@ _DELAYED: Mapping[str, Any] = {
     "position_gain_1_mm": 60.0,
     "drive_unit": "mm/s",
 }
+#: What a row is made of: its names, the machine, its servo data and the program.
+Pair = tuple[str, Machine, Mapping[str, Servo], Program]
 #: Name, model and values of both axes; limits are the xy-table's.
 _MADE: Mapping[str, tuple[str, Mapping[str, Any]]] = {
     "first order, Coulomb and viscous friction": (
@@ -73,44 +82,62 @@ def made_servos(name: str) -> dict[str, Servo]:
     return {letter: Servo(model, values) for letter in "XY"}
 
 
-def row(machine: str, program: str) -> tuple[str, float | None, bool]:
+def row(
+    label: str, where: Machine, servos: Mapping[str, Servo], program: Program
+) -> tuple[str, float | None, bool]:
     """Return a row of the table, the ratio of the errors (None: refused), and whether a drawn machine gets worse."""
-    where = load_machine(machine if machine in SHIPPED else "xy-table")
-    if machine in SHIPPED:
-        servos = servos_of(where)
-    else:
-        servos = made_servos(machine)
-    read_in = read(str(FOLDER / f"{program}.nc"))
     try:
         found = compensated_plan(
-            list(sound(read_in)), where, servos, axes=output_axes(read_in), rooms=ROOMS, enough=ENOUGH,
+            list(sound(program)), where, servos, axes=output_axes(program), rooms=ROOMS, enough=ENOUGH,
             perturbation=Perturbation(0.1, 16),
         )  # fmt: skip
     except NoPlanError as error:
-        return f"| {machine} | {program} | refused: {error.diagnostics[0].message} |", None, False
+        return f"| {label} | refused: {error.diagnostics[0].message} |", None, False
     after, spread = found.compensated.learnt.after, found.compensated.spread
     assert spread is not None
     ratio = found.full_error / after.contour_max
     slower = 100.0 * (found.time_s / found.full_time_s - 1.0)
     numbers = (1e3 * found.full_error, 1e3 * after.contour_max, ratio, slower)
     text = f"{numbers[0]:.1f} | {numbers[1]:.2f} | {numbers[2]:.0f} | {numbers[3]:.0f} | {1e3 * spread.after.max():.1f}"
-    return f"| {machine} | {program} | {text} |", ratio, spread.worse > 0
+    return f"| {label} | {text} |", ratio, spread.worse > 0
+
+
+def known(machines: Iterable[str], programs: Iterable[str]) -> Iterator[Pair]:
+    """Yield the pairs of machines and programs by their names."""
+    for machine in machines:
+        where = load_machine(machine if machine in SHIPPED else "xy-table")
+        servos = servos_of(where) if machine in SHIPPED else made_servos(machine)
+        for program in programs:
+            yield f"{machine} | {program}", where, servos, read(str(FOLDER / f"{program}.nc"))
+
+
+def fresh(seed: int, count: int) -> Iterator[Pair]:
+    """Yield pairs of a machine and a program that are drawn."""
+    for k in range(seed, seed + count):
+        draw = np.random.default_rng(k)
+        kind = KINDS[k % len(KINDS)]
+        where, servos = drawn_axes(draw, kind)
+        path = drawn(draw, "G64 P0.01")
+        path = replace(path, feed=float(draw.uniform(0.2, 1.0)) * where.axes["X"].max_velocity)
+        yield f"{kind} | {path.name} of seed {k}", where, servos, read_text(path.text)
 
 
 def main() -> None:
     """Run them."""
-    machines = sys.argv[1].split(";") if len(sys.argv) > 1 else MACHINES
-    programs = sys.argv[2].split(",") if len(sys.argv) > 2 else PROGRAMS
+    if sys.argv[1:2] == ["--fresh"]:
+        pairs = fresh(int(sys.argv[2]), int(sys.argv[3]))
+    else:
+        machines = sys.argv[1].split(";") if len(sys.argv) > 1 else MACHINES
+        pairs = known(machines, sys.argv[2].split(",") if len(sys.argv) > 2 else PROGRAMS)
     ratios, refused, worse = [], 0, 0
     print("| machine | program | before µm | after µm | ratio | slower % | worst of 16, µm |", flush=True)
-    for machine in machines:
-        for program in programs:
-            text, ratio, harmed = row(machine, program)
-            print(text, flush=True)
-            refused += ratio is None
-            worse += harmed
-            if ratio is not None:
-                ratios.append(ratio)
+    for pair in pairs:
+        text, ratio, harmed = row(*pair)
+        print(text, flush=True)
+        refused += ratio is None
+        worse += harmed
+        if ratio is not None:
+            ratios.append(ratio)
     median = statistics.median(ratios) if ratios else math.nan
     least = min(ratios, default=math.nan)
     print(

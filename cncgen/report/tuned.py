@@ -29,7 +29,9 @@ def margin_text(loop: OpenLoop, bode: bool = True) -> str:
     """Return the margins of a loop, and its Bode table where asked."""
     found = loop.margins()
     head = (
-        f"{loop.name}: gain margin {_decibels(found.gain)}, phase margin {found.phase_deg:.1f}°, modulus margin"
+        f"{loop.name}: UNSTABLE, a pole at |z| = {loop.largest_pole:.3f}, sampled every {1e3 * loop.period:g} ms"
+        if not loop.stable
+        else f"{loop.name}: gain margin {_decibels(found.gain)}, phase margin {found.phase_deg:.1f}°, modulus margin"
         f" {found.modulus:.3f}, crossover {found.crossover_rad_s / (2.0 * math.pi):.3g} Hz, sampled every {1e3 * loop.period:g} ms"
     )
     return f"{head}\n{loop.bode_table()}" if bode else head
@@ -150,4 +152,5 @@ def _margins(loop: OpenLoop) -> dict[str, Any]:
         "modulus_margin": found.modulus,
         "crossover_hz": found.crossover_rad_s / (2.0 * math.pi),
     }
-    return {"loop": loop.name, **{k: v if math.isfinite(v) else None for k, v in values.items()}}
+    known = {k: v if math.isfinite(v) and loop.stable else None for k, v in values.items()}
+    return {"loop": loop.name, "stable": loop.stable, **known}

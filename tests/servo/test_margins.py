@@ -15,9 +15,11 @@ from cncgen.cli.app import run
 from cncgen.machine import load_machine, profile_names
 from cncgen.machine.record import Servo
 from cncgen.machine.servo_schema import resolve
+from cncgen.report.tuned import margin_text
+from cncgen.servo.models import plant_and_controller
 from cncgen.servo.simulate import simulate
 from cncgen.servo.summary import summarize
-from cncgen.servo.tuning.analysis import axis_open_loop, worst_margins
+from cncgen.servo.tuning.analysis import _transition_by_a_drive, axis_open_loop, worst_margins
 from cncgen.servo.tuning.search import search
 from cncgen.servo.uncertainty import Perturbation, perturbed
 
@@ -95,6 +97,39 @@ def test_margins_equal_an_independent_bode_computation(name, letter):
     assert found.phase_deg == pytest.approx(phase, abs=0.5)
     assert math.isfinite(gain)
     assert math.isfinite(phase)
+
+
+@pytest.mark.parametrize("gain", [400.0, 4000.0])
+def test_the_poles_of_a_sampled_cascade_are_those_of_its_open_loop(gain):
+    """1 + L(z) is the closed loop's polynomial over the open one's, whatever z: L is this file's own."""
+    machine = load_machine("xy-table")
+    servo = machine.axes["X"].servo
+    servo = Servo(servo.model, {**servo.parameters, "velocity_gain_1_s": gain})
+    p = resolve(servo, "X")
+    period = p["control_period_s"]
+    plant, controller = plant_and_controller(servo, "X", period)
+    closed = np.linalg.eigvals(_transition_by_a_drive(plant, controller, period))
+    # The plant's poles, the integral's, the feedforward filter's, and one period of computing.
+    filtered = 1.0 / (1.0 + p["feedforward_filter_rad_s"] * period)
+    open_poles = np.array([1.0, math.exp(-p["velocity_pole_1_s"] * period), 1.0, filtered, 0.0])
+    for z in (1.3 + 0.2j, -0.4 + 0.9j, 2.0):
+        both = np.prod(z - closed) / np.prod(z - open_poles)
+        assert both == pytest.approx(1.0 + cascade(p, period)(z), rel=1e-9)
+    assert (axis_open_loop(servo, "X", period).largest_pole < 1.0) == (gain < 1000.0)
+
+
+def test_gains_that_a_drive_cannot_sample_are_refused(tmp_path, capfd):
+    """A velocity loop of 400 Hz under an input that is a period of 0.5 ms late: its margins would be those of no stable loop."""
+    call = ["tune", "-m", "xy-table", "--no-bode", "-o", str(tmp_path / "t.toml"), "--bandwidth", "200"]
+    assert run(call) == 2
+    assert (
+        "error[tune-place]: axis X: gains for 200 Hz are unstable at a control period"
+        in capfd.readouterr().err
+    )
+    assert not (tmp_path / "t.toml").exists()
+    servo = load_machine("xy-table").axes["X"].servo
+    hot = axis_open_loop(Servo(servo.model, {**servo.parameters, "velocity_gain_1_s": 4000.0}), "X", 0.001)
+    assert margin_text(hot, False).startswith("X: UNSTABLE, a pole at |z| = ")
 
 
 def test_a_target_that_is_missed_is_said(tmp_path, capfd):

@@ -67,6 +67,44 @@ def _sampled_by_a_drive(
     return np.asarray(-drive / z, np.complex128)
 
 
+def largest_pole(servo: Servo, letter: str, period_s: float) -> float:
+    """Return the largest |z| of an axis's poles over a control period, friction left out: from 1 on it is unstable.
+
+    They are those of the loop that is simulated, and of a controller in continuous time also those that it has as a drive samples
+    it (`open_response`).
+
+    Raises:
+        ValueError: The model is a closed loop as a whole.
+    """
+    period = control_period(servo, letter, period_s)
+    plant, controller = plant_and_controller(servo, letter, period)
+    plant = plant.with_imperfections(coulomb=0.0)
+    transitions = [close_loop(plant, controller, period).transition()[0]]
+    if controller.continuous:
+        transitions.append(_transition_by_a_drive(plant, controller, period))
+    return float(max(np.abs(np.linalg.eigvals(each)).max() for each in transitions))
+
+
+def _transition_by_a_drive(plant: Plant, controller: Controller, period: float) -> Floats:
+    """Return the transition of plant, controller and the drive's input of the last instant that `_sampled_by_a_drive` is open of."""
+    phi, gamma = held(plant.a, plant.b[:, None], period)
+    n, m = len(plant.a), len(controller.a)
+    speed = np.zeros(n)
+    if plant.velocity is not None:
+        speed[plant.velocity] = 1.0
+    read = np.outer(controller.column("b_position"), plant.encoder) + np.outer(
+        controller.column("b_velocity"), speed
+    )
+    found = np.zeros((n + m + 1, n + m + 1))
+    found[:n, :n], found[:n, n + m] = phi, gamma[:, 0]
+    found[n : n + m, : n + m] = np.linalg.solve(
+        np.eye(m) - period * controller.a, np.hstack([period * read, np.eye(m)])
+    )
+    found[n + m] = controller.c @ found[n : n + m]
+    found[n + m, :n] += controller.d_position * plant.encoder + controller.d_velocity * speed
+    return found
+
+
 def _resolvent(points: Complexes, a: Floats, b: Floats) -> Complexes:
     """Return (p I − A)⁻¹ b at each point, shape (n, len(b))."""
     systems = points[:, None, None] * np.eye(len(a)) - a
@@ -82,11 +120,18 @@ class OpenLoop:
         name: What it is.
         period: Control period, s: its frequencies end at π/period.
         response: From frequencies in rad/s to L(jω).
+        largest_pole: |z| of the closed loop's slowest pole; margins mean nothing from 1 on. 0: it is not known.
     """
 
     name: str
     period: float
     response: Callable[[Floats], Complexes]
+    largest_pole: float = 0.0
+
+    @property
+    def stable(self) -> bool:
+        """Tell whether the loop is stable once it is closed."""
+        return self.largest_pole < 1.0
 
     def frequencies(self, count: int, low: float = 0.1) -> Floats:
         """Return frequencies from `low` to the loop's end, rad/s, evenly spaced by their logarithm."""
@@ -122,8 +167,8 @@ def axis_open_loop(servo: Servo, letter: str, period_s: float) -> OpenLoop:
         UsageError: The periods do not fit.
     """
     period = control_period(servo, letter, period_s)
-    plant_and_controller(servo, letter, period)
-    return OpenLoop(letter, period, lambda w: open_response(servo, letter, period_s, w))
+    pole = largest_pole(servo, letter, period_s)
+    return OpenLoop(letter, period, lambda w: open_response(servo, letter, period_s, w), pole)
 
 
 def open_loops(
@@ -206,10 +251,7 @@ def worst_margins(
     for drawn in perturbed(servos, axes, perturbation):
         for loop in open_loops(controller, drawn, axes, period_s, settings):
             found.setdefault(loop.name, []).append(loop.margins(DRAWN_FREQUENCIES))
-        if controller != "tcf":
-            for letter in axes:
-                poles = linear_loop(drawn[letter], letter, period_s).poles()
-                unstable[letter] = unstable.get(letter, 0) + int(np.abs(poles).max() >= 1.0)
+            unstable[loop.name] = unstable.get(loop.name, 0) + (not loop.stable)
     return [
         WorstMargins(
             name,
@@ -217,7 +259,7 @@ def worst_margins(
             min(m.phase_deg for m in each),
             min(m.modulus for m in each),
             len(each),
-            unstable.get(name, 0),
+            unstable[name],
         )
         for name, each in found.items()
     ]

@@ -24,7 +24,7 @@ from cncgen.servo.controllers.hinf_servo import BoundCheck, check, controller_of
 from cncgen.servo.loop import AxisLoop
 from cncgen.servo.models import control_period
 from cncgen.servo.named_schemes import Settings, h_infinity_servos
-from cncgen.servo.tuning.analysis import linear_loop
+from cncgen.servo.tuning.analysis import axis_open_loop
 from cncgen.units import DEGREE, is_rotary
 
 Floats = NDArray[np.float64]
@@ -78,14 +78,13 @@ def placed(servo: Servo, letter: str, bandwidth_hz: float, damping: float) -> Se
 
 def check_stable(servo: Servo, letter: str, period_s: float, bandwidth_hz: float) -> None:
     """Raise UsageError (``tune-place``) where placed gains, meant for continuous time, are unstable as they are sampled."""
-    loop = linear_loop(servo, letter, period_s)
-    largest = float(np.abs(loop.poles()).max())
-    if largest >= 1.0:
+    loop = axis_open_loop(servo, letter, period_s)
+    if not loop.stable:
         raise UsageError(
             Diagnostic(
                 "tune-place",
                 f"axis {letter}: gains for {bandwidth_hz:g} Hz are unstable at a control period of {loop.period:g} s"
-                f" (a pole at |z| = {largest:.3f})",
+                f" (a pole at |z| = {loop.largest_pole:.3f})",
                 hint="ask for less bandwidth, or shorten control_period_s; an integral gain stays as it is given",
             )
         )
