@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from cncgen.cli.compensate import ENOUGH, ROOMS
+from cncgen.cli.compensate import ROOMS
 from cncgen.diagnostics import NoPlanError
 from cncgen.machine import Machine, Servo, load_machine
 from cncgen.pipeline import output_axes, read, read_text, servos_of, sound
@@ -88,7 +88,7 @@ def row(
     """Return a row of the table, the ratio of the errors (None: refused), and whether a drawn machine gets worse."""
     try:
         found = compensated_plan(
-            list(sound(program)), where, servos, axes=output_axes(program), rooms=ROOMS, enough=ENOUGH,
+            list(sound(program)), where, servos, axes=output_axes(program), rooms=ROOMS,
             perturbation=Perturbation(0.1, 16),
         )  # fmt: skip
     except NoPlanError as error:

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 ROOMS = (1.0, 0.8, 0.64, 0.5)
 #: As `cncgen.servo.shaping` has them, whose import takes numpy.
 SHAPERS = ("zv", "zvd", "ei", "mzv")
-#: A command is good enough where it divides the contour error by this.
-ENOUGH = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,7 +229,7 @@ def _of_program(
         toolpaths = list(pipeline.sound(read))
         found = compensated_plan(
             toolpaths, where, servos, axes=pipeline.driven_axes(read, where), options=plan_options(planning),
-            rooms=ROOMS if room is None else (room,), enough=ENOUGH, limits=limits, passes=task.passes,
+            rooms=ROOMS if room is None else (room,), limits=limits, passes=task.passes,
             settle_s=task.settle, perturbation=task.perturbation,
         )  # fmt: skip
     write_setpoints(iter((found.compensated.command,)), task.output, task.format, where)

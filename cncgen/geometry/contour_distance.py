@@ -74,6 +74,7 @@ class ContourTracker:
             np.ascontiguousarray(self._position[:count]),
             REACH,
             result,
+            np.empty((0, self._path.shape[1])),
         )
         self._own, self._position = self._own[count:], self._position[count:]
         self._forget()
@@ -91,3 +92,18 @@ def contour_error(command: Floats, position: Floats) -> Floats:
     """Return the contour error of whole arrays, shape (n, axes) each: shape (n,)."""
     tracker = ContourTracker(command.shape[1])
     return np.concatenate([tracker.push(command, position), tracker.finish()])
+
+
+def nearest_on_path(command: Floats, position: Floats) -> Floats:
+    """Return the places on the path that `contour_error` measures from, shape (n, axes) as both arguments."""
+    steps = np.sqrt((np.diff(command, axis=0) ** 2).sum(axis=1))
+    moved = np.concatenate([[True], steps > 0.0])
+    own = np.cumsum(moved) - 1
+    ahead = own[np.minimum(np.arange(len(own)) + AHEAD, len(own) - 1)]
+    arc = np.concatenate([[0.0], np.cumsum(steps)])[moved]
+    feet = np.empty(command.shape)
+    servo_contour.distances(
+        np.ascontiguousarray(command[moved]), arc, own, ahead, np.ascontiguousarray(position), REACH,
+        np.empty(len(command)), feet,
+    )  # fmt: skip
+    return feet

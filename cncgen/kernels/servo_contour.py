@@ -32,15 +32,13 @@ def _to_point(
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _to_segment(
+def _along(
     path: cython.double[:, ::1], i: cython.Py_ssize_t, position: cython.double[:, ::1], k: cython.Py_ssize_t
 ) -> cython.double:
-    """Return the squared distance of position k to the segment from point i to point i + 1."""
+    """Return where the segment from point i to point i + 1 is nearest to position k: 0 at its first point, 1 at its last."""
     along: cython.double = 0.0
     square: cython.double = 0.0
-    total: cython.double = 0.0
     step: cython.double
-    d: cython.double
     axis: cython.Py_ssize_t
     for axis in range(path.shape[1]):
         step = path[i + 1, axis] - path[i, axis]
@@ -51,6 +49,21 @@ def _to_segment(
         along = 0.0
     elif along > 1.0:
         along = 1.0
+    return along
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _to_segment(
+    path: cython.double[:, ::1], i: cython.Py_ssize_t, position: cython.double[:, ::1], k: cython.Py_ssize_t
+) -> cython.double:
+    """Return the squared distance of position k to the segment from point i to point i + 1."""
+    along: cython.double = _along(path, i, position, k)
+    total: cython.double = 0.0
+    d: cython.double
+    axis: cython.Py_ssize_t
     for axis in range(path.shape[1]):
         d = position[k, axis] - path[i, axis] - along * (path[i + 1, axis] - path[i, axis])
         total += d * d
@@ -170,6 +183,7 @@ def distances(
     position: cython.double[:, ::1],
     reach: cython.double,
     result: cython.double[::1],
+    feet: cython.double[:, ::1],
 ) -> None:
     """Write the distance of each position to the path.
 
@@ -181,16 +195,21 @@ def distances(
         position: Shape (n, axes).
         reach: The search goes so many times the tracking error along the path, both ways.
         result: Shape (n,).
+        feet: Shape (n, axes), written with the nearest points; (0, axes) where nobody asks for them.
 
     A point at arc distance x from one that is d away is at least d − x away, so whatever lies nearer along the path
     than d − best is skipped.
     """
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
+    axis: cython.Py_ssize_t
     window: cython.double
+    own_distance: cython.double
+    along: cython.double
     best: _Foot = _Foot(distance=0.0, segment=0)
     for k in range(position.shape[0]):
-        best.distance = _to_point(path, own[k], position, k) ** 0.5
+        own_distance = _to_point(path, own[k], position, k) ** 0.5
+        best.distance = own_distance
         window = reach * best.distance + 1e-9
         # The segment of the position before is mostly near: a small best to start with makes the skips long.
         for i in range(best.segment, best.segment + 2):
@@ -199,3 +218,10 @@ def distances(
         best = _search_back(path, arc, own[k], window, position, k, best)
         best = _search_ahead(path, arc, own[k], last[k], window, position, k, best)
         result[k] = best.distance
+        if k < feet.shape[0]:
+            i = best.segment if best.distance < own_distance else own[k]
+            along = _along(path, i, position, k) if best.distance < own_distance else 0.0
+            for axis in range(path.shape[1]):
+                feet[k, axis] = path[i, axis]
+                if along > 0.0:
+                    feet[k, axis] += along * (path[i + 1, axis] - path[i, axis])

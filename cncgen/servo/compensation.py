@@ -27,6 +27,8 @@ Floats = NDArray[np.float64]
 
 #: Passes of learning, at most.
 PASSES = 6
+#: A command is good enough where it divides the judged error by this.
+ENOUGH = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +106,7 @@ def compensated_plan(
     axes: str,
     options: PlanOptions | None = None,
     rooms: Sequence[float] = (1.0,),
-    enough: float = 1.0,
+    enough: float = ENOUGH,
     limits: bool = True,
     passes: int = PASSES,
     settle_s: float = 0.1,
@@ -137,7 +139,7 @@ def compensated_plan(
         full_time = full_time or time_s
         try:
             found = compensate(setpoints, servos, limits=machine.axes if limits else None, passes=passes,
-                               settle_s=settle_s)  # fmt: skip
+                               settle_s=settle_s, enough=enough)  # fmt: skip
         except NoPlanError as error:
             refusal = refusal or error
             continue
@@ -188,6 +190,7 @@ def compensate(
     limits: Mapping[str, Axis] | None = None,
     passes: int = PASSES,
     settle_s: float = 0.1,
+    enough: float = ENOUGH,
     perturbation: Perturbation | None = None,
 ) -> Compensated:
     """Return a command under which the axes follow setpoints better, as their model knows them.
@@ -200,6 +203,7 @@ def compensate(
         limits: Axis limits that the command keeps (`cncgen.servo.command_limits`); None keeps none.
         passes: Of learning (`cncgen.servo.learning`), at most.
         settle_s: Least rest at the end.
+        enough: As of `cncgen.servo.learning.learn`.
         perturbation: Machines that the command is tried on beside the nominal one.
 
     Raises:
@@ -212,9 +216,9 @@ def compensate(
     head, wanted = _joined(setpoints)
     scheme = own_scheme(servos, head.axes, head.period_s)
     columns = contour_axes(head.axes)
-    axes = Axes(scheme.loops, head.period_s, columns, REGULARISATION)
+    axes = Axes(scheme.loops, head.period_s, columns, REGULARISATION, head.axes)
     kept = [(limits or {}).get(letter) for letter in head.axes]
-    learnt = learn(wanted, axes, kept, passes=passes, settle_s=settle_s)
+    learnt = learn(wanted, axes, kept, passes=passes, settle_s=settle_s, enough=enough)
     if learnt.passes == 0 and learnt.before.judged > NO_CONTOUR_MM:
         raise _no_gain(learnt, wanted, axes, head.axes, passes, settle_s, limits is not None)
     found = breaks(limits or {}, head.axes, learnt.command, learnt.wanted, head.period_s)
@@ -261,8 +265,11 @@ def _no_gain(
         message += f", and {best:.4g} {unit} with the best command" + (
             " within the limits" if limited else ""
         )
-    hint = "the rest cannot be foreseen by the model: encoder steps, noise, a drive at its bound"
-    if limited:
+    hint = "the rest cannot be foreseen by the model: encoder steps and noise"
+    if learnt.before.saturated:
+        message += f"; drives are at their bound at {learnt.before.saturated} setpoints"
+        hint = "plan the motion so that the drives keep out of their bounds: --saturation predictive, or a lower feed"
+    elif limited:
         free = learn(wanted, axes, [None] * len(letters), passes=passes, settle_s=settle_s)
         if free.passes:
             message += f"; without limits {free.after.judged * factor:.4g} {unit} would be possible"

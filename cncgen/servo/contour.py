@@ -1,5 +1,12 @@
 """The true contour error: how far a position is from the commanded path (`cncgen.geometry.contour_distance`)."""
 
-from cncgen.geometry.contour_distance import AHEAD, BEHIND, REACH, ContourTracker, contour_error
+from cncgen.geometry.contour_distance import (
+    AHEAD,
+    BEHIND,
+    REACH,
+    ContourTracker,
+    contour_error,
+    nearest_on_path,
+)
 
-__all__ = ["AHEAD", "BEHIND", "REACH", "ContourTracker", "contour_error"]
+__all__ = ["AHEAD", "BEHIND", "REACH", "ContourTracker", "contour_error", "nearest_on_path"]

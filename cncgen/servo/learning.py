@@ -13,7 +13,7 @@ divided by it first.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Axis
 from cncgen.servo.bank import LoopBank
-from cncgen.servo.contour import contour_error
+from cncgen.servo.contour import contour_error, nearest_on_path
 from cncgen.servo.loop import AxisLoop
 from cncgen.servo.norm_optimal import ROUNDS, LimitedUpdate, WindowedUpdate, cut, limit_shares, smooth_rise
 from cncgen.servo.plants import Imperfections
@@ -115,8 +115,10 @@ def smooth_part(loop: AxisLoop) -> AxisLoop:
     return replace(loop, dead_band=0.0, imperfections=Imperfections())
 
 
-def impulse_response(loop: AxisLoop, period_s: float) -> tuple[Floats, Floats]:
+def impulse_response(loop: AxisLoop, period_s: float, letter: str = "") -> tuple[Floats, Floats]:
     """Return the answers of position and drive input to a setpoint of 1 at row 0, as long as they last; shape (n,) each.
+
+    `letter` names the axis in messages.
 
     Raises:
         UsageError: It does not settle within `LONGEST` periods (``servo-unstable``).
@@ -130,9 +132,14 @@ def impulse_response(loop: AxisLoop, period_s: float) -> tuple[Floats, Floats]:
         if np.isfinite(size).all() and size[-rows // 4 :].sum() <= SETTLED * size.sum():
             return found[1:, 0], force[1:, 0]
         rows *= 2
-    message = f"the loop has not settled {LONGEST * period_s:g} s after an impulse"
+    largest = float(np.abs(smooth_part(loop).poles()).max())
+    message = f"axis {letter}: the loop has not settled {LONGEST * period_s:g} s after an impulse (a pole at |z| = {largest:.6g})"
     raise UsageError(
-        Diagnostic("servo-unstable", message, hint="the closed loop is unstable, or hardly damped")
+        Diagnostic(
+            "servo-unstable",
+            message,
+            hint="the closed loop is unstable, or hardly damped: cncgen tune shows its margins",
+        )
     )
 
 
@@ -154,6 +161,7 @@ class Axes:
         period_s: float,
         contour_columns: Sequence[int],
         regularisation: float,
+        letters: str,
     ) -> None:
         self.loops, self.period_s, self.regularisation = tuple(loops), period_s, regularisation
         self._columns = list(contour_columns)
@@ -165,14 +173,17 @@ class Axes:
             )
             for loop in loops
         ]
-        answers = [impulse_response(loop, period_s) for loop in loops]
+        answers = [
+            impulse_response(loop, period_s, letter) for loop, letter in zip(loops, letters, strict=True)
+        ]
         self._impulses, self._forces = ([pair[k] for pair in answers] for k in (0, 1))
         self.bounds = [loop.imperfections.bound for loop in loops]
         self.gains = [float(h.sum()) for h in self._impulses]
-        if any(abs(gain) < 1e-6 for gain in self.gains):
-            raise UsageError(
-                Diagnostic("compensate-rest", "an axis stays where it is at rest, whatever its setpoint")
-            )
+        still = [letter for gain, letter in zip(self.gains, letters, strict=True) if abs(gain) < 1e-6]
+        if still:
+            message = f"axis {', '.join(still)}: the position comes back to 0 whatever the setpoint; no command leads it elsewhere"
+            hint = "the last coefficient of the closed loop's numerator is its gain at rest times that of the denominator"
+            raise UsageError(Diagnostic("compensate-rest", message, hint=hint))
         extents = [
             _inverse_extent(h, regularisation * g**2) for h, g in zip(self._impulses, self.gains, strict=True)
         ]
@@ -208,6 +219,17 @@ class Axes:
                 the command keeps.
         """
         return follow(self._known if known else self.loops, self.period_s, command)
+
+    def tracking_error(self, wanted: Floats, position: Floats) -> Floats:
+        """Return how far positions are from where they are wanted, shape (n, axes) all."""
+        return wanted - position
+
+    def contour_error(self, wanted: Floats, position: Floats) -> Floats:
+        """Return how far positions are from the path, as `tracking_error`; of axes that are not of the contour, from what is wanted."""
+        error = wanted - position
+        columns = self._columns
+        error[:, columns] = nearest_on_path(wanted[:, columns], position[:, columns]) - position[:, columns]
+        return error
 
     def figures(self, wanted: Floats, command: Floats) -> Figures:
         """Return the errors of the full model under a command."""
@@ -261,8 +283,12 @@ def learn(
     *,
     passes: int,
     settle_s: float = 0.0,
+    enough: float = np.inf,
 ) -> Learnt:
-    """Return the best command of up to that many passes.
+    """Return the best command of up to that many passes, which take the tracking error away.
+
+    Where limits do not let them divide the contour error by `enough`, as many passes take the contour error alone away, and leave
+    the axes behind along the path: from the last command, then from the motion itself.
 
     Args:
         wanted: The motion, shape (n, axes), at rest before and after.
@@ -270,6 +296,7 @@ def learn(
         limits: Of each axis; None: it has none. A limit that the motion itself breaks counts as what it takes of it.
         passes: At least 1.
         settle_s: Least rest at the end.
+        enough: See above; at most 1: the tracking error alone is looked at.
     """
     lead, tail = axes.lead, max(axes.tail, round(settle_s / axes.period_s))
     whole = np.concatenate(
@@ -279,14 +306,6 @@ def learn(
     unity = [abs(gain - 1.0) < 1e-6 for gain in axes.gains]
     command[:, unity] = whole[:, unity]
     resting = command.copy()
-    kept = [_kept(limit, wanted[:, i], axes.period_s) for i, limit in enumerate(limits)]
-    windows = cut(_busy(whole, kept, axes.period_s), axes.lead + axes.tail)
-    length = axes.length(windows.rows)
-    updates = []
-    for i, limit in enumerate(kept):
-        one = LimitedUpdate(axes.response(i, length), length, axes.period_s, limit,
-                            axes.regularisation * axes.gains[i] ** 2, drive=axes.drive(i, length))  # fmt: skip
-        updates.append(WindowedUpdate(windows, [replace(one) for _ in windows.seams[1:]]))
     before = axes.figures(whole, whole)
     if not axes.goes_across(wanted) or before.contour_max <= NO_CONTOUR_MM:
         axes.by_contour = False
@@ -295,28 +314,68 @@ def learn(
         return _trimmed(
             Learnt(whole, whole, lead, tail, before, before, 0, 0.0, before), whole, settle_s, axes
         )
-    best, best_command, best_pass, best_excess = before, whole, 0, 0.0
-    judged: list[float] = []
-    tried: Figures | None = None
-    fading = _fading(len(whole), round(LEEWAY_S / axes.period_s))
-    for k in range(1, passes + 1):
-        position, force, _ = axes.followed(command, known=True)
-        error = (whole - position) * fading
-        ends = k == passes or (len(judged) > 1 and judged[-1] > (1.0 - LEAST_PROGRESS) * judged[-2])
-        rounds = FINISHING_ROUNDS if ends else ROUNDS if k == 1 else LATER_ROUNDS
-        for i, update in enumerate(updates):
-            command[:, i] += update.change(command[:, i], error[:, i], rounds, force[:, i] / axes.bounds[i])
-        excess = max(update.excess for update in updates)
-        after = axes.figures(whole, command)
-        if excess <= TOLERATED and (tried is None or after.judged < tried.judged):
-            tried = after
-        if excess <= TOLERATED and after.better(before) and after.judged < best.judged:
-            best, best_command, best_pass, best_excess = after, command.copy(), k, excess
-        if ends:
-            break
-        judged.append(after.judged)
-    found = Learnt(whole, best_command, lead, tail, before, best, best_pass, best_excess, tried)
-    return _trimmed(found, resting if best_pass else whole, settle_s, axes)
+    passes_of = _Passes(
+        whole, axes, [_kept(limit, wanted[:, i], axes.period_s) for i, limit in enumerate(limits)]
+    )
+    found = Learnt(whole, whole, lead, tail, before, before, 0, 0.0)
+    found, last = passes_of.run(found, command, passes, axes.tracking_error)
+    for start in (last, resting):
+        if axes.by_contour and found.after.judged * enough > before.judged:
+            found, _ = passes_of.run(found, start, passes, axes.contour_error)
+    return _trimmed(found, resting if found.passes else whole, settle_s, axes)
+
+
+class _Passes:
+    """Passes of learning on one motion, whose rests before and after are included: shape (n, axes)."""
+
+    def __init__(self, whole: Floats, axes: Axes, limits: Sequence[Axis | None]) -> None:
+        self._whole, self._axes, self._limits = whole, axes, limits
+        self._windows = cut(_busy(whole, limits, axes.period_s), axes.lead + axes.tail)
+        self._fading = _fading(len(whole), round(LEEWAY_S / axes.period_s))
+        self._done = 0
+
+    def _updates(self) -> list[WindowedUpdate]:
+        axes, length = self._axes, self._axes.length(self._windows.rows)
+        found = []
+        for i, limit in enumerate(self._limits):
+            one = LimitedUpdate(axes.response(i, length), length, axes.period_s, limit,
+                                axes.regularisation * axes.gains[i] ** 2, drive=axes.drive(i, length))  # fmt: skip
+            found.append(WindowedUpdate(self._windows, [replace(one) for _ in self._windows.seams[1:]]))
+        return found
+
+    def run(
+        self, best: Learnt, start: Floats, passes: int, error_of: Callable[[Floats, Floats], Floats]
+    ) -> tuple[Learnt, Floats]:
+        """Return the best command of up to that many passes, if it is better than the best so far, and the last command.
+
+        Args:
+            best: What was learnt so far.
+            start: The first command, shape (n, axes).
+            passes: At least 1.
+            error_of: From wanted and actual positions to what is to be taken away, shape (n, axes) all.
+        """
+        axes, whole, command, updates = self._axes, self._whole, start.copy(), self._updates()
+        judged: list[float] = []
+        for k in range(1, passes + 1):
+            self._done += 1
+            position, force, _ = axes.followed(command, known=True)
+            error = error_of(whole, position) * self._fading
+            ends = k == passes or (len(judged) > 1 and judged[-1] > (1.0 - LEAST_PROGRESS) * judged[-2])
+            rounds = FINISHING_ROUNDS if ends else ROUNDS if k == 1 else LATER_ROUNDS
+            for i, update in enumerate(updates):
+                command[:, i] += update.change(
+                    command[:, i], error[:, i], rounds, force[:, i] / axes.bounds[i]
+                )
+            excess = max(update.excess for update in updates)
+            after = axes.figures(whole, command)
+            if excess <= TOLERATED and (best.tried is None or after.judged < best.tried.judged):
+                best = replace(best, tried=after)
+            if excess <= TOLERATED and after.better(best.before) and after.judged < best.after.judged:
+                best = replace(best, after=after, command=command.copy(), passes=self._done, excess=excess)
+            if ends:
+                break
+            judged.append(after.judged)
+        return best, command
 
 
 def _busy(rows: Floats, limits: Sequence[Axis | None], period_s: float) -> Floats:

@@ -224,6 +224,7 @@ def _contour(reference: WantedMotion, axes: str, wanted: Floats, position: Float
         np.ascontiguousarray(position[:, columns]),
         REACH,
         result,
+        np.empty((0, len(columns))),
     )
     return result
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -46,8 +48,11 @@ def test_nothing_nearer_is_skipped(seed: int, axes: int, error: float, reach: fl
     # Some stand where they were to be, give or take, and some beside quite another place of the path.
     beside = np.where(rng.random(25) < 0.5, own, rng.integers(0, count, 25))
     position = path[beside] + error * rng.normal(size=(25, axes)) * rng.choice([0.01, 1.0], (25, 1))
-    found = np.empty(25)
-    servo_contour.distances(path, arc, own, last, position, reach, found)
+    found, feet = np.empty(25), np.empty((25, axes))
+    servo_contour.distances(path, arc, own, last, position, reach, found, feet)
+    assert np.linalg.norm(position - feet, axis=1) == pytest.approx(found, rel=1e-9, abs=1e-12)
+    on_path = [min(to_segment(a, b, foot) for a, b in pairwise(path)) for foot in feet]
+    assert max(on_path) < 1e-9
     assert found == pytest.approx(all_segments(path, arc, own, last, position, reach), rel=1e-12, abs=1e-12)
 
 
@@ -58,5 +63,7 @@ def test_what_lies_beyond_the_reach_or_the_last_point_is_not_looked_at() -> None
     position = np.array([[0.5, 0.9]])
     for reach, last, distance in ((3.0, 3, 0.9), (30.0, 3, 0.1), (30.0, 2, 0.9)):
         found = np.empty(1)
-        servo_contour.distances(path, arc, np.array([0]), np.array([last]), position, reach, found)
+        servo_contour.distances(
+            path, arc, np.array([0]), np.array([last]), position, reach, found, np.empty((0, 2))
+        )
         assert found[0] == pytest.approx(distance)

@@ -12,6 +12,7 @@ from cncgen.pipeline import plan, read, sample
 from cncgen.servo import norm_optimal
 from cncgen.servo.command_limits import breaks, differences
 from cncgen.servo.compensation import compensate
+from cncgen.servo.contour import contour_error
 from cncgen.servo.learning import impulse_response
 from cncgen.servo.models import axis_loop
 from cncgen.servo.norm_optimal import LimitedUpdate, WindowedUpdate, cut
@@ -186,6 +187,32 @@ def test_a_plan_to_its_limits_is_compensated_within_them(programs):
     assert np.abs(again.position - found.learnt.wanted).max() <= found.learnt.after.tracking_max * (1 + 1e-9)
 
 
+def test_where_limits_leave_no_room_in_time_the_contour_error_alone_is_learnt(programs):
+    """P loops of 60/s lag by v/60 along the star: its limits do not let them catch up, and need not for them to be on the path."""
+    machine, servos = load_machine("xy-table"), two_axes("first-order", position_gain_1_s=60.0)
+    rows = planned(programs, "star.nc", machine)
+    both = [
+        compensate(rows, servos, limits=machine.axes, enough=enough, settle_s=0.0) for enough in (0.0, 5.0)
+    ]
+    in_time, on_path = (one.learnt for one in both)
+    assert in_time.after.contour_max > 0.2 * in_time.before.contour_max
+    assert on_path.after.contour_max < 0.2 * on_path.before.contour_max
+    assert on_path.after.tracking_max > in_time.after.tracking_max
+    assert not breaks(machine.axes, "XY", on_path.command, on_path.wanted, 0.001)
+    followed = run(both[1].command.position, servos).position
+    contour = contour_error(on_path.wanted, followed)
+    assert contour.max() == pytest.approx(on_path.after.contour_max)
+
+
+def test_a_motion_that_lags_alike_on_both_axes_is_not_given_up(programs):
+    """Matched P loops that hardly leave the path, and drives near their bound: catching up in time would make it worse, and was refused."""
+    machine = load_machine("xy-table")
+    servos = two_axes("first-order", position_gain_1_s=60.0, saturation_mm_s=105.0)
+    found = compensate(planned(programs, "star.nc", machine), servos, limits=machine.axes).learnt
+    assert found.after.contour_max < 0.5 * found.before.contour_max
+    assert found.after.saturated == 0
+
+
 def test_where_nothing_can_be_gained_it_is_refused_with_the_best():
     """A stiff loop on a slow path: the noise of its encoder is all that there is, and no command knows it ahead."""
     wanted = rounded_square(30.0)
@@ -210,7 +237,7 @@ def test_arguments_that_nobody_can_mean_are_refused():
     with pytest.raises(UsageError, match="there are no setpoints"):
         compensate([], profile("xy-table"))
     still = {"X": Servo("transfer-function", {"numerator": [1.0, 0.0], "denominator": [0.01, 1.0]})}
-    with pytest.raises(UsageError, match="stays where it is"):
+    with pytest.raises(UsageError, match="axis X: the position comes back to 0"):
         compensate(stream(rounded_square()[:, :1], "X"), still)
 
 

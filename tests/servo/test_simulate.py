@@ -301,7 +301,9 @@ def test_the_contour_kernel_uncompiled_gives_the_same():
     arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
     own = np.arange(200)
     position = path + rng.normal(size=(200, 2))
-    results = np.empty((2, 200))
+    results = np.empty((2, 200, 3))
     for kernel, result in zip((servo_contour, uncompiled("servo_contour")), results, strict=True):
-        kernel.distances(path, arc, own, np.minimum(own + 30, 199), position, 3.0, result)
+        distances, feet = np.empty(200), np.empty((200, 2))
+        kernel.distances(path, arc, own, np.minimum(own + 30, 199), position, 3.0, distances, feet)
+        result[:] = np.column_stack([distances, feet])
     assert results[0] == pytest.approx(results[1], rel=1e-13)
