@@ -100,10 +100,27 @@ def test_what_earlier_tables_left_out(found: Found) -> None:
     assert sum(row.what.count(", run ") for row in rows_of(found, "001")) == 30
     estimates = [row for row in rows_of(found, "003") if "estimated and true" in row.what]
     assert max(row.ours or 0.0 for row in estimates) > 100.0
-    reduction = next(row for row in rows_of(found, "003") if row.printed == "69.04%")
+    reduction = next(row for row in rows_of(found, "003") if row.printed.endswith("69.04%"))
     by_kappa = {choice.split(" (")[0]: (choice, value) for choice, value in reduction.sensitivity}
-    assert by_kappa["κ̄ 0.2/mm"][0].endswith("(184 → 34.6 µm)")
-    assert by_kappa["κ̄ 0.2/mm"][1] == pytest.approx(71.6, abs=0.1)
+    assert by_kappa["κ̄ 0.2/mm, 7000 mm/min"][0].endswith("(184 → 34.6 µm)")
+    assert by_kappa["κ̄ 0.2/mm, 7000 mm/min"][1] == pytest.approx(71.6, abs=0.1)
+
+
+def test_claims_are_read_as_the_texts_have_them(found: Found) -> None:
+    """003 says "by more than" of three feeds; 001 does not say which first-order system; constants of equations have rows too."""
+    table_v = [row for row in rows_of(found, "003") if row.what.startswith("Table V: largest")]
+    assert [row.at_least for row in table_v] == [90.65, 69.04]
+    for row in table_v:
+        assert row.outcome is RowOutcome.REPRODUCED
+        assert row.ours == min(
+            value for choice, value in row.sensitivity if choice.endswith("00 mm/min") and "," not in choice
+        )
+    best = next(row for row in rows_of(found, "001") if row.what.startswith("conclusion"))
+    assert dict(best.sensitivity)["(s+8)/(s+3)"] > 1.0 > dict(best.sensitivity)["(s-8)/(s+3)"]
+    constants = [row.printed for row in rows_of(found, "001") if row.what.startswith("eq. 1: position")]
+    assert constants == ["0.07", "1.32", "2.5", "7.5", "8.68", "9.93"]
+    appendix = [row.outcome for row in rows_of(found, "003") if row.what.startswith("A-")]
+    assert appendix.count(RowOutcome.REPRODUCED) == len(appendix) - 1 == 3
 
 
 def test_what_was_chosen_in_view_of_a_number_is_not_called_predicted(found: Found) -> None:
