@@ -91,7 +91,6 @@ def fit(
     tail: int,
     seam: Seam | None = None,
     widest: float = WIDEST,
-    longest: Floats | None = None,
 ) -> Spline:
     """Fit the smoothest spline to pieces that stays within their tolerance.
 
@@ -102,14 +101,12 @@ def fit(
         tail: The same at the end, or 0 where the curve will go on.
         seam: The state from which the curve goes on.
         widest: Largest smoothing length, in tolerances: a longer one takes fewer knots, a shorter one is faster.
-        longest: Shape (n + 1,), the largest one at the ends of pieces, mm, where it is less than that.
 
     Raises:
         CorridorError: If the tolerance cannot be held.
     """
-    unasked = _longest(pieces, widest)
-    longest = unasked if longest is None else np.minimum(unasked, longest)
-    cuts = np.union1d(cuts, _about_joints(pieces, longest, unasked))
+    longest = _longest(pieces, widest)
+    cuts = np.union1d(cuts, _about_joints(pieces, longest))
     for part in (1.0, *_RETRY_FACTORS):
         spline = _attempt(
             pieces, cuts, head, tail, seam, longest if part == 1.0 else _cut(pieces, seam, longest, part)
@@ -187,7 +184,7 @@ def _attempt(
     return Spline(knots, points, worst, allowed * max_over_axes(used))
 
 
-def _about_joints(pieces: Pieces, longest: Floats, unasked: Floats) -> Floats:
+def _about_joints(pieces: Pieces, longest: Floats) -> Floats:
     """Return where knots are laid about joints that are rounded by themselves, mm.
 
     How fast the curve is passed there depends on where its knots are, since its third derivative is linear between them. At a
@@ -197,14 +194,13 @@ def _about_joints(pieces: Pieces, longest: Floats, unasked: Floats) -> Floats:
     Args:
         pieces: See `fit`.
         longest: Shape (n + 1,), the largest smoothing lengths at the ends of pieces, mm.
-        unasked: Shape (n + 1,), those that the pieces alone allow, without what the caller asks for.
     """
     joint = np.flatnonzero(np.diff(pieces.row, prepend=-1))[1:]
     by_turn, by_step = (each[joint - 1] for each in joint_scales(pieces))
     guess, length = np.minimum(by_turn, by_step), np.diff(pieces.row_t)
     left = np.minimum(_FINAL_PART * guess, longest[joint])
     lone = np.minimum(length[1:], length[:-1]) > _SEPARATE * left
-    lone &= guess < _DECISIVE * unasked[joint]
+    lone &= guess < _DECISIVE * longest[joint]
     turn, step = lone & (by_turn <= by_step), lone & (by_turn > by_step)
     at, half = pieces.t[joint], _HALF_SPAN * left[step]
     return np.concatenate([at[turn], at[step] - half, at[step] + half])

@@ -1,4 +1,4 @@
-"""Figures of docs/corners.md and docs/rounding.md, from our own plans.
+"""The figure of docs/corners.md, from our own plans.
 
 python docs/figures/corners.py
 """
@@ -47,27 +47,6 @@ def passed() -> None:
     figure.savefig(HERE / "corners.png", dpi=110)
 
 
-def rounded() -> None:
-    """Time of a zigzag by P at 4 ms, for some chord tolerances: left as it is where rounding takes longer."""
-    zigzag = "".join(f"X{5 * k} Y{5 * (k % 2)}\n" for k in range(1, 13))
-    tolerances = np.geomspace(1e-4, 0.3, 29)
-    figure, axes = plt.subplots(figsize=(8.0, 3.2), layout="constrained")
-    for chord_um in (0.3, 1.0, 3.0, 10.0):
-        machine = _machine(period_s=0.004, chord_um=chord_um)
-        times = [_time(f"G64 P{p:.7f} G1 F6000\n{zigzag}M2\n", machine) for p in tolerances]
-        axes.plot(1e3 * tolerances, times, "o-", ms=3.0, lw=0.9, label=f"δ = {chord_um:g} µm")
-    stops = _time(f"G61.1 G1 F6000\n{zigzag}M2\n", machine)
-    axes.axhline(stops, ls="--", color="0.4", lw=1.0, label="a stop in each corner")
-    axes.set(xscale="log", xlabel="P, µm", ylabel="time, s")
-    axes.legend(fontsize=8)
-    figure.savefig(HERE / "rounding.png", dpi=110)
-
-
-def _time(program: str, machine: Machine) -> float:
-    """Return the time of a program, s."""
-    return float(cncgen.sample(cncgen.plan(cncgen.read_text(program), machine)).collect().time_s[-1])
-
-
 def _machine(period_s: float, chord_um: float) -> Machine:
     """Return an X Y machine of 100 mm/s, 1000 mm/s² and 50,000 mm/s³."""
     table = load("xy-table")
@@ -80,4 +59,3 @@ def _machine(period_s: float, chord_um: float) -> Machine:
 
 if __name__ == "__main__":
     passed()
-    rounded()

@@ -8,7 +8,6 @@ Debrouwere et al. (2013). Modules in the order in which data passes them:
     corners              breakpoints of a block: where to stop, and how fast a corner may be passed (`Corners`)
     mesh_spacing         where the nodes between the breakpoints stand
     mesh                 a block as intervals between nodes (`Mesh`)
-    corner_trials        corners that no estimate decides: planned both ways
     problem              the least-time problem on a row of intervals, and its solution (kernels ``least_time*``)
     time_scaling         a slow but certain solution where the solver finds none
     motion_pieces        the solution as pieces in time
@@ -19,7 +18,6 @@ Debrouwere et al. (2013). Modules in the order in which data passes them:
     block_planning       runs all of this, in threads (`prefetch`), below speed limits from outside (`speed_caps`)
     replanning           the speed of one plan becomes the bound of the next
     contour_bound        plans under a bound of the predicted contour error
-    roundings            under G64: corners rounded, and not, where one plan is faster than the other
     strategy             chooses among the last two
 
 The limits come from `cncgen.planner.limits`.

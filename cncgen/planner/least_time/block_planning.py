@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 
 import numpy as np
@@ -10,11 +10,10 @@ import numpy as np
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
-from cncgen.planner.least_time.corner_trials import CornerTrials
 from cncgen.planner.least_time.corners import BlockEnd, ends_of
 from cncgen.planner.least_time.crawling import paced
 from cncgen.planner.least_time.fixed_blocks import blocks
-from cncgen.planner.least_time.mesh import Mesh
+from cncgen.planner.least_time.mesh import Mesh, mesh_of
 from cncgen.planner.least_time.prefetch import prefetch
 from cncgen.planner.least_time.rolling_window import RollingWindow
 from cncgen.planner.least_time.speed_caps import SpeedCap
@@ -32,17 +31,13 @@ FIRST, MOST = 512, 8192
 PREFETCHED = 1
 
 
-def smooth_blocks(
-    chunks: Iterable[Toolpath], machine: Machine, reserve_mm: float | None = None
-) -> Iterator[tuple[Toolpath, SpeedCap | None]]:
+def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tuple[Toolpath, SpeedCap | None]]:
     """Yield consecutive stretches of a program, smoothed within their tolerances, in blocks.
 
-    They have a cap only where the tolerance is so narrow that smoothing and chords have to share it. Corners are rounded
-    where that seems to be worth it; all of them are where `reserve_mm` is given, which is what is left to chords.
+    They have a cap only where the tolerance is so narrow that smoothing and chords have to share it.
     """
     steady = paced(chunks, lambda axes: AxisLimits.of(machine, axes))
-    smoothed = smooth(steady, reserve_mm, machine if reserve_mm is None else None)
-    for block in blocks(smoothed, FIRST, MOST):
+    for block in blocks(smooth(steady, machine), FIRST, MOST):
         speed = chord_speed_within(block, chord_reserve(machine, block.axes), machine.period_s)
         yield block, SpeedCap(speed, Limit.CHORD, straight=False) if speed else None
 
@@ -51,13 +46,15 @@ def plan_blocks(
     source: Iterable[tuple[Toolpath, SpeedCap | None]],
     machine: Machine,
     contour_centripetal: float = np.inf,
-) -> Iterator[Trajectory]:
+    coarse: bool = False,
+) -> Generator[Trajectory, None, None]:
     """Plan the least time of blocks as they are, each maybe under a cap of its speed.
 
     Args:
         source: Blocks and their caps; drawn in a thread of its own, as meshes are made and windows solved in others.
         machine: Limits, period, chord tolerance.
         contour_centripetal: See `AxisLimits.of`.
+        coarse: The plan is where the search for a better path within the tolerance starts, and has few nodes where there is one.
 
     Yields:
         Trajectories, from rest to rest, as their speeds become final. A block that moves is the toolpath of its
@@ -71,7 +68,7 @@ def plan_blocks(
         return AxisLimits.of(machine, axes, contour_centripetal)
 
     timeline = Timeline()
-    with closing(prefetch(_solved(source, bounds_of), PREFETCHED)) as solved:
+    with closing(prefetch(_solved(source, bounds_of, coarse), PREFETCHED)) as solved:
         for each in solved:
             if isinstance(each, Toolpath):
                 yield _standing(each, timeline.t_s)
@@ -80,11 +77,11 @@ def plan_blocks(
 
 
 def _solved(
-    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits]
+    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits], coarse: bool
 ) -> Iterator[SolvedWindow | Toolpath]:
     """Yield what is final, window by window, and toolpaths that stand still."""
     window: RollingWindow | None = None
-    with closing(prefetch(_meshes(source, bounds_of), PREFETCHED)) as meshes:
+    with closing(prefetch(_meshes(source, bounds_of, coarse), PREFETCHED)) as meshes:
         for mesh, last in meshes:
             if isinstance(mesh, Toolpath):
                 yield mesh
@@ -96,14 +93,13 @@ def _solved(
 
 
 def _meshes(
-    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits]
+    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits], coarse: bool
 ) -> Iterator[tuple[Mesh | Toolpath, bool]]:
     """Yield the meshes of a program and whether each is the last one; after it, maybe, a toolpath that stands still."""
     held: tuple[Toolpath, Path, SpeedCap | None] | None = None
     before: BlockEnd | None = None
     still: list[Toolpath] = []
     bounds: AxisLimits | None = None
-    trials = CornerTrials()
 
     with closing(prefetch(source, PREFETCHED)) as ready:
         for block, cap in ready:
@@ -116,11 +112,11 @@ def _meshes(
             bounds = bounds or bounds_of(toolpath.axes)
             if held is not None:
                 after = ends_of(toolpath, path, bounds)[0]
-                yield trials.mesh_of(*held[:2], bounds, before, after, held[2]), False
+                yield mesh_of(*held[:2], bounds, before, after, held[2], coarse), False
                 before = ends_of(*held[:2], bounds)[1]
             held = toolpath, path, cap
     if held is not None and bounds is not None:
-        yield trials.mesh_of(*held[:2], bounds, before, None, held[2]), True
+        yield mesh_of(*held[:2], bounds, before, None, held[2], coarse), True
     if still:
         yield join(still), True
 

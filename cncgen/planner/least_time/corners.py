@@ -66,8 +66,6 @@ class Corners:
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
         cuts: Shape (n,), bool: it rests, and chords might cut the corner by more than their tolerance if no setpoint fell
             near it. The end of a block is left to the start of the next one.
-        doubt: Shape (n,): the speed there, as a part of that below which a stop seems to take less time; infinite without
-            a choice.
     """
 
     s: Floats
@@ -78,15 +76,6 @@ class Corners:
     acceleration: Floats
     zone: Floats
     cuts: Bools
-    doubt: Floats
-
-    def reached(self) -> tuple[Floats, Floats]:
-        """Return how far before and after each of them zones reach that begin beyond it, shape (n,), mm; infinite for none."""
-        seen = self.zone > 0.0
-        first = np.minimum.accumulate(np.where(seen, self.s - self.zone, np.inf)[::-1])[::-1]
-        last = np.maximum.accumulate(np.where(seen, self.s + self.zone, -np.inf))
-        before, after = self.s - first, last - self.s
-        return np.where(before > 0.0, before, np.inf), np.where(after > 0.0, after, np.inf)
 
     def only(self, kept: Bools) -> Corners:
         """Return those that are kept, of which every rest is one."""
@@ -126,7 +115,6 @@ def corners_of(
     top: Floats,
     before: BlockEnd | None,
     after: BlockEnd | None,
-    decision: NDArray[np.int8] | None = None,
 ) -> Corners:
     """Classify the breakpoints of a block.
 
@@ -138,10 +126,7 @@ def corners_of(
         sides: Derivatives on the left and on the right of each breakpoint, shape (4, n, axes) each.
         top: Shape (n,), the largest q there by everything else.
         before, after: The end of the block before and the start of the next; None where the motion starts or ends here.
-        decision: Shape (n,), int8: -1 where to stop, 1 where to pass if jumps and chords allow it at all, 0 where to choose; None
-            for nowhere.
     """
-    decision = np.zeros(len(s), np.int8) if decision is None else decision
     left, right = sides[0].copy(), sides[1].copy()
     stop = np.zeros(len(s), bool)
     stop[nearest(s, _rests(toolpath, path, crawls))] = True
@@ -151,15 +136,14 @@ def corners_of(
         else:
             mine[:, end] = beyond.derivatives
             stop[end] |= beyond.rest
-    rests = stop.copy()
     turn = right[1] - left[1]
     linear, square = bounds.jump(turn, right[2] - left[2])
-    speed = allowed = speed_within(linear, square, JUMP_SHARE)
+    speed = speed_within(linear, square, JUMP_SHARE)
     held = speed < np.sqrt(top)
     v = np.where(held, speed, 0.0)[:, None]
     lost = _lost(bounds, linear * v + square * v**2, left[1], right[1])
     worth = break_even_speed(bounds, s, stop | held, left[1], right[1], top, lost)
-    corner = (held & (speed < worth) & (decision <= 0)) | ((decision < 0) & ~rests)
+    corner = held & (speed < worth)
     # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
     within = np.minimum(bounds.jerk, 6.0 * bounds.acceleration / bounds.period_s)
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
@@ -186,10 +170,6 @@ def corners_of(
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
     passed = felt & ~stop
-    # Corners that chords hold are slow places for those between them.
-    slow = stop | held | (chord < np.sqrt(top))
-    worth = np.where(chord < passing, break_even_speed(bounds, s, slow, left[1], right[1], top, lost), worth)
-    choice = passed | (corner & (speed <= 0.0) & ~rests & (chord > 0.0))
     acceleration, there, sway = _swayed(bounds, together, turn * passed[:, None], left[1], right[1])
     zone = corner_zones(
         bounds,
@@ -211,13 +191,7 @@ def corners_of(
         acceleration=acceleration,
         zone=np.where(passed, zone, 0.0),
         cuts=_cuts(bounds, s, stop, turn, left[1:3], right[1:3]),
-        doubt=_doubt(choice, np.minimum(np.minimum(allowed, chord), np.sqrt(top)), worth),
     )
-
-
-def _doubt(choice: Bools, speed: Floats, worth: Floats) -> Floats:
-    """Return the speed as a part of the one that is worth a stop, shape (n,), where there is a choice; else infinity."""
-    return np.divide(speed, worth, out=np.full(len(speed), np.inf), where=choice & (worth > 0.0))
 
 
 def rows_beside(path: Path, s: Floats) -> tuple[Ints, Ints]:

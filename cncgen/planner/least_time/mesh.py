@@ -1,7 +1,6 @@
 """A block of a toolpath as intervals between nodes, with all that the least-time problem needs to know of them.
 
-`Section` is the block with its breakpoints, `Section.corners` classifies them, and `Section.mesh` cuts the block into the
-intervals of a `Mesh`, on which `problem` works. `corner_trials` calls both, maybe more than once for a block.
+`mesh_of` cuts a block (a `Section`, with its breakpoints classified) into the intervals of a `Mesh`, on which `problem` works.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import Path
 from cncgen.planner.least_time.corners import BlockEnd, Corners, corners_of, distinct, nearest, rows_beside
 from cncgen.planner.least_time.crawling import crawling
-from cncgen.planner.least_time.mesh_spacing import DENSITY, MOST, Density, TooManyNodesError, placed
+from cncgen.planner.least_time.mesh_spacing import MOST, TooManyNodesError, placed
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.limits.axis_limits import JUMP_SHARE, SWAY_SHARE, AxisLimits, along_path
 from cncgen.planner.limits.program_feeds import Feeds
@@ -102,16 +101,41 @@ class Mesh:
         return len(self.kind)
 
 
+def mesh_of(
+    toolpath: Toolpath,
+    path: Path,
+    bounds: AxisLimits,
+    before: BlockEnd | None,
+    after: BlockEnd | None,
+    cap: SpeedCap | None = None,
+    coarse: bool = False,
+) -> Mesh:
+    """Cut a block into intervals.
+
+    Args:
+        toolpath, path: The block, of a length greater than 0.
+        bounds: Limits.
+        before, after: The end of the block before and the start of the next; None where the motion starts or ends at this
+            block's border.
+        cap: A largest speed along the path, beside the bounds.
+        coarse: Few nodes will do where the path may be left within a tolerance.
+
+    Raises:
+        NoPlanError: It would be more intervals than memory is meant for.
+    """
+    coarse = coarse and bool(np.any(toolpath.path_mode == PathMode.CONTINUOUS))
+    return Section.of(toolpath, path, bounds, before, after, cap).mesh(coarse)
+
+
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A block, or a part of one, and its `n` breakpoints, before it is known which of them are rests.
+    """A block and its `n` breakpoints, before it is known which of them are rests.
 
     Attributes:
         toolpath, path: The block and its geometry.
         bounds: Limits.
         feeds: Of its rows.
         cap: A largest speed along the path, beside the bounds.
-        density: How close nodes stand.
         crawls: Shape (rows,), which rows begin and end at rest.
         s: Shape (n,), the breakpoints, path coordinate.
         sides: Derivatives on the left and on the right of each, shape (4, n, axes) each.
@@ -124,7 +148,6 @@ class Section:
     bounds: AxisLimits
     feeds: Feeds
     cap: SpeedCap | None
-    density: Density
     crawls: NDArray[np.bool_]
     s: Floats
     sides: tuple[Floats, Floats]
@@ -142,7 +165,7 @@ class Section:
         after: BlockEnd | None,
         cap: SpeedCap | None,
     ) -> Section:
-        """Take a block, see `cncgen.planner.least_time.corner_trials`."""
+        """Take a block, see `mesh_of`."""
         feeds = Feeds.of(toolpath, path)
         seams = _seams(toolpath, path, feeds)
         sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
@@ -159,7 +182,6 @@ class Section:
             bounds,
             feeds,
             cap,
-            DENSITY,
             crawls,
             seams[first],
             sides,
@@ -170,17 +192,8 @@ class Section:
         top = np.minimum(out._top_at(seams[first], sides[0], -1), out._top_at(seams[last], sides[1], 1))
         return replace(out, top=top)
 
-    def part(self, start: float, end: float) -> tuple[Section, slice]:
-        """Return what lies between two places, from rest to rest, and which of the breakpoints are within."""
-        inner = slice(int(np.searchsorted(self.s, start, "right")), int(np.searchsorted(self.s, end)))
-        s = np.concatenate([[start], self.s[inner], [end]])
-        x = self.path.evaluate(s[:1], 3, 1), self.path.evaluate(s[-1:], 3, -1)
-        sides = [np.concatenate([x[0], each[:, inner], x[1]], axis=1) for each in self.sides]
-        top = np.concatenate([self._top_at(s[:1], x[0], 1), self.top[inner], self._top_at(s[-1:], x[1], -1)])
-        return replace(self, s=s, sides=(sides[0], sides[1]), top=top, before=None, after=None), inner
-
-    def corners(self, decision: NDArray[np.int8] | None = None) -> Corners:
-        """Classify the breakpoints, by an estimate, or by a `decision` to pass or to stop."""
+    def corners(self) -> Corners:
+        """Classify the breakpoints."""
         return corners_of(
             self.toolpath,
             self.path,
@@ -191,7 +204,6 @@ class Section:
             self.top,
             self.before,
             self.after,
-            decision,
         )
 
     def _top_at(self, s: Floats, x: Floats, side: int) -> Floats:
@@ -200,18 +212,11 @@ class Section:
         q, _ = self.bounds.top(self.feeds.speed[row], self.feeds.limit[row], x[1], x[2])
         return self.cap.lower(s, x, q) if self.cap else q
 
-    def mesh(self, corners: Corners, closer: float | None = None) -> Mesh:
-        """Cut it into intervals.
-
-        Args:
-            corners: Its breakpoints.
-            closer: Factor by which nodes stand closer than their density tells; by default by how few they are.
-
-        Raises:
-            NoPlanError: It would be more intervals than memory is meant for.
-        """
+    def mesh(self, coarse: bool) -> Mesh:
+        """Cut it into intervals, see `mesh_of`."""
         toolpath, path, bounds, feeds, cap = self.toolpath, self.path, self.bounds, self.feeds, self.cap
         sides, crawls = self.sides, self.crawls
+        corners = self.corners()
         kept = ~_straight_on(path, feeds, corners, sides)
         corners, sides = corners.only(kept), (sides[0][:, kept], sides[1][:, kept])
         lines = _lines(path, corners)
@@ -219,7 +224,7 @@ class Section:
             # Crawling rows are slower than any cap.
             lines &= crawls[path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))]
         try:
-            s = placed(path, bounds, corners, sides, lines, self._top_at, self.density, closer)
+            s = placed(path, bounds, corners, sides, lines, self._top_at, coarse)
         except TooManyNodesError as many:
             raise NoPlanError(_too_many(toolpath, path, many)) from None
         n = len(s) - 1

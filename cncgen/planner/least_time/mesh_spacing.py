@@ -100,10 +100,8 @@ _ALIKE = 1e-6
 _NO_TURN = 1e-9
 #: Where the spacings at neighbouring places differ by more than this factor, they are not interpolated linearly (`graded`).
 _STEEP = 1.5
-#: A block with fewer nodes than this gets closer ones, and by which factor at most.
+#: A block that has fewer nodes than this gets closer ones, and by which factor at most.
 AMPLE, CLOSEST = 3000, 4.0
-#: Part of these nodes up to which those beside corners do not count.
-_FEW = 0.5
 #: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each. A block of 2048 butterflies has 1.2 million.
 MOST = 2_000_000
 #: Least distance of nodes as a part of the length of the block: a thousand times the rounding of a path coordinate.
@@ -174,8 +172,7 @@ def placed(
     sides: tuple[Floats, Floats],
     lines: NDArray[np.bool_],
     top_at: TopAt,
-    density: Density,
-    closer: float | None = None,
+    coarse: bool,
 ) -> Floats:
     """Return the nodes of a block, ascending: its breakpoints, and what lies between.
 
@@ -189,24 +186,19 @@ def placed(
         sides: Derivatives on the left and on the right of each breakpoint, shape (4, breakpoints, axes) each.
         lines: Shape (breakpoints − 1,): stretches that need no nodes between their ends.
         top_at: Gives the largest q.
-        density: How close they stand.
-        closer: Factor by which they stand closer than that; by default as above.
+        coarse: Whether few nodes are as good as many.
 
     Raises:
         TooManyNodesError: They are more than `MOST`.
     """
     survey = _Survey.of(path, bounds, corners, sides, lines, top_at)
-    if closer is not None:
-        return _place(survey, density.times(closer))[0]
-    s, alone = _place(survey, density)
-    # Those that grow from a slow corner come by the decade: while there are few, they take nothing from the others.
-    few = min(np.sqrt(AMPLE / alone), _FEW * AMPLE / len(s))
-    closer = float(np.clip(max(np.sqrt(AMPLE / len(s)), few), 1.0, CLOSEST))
-    return _place(survey, density.times(closer))[0] if closer > 1.0 else s
+    s = _place(survey, DENSITY)
+    closer = 1.0 if coarse else min(float(np.sqrt(AMPLE / len(s))), CLOSEST)
+    return _place(survey, DENSITY.times(closer)) if closer > 1.0 else s
 
 
-def _place(survey: _Survey, density: Density) -> tuple[Floats, float]:
-    """Return the nodes of a block in a density, and how many there would be, about, without the closer ones beside corners and rests."""
+def _place(survey: _Survey, density: Density) -> Floats:
+    """Return the nodes of a block in a density."""
     corners, probes, shape = survey.corners, survey.probes, survey.shape
     spacing = _spacing(shape, probes, corners, density, survey.bounds.period_s)
     spacing = np.minimum(spacing, _change(survey, density.change))
@@ -220,7 +212,6 @@ def _place(survey: _Survey, density: Density) -> tuple[Floats, float]:
         apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
         spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
     spacing = np.maximum(spacing, survey.least)
-    alone = float(_measure(probes, spacing)[1][-1])
     before, after = clear_ends(survey.first, probes, spacing, corners.s)
     first = np.minimum(before, after)
     tight = np.flatnonzero((corners.stop & np.isfinite(first)) | (corners.zone > 0))
@@ -232,7 +223,7 @@ def _place(survey: _Survey, density: Density) -> tuple[Floats, float]:
     whole = survey.lines[stretch] | _beside_rest(corners, borders)
     low = corners.s[corners.stop | _slow(shape[5], probes, corners)]
     growth = _growth(shape, probes, low, density.growth)
-    return spread_nodes(*graded(probes, spacing, growth), borders, whole), alone
+    return spread_nodes(*graded(probes, spacing, growth), borders, whole)
 
 
 def along(bounds: AxisLimits, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:

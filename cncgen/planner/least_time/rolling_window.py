@@ -56,7 +56,6 @@ class RollingWindow:
 
     Attributes:
         bounds: Limits.
-        margin: Part of the limits of acceleration and jerk that is planned with.
         meshes: In order; of the first, the intervals from `used` on are still open.
         used: Intervals of the first mesh that are handed on.
         state: q there and the middle ordinate of q on it, where the motion is under way; None at rest.
@@ -68,7 +67,6 @@ class RollingWindow:
     """
 
     bounds: AxisLimits
-    margin: float = MARGIN
     meshes: list[Mesh] = field(default_factory=list)
     used: int = 0
     state: tuple[float, float] | None = None
@@ -109,15 +107,6 @@ class RollingWindow:
             # From its new state the motion can certainly stop where the last plan did, so the next window reaches beyond that.
             self.wanted = max(SIZE, 3 * (len(given) - final) // 2)
             yield self._hand_on(given, solution, pieces, final, last and final == len(self))
-
-    def arrival(self) -> Floats | None:
-        """Return when a motion from rest to rest over all open intervals reaches each node, s; None if the first start fails."""
-        given = self._intervals(len(self))
-        solution = solve(given, None, None, lambda _: 1)
-        if not solution.converged:
-            return None
-        pieces = self._held(given, solution, True)[2]
-        return np.concatenate([[0.0], np.cumsum(pieces.duration)])[pieces.offset]
 
     def _parts(self, count: int) -> list[tuple[Mesh, slice]]:
         """Return the meshes of the first `count` open intervals, and which intervals of each these are."""
@@ -187,7 +176,7 @@ class RollingWindow:
     def _intervals(self, count: int) -> Intervals:
         """Return the first `count` open intervals as one row that ends at rest."""
         bounds = self.bounds
-        limits = np.stack([bounds.acceleration, bounds.jerk]) * self.margin
+        limits = np.stack([bounds.acceleration, bounds.jerk]) * MARGIN
         return Intervals.of(self._parts(count), limits)
 
     def _solved(self, given: Intervals) -> tuple[Solution, bool]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from cncgen.machine.record import Machine
-from cncgen.planner.least_time.roundings import plan_roundings
+from cncgen.planner.least_time.block_planning import plan_blocks, smooth_blocks
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Trajectory
 from cncgen.toolpath.record import Toolpath
@@ -32,11 +32,12 @@ def plan_least_time(
     if options.max_contour_error_mm is None:
         along = options.effort == "fast" or options.interpolator != "arclength" or options.saturation != "off"
         if along or machine.max_centripetal_mm_s2 is not None:
-            return plan_roundings(chunks, machine)
+            return plan_blocks(smooth_blocks(chunks, machine), machine)
         from cncgen.planner.tube import Programmed, improve
 
         program = Programmed(machine.chord_tolerance_mm)
-        return improve(plan_roundings(program.over(chunks), machine), program, machine)
+        plan = plan_blocks(smooth_blocks(program.over(chunks), machine), machine, coarse=True)
+        return improve(plan, program, machine)
     from cncgen.planner.least_time.contour_bound import plan_bounded
 
     return plan_bounded(chunks, machine, options, options.max_contour_error_mm)

@@ -4,15 +4,12 @@
 leaves the programmed path by the tolerance at most, and does not depend on how the input is cut into chunks. Modules in the
 order in which data passes them:
 
-    ends                cuts NURBS rows near corners, so that only their ends are rounded
-    runs                classifies rows: which may be smoothed together (`Classes`)
-    stretches           joins lines that go straight on, and arcs that go on about one centre (`circles`), into one row
-    row_corners         what lies between two rows (`RowCorners`), and the limits that pass it (`AxisLimits`)
-    tolerance_split     how the tolerance is shared between smoothing and the chords between setpoints
-    tolerance_estimate  how much of it the chords will need, estimated
-    rounding_decision   which corners are worth rounding, and how far; `bend_time` the time through a bend whose speed chords hold
-    stream              fits the splines, window by window (`cncgen.geometry.corridor`)
-    output              makes rows of a toolpath of them
+    ends             cuts NURBS rows near corners, so that only their ends are rounded
+    runs             classifies rows: which may be smoothed together (`Classes`)
+    stretches        joins lines that go straight on, and arcs that go on about one centre (`circles`), into one row
+    tolerance_split  how the tolerance is shared between smoothing and the chords between setpoints
+    stream           fits the splines, window by window (`cncgen.geometry.corridor`)
+    output           makes rows of a toolpath of them
 
 `fitted`, which `cncgen convert` uses, is a fit of its own.
 """

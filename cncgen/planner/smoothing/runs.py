@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.geometry.path import STANDSTILL, Path
+from cncgen.planner.smoothing.tolerance_split import Chords
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -23,18 +24,15 @@ _SIDEWAYS = 100.0
 TANGENT = 0.01
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Classes:
-    """How the rows of a toolpath are to be treated. Not frozen: `stream` fills in which corners are rounded.
+    """How the rows of a toolpath are to be treated.
 
     Attributes:
         fits: Shape (n,): rows that move and may be smoothed.
         idle: Shape (n,): rows within a run that neither move nor stop it: events without rest, moves of no length.
         parts: Shape (n,): True where a row cannot be in one run with the row before it.
         entry, leave: Shape (n, axes): dx/ds at start and end of each row, scaled; 0 for rows without direction.
-        widest: Shape (n,): largest smoothing length at the start of each row, mm.
-        passing_speed: Shape (n,): speed at which the start of each row is passed where it is rounded, mm/s.
-        chord: Shape (n,): tolerance that chords will take on each row, mm; infinite for all that they can.
     """
 
     fits: NDArray[np.bool_]
@@ -42,9 +40,6 @@ class Classes:
     parts: NDArray[np.bool_]
     entry: Floats
     leave: Floats
-    widest: Floats
-    passing_speed: Floats
-    chord: Floats
 
 
 def rests(toolpath: Toolpath) -> NDArray[np.bool_]:
@@ -55,13 +50,20 @@ def rests(toolpath: Toolpath) -> NDArray[np.bool_]:
     return out
 
 
-def classify(toolpath: Toolpath, path: Path, scale: Floats, free: NDArray[np.bool_] | None = None) -> Classes:
+def classify(
+    toolpath: Toolpath,
+    path: Path,
+    scale: Floats,
+    free: NDArray[np.bool_] | None = None,
+    chords: Chords | None = None,
+) -> Classes:
     """Sort the rows of a toolpath; see `Classes`.
 
     Args:
         toolpath, path: The rows and their geometry.
         scale: Shape (axes,): factors from the columns to mm.
         free: Shape (n,): NURBS rows that may be smoothed (`cncgen.planner.smoothing.ends`); None for none.
+        chords: Those of a machine, which meets some corners exactly; None for none.
     """
     length = np.diff(path.row_s)
     count = len(toolpath)
@@ -81,11 +83,13 @@ def classify(toolpath: Toolpath, path: Path, scale: Floats, free: NDArray[np.boo
     member = fits | idle
     parts[1:] = member[1:] != member[:-1]
     moving = np.flatnonzero(fits)
-    back = np.einsum("ij,ij->i", leave[moving[:-1], :3], entry[moving[1:], :3]) < _SHARPEST
-    parts[moving[1:][back]] = True
-    return Classes(
-        fits, idle, parts, entry, leave, np.full(count, np.inf), np.zeros(count), np.full(count, np.inf)
-    )
+    one, two = moving[:-1], moving[1:]
+    met = np.einsum("ij,ij->i", leave[one, :3], entry[two, :3]) < _SHARPEST
+    if chords is not None:
+        narrow, near = (np.minimum(each[one], each[two]) for each in (toolpath.tolerance, length))
+        met |= chords.unseen(narrow, norm(entry[two] - leave[one]), near)
+    parts[two[met]] = True
+    return Classes(fits, idle, parts, entry, leave)
 
 
 def _tangents(path: Path, scale: Floats) -> tuple[Floats, Floats]:

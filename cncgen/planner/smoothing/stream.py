@@ -22,15 +22,12 @@ from cncgen.geometry.corridor import (
 from cncgen.geometry.path import LINE, Path
 from cncgen.geometry.pieces import ARC_SHARE, Pieces, pieces_of
 from cncgen.machine.record import Machine
-from cncgen.planner.limits.axis_limits import AxisLimits, axis_scale, chord_reserve
+from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
-from cncgen.planner.smoothing.rounding_decision import rounding
-from cncgen.planner.smoothing.row_corners import RowCorners
 from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
 from cncgen.planner.smoothing.stretches import SAME, Stretches
-from cncgen.planner.smoothing.tolerance_estimate import chord_need
-from cncgen.planner.smoothing.tolerance_split import chord_room, fit_tolerance
+from cncgen.planner.smoothing.tolerance_split import Chords, chord_room
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between, join
 
@@ -47,9 +44,7 @@ _FIRST, _FIRST_FITTED = 128, 256
 _LONGEST_WINDOW = 32 * WINDOW
 
 
-def smooth(
-    chunks: Iterable[Toolpath], reserve_mm: float | None = None, machine: Machine | None = None
-) -> Iterator[Toolpath]:
+def smooth(chunks: Iterable[Toolpath], machine: Machine | None = None) -> Iterator[Toolpath]:
     """Smooth a toolpath.
 
     Runs of LINE and ARC rows under G64, and the ends of NURBS rows that meet their neighbours in corners, become NURBS
@@ -60,9 +55,8 @@ def smooth(
 
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.
-        reserve_mm: Deviation that is left to the chords between setpoints, half of P at most. None: as much as the machine
-            allows them (`chord_reserve`), 0 without a machine.
-        machine: Corners that it passes faster as they are than rounded are met exactly; None rounds all.
+        machine: Its chords between setpoints have a part of the tolerance, half of P at most, and tolerances that its setpoints
+            cannot show are 0 (`tolerance_split`). Without one there are no setpoints.
 
     Yields:
         Consecutive stretches of the smoothed program, none empty; `Toolpath.chord_room` is what smoothing leaves of
@@ -71,7 +65,7 @@ def smooth(
     Raises:
         NoPlanError: If a run could not be fitted (a fault of the method, not of the program; see docs/smoothing.md).
     """
-    smoother = _Smoother(reserve_mm, machine)
+    smoother = _Smoother(machine)
     gathered: list[tuple[Toolpath, Bools]] = []
     count, size = 0, _FIRST
     for chunk, free in opened(each for each in chunks if len(each)):
@@ -90,24 +84,21 @@ class _Smoother:
     """The rows that are not yet handed on.
 
     Attributes:
-        reserve_mm, machine: See `smooth`.
+        machine: See `smooth`.
         pending: Rows that wait: the rest of a run that is being fitted, or of one whose end has not been seen.
         seam: Where the curve of the run at the front goes on from, or None at its start.
         before: dx/ds at the end of the last motion handed on exactly, scaled; None after a rest and at the start.
         window: Rows that are fitted at a time, if a run has as many.
-        passing_speed: Speed at the start of the rows that wait, 0 but within a run.
-        chord: Tolerance that chords take on the first of them, as far as it has been seen, mm.
+        chords: Those of the machine, once the axes are known.
     """
 
-    def __init__(self, reserve_mm: float | None, machine: Machine | None) -> None:
-        self.reserve_mm = reserve_mm
+    def __init__(self, machine: Machine | None) -> None:
         self.machine = machine
         self.pending: tuple[Toolpath, Bools] | None = None
         self.seam: Seam | None = None
         self.before: Floats | None = None
         self.window = _FIRST_FITTED
-        self.passing_speed = 0.0
-        self.chord = 0.0
+        self.chords = Chords()
 
     def take(self, chunks: list[tuple[Toolpath, Bools]], last: bool) -> Iterator[Toolpath]:
         """Add rows, of which some NURBS may be smoothed, and yield what has become final, as one toolpath."""
@@ -121,12 +112,11 @@ class _Smoother:
             stretches = stretches.but_last()
         rows, free_rows = stretches.rows, free[stretches.first[:-1]]
         path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
-        classes = classify(rows, path, axis_scale(rows.axes), free_rows)
         if self.machine is not None:
-            drive = AxisLimits.of(self.machine, rows.axes).in_mm()
-            _judge_corners(rows, path, classes, drive, (self.passing_speed, self.chord), last)
+            self.chords = Chords.of(self.machine, rows.axes)
+        classes = classify(rows, path, axis_scale(rows.axes), free_rows, self.chords)
         borders = np.append(np.flatnonzero(classes.parts), len(rows))
-        done = _Done(stretches, self._reserve(rows.axes))
+        done = _Done(stretches, self.chords.most_mm)
         at = 0
         for n, first in enumerate(borders[:-1]):
             stop, closed = int(borders[n + 1]), bool(last or borders[n + 1] < len(rows))
@@ -135,10 +125,6 @@ class _Smoother:
                 break
         rest = int(stretches.first[at])
         self.pending = (between(here, rest, len(here)), free[rest:]) if rest < len(here) else None
-        goes_on = self.seam is not None
-        self.passing_speed, self.chord = (
-            (float(classes.passing_speed[at]), float(classes.chord[at])) if goes_on else (0.0, 0.0)
-        )
         if done.toolpaths():
             yield join(done.toolpaths())
 
@@ -192,11 +178,6 @@ class _Smoother:
                 self.before = None if rows.kind[k] == Kind.EVENT else classes.leave[k]
                 break
 
-    def _reserve(self, axes: str) -> float:
-        if self.reserve_mm is None:
-            return chord_reserve(self.machine, axes) if self.machine is not None else 0.0
-        return self.reserve_mm
-
     def _fit(
         self,
         stretches: Stretches,
@@ -210,9 +191,8 @@ class _Smoother:
         """Fit a window of the run at the front; return the row from which to go on, None if it needs more rows."""
         rows = stretches.rows
         scale = axis_scale(rows.axes)
-        allowed, most = rows.tolerance[window], self._reserve(rows.axes)
-        off = stretches.off[window]
-        given = fit_tolerance(allowed, most, np.minimum(classes.chord[window], most)) - off
+        allowed, off = rows.tolerance[window], stretches.off[window]
+        given = self.chords.fit_tolerance(allowed, *_pace(rows, path, window)) - off
         pieces = pieces_of(path, given, scale, window)
         row_t = pieces.row_t
         head = END_DERIVATIVES if _tangent(self.before, classes.entry[window[0]]) else END_POINT
@@ -221,11 +201,10 @@ class _Smoother:
             after = _next_entry(classes, rows, int(window[-1]) + 1)
             tail = END_DERIVATIVES if _tangent(after, classes.leave[window[-1]]) else END_POINT
         try:
-            longest = _longest(pieces, classes.widest[window])
-            spline = fit(pieces, _cuts(rows, window, row_t), head, tail, self.seam, longest=longest)
+            spline = fit(pieces, _cuts(rows, window, row_t), head, tail, self.seam)
         except CorridorError as fault:
             raise _no_curve(rows, window, fault) from fault
-        room = chord_room(allowed, _deviation(pieces, spline, given) + off, most)
+        room = chord_room(allowed, _deviation(pieces, spline, given) + off, self.chords.most_mm)
         if final:
             upto, rest, self.seam = int(window[-1]) + 1, int(window[-1]) + 1, None
             self.before = classes.leave[window[-1]]
@@ -280,69 +259,19 @@ class _Done:
         return self._parts
 
 
-def _judge_corners(
-    rows: Toolpath, path: Path, classes: Classes, drive: AxisLimits, before: tuple[float, float], last: bool
-) -> None:
-    """Part runs at the corners that are not worth rounding, and tell how far to round the others, in place.
-
-    Args:
-        rows, path, classes: The rows that are here.
-        drive: Limits of the machine that passes them.
-        before: Speed at the start of the first row, and tolerance that chords take on it because of earlier rows.
-        last: Whether no rows follow.
-    """
-    moving = np.flatnonzero(classes.fits)
-    if len(moving) < 2:
-        return
-    one, two = moving[:-1], moving[1:]
-    runs = np.cumsum(classes.parts)
+def _pace(rows: Toolpath, path: Path, window: Ints) -> tuple[Floats, Floats]:
+    """Return the curvature of rows in their middles, and their feeds, shape (n,) each, 1/mm and mm/s."""
+    bend, curves = np.zeros(len(window)), np.flatnonzero(path.kind[window] != LINE)
+    bend[curves] = path.curvature_after(window[curves], 0.5 * path.row_length[window[curves]])
     inverse = rows.feed_mode == FeedMode.INVERSE_TIME
     feed = rows.feed * np.where(inverse, path.row_length, path.per_feed)
-    bends = _bends(path, classes)
-    corners = RowCorners(
-        leave=classes.leave[one],
-        entry=classes.entry[two],
-        length=path.row_length[np.stack([one, two])],
-        feed=feed[np.stack([one, two])],
-        tolerance=np.minimum(rows.tolerance[one], rows.tolerance[two]),
-        joined=runs[one] == runs[two],
-        bend=bends[np.stack([one, two])],
-    )
-    need = np.where(corners.joined, chord_need(drive, corners), 0.0)
-    chord = np.maximum(np.append(need, 0.0), np.append(before[1], need))
-    classes.chord[moving] = chord
-    given = fit_tolerance(rows.tolerance[moving], drive.chord_reserve_mm, chord)
-    widest, speed = rounding(drive, corners, before[0], np.minimum(given[:-1], given[1:]))
-    if not last and runs[-1] == runs[moving[-1]]:
-        # How the last row goes on is not known yet; its run stays open.
-        widest[-1] = np.inf
-    classes.widest[two], classes.passing_speed[two] = widest, speed
-    classes.parts[two[widest == 0.0]] = True
-
-
-def _bends(path: Path, classes: Classes) -> Floats:
-    """Return the largest curvature that is seen of rows that may be smoothed, shape (n,), 1/mm."""
-    out = np.zeros(len(path))
-    curves = np.flatnonzero(classes.fits & (path.kind != LINE))
-    if curves.size:
-        length = path.row_length[curves]
-        looks = [path.curvature_after(curves, part * length) for part in (0.0, 0.5, 1.0)]
-        out[curves] = np.max(looks, axis=0)
-    return out
+    return bend, feed[window]
 
 
 def _deviation(pieces: Pieces, spline: Spline, given: Floats) -> Floats:
     """Return a bound of what the spline leaves each row by, shape (rows,), mm."""
     out: Floats = np.maximum.reduceat(spline.deviation, np.flatnonzero(np.diff(pieces.row, prepend=-1)))
     return out + ARC_SHARE * given
-
-
-def _longest(pieces: Pieces, widest: Floats) -> Floats:
-    """Return the largest smoothing length at the ends of pieces, by that at the starts of their rows."""
-    out = np.full(len(pieces.t), np.inf)
-    first = np.flatnonzero(np.diff(pieces.row, prepend=-1))
-    out[first[1:]] = widest[1:]
-    return out
 
 
 def _cuts(rows: Toolpath, window: Ints, row_t: Floats) -> Floats:

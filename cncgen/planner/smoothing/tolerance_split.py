@@ -1,16 +1,19 @@
-"""How smoothing and the chords between setpoints share a tolerance that is not much wider than the chords.
+"""How smoothing and the chords between setpoints share a tolerance that is not much wider than the chords (docs/smoothing.md).
 
-`stream` asks what it may use (`fit_tolerance`), `block_planning` at which speed what is left holds the chords (`chord_speed_within`).
+`stream` asks what it may use (`Chords`), `block_planning` at which speed what is left holds the chords (`chord_speed_within`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.planner.limits.axis_limits import axis_scale
+from cncgen.geometry import elementary
+from cncgen.machine.record import Machine
+from cncgen.planner.limits.axis_limits import JUMP_SHARE, STOP_SPEED, AxisLimits, axis_scale
 from cncgen.planner.limits.bend_speeds import across, chord_speed
 from cncgen.toolpath.record import PathMode, Toolpath
 
@@ -21,22 +24,70 @@ Floats = NDArray[np.float64]
 ROOM = 1.03
 #: Smoothing is left at least this part of the tolerance (of P, or of δ where that is more).
 _LEAST = 0.03
+#: The chord of a corner that is rounded within P and passed as fast as its jerk allows, as a multiple of P^⅓ (J T³)^⅔: 1.72/8, and a tenth.
+_AT_CORNERS = 1.1 * 1.72 / 8.0
+#: Speed at which a rounded turn Δ is passed, times Δ, as a multiple of (J P²)^⅓: (9/0.1475)^⅓.
+_ROUNDED = 3.94
+#: A stop takes less time than a rounded corner that is passed at so many times the speed below which it takes less than another.
+_SURELY = 1.5
 
 
-def fit_tolerance(tolerance: Floats, chord_mm: float, need: Floats | float | None = None) -> Floats:
-    """Return what a smoothed curve may leave its path by, so that the chords between setpoints have room.
+@dataclass(frozen=True, slots=True)
+class Chords:
+    """The chords of a machine's setpoints.
 
-    Where chords need all of it, next to nothing is left: speed goes with the root of their room, the smoothing length with that
-    of P at best, and what it gains at joints is less.
-
-    Args:
-        tolerance: Shape (n,), P, mm.
-        chord_mm: δ, the largest chord that there can be (`AxisLimits.chord_reserve_mm`).
-        need: Shape (n,), mm: the chord to leave room for, δ at most; None for δ.
+    Attributes:
+        most_mm: δ, the largest chord that there can be (`AxisLimits.chord_reserve_mm`).
+        period_s: T; 0 where there are no setpoints.
+        jerk: J of the strongest and of the weakest linear axis, mm/s³.
     """
-    kept = ROOM * chord_mm if need is None else np.minimum(need, ROOM * chord_mm)
-    both = np.maximum(tolerance, chord_mm)
-    return np.clip(both - kept, np.minimum(_LEAST * both, tolerance), tolerance)
+
+    most_mm: float = 0.0
+    period_s: float = 0.0
+    jerk: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def of(cls, machine: Machine, axes: str) -> Chords:
+        """Return those of a machine over some axes."""
+        drive = AxisLimits.of(machine, axes).in_mm()
+        jerk = drive.jerk[~drive.rotary & np.isfinite(drive.jerk)]
+        ends = (float(jerk.max()), float(jerk.min())) if len(jerk) else (np.inf, 0.0)
+        return cls(drive.chord_reserve_mm, machine.period_s, ends)
+
+    def unseen(self, tolerance: Floats, turn: Floats, length: Floats) -> NDArray[np.bool_]:
+        """Tell which corners are passed faster as they are, or stopped in, than rounded, shape (n,).
+
+        Rounded, a turn Δ is passed at v³ = J L²/(0.1475 Δ) with L = 3 P/Δ, so v = 3.94 (J P²)^⅓/Δ; as it is, at ¾ J T²/Δ, or with a
+        stop where that is below J T². A facet of a curve whose middle is within P of that, ℓ Δ/8, is no corner, but where chords take
+        all of P.
+
+        Args:
+            tolerance, turn: Shape (n,), P, mm, and |Δ| of unit vectors.
+            length: Shape (n,), of the shorter row beside each, mm.
+        """
+        kept = elementary.power(np.maximum(JUMP_SHARE, _SURELY * STOP_SPEED * turn) / _ROUNDED, 1.5)
+        out: NDArray[np.bool_] = tolerance < kept * self.jerk[1] * self.period_s**3
+        return out & ((turn * length > 8.0 * tolerance) | (tolerance < self.most_mm))
+
+    def fit_tolerance(self, tolerance: Floats, curvature: Floats, feed: Floats) -> Floats:
+        """Return what a smoothed curve may leave its path by, shape (n,), so that chords have the room that they need.
+
+        At a corner that is rounded by itself |x''| is Δ²/(9 P) and the speed that of jerk, so v² |x''| T²/8 does not depend on Δ. On a
+        curve, v³ κ² = J.
+
+        Args:
+            tolerance: Shape (n,), P, mm.
+            curvature: Shape (n,), κ of the rows, 1/mm.
+            feed: Shape (n,), mm/s.
+        """
+        jerk, square = self.jerk[0], self.period_s**2
+        at_corners = _AT_CORNERS * elementary.cbrt(tolerance * (jerk * self.period_s**3) ** 2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            bent = np.minimum(feed**2 * curvature, elementary.cbrt(jerk**2 / curvature)) * square / 8.0
+        need = np.maximum(at_corners, np.where(curvature > 0.0, bent, 0.0))
+        kept = np.minimum(need, ROOM * self.most_mm)
+        both = np.maximum(tolerance, self.most_mm)
+        return np.clip(both - kept, np.minimum(_LEAST * both, tolerance), tolerance)
 
 
 def chord_room(tolerance: Floats, deviation: Floats, chord_mm: float) -> Floats:

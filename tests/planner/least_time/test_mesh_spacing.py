@@ -22,7 +22,7 @@ from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import mesh_spacing
 from cncgen.planner.least_time.corners import Corners
 from cncgen.planner.least_time.fixed_blocks import blocks
-from cncgen.planner.least_time.mesh import Section
+from cncgen.planner.least_time.mesh import mesh_of
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.motion import motion_at
 from cncgen.toolpath.reading import ReadOptions
@@ -95,7 +95,6 @@ def test_speed_that_acceleration_leads_to_from_slow_places() -> None:
         acceleration=np.full(2, np.inf),
         zone=np.zeros(2),
         cuts=np.zeros(2, bool),
-        doubt=np.full(2, np.inf),
     )
     speed = np.sqrt([100.0, 100.0, 7.0, 100.0, 100.0, 100.0])
     found = mesh_spacing.gained_square(s, speed, np.array([2.0, 2.0, 2.0, 4.0, 4.0, 4.0]), joints)
@@ -258,8 +257,7 @@ def test_a_curve_that_stands_at_its_end_has_as_many_nodes_as_its_reverse() -> No
 def _nodes_of(text: str, machine: Machine) -> NDArray[np.float64]:
     """Return where the nodes of a program of one block stand."""
     toolpath = join(list(read_text(text).chunks()))
-    section = Section.of(toolpath, toolpath.path, AxisLimits.of(machine, toolpath.axes), None, None, None)
-    return section.mesh(section.corners()).s
+    return mesh_of(toolpath, toolpath.path, AxisLimits.of(machine, toolpath.axes), None, None).s
 
 
 def test_an_interval_from_rest_holds_nothing_finer_than_itself() -> None:

@@ -11,7 +11,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 import cncgen
-from cncgen.planner.least_time import block_planning, corner_trials, problem, rolling_window
+from cncgen.planner.least_time import block_planning, problem, rolling_window
 from cncgen.planner.least_time.mesh import SPLINE
 from cncgen.planner.least_time.problem import Intervals, Solution
 from cncgen.planner.least_time.time_scaling import obstacle, time_scaled
@@ -139,8 +139,6 @@ def test_a_cusp_that_no_window_passes_is_a_stop(monkeypatch: pytest.MonkeyPatch,
         return solution
 
     monkeypatch.setattr(rolling_window, "solve", counted)
-    # What is tried of corners in doubt is not the window's.
-    monkeypatch.setattr(corner_trials, "FASTEST", 0.0)
     (tmp_path / "slow.toml").write_text(SLOW)
     machine = cncgen.load_machine(tmp_path / "slow.toml")
     program = cncgen.read_text(CUSP)
@@ -166,7 +164,6 @@ def test_after_many_starts_that_failed_no_other_is_tried_where_the_motion_crawls
 
     monkeypatch.setattr(problem, "run_from", counted)
     monkeypatch.setattr(block_planning, "RollingWindow", partial(rolling_window.RollingWindow, patient=0))
-    monkeypatch.setattr(corner_trials, "FASTEST", 0.0)
     (tmp_path / "slow.toml").write_text(SLOW)
     (trajectory, *_) = cncgen.plan(cncgen.read_text(CUSP), cncgen.load_machine(tmp_path / "slow.toml"))
     assert trajectory.profile.t[-1] > 0.0

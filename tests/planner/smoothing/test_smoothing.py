@@ -325,7 +325,7 @@ def test_a_feed_of_its_own_on_next_to_nothing(tolerance: float, short: float, wh
     before = (start, *ends)[where]
     ends.insert(where, [before[0] - short, before[1] + short / 6.0, 0.0])
     rows = toolpath(start, ends, feed=[20.0, 30.0, 40.0], tolerance=tolerance)
-    result = join(list(smooth([rows], 0.001)))
+    result = join(list(smooth([rows])))
     assert np.isfinite(result.nurbs.control_points).all()
     assert deviation(rows, result) <= tolerance * (1 + 1e-9)
     # Each row of some length is there with its feed, but for the time of the short one, which a neighbour has.
@@ -338,6 +338,6 @@ def test_a_slow_row_too_short_for_a_span_keeps_its_time(feed: float) -> None:
     """3 µm at 0.5 mm/s (2 µm/s) amid lines at 20 mm/s: P leaves it no span of its own, and once it took no time."""
     ends = [[5.0, 0.0, 0.0], [5.003, 0.0, 0.0], [10.0, 0.5, 0.0]]
     rows = toolpath([0.0, 0.0, 0.0], ends, feed=[20.0, feed, 20.0], tolerance=0.05)
-    result = join(list(smooth([rows], 0.001)))
+    result = join(list(smooth([rows])))
     asked, made = (np.sum(path_of(each).row_length / each.feed) for each in (rows, result))
     assert made == pytest.approx(asked, rel=1e-3)

@@ -45,14 +45,14 @@ def shape(rows: Toolpath) -> np.ndarray:
 def test_cut_lines_make_the_same_curve(rows: Toolpath) -> None:
     """Once the lengths of the parts told what is short: here the curves were 2.7 and 7.2 µm apart."""
     machine = load("generic-mill")
-    whole, parted = (join(list(smooth([each], None, machine))) for each in (rows, cut(rows, 3)))
+    whole, parted = (join(list(smooth([each], machine))) for each in (rows, cut(rows, 3)))
     np.testing.assert_allclose(shape(parted), shape(whole), rtol=0.0, atol=1e-8)
 
 
 def test_parts_leave_chords_what_the_whole_leaves() -> None:
     """Parts away from where smoothing uses most once left them more: a cut line took up to 1.7 % less at 4 ms."""
     machine, rows = replace(load("generic-mill"), period_s=4e-3), facets(40, 0.9)
-    whole, parted = (join(list(smooth([each], None, machine))) for each in (rows, cut(rows, 3)))
+    whole, parted = (join(list(smooth([each], machine))) for each in (rows, cut(rows, 3)))
     of_line = dict(zip(whole.line.tolist(), whole.chord_room.tolist(), strict=True))
     assert len(parted) > len(whole)
     assert len(set(of_line.values())) > 5
