@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -23,6 +23,8 @@ from cncgen.cli.options import (
 from cncgen.cli.types import FILE, MACHINE, MODES, Share
 
 if TYPE_CHECKING:
+    from cncgen.machine import Machine
+    from cncgen.servo.compensation import Compensated
     from cncgen.servo.uncertainty import Perturbation
 
 
@@ -42,6 +44,17 @@ class _Task:
     perturbation: Perturbation | None
     format: str | None
     output: str | None
+    wanted: str | None
+
+    def write(self, found: Compensated, machine: Machine | str | None) -> None:
+        """Write the command, and what it makes the axes follow where that is asked for."""
+        from cncgen.cli.writing import write_setpoints
+
+        write_setpoints(iter((found.command,)), self.output, self.format, machine)
+        if self.wanted is not None:
+            write_setpoints(
+                iter((replace(found.command, position=found.learnt.wanted),)), self.wanted, None, machine
+            )
 
 
 @click.command("compensate")
@@ -85,6 +98,12 @@ class _Task:
 @unnamed_options
 @format_option
 @output_option
+@click.option(
+    "--wanted",
+    metavar="FILE",
+    type=FILE,
+    help="Write the setpoints here that the axes are to follow under the command, row by row: for simulate --reference.",
+)
 @summary_option
 @perturb_options
 @planning_options
@@ -103,6 +122,7 @@ def command(
     period: float | None,
     format: str | None,
     output: str | None,
+    wanted: str | None,
     summary: str | None,
     uncertainty: dict[str, Any],
     planning: dict[str, Any],
@@ -120,13 +140,17 @@ def command(
 
     if (shaper is None) != (modes is None):
         raise click.UsageError("--shaper and --modes go together")
+    if shaper is not None and wanted is not None:
+        raise click.UsageError(
+            "--wanted goes with a command that is learnt; --shaper leaves the path that its source has"
+        )
     if shaper is not None and modes is not None:
         _shape((source, format, output, summary), (shaper, modes), machine, (axes, period), planning, reading)
         return
     if machine is None and planning["axis_params"] is None:
         raise click.UsageError("give the servo data: -m MACHINE, or --axis-params NAME|FILE")
     drawn = perturbation_of(uncertainty, usual=0.1)
-    task = _Task(source, passes, settle, drawn, format, output)
+    task = _Task(source, passes, settle, drawn, format, output, wanted)
     if source == "-" or is_setpoint_file(source):
         if room is not None:
             raise click.UsageError("--room is how a program is planned; setpoints are planned already")
@@ -187,7 +211,6 @@ def _of_setpoints(
 ) -> dict[str, Any]:
     """Shape setpoints, whose axes and period may be `given`; return what it gains."""
     from cncgen import pipeline
-    from cncgen.cli.writing import write_setpoints
     from cncgen.machine import load_servos
     from cncgen.servo.compensation import compensate, limits_of
     from cncgen.servo.stream import driven
@@ -205,7 +228,7 @@ def _of_setpoints(
             driven(stream.chunks, {**known, **(bounds or {})}), known, limits=bounds, passes=task.passes, settle_s=task.settle,
             perturbation=task.perturbation,
         )  # fmt: skip
-    write_setpoints(iter((found.command,)), task.output, task.format, machine if limits else None)
+    task.write(found, machine if limits else None)
     return found.gained()
 
 
@@ -220,7 +243,6 @@ def _of_program(
     """Plan a program with room for its command, and shape that; return what it gains."""
     from cncgen import pipeline
     from cncgen.cli.reading import opened, plan_options
-    from cncgen.cli.writing import write_setpoints
     from cncgen.servo.compensation import compensated_plan
 
     where = pipeline.machine_of(machine)
@@ -232,5 +254,5 @@ def _of_program(
             rooms=ROOMS if room is None else (room,), limits=limits, passes=task.passes,
             settle_s=task.settle, perturbation=task.perturbation,
         )  # fmt: skip
-    write_setpoints(iter((found.compensated.command,)), task.output, task.format, where)
+    task.write(found.compensated, where)
     return found.gained()

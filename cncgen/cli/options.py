@@ -82,7 +82,7 @@ _INPUTS = {
     "tool_table": "the tool table",
     "parameters": "the parameter file",
 }
-_OUTPUTS = ("output", "summary", "events", "report", "save_parameters", "fmu")
+_OUTPUTS = ("output", "summary", "events", "report", "save_parameters", "fmu", "wanted")
 #: Those of them of which ``-`` means standard output, and commands that print nothing there by themselves.
 _TO_STANDARD_OUTPUT = ("events", "report", "save_parameters")
 _SILENT = ("check", "verify")

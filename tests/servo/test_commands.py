@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 
 from cncgen.cli.app import run
 
@@ -89,7 +90,7 @@ def test_rotary_axes_alone_have_no_contour_error(tmp_path, capfd):
     assert "error[tune-search]: gain sets are judged by the contour error" in capfd.readouterr().err
 
 
-def test_compensate_plans_a_program_with_room_where_its_command_needs_some(tmp_path, programs, capfd):
+def test_compensate_plans_a_program_with_room_where_its_command_needs_some(tmp_path, capfd):
     """Friction of 0.3 mm, and loops of 60/s: a plan to the limits leaves too little acceleration to push through it."""
     command, summary, servos = tmp_path / "command.csv", tmp_path / "gain.json", tmp_path / "slow.toml"
     servos.write_text(
@@ -98,14 +99,22 @@ def test_compensate_plans_a_program_with_room_where_its_command_needs_some(tmp_p
             for k in "xy"
         )
     )
-    call = ["compensate", str(programs / "star.nc"), "-m", "xy-table", "--axis-params", str(servos), "-o", str(command),
-            "--summary", str(summary), "--perturb", "0%"]  # fmt: skip
+    program = tmp_path / "triangle.nc"
+    program.write_text("G21 G90 G64 P0.01 F6000\nG1 X8 Y1\nX2 Y9\nX0 Y0\nM2\n")
+    wanted, response = str(tmp_path / "wanted.csv"), tmp_path / "response.json"
+    call = ["compensate", str(program), "-m", "xy-table", "--axis-params", str(servos), "-o", str(command),
+            "--summary", str(summary), "--perturb", "0%", "--wanted", wanted]  # fmt: skip
     assert run(call) == 0
     assert " % of acceleration and jerk, to leave room: " in capfd.readouterr().err
     gained = json.loads(summary.read_text())
     assert gained["room"] < 1.0
     assert gained["contour_max_ratio"] >= 5.0
     assert gained["time_s"] > gained["full_time_s"]
+    simulate = ["simulate", str(command), "--axis-params", str(servos), "--reference", wanted, "-q"]
+    assert run([*simulate, "-o", str(tmp_path / "r.csv"), "--summary", str(response)]) == 0
+    errors = json.loads(response.read_text())["reference"]
+    assert errors["contour_error_max_mm"] == pytest.approx(gained["after"]["contour_max_mm"], abs=1e-6)
+    assert errors["tracking_max_mm"] == pytest.approx(gained["after"]["tracking_max_mm"], abs=1e-6)
     assert run([*call, "--room", "100%"]) == 0
     full = json.loads(summary.read_text())
     assert full["room"] == 1.0
