@@ -7,32 +7,14 @@ from typing import Any
 import click
 
 from cncgen.cli import messages
-from cncgen.cli.options import control_option, message_options, program_options
-from cncgen.cli.types import FILE, FiniteRange
+from cncgen.cli.options import control_option, message_options, program_options, stock_options
+from cncgen.cli.types import FILE
 
 
 @click.command("cut")
 @click.argument("program", metavar="PROGRAM", type=FILE)
-@click.option(
-    "--stock",
-    metavar="STOCK",
-    help="box:X0,Y0,Z0,X1,Y1,Z1, cylinder:X,Y,DIAMETER,Z0,Z1, or an STL file, mm [default: the STEP-NC file's raw piece].",
-)
-@click.option(
-    "--tool",
-    "tools",
-    metavar="NAME=FORM",
-    multiple=True,
-    help="A tool's form: flat:D, ball:D, bull:D,R, drill:D,POINT, chamfer:D,ANGLE,TIP; then ;length=L ;shank=D ;holder=D,HEIGHT. "
-    "NAME * is the tool before the first change. Repeatable.",
-)
+@stock_options
 @click.option("--target", metavar="STL", type=FILE, help="The finished part [default: what features say].")
-@click.option(
-    "--cell",
-    metavar="MM",
-    type=FiniteRange(min=0, min_open=True),
-    help="Width of a column of the stock [default: a 500th of its longer side].",
-)
 @click.option("-o", "--output", metavar="STL", type=FILE, help="Write the stock that is left as STL.")
 @click.option("--picture", metavar="FILE", type=FILE, help="Draw it: PNG, SVG or PDF.")
 @click.option("--report", metavar="FILE", type=FILE, help="Write volumes, engagement and findings as JSON.")

@@ -388,6 +388,32 @@ reference_option = click.option(
     help="Give contour and tracking error against this program's path and plan, or these setpoints, too.",
 )
 
+#: A part that is cut: its stock, the forms of its tools, and how finely.
+stock_options = _all_of(
+    click.option(
+        "--stock",
+        metavar="STOCK",
+        help="box:X0,Y0,Z0,X1,Y1,Z1, cylinder:X,Y,DIAMETER,Z0,Z1, or an STL file, mm [default: the STEP-NC file's raw piece].",
+    ),
+    click.option(
+        "--tool",
+        "tools",
+        metavar="NAME=FORM",
+        multiple=True,
+        help="A tool's form: flat:D, ball:D, bull:D,R, drill:D,POINT, chamfer:D,ANGLE,TIP; then ;length=L ;shank=D ;holder=D,HEIGHT. "
+        "NAME * is the tool before the first change. Repeatable.",
+    ),
+    click.option(
+        "--cell",
+        metavar="MM",
+        type=FiniteRange(min=0, min_open=True),
+        help="Width of a column of the stock [default: a 500th of its longer side].",
+    ),
+)
+
+#: What a page shows beside the plan; the command receives it together as `shown`.
+page_options = _gathering("shown", compare_option, why_option, reference_option, stock_options)
+
 #: Machines whose parameters are not quite the model's; the command receives them together as `uncertainty`.
 perturb_options = _gathering(
     "uncertainty",

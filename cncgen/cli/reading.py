@@ -230,8 +230,7 @@ def plan_options(planning: dict[str, Any]) -> PlanOptions:
 def page_of(
     name: str,
     machine: str,
-    compare: tuple[str, ...],
-    more: tuple[bool, str | None],
+    shown: dict[str, Any],
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> str:
@@ -240,15 +239,15 @@ def page_of(
     Args:
         name: File, or ``-``.
         machine: A profile's name or a TOML file.
-        compare: What `cncgen.cli.options.compare_option` gathered.
-        more: Whether the page ranks what would shorten the part, and what errors are measured from beside the command.
-        planning, reading: The values that `planning_options` and `program_options` gathered.
+        shown, planning, reading: The values that `page_options`, `planning_options` and `program_options` gathered.
     """
-    from cncgen.pipeline import report_page, variant_of
+    from cncgen.pipeline import Cutting, report_page, variant_of
 
-    tolerance, how, (with_why, reference) = planning["path_tolerance"], plan_options(planning), more
+    tolerance, how, reference = planning["path_tolerance"], plan_options(planning), shown["reference"]
     wanted = None if reference is None else reference_of(reference, machine, planning, reading)
-    variants = [variant_of(what, how) for what in compare]
+    variants = [variant_of(what, how) for what in shown["compare"]]
+    stock, tools, cell = shown["stock"], shown["tools"], shown["cell"]
+    cutting = Cutting(stock, tools, cell) if stock or tools or cell else None
     with opened(name, reading, tolerance, machine) as program:
         language, options = read_options(reading, tolerance, machine)
         page = report_page(
@@ -256,8 +255,9 @@ def page_of(
             machine,
             how,
             compare=variants,
-            with_why=with_why,
+            with_why=shown["with_why"],
             reference=wanted,
+            cutting=cutting,
             language=language,
             reading=options,
         )

@@ -7,14 +7,12 @@ from typing import Any
 import click
 
 from cncgen.cli.options import (
-    compare_option,
     machine_option,
     message_options,
     output_option,
+    page_options,
     planning_options,
     program_options,
-    reference_option,
-    why_option,
 )
 from cncgen.cli.types import FILE
 
@@ -23,9 +21,7 @@ from cncgen.cli.types import FILE
 @click.argument("program", metavar="PROGRAM", type=FILE)
 @machine_option
 @output_option
-@compare_option
-@why_option
-@reference_option
+@page_options
 @planning_options
 @program_options
 @message_options
@@ -33,9 +29,7 @@ def command(
     program: str,
     machine: str,
     output: str | None,
-    compare: tuple[str, ...],
-    with_why: bool,
-    reference: str | None,
+    shown: dict[str, Any],
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
@@ -47,4 +41,4 @@ def command(
     from cncgen.cli.reading import page_of
     from cncgen.files import write_text
 
-    write_text(output, page_of(program, machine, compare, (with_why, reference), planning, reading))
+    write_text(output, page_of(program, machine, shown, planning, reading))

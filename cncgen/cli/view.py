@@ -8,13 +8,11 @@ import click
 
 from cncgen.cli import messages
 from cncgen.cli.options import (
-    compare_option,
     machine_option,
     message_options,
+    page_options,
     planning_options,
     program_options,
-    reference_option,
-    why_option,
 )
 from cncgen.cli.types import FILE
 
@@ -22,18 +20,14 @@ from cncgen.cli.types import FILE
 @click.command("view")
 @click.argument("program", metavar="PROGRAM", type=FILE)
 @machine_option
-@compare_option
-@why_option
-@reference_option
+@page_options
 @planning_options
 @program_options
 @message_options
 def command(
     program: str,
     machine: str,
-    compare: tuple[str, ...],
-    with_why: bool,
-    reference: str | None,
+    shown: dict[str, Any],
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
@@ -45,7 +39,5 @@ def command(
     from cncgen.cli.reading import page_of
     from cncgen.files import open_in_browser
 
-    name, opened = open_in_browser(
-        page_of(program, machine, compare, (with_why, reference), planning, reading)
-    )
+    name, opened = open_in_browser(page_of(program, machine, shown, planning, reading))
     messages.note(f"{name}{'' if opened else ': no browser can be started here; open this file in one'}")

@@ -24,6 +24,7 @@ from cncgen.pipeline.using import simulate, why
 if TYPE_CHECKING:
     from cncgen.machine import Machine
     from cncgen.planner import PlanOptions
+    from cncgen.removal.record import Removal
     from cncgen.report.page import Contents, Recording
     from cncgen.report.summary import Summary
     from cncgen.report.widget import Viewer
@@ -66,6 +67,21 @@ class Variant:
     machine: Machine | str | os.PathLike[str] | None = None
     options: PlanOptions | None = None
     setpoints: str | os.PathLike[str] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Cutting:
+    """How the part is cut that a page shows, see `cncgen.pipeline.removing.cut`.
+
+    Attributes:
+        stock: The raw piece, as text of ``--stock``; None: that of a STEP-NC file.
+        tools: Tools as texts of ``--tool``.
+        cell_mm: Width of a column; None: a 500th of the stock.
+    """
+
+    stock: str | None = None
+    tools: tuple[str, ...] = ()
+    cell_mm: float | None = None
 
 
 def shown_plan(planned: Plan) -> str:
@@ -191,6 +207,7 @@ def report_page(
     compare: Sequence[Variant] = (),
     with_why: bool = False,
     reference: WantedMotion | None = None,
+    cutting: Cutting | None = None,
     language: str | None = None,
     reading: ReadOptions | None = None,
     title: str | None = None,
@@ -204,6 +221,7 @@ def report_page(
         compare: Other plans of the same program, shown over this one.
         with_why: The page says what would shorten the part, as `why` finds it; the program is planned several times for it.
         reference: The motion that was wanted; the axes' contour error is given from it too. The whole response is in memory then.
+        cutting: How the part is cut that the page shows. None: of a STEP-NC file its raw piece is, where the file has one.
         language, reading: How a file is read the second time, to be judged; as for `read`.
         title: Of the page; None: program and machine.
 
@@ -211,7 +229,8 @@ def report_page(
         The page; ``html`` is a document that needs nothing else. A program from standard input is not judged.
 
     Raises:
-        UsageError, ProgramError, NoPlanError: As `plan`. There is a reference, and axes lack servo data (``servo-missing``).
+        UsageError, ProgramError, NoPlanError: As `plan`; of `cutting` as `cncgen.pipeline.removing.cut`. There is a reference,
+            and axes lack servo data (``servo-missing``).
     """
     from cncgen.report.page import html
 
@@ -227,6 +246,8 @@ def report_page(
         part, said = _recorded(program, there, how, variant.label, (language, reading), wanted)
         parts.append(part)
         remarks.extend(said)
+    removal = _cut(program, cutting, language, options_on(where, reading), remarks)
+    parts[0] = replace(parts[0], removal=removal)
     if with_why:
         _, ranked = why(program, where, options)
         parts[0] = replace(parts[0], why=[item.as_json() for item in ranked])
@@ -278,6 +299,35 @@ def _recorded(
     remarks.extend(run.summary.remarks)
     summary, places = {**run.summary.as_json(), **run.against()}, run.summary.places()
     return Contents(label, machine, run.recording, summary, places, verdict), remarks
+
+
+def _cut(
+    program: Program,
+    cutting: Cutting | None,
+    language: str | None,
+    reading: ReadOptions | None,
+    remarks: Diagnostics,
+) -> Removal | None:
+    """Return what a program leaves of its stock; None where nobody asks, and it is no STEP-NC file whose stock is known."""
+    from cncgen.pipeline.removing import cut
+
+    how = cutting or Cutting()
+    if cutting is None and (program.language != "stepnc" or not os.path.isfile(program.name)):
+        return None
+    try:
+        return cut(
+            program.name,
+            stock=how.stock,
+            tools=how.tools,
+            cell_mm=how.cell_mm,
+            language=language or program.language,
+            options=reading,
+        )
+    except UsageError as error:
+        if cutting is not None:
+            raise
+        remarks.extend(replace(item, severity=Severity.NOTE) for item in error.diagnostics)
+        return None
 
 
 def _has_servos(program: Program, machine: Machine) -> bool:

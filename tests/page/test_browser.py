@@ -538,3 +538,42 @@ def test_a_long_plan_is_drawn_with_few_vertices_while_it_moves(browser: Browser,
     ActionChains(browser.driver).scroll_from_origin(_origin(canvas), 0, -500).perform()
     settled(browser)
     assert 0 < browser.run("return cncgen.most") <= 300_000
+
+
+def test_the_part_that_is_cut_is_shown_with_what_is_wrong_with_it(
+    browser: Browser, tmp_path: Path, cncgen: Callable[..., Any]
+) -> None:
+    """A slot of 8 mm, 3 mm deep, through 40 mm of a block; then a rapid through the block, on line 6."""
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    (tmp_path / "a.nc").write_text(
+        "G21 G90 G61 S1000 M3\nG0 X-10 Y15\nG1 Z-3 F3000\nX50\nG1 Y25\nG0 X-10\nM2\n"
+    )
+    words = ("--stock", "box:0,0,-20,40,30,0", "--tool", "*=flat:8", "--cell", "0.25")
+    run = cncgen("report", "a.nc", *words, "-o", "page.html")
+    assert run.returncode == 0, run.stderr.decode()
+    browser.driver.set_window_size(1440, 1000)
+    browser.open(tmp_path / "page.html")
+    settled(browser)
+    removal = browser.run("return cncgen.part.header.removal")
+    # The second slot ends at Y 29, so both take their whole width.
+    assert removal["removed_mm3"] == pytest.approx(2 * 40 * 8 * 3, rel=0.01)
+    assert browser.run("return cncgen.scene.surface.box") == [0, 0, -20, 40, 30, 0]
+    with_part = _picture(browser)
+    browser.click(".marks summary")
+    browser.click("#mark-part")
+    browser.shows("return cncgen.scene.showSurface", False)
+    assert _picture(browser) != with_part
+    browser.wait("return location.hash.includes('part')")
+    browser.click("#mark-part")
+    assert browser.text("#badges .bad") == "✕ 1 fault of the cut"
+    browser.click("#badges .bad")
+    assert "rapid" in browser.text("#panel-checks .error")
+    browser.click("#panel-checks .error .link")
+    browser.shows("return cncgen.part.line(cncgen.now)", 6)
+    browser.run(
+        "const d = cncgen.scene.drawer, f = d.fill.bind(d); cncgen.filled = 0; d.fill = (...a) => { f(...a); if (cncgen.scene.moving) cncgen.filled++ }"
+    )
+    ActionChains(browser.driver).drag_and_drop_by_offset(browser.find("#path"), 40, 20).perform()
+    browser.wait("return cncgen.filled > 0")
+    assert browser.complaints() == []

@@ -13,10 +13,12 @@ import pytest
 
 import cncgen
 from cncgen.cli.app import run
-from cncgen.diagnostics import UsageError
-from cncgen.pipeline import report_page, variant_of
+from cncgen.diagnostics import Severity, UsageError
+from cncgen.pipeline import Cutting, report_page, variant_of
+from cncgen.pipeline.removing import cut
 from cncgen.setpoints.differencing import differenced
 
+ROOT = Path(__file__).resolve().parent.parent.parent
 SQUARE = "G21 G90 G94 G61 F1200\nG1 X10\nY10\nX0\nY0\nM2\n"
 
 
@@ -113,3 +115,26 @@ def test_view_opens_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ca
     monkeypatch.setattr("webbrowser.open", lambda url: False)
     assert run(["view", str(file), "-m", "xy-table"]) == 0
     assert "no browser can be started here" in capsys.readouterr().err
+
+
+def test_a_page_on_features_shows_the_part_without_being_asked(tmp_path: Path) -> None:
+    """The raw piece of the file; a file without one is told of, and its page shows no part."""
+    files = ROOT / "programs" / "stepnc"
+    page = report_page(files / "shaft.stp")
+    removal = parts_of(page.html)[0]["removal"]
+    assert removal["removed_mm3"] == pytest.approx(
+        sum(o.volume_mm3 for o in cut(files / "shaft.stp").operations), rel=1e-9
+    )
+    assert not page.remarks
+    page = report_page(files / "nist_ex1E.stp")
+    assert "removal" not in parts_of(page.html)[0]
+    assert [(item.code, item.severity) for item in page.remarks] == [("cut-stock", Severity.NOTE)]
+
+
+def test_a_stock_that_is_asked_for_must_be_one(tmp_path: Path) -> None:
+    program = tmp_path / "a.nc"
+    program.write_text(SQUARE)
+    with pytest.raises(UsageError, match="box"):
+        report_page(program, "xy-table", cutting=Cutting("box:1"))
+    with pytest.raises(UsageError, match="stock is not known"):
+        report_page(program, "xy-table", cutting=Cutting(tools=("*=flat:8",)))

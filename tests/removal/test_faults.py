@@ -317,6 +317,29 @@ def test_the_mesh_of_a_cut_block_has_its_volume():
     assert count <= len(triangles)
 
 
+def test_joined_rectangles_are_the_surface_of_the_whole_mesh():
+    """Volume and area of every cell, with a slot, a step and a hole right through, by a tenth of the triangles."""
+    out = run(
+        line(-20, 15, -3),
+        line(60, 15, -3),
+        line(60, 25, -7),
+        line(-20, 25, -7),
+        line(20, 5, -25),
+        line(20, 5, 5),
+    )
+    sizes = []
+    for joined in (False, True):
+        vertices, triangles = mesh_of(out.stock, joined=joined)
+        a, b, c = (vertices[triangles[:, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        sizes.append(
+            (np.einsum("ij,ij->", a, normal) / 6, np.linalg.norm(normal, axis=1).sum() / 2, len(triangles))
+        )
+    whole, few = sizes
+    assert few[:2] == pytest.approx(whole[:2], rel=1e-9)
+    assert few[2] < whole[2] / 10
+
+
 def test_a_target_mesh_says_what_is_gouged_and_left(tmp_path):
     """The part is the block with a slot of 8 mm, 3 mm deep; cut 4 mm deep it is gouged, 2 mm deep some is left."""
     wanted = tmp_path / "part.stl"

@@ -11,6 +11,7 @@ from cncgen.diagnostics import UsageError
 from cncgen.removal.bars import TurnedCutting, bar_of
 from cncgen.removal.record import Insert
 from cncgen.removal.stock import Stock
+from cncgen.removal.surfaces import ROUND_FEW, mesh_of
 from tests.removal.paths import event, line, path_of
 from tests.stepnc.turning_parts import Turned
 
@@ -44,6 +45,17 @@ def test_a_cylinder(nose):
     fillet = 2 * math.pi * area * (20 + nose - reach)
     assert removed(out) == pytest.approx(math.pi * (25**2 - 20**2) * 60 - fillet, rel=1e-4)
     assert codes(out) == []
+
+
+def test_few_rings_are_the_surface_of_a_bar():
+    """A cylinder, a shoulder and a cone with corners of 90 sides: within half a cell, five rings instead of thousands."""
+    out = turn(Insert("T", 0.0), (20, 0, 5), line(20, 0, -30), line(22, 0, -30), line(25, 0, -60))
+    vertices, triangles = mesh_of(out.stock, joined=True)
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    sides = ROUND_FEW / (2 * math.pi) * math.sin(2 * math.pi / ROUND_FEW)
+    volume = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+    assert volume == pytest.approx(sides * out.stock.volume, rel=1e-3)
+    assert len(triangles) < 20 * 2 * ROUND_FEW < len(mesh_of(out.stock)[1])
 
 
 def test_a_face():

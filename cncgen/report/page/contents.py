@@ -8,10 +8,14 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from cncgen import __version__
 from cncgen.diagnostics import json_values
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
+from cncgen.removal.record import Removal
+from cncgen.removal.surfaces import mesh_of
 from cncgen.report.page.assembling import assemble
 from cncgen.report.page.numbered_text import put_text
 from cncgen.report.page.packed_rows import predictors
@@ -22,6 +26,8 @@ from cncgen.verify.verdict import Verdict
 
 #: Of the format that docs/page.md describes.
 FORMAT = 2
+#: Columns of the mesh of a part along its longer side, and the step of its corners, mm.
+MESH_COLUMNS, MESH_STEP = 250, 1e-3
 #: Bytes of a program's text that the page holds at most.
 MOST_SOURCE = 64_000_000
 
@@ -39,6 +45,7 @@ class Contents:
         verdict: The verdict of `verify`, or None.
         texts: Programs' texts by the names in `Recording.sources`; a file that is not there is read.
         why: Rows of what would shorten the part (``cncgen why``), or None.
+        removal: The part that the program cuts, or None.
     """
 
     label: str
@@ -49,6 +56,7 @@ class Contents:
     verdict: Verdict | None = None
     texts: Mapping[str, bytes] | None = None
     why: Sequence[Mapping[str, Any]] | None = None
+    removal: Removal | None = None
 
 
 def html(title: str, parts: Sequence[Contents]) -> str:
@@ -86,7 +94,30 @@ def contents(part: Contents, blob: Blob, with_source: bool = True) -> dict[str, 
     }
     if part.why is not None:
         found["why"] = [json_values(dict(row)) for row in part.why]
+    if part.removal is not None:
+        found["removal"] = _removal(part.removal, blob)
     return found
+
+
+def _removal(removal: Removal, blob: Blob) -> dict[str, Any]:
+    """Return the part that is cut as a mesh, how much is removed, and what is wrong."""
+    vertices, triangles = mesh_of(removal.stock, MESH_COLUMNS, joined=True)
+    used, corners = np.unique(triangles, return_inverse=True)
+    steps = np.rint(vertices[used] / MESH_STEP).astype(np.int64)
+    findings = [
+        {"code": item.code, "severity": item.severity.name.lower(), "message": item.message}
+        | ({"line": item.span.line} if item.span else {})
+        for item in removal.findings
+    ]
+    return {
+        "step": MESH_STEP,
+        "vertices": [integers(column, 1, blob) for column in steps.T],
+        "corners": [integers(column, 1, blob) for column in corners.reshape(-1, 3).T],
+        "removed_mm3": sum(operation.volume_mm3 for operation in removal.operations),
+        "raw_volume_mm3": removal.raw_volume_mm3,
+        "cell_mm": removal.stock.cell,
+        "findings": json_values(findings),
+    }
 
 
 def _limit(limit: Limit) -> str:

@@ -1,4 +1,5 @@
-// WebGL2: paths as quads of a width in pixels, one instance a segment; colours come from a row of a texture.
+// WebGL2: paths as quads of a width in pixels, one instance a segment, whose colours come from a row of a texture; surfaces of one
+// colour, each triangle as bright as it faces the light.
 
 const VERTEX = `#version 300 es
 precision highp float;
@@ -56,20 +57,41 @@ void main() {
   colour = vec4(tint.rgb * alpha, alpha);
 }`;
 
+const SURFACE_VERTEX = `#version 300 es
+precision highp float;
+layout(location=0) in vec3 point;
+uniform mat4 matrix;
+out vec3 place;
+void main() {
+  place = point;
+  gl_Position = matrix * vec4(point, 1.0);
+}`;
+
+const SURFACE_FRAGMENT = `#version 300 es
+precision highp float;
+in vec3 place;
+uniform vec3 toward;
+uniform vec3 light;
+uniform vec4 solid;
+out vec4 colour;
+void main() {
+  vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
+  if (dot(normal, toward) < 0.0) normal = -normal;
+  float bright = 0.52 + 0.36 * dot(normal, toward) + 0.2 * dot(normal, light);
+  colour = vec4(solid.rgb * bright, solid.a);
+}`;
+
 /** Return a WebGL2 context with what draws segments, or null where the browser has none. */
 export function segmentDrawer(canvas) {
   const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, premultipliedAlpha: true });
   if (!gl) return null;
-  const program = linked(gl);
-  const at = (name) => gl.getUniformLocation(program, name);
-  const place = Object.fromEntries(
-    ["matrix", "size", "width", "lift", "palette", "steps", "solid", "rapid", "opacity"].map((name) => [name, at(name)]),
-  );
+  const program = linked(gl, VERTEX, FRAGMENT);
+  const place = uniforms(gl, program, ["matrix", "size", "width", "lift", "palette", "steps", "solid", "rapid", "opacity"]);
+  let filling = null;
   const palette = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, palette);
   for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
   for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
-  gl.useProgram(program);
   gl.enable(gl.BLEND);
   gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   gl.enable(gl.DEPTH_TEST);
@@ -90,6 +112,7 @@ export function segmentDrawer(canvas) {
     /** Draw a buffer of `segments`; how it is drawn has matrix, size, width, and solid (a colour) or the palette. */
     draw(buffer, how) {
       if (!buffer || !buffer.count) return;
+      gl.useProgram(program);
       gl.uniformMatrix4fv(place.matrix, false, how.matrix);
       gl.uniform2f(place.size, how.size[0], how.size[1]);
       gl.uniform1f(place.width, how.width);
@@ -102,12 +125,35 @@ export function segmentDrawer(canvas) {
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, buffer.count);
       this.vertices += 4 * buffer.count;
     },
+    /** Draw a `surface`: matrix, directions to the viewer (toward) and to the light, and its colour (solid). */
+    fill(buffer, how) {
+      if (!filling) {
+        const made = linked(gl, SURFACE_VERTEX, SURFACE_FRAGMENT);
+        filling = { made, place: uniforms(gl, made, ["matrix", "toward", "light", "solid"]) };
+      }
+      gl.useProgram(filling.made);
+      gl.uniformMatrix4fv(filling.place.matrix, false, how.matrix);
+      gl.uniform3fv(filling.place.toward, how.toward);
+      gl.uniform3fv(filling.place.light, how.light);
+      gl.uniform4fv(filling.place.solid, how.solid);
+      // A path on the surface is over it.
+      gl.enable(gl.POLYGON_OFFSET_FILL);
+      gl.polygonOffset(1, 4);
+      gl.bindVertexArray(buffer.array);
+      gl.drawElements(gl.TRIANGLES, buffer.count, gl.UNSIGNED_INT, 0);
+      gl.disable(gl.POLYGON_OFFSET_FILL);
+      this.vertices += buffer.count;
+    },
   };
 }
 
-function linked(gl) {
+function uniforms(gl, program, names) {
+  return Object.fromEntries(names.map((name) => [name, gl.getUniformLocation(program, name)]));
+}
+
+function linked(gl, vertex, fragment) {
   const program = gl.createProgram();
-  for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
+  for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
     const shader = gl.createShader(kind);
     gl.shaderSource(shader, text);
     gl.compileShader(shader);
@@ -157,4 +203,18 @@ export function polyline(gl, points, values, styles) {
       gl.deleteVertexArray(array);
     },
   };
+}
+
+/** Put a mesh into buffers: `points` three numbers a corner, `triangles` three corners each. */
+export function surface(gl, points, triangles) {
+  const array = gl.createVertexArray();
+  gl.bindVertexArray(array);
+  for (const [kind, data] of [[gl.ARRAY_BUFFER, points], [gl.ELEMENT_ARRAY_BUFFER, triangles]]) {
+    gl.bindBuffer(kind, gl.createBuffer());
+    gl.bufferData(kind, data, gl.STATIC_DRAW);
+  }
+  gl.enableVertexAttribArray(0);
+  gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 12, 0);
+  gl.bindVertexArray(null);
+  return { array, count: triangles.length };
 }

@@ -72,6 +72,7 @@ class Page {
       document.documentElement.dataset.ready = "all";
       return this.worker.terminate();
     }
+    if (data.kind === "mesh") return this.scene.setSurface(data.points, data.triangles);
     const part = this.parts[data.index];
     if (data.kind === "path") this.takePath(part, data);
     if (data.kind === "texts") part.texts = data.texts;
@@ -178,6 +179,8 @@ class Page {
     const count = { error: 0, warning: 0 };
     for (const item of summary.diagnostics ?? []) if (item.severity in count) count[item.severity]++;
     if (count.warning + count.error) badges.push(element("button", { class: "badge warn", type: "button" }, `${count.warning + count.error} warning${count.warning + count.error > 1 ? "s" : ""}`));
+    const cut = this.part.header.removal?.findings.filter((item) => item.severity === "error").length;
+    if (cut) badges.push(element("button", { class: "badge bad", type: "button" }, `✕ ${cut} fault${cut > 1 ? "s" : ""} of the cut`));
     for (const badge of badges) badge.addEventListener("click", () => this.setTab("checks"));
     const without = untimed(this.part);
     if (without) {
@@ -275,6 +278,7 @@ class Page {
     const crowded = part.corners.length > CROWDED ? "places,corners" : "places";
     const hidden = new Set((this.settings.m ?? crowded).split(","));
     const boxes = [["rapids", "Rapids"], ["grid", "Grid"], ...Object.entries(MARKS)];
+    if (part.header.removal) boxes.unshift(["part", "Part"]);
     if (this.parts.length > 1) boxes.push(["others", "Other plans"]);
     $("marks").replaceChildren(
       ...boxes.map(([kind, label]) => {
@@ -288,7 +292,8 @@ class Page {
   }
 
   setMark(kind, on, remember = true) {
-    if (kind === "rapids") this.scene.showRapids = on;
+    if (kind === "part") this.scene.showSurface = on;
+    else if (kind === "rapids") this.scene.showRapids = on;
     else if (kind === "grid") this.scene.showGrid = on;
     else if (kind === "others") this.scene.hideOthers = !on;
     else this.overlay.marks[kind] = on;
@@ -466,7 +471,7 @@ class Page {
       t: this.now >= 0 ? Number((this.now * part.period).toFixed(6)) : undefined,
       x: charts.touched ? charts.range.map((v) => Number(v.toFixed(6))).join(",") : undefined,
       g: charts.all ? [...charts.shown].join(",") : this.settings.g,
-      m: ["rapids", "grid", "others", ...Object.keys(MARKS)].filter((kind) => $(`mark-${kind}`) && !$(`mark-${kind}`).checked).join(",") || "none",
+      m: ["part", "rapids", "grid", "others", ...Object.keys(MARKS)].filter((kind) => $(`mark-${kind}`) && !$(`mark-${kind}`).checked).join(",") || "none",
       p: this.tab,
       l: this.selected?.join(","),
       theme: this.settings.theme,

@@ -1,13 +1,13 @@
 // The picture of the path: levels of detail, colours, what is highlighted, and which row is under the pointer.
 
 import { Camera } from "./camera.js";
-import { polyline, segmentDrawer } from "./gl.js";
+import { polyline, segmentDrawer, surface } from "./gl.js";
 import { CLASSES, pick } from "./levels.js";
 import { ticks } from "./format.js";
 
 /** Points drawn while the picture moves, and when it rests: four vertices a point. */
-export const MOVING_POINTS = 70_000;
 const COARSE_POINTS = 35_000;
+const MOVING_VERTICES = 280_000;
 const RESTING_POINTS = 600_000;
 const REST_MS = 140;
 
@@ -22,7 +22,7 @@ export class Scene {
     this.onframe = () => {};
     this.pending = false;
     this.moving = false;
-    this.showRapids = true;
+    this.showRapids = this.showSurface = true;
     this.until = Infinity;
   }
 
@@ -31,10 +31,15 @@ export class Scene {
     const layer = { part, coarse: null, fine: null, colouring: null, rapid: rapidRows(part) };
     layer.chunks = Array.from({ length: part.levels.boxes.length / 6 }, (_, k) => k);
     this.layers.push(layer);
-    this.box = joined(this.layers.map((one) => boxOf(one.part)));
+    this.box = joined([...this.layers.map((one) => boxOf(one.part)), ...(this.surface ? [this.surface.box] : [])]);
     this.radius = 0.6 * Math.hypot(this.box[3] - this.box[0], this.box[4] - this.box[1], this.box[5] - this.box[2]) + 1;
     layer.coarse = this.buffer(layer, pick(part.levels, part.classes, layer.chunks, 0, COARSE_POINTS));
     this.grid = null;
+  }
+
+  /** Show a surface: the part that is cut. */
+  setSurface(points, triangles) {
+    if (this.drawer) this.surface = { ...surface(this.drawer.gl, points, triangles), box: bounds(points) };
   }
 
   setColouring(colouring, paletteBytes) {
@@ -157,13 +162,17 @@ export class Scene {
     drawer.gl.depthMask(false);
     if (this.showGrid !== false) drawer.draw(this.grid, { matrix, size, width: ratio, solid: colours.grid });
     drawer.gl.depthMask(true);
+    if (this.surface && this.showSurface && (!this.moving || this.surface.count <= MOVING_VERTICES - 4 * COARSE_POINTS)) {
+      const { toward, up, right } = camera.frame();
+      drawer.fill(this.surface, { matrix, toward, light: [0, 1, 2].map((k) => 0.8 * up[k] - 0.6 * right[k]), solid: colours.surface });
+    }
     this.layers.forEach((layer, k) => {
       if (k && this.hideOthers) return;
       const how = { matrix, size, width: (k ? 1.4 : 2) * ratio, steps: Boolean(layer.colouring?.kinds), lift: k ? -1e-4 : 0 };
       if (k) how.solid = colours.other;
       else how.rapid = this.showRapids ? colours.rapid : [0, 0, 0, 0.001];
       if (this.highlight && !k) how.opacity = 0.35;
-      const few = layer.fine && layer.fine.rows.length <= COARSE_POINTS;
+      const few = layer.fine && drawer.vertices + 4 * (layer.coarse.rows.length + layer.fine.rows.length) <= MOVING_VERTICES;
       if (this.moving || !layer.fine) drawer.draw(layer.coarse.buffer, how);
       if (layer.fine && (!this.moving || few)) drawer.draw(layer.fine.buffer, how);
     });
@@ -221,8 +230,8 @@ export class Scene {
 }
 
 const COLOURS = {
-  dark: { grid: [0.55, 0.62, 0.72, 0.16], rapid: [0.62, 0.66, 0.74, 0.6], other: [0.95, 0.62, 0.9, 0.75], highlight: [1, 1, 1, 1] },
-  light: { grid: [0.2, 0.25, 0.35, 0.14], rapid: [0.42, 0.46, 0.54, 0.65], other: [0.7, 0.1, 0.6, 0.6], highlight: [0.05, 0.07, 0.12, 1] },
+  dark: { surface: [0.4, 0.46, 0.55, 1], grid: [0.55, 0.62, 0.72, 0.16], rapid: [0.62, 0.66, 0.74, 0.6], other: [0.95, 0.62, 0.9, 0.75], highlight: [1, 1, 1, 1] },
+  light: { surface: [0.8, 0.83, 0.87, 1], grid: [0.2, 0.25, 0.35, 0.14], rapid: [0.42, 0.46, 0.54, 0.65], other: [0.7, 0.1, 0.6, 0.6], highlight: [0.05, 0.07, 0.12, 1] },
 };
 
 function gathered(bytes, rows) {
@@ -252,6 +261,16 @@ export function boxOf(part) {
     }
   }
   return box.some((v) => !Number.isFinite(v)) ? [0, 0, 0, 1, 1, 1] : box;
+}
+
+/** Return the box of points, x y z after x y z. */
+function bounds(points) {
+  const box = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
+  points.forEach((v, k) => {
+    box[k % 3] = Math.min(box[k % 3], v);
+    box[3 + (k % 3)] = Math.max(box[3 + (k % 3)], v);
+  });
+  return box;
 }
 
 function joined(boxes) {

@@ -222,6 +222,7 @@ export function checks(part, go) {
   const { verdict, summary } = part.header, found = [];
   if (verdict) found.push(judged(part, verdict, go));
   else found.push(element("p", { class: "note" }, "The setpoints were not verified: the program cannot be read again."));
+  if (part.header.removal) found.push(removed(part, part.header.removal, go));
   if (summary.peak) found.push(peaks(summary.peak));
   if (summary.diagnostics?.length) found.push(remarks(summary.diagnostics));
   return element("div", {}, ...found);
@@ -239,6 +240,22 @@ function judged(part, verdict, go) {
     return found;
   });
   return element("section", {}, element("h3", {}, "Verified"), head, items.length ? element("ul", {}, ...items) : null);
+}
+
+/** What is cut of the stock, and what is wrong with it. */
+function removed(part, removal, go) {
+  const { removed_mm3: volume, raw_volume_mm3: raw, cell_mm: cell, findings } = removal;
+  const head = element("p", {}, `${rounded(volume)} of ${rounded(raw)} mm³ removed, ${share(volume / raw)}; on a grid of ${rounded(cell)} mm. `);
+  if (!findings.length) head.append(element("strong", { class: "good" }, "Nothing is wrong with the cut."));
+  const items = findings.map((item) => {
+    const found = element("li", { class: item.severity }, item.message), visits = part.stretches?.visits.get(lineKey(0, item.line));
+    if (!visits) return found;
+    const button = element("button", { class: "link", type: "button" }, `Line ${item.line}`);
+    button.addEventListener("click", () => go(part.stretches.starts[visits[0]]));
+    found.append(" ", button);
+    return found;
+  });
+  return element("section", {}, element("h3", {}, "Material removal"), head, items.length ? element("ul", {}, ...items) : null);
 }
 
 function peaks(peak) {

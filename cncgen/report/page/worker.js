@@ -10,6 +10,7 @@ const post = (message, buffers = []) => self.postMessage(message, [...new Set(bu
 self.onmessage = async ({ data }) => {
   try {
     const blob = bytesOf(data.text);
+    if (data.parts[0].removal) await mesh(blob, data.parts[0].removal);
     for (let k = 0; k < data.parts.length; k++) await path(blob, data.parts[k], k, data.predictors);
     for (let k = 0; k < data.parts.length; k++) await texts(blob, data.parts[k], k);
     for (let k = 0; k < data.parts.length; k++) await bands(blob, data.parts[k], k);
@@ -56,6 +57,14 @@ function placed(part, rows) {
     }
     return out;
   });
+}
+
+/** The part that is cut, whose box the first picture is fitted to. */
+async function mesh(blob, { step, vertices, corners }) {
+  const columns = await Promise.all([...vertices, ...corners].map((spec) => integers(blob, spec)));
+  const woven = (Kind, three, factor) => Kind.from({ length: 3 * three[0].length }, (_, k) => three[k % 3][Math.floor(k / 3)] * factor);
+  const points = woven(Float32Array, columns.slice(0, 3), step), triangles = woven(Uint32Array, columns.slice(3), 1);
+  post({ kind: "mesh", points, triangles }, [points.buffer, triangles.buffer]);
 }
 
 async function texts(blob, part, index) {
