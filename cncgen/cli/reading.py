@@ -241,13 +241,13 @@ def page_of(
         machine: A profile's name or a TOML file.
         shown, planning, reading: The values that `page_options`, `planning_options` and `program_options` gathered.
     """
-    from cncgen.pipeline import Cutting, report_page, variant_of
+    from cncgen.pipeline import ShownPart, report_page, variant_of
 
     tolerance, how, reference = planning["path_tolerance"], plan_options(planning), shown["reference"]
     wanted = None if reference is None else reference_of(reference, machine, planning, reading)
     variants = [variant_of(what, how) for what in shown["compare"]]
     stock, tools, cell = shown["stock"], shown["tools"], shown["cell"]
-    cutting = Cutting(stock, tools, cell) if stock or tools or cell else None
+    shown_part = ShownPart(stock, tools, cell) if stock or tools or cell else None
     with opened(name, reading, tolerance, machine) as program:
         language, options = read_options(reading, tolerance, machine)
         page = report_page(
@@ -257,7 +257,7 @@ def page_of(
             compare=variants,
             with_why=shown["with_why"],
             reference=wanted,
-            cutting=cutting,
+            shown_part=shown_part,
             language=language,
             reading=options,
         )

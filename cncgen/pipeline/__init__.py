@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from cncgen.pipeline.reading import read_text as read_text
     from cncgen.pipeline.reading import reader_of as reader_of
     from cncgen.pipeline.reading import sound as sound
-    from cncgen.pipeline.reporting import Cutting as Cutting
     from cncgen.pipeline.reporting import Page as Page
+    from cncgen.pipeline.reporting import ShownPart as ShownPart
     from cncgen.pipeline.reporting import Variant as Variant
     from cncgen.pipeline.reporting import report_page as report_page
     from cncgen.pipeline.reporting import variant_of as variant_of
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "planning": "Plan driven_axes machine_of options_on output_axes plan plan_with_summary sample",
     "reading": "SUFFIXES canon check language_of read read_text reader_of sound",
-    "reporting": "Cutting Page Variant report_page variant_of viewer",
+    "reporting": "Page ShownPart Variant report_page variant_of viewer",
     "using": "coupling_of fmu judge read_setpoints servos_of simulate why write",
 }
 _PUBLIC = {name: module for module, names in _NAMES.items() for name in names.split()}

@@ -70,7 +70,7 @@ class Variant:
 
 
 @dataclass(frozen=True, slots=True)
-class Cutting:
+class ShownPart:
     """How the part is cut that a page shows, see `cncgen.pipeline.removing.cut`.
 
     Attributes:
@@ -207,7 +207,7 @@ def report_page(
     compare: Sequence[Variant] = (),
     with_why: bool = False,
     reference: WantedMotion | None = None,
-    cutting: Cutting | None = None,
+    shown_part: ShownPart | None = None,
     language: str | None = None,
     reading: ReadOptions | None = None,
     title: str | None = None,
@@ -221,7 +221,7 @@ def report_page(
         compare: Other plans of the same program, shown over this one.
         with_why: The page says what would shorten the part, as `why` finds it; the program is planned several times for it.
         reference: The motion that was wanted; the axes' contour error is given from it too. The whole response is in memory then.
-        cutting: How the part is cut that the page shows. None: of a STEP-NC file its raw piece is, where the file has one.
+        shown_part: How the part is cut that the page shows. None: of a STEP-NC file its raw piece is, where the file has one.
         language, reading: How a file is read the second time, to be judged; as for `read`.
         title: Of the page; None: program and machine.
 
@@ -229,7 +229,7 @@ def report_page(
         The page; ``html`` is a document that needs nothing else. A program from standard input is not judged.
 
     Raises:
-        UsageError, ProgramError, NoPlanError: As `plan`; of `cutting` as `cncgen.pipeline.removing.cut`. There is a reference,
+        UsageError, ProgramError, NoPlanError: As `plan`; of `shown_part` as `cncgen.pipeline.removing.cut`. There is a reference,
             and axes lack servo data (``servo-missing``).
     """
     from cncgen.report.page import html
@@ -246,7 +246,7 @@ def report_page(
         part, said = _recorded(program, there, how, variant.label, (language, reading), wanted)
         parts.append(part)
         remarks.extend(said)
-    removal = _cut(program, cutting, language, options_on(where, reading), remarks)
+    removal = _cut(program, shown_part, language, options_on(where, reading), remarks)
     parts[0] = replace(parts[0], removal=removal)
     if with_why:
         _, ranked = why(program, where, options)
@@ -303,7 +303,7 @@ def _recorded(
 
 def _cut(
     program: Program,
-    cutting: Cutting | None,
+    shown_part: ShownPart | None,
     language: str | None,
     reading: ReadOptions | None,
     remarks: Diagnostics,
@@ -311,8 +311,8 @@ def _cut(
     """Return what a program leaves of its stock; None where nobody asks, and it is no STEP-NC file whose stock is known."""
     from cncgen.pipeline.removing import cut
 
-    how = cutting or Cutting()
-    if cutting is None and (program.language != "stepnc" or not os.path.isfile(program.name)):
+    how = shown_part or ShownPart()
+    if shown_part is None and (program.language != "stepnc" or not os.path.isfile(program.name)):
         return None
     try:
         return cut(
@@ -324,7 +324,7 @@ def _cut(
             options=reading,
         )
     except UsageError as error:
-        if cutting is not None:
+        if shown_part is not None:
             raise
         remarks.extend(replace(item, severity=Severity.NOTE) for item in error.diagnostics)
         return None

@@ -14,7 +14,7 @@ import pytest
 import cncgen
 from cncgen.cli.app import run
 from cncgen.diagnostics import Severity, UsageError
-from cncgen.pipeline import Cutting, report_page, variant_of
+from cncgen.pipeline import ShownPart, report_page, variant_of
 from cncgen.pipeline.removing import cut
 from cncgen.setpoints.differencing import differenced
 
@@ -135,6 +135,6 @@ def test_a_stock_that_is_asked_for_must_be_one(tmp_path: Path) -> None:
     program = tmp_path / "a.nc"
     program.write_text(SQUARE)
     with pytest.raises(UsageError, match="box"):
-        report_page(program, "xy-table", cutting=Cutting("box:1"))
+        report_page(program, "xy-table", shown_part=ShownPart("box:1"))
     with pytest.raises(UsageError, match="stock is not known"):
-        report_page(program, "xy-table", cutting=Cutting(tools=("*=flat:8",)))
+        report_page(program, "xy-table", shown_part=ShownPart(tools=("*=flat:8",)))
