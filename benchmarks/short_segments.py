@@ -215,6 +215,23 @@ class Run:
     motion_s: float
 
 
+def spent(*words: str | os.PathLike[str]) -> tuple[float, float, float]:
+    """Run `cncgen` with these words in a fresh process; return its wall and CPU seconds, and its peak memory in MiB.
+
+    Raises:
+        subprocess.CalledProcessError: The process failed.
+    """
+    command = [sys.executable, "-P", "-m", "cncgen", *map(str, words)]
+    begin = time.perf_counter()
+    child = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    _, status, used = os.wait4(child.pid, 0)
+    wall = time.perf_counter() - begin
+    child.returncode = os.waitstatus_to_exitcode(status)
+    if child.returncode:
+        raise subprocess.CalledProcessError(child.returncode, command)
+    return wall, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0
+
+
 def measure(program: Path, machine: str) -> Run:
     """Plan a program in a fresh process.
 
@@ -222,19 +239,10 @@ def measure(program: Path, machine: str) -> Run:
         subprocess.CalledProcessError: The process failed.
     """
     output, summary = program.with_suffix(".f64"), program.with_suffix(".json")
-    command = [sys.executable, "-P", "-m", "cncgen", "plan", str(program), "-m", machine]
-    begin = time.perf_counter()
-    child = subprocess.Popen(
-        [*command, "-o", str(output), "--summary", str(summary)], stderr=subprocess.DEVNULL
-    )
-    _, status, used = os.wait4(child.pid, 0)
-    wall = time.perf_counter() - begin
-    child.returncode = os.waitstatus_to_exitcode(status)
-    if child.returncode:
-        raise subprocess.CalledProcessError(child.returncode, command)
+    used = spent("plan", program, "-m", machine, "-o", output, "--summary", summary)
     motion = float(json.loads(summary.read_text())["motion_time_s"])
     output.unlink()
-    return Run(wall, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0, motion)
+    return Run(*used, motion)
 
 
 def table(kinds: Sequence[str], counts: Sequence[int], machine: str) -> None:

@@ -4,8 +4,8 @@ Every quantity is planned 10 % and 5 % higher and lower. The derivative is the f
 Stegun (1964), 25.3.6), whose error is below 10⁻⁴ where the time is smooth. It is not everywhere: a rapid at 45° needs more jerk
 of both axes, so one of them alone can only lengthen it, and plans of path and speed together jump by some 10⁻⁵ to 10⁻⁴ of the time.
 Where the differences show more than 0.5 % of that, the quantity is planned 2.5 % and 7.5 % higher and lower as well, and
-the derivative is the least-squares one of all nine plans. Where its error may be above 1.5 % there is none: what the change saves at
-first and what its opposite costs are told instead.
+the derivative is the least-squares one of all nine plans; where that may be some per cent off, eight more plans between these make it
+surer. Where its error may be above 1.5 % there is none: what the change saves at first and what its opposite costs are told instead.
 All is given for a change of 10 % in the direction that shortens (a period falls, all others rise).
 """
 
@@ -24,13 +24,18 @@ from cncgen.report.tables import duration, text_table
 from cncgen.report.time_split import TimeSplit
 from cncgen.toolpath.record import FeedMode, Toolpath
 
-#: The change that results are given for; differences take quarters of it as their steps, so the plan of it is one of theirs.
-CHANGE = 0.10
+#: The change that results are given for; differences take eighths of it as their steps, so the plan of it is one of theirs.
+CHANGE, EIGHTHS = 0.10, 8
 #: A derivative is given where the bounds of its error are below this part of it: of five plans, whose scatter one difference
-#: shows, and of nine.
+#: shows, and of more.
 _SURE, _KNOWN = 0.005, 0.015
-#: 97.5 % of Student's distribution of four degrees of freedom, which nine plans leave (Abramowitz and Stegun (1964), table 26.10).
-_STUDENT = 2.776
+#: Seventeen plans are made where the bound of nine is below this: they bring it down to a half or so.
+_HOPED = 0.06
+#: Scatter counts so much more than its bound of 97.5 %: differences of other plans scatter as well.
+_OTHERS = 2.0
+#: Step of a fit's plans in eighths, and 97.5 % of Student's distribution of the degrees of freedom that they leave: of nine plans
+#: four, of seventeen twelve (Abramowitz and Stegun (1964), table 26.10).
+_FITS = {2: 2.776, 1: 2.179}
 _Key = TypeVar("_Key")
 #: Lines and tools named for each quantity.
 _PLACES = 3
@@ -184,7 +189,7 @@ def shortenings(
     """Return the times of a plan as it is, and what each quantity is worth, the most first.
 
     Args:
-        case: What is planned; its chunks are drawn up to eight times a quantity.
+        case: What is planned; its chunks are drawn up to sixteen times a quantity.
         axes: Letters of the axes whose limits count.
         watch: Called with the number of plans that are done, and of all.
 
@@ -208,12 +213,12 @@ def shortenings(
     return now, found
 
 
-#: Plans of a quantity: four, and four more where those leave the derivative open.
-_MOST_PLANS = 8
+#: Plans of a quantity: four, and four and eight more where those leave the derivative open.
+_MOST_PLANS = 16
 
 
 class _Savings:
-    """Plans of a quantity by quarters of the change, each made when it is first asked for.
+    """Plans of a quantity by eighths of the change, each made when it is first asked for.
 
     Args:
         case: What is planned.
@@ -228,36 +233,36 @@ class _Savings:
         self.case, self.quantity, self.now, self.watch = case, quantity, now, watch
         self.plans = {0: now}
 
-    def planned(self, quarters: int) -> PlannedTimes:
-        """Return the times of a plan with so many quarters of the change."""
-        if quarters not in self.plans:
-            factor = 1.0 + self.quantity.sign * quarters * CHANGE / 4.0
-            self.plans[quarters] = planned_times(self.quantity.scaled(self.case, factor))
+    def planned(self, eighths: int) -> PlannedTimes:
+        """Return the times of a plan with so many eighths of the change."""
+        if eighths not in self.plans:
+            factor = 1.0 + self.quantity.sign * eighths * CHANGE / EIGHTHS
+            self.plans[eighths] = planned_times(self.quantity.scaled(self.case, factor))
             self.watch(len(self.plans) - 1)
-        return self.plans[quarters]
+        return self.plans[eighths]
 
-    def __call__(self, quarters: int) -> float:
-        """Return the seconds that so many quarters of the change save."""
+    def __call__(self, eighths: int) -> float:
+        """Return the seconds that so many eighths of the change save."""
         part = self.quantity.part
-        one, other = self.now, self.planned(quarters)
+        one, other = self.now, self.planned(eighths)
         return one.parts[part] - other.parts[part] if part else one.cycle_s - other.cycle_s
 
     def worth(self) -> Shortening:
         """Return what the quantity is worth."""
         quantity, now, noise = self.quantity, self.now, _NOISE * self.now.cycle_s
-        whole = self(4)
+        whole = self(8)
         slope: float | None = 0.0
         sides = (0.0, 0.0)
         # What changes nothing by its whole changes nothing by less.
-        if max(abs(whole), abs(self(-4))) > noise:
+        if max(abs(whole), abs(self(-8))) > noise:
             slope = None if quantity.jumps else derivative(self, noise)
-            sides = (4.0 * self(2) - whole, self(-4) - 4.0 * self(-2))
+            sides = (4.0 * self(4) - whole, self(-8) - 4.0 * self(-4))
         change = quantity.sign * CHANGE
         found = Shortening(quantity.name, quantity.value, change, slope, sides, whole)
         if abs(whole) < noise:
             return found
-        lines = _most(now.lines, self.planned(4).lines)
-        tools = _most(now.tools, self.planned(4).tools)
+        lines = _most(now.lines, self.planned(8).lines)
+        tools = _most(now.tools, self.planned(8).tools)
         return replace(
             found,
             lines=tuple((*key, seconds) for key, seconds in lines if seconds > noise),
@@ -269,45 +274,58 @@ def derivative(saved: Callable[[int], float], noise: float) -> float | None:
     """Return what a whole change saves by the derivative, or None where there is none.
 
     Args:
-        saved: Returns the seconds that so many quarters of the change save; asked for quarters from -4 to 4.
+        saved: Returns the seconds that so many eighths of the change save; asked for eighths from -8 to 8.
         noise: A derivative below it is 0.
     """
     slope, bound = _five_point(saved)
     if abs(slope) <= noise and bound <= noise:
         return 0.0
-    if bound > _SURE * abs(slope):
-        slope, bound = _fitted(saved)
-        if bound > _KNOWN * abs(slope):
-            return None
-    return slope
+    if bound <= _SURE * abs(slope):
+        return slope
+    for step, student in _FITS.items():
+        slope, bound = _fitted(saved, step, student)
+        if bound <= _KNOWN * abs(slope):
+            return slope
+        if bound > _HOPED * abs(slope):
+            break
+    return None
 
 
 def _five_point(saved: Callable[[int], float]) -> tuple[float, float]:
     """Return the five-point difference, and a bound of its error."""
-    near, far = saved(2) - saved(-2), 0.5 * (saved(4) - saved(-4))
+    near, far = saved(4) - saved(-4), 0.5 * (saved(8) - saved(-8))
     # Where the derivatives to both sides differ by d, the fourth difference is d. A jump of the time by d between two of the plans
     # makes 3 d or d of it, and 7/6 d or d/6 of the slope. A jump of the second derivative it may miss: the slope is then off by
     # at most two thirds of what near and far differ by.
-    fourth = saved(4) - 4.0 * saved(2) + 6.0 * saved(0) - 4.0 * saved(-2) + saved(-4)
+    fourth = saved(8) - 4.0 * saved(4) + 6.0 * saved(0) - 4.0 * saved(-4) + saved(-8)
     return (4.0 * near - far) / 3.0, max(0.4 * abs(fourth), abs(near - far) * 2.0 / 3.0)
 
 
-def _fitted(saved: Callable[[int], float]) -> tuple[float, float]:
-    """Return the slope of the least-squares curve a + b x + c x² + d x³ + e |x| of nine plans, and a bound of its error.
+def _fitted(saved: Callable[[int], float], step: int, student: float) -> tuple[float, float]:
+    """Return the slope of the least-squares curve a + b x + c x² + d x³ + e |x| of plans, and a bound of its error.
 
     The plans lie symmetrically, so that the even terms leave b alone; e is half of what the derivatives to both sides differ by.
+
+    Args:
+        saved: As of `derivative`.
+        step: Eighths of the change between two plans.
+        student: Factor of the standard error that makes it a bound.
     """
-    quarters = np.arange(-4, 5)
-    x = quarters / 4.0
-    y = np.array([saved(int(k)) for k in quarters])
+    eighths = np.arange(-EIGHTHS, EIGHTHS + 1, step)
+    x = eighths / EIGHTHS
+    y = np.array([saved(int(k)) for k in eighths])
     terms = np.stack([np.ones_like(x), x, x**2, x**3, np.abs(x)], axis=1)
     found, *_ = np.linalg.lstsq(terms, y, rcond=None)
     rest = y - terms @ found
-    spread = _STUDENT * np.sqrt(
+    spread = student * np.sqrt(
         (rest @ rest) / (len(x) - len(found)) * np.diag(np.linalg.inv(terms.T @ terms))
     )
     # A jump of the second derivative goes into the third power, as x |x| does, whose fit has half of that in its slope.
-    bounds = spread[1], 0.8 * max(abs(found[4]) - spread[4], 0.0), 0.5 * max(abs(found[3]) - spread[3], 0.0)
+    bounds = (
+        _OTHERS * spread[1],
+        0.8 * max(abs(found[4]) - spread[4], 0.0),
+        0.5 * max(abs(found[3]) - spread[3], 0.0),
+    )
     return float(found[1]), float(max(bounds))
 
 

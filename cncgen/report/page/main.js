@@ -540,6 +540,7 @@ class Page {
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       held.set(event.pointerId, [event.clientX, event.clientY]);
+      this.scene.held = true;
       moved = pinch = 0;
     });
     canvas.addEventListener("pointermove", (event) => {
@@ -566,6 +567,7 @@ class Page {
         const row = this.scene.rowAt(event.offsetX, event.offsetY);
         if (row >= 0) this.seek(row);
       }
+      this.scene.held = held.size > 0;
       this.remember();
     };
     canvas.addEventListener("pointerup", release);

@@ -23,7 +23,7 @@ export class Scene {
     this.pending = false;
     this.moving = false;
     this.showRapids = this.showSurface = true;
-    this.until = Infinity;
+    this.held = false;
   }
 
   /** Add a part; the first is coloured, others are drawn in one colour of their own. */
@@ -90,15 +90,21 @@ export class Scene {
   request(moving = false) {
     if (moving) {
       this.moving = true;
-      clearTimeout(this.timer);
-      this.timer = setTimeout(() => {
-        this.moving = false;
-        this.refine();
-        this.request();
-      }, REST_MS);
+      this.restLater();
     }
     this.stale = true;
     this.frame();
+  }
+
+  /** Draw all of the points once nothing has moved for a while; what is held by a pointer may move on. */
+  restLater() {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => {
+      if (this.held) return this.restLater();
+      this.moving = false;
+      this.refine();
+      this.request();
+    }, REST_MS);
   }
 
   /** Ask for what lies over the path to be drawn anew; the path stays as it is, so that a pointer moves at no cost. */
