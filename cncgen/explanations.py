@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import re
 import tomllib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
@@ -42,7 +43,8 @@ class Explanation:
         cause: One or two sentences.
         cure: What to do.
         file, example: Name and text of a file that gives the diagnostic; "" for none.
-        command: Run on that file, it gives the diagnostic.
+        files: Texts by name of what is needed beside it.
+        command: Lines of commands; run one after the other on these files, they give the diagnostic. "" where there is no example.
     """
 
     code: str
@@ -52,22 +54,39 @@ class Explanation:
     file: str = ""
     example: str = ""
     command: str = ""
+    files: Mapping[str, str] = field(default_factory=dict)
+
+    def every_file(self) -> dict[str, str]:
+        """Return the texts of all files of the example by name."""
+        return ({self.file: self.example} if self.file else {}) | dict(self.files)
+
+    def _cured(self) -> str:
+        """Return the cure as a sentence."""
+        return f"Cure: {self.cure}{'' if self.cure.endswith('?') else '.'}"
 
     def text(self) -> str:
         """Return what a terminal shows."""
-        parts = [f"{self.code}: {self.cause}", f"Cure: {self.cure}."]
+        parts = [f"{self.code}: {self.cause}", self._cured()]
         if self.command:
-            lines = "".join(f"    {line}\n" for line in self.example.rstrip().splitlines())
-            parts.append(f"Example, {self.file}:\n\n{lines}\n    $ {self.command}")
+            parts.append("Example:")
+            parts += [f"{name}\n{_indented(text)}" for name, text in self.every_file().items()]
+            parts.append(_indented("".join(f"$ {line}\n" for line in self.command.strip().splitlines())))
         return "\n\n".join(parts) + "\n"
 
     def markdown(self) -> str:
         """Return a section of a page."""
-        parts = [f"({self.code})=\n## {self.code}", self.cause, f"Cure: {self.cure}."]
+        parts = [f"({self.code})=\n## {self.code}", self.cause, self._cured()]
         if self.command:
-            body = self.example.rstrip()
-            parts.append(f"```text\n{body}\n```\n\n```sh\n{self.command}\n```")
+            parts += [
+                f"`{name}`:\n\n```text\n{text.strip()}\n```" for name, text in self.every_file().items()
+            ]
+            parts.append(f"```sh\n{self.command.strip()}\n```")
         return "\n\n".join(parts) + "\n"
+
+
+def _indented(text: str) -> str:
+    """Return the lines of a text, moved to the right."""
+    return "\n".join(f"    {line}".rstrip() for line in text.strip("\n").splitlines())
 
 
 @cache
@@ -79,16 +98,17 @@ def _room(name: str) -> dict[str, dict[str, str]]:
 
 @cache
 def _bad_programs() -> dict[str, tuple[str, str]]:
-    """Return the shortest program that gives each code of G-code, with the words that check it."""
-    found: dict[str, tuple[str, str]] = {}
+    """Return a program that gives each code of G-code, with the words that check it: the shortest with the fewest other faults."""
+    found: dict[str, tuple[int, int, str, str]] = {}
     for file in sorted(file for folder in _BAD for file in folder.glob("*.nc")):
         head, _, text = file.read_text(encoding="utf-8").partition("\n")
         words = head.removeprefix("; expect").split()
         dialect = "" if ":" in words[0] else f" --dialect {words[0]}"
-        for code in re.findall(r":\d+:([a-z0-9-]+)", head):
-            if code not in found or len(text) < len(found[code][0]):
-                found[code] = text, f"cncgen check example.nc{dialect}"
-    return found
+        faults = re.findall(r":\d+:([a-z0-9-]+)", head)
+        for code in faults:
+            one = len(faults), len(text), text, f"cncgen check example.nc{dialect}"
+            found[code] = min(found.get(code, one), one)
+    return {code: (text, command) for code, (_, _, text, command) in found.items()}
 
 
 def codes() -> list[str]:

@@ -6,6 +6,7 @@ import ast
 import json
 import re
 import shlex
+import sys
 import tomllib
 from pathlib import Path
 
@@ -55,7 +56,7 @@ def test_explanations_are_whole_sentences_with_a_cure() -> None:
         assert found.cause[0].isupper() or found.cause.startswith("cncgen"), code
         assert found.cause.endswith("."), code
         assert found.cure, code
-        assert bool(found.command) == bool(found.file), code
+        assert found.command or not found.every_file(), code
 
 
 def test_the_package_holds_the_explanations() -> None:
@@ -68,7 +69,7 @@ def test_the_package_holds_the_explanations() -> None:
 
 
 def test_most_codes_have_an_example() -> None:
-    assert len(EXAMPLES) >= 190
+    assert len(EXAMPLES) >= 280
 
 
 @pytest.mark.parametrize("code", EXAMPLES)
@@ -78,9 +79,14 @@ def test_an_example_gives_its_code(
     found = explanation(code)
     assert found is not None
     monkeypatch.chdir(tmp_path)
-    (tmp_path / found.file).write_text(found.example, encoding="utf-8")
-    words = shlex.split(found.command)[1:]
-    app.run([*words, *(["--max-steps", "20000"] if words[0] == "check" else [])])
+    for name, text in found.every_file().items():
+        (tmp_path / name).write_text(text.lstrip("\n"), encoding="utf-8")
+    for line in found.command.strip().splitlines():
+        words = shlex.split(line)
+        while "=" in words[0]:  # a variable of the environment
+            monkeypatch.setenv(*words.pop(0).split("=", 1))
+        assert words[0] == "cncgen"
+        app.run([*words[1:], *(["--max-steps", "20000"] if words[1] == "check" else [])])
     said = "".join(capfd.readouterr())
     assert f"[{code}]" in said or f'"code": "{code}"' in said
 
@@ -102,3 +108,24 @@ def test_json_says_where_more_is_said(tmp_path: Path, capfd: pytest.CaptureFixtu
     app.run(["check", str(tmp_path / "part.nc"), "--json"])
     (line,) = capfd.readouterr().out.splitlines()
     assert json.loads(line)["explain"] == "cncgen explain feed-missing"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("G21 G1 X1\nM2\n", "cncgen explain feed-missing has cause, cure and an example"),
+        (
+            "G21 G1 X1\nQ7\nM2\n",
+            "cncgen explain CODE has cause, cure and an example of each, as cncgen explain feed-missing",
+        ),
+    ],
+)
+def test_who_reads_at_a_terminal_is_told_of_the_page(
+    text: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "part.nc").write_text(text)
+    app.run(["check", str(tmp_path / "part.nc")])
+    assert "cncgen explain" not in capsys.readouterr().err
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    app.run(["check", str(tmp_path / "part.nc")])
+    assert capsys.readouterr().err.splitlines()[-1] == told

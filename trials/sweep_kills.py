@@ -3,8 +3,9 @@
     python -m trials.sweep_kills --points 2000 --kills 50 --seed 1
 
 A sweep of two small lines on xy-table is computed in full by one process, two processes and a cluster of two local workers; the
-rows are compared to the bit. Then a sweep is begun again and again: at random moments its driver or one of its
-workers is killed, until all moments are used. In the end no row may be missing, doubled, or another one.
+rows are compared to the bit. Then a sweep is begun again and again, first on processes and then on the cluster: at random
+moments its driver or one of its workers is killed, until all moments are used. In the end no row may be missing, doubled, or
+another one.
 """
 
 from __future__ import annotations
@@ -17,7 +18,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from cncgen.sweep.results import ResultsFolder
 
@@ -72,10 +76,16 @@ def children_of(process: int) -> list[int]:
     return found
 
 
-def under_fire(folder: Path, results: str, kills: int, chance: random.Random) -> tuple[int, int, int]:
+#: The workers of the driver with this process number.
+WorkersOf = Callable[[int], list[int]]
+
+
+def under_fire(
+    folder: Path, results: str, kills: int, chance: random.Random, workers_of: WorkersOf, *options: str
+) -> tuple[int, int, int]:
     """Run a sweep while drivers and workers are killed; return how many of each, and how many sweeps ended by themselves."""
     drivers = workers = ended = 0
-    process = begun(folder, results)
+    process = begun(folder, results, *options)
     while drivers + workers < kills:
         moment = time.monotonic() + chance.uniform(0.2, LONGEST_S)
         while time.monotonic() < moment and process.poll() is None:
@@ -83,12 +93,12 @@ def under_fire(folder: Path, results: str, kills: int, chance: random.Random) ->
         if process.poll() is not None:  # it is complete: all is done again, beside what there is
             ended += 1
             results = f"{results}+"
-            process = begun(folder, results)
+            process = begun(folder, results, *options)
             continue
         of_workers = chance.random() < 0.5
-        while of_workers and process.poll() is None and not children_of(process.pid):
+        while of_workers and process.poll() is None and not workers_of(process.pid):
             time.sleep(0.05)
-        victims = children_of(process.pid) if of_workers else []
+        victims = workers_of(process.pid) if of_workers else []
         if of_workers and not victims:
             continue
         if victims:
@@ -98,54 +108,72 @@ def under_fire(folder: Path, results: str, kills: int, chance: random.Random) ->
             process.kill()
             process.wait()
             drivers += 1
-            process = begun(folder, results)
+            process = begun(folder, results, *options)
     if process.wait():
         raise SystemExit(f"the sweep ended with {process.returncode}")
     return drivers, workers, ended
+
+
+@contextmanager
+def local_cluster() -> Iterator[Any]:
+    """Run a dask cluster of two workers, which are started again when they die."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
+        yield cluster
+
+
+def judged(folder: Path, results: str, wanted: dict[str, tuple[object, ...]]) -> bool:
+    """Say whether each of the sweeps under fire has the rows that are wanted."""
+    whole = True
+    for path in sorted(folder.glob(f"{results}*")):
+        rows = rows_of(path)
+        whole &= rows == wanted
+        changed = sum(rows.get(key) != row for key, row in wanted.items())
+        print(f"{path.name}: {len(rows)} rows, {changed} of them lost or changed", flush=True)
+    return whole
 
 
 def main() -> None:
     """Run the trial."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--points", type=int, default=2000)
-    parser.add_argument("--kills", type=int, default=50)
+    parser.add_argument("--kills", type=int, default=50, help="on processes, and as many on the cluster")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--no-cluster", action="store_true")
     given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as name:
+    chance = random.Random(given.seed)
+    with tempfile.TemporaryDirectory() as name, local_cluster() as cluster:
         folder = Path(name)
         (folder / "part.nc").write_text(PROGRAM)
         (folder / "sweep.toml").write_text(SWEEP.format(points=given.points, seed=given.seed))
-        whole = {}
-        for processes in (1, 2):
+        on_cluster = ("--scheduler", cluster.scheduler_address)
+        ways = {"1 process": ("--processes", "1"), "2 processes": ("--processes", "2"), "dask": on_cluster}
+        first: dict[str, tuple[object, ...]] = {}
+        whole = True
+        for way, options in ways.items():
             start = time.monotonic()
-            if begun(folder, f"with{processes}", "--processes", str(processes)).wait():
+            if begun(folder, way, *options).wait():
                 raise SystemExit("the sweep failed")
-            whole[f"{processes} processes"] = rows_of(folder / f"with{processes}")
-            print(
-                f"{processes} processes: {len(whole[f'{processes} processes'])} rows, {time.monotonic() - start:.1f} s"
-            )
-        if not given.no_cluster:
-            from distributed import LocalCluster
+            rows = rows_of(folder / way)
+            first = first or rows
+            whole &= rows == first
+            said = "the same rows to the bit" if rows == first else "OTHER ROWS"
+            print(f"{way}: {len(rows)} rows, {time.monotonic() - start:.1f} s, {said}", flush=True)
 
-            with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
-                start = time.monotonic()
-                begun(folder, "cluster", "--scheduler", cluster.scheduler_address).wait()
-                whole["dask"] = rows_of(folder / "cluster")
-                print(f"dask, 2 workers: {len(whole['dask'])} rows, {time.monotonic() - start:.1f} s")
-        first = whole["1 processes"]
-        for what, rows in whole.items():
-            print(f"{what}: {'the same rows to the bit' if rows == first else 'OTHER ROWS'}")
-        if not given.kills:
-            return
-        drivers, workers, ended = under_fire(folder, "fire", given.kills, random.Random(given.seed))
-        print(f"killed: {drivers} drivers, {workers} workers; {ended} sweeps were complete meanwhile")
-        for path in sorted(folder.glob("fire*")):
-            rows = rows_of(path)
-            verdict = (
-                "the same rows" if rows == first else f"{len(first.keys() - rows.keys())} LOST or changed"
-            )
-            print(f"{path.name}: {len(rows)} rows, {verdict}")
+        def nannies(_: int) -> list[int]:
+            return [worker.pid for worker in cluster.workers.values() if worker.pid]
+
+        fires: dict[str, tuple[WorkersOf, tuple[str, ...]]] = {
+            "processes": (children_of, ()),
+            "cluster": (nannies, on_cluster),
+        }
+        for results, (workers_of, options) in fires.items() if given.kills else ():
+            fire = f"fire on {results} "
+            drivers, workers, ended = under_fire(folder, fire, given.kills, chance, workers_of, *options)
+            print(f"{results}: killed {drivers} drivers, {workers} workers; {ended} sweeps ended meanwhile")
+            whole &= judged(folder, fire, first)
+    if not whole:
+        raise SystemExit("rows are lost or changed")
 
 
 if __name__ == "__main__":

@@ -34,6 +34,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         messages.error(f"{error.filename or _nameless()}: {error.strerror or error}")
         code = 2
+    messages.say_where_more_is_said()
     _silence_closed_streams()
     return code
 

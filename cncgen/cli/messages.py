@@ -6,7 +6,7 @@ import errno
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 
 from cncgen.diagnostics import CONTROLS, CncgenError, Diagnostic, Diagnostics, Severity, json_values, more
 from cncgen.files import STANDARD, file_fault, open_output, silence
@@ -24,6 +24,8 @@ class _Style:
     json_stream: TextIO | None = None
     #: Diagnostics that are kept for the end of the run, in place of being printed; None: none are.
     kept: list[Diagnostic] | None = None
+    #: Codes of the diagnostics that were printed as text, each once, in order.
+    codes: ClassVar[dict[str, None]] = {}
 
 
 #: Characters that control a terminal, as they are shown; lines end as they do.
@@ -34,6 +36,7 @@ def reset() -> None:
     """Go back to the style that a run starts with."""
     _Style.json = _Style.quiet = False
     _Style.json_stream = _Style.kept = None
+    _Style.codes = {}
 
 
 def keep() -> list[Diagnostic]:
@@ -88,8 +91,18 @@ def show(diagnostics: Iterable[Diagnostic] | Diagnostics, *, as_json: bool = Fal
                 plain(text)
         else:
             plain(diagnostic.render())
+            _Style.codes[diagnostic.code] = None
     if isinstance(diagnostics, Diagnostics):
         _show_suppressed(diagnostics.suppressed)
+
+
+def say_where_more_is_said() -> None:
+    """Name the page of what was reported, where a person reads at a terminal."""
+    if _Style.codes and not is_quiet() and sys.stderr is not None and sys.stderr.isatty():
+        first = next(iter(_Style.codes))
+        name = first if len(_Style.codes) == 1 else "CODE"
+        example = "" if name == first else f" of each, as cncgen explain {first}"
+        plain(f"cncgen explain {name} has cause, cure and an example{example}")
 
 
 def _to_json_stream(stream: TextIO, text: str) -> None:

@@ -151,7 +151,7 @@ def _text(
     columns = {name: table.column(name).to_pylist() for name in table.column_names}
     shown = [name for name in table.column_names if name not in ("key", *LAST)]
     failed = len(table) - table.column("code").null_count
-    parts = [f"{counted(len(table), 'row')}, {failed} of failed jobs\n"]
+    parts = [f"{counted(len(table), 'row')}; {counted(failed, 'job') if failed else 'no job'} failed\n"]
     if len(best):
         parts.append(f"by {by}:\n" + rows_text(columns, best, shown))
     if pair and len(front):
