@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 #: The rooms that report diagnostics, each with a file ``explanations.toml``.
 ROOMS = (
@@ -90,7 +91,7 @@ def _indented(text: str) -> str:
 
 
 @cache
-def _room(name: str) -> dict[str, dict[str, str]]:
+def _room(name: str) -> dict[str, dict[str, Any]]:
     """Return the table of a room."""
     file = Path(__file__).parent / name / "explanations.toml"
     return tomllib.loads(file.read_text(encoding="utf-8"))
@@ -118,7 +119,7 @@ def codes() -> list[str]:
 
 def cure_of(room: str, code: str) -> str:
     """Return what to do about a diagnostic of a room, "" where nothing is known of it."""
-    return _room(room).get(code, {}).get("cure", "")
+    return str(_room(room).get(code, {}).get("cure", ""))
 
 
 def explanation(code: str) -> Explanation | None:

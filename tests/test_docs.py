@@ -32,7 +32,8 @@ def text_of(page: str) -> str:
 def command_lines(page: str) -> list[list[str]]:
     """Return the words of each command line in a code block or between backticks, a pipe's parts apart."""
     text = text_of(page)
-    blocks = re.findall(r"^```\n(.*?)^```", text, re.M | re.S) + re.findall(r"(?:^    .*\n)+", text, re.M)
+    fenced = re.findall(r"^```(\S*)\n(.*?)^```$", text, re.M | re.S)
+    blocks = [code for kind, code in fenced if kind in ("", "sh")] + re.findall(r"(?:^    .*\n)+", text, re.M)
     lines = [line.strip() for block in blocks for line in block.splitlines()]
     lines += [" ".join(span.split()) for span in re.findall(r"(?<!`)`([^`]+)`(?!`)", text)]
     parts = [part.strip() for line in lines for part in re.split(r"[|>]", line)]

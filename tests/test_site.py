@@ -79,11 +79,31 @@ def test_the_tutorial_and_the_recipes_run(tmp_path: Path, monkeypatch: pytest.Mo
         [shell, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=280, check=False
     )
     assert run.returncode == 0, run.stderr[-2000:]
+    shown = shape_of(shown_by_the_tutorial(tmp_path, run.stderr))
+    for _, said in blocks("docs/tutorial.md", "text"):
+        assert shape_of(said) in shown, said
     assert (tmp_path / "response.csv").stat().st_size > 10_000
     assert (tmp_path / "part.sarif").read_text().startswith("{")
     monkeypatch.chdir(tmp_path)
     for _, code in blocks("docs/how-to.md", "python"):
         exec(compile(code.replace("part.nc", "flat.nc"), "how-to.md", "exec"), {})
+
+
+def shape_of(text: str) -> str:
+    """Return a text whose numbers and bars may differ, since they change with every better plan."""
+    return re.sub(r"[▁▂▃▄▅▆▇█]+", "▁", re.sub(r"\d+(\.\d+)?", "0", text))
+
+
+def shown_by_the_tutorial(folder: Path, messages: str) -> str:
+    """Return what a reader sees: the messages of the commands, the head of the setpoints, the mistake that the page makes."""
+    wrong = (folder / "part.nc").read_text(encoding="utf-8").replace("G3 X40 Y5 J5", "G3 X41 Y4 J5")
+    (folder / "wrong").mkdir()
+    (folder / "wrong" / "part.nc").write_text(wrong, encoding="utf-8")
+    words = [sys.executable, "-m", "cncgen", "check", "part.nc"]
+    check = subprocess.run(
+        words, cwd=folder / "wrong", capture_output=True, text=True, timeout=60, check=False
+    )
+    return messages + (folder / "part.csv").read_text(encoding="utf-8")[:1000] + check.stderr
 
 
 @pytest.mark.slow

@@ -146,8 +146,12 @@ def main() -> None:
         folder = Path(name)
         (folder / "part.nc").write_text(PROGRAM)
         (folder / "sweep.toml").write_text(SWEEP.format(points=given.points, seed=given.seed))
-        on_cluster = ("--scheduler", cluster.scheduler_address)
-        ways = {"1 process": ("--processes", "1"), "2 processes": ("--processes", "2"), "dask": on_cluster}
+        on_cluster: tuple[str, ...] = ("--scheduler", cluster.scheduler_address)
+        ways: dict[str, tuple[str, ...]] = {
+            "1 process": ("--processes", "1"),
+            "2 processes": ("--processes", "2"),
+            "dask": on_cluster,
+        }
         first: dict[str, tuple[object, ...]] = {}
         whole = True
         for way, options in ways.items():

@@ -300,6 +300,7 @@ def as_text(summary: dict[str, Any]) -> str:
 def _loss_text(place: dict[str, Any], program: str) -> str:
     """Return a place where time is lost: how much, line (with its file, if it is not the program), position, time, limit."""
     file = "" if place["source"] == program else f" of {place['source']}"
-    at = " ".join(f"{column.split('_')[0].upper()}{value:.3f}" for column, value in place["position"].items())
+    # Rounded first, and 0 added: no axis stands at -0.000.
+    at = " ".join(f"{k.split('_')[0].upper()}{round(v, 3) + 0.0:.3f}" for k, v in place["position"].items())
     limit = f"{place['axis']} {place['limit'].replace('_', ' ')}".strip()
     return f"  {1000 * place['lost_s']:.0f} ms lost at line {place['line']}{file}, {at}, {place['t_s']:.3f} s: {limit}"
