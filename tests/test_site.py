@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from types import ModuleType
 import pytest
 from click.testing import CliRunner
 
+from cncgen.cli import app
 from cncgen.cli.commands import cli
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -34,6 +36,8 @@ RUN = {
     ("docs/times.md", "toml"): "here",
     ("docs/extensions.md", "python"): "test_extensions.py",
     ("docs/extensions.md", "toml"): "test_extensions.py",
+    ("docs/removal.md", "sh"): "here",
+    ("docs/stepnc.md", "sh"): "here",
     ("docs/sweep.md", "toml"): "here",
     ("docs/sweep.md", "sh"): "here",
     ("docs/sweep.md", "python"): "sweep/test_cluster.py",
@@ -54,8 +58,8 @@ def generate() -> ModuleType:
 def blocks(page: str, *languages: str) -> list[tuple[str, str]]:
     """Return the blocks of a page with their languages, in order."""
     text = (ROOT / page).read_text(encoding="utf-8")
-    found = re.findall(r"^```(\w+)\n(.*?)^```", text, re.M | re.S)
-    return [(kind, code) for kind, code in found if not languages or kind in languages]
+    found = re.findall(r"^```(\S*)\n(.*?)^```$", text, re.M | re.S)
+    return [(kind, code) for kind, code in found if (kind in languages if languages else kind[:1] != "{")]
 
 
 def test_every_block_of_code_is_run() -> None:
@@ -134,6 +138,55 @@ def test_the_examples_of_sweeps_run(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     goal = load_sweep("search.toml").search
     assert goal is not None
     assert goal.under == {"contour_error_max_mm": 0.02}
+
+
+def files_of_the_examples(folder: Path, page: str) -> None:
+    """Write the programs, tables and parts that the commands of the pages on STEP-NC and material removal name.
+
+    Of the programs that ship the shaft is the smallest one with a raw piece, which `cut` wants.
+    """
+    from cncgen.removal.stock import box
+    from cncgen.removal.surfaces import mesh_of, stl_bytes
+    from tests.stepnc.building import Part
+
+    part_of_page = "shaft" if page == "docs/removal.md" else "plate_ap238"
+    for name, file in ((part_of_page, "part.stp"), ("shaft", "shaft.stp")):
+        shutil.copy(ROOT / "programs" / "stepnc" / f"{name}.stp", folder / file)
+    mill = (ROOT / "cncgen/machine/profiles/generic-mill.toml").read_text(encoding="utf-8")
+    table = '\n[kinematics]\nmodel = "table-table"\naxes = ["a", "c"]\ncentre_mm = [20, 15, 0]\n'
+    texts = {
+        "part.nc": "G21 G90 G94 G17\nT3 M6\nS1000 M3\nG0 X0 Y0 Z5\nG1 Z-2 F300\nX20\nG0 Z5\nM2\n",
+        "tool.tbl": "T3 P3 D10 Z50\n",
+        "five.toml": mill + table,
+        "five_axes.nc": "G21 G90 G94\nT1 M6\nS1000 M3\nG0 X29 Y15 Z5\nG1 Z-3 F300\nC90 F2000\nG0 Z5\nM2\n",
+        "shaft.nc": "G21 G18 G90 G8\nT1 M6\nM4 S500 F200\nG0 X24 Z5\nG1 Z-60\nG0 X30\nZ5\nM2\n",
+    }
+    for file, text in texts.items():
+        (folder / file).write_text(text, encoding="utf-8")
+    stood = mesh_of(box((-25, -25, -30), (25, 25, -3)).field(1.0))
+    (folder / "part.stl").write_bytes(stl_bytes(*stood))
+    part = Part()
+    axis = part.polyline((0, -0.5, 0.8), (0, -0.5, 0.8))
+    slot = part.trajectory(part.polyline((-20, 15, -5), (60, 15, -5)), axis=axis)
+    part.project(part.plan(part.step(part.freeform(slot, tool=part.tool("T1", 10.0)))))
+    (folder / "five_axes.stp").write_text(part.text(), encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", ["docs/removal.md", "docs/stepnc.md"])
+def test_the_commands_on_step_nc_and_material_run(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """None is refused; that a motion is wrong is what `cut` may find (exit code 1), and then it names it."""
+    files_of_the_examples(tmp_path, page)
+    monkeypatch.chdir(tmp_path)
+    lines = [line for _, code in blocks(page, "sh") for line in code.splitlines()]
+    assert len(lines) >= 6
+    for line in lines:
+        words = shlex.split(line, comments=True)
+        code = app.run(words[1:])
+        said = capfd.readouterr().err
+        assert code == 0 or (code, words[1]) == (1, "cut"), f"{line}: {said}"
+        assert (code == 1) == ("error[cut-" in said), line
 
 
 @pytest.mark.parametrize("page", ["docs/formats.md", "docs/times.md"])
