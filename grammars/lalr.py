@@ -5,7 +5,9 @@ kernel `cncgen.kernels.gcode_parse` runs them. A table is made anew where the gr
 actions has changed.
 
     action[state, terminal]   0 error, n > 0 shift to state n - 1, n < 0 reduce by rule -n - 1
-    goto[state, nonterminal]  state
+    goto[state, nonterminal]  number of the pair, -1 for none
+    lead[pair, terminal]      the state behind the nonterminal, once rules of it alone that write nothing are reduced too
+    to[pair]                  the same where nothing else is reduced
     move[d, class of a byte]  next state of the DFA, -1 where no terminal goes on
     token[mode, d]            terminal that ends in d, for parser states of that mode; -1 for none
     again[state, terminal]    action of a rule of this one token that leads back to `state` (a word behind a word), else -1
@@ -23,12 +25,14 @@ from typing import Any, NamedTuple
 
 HERE = Path(__file__).parent
 KERNEL = HERE.parent / "cncgen" / "kernels" / "gcode_parse.py"
+#: The kernel that reads plain blocks by itself, and names the terminals that it does so for.
+SCANNER = KERNEL.with_name("gcode_scan.py")
 #: Grammar files by the name of their tables.
 GRAMMARS = {"linuxcnc": "gcode.lark", "fanuc": "fanuc.lark"}
 #: Bytes of the alphabet: ASCII, and one for all others.
 _OTHER = 128
-#: What begins the alias of a rule that a dialect executes itself.
-STATEMENT = "do_"
+#: Columns of the tables that the kernel looks into for each byte or token, where a shift finds a row.
+COLUMNS = {"action": 64, "again": 64, "lead": 64, "goto": 32, "move": 64, "token": 512}
 
 
 class GrammarError(Exception):
@@ -202,15 +206,30 @@ def _folded(moves: list[list[int]]) -> tuple[list[int], list[list[int]]]:
     return of_byte, [list(row) for row in zip(*classes, strict=True)]
 
 
-def _kernel_names() -> tuple[dict[str, int], dict[str, int]]:
-    """Return the actions of rules and the literals that the kernel knows, from its source."""
-    found: dict[str, dict[str, int]] = {}
-    for node in ast.parse(KERNEL.read_text("utf-8")).body:
+def _constants(path: Path, *names: str) -> tuple[Any, ...]:
+    """Return constants of a module from its source."""
+    found = {}
+    for node in ast.parse(path.read_text("utf-8")).body:
         target = node.targets[0] if isinstance(node, ast.Assign) else None
-        if isinstance(target, ast.Name) and target.id in ("ACTIONS", "LITERALS"):
+        if isinstance(target, ast.Name) and target.id in names:
             assert isinstance(node, ast.Assign)
             found[target.id] = ast.literal_eval(node.value)
-    return found["ACTIONS"], found["LITERALS"]
+    return tuple(found[name] for name in names)
+
+
+def _kernel_names() -> tuple[Any, ...]:
+    """Return the actions of rules and the literals that the kernel knows, and the bounds of its tables."""
+    return _constants(KERNEL, "ACTIONS", "LITERALS", "MOST")
+
+
+def _check_scanner(terminals: dict[str, Any]) -> None:
+    """Raise where the scanner of plain blocks reads a terminal otherwise than a grammar has it."""
+    patterns = {_bare(name): terminal.pattern.value for name, terminal in terminals.items()}
+    for name, readings in _constants(SCANNER, "TERMINALS")[0].items():
+        if patterns.get(name) not in readings:
+            raise GrammarError(
+                f"{SCANNER.name} reads {name} as {readings[0]}, the grammar has {patterns.get(name)}"
+            )
 
 
 def _lark(name: str) -> Any:
@@ -228,28 +247,27 @@ def _bare(name: str) -> str:
 def digest(name: str) -> str:
     """Return what tells the tables of a grammar from those of another state of it."""
     parts = [path.read_bytes() for path in sorted(HERE.glob("*.lark"))]
-    actions, literals = _kernel_names()
-    parts += [Path(__file__).read_bytes(), repr((name, actions, literals)).encode()]
+    actions, literals, most = _kernel_names()
+    parts += [
+        Path(__file__).read_bytes(),
+        SCANNER.read_bytes(),
+        repr((name, actions, literals, most)).encode(),
+    ]
     return hashlib.sha256(b"\0".join(parts)).hexdigest()
 
 
-def _rule_actions(rules: list[Any], actions: dict[str, int]) -> tuple[list[int], list[str]]:
-    """Return the action of each rule, and the statements that a dialect executes itself.
+def _rule_actions(rules: list[Any], actions: dict[str, int]) -> list[int]:
+    """Return the action of each rule.
 
-    A statement's action is -1 less its number. Every rule has an action of its alias, of its own name, or of the list where it
-    leaves no value but passes one on (its action is 0).
+    Every rule has an action of its alias, of its own name, or of the list where it leaves no value but passes one on (its action is 0).
 
     Raises:
         GrammarError: The kernel does not know the alias of a rule, or a rule that it counts on is missing.
     """
-    found, statements = [], list[str]()
+    found = []
     for rule in rules:
         name = _bare(str(rule.alias or rule.origin.name))
-        if name.startswith(STATEMENT):
-            if name not in statements:
-                statements.append(name)
-            found.append(-1 - statements.index(name))
-        elif name in actions:
+        if name in actions:
             found.append(actions[name])
         elif rule.alias or (
             len([s for s in rule.expansion if not s.is_term]) != 1 and not name.startswith("_")
@@ -257,7 +275,7 @@ def _rule_actions(rules: list[Any], actions: dict[str, int]) -> tuple[list[int],
             raise GrammarError(f"the rule {name} has no action in {KERNEL.name}")
         else:
             found.append(0)
-    return found, statements
+    return found
 
 
 def _again(
@@ -284,16 +302,42 @@ def _again(
     return found
 
 
+def _leads(
+    action: list[list[int]], goto: list[list[int]], rules: list[Any], made: list[int], origins: list[int]
+) -> tuple[list[list[int]], list[int], list[list[int]]]:
+    """Return `goto` by pairs, `to` and `lead`: operands of operators that are not there are passed on in one step."""
+    pairs = [[-1] * len(row) for row in goto]
+    to: list[int] = []
+    lead: list[list[int]] = []
+    for below, row in enumerate(goto):
+        for nonterminal, first in enumerate(row):
+            if first < 0:
+                continue
+            pairs[below][nonterminal] = len(to)
+            to.append(first)
+            lead.append([])
+            for terminal in range(len(action[0])):
+                state = first
+                while action[state][terminal] < 0:
+                    rule = -action[state][terminal] - 1
+                    if made[rule] != 0 or len(rules[rule].expansion) != 1:
+                        break
+                    state = goto[below][origins[rule]]
+                lead[-1].append(state)
+    return pairs, to, lead
+
+
 def tables(name: str) -> dict[str, Any]:
     """Return the tables of a grammar as plain lists.
 
     Raises:
         GrammarError: The kernel does not know a rule or a literal of it.
     """
-    actions, literals = _kernel_names()
+    actions, literals, _ = _kernel_names()
     lark = _lark(name)
     table = lark.parser.parser._parse_table
     terminals = {str(t.name): t for t in lark.terminals}
+    _check_scanner(terminals)
     names = [*terminals, "$END"]
     number = {n: i for i, n in enumerate(names)}
     states = {s: i for i, s in enumerate(table.states)}
@@ -313,13 +357,16 @@ def tables(name: str) -> dict[str, Any]:
     rows = list(rules)
     origins = [nonterminals.setdefault(str(r.origin.name), len(nonterminals)) for r in rows]
     goto = [[jump.get(k, -1) for k in range(len(nonterminals))] for jump in jumps]
-    made, statements = _rule_actions(rows, actions)
+    made = _rule_actions(rows, actions)
     scanner = _scanner([terminals[n].pattern for n in terminals])
     classes, move = _folded(scanner.moves)
+    pairs, to, lead = _leads(action, goto, rows, made, origins)
     token, literal, modes = _tokens(scanner, action, [terminals[n] for n in terminals], literals)
     return {
         "action": action,
-        "goto": goto,
+        "goto": pairs,
+        "to": to,
+        "lead": lead,
         "length": [len(r.expansion) for r in rows],
         "origin": origins,
         "made": made,
@@ -332,14 +379,7 @@ def tables(name: str) -> dict[str, Any]:
         "start": states[next(iter(table.start_states.values()))],
         "accept": states[next(iter(table.end_states.values()))],
         "terminals": tuple(_bare(n) for n in names),
-        "kept": [int(bool(t.name) and not _filtered(lark, n)) for n, t in terminals.items()] + [0],
-        "statements": tuple(statements),
     }
-
-
-def _filtered(lark: Any, name: str) -> bool:
-    """Tell whether a terminal has no name of its own in the grammar (``"["``), so that no rule keeps it."""
-    return any(s.is_term and s.name == name and s.filter_out for rule in lark.rules for s in rule.expansion)
 
 
 def _tokens(
@@ -386,6 +426,7 @@ def _module(name: str, wanted: str) -> str:
     """Return the text of a module of tables: rows of 16-bit numbers as bytes, and how many columns each has."""
     from array import array
 
+    most = _kernel_names()[2]
     lines = [
         f'"""Tables of {GRAMMARS[name]}, made by lalr.py: not to be edited."""',
         "",
@@ -394,6 +435,14 @@ def _module(name: str, wanted: str) -> str:
     for key, value in tables(name).items():
         if isinstance(value, list):
             rows = value if value and isinstance(value[0], list) else [value]
+            width = COLUMNS.get(key, len(rows[0]))
+            if len(rows[0]) > width:
+                raise GrammarError(f"{key} has {len(rows[0])} columns; the kernel takes {width}")
+            rows = [row + [-1] * (width - len(row)) for row in rows]
+            if len(rows) * width > most[key]:
+                raise GrammarError(
+                    f"{key} has {len(rows)} rows; {KERNEL.name} has room for {most[key] // width}"
+                )
             data = array("h", [n for row in rows for n in row]).tobytes()
             lines += [f"{key.upper()} = {len(rows[0])}, {data!r}"]
         else:

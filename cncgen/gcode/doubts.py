@@ -99,10 +99,10 @@ _INCREMENTS = _Doubt(
     rb"[XYZ][ \t]*[-+]?\d{5}",
 )
 #: A program number, and what ends a subprogram and a main program.
-_PROGRAM = re.compile(rb"^[ \t]*(?P<word>[O:][ \t]*\d+)", re.MULTILINE | re.IGNORECASE)
-_BACK = re.compile(rb"(?<![A-Z])M[ \t]*99(?![\d.]|[ \t]*P)", re.IGNORECASE)
-_END = re.compile(rb"(?<![A-Z])M[ \t]*(?:0?2|30)(?![\d.])", re.IGNORECASE)
-_BRACKETS = re.compile(rb"\([^)\n]*\)")
+_PROGRAM = rb"(?im)^[ \t]*(?P<word>[O:][ \t]*\d+)"
+_BACK = rb"(?i)(?<![A-Z])M[ \t]*99(?![\d.]|[ \t]*P)"
+_END = rb"(?i)(?<![A-Z])M[ \t]*(?:0?2|30)(?![\d.])"
+_BRACKETS = rb"\([^)\n]*\)"
 #: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
     rb"(?P<word>;)[ \t]*(?:N\d+[ \t]*)?[GMXYZFST][ \t]*[-+.\d#\[]",
@@ -139,17 +139,19 @@ def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
     A control registers the programs of a text one by one, and the operator starts the main one.
     """
     text = source.data[:_HEAD]
-    programs = [*_PROGRAM.finditer(text)]
+    programs = [*re.finditer(_PROGRAM, text)]
     bodies = [
-        _BRACKETS.sub(
-            b"", text[one.start() : programs[i + 1].start() if i + 1 < len(programs) else len(text)]
+        re.sub(
+            _BRACKETS,
+            b"",
+            text[one.start() : programs[i + 1].start() if i + 1 < len(programs) else len(text)],
         )
         for i, one in enumerate(programs)
     ]
-    if len(programs) < 2 or _END.search(bodies[0]) or not _BACK.search(bodies[0]):
+    if len(programs) < 2 or re.search(_END, bodies[0]) or not re.search(_BACK, bodies[0]):
         return None
     for program, body in zip(programs[1:], bodies[1:], strict=True):
-        if _END.search(body):
+        if re.search(_END, body):
             first, own = (b"".join(one["word"].split()).decode() for one in (programs[0], program))
             message = f"the program begins with {own}, a main program behind the subprogram {first}"
             here = Cursor(0, program.start(), text[: program.start()].count(b"\n") + 1)

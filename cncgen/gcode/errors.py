@@ -62,7 +62,7 @@ class Astray(Exception):
 
 
 #: A comment, the name of a parameter, or a letter with all that may be its value (names of parameters are parts of values).
-_TOKEN = re.compile(r"\([^)]*\)?|;.*|#\s*<[^>]*>|([A-Za-z@^$])\s*((?:#\s*<[^>]*>|[^A-Za-z@^$(;])*)")
+_TOKEN = r"\([^)]*\)?|;.*|#\s*<[^>]*>|([A-Za-z@^$])\s*((?:#\s*<[^>]*>|[^A-Za-z@^$(;])*)"
 
 
 def locate(text: str, word: str) -> tuple[int, int]:
@@ -72,7 +72,7 @@ def locate(text: str, word: str) -> tuple[int, int]:
         return found
     letter, number = word[:1].upper(), word[1:]
     fallback: tuple[int, int] | None = None
-    for match in _TOKEN.finditer(text):
+    for match in re.finditer(_TOKEN, text):
         if match.group(1) is None or match.group(1).upper() != letter:
             continue
         place = match.start() + 1, max(1, len(match.group().rstrip()))

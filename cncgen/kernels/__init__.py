@@ -3,7 +3,7 @@
 A ``.pxd`` file beside a kernel declares the functions that other kernels call as C. Each module runs compiled or as plain Python;
 `warn_if_uncompiled` warns once, when a command starts work, if it is the slow way.
 
-    gcode_parse, gcode_scan, gcode_motion, gcode_values, gcode_arithmetic    reading G-code
+    gcode_parse, gcode_scan, gcode_motion, gcode_run, gcode_arithmetic    reading G-code
     part21_scan, part21_graph                                   reading STEP-NC
     bspline, arc_length, path_derivatives                       curves, and paths by their length
     smoothing, smoothing_lengths                                splines within a tolerance

@@ -3,7 +3,7 @@
 The language is LinuxCNC's (``grammars/gcode.lark``); `cncgen.gcode.text.expressions` defines operators and functions. An
 expression without a value (a division by zero, a root of a negative number) gives NaN here, and the interpreter says why.
 
-`gcode_values` calls these functions as C, by ``gcode_arithmetic.pxd``.
+`gcode_run` calls these functions as C, by ``gcode_arithmetic.pxd``.
 """
 
 import cython
@@ -25,6 +25,8 @@ from cython.cimports.libc.math import (
     tan,
 )
 
+from cncgen.kernels.gcode_parse import LITERALS
+
 #: Equal in comparisons (`expressions.EQUAL`).
 _EQUAL = cython.declare(cython.double, 1e-4)
 _NAN = cython.declare(cython.double, float("nan"))
@@ -43,49 +45,36 @@ _LARGEST_ANGLE = cython.declare(cython.double, LARGEST_ANGLE)
 _LARGEST_EXPONENT = cython.declare(cython.double, 709.782712893384)
 _STEEP = cython.declare(cython.double, 1e6)
 
-#: Operators: how tight one binds (1 to 5) in the upper byte, then how many bytes its text has, then which it is.
-_AND = cython.declare(cython.int, 0x131)
-_OR = cython.declare(cython.int, 0x122)
-_XOR = cython.declare(cython.int, 0x133)
-_EQ = cython.declare(cython.int, 0x221)
-_NE = cython.declare(cython.int, 0x222)
-_GT = cython.declare(cython.int, 0x223)
-_GE = cython.declare(cython.int, 0x224)
-_LT = cython.declare(cython.int, 0x225)
-_LE = cython.declare(cython.int, 0x226)
-_ADD = cython.declare(cython.int, 0x311)
-_SUBTRACT = cython.declare(cython.int, 0x312)
-_MULTIPLY = cython.declare(cython.int, 0x411)
-_DIVIDE = cython.declare(cython.int, 0x412)
-_MODULO = cython.declare(cython.int, 0x433)
-_POWER = cython.declare(cython.int, 0x521)
+#: Operators and functions by the numbers of their literals.
+_AND = cython.declare(cython.int, LITERALS["and"])
+_OR = cython.declare(cython.int, LITERALS["or"])
+_EQ = cython.declare(cython.int, LITERALS["eq"])
+_NE = cython.declare(cython.int, LITERALS["ne"])
+_GT = cython.declare(cython.int, LITERALS["gt"])
+_GE = cython.declare(cython.int, LITERALS["ge"])
+_LT = cython.declare(cython.int, LITERALS["lt"])
+_LE = cython.declare(cython.int, LITERALS["le"])
+_ADD = cython.declare(cython.int, LITERALS["+"])
+_SUBTRACT = cython.declare(cython.int, LITERALS["-"])
+_MULTIPLY = cython.declare(cython.int, LITERALS["*"])
+_DIVIDE = cython.declare(cython.int, LITERALS["/"])
+_MODULO = cython.declare(cython.int, LITERALS["mod"])
+_POWER = cython.declare(cython.int, LITERALS["**"])
+_ABS = cython.declare(cython.int, LITERALS["abs"])
+_ACOS = cython.declare(cython.int, LITERALS["acos"])
+_ASIN = cython.declare(cython.int, LITERALS["asin"])
+_COS = cython.declare(cython.int, LITERALS["cos"])
+_EXP = cython.declare(cython.int, LITERALS["exp"])
+_FIX = cython.declare(cython.int, LITERALS["fix"])
+_FUP = cython.declare(cython.int, LITERALS["fup"])
+_LN = cython.declare(cython.int, LITERALS["ln"])
+_ROUND = cython.declare(cython.int, LITERALS["round"])
+_SIN = cython.declare(cython.int, LITERALS["sin"])
+_SQRT = cython.declare(cython.int, LITERALS["sqrt"])
+_TAN = cython.declare(cython.int, LITERALS["tan"])
 
 #: An angle in radians, and what its rounding left.
 _Angle = cython.struct(value=cython.double, rest=cython.double)
-
-
-@cython.cfunc
-def _packed(name: bytes) -> cython.uint:
-    """Return the letters of a word as a number, five bits each."""
-    code: cython.uint = 0
-    c: cython.int
-    for c in name:
-        code = (code << 5) | (c & 31)
-    return code
-
-
-_ABS = cython.declare(cython.uint, _packed(b"abs"))
-_ACOS = cython.declare(cython.uint, _packed(b"acos"))
-_ASIN = cython.declare(cython.uint, _packed(b"asin"))
-_COS = cython.declare(cython.uint, _packed(b"cos"))
-_EXP = cython.declare(cython.uint, _packed(b"exp"))
-_FIX = cython.declare(cython.uint, _packed(b"fix"))
-_FUP = cython.declare(cython.uint, _packed(b"fup"))
-_LN = cython.declare(cython.uint, _packed(b"ln"))
-_ROUND = cython.declare(cython.uint, _packed(b"round"))
-_SIN = cython.declare(cython.uint, _packed(b"sin"))
-_SQRT = cython.declare(cython.uint, _packed(b"sqrt"))
-_TAN = cython.declare(cython.uint, _packed(b"tan"))
 
 
 # Angles.
@@ -158,8 +147,8 @@ def arc_tangent(y: cython.double, x: cython.double) -> cython.double:
 
 @cython.ccall
 @cython.exceptval(check=False)
-def function_of(name: cython.uint, a: cython.double) -> cython.double:
-    """Return the value of a function of one argument, its name packed; NaN outside its domain."""
+def function_of(name: cython.int, a: cython.double) -> cython.double:
+    """Return the value of a function of one argument, by its number; NaN outside its domain."""
     value: cython.double = _NAN
     if name == _ABS:
         value = fabs(a)
@@ -187,7 +176,7 @@ def function_of(name: cython.uint, a: cython.double) -> cython.double:
 @cython.cfunc
 @cython.inline
 @cython.exceptval(check=False)
-def _function_of_angle(name: cython.uint, a: cython.double) -> cython.double:
+def _function_of_angle(name: cython.int, a: cython.double) -> cython.double:
     """Return SIN, COS or TAN of an angle in degrees; NaN where the name is another one."""
     if name == _SIN:
         return sine(a)
@@ -197,53 +186,6 @@ def _function_of_angle(name: cython.uint, a: cython.double) -> cython.double:
 
 
 # Operators.
-
-
-@cython.ccall
-@cython.exceptval(check=False)
-def operator_at(first: cython.int, second: cython.int, third: cython.int) -> cython.int:
-    """Return the operator that three bytes begin with, 0 where they begin with none."""
-    if first == 43:
-        return _ADD
-    if first == 45:
-        return _SUBTRACT
-    if first == 47:
-        return _DIVIDE
-    if first == 42:
-        return _POWER if second == 42 else _MULTIPLY
-    return _operator_of_letters(first | 32, second | 32, third | 32)
-
-
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _operator_of_letters(first: cython.int, second: cython.int, third: cython.int) -> cython.int:
-    """Return the operator that three letters begin with, 0 where they begin with none."""
-    if first == 109 and second == 111 and third == 100:
-        return _MODULO
-    if first == 97 and second == 110 and third == 100:
-        return _AND
-    if first == 120 and second == 111 and third == 114:
-        return _XOR
-    if first == 111 and second == 114:
-        return _OR
-    return _relation(first, second)
-
-
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _relation(first: cython.int, second: cython.int) -> cython.int:
-    """Return the relation that two letters name, 0 where they name none."""
-    if first == 101:
-        return _EQ if second == 113 else 0
-    if first == 110:
-        return _NE if second == 101 else 0
-    if first == 103:
-        return _GT if second == 116 else (_GE if second == 101 else 0)
-    if first == 108:
-        return _LT if second == 116 else (_LE if second == 101 else 0)
-    return 0
 
 
 @cython.ccall

@@ -1,34 +1,28 @@
 """The O-words of a text, found in one pass: where each stands, its label and keyword, and the O-word that it leads to.
 
-A row is made of each O-word whose label is written. Where a line may hold one that is not read for certain, none
-are made, as a row could lead to the wrong line. `gcode_values` follows the rows; `cncgen.gcode.flow.o_words` defines the O-words.
+A row is made of each O-word whose label is written. Where the grammar refuses a line that may hold one, none
+are made, as a row could lead to the wrong line. `gcode_run` follows the rows; `cncgen.gcode.flow.o_words` defines the O-words.
 """
 
 import cython
 
-#: Columns of a row: byte offset and number of its line, offsets of the text behind the keyword and of the next line, keyword,
-#: label, and the rows that it leads to (-1 where it leads nowhere for certain).
-OFFSET, LINE, ARGUMENTS, AFTER, KEYWORD, LABEL, TARGET, OTHER = range(8)
+from cncgen.kernels.gcode_parse import COMPUTED_LABEL, LITERALS, OPERATIONS, REFUSED
+
+#: Columns of a row: byte offset and number of its line, the rows that `gcode_run` has of it and of the next line (-1 for none yet),
+#: keyword, label, and the rows that it leads to (-1 where it leads nowhere for certain).
+OFFSET, LINE, HERE, BEHIND, KEYWORD, LABEL, TARGET, OTHER = range(8)
 WIDTH = 8
 _OFFSET = cython.declare(cython.int, OFFSET)
 _LINE = cython.declare(cython.int, LINE)
-_ARGUMENTS = cython.declare(cython.int, ARGUMENTS)
-_AFTER = cython.declare(cython.int, AFTER)
+_HERE = cython.declare(cython.int, HERE)
+_BEHIND = cython.declare(cython.int, BEHIND)
 _KEYWORD = cython.declare(cython.int, KEYWORD)
 _LABEL = cython.declare(cython.int, LABEL)
 _TARGET = cython.declare(cython.int, TARGET)
 _OTHER = cython.declare(cython.int, OTHER)
 
-#: The keywords; the first four begin something, and claim their label.
-KEYWORDS = {
-    name: number
-    for number, name in enumerate(
-        (
-            *("if", "while", "repeat", "do", "elseif", "else", "endif", "endwhile", "endrepeat"),
-            *("break", "continue", "sub", "endsub", "return", "call"),
-        )
-    )
-}
+#: The keywords by their literals in the grammar; the first four begin something, and claim their label.
+KEYWORDS = {name: number for name, number in LITERALS.items() if LITERALS["if"] <= number <= LITERALS["call"]}
 _IF = cython.declare(cython.int, KEYWORDS["if"])
 _WHILE = cython.declare(cython.int, KEYWORDS["while"])
 _REPEAT = cython.declare(cython.int, KEYWORDS["repeat"])
@@ -44,21 +38,12 @@ _SUB = cython.declare(cython.int, KEYWORDS["sub"])
 _ENDSUB = cython.declare(cython.int, KEYWORDS["endsub"])
 _RETURN = cython.declare(cython.int, KEYWORDS["return"])
 _CALL = cython.declare(cython.int, KEYWORDS["call"])
-#: Letters of the longest keyword; digits of a label that is read here.
-_LONGEST = cython.declare(cython.int, 9)
-_DIGITS = cython.declare(cython.int, 9)
-
-
-def _packed(name):
-    """Return the letters of a word as a number, five bits each."""
-    code = 0
-    for letter in name:
-        code = code << 5 | (ord(letter) & 31)
-    return code
-
-
-#: The keywords by their letters.
-_BY_LETTERS = {_packed(name): number for name, number in KEYWORDS.items()}
+_FLOW = cython.declare(cython.int, OPERATIONS["FLOW"])
+_NAME = cython.declare(cython.int, OPERATIONS["NAME"])
+_COMMENT = cython.declare(cython.int, OPERATIONS["COMMENT"])
+_MESSAGE = cython.declare(cython.int, OPERATIONS["MESSAGE"])
+_REFUSED = cython.declare(cython.int, REFUSED)
+_COMPUTED_LABEL = cython.declare(cython.int, COMPUTED_LABEL)
 
 
 @cython.cclass
@@ -66,38 +51,39 @@ class Marks:
     """The O-words of a text.
 
     Args:
-        data: The text, bytes or a map of a file; `text` is the same as a buffer.
+        parser: A `gcode_parse.Parser` of LinuxCNC's grammar that has taken a text and `kept`, the rows of its lines.
 
     Attributes:
         rows, count: The rows, and how many there are.
+        used: How many lines are kept.
         labels: The label of each number: the float of a number, or a name.
         certain: Whether all were read. `computed` tells whether there are labels that are computed, which have no rows.
     """
 
-    data = cython.declare(object)
-    text: cython.const[cython.uchar][::1]
-    store = cython.declare(object)
+    code: cython.const[cython.int][::1]
+    constants: cython.const[cython.double][::1]
+    kept: cython.longlong[:, ::1]
     table: cython.longlong[:, ::1]
+    parser = cython.declare(object)
+    store = cython.declare(object)
     rows = cython.declare(object, visibility="public")
     count = cython.declare(cython.Py_ssize_t, visibility="public")
+    used = cython.declare(cython.Py_ssize_t, visibility="public")
     labels = cython.declare(list, visibility="public")
     certain = cython.declare(cython.bint, visibility="public")
     computed = cython.declare(cython.bint, visibility="public")
     numbers = cython.declare(dict)
-    i = cython.declare(cython.Py_ssize_t)
 
-    def __init__(self, data, text):
-        self.data = data
-        self.text = text
+    def __init__(self, parser, kept, size):
+        self.code, self.constants, self.kept, self.parser = parser.code, parser.constants, kept, parser
         self.store = bytearray(8 * WIDTH * 64)
-        self.count = 0
+        self.count = self.used = 0
         self.labels = []
         self.numbers = {}
         self.certain = True
         self.computed = False
-        self.i = 0
         self._grow()
-        self._find()
+        self._find(size)
         if self.certain:
             self._lead_back()
             self._lead_on()
@@ -110,135 +96,56 @@ class Marks:
         self.table = self.rows
 
     @cython.cfunc
-    def _find(self) -> cython.void:
-        """Find the lines that begin with an O-word."""
+    def _find(self, size: cython.Py_ssize_t) -> cython.void:
+        """Find the lines with an O-word; half of the rows at most stay with them."""
+        parser = self.parser
+        most: cython.Py_ssize_t = self.kept.shape[0] // 2
         offset: cython.Py_ssize_t = 0
         line: cython.longlong = 1
-        length: cython.Py_ssize_t = self.text.shape[0]
-        while offset < length and self.certain:
-            self.i = offset
-            if self._begins():
-                if self.count == self.table.shape[0]:
-                    self._grow()
-                self._read(offset, line)
-            while self.i < length and self.text[self.i] != 10:
-                self.i += 1
-            offset = self.i + 1
-            line += 1
+        first: cython.Py_ssize_t
+        m: cython.Py_ssize_t
+        while offset < size and self.certain:
+            first = self.used
+            self.used, offset, line = parser.compile_o_words(offset, line, first, most)
+            for m in range(first, self.used):
+                self._read(m)
+            if self.used == most or not parser.room():
+                self.used = parser.used = parser.numbers = 0
+                for m in range(self.count):
+                    self.table[m, _HERE] = -1
 
     @cython.cfunc
-    @cython.inline
-    @cython.exceptval(check=False)
-    def _byte(self) -> cython.int:
-        """Go on to the next byte that is not blank and return it; a newline at the end of the text."""
-        c: cython.int
-        while self.i < self.text.shape[0]:
-            c = cython.cast(cython.int, self.text[self.i])
-            if c != 32 and c != 9 and c != 13:
-                return c
-            self.i += 1
-        return 10
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _begins(self) -> cython.bint:
-        """Go past the O that a line begins with, behind a slash and a line number; tell whether there is one."""
-        c: cython.int = self._byte()
-        if c == 47:
-            self.i += 1
-            c = self._byte()
-            if 49 <= c <= 57:
-                self.i += 1
-                c = self._byte()
-        if c | 32 == 110:
-            self.i += 1
-            c = self._byte()
-            while 48 <= c <= 57 or c == 46:
-                self.i += 1
-                c = self._byte()
-        if c | 32 == 111:
-            self.i += 1
-            return True
-        if c == 58 or c == 60:
+    def _read(self, r: cython.Py_ssize_t) -> cython.void:
+        """Make a row of a line that is kept where it is an O-word."""
+        at: cython.Py_ssize_t = self.kept[r, 2]
+        first: cython.int = self.code[at]
+        if self.kept[r, 5] & _REFUSED:
+            # Whether it is one, nobody can tell.
             self.certain = False
-        return False
-
-    @cython.cfunc
-    def _read(self, offset: cython.Py_ssize_t, line: cython.longlong) -> cython.void:
-        """Read label and keyword of the O-word here."""
-        label: cython.Py_ssize_t
-        letters: cython.int = 0
-        name: cython.longlong = 0
-        row: cython.longlong[:, ::1] = self.table
-        c: cython.int = self._byte()
-        if c == 91 or c == 35:
+            return
+        while self.code[at] != 0 and self.code[at] & 255 != _FLOW:
+            at += 1 if self.code[at] & 255 != _COMMENT and self.code[at] & 255 != _MESSAGE else 2
+        if self.code[at] == 0 or self.code[at] >> 8 > _CALL:
+            return
+        if self.kept[r, 5] & _COMPUTED_LABEL:
             self.computed = True
             return
-        label = self._label()
-        c = self._byte()
-        if not self.certain or c == 10 or c == 40 or c == 59:
-            return
-        while 97 <= (c | 32) <= 122 and letters < _LONGEST:
-            name = name << 5 | (c & 31)
-            letters += 1
-            self.i += 1
-            c = cython.cast(cython.int, self.text[self.i]) if self.i < self.text.shape[0] else 10
-        keyword = _BY_LETTERS.get(name)
-        if keyword is None or 97 <= (c | 32) <= 122:
-            self.certain = False
-            return
-        row[self.count, _OFFSET] = offset
-        row[self.count, _LINE] = line
-        row[self.count, _ARGUMENTS] = self.i
-        row[self.count, _KEYWORD] = keyword
-        row[self.count, _LABEL] = label
-        row[self.count, _TARGET] = row[self.count, _OTHER] = -1
-        while self.i < self.text.shape[0] and self.text[self.i] != 10:
-            self.i += 1
-        row[self.count, _AFTER] = self.i + 1
+        if self.count == self.table.shape[0]:
+            self._grow()
+        rows: cython.longlong[:, ::1] = self.table
+        rows[self.count, _OFFSET] = self.kept[r, 0]
+        rows[self.count, _LINE] = self.kept[r, 1]
+        rows[self.count, _KEYWORD] = self.code[at] >> 8
+        rows[self.count, _LABEL] = self._label(first)
+        rows[self.count, _HERE] = r
+        rows[self.count, _BEHIND] = rows[self.count, _TARGET] = rows[self.count, _OTHER] = -1
+        self.kept[r, 6] = self.count
         self.count += 1
 
     @cython.cfunc
-    def _label(self) -> cython.Py_ssize_t:
-        """Read a written label; return its number."""
-        begin: cython.Py_ssize_t
-        value: cython.longlong = 0
-        digits: cython.int = 0
-        c: cython.int = self._byte()
-        if c == 60:
-            begin = self.i + 1
-            while self.i < self.text.shape[0] and self.text[self.i] != 62 and self.text[self.i] != 10:
-                self.i += 1
-            key: bytes = self.data[begin : self.i]
-            self.i += 1
-            number = self.numbers.get(key)
-            if number is not None:
-                return number
-            self.certain = key.isascii() and key.translate(None, b" \t_-.").isalnum()
-            if not self.certain:
-                return 0
-            label = key.translate(None, b" \t").lower().decode("ascii")
-            if label.isdecimal():
-                label = float(label)
-            self.numbers[key] = self._numbered(label)
-            return self.numbers[key]
-        else:
-            while 48 <= c <= 57:
-                value = value * 10 + (c - 48)
-                digits += 1
-                if digits > _DIGITS:
-                    break
-                self.i += 1
-                c = cython.cast(cython.int, self.text[self.i]) if self.i < self.text.shape[0] else 10
-            if digits == 0 or digits > _DIGITS:
-                self.certain = False
-                return 0
-            label = cython.cast(cython.double, value)
-        return self._numbered(label)
-
-    @cython.cfunc
-    def _numbered(self, label) -> cython.Py_ssize_t:
-        """Return the number of a label."""
+    def _label(self, first: cython.int) -> cython.Py_ssize_t:
+        """Return the number of a label, which an instruction pushes."""
+        label = self.parser.names[first >> 8] if first & 255 == _NAME else self.constants[first >> 8]
         number = self.numbers.get(label)
         if number is None:
             number = self.numbers[label] = len(self.labels)
@@ -249,36 +156,43 @@ class Marks:
     def _lead_back(self) -> cython.void:
         """Lead each O-word to the last one before it, of its label and subroutine, that it goes with."""
         rows: cython.longlong[:, ::1] = self.table
-        # By label, plus one: the last row of each keyword that begins something.
+        # By label, plus one: the last row of each keyword that begins something; the first one of the main program; the first one of
+        # a subroutine, and which that is.
         last: cython.longlong[:, ::1] = self._by_label()
         begin: cython.Py_ssize_t = 0
-        owner: cython.longlong = -1
+        owner: cython.longlong = 0
         e: cython.Py_ssize_t
         label: cython.longlong
         keyword: cython.longlong
         opened: cython.longlong
-        first: dict = {}
+        place: cython.int
         for e in range(self.count):
             keyword, label = rows[e, _KEYWORD], rows[e, _LABEL]
             if keyword == _SUB or keyword == _ENDSUB:
                 begin = e
-                owner = label if keyword == _SUB else -1
+                owner = label + 1 if keyword == _SUB else 0
             elif keyword <= _DO:
-                if keyword == _WHILE and last[label, _DO] > begin:
-                    rows[e, _OTHER] = last[label, _DO] - 1
-                key = (owner, label)
-                opened = first.setdefault(key, e)
+                if keyword == _WHILE and last[label, _DO - _IF] > begin:
+                    rows[e, _OTHER] = last[label, _DO - _IF] - 1
+                place = 5 if owner else 4
+                if owner and last[label, 6] != owner:
+                    last[label, 5], last[label, 6] = 0, owner
+                if last[label, place] == 0:
+                    last[label, place] = e + 1
+                opened = last[label, place] - 1
                 if opened != e and not (keyword == _WHILE and rows[e, _OTHER] == opened):
                     # Two begin with the same label: whether that is a fault hangs on whether both run. Neither is followed.
                     rows[e, _OTHER] = rows[opened, _OTHER] = -1
                     rows[e, _TARGET] = rows[opened, _TARGET] = -2
-                last[label, keyword] = e + 1
+                last[label, keyword - _IF] = e + 1
             elif keyword == _ENDIF or keyword == _ELSE or keyword == _ELSEIF:
-                rows[e, _TARGET] = last[label, _IF] - 1 if last[label, _IF] > begin else -1
+                rows[e, _TARGET] = last[label, _IF - _IF] - 1 if last[label, _IF - _IF] > begin else -1
             elif keyword == _ENDWHILE:
-                rows[e, _TARGET] = last[label, _WHILE] - 1 if last[label, _WHILE] > begin else -1
+                rows[e, _TARGET] = last[label, _WHILE - _IF] - 1 if last[label, _WHILE - _IF] > begin else -1
             elif keyword == _ENDREPEAT:
-                rows[e, _TARGET] = last[label, _REPEAT] - 1 if last[label, _REPEAT] > begin else -1
+                rows[e, _TARGET] = (
+                    last[label, _REPEAT - _IF] - 1 if last[label, _REPEAT - _IF] > begin else -1
+                )
 
     @cython.cfunc
     def _lead_on(self) -> cython.void:

@@ -10,11 +10,10 @@ token the line is refused, and the place and the parser's stack tell what was ex
     NAME k         push k, the number of a name      COMMENT, MESSAGE    followed by its place in the line and its length
     NAMED k        push the named parameter          THEN            pop a value: 0 ends the line
     EXISTS, EXISTS_NAMED                             FLOW keyword    jump, loop or call with so many values (and the label)
-    NEGATIVE, BINARY operator, FUNCTION name         STATEMENT k     what a dialect executes itself, with so many values
-    ARC_TANGENT, SLOPE, INCREMENTS                   TEXT            text of a statement: place and length
-                                                     END
+    NEGATIVE, BINARY operator, FUNCTION name         END
+    ARC_TANGENT, SLOPE, INCREMENTS
 
-An instruction is one number, ``operation + 256 * operand``. FLOW and STATEMENT are followed by the count of their values.
+An instruction is one number, ``operation + 256 * operand``. FLOW is followed by the count of its values.
 """
 
 from mmap import mmap
@@ -52,6 +51,7 @@ ACTIONS = {
     "end_do": 26,
     "then": 27,
     "output": 28,
+    "computed_label": 29,
     # Rules that leave what their parts have left.
     "start": 0,
     "content": 0,
@@ -59,7 +59,6 @@ ACTIONS = {
     "if_then": 0,
     "named_call": 0,
     "bracket": 0,
-    "computed_label": 0,
 }
 #: Names of the literals of terminals: operators, functions, keywords, letters of words of more than one.
 LITERALS = {
@@ -96,21 +95,21 @@ LITERALS = {
     "rnd": 35,
     "ifix[": 25,
     "ifup[": 26,
-    "sub": 40,
-    "endsub": 41,
-    "call": 42,
-    "return": 43,
-    "if": 44,
-    "elseif": 45,
-    "else": 46,
-    "endif": 47,
-    "while": 48,
-    "endwhile": 49,
-    "do": 50,
-    "repeat": 51,
-    "endrepeat": 52,
-    "break": 53,
-    "continue": 54,
+    "if": 40,
+    "while": 41,
+    "repeat": 42,
+    "do": 43,
+    "elseif": 44,
+    "else": 45,
+    "endif": 46,
+    "endwhile": 47,
+    "endrepeat": 48,
+    "break": 49,
+    "continue": 50,
+    "sub": 51,
+    "endsub": 52,
+    "return": 53,
+    "call": 54,
     "program": 55,
     "goto": 56,
     "while-do": 57,
@@ -145,9 +144,7 @@ OPERATIONS = {
     "FLOW": 18,
     "THEN": 19,
     "INCREMENTS": 20,
-    "STATEMENT": 21,
-    "TEXT": 22,
-    "OUTPUT": 23,
+    "OUTPUT": 21,
 }
 #: Bit of `Parser.named`, behind those of A to Z: a G or M number is computed.
 COMPUTED = 1 << 26
@@ -155,11 +152,30 @@ COMPUTED = 1 << 26
 CODE_NUMBERS = 4000
 #: Of its `calls`: the words beside the program's number are arguments and name no axis.
 ARGUMENTS = 128
-#: Longest line, and numbers and instructions that the lines kept may have together.
+#: Numbers of each table, at most: they stand in the parser itself, where each is found in one step.
+MOST = {
+    "action": 16_384,
+    "goto": 8_192,
+    "lead": 32_768,
+    "again": 16_384,
+    "move": 32_768,
+    "token": 32_768,
+    "to": 512,
+    "length": 256,
+    "origin": 256,
+    "made": 256,
+    "classes": 256,
+    "mode": 256,
+    "literal": 512,
+}
+#: Longest line (`source.MAX_LINE`).
 MAX_LINE = 65_536
-#: Marks of a line, beside its code.
+#: Marks of a line, beside its code, and columns of the row of one that is kept.
 DELETED = 1
 NUMBERED = 2
+REFUSED = 4
+COMPUTED_LABEL = 8
+ROW = 7
 
 _END = cython.declare(cython.int, 0)
 _NUMBER = cython.declare(cython.int, 1)
@@ -182,14 +198,12 @@ _MESSAGE = cython.declare(cython.int, 17)
 _FLOW = cython.declare(cython.int, 18)
 _THEN = cython.declare(cython.int, 19)
 _INCREMENTS = cython.declare(cython.int, 20)
-_STATEMENT = cython.declare(cython.int, 21)
-_TEXT = cython.declare(cython.int, 22)
-_OUTPUT = cython.declare(cython.int, 23)
+_OUTPUT = cython.declare(cython.int, 21)
 
 #: Keywords and operators that actions name.
 _MINUS = cython.declare(cython.int, 11)
 _POWER = cython.declare(cython.int, 15)
-_CALL = cython.declare(cython.int, 42)
+_CALL = cython.declare(cython.int, 54)
 _COMPUTED = cython.declare(cython.uint, COMPUTED)
 _CODE_NUMBERS = cython.declare(cython.int, CODE_NUMBERS)
 _ARGUMENTS = cython.declare(cython.int, ARGUMENTS)
@@ -208,18 +222,14 @@ _POWERS = cython.declare(cython.double[23])
 _DIGITS = cython.declare(cython.int, 18)
 _EXACT = cython.declare(cython.ulonglong, 9007199254740992)
 _DEPTH = cython.declare(cython.int, 70_000)
+_MOST = cython.declare(cython.Py_ssize_t, MAX_LINE)
+_REFUSED = cython.declare(cython.int, REFUSED)
 _k: cython.int
 for _k in range(23):
     _POWERS[_k] = 10.0**_k
 
 #: Letters whose numbers without a decimal point count in least increments, as bits (A is bit 0).
 _LENGTHS = cython.declare(cython.uint, sum(1 << (ord(letter) - 97) for letter in "xyzabcuvwijkqr"))
-
-
-def _rows(table):
-    """Return a table of a generated module as a two-dimensional buffer."""
-    width, data = table
-    return memoryview(data).cast("h", [len(data) // 2 // width, width])
 
 
 def _zeros(size):
@@ -230,9 +240,13 @@ def _zeros(size):
         raise MemoryError from error
 
 
-def _row(table):
-    """Return a table of one row as a buffer."""
-    return memoryview(table[1]).cast("h")
+@cython.cfunc
+def _fill(to: cython.short[::1], table) -> cython.void:
+    """Copy a table of a generated module."""
+    row: cython.const[cython.short][::1] = memoryview(table[1]).cast("h")
+    k: cython.Py_ssize_t
+    for k in range(row.shape[0]):
+        to[k] = row[k]
 
 
 @cython.cclass
@@ -254,22 +268,24 @@ class Parser:
         lines: How many lines were read.
     """
 
-    action: cython.const[cython.short][:, ::1]
-    goto: cython.const[cython.short][:, ::1]
-    again: cython.const[cython.short][:, ::1]
-    move: cython.const[cython.short][:, ::1]
-    token: cython.const[cython.short][:, ::1]
-    length: cython.const[cython.short][::1]
-    origin: cython.const[cython.short][::1]
-    made: cython.const[cython.short][::1]
-    classes: cython.const[cython.short][::1]
-    mode: cython.const[cython.short][::1]
-    literal: cython.const[cython.short][::1]
-    kept: cython.const[cython.short][::1]
+    action = cython.declare(cython.short[16_384])
+    goto = cython.declare(cython.short[8_192])
+    to = cython.declare(cython.short[512])
+    lead = cython.declare(cython.short[32_768])
+    again = cython.declare(cython.short[16_384])
+    move = cython.declare(cython.short[32_768])
+    token = cython.declare(cython.short[32_768])
+    length = cython.declare(cython.short[256])
+    origin = cython.declare(cython.short[256])
+    made = cython.declare(cython.short[256])
+    classes = cython.declare(cython.short[256])
+    mode = cython.declare(cython.short[256])
+    literal = cython.declare(cython.short[512])
     text: cython.const[cython.uchar][::1]
+    rows: cython.longlong[:, ::1]
     code = cython.declare(cython.int[::1], visibility="public")
     constants = cython.declare(cython.double[::1], visibility="public")
-    symbol: cython.int[:, ::1]
+    symbol: cython.int[::1]
     terminals = cython.declare(tuple, visibility="public")
     names = cython.declare(list, visibility="public")
     numbered = cython.declare(dict)
@@ -292,18 +308,7 @@ class Parser:
     number_end = cython.declare(cython.Py_ssize_t, visibility="public")
 
     def __init__(self, tables, stored, increments=False):
-        self.action = _rows(tables.ACTION)
-        self.goto = _rows(tables.GOTO)
-        self.length = _row(tables.LENGTH)
-        self.origin = _row(tables.ORIGIN)
-        self.made = _row(tables.MADE)
-        self.again = _rows(tables.AGAIN)
-        self.classes = _row(tables.CLASSES)
-        self.move = _rows(tables.MOVE)
-        self.token = _rows(tables.TOKEN)
-        self.mode = _row(tables.MODE)
-        self.literal = _row(tables.LITERAL)
-        self.kept = _row(tables.KEPT)
+        self._take_tables(tables)
         self.terminals = tables.TERMINALS
         self.start, self.accept = tables.START, tables.ACCEPT
         self.end = len(self.terminals) - 1
@@ -313,18 +318,37 @@ class Parser:
         self.increments = increments
         self.code = _zeros(4 << 20).cast("i")
         self.constants = _zeros(8 << 19).cast("d")
-        self.symbol = _zeros(4 * 6 * _DEPTH).cast("i", [_DEPTH, 6])
+        self.symbol = _zeros(4 * 8 * _DEPTH).cast("i")
         self.names = []
         self.numbered = {}
         self.used = self.numbers = self.lines = 0
         self.error = -1
 
-    def room(self) -> bool:
+    @cython.cfunc
+    def _take_tables(self, tables) -> cython.void:
+        """Copy the tables of a generated module, which are within these bounds (``lalr.MOST``)."""
+        if not cython.compiled:
+            for name, most in MOST.items():
+                setattr(self, name, [0] * most)
+        _fill(self.action, tables.ACTION)
+        _fill(self.goto, tables.GOTO)
+        _fill(self.lead, tables.LEAD)
+        _fill(self.again, tables.AGAIN)
+        _fill(self.move, tables.MOVE)
+        _fill(self.token, tables.TOKEN)
+        _fill(self.to, tables.TO)
+        _fill(self.length, tables.LENGTH)
+        _fill(self.origin, tables.ORIGIN)
+        _fill(self.made, tables.MADE)
+        _fill(self.classes, tables.CLASSES)
+        _fill(self.mode, tables.MODE)
+        _fill(self.literal, tables.LITERAL)
+
+    @cython.ccall
+    @cython.exceptval(check=False)
+    def room(self) -> cython.bint:
         """Tell whether another line has room for its code."""
-        return (
-            self.used + 4 * MAX_LINE < self.code.shape[0]
-            and self.numbers + MAX_LINE < self.constants.shape[0]
-        )
+        return self.used + 4 * _MOST < self.code.shape[0] and self.numbers + _MOST < self.constants.shape[0]
 
     def name(self, key: bytes) -> int:
         """Return the number of a name, as it is written in the text."""
@@ -351,68 +375,97 @@ class Parser:
                 found.append(self.terminals[terminal])
         return found
 
-    @cython.ccall
     def parse(self, text: cython.const[cython.uchar][::1], offset: cython.Py_ssize_t) -> cython.Py_ssize_t:
-        """Read the line at `offset`, its code into `code` from `used` on; return the offset of its end.
+        """Read the line at `offset` of a text, its code into `code` from `used` on; return the offset of its end.
 
         `error` tells whether it is one of the grammar. Where it is, `used` and `numbers` stand behind its code.
         """
+        self.text = text
+        return self._parse(offset)
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _parse(self, offset: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Do the same with `text`."""
         at: cython.Py_ssize_t = offset
-        size: cython.Py_ssize_t = text.shape[0]
+        # A line that is longer than any is refused there.
+        size: cython.Py_ssize_t = min(self.text.shape[0], offset + _MOST)
         to: cython.Py_ssize_t
         taken: cython.Py_ssize_t
         first: cython.int = self.used
         numbers: cython.int = self.numbers
+        c: cython.int
         d: cython.int
+        last: cython.int
         mode: cython.int
         kind: cython.int
         literal: cython.int
         step: cython.int
+        rule: cython.int
+        count: cython.int
         state: cython.int = self.start
-        self.text = text
         self.lines += 1
         self.begin = offset
         self.top = 0
         self.error = -1
         self.flags = 0
         self.depth = 0
-        self.symbol[0, 0] = state
+        self.symbol[0] = state
         while True:
             # Blanks before a token.
-            while at < size and (text[at] == 32 or text[at] == 9 or text[at] == 13):
+            while at < size and (self.text[at] == 32 or self.text[at] == 9 or self.text[at] == 13):
                 at += 1
-            if at >= size or text[at] == 10:
+            if at >= size or self.text[at] == 10:
+                if at == size and at < self.text.shape[0] and self.text[at] != 10:
+                    break
                 kind, taken, literal = self.end, at, 0
             else:
-                d, to, kind, taken, literal = 0, at, -1, at, 0
-                mode = self.mode[state]
-                while to < size and text[to] != 10:
-                    step = self.move[d, self.classes[text[to]]]
+                d, to, taken, last = 0, at, at, -1
+                mode = self.mode[state] << 9
+                while to < size:
+                    c = self.text[to]
+                    step = self.move[d << 6 | self.classes[c]]
                     if step < 0:
-                        if text[to] == 32 or text[to] == 9 or text[to] == 13:
+                        if c == 32 or c == 9 or c == 13:
                             to += 1
                             continue
                         break
                     d = step
                     to += 1
-                    if self.token[mode, d] >= 0:
-                        kind, taken, literal = self.token[mode, d], to, self.literal[d]
-                if kind < 0:
+                    if self.token[mode | d] >= 0:
+                        taken, last = to, d
+                if last < 0:
                     break
-                if self.again[state, kind] >= 0:
+                kind, literal = self.token[mode | last], self.literal[last]
+                step = self.again[state << 6 | kind]
+                if step == 12:
                     # A word behind a word.
-                    self.top += 1
-                    self._push(at, taken, literal)
-                    self._act(self.again[state, kind], 1)
-                    self.top -= 1
+                    self._plain_word(at, taken)
                     at = taken
                     continue
-            step = self._reduce(kind)
-            if step == 0:
-                break
+            # Reduce until the token can be shifted, is the accepted end, or is refused.
+            while True:
+                step = self.action[state << 6 | kind]
+                if step >= 0 or (kind == self.end and state == self.accept):
+                    break
+                rule = -step - 1
+                count = self.length[rule]
+                if self.made[rule] != 0:
+                    self._act(self.made[rule], count)
+                self.top -= count
+                step = self.goto[self.symbol[self.top << 3] << 5 | self.origin[rule]]
+                self.top += 1
+                if count == 0:
+                    self._push(self.begin, self.begin, 0)
+                state = self.lead[step << 6 | kind]
+                self.symbol[self.top << 3] = state
             if kind == self.end:
+                if state != self.accept:
+                    break
                 self._emit(_END, 0)
                 return at
+            if step == 0:
+                break
             if kind == self.delete:
                 self.flags |= 1
             elif kind == self.line_word:
@@ -420,15 +473,78 @@ class Parser:
                 self.number_begin, self.number_end = at, taken
             state = step - 1
             self.top += 1
-            self.symbol[self.top, 0] = state
+            self.symbol[self.top << 3] = state
             self._push(at, taken, literal)
-            self.symbol[self.top, 5] = kind
             at = taken
         self.error = at
         self.used, self.numbers = first, numbers
-        while at < size and text[at] != 10:
+        while at < self.text.shape[0] and self.text[at] != 10:
             at += 1
         return at
+
+    def take(self, text: cython.const[cython.uchar][::1], rows: cython.longlong[:, ::1]) -> None:
+        """Take a text whose lines are to be kept, and their rows.
+
+        A row has `ROW` columns: offset and number of the line, where its code begins, offset of the next line, the row of that (-1 for
+        none yet), marks (`DELETED`, `NUMBERED`, `REFUSED`, `COMPUTED_LABEL`), and what whoever runs them keeps (-1).
+        """
+        self.text = text
+        self.rows = rows
+        self.used = self.numbers = 0
+
+    def compile(
+        self,
+        offset: cython.Py_ssize_t,
+        line: cython.longlong,
+        first: cython.Py_ssize_t,
+        last: cython.Py_ssize_t,
+        end: cython.Py_ssize_t,
+    ) -> cython.Py_ssize_t:
+        """Keep lines from `offset` on, not beyond `end`, in rows from `first` to `last`, while there is room; return the next row."""
+        r: cython.Py_ssize_t = first
+        while r < last and offset < end and self.room():
+            offset = self._keep(r, offset, line)
+            self.rows[r, 4] = r + 1
+            line += 1
+            r += 1
+        if r > first:
+            self.rows[r - 1, 4] = -1
+        return r
+
+    def compile_o_words(
+        self,
+        offset: cython.Py_ssize_t,
+        line: cython.longlong,
+        first: cython.Py_ssize_t,
+        last: cython.Py_ssize_t,
+    ) -> tuple:
+        """Keep lines that hold an O: O-words, refused ones and some others. Return the next row, the offset and line that come next."""
+        at: cython.Py_ssize_t = offset
+        size: cython.Py_ssize_t = self.text.shape[0]
+        r: cython.Py_ssize_t = first
+        while at < size and r < last and self.room():
+            if self.text[at] == 10:
+                offset = at + 1
+                line += 1
+            elif self.text[at] | 32 == 111:
+                at = self._keep(r, offset, line) - 1
+                offset = at + 1
+                line += 1
+                r += 1
+            at += 1
+        return r, (offset if at < size else size), line
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _keep(
+        self, r: cython.Py_ssize_t, offset: cython.Py_ssize_t, line: cython.longlong
+    ) -> cython.Py_ssize_t:
+        """Keep a line in a row; return the offset of the next one."""
+        self.rows[r, 0], self.rows[r, 1], self.rows[r, 2] = offset, line, self.used
+        self.rows[r, 3] = self._parse(offset) + 1
+        self.rows[r, 4] = self.rows[r, 6] = -1
+        self.rows[r, 5] = self.flags | (_REFUSED if self.error >= 0 else 0)
+        return self.rows[r, 3]
 
     def named(
         self,
@@ -456,10 +572,11 @@ class Parser:
         found: cython.ulonglong = 0
         bits: cython.ulonglong
         programs: set = set()
+        self.text = text
         while at < text.shape[0]:
             line += 1
             self.used = self.numbers = 0
-            at = self.parse(text, at) + 1
+            at = self._parse(at) + 1
             if self.error >= 0:
                 continue
             bits = self._words_named(first, calls, line)
@@ -539,53 +656,26 @@ class Parser:
     @cython.exceptval(check=False)
     def _push(self, at: cython.Py_ssize_t, taken: cython.Py_ssize_t, literal: cython.int) -> cython.void:
         """Say of the symbol on top where its code, its text and its values begin."""
-        self.symbol[self.top, 1] = self.used
-        self.symbol[self.top, 2] = at - self.begin
-        self.symbol[self.top, 3] = taken - self.begin
-        self.symbol[self.top, 4] = self.depth << 8 | literal
-
-    @cython.cfunc
-    @cython.exceptval(-1, check=False)
-    def _reduce(self, kind: cython.int) -> cython.int:
-        """Reduce until the terminal can be shifted (its action is returned), is the accepted end (1), or is refused (0)."""
-        step: cython.int
-        rule: cython.int
-        count: cython.int
-        state: cython.int
-        while True:
-            state = self.symbol[self.top, 0]
-            if kind == self.end and state == self.accept:
-                return 1
-            step = self.action[state, kind]
-            if step >= 0:
-                return step
-            rule = -step - 1
-            count = self.length[rule]
-            if self.made[rule] != 0:
-                self._act(self.made[rule], count)
-            self.top -= count
-            state = self.goto[self.symbol[self.top, 0], self.origin[rule]]
-            self.top += 1
-            if count == 0:
-                self._push(self.begin, self.begin, 0)
-            self.symbol[self.top, 0] = state
-            self.symbol[self.top, 5] = -1
+        self.symbol[self.top << 3 | 1] = self.used
+        self.symbol[self.top << 3 | 2] = at - self.begin
+        self.symbol[self.top << 3 | 3] = taken - self.begin
+        self.symbol[self.top << 3 | 4] = self.depth << 8 | literal
 
     def _fits(self, kind: cython.int) -> bool:
         """Tell whether a terminal could stand where the last line was refused: its reductions lead to a shift."""
-        stack: list = [self.symbol[k, 0] for k in range(self.top + 1)]
+        stack: list = [self.symbol[k << 3] for k in range(self.top + 1)]
         state: cython.int = stack.pop()
         step: cython.int
         rule: cython.int
         while not (kind == self.end and state == self.accept):
-            step = self.action[state, kind]
+            step = self.action[state << 6 | kind]
             if step >= 0:
                 return step > 0
             rule = -step - 1
             stack.append(state)
             del stack[len(stack) - self.length[rule] :]
             state = stack[len(stack) - 1]
-            state = self.goto[state, self.origin[rule]]
+            state = self.to[self.goto[state << 5 | self.origin[rule]]]
         return True
 
     # Actions.
@@ -616,45 +706,45 @@ class Parser:
         first: cython.int = self.top - count + 1
         literal: cython.int
         if action == 12:
-            self._plain_word(first)
+            self._plain_word(
+                self.begin + self.symbol[first << 3 | 2], self.begin + self.symbol[first << 3 | 3]
+            )
         elif action == 1:
-            self._constant(self._number(self.symbol[first, 2], self.symbol[first, 3]))
+            self._push_number(first, 0)
         elif action == 7:
-            self._emit(_BINARY, self.symbol[first + 1, 4] & 255)
+            self._emit(_BINARY, self.symbol[(first + 1) << 3 | 4] & 255)
             self.depth -= 1
         elif action == 3:
             self._parameter(first + 1)
         elif action == 13:
-            literal = self.symbol[first, 4] & 255
+            literal = self.symbol[first << 3 | 4] & 255
             self._emit(_WORD, literal if literal >= 128 else self._letter(first))
             self.depth -= 1
         elif action == 8:
-            self._emit(_FUNCTION, self.symbol[first, 4] & 255)
+            self._emit(_FUNCTION, self.symbol[first << 3 | 4] & 255)
         elif action == 5 or action == 6:
             self._negative(first, action)
         elif action == 2:
-            self._name(self.symbol[first, 2] + 1, self.symbol[first, 3] - 1)
+            self._name(self.symbol[first << 3 | 2] + 1, self.symbol[first << 3 | 3] - 1)
         elif action == 16:
             # A target that is a name has no instruction but that.
-            self._emit(_SET_NAMED if self.code[self.symbol[first + 1, 1]] & 255 == _NAME else _SET, 0)
+            self._emit(_SET_NAMED if self.code[self.symbol[(first + 1) << 3 | 1]] & 255 == _NAME else _SET, 0)
             self.depth -= 2
         elif action == 17 or action == 18 or action == 28:
             self._remark(_COMMENT if action == 17 else (_MESSAGE if action == 18 else _OUTPUT), first)
         elif action == 14:
-            self._emit(_FUNCTION, self.symbol[first, 4] & 255)
+            self._emit(_FUNCTION, self.symbol[first << 3 | 4] & 255)
             self._emit(_WORD, 105)
             self.depth -= 1
         else:
-            return self._act_rarely(action, first, count)
+            return self._act_rarely(action, first)
         return 0
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
-    def _act_rarely(self, action: cython.int, first: cython.int, count: cython.int) -> cython.int:
+    def _act_rarely(self, action: cython.int, first: cython.int) -> cython.int:
         """Write the code of a rule that is not in most lines."""
-        if action < 0:
-            self._statement(-action - 1, first, count)
-        elif action == 9:
+        if action == 9:
             self._emit(_ARC_TANGENT, 0)
             self.depth -= 1
         elif action == 10:
@@ -669,21 +759,25 @@ class Parser:
             self._emit(_WORD, 103)
             self.depth -= 1
         elif action == 19:
-            self._constant(self._number(self.symbol[first, 2] + 1, self.symbol[first, 3]))
+            self._push_number(first, 1)
         elif action == 20:
             self._named_label(first)
         elif action == 21:
-            self._flow(self.symbol[first + 1, 4] & 255, self.depth - (self.symbol[first + 1, 4] >> 8))
+            self._flow(
+                self.symbol[(first + 1) << 3 | 4] & 255, self.depth - (self.symbol[(first + 1) << 3 | 4] >> 8)
+            )
         elif action == 22:
             self._flow(_PROGRAM, 0)
         elif action == 23 or action == 24:
             self._flow(_GOTO, 1 if action == 23 else 0)
         elif action == 25 or action == 26:
-            self._constant(self._number(self.symbol[self.top, 2], self.symbol[self.top, 3]))
+            self._push_number(self.top, 0)
             self._flow(_WHILE_DO if action == 25 else _END_DO, self.depth - 1)
         elif action == 27:
             self._emit(_THEN, 0)
             self.depth -= 1
+        elif action == 29:
+            self.flags |= 8
         return 0
 
     @cython.cfunc
@@ -696,28 +790,19 @@ class Parser:
         self.depth = 0
 
     @cython.cfunc
-    @cython.exceptval(check=False)
-    def _statement(self, number: cython.int, first: cython.int, count: cython.int) -> cython.void:
-        """Write a statement of a dialect: the texts of its tokens, and how many values it has."""
-        k: cython.int
-        values: cython.int = self.depth - (self.symbol[first, 4] >> 8) if count > 0 else 0
-        for k in range(first, first + count):
-            if self.symbol[k, 5] >= 0 and self.kept[self.symbol[k, 5]]:
-                self._emit(_TEXT, self.symbol[k, 2])
-                self.code[self.used] = self.symbol[k, 3] - self.symbol[k, 2]
-                self.used += 1
-        self._emit(_STATEMENT, number)
-        self.code[self.used] = values
-        self.used += 1
-        self.depth -= values
-
-    @cython.cfunc
     @cython.exceptval(-1, check=False)
-    def _plain_word(self, k: cython.int) -> cython.int:
-        """Write a letter with its number."""
-        letter: cython.int = self._letter(k)
-        self._constant(self._number(self.symbol[k, 2] + 1, self.symbol[k, 3]))
-        if self.increments and 97 <= letter <= 122 and _LENGTHS >> (letter - 97) & 1 and not self._dotted(k):
+    def _plain_word(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.int:
+        """Write a letter with its number, which stand between two offsets."""
+        letter: cython.int = self.text[begin]
+        if 65 <= letter <= 90:
+            letter |= 32
+        self._constant(self._number(begin + 1, end))
+        if (
+            self.increments
+            and 97 <= letter <= 122
+            and _LENGTHS >> (letter - 97) & 1
+            and not self._dotted(begin, end)
+        ):
             self._emit(_INCREMENTS, 0)
         self._emit(_WORD, letter)
         self.depth -= 1
@@ -728,15 +813,15 @@ class Parser:
     @cython.exceptval(check=False)
     def _letter(self, k: cython.int) -> cython.int:
         """Return the first byte of a symbol, a letter as a small one."""
-        c: cython.int = self.text[self.begin + self.symbol[k, 2]]
+        c: cython.int = self.text[self.begin + self.symbol[k << 3 | 2]]
         return c | 32 if 65 <= c <= 90 else c
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _dotted(self, k: cython.int) -> cython.bint:
-        """Tell whether the text of a symbol holds a decimal point."""
+    def _dotted(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.bint:
+        """Tell whether the text between two offsets holds a decimal point."""
         i: cython.Py_ssize_t
-        for i in range(self.begin + self.symbol[k, 2], self.begin + self.symbol[k, 3]):
+        for i in range(begin, end):
             if self.text[i] == 46:
                 return True
         return False
@@ -745,11 +830,11 @@ class Parser:
     @cython.exceptval(check=False)
     def _parameter(self, k: cython.int) -> cython.void:
         """Write what reads the parameter whose number or name is on top."""
-        code: cython.int = self.code[self.symbol[k, 1]]
+        code: cython.int = self.code[self.symbol[k << 3 | 1]]
         value: cython.double
         if code & 255 == _NAME:
-            self.code[self.symbol[k, 1]] = _NAMED + (code & ~255)
-        elif code & 255 == _NUMBER and self.used == self.symbol[k, 1] + 1:
+            self.code[self.symbol[k << 3 | 1]] = _NAMED + (code & ~255)
+        elif code & 255 == _NUMBER and self.used == self.symbol[k << 3 | 1] + 1:
             value = self.constants[self.numbers - 1]
             if 0.0 < value < self.stored and value == cython.cast(cython.int, value):
                 self.numbers -= 1
@@ -763,9 +848,9 @@ class Parser:
     @cython.exceptval(check=False)
     def _exists(self, k: cython.int) -> cython.void:
         """Write what tells whether there is a parameter."""
-        code: cython.int = self.code[self.symbol[k, 1]]
+        code: cython.int = self.code[self.symbol[k << 3 | 1]]
         if code & 255 == _NAME:
-            self.code[self.symbol[k, 1]] = _EXISTS_NAMED + (code & ~255)
+            self.code[self.symbol[k << 3 | 1]] = _EXISTS_NAMED + (code & ~255)
         else:
             self._emit(_EXISTS, 0)
 
@@ -774,9 +859,9 @@ class Parser:
     def _negative(self, first: cython.int, action: cython.int) -> cython.void:
         """Write what turns the sign of the value on top, unless the sign is plus."""
         last: cython.int = self.used - 1
-        if action == 6 and self.symbol[first, 4] & 255 != _MINUS:
+        if action == 6 and self.symbol[first << 3 | 4] & 255 != _MINUS:
             return
-        if self.code[last] & 255 == _NUMBER and last == self.symbol[first + 1, 1]:
+        if self.code[last] & 255 == _NUMBER and last == self.symbol[(first + 1) << 3 | 1]:
             self.constants[self.numbers - 1] = -self.constants[self.numbers - 1]
         elif self.code[last] == _NEGATIVE:
             self.used -= 1
@@ -796,10 +881,10 @@ class Parser:
     @cython.exceptval(-1, check=False)
     def _named_label(self, k: cython.int) -> cython.int:
         """Write the name of an O-word: o<100> is o100."""
-        begin: cython.int = self.symbol[k, 2]
+        begin: cython.int = self.symbol[k << 3 | 2]
         while self.text[self.begin + begin] != 60:
             begin += 1
-        self._name(begin + 1, self.symbol[k, 3] - 1)
+        self._name(begin + 1, self.symbol[k << 3 | 3] - 1)
         name: str = self.names[self.code[self.used - 1] >> 8]
         if name.isdecimal():
             self.used -= 1
@@ -811,39 +896,46 @@ class Parser:
     @cython.exceptval(check=False)
     def _remark(self, operation: cython.int, k: cython.int) -> cython.void:
         """Write where a comment stands."""
-        self._emit(operation, self.symbol[k, 2])
-        self.code[self.used] = self.symbol[k, 3] - self.symbol[k, 2]
+        self._emit(operation, self.symbol[k << 3 | 2])
+        self.code[self.used] = self.symbol[k << 3 | 3] - self.symbol[k << 3 | 2]
         self.used += 1
 
     @cython.cfunc
     @cython.exceptval(-1.0, check=True)
-    def _number(self, begin: cython.int, end: cython.int) -> cython.double:
-        """Return the number that stands between two places of the line: the double nearest to its decimal text."""
+    def _number(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.double:
+        """Return the number that stands between two offsets: the double nearest to its decimal text."""
         mantissa: cython.ulonglong = 0
-        digits: cython.int = 0
         decimals: cython.int = 0
         dotted: cython.bint = False
         negative: cython.bint = False
         value: cython.double
         c: cython.int
         i: cython.Py_ssize_t
-        for i in range(self.begin + begin, self.begin + end):
+        if end - begin > _DIGITS:
+            text: bytes = bytes(self.text[begin:end])
+            return float(text.translate(None, b" \t\r"))
+        for i in range(begin, end):
             c = self.text[i]
             if 48 <= c <= 57:
                 mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
-                digits += 1
                 decimals += dotted
-                if digits > _DIGITS:
-                    break
             elif c == 46:
                 dotted = True
             elif c == 45:
                 negative = True
-        if digits > _DIGITS or mantissa > _EXACT:
-            text: bytes = bytes(self.text[self.begin + begin : self.begin + end])
+        if mantissa > _EXACT:
+            text = bytes(self.text[begin:end])
             return float(text.translate(None, b" \t\r"))
         value = cython.cast(cython.double, mantissa)
         if decimals > 0:
             # Both are doubles without error, so the quotient is rounded once (Clinger, as in `part21_scan.points`).
             value /= _POWERS[decimals]
         return -value if negative else value
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _push_number(self, k: cython.int, skip: cython.int) -> cython.int:
+        """Write the number of a symbol, behind as many characters."""
+        begin: cython.Py_ssize_t = self.begin + self.symbol[k << 3 | 2] + skip
+        self._constant(self._number(begin, self.begin + self.symbol[k << 3 | 3]))
+        return 0

@@ -15,7 +15,7 @@ from cncgen.files import read_bytes
 from cncgen.ranges import POSITION
 from cncgen.units import AXIS_LETTERS, INCH
 
-_WORD = re.compile(r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
+_WORD = r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))"
 #: Bytes that are read of a tool table: some 100 000 tools.
 MAX_FILE_BYTES = 16_000_000
 
@@ -149,9 +149,9 @@ _HINT = "a line is T, a whole number and words like P1 Z12.5 D6, then a remark a
 
 def _read_line(text: str, remark: str, tools: dict[int, Tool]) -> str:
     """Take a line into the table; return what is wrong with it, or ""."""
-    words = {letter.upper(): float(number) for letter, number in _WORD.findall(text)}
-    if _WORD.sub("", text).strip():
-        return f"{_WORD.sub('', text).strip()[:40]!r} is not a word of a tool table"
+    words = {letter.upper(): float(number) for letter, number in re.findall(_WORD, text)}
+    if re.sub(_WORD, "", text).strip():
+        return f"{re.sub(_WORD, '', text).strip()[:40]!r} is not a word of a tool table"
     if "T" not in words:
         return "the line has no tool number T"
     for letter, number in words.items():

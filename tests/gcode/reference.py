@@ -35,7 +35,7 @@ def by_tables(text: str, dialect: str) -> tuple[list[Instruction], int] | int:
             found.append((name, parser.constants[operand]))
         elif name in ("NAME", "NAMED", "EXISTS_NAMED"):
             found.append((name, parser.names[operand]))
-        elif name in ("COMMENT", "MESSAGE", "OUTPUT", "FLOW", "STATEMENT", "TEXT"):
+        elif name in ("COMMENT", "MESSAGE", "OUTPUT", "FLOW"):
             extra = code[at]
             at += 1
             if name == "FLOW":
@@ -50,7 +50,7 @@ def by_tables(text: str, dialect: str) -> tuple[list[Instruction], int] | int:
             found.append((name, operand))
         else:
             found.append((name,))
-    return found, parser.flags
+    return found, parser.flags & 3
 
 
 class _Postfix(Transformer):

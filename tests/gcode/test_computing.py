@@ -24,8 +24,10 @@ from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text import grammar
 from cncgen.gcode.text.expressions import evaluate
-from cncgen.gcode.text.lanes import PlainBlocks
-from cncgen.kernels import gcode_arithmetic, gcode_marks, gcode_values
+from cncgen.gcode.text.lanes import PlainBlocks, column
+from cncgen.gcode.text.parsers import new_parser
+from cncgen.kernels import gcode_arithmetic, gcode_marks, gcode_run
+from cncgen.kernels.gcode_parse import ROW
 from cncgen.toolpath.reading import ReadOptions
 from trials.generators.gcode_bodies import body, ways
 from trials.peer_cases import peer_cases
@@ -45,11 +47,11 @@ def parameters() -> Parameters:
     return made
 
 
-def computed(text: str, kernel: Any = gcode_values) -> tuple[Parameters, list[Any], int]:
+def computed(text: str, kernel: Any = gcode_run) -> tuple[Parameters, list[Any], int]:
     """Run the kernel over lines; return the parameters, the words of each block, and where it stopped."""
     data, plain, made = text.encode(), PlainBlocks(), parameters()
     computer = kernel.Computer(
-        data, memoryview(data), made.numbers, made.named, frozenset(NAMED), plain.columns()
+        memoryview(data), new_parser("linuxcnc"), made.numbers, made.named, frozenset(NAMED), plain.columns()
     )
     end = computer.run(0, 1, made.local)
     blocks = [(plain.line[k], plain.flags[k], plain.pairs(k)) for k in range(computer.blocks)]
@@ -102,6 +104,8 @@ def agree(line: str) -> bool:
         "#3 = #<_value> M3 G4 S100",
         "  (a remark)",
         "#31 = [2 ** 0.5 - 1 - 1 * 4 / 2]",
+        "X[1 2] Y0.1234567890123456789",
+        "X" + "[" * 80 + "1" + "]" * 80,
     ],
 )
 def test_lines_that_are_computed(line: str) -> None:
@@ -114,7 +118,7 @@ def test_lines_that_are_computed(line: str) -> None:
         *("X[1 / 0]", "X#<none>", "X#<_x>", "X#5420", "#5221 = 1", "#<_x> = 1", "X[SQRT[-1]]", "X[LN[0]]", "X[0 ** -1]"),
         *("X1 X2", "X1e3", "G10 L2 P1 X#1", "M6", "T1", "o1 sub", "%", "/X1", "(MSG, hi)", "X1 (debug,#1)", "(logclose)"),
         *("X1 2.5.3", "X[1", "X[1]]", "#1 = ", "#1.5 = 2", "#0 = 1", "X@1", "X[EXP[1000]]", "X2000000000", "X[ASIN[2]]"),
-        *("N#1 X1", "X[BIN[3]]", "X[1 2]", "X" + "[" * 80 + "1" + "]" * 80, "X12345678901234567890", "M2", "G28 X#1"),
+        *("N#1 X1", "X[BIN[3]]", "X" + "[1+" * 120 + "1" + "]" * 120, "X12345678901234567890", "M2", "G28 X#1"),
     ],
 )  # fmt: skip
 def test_lines_that_are_left_to_others(line: str) -> None:
@@ -142,7 +146,7 @@ def test_the_kernel_runs_uncompiled(text: str) -> None:
     assert (compiled[0].numbers, compiled[0].local) == (plain[0].numbers, plain[0].local)
 
 
-PLAIN = uncompiled("gcode_values")
+PLAIN = uncompiled("gcode_run")
 
 
 def test_lines_of_programs_agree_with_the_grammar() -> None:
@@ -160,18 +164,23 @@ def test_lines_of_programs_agree_with_the_grammar() -> None:
 def test_o_words_agree_with_the_grammar(label: str, keyword: str, values: list[str], tail: str) -> None:
     line = f"o{label} {keyword} {' '.join(values)} {tail}"
     data, made = line.encode(), parameters()
-    for kernel in (gcode_values, PLAIN):
+    for kernel in (gcode_run, PLAIN):
         computer = kernel.Computer(
-            data, memoryview(data), made.numbers, made.named, frozenset(NAMED), PlainBlocks().columns()
+            memoryview(data),
+            new_parser("linuxcnc"),
+            made.numbers,
+            made.named,
+            frozenset(NAMED),
+            PlainBlocks().columns(),
         )
-        found = computer.o_word(0, made.local)
+        found = computer.o_word(0, 1, made.local)
         if found is None:
             continue
         flow = grammar.parse(line).flow
         assert flow is not None
         assert flow.label is not None
         wanted = flow.label if isinstance(flow.label, str) else evaluate(flow.label, made)
-        assert found[:2] == (wanted, flow.keyword)
+        assert found[:2] == (wanted, gcode_marks.KEYWORDS[flow.keyword])
         assert found[2] == [evaluate(value, made) for value in flow.arguments]
 
 
@@ -298,11 +307,17 @@ def test_random_bodies_lead_where_the_labels_say(number: int) -> None:
     for name, text, file in ways(bodies, "random_body", number == 2):
         if not file:
             assert printed(text, batches=True) == printed(text, batches=False), name
-        data = text.encode()
-        compiled, plain = (kernel.Marks(data, memoryview(data)) for kernel in (gcode_marks, PLAIN_MARKS))
+        compiled, plain = (marks(text.encode(), kernel) for kernel in (gcode_marks, PLAIN_MARKS))
         assert compiled.certain
         assert (compiled.count, compiled.labels) == (plain.count, plain.labels)
         assert compiled.rows.tolist() == plain.rows.tolist()
 
 
 PLAIN_MARKS = uncompiled("gcode_marks")
+
+
+def marks(data: bytes, kernel: Any) -> Any:
+    """Return the O-words of a text."""
+    parser, kept = new_parser("linuxcnc"), column("q", 4096, ROW)
+    parser.take(memoryview(data), kept)
+    return kernel.Marks(parser, kept, len(data))

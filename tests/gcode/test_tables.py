@@ -80,6 +80,17 @@ def test_a_literal_without_a_number_breaks_the_build(tmp_path: Path, monkeypatch
         lalr.tables("linuxcnc")
 
 
+def test_a_terminal_that_the_scanner_reads_otherwise_breaks_the_build(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for path in lalr.HERE.glob("*.lark"):
+        text = path.read_text("utf-8").replace("WORD: /[a-mp-z@^$]", "WORD: /[a-mp-z@^$&]")
+        (tmp_path / path.name).write_text(text, "utf-8")
+    monkeypatch.setattr(lalr, "HERE", tmp_path)
+    with pytest.raises(lalr.GrammarError, match=r"gcode_scan\.py reads WORD as"):
+        lalr.tables("linuxcnc")
+
+
 def texts(folder: str) -> list[str]:
     """Return the programs of a folder."""
     if folder == "tests/peer/cases":

@@ -12,23 +12,14 @@ from hypothesis import strategies as st
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text.expressions import BINARY, UNARY
 from cncgen.kernels import gcode_arithmetic
+from cncgen.kernels.gcode_parse import LITERALS
 
 from .plain import uncompiled
 
 KERNELS = [gcode_arithmetic, uncompiled("gcode_arithmetic")]
-#: How tight operators bind, from the manual's table of precedence ("G-Code Overview", Binary Operators).
-LEVELS = [("and", "or", "xor"), ("eq", "ne", "gt", "ge", "lt", "le"), ("+", "-"), ("*", "/", "mod"), ("**",)]
 NUMBERS = st.one_of(
     st.floats(-1e12, 1e12), st.sampled_from([0.0, -0.0, 1.0, -1.0, 2.0, 0.5, 30.0, 90.0, 1e-4])
 )
-
-
-def packed(name: str) -> int:
-    """Return letters as a number, five bits each."""
-    code = 0
-    for letter in name:
-        code = code << 5 | ord(letter) & 31
-    return code
 
 
 def value_of(function: Any, *arguments: float) -> float:
@@ -45,39 +36,21 @@ def same(a: float, b: float) -> bool:
     return (a != a and b != b) or (a == b and math.copysign(1.0, a) == math.copysign(1.0, b))
 
 
-@pytest.mark.parametrize("kernel", KERNELS, ids=["compiled", "plain"])
-@pytest.mark.parametrize(("level", "name"), [(k + 1, name) for k, row in enumerate(LEVELS) for name in row])
-def test_operators_are_told_by_their_text(kernel: Any, level: int, name: str) -> None:
-    for text in (name, name.upper()):
-        found = kernel.operator_at(*f"{text}[[".encode()[:3])
-        assert found >> 8 == level
-        assert found >> 4 & 15 == len(name)
-
-
-@pytest.mark.parametrize("kernel", KERNELS, ids=["compiled", "plain"])
-@pytest.mark.parametrize(
-    "text", ["]]]", "mo ", "an[", "xo1", "eg1", "go1", "lo1", "1+2", "\n\n\n", "=1]", "^2]"]
-)
-def test_other_texts_are_no_operators(kernel: Any, text: str) -> None:
-    assert kernel.operator_at(*text.encode()) == 0
-
-
 @given(st.sampled_from(sorted(BINARY)), NUMBERS, NUMBERS)
 def test_operators_are_those_of_the_interpreter(name: str, a: float, b: float) -> None:
     wanted = value_of(BINARY[name], a, b)
     for kernel in KERNELS:
-        operator = kernel.operator_at(*f"{name}[[".encode()[:3])
-        assert same(kernel.joined(operator, a, b), wanted)
+        assert same(kernel.joined(LITERALS[name], a, b), wanted)
 
 
 @given(st.sampled_from(sorted(UNARY)), NUMBERS)
 def test_functions_are_those_of_the_interpreter(name: str, a: float) -> None:
     wanted = value_of(UNARY[name], a)
     for kernel in KERNELS:
-        assert same(kernel.function_of(packed(name), a), wanted)
+        assert same(kernel.function_of(LITERALS[name], a), wanted)
 
 
 @pytest.mark.parametrize("kernel", KERNELS, ids=["compiled", "plain"])
 def test_what_is_no_function_has_no_value(kernel: Any) -> None:
-    assert all(math.isnan(kernel.function_of(packed(name), 1.0)) for name in ("", "sinh", "a", "tanx"))
+    assert all(math.isnan(kernel.function_of(LITERALS[name], 1.0)) for name in ("bin", "sqr", "if", "+"))
     assert kernel.arc_tangent(1.0, -1.0) == 135.0

@@ -13,16 +13,14 @@ from cncgen.toolpath.record import Event
 
 CODES = ()
 
-_ACTIVE = re.compile(r"\s*([A-Za-z]+),(.*)", re.DOTALL)
-_START_WORD = re.compile(r"\s*([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
+_ACTIVE = r"(?s)\s*([A-Za-z]+),(.*)"
+_START_WORD = r"\s*([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))"
 #: Parts that a message does not show literally: parameters, an unfinished one at the end, formats, the % of an unknown format.
-_SHOWN = re.compile(
-    r"#(?P<number>\d+)|#<(?P<name>[^>]*)>|#<[^>]*$|#$|(?P<form>%d|%f|%\.\df)|%(?=\.)", re.DOTALL
-)
+_SHOWN = r"#(?P<number>\d+)|#<(?P<name>[^>]*)>|#<[^>]*$|#$|(?P<form>%d|%f|%\.\df)|%(?=\.)"
 #: Values nearer to 0 are shown as 0 (measured on LinuxCNC's interpreter).
 _LEAST = 1e-4
 #: A variable of DPRNT and its digits.
-_DIGITS = re.compile(r"#\[?(?P<number>\d+)\]?\s*\[(?P<whole>\d)(?P<decimals>\d)\]")
+_DIGITS = r"#\[?(?P<number>\d+)\]?\s*\[(?P<whole>\d)(?P<decimals>\d)\]"
 _STYLES = {"%d": ".0f", "%f": ".4f"}
 
 
@@ -31,7 +29,7 @@ def comment(ip: Interpreter, block: Block, text: str) -> None:
     if text[:1] == OUTPUT:
         output(ip, text[1:])
         return
-    match = _ACTIVE.match(text)
+    match = re.match(_ACTIVE, text)
     keyword = match.group(1).upper() if match else ""
     act = _ACTS.get(keyword)
     ip.sink.block = block
@@ -98,7 +96,7 @@ def output(ip: Interpreter, text: str) -> None:
         sign = "-" if value < 0.0 else " "
         return sign + (f"{abs(value):{width}.{decimals}f}" if value == value else " " * width)
 
-    text = _DIGITS.sub(shown, inner.rstrip().removesuffix("]")).replace("*", " ")
+    text = re.sub(_DIGITS, shown, inner.rstrip().removesuffix("]")).replace("*", " ")
     ip.sink.call(f'COMMENT("{text}")', Event("message", values={"text": text, "print": True}))
 
 
@@ -133,7 +131,7 @@ def expand(ip: Interpreter, text: str) -> str:
             return "######"
         return f"{0.0 if abs(value) < _LEAST else value:{style}}"
 
-    return _SHOWN.sub(shown, text)
+    return re.sub(_SHOWN, shown, text)
 
 
 def _folded(name: str) -> str:
@@ -147,7 +145,7 @@ def start(ip: Interpreter, text: str) -> None:
         raise BlockError("start-late", "(START, …) stands after the first motion", "")
     machine = ip.machine_position()
     place = 0
-    for match in _START_WORD.finditer(text):
+    for match in re.finditer(_START_WORD, text):
         letter = match.group(1).lower()
         if text[place : match.start()].strip() or letter not in AXIS_INDEX:
             break

@@ -11,7 +11,7 @@ from cncgen.gcode.budget import CALL
 from cncgen.gcode.errors import Astray, BlockError
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor, Label
-from cncgen.kernels.gcode_values import Frame
+from cncgen.kernels.gcode_run import Frame
 
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
@@ -32,7 +32,7 @@ class Calls:
     def __init__(self, ip: Interpreter) -> None:
         self.ip = ip
         self.frames: list[Frame] = []
-        self.outermost = Frame(Cursor(0, 0, 0), 0.0, array("d"), {}, None)
+        self.outermost = Frame(0.0, {})
         self._locals = MACRO_LOCALS if ip.dialect == "fanuc" else LOCALS
         #: Runs the blocks that wait, where the machine's state is about to change.
         self.flush: Callable[[], None] = lambda: None
@@ -48,7 +48,7 @@ class Calls:
         return [self.outermost, *self.frames]
 
     def enter(self, label: Label, back: Cursor, values: list[float] | None) -> Frame:
-        """Begin a call with these local parameters (None: the numbered ones of the caller go on).
+        """Begin a call with these local parameters (None, of M98: the numbered ones of the caller go on).
 
         Raises:
             Astray: Calls would nest deeper than the options allow.
@@ -63,12 +63,14 @@ class Calls:
                 )
             )
         parameters = self.ip.parameters
-        given = None if values is None else array("d", values)
-        frame = Frame(back, label, parameters.numbers[1 : self._locals + 1], parameters.local, given)
+        count = 0 if values is None else self._locals
+        frame = Frame(label, parameters.local)
+        frame.back = back
+        frame.keep(parameters.numbers, count)
         self.frames.append(frame)
         parameters.local = {}
-        if given is not None:
-            parameters.numbers[1 : self._locals + 1] = given
+        if values is not None:
+            frame.values = parameters.numbers[1 : count + 1] = array("d", values)
         return frame
 
     def leave(self, returned: tuple[Value, ...] = ()) -> Cursor:
@@ -83,9 +85,7 @@ class Calls:
                 parameters.numbers[1 : self._locals + 1] = frame.values
             return frame.again[0]
         self.frames.pop()
-        if frame.values is not None:
-            # A program that M98 calls has the numbered local parameters of its caller.
-            parameters.numbers[1 : self._locals + 1] = frame.numbers
+        frame.put_back(parameters.numbers)
         parameters.local = frame.named
         parameters.named["_value"] = value
         parameters.named["_value_returned"] = 1.0 if returned else 0.0
@@ -97,7 +97,7 @@ class Calls:
     def give_up(self) -> None:
         """End all calls in progress; the main program has its local parameters back."""
         if self.frames:
-            first = self.frames[0]
-            self.ip.parameters.numbers[1 : self._locals + 1] = first.numbers
-            self.ip.parameters.local = first.named
+            for frame in reversed(self.frames):
+                frame.put_back(self.ip.parameters.numbers)
+            self.ip.parameters.local = self.frames[0].named
             self.frames.clear()

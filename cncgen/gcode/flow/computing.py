@@ -1,4 +1,4 @@
-"""Lines that are computed while they are read, by the kernel `gcode_values`: values, settings, and O-words that it can follow.
+"""Lines that are computed while they are read, by the kernel `gcode_run`: values, settings, and O-words that it can follow.
 
 Blocks go to the columns of plain blocks and wait there: motions change no parameter, so that reading may go on, over loops
 and calls too, until something needs to know where the machine is (`flow.pending` then has them run).
@@ -14,9 +14,11 @@ from cncgen.gcode.source import Source
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import PlainBlocks
-from cncgen.kernels import gcode_marks, gcode_values
+from cncgen.gcode.text.parsers import new_parser
+from cncgen.kernels import gcode_marks, gcode_run
 
 _RESERVED = frozenset(NAMED)
+_KEYWORDS = {number: name for name, number in gcode_marks.KEYWORDS.items()}
 
 
 class LinesRead(NamedTuple):
@@ -46,16 +48,21 @@ class Computing:
         self._parameters = control.ip.parameters
         self._sources = sources
         self._plain = plain
-        self._computers: dict[int, gcode_values.Computer] = {}
+        self._computers: dict[int, gcode_run.Computer] = {}
         #: Sources whose O-words were asked for.
         self._met: set[int] = set()
 
-    def _computer(self, source: int) -> gcode_values.Computer:
+    def _computer(self, source: int) -> gcode_run.Computer:
         computer = self._computers.get(source)
         if computer is None:
             text, plain, parameters = self._sources[source], self._plain, self._parameters
-            computer = self._computers[source] = gcode_values.Computer(
-                text.data, text.bytes, parameters.numbers, parameters.named, _RESERVED, plain.columns()
+            computer = self._computers[source] = gcode_run.Computer(
+                text.bytes,
+                new_parser("linuxcnc"),
+                parameters.numbers,
+                parameters.named,
+                _RESERVED,
+                plain.columns(),
             )
         return computer
 
@@ -67,13 +74,12 @@ class Computing:
         if source in self._met:
             return False
         self._met.add(source)
-        text, control = self._sources[source], self._control
-        marks = gcode_marks.Marks(text.data, text.bytes)
+        computer, control = self._computer(source), self._control
+        marks = computer.find_marks()
         if not (marks.certain and marks.count) or (marks.computed and not control.has_written_labels(source)):
             return False
-
         calls = control.calls
-        self._computer(source).follow(
+        computer.follow(
             marks,
             self._parameters,
             calls.frames,
@@ -110,9 +116,9 @@ class Computing:
 
     def flow(self, here: Cursor) -> tuple[Flow, Cursor] | None:
         """Return the O-word of a line with its values, and the next line; None unless one is there for certain."""
-        found = self._computer(here.source).o_word(here.offset, self._parameters.local)
-        if found is None or found[1] == "endsub" or found[1] not in gcode_marks.KEYWORDS:
+        found = self._computer(here.source).o_word(here.offset, here.line, self._parameters.local)
+        if found is None or found[1] == gcode_marks.KEYWORDS["endsub"]:
             # ENDSUB asks whether its label is computed.
             return None
-        label, keyword, arguments, end = found
-        return Flow(keyword, label, tuple(arguments)), Cursor(here.source, end + 1, here.line + 1)
+        label, keyword, arguments, after = found
+        return Flow(_KEYWORDS[keyword], label, tuple(arguments)), Cursor(here.source, after, here.line + 1)

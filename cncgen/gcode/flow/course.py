@@ -19,7 +19,7 @@ from cncgen.gcode.text.expressions import too_deep
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import empty_block
 from cncgen.kernels import gcode_scan
-from cncgen.kernels.gcode_values import PAUSE
+from cncgen.kernels.gcode_run import PAUSE
 
 #: Lines whose effects are kept; a loop is rarely longer.
 _MAX_KEPT = 65_536

@@ -17,7 +17,7 @@ from cncgen.gcode.flow.subroutines import Subroutines
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.expressions import EQUAL, evaluate
 from cncgen.gcode.text.labels import LOOP_END, Cursor, Label, Marked, shown
-from cncgen.kernels import gcode_values
+from cncgen.kernels import gcode_run
 from cncgen.kernels.gcode_marks import KEYWORDS
 
 if TYPE_CHECKING:
@@ -108,14 +108,14 @@ class FlowControl:
         elif keyword in ("break", "continue"):
             mark = self.next_mark(here, label, looks.below, looks.wanted)
         way = frame.lead(KEYWORDS[keyword], label, value)
-        if way == gcode_values.STAY:
+        if way == gcode_run.STAY:
             return None
-        if way == gcode_values.PAST_PREVIOUS and keyword == "while":
+        if way == gcode_run.PAST_PREVIOUS and keyword == "while":
             mark = self.previous_mark(here, label, ("do",), "while")
-        elif way == gcode_values.PAST_NEXT and keyword != "break":
+        elif way == gcode_run.PAST_NEXT and keyword != "break":
             mark = self._next_branch(here, label, looks)
         assert mark is not None
-        return mark.after if way in (gcode_values.PAST_NEXT, gcode_values.PAST_PREVIOUS) else mark.cursor
+        return mark.after if way in (gcode_run.PAST_NEXT, gcode_run.PAST_PREVIOUS) else mark.cursor
 
     def _next_branch(self, here: Cursor, label: Label, looks: _Looks) -> Marked:
         """Return the O-word below that is looked for: of branches, the first ELSEIF whose condition holds."""

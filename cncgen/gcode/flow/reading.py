@@ -13,7 +13,7 @@ from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.gcode.text.dialects import bare
 from cncgen.gcode.text.labels import Cursor
 
-_PERCENT = re.compile(rb"^[ \t]*%", re.MULTILINE)
+_PERCENT = rb"(?m)^[ \t]*%"
 #: Bytes behind the end of a program that are looked at.
 _REST = 65_536
 #: Texts remembered.
@@ -74,10 +74,10 @@ def _behind_leader(ip: Interpreter, source: Source) -> Cursor:
 
     That text is the leader of a tape, which the control passes over (B-63324EN, 13.1); a note says how much.
     """
-    first = _PERCENT.search(source.data, 0, _REST) if ip.dialect == "fanuc" else None
+    first = re.search(_PERCENT, source.data[:_REST]) if ip.dialect == "fanuc" else None
     if first is None or not bare(source.data[: first.start()]).strip():
         return Cursor(0, 0, 1)
-    second = _PERCENT.search(source.data, first.end())
+    second = re.compile(_PERCENT).search(source.data, first.end())
     if (
         second is None
         or not bare(source.data[first.end() : min(second.start(), first.end() + _REST)]).strip()

@@ -21,20 +21,19 @@ from cncgen.gcode.text.macro_loops import Loops
 #: O-words that lead elsewhere and that nothing leads to.
 _LEAVING = ("call", "return", "break", "continue")
 #: Lines that a jump may lead to.
-_LINE = re.compile(
+_LINE = (
     rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?(?:[nN][ \t\d.]*)?"
     rb"((?:[oO:<](?![ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?i:%s)\b)|(?i:wh|do[ \t]*\d|end?[ \t]*\d))[^\n]*)"
     % "|".join(_LEAVING).encode()
 )
 #: Lines with an N word.
-_NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?[nN][ \t]*(\d{1,99})")
+_NUMBERED = rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?[nN][ \t]*(\d{1,99})"
 #: The labels that BREAK and CONTINUE look for.
 LOOP_END = "the loop's end"
 #: An O-word that a jump may lead to, its label and its keyword.
-_OPENING = re.compile(
-    rb"o[ \t]*(\d+|<[^>\n]*>)[ \t]*"
-    rb"(endsub|sub|elseif|else|endif|if|endwhile|while|do|endrepeat|repeat)",
-    re.IGNORECASE,
+_OPENING = (
+    rb"(?i)o[ \t]*(\d+|<[^>\n]*>)[ \t]*"
+    rb"(endsub|sub|elseif|else|endif|if|endwhile|while|do|endrepeat|repeat)"
 )
 Label = float | str
 #: Tells the number of a computed label now.
@@ -178,10 +177,10 @@ def _offset(mark: Marked) -> int:
     return mark.cursor.offset
 
 
-def _line_matches(source: Source, pattern: re.Pattern[bytes]) -> Iterator[tuple[int, int, re.Match[bytes]]]:
+def _line_matches(source: Source, pattern: bytes) -> Iterator[tuple[int, int, re.Match[bytes]]]:
     """Yield offset, number and match of the lines that a pattern (which may take the newline before) fits."""
     line, counted = 1, 0
-    for match in pattern.finditer(source.data):
+    for match in re.finditer(pattern, source.data):
         begin = match.start() + (1 if source.data[match.start() : match.start() + 1] == b"\n" else 0)
         line += source.data[counted:begin].count(b"\n")
         counted = begin
@@ -192,7 +191,7 @@ def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
     from cncgen.gcode.text import grammar
 
     for begin, line, match in _line_matches(source, _LINE):
-        opening = _OPENING.match(match[1]) if dialect == "linuxcnc" else None
+        opening = re.match(_OPENING, match[1]) if dialect == "linuxcnc" else None
         if opening:
             # A fault behind the keyword is reported where the line runs; jumps lead to the line in any case.
             written = opening[1].decode("utf-8", "replace")

@@ -16,7 +16,7 @@ from cncgen.kernels import gcode_scan
 BLOCKS = 16_384
 WORDS = 8 * BLOCKS
 
-_COMMENT = re.compile(r"\(([^()]*)\)|;.*")
+_COMMENT = r"\(([^()]*)\)|;.*"
 
 
 def column(kind: str, count: int, width: int = 0) -> memoryview:
@@ -37,7 +37,7 @@ def column(kind: str, count: int, width: int = 0) -> memoryview:
 
 @dataclass(slots=True, eq=False, repr=False)
 class PlainBlocks:
-    """Columns of `gcode_scan.scan` and `gcode_values.Computer`, used again for each stretch; `count` blocks of a source."""
+    """Columns of `gcode_scan.scan` and `gcode_run.Computer`, used again for each stretch; `count` blocks of a source."""
 
     line: memoryview = field(default_factory=lambda: column("q", BLOCKS))
     offset: memoryview = field(default_factory=lambda: column("q", BLOCKS))
@@ -86,7 +86,7 @@ def comment_of(text: str) -> str | None:
     The text behind a semicolon is never passed on.
     """
     last = None
-    for match in _COMMENT.finditer(text):
+    for match in re.finditer(_COMMENT, text):
         if match.group(1) is not None:
             last = match.group(1)
     return last

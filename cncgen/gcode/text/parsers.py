@@ -11,7 +11,12 @@ from cncgen.kernels.gcode_parse import Parser
 STORED = {"linuxcnc": 5000, "fanuc": 1000}
 
 
-@cache
-def parser(dialect: str, increments: bool) -> Parser:
+def new_parser(dialect: str, increments: bool = False) -> Parser:
     """Return a parser of a dialect's grammar; lengths without a decimal point may count in least increments."""
     return Parser(import_module(f"cncgen.grammars.tables_{dialect}"), STORED[dialect], increments)
+
+
+@cache
+def parser(dialect: str, increments: bool) -> Parser:
+    """Return the parser of all lines that are read one by one."""
+    return new_parser(dialect, increments)

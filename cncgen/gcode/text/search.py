@@ -9,7 +9,7 @@ from pathlib import Path
 #: Suffixes of files with subprograms; FANUC's have often none.
 _SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".txt", "")
 #: A program of FANUC: its file may leave out the O and leading zeros.
-_NUMBERED = re.compile(r"O0*(\d+)", re.IGNORECASE)
+_NUMBERED = r"(?i)O0*(\d+)"
 
 
 def search_path(program: Path | None, include: Sequence[Path]) -> list[Path]:
@@ -43,7 +43,7 @@ def _holds(folder: Path, path: Path) -> bool:
 def _spellings(name: str) -> Iterator[str]:
     """Yield how the file of a subprogram may be called, without its suffix."""
     yield name
-    numbered = _NUMBERED.fullmatch(name)
+    numbered = re.fullmatch(_NUMBERED, name)
     if numbered:
         yield from (f"O{numbered[1]}", numbered[1].zfill(4), numbered[1])
 

@@ -1,0 +1,902 @@
+"""Run lines of G-code as `gcode_parse` has compiled them: expressions, parameters and settings, O-words, blocks into columns.
+
+A line is parsed once, by the tables of the grammar, and kept as instructions; loops and calls run those. Like `gcode_scan` this
+judges nothing. A line that it does not take for certain is left to the interpreter, which knows the whole language and every
+error: a value that the machine's state enters, an unknown name, a division by zero, any code but those of plain motions.
+
+    offset of a line ──► row of `gcode_parse.ROW` ──► instructions ─┬► words: a block in the columns
+       ▲                                                           ├► settings, done at the end of the line
+       └──── row of the line that an O-word leads to ◄─────────────┴► an O-word, by the rows of `gcode_marks`
+"""
+
+from mmap import mmap
+
+import cython
+from cython.cimports.libc.math import fabs, floor, isfinite
+
+if cython.compiled:
+    from cython.cimports.cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined
+else:
+    from cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined
+from cncgen.kernels.gcode_marks import (
+    BEHIND,
+    HERE,
+    KEYWORD,
+    KEYWORDS,
+    LABEL,
+    LINE,
+    OFFSET,
+    OTHER,
+    TARGET,
+    Marks,
+)
+from cncgen.kernels.gcode_parse import DELETED, NUMBERED, OPERATIONS, REFUSED, ROW
+
+#: Flags of a block (`gcode_scan`).
+_COMMENT = cython.declare(cython.int, 2)
+_NUMBERED_BLOCK = cython.declare(cython.int, 8)
+
+#: How far from a whole number the number of a parameter may be (`expressions.EQUAL`).
+_WHOLE = cython.declare(cython.double, 1e-4)
+#: Larger numbers in words are faults (`block.LARGEST`).
+_LARGEST = cython.declare(cython.double, 1e9)
+#: Parameters below this are plain storage; the others belong to the machine.
+_STORAGE = cython.declare(cython.int, 5000)
+#: Values that wait for an operator, and settings of a line.
+_STACK = cython.declare(cython.int, 100)
+_MOST_SETTINGS = cython.declare(cython.int, 40)
+#: Lines that are kept, and those that are compiled together, at most.
+_KEPT = cython.declare(cython.Py_ssize_t, 262_144)
+_TOGETHER = cython.declare(cython.Py_ssize_t, 64)
+_SHORT = cython.declare(cython.Py_ssize_t, 1024)
+
+#: Letters of words that are taken, as bits (A is bit 0): not D E H N O T, which tools, parameters and jumps hang on.
+_LETTERS = cython.declare(cython.uint, 0)
+#: Letters that may stand more than once in a block: G and M.
+_CODES = cython.declare(cython.uint, 1 << 6 | 1 << 12)
+#: G and M codes that are taken: none that reads or sets a parameter, or leads elsewhere.
+_G_TAKEN = cython.declare(cython.uchar[100])
+_M_TAKEN = cython.declare(cython.uchar[10])
+
+#: Lines after which a jump back ends a run, so that rows are taken away and endless loops seen.
+PAUSE = 1024
+_PAUSE = cython.declare(cython.Py_ssize_t, PAUSE)
+#: Local numbered parameters of a subroutine, from #1 on, and units of work of a call (`budget.CALL`).
+_LOCALS = cython.declare(cython.int, 30)
+_CALL_UNITS = cython.declare(cython.int, 12)
+#: Where an O-word of a branch or loop leads (`Frame.lead`).
+STAY, AT_NEXT, PAST_NEXT, AT_PREVIOUS, PAST_PREVIOUS = range(5)
+_STAY = cython.declare(cython.int, STAY)
+_AT_NEXT = cython.declare(cython.int, AT_NEXT)
+_PAST_NEXT = cython.declare(cython.int, PAST_NEXT)
+_AT_PREVIOUS = cython.declare(cython.int, AT_PREVIOUS)
+_PAST_PREVIOUS = cython.declare(cython.int, PAST_PREVIOUS)
+#: Columns of a row of `gcode_marks`, and its keywords.
+_OFFSET = cython.declare(cython.int, OFFSET)
+_LINE = cython.declare(cython.int, LINE)
+_HERE = cython.declare(cython.int, HERE)
+_BEHIND = cython.declare(cython.int, BEHIND)
+_KEYWORD = cython.declare(cython.int, KEYWORD)
+_LABEL = cython.declare(cython.int, LABEL)
+_TARGET = cython.declare(cython.int, TARGET)
+_OTHER = cython.declare(cython.int, OTHER)
+_IF = cython.declare(cython.int, KEYWORDS["if"])
+_WHILE = cython.declare(cython.int, KEYWORDS["while"])
+_REPEAT = cython.declare(cython.int, KEYWORDS["repeat"])
+_DO = cython.declare(cython.int, KEYWORDS["do"])
+_ELSEIF = cython.declare(cython.int, KEYWORDS["elseif"])
+_ELSE = cython.declare(cython.int, KEYWORDS["else"])
+_ENDIF = cython.declare(cython.int, KEYWORDS["endif"])
+_ENDWHILE = cython.declare(cython.int, KEYWORDS["endwhile"])
+_ENDREPEAT = cython.declare(cython.int, KEYWORDS["endrepeat"])
+_BREAK = cython.declare(cython.int, KEYWORDS["break"])
+_CONTINUE = cython.declare(cython.int, KEYWORDS["continue"])
+_SUB = cython.declare(cython.int, KEYWORDS["sub"])
+_ENDSUB = cython.declare(cython.int, KEYWORDS["endsub"])
+_RETURN = cython.declare(cython.int, KEYWORDS["return"])
+_CALL = cython.declare(cython.int, KEYWORDS["call"])
+#: Operations of `gcode_parse`, and marks of its rows.
+_END = cython.declare(cython.int, OPERATIONS["END"])
+_NUMBER = cython.declare(cython.int, OPERATIONS["NUMBER"])
+_WORD = cython.declare(cython.int, OPERATIONS["WORD"])
+_STORED = cython.declare(cython.int, OPERATIONS["STORED"])
+_BINARY = cython.declare(cython.int, OPERATIONS["BINARY"])
+_SET = cython.declare(cython.int, OPERATIONS["SET"])
+_PARAMETER = cython.declare(cython.int, OPERATIONS["PARAMETER"])
+_NAMED = cython.declare(cython.int, OPERATIONS["NAMED"])
+_NAME = cython.declare(cython.int, OPERATIONS["NAME"])
+_SET_NAMED = cython.declare(cython.int, OPERATIONS["SET_NAMED"])
+_NEGATIVE = cython.declare(cython.int, OPERATIONS["NEGATIVE"])
+_FUNCTION = cython.declare(cython.int, OPERATIONS["FUNCTION"])
+_ARC_TANGENT = cython.declare(cython.int, OPERATIONS["ARC_TANGENT"])
+_REMARK = cython.declare(cython.int, OPERATIONS["COMMENT"])
+_FLOW = cython.declare(cython.int, OPERATIONS["FLOW"])
+_LEFT_OUT = cython.declare(cython.int, DELETED | REFUSED)
+_NUMBERED = cython.declare(cython.int, NUMBERED)
+#: Columns of a row of a line that is kept (`gcode_parse.Parser.compile`): the mark of its O-word stands last.
+_AT = cython.declare(cython.int, 0)
+_NUMBER_OF_LINE = cython.declare(cython.int, 1)
+_CODE = cython.declare(cython.int, 2)
+_AFTER = cython.declare(cython.int, 3)
+_FOLLOWING = cython.declare(cython.int, 4)
+_MARKS = cython.declare(cython.int, 5)
+_MARK = cython.declare(cython.int, 6)
+#: What a line was: one that is not certain, a block or settings; else the number of its keyword.
+_UNCERTAIN = cython.declare(cython.int, -1)
+_PLAIN = cython.declare(cython.int, 0)
+#: Of names: those of the call in progress, of all, and those that cannot be set.
+_OF_ALL = cython.declare(cython.int, 1)
+_RESERVED = cython.declare(cython.int, 2)
+
+
+@cython.cfunc
+def _fill_tables() -> cython.void:
+    """Fill the tables of letters and codes, once."""
+    global _LETTERS
+    c: cython.int
+    for c in b"abcfgijklmpqrsuvwxyz":
+        _LETTERS |= cython.cast(cython.uint, 1) << (c - 97)
+    for c in range(100):
+        _G_TAKEN[c] = c in (0, 1, 2, 3, 4, 33, 61, 64, 73, 80, 81, 82, 83, 85, 89, 90, 91, 93, 94, 98, 99)
+    for c in range(10):
+        _M_TAKEN[c] = c in (3, 4, 5, 7, 8, 9)
+
+
+_fill_tables()
+
+
+@cython.freelist(64)
+@cython.cclass
+class Frame:
+    """A call in progress.
+
+    Attributes:
+        label: Of the subroutine called.
+        named: Local named parameters of the caller.
+        count: How many numbered ones of the caller, from #1 on, are kept and put back; 0 where they go on.
+        values: Numbered parameters that each time of several begins with, or None.
+        again: Where a program called by its number begins, and how often it is still to run after this time; None for a subroutine.
+        doing: Labels of DO loops under way, or None.
+        left: Rounds left of REPEAT loops, by label, or None.
+        saved, restore: Modal state that M70 or M73 kept here; whether the end of the call brings it back.
+        modal: Whether G66 called it.
+    """
+
+    source = cython.declare(cython.longlong)
+    offset = cython.declare(cython.longlong)
+    line = cython.declare(cython.longlong)
+    count = cython.declare(cython.int, visibility="public")
+    kept = cython.declare(cython.double[33])
+    row = cython.declare(cython.Py_ssize_t)
+    label = cython.declare(object, visibility="public")
+    named = cython.declare(dict, visibility="public")
+    values = cython.declare(object, visibility="public")
+    again = cython.declare(object, visibility="public")
+    doing = cython.declare(set, visibility="public")
+    left = cython.declare(dict, visibility="public")
+    saved = cython.declare(object, visibility="public")
+    restore = cython.declare(cython.bint, visibility="public")
+    modal = cython.declare(cython.bint, visibility="public")
+
+    def __init__(self, label, named):
+        if not cython.compiled:
+            self.kept = [0.0] * 33
+        self.label = label
+        self.named = named
+        self.source = self.offset = self.line = 0
+        self.row = -1
+        self.count = 0
+        self.values = self.again = self.saved = self.doing = self.left = None
+        self.restore = self.modal = False
+
+    @property
+    def back(self):
+        """The line that the call goes back to: source, offset and number."""
+        return self.source, self.offset, self.line
+
+    @back.setter
+    def back(self, line):
+        self.source, self.offset, self.line = line
+
+    @cython.ccall
+    @cython.exceptval(check=False)
+    def keep(self, numbers: cython.double[::1], count: cython.int) -> cython.void:
+        """Keep numbered parameters, #1 and on."""
+        k: cython.int
+        self.count = count
+        for k in range(count):
+            self.kept[k] = numbers[k + 1]
+
+    @cython.ccall
+    @cython.exceptval(check=False)
+    def put_back(self, numbers: cython.double[::1]) -> cython.void:
+        """Give the caller its numbered parameters again."""
+        k: cython.int
+        for k in range(self.count):
+            numbers[k + 1] = self.kept[k]
+
+    def __reduce__(self):
+        """Return all that a call holds: whoever looks for a state that comes back compares what is pickled."""
+        numbers = [self.kept[k] for k in range(self.count)]
+        begun = (self.label, self.named)
+        return (
+            Frame,
+            begun,
+            (
+                self.back,
+                numbers,
+                self.values,
+                self.again,
+                self.doing,
+                self.left,
+                self.saved,
+                self.restore,
+                self.modal,
+            ),
+        )
+
+    @cython.ccall
+    def repeats(self, label) -> cython.bint:
+        """Tell whether REPEAT of a label goes round, so that its count is not asked for."""
+        return self.left is not None and label in self.left
+
+    @cython.ccall
+    def lead(self, keyword: cython.longlong, label, value: cython.double) -> cython.int:
+        """Return where an O-word of a branch or loop leads, and keep which loops go round.
+
+        It leads on (`STAY`), or to or behind the O-word of its label that it looks for below or above (`AT_NEXT` …).
+
+        A REPEAT that is met while it goes round, as CONTINUE of a loop around had left it, counts as the end of that round (seen on
+        LinuxCNC's interpreter).
+
+        Args:
+            keyword: As in `gcode_marks.KEYWORDS`.
+            label: Its label.
+            value: The value of its condition, or the whole count of REPEAT; 0 where it has none.
+        """
+        rounds: cython.longlong
+        if keyword == _IF:
+            return _STAY if value != 0.0 else _PAST_NEXT
+        if keyword == _WHILE:
+            if self.doing is None or label not in self.doing:
+                return _STAY if value != 0.0 else _PAST_NEXT
+            if value != 0.0:
+                return _PAST_PREVIOUS
+            self.doing.discard(label)
+        elif keyword == _ELSE or keyword == _ELSEIF:
+            return _PAST_NEXT
+        elif keyword == _ENDWHILE:
+            return _AT_PREVIOUS
+        elif keyword == _CONTINUE:
+            return _AT_NEXT
+        elif keyword == _DO:
+            if self.doing is None:
+                self.doing = set()
+            self.doing.add(label)
+        elif keyword == _REPEAT or keyword == _ENDREPEAT:
+            rounds = self.left[label] - 1 if self.repeats(label) else cython.cast(cython.longlong, value)
+            if rounds > 0:
+                self.left = self.left or {}
+                self.left[label] = rounds
+            elif self.left is not None:
+                self.left.pop(label, None)
+            if (rounds > 0) != (keyword == _REPEAT):
+                return _PAST_NEXT if keyword == _REPEAT else _PAST_PREVIOUS
+        elif keyword == _BREAK:
+            if self.doing is not None:
+                self.doing.discard(label)
+            if self.left is not None:
+                self.left.pop(label, None)
+            return _PAST_NEXT
+        return _STAY
+
+
+@cython.cclass
+class Computer:
+    """A place in a text, and the columns that its lines go to. O-words are followed once `follow` has given their rows.
+
+    Args:
+        text: The text.
+        parser: A `gcode_parse.Parser` of LinuxCNC's grammar that nobody else uses.
+        numbers: Numbered parameters by number, an array of doubles, read and set.
+        named: Global parameters by name, read and set.
+        reserved: Names that cannot be set.
+        columns: The columns of `gcode_scan.scan`: line, offset, flags, ends of the words, letters, values.
+
+    Attributes:
+        blocks: How many blocks stand in the columns; whoever takes them sets it to 0.
+        line: Number of the first line not read.
+        lines, units: How many lines the last run read, and units of work that its calls were beside them.
+        meets: Whether the last run ended at an O-word of a text whose rows are not given.
+        back: The O-word, by offset and line, whose jump back ended the last run, or None; `away`, where it led to in another text.
+        reached, reached_line: The first line that was never reached outside of calls.
+        since: Lines read since that line, or since whoever looks set it to 0.
+    """
+
+    text: cython.const[cython.uchar][::1]
+    code: cython.const[cython.int][::1]
+    constants: cython.const[cython.double][::1]
+    block_line: cython.longlong[::1]
+    block_offset: cython.longlong[::1]
+    block_flags: cython.uchar[::1]
+    word_end: cython.longlong[::1]
+    letters: cython.uchar[::1]
+    values: cython.double[::1]
+    numbers: cython.double[::1]
+    kept: cython.longlong[:, ::1]
+    marks: cython.longlong[:, ::1]
+    argument: cython.double[::1]
+    target: cython.longlong[::1]
+    set_to: cython.double[::1]
+    parser = cython.declare(object)
+    named = cython.declare(dict)
+    local = cython.declare(dict)
+    reserved = cython.declare(frozenset)
+    names = cython.declare(list)
+    sorts = cython.declare(bytearray)
+    entries = cython.declare(dict)
+    blocks = cython.declare(cython.Py_ssize_t, visibility="public")
+    line = cython.declare(cython.longlong, visibility="public")
+    lines = cython.declare(cython.Py_ssize_t, visibility="public")
+    units = cython.declare(cython.Py_ssize_t, visibility="public")
+    meets = cython.declare(cython.bint, visibility="public")
+    back = cython.declare(object, visibility="public")
+    away = cython.declare(object, visibility="public")
+    reached = cython.declare(cython.Py_ssize_t, visibility="public")
+    reached_line = cython.declare(cython.longlong, visibility="public")
+    since = cython.declare(cython.Py_ssize_t, visibility="public")
+    parameters = cython.declare(object)
+    frames = cython.declare(list)
+    outermost = cython.declare(object)
+    deepest = cython.declare(cython.Py_ssize_t)
+    source = cython.declare(cython.longlong)
+    labels = cython.declare(list)
+    count = cython.declare(cython.Py_ssize_t)
+    used = cython.declare(cython.Py_ssize_t)
+    last = cython.declare(cython.Py_ssize_t)
+    ahead = cython.declare(cython.Py_ssize_t)
+    thrown = cython.declare(cython.Py_ssize_t)
+    words = cython.declare(cython.Py_ssize_t)
+    given = cython.declare(cython.uint)
+    flags = cython.declare(cython.int)
+    settings = cython.declare(cython.int)
+    arguments = cython.declare(cython.int)
+    label = cython.declare(cython.double)
+    next = cython.declare(cython.Py_ssize_t)
+
+    def __init__(self, text, parser, numbers, named, reserved, columns):
+        self.text = text
+        self.parser, self.code, self.constants, self.names = (
+            parser,
+            parser.code,
+            parser.constants,
+            parser.names,
+        )
+        self.numbers = numbers
+        self.named = named
+        self.local = {}
+        self.reserved = reserved
+        self.sorts = bytearray()
+        self.block_line, self.block_offset, self.block_flags = columns[:3]
+        self.word_end, self.letters, self.values = columns[3:]
+        self.kept = memoryview(mmap(-1, 8 * ROW * _KEPT)).cast("q", [_KEPT, ROW])
+        parser.take(text, self.kept)
+        self.argument = memoryview(bytearray(8 * _STACK)).cast("d")
+        self.target = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("q")
+        self.set_to = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("d")
+        self.frames = []
+        self.labels = []
+        self.blocks = self.count = 0
+        self.ahead = 1
+        self.thrown = 0
+        self.reached = self.reached_line = self.since = 0
+        self.line = 1
+        self._forget()
+
+    def find_marks(self):
+        """Return the O-words of the text."""
+        self._forget()
+        found = Marks(self.parser, self.kept, self.text.shape[0])
+        self.used = found.used
+        return found
+
+    def follow(self, marks, parameters, frames, outermost, deepest, source):
+        """Follow O-words from now on.
+
+        Args:
+            marks: Those of `find_marks`.
+            parameters: Whose `local` are the named parameters of the call in progress.
+            frames, outermost: The calls in progress, the innermost last, and the record of the main program below them.
+            deepest: How many calls may be in progress.
+            source: Number of the text.
+        """
+        self.marks, self.count, self.labels = marks.rows, marks.count, marks.labels
+        self.parameters, self.frames, self.outermost = parameters, frames, outermost
+        self.deepest, self.source = deepest, source
+
+    def run(self, offset: cython.Py_ssize_t, line: cython.longlong, local: dict) -> cython.Py_ssize_t:
+        """Run lines from `offset` on until one is not certain, a column is full, or the text ends.
+
+        Settings are done, blocks go to the columns, behind those that stand there. `local` are the named parameters of the
+        subroutine in force. When `since` is `PAUSE`, the next jump back ends the run. Returns the offset of the first line not read.
+        """
+        keyword: cython.int
+        top: cython.bint
+        r: cython.Py_ssize_t
+        after: cython.Py_ssize_t
+        self.local = local
+        self.lines = self.units = 0
+        self.meets = False
+        self.back = self.away = None
+        r = self._row(offset, line)
+        while r >= 0 and self.blocks < self.block_line.shape[0]:
+            offset, line, after = self.kept[r, _AT], self.kept[r, _NUMBER_OF_LINE], self.kept[r, _AFTER]
+            self.last = r
+            self.words = self.word_end[self.blocks - 1] if self.blocks > 0 else 0
+            keyword = self._execute(r)
+            if keyword < 0:
+                break
+            top = len(self.frames) == 0
+            if keyword == _PLAIN:
+                self._end_block(r)
+                self.lines += 1
+                self.next = self._following(r)
+            else:
+                self.meets = self.count == 0
+                if not self._flow(r, keyword):
+                    break
+                self.lines += 1
+                if top and after > self.reached:
+                    self.reached, self.reached_line = after, line + 1
+                    self.since = -self.lines
+                if self.away is not None:
+                    break
+            if self.next < 0:
+                # The end of the text.
+                offset, line = -1 - self.next, line + 1
+            else:
+                if (
+                    keyword != _PLAIN
+                    and self.kept[self.next, _AT] <= offset
+                    and self.since + self.lines >= _PAUSE
+                ):
+                    self.back = (offset, line)
+                offset, line = self.kept[self.next, _AT], self.kept[self.next, _NUMBER_OF_LINE]
+            r = self.next
+            if offset > self.reached and len(self.frames) == 0:
+                self.reached, self.reached_line = offset, line
+                self.since = -self.lines
+            if self.back is not None:
+                break
+        self.since += self.lines
+        self.line = line
+        return offset
+
+    def o_word(self, offset: cython.Py_ssize_t, line: cython.longlong, local: dict):
+        """Return label, keyword, values and offset of the next line, of a line that holds an O-word and is certain, else None.
+
+        A label is the float of a number, or a name.
+        """
+        self.local = local
+        r: cython.Py_ssize_t = self._row(offset, line)
+        if r < 0:
+            return None
+        keyword: cython.int = self._execute(r)
+        if keyword <= 0:
+            return None
+        first: cython.int = self.code[self.kept[r, _CODE]]
+        if first & 255 == _NAME:
+            label = self.names[first >> 8]
+        elif self.label != floor(self.label) or not fabs(self.label) < _LARGEST:
+            return None
+        else:
+            label = self.label
+        return label, keyword, [self.argument[k] for k in range(self.arguments)], self.kept[r, _AFTER]
+
+    # Lines that are kept.
+
+    @cython.cfunc
+    def _forget(self) -> cython.void:
+        """Throw all lines away."""
+        m: cython.Py_ssize_t
+        self.used = self.last = 0
+        self.thrown += 1
+        self.entries = {}
+        self.parser.used = self.parser.numbers = 0
+        for m in range(self.count):
+            self.marks[m, _HERE] = self.marks[m, _BEHIND] = -1
+
+    @cython.cfunc
+    def _row(self, offset: cython.Py_ssize_t, line: cython.longlong) -> cython.Py_ssize_t:
+        """Return the row of a line, which is compiled where it is not kept; below 0 (less its offset) at the end of the text."""
+        following: cython.Py_ssize_t
+        if offset >= self.text.shape[0]:
+            return -1 - offset
+        if self.last < self.used:
+            following = self.kept[self.last, _FOLLOWING]
+            if following >= 0 and self.kept[following, _AT] == offset:
+                return following
+        found = self.entries.get(offset)
+        if found is None:
+            self.ahead = 1
+            found = self._compiled(offset, line, 0)
+            self.entries[offset] = found
+        return found
+
+    @cython.cfunc
+    def _compiled(
+        self, offset: cython.Py_ssize_t, line: cython.longlong, m: cython.Py_ssize_t
+    ) -> cython.Py_ssize_t:
+        """Compile lines from one on, the more the longer lines follow one another; return its row.
+
+        `m` is the mark that is likely to be the next one.
+        """
+        first: cython.Py_ssize_t = self.used
+        end: cython.Py_ssize_t = self.text.shape[0]
+        if self.count > 0:
+            if (
+                m >= self.count
+                or self.marks[m, _OFFSET] < offset
+                or (m > 0 and self.marks[m - 1, _OFFSET] >= offset)
+            ):
+                m = self._mark_behind(offset)
+            if m < self.count and self.marks[m, _HERE] >= 0:
+                # Lines of O-words are compiled when they are found.
+                if self.marks[m, _OFFSET] == offset:
+                    return self.marks[m, _HERE]
+                end = self.marks[m, _OFFSET]
+        if first == _KEPT or not self.parser.room() or (self.count == 0 and first > _SHORT):
+            # Without O-words, no line comes again.
+            self._forget()
+            first = 0
+        self.used = self.parser.compile(offset, line, first, min(first + self.ahead, _KEPT), end)
+        self.ahead = min(2 * self.ahead, _TOGETHER)
+        return first
+
+    @cython.cfunc
+    @cython.inline
+    def _following(self, r: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Return the row of the line behind that of a row; below 0 at the end of the text."""
+        found: cython.Py_ssize_t = self.kept[r, _FOLLOWING]
+        return found if found >= 0 else self._led_on(r)
+
+    @cython.cfunc
+    def _led_on(self, r: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Do the same where it is not known yet."""
+        offset: cython.Py_ssize_t = self.kept[r, _AFTER]
+        thrown: cython.Py_ssize_t = self.thrown
+        found: cython.Py_ssize_t
+        if offset >= self.text.shape[0]:
+            return -1 - offset
+        found = self._compiled(offset, self.kept[r, _NUMBER_OF_LINE] + 1, self.kept[r, _MARK] + 1)
+        if thrown == self.thrown:
+            self.kept[r, _FOLLOWING] = found
+        return found
+
+    # Instructions.
+
+    @cython.cfunc
+    def _execute(self, r: cython.Py_ssize_t) -> cython.int:
+        """Run the instructions of a row: words go behind those in the columns, settings and the values of an O-word wait.
+
+        Returns the keyword of an O-word, `_PLAIN` or `_UNCERTAIN`.
+        """
+        stack = cython.declare(cython.double[100])
+        depth: cython.int = 0
+        at: cython.Py_ssize_t = self.kept[r, _CODE]
+        operation: cython.int
+        operand: cython.int
+        k: cython.int
+        self.given = 0
+        self.settings = 0
+        self.flags = _NUMBERED_BLOCK if self.kept[r, _MARKS] & _NUMBERED else 0
+        if self.kept[r, _MARKS] & _LEFT_OUT:
+            return _UNCERTAIN
+        while True:
+            operation, operand = self.code[at] & 255, self.code[at] >> 8
+            at += 1
+            if operation == _NUMBER:
+                if depth == _STACK:
+                    return _UNCERTAIN
+                stack[depth] = self.constants[operand]
+                depth += 1
+            elif operation == _WORD:
+                depth -= 1
+                if not self._word(operand, stack[depth]):
+                    return _UNCERTAIN
+            elif operation == _BINARY:
+                depth -= 1
+                stack[depth - 1] = joined(operand, stack[depth - 1], stack[depth])
+                if stack[depth - 1] != stack[depth - 1]:
+                    return _UNCERTAIN
+            elif operation == _STORED:
+                if depth == _STACK:
+                    return _UNCERTAIN
+                stack[depth] = self.numbers[operand]
+                depth += 1
+            elif operation == _END:
+                return _PLAIN
+            elif operation == _SET or operation == _SET_NAMED:
+                depth -= 2
+                if not self._set_later(operation == _SET_NAMED, stack[depth], stack[depth + 1]):
+                    return _UNCERTAIN
+            elif operation == _FUNCTION:
+                stack[depth - 1] = function_of(operand, stack[depth - 1])
+                if not isfinite(stack[depth - 1]):
+                    return _UNCERTAIN
+            elif operation == _NAMED or operation == _NAME:
+                if depth == _STACK or (operation == _NAMED and not self._has(operand)):
+                    return _UNCERTAIN
+                stack[depth] = self.label if operation == _NAMED else operand
+                depth += 1
+            elif operation == _REMARK:
+                self.flags |= _COMMENT
+                at += 1
+            elif operation == _NEGATIVE:
+                stack[depth - 1] = -stack[depth - 1]
+            elif operation == _PARAMETER:
+                k = self._index(stack[depth - 1])
+                if k < 0:
+                    return _UNCERTAIN
+                stack[depth - 1] = self.numbers[k]
+            elif operation == _ARC_TANGENT:
+                depth -= 1
+                stack[depth - 1] = arc_tangent(stack[depth - 1], stack[depth])
+            elif operation == _FLOW and operand <= _CALL:
+                self.arguments = self.code[at]
+                depth -= self.arguments
+                self.label = stack[depth - 1]
+                for k in range(self.arguments):
+                    self.argument[k] = stack[depth + k]
+                return operand
+            else:
+                return _UNCERTAIN
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _word(self, letter: cython.int, value: cython.double) -> cython.bint:
+        """Put a word into the columns; tell whether it is taken: a letter that no machine's table hangs on, once, its value in range."""
+        bit: cython.uint
+        if not 97 <= letter <= 122 or self.words >= self.letters.shape[0]:
+            return False
+        bit = cython.cast(cython.uint, 1) << (letter - 97)
+        if not bit & _LETTERS or bit & self.given or not -_LARGEST <= value <= _LARGEST:
+            return False
+        if letter == 103:
+            if (
+                not 0.0 <= value < 100.0
+                or value != floor(value)
+                or not _G_TAKEN[cython.cast(cython.int, value)]
+            ):
+                return False
+        elif letter == 109:
+            if (
+                not 0.0 <= value < 10.0
+                or value != floor(value)
+                or not _M_TAKEN[cython.cast(cython.int, value)]
+            ):
+                return False
+        else:
+            self.given |= bit
+        self.letters[self.words] = letter
+        self.values[self.words] = value
+        self.words += 1
+        return True
+
+    @cython.cfunc
+    def _end_block(self, r: cython.Py_ssize_t) -> cython.void:
+        """Do the settings of a line, and make a block of its words."""
+        k: cython.int
+        for k in range(self.settings):
+            if self.target[k] >= 0:
+                self.numbers[self.target[k]] = self.set_to[k]
+            else:
+                name = self.names[-1 - self.target[k]]
+                (self.named if self.sorts[-1 - self.target[k]] else self.local)[name] = self.set_to[k]
+        if self.words > (self.word_end[self.blocks - 1] if self.blocks > 0 else 0) or self.flags & _COMMENT:
+            self.block_line[self.blocks] = self.kept[r, _NUMBER_OF_LINE]
+            self.block_offset[self.blocks] = self.kept[r, _AT]
+            self.block_flags[self.blocks] = self.flags
+            self.word_end[self.blocks] = self.words
+            self.blocks += 1
+
+    # Parameters.
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _index(self, value: cython.double) -> cython.int:
+        """Return the number of a parameter; -1 unless it is plain storage."""
+        whole: cython.double = floor(value + 0.5)
+        if fabs(value - whole) > _WHOLE or not 0.0 < whole < _STORAGE:
+            return -1
+        return cython.cast(cython.int, whole)
+
+    @cython.cfunc
+    def _sort(self, k: cython.int) -> cython.int:
+        """Return of which sort a name is."""
+        while len(self.sorts) <= k:
+            name: str = self.names[len(self.sorts)]
+            sort = _RESERVED if name in self.reserved else name.startswith("_")
+            self.sorts.append(sort)
+        return self.sorts[k]
+
+    @cython.cfunc
+    def _has(self, k: cython.int) -> cython.bint:
+        """Take the value of a named parameter as `label`; tell whether it has one.
+
+        Parameters that tell the machine's state are not stored, so they are not found.
+        """
+        value = (self.named if self._sort(k) else self.local).get(self.names[k])
+        if value is None:
+            return False
+        self.label = value
+        return True
+
+    @cython.cfunc
+    def _set_later(self, named: cython.bint, target: cython.double, value: cython.double) -> cython.bint:
+        """Keep a setting for the end of the line; tell whether it can be done."""
+        k: cython.int
+        if self.settings == _MOST_SETTINGS:
+            return False
+        if named:
+            k = cython.cast(cython.int, target)
+            if self._sort(k) == _RESERVED:
+                return False
+            self.target[self.settings] = -1 - k
+        else:
+            k = self._index(target)
+            if k < 0:
+                return False
+            self.target[self.settings] = k
+        self.set_to[self.settings] = value
+        self.settings += 1
+        return True
+
+    # O-words.
+
+    @cython.cfunc
+    def _flow(self, r: cython.Py_ssize_t, keyword: cython.int) -> cython.bint:
+        """Follow the O-word of a row to the `next` line; tell whether it is certain where that is.
+
+        `flow.o_words` defines the O-words; here they are followed by the rows that they lead to.
+        """
+        target: cython.longlong
+        value: cython.double = self.argument[0] if self.arguments else 0.0
+        way: cython.int
+        m: cython.Py_ssize_t = self.kept[r, _MARK]
+        if m < 0:
+            m = self.kept[r, _MARK] = self._mark_behind(self.kept[r, _AT])
+        if m >= self.count or self.marks[m, _OFFSET] != self.kept[r, _AT]:
+            return False
+        target = self.marks[m, _TARGET]
+        if target < 0 and not (keyword == _WHILE and self.marks[m, _OTHER] >= 0):
+            return False
+        if keyword == _CALL:
+            return self._call(r, m)
+        if self.arguments > 1:
+            return False
+        if keyword == _ENDSUB or keyword == _RETURN:
+            return self._leave(m, keyword == _RETURN)
+        if (self.arguments == 1) != (
+            keyword == _IF or keyword == _ELSEIF or keyword == _WHILE or keyword == _REPEAT
+        ):
+            return False
+        if keyword == _SUB:
+            self.next = self._behind(target)
+            return True
+        frame: Frame = self.frames[len(self.frames) - 1] if self.frames else self.outermost
+        label = self.labels[self.marks[m, _LABEL]]
+        if keyword == _WHILE:
+            # The foot of a loop that DO began, or the head of one.
+            if frame.doing is not None and label in frame.doing:
+                target = self.marks[m, _OTHER]
+            elif self.marks[m, _OTHER] >= 0:
+                return False
+            if target < 0:
+                return False
+        elif keyword == _REPEAT and not frame.repeats(label):
+            if value != floor(value) or not fabs(value) <= _LARGEST:
+                return False
+        way = frame.lead(keyword, label, value)
+        if way == _STAY:
+            self.next = self._behind(m)
+        elif keyword == _IF:
+            return self._branch(target)
+        elif way == _AT_NEXT or way == _AT_PREVIOUS:
+            self.next = self._at(target)
+        else:
+            self.next = self._behind(target)
+        return True
+
+    @cython.cfunc
+    def _branch(self, target: cython.longlong) -> cython.bint:
+        """Go into the first branch behind an IF that does not hold whose condition does."""
+        while self.marks[target, _KEYWORD] == _ELSEIF:
+            if self._execute(self._at(target)) != _ELSEIF or self.arguments != 1:
+                return False
+            if self.argument[0] != 0.0:
+                break
+            target = self.marks[target, _OTHER]
+            if target < 0:
+                return False
+        self.next = self._behind(target)
+        return True
+
+    @cython.cfunc
+    def _call(self, r: cython.Py_ssize_t, m: cython.Py_ssize_t) -> cython.bint:
+        """Begin a call of a subroutine of this text."""
+        k: cython.Py_ssize_t
+        if self.arguments > _LOCALS or len(self.frames) >= self.deepest:
+            return False
+        frame: Frame = Frame(self.labels[self.marks[m, _LABEL]], self.local)
+        frame.source, frame.offset, frame.line = (
+            self.source,
+            self.kept[r, _AFTER],
+            self.kept[r, _NUMBER_OF_LINE] + 1,
+        )
+        frame.row = r
+        frame.keep(self.numbers, _LOCALS)
+        self.frames.append(frame)
+        for k in range(_LOCALS):
+            self.numbers[k + 1] = self.argument[k] if k < self.arguments else 0.0
+        self.parameters.local = self.local = {}
+        self.units += _CALL_UNITS
+        self.next = self._behind(self.marks[m, _TARGET])
+        return True
+
+    @cython.cfunc
+    def _leave(self, m: cython.Py_ssize_t, anywhere: cython.bint) -> cython.bint:
+        """End the innermost call, where nothing but its caller's parameters is to be put back."""
+        given: cython.bint = self.arguments > 0
+        if not self.frames:
+            return False
+        frame: Frame = self.frames[len(self.frames) - 1]
+        if frame.again is not None or frame.restore or frame.count != _LOCALS:
+            return False
+        if not anywhere and frame.label != self.labels[self.marks[m, _LABEL]]:
+            return False
+        self.frames.pop()
+        frame.put_back(self.numbers)
+        self.parameters.local = self.local = frame.named
+        self.named["_value"] = self.argument[0] if given else 0.0
+        self.named["_value_returned"] = 1.0 if given else 0.0
+        if frame.source != self.source:
+            self.away = frame.back
+        elif 0 <= frame.row < self.used and self.kept[frame.row, _AFTER] == frame.offset:
+            self.next = self._following(frame.row)
+        else:
+            self.next = self._row(frame.offset, frame.line)
+        return True
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _mark_behind(self, offset: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Return the first mark at `offset` or behind it."""
+        low: cython.Py_ssize_t = 0
+        high: cython.Py_ssize_t = self.count
+        middle: cython.Py_ssize_t
+        while low < high:
+            middle = (low + high) // 2
+            if self.marks[middle, _OFFSET] < offset:
+                low = middle + 1
+            else:
+                high = middle
+        return low
+
+    @cython.cfunc
+    def _at(self, m: cython.longlong) -> cython.Py_ssize_t:
+        """Return the row of the line of a mark."""
+        if self.marks[m, _HERE] < 0:
+            self.marks[m, _HERE] = self._row(self.marks[m, _OFFSET], self.marks[m, _LINE])
+        return self.marks[m, _HERE]
+
+    @cython.cfunc
+    def _behind(self, m: cython.longlong) -> cython.Py_ssize_t:
+        """Return the row of the line behind that of a mark; below 0 at the end of the text."""
+        r: cython.Py_ssize_t
+        if self.marks[m, _BEHIND] < 0:
+            r = self._following(self._at(m))
+            self.marks[m, _BEHIND] = r
+        return self.marks[m, _BEHIND]
