@@ -12,9 +12,9 @@ from cncgen.grammars import lalr
 
 from cncgen.gcode import read
 from cncgen.gcode.codes.table import LATHE, language_of
-from cncgen.gcode.source import open_source
+from cncgen.gcode.source import MAX_LINE, open_source
 from cncgen.gcode.text.dialects import choose
-from cncgen.gcode.text.parsers import parser
+from cncgen.gcode.text.parsers import new_parser, parser
 from tests.kernels.plain import uncompiled
 from trials.peer_cases import peer_cases
 
@@ -168,3 +168,15 @@ def test_the_kernel_runs_uncompiled() -> None:
     n = gcode_parse.CODE_NUMBERS
     codes = {180: 1, 10: 1, n + 980: 2}
     assert named[0] == named[1] == (letters | gcode_parse.COMPUTED, 2, {7.0, "a", 9.0}, codes)
+
+
+@pytest.mark.parametrize("line", ["G1 X" + "[" * 300_000, "X1" * 300_000, "(" + "a" * 300_000 + ")"])
+@pytest.mark.parametrize("dialect", sorted(lalr.GRAMMARS))
+def test_lines_that_are_longer_than_any_are_refused(dialect: str, line: str) -> None:
+    """The parser has room for one of `MAX_LINE` bytes: the process ended at such a line."""
+    reader = new_parser(dialect)
+    text = memoryview(f"{line}\nG1 X2\n".encode())
+    assert reader.parse(text, 0) == len(line)
+    assert 0 <= reader.error <= MAX_LINE
+    reader.parse(text, len(line) + 1)
+    assert reader.error < 0
