@@ -136,7 +136,7 @@ def command(
     after it.
     """
     from cncgen.cli.reading import is_setpoint_file, perturbation_of
-    from cncgen.report.compensated import gain_lines
+    from cncgen.report.compensated import gain_lines, warnings_of
 
     if (shaper is None) != (modes is None):
         raise click.UsageError("--shaper and --modes go together")
@@ -161,6 +161,7 @@ def command(
         gained = _of_program(task, machine, limits, room, planning, reading)
     for text in gain_lines(gained, drawn):
         messages.note(text)
+    messages.show(tuple(warnings_of(gained, drawn)))
     write_summary(summary, {"schema_version": 1, "setpoints": source, **gained})
 
 

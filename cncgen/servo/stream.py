@@ -125,7 +125,8 @@ def missing_data(missing: Iterable[str], known: Iterable[str]) -> UsageError:
     letters = list(missing)
     which = f"{'axes' if len(letters) > 1 else 'axis'} {', '.join(letters)}"
     others = f"; {', '.join(known) or 'no axis'} has servo data"
-    hint = "add [axes.x.servo] tables to the machine file, or leave the axis out of the setpoints"
+    tables = ", ".join(f"[axes.{letter.lower()}.servo]" for letter in letters)
+    hint = f"add {tables} to the machine file or to the file of --axis-params, or leave the axis out of the setpoints"
     return UsageError(Diagnostic("servo-missing", f"no servo data for {which}{others}", hint=hint))
 
 
