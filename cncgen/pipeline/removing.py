@@ -12,6 +12,9 @@ from cncgen.pipeline.reading import _opened, _reading, language_of
 from cncgen.toolpath.reading import ReadOptions
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from cncgen.machine.kinematics import Kinematics
     from cncgen.removal.record import Clamping, Cutter, Insert, Removal, Target, TurnedTarget
     from cncgen.removal.stock import Stock
@@ -82,7 +85,7 @@ def cut(
         raise ProgramError(found)
     _check(toolpaths, clampings)
     if piece is None:
-        raise _no_stock(name, part)
+        raise _no_stock(name, part, toolpaths)
     if turns(toolpaths, cutters):
         if wanted is not None:
             text = "--target is for programs that mill; of one that turns the features say what is to stay"
@@ -142,16 +145,29 @@ def _poses(mechanism: Kinematics | None, tips: bool, toolpaths: Sequence[Toolpat
     return MachinePoses(mechanism)
 
 
-def _no_stock(name: str, part: Solid | None) -> UsageError:
-    """Return the error of a program whose stock is not known; the box of the finished part is a hint."""
+def _no_stock(name: str, part: Solid | None, toolpaths: Sequence[Toolpath]) -> UsageError:
+    """Return the error of a program whose stock is not known; a hint has the box of the finished part, else of the cutting motions."""
     import numpy as np
+
+    from cncgen.toolpath.record import FeedMode, Kind
 
     hint = "--stock box:X0,Y0,Z0,X1,Y1,Z1, cylinder:X,Y,DIAMETER,Z0,Z1 or an STL file; STEP-NC: its_rawpiece with a BLOCK"
     if part is not None:
-        bounds = [part.reach(np.zeros(3), axis) for axis in np.eye(3)]
-        box = ",".join(f"{bounds[k][end]:g}" for end in (0, 1) for k in range(3))
-        hint = f"the finished part fills box:{box} of its own frame; --stock with what is round it"
+        box = _box_text(np.array([part.reach(np.zeros(3), axis) for axis in np.eye(3)]).T)
+        hint = f"the finished part fills {box} of its own frame; --stock with what is round it"
+    else:
+        feeds = [(path.kind != Kind.EVENT) & (path.feed_mode != FeedMode.RAPID) for path in toolpaths]
+        ends = [path.end[rows, :3] for path, rows in zip(toolpaths, feeds, strict=True)]
+        if sum(map(len, ends)):
+            places = np.concatenate(ends)
+            box = _box_text(np.array([places.min(axis=0), places.max(axis=0)]))
+            hint = f"motions at the feed end within {box}; {hint}"
     return UsageError(Diagnostic("cut-stock", f"{name}: the stock is not known", hint=hint))
+
+
+def _box_text(bounds: NDArray[np.float64]) -> str:
+    """Return bounds, shape (2, 3), as an option has them."""
+    return "box:" + ",".join(f"{value:g}" for value in bounds.ravel().tolist())
 
 
 def clampings_of(program: CutProgram) -> dict[int, Clamping]:
@@ -255,7 +271,7 @@ def coarse_findings(
     """Return what cutting a STEP-NC program of features finds at a coarse grid; nothing where its stock is not known.
 
     A program that is not made of features alone is not cut: the finished part is not known. Standard input, which is read
-    once, is cut where its `content` is given.
+    once, is cut where its `content` is given. Steep ways down are left out: making the toolpaths has told them.
     """
     if content is None:
         if not os.path.isfile(name):
@@ -270,6 +286,11 @@ def coarse_findings(
     # Without the shape of a raw piece there is nothing to cut.
     if b"BLOCK" not in data.upper() and b"RIGHT_CIRCULAR_CYLINDER" not in data.upper():
         return []
+    return [d for d in _coarsely_cut(data, name, options) if d.code != "cut-plunge"]
+
+
+def _coarsely_cut(data: bytes, name: str, options: ReadOptions) -> Sequence[Diagnostic]:
+    """Return what cutting a STEP-NC program of features at a coarse grid finds."""
     from dataclasses import replace
 
     from cncgen.stepnc.cutting import cut_program
@@ -283,10 +304,10 @@ def coarse_findings(
         if not clampings or any(c.target is None for c in clampings.values()):
             return []
         cell = float((piece.high - piece.low).max()) / COARSE_COLUMNS
-        return list(cut_toolpaths(program.toolpaths, piece, name, None, None, cell, clampings).findings)
+        return cut_toolpaths(program.toolpaths, piece, name, None, None, cell, clampings).findings
     if program.turned is not None and turns(program.toolpaths):
-        return list(turn_toolpaths(program.toolpaths, piece, name, None, program.turned).findings)
+        return turn_toolpaths(program.toolpaths, piece, name, None, program.turned).findings
     if program.finished is None:
         return []
     cell = float((piece.high - piece.low)[:2].max()) / COARSE_COLUMNS
-    return list(cut_toolpaths(program.toolpaths, piece, name, None, program.finished, cell).findings)
+    return cut_toolpaths(program.toolpaths, piece, name, None, program.finished, cell).findings

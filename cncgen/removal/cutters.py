@@ -48,7 +48,7 @@ def cutter_of_event(values: Mapping[str, Any]) -> Cutter | None:
     """Return the tool of a ``tool`` event, None where its diameter is not known.
 
     The event's values are `tool`, `diameter_mm`, and where they are known `edge_radius_mm`, `point_angle_deg` (between the
-    sides of the cone), `tip_diameter_mm`, `cutting_length_mm`, `left_handed`.
+    sides of the cone), `tip_diameter_mm`, `cutting_length_mm`, `left_handed`, `steepest_deg`.
     """
     diameter = values.get("diameter_mm")
     if not diameter or not diameter > 0:
@@ -61,7 +61,8 @@ def cutter_of_event(values: Mapping[str, Any]) -> Cutter | None:
         flat = min(float(values.get("tip_diameter_mm") or 0.0) / 2, radius)
         return Cutter(name, radius, flat, 0.0, 1 / math.tan(math.radians(point) / 2), length, left)
     edge = min(float(values.get("edge_radius_mm") or 0.0), radius)
-    return Cutter(name, radius, radius - edge, edge, 0.0, length, left)
+    steepest = math.radians(float(values.get("steepest_deg", 90.0)))
+    return Cutter(name, radius, radius - edge, edge, 0.0, length, left, steepest=steepest)
 
 
 def cutter_of_option(text: str) -> Cutter | Insert:

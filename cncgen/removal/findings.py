@@ -26,6 +26,7 @@ _TEXTS = {
     "cut-gouge": "the tool cuts into the finished part",
     "cut-spindle": "the tool cuts with the spindle standing",
     "cut-spindle-direction": "the tool cuts with the spindle turning the wrong way",
+    "cut-plunge": "a tool whose edges do not reach its middle goes down too steeply",
     "cut-shank": "material stands above the cutting edge",
     "cut-holder": "the holder enters the stock",
 }
@@ -81,6 +82,11 @@ class Findings:
             self._note("cut-shank", line[k], operation, met.above[k], met.at[k])
         if tapping:
             return
+        if isinstance(cutter, Cutter) and cutter.steepest < np.pi / 2:
+            for k in np.flatnonzero(
+                bites & ~lines.rapid & (_ways_down(lines) > cutter.steepest + 1e-6)
+            ).tolist():
+                self._note("cut-plunge", line[k], operation, met.depth[k], met.at[k], met.volume[k])
         code = "cut-spindle" if direction == 0 else "cut-spindle-direction"
         # A tool that stands cuts with the work turning either way.
         turning = isinstance(cutter, Cutter) and (direction > 0) == cutter.left_handed
@@ -206,7 +212,16 @@ class Findings:
 
 
 def _severity(code: str) -> Severity:
-    return Severity.WARNING if code == "cut-shank" else Severity.ERROR
+    return Severity.WARNING if code in ("cut-shank", "cut-plunge") else Severity.ERROR
+
+
+def _ways_down(lines: Lines) -> Floats:
+    """Return the angles at which motions go along the tool's axis, from the plane across it, rad, shape (n,)."""
+    way = lines.ends[:, 3:] - lines.ends[:, :3]
+    axes = np.array([[0.0, 0.0, 1.0]]) if lines.axes is None else lines.axes
+    down = -(way * axes).sum(axis=1)
+    across = np.sqrt(np.maximum((way**2).sum(axis=1) - down**2, 0.0))
+    return np.arctan2(down, across)
 
 
 def _at(place: tuple[float, float, float]) -> str:

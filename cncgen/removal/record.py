@@ -29,6 +29,8 @@ class Cutter:
         left_handed: Whether it cuts turning against the clock.
         shank: Radius of what is above `cutting_length`, None where it is not known.
         holder: Radius of the holder and its height above the tip, None where it is not known.
+        steepest: Angle of the steepest way down from the plane across its axis, rad: less than 90 degrees if its edges do not
+            reach its middle.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Cutter:
     left_handed: bool = False
     shank: float | None = None
     holder: tuple[float, float] | None = None
+    steepest: float = math.pi / 2
 
     @property
     def values(self) -> Floats:

@@ -6,6 +6,7 @@ executor knows nothing of the files. Lengths mm, times s, angles rad, frames as 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -69,6 +70,11 @@ class Functions:
     others: Mapping[str, Any] = field(default_factory=_empty)
 
 
+#: Milling tools whose edges do not reach their middle (ISO 14649-111), and the steepest way down that is usual for them, rad.
+_HOLLOW = frozenset(["facemill", "side mill", "t slot mill", "woodruff keyseat mill", "thread mill"])
+STEEPEST = math.radians(5.0)
+
+
 @dataclass(frozen=True, slots=True)
 class CuttingTool:
     """A cutting tool. Lengths mm, angles rad; None is not given.
@@ -107,6 +113,11 @@ class CuttingTool:
     nose: float | None = None
     width: float | None = None
     trailing: float | None = None
+
+    @property
+    def centre_cutting(self) -> bool:
+        """Tell whether its edges reach its middle, so that it can go straight down."""
+        return self.kind not in _HOLLOW
 
     @property
     def edge(self) -> float:

@@ -78,6 +78,16 @@ def test_a_cut_deeper_than_the_cutting_edge():
     assert found[0].values["depth_mm"] == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize(("drop", "codes_of_it"), [(4.0, []), (7.0, ["cut-plunge"]), (90.0, ["cut-plunge"])])
+def test_a_tool_that_is_hollow_at_its_end_goes_down_in_a_ramp(drop, codes_of_it):
+    """At 4 degrees it may, at 7 and straight down it may not; on the way back nothing stands below it."""
+    tool = event("tool", tool="face mill", diameter_mm=8.0, steepest_deg=5.0)
+    away = 2.0 / np.tan(np.radians(drop)) if drop < 90 else 0.0
+    found = run(tool, line(5, 15, 0), line(5 + away, 15, -2), line(5, 15, -2)).findings
+    assert [d.code for d in found] == codes_of_it
+    assert all(d.values["depth_mm"] == pytest.approx(2.0, rel=0.2) for d in found)
+
+
 def test_a_shank_thicker_than_the_tool_and_a_holder_that_touches():
     deep = (line(-20, 15, -6), line(20, 15, -6))
     assert "cut-shank" in codes(run(*deep, tool="flat:8;length=5;shank=12"))
@@ -85,6 +95,13 @@ def test_a_shank_thicker_than_the_tool_and_a_holder_that_touches():
     assert [d.code for d in found] == ["cut-holder"]
     assert found[0].values["depth_mm"] == pytest.approx(2.0)
     assert codes(run(*deep, tool="flat:8;holder=30,10")) == []
+
+
+def test_a_program_without_stock_is_told_where_it_cuts(tmp_path, capsys):
+    program = tmp_path / "p.ngc"
+    program.write_text("G21 G90 S1000 M3\nG0 X-10 Y15 Z5\nG1 Z-2 F300\nX50 Y20\nG0 Z50\nM2\n")
+    assert command(["cut", str(program)]) == 2
+    assert "motions at the feed end within box:-10,15,-2,50,20,-2" in capsys.readouterr().err
 
 
 def test_a_tool_without_a_size_is_told():

@@ -13,7 +13,7 @@ from cncgen.geometry.tables import ArcTable, NurbsTable
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
 from cncgen.stepnc.geometry.solids import Solid
-from cncgen.stepnc.model import CuttingTool, Workingstep, WorkSetup
+from cncgen.stepnc.model import STEEPEST, CuttingTool, Workingstep, WorkSetup
 from cncgen.toolpath.building import RowBuilder, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
@@ -35,6 +35,8 @@ def _sizes(tool: CuttingTool) -> dict[str, Any]:
         values["cutting_length_mm"] = tool.cutting_length
     if tool.left_handed:
         values["left_handed"] = True
+    if not tool.centre_cutting:
+        values["steepest_deg"] = math.degrees(STEEPEST)
     others = {
         "teeth": tool.teeth,
         "pitch_mm": tool.pitch,

@@ -13,6 +13,7 @@ from cncgen.stepnc.features.job import Floats, Job, Moves
 from cncgen.stepnc.features.offsets import OffsetError, clearance
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Piece
+from cncgen.stepnc.model import STEEPEST
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -26,12 +27,8 @@ SMALLEST_HELIX = 0.1
 SHORTEST_RAMP = 0.1
 #: Ways to and fro that a line shorter than that is good for.
 MAX_WAYS = 100
-#: Tools whose edges do not reach their middle (ISO 14649-111), the angle of their ramps, and the steepest without a warning.
-NOT_CENTRE_CUTTING = frozenset(
-    ["facemill", "side mill", "t slot mill", "woodruff keyseat mill", "thread mill"]
-)
+#: Angle of the ramps of tools whose edges do not reach their middle.
 FLAT_ANGLE = math.radians(2.0)
-STEEPEST_FLAT = math.radians(5.0)
 _RAMPS = ("plunge ramp", "plunge zigzag", "plunge zig zag")
 #: Turns of a helix, and lines of a ramp, on one level.
 MAX_TURNS = 10_000
@@ -111,7 +108,7 @@ def along_cut(job: Job, place: Floats, path: list[Piece]) -> Entry:
 
 def _straight(job: Job, place: Floats) -> Entry:
     """Return the straight way down, with a warning for a tool whose edges do not reach its middle."""
-    if job.tool.kind in NOT_CENTRE_CUTTING:
+    if not job.tool.centre_cutting:
         text = f"a {job.tool.kind} does not cut at its centre, and goes straight down"
         job.warn("stepnc-plunge", f"{text}; PLUNGE_RAMP or PLUNGE_HELIX would spare it")
     return plunge(place)
@@ -129,18 +126,18 @@ def _width(job: Job, values: Mapping[str, Any]) -> float:
 
 def _angle(job: Job, given: float | None) -> float:
     """Return the angle of a way down, rad: that given, else 10 degrees, or 2 for tools that do not cut at their centre."""
-    flat = job.tool.kind in NOT_CENTRE_CUTTING
+    flat = not job.tool.centre_cutting
     if not isinstance(given, int | float):
         return FLAT_ANGLE if flat else DEFAULT_ANGLE
     angle = math.radians(float(given))
     if not 0 < angle < math.pi / 2:
         text = f"the angle of the approach is {math.degrees(angle):g} degrees; it must lie between 0 and 90"
         raise job.fault("stepnc-geometry", text)
-    if flat and angle > STEEPEST_FLAT:
+    if flat and angle > STEEPEST:
         text = (
             f"a {job.tool.kind} does not cut at its centre, and goes down at {math.degrees(angle):g} degrees"
         )
-        job.warn("stepnc-plunge", f"{text}; {math.degrees(STEEPEST_FLAT):g} are usual at most")
+        job.warn("stepnc-plunge", f"{text}; {math.degrees(STEEPEST):g} are usual at most")
     return angle
 
 
