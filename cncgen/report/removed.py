@@ -48,7 +48,7 @@ def _section(made: Figure, place: SubplotSpec, stock: Turned, removal: Removal) 
     part.set_aspect("equal")
     part.set_xlabel("Z (mm)")
     part.set_ylabel("radius (mm)")
-    part.legend(loc="upper left", fontsize=8)
+    part.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=8)
 
 
 def _crosses(part: Axes, removal: Removal, across: int, up: int) -> None:
@@ -99,14 +99,17 @@ def _from_above(made: Figure, place: SubplotSpec, field: Field, removal: Removal
 
 
 def _relief(made: Figure, place: SubplotSpec, field: Field) -> None:
+    """Draw the stock in relief, with its sides down to its underside."""
     part = made.add_subplot(place, projection="3d")
     step = max(1, -(-max(field.heights.shape) // RELIEF_COLUMNS))
     heights = np.maximum(field.heights, field.bottom)[::step, ::step]
-    x, y = np.meshgrid(field.x[::step], field.y[::step])
+    x, y = np.meshgrid(*(np.pad(along[::step], 1, mode="edge") for along in (field.x, field.y)))
+    block = np.pad(heights, 1, constant_values=float(field.bottom.min()))
+    whole = {"rstride": 1, "cstride": 1, "linewidth": 0, "antialiased": False, "shade": True}
     part.plot_surface(
-        x, y, heights, cmap="viridis", rstride=1, cstride=1, linewidth=0, antialiased=False, shade=True
+        x, y, block, cmap="viridis", vmin=float(heights.min()), vmax=float(heights.max()), **whole
     )
-    sizes = (np.ptp(field.x), np.ptp(field.y), max(float(np.ptp(heights)), 0.15 * float(np.ptp(field.x))))
+    sizes = (np.ptp(field.x), np.ptp(field.y), max(float(np.ptp(block)), 0.15 * float(np.ptp(field.x))))
     part.set_box_aspect(sizes)
     part.view_init(50, -60)
     part.set_axis_off()
