@@ -184,6 +184,23 @@ def test_faults_are_named_with_their_lines(body, expected):
     assert [c for c in found if c[0] != "part21-section" or c in expected] == expected
 
 
+@pytest.mark.parametrize("end", [b"\x1a", b"\r\n\x1a\r\n", b"\0\0\0"])
+def test_marks_at_the_end_of_a_file_are_passed_over(end):
+    data = exchange("#1=A(1);").data
+    file = Exchange.load(data + end, "t")
+    assert codes(file) == []
+    assert codes(Exchange.load(end, "t")) == codes(Exchange.load(b"", "t"))
+
+
+def test_a_file_without_its_last_line_is_taken_if_its_data_are_whole():
+    data = exchange("#1=A(1);").data
+    file = Exchange.load(data[: data.index(b"END-ISO")], "t")
+    (found,) = file.reporter.diagnostics
+    assert (found.code, found.severity) == ("part21-section", "warning")
+    cut_off = Exchange.load(data[: data.index(b"ENDSEC;\nEND-ISO")], "t")
+    assert any(d.severity == "error" for d in cut_off.reporter.diagnostics)
+
+
 def test_a_file_cut_off_says_so():
     file = Exchange.load(b"ISO-10303-21;HEADER;FILE_SCHEMA(('X'));ENDSEC;DATA;\n#1=A(1,", "t")
     assert ("part21-truncated", 2) in codes(file)

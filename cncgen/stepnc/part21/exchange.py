@@ -153,7 +153,7 @@ class Exchange:
             elif keyword != "ISO-10303-21":
                 section, began = keyword, row
         self._end_section(section, began, len(rows))
-        self._missing_sections(seen)
+        self._missing_sections(seen, whole="DATA" in seen and not section)
         return header_end
 
     def _end_section(self, section: str, began: int, row: int) -> None:
@@ -204,7 +204,8 @@ class Exchange:
                 row, "part21-section", f"{text!r} is neither an instance (#id = …) nor a section"
             )
 
-    def _missing_sections(self, seen: set[str]) -> None:
+    def _missing_sections(self, seen: set[str], whole: bool) -> None:
+        """Report sections that are missing; without its last line the file is taken if its data are `whole`."""
         if not self.data:
             return
         problems = {
@@ -216,7 +217,8 @@ class Exchange:
         for keyword, message in problems.items():
             if keyword not in seen:
                 at = max(len(self.data) - 1, 0) if keyword.startswith("END") else 0
-                self.reporter.report("part21-section", message, at)
+                severity = Severity.WARNING if whole and keyword.startswith("END") else Severity.ERROR
+                self.reporter.report("part21-section", message, at, severity=severity)
 
     def _schemas(self) -> tuple[str, ...]:
         record = self.header.get("FILE_SCHEMA")

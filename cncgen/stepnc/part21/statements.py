@@ -16,6 +16,8 @@ Ints = NDArray[np.int64]
 #: Strings or comments without an end after which the split begins again on the next line.
 MAX_RESTARTS = 20
 _ROOM = 1 << 16
+#: What may stand behind the last statement: blanks, the end of a file of DOS, the padding of a tape.
+_END_MARKS = b"\x1a\0 \t\r\n"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,15 +43,16 @@ class Statements:
 
 
 def split(data: bytes) -> Statements:
-    """Find all statements, behind a byte order mark.
+    """Find all statements, behind a byte order mark and before the marks that DOS and tapes have at the end.
 
     After a string or comment without an end the next line is where it goes on.
     """
-    buffer = np.frombuffer(data, np.uint8)
+    end = len(data.rstrip(_END_MARKS))
+    buffer = np.frombuffer(data, np.uint8, end)
     columns: list[list[np.ndarray]] = [[] for _ in range(6)]
     position = len(codecs.BOM_UTF8) if data.startswith(codecs.BOM_UTF8) else 0
     restarts = 0
-    while position < len(data):
+    while position < end:
         chunk: list[np.ndarray] = [np.empty(_ROOM, np.int64) for _ in range(5)]
         chunk.append(np.empty(_ROOM, np.int32))
         found, position = scan.split(buffer, position, *chunk)
@@ -58,7 +61,7 @@ def split(data: bytes) -> Statements:
         if found and columns[5][-1][-1] & scan.UNTERMINATED and restarts < MAX_RESTARTS:
             restarts += 1
             end_of_line = data.find(b"\n", int(columns[1][-1][-1]))
-            position = len(data) if end_of_line < 0 else end_of_line + 1
+            position = end if end_of_line < 0 else end_of_line + 1
             # The statement ends where the next one may begin: none overlaps another.
             for offsets in (columns[2], columns[3]):
                 offsets[-1][-1] = min(int(offsets[-1][-1]), position)
