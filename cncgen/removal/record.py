@@ -68,7 +68,7 @@ class Cutter:
 
 @dataclass(frozen=True, slots=True)
 class Insert:
-    """A tool that stands while the work turns; the programmed point is its corner, as `cncgen.stepnc.features.turned` has it.
+    """A tool that stands while the work turns; the programmed point is its corner, as `cncgen.stepnc.features.turned_bar` has it.
 
     Attributes:
         name: Called by a tool change.

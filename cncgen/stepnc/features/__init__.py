@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Skip
-from cncgen.stepnc.features import holes, plane, pocket, profile, slot, turned
+from cncgen.stepnc.features import holes, plane, pocket, profile, slot, turned, turned_bar
 from cncgen.stepnc.features.job import Job
 from cncgen.stepnc.features.offsets import OffsetError
 from cncgen.stepnc.geometry.frames import Matrix, identity
@@ -58,7 +58,7 @@ _MAX_ELEMENTS = 50_000
 
 
 #: Bars that are being turned, by the values of their raw pieces.
-Bars = dict[str, turned.Bar]
+Bars = dict[str, turned_bar.Bar]
 
 
 def make_paths(step: Workingstep, exchange: Exchange, bars: Bars | None = None) -> tuple[CutterPath, ...]:
@@ -86,7 +86,7 @@ def _turn(step: Workingstep, feature: Feature, exchange: Exchange, bars: Bars) -
     """Return the toolpaths of a turning workingstep."""
     bar = None
     if step.raw is not None:
-        bar = bars.setdefault(str(step.raw.values()), turned.Bar.of(step.raw))
+        bar = bars.setdefault(str(step.raw.values()), turned_bar.Bar.of(step.raw))
     job = Job(step.ident, step.operation, feature.shape(), exchange)
     return turned.make(job, feature.kind, step.frame, bar)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.stepnc.entities import Skip
-from cncgen.stepnc.features.turned import FAR
+from cncgen.stepnc.features.turned_bar import FAR
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.model import TURNING, Workingstep
 from cncgen.stepnc.part21 import Exchange
