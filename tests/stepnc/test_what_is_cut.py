@@ -226,6 +226,30 @@ def test_a_toolpath_without_a_feed_has_that_of_its_operation():
     assert path.feed[motions(path)].tolist() == [5.0, 20.0]
 
 
+def test_a_feed_of_the_operation_before_is_told():
+    """As in the example of ISO 14649-11, whose pocket is milled by a technology without a feed."""
+    part = Part()
+    first = part.step(part.freeform(part.trajectory(part.polyline((0, 0, 0), (9, 0, 0)))))
+    bare = part.technology(feed=None)
+    second = part.step(part.freeform(part.trajectory(part.polyline((9, 0, 0), (9, 9, 0))), technology=bare))
+    part.project(part.plan(first, second))
+    path, found = part.read()
+    assert codes(found) == ["stepnc-no-feed"]
+    assert path.feed[motions(path)].tolist() == pytest.approx([20.0, 20.0])
+    alone = Part()
+    alone.project(
+        alone.plan(
+            alone.step(
+                alone.freeform(
+                    alone.trajectory(alone.polyline((0, 0, 0), (9, 0, 0))),
+                    technology=alone.technology(feed=None),
+                )
+            )
+        )
+    )
+    assert codes(alone.read()[1], "error") == ["stepnc-no-feed"]
+
+
 def test_what_no_workplan_holds_is_told():
     part = Part()
     line = part.trajectory(part.polyline((0, 0, 0), (10, 0, 0)))

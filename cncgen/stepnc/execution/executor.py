@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -15,10 +14,10 @@ from cncgen.diagnostics import Severity
 from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
+from cncgen.stepnc.execution.cutting_speed import at_diameter, radius, spindle_at, stretches
 from cncgen.stepnc.execution.machine_state import MachineState
 from cncgen.stepnc.execution.rotary_axes import RotaryAxes
 from cncgen.stepnc.execution.technology import SpeedRules, Speeds, completed, speeds
-from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import (
     TURNING,
@@ -50,11 +49,6 @@ MAX_COORDINATE = 1e7
 MAX_SPEED = 1e7
 #: Longest dwell, s: eleven days.
 MAX_DWELL = 1e6
-#: Smallest radius that a constant cutting speed is kept at, and how much the radius may change at one feed, mm.
-LEAST_RADIUS = 0.1
-LONGEST_TURN = 0.5
-#: Chords of arcs at a constant cutting speed, mm.
-CHORD = 1e-3
 #: A turn of the turning axis that is worth a warning where the tool hardly leans, rad.
 MAX_SWING = math.pi / 4
 
@@ -97,7 +91,9 @@ class ProgramExecutor:
         self._steps_left = min(max_steps or MAX_STEPS, MAX_STEPS)
         self._variables: dict[str, float] = {}
         self._open: list[int] = []
+        #: Operations of which is told that they feed with a standing spindle, and at a feed that is not theirs.
         self._standing: set[int] = set()
+        self._carried: set[int] = set()
         self._moved = self._done = False
         self._connect: str | None = None
         self._setup: int | None = None
@@ -294,7 +290,7 @@ class ProgramExecutor:
             technology = completed(technology, step.operation.technology)
         around = None
         if technology is not None and not rapid and step.operation.kind.startswith(TURNING):
-            technology, around = _at_diameter(technology, pieces)
+            technology, around = at_diameter(technology, pieces)
         self._set_speeds(step, path, technology, rapid)
         if not pieces:
             return False
@@ -324,8 +320,8 @@ class ProgramExecutor:
 
     def _turned(self, pieces: list[Piece], around: Technology, told: Technology) -> None:
         """Follow pieces at a constant cutting speed: the feed a turn becomes that in time, piece by piece."""
-        for piece in (p for whole in pieces for p in _stretches(whole)):
-            rate = abs(_spindle_at(around, _radius(piece)))
+        for piece in (p for whole in pieces for p in stretches(whole)):
+            rate = abs(spindle_at(around, radius(piece)))
             self._machine.set_speeds(Speeds((told.feed_per_rev or 0.0) * rate, 0, None))
             self._machine.follow([piece], False)
 
@@ -385,6 +381,8 @@ class ProgramExecutor:
     def _set_speeds(
         self, step: Workingstep, path: CutterPath, technology: Technology | None, rapid: bool
     ) -> None:
+        """Set spindle and feed; warn where a toolpath has the feed of what was before it, once an operation."""
+        feed = None
         if technology is not None and (not rapid or path.technology is not None):
             tool = step.operation.tool or self._machine.tool
             told = speeds(technology, tool, path.ratio, self._warn)
@@ -393,9 +391,16 @@ class ProgramExecutor:
                     text = f"the {what} is {value:g}, more than {MAX_SPEED:g}"
                     raise self._fail(technology.ident, "stepnc-speed", text)
             self._machine.set_speeds(told)
-        if not rapid and not self._machine.feed:
-            owner = path.ident if technology is None else technology.ident
+            feed = told.feed
+        if rapid or feed is not None:
+            return
+        owner = path.ident if technology is None else technology.ident
+        if not self._machine.feed:
             raise self._fail(owner, "stepnc-no-feed", "no technology gives a feed for this toolpath")
+        if path.kind not in ("tap", "thread") and step.operation.ident not in self._carried:
+            self._carried.add(step.operation.ident)
+            text = f"no technology gives {step.operation.label!r} a feed; the {self._machine.feed * 60:g} mm/min before it hold"
+            self._warn(owner, "stepnc-no-feed", text)
 
     def _go_to(
         self, step: Workingstep, path: CutterPath, start: Floats, pieces: list[Piece], begun: bool
@@ -436,39 +441,6 @@ class ProgramExecutor:
         tilt = step.operation.tilt
         local = np.array([0.0, 0.0, 1.0]) if tilt is None else tilt
         return np.asarray(elementary.product(step.frame[:3, :3], local))[None, :]
-
-
-def _radius(piece: Piece) -> float:
-    """Return the distance of the middle of a piece from the axis of the work, X 0 Y 0, mm."""
-    points = polyline_of(piece, LONGEST_TURN).points
-    return float(np.hypot(*((points[0] + points[-1]) / 2)[:2]))
-
-
-def _spindle_at(technology: Technology, radius: float) -> float:
-    """Return the spindle speed of a constant cutting speed at a radius, rev/s with the sign of ISO 14649 (clockwise)."""
-    speed = (technology.cutting_speed or 0.0) / (2 * math.pi * max(radius, LEAST_RADIUS))
-    most = technology.max_spindle
-    return -min(speed, abs(most)) if most else -speed
-
-
-def _at_diameter(technology: Technology, pieces: list[Piece]) -> tuple[Technology, Technology | None]:
-    """Return a technology with the spindle speed where pieces begin, and itself if its cutting speed is constant."""
-    if technology.cutting_speed is None or technology.spindle is not None or not pieces:
-        return technology, None
-    begin = float(np.hypot(*pieces[0].start[:2]))
-    return replace(technology, spindle=_spindle_at(technology, begin), cutting_speed=None), technology
-
-
-def _stretches(piece: Piece) -> list[Piece]:
-    """Return a piece in parts over which the distance from the axis changes by `LONGEST_TURN` at most."""
-    points = piece.points if isinstance(piece, Polyline) else polyline_of(piece, CHORD).points
-    out: list[Piece] = []
-    for a, b in itertools.pairwise(points):
-        change = abs(float(np.hypot(*b[:2]) - np.hypot(*a[:2])))
-        n = max(math.ceil(change / LONGEST_TURN), 1)
-        steps = a + np.linspace(0.0, 1.0, n + 1)[:, None] * (b - a)
-        out += [Polyline(np.stack(pair)) for pair in itertools.pairwise(steps)]
-    return out
 
 
 def _turning_point(pieces: list[Piece]) -> Floats | None:

@@ -18,7 +18,7 @@ from cncgen.stepnc.features import offsets, outlines
 from cncgen.stepnc.features.bottoms import bottom_of
 from cncgen.stepnc.features.entry import Entry, choose, plunge, ramp
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
-from cncgen.stepnc.features.offsets import Ring
+from cncgen.stepnc.features.ring_trees import Ring, nested, rings_of
 from cncgen.stepnc.features.walls import Layer, drawn_in, layers
 from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.chords import polyline_of
@@ -125,7 +125,7 @@ def _clear(job: Job, closed: Polygon, passes: list[Layer]) -> tuple[CutterPath, 
     moves: Moves | None = None
     fitted = False
     for layer in passes:
-        rings = offsets.nested(partial(layer.region, whole, corner), step, job.radius)
+        rings = nested(partial(layer.region, whole, corner), step, job.radius)
         if len(rings) * len(layer.spans) > MAX_PASSES:
             raise job.fault(
                 "stepnc-geometry",
@@ -215,8 +215,8 @@ def _descend_levels(
 
 def _ring_cuts(job: Job, root: Ring, spiral: bool) -> list[Cut]:
     """Return the cuts of a tree of rings: one for every leaf, with the rings around it that no leaf before had."""
-    parent = {id(child): ring for ring in offsets.rings_of(root) for child in ring.children}
-    left = {id(ring): len(ring.children) for ring in offsets.rings_of(root)}  # children not yet cut
+    parent = {id(child): ring for ring in rings_of(root) for child in ring.children}
+    left = {id(ring): len(ring.children) for ring in rings_of(root)}  # children not yet cut
     cuts: list[Cut] = []
     stack = [root]
     while stack:
