@@ -79,15 +79,21 @@ def part_of(rng: random.Random, only: str = "") -> tuple[str, Features]:
     own: tuple[Any, ...] = (axial, radial, side, low)
     operation = "BOTTOM_AND_SIDE_ROUGH_MILLING"
     edge = rng.choice([None, None, 1.0]) if diameter >= 5 else None
+    fillet = rng.choice([None, None, 1.0, rng.uniform(0.2, 3)])
+    lean = rng.choice([None, None, rng.uniform(1, 30)])
     if kind in ("pocket", "boss pocket"):
         bosses = (
             (part.boss(part.add("CIRCULAR_CLOSED_PROFILE", None, part.size(8))),) if kind[0] == "b" else ()
         )
         bottom = part.add("PLANAR_POCKET_BOTTOM_CONDITION")
-        feature = part.add("CLOSED_POCKET", *head, bosses, None, bottom, None, None, boundary(part, rng))
+        round_floor = part.size(fillet) if fillet else None
+        feature = part.add(
+            "CLOSED_POCKET", *head, bosses, lean, bottom, round_floor, None, boundary(part, rng)
+        )
     elif kind == "slot":
         width = rng.choice([diameter, diameter * rng.uniform(1.05, 3)])
-        profile = part.add("SQUARE_U_PROFILE", None, part.size(width), None, None, None, None)
+        walls = (part.size(fillet) if fillet else None, lean) * 2
+        profile = part.add("SQUARE_U_PROFILE", None, part.size(width), *walls)
         course = part.add("LINEAR_PATH", None, part.size(rng.choice([30.0, 50.0])), part.direction(1, 0, 0))
         ends = tuple(slot_end(part, rng) for _ in range(2))
         feature = part.add("SLOT", *head, course, profile, ends)

@@ -260,6 +260,24 @@ def test_a_sharp_tool_beside_the_wall_gouges_the_fillet():
     assert max(depths) == pytest.approx(2.0 - np.sqrt(4.0 - 1.7**2), abs=0.01)
 
 
+@pytest.mark.parametrize(("radial", "edge", "told"), [(5.0, 1.0, False), (7.0, 2.0, True), (3.0, 4.0, True)])
+def test_ridges_between_passes_of_a_rounded_tool_are_found_and_told(radial, edge, told, tmp_path):
+    """A tool of 8 mm is level over 8 less twice the radius of its edge; farther apart its passes leave ridges on the floor."""
+    part = Features()
+    workpiece = part.block((0, 0, -20), (100, 80, 0))
+    place, bottom = part.placement(ORIGIN), part.add("PLANAR_POCKET_BOTTOM_CONDITION")
+    own = ("f", workpiece, (), place, part.plane(-6.0), (), None, bottom, None, None, part.rectangle(60, 40))
+    part.mill(part.add("CLOSED_POCKET", *own), pocket_operation(part, radial=radial, edge=edge))
+    _, found = part.read()
+    assert ("stepnc-uncut" in [code for code, _, _ in found]) == told
+    file = tmp_path / "pocket.stp"
+    file.write_text(part.text())
+    left = cut(file, cell_mm=0.25).findings
+    assert {f.code for f in left} == ({"cut-left"} if told else set())
+    # The highest are those of lines 7 mm apart, 1.5 mm beyond the level end.
+    assert all(f.values["depth_mm"] < 2 - np.sqrt(4 - 1.5**2) for f in left)
+
+
 def drilled_part():
     """A hole of 10 mm, 8 mm deep, with a flat bottom."""
     part = Features()

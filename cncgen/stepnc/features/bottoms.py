@@ -52,7 +52,7 @@ def bottom_of(job: Job) -> Bottom | None:
     Raises:
         Skip: where its sizes are missing or of no bottom.
     """
-    make = {"conical": _cone, "spherical": _sphere, "flat with radius": _corner}.get(job.shape.bottom)
+    make = _ROUND.get(job.shape.bottom)
     if make is None or job.shape.diameter is None:
         return None
     if abs(job.shape.slope) > 1e-9:
@@ -125,3 +125,11 @@ def _made(job: Job, begins: float, floor: float, reach: Callable[[float], float]
         text = f"the tool reaches {lowest:.3f} mm of the bottom's {floor:.3f}; material stays in the middle"
         job.warn("stepnc-uncut", text)
     return Bottom(begins - left, lowest - left, lambda d: reach(d + left))
+
+
+_ROUND = {"conical": _cone, "spherical": _sphere, "flat with radius": _corner}
+
+
+def is_round(job: Job) -> bool:
+    """Tell whether the bottom is none that is flat all over."""
+    return job.shape.bottom in _ROUND

@@ -286,15 +286,17 @@ def _area(job: Job, kind: str, frame: Matrix, over: float) -> Cavity:
     depth = (shape.depth or 0.0) + (over if through else 0.0)
     fillet = (shape.floor_radius or 0.0) if not through else 0.0
     made = Cavity(frame, region, depth, job.shape.slope, bosses, fillet)
-    plain = job.shape.slope == 0 and not shape.floor_radius and not any(b.slope for b in job.shape.bosses)
+    plain = job.shape.slope == 0 and not any(b.slope for b in job.shape.bosses)
     cuts_floor = not job.operation.kind.startswith("side")
-    if not plain or not cuts_floor or _allowances(job) or job.tool.edge or job.tool.tip_angle:
+    if not plain or not cuts_floor or _allowances(job) or job.tool.tip_angle:
         return made
     free, reach = closed, region
     for polygon, _, _ in bosses:
         free, reach = free.difference(polygon), reach.difference(polygon)
-    # A round tool reaches the opening of the region by its radius.
-    reached = reach.buffer(-job.radius + 1e-3, quad_segs=64).buffer(job.radius - 1e-3, quad_segs=64)
+    # The level end of a round tool reaches the opening of where its axis may be: beside a fillet that keeps away from the wall.
+    level = job.radius - job.tool.edge - 1e-3
+    away = level + max(fillet, job.tool.edge)
+    reached = reach.buffer(-away, quad_segs=64).buffer(max(level, 0.0), quad_segs=64)
     if own is not None:  # the slot ends at its open end
         free = free.intersection(offsets.polygon_of(own))
     demands = reached.intersection(free).buffer(-NEAR_WALL, quad_segs=2)

@@ -6,6 +6,7 @@ follow the same rules with offsets made by shapely.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -15,7 +16,7 @@ import numpy as np
 
 from cncgen.geometry import elementary
 from cncgen.stepnc.features import offsets, outlines
-from cncgen.stepnc.features.bottoms import bottom_of
+from cncgen.stepnc.features.bottoms import bottom_of, is_round
 from cncgen.stepnc.features.entry import Entry, choose, plunge, ramp
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.ring_trees import Ring, nested, rings_of
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 _RINGS = ("", "contour parallel", "contour bidirectional", "bidirectional contour")
 _SPIRALS = ("contour spiral",)
 _LINES = ("bidirectional", "unidirectional")
+#: Lower ridges between passes of a rounded tool are not told, mm.
+RIDGE = 0.02
 #: Regions times depths, and lines of all depths, of one pocket.
 MAX_PASSES = 100_000
 MAX_LINES = 5_000_000
@@ -117,15 +120,28 @@ def _step(job: Job) -> float:
     return step
 
 
+def _reach(job: Job, step: float) -> float:
+    """Return how far from its axis the tool cuts the floor, mm; warn of ridges that its rounded edge leaves between passes."""
+    level, edge = job.radius - job.tool.edge, job.tool.edge
+    over = step / 2 - level
+    if over <= 1e-9:
+        return level
+    ridge = edge - math.sqrt(max(edge**2 - min(over, edge) ** 2, 0.0))
+    if ridge > RIDGE and not is_round(job) and not job.value("allowance_bottom", 0.0):
+        text = f"passes {step:g} mm apart of a tool whose end is level over {2 * level:g} mm leave ridges {ridge:.2g} mm high"
+        job.warn("stepnc-uncut", f"{text}; radial_cutting_depth makes them smaller")
+    return job.radius
+
+
 def _clear(job: Job, closed: Polygon, passes: list[Layer]) -> tuple[CutterPath, ...]:
     """Return the toolpaths that clear an outline (shapely polygon) level by level."""
     step, corner = _step(job), job.shape.corner_radius or 0.0
     lowest = -passes[-1].spans[-1][1]
     whole = opened(job, closed, lowest) if job.shape.open_sides else closed
     moves: Moves | None = None
-    fitted = False
+    fitted, reach = False, _reach(job, step)
     for layer in passes:
-        rings = nested(partial(layer.region, whole, corner), step, job.radius)
+        rings = nested(partial(layer.region, whole, corner), step, reach)
         if len(rings) * len(layer.spans) > MAX_PASSES:
             raise job.fault(
                 "stepnc-geometry",
