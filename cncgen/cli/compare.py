@@ -68,7 +68,8 @@ def command(
     Without --controllers: each feedrate strategy's time, true and predicted contour error and peaks; then each
     interpolator's time, feedrate fluctuation, distance of its setpoints from the path, and contour error of the axes. With it: the servo axes'
     errors under each controller, on one plan; with --perturb on drawn machines too. With --reference
-    distances are those from its path too.
+    distances are those from its path too. All rows have the largest drive inputs, how many setpoints met a drive's bound, and the limits
+    that the setpoints break.
     """
     from cncgen.cli.reading import opened, perturbation_of, plan_options, planning_machine, reference_of
     from cncgen.files import write_text

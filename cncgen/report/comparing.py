@@ -10,9 +10,9 @@ import numpy as np
 
 from cncgen.diagnostics import UsageError
 from cncgen.machine.record import Axis, Servo
-from cncgen.report.comparison import Fluctuation, StrategyFigures
+from cncgen.report.comparison import Demand, Fluctuation, StrategyFigures
 from cncgen.report.tables import number, text_table
-from cncgen.servo.command_limits import breaks
+from cncgen.servo.command_limits import breaks, broken_values
 from cncgen.servo.named_schemes import Settings, scheme_maker
 from cncgen.servo.response_spread import drawn_figures, spread_values
 from cncgen.servo.scheme import SchemeMaker
@@ -21,7 +21,7 @@ from cncgen.servo.summary import summarize
 from cncgen.servo.uncertainty import Perturbation
 from cncgen.servo.wanted_motion import WantedMotion, judged_against
 from cncgen.setpoints.record import Setpoints
-from cncgen.units import ORDER_NAMES, file_unit
+from cncgen.units import file_unit
 
 #: Column of the errors against a reference.
 _AGAINST = "from the reference µm"
@@ -43,6 +43,7 @@ def strategy_table(figures: Iterable[StrategyFigures]) -> str:
     figures = list(figures)
     against = any(f.reference_max_mm is not None for f in figures)
     header += [_AGAINST] if against else []
+    header += _demand_header(figures)
     rows = []
     for f in figures:
         if f.fault is not None:
@@ -60,6 +61,7 @@ def strategy_table(figures: Iterable[StrategyFigures]) -> str:
                 number(f.jerk, digits=5),
                 number(f.jerk_of_limit),
                 *([number(f.reference_max_mm, 1000)] if against else []),
+                *_demand_cells(f.demand),
             ]
         )
     return text_table(header, rows)
@@ -71,17 +73,31 @@ def strategy_values(
     """Return the figures of both tables as plain values; a strategy that failed has its ``fault`` alone."""
     strategies = []
     for one in figures:
-        values = {field.name: getattr(one, field.name) for field in fields(one)}
+        values = _values_of(one)
         fault = values.pop("fault")
         strategies.append({"feedrate": one.feedrate, "fault": fault.message} if fault else values)
     interpolators = []
     for each in fluctuations:
-        values = {field.name: getattr(each, field.name) for field in fields(each)}
+        values = _values_of(each)
         problem = values.pop("fault")
         interpolators.append(
             {"interpolator": each.interpolator, "fault": problem.message} if problem else values
         )
     return {"strategies": strategies, "interpolators": interpolators}
+
+
+def _values_of(figures: StrategyFigures | Fluctuation) -> dict[str, Any]:
+    """Return the fields of a row, those of its demand among them."""
+    values = {field.name: getattr(figures, field.name) for field in fields(figures)}
+    demand: Demand | None = values.pop("demand")
+    if demand is not None:
+        effort = None if demand.effort is None else {k: value for k, (value, _) in demand.effort.items()}
+        values |= {
+            "force_max": effort,
+            "saturated_samples": demand.saturated,
+            "breaks": list(demand.breaks),
+        }
+    return values
 
 
 def interpolator_table(fluctuations: Iterable[Fluctuation]) -> str:
@@ -100,6 +116,7 @@ def interpolator_table(fluctuations: Iterable[Fluctuation]) -> str:
     fluctuations = list(fluctuations)
     against = any(f.reference_max_mm is not None for f in fluctuations)
     header += [_AGAINST] if against else []
+    header += _demand_header(fluctuations)
     rows = []
     for f in fluctuations:
         if f.fault is not None:
@@ -114,9 +131,29 @@ def interpolator_table(fluctuations: Iterable[Fluctuation]) -> str:
                 number(f.path_error_mm, 1000),
                 number(f.contour_max_mm, 1000),
                 *([number(f.reference_max_mm, 1000)] if against else []),
+                *_demand_cells(f.demand),
             ]
         )
     return text_table(header, rows)
+
+
+def _demand_header(figures: Iterable[StrategyFigures | Fluctuation]) -> list[str]:
+    """Return the columns of `_demand_cells`."""
+    first = next((f.demand for f in figures if f.demand is not None), None)
+    if first is None:
+        return []
+    efforts = [
+        f"{letter.upper()} effort {unit}".strip() for letter, (_, unit) in (first.effort or {}).items()
+    ]
+    return [*efforts, *(["saturated"] if first.effort else []), "breaks"]
+
+
+def _demand_cells(demand: Demand | None) -> list[str]:
+    """Return the largest drive input of each axis and the setpoints at a bound, where there are servo data, and broken limits."""
+    if demand is None:
+        return []
+    efforts = [number(value) for value, _ in (demand.effort or {}).values()]
+    return [*efforts, *([str(demand.saturated)] if demand.effort else []), _break_text(demand.breaks)]
 
 
 def compare_controllers(
@@ -189,15 +226,7 @@ def _breaks(
     head = setpoints[0]
     motion = np.concatenate([chunk.position for chunk in setpoints])
     command = shaped_command(iter(setpoints), maker(head.axes, head.period_s))
-    found = breaks(limits, head.axes, command, motion, head.period_s)
-    return [
-        {
-            "axis": each.letter,
-            "limit": ("travel", *ORDER_NAMES)[each.order],
-            "ratio": each.ratio if each.order else None,
-        }
-        for each in found
-    ]
+    return broken_values(breaks(limits, head.axes, command, motion, head.period_s))
 
 
 def controller_table(summaries: Sequence[Mapping[str, Any]], against_program: bool = True) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +19,11 @@ from cncgen.planner.motion import motion_at, time_at
 from cncgen.planner.options import INTERPOLATORS
 from cncgen.planner.record import Trajectory
 from cncgen.planner.strategies import available, strategy
+from cncgen.servo.command_limits import breaks, broken_values
 from cncgen.servo.contour import contour_error
 from cncgen.servo.record import Response
 from cncgen.servo.simulate import simulate
+from cncgen.servo.summary import summarize
 from cncgen.servo.wanted_motion import WantedMotion, distance_from_path
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.sampling import sample
@@ -38,6 +41,21 @@ _SETTLE_S = 0.1
 
 
 @dataclass(frozen=True, slots=True)
+class Demand:
+    """What setpoints ask of drives and limits.
+
+    Attributes:
+        effort: By axis (lower case), the largest drive input and its unit; None without servo data.
+        saturated: Setpoints with a drive at its bound; None without servo data.
+        breaks: Axis, limit and ratio of each limit that they break (`cncgen.servo.command_limits.broken_values`).
+    """
+
+    effort: Mapping[str, tuple[float, str]] | None
+    saturated: int | None
+    breaks: Sequence[Mapping[str, Any]]
+
+
+@dataclass(frozen=True, slots=True)
 class StrategyFigures:
     """A program under one strategy; None where the machine's servo data do not allow the figure.
 
@@ -51,6 +69,7 @@ class StrategyFigures:
             after included; mm (or rad) and s.
         acceleration_of_limit, jerk_of_limit: The same, each as a fraction of its axis's limit.
         reference_max_mm: The largest distance of the simulated axes from a reference, where there is one.
+        demand: What the setpoints ask of drives and limits.
         fault: Why the strategy has no figures, where it fails.
     """
 
@@ -64,6 +83,7 @@ class StrategyFigures:
     acceleration_of_limit: float | None = None
     jerk_of_limit: float | None = None
     reference_max_mm: float | None = None
+    demand: Demand | None = None
     fault: Diagnostic | None = None
 
 
@@ -77,7 +97,7 @@ class Fluctuation:
         time_s: Time of the motion, which the interpolator may change.
         path_error_mm: Largest distance of its setpoints from the path through the setpoints of the exact one.
         contour_max_mm: Largest distance of the simulated axes from that path; None where servo data do not allow it.
-        reference_max_mm: As of `StrategyFigures`.
+        reference_max_mm, demand: As of `StrategyFigures`.
         fault: Why it has no figures, where it fails.
     """
 
@@ -88,6 +108,7 @@ class Fluctuation:
     path_error_mm: float | None = None
     contour_max_mm: float | None = None
     reference_max_mm: float | None = None
+    demand: Demand | None = None
     fault: Diagnostic | None = None
 
 
@@ -180,6 +201,7 @@ def _figures(
         acceleration_of_limit=float((second / [a.max_acceleration for a in limits]).max()),
         jerk_of_limit=float((third / [a.max_jerk for a in limits]).max()),
         reference_max_mm=_from_reference(reference, responses),
+        demand=_demand(setpoints, responses, machine),
     )
 
 
@@ -203,6 +225,19 @@ def _responses(
             return None
         servos[letter] = servo
     return list(simulate(iter(setpoints), servos, settle_s=_SETTLE_S))
+
+
+def _demand(setpoints: Sequence[Setpoints], responses: Sequence[Response] | None, machine: Machine) -> Demand:
+    """Return what setpoints ask of drives, which answered so, and of the machine's limits."""
+    head = setpoints[0]
+    rows = np.concatenate([chunk.position for chunk in setpoints])
+    at_rest = np.broadcast_to(rows[:1], rows.shape)
+    broken = broken_values(breaks(machine.axes, head.axes, rows, at_rest, head.period_s))
+    if responses is None:
+        return Demand(None, None, broken)
+    summary = summarize(responses)
+    effort = {k: (axis["force_max"], axis["force_unit"]) for k, axis in summary["axes"].items()}
+    return Demand(effort, summary["saturated_samples"], broken)
 
 
 def _contour_errors(responses: Sequence[Response], axes: str, path: Floats | None = None) -> Floats | None:
@@ -296,6 +331,7 @@ def _interpolated(
         off,
         None if contour is None else float(contour.max()),
         _from_reference(reference, responses),
+        _demand(setpoints, responses, machine),
     )
 
 

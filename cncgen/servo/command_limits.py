@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +76,18 @@ def differences(positions: Floats, order: int) -> Floats:
     return np.diff(
         np.concatenate([np.repeat(positions[:1], order), positions, np.repeat(positions[-1:], order)]), order
     )
+
+
+def broken_values(found: Iterable[Break]) -> list[dict[str, Any]]:
+    """Return axis, limit and ratio (None of travel) of broken limits as plain values."""
+    return [
+        {
+            "axis": each.letter,
+            "limit": ("travel", *ORDER_NAMES)[each.order],
+            "ratio": each.ratio if each.order else None,
+        }
+        for each in found
+    ]
 
 
 def broken(found: Break) -> Diagnostic:

@@ -82,7 +82,13 @@ def test_compare_shows_path_error_time_and_contour_error(lines: Callable[..., To
     assert exact.time_s < held.time_s < 1.1 * exact.time_s
     assert chords.path_error_mm is not None
     assert centred.path_error_mm is not None
+    assert chords.demand is not None
     assert chords.path_error_mm > centred.path_error_mm > 0.1
+    # Chords of 16 ms meet at angles: the speed of an axis jumps within a period.
+    (jerk,) = [b["ratio"] for b in chords.demand.breaks if (b["axis"], b["limit"]) == ("X", "jerk")]
+    assert jerk > 100.0
+    assert chords.demand.effort is not None
+    assert list(chords.demand.effort) == ["x", "y"]
 
 
 def test_axes_without_servo_data_cannot_be_on_the_line(

@@ -13,7 +13,7 @@ from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
 from cncgen.machine import load_servos
 from cncgen.machine.record import Servo
 from cncgen.report import comparing, response, tuned, verdict
-from cncgen.report.comparison import Fluctuation, StrategyFigures
+from cncgen.report.comparison import Demand, Fluctuation, StrategyFigures
 from cncgen.servo.controllers.hinf_servo import BoundCheck
 from cncgen.servo.named_schemes import Settings
 from cncgen.servo.tuning.analysis import OpenLoop
@@ -36,6 +36,20 @@ def test_strategies_side_by_side_in_micrometres() -> None:
     assert whole == ["ild", "1.2500", "12.5", "2.5", "7.5", "1234.6", "0.5", "98765", "1.5"]
     assert failed == ["optimal", "no-plan", *["-"] * 7]
     assert len(head) == 9
+
+
+def test_rows_show_effort_saturation_and_broken_limits() -> None:
+    broken = [{"axis": "X", "limit": "jerk", "ratio": 9.334}, {"axis": "Y", "limit": "travel", "ratio": None}]
+    whole = replace(WHOLE, demand=Demand({"x": (2.194, "V"), "y": (0.5, "V")}, 3, broken))
+    head, failed, row = cells(comparing.strategy_table([FAILED, whole]))
+    assert head[9:] == ["X effort V", "Y effort V", "saturated", "breaks"]
+    assert row[9:] == ["2.194", "0.5", "3", "X jerk 9.33x, Y travel"]
+    assert failed[9:] == 4 * ["-"]
+    values = comparing.strategy_values([whole], [])["strategies"][0]
+    assert values["force_max"] == {"x": 2.194, "y": 0.5}
+    assert (values["saturated_samples"], values["breaks"]) == (3, broken)
+    unknown = Fluctuation("taylor1", 0.0123, 0.0045, 2.5, demand=Demand(None, None, []))
+    assert cells(comparing.interpolator_table([unknown]))[1][6:] == ["none"]
 
 
 def test_strategies_and_interpolators_as_values() -> None:
