@@ -78,10 +78,14 @@ _TRAVERSE_ONCE = Code("G", 0, "motion", Stage.MOTION, _traverse_once, "", AXES, 
 
 
 class BlockPlans:
-    """The plans of a dialect's blocks, each worked out once and kept; `codes` is the dialect's table of codes."""
+    """The plans of a dialect's blocks, each worked out once and kept; `codes` is the dialect's table of codes.
 
-    def __init__(self, dialect: str) -> None:
+    `plain` says that no sign tells which control the program is for.
+    """
+
+    def __init__(self, dialect: str, *, plain: bool = False) -> None:
         self.dialect = language_of(dialect)
+        self._plain = plain
         self._table = dialect
         self._alone = frozenset(ALONE + OFFSET_NUMBERS if dialect == "fanuc" else ALONE)
         self.codes: Codes = table(dialect)
@@ -107,8 +111,8 @@ class BlockPlans:
         motion = self._motion_of(block, codes, in_force)
         if motion is not None and motion not in codes:
             codes.append(motion)
-        # Without axis words, G53 of FANUC does nothing.
-        idle = self.dialect == "fanuc" and _AXIS_LETTERS.isdisjoint(block.words)
+        # Without axis words, G53 of FANUC and Mach does nothing.
+        idle = (self.dialect == "fanuc" or self._plain) and _AXIS_LETTERS.isdisjoint(block.words)
         if G53 in block.g and not idle and (motion is None or motion.number not in _STRAIGHT):
             raise BlockError("g53-motion", "G53 goes with G0 and G1 only", "G53")
         codes += self._of_lone_words(block, codes)
@@ -142,7 +146,7 @@ class BlockPlans:
     def _code(self, letter: str, number: int) -> Code:
         """Return a code of the table, or raise."""
         code = self.codes.get((letter, number))
-        if code is None and letter == "M" and self.dialect == "fanuc":
+        if code is None and letter == "M" and (self.dialect == "fanuc" or self._plain):
             from cncgen.gcode.codes.subprograms import of_builder
 
             return of_builder(number)

@@ -72,6 +72,7 @@ class Interpreter:
         system: The dialect, of which FANUC's lathes have three for their systems of G codes.
         steps: Whether G91 is in force on a lathe that has it.
         feed_doubted: Whether a feed was one that nobody can mean.
+        plain: Whether no sign tells which control the program is for: what LinuxCNC refuses and others pass over is passed over.
     """
 
     def __init__(
@@ -80,6 +81,8 @@ class Interpreter:
         options: ReadOptions,
         warn: Callable[[BlockError, Severity], None],
         dialect: str = "linuxcnc",
+        *,
+        plain: bool = False,
     ) -> None:
         self.sink: Sink = sink
         self.base = sink
@@ -91,7 +94,8 @@ class Interpreter:
         self.dialect = language_of(dialect)
         self.lathe = dialect in LATHES
         self.system = dialect
-        self._plans = BlockPlans(dialect)
+        self.plain = plain
+        self._plans = BlockPlans(dialect, plain=plain)
         self.codes = self._plans.codes
         self.state: State = State()
         if self.dialect == "fanuc":

@@ -1,3 +1,3 @@
-; expect 2:1:unknown-code
+; expect linuxcnc 2:1:unknown-code
 M12
 M2

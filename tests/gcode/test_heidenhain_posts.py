@@ -67,7 +67,6 @@ def test_a_dwell_keeps_its_decimals(calls: Any, text: str, seconds: float) -> No
 
 
 WRONG: dict[str, tuple[str, tuple[str, int]]] = {
-    "a probe": ("TCH PROBE 413 DATUM OUTSIDE CIRCLE", ("unsupported-block", 3)),
     "a factor of the feed": ("L X+1 F500 M103 F20", ("unsupported-block", 3)),
     "untilted points": ("L X+1 FMAX M130", ("unsupported-block", 3)),
     "a plane by vectors": ("PLANE VECTOR BX0 BY0 BZ1 NX0 NY0 NZ1 STAY", ("unsupported-block", 3)),
@@ -85,6 +84,17 @@ def test_what_is_wrong_is_named_where_it_stands(run: Any, tmp_path: Path, name: 
     out = outcome(run, tmp_path, text)
     assert out.errors[0][:2] == (code, line)
     assert next(d for d in out.diagnostics if d.severity == "error").hint
+
+
+def test_probing_is_passed_over_with_a_warning(run: Any, moves: Any, tmp_path: Path) -> None:
+    probing = "TCH PROBE 412 DATUM INSIDE CIRCLE ~\n Q321=+0 ;CENTER ~\n Q262=+40 ;DIAMETER\nTCH PROBE 3.0 MEASURING\nTCH PROBE 3.1 Q1"
+    out = outcome(run, tmp_path, f"L X+1 Y+2 FMAX\n{probing}\nL X+3 F100")
+    assert out.errors == []
+    assert [(d.code, d.severity) for d in out.diagnostics if d.code == "probe-not-run"] == [
+        ("probe-not-run", "warning")
+    ]
+    text = f"0 BEGIN PGM T MM\nL X+1 Y+2 FMAX\n{probing}\nL X+3 F100\nEND PGM T MM\n"
+    assert moves(text) == [(1, 2, 0, 0), (3, 2, 0, 100)]
 
 
 def test_a_tilted_plane_and_m92_are_warned_of(run: Any, tmp_path: Path) -> None:

@@ -339,7 +339,9 @@ def test_a_hundred_megabytes_in_one_line(tmp_path: Path) -> None:
 
 
 def test_a_million_faults_stay_bounded() -> None:
-    program = read(io.BytesIO(b"".join(b"M%d\n" % k for k in range(300, 20_300))), "t")
+    program = read(
+        io.BytesIO(b"".join(b"M%d\n" % k for k in range(300, 20_300))), "t", ReadOptions(dialect="linuxcnc")
+    )
     for _ in program.chunks():
         pass
     assert program.diagnostics.counts["error"] == 20_000

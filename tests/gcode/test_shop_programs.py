@@ -321,3 +321,71 @@ def test_allowances_of_a_finishing_cycle_are_passed_over_with_a_warning(run: Any
     assert [(d.code, d.span.line) for d in idle.diagnostics if d.severity == "warning" and d.span] == [
         ("unused-word", 8)
     ]
+
+
+def remarks(out: Any) -> list[tuple[str, str, int]]:
+    """Return what a run says beside guesses of units and dialects: severity, code, line."""
+    passed = ("units-assumed", "dialect", "no-tool-table")
+    return [(str(d.severity), d.code, d.span.line) for d in out.diagnostics if d.code not in passed]
+
+
+@pytest.mark.parametrize(
+    ("text", "end", "said"),
+    [
+        # grbl and Mach take K0 of an arc in XY, Mach and FANUC's G53 without axes does nothing, M25 is a builder's code (Hurco).
+        ("G21 G90 F100\nG2 X10 Y0 I5 J0 K0.000\nM2", (10, 0), []),
+        ("G21\nG53 G90 G40\nG0 X5\nM2", (5, 0), []),
+        ("G21 G0 X1\nM25\nG0 X5\nM30", (5, 0), [("warning", "builders-code", 2)]),
+    ],
+)  # fmt: skip
+def test_what_linuxcnc_alone_refuses_is_passed_over_where_no_sign_tells_the_control(
+    run: Any, text: str, end: tuple[float, float], said: list[tuple[str, str, int]]
+) -> None:
+    out = run(text)
+    assert remarks(out) == said
+    assert tuple(out.path.end[-1, :2]) == end
+    # LinuxCNC itself refuses each (`rs274`).
+    assert len(run(text, dialect="linuxcnc").errors) == 1
+
+
+def test_an_arc_has_no_centre_out_of_its_plane(run: Any) -> None:
+    assert [e[:2] for e in run("G21 G90 F100\nG2 X10 Y0 I5 K1\nM2").errors] == [("arc-plane", 2)]
+
+
+@pytest.mark.parametrize(
+    ("words", "seconds", "said"),
+    [
+        ("P500", 0.5, 0),
+        # With a point FANUC's controls raise an alarm, so that another unit is meant: Haas counts seconds.
+        ("P.5", 0.5, 1),
+        ("P2.", 2.0, 1),
+        # Half a second as well: nobody waits for 500 s.
+        ("P500.", 0.5, 1),
+        ("P2", 0.002, 1),
+        ("X2.", 2.0, 0),
+    ],
+)
+def test_a_dwell_of_fanuc_counts_as_its_point_says(run: Any, words: str, seconds: float, said: int) -> None:
+    out = run(f"%\nO1\nG21 G04 {words}\nM30\n%", dialect="fanuc")
+    assert [e.values["seconds"] for e in out.path.events if e.name == "dwell"] == [seconds]
+    assert [d.code for d in out.diagnostics].count("dwell-point") == said
+
+
+def test_a_dwell_in_a_cycle_counts_as_its_point_says(calls: Any) -> None:
+    text = "%\nO1\nG21 G90 G99 F100\nG0 Z5.\nG82 X0 Y0 Z-1. R1. P{}\nX1.\nG80\nM30\n%"
+    for words, seconds in (("250", "0.2500"), (".25", "0.2500"), ("250.", "0.2500")):
+        assert [c for c in calls(text.format(words)) if "DWELL" in c] == 2 * [f"DWELL({seconds})"]
+
+
+def test_a_step_of_least_increments_is_no_stroke_through_the_hole(run: Any, moves: Any) -> None:
+    text = "%\nO1\nG21 G90 G98\nG0 Z10.\nG83 X0 Y0 Z-5. R1. Q{} F100\nG80\nM30\n%"
+    levels = [[z for _, _, z, feed in moves(text.format(q)) if feed] for q in ("2000", "2.", "9.")]
+    assert levels == [[-1.0, -3.0, -5.0], [-1.0, -3.0, -5.0], [-5.0]]
+    assert ("warning", "cycle-peck", 5) in remarks(run(text.format("2000")))
+
+
+def test_measuring_macros_of_a_probe_lead_back_to_where_they_began(run: Any, moves: Any) -> None:
+    text = "%\nO1\nG21 G90\nG0 Z50.\nG65 P9832\nG65 P9810 X4. Z10. F3000.\nG65 P9811 Z0. S1.\nG65 P9833\nG1 Y2.\nM30\n%"
+    assert moves(text) == [(0, 0, 50, 0), (4, 0, 10, 3000), (4, 2, 10, 3000)]
+    assert [code for _, code, _ in remarks(run(text))] == 3 * ["probe-not-run"]
+    assert [e[:2] for e in run(text.replace("P9811", "P8811")).errors] == [("sub-missing", 7)]

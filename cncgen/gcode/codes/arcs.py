@@ -143,7 +143,7 @@ def _centre_by_offset(ip: Interpreter, block: Block, end: list[float], name: str
     start = state.position
     # I, J and K belong to X, Y and Z (or U, V and W).
     wrong = _OFFSETS[normal % 3]
-    if wrong in block.words:
+    if wrong in block.words and not (ip.plain and block.words[wrong] == 0.0):
         plane = (AXES[first] + AXES[second]).upper()
         raise BlockError(
             "arc-plane",

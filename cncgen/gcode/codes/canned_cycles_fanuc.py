@@ -14,6 +14,8 @@ from collections.abc import Callable
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.canned_cycles import CYCLES, MAX_REPEATS, PECK_CLEARANCE, Hole, Sticky, words_hint
+from cncgen.gcode.codes.dwell import seconds_of
+from cncgen.gcode.codes.lathe_fanuc import increments
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
@@ -189,6 +191,8 @@ HOLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
     890: (_bore_wait, False, "bore, dwell for P, feed out"),
 }
 _BACK = 870
+#: The least part of a hole's depth that a step of least increments may be.
+_LEAST_STEP = 1e-3
 #: Words that Haas's controls have besides: steps of drilling, the speed of a tap on its way out.
 _HAAS = {730: "ij", 830: "ij", 740: "j", 840: "j"}
 
@@ -215,10 +219,29 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     if "i" in block.words or (sticky.number == number and "i" in sticky.words):
         letters += "k"
     given = {k: v for k, v in block.words.items() if k in letters}
+    if "p" in given:
+        given["p"] = seconds_of(ip, block)
     relative = sticky.relative - given.keys() if state.absolute else sticky.relative | given.keys()
-    state.cycle = Sticky(number, {**sticky.words, **given}, sticky.level, relative=relative)
+    words = {**sticky.words, **given}
+    if number in (730, 830) and "q" in given and AXES[normal] in words:
+        level = 0.0 if AXES[normal] in relative else words.get("r", sticky.level)
+        words["q"] = _step(ip, block, abs(words[AXES[normal]] - level))
+    state.cycle = Sticky(number, words, sticky.level, relative=relative)
     state.motion = number
     return state.cycle
+
+
+def _step(ip: Interpreter, block: Block, depth: float) -> float:
+    """Return the step Q of a hole: a whole number that is deeper than the hole counts in least increments, as Q2000 of 2 mm."""
+    value = block.words["q"]
+    step = increments(ip, block, "q")
+    if value <= depth or not _LEAST_STEP * depth < step <= depth:
+        return value
+    message = f"Q{value:g}, deeper than the hole, is read as {step:g} (least increments)"
+    ip.warn(
+        BlockError("cycle-peck", message, "Q", hint="a length has a decimal point: Q2.0"), Severity.WARNING
+    )
+    return step
 
 
 def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, float]) -> None:
@@ -245,7 +268,7 @@ def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, fl
             "cycle-words", f"{name} has no {' and no '.join(missing)}", name, hint=words_hint(missing)
         )
     if words.get("p", 0.0) < 0.0:
-        raise BlockError("dwell-negative", f"P{words['p']:g} of {name} is negative", "P")
+        raise BlockError("dwell-negative", f"P{block.words['p']:g} of {name} is negative", "P")
     if "q" in needs and words["q"] <= 0.0:
         raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
 
@@ -270,7 +293,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     state = ip.state
     first, second, normal = state.plane_axes()
     depth = AXES[normal]
-    words = {**sticky.words, "p": sticky.words.get("p", 0.0) / 1000.0}
+    words = {**sticky.words, "p": sticky.words.get("p", 0.0)}
     # R and the depth mean what they meant in the block that gave them, whatever mode is in force now.
     retract = words["r"] + (sticky.level if "r" in sticky.relative else 0.0)
     bottom = words[depth] + (retract if depth in sticky.relative else 0.0)

@@ -15,6 +15,9 @@ from cncgen.toolpath.record import Event
 #: A P word with a decimal point, behind comments and other words.
 _WITH_POINT = re.compile(r"(?:\([^)]*\)|[^(;])*?P[ \t]*[0-9]*\.", re.IGNORECASE)
 
+#: From which number on a word P with a decimal point counts milliseconds, and below which one without a point is doubtful.
+_LEAST_MS, _LEAST_WAIT = 50.0, 10.0
+
 
 def dwell(ip: Interpreter, block: Block) -> None:
     """G4 P."""
@@ -31,8 +34,7 @@ def dwell_fanuc(ip: Interpreter, block: Block) -> None:
     words = block.words
     seconds = next((words[letter] for letter in "xu" if letter in words), None)
     if "p" in words:
-        seconds = words["p"] / 1000.0
-        _doubt_point(ip, block)
+        seconds = seconds_of(ip, block)
     if seconds is None:
         raise BlockError("dwell-time", "G4 has no time", "G4", hint="X seconds or P milliseconds")
     if seconds < 0.0:
@@ -40,17 +42,22 @@ def dwell_fanuc(ip: Interpreter, block: Block) -> None:
     ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
 
 
-def _doubt_point(ip: Interpreter, block: Block) -> None:
-    """Say that P counts milliseconds where it has a decimal point, with which other controls count seconds."""
+def seconds_of(ip: Interpreter, block: Block) -> float:
+    """Return the time of a word P of FANUC in seconds: milliseconds, or with a decimal point and less than 50 seconds.
+
+    FANUC's controls refuse the point. Haas's and most others count seconds with it, and programs that have P500. mean
+    milliseconds; either way a remark says it, as on less than 10 milliseconds, for which nobody waits.
+    """
     assert ip.flow is not None
+    number = block.words["p"]
     text = ip.flow.subroutines.sources[block.source].text_at(block.offset)
-    if _WITH_POINT.match(text):
-        number = block.words["p"]
-        message = f"P{number:g} with a decimal point is read as {number:g} ms"
-        hint = (
-            f"X{number:g} waits {number:g} s; FANUC's controls refuse the point, others count seconds with it"
-        )
+    point = _WITH_POINT.match(text) is not None
+    seconds = number if point and number < _LEAST_MS else number / 1000.0
+    if number > 0.0 and (point or number < _LEAST_WAIT):
+        message = f"P{number:g} {'with' if point else 'without'} a decimal point is read as {seconds:g} s"
+        hint = "X0.5 and P500 of G4 wait half a second; FANUC's controls refuse P with a point, Haas's count seconds with it"
         ip.warn(BlockError("dwell-point", message, "P", hint=hint), Severity.WARNING)
+    return seconds
 
 
 _OWN = ("fanuc",)

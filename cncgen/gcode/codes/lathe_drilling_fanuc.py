@@ -11,6 +11,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.canned_cycles import Hole, Sticky
 from cncgen.gcode.codes.canned_cycles_fanuc import HOLES
+from cncgen.gcode.codes.dwell import seconds_of
 from cncgen.gcode.codes.lathe_fanuc import ONLY, increments
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
@@ -39,6 +40,8 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     given = {letter: value for letter, value in block.words.items() if letter in _KEPT}
     if "q" in given:
         given["q"] = _step(ip, block)
+    if "p" in given:
+        given["p"] = seconds_of(ip, block)
     state.cycle = Sticky(number, {**sticky.words, **given}, sticky.level)
     state.motion = number
     return state.cycle
@@ -99,7 +102,7 @@ def _cycle(number: int) -> Handler:
             message = f"the bottom Z{bottom:g} lies above Z{sticky.level:g}, where the cycle began"
             raise BlockError("cycle-depth", message, "Z", hint="the cycle drills towards smaller Z")
         retract = _retract(ip, sticky, bottom)
-        words = {**sticky.words, "p": sticky.words.get("p", 0.0) / 1000.0}
+        words = {**sticky.words, "p": sticky.words.get("p", 0.0)}
         if needs_step and words.setdefault("q", retract - bottom or 1.0) <= 0.0:
             raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
         end = ip.end_point(Block({k: v for k, v in block.words.items() if k in "xyc"}, block.g))

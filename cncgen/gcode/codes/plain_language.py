@@ -288,6 +288,8 @@ _REMARKS = {
         "TOOL CALL with a number takes one of --tool-table", Severity.NOTE),
     20: ("feed-inch", "F of a program in INCH is read as inches a minute; TNCs may count it in tenths of an inch a minute", "INCH",
          "compare a feed with what is meant", Severity.WARNING),
+    40: ("probe-not-run", "TCH PROBE measures on the machine: passed over, and datums and Q parameters stay as they are", "TCH",
+         "the motions of probing take time that is not counted", Severity.WARNING),
     92: ("builders-point", "M92 counts from a point of the machine's builder: taken as machine zero, as M91", "M92",
          "M91 counts from machine zero", Severity.WARNING),
     **{number: ("feed-function", f"M{number} ({what}) is not read: F is that of the tool's centre along its path", f"M{number}",

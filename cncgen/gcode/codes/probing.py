@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from array import array
+from dataclasses import replace
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -76,6 +77,35 @@ def skip(ip: Interpreter, block: Block) -> None:
     ip.sink.straight_feed(end)
     state.position, state.moved = end, True
     ip.parameters.numbers[PROBE : PROBE + 9] = array("d", end)
+
+
+#: Programs of the makers of probes, which the control has and the text has not: Renishaw's Inspection Plus, Haas's VPS; and
+#: the one of Renishaw's that moves to a place, stopping where something is touched.
+_MEASURING = (*range(9800, 9900), 9023, 9995, 9996)
+_POSITIONING = 9810
+#: Arguments of that one: axes by the number of their parameter, and the feed.
+_PLACE = {24: "x", 25: "y", 26: "z", 9: "f"}
+
+
+def measures(ip: Interpreter, block: Block, number: int, values: list[float]) -> bool:
+    """Tell whether a program that is called and missing is one of a probe's maker, and do what it does to the position.
+
+    Measuring leads back to where it began, and what it would set is unknown: it is passed over with a warning.
+    """
+    if number not in _MEASURING:
+        return False
+    if number == _POSITIONING:
+        words = {letter: values[k - 1] for k, letter in _PLACE.items() if values[k - 1] == values[k - 1]}
+        motion = ip.state.motion
+        ip.execute(replace(block, words=words, g=(10,), m=()))
+        ip.state.motion = motion
+    elif -number not in ip.remarked:
+        ip.remarked.add(-number)
+        ip.sink.block = block
+        message = f"O{number} measures with a probe: passed over, and what it would set stays as it is"
+        hint = "its motions take time that is not counted; offsets and parameters that it sets are those of --parameters"
+        ip.warn(BlockError("probe-not-run", message, "P", hint=hint), Severity.WARNING)
+    return True
 
 
 _SKIP = Code(

@@ -51,6 +51,7 @@ def assemble(
     *,
     path: Path | None,
     batches: bool,
+    plain: bool,
 ) -> Parts:
     """Put the parts of a run together; the arguments are those of `running.Runner`."""
     sources = [source]
@@ -58,7 +59,7 @@ def assemble(
     language = language_of(dialect)
     increments = language == "fanuc" and options.least_increment is not None
     faults = Faults(sources, sink, reporter)
-    ip = Interpreter(sink, options, faults.remark, dialect)
+    ip = Interpreter(sink, options, faults.remark, dialect, plain=plain)
     control = ip.flow = FlowControl(ip, sources, path)
     executor = Executor(ip, control.calls, faults)
     compiler = Compiler(ip, control, executor.execute)

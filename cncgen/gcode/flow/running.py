@@ -48,14 +48,18 @@ class Runner:
         self.reporter = Reporter(diagnostics)
         self._options = options
         self._choice = choice or chosen(source, options.dialect)
+        choice = self._choice
         self._parts = assemble(
             source,
-            self._choice.dialect,
+            choice.dialect,
             options,
             sink,
             self.reporter,
             path=path,
             batches=batches,
+            plain=options.dialect == "auto"
+            and not options.stand_alone
+            and (choice.dialect, choice.reason) == ("linuxcnc", ""),
         )
         self.sources = self._parts.sources
         self.ip = self._parts.ip

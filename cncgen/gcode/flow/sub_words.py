@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Flow, program_names
+from cncgen.gcode.block import Block, Flow, program_names
+from cncgen.gcode.codes import probing
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import macros
 from cncgen.gcode.flow.calls import LOCALS
@@ -140,7 +141,13 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
         line = macros.line_numbered(control, here, number, "P")
         calls.enter(float(number), after, None).again = (line, times - 1)
         return line
-    target = _call_number(control, number, times, here, after, values if kind != "call" else None)
+    try:
+        target = _call_number(control, number, times, here, after, values if kind != "call" else None)
+    except BlockError as error:
+        block = Block({}, source=here.source, line=here.line, offset=here.offset)
+        if error.code != "sub-missing" or values is None or not probing.measures(ip, block, number, values):
+            raise
+        return after
     calls.frame.modal = kind == "modal"
     return target
 
