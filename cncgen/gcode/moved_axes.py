@@ -14,6 +14,7 @@ from itertools import compress
 from pathlib import Path
 
 from cncgen.diagnostics import UsageError
+from cncgen.gcode.codes.probing import POSITIONING
 from cncgen.gcode.codes.table import LATHES, Code, language_of, table
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.state.modal import PLANE_AXES
@@ -67,6 +68,8 @@ def moving_axes(text: Source, dialect: str, folders: Sequence[Path] = ()) -> str
     if dialect in LATHES and "H" in letters:
         # H is a distance of C.
         named += "C"
+    if any(POSITIONING in found.programs for found in texts):
+        named += "XYZ"
     moved = {*named, *_moved(texts, "".join(letters).lower(), 18 if dialect in LATHES else 17)}
     return "".join(letter for letter in AXIS_LETTERS if letter in moved)
 

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.canned_cycles import CYCLES, MAX_REPEATS, PECK_CLEARANCE, Hole, Sticky, words_hint
-from cncgen.gcode.codes.dwell import seconds_of
+from cncgen.gcode.codes.dwell import is_written, seconds_of
 from cncgen.gcode.codes.lathe_fanuc import increments
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
@@ -191,8 +191,6 @@ HOLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
     890: (_bore_wait, False, "bore, dwell for P, feed out"),
 }
 _BACK = 870
-#: The least part of a hole's depth that a step of least increments may be.
-_LEAST_STEP = 1e-3
 #: Words that Haas's controls have besides: steps of drilling, the speed of a tap on its way out.
 _HAAS = {730: "ij", 830: "ij", 740: "j", 840: "j"}
 
@@ -235,7 +233,7 @@ def _step(ip: Interpreter, block: Block, depth: float) -> float:
     """Return the step Q of a hole: a whole number that is deeper than the hole counts in least increments, as Q2000 of 2 mm."""
     value = block.words["q"]
     step = increments(ip, block, "q")
-    if value <= depth or not _LEAST_STEP * depth < step <= depth:
+    if value <= depth or step > depth or not is_written(ip, block, r"Q[ \t]*[0-9]+(?![\d.])"):
         return value
     message = f"Q{value:g}, deeper than the hole, is read as {step:g} (least increments)"
     ip.warn(

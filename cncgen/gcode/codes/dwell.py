@@ -12,9 +12,8 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.toolpath.record import Event
 
-#: A P word with a decimal point, behind comments and other words.
-_WITH_POINT = re.compile(r"(?:\([^)]*\)|[^(;])*?P[ \t]*[0-9]*\.", re.IGNORECASE)
-
+#: What stands before a word of a block.
+_BEFORE = r"(?:\([^)]*\)|[^(;])*?"
 #: From which number on a word P with a decimal point counts milliseconds, and below which one without a point is doubtful.
 _LEAST_MS, _LEAST_WAIT = 50.0, 10.0
 
@@ -42,16 +41,21 @@ def dwell_fanuc(ip: Interpreter, block: Block) -> None:
     ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
 
 
+def is_written(ip: Interpreter, block: Block, word: str) -> bool:
+    """Tell whether a word that a pattern describes, ``P[ \\t]*[0-9]*[.]``, stands in the text of a block."""
+    assert ip.flow is not None
+    text = ip.flow.subroutines.sources[block.source].text_at(block.offset)
+    return re.match(_BEFORE + word, text, re.IGNORECASE) is not None
+
+
 def seconds_of(ip: Interpreter, block: Block) -> float:
     """Return the time of a word P of FANUC in seconds: milliseconds, or with a decimal point and less than 50 seconds.
 
     FANUC's controls refuse the point. Haas's and most others count seconds with it, and programs that have P500. mean
     milliseconds; either way a remark says it, as on less than 10 milliseconds, for which nobody waits.
     """
-    assert ip.flow is not None
     number = block.words["p"]
-    text = ip.flow.subroutines.sources[block.source].text_at(block.offset)
-    point = _WITH_POINT.match(text) is not None
+    point = is_written(ip, block, r"P[ \t]*[0-9]*[.]")
     seconds = number if point and number < _LEAST_MS else number / 1000.0
     if number > 0.0 and (point or number < _LEAST_WAIT):
         message = f"P{number:g} {'with' if point else 'without'} a decimal point is read as {seconds:g} s"
