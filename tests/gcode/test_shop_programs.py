@@ -109,10 +109,49 @@ def test_lathes_of_sinumerik(moves: Any, body: str, expected: list[Move]) -> Non
     assert moves(f"G18 G90 G94 F100\n{body}\nM30\n", dialect="sinumerik") == expected
 
 
-def test_a_radius_that_may_be_a_diameter_is_doubted(run: Any) -> None:
-    text = "G18 G90 G95\nG96 S200 LIMS=3000 M4\nG1 X20 F0.2\nM30\n"
-    assert [d.code for d in run(text).diagnostics if d.severity == "warning"] == ["diameter-doubtful"]
-    assert not [d for d in run(f"DIAMOF\n{text}").diagnostics if d.severity == "warning"]
+@pytest.mark.parametrize("plane", ["G18 ", ""])
+def test_a_program_that_turns_has_diameters_unless_it_says_otherwise(run: Any, plane: str) -> None:
+    text = f"{plane}G90 G95\nG0 X20 Z0\nG96 S200 LIMS=3000 M4\nG2 X30 Z-5 CR=5 F0.2\nM30\n"
+    out = run(text)
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["diameter-doubtful"]
+    assert out.errors == []
+    assert out.path.end[out.path.kind < 3][:, [0, 2]].tolist() == [[10, 0], [15, -5]]
+    radii = run(f"DIAMOF\n{text}".replace("CR=5", "CR=9"), dialect="sinumerik")
+    assert not [d for d in radii.diagnostics if d.severity == "warning"]
+    # A mill may have a constant surface speed as well, for a boring head.
+    assert not [
+        d
+        for d in run(f"G17\n{text[4:]}G0 Y1", dialect="sinumerik").diagnostics
+        if d.code == "diameter-doubtful"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        # tan 30 deg = 1 / sqrt 3; 135 deg from Z in G18: Z goes back by as much as X (a radius) grows.
+        ("ANG=30 X10", [(10, 10 / 3**0.5, 0)]),
+        ("X1 Y1\nANG=90 Y4", [(1, 1, 0), (1, 4, 0)]),
+        ("G91 X2\nANG=45 Y3", [(2, 0, 0), (5, 3, 0)]),
+        ("G18 DIAMON\nG0 X20 Z0\nG1 ANG=135 X40", [(10, 0, 0), (20, 0, -10)]),
+    ],
+)  # fmt: skip
+def test_lines_by_their_angle(moves: Any, body: str, expected: list[tuple[float, float, float]]) -> None:
+    found = [move[:3] for move in moves(f"F100\n{body}\nM30", dialect="sinumerik")]
+    assert found == [pytest.approx(point, abs=1e-6) for point in expected]
+
+
+@pytest.mark.parametrize("body", ["ANG=30", "ANG=30 X1 Y1", "ANG=90 X5", "G2 ANG=30 X5 CR=9"])
+def test_lines_whose_angle_leads_nowhere(run: Any, body: str) -> None:
+    assert [e[:2] for e in run(f"F100\n{body}\nM30", dialect="sinumerik").errors] == [("drawing-angle", 2)]
+
+
+def test_milling_cycles_need_no_feed_beside_their_own(moves: Any) -> None:
+    text = "T1 D1 M6\nPOCKET4(20,0,2,-4,10,50,10,4,0,0,500,100,0,1)\nM30"
+    assert {feed for *_, feed in moves(text, dialect="sinumerik")} == {0, 100, 500}
+
+
+def test_a_shift_of_a_diameter_is_doubted(run: Any) -> None:
     shifted = run("DIAMON\nTRANS X10\nG1 X20 F100\nM30\n")
     assert [d.code for d in shifted.diagnostics if d.severity == "warning"] == ["frame-diameter"]
 

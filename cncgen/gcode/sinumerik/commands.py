@@ -33,6 +33,7 @@ NAMED = frozenset(
         *_MACHINE_AXES,
         "CR",
         "AR",
+        "ANG",
         "TURN",
         "I1",
         "J1",
@@ -451,15 +452,6 @@ def _surface(motions: Motions, code: int, words: Words) -> None:
         raise BlockError("speed-missing", "G96 has no S", "G96", hint="G96 S200 is 200 m a minute")
     limit = words.value("LIMS")
     words.named.pop("LIMS", None)
-    if motions.ip.state.plane == 18 and not motions.diameter:
-        motions.diameter = "none"
-        message = "X is read as a radius: the program says neither DIAMON nor DIAMOF, and most lathes begin with DIAMON"
-        motions.ip.warn(
-            BlockError(
-                "diameter-doubtful", message, "G96", hint="DIAMON before the first motion makes X a diameter"
-            ),
-            Severity.WARNING,
-        )
     motions.emit({"s": speed[1], **({} if limit is None else {"d": limit})}, (960,))
 
 

@@ -76,6 +76,10 @@ class _Kept:
     system: int
 
 
+#: Part of a line's length that it must lead along the axis whose coordinate bounds it (ANG).
+_STEEP = 1e-9
+
+
 class Motions:
     """The state that SINUMERIK keeps from block to block, on an interpreter that is always in G90.
 
@@ -121,9 +125,15 @@ class Motions:
 
     # What handlers share.
 
-    def begin(self) -> None:
-        """Put the modes in force with which SINUMERIK begins."""
+    def begin(self, *, turns: bool = False) -> None:
+        """Put the modes in force with which SINUMERIK begins, on lathes where the program turns and says no other."""
         self.emit({}, (210,))
+        if turns:
+            self.emit({}, (180,))
+            self.diameter = "G90 G91"
+            message = "the program turns and says neither DIAMON nor DIAMOF: X is read as a diameter, in G18, as most lathes begin"
+            hint = "DIAMON or DIAMOF before the first motion says which"
+            self.ip.warn(BlockError("diameter-doubtful", message, hint=hint), Severity.WARNING)
 
     def emit(self, words: dict[str, float], g: tuple[int, ...] = (), m: tuple[int, ...] = ()) -> None:
         """Execute a block of the interpreter's codes, at the line in progress."""
@@ -476,7 +486,7 @@ class Motions:
             commands.home(self, words)
             return False
         polar = {"AP", "RP"} & words.named.keys()
-        arc = {"I", "J", "K", "CR", "AR", "TURN", "I1", "J1", "K1"} & words.named.keys()
+        arc = {"I", "J", "K", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1"} & words.named.keys()
         if not (words.axes or polar or arc or words.polynomials):
             return False
         end = self._end(words)
@@ -518,7 +528,28 @@ class Motions:
             end[column] = self._coordinate(axis, mode, value, end[column])
         if {"AP", "RP"} & words.named.keys():
             self._polar_end(words, end)
+        if "ANG" in words.named:
+            self._angle_end(words, end)
         return end
+
+    def _angle_end(self, words: Words, end: list[float]) -> None:
+        """Put in the end of a line at the angle ANG from the first axis of the plane, which one of its two coordinates bounds."""
+        first, second, _ = self.plane()
+        way = cmath.rect(1.0, math.radians(words.named.pop("ANG")[1]))
+        given = [column for column in (first, second) if AXES[column].upper() in words.axes]
+        along, across = (way.real, way.imag) if given == [first] else (way.imag, way.real)
+        if len(given) != 1 or self.motion not in ("G0", "G1") or abs(along) < _STEEP:
+            names = f"{AXES[first]} or {AXES[second]}".upper()
+            message = (
+                f"ANG does not lead to a point: a line at an angle has {names}, one of them, that it comes to"
+            )
+            raise BlockError(
+                "drawing-angle", message, "ANG", hint="ANG=135 X40; two lines by their angles alone are not read"
+            )
+        column, other = (first, second) if given == [first] else (second, first)
+        start = self.ip.state.position
+        end[other] = start[other] + (end[column] - start[column]) * across / along
+        words.axes[AXES[other].upper()] = "AC", end[other]
 
     def scale(self, axis: str, mode: str = "AC") -> float:
         """Return 0.5 where a value of an axis is a diameter."""

@@ -54,7 +54,7 @@ def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[
             hint="FFP1 mills, FFD plunges",
         )
     motions.move({"Z": hole.back}, rapid=True)
-    motions.emit({}, (10,))
+    motions.ip.state.motion = 10
     step = how["step"] or _USUAL_STEP * 2.0 * radius
     climb = how["cdir"] in (0.0, 3.0) if motions.ip.state.direction >= 0 else how["cdir"] == 3.0
     sense = 1 if climb or how["cdir"] == 3.0 else -1

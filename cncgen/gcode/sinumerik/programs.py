@@ -147,3 +147,17 @@ def _connect(program: Program) -> list[tuple[Cursor, BlockError]]:
         )
         faults.append((program.lines[at].here, error))
     return faults
+
+
+#: A speed of the surface, or a bound of the spindle's speed beside it.
+_TURNS = re.compile(rb"^[^;\n]*?(?:\bG96(?!\d)|\bLIMS[ \t]*=)", re.MULTILINE | re.IGNORECASE)
+#: What says how X is meant, a plane of mills, and words of Y, which lathes have not.
+_SAYS = re.compile(
+    rb"^[^;\n]*?(?:\bDIAM(?:ON|OF|90)|\bG1[79](?!\d)|(?<![A-Z_$\"])Y\d?[ \t]*[-+=.\d(]|\bTRACYL|\bTRANSMIT)",
+    re.MULTILINE | re.IGNORECASE,
+)
+
+
+def turns(text: bytes) -> bool:
+    """Tell whether a program turns and says nowhere whether X is a diameter."""
+    return _TURNS.search(text) is not None and _SAYS.search(text) is None

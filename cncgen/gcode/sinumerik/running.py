@@ -19,7 +19,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
 from cncgen.gcode.sinumerik.motions import Motions
-from cncgen.gcode.sinumerik.programs import Line, Program, programs_of
+from cncgen.gcode.sinumerik.programs import Line, Program, programs_of, turns
 from cncgen.gcode.sinumerik.reading import Item
 from cncgen.gcode.sinumerik.variables import Store, Variable
 from cncgen.gcode.source import Source, open_source
@@ -86,7 +86,7 @@ class SinumerikRunner:
             return
         self._say_dialect()
         self.ip.begin()
-        self.motions.begin()
+        self.motions.begin(turns=turns(source.data))
         main = self._load(0, "")
         self.motions.turret = _TOOL_CHANGE.search(source.data) is None
         self._frames = [Frame(main)]
