@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cncgen.diagnostics import UsageError
+from cncgen.gcode.sinumerik.programs import turns
 from cncgen.gcode.sinumerik.reading import capitals
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.text.search import candidates
@@ -16,7 +17,7 @@ _STRINGS = re.compile(r'"[^"\n]*"')
 _AXIS = re.compile(
     r"(?<![A-Z_$0-9.])([XYZABCUVW])(?=[-+]?[.\d]|\s*=(?!=))|(?<=\d)([XYZABCUVW])(?=[-+]?[.\d])|\[([XYZABCUVW])\]"
 )
-_PLANE = re.compile(r"(?<![A-Z_$])(?:[IJK]1?|AP|RP|CR|AR)(?=[-+]?[.\d]|\s*=(?!=))")
+_PLANE = re.compile(r"(?<![A-Z_$])(?:[IJK]1?|AP|RP|CR|AR|ANG)(?=[-+]?[.\d]|\s*=(?!=))")
 _CYCLES = re.compile(r"\b(?:CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE|HOLES\d|TRAORI|A?ROT)\b")
 _ROTARY = re.compile(r"\b(?:TRANSMIT|TRACYL)\b")
 _CALLS = re.compile(r"(?:^|\s)([A-Z_][A-Z0-9_]{2,}|L\d+)\b")
@@ -27,12 +28,13 @@ def moving_axes(text: Source, folders: Sequence[Path] = ()) -> str:
     """Return the letters of the axes that a program and its subprograms name, in the order of ``XYZABCUVW``."""
     named: set[str] = set()
     waiting, seen, files = [text], set[str](), 0
+    plane = "XZ" if turns(text.data) else "XY"
     while waiting:
         code = _STRINGS.sub("", capitals_of(waiting.pop()))
         named |= {next(group for group in match.groups() if group) for match in _AXIS.finditer(code)}
         if _PLANE.search(code):
             named |= (
-                set("XYZ") if re.search(r"(?<!\d)G1[89](?!\d)|K1?(?=[-+]?[.\d]|\s*=)", code) else set("XY")
+                set("XYZ") if re.search(r"(?<!\d)G1[89](?!\d)|K1?(?=[-+]?[.\d]|\s*=)", code) else set(plane)
             )
         if _CYCLES.search(code):
             named |= set("XYZ")

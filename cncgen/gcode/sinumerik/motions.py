@@ -544,7 +544,10 @@ class Motions:
                 f"ANG does not lead to a point: a line at an angle has {names}, one of them, that it comes to"
             )
             raise BlockError(
-                "drawing-angle", message, "ANG", hint="ANG=135 X40; two lines by their angles alone are not read"
+                "drawing-angle",
+                message,
+                "ANG",
+                hint="ANG=135 X40; two lines by their angles alone are not read",
             )
         column, other = (first, second) if given == [first] else (second, first)
         start = self.ip.state.position
