@@ -53,7 +53,7 @@ class Plain:
         pole: In program coordinates, in its plane.
         cycle: The cycle that is called, 0 for none.
         heading: In which direction the last motion ended, in XY.
-        parts: Values of the cycle by the number of its part, of cycles 1, 2 and 17.
+        parts: Values of a cycle that has them in parts, by their names (1 to 5, 17).
         sizes: Length and diameter, before oversizes, of the tools that had some.
         tool_feed: The feed of the last TOOL CALL with one, in the program's units a minute, which FAUTO takes.
     """
@@ -62,7 +62,7 @@ class Plain:
     plane: int = 17
     cycle: int = 0
     heading: complex | None = None
-    parts: dict[int, float] = field(default_factory=dict)
+    parts: dict[str, float] = field(default_factory=dict)
     sizes: dict[int, tuple[float, float]] = field(default_factory=dict)
     tool_feed: float = 0.0
 

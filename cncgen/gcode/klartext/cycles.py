@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import cmath
 import math
+import re
 from collections.abc import Callable
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import CYCLE_CALL, Block
 from cncgen.gcode.codes.plain_language import Plain
-from cncgen.gcode.codes.pockets import Clearing, Pocket, clear, levels_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import studs
+from cncgen.gcode.klartext import slots, studs
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z, radius_of
 
 _MOST_STEPS = 10_000
@@ -229,55 +229,23 @@ def _thread(cycle: HoleCycle) -> None:
     cycle.end()
 
 
-def _pocket(length: float, width: float, corner: float, angle: float, cycle: HoleCycle) -> None:
-    """Clear a pocket at the tool's place."""
-    ip, q, tool = cycle.ip, cycle.q, radius_of(cycle.ip)
-    if q[207] <= 0.0 or q[206] <= 0.0:
-        raise BlockError(
-            "feed-missing",
-            f"{cycle.name} has no feed: Q207 = {q[207]:g}, Q206 = {q[206]:g}",
-            "CYCL",
-            hint="Q207 mills, Q206 plunges",
-        )
-    if round(q[215]) == 2:
-        raise BlockError(
-            "unsupported-block",
-            f"Q215 = 2 of {cycle.name} (finishing alone) is not read",
-            "CYCL",
-            hint="0 roughs and finishes, 1 roughs",
-        )
-    side, floor = (q[368], q[369]) if round(q[215]) == 1 else (0.0, 0.0)
-    place = ip.state.position
-    pocket = Pocket(complex(place[0], place[1]), length / 2.0 - side, width / 2.0 - side, corner, angle)
-    levels = levels_of(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
-    step = (q[370] or 1.0) * tool
-    clear(
-        ip,
-        pocket,
-        Clearing(tool, step, levels, cycle.start, q[207], q[206], -1 if q[351] < 0.0 else 1),
-        cycle.name,
-    )
-    cycle.end()
-    cycle.to([place[0], place[1], *ip.state.position[2:]], rapid=True)
-
-
 def _rectangle(cycle: HoleCycle) -> None:
     """251: Q218 by Q219, corners Q220, turned by Q224; the place is the middle (Q367 = 0)."""
     q = cycle.q
     _at_middle(cycle)
-    _pocket(q[218], q[219], q[220], q[224], cycle)
+    slots.pocket(cycle, q[218], q[219], q[220], q[224])
 
 
 def _round(cycle: HoleCycle) -> None:
     """252: the diameter Q223."""
-    _pocket(cycle.q[223], cycle.q[223], cycle.q[223] / 2.0, 0.0, cycle)
+    slots.pocket(cycle, cycle.q[223], cycle.q[223], cycle.q[223] / 2.0, 0.0)
 
 
 def _slot(cycle: HoleCycle) -> None:
     """253: a slot of length Q218 and width Q219, turned by Q374."""
     q = cycle.q
     _at_middle(cycle)
-    _pocket(q[218], q[219], q[219] / 2.0, q[374], cycle)
+    slots.pocket(cycle, q[218], q[219], q[219] / 2.0, q[374])
 
 
 def _at_middle(cycle: HoleCycle) -> None:
@@ -345,43 +313,69 @@ def _tap_breaking(cycle: HoleCycle) -> None:
 _OLD: dict[int, tuple[str, ...]] = {
     1: ("SETUP", "DEPTH", "PECKG", "DWELL", "F"),
     2: ("SETUP", "DEPTH", "DWELL", "F"),
+    3: ("SETUP", "DEPTH", "PECKG", "X", "Y", "F"),
+    4: ("SETUP", "DEPTH", "PECKG", "X", "Y", "F"),
+    5: ("SETUP", "DEPTH", "PECKG", "RADIUS", "F"),
     17: ("SETUP", "DEPTH", "PITCH"),
 }
+_OLD_POCKETS = {3: slots.slot, 4: slots.rectangle, 5: slots.circle}
+#: Words in a part: a name and its value; DR has a sign alone.
+_PART_WORD = re.compile(
+    r"(?P<name>[A-Z][A-Z. ]*?)?[ \t]*(?P<value>[-+]?[ \t]*(?:Q\d+|\d+[.,]?\d*|[.,]\d+))", re.IGNORECASE
+)
+_SENSE = re.compile(r"DR[ \t]*([-+])", re.IGNORECASE)
 #: Cycles that move nothing: orientation of the spindle; tuning of the control by the machine's builder.
 _IDLE = (13, 332, 392)
 
 
-def take_part(ip: Interpreter, number: int, part: int, value: float | None) -> None:
-    """CYCL DEF n.p: take a value of an old cycle; part 0 begins it."""
+def take_part(ip: Interpreter, number: int, part: int, text: str, value: Callable[[str], float]) -> None:
+    """CYCL DEF n.p: take the values of an old cycle; part 0 begins it."""
     plain = Plain.of(ip)
     if part == 0:
         define(ip, number)
         plain.parts = {}
-    elif value is not None and plain.cycle == number:
-        plain.parts[part] = value
+        return
+    names = _OLD.get(number, ())
+    if plain.cycle != number or not 1 <= part <= len(names):
+        return
+    sense = _SENSE.search(text)
+    words = [(m["name"] or "", value(m["value"])) for m in _PART_WORD.finditer(_SENSE.sub(" ", text))]
+    if words:
+        plain.parts[names[part - 1]] = words[0][1]
+    if names[part - 1] == "X":
+        plain.parts["FIRST"] = float(words[0][0].strip().upper().endswith("Y")) if words else 0.0
+    # The feed downwards stands behind the infeed, the sense and the corners behind the feed.
+    for name, found in words[1:]:
+        kind = name.strip().upper()
+        plain.parts["RADIUS" if kind.startswith("R") else "PLUNGE"] = found
+    if sense is not None:
+        plain.parts["SENSE"] = -1.0 if sense[1] == "-" else 1.0
 
 
 def _old(ip: Interpreter, number: int) -> None:
-    """1 pecks, 2 taps with a floating chuck, 17 taps in step with the spindle: from where the tool is, the set-up clearance above."""
+    """1 pecks, 2 taps with a floating chuck, 17 taps in step with the spindle, 3 to 5 clear a slot or a pocket: from where the tool is,
+    the set-up clearance above."""
     names, parts = _OLD[number], Plain.of(ip).parts
-    missing = [f"{number}.{k} {names[k - 1]}" for k in range(1, len(names) + 1) if k not in parts]
+    missing = [f"{number}.{k} {names[k - 1]}" for k in range(1, len(names) + 1) if names[k - 1] not in parts]
     if missing:
         message = f"cycle {number} has no {missing[0]}"
         raise BlockError("cycle-words", message, "CYCL", hint=f"CYCL DEF {missing[0]} gives it")
-    values = {name: parts[k] for k, name in enumerate(names, 1)}
+    values = {"RADIUS": 0.0, "FIRST": 0.0, **parts}
     top = ip.state.position[Z]
     surface = top - abs(values["SETUP"])
-    q = ip.parameters.numbers
+    q, feed = ip.parameters.numbers, values.get("F", 0.0)
     given = {200: abs(values["SETUP"]), 201: -abs(values["DEPTH"]), 203: surface, 204: 0.0, 202: abs(values.get("PECKG", 0.0)), 210: 0.0,
-             206: values.get("F", 0.0), 211: values.get("DWELL", 0.0), 239: values.get("PITCH", 0.0)}  # fmt: skip
+             206: values.get("PLUNGE", feed), 207: feed, 211: values.get("DWELL", 0.0), 239: values.get("PITCH", 0.0), 215: 0.0, 370: 1.0,
+             351: values.get("SENSE", 1.0)}  # fmt: skip
     kept = {key: q[key] for key in given}
     for key, value in given.items():
         q[key] = value
     try:
-        if number == 1:
-            _peck_old(HoleCycle(ip, "cycle 1"))
+        cycle = HoleCycle(ip, f"cycle {number}")
+        if number in _OLD_POCKETS:
+            _OLD_POCKETS[number](cycle, values)
         else:
-            (_tap_floating if number == 2 else _tap)(HoleCycle(ip, f"cycle {number}"))
+            {1: _peck_old, 2: _tap_floating, 17: _tap}[number](cycle)
     finally:
         for key, value in kept.items():
             q[key] = value
@@ -402,8 +396,64 @@ def _peck_old(cycle: HoleCycle) -> None:
     cycle.end()
 
 
+def _back_bore(cycle: HoleCycle) -> None:
+    """204: down beside the middle by Q251 until the tooth, Q252 above the tip, is Q200 below the part, which is Q250 thick; then up from
+    below by Q249."""
+    q, ip = cycle.q, cycle.ip
+    way = _WAYS.get(round(q[214]))
+    if not way or min(q[249], q[250]) <= 0.0:
+        message = f"Q214 = {q[214]:g}, Q249 = {q[249]:g} and Q250 = {q[250]:g} do not make cycle 204"
+        raise BlockError(
+            "cycle-words", message, "CYCL", hint="Q214 is 1 to 4: X- Y- X+ Y+; depths are above 0"
+        )
+    middle = ip.state.position.copy()
+    shift = q[251] * way
+    beside = [middle[0] + shift.real, middle[1] + shift.imag, *middle[2:]]
+    below = q[203] - q[250] - q[252]
+
+    def aside(place: list[float]) -> None:
+        cycle.to([*place[:2], *ip.state.position[2:]], rapid=True)
+
+    cycle.go(cycle.start, rapid=True)
+    aside(beside)
+    cycle.feed(q[253], "Q253")
+    cycle.go(below - q[200], rapid=False)
+    aside(middle)
+    cycle.feed(q[254], "Q254")
+    cycle.go(below + q[249], rapid=False)
+    cycle.dwell(q[255])
+    cycle.feed(q[253], "Q253")
+    cycle.go(below - q[200], rapid=False)
+    aside(beside)
+    cycle.go(cycle.start, rapid=False)
+    aside(middle)
+    cycle.end()
+
+
+def _single_lip(cycle: HoleCycle) -> None:
+    """241: to Q200 above the deepened start Q379 at Q253 with the spindle at Q427, down at Q206 with it at Q428, out at Q208."""
+    q, ip = cycle.q, cycle.ip
+    turn = {3: 1, 4: -1, 5: 0}.get(round(q[426]), ip.state.direction)
+    cycle.go(cycle.start, rapid=True)
+    if q[427] > 0.0:
+        ip.sink.set_spindle(q[427], turn)
+    if q[379] > 0.0:
+        cycle.feed(q[253], "Q253")
+        cycle.go(q[203] - q[379] + q[200], rapid=False)
+    if q[428] > 0.0:
+        ip.sink.set_spindle(q[428], turn or 1)
+    cycle.feed(q[206], "Q206")
+    cycle.go(cycle.bottom, rapid=False)
+    cycle.dwell(q[211])
+    if q[427] > 0.0:
+        ip.sink.set_spindle(q[427], turn)
+    cycle.feed(q[208] or q[206], "Q208")
+    cycle.go(cycle.start, rapid=False)
+    cycle.end()
+
+
 _RUN: dict[int, Callable[[HoleCycle], None]] = {
-    202: _bore, 203: _universal, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling, 209: _tap_breaking, 240: _centre, 251: _rectangle, 252: _round, 253: _slot, 262: _thread,
+    202: _bore, 203: _universal, 204: _back_bore, 241: _single_lip, 254: slots.bows, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling, 209: _tap_breaking, 240: _centre, 251: _rectangle, 252: _round, 253: _slot, 262: _thread,
 }  # fmt: skip
 #: Cycles that are run by the interpreter's own code, and patterns, which run at once.
 _OWN, PATTERNS = (200, 201), (220, 221)
@@ -429,11 +479,13 @@ def define(ip: Interpreter, number: int) -> None:
 def call(ip: Interpreter, here: Block) -> None:
     """Run the cycle at the tool's place."""
     number = Plain.of(ip).cycle
+    q = ip.parameters.numbers
     ip.sink.block = here
     if number in _OLD:
         _old(ip, number)
     elif number in _RUN:
-        _RUN[number](HoleCycle(ip, f"cycle {number}"))
+        levels = (q[203], -q[250]) if number == 204 else None
+        _RUN[number](HoleCycle(ip, f"cycle {number}", levels))
     elif number in studs.RUN:
         studs.RUN[number](ip, f"cycle {number}")
     else:

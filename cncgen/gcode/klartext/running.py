@@ -27,7 +27,7 @@ from cncgen.gcode.doubts import doubts, remarks_on
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import contours, cycles, planes, programs, q_formulas, system_data
+from cncgen.gcode.klartext import contours, cycles, patterns, planes, programs, q_formulas, system_data
 from cncgen.gcode.klartext.hole_cycle import FASTEST
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source, open_source
@@ -42,7 +42,7 @@ from cncgen.toolpath.reading import ReadOptions
 #: Signs of a program whose lines lead from one to another, or whose cycles are run here.
 _NEEDS = re.compile(
     rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL\b|CALL[ \t]+(?:LBL|PGM)|FN[ \t]*(?!0[ \t]*:)\d|APPR\b|DEP\b|RND\b|CHF\b|CT\b|PLANE\b|FUNCTION\b"
-    rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+CALL[ \t]+POS|Q\d+[ \t]*=[ \t]*F?(?:AUTO|MAX)\b)|Q1(?:08|09|13|14)(?!\d)"
+    rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|Q\d+[ \t]*=[ \t]*F?(?:AUTO|MAX)\b)|Q1(?:08|09|13|14)(?!\d)"
     rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
     rb"|\bR[LR]\b(?![\w.])|\bM89\b|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$",
     re.MULTILINE | re.IGNORECASE,
@@ -67,6 +67,7 @@ _DEFINITION = re.compile(
 )
 _TANGENT = re.compile(r"CT(?=[\sXYZI])(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _PLACE = re.compile(r"CYCL\s+CALL\s+POS\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
+_PATTERN = re.compile(r"CYCL\s+CALL\s+PAT\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _VALUE = re.compile(r"\s*([-+]?\s*(?:Q\d+|\d+[.,]?\d*|[.,]\d+))")
 #: The number of a tilted plane among the frames.
 _TILTED = 19
@@ -118,6 +119,7 @@ class HeidenhainRunner:
         self._frames: dict[int, affine.Frame] = {}
         self._modal = False
         self._angle = 0.0
+        self._points: list[patterns.Place] = []
         self._at = 0
         self._path = path
         #: Programs that CALL PGM left, and the line where they go on.
@@ -248,6 +250,8 @@ class HeidenhainRunner:
             self._tangent(at, body)
         elif head == "PLAN":
             self._tilt(planes.spatial(body, self._value))
+        elif head == "PATT" and patterns.BEGINS.match(body):
+            self._take_pattern(at, body)
         elif head == "FUNC":
             planes.idle(body)
         elif head == "CALL" and programs.CALL.match(body):
@@ -529,7 +533,39 @@ class HeidenhainRunner:
 
     # Cycles.
 
+    def _take_pattern(self, at: int, body: str) -> None:
+        """PATTERN DEF: take the points that CYCL CALL PAT visits."""
+        self._points = []
+        while self._at < len(self._bodies) and patterns.GOES_ON.match(self._bodies[self._at]):
+            body, self._at = f"{body} {self._bodies[self._at]}", self._at + 1
+        self._points = patterns.places(body, self._value)
+
+    def _call_pattern(self, at: int, rest: str) -> None:
+        """CYCL CALL PAT: run the cycle at each point, at the feed of the block on the way to it."""
+        if not self._points:
+            message = "CYCL CALL PAT has no pattern to visit"
+            raise BlockError(
+                "cycle-missing",
+                message,
+                "CYCL",
+                hint="PATTERN DEF POS1 (X+10 Y+10 Z+0) defines one; tables of points are not read",
+            )
+        q = self.ip.parameters.numbers
+        surface = q[203]
+        for place, above in self._points:
+            block = self._block(at, f"L X{place.real:.9f} Y{place.imag:.9f} {rest}")
+            self._move(block)
+            q[203] = surface + above
+            try:
+                cycles.call(self.ip, Block({}, (), (), None, 0, block.line, block.offset))
+            finally:
+                q[203] = surface
+
     def _cycle(self, at: int, body: str) -> None:
+        visits = _PATTERN.match(body)
+        if visits:
+            self._call_pattern(at, visits["rest"])
+            return
         place = _PLACE.match(body)
         if place:
             block = self._block(at, f"L {place['rest']} FMAX")
@@ -543,8 +579,7 @@ class HeidenhainRunner:
         elif number in _FRAMES:
             self._frame(at, number, match["part"], match["rest"])
         elif match["part"] is not None:
-            value = _VALUE.search(re.sub(r"(?!Q\d)[A-Z][A-Z.]*", " ", match["rest"], flags=re.IGNORECASE))
-            cycles.take_part(self.ip, number, int(match["part"]), self._value(value[1]) if value else None)
+            cycles.take_part(self.ip, number, int(match["part"]), match["rest"], self._value)
         else:
             self._define(at, number)
 

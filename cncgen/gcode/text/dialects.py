@@ -85,7 +85,7 @@ _B, _C = "fanuc-lathe-b", "fanuc-lathe-c"
 _READ = (_L, _F, _T, _B, _C, _H, _S)
 #: Controls that are recognised and not read, and how a diagnostic calls their language.
 _OKUMA, _DIN, _PRINTER, _FADAL = "okuma", "heidenhain-iso", "printer", "fadal"
-_OLD_S, _MAHO = "sinumerik-800", "maho"
+_OLD_S, _MAHO, _FAGOR = "sinumerik-800", "maho", "fagor"
 UNREAD = {
     _OKUMA: "Okuma's OSP controls",
     _DIN: "Heidenhain's DIN/ISO",
@@ -93,12 +93,16 @@ UNREAD = {
     _FADAL: "Fadal's controls (format 1)",
     _OLD_S: "SINUMERIK 810 to 880 (system 800)",
     _MAHO: "Philips' controls (MAHO)",
+    _FAGOR: "Fagor's controls (8035 to 8070)",
 }
 #: A value behind a letter.
 _V = rb"[-+.\d#\[]"
 #: Signs in the text of blocks as it is written: capitals, comments and blanks kept.
 _WRITTEN = (
     _sign("the head of a file of Okuma", _all(30, _OKUMA), rb"^[ \t]*\$[\w-]+\.(?:MIN|SUB|SSB|LIB)%", b"$"),
+    _sign("the head of a file of Fagor", _all(30, _FAGOR), rb"^%[^\n,]*,[ \t]*M?[ \t]*[MX][ \t]*[X-]*[ \t]*,", b",M"),
+    _sign("a block of Fagor's language", _all(12, _FAGOR),
+          rb"^[ \t]*(?:N\d+[ \t]*)?\((?:RET|CALL[ \t]+\d+|PCALL[ \t]+\d+[^)\n]*|RPT[ \t]+N?\d[^)\n]*|IF[ \t]+P\d+[^)\n]*)\)", b"(RET", b"CALL", b"(RPT", b"(IF"),
     _sign("the head of a file of a slicer", _all(20, _PRINTER),
           rb"^;[ \t]*(?:FLAVOR:|LAYER:|LAYER_CHANGE|GENERATED (?:WITH CURA|BY (?:PRUSA|SUPER)?SLIC3?E?R))", b";"),
     _sign("plain language", _all(30, _H), rb"^[ \t]*(?:\d+[ \t]+)?(?:BEGIN[ \t]+PGM\b|SPL[ \t]+I?[XYZ])", b"PGM", b"SPL"),

@@ -67,6 +67,8 @@ _NO_SHIFT = re.compile(r"\s*(?:#|I[XYZABCUVW])", re.IGNORECASE)
 #: Q parameters of a program and those that are kept, QL1 and QR1, and what is added to their numbers: Q ends at Q1999.
 _OWN_Q = re.compile(r"\"[^\"]*\"|Q(?P<kind>[LR])(?P<number>[0-9]{1,3})(?![0-9])", re.IGNORECASE)
 _OWN_NUMBERS = {"L": 3000, "R": 3500}
+#: A line of PATTERN DEF, whose points stand in parentheses.
+_POINTS = re.compile(r"\s*(?:\d+\s+)?(?:PATTERN\s+DEF|(?:POS|ROW|PAT|FRAME|(?:PITCH)?CIRC)\d)", re.IGNORECASE)
 _COMMENT = re.compile(r"\s*(?:\d+\s*)?(?:;|\*|\Z)")
 _NUMBERED = re.compile(r"\s*(?:\d+\s+)?")
 #: Cycles that are data of the control, not motions: datum shift, tolerance.
@@ -135,7 +137,7 @@ def parse(text: str) -> Parsed:
 def body_of(text: str) -> str:
     """Return a line without its comment. A comment begins with ;, or stands in parentheses behind words, as simulators write it."""
     body = _OWN_Q.sub(_numbered, text.partition(";")[0])
-    if "(" in body and "=" not in body:
+    if "(" in body and "=" not in body and not _POINTS.match(body):
         body = body.partition("(")[0]
     return body.rstrip().rstrip("~").rstrip()
 

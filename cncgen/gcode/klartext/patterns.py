@@ -1,0 +1,94 @@
+"""Patterns of Heidenhain's plain language: PATTERN DEF with points, rows, grids and circles, which CYCL CALL PAT visits (TNC 640)."""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+from collections.abc import Callable, Iterator
+
+from cncgen.gcode.errors import BlockError
+
+_MOST = 10_000
+_PART = re.compile(r"(?P<kind>POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)\d*\s*\((?P<words>[^()]*)\)\s*", re.IGNORECASE)
+_NAMES = "NUMX NUMY NUM ROTX ROTY ROT START STEP DX DY D X Y Z"
+_WORD = re.compile(
+    r"(" + "|".join(_NAMES.split()) + r")\s*([-+]?\s*(?:Q[LR]?\d+|\d+[.,]?\d*|[.,]\d+))\s*", re.IGNORECASE
+)
+#: What each kind must have.
+_NEEDS = {"POS": "X Y", "ROW": "X Y D NUM", "PAT": "X Y DX DY NUMX NUMY", "FRAME": "X Y DX DY NUMX NUMY", "CIRC": "X Y D NUM", "PITCHCIRC": "X Y D STEP NUM"}  # fmt: skip
+#: A line that begins a pattern or goes on with it.
+BEGINS = re.compile(r"PATTERN\s+DEF\b", re.IGNORECASE)
+GOES_ON = re.compile(r"\s*(?:POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)\d*\s*\(", re.IGNORECASE)
+
+#: A place in X and Y, and how far above the surface of the cycle its own lies.
+Place = tuple[complex, float]
+
+
+def places(text: str, value: Callable[[str], float]) -> list[Place]:
+    """Return the places of PATTERN DEF, in the order of visits.
+
+    Args:
+        text: The definition, its lines joined.
+        value: Gives the value of a number or parameter.
+
+    Raises:
+        BlockError: A part of it is not read, misses a word, or counts too many places.
+    """
+    at, found = BEGINS.match(text), list[Place]()
+    assert at
+    position = at.end()
+    while text[position:].strip():
+        part = _PART.match(text, position + len(text[position:]) - len(text[position:].lstrip()))
+        if part is None:
+            message = f"{text[position:].strip()} of PATTERN DEF is not read"
+            raise BlockError(
+                "unsupported-block", message, "PATTERN", hint="POS ROW PAT FRAME CIRC PITCHCIRC are"
+            )
+        position = part.end()
+        kind, words = part["kind"].upper(), _words(part["words"], value)
+        missing = [name for name in _NEEDS[kind].split() if name not in words]
+        if missing:
+            message = f"{kind} of PATTERN DEF has no {missing[0]}"
+            raise BlockError("cycle-words", message, "PATTERN", hint=f"{kind} has {_NEEDS[kind]}")
+        found += [(place, words.get("Z", 0.0)) for place in _of_kind(kind, words)]
+        if len(found) > _MOST:
+            message = f"PATTERN DEF has more than {_MOST} places"
+            raise BlockError("cycle-repeats", message, "PATTERN", hint="NUM counts them")
+    return found
+
+
+def _words(text: str, value: Callable[[str], float]) -> dict[str, float]:
+    words, position = dict[str, float](), len(text) - len(text.lstrip())
+    while position < len(text):
+        match = _WORD.match(text, position)
+        if match is None:
+            message = f"{text[position:].strip()} of PATTERN DEF is not read"
+            raise BlockError("unsupported-block", message, "PATTERN", hint=f"{_NAMES} are")
+        words[match[1].upper()] = value(match[2])
+        position = match.end()
+    return words
+
+
+def _of_kind(kind: str, words: dict[str, float]) -> Iterator[complex]:
+    first = complex(words["X"], words["Y"])
+    across, down = words.get("NUMX", words.get("NUM", 1.0)), words.get("NUMY", 1.0)
+    if not (across >= 1.0 and down >= 1.0 and across * down <= _MOST):
+        message = f"{kind} of PATTERN DEF has {across:g} by {down:g} places"
+        raise BlockError("cycle-repeats", message, "PATTERN", hint="NUM, or NUMX and NUMY, count them")
+    if kind in ("CIRC", "PITCHCIRC"):
+        step = words["STEP"] if kind == "PITCHCIRC" else 360.0 / round(across)
+        for k in range(round(across)):
+            yield first + cmath.rect(words["D"] / 2.0, math.radians(words.get("START", 0.0) + k * step))
+        return
+    turn = words.get("ROT", 0.0)
+    along = words.get("DX", words.get("D", 0.0)) * cmath.rect(
+        1.0, math.radians(turn + words.get("ROTX", 0.0))
+    )
+    aside = words.get("DY", 0.0) * cmath.rect(1.0, math.radians(90.0 + turn + words.get("ROTY", 0.0)))
+    columns, rows = round(across), round(down)
+    for row in range(rows):
+        # Rows are visited to and fro.
+        for column in range(columns) if row % 2 == 0 else range(columns - 1, -1, -1):
+            if kind != "FRAME" or row in (0, rows - 1) or column in (0, columns - 1):
+                yield first + column * along + row * aside

@@ -1,0 +1,140 @@
+"""Cycles of Heidenhain's plain language: 254 slots on a circle, and 3, 4, 5, pockets of TNC 155 to 426 whose values stand in parts.
+
+Walls, levels and feeds are the cycle's (iTNC 530, user's manual for cycles; TNC 426 pilot), the loops that clear them our own.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+
+from cncgen.gcode.codes.pockets import Clearing, Pocket, clear, levels_of
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, radius_of
+
+_MOST = 10_000
+_TINY = 1e-9
+
+
+def pocket(
+    cycle: HoleCycle, length: float, width: float, corner: float, angle: float, middle: complex | None = None
+) -> None:
+    """Clear a pocket at the tool's place, or about a middle that lies elsewhere."""
+    ip, q, tool = cycle.ip, cycle.q, radius_of(cycle.ip)
+    side, floor = allowances(cycle)
+    place = ip.state.position
+    middle = complex(place[0], place[1]) if middle is None else middle
+    inside = Pocket(middle, length / 2.0 - side, width / 2.0 - side, corner, angle)
+    levels = levels_of(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
+    step, sense = (q[370] or 1.0) * tool, -1 if q[351] < 0.0 else 1
+    clear(ip, inside, Clearing(tool, step, levels, cycle.start, q[207], q[206], sense), cycle.name)
+    cycle.end()
+    cycle.to([place[0], place[1], *ip.state.position[2:]], rapid=True)
+
+
+def allowances(cycle: HoleCycle) -> tuple[float, float]:
+    """Return what roughing alone (Q215 = 1) leaves at the side and the floor; raise where feeds are missing or it finishes alone."""
+    q = cycle.q
+    if q[207] <= 0.0 or q[206] <= 0.0:
+        message = f"{cycle.name} has no feed: Q207 = {q[207]:g}, Q206 = {q[206]:g}"
+        raise BlockError("feed-missing", message, "CYCL", hint="Q207 mills, Q206 plunges")
+    if round(q[215]) == 2:
+        message = f"Q215 = 2 of {cycle.name} (finishing alone) is not read"
+        raise BlockError("unsupported-block", message, "CYCL", hint="0 roughs and finishes, 1 roughs")
+    return (q[368], q[369]) if round(q[215]) == 1 else (0.0, 0.0)
+
+
+@dataclass(slots=True)
+class _Bow:
+    """A slot along an arc: its middle line, from one angle (degrees) to another, about a centre."""
+
+    cycle: HoleCycle
+    centre: complex
+    radius: float
+    begin: float
+    end: float
+    sense: int
+
+    def place(self, radius: float, angle: float) -> complex:
+        return self.centre + cmath.rect(radius, math.radians(angle))
+
+    def line(self, place: complex, *, rapid: bool = False) -> None:
+        position = self.cycle.ip.state.position
+        if abs(place - complex(position[0], position[1])) > _TINY:
+            self.cycle.to([place.real, place.imag, *position[2:]], rapid=rapid)
+
+    def arc(self, place: complex, centre: complex, sense: int) -> None:
+        ip = self.cycle.ip
+        end = [place.real, place.imag, *ip.state.position[2:]]
+        ip.sink.arc_feed(end, centre.real, centre.imag, sense, 17)
+        ip.state.position, ip.state.moved = end, True
+
+    def loop(self, offset: float) -> None:
+        """Go once around at a distance from the middle line, from the end where the slot begins."""
+        if offset < _TINY:
+            self.arc(self.place(self.radius, self.end), self.centre, 1)
+            self.arc(self.place(self.radius, self.begin), self.centre, -1)
+            return
+        # Counter-clockwise: out along the greater radius, back along the smaller; clockwise the other way.
+        first = self.radius + offset * self.sense
+        self.line(self.place(first, self.begin))
+        self.arc(self.place(first, self.end), self.centre, 1)
+        second = self.radius - offset * self.sense
+        self.arc(self.place(second, self.end), self.place(self.radius, self.end), self.sense)
+        self.arc(self.place(second, self.begin), self.centre, -1)
+        self.arc(self.place(first, self.begin), self.place(self.radius, self.begin), self.sense)
+
+
+def bows(cycle: HoleCycle) -> None:
+    """254: Q377 slots of width Q219 along the circle Q375 about Q216 Q217, from Q376 over Q248, Q378 from one to the next."""
+    q, tool = cycle.q, radius_of(cycle.ip)
+    side, floor = allowances(cycle)
+    reach, count = q[219] / 2.0 - side - tool, round(q[377] or 1.0)
+    if round(q[367]) or not 1 <= count <= _MOST or not 0.0 < abs(q[248]) <= 360.0:
+        message = f"Q367 = {q[367]:g}, Q377 = {q[377]:g} or Q248 = {q[248]:g} of {cycle.name} is not read"
+        hint = "Q367=0 has the centre Q216 Q217, Q377 counts the slots, Q248 is the angle of one"
+        raise BlockError("unsupported-block", message, "CYCL", hint=hint)
+    if tool <= 0.0 or reach < -_TINY or q[375] / 2.0 < q[219] / 2.0:
+        message = f"{cycle.name} is {q[219]:g} wide on a circle of {q[375]:g}, and the tool {2.0 * tool:g}"
+        raise BlockError("cycle-tool", message, "CYCL", hint="--tool-table gives the diameter of the tool")
+    steps = max(1, math.ceil(reach / tool - _TINY)) if reach > _TINY else 0
+    offsets = [reach * k / steps for k in range(1, steps + 1)] or [0.0]
+    levels = levels_of(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
+    for k in range(count):
+        begin = q[376] + k * q[378]
+        bow = _Bow(cycle, complex(q[216], q[217]), q[375] / 2.0, *sorted((begin, begin + q[248])), -1 if q[351] < 0.0 else 1)  # fmt: skip
+        cycle.go(cycle.start if k == 0 else cycle.back, rapid=True)
+        bow.line(bow.place(bow.radius, bow.begin), rapid=True)
+        cycle.go(cycle.start, rapid=True)
+        for level in levels:
+            cycle.feed(q[206], "Q206")
+            cycle.go(level, rapid=False)
+            cycle.feed(q[207], "Q207")
+            for offset in offsets:
+                bow.loop(offset)
+            bow.line(bow.place(bow.radius, bow.begin))
+        cycle.go(cycle.start, rapid=True)
+    cycle.end()
+
+
+def rectangle(cycle: HoleCycle, values: dict[str, float]) -> None:
+    """4: X by Y about the tool's place, corners of RADIUS (the tool's, where it is left out); the length may lie along Y."""
+    corner, angle = max(values["RADIUS"], radius_of(cycle.ip)), 90.0 * values["FIRST"]
+    pocket(cycle, abs(values["X"]), abs(values["Y"]), corner, angle)
+
+
+def circle(cycle: HoleCycle, values: dict[str, float]) -> None:
+    """5: RADIUS about the tool's place."""
+    pocket(cycle, 2.0 * values["RADIUS"], 2.0 * values["RADIUS"], values["RADIUS"], 0.0)
+
+
+def slot(cycle: HoleCycle, values: dict[str, float]) -> None:
+    """3: from one end of the slot, where the tool stands within it, along the first side, whose sign says which way."""
+    ip: Interpreter = cycle.ip
+    along = 1.0 + 0j if values["FIRST"] == 0.0 else 1j
+    length, width = values["X"], values["Y"]
+    way = along * (math.copysign(abs(length) / 2.0 - radius_of(ip), length))
+    middle = complex(*ip.state.position[:2]) + way
+    pocket(cycle, abs(length), abs(width), abs(width) / 2.0, 0.0 if along == 1.0 else 90.0, middle)

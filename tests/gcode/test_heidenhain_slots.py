@@ -1,0 +1,99 @@
+"""Slots, pockets in parts, back boring, single-lip drilling and patterns of Heidenhain: motions worked out by hand; tool 1 has the radius 4."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PLAIN = "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000 F350\n"
+#: The rest of a cycle in parts: a slot or pocket 4 deep.
+PARTS = "CYCL DEF {n}.1 SET UP 2\nCYCL DEF {n}.2 DEPTH -4\nCYCL DEF {n}.3 PECKG 4 F80\n"
+OLD = "L Z+2 FMAX\nCYCL DEF {n}.0 MILLING\n" + PARTS
+HEIGHTS = "Q200=+2 ~\n Q203=+0 ~\n Q204=+20"
+BOW = (
+    "CYCL DEF 254 CIRCULAR SLOT ~\n Q215=+0 ~\n Q219=+{width} ~\n Q375=+40 ~\n Q367=+0 ~\n Q216=+0 ~\n Q217=+0 ~\n Q376=+0 ~\n Q248=+90 ~\n"
+    " Q378=+180 ~\n Q377=+{count} ~\n Q207=+500 ~\n Q351=+{sense} ~\n Q201=-4 ~\n Q202=+5 ~\n Q206=+150 ~\n "
+    + HEIGHTS
+)
+BORE = "CYCL DEF 204 BACK BORING ~\n Q249=+5 ~\n Q250=+20 ~\n Q251=+3.5 ~\n Q252=+15 ~\n Q253=+750 ~\n Q254=+200 ~\n Q255=+0 ~\n Q214=+1 ~\n "
+DEEP = "CYCL DEF 241 DEEP DRILLING ~\n Q201=-80 ~\n Q206=+150 ~\n Q379=+30 ~\n Q253=+750 ~\n Q208=+900 ~\n Q426=+3 ~\n Q427=+50 ~\n Q428=+500 ~\n "
+CENTRE = "CYCL DEF 240 CENTERING ~\n Q343=+0 ~\n Q201=-1 ~\n Q206=+100 ~\n Q211=+0 ~\n " + HEIGHTS
+
+
+def _hole(x: float, y: float, surface: float = 0.0) -> list[Any]:
+    return [(x, y, surface + z, feed) for z, feed in ((2, 0), (-1, 100), (2, 0), (20, 0))]
+
+
+def _pocket(loop: list[tuple[float, float]], first: tuple[float, float]) -> list[Any]:
+    """Return a cycle in parts: 4 deep at 80, around at 100, and back to where the tool was."""
+    down = [(*first, 2, 0)] if first != (0, 0) else []
+    back = [(0, 0, 2, 0)] if first != (0, 0) else []
+    return [(0, 0, 2, 0), *down, (*first, -4, 80), *[(x, y, -4, 100) for x, y in loop], (*first, 2, 0), *back]
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        # 20 by 12 less the tool's radius of 4 all around.
+        (OLD.format(n=4) + "CYCL DEF 4.4 X20\nCYCL DEF 4.5 Y12\nCYCL DEF 4.6 F100 DR+ RADIUS 4\nCYCL CALL",
+         _pocket([(6, -2), (6, 2), (-6, 2), (-6, -2), (0, -2)], (0, -2))),
+        (OLD.format(n=4) + "CYCL DEF 4.4 X20\nCYCL DEF 4.5 Y12\nCYCL DEF 4.6 F100 DR-\nCYCL CALL",
+         _pocket([(-6, -2), (-6, 2), (6, 2), (6, -2), (0, -2)], (0, -2))),
+        (OLD.format(n=5) + "CYCL DEF 5.4 RADIUS 8\nCYCL DEF 5.5 F100 DR+\nCYCL CALL",
+         _pocket([(0, -4), (4, 0), (0, 4), (-4, 0), (0, -4), (0, 0)], (0, 0))),
+        # A slot as wide as the tool from where it stands: 20 long, so 12 on, its middle 6 on.
+        (OLD.format(n=3) + "CYCL DEF 3.4 X20\nCYCL DEF 3.5 Y8\nCYCL DEF 3.6 F100\nCYCL CALL", _pocket([(12, 0), (0, 0), (6, 0)], (6, 0))),
+        (OLD.format(n=3) + "CYCL DEF 3.4 Y-20\nCYCL DEF 3.5 X8\nCYCL DEF 3.6 F100\nCYCL CALL", _pocket([(0, 0), (0, -12), (0, -6)], (0, -6))),
+        # Two slots as wide as the tool on a circle of radius 20, from 0 to 90 and from 180 to 270 degrees.
+        (BOW.format(width=8, count=2, sense=1) + "\nCYCL CALL",
+         [(0, 0, 2, 0), (20, 0, 2, 0), (20, 0, -4, 150), (0, 20, -4, 500), (20, 0, -4, 500), (20, 0, 2, 0), (20, 0, 20, 0), (-20, 0, 20, 0), (-20, 0, 2, 0),
+          (-20, 0, -4, 150), (0, -20, -4, 500), (-20, 0, -4, 500), (-20, 0, 2, 0), (-20, 0, 20, 0)]),
+        # 12 wide: 2 beside the middle line, out along the greater radius, around the end, back along the smaller.
+        (BOW.format(width=12, count=1, sense=1) + "\nCYCL CALL",
+         [(0, 0, 2, 0), (20, 0, 2, 0), (20, 0, -4, 150), *[(x, y, -4, 500) for x, y in ((22, 0), (0, 22), (0, 18), (18, 0), (22, 0), (20, 0))],
+          (20, 0, 2, 0), (20, 0, 20, 0)]),
+        (BOW.format(width=12, count=1, sense=-1) + "\nCYCL CALL",
+         [(0, 0, 2, 0), (20, 0, 2, 0), (20, 0, -4, 150), *[(x, y, -4, 500) for x, y in ((18, 0), (0, 18), (0, 22), (22, 0), (18, 0), (20, 0))],
+          (20, 0, 2, 0), (20, 0, 20, 0)]),
+        # 204: the tip 15 under the tooth, which waits 2 under a part of 20 and cuts 5 up into it, beside the hole by 3.5 on its ways.
+        (BORE + HEIGHTS + "\nCYCL CALL",
+         [(0, 0, 2, 0), (-3.5, 0, 2, 0), (-3.5, 0, -37, 750), (0, 0, -37, 0), (0, 0, -30, 200), (0, 0, -37, 750), (-3.5, 0, -37, 0), (-3.5, 0, 2, 750), (0, 0, 2, 0),
+          (0, 0, 20, 0)]),
+        (DEEP + HEIGHTS + "\nCYCL CALL", [(0, 0, 2, 0), (0, 0, -28, 750), (0, 0, -80, 150), (0, 0, 2, 900), (0, 0, 20, 0)]),
+        # Patterns: a point, a row turned by 90 degrees whose surface is 1 higher, half a circle, a grid to and fro.
+        (f"PATTERN DEF POS1 (X+10 Y+5 Z+0) ~\n ROW1 (X+0 Y+0 D+4 NUM2 ROT+90 Z+1)\n{CENTRE}\nCYCL CALL PAT FMAX M3",
+         [p for x, y, z in ((10, 5, 0), (0, 0, 1), (0, 4, 1)) for p in [*([(10, 5, 0, 0)] if y == 5 else [(x, y, 20 + z * (y == 4), 0)]), *_hole(x, y, z)]]),
+        (f"PATTERN DEF PITCHCIRC1 (X+0 Y+0 D20 START+0 STEP90 NUM2 Z+0)\n{CENTRE}\nCYCL CALL PAT F400",
+         [(10, 0, 0, 400), *_hole(10, 0), (0, 10, 20, 400), *_hole(0, 10)]),
+        (f"PATTERN DEF FRAME1 (X+0 Y+0 DX+1 DY+2 NUMX3 NUMY3 ROT+0 Z+0)\n{CENTRE}\nCYCL CALL PAT FMAX",
+         [p for k, (x, y) in enumerate(((0, 0), (1, 0), (2, 0), (2, 2), (0, 2), (0, 4), (1, 4), (2, 4))) for p in [*([(x, y, 20, 0)] if k else []), *_hole(x, y)]]),
+    ],
+)  # fmt: skip
+def test_motions(moves: Any, body: str, expected: list[Any]) -> None:
+    assert moves(f"{PLAIN}{body}\n9 END PGM T MM\n") == expected
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        (OLD.format(n=4) + "CYCL DEF 4.4 X20\nCYCL DEF 4.6 F100 DR+\nCYCL CALL", "cycle-words"),
+        (OLD.format(n=5) + "CYCL DEF 5.4 RADIUS 3\nCYCL DEF 5.5 F100 DR+\nCYCL CALL", "cycle-tool"),
+        (BOW.format(width=6, count=1, sense=1) + "\nCYCL CALL", "cycle-tool"),
+        (BOW.format(width=8, count=1, sense=1).replace("Q367=+0", "Q367=+1") + "\nCYCL CALL", "unsupported-block"),
+        (BOW.format(width=8, count=1, sense=1).replace("Q207=+500", "Q207=+0") + "\nCYCL CALL", "feed-missing"),
+        (BORE.replace("Q214=+1", "Q214=+0") + HEIGHTS + "\nCYCL CALL", "cycle-words"),
+        (f"{CENTRE}\nCYCL CALL PAT", "cycle-missing"),
+        ("PATTERN DEF POS1 (X+10)", "cycle-words"),
+        ("PATTERN DEF ROW1 (X+0 Y+0 D+4 NUM0)", "cycle-repeats"),
+        ("PATTERN DEF POS1 (X+10 Y+5 Q1)", "unsupported-block"),
+        ("PATTERN DEF STAR1 (X+10 Y+5)", "unsupported-block"),
+    ],
+)  # fmt: skip
+def test_wrong_ones(run: Any, tmp_path: Path, body: str, code: str) -> None:
+    table = tmp_path / "tool.tbl"
+    table.write_text("T1 P1 D8\n")
+    out = run(f"{PLAIN}{body}\n9 END PGM T MM\n", tool_table=table)
+    assert out.errors[0][0] == code
+    assert next(d for d in out.diagnostics if d.severity == "error").hint
