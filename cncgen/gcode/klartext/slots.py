@@ -104,7 +104,8 @@ def bows(cycle: HoleCycle) -> None:
     levels = levels_of(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
     for k in range(count):
         begin = q[376] + k * q[378]
-        bow = _Bow(cycle, complex(q[216], q[217]), q[375] / 2.0, *sorted((begin, begin + q[248])), -1 if q[351] < 0.0 else 1)  # fmt: skip
+        first, last = sorted((begin, begin + q[248]))
+        bow = _Bow(cycle, complex(q[216], q[217]), q[375] / 2.0, first, last, -1 if q[351] < 0.0 else 1)
         cycle.go(cycle.start if k == 0 else cycle.back, rapid=True)
         bow.line(bow.place(bow.radius, bow.begin), rapid=True)
         cycle.go(cycle.start, rapid=True)

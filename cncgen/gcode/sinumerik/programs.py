@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from mmap import mmap
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.reading import Statement, parse
@@ -158,6 +159,6 @@ _SAYS = re.compile(
 )
 
 
-def turns(text: bytes) -> bool:
+def turns(text: bytes | mmap) -> bool:
     """Tell whether a program turns and says nowhere whether X is a diameter."""
     return _TURNS.search(text) is not None and _SAYS.search(text) is None
