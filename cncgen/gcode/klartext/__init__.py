@@ -5,7 +5,9 @@ running    `HeidenhainRunner`: labels, CALL LBL with REP, jumps FN 9 to 12, TCPM
 contours   RL RR, RND CHF, CT, APPR and DEP
 planes     tilted planes as frames: PLANE SPATIAL, cycle 19
 programs   the files that CALL PGM names
-cycles     drilling, pockets and patterns that CYCL CALL, CYCL CALL POS, M99 and M89 run; cycles 1, 2 and 17 in parts; 7 8 10 11 as frames, 9, 247
+cycles     drilling, pockets and patterns that CYCL CALL, CYCL CALL POS, M99 and M89 run; cycles 1 to 5 and 17 in parts; 7 8 10 11 as frames, 9, 247
+slots      slots and pockets: 251 to 254, 3 to 5
+points     PATTERN DEF
 
 A program without any of these goes the usual way (`cncgen.gcode.flow`).
 """

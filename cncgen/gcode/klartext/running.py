@@ -27,7 +27,7 @@ from cncgen.gcode.doubts import doubts, remarks_on
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import contours, cycles, patterns, planes, programs, q_formulas, system_data
+from cncgen.gcode.klartext import contours, cycles, planes, points, programs, q_formulas, system_data
 from cncgen.gcode.klartext.hole_cycle import FASTEST
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source, open_source
@@ -119,7 +119,7 @@ class HeidenhainRunner:
         self._frames: dict[int, affine.Frame] = {}
         self._modal = False
         self._angle = 0.0
-        self._points: list[patterns.Place] = []
+        self._points: list[points.Place] = []
         self._at = 0
         self._path = path
         #: Programs that CALL PGM left, and the line where they go on.
@@ -250,7 +250,7 @@ class HeidenhainRunner:
             self._tangent(at, body)
         elif head == "PLAN":
             self._tilt(planes.spatial(body, self._value))
-        elif head == "PATT" and patterns.BEGINS.match(body):
+        elif head == "PATT" and points.BEGINS.match(body):
             self._take_pattern(at, body)
         elif head == "FUNC":
             planes.idle(body)
@@ -536,9 +536,9 @@ class HeidenhainRunner:
     def _take_pattern(self, at: int, body: str) -> None:
         """PATTERN DEF: take the points that CYCL CALL PAT visits."""
         self._points = []
-        while self._at < len(self._bodies) and patterns.GOES_ON.match(self._bodies[self._at]):
+        while self._at < len(self._bodies) and points.GOES_ON.match(self._bodies[self._at]):
             body, self._at = f"{body} {self._bodies[self._at]}", self._at + 1
-        self._points = patterns.places(body, self._value)
+        self._points = points.places(body, self._value)
 
     def _call_pattern(self, at: int, rest: str) -> None:
         """CYCL CALL PAT: run the cycle at each point, at the feed of the block on the way to it."""
