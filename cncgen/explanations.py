@@ -75,9 +75,10 @@ class Explanation:
         return "\n\n".join(parts) + "\n"
 
     def markdown(self) -> str:
-        """Return a section of a page."""
-        parts = [f"({self.code})=\n## {self.code}", self.cause, self._cured()]
+        """Return a page."""
+        parts = [f"# {self.code}", self.cause, f"**{self._cured().replace(':', ':**', 1)}"]
         if self.command:
+            parts.append("## Example")
             parts += [
                 f"`{name}`:\n\n```text\n{text.strip()}\n```" for name, text in self.every_file().items()
             ]

@@ -19,6 +19,16 @@ from cncgen.cli.commands import cli
 from cncgen.explanations import ROOMS, codes, explanation
 
 DOCS = Path(__file__).resolve().parent
+#: Headings of rooms that their names do not make.
+_TITLES = {
+    "gcode": "G-code",
+    "stepnc": "STEP-NC",
+    "servo": "Servo axes",
+    "removal": "Material removal",
+    "report": "Reports, plots, identification",
+    "pipeline": "Calls",
+    "cli": "Commands",
+}
 #: Files of `docs/shell` and the shell of each.
 COMPLETIONS = {"cncgen.bash": "bash", "_cncgen": "zsh", "cncgen.fish": "fish"}
 
@@ -79,14 +89,21 @@ def command_page() -> str:
 
 def code_pages() -> dict[str, str]:
     """Return the pages of the diagnostics: one of all codes by room, and one each."""
-    rows = ["# Diagnostics\n\n`cncgen explain CODE` prints each of these pages.\n"]
+    rows = [
+        "# Diagnostics\n\nThe code of a message stands in brackets: `arc-radius` of `error[arc-radius]`. Each code has a page with "
+        "its cause, its cure and, of most, an example; `cncgen explain CODE` prints it.\n"
+    ]
     pages = {}
     for room in ROOMS:
         mine = [found for code in codes() if (found := explanation(code)) is not None and found.room == room]
         entries = "\n".join(found.code for found in mine)
-        rows.append(f"## {room}\n\n```{{toctree}}\n:maxdepth: 1\n\n{entries}\n```\n")
+        table = "\n".join(f"| [{found.code}]({found.code}.md) | {_plain(found.cause)} |" for found in mine)
+        rows.append(
+            f"## {_TITLES.get(room, room.capitalize())}\n\n| code | cause |\n| --- | --- |\n{table}\n"
+        )
+        rows.append(f"```{{toctree}}\n:hidden:\n\n{entries}\n```\n")
         for found in mine:
-            pages[f"codes/{found.code}.md"] = re.sub(r"^\(.*\)=\n## ", "# ", found.markdown())
+            pages[f"codes/{found.code}.md"] = found.markdown()
     return {"codes/index.md": "\n".join(rows), **pages}
 
 

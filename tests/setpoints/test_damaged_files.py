@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import random
+import struct
 import sys
 import zipfile
 from pathlib import Path
@@ -320,3 +321,33 @@ def test_a_header_with_a_call_is_told_in_words(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="is not an npy file") as caught, open_setpoints(path, axes="X"):
         pass
     assert "object at" not in str(caught.value)
+
+
+@pytest.mark.parametrize("claimed", [0, 2**60])
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_a_chunk_that_few_bytes_make_huge_is_refused_before_it_is_unpacked(
+    compression: str, claimed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """20 MiB of zeros in some KiB, as MCAP's specification lays a chunk out; the bound is lowered for the test."""
+    from cncgen.setpoints.readers import mcap
+
+    pytest.importorskip("mcap")
+    packing = pytest.importorskip("zstandard" if compression == "zstd" else "lz4.frame")
+    zeros = bytes(20 * 2**20)
+    packed = packing.ZstdCompressor().compress(zeros) if compression == "zstd" else packing.compress(zeros)
+    monkeypatch.setattr(mcap, "MOST_UNPACKED", 2**20)
+
+    def record(opcode: int, content: bytes) -> bytes:
+        return struct.pack("<BQ", opcode, len(content)) + content
+
+    def text(value: str) -> bytes:
+        return struct.pack("<I", len(value)) + value.encode()
+
+    chunk = (
+        struct.pack("<QQQI", 0, 1, claimed, 0) + text(compression) + struct.pack("<Q", len(packed)) + packed
+    )
+    magic = b"\x89MCAP0\r\n"
+    ends = record(15, struct.pack("<I", 0)) + record(2, struct.pack("<QQI", 0, 0, 0)) + magic
+    (tmp_path / "a.mcap").write_bytes(magic + record(1, text("ros2") + text("")) + record(6, chunk) + ends)
+    with pytest.raises(UsageError, match="a chunk of it unpacks to more than 1 MiB"):
+        read(tmp_path / "a.mcap")

@@ -18,6 +18,9 @@ from cncgen.setpoints.readers.f64 import check_rows
 from cncgen.setpoints.readers.tables import SizedFile
 from cncgen.units import AXIS_LETTERS
 
+#: Largest chunk that is unpacked, bytes; writers make chunks of some MiB.
+MOST_UNPACKED = 256 * 1024**2
+
 
 def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the points of a file, a block a message, in the order of their times.
@@ -43,11 +46,39 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     )
     try:
         with reading_faults(name):
-            # CRCs tell a damaged file; the limit bounds what one record may claim.
-            reader = reading.make_reader(SizedFile(file), validate_crcs=True)
-            yield from _messages(reader, name)
+            whole = SizedFile(file)
+            _check_chunks(whole)
+            whole.seek(0)
+            # CRCs tell a damaged file.
+            yield from _messages(reading.make_reader(whole, validate_crcs=True), name)
     except faults as error:
         raise UsageError(Diagnostic("setpoints-header", f"{name} is not an MCAP file: {error}")) from error
+
+
+def _check_chunks(whole: SizedFile) -> None:
+    """Look through a file for chunks that few bytes make huge, before the library unpacks them at once.
+
+    Raises:
+        ValueError: There is one.
+    """
+    streaming: Any = needed("mcap", "mcap.stream_reader")
+    records: Any = needed("mcap", "mcap.records")
+    for record in streaming.StreamReader(whole, emit_chunks=True, record_size_limit=MOST_UNPACKED).records:
+        if isinstance(record, records.Chunk):
+            size = max(record.uncompressed_size, _unpacked_size(record.compression, record.data))
+            if size > MOST_UNPACKED:
+                raise ValueError(f"a chunk of it unpacks to more than {MOST_UNPACKED >> 20} MiB")
+
+
+def _unpacked_size(compression: str, data: bytes) -> int:
+    """Return how many bytes a chunk makes, counted no further than beyond `MOST_UNPACKED`."""
+    if compression == "zstd":
+        size: int = needed("mcap", "zstandard").frame_content_size(data)
+        return size  # below 0 where the frame does not say it: then the library goes by the size that the chunk claims
+    if compression == "lz4":
+        unpacking: Any = needed("mcap", "lz4.frame").LZ4FrameDecompressor()
+        return len(unpacking.decompress(data, max_length=MOST_UNPACKED + 1))
+    return len(data)
 
 
 def _messages(reader: Any, name: str) -> Iterator[FileBlock]:
