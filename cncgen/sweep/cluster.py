@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 #: Longest wait for the scheduler, s.
 _PATIENCE_S = 30
+#: Tries to give the workers their programs, each of which a worker that dies in it ends.
+_TRIES = 5
 
 
 def needed_distributed() -> ModuleType:
@@ -57,7 +59,7 @@ class ClusterWorkers:
         self._running: dict[Any, Batch] = {}
         try:
             _check_workers(self._client)
-            self._client.register_plugin(_plugin(self._dask, tuple(bundles)), name="cncgen-programs")
+            _register(self._client, _plugin(self._dask, tuple(bundles)))
         except BaseException:
             self.close()
             raise
@@ -106,6 +108,10 @@ def _check_workers(client: Any) -> None:
         UsageError: There is one.
     """
     for worker, found in client.run(_version_of_worker, on_error="return").items():
+        if isinstance(
+            found, OSError
+        ):  # it died meanwhile; one that takes its place sees the version with its first batch
+            continue
         if isinstance(found, BaseException):
             text = f"the worker {worker} cannot run cncgen: {found}"
             raise UsageError(Diagnostic("sweep-version", text, hint="install the same cncgen there"))
@@ -113,6 +119,21 @@ def _check_workers(client: Any) -> None:
             text = f"the worker {worker} runs cncgen {found}, the driver {code_version()}"
             hint = "install the same cncgen on all of them"
             raise UsageError(Diagnostic("sweep-version", text, hint=hint))
+
+
+def _register(client: Any, plugin: Any) -> None:
+    """Give all workers a plugin; those that join later get it too, once the scheduler has it.
+
+    Raises:
+        OSError: It cannot be given.
+    """
+    for left in reversed(range(_TRIES)):
+        try:
+            client.register_plugin(plugin, name="cncgen-programs")
+            return
+        except OSError:  # a worker died meanwhile
+            if not left:
+                raise
 
 
 def _version_of_worker() -> str:

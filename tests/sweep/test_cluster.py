@@ -89,6 +89,35 @@ def test_a_worker_that_joins_later_with_another_version_ends_the_sweep(
         workers.close()
 
 
+class DyingWorker:
+    """A client of dask, one of whose workers dies as soon as it is asked for its version, and again as it gets the programs."""
+
+    def __init__(self, deaths: int) -> None:
+        self.deaths, self.registered = deaths, 0
+
+    def run(self, function: Any, on_error: str) -> dict[str, object]:
+        assert on_error == "return"
+        return {
+            "tcp://a": function(),
+            "tcp://b": distributed.comm.CommClosedError("connection reset by peer"),
+        }
+
+    def register_plugin(self, plugin: Any, name: str) -> None:
+        if self.deaths:
+            self.deaths -= 1
+            raise distributed.comm.CommClosedError("connection reset by peer")
+        self.registered += 1
+
+
+def test_a_worker_that_dies_at_the_start_does_not_end_the_sweep() -> None:
+    client = DyingWorker(deaths=2)
+    cluster._check_workers(client)
+    cluster._register(client, None)
+    assert client.registered == 1
+    with pytest.raises(OSError, match="reset by peer"):
+        cluster._register(DyingWorker(deaths=99), None)
+
+
 def test_a_scheduler_that_is_not_there_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "_PATIENCE_S", 1)
     with pytest.raises(UsageError, match="cannot reach the scheduler"):
