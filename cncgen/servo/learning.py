@@ -6,6 +6,9 @@ that the simulation shows, and so come into the command, as steeply as limits an
 rise. The drives' bounds are limits of the command: it is learnt without them, and keeps the drive inputs within them.
 Encoder steps and measurement noise are left out of the model that is learnt on: they are not the same the next time.
 
+Where limits leave no room to catch up in time, further passes take away the way from each position to the nearest point of the path
+alone. The axes then stay behind along the path, which costs no contour error.
+
 Iterative learning control with a model in the place of the machine: D. A. Bristow, M. Tharayil and A. G. Alleyne, A survey of
 iterative learning control, IEEE Control Systems Magazine 26 (2006) 96. Loops of other gain than 1 at rest get the motion
 divided by it first.
