@@ -361,7 +361,7 @@ class Computer:
     flags = cython.declare(cython.int)
     settings = cython.declare(cython.int)
     arguments = cython.declare(cython.int)
-    label = cython.declare(cython.double)
+    found = cython.declare(cython.double)
     next = cython.declare(cython.Py_ssize_t)
 
     def __init__(self, text, parser, numbers, named, reserved, columns):
@@ -471,27 +471,6 @@ class Computer:
         self.since += self.lines
         self.line = line
         return offset
-
-    def o_word(self, offset: cython.Py_ssize_t, line: cython.longlong, local: dict):
-        """Return label, keyword, values and offset of the next line, of a line that holds an O-word and is certain, else None.
-
-        A label is the float of a number, or a name.
-        """
-        self.local = local
-        r: cython.Py_ssize_t = self._row(offset, line)
-        if r < 0:
-            return None
-        keyword: cython.int = self._execute(r)
-        if keyword <= 0:
-            return None
-        first: cython.int = self.code[self.kept[r, _CODE]]
-        if first & 255 == _NAME:
-            label = self.names[first >> 8]
-        elif self.label != floor(self.label) or not fabs(self.label) < _LARGEST:
-            return None
-        else:
-            label = self.label
-        return label, keyword, [self.argument[k] for k in range(self.arguments)], self.kept[r, _AFTER]
 
     # Lines that are kept.
 
@@ -627,7 +606,7 @@ class Computer:
             elif operation == _NAMED or operation == _NAME:
                 if depth == _STACK or (operation == _NAMED and not self._has(operand)):
                     return _UNCERTAIN
-                stack[depth] = self.label if operation == _NAMED else operand
+                stack[depth] = self.found if operation == _NAMED else operand
                 depth += 1
             elif operation == _REMARK:
                 self.flags |= _COMMENT
@@ -645,7 +624,6 @@ class Computer:
             elif operation == _FLOW and operand <= _CALL:
                 self.arguments = self.code[at]
                 depth -= self.arguments
-                self.label = stack[depth - 1]
                 for k in range(self.arguments):
                     self.argument[k] = stack[depth + k]
                 return operand
@@ -724,14 +702,14 @@ class Computer:
 
     @cython.cfunc
     def _has(self, k: cython.int) -> cython.bint:
-        """Take the value of a named parameter as `label`; tell whether it has one.
+        """Take the value of a named parameter as `found`; tell whether it has one.
 
         Parameters that tell the machine's state are not stored, so they are not found.
         """
         value = (self.named if self._sort(k) else self.local).get(self.names[k])
         if value is None:
             return False
-        self.label = value
+        self.found = value
         return True
 
     @cython.cfunc

@@ -33,7 +33,7 @@ from trials.generators.gcode_bodies import body, ways
 from trials.peer_cases import peer_cases
 
 from ..kernels.plain import uncompiled
-from .test_blocks import BRACKETS, ITEMS, SIGNS, VALUES
+from .test_blocks import ITEMS, SIGNS, VALUES
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -153,35 +153,6 @@ def test_lines_of_programs_agree_with_the_grammar() -> None:
     lines = {line for case in peer_cases() for line in case.program.split("\n")}
     taken = sum(agree(line) for line in lines if line.strip())
     assert taken > 500
-
-
-@given(
-    st.sampled_from(["100", "<a b>", "[#1]", "[1 + 2]"]),
-    st.sampled_from(["if", "WHILE", "call", "endsub", "elseif"]),
-    st.lists(BRACKETS, max_size=3),
-    st.sampled_from(["", "(note)", "; tail"]),
-)
-def test_o_words_agree_with_the_grammar(label: str, keyword: str, values: list[str], tail: str) -> None:
-    line = f"o{label} {keyword} {' '.join(values)} {tail}"
-    data, made = line.encode(), parameters()
-    for kernel in (gcode_run, PLAIN):
-        computer = kernel.Computer(
-            memoryview(data),
-            new_parser("linuxcnc"),
-            made.numbers,
-            made.named,
-            frozenset(NAMED),
-            PlainBlocks().columns(),
-        )
-        found = computer.o_word(0, 1, made.local)
-        if found is None:
-            continue
-        flow = grammar.parse(line).flow
-        assert flow is not None
-        assert flow.label is not None
-        wanted = flow.label if isinstance(flow.label, str) else evaluate(flow.label, made)
-        assert found[:2] == (wanted, gcode_marks.KEYWORDS[flow.keyword])
-        assert found[2] == [evaluate(value, made) for value in flow.arguments]
 
 
 @pytest.mark.parametrize(

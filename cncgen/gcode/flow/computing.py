@@ -8,17 +8,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from cncgen.gcode.block import Flow
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.gcode.text.parsers import new_parser
-from cncgen.kernels import gcode_marks, gcode_run
+from cncgen.kernels import gcode_run
 
 _RESERVED = frozenset(NAMED)
-_KEYWORDS = {number: name for name, number in gcode_marks.KEYWORDS.items()}
 
 
 class LinesRead(NamedTuple):
@@ -113,12 +111,3 @@ class Computing:
             computer.units,
             None if computer.back is None else Cursor(here.source, *computer.back),
         )
-
-    def flow(self, here: Cursor) -> tuple[Flow, Cursor] | None:
-        """Return the O-word of a line with its values, and the next line; None unless one is there for certain."""
-        found = self._computer(here.source).o_word(here.offset, here.line, self._parameters.local)
-        if found is None or found[1] == gcode_marks.KEYWORDS["endsub"]:
-            # ENDSUB asks whether its label is computed.
-            return None
-        label, keyword, arguments, after = found
-        return Flow(_KEYWORDS[keyword], label, tuple(arguments)), Cursor(here.source, after, here.line + 1)

@@ -40,7 +40,7 @@ class Course:
         self._parts = parts
         self._frames = parts.control.calls.frames
         self._recurrence = Recurrence(parts.ip, parts.control.calls)
-        self._kept: dict[Cursor, tuple[Effect, Cursor]] = {}
+        self._kept: dict[Cursor, tuple[Effect, bool, Cursor]] = {}
         self.reached = self._here = first_line(parts.ip, parts.sources[0])
         #: Lines run, and blocks counted before them, since a line was reached for the first time.
         self._since = self._begun = 0
@@ -134,17 +134,13 @@ class Course:
     def _run_line(self, here: Cursor) -> None:
         """Run a line that is neither plain nor computed; the line that it leads to is next."""
         parts = self._parts
-        pending = parts.pending
-        found = pending.flow(here)
-        if found is None and pending.count and self._is_forward(here):
-            # From here on the scanner may go on: it writes over blocks that wait.
-            pending.flush()
-            self._branched = False
-            return
-        self._branched = found is not None
         following = here
         try:
-            effect, following = self._read_o_word(here, *found) if found is not None else self._effect(here)
+            effect, self._branched, following = self._effect(here)
+            if parts.pending.count and not self._branched and self._is_forward(here):
+                # From here on the scanner may go on: it writes over blocks that wait.
+                parts.pending.flush()
+                return
             if self._is_forward(here):
                 self.reached = following
                 self._since, self._begun = 0, parts.ip.budget.steps
@@ -181,34 +177,34 @@ class Course:
 
     # Effects of lines.
 
-    def _effect(self, here: Cursor) -> tuple[Effect, Cursor]:
-        """Return the effect of a line, and the next line; it is kept where it may run again."""
+    def _effect(self, here: Cursor) -> tuple[Effect, bool, Cursor]:
+        """Return the effect of a line, whether it is an O-word, and the next line; they are kept where it may run again."""
         kept = self._kept.get(here)
         if kept is not None:
             return kept
         after = self._parts.lines.after(here)
-        made = self._read(here, after), after
+        made = *self._read(here, after), after
         if not self._is_forward(here):
             if len(self._kept) >= _MAX_KEPT:
                 self._kept.clear()
             self._kept[here] = made
         return made
 
-    def _read(self, here: Cursor, after: Cursor) -> Effect:
-        """Return the effect of a line."""
+    def _read(self, here: Cursor, after: Cursor) -> tuple[Effect, bool]:
+        """Return the effect of a line, and whether it is an O-word."""
         parts = self._parts
         text = parts.lines.text(here)
         bare = text.strip()
         if bare.startswith("%"):
-            return (lambda: None) if here.source else lambda: parts.percent.line(text, self.reached.offset)
+            return lambda: None if here.source else parts.percent.line(text, self.reached.offset), False
         parts.percent.seen = True
         if not bare:
-            return lambda: None
+            return lambda: None, False
         parsed = parts.lines.parse(text)
         if parsed.deletable and parts.ip.options.block_delete:
-            return lambda: None
+            return lambda: None, False
         if parsed.flow is not None and parsed.flow.then is None:
-            return self._o_word(parsed.flow, here, after, flushes=parsed.flow.asks_state)
+            return self._o_word(parsed.flow, here, after), True
         run = (
             parts.compiler.action(parsed, here)
             if parsed.flow is None
@@ -220,20 +216,15 @@ class Course:
             run()
             return sub_words.follow_jump(parts.control, here, after) if parts.ip.jump is not None else None
 
-        return effect
+        return effect, False
 
-    def _read_o_word(self, here: Cursor, flow: Flow, after: Cursor) -> tuple[Effect, Cursor]:
-        """Return the effect of an O-word whose values are computed, and the next line."""
-        self._parts.percent.seen = True
-        return self._o_word(flow, here, after, flushes=False), after
-
-    def _o_word(self, flow: Flow, here: Cursor, after: Cursor, *, flushes: bool) -> Effect:
-        """Return the effect of an O-word; `flushes` where its values may depend on where the machine is."""
+    def _o_word(self, flow: Flow, here: Cursor, after: Cursor) -> Effect:
+        """Return the effect of an O-word; blocks that wait run before it where its values may depend on where the machine is."""
         parts = self._parts
         block = empty_block(here)
 
         def effect() -> Cursor | None:
-            if flushes:
+            if flow.asks_state:
                 parts.pending.flush()
             parts.ip.base.block = block
             return parts.control.run(flow, here, after)

@@ -6,7 +6,6 @@ may be, as a motion changes no parameter that the lines after it compute with.
 
 from __future__ import annotations
 
-from cncgen.gcode.block import Flow
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.batches import Batches
 from cncgen.gcode.flow.compiling import Compiler
@@ -75,10 +74,6 @@ class PendingBlocks:
             self._ip.budget.count(found.others)
             self._ip.budget.spend(found.units)
         return found
-
-    def flow(self, here: Cursor) -> tuple[Flow, Cursor] | None:
-        """Return the O-word of a line with its values, and the next line; None unless one is there for certain."""
-        return self._computing.flow(here) if self._computing is not None else None
 
     def flush(self) -> None:
         """Run the pending blocks."""
