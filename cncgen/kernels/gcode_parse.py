@@ -396,7 +396,6 @@ class Parser:
         numbers: cython.int = self.numbers
         c: cython.int
         d: cython.int
-        last: cython.int
         mode: cython.int
         kind: cython.int
         literal: cython.int
@@ -420,7 +419,7 @@ class Parser:
                     break
                 kind, taken, literal = self.end, at, 0
             else:
-                d, to, taken, last = 0, at, at, -1
+                d, to, taken = 0, at, at
                 mode = self.mode[state] << 9
                 while to < size:
                     c = self.text[to]
@@ -432,11 +431,13 @@ class Parser:
                         break
                     d = step
                     to += 1
-                    if self.token[mode | d] >= 0:
-                        taken, last = to, d
-                if last < 0:
-                    break
-                kind, literal = self.token[mode | last], self.literal[last]
+                    taken = to
+                if self.token[mode | d] < 0:
+                    # The longest token of this state is shorter than those of others: "/" before "[", say.
+                    d, taken = self._shorter(at, taken, mode)
+                    if d < 0:
+                        break
+                kind, literal = self.token[mode | d], self.literal[d]
                 step = self.again[state << 6 | kind]
                 if step == 12:
                     # A word behind a word.
@@ -650,6 +651,22 @@ class Parser:
         return 0
 
     # The automaton.
+
+    @cython.cfunc
+    def _shorter(
+        self, at: cython.Py_ssize_t, end: cython.Py_ssize_t, mode: cython.int
+    ) -> tuple[cython.int, cython.Py_ssize_t]:
+        """Return the state of the scanner where the longest token of a mode that begins at `at` ends, -1 for none, and its end."""
+        d: cython.int = 0
+        last: cython.int = -1
+        taken: cython.Py_ssize_t = at
+        to: cython.Py_ssize_t
+        for to in range(at, end):
+            if self.text[to] != 32 and self.text[to] != 9 and self.text[to] != 13:
+                d = self.move[d << 6 | self.classes[self.text[to]]]
+                if self.token[mode | d] >= 0:
+                    last, taken = d, to + 1
+        return last, taken
 
     @cython.cfunc
     @cython.inline
@@ -912,8 +929,7 @@ class Parser:
         c: cython.int
         i: cython.Py_ssize_t
         if end - begin > _DIGITS:
-            text: bytes = bytes(self.text[begin:end])
-            return float(text.translate(None, b" \t\r"))
+            return self._long_number(begin, end)
         for i in range(begin, end):
             c = self.text[i]
             if 48 <= c <= 57:
@@ -924,13 +940,19 @@ class Parser:
             elif c == 45:
                 negative = True
         if mantissa > _EXACT:
-            text = bytes(self.text[begin:end])
-            return float(text.translate(None, b" \t\r"))
+            return self._long_number(begin, end)
         value = cython.cast(cython.double, mantissa)
         if decimals > 0:
             # Both are doubles without error, so the quotient is rounded once (Clinger, as in `part21_scan.points`).
             value /= _POWERS[decimals]
         return -value if negative else value
+
+    @cython.cfunc
+    @cython.exceptval(-1.0, check=True)
+    def _long_number(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.double:
+        """Do the same for a number of any length."""
+        text: bytes = bytes(self.text[begin:end])
+        return float(text.translate(None, b" \t\r"))
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
