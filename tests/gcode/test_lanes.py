@@ -17,6 +17,7 @@ from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import PlainBlocks, comment_of
 from cncgen.kernels import gcode_scan
 from tests.kernels.plain import uncompiled
+from trials.peer_cases import peer_cases
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -100,6 +101,17 @@ def test_the_lanes_agree_on_every_program(path: Path) -> None:
         if line.startswith("%"):
             continue
         assert found.get(number, []) == grammar.parse(line).words
+
+
+def test_the_lanes_agree_on_the_peers_cases() -> None:
+    lines = {line for case in peer_cases() for line in case.program.splitlines()}
+    taken = 0
+    for line in sorted(lines):
+        found = scanned(line)
+        taken += len(found)
+        for _, pairs, _ in found:
+            assert pairs == grammar.parse(line).words, line
+    assert taken > 1000
 
 
 @pytest.mark.parametrize(
