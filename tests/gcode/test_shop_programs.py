@@ -428,3 +428,16 @@ def test_measuring_macros_of_a_probe_lead_back_to_where_they_began(run: Any, mov
     assert moves(text) == [(0, 0, 50, 0), (4, 0, 10, 3000), (4, 2, 10, 3000)]
     assert [code for _, code, _ in remarks(run(text))] == 3 * ["probe-not-run"]
     assert [e[:2] for e in run(text.replace("P9811", "P8811")).errors] == [("sub-missing", 7)]
+
+
+def test_programs_of_six_digits_and_common_variables_beyond_the_others(run: Any, moves: Any) -> None:
+    """Options of FANUC's controls: M98 P110001 runs O110001 where there is one, else O0001 11 times; #900000 begins without a value."""
+    text = "%\nO110000\nG21 G91 G1 F100\nM98 P110001\nM98 P110001 L2\nM30\nO110001\nX1.\nM99\nO1\nY1.\nM99\n%"
+    assert [move[:2] for move in moves(text)] == [(1, 0), (2, 0), (3, 0)]
+    assert [move[:2] for move in moves(text.replace("O110001\nX1.\nM99\n", "").replace(" L2", ""))][-1] == (
+        0,
+        22,
+    )
+    text = "%\nO1\nG21 G0\nIF[#900000 EQ #0] GOTO 1\nX9.\nN1 #900000=3\n#100002=#900000*2\nX#900000 Y#[100000+2] Z#199999\nM30\n%"
+    assert moves(text) == [(3, 6, 0, 0)]
+    assert [e[:2] for e in run("%\nO1\n#907400=1\nM30\n%").errors] == [("parameter-number", 3)]

@@ -17,11 +17,11 @@ from cncgen.gcode.flow.calls import MACRO_LOCALS
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.gcode.text import macro_loops
+from cncgen.gcode.text.labels import Cursor
 from cncgen.toolpath.record import Event
 
 if TYPE_CHECKING:
     from cncgen.gcode.flow.o_words import FlowControl
-    from cncgen.gcode.text.labels import Cursor
 
 _FANUC = ("fanuc",)
 VACANT = math.nan
@@ -98,9 +98,21 @@ def call_program(ip: Interpreter, block: Block) -> None:
         raise BlockError("sub-missing", "M98 has no program number P", "M98", hint="M98 P1000 runs O1000")
     number = whole(block, "p", "M98")
     times = whole(block, "l", "M98") if "l" in block.words else 1
-    if number > 9999 and "l" not in block.words:
+    if number > 9999 and "l" not in block.words and not _has_program(ip, block, number):
         times, number = divmod(number, 10_000)
     ip.jump = ("call", number, times)
+
+
+def _has_program(ip: Interpreter, block: Block, number: int) -> bool:
+    """Tell whether a program has a number of more than four digits, as an option of FANUC's controls allows."""
+    assert ip.flow is not None
+    try:
+        ip.flow.subroutines.find(
+            float(number), Cursor(block.source, block.offset, block.line), ("program", "sub")
+        )
+    except BlockError:
+        return False
+    return True
 
 
 def call_lines(ip: Interpreter, block: Block) -> None:

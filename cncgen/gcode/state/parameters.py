@@ -23,6 +23,8 @@ LAST = 5601
 LAST_FANUC = 20_020
 #: Parameters that begin without a value in FANUC's macros: local, common, kept common.
 VACANT_AT_START = (range(34), range(100, 200), range(500, 1000))
+#: Further common variables of FANUC's controls, an option, and of the makers of machines; they begin without a value.
+COMMON_BEYOND = (range(98_000, 98_500), range(100_000, 300_000), range(900_000, 907_400))
 #: Where the tables begin; offsets are X Y Z A B C U V W, work systems have their rotation after W.
 HOME_28, HOME_30 = 5161, 5181
 G92_ON, G92 = 5210, 5211
@@ -63,6 +65,15 @@ class Parameters:
         self.local: dict[str, float] = {}
         self.named: dict[str, float] = {}
         self.listed: set[int] = set()
+        #: Values of the common variables that lie beyond the others.
+        self._beyond: dict[int, float] = {}
+
+    def _is_beyond(self, index: float) -> bool:
+        return (
+            self.vacant
+            and index > self.last
+            and any(self._whole(index) in numbers for numbers in COMMON_BEYOND)
+        )
 
     def _whole(self, index: float) -> int:
         whole = nearest(index, "the number of a parameter")
@@ -82,6 +93,8 @@ class Parameters:
 
     def number(self, index: float) -> float:
         """Return a numbered parameter for an expression, which may have computed its index."""
+        if self._is_beyond(index):
+            return self._beyond.get(self._whole(index), math.nan)
         whole = self._index(index)
         if whole in POSITION and not self.vacant and self.interpreter.state.compensation != 40:
             raise BlockError(
@@ -103,6 +116,9 @@ class Parameters:
 
     def set_number(self, index: float, value: float) -> None:
         """Set a numbered parameter."""
+        if self._is_beyond(index):
+            self._beyond[self._whole(index)] = value
+            return
         whole = self._index(index)
         if whole == 0:
             raise BlockError(
