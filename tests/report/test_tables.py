@@ -100,8 +100,8 @@ def test_text_of_a_summary() -> None:
                        "acceleration_of_limit": None, "jerk": 3.0, "jerk_of_limit": 0.1}},
         "feed_over_time_mm_s": [0.0, 1.0, 2.0],
         "slowest": [
-            {"lost_s": 0.25, "line": 7, "source": "a.nc", "position": {"x_mm": 1.5, "a_deg": -90.0}, "t_s": 3.25, "limit": Limit.CONTOUR_ERROR.name.lower()},
-            {"lost_s": 0.125, "line": 2, "source": "sub.nc", "position": {"x_mm": 0.0}, "t_s": 1.0, "limit": "feed"},
+            {"lost_s": 0.25, "line": 7, "source": "a.nc", "position": {"x_mm": 1.5, "a_deg": -90.0}, "t_s": 3.25, "limit": Limit.CONTOUR_ERROR.name.lower(), "axis": ""},
+            {"lost_s": 0.125, "line": 2, "source": "sub.nc", "position": {"x_mm": 0.0}, "t_s": 1.0, "limit": "jerk", "axis": "X"},
         ],
     }  # fmt: skip
     text = as_text(values)
@@ -112,7 +112,7 @@ def test_text_of_a_summary() -> None:
     assert "X: velocity 1 mm/s (50.00 %), acceleration 2 mm/s², jerk 3 mm/s³ (10.00 %)" in text
     assert "\n  ▁▅█\n" in text
     assert "250 ms lost at line 7, X1.500 A-90.000, 3.250 s: contour error" in text
-    assert "125 ms lost at line 2 of sub.nc, X0.000, 1.000 s: feed" in text
+    assert "125 ms lost at line 2 of sub.nc, X0.000, 1.000 s: X jerk" in text
 
 
 def test_compare_prints_both_tables(cncgen: Run, programs: Path) -> None:
