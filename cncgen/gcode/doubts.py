@@ -98,6 +98,13 @@ _INCREMENTS = _Doubt(
     (b"X", b"Y", b"Z"),
     rb"[XYZ][ \t]*[-+]?\d{5}",
 )
+#: Shorter ones, in a text of FANUC's in which no length has a point.
+_NO_POINTS = _INCREMENTS._replace(
+    sign=_BEFORE + rb"(?P<word>[XYZ][ \t]*[-+]?\d{4,9})(?![\d.])",
+    message="no length has a decimal point: they are read as they stand; controls that count least increments take them in thousandths",
+    within=rb"[XYZ][ \t]*[-+]?\d{4}",
+)
+_LENGTH_WITH_POINT = re.compile(rb"[XYZ][ \t]*[-+]?\d*\.")
 #: A program number, and what ends a subprogram and a main program.
 _PROGRAM = rb"(?im)^[ \t]*(?P<word>[O:][ \t]*\d+)"
 _BACK = rb"(?i)(?<![A-Z])M[ \t]*99(?![\d.]|[ \t]*P)"
@@ -167,7 +174,9 @@ def doubts(
     capitals = head.upper()
     asked = [*((_SIEMENS, _HEIDENHAIN) if language_of(dialect) in BOTH else ())]
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
-    asked += (_INCREMENTS,) if language_of(dialect) in BOTH and least_increment is None else ()
+    if language_of(dialect) in BOTH and least_increment is None:
+        pointless = language_of(dialect) == "fanuc" and _LENGTH_WITH_POINT.search(capitals) is None
+        asked.append(_NO_POINTS if pointless else _INCREMENTS)
     found = [(doubt, doubt.found(head, capitals)) for doubt in asked]
     if language_of(dialect) == "fanuc":
         found.append((_BEHIND_SEMICOLON, re.search(_BEHIND_SEMICOLON.sign, source.data, re.IGNORECASE)))

@@ -270,6 +270,13 @@ def test_lengths_that_may_count_increments_are_doubted(run: Any, dialect: str) -
     ]
 
 
+def test_a_program_of_fanuc_without_a_point_is_doubted(run: Any) -> None:
+    text = "%\nO7\nG21 G90 F200\nG1 X1000\nZ-500\nM30\n%"
+    assert ("warning", "other-control", 4) in remarks(run(text))
+    assert "other-control" not in [code for _, code, _ in remarks(run(text.replace("Z-500", "Z-5.")))]
+    assert "other-control" not in [code for _, code, _ in remarks(run(text.replace("X1000", "X999")))]
+
+
 def test_face_and_cylinder_of_sinumerik(run: Any) -> None:
     """TRANSMIT: C90 at X10 is the point 0 10 of the face; the line to 10 10 has x sin(c) = 10. TRACYL(40): 10 mm are 10/20 rad."""
     out = run("G17 G90 G94 F100\nG0 C90 Z1\nX10 Y0\nTRANSMIT\nG1 X10 Y10\nTRAFOOF\nG0 X30 C0\nTRACYL(40)\nG19\nG1 Y10 Z5\nTRAFOOF\nG0 X50\nM30\n",
