@@ -68,7 +68,7 @@ export function losses(part, go) {
       element("td", { class: "rank" }, String(k + 1)),
       element("td", {}, button, element("small", {}, positionText(part, row))),
       element("td", { class: "number" }, brief(place.lost_s), bar(place.lost_s / most)),
-      element("td", {}, place.limit, element("small", {}, `down to ${rounded(place.feed_mm_s)} mm/s`)),
+      element("td", {}, place.limit, element("small", {}, `at ${rounded(place.feed_mm_s)} mm/s`)),
     );
     found.addEventListener("click", (event) => event.target !== button && go(row));
     return found;
