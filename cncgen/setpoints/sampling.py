@@ -157,13 +157,13 @@ def _chunk(
         period_s=period_s,
         first=first,
         position=np.ascontiguousarray(x[0]),
-        signals={name: _signal(name, x, at, trajectory) for name in signals},
+        signals={name: _signal(name, ticks, x, at, trajectory) for name in signals},
         events=due,
     )
     return setpoints, [event for event in waiting if event[0] > until]
 
 
-def _signal(name: str, x: Floats, at: Motion, trajectory: Trajectory) -> NDArray:
+def _signal(name: str, ticks: Floats, x: Floats, at: Motion, trajectory: Trajectory) -> NDArray:
     """Return one signal: axis derivatives by the chain rule from ``x[k]`` = dᵏx/dsᵏ, or what the profile says."""
     if trajectory.cubics is not None and name in _DERIVATIVES:
         return x[_DERIVATIVES.index(name) + 1]
@@ -177,4 +177,10 @@ def _signal(name: str, x: Floats, at: Motion, trajectory: Trajectory) -> NDArray
     rows = np.minimum(rows, len(trajectory.toolpath) - 1)
     if name == "programmed":
         return programmed_speed(trajectory.toolpath, trajectory.row_s)[rows]
-    return trajectory.toolpath.source[rows] if name == "source" else trajectory.toolpath.line[rows]
+    found = trajectory.toolpath.source[rows] if name == "source" else trajectory.toolpath.line[rows]
+    # While an event lasts the line is its own; lines of events count in the program itself.
+    for t_s, line, event in trajectory.events:
+        if event.wait_s:
+            first, last = np.searchsorted(ticks, [t_s, t_s + event.wait_s])
+            found[first:last] = 0 if name == "source" else line
+    return found

@@ -200,3 +200,14 @@ def test_a_motion_that_never_ends_is_refused_at_its_line(block: str, line: int) 
     assert fault.code == "motion-endless"
     assert fault.span is not None
     assert (fault.span.file, fault.span.line) == ("slow.nc", line)
+
+
+@pytest.mark.parametrize("feedrate", ["optimal", "ild"])
+def test_while_an_event_lasts_the_line_is_its_own(feedrate: str) -> None:
+    """Dwells of 0.3 and 0.2 s on lines 3 and 5, at 1 ms; the motions about them are on lines 2 and 4."""
+    program = cncgen.read_text("G21 G90 G61 F3000\nG1 X5\nG4 P0.3\nX10\nG4 P0.2\nM2\n")
+    stream = cncgen.sample(cncgen.plan(program, "xy-table", feedrate=feedrate), ["line"])
+    line = np.concatenate([chunk.signals["line"] for chunk in stream.chunks])
+    assert [line[k] for k in np.flatnonzero(np.diff(line, prepend=-1))] in ([2, 3, 4, 5], [2, 3, 4, 5, 4])
+    counts = {number: int((line == number).sum()) for number in (3, 5)}
+    assert counts == {3: pytest.approx(300, abs=1), 5: pytest.approx(200, abs=1)}
