@@ -21,7 +21,7 @@ from cncgen.planner.least_time.timeline import SolvedWindow, Timeline
 from cncgen.planner.limits.axis_limits import AxisLimits, chord_reserve
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.planner.smoothing import chord_speed_within, smooth
-from cncgen.toolpath.record import Kind, Toolpath
+from cncgen.toolpath.record import Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import join
 
 #: Control points of the first block, for which the first setpoints wait, and of a block at most (`fixed_blocks`): 128 and 2048 rows that
@@ -88,6 +88,9 @@ def _solved(
                 continue
             if window is None:
                 window = RollingWindow(bounds_of(mesh.toolpath.axes))
+                if coarse and np.any(mesh.toolpath.path_mode == PathMode.CONTINUOUS):
+                    # The search that starts from it ends at 10⁻⁶ of the time.
+                    window.unsettled = 0
             window.meshes.append(mesh)
             yield from window.advance(last)
 

@@ -71,22 +71,20 @@ def excess(
         ahead_far = np.minimum(far[own_place] + ahead[late], 1.0)
         place[own_place] = program.on(base + row[own_place], ahead_far)
     distance = np.sqrt(((place - full) ** 2).sum(axis=1))
-    for way in (-1, 1):
-        left = np.sqrt(
-            ((place - np.asarray(program.column("start" if way < 0 else "end"))[row]) ** 2).sum(axis=1)
-        )
+    for way, end_of in ((-1, "start"), (1, "end")):
+        over = np.flatnonzero(distance > allowed)
+        left = np.sqrt(((place[over] - np.asarray(program.column(end_of))[row[over]]) ** 2).sum(axis=1))
         for step in (1, 2, 3):
-            other = row + way * step
-            over = np.flatnonzero(
-                (distance > allowed) & (left < _BESIDE * allowed) & (other >= 0) & (other < len(length))
-            )
+            other = row[over] + way * step
+            near = (left < _BESIDE * allowed[over]) & (other >= 0) & (other < len(length))
+            over, left, other = over[near], left[near], other[near]
             if not len(over):
                 break
-            found = program.nearest(
-                full[over], base + other[over], np.full(len(over), 0.0 if way > 0 else 1.0)
-            )[0]
+            start = np.full(len(over), 0.0 if way > 0 else 1.0)
+            found = program.nearest(full[over], base + other, start)[0]
             distance[over] = np.minimum(distance[over], np.sqrt(((found - full[over]) ** 2).sum(axis=1)))
-            left[over] += length[other[over]]
+            far_off = distance[over] > allowed[over]
+            over, left = over[far_off], (left + length[other])[far_off]
     curved = np.asarray(program.column("curved"))[row].reshape(count, each).any(axis=1)
     out: Floats = (distance - allowed).reshape(count, each).max(axis=1)
     lines = full.reshape(count, each, -1)[:, parts:]
@@ -128,8 +126,12 @@ def _at(solved: Solved, end: Floats, t: Floats) -> Floats:
     """Return positions at times, shape (k, m, n), of intervals that end at `end`."""
     k = np.minimum(np.searchsorted(end, t), len(end) - 1)
     h = (t - end[k] + solved.step[k])[..., None]
-    x, v, a, j = solved.position[k], solved.velocity[k], solved.acceleration[k], solved.jerk[k]
-    out: Floats = x + h * (v + h * (a / 2 + h * j / 6))
+    motion = np.stack(
+        [solved.position[:-1], solved.velocity[:-1], solved.acceleration[:-1] / 2, solved.jerk / 6], axis=1
+    )[k]
+    out: Floats = motion[..., 0, :] + h * (
+        motion[..., 1, :] + h * (motion[..., 2, :] + h * motion[..., 3, :])
+    )
     return out
 
 

@@ -177,7 +177,7 @@ def test_the_windows_of_a_short_program_are_solved_until_their_time_stays(
         partialmethod(rolling_window.RollingWindow.__init__, unsettled=1000, wanted=400),
     )
     monkeypatch.setattr(rolling_window, "SIZE", 400)
-    positions(chunked(facets(2200), 2200), load("generic-mill"))
+    positions(chunked(facets(2200), 2200), load("generic-mill"), effort="fast")
     before = np.cumsum([0, *(count for count, _ in asked)])[:-1]
     assert len(asked) > 5
     assert [settled for _, settled in asked] == (before < 1000).tolist()
