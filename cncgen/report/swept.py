@@ -82,7 +82,7 @@ def swept_figure(
     part.plot(x[front], y[front], "o-", color=RED, markersize=4, linewidth=1.0, label="Pareto front")
     part.set_xlabel(along)
     part.set_ylabel(up)
-    part.legend(fontsize=8)
+    part.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
     if sensitivities:
         _bars(parts[0, 1], sensitivities)
     return figure
@@ -104,4 +104,4 @@ def _bars(part: Axes, sensitivities: Sequence[tuple[str, Sequence[Share]]]) -> N
     part.set_yticks(places, names, fontsize=6)
     part.invert_yaxis()
     part.set_xlabel("share of the variance")
-    part.legend(fontsize=8)
+    part.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
