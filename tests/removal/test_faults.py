@@ -11,6 +11,7 @@ from cncgen.removal.cutters import cutter_of_option
 from cncgen.removal.stock import box, read_stl
 from cncgen.removal.surfaces import mesh_of, stl_bytes
 from tests.removal.paths import event, line, path_of
+from tests.stepnc.building import E
 from tests.stepnc.featured import ORIGIN, Features, pocket_operation
 from tests.stepnc.test_what_is_cut import face
 
@@ -276,6 +277,24 @@ def test_ridges_between_passes_of_a_rounded_tool_are_found_and_told(radial, edge
     assert {f.code for f in left} == ({"cut-left"} if told else set())
     # The highest are those of lines 7 mm apart, 1.5 mm beyond the level end.
     assert all(f.values["depth_mm"] < 2 - np.sqrt(4 - 1.5**2) for f in left)
+
+
+@pytest.mark.parametrize(("overlap", "told"), [(0.3, False), (0.1, True)])
+def test_the_rounded_edge_of_a_facing_tool_leaves_no_ridge_in_silence(overlap, told, tmp_path):
+    """A tool of 8 mm with an edge of 1 mm is level over 6: lines 5.6 mm apart leave nothing, also at the border; 7.2 mm do."""
+    part = Features()
+    piece = part.block((0, 0, -20), (60, 40, 0))
+    course = part.add("LINEAR_PATH", None, part.size(40), part.direction(0, 1, 0))
+    width = part.add("LINEAR_PROFILE", None, part.add("NUMERIC_PARAMETER", "", 60.0, "mm"))
+    own = ("f", piece, (), part.placement((0, 0, 0)), part.plane(-2.0), course, width, None, ())
+    strategy = part.add("UNIDIRECTIONAL_MILLING", overlap, E("F"), None, E("CLIMB"))
+    head = (None, None, "op", 5.0, None, part.tool("T", 8.0, edge=1.0), part.technology(), None)
+    operation = part.add("PLANE_ROUGH_MILLING", *head, 0.0, None, None, strategy, None, None)
+    part.mill(part.add("PLANAR_FACE", *own), operation)
+    file = tmp_path / "face.stp"
+    file.write_text(part.text())
+    assert ("stepnc-uncut" in [code for code, _, _ in part.read()[1]]) == told
+    assert {f.code for f in cut(file, cell_mm=0.25).findings} == ({"cut-left"} if told else set())
 
 
 def drilled_part():

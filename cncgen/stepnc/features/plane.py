@@ -75,26 +75,30 @@ def _lines(job: Job, along: Floats) -> list[tuple[Floats, Floats]]:
             f"lines are {step:g} mm apart, and the tool has {2 * radius:g} mm: ridges would stay between them"
         )
         raise job.fault("stepnc-range", text, hint="the overlap must not be below 0")
+    pocket.floor_reach(job, step)  # tells of ridges
+    level = radius - job.tool.edge
     first = near + step - radius
-    count = max(1, math.ceil((far - radius - first) / step - 1e-9) + 1)
+    count = max(1, math.ceil((far - level - first) / step - 1e-9) + 1)
     if count > 20_000:
         raise job.fault("stepnc-geometry", f"{count} lines of {step:g} mm are more than 20000")
     places = first + step * np.arange(count)
-    overrun = _overrun(job, max(step / 2 if count > 1 else 0.0, step - radius, far - float(places[-1])))
+    half = max(step / 2 if count > 1 else 0.0, step - radius, far - float(places[-1]))
+    overrun = _overrun(job, min(half, level), level)
     return [
         ((low - overrun) * along + o * across, (high + overrun) * along + o * across) for o in places.tolist()
     ]
 
 
-def _overrun(job: Job, half: float) -> float:
+def _overrun(job: Job, half: float, level: float) -> float:
     """Return how far the tool's middle goes beyond the face, mm.
 
     The overcut is that of the tool's rear, as NIST's interpreter has it. The round front of a tool leaves the material at a
-    distance `half` beside its line up to sqrt(R² - half²) ahead of its middle: it goes at least so far that none stays.
+    distance `half` beside its line up to sqrt(r² - half²) ahead of its middle, with r the radius of its `level` end: it goes at least so
+    far that none stays.
     """
     radius = job.radius
     asked = job.value("overcut_length", 2.5 * radius) - radius
-    needed = -math.sqrt(max(radius**2 - half**2, 0.0))
+    needed = -math.sqrt(max(level**2 - half**2, 0.0))
     if asked < needed - 1e-9:
         text = f"with an overcut of {asked + radius:g} mm spikes would stay at the ends of lines; it is made"
         job.warn("stepnc-overcut", f"{text} {needed + radius:g} mm")

@@ -120,7 +120,7 @@ def _step(job: Job) -> float:
     return step
 
 
-def _reach(job: Job, step: float) -> float:
+def floor_reach(job: Job, step: float) -> float:
     """Return how far from its axis the tool cuts the floor, mm; warn of ridges that its rounded edge leaves between passes."""
     level, edge = job.radius - job.tool.edge, job.tool.edge
     over = step / 2 - level
@@ -139,7 +139,7 @@ def _clear(job: Job, closed: Polygon, passes: list[Layer]) -> tuple[CutterPath, 
     lowest = -passes[-1].spans[-1][1]
     whole = opened(job, closed, lowest) if job.shape.open_sides else closed
     moves: Moves | None = None
-    fitted, reach = False, _reach(job, step)
+    fitted, reach = False, floor_reach(job, step)
     for layer in passes:
         rings = nested(partial(layer.region, whole, corner), step, reach)
         if len(rings) * len(layer.spans) > MAX_PASSES:
