@@ -75,7 +75,7 @@ def _lines(job: Job, along: Floats) -> list[tuple[Floats, Floats]]:
             f"lines are {step:g} mm apart, and the tool has {2 * radius:g} mm: ridges would stay between them"
         )
         raise job.fault("stepnc-range", text, hint="the overlap must not be below 0")
-    pocket.floor_reach(job, step)  # tells of ridges
+    pocket.floor_reach(job, step, corners=False)  # tells of ridges
     level = radius - job.tool.edge
     first = near + step - radius
     count = max(1, math.ceil((far - level - first) / step - 1e-9) + 1)

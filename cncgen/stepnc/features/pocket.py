@@ -120,16 +120,22 @@ def _step(job: Job) -> float:
     return step
 
 
-def floor_reach(job: Job, step: float) -> float:
-    """Return how far from its axis the tool cuts the floor, mm; warn of ridges that its rounded edge leaves between passes."""
+def floor_reach(job: Job, step: float, corners: bool = True) -> float:
+    """Return how far from its axis the tool cuts the floor, mm; warn of ridges that its rounded edge leaves between passes.
+
+    Args:
+        job: The feature.
+        step: Distance between passes, mm.
+        corners: Whether passes are rings, whose corners are farther from each other.
+    """
     level, edge = job.radius - job.tool.edge, job.tool.edge
-    over = step / 2 - level
-    if over <= 1e-9:
+    if step / 2 - level <= 1e-9:
         return level
+    over = (min(step / math.sqrt(2), job.radius) if corners else step / 2) - level
     ridge = edge - math.sqrt(max(edge**2 - min(over, edge) ** 2, 0.0))
     if ridge > RIDGE and not is_round(job) and not job.value("allowance_bottom", 0.0):
-        text = f"passes {step:g} mm apart of a tool whose end is level over {2 * level:g} mm leave ridges {ridge:.2g} mm high"
-        job.warn("stepnc-uncut", f"{text}; radial_cutting_depth makes them smaller")
+        text = f"passes {step:g} mm apart of a tool whose end is level over {2 * level:g} mm leave ridges up to {ridge:.2g} mm high"
+        job.warn("stepnc-uncut", f"{text}; smaller steps make them lower")
     return job.radius
 
 
