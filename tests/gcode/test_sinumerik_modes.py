@@ -1,0 +1,68 @@
+"""SINUMERIK: modes of the path and of the spindle, and TRAORI on a machine with rotary axes, by hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cncgen.machine.kinematics import Kinematics
+from cncgen.toolpath.record import PathMode
+
+#: A trunnion: A and C turn the part about points 100 below machine zero.
+TABLES = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
+
+
+@pytest.mark.parametrize(
+    ("words", "mode", "tolerance"),
+    [
+        ("G60", PathMode.EXACT_STOP, None),
+        ("G9", PathMode.EXACT_STOP, None),
+        ("G64", PathMode.CONTINUOUS, None),
+        # The path is left by half of ADIS, the way before a corner on which it is rounded; CTOL is the distance itself.
+        ("G641 ADIS=0.5", PathMode.CONTINUOUS, 0.25),
+        ("G642 CTOL=0.05", PathMode.CONTINUOUS, 0.05),
+        ("G645 CTOL=0.02", PathMode.CONTINUOUS, 0.02),
+        ("G642", PathMode.CONTINUOUS, None),
+    ],
+)
+def test_modes_of_the_path(run: Any, words: str, mode: PathMode, tolerance: float | None) -> None:
+    path = run(f"F100\n{words} G1 X5\nG1 Y5\nM30", dialect="sinumerik").path
+    rows = np.flatnonzero(path.kind < 3)
+    assert path.path_mode[rows[0]] == mode
+    assert (
+        path.tolerance[rows[0]] == pytest.approx(tolerance)
+        if tolerance
+        else np.isnan(path.tolerance[rows[0]])
+    )
+    # G9 is for its block alone.
+    assert path.path_mode[rows[1]] == (PathMode.CONTINUOUS if words == "G9" else mode)
+
+
+def test_the_first_spindle_by_its_index(moves: Any) -> None:
+    """S1 and M1=3 are those of the spindle that G95 counts; S2 and M2=3 another's: 0.2 mm at 500 rev/min."""
+    text = "S1=500 M1=3\nS2=9000 M2=3\nG95 F0.2\nG1 X1\nM30"
+    assert moves(text, dialect="sinumerik") == [(1, 0, 0, 100)]
+
+
+def test_traori_holds_the_tip_on_its_place(run: Any) -> None:
+    """At C90 of the table the place (10, 0) is at (0, -10); at A90 the height of 100 over the centre leads to +Y."""
+    out = run("G0 X10\nTRAORI\nG0 C90\nX20\nC0\nA90\nTRAFOOF\nM30", dialect="sinumerik", kinematics=TABLES)
+    assert out.errors == []
+    ends = out.path.end[out.path.kind < 3][:, :3]
+    np.testing.assert_allclose(ends[[-4, -3, -1]], [[0, -10, 0], [0, -20, 0], [20, 100, -100]], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "end"),
+    [
+        ("TRANS X10\nATRANS Y5\nG0 X1 Y1", (11, 6)),
+        ("SCALE X2 Y2\nASCALE X3\nG0 X1 Y1", (6, 2)),
+        # The mirror lies in the shifted frame, about its own zero.
+        ("TRANS X10\nAMIRROR X0\nG0 X1 Y1", (9, 1)),
+        ("ROT RPL=90\nATRANS X5\nG0 X1 Y2", (-2, 6)),
+    ],
+)
+def test_frames_upon_frames(moves: Any, text: str, end: tuple[float, float]) -> None:
+    assert moves(f"{text}\nM30", dialect="sinumerik")[-1][:2] == pytest.approx(end)
