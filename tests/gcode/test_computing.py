@@ -269,6 +269,15 @@ def test_o_words_that_are_followed_lead_where_the_labels_say(text: str) -> None:
     assert printed(whole, batches=True) == printed(whole, batches=False)
 
 
+def test_lines_are_compiled_again_where_there_is_no_room_for_all() -> None:
+    """A loop and its subroutine are longer than the instructions that are kept."""
+    long = "\n".join(
+        f"G1 X[#1{'+1' * 20_000}]\no{k} if [#1 lt {k - 100}]\nY#1\no{k} endif" for k in range(100, 115)
+    )
+    text = f"F100\no1 sub\n{long}\no1 endsub\no2 while [#1 lt 3]\no1 call [#1]\n{long.replace('o1', 'o9')}\n#1=[#1+1]\no2 endwhile\nM2\n"
+    assert printed(text, batches=True) == printed(text, batches=False)
+
+
 @pytest.mark.parametrize("number", range(3))
 def test_random_bodies_lead_where_the_labels_say(number: int) -> None:
     seed = random.randrange(1_000_000)
