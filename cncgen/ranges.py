@@ -13,6 +13,8 @@ POSITION = 1e8
 WEIGHT_RATIO = 1e6
 #: Smallest part that the distance of two different knots has of the range of all knots of a curve.
 KNOT_PART = 1e-9
+#: Factors of a frame that scales: programmed places are within `POSITION` too, and both ways need digits.
+FACTORS = 1e-6, 1e6
 #: Periods of setpoints, s, and times of theirs, which are a whole number of periods that a double holds.
 PERIOD_S = 1e-7, 1e3
 TIME_S = 1e8

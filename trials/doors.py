@@ -1,6 +1,6 @@
 """Fuzzing of every door of cncgen: what reads a file or an option from outside, each against a clock and a bound of memory.
 
-    python -m trials.doors [--door NAME ...] [--seconds 60] [--seed N] [--keep DIR] [--tally FILE] [--guided]
+    python -m trials.doors [--door NAME ...] [--seconds 60] [--seed N] [--keep DIR] [--tally FILE] [--corpus DIR] [--guided]
     python -m trials.doors --replay DIR
 
 An input is bytes. A door may say anything about it, but not fail with an exception that is none of the project's, take more than
@@ -41,10 +41,11 @@ from typing import IO, TYPE_CHECKING, Any
 from unittest.mock import patch
 
 from cncgen.diagnostics import CncgenError, Diagnostics, RemarkWarning
+from cncgen.machine.kinematics import Kinematics
 from cncgen.setpoints.readers import isolated
 from cncgen.toolpath.reading import ReadOptions
+from trials.generators import door_commands, extreme_programs
 from trials.generators import door_inputs as inputs
-from trials.generators import extreme_programs
 
 #: Bounds of one input: seconds of processor time, and bytes beside what the process has already.
 SECONDS = 10.0
@@ -61,6 +62,8 @@ MODULES = (
 )  # fmt: skip
 #: Blocks that a program may execute in the doors of G-code: loops end soon, so that there are many inputs a second.
 MAX_STEPS = 5_000
+#: Units of work that they may do.
+MOST_WORK = 100_000
 #: Setpoints that a plan of a trial may have.
 MAX_ROWS = 20_000
 
@@ -90,15 +93,53 @@ class Finding:
 
 
 def run_gcode(data: bytes, dialect: str) -> None:
-    """Read an input to its toolpath; check one of four beside, and print the calls of another one."""
+    """Read an input to its toolpath, with options that its bytes choose; check one of four beside, and print the calls of another one."""
+    from cncgen.gcode import budget
+
+    chosen = zlib.crc32(data)
+    options = ReadOptions(
+        dialect=dialect,
+        max_steps=MAX_STEPS,
+        chunk_rows=4096,
+        tool_table=_tools() if chosen % 5 else None,
+        kinematics=_KINEMATICS[chosen // 8 % 4],
+        least_increment=0.001 if chosen // 32 % 16 == 0 else None,
+        units="inch" if chosen // 512 % 8 == 0 else "auto",
+        tool_tips=chosen // 4096 % 8 == 0,
+        block_delete=chosen // 32768 % 8 != 0,
+    )
+    # One of sixteen may work as long as a user's program.
+    with patch.object(budget, "MOST_WORK", budget.MOST_WORK if chosen // 262144 % 16 == 0 else MOST_WORK):
+        _read_gcode(data, options, chosen % 4)
+
+
+#: A table with linear and one with rotary axes that lean, a head, and no machine.
+_KINEMATICS = (
+    None,
+    Kinematics(False, (3, 5), (0.0, 0.0, -100.0)),
+    Kinematics(True, (5, 4), pivot=100.0),
+    None,
+)
+
+
+def _tools() -> Path:
+    """Return a tool table beside the files of this process."""
+    file = Path(tempfile.gettempdir(), "tools.tbl")
+    if not file.exists():
+        file.write_text(
+            "".join(f"T{n} P{n} D{8 / n:g} Z{10 * n} X{n - 1} Q{n % 9} I15 J45\n" for n in range(1, 13))
+        )
+    return file
+
+
+def _read_gcode(data: bytes, options: ReadOptions, beside: int) -> None:
+    """Read an input, and check it or print its calls."""
     from cncgen.gcode import canon, check, read
 
-    options = ReadOptions(dialect=dialect, max_steps=MAX_STEPS, chunk_rows=4096)
     program = read(io.BytesIO(data), "fuzz.ngc", options)
     for _ in program.chunks():
         pass
-    beside = zlib.crc32(data) % 4
-    if beside == 0:
+    if beside == 0 and not options.tool_tips:  # a check is not one of tips
         checked = Diagnostics()
         check(io.BytesIO(data), "fuzz.ngc", options, checked)
         if _errors(program.diagnostics) != _errors(checked):
@@ -109,8 +150,12 @@ def run_gcode(data: bytes, dialect: str) -> None:
 
 
 def _errors(found: Diagnostics) -> list[str]:
-    """Return the errors as text; reading tells more warnings than a check, of feeds along motions."""
-    return [diagnostic.render() for diagnostic in found if diagnostic.severity == "error"]
+    """Return the errors as text; reading tells more warnings than a check, of feeds along motions, and spends its budget elsewhere."""
+    return [
+        each.code if each.code == "too-many-steps" else each.render()
+        for each in found
+        if each.severity == "error"
+    ]
 
 
 def run_stepnc(data: bytes) -> None:
@@ -239,6 +284,16 @@ def run_extremes(data: bytes) -> None:
             raise AssertionError(f"verify ends with {code}: {said}")
 
 
+def run_commands(data: bytes) -> None:
+    """Run a case of `door_commands`; where it is refused, it writes nothing."""
+    words, files = door_commands.parts_of(data)
+    with _folder(files):
+        code, said = _command(words)
+        left = {name for name in os.listdir() if name not in files}
+        if left and (code in (2, 3) or not all(name.startswith("o") for name in left)):
+            raise AssertionError(f"exit {code} and files are left: {said} {left}")
+
+
 @contextlib.contextmanager
 def _folder(files: dict[str, bytes]) -> Iterator[None]:
     """Work in a folder with some files."""
@@ -301,16 +356,26 @@ _OPTIONS = [
 ]
 
 
-def doors() -> dict[str, Door]:
-    """Return the doors by name."""
-    found = {
-        name: Door(inputs.gcode, inputs.change_gcode, partial(run_gcode, dialect=name))
-        for name in ("linuxcnc", "fanuc", "fanuc-lathe", "auto")
-    }
-    for name, texts in (("sinumerik", inputs.SINUMERIK), ("heidenhain", inputs.HEIDENHAIN)):
-        seeds: Callable[[], list[bytes]] = partial(list, [text.encode() for text in texts])
-        found[name] = Door(seeds, inputs.change_lines, partial(run_gcode, dialect=name))
-    found["plan"] = Door(lambda: [inputs.PROGRAM.encode()], inputs.change_gcode, run_plan)
+def doors(corpus: Path | None = None) -> dict[str, Door]:
+    """Return the doors by name; seeds are their own, and the files of a folder of their name in `corpus`."""
+    found = _doors()
+    for place in sorted(corpus.iterdir()) if corpus else ():
+        own, more = found[place.name].seeds(), [file.read_bytes() for file in sorted(place.iterdir())]
+        found[place.name] = replace(found[place.name], seeds=partial(list, own + more))
+    return found
+
+
+def _doors() -> dict[str, Door]:
+    found = dict[str, Door]()
+    for name in ("linuxcnc", "fanuc", "fanuc-lathe", "sinumerik", "heidenhain", "auto"):
+        found[name] = Door(
+            partial(inputs.gcode, name),
+            partial(inputs.change_gcode, dialect=name),
+            partial(run_gcode, dialect=name),
+        )
+    found["plan"] = Door(
+        lambda: [inputs.PROGRAM.encode()], partial(inputs.change_gcode, dialect="linuxcnc"), run_plan
+    )
     found["stepnc"] = Door(inputs.stepnc, inputs.change_stepnc, run_stepnc)
     found["machine"] = Door(inputs.machines, inputs.change, run_machine)
     for kind in FORMATS:
@@ -321,6 +386,7 @@ def doors() -> dict[str, Door]:
     found["log"] = Door(inputs.logs, inputs.change, run_log)
     found["tools"] = Door(lambda: list(inputs.TOOLS), inputs.change, run_tools)
     found["extremes"] = Door(lambda: [b""], lambda rng, *_: extreme_programs.case(rng), run_extremes)
+    found["commands"] = Door(door_commands.seeds, door_commands.change, run_commands)
     found["options"] = Door(lambda: _OPTIONS, inputs.change, run_options)
     return found
 
@@ -379,7 +445,12 @@ def batch(name: str, door: Door, data: list[bytes]) -> tuple[int, list[Finding]]
         child = os.fork()
         if child == 0:
             tempfile.tempdir = folder
-            _child(door, data, shared, found.fileno(), errors.fileno())
+            try:
+                _child(door, data, shared, found.fileno(), errors.fileno())
+            except BaseException:
+                traceback.print_exc()
+            finally:
+                os._exit(1)  # nothing of the parent is unwound here
         _, status = os.waitpid(child, 0)
         ran = int.from_bytes(shared[:8], "little")
         found.seek(0)
@@ -427,8 +498,9 @@ def mutants(door: Door, seed: int) -> Iterator[bytes]:
         yield door.change(rng, rng.choice(seeds), seeds)
 
 
-def smaller(name: str, door: Door, finding: Finding, tries: int = 60) -> Finding:
+def smaller(name: str, door: Door, finding: Finding) -> Finding:
     """Return a finding of the same kind with less input: lines, then stretches of bytes are left out while it stays."""
+    tries = 8 if finding.kind.startswith("TooLong") else 60
     best, size = finding.data, max(len(finding.data) // 2, 1)
     while size and tries:
         for begin in range(0, len(best), size):
@@ -445,9 +517,11 @@ def smaller(name: str, door: Door, finding: Finding, tries: int = 60) -> Finding
     return Finding(name, finding.kind, finding.said, best)
 
 
-def run(names: list[str], seed: int, seconds: float) -> Iterator[tuple[str, int, list[Finding]]]:
+def run(
+    names: list[str], seed: int, seconds: float, corpus: Path | None = None
+) -> Iterator[tuple[str, int, list[Finding]]]:
     """Try mutants of each door in turn for so many seconds in all; yield what each process ran, and what it found."""
-    known = doors()
+    known = doors(corpus)
     for module in MODULES:
         importlib.import_module(module)
     streams = {name: mutants(known[name], seed) for name in names}
@@ -472,7 +546,14 @@ def _processor_time() -> float:
     return sum(os.times()[:4])
 
 
-def run_and_keep(names: list[str], seed: int, seconds: float, tally: Path | None, keep: Path | None) -> int:
+def run_and_keep(
+    names: list[str],
+    seed: int,
+    seconds: float,
+    tally: Path | None,
+    keep: Path | None,
+    corpus: Path | None = None,
+) -> int:
     """Run, print counts and findings, one of each kind, and how often each was found; return how many kinds there are.
 
     Args:
@@ -481,10 +562,11 @@ def run_and_keep(names: list[str], seed: int, seconds: float, tally: Path | None
         seconds: Of the run.
         tally: A file of counts by door, which go on from what it holds; written after each process.
         keep: A folder for findings.
+        corpus: A folder of further seeds, a folder a door.
     """
     counts: dict[str, int] = json.loads(tally.read_text()) if tally and tally.exists() else {}
     kinds = dict[tuple[str, str], int]()
-    for name, ran, found in run(names, seed, seconds):
+    for name, ran, found in run(names, seed, seconds, corpus):
         counts[name] = counts.get(name, 0) + ran
         if tally:
             tally.write_text(json.dumps(counts, indent=1))
@@ -554,6 +636,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int)
     parser.add_argument("--keep", type=Path, help="folder for inputs that show a fault")
     parser.add_argument("--tally", type=Path, help="file of counts by door, which this run adds to")
+    parser.add_argument("--corpus", type=Path, help="folder of further seeds, a folder a door")
     parser.add_argument("--replay", type=Path)
     parser.add_argument(
         "--guided", action="store_true", help="one door by atheris; further words are libFuzzer's"
@@ -570,7 +653,8 @@ def main() -> int:
         return 1 if findings else 0
     seed = secrets.randbelow(2**31) if arguments.seed is None else arguments.seed
     print(f"seed {seed}", flush=True)
-    return 1 if run_and_keep(names, seed, arguments.seconds, arguments.tally, arguments.keep) else 0
+    kinds = run_and_keep(names, seed, arguments.seconds, arguments.tally, arguments.keep, arguments.corpus)
+    return 1 if kinds else 0
 
 
 if __name__ == "__main__":

@@ -13,10 +13,12 @@ MOST_WORK = 5_000_000
 #: Units that each line of the main program may do beside them: a long program is not an endless one.
 WORK_OF_A_LINE = 200
 #: Units of a step that the options allow.
-WORK_OF_A_STEP = 20
-#: Units of a call of a subprogram, of a canonical call that is made by itself, and of a block of a language that is interpreted
-#: line by line (SINUMERIK, Heidenhain).
-CALL, MOTION, LINE = 4, 8, 12
+WORK_OF_A_STEP = 40
+#: Units of a call of a subprogram, of a canonical call that is made by itself, of a block that goes through its handlers (all of
+#: SINUMERIK and Heidenhain), and of a run of plain motions, however short, that goes on in arrays.
+CALL, MOTION, LINE, BATCH = 4, 8, 12, 36
+#: Units of handing motions on as arrays, however few (arcs among them take four times as long), and of an event between motions.
+ARRAYS, EVENT = 70, 20
 
 
 class Budget:
@@ -48,6 +50,10 @@ class Budget:
         if self._most is not None and self.steps > self._most:
             raise _endless(f"more than {self._most} blocks were executed")
         self.spend(blocks * units)
+
+    def add(self, units: int) -> None:
+        """Count work where a run cannot stop; the next that is counted before it is done stops it."""
+        self.work += units
 
     def spend(self, units: int) -> None:
         """Count work before it is done.

@@ -254,8 +254,20 @@ class Interpreter:
 
     def frame(self) -> Frame:
         """Return the record of the innermost subroutine call."""
-        assert self.flow is not None
-        return self.flow.calls.frame
+        return self.flow_control().calls.frame
+
+    def flow_control(self) -> FlowControl:
+        """Return what follows calls and loops.
+
+        Raises:
+            BlockError: The language of the program has its own.
+        """
+        if self.flow is None:
+            message = (
+                f"the code is one of LinuxCNC and FANUC, and the program is in the dialect {self.dialect}"
+            )
+            raise BlockError("unsupported-block", message, hint="--dialect tells another one")
+        return self.flow
 
     def call_level(self) -> int:
         """Return how many calls are in progress."""
@@ -300,3 +312,6 @@ class Interpreter:
     def rebase(self, machine: list[float]) -> None:
         """Compute the program coordinates again after an offset has changed; the machine stays at `machine`."""
         self.state.position = self.from_machine(machine)
+        stand = getattr(self.sink, "stand", None)
+        if stand is not None:
+            stand(self.state.position)

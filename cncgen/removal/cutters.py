@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.ranges import POSITION
 from cncgen.removal.record import Cutter, Insert
 
 #: How an option names a tool.
@@ -120,9 +121,12 @@ def cutter_of_option(text: str) -> Cutter | Insert:
 
 def _numbers(text: str, whole: str) -> list[float]:
     try:
-        return [float(v) for v in text.split(",")]
+        numbers = [float(v) for v in text.split(",")]
     except ValueError:
         raise _wrong(whole) from None
+    if not all(abs(value) <= POSITION for value in numbers):
+        raise UsageError(Diagnostic("cut-tool", f"{whole!r} has a size beyond {POSITION:g} mm"))
+    return numbers
 
 
 def _wrong(text: str) -> UsageError:

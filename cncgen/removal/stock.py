@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import read_bytes
 from cncgen.kernels import removal as kernel
+from cncgen.ranges import POSITION
 from cncgen.removal.record import Field
 
 Floats = NDArray[np.float64]
@@ -89,10 +90,12 @@ def box(low: Sequence[float], high: Sequence[float]) -> Stock:
     """Return a box between two corners, mm.
 
     Raises:
-        UsageError: It has no volume.
+        UsageError: It has no volume, or a place beyond `cncgen.ranges.POSITION`.
     """
+    if not (np.abs([low, high]) <= POSITION).all():  # nor where it is not a number
+        raise UsageError(Diagnostic("cut-stock", f"the stock reaches beyond ±{POSITION:g} mm"))
     a, b = np.minimum(low, high).astype(float), np.maximum(low, high).astype(float)
-    if not (b - a > 0).all() or not np.isfinite([a, b]).all():
+    if not (b - a > 0).all():
         size = ", ".join(f"{v:g}" for v in b - a)
         raise UsageError(
             Diagnostic("cut-stock", f"a box of {size} mm has no volume; all three sides must be above 0")
@@ -148,8 +151,10 @@ def read_stl(name: str) -> Floats:
         triangles = (
             numbers.reshape(-1, 3, 3) if numbers.size and len(numbers) % 3 == 0 else np.zeros((0, 3, 3))
         )
-    if not len(triangles) or not np.isfinite(triangles).all():
+    if not len(triangles):
         raise UsageError(Diagnostic("cut-stl", f"{name} is not an STL file: it holds no triangles"))
+    if not (np.abs(triangles) <= POSITION).all():
+        raise UsageError(Diagnostic("cut-stl", f"{name} has places beyond ±{POSITION:g} mm"))
     return triangles
 
 

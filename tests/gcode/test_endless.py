@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -120,3 +122,42 @@ def test_the_bound_counts_what_blocks_cost(run: Run, name: str) -> None:
     """A run of 5,000,000 units makes 600,000 canonical calls or Heidenhain lines at most, so its steps show the bound."""
     text, dialect = COSTLY[name]
     assert [code for code, _, _ in run(text, dialect=dialect).errors] == ["too-many-steps"]
+
+
+@pytest.mark.parametrize("block", ["G18 G2 K1", "G33 Z-1 K1", "M3 S500", "G21 G17 G90 G64 P0.01\nG1 X3"])
+def test_the_budget_counts_what_a_block_costs(run: Any, monkeypatch: pytest.MonkeyPatch, block: str) -> None:
+    """Arcs, synchronised moves and modes between motions take up to 300 times as long as a plain block, and counted as one: 30 s."""
+    monkeypatch.setattr(budget, "MOST_WORK", 15_000)
+    monkeypatch.setattr(budget, "WORK_OF_A_LINE", 0)
+    text = "S100 M3 F100\no1 repeat [400]\n{}\no1 endrepeat\nM2"
+    assert [code for code, _, _ in run(text.format(block)).errors] == ["too-many-steps"]
+    assert run(text.format("G1 X1")).errors == []
+
+
+def test_what_the_peer_prints_behind_the_end_needs_no_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run whose budget was spent to the last unit ended in an internal error where the reset was printed."""
+    from cncgen.diagnostics import Diagnostics
+    from cncgen.gcode import canon
+    from cncgen.toolpath.reading import ReadOptions
+
+    monkeypatch.setattr(budget, "MOST_WORK", 500)
+    monkeypatch.setattr(budget, "WORK_OF_A_LINE", 0)
+    found = Diagnostics()
+    lines = list(
+        canon(
+            io.BytesIO(b"o1 repeat [99]\nM3 S1\no1 endrepeat\nM2\n"),
+            "t.ngc",
+            ReadOptions(dialect="linuxcnc"),
+            found,
+        )
+    )
+    assert [each.code for each in found] == ["too-many-steps"]
+    assert lines[-1].endswith("ON_RESET()")
+
+
+def test_a_line_of_blanks_takes_no_longer_than_its_length(run: Any) -> None:
+    """Two runs of blanks side by side in a pattern took 20 s for 40,000 blanks."""
+    text = "BEGIN PGM A MM\nG1 X" + 40_000 * " " + "\nEND PGM A MM"
+    begin = time.process_time()
+    run(text, dialect="heidenhain")
+    assert time.process_time() - begin < 5.0

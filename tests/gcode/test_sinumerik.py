@@ -435,3 +435,23 @@ def test_a_spigot_is_milled_the_way_it_says(
     ]
     # F of the program is in force behind the cycle.
     assert out.path.feed[out.path.kind != 3][-1] == pytest.approx(100 / 60)
+
+
+def test_an_arc_out_of_its_plane_begins_where_the_tool_is_after_another_origin(run: Any) -> None:
+    """A half circle of radius 5 from X10 to X0 in a plane turned about X by 30 degrees; G55 names its start X0."""
+    text = "G17 G90 F100\n$P_UIFR[2]=CTRANS(X,10)\nG54\nROT X30\nG1 X10 Y0 Z0\nG55\nG2 X-10 Y0 CR=5\nM30"
+    out = run(text, dialect="sinumerik")
+    assert out.errors == []
+    y, z = -5.0 * math.cos(math.radians(30.0)), -2.5
+    expected = [(10, 0, 0), (10, y, z), (5, y, z), (0, y, z), (0, 0, 0)]
+    np.testing.assert_allclose(out.path.nurbs.control_points, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    ["ASCALE X1000\n" * 3, "ASCALE X0.001 Y0.001\n" * 3, "ASCALE X0.0001\nAROT Z45\n" * 4],
+)
+def test_frames_that_leave_no_digits_are_refused(run: Any, lines: str) -> None:
+    assert "number-range" in [
+        code for code, _, _ in run(f"{lines}G1 X1 F100\nM30", dialect="sinumerik").errors
+    ]

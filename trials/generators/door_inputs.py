@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from trials.generators import gcode_mutants, stepnc_mutants
+from trials.generators import door_programs, gcode_mutants, stepnc_mutants
 
 ROOT = Path(__file__).resolve().parents[2]
 Mutate = Callable[[random.Random, bytes, list[bytes]], bytes]
@@ -20,20 +20,6 @@ Mutate = Callable[[random.Random, bytes, list[bytes]], bytes]
 #: A program that every setpoint file, machine and tool table of the trial goes with.
 PROGRAM = "G21 G90 G17 G64 P0.01\nT1 M6 G43 H1\nG1 X1 Y1 F1000\nX2 Y0\nG2 X3 Y0 I0.5 J0\nG0 Z1\nM2\n"
 
-SINUMERIK = (
-    "G71 G64 G17\nG0 X0 Y0\nG1 X10 Y2 F1000\nG2 X20 Y2 I5 J0\nM30\n",
-    "R1=0\nWHILE R1<5\nR1=R1+1\nG1 X=R1 Y=SIN(R1*30) F100\nENDWHILE\nM30\n",
-    "MCALL CYCLE83(5,0,1,-10,,,,2,0.5,0,0,1,0,0,0)\nHOLES1(0,0,30,10,5,4)\nMCALL\nM30\n",
-    'DEF REAL A[3]=SET(1,2,3)\nIF A[1]==2\nG0 X=A[2]\nELSE\nMSG("x"<<A[0])\nENDIF\nUP(1,2)\nM30\nPROC UP(REAL B,REAL C)\nX=B Y=C\nRET\n',
-    "TRANS X10\nAROT Z30\nG1 X10 F100\nSCALE X2\nPOLE: R1=R1+1\nIF R1<3 GOTOB POLE\nREPEATB POLE P=3\nM30\n",
-    "POCKET3(5,0,1,-3,30,20,4,0,0,0,1.5,0.2,0.1,300,100,0,11,3,,,,,)\nG1 X1 BSPLINE PL=1 PW=2\nX2 Y2\nX3 Y0\nG40 CIP X4 Y4 I1=3 J1=3\nM30\n",
-)
-HEIDENHAIN = (
-    "BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nL X+10 Y+2 R0 F1000\nCC X+15 Y+2\nC X+20 Y+2 DR-\nEND PGM A MM\n",
-    "BEGIN PGM A MM\nLBL 1\nQ1 = Q1 + 1\nL X+Q1 F100\nFN 12: IF +Q1 LT +5 GOTO LBL 1\nCALL LBL 2 REP 3\nLBL 2\nL IY+1\nLBL 0\nEND PGM A MM\n",
-    "BEGIN PGM A MM\nCYCL DEF 200 DRILLING Q200=2 Q201=-10 Q206=150 Q202=5 Q210=0 Q203=0 Q204=50 Q211=0\nCYCL DEF 220 Q216=50 Q217=50 Q244=60 Q245=0 Q246=360 Q247=0 Q241=8 Q200=2 Q203=0 Q204=50 Q301=1 Q365=0\nL X+1 Y+1 R0 FMAX M99\nEND PGM A MM\n",
-    "BEGIN PGM A INCH\nAPPR LT X+1 Y+1 LEN2 RL F100\nRND R1\nL X+5\nCHF 0.5\nL Y+5\nDEP LT LEN2 F100\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+30\nCP IPA+720 IZ-5 DR+\nEND PGM A INCH\n",
-)
 TOOLS = (
     b"T1 P1 D0.5 Z+10.0 ;mill\nT2 P2 D1 X1 Y1 Z1 A1 B1 C1 U1 V1 W1 I10 J-10 Q3\n",
     b"5161\t0.000000\n5220\t1\n5221\t10.5\n5381 1e3\n100 7\n",
@@ -51,10 +37,8 @@ def change(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
     for _ in range(rng.choice([1, 1, 2, 4])):
         at = rng.randint(0, len(data))
         kind = rng.randrange(7)
-        numbers = list(NUMBER.finditer(data)) if kind < 2 else []
-        if numbers:
-            match = rng.choice(numbers)
-            data = data[: match.start()] + _number(rng) + data[match.end() :]
+        if kind < 2:
+            data = numbers(rng, data)
         elif kind == 2:
             data = data[:at] + bytes([rng.randrange(256)]) + data[at + 1 :]
         elif kind == 3:
@@ -73,6 +57,15 @@ def change(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
             )
             data = b"\n".join(lines)
     return data[:20_000]
+
+
+def numbers(rng: random.Random, data: bytes) -> bytes:
+    """Return a text with a number replaced, or the text where it has none."""
+    found = list(NUMBER.finditer(data))
+    if not found:
+        return data
+    match = rng.choice(found)
+    return data[: match.start()] + _number(rng) + data[match.end() :]
 
 
 def _number(rng: random.Random) -> bytes:
@@ -102,17 +95,13 @@ def change_binary(rng: random.Random, data: bytes, sources: list[bytes]) -> byte
     return bytes(out)
 
 
-def change_gcode(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
-    """Change a program of G-code, or a few of its lines, as `gcode_mutants` does, or as other texts."""
+def change_gcode(rng: random.Random, data: bytes, sources: list[bytes], dialect: str) -> bytes:
+    """Change a program: half of them in ways that its structure outlives, the others, or a few of their lines, anyhow."""
+    kind = rng.random()
+    if kind < 0.5:
+        return door_programs.changed(rng, data, sources, dialect)
     data = few_lines(rng, data)
-    if rng.random() < 0.3:
-        return change(rng, data, sources)
-    return gcode_mutants.mutated(rng, data, sources)
-
-
-def change_lines(rng: random.Random, data: bytes, sources: list[bytes]) -> bytes:
-    """Change a text, or a few of its lines."""
-    return change(rng, few_lines(rng, data), sources)
+    return change(rng, data, sources) if kind < 0.7 else gcode_mutants.mutated(rng, data, sources)
 
 
 def few_lines(rng: random.Random, data: bytes) -> bytes:
@@ -136,9 +125,10 @@ def change_stepnc(rng: random.Random, data: bytes, sources: list[bytes]) -> byte
 
 
 @cache
-def gcode() -> list[bytes]:
-    """Return programs of G-code."""
-    return gcode_mutants.corpus()
+def gcode(dialect: str) -> list[bytes]:
+    """Return programs of G-code: those of a dialect, and of others where there is no own way of writing."""
+    more = [] if dialect in ("sinumerik", "heidenhain") else gcode_mutants.corpus()
+    return door_programs.seeds(dialect) + more
 
 
 @cache

@@ -10,7 +10,7 @@ import cmath
 import math
 from dataclasses import dataclass, field
 
-from cncgen.gcode.codes.frames import FramedSink
+from cncgen.gcode.codes.frames import FramedSink, check_factors
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, Point, Sink
@@ -69,11 +69,7 @@ class Frame:
 
     def inverse(self) -> Frame:
         """Return the map back: rows of the matrix are square to each other but for scaling, so the cofactors serve all."""
-        m = self.matrix
-        det = sum(
-            m[0][i] * (m[1][(i + 1) % 3] * m[2][(i + 2) % 3] - m[1][(i + 2) % 3] * m[2][(i + 1) % 3])
-            for i in range(3)
-        )
+        m, det = self.matrix, self._determinant()
         rows = [
             [
                 (
@@ -88,6 +84,19 @@ class Frame:
         back: Matrix = tuple((r[0], r[1], r[2]) for r in rows)
         x, y, z = applied(back, self.shift)
         return Frame(back, (-x, -y, -z))
+
+    def factors(self) -> list[float]:
+        """Return by how much the axes are scaled, and by how much the volume beside that: frames in frames may be flat."""
+        m = self.matrix
+        lengths = [math.hypot(*(row[k] for row in m)) for k in range(3)]
+        return [*lengths, self._determinant() / math.prod(lengths) if all(lengths) else 0.0]
+
+    def _determinant(self) -> float:
+        m = self.matrix
+        return sum(
+            m[0][i] * (m[1][(i + 1) % 3] * m[2][(i + 2) % 3] - m[1][(i + 2) % 3] * m[2][(i + 1) % 3])
+            for i in range(3)
+        )
 
     def to_work(self, point: Point) -> Point:
         """Return work coordinates of a programmed point."""
@@ -149,10 +158,19 @@ class AffineSink(FramedSink):
         self._at = list(end)
         super().straight_feed(end)
 
+    def straight_probe(self, end: Point) -> None:
+        """Move."""
+        self._at = list(end)
+        super().straight_probe(end)
+
     def place(self, position: Point) -> None:
         """Stand somewhere."""
         self._at = list(position)
         super().place(position)
+
+    def stand(self, position: Point) -> None:
+        """Take a change of offsets: the tool has not moved, and its programmed position is another."""
+        self._at = list(position)
 
     def nurbs_feed(self, curve: Curve) -> None:
         """Move."""
@@ -186,6 +204,10 @@ class AffineSink(FramedSink):
         a, b, _ = PLANE_AXES[plane]
         start = complex(self._at[a], self._at[b])
         spoke, last = start - centre, complex(end[a], end[b]) - centre
+        if spoke == 0.0:  # behind an error, which left the tool in the centre
+            raise BlockError(
+                "arc-centre", "the arc begins in its centre", hint="I J K lead from the start to the centre"
+            )
         spin = 1.0 if turns > 0 else -1.0
         sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
         sweep = (sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1)
@@ -212,12 +234,13 @@ def change(ip: Interpreter, frame: Frame) -> None:
     """Put another frame in force; the tool stays where it is in work coordinates.
 
     Raises:
-        BlockError: Cutter compensation is on.
+        BlockError: Cutter compensation is on, or the frame scales by more or less than it may.
     """
     if ip.state.compensation != 40:
         raise BlockError(
             "frame-compensation", "a frame cannot change under cutter compensation", "", hint="use G40"
         )
+    check_factors(frame.factors(), "")
     old = ip.sink.frame if isinstance(ip.sink, AffineSink) else Frame()
     inner = ip.sink.inner if isinstance(ip.sink, AffineSink) else ip.sink
     work = old.to_work(ip.state.position)

@@ -88,7 +88,8 @@ class _Trying(_Holding):
     """Keeps a feed motion and forgets everything else."""
 
     def __getattr__(self, name: str) -> Any:
-        return lambda *arguments, **named: None
+        value = getattr(self.inner, name)
+        return (lambda *arguments, **named: None) if callable(value) else value
 
     def straight_traverse(self, end: Point) -> None:
         """Keep nothing: a traverse makes no corner."""

@@ -43,8 +43,7 @@ def dwell_fanuc(ip: Interpreter, block: Block) -> None:
 
 def is_written(ip: Interpreter, block: Block, word: str) -> bool:
     """Tell whether a word that a pattern describes, ``P[ \\t]*[0-9]*[.]``, stands in the text of a block."""
-    assert ip.flow is not None
-    text = ip.flow.subroutines.sources[block.source].text_at(block.offset)
+    text = ip.flow_control().subroutines.sources[block.source].text_at(block.offset)
     return re.match(_BEFORE + word, text, re.IGNORECASE) is not None
 
 

@@ -17,6 +17,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
+from cncgen.ranges import FACTORS
 
 _FANUC = ("fanuc",)
 #: Factors of scaling from here on are in thousandths.
@@ -145,6 +146,9 @@ class FramedSink(PassingSink):
         """Stand somewhere."""
         self.inner.place(self.frame.to_work(position))
 
+    def stand(self, position: Point) -> None:
+        """Take a change of offsets, which no frame of FANUC's needs to know."""
+
 
 def _change(ip: Interpreter, frame: CoordinateFrame) -> None:
     """Put another frame in force; the tool stays where it is in work coordinates."""
@@ -190,6 +194,19 @@ def _factor(ip: Interpreter, letter: str, value: float) -> float:
     return value / 1000.0
 
 
+def check_factors(factors: list[float], word: str) -> None:
+    """Raise where a frame scales by more, or by less, than leaves digits on the way there and back.
+
+    Raises:
+        BlockError: A factor is not within `cncgen.ranges.FACTORS`.
+    """
+    least, most = FACTORS
+    wrong = next((factor for factor in factors if not least <= abs(factor) <= most), None)
+    if wrong is not None:
+        message = f"the frame scales by {wrong:g}, which is not within {least:g} to {most:g}"
+        raise BlockError("number-range", message, word, hint="factors of frames in frames multiply")
+
+
 def scaling(ip: Interpreter, block: Block) -> None:
     """G51 X Y Z P, or I J K: scale about a point, in all axes or each by its own factor."""
     words = {letter: _factor(ip, letter, value) for letter, value in block.words.items() if letter in "pijk"}
@@ -206,6 +223,7 @@ def scaling(ip: Interpreter, block: Block) -> None:
             zero.upper(),
             hint="G50 ends the scaling",
         )
+    check_factors(factors, "G51")
     frame = _current(ip)
     frame.scale, frame.scale_centre = factors, _point(ip, block)
     _change(ip, frame)

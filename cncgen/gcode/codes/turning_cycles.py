@@ -18,13 +18,11 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import whole
-from cncgen.gcode.codes.turning_profiles import TINY, Segment, moved_aside, read_profile
+from cncgen.gcode.codes.turning_profiles import MAX_CUTS, TINY, Segment, check_cuts, moved_aside, read_profile
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 
-#: Cuts of one cycle beyond which I counts as a mistake.
-MAX_CUTS = 100_000
 #: Segments of a profile that is too short for the side of its start to count.
 _FEW = 2
 _X, _Z = 0, 2
@@ -190,8 +188,8 @@ def _rough(swap: bool, kind: int) -> Handler:
         job = _prepare(ip, block, name, swap)
         aside_path = moved_aside(job.profile, aside, job.left)
         path = [half for segment in aside_path for half in segment.halves()]
-        if (job.start.imag - min(p.imag for s in path for p in s.extremes())) / step > MAX_CUTS:
-            raise BlockError("profile-step", f"I{step:g} of {name} makes more than {MAX_CUTS} cuts", "I")
+        depths = [job.start.imag, *(p.imag for s in path for p in s.extremes())]
+        check_cuts(max(depths), min(depths), step, name, "I")
         end = path[-1].end
         out = complex(end.real, job.start.imag)
         segments = [Segment(job.start, path[0].start), *path]

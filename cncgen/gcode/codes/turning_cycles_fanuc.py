@@ -22,8 +22,8 @@ from cncgen.gcode.codes.lathe_words import X, Z, turned
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import whole
-from cncgen.gcode.codes.turning_cycles import MAX_CUTS, Lathe
-from cncgen.gcode.codes.turning_profiles import MAX_MOVES, TINY, Recorder, Segment
+from cncgen.gcode.codes.turning_cycles import Lathe
+from cncgen.gcode.codes.turning_profiles import MAX_CUTS, MAX_MOVES, TINY, Recorder, Segment, check_cuts
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
@@ -42,20 +42,19 @@ def _lines(ip: Interpreter, block: Block, name: str) -> Iterator[Block]:
     if missing:
         hint = "P and Q are the N words of the first and last line of the profile"
         raise BlockError("profile-missing", f"{name} has no {missing[0]}", name, hint=hint)
-    assert ip.flow is not None
-    here = Cursor(block.source, block.offset, block.line)
+    flow, here = ip.flow_control(), Cursor(block.source, block.offset, block.line)
     numbers, places = (whole(block, "p", name), whole(block, "q", name)), turning_of(ip).places
     if name != "G70" or numbers not in places:
         # G70 finishes the lines that were roughed, where their numbers stand elsewhere too.
         places[numbers] = (
-            ip.flow.line_numbered(here, numbers[0], "P"),
-            ip.flow.line_numbered(here, numbers[1], "Q"),
+            flow.line_numbered(here, numbers[0], "P"),
+            flow.line_numbered(here, numbers[1], "Q"),
         )
     first, last = places[numbers]
     if last.offset < first.offset:
         message = f"the profile ends in line {last.line}, above its beginning in line {first.line}"
         raise BlockError("profile-missing", message, "Q", hint="P is its first line, Q its last")
-    text, at = ip.flow.subroutines.sources[first.source], first
+    text, at = flow.subroutines.sources[first.source], first
     while at.offset <= last.offset:
         if at.line - first.line > MAX_MOVES:
             raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} lines", "Q")
@@ -248,10 +247,8 @@ def _rough(name: str, swap: bool) -> Handler:
             )
             raise BlockError("profile-step", f"{name} has no depth of its cuts", name, hint=hint)
         across, begin, home, path, rapid = _contour(ip, block, name, swap)
-        if (begin.imag - path[0].start.imag) / kept.depth > MAX_CUTS:
-            raise BlockError("profile-step", f"{name} makes more than {MAX_CUTS} cuts", name)
         lathe = Lathe(ip, across, swap)
-        levels(lathe, path, begin, kept, rapid)
+        levels(lathe, path, begin, kept, rapid, name)
         lathe.rapid(home)
         _compensate_again(ip, block)
         ip.state.moved = True
@@ -260,11 +257,16 @@ def _rough(name: str, swap: bool) -> Handler:
     return run
 
 
-def levels(lathe: Lathe, path: list[Segment], begin: complex, kept: Turning, rapid: bool) -> None:
-    """Cut level by level above a path, then along it."""
+def levels(lathe: Lathe, path: list[Segment], begin: complex, kept: Turning, rapid: bool, name: str) -> None:
+    """Cut level by level above a path, then along it.
+
+    Raises:
+        BlockError: There are too many levels.
+    """
     down = lathe.rapid if rapid else lathe.feed
     bottom = path[0].start
     lowest = min(p.imag for segment in path for p in segment.extremes())
+    check_cuts(begin.imag, lowest, kept.depth, name)
     level = begin.imag - kept.depth
     lathe.rapid(begin)
     while level > lowest + TINY:

@@ -24,6 +24,8 @@ from cncgen.gcode.text.labels import Cursor
 _CODES = {0: 10, 10: 10, 20: 20, 30: 30, 900: 900, 910: 910, 901: 901, 911: 911}
 #: Moves of a profile beyond which it counts as endless.
 MAX_MOVES = 10_000
+#: Cuts and passes of a cycle beyond which a step counts as a mistake.
+MAX_CUTS = 100_000
 #: Lengths below this are nothing.
 TINY = 1e-9
 #: A profile that turns by less than this (rad) goes on smoothly; any larger turn has its corner, as LinuxCNC's turning cycles have it.
@@ -143,10 +145,23 @@ class Segment:
         return Segment(turn(self.start), turn(self.end), centre, -self.spin if mirror else self.spin)
 
 
+def check_cuts(high: float, low: float, step: float, name: str, word: str = "") -> None:
+    """Raise where levels `step` apart from `high` down to `low` are more than anyone means.
+
+    Raises:
+        BlockError: They are more than `MAX_CUTS`.
+    """
+    if high - low > MAX_CUTS * step:
+        raise BlockError(
+            "profile-step", f"{name} makes more than {MAX_CUTS} cuts, each {step:g} deep", word or name
+        )
+
+
 class Recorder:
     """A sink that keeps motions in a plane, ZX if not said, and forgets everything else."""
 
     wants_comments = False
+    frame = None
 
     def __init__(self, start: Point, plane: int = 18) -> None:
         self.block = Block({})
@@ -186,8 +201,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
     Raises:
         BlockError: The subroutine is missing, or a line of it is wrong.
     """
-    assert ip.flow is not None
-    mark = ip.flow.subroutines.find(number, Cursor(block.source, block.offset, block.line))
+    mark = ip.flow_control().subroutines.find(number, Cursor(block.source, block.offset, block.line))
     state, sink, guard = ip.state, ip.sink, ip.guard
     recorder = Recorder(state.position)
     corners: list[tuple[float, bool]] = []
@@ -205,7 +219,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
         None,
     )
     try:
-        for made in ip.flow.profile_blocks(number, mark.after):
+        for made in ip.flow_control().profile_blocks(number, mark.after):
             corners += _execute(ip, recorder, made)
             if len(corners) > MAX_MOVES:
                 raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} moves", "Q")

@@ -7,7 +7,7 @@ from struct import Struct
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.budget import MOTION
+from cncgen.gcode.budget import BATCH, MOTION
 from cncgen.gcode.codes.arcs import CENTRE_FACTOR, CENTRE_RELATIVE, CENTRE_TOLERANCE, RADIUS_TOLERANCE
 from cncgen.gcode.codes.feeds import feeds_meant
 from cncgen.gcode.interpreter import Interpreter
@@ -67,7 +67,7 @@ class Batches:
             self._give_modes()
             index = kernel.run(index, count)
             if kernel.rows or kernel.asides:
-                ip.budget.spend(MOTION * kernel.drilled)
+                ip.budget.spend(BATCH + MOTION * kernel.drilled)
                 self._hand_on()
                 state.position = self._position.tolist()
                 state.moved = state.moved or kernel.rows > 0

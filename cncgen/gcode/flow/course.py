@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from cncgen.gcode.block import Flow
+from cncgen.gcode.budget import LINE
 from cncgen.gcode.errors import Astray, BlockError
 from cncgen.gcode.flow import sub_words
 from cncgen.gcode.flow.parts import Parts
@@ -148,7 +149,7 @@ class Course:
                 parts.ip.base.block = empty_block(here)
             else:
                 self._since += 1
-            parts.ip.budget.count(1)
+            parts.ip.budget.count(1, LINE)
             target = effect() or following
         except (BlockError, RecursionError) as error:
             following = target = parts.lines.after(here)

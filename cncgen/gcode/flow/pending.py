@@ -6,6 +6,7 @@ may be, as a motion changes no parameter that the lines after it compute with.
 
 from __future__ import annotations
 
+from cncgen.gcode.budget import LINE
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.batches import Batches
 from cncgen.gcode.flow.compiling import Compiler
@@ -95,7 +96,8 @@ class PendingBlocks:
                 break
             here = plain.cursor(done)
             self._run_one(done, here)
-            self._ip.budget.count(done - index + 1)
+            self._ip.budget.count(done - index)
+            self._ip.budget.count(1, LINE)
             if ip.jump is not None:
                 return here
             index = done + 1

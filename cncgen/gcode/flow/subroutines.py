@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import UsageError
 from cncgen.gcode.block import Value
+from cncgen.gcode.budget import LINE
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.text.labels import Cursor, Label, Labels, Marked, shown
@@ -43,7 +44,7 @@ class Subroutines:
         """Return a label as it is now; one that is computed counts as a block, so that looking for one has a bound."""
         if not callable(label):
             return label
-        self.ip.budget.count(1)
+        self.ip.budget.count(1, LINE)
         return label(self.ip.parameters)
 
     def find(self, label: Label, here: Cursor, keywords: tuple[str, ...] = ("sub",)) -> Marked:

@@ -15,7 +15,7 @@ _COMMENTS = re.compile(
 )
 #: Further characters that are blanks to who runs the program.
 _BLANKS = bytes.maketrans(b"\v\f\x1c\x1d\x1e\x1f", 6 * b" ")
-_VALUE = rb"[ \t]*[-+]?[ \t]*(?:\d[\d.,]*|[.,]\d+|Q[LR]?\d+)"
+_VALUE = rb"[ \t]*(?:[-+][ \t]*)?(?:\d[\d.,]*|[.,]\d+|Q[LR]?\d+)"
 #: Words with values, maybe without a blank between them, and in them an axis and its value: ``X+10``, ``IY-2,5``, ``X18Y+Q1``.
 _WORDS = re.compile(
     rb"(?<![A-Z0-9])(?:L[ \t]*)?(?:(?:F[ \t]*(?:MAX|AUTO)|R[LR]|[A-Z]{1,2}" + _VALUE + rb")[ \t]*)+",

@@ -9,7 +9,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.units import INCH
 
-_OPERAND = r"\s*([-+]?\s*(?:Q\d+|\d+))"
+_OPERAND = r"\s*((?:[-+]\s*)?(?:Q\d+|\d+))"
 _SYSREAD = re.compile(
     rf"FN\s*18\s*:\s*SYSREAD\s+Q(?P<q>\d{{1,99}})\s*=\s*ID{_OPERAND}(?:\s*NR{_OPERAND})?(?:\s*IDX{_OPERAND})?\s*\Z",
     re.IGNORECASE,

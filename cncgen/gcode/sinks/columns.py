@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.budget import CALL, MOTION, Budget
+from cncgen.gcode.budget import ARRAYS, EVENT, MOTION, Budget
 from cncgen.gcode.sinks.sink import FULL_CIRCLE_MM, Curve, MotionBatch, Point, refuse_uvw
 from cncgen.gcode.state.modal import PLANE_AXES, zeros
 from cncgen.geometry import elementary
@@ -207,6 +207,7 @@ class ColumnsSink:
     def nurbs_feed(self, curve: Curve) -> None:
         """Take a B-spline."""
         self.budget.spend(MOTION)
+        self.budget.add(ARRAYS)
         self.flush()
         if curve.rate is not None:
             self._feed = curve.rate
@@ -248,6 +249,7 @@ class ColumnsSink:
             batch, start, end = self._parted(batch, start, end)
         motion = batch.motion
         arcs = motion >= 2
+        self.budget.add(ARRAYS * (4 if arcs.any() else 1))
         self._watch(batch.end, batch.line, batch.source)
         if arcs.any() and any(k in self._hidden for k in PLANE_AXES[self._plane][:2]):
             self._watch_arcs(batch, arcs)
@@ -487,7 +489,7 @@ class ColumnsSink:
     def call(self, text: str, event: Event | None = None) -> None:
         """Keep the event of a call."""
         if event is not None:
-            self.budget.spend(CALL)
+            self.budget.spend(EVENT)
             self._add(event)
 
     def _add(self, event: Event) -> None:

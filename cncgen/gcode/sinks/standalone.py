@@ -21,6 +21,7 @@ import math
 from collections.abc import Callable
 
 from cncgen.gcode.block import Block
+from cncgen.gcode.budget import Budget
 from cncgen.gcode.sinks.printing import PrintingSink
 from cncgen.gcode.sinks.sink import Curve, Point, Sink
 from cncgen.gcode.state.modal import zeros
@@ -65,6 +66,7 @@ class StandAloneSink(PrintingSink):
         """Print that the interpreter is reset, as at the end of every run."""
         self._stopped = False
         self.outermost = lambda: self
+        self.budget = Budget()  # what the run might do, it has done
         self.block = Block({})  # no line's
         for _ in range(count):
             self.call("ON_RESET()")

@@ -14,7 +14,7 @@ from cncgen.gcode.codes.lathe_fanuc import Turning
 from cncgen.gcode.codes.pockets import levels_of
 from cncgen.gcode.codes.turning_cycles import Lathe
 from cncgen.gcode.codes.turning_cycles_fanuc import advances, levels, shifted
-from cncgen.gcode.codes.turning_profiles import MAX_MOVES, Segment, moved_aside
+from cncgen.gcode.codes.turning_profiles import Segment, check_cuts, moved_aside
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
 from cncgen.units import INCH
@@ -198,12 +198,11 @@ def turn(motions: Motions, name: str, values: Values) -> None:
         rough = shifted(moved_aside(path, v[4], True), complex(-back, up))
         top = max(p.imag for segment in rough for p in segment.extremes())
         bottom = min(p.imag for segment in rough for p in segment.extremes())
+        check_cuts(top, bottom, v[1], name)
         count = math.ceil((top - bottom) / v[1] - 1e-9)
-        if count > MAX_MOVES:
-            raise BlockError("profile-step", f"{name} makes more than {MAX_MOVES} cuts", name)
         _feed(motions, v[5] or before, name)
         kept = Turning(depth=(top - bottom) / max(count, 1), escape=lift)
-        levels(lathe, rough, complex(rough[0].start.real - lift, top), kept, False)
+        levels(lathe, rough, complex(rough[0].start.real - lift, top), kept, False, name)
         lathe.rapid(complex(rough[-1].end.real, top + lift))
         lathe.rapid(complex(rough[0].start.real - lift, top + lift))
     if vari > 4:

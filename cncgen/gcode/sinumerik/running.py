@@ -389,6 +389,8 @@ class SinumerikRunner:
         if end:
             first, last = (self._labelled(program, label) for label in (begin, end))
         ip, frames, scopes = self.ip, self._frames, len(self.store.scopes)
+        if isinstance(ip.sink, Recorder):
+            raise BlockError("not-read", f"the contour {name} is called within a contour")
         state, sink, guard, kept = ip.state, ip.sink, ip.guard, self.motions.fields()
         recorder = Recorder(state.position, state.plane)
         ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy(), compensation=40)

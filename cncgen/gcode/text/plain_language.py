@@ -48,7 +48,7 @@ Words = list[tuple[str, Value]]
 #: Reads a block from behind its name on.
 _Reader = Callable[[str, int], Words]
 
-_VALUE = r"\s*(?P<value>[+-]?\s*(?:Q[0-9]+|(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:E[+-]?[0-9]+)?))"
+_VALUE = r"\s*(?P<value>(?:[+-]\s*)?(?:Q[0-9]+|(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:E[+-]?[0-9]+)?))"
 _WORD = re.compile(
     r"\s*(?:(?P<fast>F\s*MAX)|(?P<auto>F\s*AUTO)|(?P<keep>F)(?=\s+[A-Z]|\s*\Z)|DR(?P<sense>[+-])(?![0-9])|(?P<side>R[0LR])(?![\w.])"
     r"|M140\s+MB\s*(?P<retract>MAX|[0-9]+[.,]?[0-9]*)|(?P<ahead>M120(?:\s+LA\s*[0-9]+)?)(?![0-9])"
