@@ -142,7 +142,9 @@ def _read_gcode(data: bytes, options: ReadOptions, beside: int) -> None:
     if beside == 0 and not options.tool_tips:  # a check is not one of tips
         checked = Diagnostics()
         check(io.BytesIO(data), "fuzz.ngc", options, checked)
-        if _errors(program.diagnostics) != _errors(checked):
+        both = [_errors(program.diagnostics), _errors(checked)]
+        # Rows cost more than counts: a run may have an end to its budget where its check has none.
+        if both[0] != both[1] and not any("[too-many-steps]" in text for text in both[0] + both[1]):
             raise AssertionError("a check says something else than reading")
     elif beside == 1:
         for _ in canon(io.BytesIO(data), "fuzz.ngc", options, Diagnostics()):
@@ -150,12 +152,8 @@ def _read_gcode(data: bytes, options: ReadOptions, beside: int) -> None:
 
 
 def _errors(found: Diagnostics) -> list[str]:
-    """Return the errors as text; reading tells more warnings than a check, of feeds along motions, and spends its budget elsewhere."""
-    return [
-        each.code if each.code == "too-many-steps" else each.render()
-        for each in found
-        if each.severity == "error"
-    ]
+    """Return the errors as text; reading tells more warnings than a check, of feeds along motions."""
+    return [diagnostic.render() for diagnostic in found if diagnostic.severity == "error"]
 
 
 def run_stepnc(data: bytes) -> None:

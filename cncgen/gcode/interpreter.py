@@ -312,6 +312,6 @@ class Interpreter:
     def rebase(self, machine: list[float]) -> None:
         """Compute the program coordinates again after an offset has changed; the machine stays at `machine`."""
         self.state.position = self.from_machine(machine)
-        stand = getattr(self.sink, "stand", None)
-        if stand is not None:
-            stand(self.state.position)
+        tell = getattr(self.sink, "offsets_changed", None)
+        if tell is not None:
+            tell(self.state.position)

@@ -168,7 +168,7 @@ class AffineSink(FramedSink):
         self._at = list(position)
         super().place(position)
 
-    def stand(self, position: Point) -> None:
+    def offsets_changed(self, position: Point) -> None:
         """Take a change of offsets: the tool has not moved, and its programmed position is another."""
         self._at = list(position)
 

@@ -266,7 +266,7 @@ def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, fl
             "cycle-words", f"{name} has no {' and no '.join(missing)}", name, hint=words_hint(missing)
         )
     if words.get("p", 0.0) < 0.0:
-        raise BlockError("dwell-negative", f"P{block.words['p']:g} of {name} is negative", "P")
+        raise BlockError("dwell-negative", f"P{words['p']:g} of {name} is negative", "P")
     if "q" in needs and words["q"] <= 0.0:
         raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
 

@@ -146,7 +146,7 @@ class FramedSink(PassingSink):
         """Stand somewhere."""
         self.inner.place(self.frame.to_work(position))
 
-    def stand(self, position: Point) -> None:
+    def offsets_changed(self, position: Point) -> None:
         """Take a change of offsets, which no frame of FANUC's needs to know."""
 
 
