@@ -111,7 +111,7 @@ def _workers(sweep: SweepDefinition, processes: int | None, scheduler: str | Non
     if scheduler:
         from cncgen.sweep.cluster import ClusterWorkers
 
-        workers = ClusterWorkers(scheduler, bundles)
+        workers = ClusterWorkers(scheduler, bundles, tell=messages.warning)
     else:
         workers = LocalWorkers(processes or processors(), bundles)
     try:

@@ -5,7 +5,8 @@ Its workers get the programs as a plugin, once each, those too that join later. 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 _PATIENCE_S = 30
 #: Tries to give the workers their programs, each of which a worker that dies in it ends.
 _TRIES = 5
+#: Wait for a first worker after which the user hears of it, s.
+_LONELY_S = 10.0
 
 
 def needed_distributed() -> ModuleType:
@@ -44,13 +47,19 @@ class ClusterWorkers:
     Args:
         address: ``tcp://host:8786``, or ``tls://…``.
         bundles: The programs.
+        tell: Told when batches wait and the scheduler has had no workers for a while; workers may join yet, as those that Slurm
+            starts do.
 
     Raises:
         UsageError: dask.distributed is missing, the scheduler cannot be reached, or a worker runs another version of cncgen.
     """
 
-    def __init__(self, address: str, bundles: Sequence[Bundle]) -> None:
+    def __init__(
+        self, address: str, bundles: Sequence[Bundle], tell: Callable[[str], None] = lambda text: None
+    ) -> None:
         self._dask = needed_distributed()
+        self._address, self._tell = address, tell
+        self._alone_since: float | None = None
         try:
             self._client = self._dask.Client(address, timeout=_PATIENCE_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
@@ -67,7 +76,10 @@ class ClusterWorkers:
     @property
     def count(self) -> int:
         """Workers that there are now; one at least, which may join yet."""
-        return max(1, len(self._client.scheduler_info(n_workers=-1)["workers"]))
+        return max(1, self._joined())
+
+    def _joined(self) -> int:
+        return len(self._client.scheduler_info(n_workers=-1)["workers"])
 
     def submit(self, batch: Batch) -> None:
         """Hand over a batch."""
@@ -82,6 +94,7 @@ class ClusterWorkers:
             with self._client.as_current():
                 self._dask.wait(list(self._running), timeout=timeout_s, return_when="FIRST_COMPLETED")
         except TimeoutError:
+            self._watch_workers()
             return []
         done: list[Done] = []
         for future in [future for future in self._running if future.done()]:
@@ -94,6 +107,19 @@ class ClusterWorkers:
                 raise fault
             done.append((batch, None))
         return done
+
+    def _watch_workers(self) -> None:
+        """Tell once each time that the scheduler is left without workers."""
+        now = time.monotonic()
+        if self._joined():
+            self._alone_since = None
+        elif self._alone_since is None:
+            self._alone_since = now
+        elif now - self._alone_since >= _LONELY_S:
+            self._alone_since = float("inf")
+            self._tell(
+                f"the scheduler {self._address} has no workers, for which {len(self._running)} batches wait"
+            )
 
     def close(self) -> None:
         """Leave the cluster; batches that are not done are cancelled."""

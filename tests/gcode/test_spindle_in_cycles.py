@@ -86,10 +86,36 @@ def test_a_bore_by_hand_stops_at_the_bottom_and_turns_on(calls: Calls, start: st
     assert found[:6] == ["traverse 1 2", "feed 1 -5", "dwell", "stop", "program stop", way]
 
 
-def test_rigid_tapping_is_an_event(run: Callable[..., Any]) -> None:
-    """M29 is handed on for the machine's own controller to take."""
+def test_m29_is_an_event(run: Callable[..., Any]) -> None:
+    """M29 is handed on for the machine's own controller to take as well."""
     outcome = run("G21 G95\nM3 S100\nG0 Z1\nM29 S100\nG84 X1 Z-1 R1 F1.5\nM30\n", dialect="fanuc")
     assert [dict(event.values) for event in outcome.path.events if event.name == "user"] == [{"m": 29}]
+
+
+@pytest.mark.parametrize(("feed", "pitch"), [("G94 F750", 1.5), ("G95 F1.25", 1.25)])
+def test_m29_taps_in_step_until_g80(calls: Calls, run: Callable[..., Any], feed: str, pitch: float) -> None:
+    """F is a pitch times the speed, or the pitch; each hole is a tap of its own, and the next cycle after G80 is not in step."""
+    text = f"G21 G0 Z5\nM29 S500\nG98 G84 X1 Y1 Z-1 R2 {feed}\nX3\nG80\nM3\nG84 X5 Z-1 R2\nM30\n"
+    lines = calls(text, dialect="fanuc")
+    assert [line for line in lines if line.startswith("RIGID_TAP")] == [
+        "RIGID_TAP(1.0000, 1.0000, -1.0000)", "RIGID_TAP(3.0000, 1.0000, -1.0000)"
+    ]  # fmt: skip
+    assert [line for line in lines if line.startswith("START_SPEED")] == [
+        f"START_SPEED_FEED_SYNC({pitch:f},0)"
+    ] * 2
+    assert [line.split("(")[0] for line in lines].count("START_SPINDLE_COUNTERCLOCKWISE") == 1
+    outcome = run(text, dialect="fanuc")
+    told = [dict(event.values) for event in outcome.path.events if event.name == "synchronise"]
+    assert told == [{"pitch_mm": pytest.approx(pitch), "tap": True}, {"pitch_mm": None}] * 2
+    ends = outcome.path.end[outcome.path.kind < 3, 2].tolist()
+    assert ends[:7] == [5.0, 5.0, 2.0, -1.0, 2.0, 5.0, 5.0]
+
+
+def test_a_tap_in_step_needs_a_speed_and_tells_what_it_leaves_out(run: Callable[..., Any]) -> None:
+    without = run("G21 G0 Z5\nM29\nG84 X1 Z-1 R2 F1\nM30\n", dialect="fanuc")
+    assert "G84 after M29 has no speed S" in [found.message for found in without.diagnostics]
+    steps_ = run("G21 G0 Z5\nM29 S500\nG84 X1 Z-1 R2 Q0.5 F500\nM30\n", dialect="fanuc")
+    assert any("Q0.5 of G84 after M29 changes nothing" in found.message for found in steps_.diagnostics)
 
 
 @pytest.mark.parametrize(

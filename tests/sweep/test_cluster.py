@@ -175,3 +175,27 @@ def test_the_example_of_slurm_gives_a_job_of_as_many_workers(root: Path) -> None
     assert "#SBATCH --cpus-per-task=32\n" in script
     assert "--nthreads 1 " in script
     assert "--nworkers 32 " in script
+
+
+def test_a_cluster_without_workers_is_told_of_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Batches wait for a worker; the rows come once one joins."""
+    monkeypatch.setattr(cluster, "_LONELY_S", 0.2)
+    told: list[str] = []
+    sweep = load_sweep("sweep.toml")
+    with distributed.LocalCluster(n_workers=0, threads_per_worker=1, dashboard_address=":0") as local:
+        workers = ClusterWorkers(local.scheduler_address, list(sweep.programs.values()), tell=told.append)
+        try:
+            workers.submit((driver.outlook(sweep, driver.ResultsFolder("R")).jobs.popitem()[1][1],))
+            for _ in range(8):
+                assert workers.completed(0.1) == []
+            assert told == [
+                f"the scheduler {local.scheduler_address} has no workers, for which 1 batches wait"
+            ]
+            local.scale(1)
+            done: list[Done] = []
+            while not done:
+                done = workers.completed(1.0)
+        finally:
+            workers.close()
+    assert len(done) == 1
+    assert len(told) == 1

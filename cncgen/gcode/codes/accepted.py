@@ -45,7 +45,8 @@ def no_fixture(ip: Interpreter, block: Block) -> None:
 
 
 def rigid(ip: Interpreter, block: Block) -> None:
-    """M29: the next tapping cycle turns the spindle in step with the feed."""
+    """M29: tapping cycles turn the spindle in step with the feed, until G80."""
+    ip.state.rigid = True
     ip.sink.call("", Event("user", values={"m": 29}))
 
 
@@ -116,5 +117,13 @@ CODES = (
         )
         for number in range(19_000, 19_080, 10)
     ),
-    Code("M", 290, "rigid tapping", Stage.SPINDLE, rigid, "rigid tapping in the next cycle", dialects=_FANUC),
+    Code(
+        "M",
+        290,
+        "rigid tapping",
+        Stage.SPINDLE,
+        rigid,
+        "tapping cycles in step with the spindle, until G80",
+        dialects=_FANUC,
+    ),
 )

@@ -95,10 +95,13 @@ def _tap(direction: int) -> Callable[[Hole], None]:
     """Return the tapping cycle: down turning one way, out turning the other way."""
 
     def run(hole: Hole) -> None:
+        state, faster = hole.ip.state, hole.words.get("j", 1.0)
+        if state.rigid:
+            _tap_in_step(hole, direction)
+            return
         hole.feed(hole.bottom)
         _wait(hole)
         hole.turn(-direction)
-        state, faster = hole.ip.state, hole.words.get("j", 1.0)
         if faster != 1.0:
             # J of Haas: how many times as fast the tap comes out.
             hole.ip.sink.set_feed_rate(state.feed * faster)
@@ -110,6 +113,36 @@ def _tap(direction: int) -> Callable[[Hole], None]:
         hole.traverse(hole.clear)
 
     return run
+
+
+def _tap_in_step(hole: Hole, direction: int) -> None:
+    """The tap after M29, which turns the spindle in step with the feed (B-64304EN-2, rigid tapping).
+
+    The pitch is F a turn under G95, and F by S under G94. The spindle starts by M29 alone. P is waited for once the tap is out, for a
+    tap in step has no dwell of its own.
+
+    Raises:
+        BlockError: The speed is 0.
+    """
+    ip, state = hole.ip, hole.ip.state
+    name = f"G{state.motion // 10}"
+    for letter, neutral in (("q", 0.0), ("j", 1.0)):
+        if hole.words.get(letter, neutral) != neutral:
+            text = f"{letter.upper()}{hole.words[letter]:g} of {name} after M29 changes nothing: the tap goes in once, and out as fast"
+            _doubt(ip, text, "Q are steps of a deep thread, J a factor of the way out")
+    if state.speed <= 0.0:
+        raise BlockError("spindle-stopped", f"{name} after M29 has no speed S", name, hint="M29 S500")
+    pitch = state.feed if state.feed_mode == 95 else state.feed / state.speed
+    if state.direction != direction:
+        hole.turn(direction)
+    bottom = state.position.copy()
+    bottom[hole.normal] = hole.bottom
+    ip.sink.call(f"START_SPEED_FEED_SYNC({pitch:f},0)")
+    ip.sink.rigid_tap(bottom, pitch)
+    ip.sink.call("STOP_SPEED_FEED_SYNCH()")
+    _wait(hole)
+    _wait(hole)
+    hole.traverse(hole.clear)
 
 
 def _shift(hole: Hole) -> tuple[dict[int, float], dict[int, float]]:

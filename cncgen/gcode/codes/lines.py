@@ -28,7 +28,7 @@ def check_feed(ip: Interpreter, block: Block, name: str) -> None:
             "feed-missing", f"{name} with no feed rate: F was not given or is 0", name, hint="add an F word"
         )
     elif state.feed_mode == 95 and (
-        state.speed == 0.0 or (state.direction == 0 and not ip.options.stand_alone)
+        state.speed == 0.0 or (state.direction == 0 and not (state.rigid or ip.options.stand_alone))
     ):
         raise BlockError(
             "spindle-stopped", f"{name} with feed per revolution (G95), but the spindle does not turn", name
@@ -80,8 +80,9 @@ def cancel(ip: Interpreter, block: Block) -> None:
 
 
 def cancel_cycle(ip: Interpreter, block: Block) -> None:
-    """G80 of FANUC: end of a canned cycle; the motion code before it is in force again."""
+    """G80 of FANUC: end of a canned cycle, and of M29; the motion code before it is in force again."""
     state = ip.state
+    state.rigid = False
     if state.cycle is not None:
         state.motion, state.cycle = state.under, None
 

@@ -103,6 +103,7 @@ class State:
         compensation: Cutter radius compensation (40, 41, 42) in force.
         polar: G16 of FANUC, or None.
         pitch: Of the G33 of FANUC in force.
+        rigid: Whether M29 of FANUC is in force.
         between: Where G28 or G30 of FANUC went by, or None.
         local: Part of `g92` that G52 of FANUC set.
         speed_limit: Largest speed of G96 that G92 S of FANUC set.
@@ -151,6 +152,7 @@ class State:
     compensation: int = 40
     polar: Polar | None = None
     pitch: float = 0.0
+    rigid: bool = False
     between: list[float] | None = None
     local: list[float] = field(default_factory=zeros)
     speed_limit: float | None = None
