@@ -120,6 +120,8 @@ def local_cluster() -> Iterator[Any]:
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
+        # A nanny gives up on a worker that is killed while it starts: another one takes its place.
+        cluster.adapt(minimum=2, maximum=2, interval="1s")
         yield cluster
 
 

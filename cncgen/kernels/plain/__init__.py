@@ -127,7 +127,7 @@ def _fmin(x: float, y: float) -> float:
 
 
 _INTEGERS = ("char", "schar", "uchar", "short", "int", "uint", "longlong", "ulonglong", "Py_ssize_t")
-_DECORATORS = ("cclass", "cfunc", "ccall", "inline", "final", "nogil", "exceptval", "locals")
+_DECORATORS = ("cclass", "cfunc", "ccall", "inline", "final", "nogil", "exceptval", "locals", "freelist")
 
 
 def install() -> None:
