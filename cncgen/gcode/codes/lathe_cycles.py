@@ -139,8 +139,8 @@ def _read(ip: Interpreter, block: Block) -> Thread:
         fault = BlockError("thread-degression", f"R{degression:g} of G76 is below 1: taken as 1", "R")
         ip.warn(fault, Severity.WARNING)
     springs = whole(block, "h", "G76") if "h" in words else 0
-    passes = (full / first) ** max(degression, 1.0) + springs
-    if passes > MAX_PASSES:
+    # The root of the count, since a power of R4741 is no number any more.
+    if springs >= MAX_PASSES or full > first * (MAX_PASSES - springs) ** (1.0 / max(degression, 1.0)):
         raise BlockError("thread-passes", f"G76 makes more than {MAX_PASSES} passes", "J")
     ends = round(words.get("l", 0.0))
     taper = words.get("e", 0.0)
