@@ -551,8 +551,8 @@ def run_and_keep(
     tally: Path | None,
     keep: Path | None,
     corpus: Path | None = None,
-) -> int:
-    """Run, print counts and findings, one of each kind, and how often each was found; return how many kinds there are.
+) -> set[tuple[str, str]]:
+    """Run, print counts and findings, one of each kind, and how often each was found; return the kinds, each with its door.
 
     Args:
         names: Of the doors.
@@ -577,7 +577,7 @@ def run_and_keep(
     for (name, kind), count in kinds.items():
         print(f"{count:8d} times {name}: {kind}")
     print(f"{sum(counts.values()):8d} inputs, {len(kinds)} kinds of fault")
-    return len(kinds)
+    return set(kinds)
 
 
 def tell(finding: Finding, keep: Path | None) -> None:
@@ -624,6 +624,14 @@ def replay(folder: Path) -> list[Finding]:
     return found
 
 
+def not_known(kinds: set[tuple[str, str]], folder: Path) -> set[tuple[str, str]]:
+    """Return the kinds of which no open finding shows the same exception at the same door."""
+    if not kinds:
+        return kinds
+    known = {(each.door, each.kind.partition(" in ")[0]) for each in replay(folder)}
+    return {(name, kind) for name, kind in kinds if (name, kind.partition(" in ")[0]) not in known}
+
+
 def main() -> int:
     """Fuzz, print counts and findings, keep these."""
     parser = argparse.ArgumentParser(
@@ -636,6 +644,9 @@ def main() -> int:
     parser.add_argument("--tally", type=Path, help="file of counts by door, which this run adds to")
     parser.add_argument("--corpus", type=Path, help="folder of further seeds, a folder a door")
     parser.add_argument("--replay", type=Path)
+    parser.add_argument(
+        "--open", type=Path, help="folder of findings that are known: their kinds fail nothing"
+    )
     parser.add_argument(
         "--guided", action="store_true", help="one door by atheris; further words are libFuzzer's"
     )
@@ -652,7 +663,10 @@ def main() -> int:
     seed = secrets.randbelow(2**31) if arguments.seed is None else arguments.seed
     print(f"seed {seed}", flush=True)
     kinds = run_and_keep(names, seed, arguments.seconds, arguments.tally, arguments.keep, arguments.corpus)
-    return 1 if kinds else 0
+    new = not_known(kinds, arguments.open) if arguments.open else kinds
+    if kinds - new:
+        print(f"{len(kinds - new):8d} of them known, and open")
+    return 1 if new else 0
 
 
 if __name__ == "__main__":

@@ -190,7 +190,7 @@ class Recorder:
 
     def __getattr__(self, name: str) -> Any:
         """Ignore any other call."""
-        return lambda *arguments: None
+        return lambda *arguments, **named: None
 
 
 def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
@@ -309,15 +309,15 @@ def _send(tool: ToolCentre, segment: Segment) -> list[Any]:
 
 def moved_aside(profile: list[Segment], distance: float, left: bool) -> list[Segment]:
     """Return a profile moved by a distance to its left or right: rolled around outer corners, cut short at inner ones."""
-    if distance <= 0.0:
+    if distance <= TINY:
         return profile
     first = profile[0]
     into = first.heading(first.start)
     tool = ToolCentre(
         distance, left, first.start - into * (2.0 * distance), smooth=_SMOOTH, least_roll=_LEAST_ROLL
     )
-    pieces = tool.line(first.start, None)
     try:
+        pieces = tool.line(first.start, None)
         for segment in profile:
             pieces += _send(tool, segment)
         pieces += tool.finish()

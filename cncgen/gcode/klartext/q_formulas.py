@@ -79,6 +79,10 @@ def _raised(a: float, b: float) -> float:
     return float(value)
 
 
+#: Signs, functions and brackets within one another; each takes four calls.
+_DEEPEST = 100
+
+
 class _Formula:
     """A recursive descent over the tokens of a formula; ^ binds tightest, then * /, then + -; all group from the left."""
 
@@ -98,6 +102,7 @@ class _Formula:
             self._tokens.append((str(match.lastgroup), match[0].strip()))
             at = match.end()
         self._at = 0
+        self._depth = 0
 
     def whole(self) -> float:
         value = self._sum()
@@ -150,6 +155,14 @@ class _Formula:
         return self._tokens[self._at - 1][1].upper()
 
     def _operand(self) -> float:
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            raise BlockError("syntax", f"a formula nests more than {_DEEPEST} signs, functions and brackets")
+        value = self._operand_within()
+        self._depth -= 1
+        return value
+
+    def _operand_within(self) -> float:
         kind = self._tokens[self._at][0] if self._at < len(self._tokens) else ""
         token = self._next()
         if kind == "number":
