@@ -2,6 +2,7 @@
 
     python -m trials.doors [--door NAME ...] [--seconds 60] [--seed N] [--keep DIR] [--tally FILE] [--corpus DIR] [--guided]
     python -m trials.doors --replay DIR
+    python -m trials.doors --open tests/doors_open    # known kinds fail nothing, as in `make fuzz`
 
 An input is bytes. A door may say anything about it, but not fail with an exception that is none of the project's, take more than
 `SECONDS` of processor time or `MEMORY`, or have a library warn or print. Inputs run in forked batches, so that whatever ends a
