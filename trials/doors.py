@@ -616,7 +616,7 @@ def guided(name: str, arguments: list[str]) -> None:
 def replay(folder: Path) -> list[Finding]:
     """Run the kept inputs: a folder a door."""
     known, found = doors(), list[Finding]()
-    for place in sorted(path for path in folder.iterdir() if path.is_dir()):
+    for place in sorted(path for path in folder.glob("*") if path.is_dir()):
         data = [file.read_bytes() for file in sorted(place.iterdir())]
         while data:
             ran, findings = batch(place.name, known[place.name], data)

@@ -32,8 +32,8 @@ _ROUNDING = 1e-6
 _TRIED, _ROUNDS = 17, 3
 #: Part of the tolerance that chords keep to; the rest is for interpolating between the waits that are tried.
 _KEPT = 0.9999
-#: Part of the tolerance beyond which no plan is better than one whose chord to a rest is so far from the path.
-_LOST = 1.5
+#: Part of the tolerance beyond which no plan is better than one whose chord to a rest is so far from the path: `verify` sees more.
+_LOST = 1.001
 #: Where the path is compared with a chord, beside nodes: parts of an interval.
 _PARTS = np.array([0.0, 0.25, 0.5, 0.75])
 
@@ -242,6 +242,29 @@ def started(
         else:
             high = found[1]
     return best[2], best[1]
+
+
+def hold_chord(past: list[PathMotion], begin: float, end: float) -> None:
+    """See that the chord between two times keeps to the tolerance of the path under it.
+
+    Args:
+        past: What was handed on, ascending in time.
+        begin, end: Times of two setpoints, s; the second one may be after the end of the motion.
+
+    Raises:
+        NoPlanError: It does not.
+    """
+    found = []
+    for way in past:
+        low, high = np.clip([begin, end], *way.profile.t[[0, -1]])
+        if low < high:
+            _, x, tolerance = way.between(*way.at(np.array([low, high])).tolist())
+            found.append((x, tolerance))
+    if found:
+        x, tolerance = (np.concatenate(each) for each in zip(*found, strict=True))
+        over = _most(x, tolerance)
+        if over > _LOST:
+            raise NoPlanError(_cut_off(over, begin))
 
 
 def _cut_off(over: float, last: float) -> Diagnostic:

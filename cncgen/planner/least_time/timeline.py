@@ -17,7 +17,7 @@ from cncgen.planner.least_time.corners import nearest
 from cncgen.planner.least_time.mesh import Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces
 from cncgen.planner.least_time.problem import Solution
-from cncgen.planner.least_time.setpoint_alignment import PathMotion, SetpointAlignment, started
+from cncgen.planner.least_time.setpoint_alignment import PathMotion, SetpointAlignment, hold_chord, started
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.record import Limit, SharpCorner, Trajectory
 
@@ -63,12 +63,14 @@ class Timeline:
         corners: Sharp corners so far.
         past: Its ways, back to a period before `t_s` at least.
         cornered: Whether what came last had rests that chords might cut (`Mesh.cuts`).
+        open_s: When a setpoint falls before a rest whose next setpoint is not final yet.
     """
 
     t_s: float = 0.0
     corners: int = 0
     past: list[PathMotion] = field(default_factory=list)
     cornered: bool = False
+    open_s: float | None = None
 
     def trajectories(self, planned: SolvedWindow) -> Iterator[Trajectory]:
         """Turn the intervals that are final into trajectories."""
@@ -80,6 +82,25 @@ class Timeline:
                 break
             yield self._trajectory(planned, mesh, rows.start, slice(position, position + count), longer)
             position += count
+        self._look_back(planned.ends)
+
+    def _look_back(self, ends: bool) -> None:
+        """Compare the chord over a rest with what was handed on, where the setpoint after it was not final when the rest was timed.
+
+        Raises:
+            NoPlanError: It is too far from the path: since then the motion to that setpoint became another one.
+        """
+        period = self.past[-1].course.bounds.period_s if self.past else np.inf
+        if self.open_s is not None and (ends or self.t_s >= self.open_s + period):
+            hold_chord(self.past, self.open_s, self.open_s + period)
+            self.open_s = None
+        last = float(np.floor(self.t_s / period) * period)
+        if any(
+            (way.profile.v[way.profile.t[:-1] > last] <= 0.0).any()
+            for way in self.past
+            if way.profile.t[-1] > last
+        ):
+            self.open_s = last
 
     def _longer(self, planned: SolvedWindow) -> Floats:
         """Return how much longer than the program asks for rests last before the intervals that are final, shape (final,), s."""
@@ -138,7 +159,8 @@ class Timeline:
             why,
         )
         self.t_s = float(profile.t[-1])
-        self.past = [way for way in self.past if way.profile.t[-1] > self.t_s - period_s]
+        since = self.t_s - period_s if self.open_s is None else min(self.open_s, self.t_s - period_s)
+        self.past = [way for way in self.past if way.profile.t[-1] > since]
         self.past.append(PathMotion.gone(mesh, profile, planned.bounds))
         slow = slow_nodes(mesh, first, q, limit, period_s)
         room = max(0, MAX_CORNERS - self.corners)

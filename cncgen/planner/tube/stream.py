@@ -53,7 +53,7 @@ _INSIDE = 5.0
 _SHOWN = 6
 #: Time without a border, in times between nodes, after which one is made.
 _WAITED = 256
-#: Borders are apart by this part of the tolerance at least.
+#: Borders are apart by this part of the narrower tolerance at least.
 _APART = 0.05
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
@@ -284,7 +284,7 @@ class Tube:
             run.closed = closed
             return
         border = _apart(
-            border, places, _APART * program.column("tolerance")[run.row - base : run.row - base + stopping]
+            border, places, program.column("tolerance")[run.row - base : run.row - base + stopping]
         )
         found = nodes_of(
             program,
@@ -479,23 +479,24 @@ def _stop(nodes: Nodes, size: int) -> int:
     return int(at[np.argmax(away)]) + 1
 
 
-def _apart(border: NDArray[np.bool_], places: Floats, least: Floats) -> NDArray[np.bool_]:
-    """Return borders of which none is nearer to the one before it than a length: nodes have to be apart."""
+def _apart(border: NDArray[np.bool_], places: Floats, tolerance: Floats) -> NDArray[np.bool_]:
+    """Return borders of which none is nearer to the one before it than a part of the tolerance of either: nodes have to be apart.
+
+    Args:
+        border: Shape (rows + 1,).
+        places: Shape (rows + 1,), ascending.
+        tolerance: Shape (rows,); at a border the narrower one of its rows counts.
+    """
     out = border.copy()
-    at = np.flatnonzero(border)
-    gap = np.diff(places[at]) < least[np.maximum(at[1:] - 1, 0)]
-    if not gap.any():
-        return out
-    last = 0
-    for k in at[1:].tolist():
-        if places[k] - places[last] < least[k - 1]:
-            out[k if k < len(places) - 1 else last] = k == len(places) - 1 and last == 0
-            if k == len(places) - 1:
-                out[k] = True
+    least = _APART * np.minimum(np.append(tolerance[:1], tolerance), np.append(tolerance, tolerance[-1:]))
+    end, last = len(places) - 1, 0
+    for k in np.flatnonzero(border)[1:].tolist():
+        if places[k] - places[last] < min(least[k], least[last]):
+            if k < end:
+                out[k] = False
                 continue
-            continue
+            out[last] = last == 0
         last = k
-    out[0] = True
     return out
 
 

@@ -30,6 +30,8 @@ _BENT = 1e-4
 _SHOWS, _SHARP = 0.1, 0.35
 #: Parts of the tolerance that are planned with: at nodes, and at corners.
 ROOM = 0.985, 0.955
+#: Times between nodes for which those beside the ends of a run are spaced by the time of the plan: it gathers speed within that.
+_BESIDE_REST = 128.0
 #: Below this turn, rad, a disc about the corner stands for the two bands.
 _SLIGHT = 0.15
 #: Nodes after which a border is made at a corner that has none.
@@ -156,68 +158,23 @@ def nodes_of(
     # The row after the last one too, where the run goes on.
     own = slice(first - program.base, first - program.base + count + (not ends[1]))
     tolerance = program.column("tolerance")[own]
-    near, floor = scales.spacing(float(tolerance.min()))[1], scales.floor(float(tolerance.min()))
     # Fine samples: the grid's, and the joints.
     joint = np.append(program.column("joint")[own][:count].astype(bool), True)
     joint[0] = True
     joint |= border
-    seen = places[joint]
-    s = np.unique(np.concatenate([grid.s[(grid.s > places[0]) & (grid.s < places[-1])], seen]))
-    free = np.interp(s, grid.s, grid.free)
-    v, bend, rate = (
-        np.interp(s, grid.s, grid.v),
-        np.interp(s, grid.s, grid.bend),
-        np.interp(s, grid.s, grid.rate),
-    )
-    cell = np.diff(s)
-    quick = np.minimum(np.diff(free), cell * 0.5 * (rate[1:] + rate[:-1]) / floor)
-    where = np.searchsorted(s, seen)
-    blocks = where[np.flatnonzero(border[joint])]
-    if ends[0]:
-        middle = np.searchsorted(s, 0.5 * (s[blocks[0]] + s[blocks[1]]))
-        quick[:middle] = np.diff(free)[:middle]
-    if ends[1]:
-        middle = np.searchsorted(s, 0.5 * (s[blocks[-2]] + s[blocks[-1]]))
-        quick[middle:] = np.diff(free)[middle:]
-    time = np.concatenate([[0.0], np.cumsum(quick)])
-    pace = np.maximum(v, floor)
-    used = pace**2 * bend / scales.acceleration
-    usual = near * SPACING[0] / SPACING[1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = np.where(used > _BENT, usual * np.clip(0.5 / np.sqrt(used), 1.0, _CALM), 1e3)
-        at = np.minimum(at, np.maximum(_TURN / (bend * pace), 0.3 * near))
-    at[where] = np.minimum(at[where], usual)
-    at[blocks] = near
-    at = lowered(at, _GROWTH * time)
-    u = np.concatenate([[0.0], np.cumsum(quick * 0.5 * (1.0 / at[1:] + 1.0 / at[:-1]))])
-    blocks = _divided(where, border[joint], u)
-    each = np.maximum(np.ceil(np.diff(u[blocks]) - 0.2), 1).astype(np.int64)
-    begin = np.repeat(blocks[:-1], each)
-    number = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each) + 1
-    size = np.repeat(each, each)
-    target = u[begin] + (u[np.repeat(blocks[1:], each)] - u[begin]) * number / size
-    node = np.interp(target, u, s)
-    last = number == size
-    node[last] = s[blocks[1:]]
+    clock = _Clock.of(grid, places, joint, border, ends, scales, float(tolerance.min()))
+    node, last, begin = clock.spaced(border[joint])
     vertex = np.full(len(node), -1, np.int64)
     vertex[last] = first + np.searchsorted(places, node[last])
-    found = np.searchsorted(places, node, side="left") - 1
-    found = np.clip(found, 0, count - 1)
+    found = np.clip(np.searchsorted(places, node, side="left") - 1, 0, count - 1)
     part = (node - places[found]) / np.maximum(places[found + 1] - places[found], 1e-300)
     point, tangent = reference.at(node, -1)
-    tangent = _turned(reference, tangent, node, last, places, s[blocks[0]], tolerance[found], ends)
-    speed = np.interp(node, s, pace)
-    speed = np.where(np.interp(node, s, np.append(quick, quick[-1:])) <= 0, np.interp(node, s, v), speed)
-    if ends[0]:
-        speed = np.where(node < 0.5 * (s[blocks[0]] + s[blocks[1]]), np.interp(node, s, v), speed)
-    if ends[1]:
-        speed = np.where(node > 0.5 * (s[blocks[-2]] + s[blocks[-1]]), np.interp(node, s, v), speed)
-    at_time = np.interp(node, s, time)
+    tangent = _turned(reference, tangent, node, last, places, begin, tolerance[found], ends)
     feed = program.column("feed")[own]
     feeds = feed[found].copy()
     inner = last & (found + 1 < len(feed))
     feeds[inner] = np.minimum(feeds[inner], feed[found[inner] + 1])
-    rooms = _rooms(program, first, places, node, vertex, found, part, point, tangent, s[blocks[0]], tolerance)
+    rooms = _rooms(program, first, places, node, vertex, found, part, point, tangent, begin, tolerance)
     when = np.interp(node, grid.s, grid.t)
     if ends[1]:
         # At a rest it is the time of arrival.
@@ -227,16 +184,105 @@ def nodes_of(
         when,
         point,
         tangent,
-        speed,
-        np.diff(at_time, prepend=0.0),
-        np.interp(node, s, v),
-        np.diff(np.interp(node, s, free), prepend=free[0]),
+        clock.speed(node),
+        np.diff(np.interp(node, clock.s, clock.time), prepend=0.0),
+        np.interp(node, clock.s, clock.v),
+        np.diff(np.interp(node, clock.s, clock.free), prepend=clock.free[0]),
         first + found,
         part,
         vertex,
         feeds,
         *rooms,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Clock:
+    """Time by which nodes are spaced: that of the plan beside rests, else that of the plan with corners passed.
+
+    Attributes:
+        s: Shape (m,), fine samples on the reference: the grid's, and joints.
+        free, v, time, pace: Shape (m,): time and speed of the plan, and those of the clock.
+        spacing: Shape (m,), time between nodes.
+        where: Shape (joints,), samples that are joints.
+        slow: Samples up to the first of which, and from the second of which on, the plan counts.
+    """
+
+    s: Floats
+    free: Floats
+    v: Floats
+    time: Floats
+    pace: Floats
+    spacing: Floats
+    where: Ints
+    slow: tuple[int, int]
+
+    @classmethod
+    def of(
+        cls,
+        grid: Grid,
+        places: Floats,
+        joint: Bools,
+        border: Bools,
+        ends: tuple[bool, bool],
+        scales: Scales,
+        tolerance: float,
+    ) -> _Clock:
+        """Return the clock between the first place and the last one; the arguments are those of `nodes_of`, and which rows begin at joints."""
+        near, floor = scales.spacing(tolerance)[1], scales.floor(tolerance)
+        usual = near * SPACING[0] / SPACING[1]
+        seen = places[joint]
+        s = np.unique(np.concatenate([grid.s[(grid.s > places[0]) & (grid.s < places[-1])], seen]))
+        free, v, bend, rate = (
+            np.interp(s, grid.s, each) for each in (grid.free, grid.v, grid.bend, grid.rate)
+        )
+        cell = np.diff(s)
+        quick = np.minimum(np.diff(free), cell * 0.5 * (rate[1:] + rate[:-1]) / floor)
+        where = np.searchsorted(s, seen)
+        blocks = where[np.flatnonzero(border[joint])]
+        slow = [0, len(s)]
+        # A crawling feed takes hours; its nodes are counted by the way like all others but for the start and the end.
+        if ends[0]:
+            middle = np.searchsorted(s, 0.5 * (s[blocks[0]] + s[blocks[1]]))
+            slow[0] = min(int(middle), int(np.searchsorted(free, free[0] + _BESIDE_REST * usual)))
+            quick[: slow[0]] = np.diff(free)[: slow[0]]
+        if ends[1]:
+            middle = np.searchsorted(s, 0.5 * (s[blocks[-2]] + s[blocks[-1]]))
+            slow[1] = max(int(middle), int(np.searchsorted(free, free[-1] - _BESIDE_REST * usual)))
+            quick[slow[1] :] = np.diff(free)[slow[1] :]
+        time = np.concatenate([[0.0], np.cumsum(quick)])
+        pace = np.maximum(v, floor)
+        used = pace**2 * bend / scales.acceleration
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = np.where(used > _BENT, usual * np.clip(0.5 / np.sqrt(used), 1.0, _CALM), 1e3)
+            at = np.minimum(at, np.maximum(_TURN / (bend * pace), 0.3 * near))
+        at[where] = np.minimum(at[where], usual)
+        at[blocks] = near
+        pace = np.where(np.append(quick, quick[-1:]) <= 0, v, pace)
+        return cls(s, free, v, time, pace, lowered(at, _GROWTH * time), where, (slow[0], slow[1]))
+
+    def spaced(self, border: Bools) -> tuple[Floats, Bools, float]:
+        """Return nodes, shape (k,), which of them are borders, and where the first one's interval begins; `border` tells those of the joints."""
+        s, at = self.s, self.spacing
+        u = np.concatenate([[0.0], np.cumsum(np.diff(self.time) * 0.5 * (1.0 / at[1:] + 1.0 / at[:-1]))])
+        blocks = _divided(self.where, border, u)
+        each = np.maximum(np.ceil(np.diff(u[blocks]) - 0.2), 1).astype(np.int64)
+        begin = np.repeat(blocks[:-1], each)
+        number = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each) + 1
+        size = np.repeat(each, each)
+        target = u[begin] + (u[np.repeat(blocks[1:], each)] - u[begin]) * number / size
+        node = np.interp(target, u, s)
+        last = number == size
+        node[last] = s[blocks[1:]]
+        return node, last, float(s[blocks[0]])
+
+    def speed(self, node: Floats) -> Floats:
+        """Return the speed of the clock at nodes, shape (k,)."""
+        first, last = self.slow
+        begin = self.s[first] if first else -np.inf
+        end = self.s[last] if last < len(self.s) else np.inf
+        beside = (node < begin) | (node > end)
+        return np.where(beside, np.interp(node, self.s, self.v), np.interp(node, self.s, self.pace))
 
 
 def _divided(where: Ints, border: Bools, u: Floats) -> Ints:
