@@ -1,6 +1,6 @@
 """`verify` against setpoints that were made wrong, and against honest ones of low resolution.
 
-    python -m trials.corruptions [--count 10000] [--honest 1000] [--seed N]
+    python -m trials.corruptions [--count 10000] [--honest 1000] [--seed N] [--seconds S]
 
 Parts of lines and half circles are drawn at random, their path written down here, and planned; the programs of ``programs/`` for
 two axes are there too. Their setpoints are corrupted in twenty kinds. What a corruption is judged to be does not depend on cncgen:
@@ -20,8 +20,9 @@ import math
 import random
 import secrets
 import tempfile
+import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -40,6 +41,8 @@ MACHINE, LIMITS, PERIOD_S, TRAVEL_MM, CHORD_MM = "xy-table", (250.0, 2450.0, 500
 MARGIN, RESOLUTION = 1e-3, 1e-9
 #: Distance between vertices of dense polylines, mm, and vertices beyond which the path is not judged.
 STEP_MM, MOST = 0.02, 6000
+#: Corruptions between two tables of counts.
+ROUND = 230
 PROGRAMS = ("square_r5", "square_sharp", "circle", "bonder")
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -389,9 +392,9 @@ def verdict(part: Part, found: Corrupted, resolution: float = RESOLUTION) -> tup
     return said.holds, "; ".join(each.render() for each in said.breaches)
 
 
-def parts_of(rng: random.Random, count: int) -> list[Part]:
-    """Return the programs of ``programs/`` and drawn parts."""
-    found = list(shipped_parts()) if count > 20 else []
+def parts_of(rng: random.Random, count: int, *, shipped: bool) -> list[Part]:
+    """Return drawn parts, behind the programs of ``programs/`` if these are asked for."""
+    found = list(shipped_parts()) if shipped else []
     while len(found) < count:
         try:
             found.append(drawn_part(rng))
@@ -400,11 +403,11 @@ def parts_of(rng: random.Random, count: int) -> list[Part]:
     return found
 
 
-def corruptions(rng: random.Random, parts: list[Part], count: int, score: Score) -> None:
+def corruptions(rng: random.Random, parts: list[Part], numbers: Iterable[int], score: Score) -> None:
     """Corrupt parts in all kinds in turn and compare the verdicts."""
     names = list(KINDS)
-    for index in range(count):
-        name, part = names[index % len(names)], rng.choice(parts)
+    for number in numbers:
+        name, part = names[number % len(names)], rng.choice(parts)
         found = KINDS[name](part, rng)
         state = wrong(part, found)
         counter = score.untold if state is None else score.wrong if state else score.honest
@@ -428,6 +431,15 @@ def honest(rng: random.Random, parts: list[Part], count: int, score: Score) -> N
             score.alarms.append(f"{unit:g} mm: {part.text!r}: {said}")
 
 
+def table(score: Score) -> str:
+    """Return the counts by kind, and in all."""
+    lines = [
+        f"{score.wrong[name]:6d} wrong {score.honest[name]:6d} honest {score.untold[name]:6d} untold  {name}"
+        for name in (*KINDS, "low resolution")
+    ]
+    return "\n".join([*lines, f"{len(score.misses)} misses, {len(score.alarms)} false alarms"])
+
+
 def main() -> int:
     """Run the trial and print the counts."""
     parser = argparse.ArgumentParser(
@@ -437,21 +449,26 @@ def main() -> int:
     parser.add_argument("--honest", type=int, default=1000)
     parser.add_argument("--parts", type=int, default=100)
     parser.add_argument("--seed", type=int)
+    parser.add_argument("--seconds", type=float, default=math.inf)
     given = parser.parse_args()
     seed = secrets.randbelow(2**31) if given.seed is None else given.seed
     print(f"seed {seed}", flush=True)
     rng, score = random.Random(seed), Score()
-    parts = parts_of(rng, given.parts)
-    corruptions(rng, parts, given.count, score)
-    honest(rng, parts, given.honest, score)
-    for name in (*KINDS, "low resolution"):
-        print(
-            f"{score.wrong[name]:6d} wrong {score.honest[name]:6d} honest {score.untold[name]:6d} untold  {name}"
-        )
-    print(f"{len(score.misses)} misses, {len(score.alarms)} false alarms")
-    for kind, texts in (("missed", score.misses), ("false alarm", score.alarms)):
-        for text in texts[:20]:
-            print(f"--- {kind}: {text}")
+    end, told, rounds = time.monotonic() + given.seconds, 0, max(-(-given.count // ROUND), 1)
+    for k in range(rounds):
+        # Fresh parts for each round; the counts are printed as they grow, so that a trial that is stopped has shown something.
+        parts = parts_of(rng, max(given.parts // rounds, 5), shipped=k == 0 and given.parts > 20)
+        corruptions(rng, parts, range(k * ROUND, min((k + 1) * ROUND, given.count)), score)
+        honest(rng, parts, given.honest * (k + 1) // rounds - given.honest * k // rounds, score)
+        print(f"after round {k + 1} of {rounds}\n{table(score)}", flush=True)
+        texts = [f"missed: {each}" for each in score.misses] + [
+            f"false alarm: {each}" for each in score.alarms
+        ]
+        for text in texts[told:][:20]:
+            print(f"--- {text}", flush=True)
+        told = len(texts)
+        if time.monotonic() > end:
+            break
     return 1 if score.misses or score.alarms else 0
 
 

@@ -61,10 +61,10 @@ MODULES = (
     "cncgen.verify", "cncgen.machine.shipped", "cncgen.report.identified", "cncgen.cli.app", "cncgen.setpoints.readers",
     "cncgen.gcode.klartext.running", "cncgen.gcode.sinumerik.running", "cncgen.stepnc.iso14649", "cncgen.stepnc.ap238",
 )  # fmt: skip
-#: Blocks that a program may execute in the doors of G-code: loops end soon, so that there are many inputs a second.
-MAX_STEPS = 5_000
-#: Units of work that they may do.
-MOST_WORK = 100_000
+#: Blocks that a program may execute in the doors of G-code, and units of work that it may do: few, and for one of sixteen many.
+#: Loops end soon then, and there are three times as many inputs a second.
+MAX_STEPS, MANY_STEPS = 500, 5_000
+MOST_WORK, MUCH_WORK = 10_000, 100_000
 #: Setpoints that a plan of a trial may have.
 MAX_ROWS = 20_000
 
@@ -98,9 +98,10 @@ def run_gcode(data: bytes, dialect: str) -> None:
     from cncgen.gcode import budget
 
     chosen = zlib.crc32(data)
+    long = chosen // 1048576 % 16 == 0
     options = ReadOptions(
         dialect=dialect,
-        max_steps=MAX_STEPS,
+        max_steps=MANY_STEPS if long else MAX_STEPS,
         chunk_rows=4096,
         tool_table=_tools() if chosen % 5 else None,
         kinematics=_KINEMATICS[chosen // 8 % 4],
@@ -109,8 +110,9 @@ def run_gcode(data: bytes, dialect: str) -> None:
         tool_tips=chosen // 4096 % 8 == 0,
         block_delete=chosen // 32768 % 8 != 0,
     )
-    # One of sixteen may work as long as a user's program.
-    with patch.object(budget, "MOST_WORK", budget.MOST_WORK if chosen // 262144 % 16 == 0 else MOST_WORK):
+    # One of 64 may work as long as a user's program.
+    most = budget.MOST_WORK if chosen // 262144 % 64 == 0 else MUCH_WORK if long else MOST_WORK
+    with patch.object(budget, "MOST_WORK", most):
         _read_gcode(data, options, chosen % 4)
 
 
@@ -218,24 +220,66 @@ def run_setpoints(data: bytes, kind: str) -> None:
 
 @contextlib.contextmanager
 def forked(kind: str, handle: int) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
-    """Do as `isolated.started`, by a fork: an interpreter that starts anew takes as long as fifty inputs."""
-    (asked_by, asks), (tells, out) = os.pipe(), os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(asks)
-        os.close(tells)
-        with contextlib.suppress(BaseException), open(asked_by, "rb") as reader, open(out, "wb") as writer:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-            isolated.serve(kind, f"/dev/fd/{handle}", reader, writer)
-        os._exit(0)
-    os.close(asked_by)
-    os.close(out)
-    with open(asks, "wb") as ask, open(tells, "rb") as told:
-        try:
-            yield ask, told
-        finally:
-            os.kill(child, signal.SIGKILL)
-            os.waitpid(child, 0)
+    """Do as `isolated.started`, by a process that reads one file after another: one that starts takes as long as fifty inputs."""
+    if not _readers:
+        _readers.append(_Reader())
+    reader = _readers[0]
+    reader.ask.write(f"{kind} {handle}\n".encode())
+    reader.ask.flush()
+    try:
+        yield reader.ask, reader.told
+    finally:
+        if not reader.idle():
+            reader.end()
+            _readers.clear()
+
+
+class _Reader:
+    """A process that reads files of setpoints which this one has open."""
+
+    MARK = b"\0end\n"
+
+    def __init__(self) -> None:
+        (asked_by, asks), (tells, out) = os.pipe(), os.pipe()
+        parent = os.getpid()
+        self.child = os.fork()
+        if self.child == 0:
+            os.close(asks)
+            os.close(tells)
+            with contextlib.suppress(BaseException), open(asked_by, "rb") as ask, open(out, "wb") as told:
+                os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+                for line in iter(ask.readline, b""):
+                    kind, _, handle = line.decode().strip().partition(" ")
+                    if handle:
+                        isolated.serve(kind, f"/proc/{parent}/fd/{handle}", ask, told)
+                        told.write(self.MARK)
+                        told.flush()
+            os._exit(0)
+        os.close(asked_by)
+        os.close(out)
+        self.ask, self.told = os.fdopen(asks, "wb"), os.fdopen(tells, "rb")
+
+    def idle(self) -> bool:
+        """Let the process end what it does; tell whether it is there for another file."""
+        with contextlib.suppress(BrokenPipeError):
+            self.ask.write(b"[]\n")  # no columns are wanted, if it waits for their names
+            self.ask.flush()
+            for _ in range(1000):
+                line = self.told.readline(100_000)
+                if line.endswith(self.MARK) or not line:
+                    return bool(line)
+        return False
+
+    def end(self) -> None:
+        """End the process."""
+        os.kill(self.child, signal.SIGKILL)
+        os.waitpid(self.child, 0)
+        for pipe in (self.ask, self.told):
+            with contextlib.suppress(BrokenPipeError):
+                pipe.close()
+
+
+_readers: list[_Reader] = []
 
 
 def run_log(data: bytes) -> None:

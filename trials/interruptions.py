@@ -82,6 +82,13 @@ class Tally:
     left: int = 0
     faults: list[str] = field(default_factory=list)
 
+    def line(self) -> str:
+        """Return the sums."""
+        runs, files = sum(self.runs.values()), dict(self.found)
+        return (
+            f"{runs:6d} runs; files: {files}; leftovers of SIGKILL: {self.left}; faults: {len(self.faults)}"
+        )
+
 
 def cases() -> list[Case]:
     """Return the commands that write."""
@@ -322,6 +329,8 @@ def run(
             case = chosen[index % len(chosen)]
             how = kinds[(index // len(chosen) + index) % len(kinds)]
             stopped(case, wholes[case.name], given, how, rng, tally)
+            if (index + 1) % len(chosen) == 0:
+                print(tally.line(), flush=True)
     return tally
 
 
@@ -353,9 +362,7 @@ def main() -> int:
     tally = run(seed, given.runs, given.command, seconds=given.seconds)
     for (command, how), count in sorted(tally.runs.items()):
         print(f"{count:6d} {command}, {how}")
-    print(
-        f"{sum(tally.runs.values()):6d} runs; files: {dict(tally.found)}; leftovers of SIGKILL: {tally.left}"
-    )
+    print(tally.line())
     print("\n".join(tally.faults) or "nothing is wrong")
     return 1 if tally.faults else 0
 

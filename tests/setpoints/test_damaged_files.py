@@ -45,6 +45,18 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return {kind: (folder / f"a.{kind}").read_bytes() for kind in FORMATS}
 
 
+def test_what_a_library_says_of_a_damaged_file_is_told(tmp_path: Path, whole: dict[str, bytes]) -> None:
+    """Cut before its last columns: the process that reads says so, and its end is no longer all that is known."""
+    path = tmp_path / "a.mat"
+    path.write_bytes(whole["mat"][: len(whole["mat"]) // 2])
+    with pytest.raises(UsageError, match=r"a\.mat cannot be read as mat: .*cut off before"):
+        read(path)
+    path = tmp_path / "a.hdf5"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(40))
+    with pytest.raises(UsageError, match=r"a\.hdf5 cannot be read as hdf5: \w.{10}"):
+        read(path)
+
+
 @pytest.mark.parametrize("kind", FORMATS)
 def test_a_file_that_is_cut_off_is_refused_or_ends_after_a_row(
     tmp_path: Path, whole: dict[str, bytes], kind: str

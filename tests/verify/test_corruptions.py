@@ -14,13 +14,13 @@ LINE = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11)])
 
 @pytest.fixture(scope="module")
 def parts() -> list[corruptions.Part]:
-    return corruptions.parts_of(random.Random(5), 4)
+    return corruptions.parts_of(random.Random(5), 4, shipped=False)
 
 
 def test_every_kind_is_found_and_nothing_else(parts: list[corruptions.Part]) -> None:
     """Against the judge of the trial, which shares nothing with `verify`."""
     score, rng = corruptions.Score(), random.Random(6)
-    corruptions.corruptions(rng, parts, 2 * len(corruptions.KINDS), score)
+    corruptions.corruptions(rng, parts, range(2 * len(corruptions.KINDS)), score)
     corruptions.honest(rng, parts, 10, score)
     assert score.misses == []
     assert score.alarms == []
@@ -46,7 +46,7 @@ def test_misses_and_false_alarms_are_counted(
     for holds in (True, False):
         monkeypatch.setattr(corruptions, "verdict", lambda *_, holds=holds: (holds, ""))
         score, rng = corruptions.Score(), random.Random(6)
-        corruptions.corruptions(rng, parts, len(corruptions.KINDS), score)
+        corruptions.corruptions(rng, parts, range(len(corruptions.KINDS)), score)
         corruptions.honest(rng, parts, 5, score)
         assert len(score.misses) == (sum(score.wrong.values()) if holds else 0)
         assert len(score.alarms) == (0 if holds else sum(score.honest.values()))

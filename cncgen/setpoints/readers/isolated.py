@@ -110,11 +110,18 @@ def _ended(name: str, kind: str) -> UsageError:
 
 
 def serve(kind: str, path: str, asked_by: IO[bytes], out: IO[bytes]) -> None:
-    """Read a file in this process, which is bounded, and send the columns that are asked for."""
+    """Read a file in this process, which is bounded, and send the columns that are asked for, or why there are none."""
     seconds = _SECONDS + _SECONDS_A_MB * os.path.getsize(path) // 1_000_000
     for what, bound in ((resource.RLIMIT_AS, MAX_MEMORY), (resource.RLIMIT_CPU, seconds)):
         resource.setrlimit(what, (bound, bound))
-    found: FileColumns = importlib.import_module(f"cncgen.setpoints.readers.{kind}").columns(path)
+    try:
+        found: FileColumns = importlib.import_module(f"cncgen.setpoints.readers.{kind}").columns(path)
+    except Exception as error:  # whatever a library raises for a damaged file
+        out.write(
+            json.dumps({"fault": " ".join(str(error).split())[:300] or type(error).__name__}).encode() + b"\n"
+        )
+        out.flush()
+        return
     out.write(json.dumps({"lengths": found.lengths, "period_s": found.period_s}).encode() + b"\n")
     out.flush()
     asked = json.loads(asked_by.readline() or b"[]")
