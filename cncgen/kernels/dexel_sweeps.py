@@ -11,9 +11,9 @@ import cython
 from cython.cimports.libc.math import ceil, fabs, floor, sqrt
 
 if cython.compiled:
-    from cython.cimports.cncgen.kernels.removal import lead, lift
+    from cython.cimports.cncgen.kernels.removal import lift, lowest_at
 else:
-    from cncgen.kernels.removal import lead, lift
+    from cncgen.kernels.removal import lift, lowest_at
 
 #: Columns of the result of `cut_lines`.
 COLUMNS = 11
@@ -131,38 +131,20 @@ class _Sweep:
         y: cython.double = self.y + w * self.yw
         m: cython.double = self.rise
         d: cython.double = fabs(y)
-        s: cython.double = 0.0 if x < 0.0 else (self.length if x > self.length else x)
+        s: cython.double = lowest_at(x, d, self.length, m, self.radius, self.flat, self.edge, self.slope)
         gx: cython.double = 0.0
         gy: cython.double = 0.0
-        u: cython.double = 0.0
-        half: cython.double
-        lo: cython.double
-        hi: cython.double
         rho: cython.double
         over: cython.double
         steep: cython.double
-        ends: cython.bint = True
-        if m != 0.0:
-            half = sqrt(self.radius * self.radius - d * d) if d < self.radius else 0.0
-            u = lead(m, d, half, self.flat, self.edge, self.slope)
-            s = x - u if m > 0.0 else x + u
-            lo = x - half if x - half > 0.0 else 0.0
-            hi = x + half if x + half < self.length else self.length
-            if hi < lo:
-                lo = hi = 0.0 if x < 0.0 else self.length
-            if s < lo:
-                s = lo
-            elif s > hi:
-                s = hi
-            else:
-                ends = False
         rho = sqrt(y * y + (x - s) * (x - s))
         rho = self.radius if rho > self.radius else rho
         self.over = self.base + m * s + lift(rho, self.flat, self.edge, self.slope) - (self.z + w * self.zw)
-        if not ends:
+        if m != 0.0 and 0.0 < s < self.length:
             # The tool touches ahead of or behind the foot, where it rises as its way does; at its rim it is upright.
+            over = fabs(x - s)
             gx = m
-            gy = fabs(m) * y / (u if u > 1e-9 else 1e-9)
+            gy = fabs(m) * y / (over if over > 1e-9 else 1e-9)
         elif rho > 0.0:
             over = rho - self.flat
             if over <= 0.0:

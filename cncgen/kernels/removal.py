@@ -8,7 +8,7 @@ A tool is a convex profile: its surface stands h(ρ) above its tip at the distan
 
 Over a point at the distance d from the line, u before the foot of its perpendicular, the tool that rises by m a mm stands at
 z + m s + h(sqrt(d² + u²)), which is convex in s. Its least value (the envelope) is taken in closed form, for a rounded edge
-with a flat bottom by bisection.
+with a flat bottom by Newton's method.
 
 Two numbers a cell: the height at its middle, and the mean height in it, which counts the part of the cell that the tool covers.
 The first tells depths, the second volumes.
@@ -19,6 +19,11 @@ from cython.cimports.libc.math import ceil, fabs, floor, sqrt
 
 #: Columns of the result of `cut_lines`.
 COLUMNS = 9
+#: Rows and columns of a square of cells, whose greatest height is known: as many as a line of the processor's cache holds.
+SQUARE = 8
+_SQUARE = cython.declare(cython.Py_ssize_t, SQUARE)
+#: The height of nothing.
+_NOTHING = cython.declare(cython.double, -1e300)
 
 
 @cython.ccall
@@ -36,10 +41,10 @@ def lift(rho: cython.double, flat: cython.double, edge: cython.double, slope: cy
     return over * slope
 
 
-@cython.ccall
+@cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def lead(
+def _lead(
     m: cython.double,
     d: cython.double,
     half: cython.double,
@@ -47,17 +52,17 @@ def lead(
     edge: cython.double,
     slope: cython.double,
 ) -> cython.double:
-    """Return how far from the foot the tool is lowest over a point, to the side where the line is lower (0 to `half`), mm."""
-    steep: cython.double = fabs(m)
-    low: cython.double
-    high: cython.double
+    """Return how far from the foot a tool that rises by m ≥ 0 is lowest, to the side where the line is lower (0 to `half`), mm."""
     u: cython.double
     rho: cython.double
-    over: cython.double
+    x: cython.double
+    c: cython.double
+    share: cython.double
+    step: cython.double
     k: cython.int
     if edge <= 0.0:
-        if steep < slope:
-            u = steep * d / sqrt(slope * slope - steep * steep)
+        if m < slope:
+            u = m * d / sqrt(slope * slope - m * m)
             rho = sqrt(d * d + u * u)
             if rho < flat and d < flat:
                 u = sqrt(flat * flat - d * d)
@@ -67,33 +72,357 @@ def lead(
             u = sqrt(flat * flat - d * d) if d < flat else 0.0
         return u if u < half else half
     if flat <= 0.0:
-        u = steep * sqrt(edge * edge - d * d) / sqrt(1.0 + m * m) if d < edge else 0.0
+        u = m * sqrt(edge * edge - d * d) / sqrt(1.0 + m * m) if d < edge else 0.0
         return u if u < half else half
-    if d < 0.9 * flat:
-        # u = sqrt(ρ² - d²) and the slope of the edge at ρ determine each other; a few rounds do.
-        rho = flat
-        for k in range(12):
-            u = sqrt(rho * rho - d * d)
-            low = steep * rho / u
-            high = flat + edge * low / sqrt(1.0 + low * low)
-            over = high - rho
-            rho = high
-            if fabs(over) < 1e-6:
-                break
-        u = sqrt(rho * rho - d * d)
-        return u if u < half else half
-    low, high = 0.0, half
-    for k in range(26):
-        u = 0.5 * (low + high)
-        rho = sqrt(d * d + u * u)
-        over = rho - flat
-        if over <= 0.0:
-            low = u
-        elif over >= edge or over * u > steep * rho * sqrt(edge * edge - over * over):
-            high = u
+    # Where the edge touches, at the sine x of its angle from below, its normal is across the way:
+    # (f + e x)² (x² - c) = d² x² / (1 + m²), with c = m² / (1 + m²). The difference rises and is convex from its root on.
+    share = 1.0 / (1.0 + m * m)
+    c = m * m * share
+    x = d / (flat + edge * sqrt(c))
+    x = 1.0 - x * x * share
+    x = sqrt(c / x) if x > c else 1.0
+    for k in range(60):
+        rho = flat + edge * x
+        step = rho * rho * (x * x - c) - share * d * d * x * x
+        step /= 2.0 * (edge * rho * (x * x - c) + x * rho * rho - share * d * d * x)
+        x -= step
+        if step < 1e-7:
+            break
+    rho = flat + edge * x
+    u = sqrt(rho * rho - d * d) if rho > d else 0.0
+    return u if u < half else half
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _lowers(
+    m: cython.double,
+    u: cython.double,
+    d: cython.double,
+    flat: cython.double,
+    edge: cython.double,
+    slope: cython.double,
+) -> cython.bint:
+    """Tell whether a tool u past a point, at the distance d beside it, stands lower over it the farther back it was, rising by m."""
+    rho: cython.double = sqrt(d * d + u * u)
+    over: cython.double = rho - flat
+    if over <= 0.0:
+        return True
+    if edge > 0.0:
+        return over < edge and m * rho * sqrt(edge * edge - over * over) >= over * u
+    return m * rho >= slope * u
+
+
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def lowest_at(
+    x: cython.double,
+    d: cython.double,
+    length: cython.double,
+    m: cython.double,
+    radius: cython.double,
+    flat: cython.double,
+    edge: cython.double,
+    slope: cython.double,
+) -> cython.double:
+    """Return where on its way (0 to `length`) a tool that rises by m a mm is lowest over a point x along it and d beside it, mm.
+
+    That is the nearer end where the tool does not reach the point.
+    """
+    rise: cython.double = fabs(m)
+    # Seen from the lower end.
+    from_low: cython.double = x if m >= 0.0 else length - x
+    beyond: cython.double = from_low - length
+    reach2: cython.double = radius * radius - d * d
+    s: cython.double
+    if from_low <= 0.0:
+        s = 0.0
+    elif rise == 0.0 or reach2 <= 0.0:
+        s = from_low if beyond < 0.0 else length
+    elif from_low * from_low <= reach2 and _lowers(rise, from_low, d, flat, edge, slope):
+        s = 0.0
+    elif beyond > 0.0 and (beyond * beyond >= reach2 or not _lowers(rise, beyond, d, flat, edge, slope)):
+        s = length
+    else:
+        s = from_low - _lead(rise, d, sqrt(reach2), flat, edge, slope)
+        s = 0.0 if s < 0.0 else (length if s > length else s)
+    return s if m >= 0.0 else length - s
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _first(low: cython.double, cell: cython.double) -> cython.Py_ssize_t:
+    """Return the first column (row) whose middle is at a place or after it."""
+    return cython.cast(cython.Py_ssize_t, ceil(low / cell)) if low > 0.0 else 0
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _last(high: cython.double, cell: cython.double, count: cython.Py_ssize_t) -> cython.Py_ssize_t:
+    """Return the last column (row) of `count` whose middle is at a place or before it, -1 if there is none."""
+    if high < 0.0:
+        return -1
+    return cython.cast(cython.Py_ssize_t, floor(high / cell)) if high < (count - 1) * cell else count - 1
+
+
+@cython.final
+@cython.cclass
+class _Way:
+    """The straight way of an upright tool over the grid, from its first cell's middle."""
+
+    px: cython.double
+    py: cython.double
+    # Its direction and length across the axis, how far it rises a mm of that, and where it starts and is lowest.
+    tx: cython.double
+    ty: cython.double
+    length: cython.double
+    rise: cython.double
+    base: cython.double
+    lowest: cython.double
+    # The rows that it reaches; and the columns, of a few rows.
+    first_row: cython.Py_ssize_t
+    last_row: cython.Py_ssize_t
+    first: cython.Py_ssize_t
+    last: cython.Py_ssize_t
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _take(
+        self,
+        lines: cython.double[:, ::1],
+        k: cython.Py_ssize_t,
+        grid: cython.double[::1],
+        rows: cython.Py_ssize_t,
+        reach: cython.double,
+    ) -> cython.void:
+        """Take a line of a tool that reaches so far from its axis."""
+        dx: cython.double = lines[k, 3] - lines[k, 0]
+        dy: cython.double = lines[k, 4] - lines[k, 1]
+        dz: cython.double = lines[k, 5] - lines[k, 2]
+        self.px, self.py = lines[k, 0] - grid[0], lines[k, 1] - grid[1]
+        self.length = sqrt(dx * dx + dy * dy)
+        self.lowest = lines[k, 2] + (dz if dz < 0.0 else 0.0)
+        if self.length > 1e-9:
+            self.tx, self.ty, self.rise = dx / self.length, dy / self.length, dz / self.length
+            self.base = lines[k, 2]
         else:
-            low = u
-    return 0.5 * (low + high)
+            self.tx, self.ty, self.rise, self.length = 1.0, 0.0, 0.0, 0.0
+            self.base = self.lowest
+        self.first_row = _first(self.py + (dy if dy < 0.0 else 0.0) - reach, grid[2])
+        self.last_row = _last(self.py + (dy if dy > 0.0 else 0.0) + reach, grid[2], rows)
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _columns(
+        self,
+        low: cython.double,
+        high: cython.double,
+        reach: cython.double,
+        cell: cython.double,
+        columns: cython.Py_ssize_t,
+    ) -> cython.void:
+        """Find the columns that the tool reaches where y is between two places."""
+        qx: cython.double = self.px + self.length * self.tx
+        lo: cython.double = (self.px if self.px < qx else qx) - reach
+        hi: cython.double = (self.px if self.px > qx else qx) + reach
+        a: cython.double
+        b: cython.double
+        wide: cython.double
+        if fabs(self.ty) > 1e-9:
+            # The strip beside the line: |y tx - (x - px) ty| <= reach.
+            a, b = (low - self.py) * self.tx / self.ty, (high - self.py) * self.tx / self.ty
+            if a > b:
+                a, b = b, a
+            wide = reach / fabs(self.ty)
+            lo = self.px + a - wide if self.px + a - wide > lo else lo
+            hi = self.px + b + wide if self.px + b + wide < hi else hi
+        self.first, self.last = _first(lo, cell), _last(hi, cell, columns)
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _square_beside(
+        self, j: cython.Py_ssize_t, i: cython.Py_ssize_t, cell: cython.double
+    ) -> cython.double:
+        """Return a distance from the way within which no cell of a square of the grid has its middle."""
+        half: cython.double = 0.5 * (_SQUARE - 1) * cell
+        x: cython.double = i * _SQUARE * cell + half - self.px
+        y: cython.double = j * _SQUARE * cell + half - self.py
+        foot: cython.double = x * self.tx + y * self.ty
+        s: cython.double = 0.0 if foot < 0.0 else (self.length if foot > self.length else foot)
+        d: cython.double = y * self.tx - x * self.ty
+        return sqrt(d * d + (foot - s) * (foot - s)) - 1.4143 * half
+
+
+def bound_squares(
+    heights: cython.double[:, ::1],
+    mean: cython.double[:, ::1],
+    bottom: cython.double[:, ::1],
+    squares: cython.double[:, ::1],
+) -> None:
+    """Find how high each square of SQUARE by SQUARE cells is at most.
+
+    Args:
+        heights, mean, bottom: As of `cut_lines`.
+        squares: Shape (rows / SQUARE, columns / SQUARE), rounded up; filled, -1e300 where nothing is.
+    """
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    value: cython.double
+    with cython.nogil:
+        for j in range(squares.shape[0]):
+            for i in range(squares.shape[1]):
+                squares[j, i] = _NOTHING
+        for j in range(heights.shape[0]):
+            for i in range(heights.shape[1]):
+                value = mean[j, i] if mean[j, i] > heights[j, i] else heights[j, i]
+                if value > bottom[j, i] and value > squares[j // _SQUARE, i // _SQUARE]:
+                    squares[j // _SQUARE, i // _SQUARE] = value
+
+
+@cython.final
+@cython.cclass
+class _Cut:
+    """What is cut along a line."""
+
+    heights: cython.double[:, ::1]
+    mean: cython.double[:, ::1]
+    top: cython.double[:, ::1]
+    bottom: cython.double[:, ::1]
+    part: cython.double[:, ::1]
+    radius: cython.double
+    flat: cython.double
+    edge: cython.double
+    slope: cython.double
+    edge_length: cython.double
+    cell: cython.double
+    # Within `sure` of the axis, and deeper than `level`, a touch counts.
+    sure: cython.double
+    level: cython.double
+    volume: cython.double
+    bite: cython.double
+    bite_x: cython.double
+    bite_y: cython.double
+    gouge: cython.double
+    gouge_x: cython.double
+    gouge_y: cython.double
+    gouged: cython.double
+    above: cython.double
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _square(
+        self,
+        way: _Way,
+        first_row: cython.Py_ssize_t,
+        last_row: cython.Py_ssize_t,
+        first: cython.Py_ssize_t,
+        last: cython.Py_ssize_t,
+    ) -> cython.double:
+        """Cut some cells; return how high they are at most afterwards, -1e300 if there is nothing left."""
+        cell: cython.double = self.cell
+        radius: cython.double = self.radius
+        reach: cython.double = radius + 0.75 * cell
+        inner: cython.double = radius - 0.5 * cell
+        flat: cython.double = self.flat
+        edge: cython.double = self.edge
+        slope: cython.double = self.slope
+        tx: cython.double = way.tx
+        ty: cython.double = way.ty
+        length: cython.double = way.length
+        rise: cython.double = way.rise
+        lowest: cython.double = way.lowest
+        highest: cython.double = _NOTHING
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        x: cython.double
+        y: cython.double
+        foot: cython.double
+        d: cython.double
+        s: cython.double
+        rho: cython.double
+        cover: cython.double
+        tip: cython.double
+        env: cython.double
+        value: cython.double
+        old: cython.double
+        height: cython.double
+        mean: cython.double
+        for j in range(first_row, last_row + 1):
+            y = j * cell - way.py
+            for i in range(first, last + 1):
+                height, mean = self.heights[j, i], self.mean[j, i]
+                # A cell that a deep cut covers in part has a mean height below that of its middle.
+                old = mean if mean > height else height
+                if old <= highest and old <= lowest:
+                    continue
+                x = i * cell - way.px
+                foot = x * tx + y * ty
+                d = fabs(y * tx - x * ty)
+                s = 0.0 if foot < 0.0 else (length if foot > length else foot)
+                rho = d * d + (foot - s) * (foot - s)
+                if old > lowest and rho < reach * reach:
+                    rho = sqrt(rho)
+                    cover = 1.0 if rho <= inner else 0.5 + (radius - rho) / cell
+                    # The tool is nowhere lower over the cell than its least height with the tip at the line's lower end.
+                    if (
+                        cover > 0.0
+                        and lowest + lift(rho if rho < radius else radius, flat, edge, slope) < old
+                    ):
+                        if old <= self.bottom[j, i]:
+                            continue
+                        value = rho
+                        if rise != 0.0:
+                            s = lowest_at(foot, d, length, rise, radius, flat, edge, slope)
+                            value = sqrt(d * d + (foot - s) * (foot - s))
+                        tip = way.base + rise * s
+                        env = tip + lift(value if value < radius else radius, flat, edge, slope)
+                        env = env if env > self.bottom[j, i] else self.bottom[j, i]
+                        value = env if cover >= 1.0 else self.top[j, i] - cover * (self.top[j, i] - env)
+                        if value < mean:
+                            self.volume += mean - value
+                            self.mean[j, i] = value
+                        if rho <= radius and env < height:
+                            self.heights[j, i] = env
+                            self._touch(j, i, height, env, tip, rho <= self.sure)
+                        height, mean = self.heights[j, i], self.mean[j, i]
+                        old = mean if mean > height else height
+                if old > highest and old > self.bottom[j, i]:
+                    highest = old
+        return highest
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _touch(
+        self,
+        j: cython.Py_ssize_t,
+        i: cython.Py_ssize_t,
+        old: cython.double,
+        env: cython.double,
+        tip: cython.double,
+        sure: cython.bint,
+    ) -> cython.void:
+        """Judge a cell that the tool, its tip so low, lowers at its middle from one height to another."""
+        part: cython.double = self.part[j, i]
+        into: cython.double = part - env
+        if into > self.level:
+            self.gouged += (old if old < part else part) - env
+        if not sure:
+            return
+        if old - env > self.bite:
+            self.bite, self.bite_x, self.bite_y = old - env, i, j
+        if old - tip - self.edge_length > self.above and old - env > self.level:
+            self.above = old - tip - self.edge_length
+        if into > self.level and into > self.gouge:
+            self.gouge, self.gouge_x, self.gouge_y = into, i, j
 
 
 def cut_lines(
@@ -102,6 +431,7 @@ def cut_lines(
     top: cython.double[:, ::1],
     bottom: cython.double[:, ::1],
     part: cython.double[:, ::1],
+    squares: cython.double[:, ::1],
     grid: cython.double[::1],
     lines: cython.double[:, ::1],
     tool: cython.double[::1],
@@ -110,10 +440,13 @@ def cut_lines(
 ) -> None:
     """Cut a height field along straight lines, one after the other.
 
+    A square of cells that is lower than the tool on its way is passed over.
+
     Args:
         heights, mean: Shape (rows, columns): height at the middle of each cell and mean height in it, mm; lowered in place.
         top, bottom: Shape alike: the stock's top and underside.
         part: Shape alike: the finished part's top, -inf where nothing is to stay.
+        squares: As of `bound_squares`; lowered in place.
         grid: x and y of the first cell's middle, and the width of a cell, mm.
         lines: Shape (n, 6): start and end of the tip, mm.
         tool: Radius, flat radius, radius of the edge, slope of the cone, length of the cutting edge, mm.
@@ -121,181 +454,53 @@ def cut_lines(
         out: Shape (n, COLUMNS), filled: volume removed; the deepest bite, with its column and row; the deepest gouge of the
             part, with column and row, and the volume gouged; how far material stands above the cutting edge. mm, mm³.
     """
-    n: cython.Py_ssize_t = lines.shape[0]
-    k: cython.Py_ssize_t
-    with cython.nogil:
-        for k in range(n):
-            _cut(heights, mean, top, bottom, part, grid, lines, k, tool, limits, out)
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _cut(
-    heights: cython.double[:, ::1],
-    mean: cython.double[:, ::1],
-    top: cython.double[:, ::1],
-    bottom: cython.double[:, ::1],
-    part: cython.double[:, ::1],
-    grid: cython.double[::1],
-    lines: cython.double[:, ::1],
-    k: cython.Py_ssize_t,
-    tool: cython.double[::1],
-    limits: cython.double[::1],
-    out: cython.double[:, ::1],
-) -> cython.void:
-    """Cut along one line."""
-    radius: cython.double = tool[0]
-    flat: cython.double = tool[1]
-    edge: cython.double = tool[2]
-    slope: cython.double = tool[3]
-    length_cut: cython.double = tool[4]
     cell: cython.double = grid[2]
-    px: cython.double = lines[k, 0] - grid[0]
-    py: cython.double = lines[k, 1] - grid[1]
-    pz: cython.double = lines[k, 2]
-    qx: cython.double = lines[k, 3] - grid[0]
-    qy: cython.double = lines[k, 4] - grid[1]
-    qz: cython.double = lines[k, 5]
-    reach: cython.double = radius + 0.75 * cell
-    inner: cython.double = radius - 0.5 * cell
-    sure: cython.double = radius - limits[0]
-    level: cython.double = limits[1]
-    length: cython.double = sqrt((qx - px) * (qx - px) + (qy - py) * (qy - py))
-    tx: cython.double = 1.0
-    ty: cython.double = 0.0
-    m: cython.double = 0.0
-    base: cython.double = pz
-    lowest: cython.double = pz if pz < qz else qz
-    nx: cython.Py_ssize_t = heights.shape[1]
-    ny: cython.Py_ssize_t = heights.shape[0]
+    reach: cython.double = tool[0] + 0.75 * cell
+    rows: cython.Py_ssize_t = heights.shape[0]
+    columns: cython.Py_ssize_t = heights.shape[1]
+    k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
-    i0: cython.Py_ssize_t
-    i1: cython.Py_ssize_t
-    j0: cython.Py_ssize_t
-    j1: cython.Py_ssize_t
-    x: cython.double
-    y: cython.double
-    s: cython.double
-    foot: cython.double
-    d: cython.double
-    d2: cython.double
-    half: cython.double
-    env: cython.double
-    tip: cython.double
-    rho: cython.double
-    cover: cython.double
-    lo: cython.double
-    hi: cython.double
-    middle: cython.double
-    wide: cython.double
-    value: cython.double
-    old: cython.double
-    volume: cython.double = 0.0
-    gouged: cython.double = 0.0
-    floor_of: cython.double
-    out[k, 0] = out[k, 1] = out[k, 4] = out[k, 7] = 0.0
-    out[k, 2] = out[k, 3] = out[k, 5] = out[k, 6] = -1.0
-    out[k, 8] = -1e300
-    if length > 1e-9:
-        tx, ty = (qx - px) / length, (qy - py) / length
-        m = (qz - pz) / length
-    else:
-        length = 0.0
-        base = lowest
-    lo = (py if py < qy else qy) - reach
-    hi = (py if py > qy else qy) + reach
-    j0 = cython.cast(cython.Py_ssize_t, ceil(lo / cell)) if lo > 0.0 else 0
-    j1 = cython.cast(cython.Py_ssize_t, floor(hi / cell)) if hi < (ny - 1) * cell else ny - 1
-    if hi < 0.0 or lo > (ny - 1) * cell:
-        return
-    for j in range(j0, j1 + 1):
-        y = j * cell - py
-        lo = (px if px < qx else qx) - reach
-        hi = (px if px > qx else qx) + reach
-        if fabs(ty) > 1e-9:
-            # The strip beside the line: |y tx - (x - px) ty| <= reach.
-            middle, wide = px + y * tx / ty, reach / fabs(ty)
-            lo = middle - wide if middle - wide > lo else lo
-            hi = middle + wide if middle + wide < hi else hi
-        if hi < 0.0 or lo > (nx - 1) * cell:
-            continue
-        i0 = cython.cast(cython.Py_ssize_t, ceil(lo / cell)) if lo > 0.0 else 0
-        i1 = cython.cast(cython.Py_ssize_t, floor(hi / cell)) if hi < (nx - 1) * cell else nx - 1
-        for i in range(i0, i1 + 1):
-            # A cell that a deep cut covers in part has a mean height below that of its middle.
-            old = mean[j, i] if mean[j, i] > heights[j, i] else heights[j, i]
-            floor_of = bottom[j, i]
-            if old <= lowest or old <= floor_of:
-                continue
-            x = i * cell - px
-            foot = x * tx + y * ty
-            d = fabs(y * tx - x * ty)
-            s = 0.0 if foot < 0.0 else (length if foot > length else foot)
-            d2 = d * d + (foot - s) * (foot - s)
-            if d2 >= reach * reach:
-                continue
-            rho = sqrt(d2)
-            cover = 1.0 if rho <= inner else 0.5 + (radius - rho) / cell
-            if cover <= 0.0:
-                continue
-            # The tool is nowhere lower over the cell than its least height with the tip at the line's lower end.
-            if lowest + lift(rho if rho < radius else radius, flat, edge, slope) >= old:
-                continue
-            if m != 0.0:
-                if d < radius:
-                    half = sqrt(radius * radius - d * d)
-                    wide = lead(m, d, half, flat, edge, slope)
-                    s = foot - wide if m > 0.0 else foot + wide
-                    lo = foot - half
-                    hi = foot + half
-                    lo = 0.0 if lo < 0.0 else lo
-                    hi = length if hi > length else hi
-                    if hi < lo:  # beyond an end of the line, by less than a cell
-                        lo = hi = 0.0 if foot < 0.0 else length
-                    s = lo if s < lo else (hi if s > hi else s)
-                value = sqrt(d * d + (foot - s) * (foot - s))
-            else:
-                value = rho
-            if value > radius:
-                value = radius
-            tip = base + m * s
-            env = tip + lift(value, flat, edge, slope)
-            if env < floor_of:
-                env = floor_of
-            if cover < 1.0:
-                value = top[j, i] - cover * (top[j, i] - env)
-            else:
-                value = env
-            if value < mean[j, i]:
-                volume += mean[j, i] - value
-                mean[j, i] = value
-            old = heights[j, i]
-            if rho > radius or env >= old:
-                continue
-            heights[j, i] = env
-            value = part[j, i]
-            if env < value - level:
-                gouged += (old if old < value else value) - env
-            if rho > sure:
-                continue
-            if old - env > out[k, 1]:
-                out[k, 1] = old - env
-                out[k, 2] = i
-                out[k, 3] = j
-            if old - tip - length_cut > out[k, 8] and old - env > level:
-                out[k, 8] = old - tip - length_cut
-            if env < value - level and value - env > out[k, 4]:
-                out[k, 4] = value - env
-                out[k, 5] = i
-                out[k, 6] = j
-    out[k, 0] = volume * cell * cell
-    out[k, 7] = gouged * cell * cell
+    end_row: cython.Py_ssize_t
+    end: cython.Py_ssize_t
+    beside: cython.double
+    way: _Way = _Way()
+    cut: _Cut = _Cut()
+    cut.heights, cut.mean, cut.top, cut.bottom, cut.part = heights, mean, top, bottom, part
+    cut.radius, cut.flat, cut.edge, cut.slope, cut.edge_length = tool[0], tool[1], tool[2], tool[3], tool[4]
+    cut.cell, cut.sure, cut.level = cell, tool[0] - limits[0], limits[1]
+    with cython.nogil:
+        for k in range(lines.shape[0]):
+            cut.volume = cut.bite = cut.gouge = cut.gouged = 0.0
+            cut.bite_x = cut.bite_y = cut.gouge_x = cut.gouge_y = -1.0
+            cut.above = _NOTHING
+            way._take(lines, k, grid, rows, reach)
+            for j in range(way.first_row // _SQUARE, (way.last_row + _SQUARE) // _SQUARE):
+                end_row = (j + 1) * _SQUARE - 1 if (j + 1) * _SQUARE < rows else rows - 1
+                way._columns(j * _SQUARE * cell, end_row * cell, reach, cell, columns)
+                for i in range(way.first // _SQUARE, (way.last + _SQUARE) // _SQUARE):
+                    if squares[j, i] <= way.lowest:
+                        continue
+                    beside = way._square_beside(j, i, cell)
+                    if beside > reach or (
+                        beside > 0.0
+                        and way.lowest
+                        + lift(beside if beside < cut.radius else cut.radius, cut.flat, cut.edge, cut.slope)
+                        >= squares[j, i]
+                    ):
+                        continue
+                    end = (i + 1) * _SQUARE - 1 if (i + 1) * _SQUARE < columns else columns - 1
+                    squares[j, i] = cut._square(way, j * _SQUARE, end_row, i * _SQUARE, end)
+            out[k, 0] = cut.volume * cell * cell
+            out[k, 1], out[k, 2], out[k, 3] = cut.bite, cut.bite_x, cut.bite_y
+            out[k, 4], out[k, 5], out[k, 6] = cut.gouge, cut.gouge_x, cut.gouge_y
+            out[k, 7], out[k, 8] = cut.gouged * cell * cell, cut.above
 
 
 def highest_beside(
     heights: cython.double[:, ::1],
+    bottom: cython.double[:, ::1],
+    squares: cython.double[:, ::1],
     grid: cython.double[::1],
     lines: cython.double[:, ::1],
     radius: cython.double,
@@ -305,68 +510,53 @@ def highest_beside(
     """Tell how far material stands above the end of a cylinder that moves along lines: a shank, a holder.
 
     Args:
-        heights, grid, lines: As of `cut_lines`; nothing is changed.
+        heights, bottom, squares, grid, lines: As of `cut_lines`; nothing is changed.
         radius: Of the cylinder, mm.
         above: Where it begins above the tip, mm.
-        out: Shape (n, 3), filled: the largest height above the end, negative where it is free; column and row.
+        out: Shape (n, 3), filled: the largest height above the end, 0 where it is free; column and row.
     """
-    n: cython.Py_ssize_t = lines.shape[0]
+    cell: cython.double = grid[2]
+    rows: cython.Py_ssize_t = heights.shape[0]
+    columns: cython.Py_ssize_t = heights.shape[1]
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
-    cell: cython.double = grid[2]
-    nx: cython.Py_ssize_t = heights.shape[1]
-    ny: cython.Py_ssize_t = heights.shape[0]
-    lo: cython.double
-    hi: cython.double
-    px: cython.double
-    py: cython.double
-    dx: cython.double
-    dy: cython.double
-    l2: cython.double
-    t: cython.double
+    a: cython.Py_ssize_t
+    b: cython.Py_ssize_t
+    end_row: cython.Py_ssize_t
     x: cython.double
     y: cython.double
+    foot: cython.double
+    s: cython.double
+    d: cython.double
     over: cython.double
-    i0: cython.Py_ssize_t
-    i1: cython.Py_ssize_t
-    j0: cython.Py_ssize_t
-    j1: cython.Py_ssize_t
+    most: cython.double
+    way: _Way = _Way()
     with cython.nogil:
-        for k in range(n):
-            out[k, 0] = -1e300
+        for k in range(lines.shape[0]):
+            most = 0.0
             out[k, 1] = out[k, 2] = -1.0
-            px, py = lines[k, 0] - grid[0], lines[k, 1] - grid[1]
-            dx, dy = lines[k, 3] - lines[k, 0], lines[k, 4] - lines[k, 1]
-            l2 = dx * dx + dy * dy
-            lo = (py if dy > 0.0 else py + dy) - radius
-            hi = (py if dy < 0.0 else py + dy) + radius
-            if hi < 0.0 or lo > (ny - 1) * cell:
-                continue
-            j0 = cython.cast(cython.Py_ssize_t, ceil(lo / cell)) if lo > 0.0 else 0
-            j1 = cython.cast(cython.Py_ssize_t, floor(hi / cell)) if hi < (ny - 1) * cell else ny - 1
-            lo = (px if dx > 0.0 else px + dx) - radius
-            hi = (px if dx < 0.0 else px + dx) + radius
-            if hi < 0.0 or lo > (nx - 1) * cell:
-                continue
-            i0 = cython.cast(cython.Py_ssize_t, ceil(lo / cell)) if lo > 0.0 else 0
-            i1 = cython.cast(cython.Py_ssize_t, floor(hi / cell)) if hi < (nx - 1) * cell else nx - 1
-            for j in range(j0, j1 + 1):
-                for i in range(i0, i1 + 1):
-                    x, y = i * cell - px, j * cell - py
-                    t = (x * dx + y * dy) / l2 if l2 > 1e-18 else 0.0
-                    t = 0.0 if t < 0.0 else (1.0 if t > 1.0 else t)
-                    if (x - t * dx) * (x - t * dx) + (y - t * dy) * (y - t * dy) > radius * radius:
+            way._take(lines, k, grid, rows, radius)
+            for j in range(way.first_row // _SQUARE, (way.last_row + _SQUARE) // _SQUARE):
+                end_row = (j + 1) * _SQUARE if (j + 1) * _SQUARE < rows else rows
+                way._columns(j * _SQUARE * cell, (end_row - 1) * cell, radius, cell, columns)
+                for i in range(way.first // _SQUARE, (way.last + _SQUARE) // _SQUARE):
+                    if squares[j, i] - way.lowest - above <= most or way._square_beside(j, i, cell) > radius:
                         continue
-                    if l2 <= 1e-18:
-                        over = lines[k, 2] if lines[k, 2] < lines[k, 5] else lines[k, 5]
-                    else:
-                        over = lines[k, 2] + t * (lines[k, 5] - lines[k, 2])
-                    over = heights[j, i] - over - above
-                    if over > out[k, 0]:
-                        out[k, 0] = over
-                        out[k, 1] = i
-                        out[k, 2] = j
+                    for b in range(j * _SQUARE, end_row):
+                        for a in range(
+                            i * _SQUARE, (i + 1) * _SQUARE if (i + 1) * _SQUARE < columns else columns
+                        ):
+                            x, y = a * cell - way.px, b * cell - way.py
+                            foot, d = x * way.tx + y * way.ty, y * way.tx - x * way.ty
+                            s = 0.0 if foot < 0.0 else (way.length if foot > way.length else foot)
+                            over = heights[b, a] - (way.base + way.rise * s) - above
+                            if over <= most or heights[b, a] <= bottom[b, a]:
+                                continue
+                            if (foot - s) * (foot - s) + d * d <= radius * radius:
+                                most = over
+                                out[k, 1], out[k, 2] = a, b
+            out[k, 0] = most
 
 
 def mesh_columns(

@@ -50,6 +50,8 @@ class Cutting(CutWalk):
             x, y = np.broadcast_arrays(stock.x[None, :], stock.y[:, None])
             self._part = np.ascontiguousarray(np.minimum(target.floor(x, y), stock.top))
         self._grid = np.array([*stock.origin, stock.cell])
+        self._squares = np.empty([-(-count // kernel.SQUARE) for count in stock.heights.shape])
+        kernel.bound_squares(stock.heights, stock.mean, stock.bottom, self._squares)
 
     def _setup(self, number: int) -> None:
         """Go on: of several setups `cncgen.removal.leaning` knows how the stock stands."""
@@ -68,13 +70,14 @@ class Cutting(CutWalk):
             return None
         stock = self._stock
         out = np.empty((len(lines.ends), kernel.COLUMNS))
+        arrays: tuple[Floats, ...] = (stock.heights, stock.bottom)
         for what, radius, above in cutter.beside():
             reached = np.empty((len(lines.ends), 3))
-            kernel.highest_beside(stock.heights, self._grid, lines.ends, radius, above, reached)
+            kernel.highest_beside(*arrays, self._squares, self._grid, lines.ends, radius, above, reached)
             self.findings.beside(lines, reached[:, 0], self._places(lines, reached[:, 1:3]), operation, what)
         limits = np.array([min(SIDE_CELLS * stock.cell, 0.5 * cutter.radius), LEVEL])
-        arrays = (stock.heights, stock.mean, stock.top, stock.bottom, self._part, self._grid)
-        kernel.cut_lines(*arrays, lines.ends, cutter.values, limits, out)
+        arrays = (stock.heights, stock.mean, stock.top, stock.bottom, self._part)
+        kernel.cut_lines(*arrays, self._squares, self._grid, lines.ends, cutter.values, limits, out)
         bite, gouge = self._places(lines, out[:, 2:4]), self._places(lines, out[:, 5:7])
         known = math.isfinite(cutter.cutting_length)
         over = out[:, 8] if known else np.full(len(out), -np.inf)

@@ -57,15 +57,23 @@ def swept(tool: tuple[float, ...], line: np.ndarray) -> tuple[np.ndarray, np.nda
     return lowest, nearest
 
 
+def squares(heights: np.ndarray, mean: np.ndarray, bottom: np.ndarray) -> np.ndarray:
+    """Return how high each square of cells is at most."""
+    out = np.empty((-(-ROWS // removal.SQUARE), -(-COLUMNS // removal.SQUARE)))
+    removal.bound_squares(heights, mean, bottom, out)
+    return out
+
+
 def cut(kernel: ModuleType, tool: tuple[float, ...], line: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return heights before, heights and means after, the part, and the result of cutting an uneven stock along a line."""
     rng = np.random.default_rng(3)
     before = rng.uniform(-0.6, 0.4, (ROWS, COLUMNS))
     part = rng.uniform(-2.5, -0.5, (ROWS, COLUMNS))
     heights, mean, out = before.copy(), before.copy(), np.zeros((1, removal.COLUMNS))
+    bottom = np.full_like(before, -9.0)
     kernel.cut_lines(
-        heights, mean, before.copy(), np.full_like(before, -9.0), part, GRID, line[None].copy(), np.array(tool),
-        np.array([0.01, 0.005]), out,
+        heights, mean, before.copy(), bottom, part, squares(heights, mean, bottom), GRID, line[None].copy(),
+        np.array(tool), np.array([0.01, 0.005]), out,
     )  # fmt: skip
     return before, heights, mean, part, out[0]
 
@@ -98,10 +106,11 @@ def test_a_line_leaves_the_lowest_of_all_places_of_the_tool(name: str, way: str)
 def test_how_far_material_stands_above_the_cutting_edge() -> None:
     """A wall of 20 mm that a level cut at −1 with an edge of 8 mm runs into stands 13 mm above it."""
     heights = np.full((ROWS, COLUMNS), 20.0)
-    out = np.zeros((1, removal.COLUMNS))
+    out, bottom = np.zeros((1, removal.COLUMNS)), np.full_like(heights, -9.0)
     removal.cut_lines(
-        heights, heights.copy(), heights.copy(), np.full_like(heights, -9.0), np.full_like(heights, -np.inf), GRID,
-        np.array([LINES["level"]]), np.array(TOOLS["flat"]), np.array([0.01, 0.005]), out,
+        heights, heights.copy(), heights.copy(), bottom, np.full_like(heights, -np.inf),
+        squares(heights, heights, bottom), GRID, np.array([LINES["level"]]), np.array(TOOLS["flat"]),
+        np.array([0.01, 0.005]), out,
     )  # fmt: skip
     assert out[0, 8] == 13.0
 
@@ -118,8 +127,11 @@ def test_plain_python_cuts_the_same(name: str, way: str) -> None:
 def test_what_stands_beside_a_shank_is_the_highest_of_all_cells(way: str) -> None:
     heights = np.random.default_rng(5).uniform(-2.0, 12.0, (ROWS, COLUMNS))
     line, radius, above, out = np.array(LINES[way]), 1.7, 4.0, np.zeros((1, 3))
-    removal.highest_beside(heights, GRID, line[None].copy(), radius, above, out)
-    found, place = -np.inf, (-1, -1)
+    bottom = np.full_like(heights, -3.0)
+    removal.highest_beside(
+        heights, bottom, squares(heights, heights, bottom), GRID, line[None].copy(), radius, above, out
+    )
+    found, place = 0.0, (-1, -1)
     x, y = middles()
     way_xy, rise = line[3:5] - line[:2], line[5] - line[2]
     for row, column in np.ndindex(heights.shape):
@@ -156,3 +168,29 @@ def test_columns_through_a_convex_mesh_end_where_its_half_spaces_do(seed: int) -
     outside = upper < lower - 1e-2
     assert np.isinf(top[outside]).all()
     assert np.isinf(bottom[outside]).all()
+
+
+@pytest.mark.parametrize("name", TOOLS)
+def test_squares_that_are_passed_over_have_nothing_to_cut(name: str) -> None:
+    """Many short lines, up and down, leave the lowest of what each leaves alone, and squares are as high as their cells."""
+    rng = np.random.default_rng(11)
+    places = np.column_stack([rng.uniform(-4, 13, 40), rng.uniform(-3, 10, 40), rng.uniform(-3, 0.5, 40)])
+    lines = np.concatenate([places, places + rng.normal(0.0, 0.4, (40, 3))], axis=1)
+    before = rng.uniform(-0.6, 0.4, (ROWS, COLUMNS))
+    bottom, part = np.full_like(before, -2.0), np.full_like(before, -np.inf)
+    tool, limits, out = np.array(TOOLS[name]), np.array([0.01, 0.005]), np.zeros((1, removal.COLUMNS))
+    expected = np.full((2, ROWS, COLUMNS), np.inf)
+    for line in lines:
+        heights, mean = before.copy(), before.copy()
+        bounds = squares(heights, mean, bottom)
+        removal.cut_lines(
+            heights, mean, before, bottom, part, bounds, GRID, line[None].copy(), tool, limits, out
+        )
+        expected = np.minimum(expected, [heights, mean])
+    heights, mean, out = before.copy(), before.copy(), np.zeros((len(lines), removal.COLUMNS))
+    bounds = squares(heights, mean, bottom)
+    removal.cut_lines(heights, mean, before, bottom, part, bounds, GRID, lines, tool, limits, out)
+    np.testing.assert_array_equal([heights, mean], expected)
+    volume = float((before - mean).sum() * CELL**2)
+    assert out[:, 0].sum() == pytest.approx(volume, rel=1e-12)
+    np.testing.assert_array_equal(squares(heights, mean, bottom), bounds)
