@@ -29,7 +29,7 @@ class Tool:
         offset: X Y Z A B C U V W.
         diameter: D.
         front, back, orientation: I, J, Q, of lathe tools.
-        wear: The wear that `offset` Z and the radius include (FANUC keeps geometry and wear apart).
+        wear: The wear that `offset` Z, the radius and `offset` X include (FANUC keeps geometry and wear apart).
         remark: The text behind the semicolon.
     """
 
@@ -40,7 +40,7 @@ class Tool:
     front: float = 0.0
     back: float = 0.0
     orientation: int = 0
-    wear: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    wear: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     remark: str = ""
 
 

@@ -7,7 +7,7 @@ from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.modal import ARMED, Stage
 from cncgen.toolpath.record import Event
 
 _FANUC = ("fanuc",)
@@ -45,8 +45,8 @@ def no_fixture(ip: Interpreter, block: Block) -> None:
 
 
 def rigid(ip: Interpreter, block: Block) -> None:
-    """M29: tapping cycles turn the spindle in step with the feed, until G80."""
-    ip.state.rigid = True
+    """M29: the next row of holes turns the spindle in step with the feed, until G80 or a code of motion."""
+    ip.state.rigid = ARMED
     ip.sink.call("", Event("user", values={"m": 29}))
 
 
@@ -123,7 +123,7 @@ CODES = (
         "rigid tapping",
         Stage.SPINDLE,
         rigid,
-        "tapping cycles in step with the spindle, until G80",
+        "the next row of taps in step with the spindle",
         dialects=_FANUC,
     ),
 )

@@ -9,8 +9,9 @@ from __future__ import annotations
 import cmath
 import math
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.lines import check_feed, has_axis
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -56,10 +57,16 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
             hint="I J K lead from the start to the centre; R does not make full circles",
         )
     if has_offset and "r" in words:
-        raise BlockError("arc-centre", f"{name} has both a centre (I J K) and a radius (R)", "R")
+        _radius_counts(ip, name)
     check_feed(ip, block, name)
     turns = _turns(block, name)
     end = ip.end_point(block)
+    if "r" in words and ip.dialect == "fanuc" and end == state.position and has_axis(block):
+        message = f"{name} with R ends where it starts: an arc of no degrees, which moves nothing"
+        ip.warn(
+            BlockError("arc-end", message, "R", hint="a full circle has its centre (I J K)"), Severity.WARNING
+        )
+        return
     if "r" in words:
         x, y = _centre_by_radius(ip, block, end, clockwise, name)
     else:
@@ -69,6 +76,18 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
     ip.sink.arc_feed(end, x, y, -turns if clockwise else turns, state.plane)
     state.position = end
     state.moved = True
+
+
+def _radius_counts(ip: Interpreter, name: str) -> None:
+    """Say that R counts beside I J K, as on FANUC's controls (B-63324EN, 4.4).
+
+    Raises:
+        BlockError: In other dialects.
+    """
+    message = f"{name} has both a centre (I J K) and a radius (R)"
+    if ip.dialect != "fanuc":
+        raise BlockError("arc-centre", message, "R")
+    ip.warn(BlockError("arc-centre", f"{message}: R counts", "R", hint="write one of them"), Severity.WARNING)
 
 
 def _length(ip: Interpreter, end: list[float], centre: tuple[float, float], turns: int) -> float:

@@ -20,7 +20,7 @@ from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
+from cncgen.gcode.state.modal import ARMED, IN_ROW, PLAIN_MOTIONS, Stage
 from cncgen.toolpath.record import Event
 
 _LETTERS = "rpq"
@@ -217,9 +217,12 @@ HOLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
     820: (_counter_bore, False, "drill, dwell for P"),
     830: (_pecking(830), True, "drill, out of the hole every Q"),
     840: (_tap(1), False, "tap, right-hand"),
+    # Of Mazak's controls and FANUC's FS15 format: rigid without M29.
     850: (CYCLES[850].run, False, "bore, feed out"),
     860: (_bore_stop, False, "bore, stop the spindle, traverse out"),
     870: (_back_bore, True, "back bore from R up to Z, Q beside the hole on the way"),
+    842: (lambda hole: _tap_in_step(hole, 1), False, "tap in step with the spindle, right-hand"),
+    843: (lambda hole: _tap_in_step(hole, -1), False, "tap in step with the spindle, left-hand"),
     880: (_bore_by_hand, False, "bore, dwell for P, stop for the operator"),
     890: (_bore_wait, False, "bore, dwell for P, feed out"),
 }
@@ -245,6 +248,8 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     sticky = state.cycle if isinstance(state.cycle, Sticky) and state.motion in HOLES else None
     if sticky is None:
         state.under = state.motion if state.motion in PLAIN_MOTIONS else 0
+        # M29 is for one row of holes, which any code of motion ends (B-64304EN-2, rigid tapping).
+        state.rigid = IN_ROW if state.rigid == ARMED else 0
         sticky = Sticky(level=state.position[normal])
     letters = _LETTERS + AXES[normal] + _HAAS.get(number, "")
     if "i" in block.words or (sticky.number == number and "i" in sticky.words):

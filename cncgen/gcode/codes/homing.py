@@ -104,6 +104,34 @@ def from_reference(ip: Interpreter, block: Block) -> None:
     state.position, state.moved = end, True
 
 
+def checked(ip: Interpreter, block: Block) -> None:
+    """G27: traverse to the axis words, where the control looks whether the axes stand at reference point 1."""
+    _placed(ip, block, "G27")
+
+
+def from_one_side(ip: Interpreter, block: Block) -> None:
+    """G60: traverse to the axis words; the way by which the control comes from one side (parameter 5440) is not made."""
+    if _ONE_SIDE not in ip.remarked:
+        ip.remarked.add(_ONE_SIDE)
+        message = "G60 goes straight to its place: the overrun of parameter 5440 is not made"
+        ip.warn(
+            BlockError("reference-point", message, "G60", hint="it takes a few millimetres more"),
+            Severity.NOTE,
+        )
+    _placed(ip, block, "G60")
+
+
+def _placed(ip: Interpreter, block: Block, name: str) -> None:
+    """Traverse to the axis words once, whatever motion is in force."""
+    if not has_axis(block):
+        raise BlockError("axis-missing", f"{name} has no axis word", name, hint=f"{name} X0 Y0")
+    end = ip.end_point(block)
+    ip.sink.straight_traverse(end)
+    ip.state.position, ip.state.moved = end, True
+
+
+#: Stands among the remarks of a run once G60 was told of.
+_ONE_SIDE = -32
 _LINUXCNC, _FANUC = ("linuxcnc",), ("fanuc",)
 CODES = (
     Code(
@@ -182,4 +210,26 @@ CODES = (
         dialects=_FANUC,
     ),
     Code("G", 301, "non-modal", Stage.REFERENCE, _set(HOME_30), "set reference point 2"),
+    Code(
+        "G",
+        270,
+        "non-modal",
+        Stage.REFERENCE,
+        checked,
+        "to the axis words, where reference point 1 should be",
+        AXES,
+        "own",
+        dialects=_FANUC,
+    ),
+    Code(
+        "G",
+        600,
+        "non-modal",
+        Stage.REFERENCE,
+        from_one_side,
+        "to the axis words, which the control comes to from one side",
+        AXES,
+        "own",
+        dialects=_FANUC,
+    ),
 )

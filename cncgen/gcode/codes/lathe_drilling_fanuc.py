@@ -19,7 +19,7 @@ from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
+from cncgen.gcode.state.modal import ARMED, IN_ROW, PLAIN_MOTIONS, Stage
 
 _NUMBERS = (810, 820, 830, 840, 850, 860)
 _KEPT = "zrpq"
@@ -36,6 +36,7 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     sticky = state.cycle if isinstance(state.cycle, Sticky) and state.motion in _NUMBERS else None
     if sticky is None:
         state.under = state.motion if state.motion in PLAIN_MOTIONS else 0
+        state.rigid = IN_ROW if state.rigid == ARMED else 0
         sticky = Sticky(level=state.position[Z])
     given = {letter: value for letter, value in block.words.items() if letter in _KEPT}
     if "q" in given:

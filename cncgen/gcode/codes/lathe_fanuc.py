@@ -8,7 +8,7 @@ Source: FANUC 0i-TD operator's manual B-64304EN-1, sections 4.1 (threads), 8.4 (
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -16,6 +16,7 @@ from cncgen.gcode.codes.feeds import per_minute, per_revolution
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.offsets_fanuc import preset_position
+from cncgen.gcode.codes.offsets_fanuc import set_data as set_mill_data
 from cncgen.gcode.codes.table import LATHE, LATHE_ABSOLUTE, LATHE_STEPS, LATHE_TO_START, LATHES, Code
 from cncgen.gcode.codes.tools import load_tool_parameters, table_offset, use_offset, whole
 from cncgen.gcode.errors import BlockError
@@ -132,7 +133,10 @@ def lead_of(ip: Interpreter, block: Block, name: str, number: int) -> float:
 
 
 def thread(ip: Interpreter, block: Block) -> None:
-    """G32 F: a line in step with the spindle, along Z, X or both."""
+    """G32 F: a line in step with the spindle, along Z, X or both; Q is the spindle's angle that it begins at.
+
+    The spindle's angle is not planned, so that Q moves the beginning by less than a turn.
+    """
     lead = lead_of(ip, block, "G32", _THREAD)
     ip.state.motion = _THREAD
     if has_axis(block):
@@ -165,14 +169,69 @@ def turret(ip: Interpreter, block: Block) -> None:
     use_offset(ip, table_offset(ip, offset, "T") if offset else zeros(), "T")
 
 
+#: Kinds of G10 that lathes share with mills: coordinate systems and data of the control.
+_SHARED_DATA = (2, 3, 20, 50, 52)
+#: P of G10 from which on it is the geometry of an offset, and below which its wear.
+_GEOMETRY = 10_000
+#: Words of an offset, and of a step of it: place in `Tool.wear`, or None for the tip's radius.
+_OFFSET_WORDS = {"x": ("u", X, 2), "z": ("w", Z, 0)}
+
+
+def set_data(ip: Interpreter, block: Block) -> None:
+    """G10 P X Z R Q: the wear of offset P, or (P10000 and more, L10) its geometry; U W C are steps (B-64304EN-1, 7.2).
+
+    P0 is the shift of the work coordinate systems. L2, L20 and data of the control are as on mills. An offset counts from the next T.
+
+    Raises:
+        BlockError: P is missing, or names no offset.
+    """
+    words = block.words
+    kind = whole(block, "l", "G10") if "l" in words else 0
+    number = whole(block, "p", "G10") if "p" in words else None
+    if kind in _SHARED_DATA or (number == 0 and not kind):
+        data = words if kind else {**words, "l": 2.0}
+        set_mill_data(ip, replace(block, words=data))
+        return
+    if number is None or kind not in (0, 1, 10, 11):
+        at, hint = (
+            ("G10", "P is the number of the offset") if number is None else ("L", "L10 is geometry, L11 wear")
+        )
+        raise BlockError(
+            "g10-words", "G10 has no P" if number is None else f"L{kind} of G10 is not read", at, hint=hint
+        )
+    geometry = kind == 10 or number >= _GEOMETRY
+    tool = ip.tools.entry(number % _GEOMETRY)
+    if tool is None:
+        raise BlockError("unknown-tool", f"tool offset {number % _GEOMETRY} is not in the tool table", "P")
+    scale = ip.table_scale()
+    for letter, (step, axis, place) in _OFFSET_WORDS.items():
+        worn = tool.wear[place]
+        base, now = tool.offset[axis] - worn, worn
+        if letter in words or step in words:
+            half = 0.5 if step == "u" else 1.0
+            value = words[letter] / scale if letter in words else half * words[step] / scale
+            if geometry:
+                base = value if letter in words else base + value
+            else:
+                now = value if letter in words else now + value
+        tool.wear[place], tool.offset[axis] = now, base + now
+    tool.diameter = 2.0 * (
+        words["r"] / scale if "r" in words else tool.diameter / 2.0 + words.get("c", 0.0) / scale
+    )
+    if "q" in words:
+        tool.orientation = whole(block, "q", "G10")
+
+
 def nothing(ip: Interpreter, block: Block) -> None:
     """Do nothing: the words of a block say it (`lathe_words`), or it is so always."""
 
 
 CODES = (
     Code("T", 0, "T", Stage.TOOL, turret, "tool and its offset: T0102 is tool 1 with offset 2", "t", dialects=ONLY),
-    Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwf",
+    Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwfq",
          "motion", dialects=ONLY, takes="f"),
+    Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a tool's offset, or a coordinate system", "xyzuvwcrqlp", "own",
+         dialects=ONLY),
     Code("G", 500, "non-modal", Stage.REFERENCE, name_position, "S is the largest speed of G96; X Z U W name the position",
          "xyzuvws", "own", dialects=ONLY, takes="s"),
     Code("G", 980, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", dialects=ONLY),

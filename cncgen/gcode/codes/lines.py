@@ -82,7 +82,7 @@ def cancel(ip: Interpreter, block: Block) -> None:
 def cancel_cycle(ip: Interpreter, block: Block) -> None:
     """G80 of FANUC: end of a canned cycle, and of M29; the motion code before it is in force again."""
     state = ip.state
-    state.rigid = False
+    state.rigid = 0
     if state.cycle is not None:
         state.motion, state.cycle = state.under, None
 

@@ -1,4 +1,4 @@
-"""Inputs and outputs of the machine: M62 to M68."""
+"""Inputs and outputs of the machine: M62 to M68 of LinuxCNC (on FANUC's controls they are the builder's)."""
 
 from __future__ import annotations
 
@@ -60,20 +60,16 @@ def wait(ip: Interpreter, block: Block) -> None:
     ip.sink.call("", Event("input", bool(mode), values={"pin": pin, "mode": mode, "timeout_s": seconds}))
 
 
-CODES = (
-    Code("M", 620, "pins", Stage.PINS, _digital(620), "set output P with the next motion", "p"),
-    Code("M", 630, "pins", Stage.PINS, _digital(630), "clear output P with the next motion", "p"),
-    Code("M", 640, "pins", Stage.PINS, _digital(640), "set output P at once", "p"),
-    Code("M", 650, "pins", Stage.PINS, _digital(650), "clear output P at once", "p"),
-    Code("M", 660, "pins", Stage.PINS, wait, "wait on input P or E", "pelq"),
-    Code(
-        "M",
-        670,
-        "pins",
-        Stage.PINS,
-        _analog(670, "SET_MOTION"),
-        "set analog output E with the next motion",
-        "eq",
-    ),
-    Code("M", 680, "pins", Stage.PINS, _analog(680, "SET_AUX"), "set analog output E at once", "eq"),
+_OWN = ("linuxcnc",)
+CODES = tuple(
+    Code("M", number, "pins", Stage.PINS, run, text, words, dialects=_OWN)
+    for number, run, text, words in (
+        (620, _digital(620), "set output P with the next motion", "p"),
+        (630, _digital(630), "clear output P with the next motion", "p"),
+        (640, _digital(640), "set output P at once", "p"),
+        (650, _digital(650), "clear output P at once", "p"),
+        (660, wait, "wait on input P or E", "pelq"),
+        (670, _analog(670, "SET_MOTION"), "set analog output E with the next motion", "eq"),
+        (680, _analog(680, "SET_AUX"), "set analog output E at once", "eq"),
+    )
 )

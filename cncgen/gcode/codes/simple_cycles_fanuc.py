@@ -29,10 +29,12 @@ def _words(ip: Interpreter, block: Block, number: int) -> Turning | None:
         kept.x = kept.z = None
         kept.taper = 0.0
     state.motion = number
-    if not words.keys() & set("xzr"):
+    if not words.keys() & set("xzrik"):
         return None
     kept.x, kept.z = words.get("x", kept.x), words.get("z", kept.z)
-    kept.taper = words.get("r", kept.taper)
+    # I and K of older controls (6T, 0T) are R of the cycle along Z and across.
+    older = "k" if number == _ACROSS else "i"
+    kept.taper = words.get("r", words.get(older, kept.taper))
     missing = [letter for letter, value in (("X", kept.x), ("Z", kept.z)) if value is None]
     if missing:
         name = f"G{number // 10}"
@@ -119,10 +121,10 @@ def thread_pass(ip: Interpreter, x: float, z: float, lead: float, chamfer: float
 
 
 CODES = (
-    Code("G", _ALONG, "motion", Stage.MOTION, along, "cut along Z to X and Z, and back", _WORDS, "motion",
+    Code("G", _ALONG, "motion", Stage.MOTION, along, "cut along Z to X and Z, and back", _WORDS + "i", "motion",
          summons="xzuwr", dialects=ONLY, moves="XZ"),
-    Code("G", _THREAD, "motion", Stage.MOTION, thread, "cut a thread of lead F to X and Z, and back", _WORDS + "f",
+    Code("G", _THREAD, "motion", Stage.MOTION, thread, "cut a thread of lead F to X and Z, and back", _WORDS + "fi",
          "motion", summons="xzuwr", dialects=ONLY, takes="f", moves="XZ"),
-    Code("G", _ACROSS, "motion", Stage.MOTION, across, "cut along X to X and Z, and back", _WORDS, "motion",
+    Code("G", _ACROSS, "motion", Stage.MOTION, across, "cut along X to X and Z, and back", _WORDS + "k", "motion",
          summons="xzuwr", dialects=ONLY, moves="XZ"),
 )  # fmt: skip

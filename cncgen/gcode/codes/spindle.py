@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
@@ -16,6 +17,8 @@ from cncgen.units import INCH
 #: Spindles that ``$`` may name (the stand-alone machine has one).
 _SPINDLES = 8
 _NAMES = {1: "START_SPINDLE_CLOCKWISE", -1: "START_SPINDLE_COUNTERCLOCKWISE", 0: "STOP_SPINDLE_TURNING"}
+#: Stands among the remarks of a run once a spindle was named by P.
+_OTHER_SPINDLE = -31
 #: The largest speed in the canonical call where D is missing.
 _NO_LIMIT = 1e30
 
@@ -86,6 +89,31 @@ def orient(ip: Interpreter, block: Block) -> None:
         ip.sink.call(f"SPINDLE.{max(spindle_of(ip, block), 0)}.WAIT_ORIENT_COMPLETE({wait:.4f})")
 
 
+def orient_fanuc(ip: Interpreter, block: Block) -> None:
+    """M19 R or P: turn to so many degrees, as Haas's controls do; FANUC leaves the code to the machine's builder."""
+    angle = block.words.get("r", block.words.get("p", 0.0))
+    ip.sink.call(
+        f"ORIENT_SPINDLE({max(spindle_of(ip, block), 0)}, {angle:.4f}, 0)",
+        Event("spindle", True, values={"orient_deg": angle}),
+    )
+
+
+def _selects(run: Handler) -> Handler:
+    """Return M3, M4 or M5 of FANUC, whose P names a spindle: the one that turns is the one that is planned for."""
+
+    def chosen(ip: Interpreter, block: Block) -> None:
+        if "p" in block.words and _OTHER_SPINDLE not in ip.remarked:
+            ip.remarked.add(_OTHER_SPINDLE)
+            message = f"P{block.words['p']:g} names a spindle: feeds a revolution are taken with the speed of the one named last"
+            ip.warn(
+                BlockError("spindle-number", message, "P", hint="one spindle is planned for"),
+                Severity.WARNING,
+            )
+        run(ip, block)
+
+    return chosen
+
+
 def constant_surface(ip: Interpreter, block: Block) -> None:
     """G96 D S: constant surface speed S, at most D rev/min."""
     unless_given = _NO_LIMIT if ip.state.speed_limit is None else ip.state.speed_limit
@@ -111,10 +139,47 @@ def constant_revolutions(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("S", 0, "S", Stage.SPEED, set_speed, "spindle speed, rev/min", "s$"),
-    Code("M", 30, "spindle", Stage.SPINDLE, _turn(1), "spindle clockwise", "$"),
-    Code("M", 40, "spindle", Stage.SPINDLE, _turn(-1), "spindle counter-clockwise", "$"),
-    Code("M", 50, "spindle", Stage.SPINDLE, _turn(0), "spindle stop", "$"),
-    Code("M", 190, "spindle", Stage.SPINDLE, orient, "turn the spindle to R degrees", "rpq$"),
+    *(
+        row
+        for number, direction, text in (
+            (30, 1, "spindle clockwise"),
+            (40, -1, "spindle counter-clockwise"),
+            (50, 0, "spindle stop"),
+        )
+        for row in (
+            Code("M", number, "spindle", Stage.SPINDLE, _turn(direction), text, "$", dialects=("linuxcnc",)),
+            Code(
+                "M",
+                number,
+                "spindle",
+                Stage.SPINDLE,
+                _selects(_turn(direction)),
+                text,
+                "$p",
+                dialects=("fanuc",),
+            ),
+        )
+    ),
+    Code(
+        "M",
+        190,
+        "spindle",
+        Stage.SPINDLE,
+        orient,
+        "turn the spindle to R degrees",
+        "rpq$",
+        dialects=("linuxcnc",),
+    ),
+    Code(
+        "M",
+        190,
+        "spindle",
+        Stage.SPINDLE,
+        orient_fanuc,
+        "turn the spindle to R or P degrees",
+        "rp$",
+        dialects=("fanuc",),
+    ),
     Code(
         "G",
         960,

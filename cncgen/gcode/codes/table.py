@@ -92,12 +92,13 @@ LATHES: dict[str, dict[int, int]] = {
 _OF_MILLS = frozenset(
     {
         *((letter, 0) for letter in ("T", *OFFSET_NUMBERS)),
+        ("G", 100),
         *(
             ("G", 10 * n)
             for n in (12, 13, 15, 16, 33, 43, 44, 49, 50, 51, 68, 69, *range(73, 80), *range(81, 96))
         ),
     }
-    | {("G", n) for n in (331, 431, 432, 434, 501, 511, 541, 980, 990)}
+    | {("G", n) for n in (331, 431, 432, 434, 501, 511, 541, 842, 843, 980, 990)}
 )
 
 

@@ -250,7 +250,16 @@ CODES = (
         named=(NEXT_TOOL,),
         after=take_position,
     ),
-    Code("M", _M61, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q"),
+    Code(
+        "M",
+        _M61,
+        "tool change",
+        Stage.CHANGE,
+        name_tool,
+        "the tool in the spindle is Q",
+        "q",
+        dialects=("linuxcnc",),
+    ),
     Code(
         "G",
         430,

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 AXIS_COUNT = 9
 #: Modal motion "none" (G80), in tenths.
 NO_MOTION = 800
+#: What M29 of FANUC does to the next row of holes, and within that row.
+ARMED, IN_ROW = 1, 2
 
 
 class Stage(IntEnum):
@@ -103,7 +105,7 @@ class State:
         compensation: Cutter radius compensation (40, 41, 42) in force.
         polar: G16 of FANUC, or None.
         pitch: Of the G33 of FANUC in force.
-        rigid: Whether M29 of FANUC is in force.
+        rigid: `ARMED` by M29 of FANUC, `IN_ROW` in the row of holes behind it, else 0.
         between: Where G28 or G30 of FANUC went by, or None.
         local: Part of `g92` that G52 of FANUC set.
         speed_limit: Largest speed of G96 that G92 S of FANUC set.
@@ -152,7 +154,7 @@ class State:
     compensation: int = 40
     polar: Polar | None = None
     pitch: float = 0.0
-    rigid: bool = False
+    rigid: int = 0
     between: list[float] | None = None
     local: list[float] = field(default_factory=zeros)
     speed_limit: float | None = None

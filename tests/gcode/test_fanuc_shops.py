@@ -1,0 +1,140 @@
+"""Words that programs of shops have on FANUC's and Haas's controls, against what the manuals say of them."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cncgen.gcode import read
+from cncgen.toolpath.reading import ReadOptions
+
+Run = Callable[..., Any]
+
+
+def ends(run: Run, text: str, dialect: str = "fanuc") -> list[list[float]]:
+    """Return where the motions of a text lead in X Y Z, after asserting that all went well."""
+    out = run(text, dialect=dialect)
+    assert out.errors == []
+    rows = out.path.end[out.path.kind != 3, :3]
+    return (np.round(rows, 9) + 0.0).tolist()
+
+
+def codes(run: Run, text: str, dialect: str = "fanuc") -> list[tuple[str, str]]:
+    """Return severity and code of what was said, but for assumed units."""
+    found = run(text, dialect=dialect).diagnostics
+    return [(d.severity.value, d.code) for d in found if d.code != "units-assumed"]
+
+
+def test_an_arc_by_radius_to_where_it_starts_moves_nothing(run: Run) -> None:
+    """It is an arc of 0 degrees: "the cutter does not move" (B-63324EN, 4.4)."""
+    text = "G21 G0 X5 Y5\nG1 X10 F100\nG2 Y5 R5\nG1 X20\nM30"
+    assert ends(run, text) == [[5, 5, 0], [10, 5, 0], [20, 5, 0]]
+    assert codes(run, text) == [("warning", "arc-end")]
+    assert ("error", "arc-end") in codes(run, text, "linuxcnc")
+
+
+def test_the_radius_counts_beside_a_centre(run: Run, calls: Callable[..., list[str]]) -> None:
+    """B-63324EN, 4.4: of I J K and R, R takes precedence; the centre of this R10 is (5, -5 sqrt 3)."""
+    text = "G21 G0 X0 Y0\nG2 X10 Y0 I5 J0 R10 F100\nM30"
+    assert codes(run, text) == [("warning", "arc-centre")]
+    arc = next(line for line in calls(text, dialect="fanuc") if line.startswith("ARC_FEED"))
+    assert arc.startswith(f"ARC_FEED(10.0000, 0.0000, 5.0000, {-5.0 * math.sqrt(3.0):.4f}, -1")
+
+
+@pytest.mark.parametrize("word", ["M61", "M62", "M63", "M65", "M66", "M68"])
+def test_outputs_of_haas_are_the_builders(run: Run, word: str) -> None:
+    assert codes(run, f"G21 {word}\nG0 X1\nM30") == [("warning", "builders-code")]
+
+
+@pytest.mark.parametrize("word", ["P90", "R90"])
+def test_m19_turns_the_spindle_to_an_angle(run: Run, word: str) -> None:
+    out = run(f"G21 M19 {word}\nG0 X1\nM30", dialect="fanuc")
+    assert out.errors == []
+    assert [dict(event.values) for event in out.path.events if event.name == "spindle"] == [
+        {"orient_deg": 90.0}
+    ]
+
+
+def test_p_beside_m3_names_a_spindle(run: Run) -> None:
+    assert codes(run, "G21 S500 M3 P11\nG0 X1\nM5 P11\nM30") == [("warning", "spindle-number")]
+
+
+@pytest.mark.parametrize("code", ["G60", "G27"])
+def test_g60_and_g27_traverse_once(calls: Callable[..., list[str]], code: str) -> None:
+    """The code of motion in force comes back behind them (B-63324EN, 4.2 and 6)."""
+    lines = calls(f"G21 G1 X1 F100\n{code} X5 Y2\nX7\nM30", dialect="fanuc")
+    found = [
+        line.split(", 0.0000, 0.0000, 0.0000, 0.0000)")[0] for line in lines if line.startswith("STRAIGHT")
+    ]
+    assert found == [
+        "STRAIGHT_FEED(1.0000, 0.0000",
+        "STRAIGHT_TRAVERSE(5.0000, 2.0000",
+        "STRAIGHT_FEED(7.0000, 2.0000",
+    ]
+
+
+def test_m29_is_for_one_row_of_holes(calls: Callable[..., list[str]]) -> None:
+    """A code of motion ends it as G80 does (B-64304EN-2, rigid tapping); the next taps feed."""
+    text = "G21 G0 Z5\nM29 S500\nG84 X1 Z-1 R2 F500\nX2\nG0 X3\nM3\nG84 X4 Z-1 R2\nG80\nM30"
+    lines = [line.split("(")[0] for line in calls(text, dialect="fanuc")]
+    assert lines.count("RIGID_TAP") == 2
+    assert lines.count("STRAIGHT_FEED") == 2
+
+
+@pytest.mark.parametrize(("code", "turn"), [("G84.2", "CLOCKWISE"), ("G84.3", "COUNTERCLOCKWISE")])
+def test_rigid_taps_without_m29(calls: Callable[..., list[str]], code: str, turn: str) -> None:
+    """F is the lead under G95 (Mazak's EIA manual, G84.2 and G84.3)."""
+    lines = calls(f"G21 G95 S500\nG0 Z5\n{code} X1 Z-1 R2 F1.5\nG80\nM30", dialect="fanuc")
+    assert "RIGID_TAP(1.0000, 0.0000, -1.0000)" in lines
+    assert "START_SPEED_FEED_SYNC(1.500000,0)" in lines
+    assert f"START_SPINDLE_{turn}(0)" in lines
+
+
+def offsets(run: Run, blocks: str) -> list[list[float]]:
+    """Return X (radius) and Z of T0101 at X0 Z0 behind blocks that set its offset."""
+    found = ends(run, f"G21 G99\n{blocks}\nG0 X0 Z0 T0101\nM30", "fanuc-lathe")
+    return [[x, z] for x, _, z in found]
+
+
+@pytest.mark.parametrize(
+    ("blocks", "expected"),
+    [
+        ("G10 P1 X2 Z3", [1, 3]),
+        ("G10 P10001 X20 Z30", [10, 30]),
+        ("G10 P10001 X20 Z30\nG10 P1 X2 Z3", [11, 33]),
+        ("G10 P10001 X20 Z30\nG10 P1 X2 Z3\nG10 P1 X0 Z0", [10, 30]),
+        ("G10 P1 X2 Z3\nG10 P1 U2 W-1", [2, 2]),
+        ("G10 P10001 X20 Z30\nG10 P1 X2\nG10 P10001 U2", [12, 30]),
+        ("G10 L10 P1 X20 Z30 R0.4 Q3\nG10 L11 P1 X2", [11, 30]),
+        ("G10 P0 Z-10", [0, -10]),
+    ],
+)
+def test_offsets_of_lathes_by_g10(run: Run, blocks: str, expected: list[float]) -> None:
+    """P is wear, P10000 and more geometry, P0 the shift of the systems; X and U are diameters (B-64304EN-1, 7.2)."""
+    assert offsets(run, blocks)[-1] == expected
+
+
+@pytest.mark.parametrize(
+    ("cycle", "expected"),
+    [
+        ("G90 X40 Z-20 I-2 F.2", [[18, 5], [20, -20], [30, -20], [30, 5]]),
+        ("G94 X40 Z-5 K-3 F.2", [[30, -8], [20, -5], [20, 5], [30, 5]]),
+        ("G92 X40 Z-20 I-2 F1.5", [[18, 5], [20, -20], [30, -20], [30, 5]]),
+    ],
+)
+def test_tapers_of_older_lathes_by_i_and_k(run: Run, cycle: str, expected: list[list[float]]) -> None:
+    """I and K are R of the 0i (B-64304EN-1, 4.1)."""
+    found = ends(run, f"G21 G99 S500 M3\nG0 X60 Z5\n{cycle}\nM30", "fanuc-lathe")
+    assert [[x, z] for x, _, z in found][1:] == expected
+
+
+def test_a_starting_angle_of_a_thread_is_read() -> None:
+    text = "O1\nG21 G97 S500 M3\nG0 X60. Z5.\nG32 Z-20. F1.5 Q180000\nM30\n"
+    program = read(io.BytesIO(text.encode()), "t.nc", ReadOptions(dialect="fanuc-lathe"))
+    assert sum(path.end.shape[0] > 0 for path in program.chunks()) == 1
+    assert [d.code for d in program.diagnostics if d.severity == "error"] == []
