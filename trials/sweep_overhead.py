@@ -1,9 +1,11 @@
-"""What a sweep costs beside its jobs: processor time of the driver and of a worker, at jobs of about a second.
+"""What a sweep costs beside its jobs of about a second: on processes and on a dask cluster, beside a plain pool of processes.
 
-    python -m trials.sweep_overhead --jobs 60
+    python -m trials.sweep_overhead --jobs 60 --workers 2
 
-The program is a zigzag whose lines are doubled until one job takes a second of processor time in this process. Then the
-sweep runs on one process. Its worker adds up the time of its jobs; all else that driver and worker used is overhead.
+The program is a zigzag whose lines are doubled until one job takes a second of processor time in this process. The same jobs are
+then computed by the standard library's pool with nothing around it, by a sweep on processes, and by a sweep on a local cluster.
+Workers add up the processor time of their jobs; all else that they and the driver used is overhead, their start among it. Times by the
+clock mean something where the machine does nothing else.
 """
 
 from __future__ import annotations
@@ -14,8 +16,12 @@ import resource
 import tempfile
 import time
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
+from multiprocessing import get_context
 from pathlib import Path
 
+from cncgen.sweep.cluster import ClusterWorkers
 from cncgen.sweep.definition import SweepDefinition, load_sweep
 from cncgen.sweep.driver import run_sweep
 from cncgen.sweep.jobs import JobOutcome, SweepJob, code_version, compute, compute_batch, take_bundles
@@ -55,6 +61,18 @@ class TimedWorkers(LocalWorkers):
         self._running[self._pool.submit(timed_batch, code_version(), batch, self.log)] = batch
 
 
+class TimedCluster(ClusterWorkers):
+    """Workers of a cluster that log so."""
+
+    log = ""
+
+    def submit(self, batch: tuple[SweepJob, ...]) -> None:
+        """Hand over a batch."""
+        key = f"timed-{batch[0].key}"
+        future = self._client.submit(timed_batch, code_version(), batch, self.log, key=key, pure=False)
+        self._running[future] = batch
+
+
 def sweep_of(lines: int, jobs: int) -> SweepDefinition:
     """Return a sweep of a zigzag of so many lines, in the working directory."""
     rows = (f"G1 X{k * 0.5 % 200:g} Y{10 * (k % 2)}" for k in range(1, lines))
@@ -88,33 +106,69 @@ def children_s() -> float:
     return used.ru_utime + used.ru_stime
 
 
+def in_a_pool(sweep: SweepDefinition, workers: int) -> None:
+    """Compute the jobs in the standard library's pool, one at a time."""
+    bundles = list(sweep.programs.values())
+    jobs = [(job,) for _, job in jobs_of(sweep).jobs.values()]
+    with ProcessPoolExecutor(workers, get_context("spawn"), take_bundles, (bundles,)) as pool:
+        list(pool.map(timed_batch, repeat(code_version()), jobs, repeat("spent")))
+
+
+def on_processes(sweep: SweepDefinition, workers: int) -> None:
+    """Run the sweep on processes."""
+    TimedWorkers.log = os.path.abspath("spent")
+    swept(sweep, "processes", TimedWorkers(workers, list(sweep.programs.values())))
+
+
+def on_a_cluster(sweep: SweepDefinition, workers: int) -> None:
+    """Run the sweep on a local cluster, whose scheduler is a thread of this process; its start counts too."""
+    from distributed import LocalCluster
+
+    TimedCluster.log = os.path.abspath("spent")
+    with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=":0") as cluster:
+        address = cluster.scheduler_address
+        swept(sweep, "cluster", TimedCluster(address, list(sweep.programs.values())))
+
+
+def swept(sweep: SweepDefinition, results: str, workers: TimedWorkers | TimedCluster) -> None:
+    """Run the sweep and let the workers go."""
+    try:
+        end = run_sweep(sweep, results, workers)
+    finally:
+        workers.close()
+    if end.failed:
+        raise SystemExit(f"{end.failed} jobs failed")
+
+
 def main() -> None:
     """Run the trial."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=60)
+    parser.add_argument("--workers", type=int, default=2)
     given = parser.parse_args()
+    ways = {
+        "a plain pool": in_a_pool,
+        "a sweep on processes": on_processes,
+        "a sweep on a cluster": on_a_cluster,
+    }
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         sweep = calibrated(given.jobs)
-        TimedWorkers.log = f"{folder}/spent"
-        before, begun = children_s(), time.process_time()
-        workers = TimedWorkers(1, list(sweep.programs.values()))
-        try:
-            end = run_sweep(sweep, "R", workers)
-        finally:
-            workers.close()
-        driver, worker = time.process_time() - begun, children_s() - before
-        rows = [line.split() for line in Path("spent").read_text().splitlines()]
-        jobs = sum(float(row[0]) for row in rows)
-        count = sum(int(row[1]) for row in rows)
+        plain_s = 0.0
+        for way, run in ways.items():
+            Path("spent").write_text("")
+            used, wall = children_s() + time.process_time(), time.monotonic()
+            run(sweep, given.workers)
+            wall, used = time.monotonic() - wall, children_s() + time.process_time() - used
+            rows = [line.split() for line in Path("spent").read_text().splitlines()]
+            if sum(int(row[1]) for row in rows) != given.jobs:
+                raise SystemExit(f"{way}: {sum(int(row[1]) for row in rows)} of {given.jobs} jobs were done")
+            jobs = sum(float(row[0]) for row in rows)
+            plain_s = plain_s or wall
+            beside = f"{used - jobs:.2f} s of processors beside them, {100 * (used - jobs) / jobs:.2f} %"
+            clock = f"{wall:.1f} s by the clock, {100 * (wall / plain_s - 1):+.1f} %"
+            print(f"{way}: {given.jobs} jobs of {jobs / given.jobs:.2f} s; {beside}; {clock}", flush=True)
         os.chdir("/")
-    if end.failed or count != given.jobs:
-        raise SystemExit(f"{end.failed} of {count} jobs failed")
-    print(f"{count} jobs: {jobs:.2f} s, {jobs / count:.2f} s each")
-    print(f"driver: {driver:.2f} s, {100 * driver / jobs:.2f} % of the jobs")
-    print(
-        f"worker beside its jobs, its start among it: {worker - jobs:.2f} s, {100 * (worker - jobs) / jobs:.2f} %"
-    )
 
 
 if __name__ == "__main__":

@@ -243,7 +243,7 @@ def canon(
     options: ReadOptions | None = None,
     diagnostics: Diagnostics | None = None,
 ) -> Iterator[str]:
-    """Yield the canonical motions of a program as text, a call a line; see `cncgen.gcode.canon`.
+    """Yield the canonical motions of a program as text, a call a line; see `canon` of `cncgen.gcode` and `cncgen.stepnc`.
 
     Args:
         source: A file, or ``-`` for standard input.
@@ -252,12 +252,10 @@ def canon(
         diagnostics: Takes all that is found, errors too; complete when all calls are drawn.
 
     Raises:
-        UsageError: The file cannot be read, or its language has no such text.
+        UsageError: The file cannot be read.
         ProgramError: The program has errors, and `diagnostics` is not given; raised when all calls are drawn.
     """
     with _opened(source, language) as (reader, file, name):
-        if not hasattr(reader, "canon"):
-            raise UsageError(Diagnostic("no-canon", f"{name}: canonical motions are printed of G-code alone"))
         file, how = _in_own_dialect(reader, file, name, options)
         yield from reader.canon(file, name, how, diagnostics)
 
