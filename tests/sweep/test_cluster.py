@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -11,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cncgen.cli.app import run
@@ -39,6 +41,25 @@ def test_rows_are_those_of_this_process_to_the_bit(folder: Path, scheduler: Any)
     run_sweep(sweep, "here", Here(sweep))
     assert run(["sweep", "sweep.toml", "-o", "R", "--scheduler", scheduler.scheduler_address, "-q"]) == 0
     assert rows_of("R") == rows_of("here")
+
+
+def faults_of_arrays() -> int:
+    """Return how many pages this process is given while it makes 50 arrays of 800 kB, one after the other."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    for _ in range(50):
+        np.ones(100_000)
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+
+
+def test_workers_keep_the_memory_that_arrays_leave(folder: Path, scheduler: Any) -> None:
+    """dask has its workers give it back at once: these arrays then have 10,000 pages of 4 kB, and else those of one or two."""
+    workers = ClusterWorkers(scheduler.scheduler_address, list(load_sweep("sweep.toml").programs.values()))
+    try:
+        with distributed.Client(scheduler.scheduler_address, set_as_default=False) as client:
+            found = client.run(faults_of_arrays)
+    finally:
+        workers.close()
+    assert max(found.values()) < 2000
 
 
 class DeadlyCluster(ClusterWorkers):
