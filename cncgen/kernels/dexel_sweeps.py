@@ -26,6 +26,7 @@ _ACROSS = cython.declare(cython.double, 1e-4)
 _NOTHING = cython.declare(cython.double, 1e-9)
 
 
+@cython.final
 @cython.cclass
 class _Sweep:
     """A straight motion of a tool whose axis keeps its direction."""
@@ -55,7 +56,9 @@ class _Sweep:
     x: cython.double
     y: cython.double
     z: cython.double
-    # Results: of `_clear` the envelope above a point and its change along w, of `_interval` its ends.
+    enter: cython.double
+    leave: cython.double
+    # Results: of `_clear` the envelope above a point and its change along w, of `_between` the ends.
     over: cython.double
     change: cython.double
     low: cython.double
@@ -111,7 +114,7 @@ class _Sweep:
     @cython.nogil
     @cython.exceptval(check=False)
     def _disc(self, x: cython.double, y: cython.double) -> cython.void:
-        """Widen the result to where the line at hand, whose distance from a disc's middle is (x, y) at w = 0, is over the disc."""
+        """Widen `enter` to `leave` to where the line at hand, whose distance from a disc's middle is (x, y) at w = 0, is over the disc."""
         across: cython.double = self.xw * self.xw + self.yw * self.yw
         middle: cython.double = -(x * self.xw + y * self.yw) / across
         apart: cython.double = x * self.yw - y * self.xw
@@ -119,8 +122,8 @@ class _Sweep:
         if wide <= 0.0:
             return
         wide = sqrt(wide) / across
-        self.low = middle - wide if middle - wide < self.low else self.low
-        self.high = middle + wide if middle + wide > self.high else self.high
+        self.enter = middle - wide if middle - wide < self.enter else self.enter
+        self.leave = middle + wide if middle + wide > self.leave else self.leave
 
     @cython.cfunc
     @cython.nogil
@@ -165,74 +168,100 @@ class _Sweep:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def _interval(
-        self, u: cython.double, v: cython.double, least: cython.double, most: cython.double
-    ) -> cython.bint:
-        """Find the interval between two places of a line in which the motion sweeps; tell whether there is any."""
-        w: cython.double
+    def _line(self, u: cython.double, v: cython.double) -> cython.bint:
+        """Take a line of the field; find where it is over the stadium (`enter` to `leave`), and tell whether it is anywhere."""
+        a: cython.double
+        b: cython.double
+        low: cython.double = -1e300
+        high: cython.double = 1e300
+        u, v = u - self.ou, v - self.ov
+        self.x = self.xu * u + self.xv * v - self.xw * self.ow
+        self.y = self.yu * u + self.yv * v - self.yw * self.ow
+        self.z = self.zu * u + self.zv * v - self.zw * self.ow
+        if self.xw * self.xw + self.yw * self.yw <= 1e-18:
+            self.enter, self.leave = low, high
+            a = self.x - (0.0 if self.x < 0.0 else (self.length if self.x > self.length else self.x))
+            return a * a + self.y * self.y <= self.radius * self.radius
+        self.enter, self.leave = 1e300, -1e300
+        self._disc(self.x, self.y)
+        self._disc(self.x - self.length, self.y)
+        # Between the discs.
+        if fabs(self.xw) > 1e-12:
+            a, b = -self.x / self.xw, (self.length - self.x) / self.xw
+            low, high = (a, b) if a < b else (b, a)
+        elif self.x < 0.0 or self.x > self.length:
+            high = -2e300
+        if fabs(self.yw) > 1e-12:
+            a, b = (-self.radius - self.y) / self.yw, (self.radius - self.y) / self.yw
+            if a > b:
+                a, b = b, a
+            low, high = low if low > a else a, high if high < b else b
+        elif fabs(self.y) > self.radius:
+            high = -2e300
+        if low < high:
+            self.enter = low if low < self.enter else self.enter
+            self.leave = high if high > self.leave else self.leave
+        return self.enter < self.leave
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _root(self, w: cython.double, last: cython.double) -> cython.double:
+        """Return where the line at hand goes into the body, from w, outside of it, towards a last place; 1e300 if nowhere before."""
         step: cython.double
         k: cython.int
-        u, v, w = u - self.ou, v - self.ov, -self.ow
-        self.x = self.xu * u + self.xv * v + self.xw * w
-        self.y = self.yu * u + self.yv * v + self.yw * w
-        self.z = self.zu * u + self.zv * v + self.zw * w
-        if self.xw * self.xw + self.yw * self.yw > 1e-18:
-            self.low, self.high = 1e300, -1e300
-            self._disc(self.x, self.y)
-            self._disc(self.x - self.length, self.y)
-            # Between the discs.
-            step, w = -1e300, 1e300
-            if fabs(self.xw) > 1e-12:
-                step, w = -self.x / self.xw, (self.length - self.x) / self.xw
-                if step > w:
-                    step, w = w, step
-            elif self.x < 0.0 or self.x > self.length:
-                w = -2e300
-            if fabs(self.yw) > 1e-12:
-                u, v = (-self.radius - self.y) / self.yw, (self.radius - self.y) / self.yw
-                if u > v:
-                    u, v = v, u
-                step, w = step if step > u else u, w if w < v else v
-            elif fabs(self.y) > self.radius:
-                w = -2e300
-            if step < w:
-                self.low = step if step < self.low else self.low
-                self.high = w if w > self.high else self.high
-            self.low = least if least > self.low else self.low
-            self.high = most if most < self.high else self.high
-        else:
-            u = self.x - (0.0 if self.x < 0.0 else (self.length if self.x > self.length else self.x))
-            if u * u + self.y * self.y > self.radius * self.radius:
-                return False
-            self.low, self.high = least, most
-        if self.low >= self.high:
-            return False
-        w = self.low
+        up: cython.bint = last > w
         for k in range(_STEPS):
             self._clear(w)
             if self.over <= _CLOSE:
                 break
+            if self.change >= 0.0 if up else self.change <= 0.0:
+                return 1e300
+            # Where the tool is upright the change is infinite, and a step is nothing.
+            step = self.over / fabs(self.change)
+            step = step if step > _CLOSE else _CLOSE
+            w = w + step if up else w - step
+            if w >= last if up else w <= last:
+                return 1e300
+        return w
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _between(self, low: cython.double, high: cython.double) -> cython.bint:
+        """Find where the line at hand is within the body between two places (`low` to `high`); tell whether it is anywhere."""
+        over: cython.double
+        change: cython.double
+        w: cython.double
+        low = low if low > self.enter else self.enter
+        high = high if high < self.leave else self.leave
+        if low >= high:
+            return False
+        # Most lines have been cut by the motions before and miss the body at one end, where the envelope rises away from it.
+        self._clear(high)
+        over, change = self.over, self.change
+        if over > _CLOSE and change <= 0.0:
+            return False
+        self._clear(low)
+        if self.over > _CLOSE:
             if self.change >= 0.0:
                 return False
-            # Where the tool is upright the change is infinite, and a step is nothing.
-            step = -self.over / self.change
-            w += step if step > _CLOSE else _CLOSE
-            if w >= self.high:
-                return False
-        self.low = w
-        w = self.high
-        for k in range(_STEPS):
-            self._clear(w)
-            if self.over <= _CLOSE:
-                break
-            if self.change <= 0.0:
-                return False
-            step = self.over / self.change
-            w -= step if step > _CLOSE else _CLOSE
-            if w <= self.low:
-                return False
-        self.high = w
-        return True
+            # The envelope is above both tangents, so nowhere below where they meet.
+            if over > _CLOSE:
+                w = (over - self.over - change * (high - low)) / (self.change - change)
+                if self.over + self.change * w > _CLOSE:
+                    return False
+            w = high - over / change if over <= _CLOSE and change < 0.0 else low
+            self.low = self._root(w if w > low else low, high)
+        else:
+            self.low = low
+        if over > _CLOSE:
+            # From within, a step goes beyond the end.
+            w = low - self.over / self.change if self.low == low and self.change > 0.0 else high
+            self.high = self._root(w if w < high else high, low)
+        else:
+            self.high = high
+        return self.low < self.high < 1e300
 
     @cython.cfunc
     @cython.nogil
@@ -393,13 +422,16 @@ def _cut(
     size: cython.double
     lowest: cython.double
     highest: cython.double
-    taken: cython.double
     deep: cython.double
     gouge: cython.double
     above: cython.double
     at: cython.double
     start: cython.double
     end: cython.double
+    begin: cython.double
+    until: cython.double
+    lined: cython.bint
+    touched: cython.bint = False
     # How far the shank goes until it has left the material.
     if whole.zw > 1e-9:
         far = (bounds[1] - (pw if pw < qw else qw) + wide) / whole.zw
@@ -436,55 +468,54 @@ def _cut(
             if count == 0:
                 continue
             u = grid[0] + i * cell
-            if not whole._interval(u, grid[1] + v, ends[j, i, 0], ends[j, i, 2 * count - 1]):
+            if not whole._line(u, grid[1] + v):
                 continue
-            lo, hi = whole.low, whole.high
-            taken = 0.0
-            for a in range(count):
-                start = ends[j, i, 2 * a] if ends[j, i, 2 * a] > lo else lo
-                end = ends[j, i, 2 * a + 1] if ends[j, i, 2 * a + 1] < hi else hi
-                if end > start:
-                    taken += end - start
-                if ends[j, i, 2 * a] < lo and hi < ends[j, i, 2 * a + 1] and count == room and not dry:
+            deep = gouge = 0.0
+            above = at = -1e300
+            lined = False
+            a = 0
+            while a < counts[j, i]:
+                start, end = ends[j, i, 2 * a], ends[j, i, 2 * a + 1]
+                if not whole._between(start, end) or whole.high - whole.low <= _NOTHING:
+                    a += 1
+                    continue
+                lo, hi = whole.low, whole.high
+                if counts[j, i] == room and start < lo and hi < end and not dry:
                     return False
-            if taken <= _NOTHING:
-                continue
-            if judged and inner._interval(u, grid[1] + v, lo, hi):
-                deep = gouge = 0.0
-                above = -1e300
-                at = -1e300
-                for a in range(count):
-                    start = ends[j, i, 2 * a] if ends[j, i, 2 * a] > inner.low else inner.low
-                    end = ends[j, i, 2 * a + 1] if ends[j, i, 2 * a + 1] < inner.high else inner.high
-                    if end <= start:
-                        continue
-                    at = start if at < -1e299 else at
-                    size = inner._above(start)
-                    above = size if size > above else above
-                    size = inner._above(end)
-                    above = size if size > above else above
-                    # What the smaller tool touches counts as far as the whole one cuts.
-                    deep += _shared(ends[j, i, 2 * a], ends[j, i, 2 * a + 1], lo, hi)
-                    if part_counts.shape[0]:
-                        for b in range(part_counts[j, i]):
-                            if _shared(parts[j, i, 2 * b], parts[j, i, 2 * b + 1], start, end) > 0.0:
-                                start = ends[j, i, 2 * a] if ends[j, i, 2 * a] > lo else lo
-                                end = ends[j, i, 2 * a + 1] if ends[j, i, 2 * a + 1] < hi else hi
-                                gouge += _shared(parts[j, i, 2 * b], parts[j, i, 2 * b + 1], start, end)
-                if deep > 0.0:
-                    if deep > out[k, 1]:
-                        out[k, 1] = deep
-                        out[k, 2], out[k, 3], out[k, 4] = u, grid[1] + v, at
-                    if gouge > out[k, 5]:
-                        out[k, 5] = gouge
-                        out[k, 6], out[k, 7], out[k, 8] = u, grid[1] + v, at
-                    out[k, 9] += gouge * cell * cell
-                    if above - edge_length > out[k, 10]:
-                        out[k, 10] = above - edge_length
-            if dry:
-                continue
-            out[k, 0] += taken * cell * cell
-            _subtract(ends, counts, j, i, lo, hi)
+                if judged and (
+                    count > 1 or hi - lo > out[k, 1] or part_counts.shape[0] > 0 or edge_length < 1e300
+                ):
+                    if not lined:
+                        lined = True
+                        touched = inner._line(u, grid[1] + v)
+                    if touched and inner._between(lo, hi):
+                        at = inner.low if at < -1e299 else at
+                        size = inner._above(inner.low)
+                        above = size if size > above else above
+                        size = inner._above(inner.high)
+                        above = size if size > above else above
+                        # What the smaller tool touches counts as far as the whole one cuts.
+                        deep += hi - lo
+                        if part_counts.shape[0]:
+                            for b in range(part_counts[j, i]):
+                                begin, until = parts[j, i, 2 * b], parts[j, i, 2 * b + 1]
+                                if _shared(begin, until, inner.low, inner.high) > 0.0:
+                                    gouge += _shared(begin, until, lo, hi)
+                if dry:
+                    a += 1
+                else:
+                    out[k, 0] += (hi - lo) * cell * cell
+                    a = _subtract(ends, counts, j, i, a, lo, hi)
+            if deep > 0.0:
+                if deep > out[k, 1]:
+                    out[k, 1] = deep
+                    out[k, 2], out[k, 3], out[k, 4] = u, grid[1] + v, at
+                if gouge > out[k, 5]:
+                    out[k, 5] = gouge
+                    out[k, 6], out[k, 7], out[k, 8] = u, grid[1] + v, at
+                out[k, 9] += gouge * cell * cell
+                if above - edge_length > out[k, 10]:
+                    out[k, 10] = above - edge_length
     return True
 
 
@@ -506,37 +537,30 @@ def _subtract(
     counts: cython.int[:, ::1],
     j: cython.Py_ssize_t,
     i: cython.Py_ssize_t,
+    a: cython.int,
     lo: cython.double,
     hi: cython.double,
-) -> cython.void:
-    """Take an interval from a dexel, which has a place more where that parts a stretch."""
+) -> cython.int:
+    """Take an interval from a stretch of a dexel, which has a place more if that parts it; return the stretch to go on with."""
     count: cython.int = counts[j, i]
-    left: cython.int = 0
-    a: cython.int
+    left: cython.bint = lo - ends[j, i, 2 * a] > _NOTHING
+    right: cython.bint = ends[j, i, 2 * a + 1] - hi > _NOTHING
     b: cython.int
-    start: cython.double
-    end: cython.double
-    for a in range(count):
-        start, end = ends[j, i, 2 * a], ends[j, i, 2 * a + 1]
-        if end <= lo or start >= hi:
-            ends[j, i, 2 * left], ends[j, i, 2 * left + 1] = start, end
-            left += 1
-            continue
-        if lo - start > _NOTHING and end - hi > _NOTHING:
-            # Only here it grows, and no stretch before or after this one is cut.
-            for b in range(count - 1, a, -1):
-                ends[j, i, 2 * b + 2], ends[j, i, 2 * b + 3] = ends[j, i, 2 * b], ends[j, i, 2 * b + 1]
-            ends[j, i, 2 * a + 1] = lo
-            ends[j, i, 2 * a + 2], ends[j, i, 2 * a + 3] = hi, end
-            counts[j, i] = count + 1
-            return
-        if lo - start > _NOTHING:
-            ends[j, i, 2 * left], ends[j, i, 2 * left + 1] = start, lo
-            left += 1
-        elif end - hi > _NOTHING:
-            ends[j, i, 2 * left], ends[j, i, 2 * left + 1] = hi, end
-            left += 1
-    counts[j, i] = left
+    if left and right:
+        for b in range(count - 1, a, -1):
+            ends[j, i, 2 * b + 2], ends[j, i, 2 * b + 3] = ends[j, i, 2 * b], ends[j, i, 2 * b + 1]
+        ends[j, i, 2 * a + 2], ends[j, i, 2 * a + 3] = hi, ends[j, i, 2 * a + 1]
+        counts[j, i] = count + 1
+    if left:
+        ends[j, i, 2 * a + 1] = lo
+    elif right:
+        ends[j, i, 2 * a] = hi
+    else:
+        for b in range(a, count - 1):
+            ends[j, i, 2 * b], ends[j, i, 2 * b + 1] = ends[j, i, 2 * b + 2], ends[j, i, 2 * b + 3]
+        counts[j, i] = count - 1
+        return a
+    return a + 1
 
 
 def mesh_crossings(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,10 @@ from cncgen.removal.stock import Stock
 Floats = NDArray[np.float64]
 Stretches = tuple[NDArray[np.int64], Floats, Floats]
 
-#: Nodes along the longest side where no cell is given, and nodes at most: 200 million take 0.4 GB for a mesh.
+#: Nodes along the longest side where no cell is given, nodes at most, and those of a mesh, which takes 2 bytes for each.
 USUAL_NODES = 250
-MAX_NODES = 200_000_000
+MAX_NODES = 1_000_000_000
+MESH_NODES = 200_000_000
 #: Stretches that a dexel has places for at first.
 PLACES = 2
 #: Dexels pass beside corners of meshes by this part of a cell, so that they go through no edge.
@@ -203,11 +205,14 @@ def _length_at(
 def dexel_mesh(stock: Dexels) -> tuple[Floats, NDArray[np.int64]]:
     """Return the surface of a stock: a corner in each cube of nodes that it goes through, amid the places where dexels cross it.
 
-    (Surface nets: S. F. F. Gibson, Constrained elastic surface nets, MICCAI 1998.)
+    (Surface nets: S. F. F. Gibson, Constrained elastic surface nets, MICCAI 1998.) Of more than `MESH_NODES` nodes it is that of every
+    second one, or fewer.
 
     Returns:
         Vertices, shape (v, 3), mm, and triangles, shape (t, 3), against the clock seen from outside.
     """
+    while math.prod(stock.counts) > MESH_NODES:
+        stock = _thinned(stock)
     counts = np.array(stock.counts)
     inside = np.zeros(tuple(counts + 2), bool)
     inside[1:-1, 1:-1, 1:-1] = _nodes_within(stock)
@@ -246,6 +251,13 @@ def dexel_mesh(stock: Dexels) -> tuple[Floats, NDArray[np.int64]]:
         quad[ups[axis]] = quad[ups[axis]][:, ::-1]
         triangles += [quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]]
     return vertices, np.concatenate(triangles)
+
+
+def _thinned(stock: Dexels) -> Dexels:
+    """Return a stock with the dexels through every second node."""
+    x, y, z = (DexelField(f.ends[::2, ::2], f.counts[::2, ::2]) for f in stock.fields)
+    nx, ny, nz = ((count + 1) // 2 for count in stock.counts)
+    return replace(stock, cell=2 * stock.cell, counts=(nx, ny, nz), fields=(x, y, z))
 
 
 def _nodes_within(stock: Dexels) -> NDArray[np.bool_]:
@@ -296,6 +308,16 @@ def moved(stock: Dexels, move: Floats) -> Dexels:
     return dexels_of(Stock("mesh", low, np.maximum(high, low + stock.cell), corners), stock.cell)
 
 
-def turn_of(stock: Dexels) -> float:
-    """Return the angle, rad, by which a tool may lean otherwise during a motion: a quarter of a cell at the far end of the stock."""
-    return min(stock.cell / 2 / float(np.linalg.norm(stock.high - stock.low)), math.radians(2.0))
+def turns_of(stock: Dexels, tips: Floats, axes: Floats, radius: float) -> Floats:
+    """Return the angles, rad, by which tools at tips may lean otherwise meanwhile, shape (n,): a quarter of a cell where stock is.
+
+    Args:
+        stock: The stock.
+        tips, axes: Shape (n, 3): where the tools are, and the directions of their axes, away from the tip.
+        radius: Of their widest part, mm.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        leaves = (np.where(axes > 0, stock.high + radius, stock.low - radius) - tips) / axes
+    far = np.where(np.abs(axes) > 1e-9, leaves, np.inf).min(axis=1)
+    lever = np.hypot(np.clip(far, 0.0, float(np.linalg.norm(stock.high - stock.low))), radius)
+    return np.asarray(np.minimum(stock.cell / 2 / np.maximum(lever, stock.cell), math.radians(2.0)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.kernels import dexel_sweeps as kernel
 from cncgen.removal.cutting import CHORD, CHORD_CELLS, LEFT, LEVEL, SIDE_CELLS
-from cncgen.removal.dexels import below, grid_of, mesh_field, moved, order, thickness_beyond, turn_of
+from cncgen.removal.dexels import below, grid_of, mesh_field, moved, order, thickness_beyond, turns_of
 from cncgen.removal.record import (
     Clamping,
     Cutter,
@@ -65,7 +66,6 @@ class LeaningCutting(CutWalk):
     def _take(self, stock: Dexels, target: Target | None) -> None:
         """Cut these dexels from now on."""
         self._stock, self._target = stock, target
-        self._turn = turn_of(stock)
         self._grids = [grid_of(stock, axis) for axis in range(3)]
         self._parts: tuple[DexelField | None, ...] = (None, None, None)
         if isinstance(target, MeshTarget):
@@ -81,7 +81,13 @@ class LeaningCutting(CutWalk):
 
     def _lines(self, path: Toolpath, begin: int, end: int) -> Lines:
         """Return the motions among rows, those that turn the tool in pieces."""
-        return leaning_lines_of(path, begin, end, self._poses, self._turn)
+        cutter = self._cutter()
+        wide = (
+            max([cutter.radius, *(r for _, r, _ in cutter.beside())]) if isinstance(cutter, Cutter) else 0.0
+        )
+        return leaning_lines_of(
+            path, begin, end, self._poses, lambda tips, axes: turns_of(self._stock, tips, axes, wide)
+        )
 
     def _setup(self, number: int) -> None:
         """Stand what is left of the stock as another clamping holds it."""
@@ -148,47 +154,52 @@ class LeaningCutting(CutWalk):
         margins[:, 1] = LEVEL + np.where(lines.turning, TURN_CELLS * stock.cell, 0.0)
         out = np.zeros((count, kernel.COLUMNS))
         out[:, 10] = -np.inf
-        for axis, field in enumerate(stock.fields):
-            turned = order(axis)
-            made = np.zeros_like(out)
-            made[:, 10] = -np.inf
-            ends = np.ascontiguousarray(lines.ends[:, [*turned, *(3 + k for k in turned)]])
-            axes = np.ascontiguousarray(lines.axes[:, turned])
-            judged = (nearest == axis).astype(np.uint8)
-            if dry and not judged.any():
-                continue
-            part = self._parts[axis] or DexelField(np.zeros((0, 0, 0)), np.zeros((0, 0), np.int32))
-            bounds = np.array([stock.low[axis], stock.high[axis]])
-            first = 0
-            while True:
-                first = kernel.cut_lines(
-                    field.ends,
-                    field.counts,
-                    part.ends,
-                    part.counts,
-                    self._grids[axis],
-                    bounds,
-                    ends,
-                    axes,
-                    judged,
-                    tool,
-                    margins,
-                    dry,
-                    first,
-                    made,
-                )
-                if first >= count:
-                    break
-                field.grow()
+        with ThreadPoolExecutor(3) as pool:
+            fields = list(
+                pool.map(lambda axis: self._field_swept(axis, lines, nearest, tool, margins, dry), range(3))
+            )
+        for axis, made in enumerate(fields):
             told = nearest == axis
-            places = np.empty((count, 6))
-            for k, at in enumerate(turned):
-                places[:, at], places[:, 3 + at] = made[:, 2 + k], made[:, 6 + k]
             out[:, 0] += made[:, 0] / 3
-            out[told, 1], out[told, 5] = made[told, 1], made[told, 5]
-            out[told, 2:5], out[told, 6:9] = places[told, :3], places[told, 3:]
-            out[told, 9:] = made[told, 9:]
+            out[told, 1:] = made[told, 1:]
         return out
+
+    def _field_swept(
+        self, axis: int, lines: Lines, nearest: NDArray[np.int64], tool: Floats, margins: Floats, dry: bool
+    ) -> Floats:
+        """Cut the dexels along an axis, or (dry) tell what is met: columns as of `cut_lines`, places in X Y Z."""
+        assert lines.axes is not None
+        stock, field, turned = self._stock, self._stock.fields[axis], order(axis)
+        made = np.zeros((len(lines.ends), kernel.COLUMNS))
+        made[:, 10] = -np.inf
+        judged = (nearest == axis).astype(np.uint8)
+        if dry and not judged.any():
+            return made
+        part = self._parts[axis] or DexelField(np.zeros((0, 0, 0)), np.zeros((0, 0), np.int32))
+        first = 0
+        while True:
+            first = kernel.cut_lines(
+                field.ends,
+                field.counts,
+                part.ends,
+                part.counts,
+                self._grids[axis],
+                np.array([stock.low[axis], stock.high[axis]]),
+                np.ascontiguousarray(lines.ends[:, [*turned, *(3 + k for k in turned)]]),
+                np.ascontiguousarray(lines.axes[:, turned]),
+                judged,
+                tool,
+                margins,
+                dry,
+                first,
+                made,
+            )
+            if first >= len(made):
+                break
+            field.grow()
+        for begin in (2, 6):
+            made[:, [begin + k for k in turned]] = made[:, begin : begin + 3].copy()
+        return made
 
 
 def _raised(lines: Lines, above: float) -> Lines:

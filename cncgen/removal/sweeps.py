@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -49,8 +50,10 @@ def lines_of(path: Toolpath, begin: int, end: int) -> Lines:
     return Lines(ends, path.line[rows], *_times(path, rows))
 
 
-def leaning_lines_of(path: Toolpath, begin: int, end: int, poses: Poses, turn: float) -> Lines:
-    """Return the same of tools that lean: pieces during which the tool's axis turns by no more than an angle, rad.
+def leaning_lines_of(
+    path: Toolpath, begin: int, end: int, poses: Poses, turns_at: Callable[[Floats, Floats], Floats]
+) -> Lines:
+    """Return the same of tools that lean: pieces during which the tool's axis turns by no more than angles of tips and axes, rad.
 
     Each piece has the axis of its middle.
     """
@@ -59,7 +62,8 @@ def leaning_lines_of(path: Toolpath, begin: int, end: int, poses: Poses, turn: f
     starts, stops = path.starts[rows], path.end[rows]
     rotary = [k for k, letter in enumerate(path.axes) if letter in "ABC"]
     turns = np.abs(stops[:, rotary] - starts[:, rotary]).sum(axis=1)
-    pieces = np.maximum(np.ceil(turns / turn - 1e-9), 1).astype(np.int64)
+    least = np.minimum(turns_at(*poses(path.axes, starts)), turns_at(*poses(path.axes, stops)))
+    pieces = np.maximum(np.ceil(turns / least - 1e-9), 1).astype(np.int64)
     of = np.repeat(np.arange(len(rows)), pieces)
     number = np.arange(len(of)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
 

@@ -90,6 +90,10 @@ class CutWalk(ABC):
         """Return the motions among the rows `begin` to `end` of a toolpath."""
         return lines_of(path, begin, end)
 
+    def _cutter(self) -> Cutter | Insert | None:
+        """Return the tool in the spindle, None where it is not known."""
+        return self._state.cutter or self.cutters.get("*")
+
     @abstractmethod
     def _setup(self, number: int) -> None:
         """Go on in another clamping."""
@@ -105,7 +109,7 @@ class CutWalk(ABC):
             self._operations.append(OperationCut("program", int(lines.line[0]), state.tool))
         operation = self._operations[-1]
         operation.tool = state.tool
-        cutter = state.cutter or self.cutters.get("*")
+        cutter = self._cutter()
         met = None if cutter is None else self._cut(lines, cutter, operation)
         if cutter is None or met is None:
             self.findings.no_tool(state.tool, lines)

@@ -12,7 +12,7 @@ from cncgen.diagnostics import UsageError
 from cncgen.machine.kinematics import Kinematics
 from cncgen.pipeline.removing import cut, lean_toolpaths
 from cncgen.removal.cutters import cutter_of_option
-from cncgen.removal.dexels import dexels_of, moved
+from cncgen.removal.dexels import dexel_mesh, dexels_of, moved, turns_of
 from cncgen.removal.stock import box, stock_of_option
 from cncgen.removal.surfaces import FEW, mesh_of, stl_bytes
 from cncgen.toolpath.reading import ReadOptions
@@ -331,3 +331,23 @@ def test_tool_axes_of_step_nc_are_cut(tmp_path):
     program.write_text(part.text())
     out = cut(program, stock="box:0,0,-20,40,30,0", cell_mm=0.2)
     close(out, 40.0 * 10.0 * 5.0 / math.cos(math.radians(30)))
+
+
+def test_a_mesh_of_many_nodes_takes_every_second_one(monkeypatch):
+    """A slot in the block, 40 x 6 x 4 mm, whose mesh is that of a grid of 0.4 mm where 0.2 mm would have too many nodes."""
+    out = lean("flat:6", (0, 0, 1), (-20, 15, -4), (60, 15, -4))
+    whole = dexel_mesh(out.stock)[0]
+    monkeypatch.setattr("cncgen.removal.dexels.MESH_NODES", 10**6)
+    vertices, triangles = dexel_mesh(out.stock)
+    assert len(vertices) < 0.3 * len(whole)
+    a, b, c = vertices[triangles].transpose(1, 0, 2)
+    volume = float((np.cross(a, b) * c).sum() / 6)
+    assert volume == pytest.approx(40 * 30 * 20 - 40 * 6 * 4, rel=5e-3)
+
+
+def test_a_tool_that_turns_goes_in_pieces_as_short_as_the_stock_above_it_needs():
+    """A quarter of a cell where a tool of 3 mm leaves the stock: 13 mm above its tip, or 23 mm beside it if it lies along X."""
+    stock = dexels_of(BOX, 0.2)
+    tips, axes = np.array([[20.0, 15.0, -10.0]] * 2), np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
+    levers = np.hypot([10.0 + 3.0, 20.0 + 3.0], 3.0)
+    np.testing.assert_allclose(turns_of(stock, tips, axes, 3.0), 0.1 / levers)
