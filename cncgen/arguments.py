@@ -6,13 +6,15 @@ import math
 import numbers
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import fields
-from typing import Any, TypeGuard, TypeVar
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.units import AXIS_LETTERS
 
-_T = TypeVar("_T")
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, TypeGuard, TypeVar
+
+    _T = TypeVar("_T")
 
 
 def wrong(message: str, hint: str = "") -> UsageError:
@@ -79,6 +81,8 @@ def expect_fields(options: Any, asked: Iterable[str]) -> None:
     Raises:
         UsageError: Naming them all, and what may be meant.
     """
+    from dataclasses import fields
+
     known = [field.name for field in fields(options)]
     faults = []
     for name in asked:

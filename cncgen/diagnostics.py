@@ -9,10 +9,14 @@ from __future__ import annotations
 import copyreg
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 from enum import StrEnum
 from types import MappingProxyType
-from typing import Any
+
+from cncgen.records import dataclass, field
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def _read_only(values: dict[Any, Any]) -> MappingProxyType[Any, Any]:

@@ -10,18 +10,21 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from types import MappingProxyType
-from typing import IO, Any, BinaryIO, TypeVar
 
 from cncgen.diagnostics import Diagnostic, UsageError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from pathlib import Path
+    from typing import IO, Any, BinaryIO, TypeVar
+
+    _T = TypeVar("_T")
 
 try:
     import fcntl
 except ImportError:  # Windows has no such locks
     fcntl = None  # type: ignore[assignment]
-
-_T = TypeVar("_T")
 
 #: Name of standard input and output wherever a file is asked for.
 STANDARD = "-"
@@ -187,6 +190,8 @@ class OutputFile:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
+        from pathlib import Path
+
         self.path, self._name = Path(path), os.fspath(path)
         self._target: Path | None = None
         self._temporary: str | None = None
@@ -592,4 +597,6 @@ def open_in_browser(page: str) -> tuple[str, bool]:
         "w", encoding="utf-8", prefix="cncgen-", suffix=".html", delete=False
     ) as file:
         file.write(page)
+    from pathlib import Path
+
     return file.name, webbrowser.open(Path(file.name).as_uri())

@@ -6,7 +6,10 @@ A record knows nothing of pages. `cncgen.pipeline`, which is there wherever a re
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _KINDS: dict[str, Callable[[Any], str]] = {}
 

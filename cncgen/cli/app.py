@@ -7,11 +7,14 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
-from typing import Any
 
 from cncgen.cli import memory, messages
 from cncgen.diagnostics import CncgenError, RemarkWarning
 from cncgen.files import remove_temporaries, silence, together
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 #: Exit code of what is our fault (EX_SOFTWARE of sysexits.h).
 INTERNAL_ERROR = 70

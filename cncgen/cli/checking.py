@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 from cncgen.cli import messages
 from cncgen.diagnostics import CncgenError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.diagnostics import Diagnostic
     from cncgen.toolpath.reading import ReadOptions

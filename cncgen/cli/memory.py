@@ -7,10 +7,10 @@ try:
 except ImportError:  # Windows has no such bounds
     resource = None  # type: ignore[assignment]
 
-from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     import click
 

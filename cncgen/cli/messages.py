@@ -6,12 +6,14 @@ import errno
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 
 from cncgen.diagnostics import CONTROLS, CncgenError, Diagnostic, Diagnostics, Severity, json_values, more
 from cncgen.files import STANDARD, file_fault, open_output, silence
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any, ClassVar, TextIO
+
     import click
 
 

@@ -27,10 +27,8 @@ to that module's `CODES`; name a new module in `table._MODULES`; give it a test 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
 
 from cncgen.diagnostics import Diagnostics, ProgramError, RunDiagnostics
 from cncgen.gcode.codes.table import language_of
@@ -41,11 +39,16 @@ from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.gcode.text.search import search_path
+from cncgen.records import replace
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
 from cncgen.units import AXIS_LETTERS
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from pathlib import Path
+    from typing import BinaryIO
+
     from cncgen.gcode.klartext.running import HeidenhainRunner
     from cncgen.gcode.sinks.sink import Sink
     from cncgen.gcode.sinumerik.running import SinumerikRunner
@@ -55,7 +58,9 @@ SINUMERIK = "sinumerik"
 HEIDENHAIN = "heidenhain"
 
 
-def read(source: Path | BinaryIO | Source, name: str, options: ReadOptions = _DEFAULT) -> Program:
+def read(
+    source: str | os.PathLike[str] | BinaryIO | Source, name: str, options: ReadOptions = _DEFAULT
+) -> Program:
     """Read a program as its toolpath, in machine coordinates, mm and rad.
 
     The text is mapped or spooled at once; blocks are interpreted as the chunks are drawn.
@@ -70,7 +75,7 @@ def read(source: Path | BinaryIO | Source, name: str, options: ReadOptions = _DE
 
     text = source if isinstance(source, Source) else open_source(source, name)
     diagnostics = Diagnostics()
-    path = source if isinstance(source, Path) else None
+    path = source if isinstance(source, str | os.PathLike) else None
     choice = chosen(text, options.dialect)
     moving = _moving_axes(text, choice.dialect, search_path(path, options.include))
     axes = "".join(letter for letter in AXIS_LETTERS if letter in "XYZ" or letter in moving)
@@ -146,7 +151,7 @@ def _runner(
     sink: Sink,
     diagnostics: Diagnostics,
     *,
-    path: Path | None,
+    path: str | os.PathLike[str] | None,
     choice: Choice | None = None,
 ) -> Runner | SinumerikRunner | HeidenhainRunner:
     """Return one run of a program on a sink, by its dialect."""
@@ -164,7 +169,7 @@ def _runner(
 
 
 def check(
-    source: Path | BinaryIO,
+    source: str | os.PathLike[str] | BinaryIO,
     name: str,
     options: ReadOptions = _DEFAULT,
     diagnostics: Diagnostics | None = None,
@@ -184,7 +189,7 @@ def check(
         ProgramError: Where the program has errors and `diagnostics` is not given.
     """
     found = Diagnostics() if diagnostics is None else diagnostics
-    text, path = open_source(source, name), source if isinstance(source, Path) else None
+    text, path = open_source(source, name), source if isinstance(source, str | os.PathLike) else None
     choice = chosen(text, options.dialect)
     sink = CountingSink()
     for _ in _runner(text, options, sink, found, path=path, choice=choice).run():
@@ -202,7 +207,7 @@ def check(
 
 
 def canon(
-    source: Path | BinaryIO,
+    source: str | os.PathLike[str] | BinaryIO,
     name: str,
     options: ReadOptions = _DEFAULT,
     diagnostics: Diagnostics | None = None,
@@ -238,7 +243,7 @@ def canon(
         replace(options, stand_alone=True, max_call_depth=min(options.max_call_depth, CALL_LEVELS)),
         sink,
         found,
-        path=source if isinstance(source, Path) else None,
+        path=source if isinstance(source, str | os.PathLike) else None,
     )
     runner.reporter.on_error = sink.stop
     ip = runner.ip

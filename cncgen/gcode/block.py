@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from cncgen.gcode.errors import BlockError
 from cncgen.ranges import POSITION
+from cncgen.records import dataclass, field
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.state.parameters import Parameters
 

@@ -7,9 +7,7 @@ Blocks with the same codes, letters and modal motion share one. The order of exe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, PROGRAM, Block
@@ -28,7 +26,9 @@ from cncgen.gcode.codes.table import (
 from cncgen.gcode.codes.unsupported import ON_LATHES, ON_MILLS, WITHOUT, shown
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION, PLAIN_MOTIONS, Stage
+from cncgen.records import dataclass
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 

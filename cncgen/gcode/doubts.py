@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.table import BOTH, language_of
@@ -15,6 +14,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.dialects import Choice
 from cncgen.gcode.text.labels import Cursor
+from cncgen.records import dataclass, replace
 
 #: Bytes that are looked at for what is met early in a text, if at all.
 _HEAD = 65_536
@@ -22,7 +22,8 @@ _HEAD = 65_536
 _BEFORE = rb"^(?P<before>(?:[^(;\n]|\([^)\n]*\))*?)"
 
 
-class _Doubt(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class _Doubt:
     """A sign (its group ``word`` is the place), and the remark on it.
 
     One of `texts` stands in each such text in capitals, and `within` too; most have none, which is found sooner.
@@ -99,7 +100,8 @@ _INCREMENTS = _Doubt(
     rb"[XYZ][ \t]*[-+]?\d{5}",
 )
 #: Shorter ones, in a text of FANUC's in which no length has a point.
-_NO_POINTS = _INCREMENTS._replace(
+_NO_POINTS = replace(
+    _INCREMENTS,
     sign=_BEFORE + rb"(?P<word>[XYZ][ \t]*[-+]?\d{4,9})(?![\d.])",
     message="no length has a decimal point: they are read as they stand; controls that count least increments take them in thousandths",
     within=rb"[XYZ][ \t]*[-+]?\d{4}",
@@ -121,7 +123,7 @@ _BEHIND_SEMICOLON = _Doubt(
 
 def remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
     """Yield remarks on a dialect that signs in the text have chosen: which, why, how sure, and its rival."""
-    dialect, why, _, rival, unread = choice
+    dialect, why, rival, unread = choice.dialect, choice.reason, choice.rival, choice.unread
     if unread:
         hint = "post the program for FANUC or LinuxCNC; --dialect reads it as that of another control"
         yield (

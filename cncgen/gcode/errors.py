@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, Span, excerpt_of
 from cncgen.gcode.source import Source
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 class BlockError(Exception):

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from cncgen.diagnostics import Diagnostic, Severity
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.toolpath.record import Toolpath
 

@@ -7,8 +7,6 @@ of lines is the business of `cncgen.gcode.flow`. Methods here serve several hand
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
@@ -30,9 +28,11 @@ from cncgen.gcode.state.parameters import (
     read_parameters,
 )
 from cncgen.machine.tool_table import ToolTable, tools_of
+from cncgen.records import replace
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.units import INCH
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.codes.heidenhain import Ended
     from cncgen.gcode.codes.plain_language import Plain

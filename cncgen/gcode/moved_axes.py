@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from array import array
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import compress
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.gcode.text.parsers import parser
 from cncgen.gcode.text.search import candidates, leaves_path
 from cncgen.kernels import gcode_parse
+from cncgen.records import dataclass
 from cncgen.units import AXIS_LETTERS
 
 #: Files that are looked into at most.

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import codecs
 import mmap
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
-from pathlib import Path
-from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import STANDARD, file_fault, reading_faults
+from cncgen.records import replace
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import BinaryIO
 
 #: Bytes of a line that are read at all; a longer line is an error.
 MAX_LINE = 65_536
@@ -66,15 +69,15 @@ class Source:
         return self.data[:2] in _WIDE
 
 
-def open_source(source: Path | BinaryIO, name: str) -> Source:
+def open_source(source: str | os.PathLike[str] | BinaryIO, name: str) -> Source:
     """Map a file, or spool a stream to a temporary file and map that.
 
     Raises:
         UsageError: Where the file cannot be read, or the stream does not end.
     """
     with reading_faults(name):
-        if isinstance(source, Path):
-            with source.open("rb") as file:
+        if isinstance(source, str | os.PathLike):
+            with open(source, "rb") as file:
                 return Source(_mapped(file), name)
         import tempfile
 

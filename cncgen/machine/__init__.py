@@ -10,8 +10,7 @@ Names are imported when they are asked for, as `cncgen check` needs the tool tab
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.machine.record import Axis, Drive, Machine, Servo
     from cncgen.machine.shipped import load, load_coupling, load_servos, profile_names

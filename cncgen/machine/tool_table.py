@@ -7,13 +7,16 @@ numbers.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
-from pathlib import Path
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.files import read_bytes
 from cncgen.ranges import POSITION
+from cncgen.records import dataclass, field
 from cncgen.units import AXIS_LETTERS, INCH
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from pathlib import Path
 
 _WORD = r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))"
 #: Bytes that are read of a tool table: some 100 000 tools.

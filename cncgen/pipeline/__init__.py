@@ -14,11 +14,13 @@ Each stage draws from the one before it as it is drawn itself, so that a program
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
 
 from cncgen.shown import shown_by
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from cncgen.pipeline.planning import Plan as Plan
     from cncgen.pipeline.planning import driven_axes as driven_axes
     from cncgen.pipeline.planning import machine_of as machine_of

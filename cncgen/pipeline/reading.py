@@ -9,19 +9,20 @@ import os
 import re
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import replace
-from pathlib import Path, PurePath
+from contextlib import contextmanager, nullcontext
 from types import ModuleType
-from typing import TYPE_CHECKING, BinaryIO
 
 from cncgen.arguments import expect, expect_path, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.extensions import DIALECT_GROUP, foreign_module, is_brought, part_of
 from cncgen.files import STANDARD, open_input
+from cncgen.records import replace
 from cncgen.toolpath.reading import DIALECTS, ReadOptions
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import BinaryIO
+
     from cncgen.toolpath.record import Program, Toolpath
 
 #: Suffixes by language.
@@ -50,7 +51,7 @@ def language_of(name: str, head: bytes) -> str:
     """Return ``stepnc`` or ``gcode``: by how the content begins, then by the suffix, else G-code."""
     if _PART21.match(head):
         return "stepnc"
-    suffix = PurePath(name).suffix.lower()
+    suffix = os.path.splitext(name)[1].lower()
     return "stepnc" if suffix in SUFFIXES["stepnc"] else "gcode"
 
 
@@ -153,8 +154,8 @@ def _reading(options: ReadOptions | None) -> ReadOptions:
 
 
 def _in_own_dialect(
-    reader: ModuleType, file: Path | BinaryIO, name: str, options: ReadOptions | None
-) -> tuple[Path | BinaryIO, ReadOptions]:
+    reader: ModuleType, file: str | BinaryIO, name: str, options: ReadOptions | None
+) -> tuple[str | BinaryIO, ReadOptions]:
     """Return a program and its options; G-code of a dialect that another package brings is translated line by line.
 
     Raises:
@@ -172,7 +173,8 @@ def _in_own_dialect(
     base = str(part_of(module, "BASE", "say which dialect it translates to"))
     translated = part_of(module, "translated", "translate programs")
     how = _reading(replace(options, dialect=base))
-    content = file.read_bytes() if isinstance(file, Path) else file.read()
+    with open(file, "rb") if isinstance(file, str) else nullcontext(file) as stream:
+        content = stream.read()
     text = content.decode(errors="surrogateescape")
     found = translated(text) if callable(translated) else None
     if not isinstance(found, str) or found.count("\n") != text.count("\n"):
@@ -195,7 +197,7 @@ def reader_of(language: str) -> ModuleType:
 @contextmanager
 def _opened(
     source: str | os.PathLike[str], language: str | None, content: bytes | None = None
-) -> Iterator[tuple[ModuleType, Path | BinaryIO, str]]:
+) -> Iterator[tuple[ModuleType, str | BinaryIO, str]]:
     """Open a program; yield the package that reads it, what that reads (a path that can be mapped, or a stream), and its name.
 
     If its `content` is given the file itself is not opened.
@@ -209,7 +211,7 @@ def _opened(
     with open_input(name) as file:
         reader = _reader(language, name, _head(file))
         regular = name != STANDARD and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
-        yield reader, Path(name) if regular else file, name
+        yield reader, name if regular else file, name
 
 
 def _reader(language: str | None, name: str, head: bytes) -> ModuleType:

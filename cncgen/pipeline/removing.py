@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.pipeline.reading import _opened, _reading, language_of
 from cncgen.toolpath.reading import ReadOptions
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -282,6 +281,8 @@ def coarse_findings(
         head = content[:4096]
     if (language or language_of(name, head)) != "stepnc":
         return []
+    from pathlib import Path
+
     data = Path(name).read_bytes() if content is None else content
     # Without the shape of a raw piece there is nothing to cut.
     if b"BLOCK" not in data.upper() and b"RIGHT_CIRCULAR_CYLINDER" not in data.upper():

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostics
@@ -48,7 +48,7 @@ class CutProgram:
 
 
 def cut_program(
-    source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
+    source: str | os.PathLike[str] | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
 ) -> CutProgram:
     """Read and execute a program for material removal.
 

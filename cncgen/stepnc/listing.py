@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice
-from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -224,7 +224,7 @@ class WorkplanEntry:
 
 
 def tree(
-    source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
+    source: str | os.PathLike[str] | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
 ) -> Iterator[str]:
     """Yield the workplan of a program, a line an executable: indented, with feature, tool, feed, length and time.
 
@@ -238,7 +238,7 @@ def tree(
 
 
 def entries(
-    source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
+    source: str | os.PathLike[str] | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
 ) -> list[WorkplanEntry]:
     """Return the workplans of a program as records, at most `MAX_LINES` of them; otherwise as `tree`."""
     file = StepFile(source, name, options or ReadOptions())

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
-from pathlib import Path
+from contextlib import nullcontext
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -56,7 +57,9 @@ class StepFile:
         start: Where the tool stands at the beginning, mm.
     """
 
-    def __init__(self, source: Path | BinaryIO | bytes, name: str, options: ReadOptions) -> None:
+    def __init__(
+        self, source: str | os.PathLike[str] | BinaryIO | bytes, name: str, options: ReadOptions
+    ) -> None:
         self.options = options
         self.diagnostics = Diagnostics()
         self.exchange = Exchange.load(_bytes_of(source, name), name, self.diagnostics, SHORT_NAMES)
@@ -181,18 +184,23 @@ def _blocks(source: BinaryIO) -> Iterator[bytes]:
         yield block
 
 
-def _bytes_of(source: Path | BinaryIO | bytes, name: str) -> bytes:
+def _bytes_of(source: str | os.PathLike[str] | BinaryIO | bytes, name: str) -> bytes:
     if isinstance(source, bytes):
         return source
-    with reading_faults(name):
+    with (
+        reading_faults(name),
+        open(source, "rb") if isinstance(source, str | os.PathLike) else nullcontext(source) as stream,
+    ):
         # A stream that is asked for so many bytes at once would make room for all of them.
-        data = source.read_bytes() if isinstance(source, Path) else b"".join(_blocks(source))
+        data = b"".join(_blocks(stream))
     if len(data) > MAX_SIZE:
         raise UsageError(Diagnostic("file-size", f"the file is larger than {MAX_SIZE} bytes"))
     return data
 
 
-def read(source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None) -> Program:
+def read(
+    source: str | os.PathLike[str] | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
+) -> Program:
     """Read a STEP-NC program (ISO 14649 or AP238 in ISO 10303-21).
 
     The file is read and checked at once; motions are made as the chunks are drawn. Positions are machine coordinates:
@@ -224,7 +232,7 @@ def read(source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions 
 
 
 def canon(
-    source: Path | BinaryIO | bytes,
+    source: str | os.PathLike[str] | BinaryIO | bytes,
     name: str = "-",
     options: ReadOptions | None = None,
     diagnostics: Diagnostics | None = None,
@@ -251,7 +259,7 @@ def canon(
         raise ProgramError(file.diagnostics)
 
 
-def entities_by_line(source: Path | BinaryIO | bytes, name: str = "-") -> dict[int, str]:
+def entities_by_line(source: str | os.PathLike[str] | BinaryIO | bytes, name: str = "-") -> dict[int, str]:
     """Return ``#id KEYWORD`` of the instance that begins on each line (the first of several).
 
     Raises:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import numbers
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cncgen import extensions
 from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.records import dataclass, field
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from cncgen.machine.kinematics import Kinematics
 
 DIALECTS = ("auto", *extensions.DIALECTS)

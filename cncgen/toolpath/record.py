@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar
 
 from cncgen.diagnostics import Diagnostics
+from cncgen.records import dataclass, field
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any, ClassVar
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -143,6 +145,8 @@ class Toolpath:
 
     def __reduce__(self) -> tuple[type[Toolpath], tuple[Any, ...]]:
         """Return what a pickle holds: the columns, from which the path is measured anew."""
+        from dataclasses import fields
+
         return Toolpath, tuple(getattr(self, each.name) for each in fields(self) if each.init)
 
     def __repr__(self) -> str:

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass, field
 
 from cncgen.gcode.codes.frames import FramedSink, check_factors
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES
+from cncgen.records import dataclass, field
 
 Matrix = tuple[tuple[float, float, float], ...]
 Vector = tuple[float, float, float]

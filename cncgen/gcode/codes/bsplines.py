@@ -9,8 +9,6 @@ ends with it, 1 by default.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from cncgen.gcode.block import AXES, BSPLINE, Block
 from cncgen.gcode.codes.lines import check_feed, has_axis, inverse_rate
 from cncgen.gcode.codes.table import Code
@@ -18,6 +16,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve
 from cncgen.gcode.state.modal import Stage
+from cncgen.records import dataclass, field
 
 _MAX_WEIGHT = 3.0
 

@@ -10,7 +10,6 @@ Source: Kramer et al. (2000), section 3.5.16, and LinuxCNC's manual, "Canned cyc
 from __future__ import annotations
 
 from collections.abc import Callable, Set
-from dataclasses import dataclass, field
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.lines import check_feed
@@ -18,6 +17,7 @@ from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
+from cncgen.records import dataclass, field
 from cncgen.toolpath.record import Event, PathMode
 
 #: How far above the bottom of the last peck the next one begins, by inches (mm and inch units).

@@ -13,8 +13,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass, replace
-from typing import Any
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, CIRCLE, POLAR_ARC, POLAR_LINE, RADIUS_ARC, Block
@@ -24,6 +22,11 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import PassingSink, Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
+from cncgen.records import dataclass, replace
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 #: Moves that turn by less than this have no corner: the chamfer or arc between them has no length (ibid.).
 _STRAIGHT_RAD = math.radians(1.0)

@@ -10,8 +10,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
@@ -22,10 +20,14 @@ from cncgen.gcode.codes.tools import tell_unknown, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, Sink
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, PLANE_AXES, PLANE_CODES, Stage
+from cncgen.records import dataclass
 from cncgen.toolpath.record import Event, PathMode
 from cncgen.units import INCH
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from cncgen.gcode.interpreter import Interpreter
 
 #: How much farther than programmed (rad) LinuxCNC lets a compensated arc sweep: measured on its interpreter, for tools

@@ -7,7 +7,6 @@ has X, Z and its own A.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, gather
@@ -15,6 +14,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text import grammar
 from cncgen.gcode.text.expressions import evaluate
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 

@@ -7,7 +7,6 @@ work coordinates: ``work = rotation (scaling (mirror (programmed)))``, the order
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
@@ -18,6 +17,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
 from cncgen.ranges import FACTORS
+from cncgen.records import dataclass, field, replace
 
 _FANUC = ("fanuc",)
 #: Factors of scaling from here on are in thousandths.

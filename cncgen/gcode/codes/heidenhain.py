@@ -13,7 +13,6 @@ from where the tool is, its direction by 0.1 degrees from the spline before it.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, SPL, Block
@@ -23,6 +22,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve
 from cncgen.gcode.state.modal import Stage
+from cncgen.records import dataclass
 from cncgen.units import INCH
 
 DIALECT = "heidenhain"

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -17,6 +16,7 @@ from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
+from cncgen.records import dataclass
 from cncgen.toolpath.record import Event
 
 #: Passes beyond which the words of G76 count as a mistake.

@@ -8,8 +8,6 @@ Source: FANUC 0i-TD operator's manual B-64304EN-1, sections 4.1 (threads), 8.4 (
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.feeds import per_minute, per_revolution
@@ -23,6 +21,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage, zeros
 from cncgen.gcode.text.labels import Cursor
+from cncgen.records import dataclass, field
 from cncgen.toolpath.record import Event
 
 ONLY = (LATHE,)

@@ -5,14 +5,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
-
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import LATHE_ABSOLUTE, LATHE_STEPS, LATHES, displaced
 from cncgen.gcode.errors import BlockError
+from cncgen.records import replace
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 

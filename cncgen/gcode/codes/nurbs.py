@@ -6,8 +6,6 @@ The i-th block holds the i-th control point and the i-th knot; the curve ends wi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code
@@ -15,6 +13,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve
 from cncgen.gcode.state.modal import Stage
+from cncgen.records import dataclass, field
 
 #: Distance of the first control point from where the tool is that still counts as the same place.
 START_TOLERANCE = 1e-4

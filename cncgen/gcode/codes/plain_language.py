@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass, field
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import (
@@ -33,6 +32,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
 from cncgen.kernels.gcode_motion import centre_from_radius
+from cncgen.records import dataclass, field
 from cncgen.toolpath.record import Event
 
 DIALECT = "heidenhain"

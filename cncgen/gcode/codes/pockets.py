@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.records import dataclass
 
 #: Loops or levels beyond which a step counts as a mistake.
 _MOST = 10_000

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from array import array
-from dataclasses import replace
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -17,6 +16,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.gcode.state.parameters import PROBE, PROBE_HIT
+from cncgen.records import replace
 from cncgen.toolpath.record import Event
 
 _WORDS = "xyzabcuvw@^"

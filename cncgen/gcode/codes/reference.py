@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from cncgen import extensions
 from cncgen.gcode.block import AXES, NEXT_TOOL
 from cncgen.gcode.codes.table import BOTH, LATHES, Code, language_of, table
+from cncgen.records import replace
 
 #: Dialects with codes of their own; the others write the same codes under other numbers.
 DIALECTS = tuple(dialect for dialect in extensions.DIALECTS if not LATHES.get(dialect))

@@ -12,7 +12,6 @@ import cmath
 import math
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import MOTION
@@ -22,6 +21,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
 from cncgen.gcode.text.dialects import bare
+from cncgen.records import replace
 from cncgen.units import INCH
 
 _X, _Y = 0, 1

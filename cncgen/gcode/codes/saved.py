@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import SYSTEM_CODES, Stage
+from cncgen.records import dataclass
 from cncgen.toolpath.record import PathMode
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from cncgen.gcode.interpreter import Interpreter
 
 

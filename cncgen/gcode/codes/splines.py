@@ -5,8 +5,6 @@ G5 and G5.1 are not modal: as in LinuxCNC's interpreter, a later block of axis w
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed, inverse_rate
@@ -15,6 +13,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve
 from cncgen.gcode.state.modal import Stage
+from cncgen.records import dataclass, field
 
 _BOTH = ("linuxcnc",)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -13,6 +12,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import Stage
 from cncgen.toolpath.record import Event
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
+from cncgen.records import replace
 
 _WORDS = "xyzabcuvwk$@^"
 

@@ -8,14 +8,14 @@ dialect, as far as a program needs them. To add a code, write its handler in suc
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.state.modal import Stage
+from cncgen.records import dataclass
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 

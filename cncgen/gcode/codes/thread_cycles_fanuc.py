@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -20,6 +19,7 @@ from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
+from cncgen.records import dataclass
 
 _PASSES = 10_000
 #: Depths that differ by less are equal.

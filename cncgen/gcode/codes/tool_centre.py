@@ -18,8 +18,12 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
-from typing import Any
+
+from cncgen.records import dataclass
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 #: Turns of the path up to this angle (rad) count as smooth.
 SMOOTH_TURN = 0.05
@@ -204,7 +208,8 @@ class ToolCentre:
         assert self._renewed is not None
         (radius, side), self._renewed = self._renewed, None
         crossed = side != self.side
-        corner, done = self._programmed, list[CentreMove | Any]()
+        corner = self._programmed
+        done: list[CentreMove | Any] = []
         if crossed and self._curve is not None:
             # The move before ends square to itself; the tool then crosses to the other side.
             done += self._settle()

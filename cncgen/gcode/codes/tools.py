@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from array import array
-from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, LARGEST, NEXT_TOOL, Block, repeated
@@ -14,6 +13,7 @@ from cncgen.gcode.state.parameters import TOOL
 from cncgen.machine.tool_table import Tool
 from cncgen.toolpath.record import Event
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 

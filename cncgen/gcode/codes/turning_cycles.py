@@ -11,7 +11,6 @@ Source: LinuxCNC's manual, "G70", "G71 G72"; the order of moves was compared wit
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -22,6 +21,7 @@ from cncgen.gcode.codes.turning_profiles import MAX_CUTS, TINY, Segment, check_c
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
+from cncgen.records import dataclass
 
 #: Segments of a profile that is too short for the side of its start to count.
 _FEW = 2

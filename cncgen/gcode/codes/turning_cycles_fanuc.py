@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import pairwise
 
 from cncgen.diagnostics import Severity
@@ -30,6 +29,7 @@ from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
 from cncgen.gcode.text import grammar
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor
+from cncgen.records import replace
 
 #: Words and codes of a line that make the profile, where it is roughed.
 _WORDS = frozenset(("x", "z", "r", "i", "k", ",c", ",r"))

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, OffsetCurve, ToolCentre, meeting
@@ -19,6 +17,11 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point
 from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.gcode.text.labels import Cursor
+from cncgen.records import dataclass, replace
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 #: Codes of a profile: all others are ignored.
 _CODES = {0: 10, 10: 10, 20: 20, 30: 30, 900: 900, 910: 910, 901: 901, 911: 911}

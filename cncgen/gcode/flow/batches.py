@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from array import array
 from struct import Struct
-from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import BATCH, MOTION
@@ -18,6 +17,7 @@ from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, column
 from cncgen.kernels import gcode_motion
 from cncgen.toolpath.record import PathMode
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.codes.canned_cycles import Sticky
 

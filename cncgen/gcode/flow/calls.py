@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Value
 from cncgen.gcode.budget import CALL
@@ -13,6 +12,7 @@ from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor, Label
 from cncgen.kernels.gcode_run import Frame
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from cncgen.gcode.block import LARGEST, Block, Computed, Flow, Parsed, Value, gather
 from cncgen.gcode.block_plans import BlockPlan
@@ -15,6 +14,7 @@ from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text.expressions import evaluate, too_deep
 from cncgen.gcode.text.labels import Cursor
+from cncgen.records import replace
 
 Action = Callable[[], None]
 #: Codes of macro calls.

@@ -6,8 +6,6 @@ and calls too, until something needs to know where the machine is (`flow.pending
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.predefined import NAMED
@@ -15,11 +13,13 @@ from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.gcode.text.parsers import new_parser
 from cncgen.kernels import gcode_run
+from cncgen.records import dataclass
 
 _RESERVED = frozenset(NAMED)
 
 
-class LinesRead(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class LinesRead:
     """Lines that were read.
 
     Attributes:

@@ -7,7 +7,6 @@ is vacant: NaN inside, which counts as 0 in arithmetic and as no word where a wo
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import PROGRAM, Block, Flow, nearest
 from cncgen.gcode.codes.table import Code
@@ -20,6 +19,7 @@ from cncgen.gcode.text import macro_loops
 from cncgen.gcode.text.labels import Cursor
 from cncgen.toolpath.record import Event
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.flow.o_words import FlowControl
 

@@ -5,9 +5,8 @@ Nothing is nested here: where a jump leads is looked up by its label (`labels`).
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
 
 from cncgen.gcode.block import Block, Flow, nearest
 from cncgen.gcode.errors import BlockError
@@ -19,12 +18,15 @@ from cncgen.gcode.text.expressions import EQUAL, evaluate
 from cncgen.gcode.text.labels import LOOP_END, Cursor, Label, Marked, shown
 from cncgen.kernels import gcode_run
 from cncgen.kernels.gcode_marks import KEYWORDS
+from cncgen.records import dataclass
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
 
-class _Looks(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class _Looks:
     """What an O-word of a branch or loop looks for in its subroutine: keywords above it that must stand there, and those below."""
 
     above: tuple[str, ...] = ()
@@ -60,7 +62,9 @@ class FlowControl:
         profile_blocks: Yields the blocks that the subroutine of a profile executes (`profiles`), set by whoever has the lines.
     """
 
-    def __init__(self, ip: Interpreter, sources: list[Source], program: Path | None) -> None:
+    def __init__(
+        self, ip: Interpreter, sources: list[Source], program: str | os.PathLike[str] | None
+    ) -> None:
         self.ip = ip
         self.calls = Calls(ip)
         self.subroutines = Subroutines(ip, sources, program)

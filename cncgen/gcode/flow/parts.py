@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
 from functools import partial
-from pathlib import Path
 
 from cncgen.gcode.codes.table import language_of
 from cncgen.gcode.errors import Reporter
@@ -18,6 +17,7 @@ from cncgen.gcode.flow.reading import LineReader, Percent
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
+from cncgen.records import dataclass
 from cncgen.toolpath.reading import ReadOptions
 
 
@@ -49,7 +49,7 @@ def assemble(
     sink: Sink,
     reporter: Reporter,
     *,
-    path: Path | None,
+    path: str | os.PathLike[str] | None,
     batches: bool,
     plain: bool,
 ) -> Parts:

@@ -7,10 +7,9 @@ is compared with it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from cncgen.gcode.text.labels import Cursor
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.flow.calls import Calls
     from cncgen.gcode.interpreter import Interpreter

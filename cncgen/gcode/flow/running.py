@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
-from pathlib import Path
 
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode.assumed_units import assumed_units
@@ -41,7 +41,7 @@ class Runner:
         sink: Sink,
         diagnostics: Diagnostics,
         *,
-        path: Path | None = None,
+        path: str | os.PathLike[str] | None = None,
         batches: bool = True,
         choice: Choice | None = None,
     ) -> None:

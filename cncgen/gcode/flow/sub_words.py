@@ -6,8 +6,6 @@ next line.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, Flow, program_names
 from cncgen.gcode.codes import probing
@@ -17,6 +15,7 @@ from cncgen.gcode.flow.calls import LOCALS
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor, Label, shown
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.flow.o_words import FlowControl
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+import os
 
 from cncgen.diagnostics import UsageError
 from cncgen.gcode.block import Value
@@ -13,6 +12,7 @@ from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.text.labels import Cursor, Label, Labels, Marked, shown
 from cncgen.gcode.text.search import candidates, leaves_path, search_path
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
@@ -23,7 +23,9 @@ class Subroutines:
     `program` is the file of the main program, whose folder is searched too.
     """
 
-    def __init__(self, ip: Interpreter, sources: list[Source], program: Path | None) -> None:
+    def __init__(
+        self, ip: Interpreter, sources: list[Source], program: str | os.PathLike[str] | None
+    ) -> None:
         self.ip = ip
         self.sources = sources
         #: Labels of subroutines that were found without an end.
@@ -32,7 +34,7 @@ class Subroutines:
         #: Where subroutines of a label, called from a source, begin.
         self._found: dict[tuple[Label, int, tuple[str, ...]], Marked] = {}
         self._files: dict[str, int] = {}
-        self._folders = search_path(program, ip.options.include)
+        self._program = program
 
     def labels(self, source: int) -> Labels:
         """Return the lines of a source that jumps may lead to."""
@@ -98,7 +100,8 @@ class Subroutines:
                 "O",
                 hint="give the bare name, and the folder with --include",
             )
-        for folder in self._folders:
+        folders = search_path(self._program, self.ip.options.include)
+        for folder in folders:
             for path in candidates(folder, name):
                 try:
                     source = open_source(path, str(path))
@@ -107,7 +110,7 @@ class Subroutines:
                 self.sources.append(source)
                 self._files[name] = len(self.sources) - 1
                 return self._files[name]
-        places = ", ".join(str(folder) for folder in self._folders) or "the search path, which is empty"
+        places = ", ".join(str(folder) for folder in folders) or "the search path, which is empty"
         what = f"program {name}" if self.ip.dialect == "fanuc" else f"subroutine o{shown(label)}"
         raise BlockError(
             "sub-missing",

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode.block import (
@@ -101,7 +101,7 @@ class HeidenhainRunner:
         sink: Sink,
         diagnostics: Diagnostics,
         *,
-        path: Path | None = None,
+        path: str | os.PathLike[str] | None = None,
         choice: Choice | None = None,
     ) -> None:
         self.reporter = Reporter(diagnostics)

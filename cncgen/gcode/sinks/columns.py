@@ -7,7 +7,6 @@ units are applied to arrays, when something that they depend on changes or a chu
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from cncgen.gcode.sinks.sink import FULL_CIRCLE_MM, Curve, MotionBatch, Point, r
 from cncgen.gcode.state.modal import PLANE_AXES, zeros
 from cncgen.geometry import elementary
 from cncgen.geometry.tables import ArcTable, NurbsTable
+from cncgen.records import dataclass
 from cncgen.toolpath.building import RowBuilder, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode
 from cncgen.units import AXIS_LETTERS, DEGREE, INCH, PER_MINUTE

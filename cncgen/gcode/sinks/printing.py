@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Any
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import CALL, Budget
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point
 from cncgen.toolpath.record import Event, PathMode
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _NUMBER = re.compile(r"[ \t/]*[nN]([0-9]*)")
 #: Control characters of a message would reach the terminal; they are printed as escapes. Tabs and line ends stay.

@@ -7,13 +7,18 @@ their own. A sink either prints the calls (`printing`) or builds a toolpath in m
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import Budget
 from cncgen.gcode.errors import BlockError
+from cncgen.records import dataclass
 from cncgen.toolpath.record import Event, PathMode
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Protocol
+else:
+    Protocol = object
 
 Point = list[float]
 
@@ -23,7 +28,8 @@ LEAST_RADIUS_MM = 0.01
 FULL_CIRCLE_MM = 1e-9
 
 
-class MotionBatch(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class MotionBatch:
     """Motions in columns, a row a motion, as `cncgen.kernels.gcode_motion.Advance` gives them.
 
     The columns are buffers that the next batch uses again: whoever keeps them, copies them.

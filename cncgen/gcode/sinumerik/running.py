@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 from cncgen.diagnostics import Diagnostics, Severity, UsageError
@@ -58,7 +58,7 @@ class SinumerikRunner:
         sink: Sink,
         diagnostics: Diagnostics,
         *,
-        path: Path | None = None,
+        path: str | os.PathLike[str] | None = None,
         choice: Choice | None = None,
     ) -> None:
         self.reporter = Reporter(diagnostics)

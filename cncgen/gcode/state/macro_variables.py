@@ -8,7 +8,6 @@ a meaning here (inputs, counters, date) are plain storage.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.errors import BlockError
@@ -17,6 +16,7 @@ from cncgen.gcode.state.systems import load_system
 from cncgen.machine.tool_table import Tool
 from cncgen.toolpath.record import PathMode
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 

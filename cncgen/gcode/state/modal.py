@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
+from cncgen.records import dataclass, field
 from cncgen.toolpath.record import PathMode
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.codes.bsplines import OpenSpline
     from cncgen.gcode.codes.canned_cycles import Sticky

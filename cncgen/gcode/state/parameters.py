@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from array import array
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.files import read_bytes, write_text
@@ -15,7 +13,10 @@ from cncgen.gcode.state import macro_variables
 from cncgen.gcode.state.predefined import NAMED, POSITION, TOOL_CHANGER, position_parameter
 from cncgen.gcode.state.systems import SYSTEM, SYSTEM_COUNT, SYSTEM_STEP, SYSTEMS
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from cncgen.gcode.interpreter import Interpreter
 
 #: Numbered parameters are 1 to this (LinuxCNC's RS274NGC_MAX_PARAMETERS, less 1).

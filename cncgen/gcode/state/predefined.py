@@ -4,10 +4,10 @@ Parameters", "Numbered Parameters")."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 

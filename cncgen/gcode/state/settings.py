@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
 
 from cncgen.machine.settings_schema import check
+from cncgen.records import replace
 from cncgen.toolpath.reading import ReadOptions
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def interpreter_settings(table: Mapping[str, Any], options: ReadOptions) -> ReadOptions:

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
-from typing import NamedTuple
 
 from cncgen.gcode.source import Source
 from cncgen.kernels.gcode_signs import different_lines
+from cncgen.records import dataclass, replace
 
 #: Bytes that are looked at, at the beginning and at the end of a text.
 _HEAD = 65_536
@@ -28,7 +28,8 @@ _SHARED = 10.0
 _OWN = 20.0
 
 
-class Choice(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Choice:
     """A dialect, the signs that spoke for it (or ""), the line of the first, and the dialect that it might be as well (or "").
 
     `unread` names a control whose language the program is in, and which is not read; `dialect` is then no more than a stand-in.
@@ -41,7 +42,8 @@ class Choice(NamedTuple):
     unread: str = ""
 
 
-class _Sign(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class _Sign:
     """Evidence for dialects, with its weight.
 
     `texts`: one of them stands in each such line. Most programs have none, so that most patterns are never compiled.
@@ -57,7 +59,8 @@ def _sign(reason: str, weights: dict[str, float], pattern: bytes, *texts: bytes)
     return _Sign(reason, weights, pattern, texts)
 
 
-class _Lines(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class _Lines:
     """The different lines of a text, and of each its first number and how often it stands there (`gcode_signs`)."""
 
     text: bytes
@@ -270,7 +273,7 @@ def choose(source: Source) -> Choice:
     blocks = _Lines(*different_lines(bare(head)))
     found = [
         *_found(_WRITTEN, written),
-        *_found(_SPOKEN, written._replace(text=re.sub(_REMARKS, b"", written.text))),
+        *_found(_SPOKEN, replace(written, text=re.sub(_REMARKS, b"", written.text))),
         *_found(_BARE, blocks),
         *_of_feeds(blocks),
     ]

@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Computed, Value, nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.kernels import gcode_arithmetic
+from cncgen.records import dataclass
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.state.parameters import Parameters
 

@@ -11,12 +11,13 @@ import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import NamedTuple
+from operator import itemgetter
 
 from cncgen.gcode.block import Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.macro_loops import Loops
+from cncgen.records import dataclass
 
 #: O-words that lead elsewhere and that nothing leads to.
 _LEAVING = ("call", "return", "break", "continue")
@@ -40,15 +41,24 @@ Label = float | str
 Resolve = Callable[[Value | str], Value | str]
 
 
-class Cursor(NamedTuple):
+class Cursor(tuple[int, int, int]):
     """A line: source, byte offset, line number."""
 
-    source: int
-    offset: int
-    line: int
+    __slots__ = ()
+    source = property(itemgetter(0))
+    offset = property(itemgetter(1))
+    line = property(itemgetter(2))
+
+    def __new__(cls, source: int, offset: int, line: int) -> Cursor:
+        """Return the line."""
+        return tuple.__new__(cls, (source, offset, line))
+
+    def __getnewargs__(self) -> tuple[int, int, int]:
+        return self.source, self.offset, self.line
 
 
-class Marked(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Marked:
     """A line with an O-word."""
 
     label: Value | str

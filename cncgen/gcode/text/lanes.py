@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 import struct
-from dataclasses import dataclass, field
 from mmap import mmap
 
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
 from cncgen.kernels import gcode_scan
+from cncgen.records import dataclass, field
 
 #: Blocks and words that a scan holds; more of them do not make it faster.
 BLOCKS = 16_384

@@ -6,11 +6,11 @@ Which DO an END closes is a matter of the text, not of the run: a jump may leave
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Flow, Value
 from cncgen.gcode.errors import BlockError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.flow.o_words import FlowControl
     from cncgen.gcode.text.labels import Cursor, Marked

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import (
     AXIS_INDEX,
@@ -41,6 +40,7 @@ from cncgen.gcode.block import (
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text import expressions
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.state.parameters import Parameters
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator, Sequence
-from pathlib import Path
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from pathlib import Path
 
 #: Suffixes of files with subprograms; FANUC's have often none.
 _SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".txt", "")
@@ -12,9 +16,11 @@ _SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".txt", "")
 _NUMBERED = r"(?i)O0*(\d+)"
 
 
-def search_path(program: Path | None, include: Sequence[Path]) -> list[Path]:
+def search_path(program: str | os.PathLike[str] | None, include: Sequence[Path]) -> list[Path]:
     """Return the folders in which subprograms are looked for, in order."""
-    return ([program.parent] if program else []) + list(include)
+    from pathlib import Path
+
+    return ([Path(program).parent] if program else []) + list(include)
 
 
 def candidates(folder: Path, name: str) -> list[Path]:
