@@ -12,26 +12,26 @@ every error, executes that one.
 """
 
 import cython
-from cython.cimports.libc.math import asin, atan2, cos, fabs, hypot, sin
+from cython.cimports.libc.math import asin, atan2, cos, fabs, floor, hypot, sin
 
 #: Places in the array `modes`.
 #: SILENT: the sink prints nothing, so comments, changes of mode and asides pass without a text.
 #: FREE_SPINDLE: no feed hangs on the spindle. HOLES: the dialect has LinuxCNC's dwell, G80 and cycles. IN_CYCLE: G80 would end one.
 #: DIRECTION, MIST, FLOOD: of spindle and coolant. OLD_LEVEL: G98. EXACT: G61.
-#: CYCLE, GIVEN: the cycle whose words are kept, and a bit for each (0: none; -1: with words that are not taken here).
+#: TOOLS: any tool may be changed in. CYCLE, GIVEN: the cycle whose words are kept, and a bit for each (0: none; -1: with words that are not taken here).
 MOTION, ABSOLUTE, ARC_ABSOLUTE, PLANE, INVERSE_TIME, SKIP_SLASH, SILENT, FREE_SPINDLE = range(8)
-HOLES, IN_CYCLE, DIRECTION, MIST, FLOOD, OLD_LEVEL, EXACT, CYCLE, GIVEN = range(8, 17)
-MODES = 17
+HOLES, IN_CYCLE, DIRECTION, MIST, FLOOD, OLD_LEVEL, EXACT, TOOLS, CYCLE, GIVEN = range(8, 18)
+MODES = 18
 
-#: Places in the array `levels`; from LEVEL on of the cycle: where the row of holes began, the last dwell, R, P, Q and the bottom.
+#: Places in the array `levels`; SYSTEM is the G code of the coordinate system in force, TOOL the one of T; from LEVEL on of the cycle: where the row of holes began, the last dwell, R, P, Q and the bottom.
 FEED, RADIUS_TOLERANCE, CENTRE_TOLERANCE, CENTRE_RELATIVE, CENTRE_LIMIT, LEAST_FEED, MOST_FEED = range(7)
-SPEED, PECK_CLEARANCE, LEVEL, DWELL, RETRACT, PAUSE, STEP, BOTTOM = range(7, 15)
-LEVELS = 15
+SPEED, SYSTEM, TOOL, PECK_CLEARANCE, LEVEL, DWELL, RETRACT, PAUSE, STEP, BOTTOM = range(7, 17)
+LEVELS = 17
 #: Words of a cycle as bits of `modes[GIVEN]`, in the order of `levels`.
 GIVEN_R, GIVEN_P, GIVEN_Q, GIVEN_DEPTH = 1, 2, 4, 8
 
-#: Asides that are no M code by their number: S, G4, the wait of a cycle, G17 to G19 by theirs, exact path around a hole and its end.
-ASIDE_SPEED, ASIDE_DWELL, ASIDE_PAUSE, ASIDE_EXACT, ASIDE_PATH = 1, 2, 10, 11, 12
+#: Asides that are no M code by their number: S, G4, the wait of a cycle, exact path around a hole and its end, T.
+ASIDE_SPEED, ASIDE_DWELL, ASIDE_PAUSE, ASIDE_EXACT, ASIDE_PATH, ASIDE_TOOL = 1, 2, 10, 11, 12, 13
 
 #: Flags of a block (`gcode_scan`).
 _SLASH = cython.declare(cython.int, 1)
@@ -50,6 +50,7 @@ _GIVEN_P = cython.declare(cython.int, GIVEN_P)
 _GIVEN_Q = cython.declare(cython.int, GIVEN_Q)
 _GIVEN_DEPTH = cython.declare(cython.int, GIVEN_DEPTH)
 _SPEED = cython.declare(cython.int, SPEED)
+_TOOL = cython.declare(cython.int, TOOL)
 _CYCLE = cython.declare(cython.int, CYCLE)
 _GIVEN = cython.declare(cython.int, GIVEN)
 _LEVEL = cython.declare(cython.int, LEVEL)
@@ -68,6 +69,7 @@ _ASIDE_DWELL = cython.declare(cython.int, ASIDE_DWELL)
 _ASIDE_PAUSE = cython.declare(cython.int, ASIDE_PAUSE)
 _ASIDE_EXACT = cython.declare(cython.int, ASIDE_EXACT)
 _ASIDE_PATH = cython.declare(cython.int, ASIDE_PATH)
+_ASIDE_TOOL = cython.declare(cython.int, ASIDE_TOOL)
 #: Asides of one block beside the waits of its holes, at most.
 _MOST_ASIDES = cython.declare(cython.int, 8)
 #: Repeats of a hole that are made here.
@@ -83,7 +85,7 @@ _number: cython.int
 for _number in range(100):
     _NEEDS[_number] = _PECK_MOVES[_number] = _LAST_MOVES[_number] = 0
 
-#: Slots of the words of a block: the nine axes X Y Z A B C U V W, I J K, R, F, and behind those of plain motions S P Q L.
+#: Slots of the words of a block: the nine axes X Y Z A B C U V W, I J K, R, F, and behind those of plain motions S P Q L T.
 _AXES = cython.declare(cython.int, 9)
 _I = cython.declare(cython.int, 9)
 _R = cython.declare(cython.int, 12)
@@ -92,6 +94,7 @@ _S = cython.declare(cython.int, 14)
 _P = cython.declare(cython.int, 15)
 _Q = cython.declare(cython.int, 16)
 _L = cython.declare(cython.int, 17)
+_T = cython.declare(cython.int, 18)
 #: The same as sets of slots, a bit each.
 _ANY_AXIS = cython.declare(cython.uint, 0x1FF)
 _ANY_OFFSET = cython.declare(cython.uint, 0xE00)
@@ -102,17 +105,18 @@ _SPOKEN = cython.declare(cython.uint, 1 << 14)
 _WAIT = cython.declare(cython.uint, 1 << 15)
 _PECK = cython.declare(cython.uint, 1 << 16)
 _TIMES = cython.declare(cython.uint, 1 << 17)
-_RARE = cython.declare(cython.uint, 15 << 14)
+_NEXT = cython.declare(cython.uint, 1 << 18)
+_RARE = cython.declare(cython.uint, 31 << 14)
 #: Letters that have no slot of their own: G and M.
-_CODE = cython.declare(cython.int, 18)
-_FUNCTION = cython.declare(cython.int, 19)
+_CODE = cython.declare(cython.int, 19)
+_FUNCTION = cython.declare(cython.int, 20)
 _OTHER = cython.declare(cython.int, -1)
 
 #: Slot of the word of each letter from a to z, `_CODE`, `_FUNCTION` or `_OTHER`.
 _SLOT = cython.declare(cython.schar[26])
 _letter: cython.int
 for _letter in range(26):
-    _SLOT[_letter] = b"xyzabcuvwijkrfspqlgm".find(97 + _letter)
+    _SLOT[_letter] = b"xyzabcuvwijkrfspqltgm".find(97 + _letter)
 
 #: The modes in force, from `modes` and `levels`; `first` and `second` are the columns of the plane's axes, `offsets` the
 #: slots of the offsets that an arc in it may have.
@@ -131,6 +135,8 @@ _Modes = cython.struct(
     in_cycle=cython.bint,
     old_level=cython.bint,
     exact=cython.bint,
+    tools=cython.bint,
+    system=cython.double,
     feed=cython.double,
     radius_tolerance=cython.double,
     centre_tolerance=cython.double,
@@ -148,6 +154,8 @@ _Block = cython.struct(
     motion=cython.int,
     absolute=cython.int,
     plane_said=cython.bint,
+    system_said=cython.bint,
+    changes=cython.bint,
     rare=cython.bint,
     plane=cython.int,
     old_level=cython.int,
@@ -191,6 +199,8 @@ def _modes_in_force(modes: cython.longlong[::1], levels: cython.double[::1]) -> 
     force.in_cycle = modes[IN_CYCLE]
     force.old_level = modes[OLD_LEVEL]
     force.exact = modes[EXACT]
+    force.tools = modes[TOOLS] and force.silent and force.free_spindle
+    force.system = levels[SYSTEM]
     force.feed = levels[FEED]
     force.radius_tolerance = levels[RADIUS_TOLERANCE]
     force.centre_tolerance = levels[CENTRE_TOLERANCE]
@@ -217,6 +227,9 @@ def _with_code(block: _Block, code: cython.double, force: _Modes) -> _Block:
         # The plane in force, said again.
         block.plain = not block.plane_said
         block.plane_said = True
+    elif force.silent and code == force.system:
+        block.plain = not block.system_said
+        block.system_said = True
     elif force.silent and 0.0 < code < 100.0 and code == cython.cast(cython.int, code):
         block = _with_rare_code(block, cython.cast(cython.int, code), force)
     else:
@@ -259,7 +272,7 @@ def _with_rare_code(block: _Block, code: cython.int, force: _Modes) -> _Block:
 @cython.nogil
 @cython.exceptval(check=False)
 def _with_function(block: _Block, code: cython.double, force: _Modes) -> _Block:
-    """Return the block with an M word taken in: spindle or coolant, where no text of it is wanted."""
+    """Return the block with an M word taken in: spindle, coolant or tool, where no text of it is wanted."""
     block.rare = True
     if code == 3.0 or code == 4.0 or code == 5.0:
         block.plain = block.spindle < 0 and force.silent and force.free_spindle
@@ -267,6 +280,9 @@ def _with_function(block: _Block, code: cython.double, force: _Modes) -> _Block:
     elif code == 7.0 or code == 8.0 or code == 9.0:
         block.plain = block.coolant < 0 and force.silent
         block.coolant = cython.cast(cython.int, code)
+    elif code == 6.0:
+        block.plain = not block.changes and force.tools
+        block.changes = True
     else:
         block.plain = False
     return block
@@ -294,6 +310,8 @@ def _words(
         motion=-1,
         absolute=-1,
         plane_said=False,
+        system_said=False,
+        changes=False,
         rare=False,
         plane=0,
         old_level=-1,
@@ -354,6 +372,10 @@ def _with_rare_words(block: _Block, force: _Modes, word: cython.p_double) -> _Bl
         block.plain = False
     if block.given & _SPOKEN and not (word[_S] >= 0.0 and force.silent and force.free_spindle):
         block.plain = False
+    if block.given & _NEXT and not (
+        force.tools and 0.0 <= word[_T] <= _LARGEST and word[_T] == floor(word[_T])
+    ):
+        block.plain = False
     if block.given & _WAIT and not (block.dwells or needs & _GIVEN_P):
         block.plain = False
     if block.given & _PECK and not needs & _GIVEN_Q:
@@ -369,7 +391,7 @@ def _with_rare_words(block: _Block, force: _Modes, word: cython.p_double) -> _Bl
 @cython.exceptval(check=False)
 def _only_modes(block: _Block, force: _Modes) -> cython.bint:
     """Tell whether a block changes modes or the feed alone, and nobody needs to be told."""
-    return force.silent and block.motion < 0 and not block.given & ~(_FEED | _SPOKEN | _WAIT)
+    return force.silent and block.motion < 0 and not block.given & ~(_FEED | _SPOKEN | _WAIT | _NEXT)
 
 
 @cython.cfunc
@@ -554,6 +576,7 @@ class Advance:
     Attributes:
         rows, asides, events: How many motions, asides, and asides that are events the last run made.
         drilled: How many of the motions are of holes.
+        changed: The tool that was changed in last, -1 for none.
         full: Whether the last run ended as a column had no room for the block.
     """
 
@@ -582,6 +605,7 @@ class Advance:
     asides = cython.declare(cython.Py_ssize_t, visibility="public")
     events = cython.declare(cython.Py_ssize_t, visibility="public")
     drilled = cython.declare(cython.Py_ssize_t, visibility="public")
+    changed = cython.declare(cython.double, visibility="public")
     full = cython.declare(cython.bint, visibility="public")
     outcome = cython.declare(cython.int)
 
@@ -619,12 +643,13 @@ class Advance:
         passed_over: cython.int = _SLASH if self.modes[SKIP_SLASH] else 0
         left: cython.int = _ACTIVE if force.silent else _ACTIVE | _COMMENT
         block: _Block
-        word = cython.declare(cython.double[18])
+        word = cython.declare(cython.double[19])
         done: cython.Py_ssize_t = last
         begin: cython.Py_ssize_t
         finish: cython.Py_ssize_t = self.word_end[first - 1] if first > 0 else 0
         b: cython.Py_ssize_t
         self.rows = self.asides = self.events = self.drilled = 0
+        self.changed = -1.0
         self.outcome = _MADE
         for b in range(first, last):
             begin = finish
@@ -747,6 +772,13 @@ class Advance:
         if block.given & _SPOKEN:
             self.levels[_SPEED] = word[_S]
             self._aside(b, _ASIDE_SPEED, word[_S], True)
+        if block.given & _NEXT:
+            self.levels[_TOOL] = word[_T]
+            self._aside(b, _ASIDE_TOOL, word[_T], False)
+        if block.changes:
+            self.modes[_DIRECTION] = 0
+            self.changed = self.levels[_TOOL]
+            self._aside(b, 6, 0.0, True)
         if block.spindle >= 0:
             self.modes[_DIRECTION] = (block.spindle == 3) - (block.spindle == 4)
             self._aside(b, block.spindle, 0.0, True)

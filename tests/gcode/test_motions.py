@@ -123,7 +123,7 @@ def shop_lines(draw: st.DrawFn) -> str:
     kind = draw(st.integers(0, 9))
     words = [
         x
-        for x in ("M3", "M8", "M5", "M9", "M7", "M4", "G17", "G18", "G40", "G80", "G98", "G99")
+        for x in ("M3", "M8", "M5", "M9", "M7", "M4", "G17", "G18", "G40", "G80", "G98", "G99", "G54", "M6")
         if draw(_RARELY)
     ]
     if kind < 5:
@@ -149,10 +149,25 @@ def shop_lines(draw: st.DrawFn) -> str:
         words.append(
             draw(
                 st.sampled_from(
-                    ["G90", "G91", "G20", "G21", "G94", "G95", "G61", "G64", "G96 S90", "G97", "T1 M6"]
+                    [
+                        "G90",
+                        "G91",
+                        "G20",
+                        "G21",
+                        "G94",
+                        "G95",
+                        "G61",
+                        "G64",
+                        "G96 S90",
+                        "G97",
+                        "G55",
+                        "G1 X#5400",
+                    ]
                 )
             )
         )
+    if draw(_RARELY):
+        words.append(draw(st.sampled_from(["T1", "T0", "T12", "T2.5", "T-1", "T7 T8"])))
     if draw(_RARELY):
         words.append(f"F{draw(decimal(0, 500))}")
     return " ".join(words) + draw(st.sampled_from(["", " (remark)"]))

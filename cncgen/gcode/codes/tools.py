@@ -89,11 +89,17 @@ def change(ip: Interpreter, block: Block) -> None:
     state.direction = 0
     ip.sink.set_spindle(state.speed, 0)
     ip.sink.call("STOP_SPINDLE_TURNING(0)")
-    number = state.fetched = state.selected
-    if number or not ip.options.stand_alone:
-        state.tool = number
-        load_tool_parameters(ip)
+    number = state.selected
+    put_in(ip, number)
     ip.sink.call(f"CHANGE_TOOL({ip.tools.place_of(number)})", Event("tool", True, values=_sizes(ip, number)))
+
+
+def put_in(ip: Interpreter, number: int) -> None:
+    """Have a tool in the spindle, and its sizes in the parameters."""
+    ip.state.fetched = number
+    if number or not ip.options.stand_alone:
+        ip.state.tool = number
+        load_tool_parameters(ip)
 
 
 def take_position(ip: Interpreter, block: Block) -> None:

@@ -12,7 +12,7 @@ from cncgen.gcode.codes.feeds import feeds_meant
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.sinks.sink import MotionBatch
-from cncgen.gcode.state.modal import NO_MOTION
+from cncgen.gcode.state.modal import NO_MOTION, SYSTEM_CODES
 from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, column
 from cncgen.kernels import gcode_motion
 from cncgen.toolpath.record import PathMode
@@ -99,6 +99,7 @@ class Batches:
             state.flood,
             state.retract_old,
             state.path_mode is PathMode.EXACT_PATH,
+            ip.dialect == "linuxcnc" and not ip.tools.given,
             *self._modes[gcode_motion.CYCLE :],
         )
         _FORCE_LEVELS.pack_into(
@@ -111,6 +112,8 @@ class Batches:
             CENTRE_FACTOR * CENTRE_TOLERANCE[inches],
             *feeds_meant(ip),
             state.speed,
+            SYSTEM_CODES[state.system - 1] / 10 if state.system <= len(SYSTEM_CODES) else -1.0,
+            state.selected,
             *self._levels[gcode_motion.PECK_CLEARANCE :],
         )
 
@@ -146,9 +149,15 @@ class Batches:
         state.absolute = bool(modes[gcode_motion.ABSOLUTE])
         if self._kernel.drilled:
             self._take_cycle()
+        if self._kernel.changed >= 0.0:
+            from cncgen.gcode.codes.tools import put_in
+
+            put_in(self._ip, int(self._kernel.changed))
+            state.position = sink.where(state.position)
         if self._kernel.asides:
             state.plane = modes[gcode_motion.PLANE]
             state.speed, state.direction = levels[gcode_motion.SPEED], modes[gcode_motion.DIRECTION]
+            state.selected = int(levels[gcode_motion.TOOL])
             state.mist, state.flood = bool(modes[gcode_motion.MIST]), bool(modes[gcode_motion.FLOOD])
         state.retract_old = bool(modes[gcode_motion.OLD_LEVEL])
         feed = levels[gcode_motion.FEED]
@@ -202,6 +211,9 @@ class Batches:
         elif kind == gcode_motion.ASIDE_SPEED:
             block.words["s"] = value
             ip.codes["S", 0].run(ip, block)
+        elif kind == gcode_motion.ASIDE_TOOL:
+            block.words["t"] = value
+            ip.codes["T", 0].run(ip, block)
         elif kind == gcode_motion.ASIDE_DWELL:
             block.words["p"] = value
             ip.codes["G", 40].run(ip, block)
