@@ -6,12 +6,15 @@ The examples of most codes of G-code are the programs of ``programs/bad``, whose
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any
+
+from cncgen.records import dataclass, field
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 #: The rooms that report diagnostics, each with a file ``explanations.toml``.
 ROOMS = (
@@ -94,8 +97,13 @@ def _indented(text: str) -> str:
 @cache
 def _room(name: str) -> dict[str, dict[str, Any]]:
     """Return the table of a room."""
-    file = Path(__file__).parent / name / "explanations.toml"
-    return tomllib.loads(file.read_text(encoding="utf-8"))
+    import tomllib
+
+    return tomllib.loads(_text(name))
+
+
+def _text(room: str) -> str:
+    return (Path(__file__).parent / room / "explanations.toml").read_text(encoding="utf-8")
 
 
 @cache
@@ -120,7 +128,9 @@ def codes() -> list[str]:
 
 def cure_of(room: str, code: str) -> str:
     """Return what to do about a diagnostic of a room, "" where nothing is known of it."""
-    return str(_room(room).get(code, {}).get("cure", ""))
+    # One cure is asked for while a program is checked: to read the whole file as TOML would take longer than the check.
+    found = re.search(rf'(?ms)^\[{re.escape(code)}\]\n(?:(?!^\[).)*?^cure = "([^"\\\n]*)"$', _text(room))
+    return found[1] if found else str(_room(room).get(code, {}).get("cure", ""))
 
 
 def explanation(code: str) -> Explanation | None:

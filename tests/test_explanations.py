@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from cncgen.cli import app
-from cncgen.explanations import ROOMS, codes, explanation
+from cncgen.explanations import ROOMS, codes, cure_of, explanation
 
 PACKAGE = Path(__file__).resolve().parent.parent / "cncgen"
 #: What makes a diagnostic of the code that is among its first arguments.
@@ -136,3 +136,12 @@ def test_who_reads_at_a_terminal_is_told_of_the_page(
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     app.run(["check", str(tmp_path / "part.nc")])
     assert capsys.readouterr().err.splitlines()[-1] == told
+
+
+def test_a_cure_is_that_of_the_file() -> None:
+    """One is looked up without reading the file as TOML."""
+    for code in codes():
+        found = explanation(code)
+        assert found is not None
+        assert cure_of(found.room, code) == found.cure, code
+    assert cure_of("gcode", "no-such-code") == ""

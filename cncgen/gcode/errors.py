@@ -111,6 +111,13 @@ def _same(written: str, number: str) -> bool:
         return False
 
 
+def _cure(code: str) -> str:
+    """Return what to do about a fault that has no hint of its own."""
+    from cncgen.explanations import cure_of
+
+    return cure_of("gcode", code)
+
+
 class Reporter:
     """Places faults in their source and adds them to the run's diagnostics."""
 
@@ -130,8 +137,6 @@ class Reporter:
         """Add the diagnostic of a fault found in the line that begins at byte `offset` of `source`."""
         if severity is Severity.ERROR:
             self.on_error()
-        from cncgen.explanations import cure_of
-
         text = source.text_at(offset)
         column, length = error.column, error.length
         if not column:
@@ -145,7 +150,7 @@ class Reporter:
                 Span(source.name, line, column, length),
                 excerpt,
                 cut,
-                error.hint or cure_of("gcode", error.code),
+                error.hint or _cure(error.code),
                 error.values,
             )
         )
