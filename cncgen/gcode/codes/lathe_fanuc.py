@@ -21,7 +21,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage, zeros
 from cncgen.gcode.text.labels import Cursor
-from cncgen.records import dataclass, field
+from cncgen.records import dataclass, field, replace
 from cncgen.toolpath.record import Event
 
 ONLY = (LATHE,)
