@@ -75,6 +75,18 @@ class ToolTable:
             self.tools[number] = tool
         return tool
 
+    def made(self, number: int) -> Tool:
+        """Return a tool to be changed, which a program may describe that no table has."""
+        return self.tools.setdefault(number, self.find(number) or Tool(number, number))
+
+    def named(self, name: str) -> int | None:
+        """Return the number of the tool whose remark is a name, whatever its capitals; None where no tool or several have it."""
+        wanted = name.strip().upper()
+        found = [
+            number for number, tool in self.tools.items() if wanted and tool.remark.strip().upper() == wanted
+        ]
+        return found[0] if len(found) == 1 else None
+
     def place_of(self, number: int) -> int:
         """Return which entry of the table a tool is, from 1, as canonical calls name it; 0 for no tool."""
         if number == 0 or number not in self.tools:

@@ -49,6 +49,25 @@ def turn(axis: int, degrees: float) -> Matrix:
     return tuple((r[0], r[1], r[2]) for r in rows)
 
 
+def made(kind: str, values: dict[str, float]) -> Frame:
+    """Return the frame that TRANS, ROT, SCALE or MIRROR of SINUMERIK makes of values of X Y Z.
+
+    Raises:
+        BlockError: A factor of 0.
+    """
+    x, y, z = (values.get(axis, 0.0) for axis in "XYZ")
+    if kind == "TRANS":
+        return Frame(shift=(x, y, z))
+    if kind == "ROT":
+        return Frame(product(product(turn(2, z), turn(1, y)), turn(0, x)))
+    mirrored = kind == "MIRROR"
+    a, b, c = ((-1.0 if axis in values else 1.0) if mirrored else values.get(axis, 1.0) for axis in "XYZ")
+    if min(abs(a), abs(b), abs(c)) == 0.0:
+        message = "SCALE has a factor of 0, which leaves nothing"
+        raise BlockError("scale-missing", message, "SCALE", hint="SCALE alone ends the scaling")
+    return Frame(((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c)))
+
+
 @dataclass(frozen=True, slots=True)
 class Frame:
     """An affine map of X Y Z; other axes stay."""

@@ -13,9 +13,8 @@ from cncgen.gcode.codes import rotary_paths, tool_point
 from cncgen.gcode.codes.cutter_compensation import CompensatedSink
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
-from cncgen.gcode.sinumerik.reading import Node
-from cncgen.gcode.state.systems import MORE_COUNT, SYSTEM_COUNT, first_parameter, load_system
+from cncgen.gcode.sinumerik.expressions import Scalar, number
+from cncgen.gcode.state.systems import MORE_COUNT, SYSTEM_COUNT
 from cncgen.toolpath.record import Event
 from cncgen.units import INCH
 
@@ -66,6 +65,7 @@ NAMED = frozenset(
         "DISR",
         "DISCL",
         "OFFN",
+        "OVR",
         "PIT",
         "DITS",
         "DITE",
@@ -155,6 +155,13 @@ _ACCEPTED = frozenset(
         "SPCOF",
         "SAVE",
         "ACTBLOCNO",
+        "DELAYFSTON",
+        "DELAYFSTOF",
+        "TOROTOF",
+        "PAROTOF",
+        "TOFFOF",
+        "TOFRAMEOF",
+        "CUTMODOF",
     ]
 )
 _MOTIONS = ("ASPLINE", "CSPLINE", "BSPLINE", "POLY", "CIP", "CT")
@@ -186,8 +193,6 @@ _PLAIN = frozenset(
     )
 )
 _FEED_MODES = {93: 930, 94: 940, 95: 950}
-#: The origin of G599.
-_LAST_ORIGIN = 99
 _NOT_READ = {
     147: "smooth approach", 148: "smooth retraction", 247: "smooth approach", 248: "smooth retraction", 347: "smooth approach",
     348: "smooth retraction", 291: "the ISO dialect (--dialect fanuc reads it)", 34: "threads of growing lead", 35: "threads of falling lead",
@@ -281,71 +286,15 @@ def kind_of(name: str) -> str:
 
 def _step(motions: Motions, kind: str, values: dict[str, float], rpl: float | None) -> frames.Frame:
     """Return the frame that one command makes."""
-    x, y, z = (values.get(axis, 0.0) for axis in "XYZ")
-    if kind == "TRANS":
-        return frames.Frame(shift=(x, y, z))
-    if kind == "ROT":
-        if rpl is not None:
-            return frames.Frame(frames.turn(motions.plane()[2], rpl))
-        return frames.Frame(
-            frames.product(frames.product(frames.turn(2, z), frames.turn(1, y)), frames.turn(0, x))
-        )
-    if kind == "SCALE":
-        factors = [values.get(axis, 1.0) for axis in "XYZ"]
-        if min(map(abs, factors)) == 0.0:
-            raise BlockError(
-                "scale-missing",
-                "SCALE has a factor of 0, which leaves nothing",
-                "SCALE",
-                hint="SCALE alone ends the scaling",
-            )
-        return _diagonal(factors)
-    return _diagonal([-1.0 if axis in values else 1.0 for axis in "XYZ"])
-
-
-def _diagonal(factors: list[float]) -> frames.Frame:
-    a, b, c = factors
-    return frames.Frame(((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c)))
+    if kind == "ROT" and rpl is not None:
+        return frames.Frame(frames.turn(motions.plane()[2], rpl))
+    return frames.made(kind, values)
 
 
 def take_frames(motions: Motions, wanted: frames.Frames) -> None:
     """Put frames in force."""
     frames.change(motions.ip, wanted.whole())
     motions.frames = wanted
-
-
-def set_frame(motions: Motions, name: str, at: list[Scalar], node: Node) -> None:
-    """$P_UIFR[n]=CTRANS(X,…,Y,…) sets the origin of G54 (1) and after, $P_PFRAME= the programmable frame."""
-    if node[1] != "CTRANS":
-        raise _not_read(f"{name}={node[1]}()", "origins are set by CTRANS")
-    values = [evaluate(argument, motions.store) for argument in node[2] if argument is not None]
-    shifts = {
-        str(axis).lower(): number(value) for axis, value in zip(values[::2], values[1::2], strict=False)
-    }
-    if name == "$P_PFRAME":
-        take_frames(
-            motions,
-            frames.Frames(
-                motions.frames.swivelled,
-                frames.Frame(shift=(shifts.get("x", 0.0), shifts.get("y", 0.0), shifts.get("z", 0.0))),
-            ),
-        )
-        return
-    if name != "$P_UIFR" or len(at) != 1:
-        raise _not_read(name, "a frame variable")
-    ip, system = motions.ip, round(number(at[0]))
-    if not 1 <= system <= _LAST_ORIGIN:
-        raise BlockError(
-            "system-number",
-            f"$P_UIFR[{system}]: origins are 1 to {_LAST_ORIGIN}",
-            "$P_UIFR",
-            hint="1 is G54, 5 is G505",
-        )
-    origin = [shifts.get(axis, 0.0) for axis in AXES]
-    ip.parameters.set_offset(first_parameter(system), origin, ip.table_scale())
-    if ip.state.system == system:
-        load_system(ip, system)
-        ip.sink.set_g5x_offset(system, ip.state.origin)
 
 
 # G functions.
@@ -425,9 +374,114 @@ def _compensate(motions: Motions, code: int) -> None:
             f"G{code}",
             hint="D1 takes the tool's radius",
         )
-    motions.emit({"d": float(ip.state.tool)} if ip.state.tool else {}, (code * 10,))
+    if motions.allowance:
+        _compensate_with_allowance(motions, code)
+    else:
+        motions.emit({"d": float(ip.state.tool)} if ip.state.tool else {}, (code * 10,))
     if isinstance(ip.sink, CompensatedSink):
         ip.sink.centre.cut_outside(motions.sharp_corners)
+
+
+def _compensate_with_allowance(motions: Motions, code: int) -> None:
+    """Begin compensation by the tool's radius and OFFN."""
+    ip = motions.ip
+    tool = ip.tools.find(ip.state.tool)
+    radius = (tool.diameter / 2.0 if tool else 0.0) * ip.table_scale() + motions.allowance
+    if radius < 0.0:
+        message = f"OFFN={motions.allowance:g} leaves a radius of {radius:g} to compensate"
+        raise BlockError(
+            "comp-radius", message, "OFFN", hint=f"OFFN is {radius - motions.allowance:g} or more below 0"
+        )
+    words = {"d": 2.0 * radius}
+    if tool and ip.state.plane == 18:
+        words["l"] = float(tool.orientation)
+    motions.emit(words, (code * 10 + 1,))
+
+
+def modal_values(motions: Motions, words: Words) -> None:
+    """OVR, the override of the feed in percent, and OFFN, the allowance that compensation leaves beside the tool's radius."""
+    if "OVR" in words.named:
+        percent = words.named.pop("OVR")[1]
+        if not 0.0 < percent <= _MOST_OVERRIDE:
+            message = f"OVR={percent:g} is not above 0 and at most {_MOST_OVERRIDE:g} percent"
+            raise BlockError("feed-override", message, "OVR", hint="OVR=100 is the feed as it is written")
+        feed, before = motions.ip.state.feed, motions.override
+        motions.override = percent / 100.0
+        if feed and "F" not in words.named:
+            motions.emit({"f": feed * motions.override / before})
+    if "OFFN" in words.named:
+        value = words.named.pop("OFFN")[1]
+        if value != motions.allowance and motions.ip.state.compensation != 40:
+            raise _not_read("OFFN", "an allowance that changes while compensation is on")
+        motions.allowance = value
+
+
+def position(motions: Motions, words: Words, *, beside: bool) -> None:
+    """POS[X]=, POSA[X]=: move axes by themselves, at FA or in traverse; beside a traverse they go along with it."""
+    moved, words.positions = words.positions, {}
+    if beside:
+        if motions.motion != "G0":
+            raise _not_read("POS", f"an axis that moves by itself beside {motions.motion}")
+        words.axes.update(moved)
+        return
+    feeds = [motions.axis_feeds.get(axis) for axis in moved]
+    before, feed, mode = motions.motion, motions.ip.state.feed, motions.ip.state.feed_mode
+    motions.set_motion("G0" if None in feeds else "G1")
+    if motions.motion == "G1":
+        given = min(value for value in feeds if value is not None)
+        motions.emit({"f": given}, (940,) if mode != 94 else ())
+    words.axes.update(moved)
+    motions.go(words)
+    if motions.motion == "G1":
+        motions.emit({"f": feed} if feed else {}, (_FEED_MODES[mode],) if mode != 94 else ())
+    motions.set_motion(before)
+
+
+def _axis_name(name: str, at: Scalar) -> str:
+    if not isinstance(at, str) or len(at) != 1 or at not in AXES.upper():
+        message = (
+            f'{name}[…]: "{at}" is not an axis'
+            if isinstance(at, str)
+            else f"{name}[{at:g}]: an axis is needed"
+        )
+        raise BlockError("variable-unknown", message, name, hint="axes are X Y Z A B C U V W")
+    return at
+
+
+def _own_position(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
+    words.positions[_axis_name(name, at)] = mode, value
+
+
+def _own_feed(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
+    motions.axis_feeds[_axis_name(name, at)] = value
+
+
+def _spindle_place(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
+    words.named[name] = mode, value
+
+
+def _limit(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
+    """ACC[X]= and kin: limits of an axis in percent, which the machine file has."""
+    if value != 100.0 and _LIMITED not in motions.ip.remarked:
+        motions.ip.remarked.add(_LIMITED)
+        message = (
+            f"{name}={value:g} changes a limit of an axis: the limits of the machine file are planned with"
+        )
+        hint = "a machine file of its own has other limits"
+        motions.ip.warn(BlockError("limit-kept", message, name, hint=hint), Severity.WARNING)
+
+
+#: Settings of one index: an axis or a spindle.
+INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = {
+    **dict.fromkeys(("POS", "POSA"), _own_position),
+    "FA": _own_feed,
+    **dict.fromkeys(("SPOS", "SPOSA"), _spindle_place),
+    **dict.fromkeys(("ACC", "OVRA", "VELOLIM", "ACCLIM", "JERKLIM"), _limit),
+}
+#: The largest OVR, in percent.
+_MOST_OVERRIDE = 200.0
+#: Stands among the remarks of a run once limits were told of.
+_LIMITED = -34
 
 
 def take_edge(motions: Motions) -> None:
@@ -675,7 +729,7 @@ CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     **dict.fromkeys(
         ("WORKPIECE", "CYCLE832", "SETMS", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL", "FGROUP", "FGREF",
          "FLIM", "VELOLIM", "ACCLIM", "DISPLOF", "SOFTA", "BRISKA", "SPCON", "SPCOF", "CPROT", "GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND",
-         "F_HEAD", "E_HEAD", "E_END", "F_END", "PROTD"),
+         "F_HEAD", "E_HEAD", "E_END", "F_END", "PROTD", "WAITP", "WAITS", "WAITMC"),
         nothing,
     ),
 }  # fmt: skip

@@ -27,7 +27,7 @@ Values = list[Scalar | None]
 #: Cycles that are named and not read.
 NOT_READ = frozenset(
     {"CYCLE60", "CYCLE62", "CYCLE63", "CYCLE64", "CYCLE70", "CYCLE78", "CYCLE79",
-     "CYCLE98", "CYCLE801", "CYCLE802", "CYCLE899", "CYCLE93", "CYCLE94", "CYCLE99",
+     "CYCLE98", "CYCLE899", "CYCLE93", "CYCLE94", "CYCLE99",
      "CYCLE951", "CYCLE952", "SLOT2", "POCKET1", "POCKET2", "HOLES3"}
 )  # fmt: skip
 #: Steps of one hole beyond which a step counts as a mistake.
@@ -462,6 +462,61 @@ def _circle(motions: Motions, name: str, values: Values) -> None:
     )
 
 
+def _grid(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE801(SPCA, SPCO, STA, DIS1, DIS2, NUM1, NUM2, VARI): holes in a grid, or (VARI 1) on its frame.
+
+    Rows along the smaller distance are visited to and fro.
+    """
+    _modal(motions, name)
+    if any(filled(values, k) for k in (9, 10)) or (len(values) > 11 and values[11]):
+        raise BlockError(
+            "not-read",
+            f"{name} with slanting sides or holes left out is not read",
+            name,
+            hint="ANG1, ANG2 and HIDE are empty",
+        )
+    way = cmath.rect(1.0, math.radians(filled(values, 2)))
+    origin, steps = complex(filled(values, 0), filled(values, 1)), (filled(values, 3), filled(values, 4))
+    counts = _count(name, values, 5), _count(name, values, 6)
+    inner = 0 if abs(steps[0]) <= abs(steps[1]) else 1
+    places = []
+    for row in range(counts[1 - inner]):
+        line = range(counts[inner]) if row % 2 == 0 else reversed(range(counts[inner]))
+        for column in line:
+            at = (column, row) if inner == 0 else (row, column)
+            if round(filled(values, 7)) == 1 and not any(
+                k in (0, n - 1) for k, n in zip(at, counts, strict=True)
+            ):
+                continue
+            places.append(origin + way * complex(at[0] * steps[0], at[1] * steps[1]))
+    _visit(motions, places)
+
+
+#: Places that CYCLE802 has at most.
+_MOST_PLACES = 9
+
+
+def _places(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE802(XA, YA, X0, Y0, X1, Y1, …): holes at up to nine places; digits of XA and YA, the last for X0: 1 a place, 2 a step."""
+    _modal(motions, name)
+    kinds = [f"{round(filled(values, k)):0{_MOST_PLACES}d}"[::-1] for k in (0, 1)]
+    places: list[complex] = []
+    at = [0.0, 0.0]
+    for k in range(_MOST_PLACES):
+        given = values[2 + 2 * k : 4 + 2 * k]
+        if len(given) < 2 or all(value is None for value in given):
+            break
+        for axis in (0, 1):
+            value = filled(values, 2 + 2 * k + axis)
+            at[axis] = at[axis] + value if kinds[axis][k] == "2" and places else value
+        places.append(complex(*at))
+    if not places:
+        raise BlockError(
+            "cycle-words", f"{name} has no place", name, hint="X0 and Y0 are its third and fourth argument"
+        )
+    _visit(motions, places)
+
+
 def _swivel(motions: Motions, name: str, values: Values) -> None:
     """CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, DIR, FR_I): the frame of a swivelled plane; alone, none.
 
@@ -525,4 +580,6 @@ CYCLES: dict[str, Callable[[Motions, str, Values], None]] = {
     "CYCLE800": _swivel,
     "HOLES1": _row,
     "HOLES2": _circle,
+    "CYCLE801": _grid,
+    "CYCLE802": _places,
 }

@@ -115,6 +115,9 @@ def evaluate(node: Node, variables: Variables) -> Scalar:
         case "un":
             operand = number(evaluate(node[2], variables))
             return {"-": -operand, "+": operand, "NOT": float(operand == 0.0)}[node[1]]
+    if node[1] == ":":
+        message = ": chains frames, and a number is needed"
+        raise BlockError("value-kind", message, hint="$P_PFRAME=CTRANS(X,10):CROT(Z,45)")
     return _binary(node[1], evaluate(node[2], variables), evaluate(node[3], variables))
 
 

@@ -17,7 +17,16 @@ from cncgen.gcode.codes.subprograms import of_builder
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinumerik import commands, contour_cycles, curves, cycles, faces, pockets
+from cncgen.gcode.sinumerik import (
+    arcs,
+    commands,
+    contour_cycles,
+    curves,
+    cycles,
+    faces,
+    frame_variables,
+    pockets,
+)
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
 from cncgen.gcode.sinumerik.reading import Item, Node
 from cncgen.gcode.sinumerik.variables import Store
@@ -55,6 +64,7 @@ class Words:
     polynomials: dict[str, list[float]] = field(default_factory=dict)
     commands: list[str] = field(default_factory=list)
     calls: list[tuple[str, tuple[Node | None, ...] | None]] = field(default_factory=list)
+    positions: dict[str, tuple[str, float]] = field(default_factory=dict)
 
     def value(self, name: str) -> float | None:
         """Return the value of a word, None where it does not stand in the block."""
@@ -112,6 +122,10 @@ class Motions:
         self.turret = False
         #: Factor of F, since G70 counts lengths in inches and F in mm.
         self.feed_scale = 1.0
+        #: OVR, as a part of F; OFFN; FA of the axes that POS moves.
+        self.override = 1.0
+        self.allowance = 0.0
+        self.axis_feeds: dict[str, float] = {}
         self.modal: tuple[str, tuple[Node | None, ...] | None] | None = None
         self.in_modal = False
         self.edge = 1
@@ -213,6 +227,8 @@ class Motions:
             self.store.set_parameter(number(indices[0], "the number of R"), value)
         elif name[0] == "R" and name[1:].isdigit() and not indices:
             self.store.set_parameter(float(name[1:]), value)
+        elif name in frame_variables.VARIABLES:
+            frame_variables.set_part(self, name, indices, number(value, f"the value of {name}"))
         else:
             self.store.set_value(name, indices, value)
 
@@ -300,8 +316,8 @@ class Motions:
             raise BlockError(
                 "not-read", f"{node[1]}() is not read", node[1], hint="AC, IC, DC, ACP and ACN are"
             )
-        elif node[0] == "fn" and node[1] in ("CTRANS", "CROT", "CSCALE", "CMIRROR", "CFINE"):
-            commands.set_frame(self, name, at, node)
+        elif frame_variables.is_frame(node):
+            frame_variables.set_frame(self, name, at, node)
             return
         if (
             not at
@@ -317,6 +333,9 @@ class Motions:
                 _once(words.axes, name, (mode, value))
             else:
                 _once(words.named, name, (mode, value))
+            return
+        if name in commands.INDEXED and len(at) == 1 and not self.store.has(name):
+            commands.INDEXED[name](self, words, name, at[0], mode, number(evaluate(node, self.store)))
             return
         if mode:
             raise BlockError(
@@ -364,6 +383,7 @@ class Motions:
 
     def _modes(self, words: Words) -> None:
         """Put the G functions of a block in force, in the order of the text."""
+        commands.modal_values(self, words)
         for code in words.g:
             if code in _MOTIONS:
                 self.set_motion(_MOTIONS[code])
@@ -404,15 +424,17 @@ class Motions:
         if "T" in words.texts:
             self.tool_named = True
             name = words.texts.pop("T")
-            self.note(
-                "tool-name",
-                f'the tool "{name}" has no length and no radius: the tool table has numbers',
-                "T",
-                "T and a number takes one of --tool-table",
-            )
-            words.named.setdefault("T", ("", 0.0))
+            found = self.ip.tools.named(name)
+            if found is None:
+                self.note(
+                    "tool-name",
+                    f'the tool "{name}" has no length and no radius: no remark of the tool table is that name',
+                    "T",
+                    "T and a number takes one of --tool-table",
+                )
+            words.named.setdefault("T", ("", float(found or 0)))
         feed = words.named.pop("F", None) if 4 not in words.g else None
-        out: dict[str, float] = {} if feed is None else {"f": feed[1] * self.feed_scale}
+        out: dict[str, float] = {} if feed is None else {"f": feed[1] * self.feed_scale * self.override}
         for name in ("S", "S1"):
             if name in words.named and 4 not in words.g:
                 out["s"] = words.named.pop(name)[1]
@@ -487,6 +509,8 @@ class Motions:
             return False
         polar = {"AP", "RP"} & words.named.keys()
         arc = {"I", "J", "K", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1"} & words.named.keys()
+        if words.positions:
+            commands.position(self, words, beside=bool(words.axes or polar or arc or words.polynomials))
         if not (words.axes or polar or arc or words.polynomials):
             return False
         end = self._end(words)
@@ -494,6 +518,9 @@ class Motions:
             self.end()
             self._machine(words)
             return True
+        feed, own = self.ip.state.feed, words.named.pop("FB", None)
+        if own is not None:
+            self.emit({"f": own[1] * self.feed_scale * self.override})
         if 9 in words.g and self.path[0] != "G60":
             path = self.path
             self.set_path("G60", None)
@@ -501,7 +528,13 @@ class Motions:
             self.set_path(*path)
         else:
             self._make(words, end)
+        if own is not None and feed:
+            self.emit({"f": feed})
         return True
+
+    def go(self, words: Words) -> None:
+        """Make the motion in force to the axis words of a block."""
+        self._make(words, self._end(words))
 
     def _machine(self, words: Words) -> None:
         """Move to machine coordinates."""
@@ -614,11 +647,11 @@ class Motions:
         words.axes.clear()
         start = self.ip.state.position.copy()
         if self.motion in ("G0", "G1"):
-            corner = self._corner(words) if self.motion == "G1" else {}
+            corner = self.corner(words) if self.motion == "G1" else {}
             self.emit({**given, **corner}, (0 if self.motion == "G0" else 10,))
             self.heading = [b - a for a, b in zip(start, self.ip.state.position, strict=True)]
         elif self.motion in ("G2", "G3", "CT", "CIP"):
-            self._arc(words, given, end, polar)
+            arcs.make(self, words, given, end, polar)
         elif self.motion == "BSPLINE":
             self.emit(
                 {
@@ -632,7 +665,7 @@ class Motions:
         else:
             commands.thread(self, words, given)
 
-    def _corner(self, words: Words) -> dict[str, float]:
+    def corner(self, words: Words) -> dict[str, float]:
         """Return the chamfer or rounding at the end of a motion, as words of the interpreter."""
         for name in ("FRC", "FRCM"):
             if words.named.pop(name, None) is not None:
@@ -641,140 +674,6 @@ class Motions:
             if name in words.named:
                 return {word: words.named.pop(name)[1]}
         return {",r": self.rounding} if self.rounding else {}
-
-    def _arc(self, words: Words, given: dict[str, float], end: list[float], polar: bool) -> None:
-        """Make an arc: about a centre, by radius, angle, intermediate point or tangent."""
-        first, second, _ = self.plane()
-        start = self.ip.state.position
-        begin, finish = complex(start[first], start[second]), complex(end[first], end[second])
-        corner = self._corner(words)
-        if self.motion == "CIP":
-            curves.through(self, words, given, end)
-            return
-        turns = words.named.pop("TURN", ("", 0.0))[1]
-        clockwise = self.motion == "G2"
-        if self.motion == "CT":
-            centre, clockwise = self._tangent_centre(begin, finish)
-        elif "CR" in words.named:
-            centre = self._radius_centre(begin, finish, words.named.pop("CR")[1], clockwise)
-        elif "AR" in words.named:
-            centre, finish = self._angle_arc(words, begin, finish, clockwise, bool(given))
-        elif polar and not {"I", "J", "K"} & words.named.keys():
-            centre = self.pole
-        else:
-            centre = self._centre(words, begin)
-        if turns != round(turns) or turns < 0:
-            raise BlockError(
-                "arc-turns",
-                f"TURN={turns:g} does not count full circles",
-                "TURN",
-                hint="TURN is 0 or more, whole",
-            )
-        out = {**given, **corner, AXES[first]: finish.real, AXES[second]: finish.imag}
-        offset = centre - begin
-        out["ijk"[first % 3]], out["ijk"[second % 3]] = offset.real, offset.imag
-        if turns:
-            out["p"] = turns + 1.0
-        self.emit(out, (20 if clockwise else 30,))
-        spin = -1j if clockwise else 1j
-        way = spin * (finish - centre)
-        self.heading = [0.0] * 9
-        self.heading[first], self.heading[second] = way.real, way.imag
-
-    def _centre(self, words: Words, begin: complex) -> complex:
-        """Return the centre of I J K: from the start, or where AC() says so as coordinates."""
-        first, second, _ = self.plane()
-        found = []
-        for column, place in ((first, begin.real), (second, begin.imag)):
-            mode, value = words.named.pop("IJK"[column % 3], ("", 0.0))
-            found.append(value * self.scale(AXES[column].upper()) if mode == "AC" else place + value)
-        wrong = next((n for n in "IJK" if n in words.named), None)
-        if wrong:
-            raise BlockError(
-                "arc-plane",
-                f"{wrong} is not of the plane G{self.ip.state.plane}",
-                wrong,
-                hint="G17 has I J, G18 I K, G19 J K",
-            )
-        if complex(*found) == begin:
-            raise BlockError(
-                "arc-centre",
-                f"{self.motion} has no centre: neither I J K nor CR nor AR",
-                self.motion,
-                hint="G2 X10 Y0 CR=10, or I5 J0",
-            )
-        return complex(*found)
-
-    def _radius_centre(self, begin: complex, finish: complex, radius: float, clockwise: bool) -> complex:
-        """Return the centre of an arc of a radius; more than half a turn where it is negative."""
-        chord = abs(finish - begin)
-        if chord == 0.0:
-            raise BlockError(
-                "arc-radius",
-                f"CR={radius:g} ends where it starts: every circle of that radius would do",
-                "CR",
-                hint="a full circle needs I J K",
-            )
-        half = radius * radius - chord * chord / 4.0
-        if half < -1e-3 * abs(radius):
-            raise BlockError(
-                "arc-radius",
-                f"CR={radius:g} is too small: the end is {chord:.4f} away",
-                "CR",
-                hint=f"CR is at least {chord / 2.0:.4f}",
-            )
-        aside = math.sqrt(max(half, 0.0))
-        # The centre is on the right of the chord for a clockwise arc of less than half a turn.
-        way = (finish - begin) / chord * (-1j if clockwise else 1j)
-        return (begin + finish) / 2.0 + way * (aside if radius > 0.0 else -aside)
-
-    def _angle_arc(
-        self, words: Words, begin: complex, finish: complex, clockwise: bool, ended: bool
-    ) -> tuple[complex, complex]:
-        """Return centre and end of an arc of the angle AR, whose end or centre is given."""
-        angle = math.radians(words.named.pop("AR")[1])
-        if not 0.0 < angle < 2.0 * math.pi:
-            raise BlockError(
-                "arc-angle",
-                f"AR={math.degrees(angle):g} is not the angle of an arc",
-                "AR",
-                hint="AR is above 0 and below 360",
-            )
-        turn = cmath.rect(1.0, -angle if clockwise else angle)
-        if {"I", "J", "K"} & words.named.keys():
-            if ended and finish != begin:
-                raise BlockError("arc-end", "AR has both an end and a centre", "AR", hint="leave one out")
-            centre = self._centre(words, begin)
-            return centre, centre + (begin - centre) * turn
-        if finish == begin:
-            raise BlockError(
-                "arc-end", "AR has neither an end nor a centre", "AR", hint="X Y or I J beside AR"
-            )
-        return (finish - begin * turn) / (1.0 - turn), finish
-
-    def _tangent_centre(self, begin: complex, finish: complex) -> tuple[complex, bool]:
-        """Return the centre of an arc that goes on in the direction of the motion before, and whether it turns clockwise."""
-        first, second, _ = self.plane()
-        way = complex(self.heading[first], self.heading[second]) if self.heading else 0j
-        if way == 0j:
-            raise BlockError(
-                "arc-tangent",
-                "CT has no motion before it whose direction it goes on in",
-                "CT",
-                hint="a line or arc of the plane comes before it",
-            )
-        way /= abs(way)
-        chord = finish - begin
-        side = (way.conjugate() * chord).imag
-        if abs(side) < 1e-9:
-            raise BlockError(
-                "arc-tangent",
-                "CT goes straight on: its end lies in the direction of the motion before",
-                "CT",
-                hint="use G1",
-            )
-        radius = abs(chord) ** 2 / (2.0 * side)
-        return begin + 1j * way * radius, side < 0.0
 
     def _left_over(self, words: Words) -> None:
         """Raise where a word belongs to nothing in its block."""

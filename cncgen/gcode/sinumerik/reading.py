@@ -193,6 +193,9 @@ def _transformer() -> Any:
         def join(self, c: list[Any]) -> Any:
             return ("bin", "<<", c[0], c[1])
 
+        def chain(self, c: list[Any]) -> Any:
+            return ("bin", ":", c[0], c[1])
+
         def and__(self, c: list[Any]) -> Any:
             return ("bin", "AND", c[0], c[1])
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from cncgen.gcode.block import AXIS_INDEX
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinumerik import frame_variables, tool_data
 from cncgen.gcode.sinumerik.expressions import Scalar, number
 
 #: R parameters that there are.
@@ -54,6 +55,7 @@ class Store:
 
     def __init__(self, ip: Interpreter) -> None:
         self.ip = ip
+        self.tools = tool_data.ToolData(ip)
         self.r: dict[int, float] = {}
         self.scopes: list[dict[str, Variable]] = [{}]
 
@@ -128,7 +130,7 @@ class Store:
             return variable.values[variable.place(name, indices)]
         if name.startswith("$"):
             return self._system(name, indices)
-        if name in "XYZABCUVW" and not indices:
+        if (name in "XYZABCUVW" or name in frame_variables.PARTS) and not indices:
             return name
         raise BlockError(
             "variable-unknown",
@@ -139,6 +141,11 @@ class Store:
 
     def set_value(self, name: str, indices: list[Scalar], value: Scalar) -> None:
         """Set a variable."""
+        if tool_data.names(name):
+            self.tools.set(
+                name, indices, number(value, f"the value of {name}") if not isinstance(value, str) else 0.0
+            )
+            return
         variable = self._found(name)
         if variable is None:
             raise BlockError(
@@ -162,6 +169,12 @@ class Store:
         ):
             position = state.position if _PLACES[name] == "program" else self.ip.machine_position()
             return position[AXIS_INDEX[indices[0].lower()]]
+        if name == frame_variables.ORIGINS:
+            return frame_variables.part(self.ip, indices)
+        if tool_data.names(name):
+            return self.tools.value(name, indices)
+        if name == "$P_AD" and len(indices) == 1:
+            return self.tools.value(f"$TC_DP{round(number(indices[0]))}", [float(state.tool)])
         tool = self.ip.tools.find(state.tool)
         plain = {
             "$P_TOOLNO": float(state.tool), "$P_F": state.feed, "$P_S": state.speed, "$P_MSNUM": 1.0, "$P_SIM": 0.0,
@@ -173,6 +186,6 @@ class Store:
                 "variable-unknown",
                 f"the system variable {name} is not read",
                 name,
-                hint=f"read are {', '.join([*_PLACES, *_PLANE_AXES, *plain])}",
+                hint=f"read are {', '.join([*_PLACES, *_PLANE_AXES, *plain])}, $P_UIFR, $TC_DP",
             )
         return plain[name]

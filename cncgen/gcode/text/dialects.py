@@ -119,6 +119,7 @@ _WRITTEN = (
     _sign("the head of a file of SINUMERIK", _all(30, _S), rb"^[ \t]*(?:%_N_\w+_(?:MPF|SPF)\b|;\$PATH=)", b"%_N", b";$PATH"),
     _sign("a message of SINUMERIK", _all(12, _S), rb"\bMSG[ \t]*\([ \t]*[\")]", b"MSG"),
     _sign("a cycle of SINUMERIK", _all(20, _S), rb"\b(?:CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|LONGHOLE|WORKPIECE|CONTPRON)[ \t]*\(", b"CYCLE", b"POCKET", b"SLOT", b"HOLE", b"WORKPIECE", b"CONTPRON"),
+    _sign("a call with arguments", _all(8, _S), rb"^[ \t]*(?:N\d+[ \t]+)?[A-Z_]{3}\w*[ \t]*\((?:[-+.\w$\"]*,)+[-+.\w$\"]*\)[ \t]*(?:;[^\n]*)?$", b","),
     _sign("a step of ShopMill", _all(20, _S), rb"^[ \t]*(?:N\d+[ \t]*)?[EF]_[A-Z_]+\d*[ \t]*\(", b"E_", b"F_"),
     _sign("a definition of SINUMERIK", _all(20, _S), rb"^[ \t]*(?:N\d+[ \t]*)?(?:DEF[ \t]+(?:REAL|INT|BOOL|CHAR|STRING|AXIS|FRAME)\b|PROC[ \t]+[A-Z_]|EXTERN[ \t]+[A-Z_])", b"DEF", b"PROC", b"EXTERN"),
     _sign("a tool by its name", _all(12, _S), rb"\bT[ \t]*=[ \t]*\"", b'"'),
@@ -276,6 +277,7 @@ def choose(source: Source) -> Choice:
         *_found(_SPOKEN, replace(written, text=re.sub(_REMARKS, b"", written.text))),
         *_found(_BARE, blocks),
         *_of_feeds(blocks),
+        *_of_name(source.name),
     ]
     totals = dict.fromkeys((*_READ, *UNREAD), 0.0)
     for _, weights, _ in found:
@@ -295,6 +297,12 @@ def _found(signs: Iterable[_Sign], lines: _Lines) -> Iterable[_Found]:
         match = lines.search(sign.pattern)
         if match:
             yield sign.reason, sign.weights, lines.number(match)
+
+
+def _of_name(name: str) -> Iterable[_Found]:
+    """Yield what the suffix of a file says: SINUMERIK's programs are .mpf and .spf."""
+    if name.lower().endswith((".mpf", ".spf")):
+        yield "the suffix of SINUMERIK's programs", {_S: 4.0}, 1
 
 
 def _of_feeds(blocks: _Lines) -> Iterable[_Found]:

@@ -1,0 +1,153 @@
+"""Arcs of SINUMERIK: by centre, radius (CR), angle (AR), intermediate point (CIP), tangent (CT) or pole, with turns (TURN)."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import AXES
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik import curves
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions, Words
+
+
+def make(motions: Motions, words: Words, given: dict[str, float], end: list[float], polar: bool) -> None:
+    """Make an arc: about a centre, by radius, angle, intermediate point or tangent."""
+    first, second, _ = motions.plane()
+    start = motions.ip.state.position
+    begin, finish = complex(start[first], start[second]), complex(end[first], end[second])
+    corner = motions.corner(words)
+    if motions.motion == "CIP":
+        curves.through(motions, words, given, end)
+        return
+    turns = words.named.pop("TURN", ("", 0.0))[1]
+    clockwise = motions.motion == "G2"
+    if motions.motion == "CT":
+        centre, clockwise = _tangent_centre(motions, begin, finish)
+    elif "CR" in words.named:
+        centre = _radius_centre(motions, begin, finish, words.named.pop("CR")[1], clockwise)
+    elif "AR" in words.named:
+        centre, finish = _angle_arc(motions, words, begin, finish, clockwise, bool(given))
+    elif polar and not {"I", "J", "K"} & words.named.keys():
+        centre = motions.pole
+    else:
+        centre = _centre(motions, words, begin)
+    if turns != round(turns) or turns < 0:
+        raise BlockError(
+            "arc-turns",
+            f"TURN={turns:g} does not count full circles",
+            "TURN",
+            hint="TURN is 0 or more, whole",
+        )
+    out = {**given, **corner, AXES[first]: finish.real, AXES[second]: finish.imag}
+    offset = centre - begin
+    out["ijk"[first % 3]], out["ijk"[second % 3]] = offset.real, offset.imag
+    if turns:
+        out["p"] = turns + 1.0
+    motions.emit(out, (20 if clockwise else 30,))
+    spin = -1j if clockwise else 1j
+    way = spin * (finish - centre)
+    motions.heading = [0.0] * 9
+    motions.heading[first], motions.heading[second] = way.real, way.imag
+
+
+def _centre(motions: Motions, words: Words, begin: complex) -> complex:
+    """Return the centre of I J K: from the start, or where AC() says so as coordinates."""
+    first, second, _ = motions.plane()
+    found = []
+    for column, place in ((first, begin.real), (second, begin.imag)):
+        mode, value = words.named.pop("IJK"[column % 3], ("", 0.0))
+        found.append(value * motions.scale(AXES[column].upper()) if mode == "AC" else place + value)
+    wrong = next((n for n in "IJK" if n in words.named), None)
+    if wrong:
+        raise BlockError(
+            "arc-plane",
+            f"{wrong} is not of the plane G{motions.ip.state.plane}",
+            wrong,
+            hint="G17 has I J, G18 I K, G19 J K",
+        )
+    if complex(*found) == begin:
+        raise BlockError(
+            "arc-centre",
+            f"{motions.motion} has no centre: neither I J K nor CR nor AR",
+            motions.motion,
+            hint="G2 X10 Y0 CR=10, or I5 J0",
+        )
+    return complex(*found)
+
+
+def _radius_centre(
+    motions: Motions, begin: complex, finish: complex, radius: float, clockwise: bool
+) -> complex:
+    """Return the centre of an arc of a radius; more than half a turn where it is negative."""
+    chord = abs(finish - begin)
+    if chord == 0.0:
+        raise BlockError(
+            "arc-radius",
+            f"CR={radius:g} ends where it starts: every circle of that radius would do",
+            "CR",
+            hint="a full circle needs I J K",
+        )
+    half = radius * radius - chord * chord / 4.0
+    if half < -1e-3 * abs(radius):
+        raise BlockError(
+            "arc-radius",
+            f"CR={radius:g} is too small: the end is {chord:.4f} away",
+            "CR",
+            hint=f"CR is at least {chord / 2.0:.4f}",
+        )
+    aside = math.sqrt(max(half, 0.0))
+    # The centre is on the right of the chord for a clockwise arc of less than half a turn.
+    way = (finish - begin) / chord * (-1j if clockwise else 1j)
+    return (begin + finish) / 2.0 + way * (aside if radius > 0.0 else -aside)
+
+
+def _angle_arc(
+    motions: Motions, words: Words, begin: complex, finish: complex, clockwise: bool, ended: bool
+) -> tuple[complex, complex]:
+    """Return centre and end of an arc of the angle AR, whose end or centre is given."""
+    angle = math.radians(words.named.pop("AR")[1])
+    if not 0.0 < angle < 2.0 * math.pi:
+        raise BlockError(
+            "arc-angle",
+            f"AR={math.degrees(angle):g} is not the angle of an arc",
+            "AR",
+            hint="AR is above 0 and below 360",
+        )
+    turn = cmath.rect(1.0, -angle if clockwise else angle)
+    if {"I", "J", "K"} & words.named.keys():
+        if ended and finish != begin:
+            raise BlockError("arc-end", "AR has both an end and a centre", "AR", hint="leave one out")
+        centre = _centre(motions, words, begin)
+        return centre, centre + (begin - centre) * turn
+    if finish == begin:
+        raise BlockError("arc-end", "AR has neither an end nor a centre", "AR", hint="X Y or I J beside AR")
+    return (finish - begin * turn) / (1.0 - turn), finish
+
+
+def _tangent_centre(motions: Motions, begin: complex, finish: complex) -> tuple[complex, bool]:
+    """Return the centre of an arc that goes on in the direction of the motion before, and whether it turns clockwise."""
+    first, second, _ = motions.plane()
+    way = complex(motions.heading[first], motions.heading[second]) if motions.heading else 0j
+    if way == 0j:
+        raise BlockError(
+            "arc-tangent",
+            "CT has no motion before it whose direction it goes on in",
+            "CT",
+            hint="a line or arc of the plane comes before it",
+        )
+    way /= abs(way)
+    chord = finish - begin
+    side = (way.conjugate() * chord).imag
+    if abs(side) < 1e-9:
+        raise BlockError(
+            "arc-tangent",
+            "CT goes straight on: its end lies in the direction of the motion before",
+            "CT",
+            hint="use G1",
+        )
+    radius = abs(chord) ** 2 / (2.0 * side)
+    return begin + 1j * way * radius, side < 0.0

@@ -1,0 +1,157 @@
+"""Frame variables of SINUMERIK: $P_UIFR[n], the origins of G54 and after, and $P_PFRAME, the programmable frame.
+
+A frame is written as a chain of CTRANS, CROT, CSCALE, CMIRROR and CFINE, or part by part: ``$P_UIFR[1,X,TR]=10`` (840D sl, Job planning,
+"Frames").
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import AXES, AXIS_INDEX
+from cncgen.gcode.codes import affine as frames
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
+from cncgen.gcode.sinumerik.reading import Node
+from cncgen.gcode.state.systems import first_parameter, load_system
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions
+
+#: Functions that make a frame, and the operator that chains them.
+MAKERS = ("CTRANS", "CROT", "CSCALE", "CMIRROR", "CFINE")
+CHAIN = ":"
+#: Variables that hold a frame.
+ORIGINS, PROGRAMMABLE = "$P_UIFR", "$P_PFRAME"
+VARIABLES = (ORIGINS, PROGRAMMABLE)
+#: Parts of a frame: shift, fine shift, rotation, scale, mirror.
+PARTS = ("TR", "FI", "RT", "SC", "MI")
+#: The origin of G599.
+LAST_ORIGIN = 99
+
+
+def is_frame(node: Node) -> bool:
+    """Tell whether an expression is a frame."""
+    return (node[0] == "fn" and node[1] in MAKERS) or (node[0] == "bin" and node[1] == CHAIN)
+
+
+def _refused(what: str, why: str) -> BlockError:
+    return BlockError(
+        "not-read", f"{what} ({why}) is not read", what, hint="docs/sinumerik.md lists what is read"
+    )
+
+
+def _frame(motions: Motions, node: Node) -> frames.Frame:
+    """Return the frame of a chain."""
+    if node[0] == "bin" and node[1] == CHAIN:
+        return _frame(motions, node[2]).then(_frame(motions, node[3]))
+    if node[0] == "var" and node[1] == PROGRAMMABLE and not node[2]:
+        return motions.frames.programmable
+    if node[0] == "var" and node[1] == ORIGINS and len(node[2]) == 1:
+        origin = _origin(motions.ip, _system(evaluate(node[2][0], motions.store)))
+        return frames.Frame(shift=(origin[0], origin[1], origin[2]))
+    if node[0] != "fn" or node[1] not in MAKERS:
+        raise _refused(str(node[1]), "no frame")
+    kind = {"CTRANS": "TRANS", "CFINE": "TRANS"}.get(node[1], str(node[1])[1:])
+    values = [evaluate(argument, motions.store) for argument in node[2] if argument is not None]
+    if kind == "MIRROR":
+        return frames.made(kind, {str(axis): 1.0 for axis in values})
+    return frames.made(
+        kind, {str(axis): number(value) for axis, value in zip(values[::2], values[1::2], strict=False)}
+    )
+
+
+def set_frame(motions: Motions, name: str, at: list[Scalar], node: Node) -> None:
+    """Set a frame variable; an origin is a shift alone."""
+    motions.end()
+    made = _frame(motions, node)
+    if name == PROGRAMMABLE and not at:
+        _take(motions, made)
+        return
+    if name != ORIGINS or len(at) != 1:
+        raise _refused(name, "a frame variable")
+    if made.matrix != frames.UNIT:
+        raise _refused(ORIGINS, "an origin that turns or scales")
+    shift = [*made.shift, *([0.0] * 6)]
+    given = _axes_of(motions, node)
+    _set_origin(motions.ip, _system(at[0]), [given.get(k, value) for k, value in enumerate(shift)])
+
+
+def _axes_of(motions: Motions, node: Node) -> dict[int, float]:
+    """Return the shifts of the axes beside X Y Z."""
+    if node[0] != "fn":
+        return {}
+    values = [evaluate(argument, motions.store) for argument in node[2] if argument is not None]
+    found = {
+        AXIS_INDEX.get(str(axis).lower(), -1): number(value)
+        for axis, value in zip(values[::2], values[1::2], strict=False)
+    }
+    return {column: value for column, value in found.items() if column > 2}
+
+
+def _take(motions: Motions, programmable: frames.Frame) -> None:
+    wanted = frames.Frames(motions.frames.swivelled, programmable)
+    frames.change(motions.ip, wanted.whole())
+    motions.frames = wanted
+
+
+def _system(index: Scalar) -> int:
+    system = round(number(index))
+    if not 1 <= system <= LAST_ORIGIN:
+        message = f"{ORIGINS}[{system}]: origins are 1 to {LAST_ORIGIN}"
+        raise BlockError("system-number", message, ORIGINS, hint="1 is G54, 5 is G505")
+    return system
+
+
+def _origin(ip: Interpreter, system: int) -> list[float]:
+    return ip.parameters.offset(first_parameter(system), ip.table_scale())
+
+
+def _set_origin(ip: Interpreter, system: int, origin: list[float]) -> None:
+    ip.parameters.set_offset(first_parameter(system), origin, ip.table_scale())
+    if ip.state.system == system:
+        load_system(ip, system)
+        ip.sink.set_g5x_offset(system, ip.state.origin)
+
+
+def _part(name: str, at: list[Scalar]) -> tuple[int, int, str]:
+    """Return origin (0: the programmable frame), column and part that indices name."""
+    system = _system(at[0]) if name == ORIGINS and len(at) == 3 else 0
+    if len(at) != (3 if name == ORIGINS else 2):
+        raise _refused(name, "these indices")
+    axis, part = str(at[-2]).lower(), str(at[-1]).upper()
+    if axis not in AXES or part not in PARTS:
+        message = f"{name}[…,{axis.upper()},{part}]: indices are an axis and a part"
+        raise BlockError("variable-index", message, name, hint=f"parts are {', '.join(PARTS)}")
+    return system, AXIS_INDEX[axis], part
+
+
+def set_part(motions: Motions, name: str, at: list[Scalar], value: float) -> None:
+    """Set one part of a frame variable: its shift, or another part to what changes nothing."""
+    system, column, part = _part(name, at)
+    neutral = 1.0 if part == "SC" else 0.0
+    if part != "TR":
+        if value != neutral:
+            raise _refused(f"{name}[…,{part}]", "a part beside the shift, TR")
+        return
+    motions.end()
+    if system:
+        origin = _origin(motions.ip, system)
+        origin[column] = value
+        _set_origin(motions.ip, system, origin)
+        return
+    before = motions.frames.programmable
+    if column > 2:
+        raise _refused(f"{name}[{AXES[column].upper()},TR]", "frames are of X Y Z")
+    shift = list(before.shift)
+    shift[column] = value
+    _take(motions, frames.Frame(before.matrix, (shift[0], shift[1], shift[2])))
+
+
+def part(ip: Interpreter, at: list[Scalar]) -> float:
+    """Return one part of an origin."""
+    system, column, kind = _part(ORIGINS, at)
+    if kind != "TR":
+        return 1.0 if kind == "SC" else 0.0
+    return _origin(ip, system)[column]

@@ -1,0 +1,123 @@
+"""Tools by system variables of SINUMERIK: $TC_DPn[t,d], the data of edge d of tool t (840D sl, Tools, "Tool edge data").
+
+Edge 1 alone is kept, as the tool table has one edge of each tool.
+"""
+
+from __future__ import annotations
+
+import re
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinumerik.expressions import Scalar, number
+from cncgen.machine.tool_table import Tool
+
+_DATA = re.compile(r"\$TC_DP(\d+)\Z")
+#: Position of the edge, length 1, length 2, radius; and the wear of lengths and radius.
+_ORIENTATION, _LENGTH_1, _LENGTH_2, _RADIUS = 2, 3, 4, 6
+_WEAR = {12: _LENGTH_1, 13: _LENGTH_2, 15: _RADIUS}
+#: Types of tools of lathes, whose length 1 is along X and length 2 along Z.
+_LATHE_TYPES = range(500, 600)
+_TYPE = 1
+#: Stands among the remarks of a run once other data of tools were told of.
+_TOLD = -33
+
+
+def names(name: str) -> bool:
+    """Tell whether a name is of a tool's data."""
+    return name.startswith("$TC_")
+
+
+def _index(name: str, at: list[Scalar]) -> tuple[int, int]:
+    """Return the number of a tool's datum and the tool."""
+    found = _DATA.match(name)
+    if found is None or not 1 <= len(at) <= 2:
+        raise BlockError(
+            "variable-unknown",
+            f"the system variable {name} is not read",
+            name,
+            hint="$TC_DP3[1,1] is length 1 of tool 1",
+        )
+    edge = round(number(at[1])) if len(at) == 2 else 1
+    return int(found[1]) if edge == 1 else 0, round(number(at[0]))
+
+
+class ToolData:
+    """Types of the tools that a program describes, and what it sets of them."""
+
+    def __init__(self, ip: Interpreter) -> None:
+        self.ip = ip
+        self._types: dict[int, int] = {}
+
+    def _column(self, tool: int, datum: int) -> int:
+        """Return the axis of a length."""
+        lathe = self._types.get(tool) in _LATHE_TYPES or (
+            tool not in self._types and self.ip.state.plane == 18
+        )
+        return (0 if lathe else 2) if datum == _LENGTH_1 else (2 if lathe else 1)
+
+    def set(self, name: str, at: list[Scalar], value: float) -> None:
+        """Set a datum; those that no motion depends on are passed over, with a remark."""
+        if not _DATA.match(name):
+            self._pass_over(name)
+            return
+        datum, number_ = _index(name, at)
+        if datum == _TYPE:
+            self._types[number_] = round(value)
+            return
+        if datum not in (_ORIENTATION, _LENGTH_1, _LENGTH_2, _RADIUS, *_WEAR):
+            if value:
+                self._pass_over(name)
+            return
+        tool = self.ip.tools.made(number_)
+        if datum == _ORIENTATION:
+            tool.orientation = round(value)
+            return
+        base = _WEAR.get(datum, datum)
+        worn = datum in _WEAR
+        scale = self.ip.table_scale()
+        place = {_LENGTH_1: 0, _LENGTH_2: 2, _RADIUS: 1}[base]
+        wear = tool.wear[place]
+        size = self._size(tool, number_, base) - wear
+        if worn:
+            wear = value / scale
+        else:
+            size = value / scale
+        tool.wear[place] = wear
+        if base == _RADIUS:
+            tool.diameter = 2.0 * (size + wear)
+        else:
+            tool.offset[self._column(number_, base)] = size + wear
+
+    def _size(self, tool: Tool, number_: int, datum: int) -> float:
+        return tool.diameter / 2.0 if datum == _RADIUS else tool.offset[self._column(number_, datum)]
+
+    def _pass_over(self, name: str) -> None:
+        if _TOLD not in self.ip.remarked:
+            self.ip.remarked.add(_TOLD)
+            message = f"{name} and other data of tools change nothing here: lengths, radius and position of edge 1 are kept"
+            self.ip.warn(
+                BlockError("tool-edge", message, name, hint="$TC_DP2, 3, 4, 6 and their wear are read"),
+                Severity.NOTE,
+            )
+
+    def value(self, name: str, at: list[Scalar]) -> float:
+        """Return a datum of a tool."""
+        datum, number_ = _index(name, at)
+        tool = self.ip.tools.find(number_)
+        if datum == _TYPE:
+            return float(self._types.get(number_, 0))
+        if datum not in (_ORIENTATION, _LENGTH_1, _LENGTH_2, _RADIUS, *_WEAR) or tool is None:
+            raise BlockError(
+                "variable-unknown",
+                f"the system variable {name} is not read",
+                name,
+                hint="$TC_DP3[1,1] is length 1 of tool 1",
+            )
+        if datum == _ORIENTATION:
+            return float(tool.orientation)
+        place = {_LENGTH_1: 0, _LENGTH_2: 2, _RADIUS: 1}[_WEAR.get(datum, datum)]
+        if datum in _WEAR:
+            return tool.wear[place] * self.ip.table_scale()
+        return (self._size(tool, number_, datum) - tool.wear[place]) * self.ip.table_scale()

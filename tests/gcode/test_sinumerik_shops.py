@@ -1,0 +1,172 @@
+"""Settings and patterns that programs of shops have on SINUMERIK, against what the manuals say of them (840D sl, Job planning)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cncgen.gcode.source import Source
+from cncgen.gcode.text.dialects import choose
+from cncgen.toolpath.record import FeedMode
+
+Run = Callable[..., Any]
+
+
+def ends(run: Run, text: str, **options: Any) -> list[list[float]]:
+    """Return where the motions of a text lead in X Y Z, after asserting that all went well."""
+    out = run(text, dialect="sinumerik", **options)
+    assert out.errors == []
+    return (np.round(out.path.end[out.path.kind != 3, :3], 9) + 0.0).tolist()
+
+
+def fault(run: Run, text: str) -> tuple[str, str]:
+    """Return the first error of a text: its code and message."""
+    found = run(text, dialect="sinumerik").diagnostics
+    return next((d.code, d.message) for d in found if d.severity == "error")
+
+
+def codes(run: Run, text: str) -> list[str]:
+    """Return the codes of the warnings of a text."""
+    return [d.code for d in run(text, dialect="sinumerik").diagnostics if d.severity.value == "warning"]
+
+
+@pytest.mark.parametrize(
+    ("frame", "expected"),
+    [
+        ("$P_UIFR[1,X,TR]=10 $P_UIFR[1,Y,TR]=-3\nG54", [11, -1, 3]),
+        ("$P_UIFR[1]=CTRANS(X,10,Z,5)\n$P_UIFR[1,Y,TR]=4\nG54", [11, 6, 8]),
+        ("$P_UIFR[1,Z,RT]=0 $P_UIFR[1,X,SC]=1 $P_UIFR[1,X,FI]=0\nG54", [1, 2, 3]),
+        ("$P_UIFR[2]=CTRANS(X,7)\n$P_UIFR[1]=$P_UIFR[2]:CTRANS(Y,1)\nG54", [8, 3, 3]),
+        ("$P_PFRAME=CTRANS(X,10):CROT(Z,90)", [8, 1, 3]),
+        ("$P_PFRAME=CTRANS(X,10)\n$P_PFRAME=$P_PFRAME:CMIRROR(X)", [9, 2, 3]),
+        ("$P_PFRAME=CROT(Z,90)\n$P_PFRAME[X,TR]=5", [3, 1, 3]),
+        ("$P_PFRAME=CSCALE(X,2,Y,3)", [2, 6, 3]),
+    ],
+)
+def test_frames_by_variables(run: Run, frame: str, expected: list[float]) -> None:
+    """A chain takes a point through the frame on its right first: CTRANS:CROT is TRANS and AROT."""
+    assert ends(run, f"G17 G90\n{frame}\nG0 X1 Y2 Z3\nM30")[-1] == expected
+
+
+def test_origins_are_read_back(run: Run) -> None:
+    text = "$P_UIFR[3,Y,TR]=12.5\nR1=$P_UIFR[3,Y,TR]\nG0 X=R1 Y=$P_UIFR[3,X,TR]\nM30"
+    assert ends(run, text)[-1] == [12.5, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "part"),
+    [
+        ("$P_UIFR[1,Z,RT]=45", "not-read", "RT"),
+        ("$P_UIFR[1]=CROT(Z,45)", "not-read", "turns"),
+        ("$P_UIFR[100,X,TR]=1", "system-number", "1 to 99"),
+        ("R1=CTRANS(X,1)", "not-read", "R1"),
+        ("$P_PFRAME=CTRANS(X,1):R1", "not-read", "frame"),
+        ("OVR=0", "feed-override", "OVR=0"),
+        ("G42 G1 X5 F100\nOFFN=1\nX20", "not-read", "OFFN"),
+        ("OFFN=-9\nG41 G1 X5 F100", "comp-radius", "OFFN=-9"),
+        ("G1 X5 POS[Y]=3 F100", "not-read", "POS"),
+        ("POS[1]=3", "variable-unknown", "an axis is needed"),
+        ("CYCLE801(0,0,0,10,10,3,3)", "cycle-missing", "CYCLE801"),
+        ("MCALL CYCLE81(10,0,2,-5)\nCYCLE802(111111111,111111111)", "cycle-words", "no place"),
+        ("R1=$TC_DP25[1,1]", "variable-unknown", "$TC_DP25"),
+    ],
+)
+def test_faults(run: Run, line: str, code: str, part: str) -> None:
+    text = f"$TC_DP6[1,1]=5\nT1 D1 M6\nG0 X0 Y0 Z10\nF100\n{line}\nM30"
+    found = fault(run, text)
+    assert found[0] == code
+    assert part in found[1]
+
+
+def test_tools_that_the_program_describes(run: Run) -> None:
+    """Length 1 is along Z for a mill, DP12 its wear; G41 keeps the radius DP6 and its wear DP15 from the wall."""
+    text = (
+        "$TC_DP1[4,1]=120 $TC_DP3[4,1]=50 $TC_DP12[4,1]=0.5\n$TC_DP6[4,1]=5 $TC_DP15[4,1]=-1\nT4 D1 M6\nG17 G90\n"
+        "G0 X0 Y-20 Z10\nG41 G1 X0 Y0 F100\nY30\nX50\nG40 X80\nM30"
+    )
+    found = ends(run, text)
+    assert found[0] == [0, -20, 60.5]
+    assert [-4.0, 0.0, 60.5] in found
+    assert ends(run, "$TC_DP6[4,1]=5\nT4 D1 M6\nR1=$TC_DP6[4,1]\nG0 X=R1 Y=$P_AD[6] Z=$P_TOOLR\nM30") == [
+        [5, 5, 5]
+    ]
+
+
+def test_a_tool_by_the_remark_of_the_table(run: Run, tmp_path: Path) -> None:
+    table = tmp_path / "t.tbl"
+    table.write_text("T7 P7 Z30 D10 ;Mill_10\n")
+    assert ends(run, 'T="MILL_10" D1 M6\nG0 Z1\nM30', tool_table=table)[-1] == [0, 0, 31]
+
+
+def test_an_allowance_stands_beside_the_radius(run: Run) -> None:
+    """OFFN is added to the tool's radius: 5 + 2."""
+    text = "$TC_DP6[1,1]=5\nT1 D1 M6\nG0 X0 Y-20\nOFFN=2\nG41 G1 X0 Y0 F100\nY30\nX60\nG40 X90\nM30"
+    assert [-7.0, 0.0, 0.0] in ends(run, text)
+
+
+def feeds(run: Run, text: str) -> list[float]:
+    """Return the feeds of the cutting motions, mm/min."""
+    out = run(text, dialect="sinumerik")
+    assert out.errors == []
+    cuts = out.path.feed_mode == FeedMode.SPEED
+    return (out.path.feed[cuts] * 60.0).round(6).tolist()
+
+
+def test_override_and_feeds_of_one_block(run: Run) -> None:
+    assert feeds(run, "G1 X1 F100\nOVR=50\nX2\nX3 F200\nOVR=100\nX4\nM30") == [100, 50, 100, 200]
+    assert feeds(run, "G1 X1 F100\nX2 FB=30\nX3\nM30") == [100, 30, 100]
+
+
+def test_axes_that_move_by_themselves(run: Run) -> None:
+    """POS moves at FA, or in traverse, and the motion and feed in force come back."""
+    out = run("G1 X1 F100\nPOS[Y]=5\nFA[Z]=60\nPOS[Z]=3\nX4\nG0 X0 POS[Y]=0\nM30", dialect="sinumerik")
+    assert out.errors == []
+    assert out.path.end[:, :3].tolist()[:5] == [[1, 0, 0], [1, 5, 0], [1, 5, 3], [4, 5, 3], [0, 0, 3]]
+    assert [round(f * 60, 6) for f in out.path.feed[[0, 2, 3]]] == [100, 60, 100]
+    assert out.path.feed_mode[[1, 4]].tolist() == [FeedMode.RAPID] * 2
+
+
+def test_limits_of_axes_are_the_machines(run: Run) -> None:
+    assert codes(run, "ACC[X]=50 VELOLIM[Y]=20\nG0 X1\nM30") == ["limit-kept"]
+    assert codes(run, "ACC[X]=100\nG0 X1\nM30") == []
+
+
+def holes(run: Run, pattern: str) -> list[list[float]]:
+    """Return X and Y of the bottoms that a pattern drills."""
+    text = f"G17 G90\nG0 X0 Y0 Z10\nF100\nMCALL CYCLE81(10,0,2,-5)\n{pattern}\nMCALL\nM30"
+    return [[x, y] for x, y, z in ends(run, text) if z == -5]
+
+
+def test_a_grid_of_holes(run: Run) -> None:
+    """Columns 10 apart, rows 20 apart, turned by 90 degrees: the point (10 i, 20 j) comes to (-20 j, 10 i)."""
+    expected = {(-20 * j, 10 * i) for i in range(3) for j in range(2)}
+    found = holes(run, "CYCLE801(0,0,90,10,20,3,2)")
+    assert {tuple(place) for place in found} == expected
+    assert len(found) == 6
+
+
+def test_a_frame_of_holes(run: Run) -> None:
+    found = holes(run, "CYCLE801(1,2,0,10,20,4,3,1)")
+    assert len(found) == 10
+    assert [11, 22] not in found
+    assert [1, 22] in found
+
+
+def test_places_of_holes(run: Run) -> None:
+    """The third place is a step from the second along X (digit 2), a coordinate along Y."""
+    assert holes(run, "CYCLE802(111111211,111111111,1,2,10,3,5,4)") == [[1, 2], [10, 3], [15, 4]]
+
+
+@pytest.mark.parametrize("text", ["N10 PLATE_TOP(15,1.5,30)\nN20 M30\n", "N5 DRILL_ROW(1,,3) ;holes\nM30\n"])
+def test_a_call_with_arguments_is_of_sinumerik(text: str) -> None:
+    assert choose(Source(text.encode(), "t.nc")).dialect == "sinumerik"
+
+
+def test_the_suffix_speaks_where_nothing_else_does() -> None:
+    text = b"G0 X10\nG1 Z-1 F100\nM30\n"
+    assert choose(Source(text, "part.MPF")).dialect == "sinumerik"
+    assert choose(Source(text, "part.nc")).dialect == "linuxcnc"
