@@ -64,22 +64,24 @@ def _cell(value: Cell) -> str:
 def swept_figure(
     title: str,
     pair: tuple[str, Floats, str, Floats],
-    front: Indices,
+    fronts: Sequence[Indices],
     sensitivities: Sequence[tuple[str, Sequence[Share]]],
 ) -> Figure:
-    """Draw two figures of all rows against each other with their Pareto front, and the sensitivities of each figure as bars.
+    """Draw two figures of all rows against each other with Pareto fronts, and the sensitivities of each figure as bars.
 
     Args:
         title: Of the picture.
         pair: Name and values, shape (n,), of the figure along x, and of that along y.
-        front: Rows of the front, in order.
+        fronts: Rows of each program's front, in order.
         sensitivities: Names of figures with their shares.
     """
     figure, parts = new_figure(title, 1, 1 + bool(sensitivities), height=3.6, share=False)
     part = parts[0, 0]
     along, x, up, y = pair
     part.plot(x, y, ".", color=GREY, markersize=3)
-    part.plot(x[front], y[front], "o-", color=RED, markersize=4, linewidth=1.0, label="Pareto front")
+    for k, front in enumerate(fronts):
+        told = "" if k else "Pareto front" if len(fronts) == 1 else "Pareto front of each program"
+        part.plot(x[front], y[front], "o-", color=RED, markersize=4, linewidth=1.0, label=told)
     part.set_xlabel(along)
     part.set_ylabel(up)
     part.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)

@@ -44,6 +44,12 @@ def pareto_front(first: Floats, second: Floats) -> Indices:
     return np.array(found, np.intp)
 
 
+def rows_by_program(table: pyarrow.Table) -> dict[str, Indices]:
+    """Return the numbers of the rows of each program, in the order in which programs first stand in the table."""
+    programs = np.array(table.column("program").to_pylist(), object)
+    return {program: np.flatnonzero(programs == program) for program in dict.fromkeys(programs)}
+
+
 def column_of(table: pyarrow.Table, name: str) -> Floats:
     """Return a column of numbers, shape (rows,); NaN where it has none."""
     return np.array(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import open_output
 from cncgen.report.swept import Share, rows_text, shares_text, swept_figure
 from cncgen.report.tables import counted
-from cncgen.sweep.ranking import column_of, pareto_front, ranked, sensitivities_of
+from cncgen.sweep.ranking import column_of, pareto_front, ranked, rows_by_program, sensitivities_of
 from cncgen.sweep.results import FIRST, LAST, ResultsFolder, needed_pyarrow
 from cncgen.sweep.sensitivities import Sensitivities
 
@@ -38,7 +38,7 @@ class ShownResults:
         by: The figure that ranks.
         order: The rows by it, the best first.
         pair: The figures of the front; None where there is one figure alone.
-        front: Its rows.
+        fronts: Its rows by program: those that no other row of the program beats.
         sensitivities: Of each figure, by program and machine.
         text: All that, for a person.
     """
@@ -48,7 +48,7 @@ class ShownResults:
     by: str
     order: Indices
     pair: tuple[str, str] | None
-    front: Indices
+    fronts: dict[str, Indices]
     sensitivities: dict[tuple[str, str], list[Sensitivities]]
     text: str
 
@@ -61,7 +61,10 @@ class ShownResults:
             "failed": len(self.table) - self.table.column("code").null_count,
             "by": self.by,
             "ranking": [keys[row] for row in self.order],
-            "pareto": {"figures": self.pair, "rows": [keys[row] for row in self.front]},
+            "pareto": {
+                "figures": self.pair,
+                "rows": [keys[row] for front in self.fronts.values() for row in front],
+            },
             "sensitivities": [
                 {"program": group[0], "machine": group[1], **asdict(one)}
                 for group, found in self.sensitivities.items()
@@ -80,7 +83,7 @@ class ShownResults:
         x, y = (column_of(self.table, name) for name in self.pair)
         first = next(iter(self.sensitivities.values()), [])
         shares = [(one.figure, _shares(one)) for one in first]
-        return swept_figure(self.name, (self.pair[0], x, self.pair[1], y), self.front, shares)
+        return swept_figure(self.name, (self.pair[0], x, self.pair[1], y), list(self.fronts.values()), shares)
 
 
 def shown_results(
@@ -91,13 +94,13 @@ def shown_results(
     top: int = 10,
     pareto: str | None = None,
 ) -> ShownResults:
-    """Rank the results in a folder, and find their Pareto front and sensitivities.
+    """Rank the results in a folder, and find their Pareto fronts and sensitivities, of each program for itself.
 
     Args:
         path: The folder.
         by: Figure that ranks; None: the first one.
         largest: Whether the largest value is the best.
-        top: Rows that the text names.
+        top: Rows of each program that the text names.
         pareto: Two figures, by a comma; None: the first two.
 
     Raises:
@@ -115,10 +118,19 @@ def shown_results(
     chosen = _known(by or figures[0], numeric)
     order = ranked(column_of(table, chosen), largest=largest)
     pair = _pair(pareto, figures, numeric)
-    front = pareto_front(*(column_of(table, name) for name in pair)) if pair else np.empty(0, np.intp)
+    rows = rows_by_program(table)
+    fronts = _fronts(table, pair, rows) if pair else {}
     found = sensitivities_of(drawn, table) if drawn else {}
-    text = _text(table, chosen, order[:top], pair, front[:top], found)
-    return ShownResults(os.fspath(path), table, chosen, order, pair, front, found, text)
+    best = {program: order[np.isin(order, own)][:top] for program, own in rows.items()}
+    least = {program: front[:top] for program, front in fronts.items()}
+    text = _text(table, chosen, best, pair, least, found)
+    return ShownResults(os.fspath(path), table, chosen, order, pair, fronts, found, text)
+
+
+def _fronts(table: pyarrow.Table, pair: tuple[str, str], rows: Mapping[str, Indices]) -> dict[str, Indices]:
+    """Return the rows of each program's Pareto front."""
+    first, second = (column_of(table, name) for name in pair)
+    return {program: own[pareto_front(first[own], second[own])] for program, own in rows.items()}
 
 
 def _known(name: str, numeric: Sequence[str]) -> str:
@@ -143,19 +155,22 @@ def _shares(one: Sensitivities) -> list[Share]:
 def _text(
     table: pyarrow.Table,
     by: str,
-    best: Indices,
+    best: Mapping[str, Indices],
     pair: tuple[str, str] | None,
-    front: Indices,
+    fronts: Mapping[str, Indices],
     found: dict[tuple[str, str], list[Sensitivities]],
 ) -> str:
     columns = {name: table.column(name).to_pylist() for name in table.column_names}
     shown = [name for name in table.column_names if name not in ("key", *LAST)]
     failed = len(table) - table.column("code").null_count
     parts = [f"{counted(len(table), 'row')}; {counted(failed, 'job') if failed else 'no job'} failed\n"]
-    if len(best):
-        parts.append(f"by {by}:\n" + rows_text(columns, best, shown))
-    if pair and len(front):
-        parts.append(f"Pareto front of {pair[0]} and {pair[1]}:\n" + rows_text(columns, front, shown))
+    for program, rows in best.items():
+        of = f"{program}, " if len(best) > 1 else ""
+        if len(rows):
+            parts.append(f"{of}by {by}:\n" + rows_text(columns, rows, shown))
+        if pair and len(fronts[program]):
+            head = f"{of}Pareto front of {pair[0]} and {pair[1]}:\n"
+            parts.append(head + rows_text(columns, fronts[program], shown))
     for (program, machine), group in found.items():
         parts.append(f"{program} on {machine}\n")
         parts += [shares_text(one.figure, one.method, one.rows, one.explained, _shares(one)) for one in group]

@@ -267,6 +267,32 @@ def test_show_ranks_and_writes_the_table(folder: Path, capsys: pytest.CaptureFix
     assert run(["sweep", "show", "R", "--by", "nonsense"]) == 2
 
 
+def test_each_program_has_its_front_and_its_best_rows(
+    folder: Path, with_sweep: Callable[[str], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A short program beat every row of a longer one, which no front had."""
+    (folder / "long.nc").write_text("G21 G17 G90 G61\nF3000\nG1 X50 Y1\nG1 X90 Y5\nM2\n")
+    with_sweep((folder / "sweep.toml").read_text().replace('"part.nc"', '"part.nc", "long.nc"'))
+    sweep = load_sweep("sweep.toml")
+    run_sweep(sweep, "R", Here(sweep))
+    assert run(["sweep", "show", "R", "--summary", "s.json", "--top", "3", "--picture", "p.png"]) == 0
+    said = capsys.readouterr().out
+    rows = {key: dict(row) for key, row in rows_of("R").items()}
+    front = [rows[key] for key in json.loads((folder / "s.json").read_text())["pareto"]["rows"]]
+    for program in ("part.nc", "long.nc"):
+        own = [row for row in rows.values() if row["program"] == program]
+        on_front = [row for row in front if row["program"] == program]
+        pairs = [(row["cycle_time_s"], row["contour_error_max_mm"]) for row in own]
+        unbeaten = [
+            (t, e) for t, e in pairs if not any(a <= t and b <= e and (a, b) != (t, e) for a, b in pairs)
+        ]
+        assert sorted((row["cycle_time_s"], row["contour_error_max_mm"]) for row in on_front) == sorted(
+            set(unbeaten)
+        )
+        assert f"\n{program}, by cycle_time_s:\n" in said
+        assert f"\n{program}, Pareto front of cycle_time_s and contour_error_max_mm:\n" in said
+
+
 def test_dry_run_says_how_many_and_how_long(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["sweep", "sweep.toml", "-o", "R", "--dry-run", "--processes", "2"]) == 0
     assert capsys.readouterr().out.startswith("8 jobs, 8 missing, 0 failed\n")
