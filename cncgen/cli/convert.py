@@ -22,6 +22,14 @@ _LEAST_MM = 1e-9
     help="Language to write [default: by the suffix of the output, else G-code].",
 )
 @click.option(
+    "--for",
+    "control",
+    type=click.Choice(("linuxcnc", "fanuc")),
+    default="linuxcnc",
+    show_default=True,
+    help="Control that G-code is written for: taps are G33.1, or M29 with G84; probing is G38.2, or G31.",
+)
+@click.option(
     "--linearize",
     metavar="TOL",
     type=FiniteRange(min=_LEAST_MM),
@@ -45,6 +53,7 @@ def command(
     program: str,
     output: str | None,
     to: str | None,
+    control: str,
     linearize: float | None,
     fit: float | None,
     stock: str | None,
@@ -83,7 +92,7 @@ def command(
             from cncgen.stepnc import gcode_lines
 
             describe = _entities(program) if source.language == "stepnc" else None
-            lines = list(gcode_lines(chunks, source.name, linearize, describe))
+            lines = list(gcode_lines(chunks, source.name, linearize, describe, control))
             text = "\n".join(lines) + "\n"
     write_text(output, text)
 

@@ -1,4 +1,4 @@
-"""Toolpaths as G-code that this program and LinuxCNC read back to the same motions.
+"""Toolpaths as G-code that this program and LinuxCNC, or FANUC, read back to the same motions.
 
 Lines are G0 and G1, arcs G2 and G3 in their plane (whole turns by P), splines up to degree 3 G6.2 (FANUC); whatever has
 no such word, and splines where a tolerance is given, become lines within it. Millimetres, degrees, mm/min.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,8 @@ Floats = NDArray[np.float64]
 CHORD = 1e-3
 #: Work offsets, in the order of setups.
 OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+#: Controls that G-code is written for.
+CONTROLS = ("linuxcnc", "fanuc")
 #: Ranks (degree + 1) that G6.2 has.
 RANKS = (2, 3, 4)
 _PLANES = {0: ("G19", "JK"), 1: ("G18", "IK"), 2: ("G17", "IJ")}
@@ -36,6 +39,7 @@ def gcode_lines(
     name: str = "",
     linearize: float | None = None,
     describe: Callable[[int], str] | None = None,
+    control: str = "linuxcnc",
 ) -> Iterator[str]:
     """Yield the blocks of a program as G-code, without line ends.
 
@@ -44,8 +48,12 @@ def gcode_lines(
         name: For the comment at the top.
         linearize: Chord tolerance, mm, to write splines and arcs as lines; None keeps them.
         describe: Names the source of a line (from 1) in a comment, once a change; None writes none.
+        control: Who reads it, one of `CONTROLS`.
+
+    Raises:
+        UsageError: The control has no word for a motion.
     """
-    writer = _GcodeWriter(linearize, describe)
+    writer = (_FanucWriter if control == "fanuc" else _GcodeWriter)(linearize, describe)
     for chunk in chunks:
         if not writer.begun:
             yield from writer.begin(chunk, name)
@@ -67,8 +75,19 @@ def comment(text: str) -> str:
 
 @dataclass(slots=True)
 class _GcodeWriter:
+    """Writes G-code for LinuxCNC.
+
+    Attributes:
+        probe: The code of a probing motion.
+        offsets: Work offsets, in the order of setups.
+        most_turns: Of an arc.
+    """
+
     linearize: float | None
     describe: Callable[[int], str] | None
+    probe: ClassVar[str] = "G38.2"
+    offsets: ClassVar[tuple[str, ...]] = OFFSETS
+    most_turns: ClassVar[float] = math.inf
     begun: bool = False
     _axes: str = "XYZ"
     _position: Floats = field(default_factory=lambda: np.zeros(3))
@@ -85,6 +104,7 @@ class _GcodeWriter:
     _tapped: bool = False
     _probing: bool = False
     _direction: int = 0
+    _speed: float = 0.0
     _coolant: tuple[bool, bool] = (False, False)
 
     def begin(self, chunk: Toolpath, name: str) -> Iterator[str]:
@@ -95,7 +115,7 @@ class _GcodeWriter:
             yield comment(name)
         yield comment("START, " + " ".join(self._words(chunk.start, None)))
         yield "G21 G17 G90 G94 G40"
-        yield "G64"
+        yield self._closeness
 
     def end(self) -> Iterator[str]:
         if not self._ended:
@@ -140,11 +160,15 @@ class _GcodeWriter:
 
     def _path_mode(self, mode: int, tolerance: float) -> Iterator[str]:
         """Yield G61, G61.1 or G64 with its tolerance where it changes."""
-        word = {PathMode.EXACT_PATH: "G61", PathMode.EXACT_STOP: "G61.1"}.get(PathMode(mode))
-        word = word or ("G64" if math.isnan(tolerance) else f"G64 P{number(tolerance)}")
+        word = self._closeness_word(PathMode(mode), tolerance)
         if word != self._closeness:
             self._closeness = word
             yield word
+
+    def _closeness_word(self, mode: PathMode, tolerance: float) -> str:
+        """Return the word of a path mode."""
+        word = {PathMode.EXACT_PATH: "G61", PathMode.EXACT_STOP: "G61.1"}.get(mode)
+        return word or ("G64" if math.isnan(tolerance) else f"G64 P{number(tolerance)}")
 
     def _motion(self, path: Toolpath, row: int, kind: int) -> Iterator[str]:
         mode, feed = int(path.feed_mode[row]), float(path.feed[row])
@@ -155,7 +179,7 @@ class _GcodeWriter:
         piece: Piece = _piece(path, row, self._position)
         plane = self._plane_of(piece)
         if mode != FeedMode.RAPID and self.linearize is None:
-            if isinstance(piece, Arc) and plane is not None:
+            if isinstance(piece, Arc) and plane is not None and _turns(piece) <= self.most_turns:
                 yield from self._arc(piece, plane, end, mode, feed)
                 return
             if isinstance(piece, Nurbs) and piece.degree + 1 in RANKS:
@@ -179,7 +203,7 @@ class _GcodeWriter:
             words = self._words(end, self._position if self._moved else None)
             self._moved = True
             if words:
-                code = "G38.2" if self._probing else "G1"
+                code = self.probe if self._probing else "G1"
                 code = "G0" if mode == FeedMode.RAPID else code
                 yield " ".join([*self._modes(code, mode, feed, pieces, words)])
             self._position = end
@@ -212,9 +236,8 @@ class _GcodeWriter:
         words += [w for w in self._words(end, self._position) if w[0] not in "XYZ"]
         arm = arc.centre - arc.start
         words += [f"{a}{number(float(arm['IJK'.index(a)]))}" for a in letters]
-        turns = math.ceil(arc.sweep / (2 * math.pi) - 1e-9)
-        if turns > 1:
-            words.append(f"P{turns}")
+        if _turns(arc) > 1:
+            words.append(f"P{_turns(arc)}")
         yield " ".join(self._modes("G2" if clockwise else "G3", mode, feed, 1, words))
 
     def _spline(self, path: Toolpath, row: int, curve: Nurbs, mode: int, feed: float) -> Iterator[str]:
@@ -268,25 +291,32 @@ class _GcodeWriter:
             yield comment(" ".join([event.name, *(f"{k}={v}" for k, v in values.items())]))
 
     def _in_step(self, end: Floats) -> Iterator[str]:
-        """Yield G33, or G33.1 for the way there of a tap; the way back, to where it began, is part of it."""
+        """Yield G33, or a tap for the way there; the way back, to where it began, is part of it."""
         words = self._words(end, self._position)
         if words and not self._tapped:
-            yield " ".join(["G33.1" if self._tap else "G33", *words, f"K{number(self._pitch)}"])
+            if self._tap:
+                yield from self._rigid_tap(end, words)
+            else:
+                yield " ".join(["G33", *words, f"K{number(self._pitch)}"])
             self._mode, self._tapped = -1, self._tap
             self._position = self._position if self._tap else end
 
+    def _rigid_tap(self, end: Floats, words: list[str]) -> Iterator[str]:
+        """Yield a tap to an end and back."""
+        yield " ".join(["G33.1", *words, f"K{number(self._pitch)}"])
+
     def _work_offset(self, k: int, name: str, origin: list[float] | None) -> Iterator[str]:
         """Select the work offset of a clamping; the machine has its origin."""
-        if k > len(OFFSETS):
-            text = f"the program has {k} setups or more, and G-code {len(OFFSETS)} work offsets"
+        if k > len(self.offsets):
+            text = f"the program has {k} setups or more, and G-code {len(self.offsets)} work offsets"
             raise UsageError(Diagnostic("stepnc-setups", text))
         place = (
             ""
             if origin is None
             else " at " + " ".join(f"{a}{number(v)}" for a, v in zip("XYZ", origin, strict=True))
         )
-        yield comment(f"setup {name}: {OFFSETS[k - 1]}{place}")
-        yield OFFSETS[k - 1]
+        yield comment(f"setup {name}: {self.offsets[k - 1]}{place}")
+        yield self.offsets[k - 1]
 
     def _tool(self, name: str) -> Iterator[str]:
         """Call a tool by its number; one without gets the next that is free."""
@@ -305,7 +335,7 @@ class _GcodeWriter:
             yield "M5"
             return
         code = {1: " M3", -1: " M4"}[direction] if direction != self._direction else ""
-        self._direction = direction
+        self._direction, self._speed = direction, speed
         yield f"S{number(speed)}{code}"
 
     def _switch(self, flood: bool, mist: bool) -> Iterator[str]:
@@ -317,6 +347,39 @@ class _GcodeWriter:
             yield "M8"
         if mist and not before[1]:
             yield "M7"
+
+
+@dataclass(slots=True)
+class _FanucWriter(_GcodeWriter):
+    """Writes G-code for FANUC: rigid tapping by M29, skips for probing; G64 has no tolerance, and arcs are a turn at the most."""
+
+    probe: ClassVar[str] = "G31"
+    offsets: ClassVar[tuple[str, ...]] = (*OFFSETS[:6], *(f"G54.1 P{k}" for k in range(1, 49)))
+    most_turns: ClassVar[float] = 1
+
+    def _closeness_word(self, mode: PathMode, tolerance: float) -> str:
+        return "G64" if mode == PathMode.CONTINUOUS else "G61"
+
+    def _rigid_tap(self, end: Floats, words: list[str]) -> Iterator[str]:
+        """Yield M29 and a cycle that goes back to where it begins; G74 is that of left-hand threads (B-64304EN, rigid tapping).
+
+        Raises:
+            UsageError: The tap does not go down along Z, or the spindle's speed is not known.
+        """
+        if [w[0] for w in words] != ["Z"] or end[2] >= self._position[2] or not self._speed > 0:
+            text = f"a tap to {' '.join(words)} at S{number(self._speed)}: FANUC's cycles tap down along Z, with the spindle turning"
+            raise UsageError(Diagnostic("stepnc-unsupported", text, hint="--for linuxcnc writes G33.1"))
+        cycle = "G74" if self._direction < 0 else "G84"
+        place = [w for w in self._words(self._position, None) if w[0] in "XY"]
+        feed = self._pitch * self._speed
+        yield f"M29 S{number(self._speed)}"
+        yield f"G94 G99 {cycle} {' '.join(place)} {words[0]} R{number(float(self._position[2]))} F{number(feed)}"
+        yield "G80"
+
+
+def _turns(arc: Arc) -> int:
+    """Return how many turns an arc goes, the last one whole or in part."""
+    return math.ceil(arc.sweep / (2 * math.pi) - 1e-9)
 
 
 def _piece(path: Toolpath, row: int, start: Floats) -> Piece:

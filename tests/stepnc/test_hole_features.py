@@ -2,11 +2,13 @@
 
 import io
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import shapely
 
+from cncgen.diagnostics import UsageError
 from cncgen.gcode import read
 from cncgen.stepnc import gcode_lines
 from cncgen.stepnc.features.holes import tip_length
@@ -117,6 +119,51 @@ def test_tapping_is_in_step_with_the_spindle():
     (back,) = again.chunks()
     np.testing.assert_allclose(back.end[motions(back)][-2:], path.end[motions(path)][-2:])
     np.testing.assert_allclose(back.feed[motions(back)][-2:], 10.0)
+
+
+def taken(text, control="linuxcnc"):
+    """Return the toolpath of G-code that says nothing wrong."""
+    source = read(io.BytesIO(text.encode()), "tap.ngc", replace(WHOLE, dialect=control))
+    (path,) = source.chunks()
+    assert [d.code for d in source.diagnostics if d.severity != "note"] == []
+    return path
+
+
+@pytest.mark.parametrize(("spindle", "cycle"), [("M3", "G84"), ("M4", "G74")])
+def test_a_tap_for_fanuc_is_m29_and_a_cycle(spindle, cycle):
+    """1 mm a turn at S600 are F600; read back, motions and pitches are those of G33.1."""
+    path = taken(f"G21 G17 G90 G0 X50 Y40 Z5\nS600 {spindle}\nG33.1 Z-20 K1\nG1 X60 F100\nM2\n")
+    lines = list(gcode_lines([path], control="fanuc"))
+    k = lines.index("M29 S600")
+    assert lines[k + 1 : k + 3] == [f"G94 G99 {cycle} X50 Y40 Z-20 R5 F600", "G80"]
+    back = taken("\n".join(lines), "fanuc")
+    moved, moves = motions(back)[-3:], motions(path)[-3:]
+    np.testing.assert_allclose(back.end[moved], path.end[moves])
+    np.testing.assert_allclose(back.feed[moved], path.feed[moves])
+    pitches = [[e.values["pitch_mm"] for e in p.events if e.name == "synchronise"] for p in (path, back)]
+    assert pitches == [[1.0, None], [1.0, None]]
+
+
+def test_the_tap_of_a_feature_is_a_cycle_of_fanuc(tmp_path, cncgen):
+    source, out = tmp_path / "tap.stp", tmp_path / "tap.nc"
+    source.write_text(hole_part("TAPPING", E("F"), body="TAP").text())
+    cncgen("convert", source, "-o", out, "--for", "fanuc")
+    assert "G94 G99 G84 X50 Y40 Z-20 R5 F600" in out.read_text()
+
+
+def test_a_tap_along_x_is_refused_for_fanuc():
+    path = taken("G21 G17 G90 G0 X0 Y0 Z5\nS600 M3\nG33.1 X-20 K1\nM2\n")
+    with pytest.raises(UsageError, match="along Z"):
+        list(gcode_lines([path], control="fanuc"))
+
+
+def test_a_helix_of_two_turns_is_lines_for_fanuc():
+    """FANUC's arcs have no P."""
+    path = taken("G21 G17 G90 G0 X0 Y0 Z5\nG3 I10 Z1 P2 F100\nM2\n")
+    assert any(line.endswith("P2 F100") for line in gcode_lines([path]))
+    lines = list(gcode_lines([path], control="fanuc"))
+    assert not any(line.startswith(("G2 ", "G3 ", "G94 G3")) for line in lines)
+    assert sum(line.startswith(("G1", "G94 G1")) for line in lines) > 100
 
 
 @pytest.mark.parametrize(
