@@ -66,9 +66,10 @@ class Grid:
 class Reference:
     """A plan as it streams: trajectories not yet handed on, and their samples."""
 
-    def __init__(self, scale: Floats, spacing_s: float) -> None:
+    def __init__(self, scale: Floats, spacing_s: float, kept_s: float) -> None:
         self.scale = scale
         self.spacing_s = spacing_s
+        self.kept_s = kept_s
         self.trajectories: list[Trajectory] = []
         self._paths: list[tuple[float, float, float, Path, Profile]] = []
         self.grid: Grid | None = None
@@ -98,7 +99,8 @@ class Reference:
         if self.grid is None or index <= 0:
             return
         self.grid = self.grid.rows(slice(index, None))
-        while len(self._paths) > 1 and self._paths[0][1] < self.grid.s[0]:
+        # Setpoints before a place have a part in differences after it.
+        while len(self._paths) > 1 and self._paths[0][4].t[-1] < self.grid.t[0] - self.kept_s:
             self._paths.pop(0)
 
     def _samples(self, profile: Profile, path: Path) -> Grid:
@@ -160,6 +162,18 @@ class Reference:
                 x1[still] = (high - low) * self.scale
             tangent[pick] = x1 / np.sqrt((x1**2).sum(axis=1))[:, None]
         return x, tangent
+
+    def positions(self, t: Floats) -> Floats:
+        """Return positions at times, shape (k, n), scaled; before and after what is known those of its ends."""
+        ends = np.array([profile.t[-1] for *_, profile in self._paths])
+        owner = np.minimum(np.searchsorted(ends, t), len(ends) - 1)
+        out = np.empty((len(t), len(self.scale)))
+        for k in np.unique(owner):
+            *_, path, profile = self._paths[k]
+            pick = np.flatnonzero(owner == k)
+            at = motion_at(profile, np.clip(t[pick], profile.t[0], profile.t[-1]))
+            out[pick] = path.evaluate(at.s, 0)[0] * self.scale
+        return out
 
     def state(self, s: float, t: float) -> Floats:
         """Return position, velocity and acceleration at a place and time, shape (3, n), scaled."""

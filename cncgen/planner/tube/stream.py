@@ -27,6 +27,11 @@ Ints = NDArray[np.int64]
 
 #: Nodes of a window, of the first one, for which the first setpoints wait, and those over which the end of one is felt, at most.
 WINDOW, FIRST, OVERLAP = 900, 450, 300
+#: Nodes to which a window is shortened where none of its motions holds, a quarter of them each time. Of the tolerance, parts that such a
+#: short one tries as its room before the plan stands: the motion for less is one for more as well.
+_SMALLEST, _LESS_ROOM = 100, (0.4, 0.1)
+#: Runs of fewer nodes have closer ones, at most so many times: what a few nodes lose, others of a narrower tolerance do not.
+_CLOSEST = 8.0
 #: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of v/A + A/J.
 _FELT = 1.2
 #: Times that the room is narrowed where the motion leaves the tolerance between nodes, and by how much more than that.
@@ -53,6 +58,8 @@ _INSIDE = 5.0
 _SHOWN = 6
 #: Time without a border, in times between nodes, after which one is made.
 _WAITED = 256
+#: Phases of setpoints that are looked at over the ends of a motion, the part of a limit that they may reach, and a speed of rest.
+_PHASES, _SEEN, _REST = 8, 1.0005, 1e-9
 #: Borders are apart by this part of the narrower tolerance at least.
 _APART = 0.05
 #: An axis that moves less stands still, mm.
@@ -100,7 +107,7 @@ class Tube:
         finite = np.isfinite(self.jerk)
         self.scales = Scales(float(self.jerk[finite].max()), float(self.acceleration[finite].max()))
         self.spacing_s, near = self.scales.spacing(machine.path_tolerance_mm)
-        self.reference = Reference(self.scale, near)
+        self.reference = Reference(self.scale, near, 5.0 * machine.period_s)
         limited = (self.velocity, self.acceleration, self.jerk)
         self.hand = Hand(self.reference, program, limited, machine)
         self.places: list[Floats] = []
@@ -170,7 +177,7 @@ class Tube:
         entry, place = np.zeros(len(points)), np.zeros(len(points))
         leaving = np.zeros(len(points), np.int64)
         # The plan rests where the program does: in a room that is larger than the path any other place would be near as well.
-        rest = np.append(program.column("rest"), False)[have:].astype(bool)
+        rest = np.append(program.column("rest"), last)[have:].astype(bool)
         within = np.where(rest, _EXACT + 8.0 * np.spacing(np.abs(points).max()), 1.3 * both + 1e-6)
         found = tube_places.match(
             grid.x[begin:], grid.s[begin:], points, within, least, self.reached, start, last,
@@ -309,7 +316,6 @@ class Tube:
             if not whole and count < self.size:
                 return
             yield from self._window(run, count if whole else _stop(run.nodes, self.size), whole)
-            self.size = WINDOW
         if run.closed:
             self.row, self.run = run.row, None
 
@@ -324,17 +330,34 @@ class Tube:
         final = count
         if not whole:
             felt = np.searchsorted(nodes.t, end - self._felt(float(nodes.feed[-OVERLAP:].max())))
-            final = int(np.clip(felt, count - OVERLAP, count - 1))
+            final = int(np.clip(felt, max(count - OVERLAP, count // 3), count - 1))
         goal = self.reference.state(float(nodes.s[-1]), end)
         columns = np.flatnonzero(np.ptp(np.concatenate([run.state[:1], nodes.point]), axis=0) > _STILL)
         # A straight line along an axis has no room that matters, nor has a path whose nodes no setpoint can show.
         shown = (end - run.t) * _SHOWN > count * self.machine.period_s
-        found = self._solved(run, nodes, goal, columns) if len(columns) > 1 and shown else None
+        tried = len(columns) > 1 and shown
+        alone = whole and tail is None and run.part == 0.0
+        found: Solved | None = None
+        for part in (1.0, *_LESS_ROOM) if tried else ():
+            if part < 1.0 or (alone and count < _SMALLEST):
+                close = min(max(_SMALLEST / count, 1.0), _CLOSEST) if part == 1.0 else 1.0
+                nodes = self._nodes_again(run, nodes, whole, replace(self.scales, part=part, close=close))
+                final, whole = len(nodes), True
+            found = self._solved(run, nodes, goal, columns)
+            better = (
+                found is not None
+                and float(found.step.sum()) + self.hand.standing(run.t, found) < (1.0 - _LESS) * before
+            )
+            if tail is not None or better or not (alone or (count <= _SMALLEST and found is None)):
+                break
+        if tried and found is None and count > _SMALLEST:
+            self.size = max(count // 4, _SMALLEST // 2)
+            if tail is None:
+                return
+        else:
+            self.size = min(2 * max(self.size, count), WINDOW)
         self.hand.windows += len(columns) > 1
-        if (
-            found is not None
-            and float(found.step.sum()) + self.hand.standing(run.t, found) < (1.0 - _LESS) * before
-        ):
+        if found is not None and better:
             yield from self.hand.improved(run.t, (run.at, run.part), nodes, found, final)
             run.tail = None if whole else (_rest(found, final), count - final)
             run.state = np.stack([found.position[final], found.velocity[final], found.acceleration[final]])
@@ -352,7 +375,23 @@ class Tube:
             run.state = self.reference.state(float(nodes.s[final - 1]), float(nodes.t[final - 1]))
         run.s, run.t = float(nodes.s[final - 1]), float(nodes.t[final - 1])
         run.at, run.part = int(nodes.row[final - 1]), float(nodes.part[final - 1])
-        run.nodes = run.nodes.nodes(final, len(run.nodes))
+        # Nodes of less room are others, but they reach as far.
+        run.nodes = run.nodes.nodes(int(np.searchsorted(run.nodes.s, run.s, side="right")), len(run.nodes))
+
+    def _nodes_again(self, run: _Run, nodes: Nodes, whole: bool, scales: Scales) -> Nodes:
+        """Return nodes from where a run is up to the last one of others, of other scales."""
+        program, grid, first = self.program, self.reference.grid, run.at + (run.part >= 1.0)
+        assert grid is not None
+        stop = int(nodes.row[-1]) + 1
+        places = np.clip([self._place(row) for row in range(first, stop + 1)], run.s, nodes.s[-1])
+        border = np.ones(len(places), bool)
+        border[1:-1] = borders_of(program, first, places, np.interp(places, grid.s, grid.v), scales)
+        tolerance = scales.part * program.column("tolerance")[first - program.base : stop - program.base]
+        begun = 0.0 if run.part >= 1.0 else run.part
+        return nodes_of(
+            program, self.reference, grid, first, places, _apart(border, places, tolerance), (run.part == 0.0, whole), scales,
+            (begun, float(nodes.part[-1])),
+        )  # fmt: skip
 
     def _felt(self, feed: float) -> float:
         """Return the time over which the end of a window is felt at a feed, which linear axes are no faster than."""
@@ -383,9 +422,13 @@ class Tube:
             allowed = self.program.column("tolerance")[nodes.row - self.program.base]
             if not (over > _PASSED * allowed).any() and not fast.any():
                 ends, period = (run.state, goal), self.machine.period_s
-                return lifted if holds(lifted, ends, self.acceleration, self.jerk, period) else None
+                kept = holds(lifted, ends, self.acceleration, self.jerk, period) and self._joins(
+                    run, lifted, float(nodes.t[-1])
+                )
+                return lifted if kept else None
             # A motion that breaks the rows that are held from now on is no guess within the limits.
             guess = None if fast.any() else found
+            known = int(held.sum())
             if fast.any():
                 # The neighbours soon are, once these are held.
                 held |= np.convolve(fast, np.ones(9))[4:-4] > 0
@@ -395,8 +438,39 @@ class Tube:
             if number >= _LOCAL:
                 more = _around(more, np.cumsum(found.step), 0.5 * self.machine.period_s)
             less = np.where(more > 0.0, _MORE * more + 1e-3 * 2.0**number * allowed, 0.0)
-            radius = np.maximum(radius - less[owner], np.minimum(radius, _NARROWEST * nodes.allowed))
+            narrower = np.maximum(radius - less[owner], np.minimum(radius, _NARROWEST * nodes.allowed))
+            if (narrower == radius).all() and int(held.sum()) == known:
+                return None
+            radius = narrower
         return None
+
+    def _joins(self, run: _Run, found: Solved, end: float) -> bool:
+        """Tell whether differences of setpoints hold the limits over both ends of a motion, where the plan goes on.
+
+        The plan may step within what the period allows, as long as all of a period is its own.
+        """
+        grid, period = self.reference.grid, self.machine.period_s
+        assert grid is not None
+        t = np.concatenate([[0.0], np.cumsum(found.step)])
+        apart = period * (np.arange(-3, 4)[:, None] + np.arange(_PHASES) / _PHASES)
+        joints = [0.0] if run.tail is None else []
+        if grid.t[-1] >= end + 4.0 * period or grid.v[-1] <= _REST:
+            joints.append(float(t[-1]))
+        for joint in joints:
+            at = joint + apart.ravel()
+            k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(found.step) - 1)
+            u = (at - t[k])[:, None]
+            x = found.position[k] + u * (
+                found.velocity[k] + u * (found.acceleration[k] / 2.0 + u * found.jerk[k] / 6.0)
+            )
+            outside = np.flatnonzero((at < 0.0) | (at > t[-1]))
+            x[outside] = self.reference.positions(np.where(at < 0.0, run.t + at, end + at - t[-1])[outside])
+            x = x.reshape(*apart.shape, -1)
+            for order, limit in ((1, self.velocity), (2, self.acceleration), (3, self.jerk)):
+                most = _SEEN * limit * period**order + 2.0**order * np.spacing(np.abs(x).max())
+                if (np.abs(np.diff(x, order, axis=0)) > most).any():
+                    return False
+        return True
 
     def _given(
         self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints, held: NDArray[np.bool_]

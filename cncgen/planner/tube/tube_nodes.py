@@ -102,14 +102,22 @@ _ROOMS = ("centre", "direction", "radius", "allowed")
 
 @dataclass(frozen=True, slots=True)
 class Scales:
-    """Time and speed of corners: of the narrowest tolerance and the strongest jerk."""
+    """Time and speed of corners: of the narrowest tolerance and the strongest jerk.
+
+    Attributes:
+        jerk, acceleration: Of the strongest axis.
+        part: Part of the tolerance that nodes have for their room.
+        close: How many times closer than usual nodes are.
+    """
 
     jerk: float
     acceleration: float
+    part: float = 1.0
+    close: float = 1.0
 
     def spacing(self, tolerance: float) -> tuple[float, float]:
         """Return the time between nodes, and beside corners, s."""
-        time = float(elementary.cbrt(tolerance / self.jerk))
+        time = float(elementary.cbrt(tolerance / self.jerk)) / self.close
         return SPACING[0] * time, SPACING[1] * time
 
     def floor(self, tolerance: float) -> float:
@@ -120,7 +128,7 @@ class Scales:
 def borders_of(program: Programmed, first: int, places: Floats, speed: Floats, scales: Scales) -> Bools:
     """Tell which of the joints at the starts of rows first + 1 … show between nodes, shape (rows − 1,)."""
     rows = slice(first - program.base, first - program.base + len(places) - 1)
-    tolerance, feed = program.column("tolerance")[rows], program.column("feed")[rows]
+    tolerance, feed = scales.part * program.column("tolerance")[rows], program.column("feed")[rows]
     leave, entry = program.column("leave")[rows], program.column("entry")[rows]
     chord = np.sqrt(((entry[1:] - leave[:-1]) ** 2).sum(axis=1))
     turn = 2.0 * elementary.arcsin(np.minimum(0.5 * chord, 1.0))
@@ -142,6 +150,7 @@ def nodes_of(
     border: Bools,
     ends: tuple[bool, bool],
     scales: Scales,
+    within: tuple[float, float] = (0.0, 1.0),
 ) -> Nodes:
     """Return the nodes of rows `first` … , after the first place up to the last one.
 
@@ -153,11 +162,12 @@ def nodes_of(
         border: Shape (rows + 1,): which of these have a node.
         ends: Whether the first and the last place are ends of the run.
         scales: Of the machine.
+        within: Parts of the first row and of the last one that the first and the last place are at.
     """
     count = len(places) - 1
     # The row after the last one too, where the run goes on.
     own = slice(first - program.base, first - program.base + count + (not ends[1]))
-    tolerance = program.column("tolerance")[own]
+    tolerance = scales.part * program.column("tolerance")[own]
     # Fine samples: the grid's, and the joints.
     joint = np.append(program.column("joint")[own][:count].astype(bool), True)
     joint[0] = True
@@ -168,6 +178,8 @@ def nodes_of(
     vertex[last] = first + np.searchsorted(places, node[last])
     found = np.clip(np.searchsorted(places, node, side="left") - 1, 0, count - 1)
     part = (node - places[found]) / np.maximum(places[found + 1] - places[found], 1e-300)
+    low, high = np.where(found == 0, within[0], 0.0), np.where(found == count - 1, within[1], 1.0)
+    part = low + (high - low) * part
     point, tangent = reference.at(node, -1)
     tangent = _turned(reference, tangent, node, last, places, begin, tolerance[found], ends)
     feed = program.column("feed")[own]

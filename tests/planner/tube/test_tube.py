@@ -132,6 +132,48 @@ def test_velocity_holds_between_nodes_that_are_far_apart() -> None:
     assert not broken
 
 
+WAVE = [
+    (0.3162 * k, y) for k, y in enumerate([0, 2e-4, 0, 1e-4, -1e-4, -1e-4, -2e-4, 0, 1.5e-4, 1.5e-4, 2e-4])
+]
+SLOW = (2.38298, 10.4653, 16083.6), (23.8298, 104.653, 160836.0), (2.38298, 10.4653, 16083.6)
+ARCS = [
+    "G2 X-0.15619944 Y0.19903631 I-0.17791736 J0.02118341",
+    "G2 X-1.02797458 Y1.30989118 I-0.99298646 J0.11822815",
+]
+
+
+@pytest.mark.parametrize(
+    ("rows", "feed", "limits", "narrow", "wide"),
+    [
+        # Few nodes lost what the tolerance gave: 0.15 %.
+        (polyline(WAVE), 1953.588, ((110.724, 500.0, 1e4),) * 3, 0.03, 0.15),
+        # No motion was found for all of the run: 6.6 %.
+        (ARCS, 6844.65, SLOW, 0.2, 0.5),
+    ],
+)
+def test_a_larger_tolerance_takes_no_longer(
+    rows: list[str],
+    feed: float,
+    limits: Sequence[tuple[float, float, float]],
+    narrow: float,
+    wide: float,
+) -> None:
+    axes = {
+        letter: replace(
+            machine().axes[letter], max_velocity=each[0], max_acceleration=each[1], max_jerk=each[2]
+        )
+        for letter, each in zip("XYZ", limits, strict=True)
+    }
+    on = replace(machine(), axes=axes)
+    seconds = []
+    for tolerance in (narrow, wide):
+        text = "\n".join([f"G21 G90 G94 G17 G64 P{tolerance} F{feed}", *rows, "M30", ""])
+        time, broken = planned(text, on)
+        assert not broken
+        seconds.append(time)
+    assert seconds[1] <= 1.001 * seconds[0]
+
+
 def straight(length: float, nodes: int) -> tuple[Problem, Floats]:
     """Return the problem of a diagonal from rest to rest with next to no room, and a slow first guess."""
     # Nodes where the seven-phase profile of the way has them at even times.
