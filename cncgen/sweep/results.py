@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -124,6 +125,14 @@ class ResultsFolder:
     def remember(self, text: str) -> None:
         """Write the sweep's own text beside its results."""
         _written(self.path / _SWEEP, text.encode())
+
+    def sought(self) -> list[str]:
+        """Return the figure that the search of these results minimises, then those that it bounds; [] for other sweeps."""
+        try:
+            search = tomllib.loads((self.path / _SWEEP).read_text(encoding="utf-8"))["search"]
+            return [search["minimise"], *search.get("under", {})]
+        except (OSError, ValueError, LookupError, TypeError, AttributeError):
+            return []  # another sweep, or a text that was changed by hand
 
     def remember_design(self, design: DrawnDesign) -> None:
         """Write which row is the job of which point."""

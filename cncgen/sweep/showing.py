@@ -98,7 +98,7 @@ def shown_results(
 
     Args:
         path: The folder.
-        by: Figure that ranks; None: the first one.
+        by: Figure that ranks; None: the first one, or the one that a search minimises.
         largest: Whether the largest value is the best.
         top: Rows of each program that the text names.
         pareto: Two figures, by a comma; None: the first two.
@@ -114,7 +114,7 @@ def shown_results(
         for name in table.column_names
         if name not in (*FIRST, *LAST) and str(table.schema.field(name).type) == "double"
     ]
-    figures = list(drawn.figures) if drawn else [name for name in numeric if name == by] or numeric[-1:]
+    figures = list(drawn.figures) if drawn else folder.sought() or numeric[-1:]
     chosen = _known(by or figures[0], numeric)
     order = ranked(column_of(table, chosen), largest=largest)
     pair = _pair(pareto, figures, numeric)

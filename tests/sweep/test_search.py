@@ -11,7 +11,9 @@ from cncgen.sweep.definition import load_sweep
 from cncgen.sweep.jobs import JobOutcome
 from cncgen.sweep.local_workers import Batch, Done
 from cncgen.sweep.optimisation import run_search
+from cncgen.sweep.ranking import column_of
 from cncgen.sweep.results import ResultsFolder
+from cncgen.sweep.showing import shown_results
 from tests.sweep.test_run import Here, rows_of
 
 pytest.importorskip("optuna")
@@ -117,3 +119,13 @@ def test_a_search_in_the_folder_of_another_sweep_is_refused(folder: Path) -> Non
     (folder / "s.toml").write_text(SEARCH)
     with pytest.raises(UsageError, match=r"not of this sweep|cannot read"):
         run_search(load_sweep("s.toml"), "R", Formula(1))
+
+
+def test_what_a_search_minimises_ranks_its_rows(folder: Path) -> None:
+    """It was the figure that stands last."""
+    Path("sweep.toml").write_text(SEARCH.replace("trials = 120", "trials = 8"))
+    run_search(load_sweep("sweep.toml"), "R", Formula(2))
+    shown = shown_results("R")
+    assert (shown.by, shown.pair) == ("cycle_time_s", ("cycle_time_s", "contour_error_max_mm"))
+    times = column_of(shown.table, "cycle_time_s")
+    assert list(times[shown.order]) == sorted(times)
