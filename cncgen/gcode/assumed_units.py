@@ -15,11 +15,13 @@ from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
 from cncgen.toolpath.reading import ReadOptions
 
+#: Bytes in which a unit mostly stands.
+_BEGIN = 4_096
 #: Bytes in which other spellings than G20 and G21 are looked for, and the signs of inches.
 _HEAD = 65_536
-_COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
-_LENGTH = re.compile(rb"(?<![A-Za-z#<])[XYZxyz][ \t]*[-+]?(?P<number>\d+\.?\d*|\.\d+)")
-_FEED = re.compile(rb"(?<![A-Za-z#<])[Ff][ \t]*(?P<number>\d+\.?\d*|\.\d+)")
+_COMMENT = rb"\([^)\n]*\)|;[^\n]*"
+_LENGTH = rb"(?<![A-Za-z#<])[XYZxyz][ \t]*[-+]?(?P<number>\d+\.?\d*|\.\d+)"
+_FEED = rb"(?<![A-Za-z#<])[Ff][ \t]*(?P<number>\d+\.?\d*|\.\d+)"
 #: G20, in tenths.
 _INCHES = 200
 #: A text in inches has numbers of four decimals, as many at least and none with more, small coordinates, and slow feeds.
@@ -36,7 +38,7 @@ def assumed_units(
     if options.units != "auto" or language_of(dialect) not in BOTH or _says_unit(source, dialect):
         return
     text = _without_comments(source.data[:_HEAD])
-    first = _LENGTH.search(text)
+    first = re.search(_LENGTH, text)
     if first is None:
         return
     at = first.start()
@@ -56,7 +58,7 @@ def assumed_units(
 
 
 def _without_comments(text: bytes) -> bytes:
-    return _COMMENT.sub(lambda match: b" " * len(match[0]), text)
+    return re.sub(_COMMENT, lambda match: b" " * len(match[0]), text)
 
 
 def _says_unit(source: Source, dialect: str) -> bool:
@@ -67,8 +69,9 @@ def _says_unit(source: Source, dialect: str) -> bool:
         (own // 100 for own, number in LATHES.get(dialect, {}).items() if number == _INCHES), _INCHES // 100
     )
     unit = re.compile(rb"[Gg][ \t]*0*%d[ \t]*[01](?![\d.])" % tens)
-    if unit.search(_without_comments(data[:_HEAD])):
-        return True
+    for head in (data[: data.rfind(b"\n", 0, _BEGIN) + 1], data[:_HEAD]):
+        if unit.search(_without_comments(head)):
+            return True
     for word in (b"%s%d%d" % (letter, tens, k) for letter in (b"G", b"g") for k in (0, 1)):
         at = data.find(word, _HEAD - 3)
         while at >= 0:
@@ -82,8 +85,8 @@ def _says_unit(source: Source, dialect: str) -> bool:
 
 def _inch_feed(text: bytes) -> float | None:
     """Return the largest feed of a text whose numbers look like inches; None where they do not."""
-    lengths = [match["number"] for match in _LENGTH.finditer(text)]
-    feeds = [float(match["number"]) for match in _FEED.finditer(text)]
+    lengths = [match["number"] for match in re.finditer(_LENGTH, text)]
+    feeds = [float(match["number"]) for match in re.finditer(_FEED, text)]
     decimals = [len(number.partition(b".")[2]) for number in lengths]
     looks = (
         bool(feeds)

@@ -51,12 +51,11 @@ _TOGETHER = cython.declare(cython.Py_ssize_t, 64)
 _SHORT = cython.declare(cython.Py_ssize_t, 1024)
 
 #: Letters of words that are taken, as bits (A is bit 0): not D E H N O T, which tools, parameters and jumps hang on.
-_LETTERS = cython.declare(cython.uint, 0)
+_LETTERS = cython.declare(cython.uint, sum(1 << (ord(letter) - 97) for letter in "abcfgijklmpqrsuvwxyz"))
 #: Letters that may stand more than once in a block: G and M.
 _CODES = cython.declare(cython.uint, 1 << 6 | 1 << 12)
-#: G and M codes that are taken: none that reads or sets a parameter, or leads elsewhere.
-_G_TAKEN = cython.declare(cython.uchar[100])
-_M_TAKEN = cython.declare(cython.uchar[10])
+#: Codes beyond are not taken.
+_MOST_CODE = cython.declare(cython.int, 100)
 
 #: Lines after which a jump back ends a run, so that rows are taken away and endless loops seen.
 PAUSE = 1024
@@ -127,22 +126,6 @@ _PLAIN = cython.declare(cython.int, 0)
 #: Of names: those of the call in progress, of all, and those that cannot be set.
 _OF_ALL = cython.declare(cython.int, 1)
 _RESERVED = cython.declare(cython.int, 2)
-
-
-@cython.cfunc
-def _fill_tables() -> cython.void:
-    """Fill the tables of letters and codes, once."""
-    global _LETTERS
-    c: cython.int
-    for c in b"abcfgijklmpqrsuvwxyz":
-        _LETTERS |= cython.cast(cython.uint, 1) << (c - 97)
-    for c in range(100):
-        _G_TAKEN[c] = c in (0, 1, 2, 3, 4, 33, 61, 64, 73, 80, 81, 82, 83, 85, 89, 90, 91, 93, 94, 98, 99)
-    for c in range(10):
-        _M_TAKEN[c] = c in (3, 4, 5, 7, 8, 9)
-
-
-_fill_tables()
 
 
 @cython.freelist(64)
@@ -302,6 +285,7 @@ class Computer:
         named: Global parameters by name, read and set.
         reserved: Names that cannot be set.
         columns: The columns of `gcode_scan.scan`: line, offset, flags, ends of the words, letters, values.
+        waits: Tells whether a block with a code, a letter and a whole number, may wait.
 
     Attributes:
         blocks: How many blocks stand in the columns; whoever takes them sets it to 0.
@@ -334,6 +318,8 @@ class Computer:
     reserved = cython.declare(frozenset)
     names = cython.declare(list)
     sorts = cython.declare(bytearray)
+    waits = cython.declare(object)
+    taken = cython.declare(cython.uchar[200])
     entries = cython.declare(dict)
     blocks = cython.declare(cython.Py_ssize_t, visibility="public")
     line = cython.declare(cython.longlong, visibility="public")
@@ -364,7 +350,10 @@ class Computer:
     found = cython.declare(cython.double)
     next = cython.declare(cython.Py_ssize_t)
 
-    def __init__(self, text, parser, numbers, named, reserved, columns):
+    def __init__(self, text, parser, numbers, named, reserved, columns, waits):
+        if not cython.compiled:
+            self.taken = [0] * (2 * _MOST_CODE)
+        self.waits = waits
         self.text = text
         self.parser, self.code, self.constants, self.names = (
             parser,
@@ -633,6 +622,16 @@ class Computer:
     @cython.cfunc
     @cython.inline
     @cython.exceptval(check=False)
+    def _waits(self, letter: cython.int, number: cython.int) -> cython.bint:
+        """Tell whether a block with a code may wait; of each code it is asked once."""
+        place: cython.int = number if letter == 103 else _MOST_CODE + number
+        if self.taken[place] == 0:
+            self.taken[place] = 2 if self.waits("G" if letter == 103 else "M", number) else 1
+        return self.taken[place] == 2
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
     def _word(self, letter: cython.int, value: cython.double) -> cython.bint:
         """Put a word into the columns; tell whether it is taken: a letter that no machine's table hangs on, once, its value in range."""
         bit: cython.uint
@@ -641,19 +640,10 @@ class Computer:
         bit = cython.cast(cython.uint, 1) << (letter - 97)
         if not bit & _LETTERS or bit & self.given or not -_LARGEST <= value <= _LARGEST:
             return False
-        if letter == 103:
-            if (
-                not 0.0 <= value < 100.0
-                or value != floor(value)
-                or not _G_TAKEN[cython.cast(cython.int, value)]
-            ):
+        if letter == 103 or letter == 109:
+            if not 0.0 <= value < _MOST_CODE or value != floor(value):
                 return False
-        elif letter == 109:
-            if (
-                not 0.0 <= value < 10.0
-                or value != floor(value)
-                or not _M_TAKEN[cython.cast(cython.int, value)]
-            ):
+            if not self._waits(letter, cython.cast(cython.int, value)):
                 return False
         else:
             self.given |= bit

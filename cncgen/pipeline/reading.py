@@ -34,10 +34,13 @@ SUFFIXES = {
 _READERS = {"gcode": "cncgen.gcode", "stepnc": "cncgen.stepnc"}
 #: How an ISO 10303-21 file begins, whatever its name: blanks and comments may stand before and within it.
 _COMMENT = rb"/\*(?:[^*]|\*(?!/))*"
-_PART21 = re.compile(
-    rb"(?:\xef\xbb\xbf)?(?:\s|%b\*/)*(?:ISO-10303-21(?:\s|%b\*/)*;|%b\*?\Z)" % (_COMMENT, _COMMENT, _COMMENT),
-    re.IGNORECASE,
+_PART21 = rb"(?i)(?:\xef\xbb\xbf)?(?:\s|%b\*/)*(?:ISO-10303-21(?:\s|%b\*/)*;|%b\*?\Z)" % (
+    _COMMENT,
+    _COMMENT,
+    _COMMENT,
 )
+#: Few programs of G-code begin with one of these bytes: only of those the pattern is compiled.
+_PART21_BEGINS = b"iI/"
 #: How files of setpoints, and of responses to them, begin: with a header of columns, or a signature. No program begins so.
 _SETPOINT_HEADS = (
     *(b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"ARROW1", b"PAR1", b"\x89HDF\r\n\x1a\n"),
@@ -49,7 +52,8 @@ _HEAD_BYTES = 4096
 
 def language_of(name: str, head: bytes) -> str:
     """Return ``stepnc`` or ``gcode``: by how the content begins, then by the suffix, else G-code."""
-    if _PART21.match(head):
+    begin = head.removeprefix(codecs.BOM_UTF8).lstrip()[:1]
+    if begin and begin in _PART21_BEGINS and re.match(_PART21, head):
         return "stepnc"
     suffix = os.path.splitext(name)[1].lower()
     return "stepnc" if suffix in SUFFIXES["stepnc"] else "gcode"

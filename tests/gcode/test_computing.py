@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from cncgen.diagnostics import Diagnostics
 from cncgen.gcode import canon
+from cncgen.gcode.codes.table import table
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import CountingSink
@@ -51,7 +52,13 @@ def computed(text: str, kernel: Any = gcode_run) -> tuple[Parameters, list[Any],
     """Run the kernel over lines; return the parameters, the words of each block, and where it stopped."""
     data, plain, made = text.encode(), PlainBlocks(), parameters()
     computer = kernel.Computer(
-        memoryview(data), new_parser("linuxcnc"), made.numbers, made.named, frozenset(NAMED), plain.columns()
+        memoryview(data),
+        new_parser("linuxcnc"),
+        made.numbers,
+        made.named,
+        frozenset(NAMED),
+        plain.columns(),
+        lambda letter, number: bool((row := table("linuxcnc").get((letter, 10 * number))) and row.waits),
     )
     end = computer.run(0, 1, made.local)
     blocks = [(plain.line[k], plain.flags[k], plain.pairs(k)) for k in range(computer.blocks)]
@@ -301,3 +308,13 @@ def marks(data: bytes, kernel: Any) -> Any:
     parser, kept = new_parser("linuxcnc"), column("q", 4096, ROW)
     parser.take(memoryview(data), kept)
     return kernel.Marks(parser, kept, len(data))
+
+
+def test_codes_that_touch_parameters_or_lead_elsewhere_do_not_wait() -> None:
+    """What may wait is said in the row of a code; these write parameters, read the machine or call (LinuxCNC's manual, "G Codes")."""
+    codes = table("linuxcnc")
+    never = ["G10", "G28", "G30", "G38.2", "G54", "G55", "G92", "G43", "G41", "G42", "G20", "G21", "G68.2"]
+    never += ["G5.2", "G70", "G71", "G76", "M2", "M30", "M6", "M61", "M66", "M70", "M98", "M99", "M19"]
+    assert [code.name for code in codes.values() if code.waits and code.name in never] == []
+    assert {code.letter for code in codes.values() if code.waits} == {"G", "M"}
+    assert all(not code.calls for code in codes.values() if code.waits)

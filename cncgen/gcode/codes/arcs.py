@@ -235,6 +235,7 @@ CODES = (
         "motion",
         _SUMMONS,
         moves="plane",
+        waits=True,
     ),
     Code(
         "G",
@@ -247,5 +248,6 @@ CODES = (
         "motion",
         _SUMMONS,
         moves="plane",
+        waits=True,
     ),
 )

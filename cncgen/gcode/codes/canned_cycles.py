@@ -407,6 +407,7 @@ CODES = tuple(
         "motion",
         dialects=("linuxcnc",),
         moves="plane" if "i" in cycle.takes else "",
+        waits=isinstance(cycle.run, HoleMoves),
     )
     for number, cycle in CYCLES.items()
 )

@@ -65,7 +65,9 @@ def seconds_of(ip: Interpreter, block: Block) -> float:
 
 _OWN = ("fanuc",)
 CODES = (
-    Code("G", 40, "non-modal", Stage.DWELL, dwell, "dwell, P seconds", "p", dialects=("linuxcnc",)),
+    Code(
+        "G", 40, "non-modal", Stage.DWELL, dwell, "dwell, P seconds", "p", dialects=("linuxcnc",), waits=True
+    ),
     Code(
         "G",
         40,

@@ -93,8 +93,18 @@ def machine_coordinates(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("G", 530, "non-modal", Stage.REFERENCE, machine_coordinates, "axis words are machine coordinates"),
-    Code("G", 0, "motion", Stage.MOTION, traverse, "traverse at the machine's own speed", _WORDS, "motion"),
-    Code("G", 10, "motion", Stage.MOTION, feed, "straight feed", _WORDS, "motion"),
+    Code(
+        "G",
+        0,
+        "motion",
+        Stage.MOTION,
+        traverse,
+        "traverse at the machine's own speed",
+        _WORDS,
+        "motion",
+        waits=True,
+    ),
+    Code("G", 10, "motion", Stage.MOTION, feed, "straight feed", _WORDS, "motion", waits=True),
     Code(
         "G",
         800,
@@ -105,6 +115,7 @@ CODES = (
         "",
         "motion",
         dialects=("linuxcnc",),
+        waits=True,
     ),
     Code(
         "G",

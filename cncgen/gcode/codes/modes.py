@@ -116,15 +116,30 @@ CODES = (
     ),
     Code("G", 200, "units", Stage.UNITS, _units(True), "lengths in inches"),
     Code("G", 210, "units", Stage.UNITS, _units(False), "lengths in millimetres"),
-    Code("G", 900, "distance", Stage.DISTANCE, _distance(True), "axis words are coordinates"),
+    Code("G", 900, "distance", Stage.DISTANCE, _distance(True), "axis words are coordinates", waits=True),
     Code(
-        "G", 910, "distance", Stage.DISTANCE, _distance(False), "axis words are distances from the last point"
+        "G",
+        910,
+        "distance",
+        Stage.DISTANCE,
+        _distance(False),
+        "axis words are distances from the last point",
+        waits=True,
     ),
     Code("G", 901, "arc distance", Stage.DISTANCE, _arc_distance(True), "I J K are coordinates"),
     Code(
         "G", 911, "arc distance", Stage.DISTANCE, _arc_distance(False), "I J K are distances from the start"
     ),
-    Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_PATH), "exact path", dialects=("linuxcnc",)),
+    Code(
+        "G",
+        610,
+        "path",
+        Stage.PATH,
+        _exact(PathMode.EXACT_PATH),
+        "exact path",
+        dialects=("linuxcnc",),
+        waits=True,
+    ),
     Code(
         "G",
         611,
@@ -155,7 +170,15 @@ CODES = (
         dialects=("fanuc",),
         after=go_on,
     ),
-    Code("G", 640, "path", Stage.PATH, continuous, "continuous path within P", "pq"),
-    Code("G", 980, "retract", Stage.RETRACT, _retract(True), "canned cycles retract to where they began"),
-    Code("G", 990, "retract", Stage.RETRACT, _retract(False), "canned cycles retract to R"),
+    Code("G", 640, "path", Stage.PATH, continuous, "continuous path within P", "pq", waits=True),
+    Code(
+        "G",
+        980,
+        "retract",
+        Stage.RETRACT,
+        _retract(True),
+        "canned cycles retract to where they began",
+        waits=True,
+    ),
+    Code("G", 990, "retract", Stage.RETRACT, _retract(False), "canned cycles retract to R", waits=True),
 )

@@ -147,7 +147,17 @@ CODES = (
             (50, 0, "spindle stop"),
         )
         for row in (
-            Code("M", number, "spindle", Stage.SPINDLE, _turn(direction), text, "$", dialects=("linuxcnc",)),
+            Code(
+                "M",
+                number,
+                "spindle",
+                Stage.SPINDLE,
+                _turn(direction),
+                text,
+                "$",
+                dialects=("linuxcnc",),
+                waits=True,
+            ),
             Code(
                 "M",
                 number,

@@ -95,6 +95,7 @@ CODES = (
         _WORDS,
         "motion",
         dialects=("linuxcnc",),
+        waits=True,
     ),
     Code(
         "G",

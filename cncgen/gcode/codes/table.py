@@ -136,6 +136,7 @@ class Code:
         moves_with: Letters one of which a program must have for that; empty where it always may.
         moves_alone: Whether that holds in blocks without an axis word only.
         plane: The plane that it chooses, a key of `modal.PLANE_AXES`, or 0.
+        waits: Whether blocks with it may wait while lines behind them are computed: it reads and sets no parameter, and leads nowhere.
         calls: Letter whose number names the program that it calls; where it has no `words`, all others are arguments.
     """
 
@@ -158,6 +159,7 @@ class Code:
     moves_alone: bool = False
     plane: int = 0
     calls: str = ""
+    waits: bool = False
 
     @property
     def name(self) -> str:

@@ -61,8 +61,14 @@ class Computing:
                 parameters.named,
                 _RESERVED,
                 plain.columns(),
+                self._waits,
             )
         return computer
+
+    def _waits(self, letter: str, number: int) -> bool:
+        """Tell whether a block with a code may wait."""
+        code = self._control.ip.codes.get((letter, 10 * number))
+        return code is not None and code.waits
 
     def _follow(self, source: int) -> bool:
         """Find the O-words of a source, once; tell whether they are followed from now on.
