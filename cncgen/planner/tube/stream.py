@@ -204,6 +204,9 @@ class Tube:
             s = np.maximum(s, self._place(program.base + have - 1))
         # A rest where the path has been before may be taken for that: from there on the plan stands as it is.
         way = np.diff(s, prepend=start)
+        if last:
+            # There is no way on which the end could be taken for another rest.
+            rest[-1] = False
         wrong = np.flatnonzero(rest[:found] & (way < _HARDLY * (length[:found] - 2.0 * _EXACT)))
         if len(wrong):
             found, self.lost = int(wrong[0]), True

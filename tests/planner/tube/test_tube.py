@@ -174,6 +174,16 @@ def test_a_larger_tolerance_takes_no_longer(
     assert seconds[1] <= 1.001 * seconds[0]
 
 
+def test_a_last_row_shorter_than_the_tolerance_loses_no_window() -> None:
+    """The end of the program was taken for a rest that the plan had not come to, and all of the plan stood: twice the time."""
+    rows = polyline([(0, 0), (-0.0279, 0.011), (-0.3045, -1.0764), (-1.1561, -0.5522), (-1.165, -0.5701)])
+    text = "\n".join(["G21 G90 G94 G17 G64 P0.12 F1351", *rows, "M30", ""])
+    on = replace(machine(329.872, 3699.68, 698449.0), period_s=4e-3, chord_tolerance_mm=1e-4)
+    best, broken = planned(text, on)
+    assert not broken
+    assert best < 0.9 * planned(text, on, effort="fast")[0]
+
+
 def straight(length: float, nodes: int) -> tuple[Problem, Floats]:
     """Return the problem of a diagonal from rest to rest with next to no room, and a slow first guess."""
     # Nodes where the seven-phase profile of the way has them at even times.
