@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 import subprocess
 import sys
@@ -9,7 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from cncgen.cli import app
+from cncgen import ranges
+from cncgen.cli import app, memory
+from cncgen.gcode import budget
+from cncgen.planner.record import MOST_ROWS
+from cncgen.toolpath.reading import ReadOptions
+
+ROOT = Path(__file__).resolve().parents[1]
 
 WEIGHTED = "G21 G90 G17 G64\nG6.2 P3 K0 X0 Y0 R{0} F1000\nK0 X1 Y1 R{1}\nK0 X2 Y0 R{0}\nK1\nK1\nK1\nM2\n"
 LINES = "G21 G90 G64 P0.01\nG1 X1 Y0 F1000\nX2 Y1\nM2\n"
@@ -51,6 +58,15 @@ CASES: dict[str, tuple[dict[str, str | bytes], tuple[str, ...], int, str]] = {
     ),
     "a turn of Heidenhain": (
         {"q.h": f"BEGIN PGM A MM\nCYCL DEF 10.1 ROT+{NINES}\nEND PGM A MM\n"}, ("check", "q.h", "--dialect", "heidenhain"), 1, "number-range"
+    ),
+    "a row of operators of SINUMERIK as long as its line": (
+        {"s.nc": f"R1={'1+' * 4700}1\nR2=SQRT(-R1)\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "-4701"
+    ),
+    "functions in functions of SINUMERIK": (
+        {"s.nc": f"R1={'SIN(' * 1900}1{')' * 1900}\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "expression-depth"
+    ),
+    "a word of five thousand digits of SINUMERIK": (
+        {"s.nc": f"G90{'9' * 5000}!\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "syntax"
     ),
     "a repetition of SINUMERIK": ({"s.nc": f"UP P={NINES}\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "number-range"),
     "a place in convert": (
@@ -113,3 +129,35 @@ def test_warnings_of_libraries_say_nothing_to_a_user(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "0\n"
     assert [line for line in done.stderr.splitlines() if "no errors" not in line] == []
+
+
+def test_bounds_of_security_are_those_of_the_code() -> None:
+    """Each row of the table in SECURITY.md, with the constants that hold it."""
+    table = (ROOT / "SECURITY.md").read_text().partition("## Bounds")[2]
+    row = {
+        cells[0]: cells[1]
+        for line in table.splitlines()
+        if len(cells := [c.strip() for c in line.strip("| ").split("|")]) > 1
+    }
+    low, high = ranges.PERIOD_S
+    assert row["memory of a run beside what it has at its start (Linux)"] == f"{memory.DEFAULT_MIB} MiB"
+    assert row["nested calls"] == str(ReadOptions().max_call_depth)
+    assert row["period of setpoints"] == f"{low:g} to {high:g} s".replace("1e-07", "1e-7")
+    assert float(row["setpoints of one motion"]) == MOST_ROWS
+    assert row["numbers of words, coordinates"] == f"±{ranges.POSITION:g}, mm or rad".replace("1e+08", "1e8")
+    assert tuple(map(float, row["factors of frames, all together"].split(" to "))) == ranges.FACTORS
+    assert float(row["weights of one rational curve"].rpartition(" ")[2]) == ranges.WEIGHT_RATIO
+    work = next(cell for name, cell in row.items() if name.startswith("work of a program"))
+    assert work.startswith(f"{budget.MOST_WORK:,} units and {budget.WORK_OF_A_LINE} a line")
+
+
+def test_numbers_in_patterns_take_their_digits_once() -> None:
+    """Digits, perhaps a point, and digits: where such a row may be parted anywhere, five thousand digits take ten seconds."""
+    parted = re.compile(r"\\d[+*](?:\\\.|\[\.,\])\?\\d\*(?!\+)")
+    assert parted.search(r"[A-Z](?:\d+\.?\d*|\.\d+)")
+    assert [
+        f"{file}:{number}"
+        for file in sorted((ROOT / "cncgen").rglob("*.py"))
+        for number, line in enumerate(file.read_text().splitlines(), 1)
+        if parted.search(line)
+    ] == []

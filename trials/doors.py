@@ -45,7 +45,7 @@ from cncgen.diagnostics import CncgenError, Diagnostics, RemarkWarning
 from cncgen.machine.kinematics import Kinematics
 from cncgen.setpoints.readers import isolated
 from cncgen.toolpath.reading import ReadOptions
-from trials.generators import door_commands, extreme_programs
+from trials.generators import door_commands, door_options, extreme_programs
 from trials.generators import door_inputs as inputs
 
 #: Bounds of one input: seconds of processor time, and bytes beside what the process has already.
@@ -304,10 +304,13 @@ def run_tools(data: bytes) -> None:
 
 
 def run_options(data: bytes) -> None:
-    """Give a command the words of the input, separated by NUL bytes, in a folder with a program."""
-    words = [word.decode("utf-8", "replace") for word in data.split(b"\0")]
-    with _folder({"p.nc": b"G21 G64 P0.01\nG1 X1 Y1 F1000\nX0\nM2\n"}):
-        _command(words)
+    """Give a command the words of the input, separated by NUL bytes, in a folder with files; where it is refused, it writes nothing."""
+    words = [word.decode("utf-8", "surrogateescape") for word in data.split(b"\0")]
+    given = door_options.files()
+    with _folder(given), patch("webbrowser.open", lambda url: False):
+        code, said = _command(words)
+        if code in (2, 3) and (left := set(os.listdir()) ^ set(given)):
+            raise AssertionError(f"exit {code} and files are there or gone: {said} {left}")
 
 
 def run_extremes(data: bytes) -> None:
@@ -385,18 +388,6 @@ def scratch() -> tempfile.TemporaryDirectory[str]:
 
 FORMATS = ("csv", "jsonl", "npy", "npz", "f64", "hal", "arrow", "parquet", "mat", "hdf5", "mcap", "mf4")
 _TEXT_FORMATS = ("csv", "jsonl", "hal")
-_OPTIONS = [
-    b"\0".join(words)
-    for words in (
-        (b"plan", b"p.nc", b"-m", b"xy-table", b"-o", b"o.csv", b"--path-tolerance", b"0.01"),
-        (b"check", b"p.nc", b"--max-steps", b"10", b"--max-memory", b"512"),
-        (b"canon", b"p.nc", b"--dialect", b"fanuc"),
-        (b"convert", b"p.nc", b"-o", b"o.nc", b"--linearize", b"0.01"),
-        (b"verify", b"p.nc", b"--program", b"p.nc", b"--machine", b"xy-table", b"--period", b"0.001"),
-        (b"simulate", b"p.nc", b"--axis-params", b"xy-table", b"-o", b"r.csv"),
-        (b"machines", b"show", b"xy-table"),
-    )
-]
 
 
 def doors(corpus: Path | None = None) -> dict[str, Door]:
@@ -430,7 +421,7 @@ def _doors() -> dict[str, Door]:
     found["tools"] = Door(lambda: list(inputs.TOOLS), inputs.change, run_tools)
     found["extremes"] = Door(lambda: [b""], lambda rng, *_: extreme_programs.case(rng), run_extremes)
     found["commands"] = Door(door_commands.seeds, door_commands.change, run_commands)
-    found["options"] = Door(lambda: _OPTIONS, inputs.change, run_options)
+    found["options"] = Door(door_options.seeds, door_options.change, run_options)
     return found
 
 
@@ -580,7 +571,7 @@ def run(
                 ran, found = batch(name, known[name], data)
                 yield name, ran, found
                 data = data[ran:]
-            faster = min(BATCH_SECONDS / max(_processor_time() - begin, 0.01), 4.0)
+            faster = min(BATCH_SECONDS / max(_processor_time() - begin, 0.01), 40.0)
             sizes[name] = min(max(int(sizes[name] * faster), 1), LARGEST_BATCH)
 
 
@@ -634,26 +625,36 @@ def tell(finding: Finding, keep: Path | None) -> None:
         (folder / f"{zlib.crc32(finding.kind.encode()):08x}").write_bytes(finding.data)
 
 
-def guided(name: str, arguments: list[str]) -> None:
-    """Hand a door to atheris, which keeps inputs that reach new code; `arguments` are libFuzzer's."""
+def guided(name: str, arguments: list[str], keep: Path | None) -> None:
+    """Hand a door to atheris, which keeps inputs that reach new code; `arguments` are libFuzzer's. A kind of fault is told once."""
     import atheris  # type: ignore[import-untyped, unused-ignore]
 
-    door = doors()[name]
+    with atheris.instrument_imports(include=["cncgen", "lark"]):
+        for module in MODULES:
+            importlib.import_module(module)
+    door, kinds = doors()[name], set[str]()
     seeds = door.seeds()
-    atheris.instrument_all()
 
     def mutator(data: bytes, most: int, seed: int) -> bytes:
-        return door.change(random.Random(seed), data, seeds)[:most]
+        # What libFuzzer has found to differ is mixed in as well.
+        changed = door.change(random.Random(seed), data, seeds) if seed % 4 else atheris.Mutate(data, most)
+        return bytes(changed[:most])
 
     def one(data: bytes) -> None:
         fault = fault_of(door, data)
-        if fault is not None:
-            raise AssertionError(fault[1])
+        if fault is not None and fault[0] not in kinds:
+            kinds.add(fault[0])
+            tell(Finding(name, *fault, data), keep)
 
     signal.signal(signal.SIGPROF, _hang)
     folder = scratch()
     tempfile.tempdir = folder.name
-    atheris.Setup([sys.argv[0], *arguments], one, custom_mutator=mutator)
+    corpus = Path(folder.name, "corpus")
+    corpus.mkdir()
+    for number, seed in enumerate(seeds):
+        (corpus / str(number)).write_bytes(seed)
+    words = [sys.argv[0], "-max_len=20000", "-timeout=60", "-rss_limit_mb=4096", *arguments, str(corpus)]
+    atheris.Setup(words, one, custom_mutator=mutator)
     atheris.Fuzz()
 
 
@@ -698,7 +699,7 @@ def main() -> int:
     arguments, further = parser.parse_known_args()
     names = arguments.door or list(doors())
     if arguments.guided:
-        guided(names[0], further)
+        guided(names[0], further, arguments.keep)
         return 0
     if arguments.replay:
         findings = replay(arguments.replay)

@@ -20,8 +20,8 @@ _BEGIN = 4_096
 #: Bytes in which other spellings than G20 and G21 are looked for, and the signs of inches.
 _HEAD = 65_536
 _COMMENT = rb"\([^)\n]*\)|;[^\n]*"
-_LENGTH = rb"(?<![A-Za-z#<])[XYZxyz][ \t]*[-+]?(?P<number>\d+\.?\d*|\.\d+)"
-_FEED = rb"(?<![A-Za-z#<])[Ff][ \t]*(?P<number>\d+\.?\d*|\.\d+)"
+_LENGTH = rb"(?<![A-Za-z#<])[XYZxyz][ \t]*[-+]?(?P<number>\d++\.?+\d*+|\.\d+)"
+_FEED = rb"(?<![A-Za-z#<])[Ff][ \t]*(?P<number>\d++\.?+\d*+|\.\d+)"
 #: G20, in tenths.
 _INCHES = 200
 #: A text in inches has numbers of four decimals, as many at least and none with more, small coordinates, and slow feeds.

@@ -18,7 +18,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from pathlib import Path
 
-_WORD = r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))"
+_WORD = r"([A-Za-z])\s*([+-]?(?:\d++\.?+\d*+|\.\d+))"
 #: Bytes that are read of a tool table: some 100 000 tools.
 MAX_FILE_BYTES = 16_000_000
 

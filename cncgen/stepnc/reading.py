@@ -41,7 +41,7 @@ MAX_WALK, MAX_ELEMENTS, MAX_NESTED = 10_000, 1000, 5
 MAX_SIZE = 4 * 1024**3
 
 _START = re.compile(r"\(\s*START\s*,([^)]*)\)", re.IGNORECASE)
-_WORD = re.compile(r"([XYZ])\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?)", re.IGNORECASE)
+_WORD = re.compile(r"([XYZ])\s*([+-]?(?:\d++\.?+\d*+|\.\d+)(?:E[+-]?\d+)?)", re.IGNORECASE)
 
 
 class StepFile:

@@ -1,6 +1,8 @@
 """Placed gains give the poles and bandwidths asked for; a search never ends worse than it began."""
 
 import math
+import os
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -183,6 +185,18 @@ def test_a_search_of_a_coupling_keeps_its_margins_on_any_number_of_processes(con
     maker = scheme_maker(controller, one.servos, one.settings)
     again = summarize(simulate_scheme(iter(setpoints), maker))["contour_error_rms_mm"]
     assert again == one.contour_rms_mm
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the processes are forked where the trial is patched")
+def test_a_process_that_is_ended_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the system ends one where memory runs out: this was an internal error."""
+    here = os.getpid()
+    monkeypatch.setattr(
+        "cncgen.servo.tuning.search._Trials.contour_rms",
+        lambda self, draw: 1.0 if os.getpid() == here else os._exit(9),
+    )
+    with pytest.raises(UsageError, match="ended from outside"):
+        search(list(stream(circle(10.0, 60.0)[:100])), profile("dyna-1007"), sets=4, workers=2)
 
 
 def test_a_search_finds_less_contour_error_within_the_margin():

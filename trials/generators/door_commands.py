@@ -21,12 +21,12 @@ _LEANING = "G21 G90 G94 S1000 M3\nG0 X29 Y15 Z5\nG1 Z-3 F300\nA20 C90\nX20 A-30 
 _TURNED = "G18 G21 G90 G94\nT1 M6\nS500 M3\nG0 X30 Z2\nG1 X20 F100\nZ-20\nX24 Z-25\nG0 X30\nZ2\nG1 X15\nZ-10\nG0 X30\nM2\n"
 _MOVED = "G21 G17 G90 G64 P0.01\nG1 X3 Y0.4 F3000\nX0.4 Y2\nG2 X1.4 Y2 I0.5 J0\nM2\n"
 _CORNERS = ("0 0 0", "10 0 0", "0 10 0", "0 0 10")
-_STL = "".join(
+STL = "".join(
     "\n".join(["facet normal 0 0 0", "outer loop", *(f"vertex {_CORNERS[k]}" for k in face), "endloop", "endfacet", ""])
     for face in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
 )  # fmt: skip
-_STL = f"solid a\n{_STL}endsolid a\n"
-_SWEEP = """programs = ["p.nc"]
+STL = f"solid a\n{STL}endsolid a\n"
+SWEEP = """programs = ["p.nc"]
 machine = "m.toml"
 [options]
 feedrate = "ild"
@@ -46,8 +46,8 @@ _PLANNED = "--feedrate ild --path-tolerance 0.01"
 _CASES: tuple[tuple[str, dict[str, str]], ...] = (
     ("cut p.nc --stock box:0,0,-10,30,20,0 --tool 1=flat:6 --cell 0.5 -o o.stl --report o.json", {"p.nc": _MILLED}),
     ("cut p.nc --stock box:0,0,-10,30,20,0 --tool 1=bull:6,1;length=9;shank=8;holder=20,30 --cell 1", {"p.nc": _MILLED}),
-    ("cut p.nc --stock box:0,0,-10,30,20,0 --tool 1=drill:6,118 --tool 2=chamfer:6,90,1 --target t.stl", {"p.nc": _MILLED, "t.stl": _STL}),
-    ("cut p.nc --stock t.stl --tool 1=ball:4 --cell 0.5 -o o.stl", {"p.nc": _MILLED, "t.stl": _STL}),
+    ("cut p.nc --stock box:0,0,-10,30,20,0 --tool 1=drill:6,118 --tool 2=chamfer:6,90,1 --target t.stl", {"p.nc": _MILLED, "t.stl": STL}),
+    ("cut p.nc --stock t.stl --tool 1=ball:4 --cell 0.5 -o o.stl", {"p.nc": _MILLED, "t.stl": STL}),
     ("cut p.nc -m five.toml --stock box:0,0,-20,40,30,0 --tool *=flat:6 --cell 1 -o o.stl", {"p.nc": _LEANING, "five.toml": ""}),
     ("cut p.nc -m five.toml --stock cylinder:20,15,30,-20,0 --tool *=ball:6 --cell 1 --report o.json", {"p.nc": _LEANING, "five.toml": ""}),
     ("cut p.nc --stock cylinder:0,0,50,-60,0 --tool 1=turn:0.8,30 --cell 0.5 -o o.stl", {"p.nc": _TURNED}),
@@ -77,7 +77,7 @@ _CASES: tuple[tuple[str, dict[str, str]], ...] = (
     ("tune -m m.toml --controller h-infinity -o o.toml", {"m.toml": "flexure-stage"}),
     ("tune p.nc -m m.toml --sets 3 --jobs 1 --modulus 0.5 --seed 1 -o o.toml", {}),
     ("excite --axis X --duration 0.2 --low 10 --high 50 --share 0.5 --center 3 -m m.toml -o o.csv", {}),
-    ("sweep s.toml --dry-run -o o", {"s.toml": _SWEEP}),
+    ("sweep s.toml --dry-run -o o", {"s.toml": SWEEP}),
     ("machines show m.toml", {}),
     ("identify log.csv --model velocity-loop --counts-per-mm 1000 --counts-per-rad 100 -o o.toml --summary o.json", {"log.csv": ""}),
     ("verify s.csv -p p.nc -m m.toml --resolution 1e-6 --report o.json", {"s.csv": ""}),

@@ -14,7 +14,7 @@ from cncgen.toolpath.record import Event
 CODES = ()
 
 _ACTIVE = r"(?s)\s*([A-Za-z]+),(.*)"
-_START_WORD = r"\s*([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))"
+_START_WORD = r"\s*([A-Za-z])\s*([+-]?(?:\d++\.?+\d*+|\.\d+))"
 #: Parts that a message does not show literally: parameters, an unfinished one at the end, formats, the % of an unknown format.
 _SHOWN = r"#(?P<number>\d+)|#<(?P<name>[^>]*)>|#<[^>]*$|#$|(?P<form>%d|%f|%\.\df)|%(?=\.)"
 #: Values nearer to 0 are shown as 0 (measured on LinuxCNC's interpreter).

@@ -21,7 +21,7 @@ from cncgen.gcode.text.expressions import evaluate
 _MODES = frozenset((170, 180, 190, 200, 210, 900, 910, 901, 911, 930, 940, 950))
 #: On lathes some of these are cycles, or mean something else.
 _MODES_OF_LATHES = frozenset((170, 180, 190, 200, 210))
-_WORD = re.compile(r"([a-z])([+-]?(?:\d+\.?\d*|\.\d+))")
+_WORD = re.compile(r"([a-z])([+-]?(?:\d++\.?+\d*+|\.\d+))")
 
 
 def recover(ip: Interpreter, text: str) -> None:

@@ -22,7 +22,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import PassingSink, Point
 
-_NUMBER = r"\s*((?:[-+]\s*)?(?:Q\d+|\d+[.,]?\d*|[.,]\d+))"
+_NUMBER = r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
 _WORD = re.compile(
     rf"\s*(?:(?P<name>LEN|CCA|PR|PA|I?[XYZABC]|R(?![0LR](?![\d.])))(?P<value>{_NUMBER})|(?P<side>R[0LR])(?![\w.])|F\s*(?P<feed>AUTO|MAX|{_NUMBER})|M\s*(?P<m>\d{{1,99}}))",
     re.IGNORECASE,

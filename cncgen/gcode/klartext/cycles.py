@@ -321,7 +321,7 @@ _OLD: dict[int, tuple[str, ...]] = {
 _OLD_POCKETS = {3: slots.slot, 4: slots.rectangle, 5: slots.circle}
 #: Words in a part: a name and its value; DR has a sign alone.
 _PART_WORD = re.compile(
-    r"(?P<name>[A-Z][A-Z. ]*?)?[ \t]*(?P<value>(?:[-+][ \t]*)?(?:Q\d+|\d+[.,]?\d*|[.,]\d+))", re.IGNORECASE
+    r"(?P<name>[A-Z][A-Z. ]*?)?[ \t]*(?P<value>(?:[-+][ \t]*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))", re.IGNORECASE
 )
 _SENSE = re.compile(r"DR[ \t]*([-+])", re.IGNORECASE)
 #: Cycles that move nothing: orientation of the spindle; tuning of the control by the machine's builder.

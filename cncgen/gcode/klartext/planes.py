@@ -11,7 +11,7 @@ from collections.abc import Callable
 from cncgen.gcode.codes import affine
 from cncgen.gcode.errors import BlockError
 
-_NUMBER = r"\s*((?:[-+]\s*)?(?:Q\d+|\d+[.,]?\d*|[.,]\d+))"
+_NUMBER = r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
 _SPATIAL = re.compile(r"PLANE\s+SPATIAL\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _RESET = re.compile(r"PLANE\s+RESET\b", re.IGNORECASE)
 _KIND = re.compile(r"PLANE\s+(\w+)", re.IGNORECASE)

@@ -13,7 +13,8 @@ _MOST = 10_000
 _PART = re.compile(r"(?P<kind>POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)\d*\s*\((?P<words>[^()]*)\)\s*", re.IGNORECASE)
 _NAMES = "NUMX NUMY NUM ROTX ROTY ROT START STEP DX DY D X Y Z"
 _WORD = re.compile(
-    r"(" + "|".join(_NAMES.split()) + r")\s*((?:[-+]\s*)?(?:Q[LR]?\d+|\d+[.,]?\d*|[.,]\d+))\s*", re.IGNORECASE
+    r"(" + "|".join(_NAMES.split()) + r")\s*((?:[-+]\s*)?(?:Q[LR]?\d+|\d++[.,]?+\d*+|[.,]\d+))\s*",
+    re.IGNORECASE,
 )
 #: What each kind must have.
 _NEEDS = {"POS": "X Y", "ROW": "X Y D NUM", "PAT": "X Y DX DY NUMX NUMY", "FRAME": "X Y DX DY NUMX NUMY", "CIRC": "X Y D NUM", "PITCHCIRC": "X Y D STEP NUM"}  # fmt: skip

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from cncgen.gcode.errors import BlockError
 
 _TOKEN = re.compile(
-    r"\s*(?:(?P<number>\d+[.,]?\d*|[.,]\d+)|Q(?P<q>\d{1,99})|(?P<name>[A-Z]+)|(?P<sign>[-+*/^()%]))",
+    r"\s*(?:(?P<number>\d++[.,]?+\d*+|[.,]\d+)|Q(?P<q>\d{1,99})|(?P<name>[A-Z]+)|(?P<sign>[-+*/^()%]))",
     re.IGNORECASE,
 )
 _UNARY: dict[str, Callable[[float], float]] = {
@@ -32,7 +32,7 @@ _UNARY: dict[str, Callable[[float], float]] = {
 }
 _FN = re.compile(r"FN\s*(?P<number>\d{1,99})\s*:\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _TARGET = re.compile(r"Q(?P<q>\d{1,99})\s*=\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
-_OPERAND = r"\s*((?:[-+]\s*)?(?:Q\d+|\d+[.,]?\d*|[.,]\d+))\s*"
+_OPERAND = r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))\s*"
 _TWO = {
     1: (re.compile(_OPERAND + r"\+" + _OPERAND + r"\Z", re.IGNORECASE), lambda a, b: a + b),
     2: (re.compile(_OPERAND + r"-" + _OPERAND + r"\Z", re.IGNORECASE), lambda a, b: a - b),

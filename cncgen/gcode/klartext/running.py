@@ -59,7 +59,7 @@ _CALL = re.compile(
     re.IGNORECASE,
 )
 _CORNER = re.compile(
-    r"(?P<kind>RND|CHF)\s*R?\s*(?P<size>(?:[-+]\s*)?(?:Q\d+|\d+[.,]?\d*|[.,]\d+))(?:\s*F\s*(?:AUTO|Q?[\d.,]+))?\s*\Z",
+    r"(?P<kind>RND|CHF)\s*R?\s*(?P<size>(?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))(?:\s*F\s*(?:AUTO|Q?[\d.,]+))?\s*\Z",
     re.IGNORECASE,
 )
 _DEFINITION = re.compile(
@@ -68,7 +68,7 @@ _DEFINITION = re.compile(
 _TANGENT = re.compile(r"CT(?=[\sXYZI])(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _PLACE = re.compile(r"CYCL\s+CALL\s+POS\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _PATTERN = re.compile(r"CYCL\s+CALL\s+PAT\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
-_VALUE = re.compile(r"\s*((?:[-+]\s*)?(?:Q\d+|\d+[.,]?\d*|[.,]\d+))")
+_VALUE = re.compile(r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))")
 #: The number of a tilted plane among the frames.
 _TILTED = 19
 _END_OF_PROGRAM = re.compile(r"END\s+PGM\b|(?:L\s+)?(?:M0?2|M30)\s*\Z", re.IGNORECASE)

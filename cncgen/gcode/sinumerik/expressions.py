@@ -8,6 +8,7 @@ from typing import Protocol
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.reading import Node
+from cncgen.gcode.text.expressions import too_deep
 
 Scalar = float | str
 
@@ -96,8 +97,25 @@ def evaluate(node: Node, variables: Variables) -> Scalar:
     """Return the value of an expression.
 
     Raises:
-        BlockError: A name or function is not known, or the result has no value.
+        BlockError: A name or function is not known, the result has no value, or functions and signs are nested too deep.
     """
+    chain = []
+    while node[0] == "bin":  # rows of operators lead to the left, as many as a line is long
+        if node[1] == ":":
+            message = ": chains frames, and a number is needed"
+            raise BlockError("value-kind", message, hint="$P_PFRAME=CTRANS(X,10):CROT(Z,45)")
+        chain.append(node)
+        node = node[2]
+    try:
+        value = _operand(node, variables)
+        for _, operator, _, right in reversed(chain):
+            value = _binary(operator, value, evaluate(right, variables))
+    except RecursionError:
+        raise too_deep() from None
+    return value
+
+
+def _operand(node: Node, variables: Variables) -> Scalar:
     match node[0]:
         case "n":
             return number(node[1], "a number")
@@ -115,10 +133,7 @@ def evaluate(node: Node, variables: Variables) -> Scalar:
         case "un":
             operand = number(evaluate(node[2], variables))
             return {"-": -operand, "+": operand, "NOT": float(operand == 0.0)}[node[1]]
-    if node[1] == ":":
-        message = ": chains frames, and a number is needed"
-        raise BlockError("value-kind", message, hint="$P_PFRAME=CTRANS(X,10):CROT(Z,45)")
-    return _binary(node[1], evaluate(node[2], variables), evaluate(node[3], variables))
+    raise AssertionError(node[0])
 
 
 def _function(name: str, arguments: tuple[Node | None, ...], variables: Variables) -> Scalar:

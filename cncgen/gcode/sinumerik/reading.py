@@ -20,7 +20,7 @@ _STRING = re.compile(r'"[^"\n]*"?|;.*')
 _PREFIX = re.compile(
     r"\s*(?P<skip>/\d?)?\s*(?:(?P<number>[N:]\d+)(?![A-Z0-9_]*\s*[:=])\s*)?(?:(?P<label>[A-Z_][A-Z0-9_]+)\s*:(?!=))?"
 )
-_PLAIN_LINE = re.compile(r"(?:\s*[A-Z][+-]?(?:\d+\.?\d*|\.\d+))+\s*\Z")
+_PLAIN_LINE = re.compile(r"(?:\s*[A-Z][+-]?(?:\d++\.?+\d*+|\.\d+))+\s*\Z")
 _PLAIN_WORD = re.compile(r"([A-Z])([+-]?[\d.]+)")
 _HEADER = re.compile(r"%_N_(\w+?)_(MPF|SPF)\b|;\$PATH")
 #: Common names of the grammar's tokens.

@@ -11,6 +11,7 @@ import multiprocessing
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -191,8 +192,14 @@ def _run(trials: _Trials, draws: Floats, workers: int) -> Floats:
         return np.array([trials.contour_rms(draw) for draw in draws])
     forks = "fork" in multiprocessing.get_all_start_methods() and os.name == "posix" and not _is_mac()
     context = multiprocessing.get_context("fork" if forks else "spawn")
-    with ProcessPoolExecutor(workers, context, _adopt, (trials,)) as pool:
-        return np.array(list(pool.map(_tried, draws, chunksize=max(1, len(draws) // (8 * workers)))))
+    try:
+        with ProcessPoolExecutor(workers, context, _adopt, (trials,)) as pool:
+            return np.array(list(pool.map(_tried, draws, chunksize=max(1, len(draws) // (8 * workers)))))
+    except BrokenProcessPool:
+        message = "a process that tried gain sets was ended from outside: by the system for memory or time, or by hand"
+        raise UsageError(
+            Diagnostic("tune-processes", message, hint="--jobs 1 tries them in this process")
+        ) from None
 
 
 def _is_mac() -> bool:
