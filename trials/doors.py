@@ -653,7 +653,7 @@ def guided(name: str, arguments: list[str], keep: Path | None) -> None:
     corpus.mkdir()
     for number, seed in enumerate(seeds):
         (corpus / str(number)).write_bytes(seed)
-    words = [sys.argv[0], "-max_len=20000", "-timeout=60", "-rss_limit_mb=4096", *arguments, str(corpus)]
+    words = [sys.argv[0], "-max_len=20000", "-timeout=600", "-rss_limit_mb=4096", *arguments, str(corpus)]
     atheris.Setup(words, one, custom_mutator=mutator)
     atheris.Fuzz()
 
