@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cncgen.cli import messages
 from cncgen.cli.messages import write_summary
 from cncgen.cli.options import (
     machine_option,
@@ -114,6 +115,7 @@ def _strategies(
     reference: WantedMotion | None,
 ) -> tuple[str, dict[str, Any]]:
     from cncgen.pipeline import driven_axes
+    from cncgen.planner.strategies import available
     from cncgen.report.comparing import interpolator_table, strategy_table, strategy_values
     from cncgen.report.comparison import compare_interpolators, compare_strategies
 
@@ -121,6 +123,12 @@ def _strategies(
     figures = compare_strategies(toolpaths, machine, options, feedrates, axes, reference)
     names = interpolators or list(dict.fromkeys(("arclength", "taylor1", "taylor2", options.interpolator)))
     fluctuations = compare_interpolators(toolpaths, machine, options, names, axes, reference)
+    own = [g.time_s for g in figures if g.feedrate == (options.feedrate or available()[0])]
+    if own and fluctuations[0].fault is None and fluctuations[0].time_s != own[0]:
+        messages.note(
+            "interpolators are compared on a plan of the speed along the smoothed path (--effort fast): "
+            "one of path and speed together has no path for them to follow"
+        )
     text = strategy_table(figures) + "\n" + interpolator_table(fluctuations)
     return text, strategy_values(figures, fluctuations)
 

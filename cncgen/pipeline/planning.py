@@ -246,7 +246,9 @@ def plan_with_summary(
     where, how = machine_of(machine), _asked_for(options, asked)
     program = program_of(program, where)
     name = how.control or how.feedrate or available()[0]
-    summary = Summary(program, where, name, line_times, estimate=how.control is not None)
+    summary = Summary(
+        program, where, name, line_times, interpolator=how.interpolator, estimate=how.control is not None
+    )
     trajectories = planner.plan(summary.over_toolpaths(sound(program)), where, how)
     stream = sample(
         Plan(program, where, summary.over_trajectories(trajectories), how.keeps_limits, how), signals

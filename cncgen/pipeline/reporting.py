@@ -356,7 +356,9 @@ class _Run:
         self._wanted = wanted
         self._responses: list[Response] = []
         axes = output_axes(program)
-        self.summary: Summary = Summary(program, machine, how.feedrate or available()[0])
+        self.summary: Summary = Summary(
+            program, machine, how.feedrate or available()[0], interpolator=how.interpolator
+        )
         self.recording: Recording = Recording(machine, axes, machine.period_s)
         trajectories = planner.plan(self.summary.over_toolpaths(sound(program)), machine, how)
         watched = self.recording.over_trajectories(self.summary.over_trajectories(trajectories))

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from cncgen.diagnostics import Diagnostic, Severity, UsageError
+from cncgen.machine.record import Servo
 from cncgen.servo.identification.etfe import etfe
 from cncgen.servo.identification.fits import Fit, fit_first_order, fit_fourth_order, fit_velocity_loop
 from cncgen.servo.identification.log import AxisLog, read_log
 from cncgen.servo.identified_spread import SERVO_MODELS, servo_values
+from cncgen.servo.models import axis_loop
 from cncgen.units import file_unit
 
 #: A fit below it leaves half of the motion's size unexplained: its parameters mean nothing.
@@ -66,7 +68,12 @@ def identified(
         "\n".join(texts),
         {"schema_version": 1, "log": path, "model": model, "axes": values},
         tuple(_poor(letter, found["fit_percent"]) for letter, found in values.items() if _is_poor(found))
-        + tuple(_vague(letter, names) for letter, found in values.items() if (names := _undetermined(found))),
+        + tuple(_vague(letter, names) for letter, found in values.items() if (names := _undetermined(found)))
+        + tuple(
+            _runs_away(letter, size)
+            for letter, found in values.items()
+            if (size := found.get("largest_pole", 0.0)) >= 1.0
+        ),
     )
 
 
@@ -101,6 +108,16 @@ def _poor(letter: str, percent: float) -> Diagnostic:
     )
 
 
+def _runs_away(letter: str, size: float) -> Diagnostic:
+    return Diagnostic(
+        "identify-unstable",
+        f"axis {letter.upper()}: the fitted loop is unstable as it is sampled (a pole at |z| = {size:.6g}), and the axis of the log is not",
+        severity=Severity.WARNING,
+        hint="the model lacks something that the axis has, feedforward or an integrator say: try --model fourth-order",
+        values={"axis": letter.upper(), "largest_pole": size},
+    )
+
+
 def _column(axis: AxisLog, name: str) -> Any:
     values = getattr(axis, name)
     if values is None:
@@ -128,6 +145,9 @@ def _fitted(
         "fit_percent": fit.fit_percent,
         "residual_rms": fit.residual_rms,
     }
+    if fit.model != "velocity-loop":
+        servo = Servo(SERVO_MODELS[fit.model], servo_values(axis.letter, fit.model, fit.parameters))
+        values["largest_pole"] = float(np.abs(axis_loop(servo, axis.letter, axis.period_s).poles()).max())
     lines = [
         f"{axis.letter}: {fit.model}, fit {fit.fit_percent:.3f} %, residual rms {1e3 * fit.residual_rms:.4g} µm"
     ]

@@ -45,9 +45,11 @@ class Summary:
         feedrate: str | None,
         line_times: LineTimes | None = None,
         *,
+        interpolator: str = "arclength",
         estimate: bool = False,
     ) -> None:
-        self._program, self._machine, self._feedrate = program, machine, feedrate
+        self._program, self._machine = program, machine
+        self._feedrate, self._interpolator = feedrate, interpolator
         #: Whether the times are those of another control, whose setpoints nobody knows.
         self._estimate = estimate
         self.line_times = line_times
@@ -104,12 +106,15 @@ class Summary:
                 if share > _OVER and peak[name] * (1.0 - 1.0 / share) > rounding:
                     over.append(f"{letter} {name} {100 * share:.4g} %")
         if over:
+            exact = self._interpolator == "arclength"
+            who = self._feedrate if exact else f"{self._feedrate} with {self._interpolator} interpolation"
+            keeps = "--feedrate optimal" + ("" if exact else " with --interpolator arclength")
             self.remarks.add(
                 Diagnostic(
                     "plan-over-limits",
-                    f"{self._feedrate} asks more than the machine's limits: {', '.join(over)} of the limit",
+                    f"{who} asks more than the machine's limits: {', '.join(over)} of the limit",
                     severity=Severity.WARNING,
-                    hint="--feedrate optimal keeps every limit of the axes; cncgen verify says where they are broken",
+                    hint=f"{keeps} keeps every limit of the axes; cncgen verify says where they are broken",
                 )
             )
 

@@ -27,7 +27,15 @@ from cncgen.machine.record import Axis
 from cncgen.servo.bank import LoopBank
 from cncgen.servo.contour import contour_error, nearest_on_path
 from cncgen.servo.loop import AxisLoop
-from cncgen.servo.norm_optimal import ROUNDS, LimitedUpdate, WindowedUpdate, cut, limit_shares, smooth_rise
+from cncgen.servo.norm_optimal import (
+    ROUNDS,
+    LimitedUpdate,
+    WindowedUpdate,
+    cut,
+    limit_shares,
+    rise_time,
+    smooth_rise,
+)
 from cncgen.servo.plants import Imperfections
 
 Floats = NDArray[np.float64]
@@ -41,9 +49,9 @@ BEYOND = 1e-7
 #: Longest rest before and after, s.
 LONGEST_REST_S = 15.0
 #: A command that differs by less than this share of the motion's size from where it begins or ends counts as standing, and
-#: rises from there, or falls to it, within this time, s.
+#: rises from there, or falls to it, within this time, s, or within that which the limits ask for.
 STANDING, FADE_S = 1e-7, 0.05
-#: Rest beside what the inverse asks for, s: limits spread a command over more time than the inverse needs.
+#: Rest beside what the inverse asks for, s, at least: limits spread a command over more time than the inverse needs.
 LEEWAY_S = 0.3
 #: A motion whose contour error is less is judged by its tracking error (a straight line, say), mm.
 NO_CONTOUR_MM = 1e-6
@@ -67,6 +75,7 @@ class Figures:
         effort: Largest drive input of each axis.
         saturated: Setpoints with a drive at its bound, all axes.
         by_contour: Whether the motion is judged by its contour error, and not by its tracking error.
+        missed: Largest distance of the path from where the axes go; nan as `contour_max`.
     """
 
     tracking_rms: float
@@ -76,6 +85,7 @@ class Figures:
     effort: tuple[float, ...]
     saturated: int
     by_contour: bool
+    missed: float = np.nan
 
     @property
     def judged(self) -> float:
@@ -83,10 +93,15 @@ class Figures:
         return self.contour_max if self.by_contour else self.tracking_max
 
     def better(self, than: Figures) -> bool:
-        """Tell whether the judged error is smaller by more than noise makes, its rms not larger, and no more drives at their bound."""
+        """Tell whether the judged error is smaller by more than noise makes, its rms not larger, and no more drives at their bound.
+
+        Axes that hardly move are near the path as well, so none of it may be farther from where they go than before.
+        """
         rms, other = (f.contour_rms if f.by_contour else f.tracking_rms for f in (self, than))
         gains = self.judged < (1.0 - LEAST_GAIN) * than.judged and rms <= other
-        return gains and self.saturated <= than.saturated
+        return (
+            gains and self.saturated <= than.saturated and not (self.by_contour and self.missed > than.missed)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,10 +205,13 @@ class Axes:
         extents = [
             _inverse_extent(h, regularisation * g**2) for h, g in zip(self._impulses, self.gains, strict=True)
         ]
-        longest, leeway = (round(seconds / period_s) for seconds in (LONGEST_REST_S, LEEWAY_S))
-        self.lead = min(max(e[0] for e in extents), longest) + leeway
+        longest = round(LONGEST_REST_S / period_s)
         own = [_extent(np.abs(h), BEYOND * np.abs(h).sum()) for h in self._impulses]
-        self.tail = min(max(*own, *(e[1] for e in extents)), longest) + leeway
+        #: Rows that the inverse asks for before and after the motion.
+        self.asked = (
+            min(max(e[0] for e in extents), longest),
+            min(max(*own, *(e[1] for e in extents)), longest),
+        )
 
     def goes_across(self, wanted: Floats) -> bool:
         """Tell whether two or more axes of the contour move: of one alone the path is a line that it cannot leave."""
@@ -207,6 +225,30 @@ class Axes:
         """Return the answer of the drive input over its bound, as `response`; None where it has no bound."""
         bound = self.bounds[axis]
         return np.fft.rfft(self._forces[axis] / bound, length) if np.isfinite(bound) else None
+
+    def leeway(self, wanted: Floats, limits: Sequence[Axis | None]) -> int:
+        """Return the rows of rest beside what the inverse asks for: in them the change that it makes can rise within the limits.
+
+        Args:
+            wanted: The motion, shape (n, axes).
+            limits: Of each axis; None: it has none.
+        """
+        whole = np.concatenate([wanted, np.repeat(wanted[-1:], self.asked[1], axis=0)])
+        error = whole - self.followed(whole, known=True)[0]
+        seconds = [LEEWAY_S]
+        for i, limit in enumerate(limits):
+            if limit is not None:
+                length = self.length(len(whole))
+                update = LimitedUpdate(
+                    self.response(i, length),
+                    length,
+                    self.period_s,
+                    None,
+                    self.regularisation * self.gains[i] ** 2,
+                )
+                change = update.change(whole[:, i], error[:, i])
+                seconds.append(rise_time(float(np.abs(change).max()), limit))
+        return round(min(max(seconds), LONGEST_REST_S) / self.period_s)
 
     def length(self, rows: int) -> int:
         """Return a quick length of the transform for that many rows and the loops' memory."""
@@ -247,12 +289,13 @@ def figures_of(
 ) -> Figures:
     """Return the errors of what `follow` found against what was wanted, shape (n, axes); `columns` are those of the contour."""
     position, force, bounded = followed
-    contour = rms = np.nan
+    contour = rms = missed = np.nan
     judged = list(columns) or list(range(wanted.shape[1]))
     distance = np.sqrt(((wanted - position)[:, judged] ** 2).sum(axis=1))
     if columns:
         errors = contour_error(wanted[:, judged], position[:, judged])
         contour, rms = float(errors.max()), float(np.sqrt((errors**2).mean()))
+        missed = float(contour_error(position[:, judged], wanted[:, judged]).max())
     return Figures(
         float(np.sqrt((distance**2).mean())),
         float(distance.max()),
@@ -261,6 +304,7 @@ def figures_of(
         tuple(float(v) for v in np.abs(force).max(axis=0)),
         int(bounded.sum()),
         by_contour,
+        missed,
     )
 
 
@@ -301,7 +345,8 @@ def learn(
         settle_s: Least rest at the end.
         enough: See above; at most 1: the tracking error alone is looked at.
     """
-    lead, tail = axes.lead, max(axes.tail, round(settle_s / axes.period_s))
+    leeway = axes.leeway(wanted, limits)
+    lead, tail = axes.asked[0] + leeway, max(axes.asked[1] + leeway, round(settle_s / axes.period_s))
     whole = np.concatenate(
         [np.repeat(wanted[:1], lead, axis=0), wanted, np.repeat(wanted[-1:], tail, axis=0)]
     )
@@ -315,26 +360,25 @@ def learn(
         before = replace(before, by_contour=False)
     if before.judged <= NO_CONTOUR_MM:
         return _trimmed(
-            Learnt(whole, whole, lead, tail, before, before, 0, 0.0, before), whole, settle_s, axes
+            Learnt(whole, whole, lead, tail, before, before, 0, 0.0, before), whole, settle_s, axes, limits
         )
-    passes_of = _Passes(
-        whole, axes, [_kept(limit, wanted[:, i], axes.period_s) for i, limit in enumerate(limits)]
-    )
+    kept = [_kept(limit, wanted[:, i], axes.period_s) for i, limit in enumerate(limits)]
+    passes_of = _Passes(whole, axes, kept, leeway)
     found = Learnt(whole, whole, lead, tail, before, before, 0, 0.0)
     found, last = passes_of.run(found, command, passes, axes.tracking_error)
     for start in (last, resting):
         if axes.by_contour and found.after.judged * enough > before.judged:
             found, _ = passes_of.run(found, start, passes, axes.contour_error)
-    return _trimmed(found, resting if found.passes else whole, settle_s, axes)
+    return _trimmed(found, resting if found.passes else whole, settle_s, axes, kept)
 
 
 class _Passes:
     """Passes of learning on one motion, whose rests before and after are included: shape (n, axes)."""
 
-    def __init__(self, whole: Floats, axes: Axes, limits: Sequence[Axis | None]) -> None:
+    def __init__(self, whole: Floats, axes: Axes, limits: Sequence[Axis | None], leeway: int) -> None:
         self._whole, self._axes, self._limits = whole, axes, limits
-        self._windows = cut(_busy(whole, limits, axes.period_s), axes.lead + axes.tail)
-        self._fading = _fading(len(whole), round(LEEWAY_S / axes.period_s))
+        self._windows = cut(_busy(whole, limits, axes.period_s), sum(axes.asked) + 2 * leeway)
+        self._fading = _fading(len(whole), leeway)
         self._done = 0
 
     def _updates(self) -> list[WindowedUpdate]:
@@ -417,14 +461,19 @@ def _kept(limit: Axis | None, wanted: Floats, period_s: float) -> Axis | None:
     )
 
 
-def _trimmed(learnt: Learnt, resting: Floats, settle_s: float, axes: Axes) -> Learnt:
+def _trimmed(
+    learnt: Learnt, resting: Floats, settle_s: float, axes: Axes, limits: Sequence[Axis | None]
+) -> Learnt:
     """Return the command without the part of its rests in which it stands, but for the least rest at the end.
 
-    `resting`, shape (n, axes), is a command that stands in both rests where this one comes to.
+    `resting`, shape (n, axes), is a command that stands in both rests where this one comes to. Where this one still stands elsewhere at
+    the end of its time (friction holds the axis), it goes there as slowly as the `limits` ask for.
     """
     command, period = learnt.command, axes.period_s
     small = STANDING * float(np.ptp(learnt.wanted, axis=0).max(initial=0.0))
-    fade = round(FADE_S / period)
+    left = np.abs(command - resting)[[0, -1]].max(axis=0)
+    times = [rise_time(float(d), limit) for d, limit in zip(left, limits, strict=True) if limit is not None]
+    fade = round(max(FADE_S, *times) / period) if times else round(FADE_S / period)
     least = len(command) - learnt.tail + round(settle_s / period)
     away = np.abs(command - resting[0]).max(axis=1) > small
     late = np.abs(command - resting[-1]).max(axis=1) > small

@@ -21,6 +21,7 @@ overlaps in which it has died away, and their changes are faded into each other.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -256,6 +257,18 @@ def smooth_rise(share: Floats) -> Floats:
     """Return a rise from 0 to 1 over shares 0 to 1 that begins and ends with no velocity, acceleration or jerk."""
     share = np.clip(share, 0.0, 1.0)
     return share**4 * (35.0 - share * (84.0 - share * (70.0 - share * 20.0)))
+
+
+def rise_time(distance: float, axis: Axis) -> float:
+    """Return the least time, s, in which `smooth_rise` over a distance, mm or rad, keeps an axis's limits.
+
+    Its largest derivatives are 35/16, 84√5/25 and 52.5.
+    """
+    return max(
+        35.0 / 16.0 * distance / axis.max_velocity,
+        math.sqrt(84.0 * math.sqrt(5.0) / 25.0 * distance / axis.max_acceleration),
+        math.cbrt(52.5 * distance / axis.max_jerk),
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -162,6 +162,16 @@ def test_a_plan_that_breaks_limits_says_so(cncgen: Run, part: Path) -> None:
     assert "constant asks more than the machine's limits: X acceleration 816.3 %" in warning["message"]
 
 
+def test_the_interpolator_that_breaks_limits_is_named(cncgen: Run, part: Path) -> None:
+    """The feed is that of `optimal` already, so another interpolator is what keeps the limits."""
+    run = cncgen(
+        "plan", part, "-m", "xy-table", "--interpolator", "two-stage-linear", "-q", "-o", "o.csv", "--json"
+    )
+    (warning,) = [json.loads(line) for line in run.stderr.splitlines()]
+    assert "optimal with two-stage-linear interpolation asks more" in warning["message"]
+    assert "--interpolator arclength" in warning["hint"]
+
+
 def on_terminal(arguments: list[str], cwd: Path) -> tuple[int, str]:
     """Run the command with a terminal of 40 columns behind standard output and error; return its code and text."""
     pty = pytest.importorskip("pty")
@@ -463,3 +473,13 @@ def test_compare_shows_the_interpolator_that_is_asked_for(
         run(["compare", str(tmp_path / "part.nc"), "--feedrates", "ild", "--interpolator", "stateline"]) == 0
     )
     assert "| stateline " in capfd.readouterr().out
+
+
+def test_compare_says_that_interpolators_have_a_plan_of_their_own(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Path and speed together round a corner within G64; interpolators follow a path that is given, in more time."""
+    (tmp_path / "part.nc").write_text("G21 G64 P0.05 G1 X5 F3000\nY5\nM2\n")
+    for feedrates, said in (("optimal", True), ("ild", False)):
+        assert run(["compare", str(tmp_path / "part.nc"), "-m", "xy-table", "--feedrates", feedrates]) == 0
+        assert ("interpolators are compared on a plan of the speed" in capfd.readouterr().err) == said

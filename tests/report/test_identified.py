@@ -10,6 +10,7 @@ import pytest
 
 from cncgen.cli.app import run
 from cncgen.machine import load_servos
+from cncgen.servo.models import axis_loop
 
 SERVO = '[axes.{0}.servo]\nmodel = "first-order"\nposition_gain_1_s = 40.0\ntime_constant_s = 0.01\n'
 
@@ -73,6 +74,21 @@ def test_a_model_that_explains_little_is_a_warning(
     said = [json.loads(line) for line in capsys.readouterr().err.splitlines() if line.startswith("{")]
     assert [item["code"] for item in said] == ["identify-poor"] * told
     assert all(item["values"]["fit_percent"] < 50.0 for item in said)
+
+
+def test_a_fit_that_is_unstable_as_sampled_is_a_warning(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A loop with feedforward leads where a P loop lags: the best P loop is one of 2,000/s, which its period does not hold."""
+    files = [str(tmp_path / name) for name in ("sweep.csv", "log.csv", "found.toml")]
+    assert run(["excite", "-m", "xy-table", "--axis", "X", "--duration", "4", "-q", "-o", files[0]]) == 0
+    assert run(["simulate", files[0], "--axis-params", "xy-table", "-q", "-o", files[1]]) == 0
+    for model, told in (("first-order", 1), ("fourth-order", 0)):
+        assert run(["identify", files[1], "--model", model, "--json", "-o", files[2]]) == 0
+        said = [json.loads(line) for line in capsys.readouterr().err.splitlines() if line.startswith("{")]
+        assert [item["code"] for item in said] == ["identify-unstable"] * told
+    poles = axis_loop(load_servos(files[2])["X"], "X", 0.001).poles()
+    assert np.abs(poles).max() < 1.0
 
 
 def test_what_a_log_does_not_determine_is_a_warning(

@@ -62,7 +62,17 @@ def test_a_real_part(programs: Path) -> None:
     stream, summary = plan_with_summary(read(programs / "bracket.nc"), "generic-mill", line_times=times)
     stream.collect()
     values = summary.as_json()
-    assert times.total_s == pytest.approx(values["motion_time_s"] + values["dwell_time_s"], rel=1e-9)
+    standing = sum(values["cycle_time_split_s"][part] for part in ("tool", "spindle", "dwell"))
+    assert times.total_s == pytest.approx(values["motion_time_s"] + standing, rel=1e-9)
+
+
+def test_tool_changes_and_the_spindle_take_time_on_the_mill_that_ships() -> None:
+    """Two changes of 4 s; 12,000 rpm at 6,000 rpm/s up, and down again by M5 and for the second change."""
+    program = read_text("G21 G90 T1 M6 S12000 M3\nG1 X10 F600\nT2 M6\nS6000 M3\nG1 X0\nM5\nM2\n")
+    stream, summary = plan_with_summary(program, "generic-mill")
+    stream.collect()
+    split = summary.as_json()["cycle_time_split_s"]
+    assert split["tool"] + split["spindle"] == pytest.approx(2 * 4.0 + 2 * 2.0 + 2 * 1.0, abs=1e-9)
 
 
 def test_lines_of_one_time_stand_in_the_order_of_the_program() -> None:

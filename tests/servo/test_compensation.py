@@ -13,7 +13,7 @@ from cncgen.servo import norm_optimal
 from cncgen.servo.command_limits import breaks, differences
 from cncgen.servo.compensation import compensate
 from cncgen.servo.contour import contour_error
-from cncgen.servo.learning import impulse_response
+from cncgen.servo.learning import figures_of, impulse_response
 from cncgen.servo.models import axis_loop
 from cncgen.servo.norm_optimal import LimitedUpdate, WindowedUpdate, cut
 from cncgen.servo.reference_profiles import BELL_EXACT, bell
@@ -202,6 +202,30 @@ def test_where_limits_leave_no_room_in_time_the_contour_error_alone_is_learnt(pr
     followed = run(both[1].command.position, servos).position
     contour = contour_error(on_path.wanted, followed)
     assert contour.max() == pytest.approx(on_path.after.contour_max)
+
+
+def test_a_command_that_friction_leaves_away_from_the_end_comes_back_within_the_limits(programs):
+    """Friction that costs 5 mm of lag: the command ends as far from the motion's end, and needs longer than 0.05 s to come back."""
+    machine = load_machine("xy-table")
+    servos = two_axes("first-order", position_gain_1_s=60.0, time_constant_s=0.003, coulomb_lag_mm=5.0)
+    found = compensate(planned(programs, "circle.nc", machine), servos, limits=machine.axes).learnt
+    assert found.after.contour_max < 0.2 * found.before.contour_max
+    assert not breaks(machine.axes, "XY", found.command, found.wanted, 0.001)
+    assert np.ptp(found.command[-2:], axis=0) == pytest.approx([0.0, 0.0], abs=1e-6)
+
+
+def test_axes_that_stay_where_they_are_have_not_gained(programs):
+    """They are near the path all the time, and never where it leads."""
+    wanted = rounded_square()
+    still, shrunk = np.repeat(wanted[:1], len(wanted), axis=0), 0.7 * (wanted - wanted[0]) + wanted[0]
+    rest = np.zeros(wanted.shape)
+    before, after = (
+        figures_of(wanted, (position, rest, rest > 0.0), (0, 1), by_contour=True)
+        for position in (shrunk, still)
+    )
+    assert after.contour_max < 0.5 * before.contour_max
+    assert not after.better(before)
+    assert replace(after, missed=before.missed).better(before)
 
 
 def test_a_motion_that_lags_alike_on_both_axes_is_not_given_up(programs):
