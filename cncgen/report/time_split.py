@@ -16,6 +16,10 @@ PARTS = ("cutting", "rapid", "tool", "spindle", "dwell", "other", "stops")
 _PART_OF = {"tool": "tool", "spindle": "spindle", "stop": "stops"}
 
 
+#: What rounding may leave of rests whose whole time events have taken, s.
+_ROUNDING_S = 1e-9
+
+
 class TimeSplit:
     """Adds up the parts of the time line over the trajectories of a plan; they sum to its end."""
 
@@ -28,7 +32,8 @@ class TimeSplit:
     @property
     def dwell_s(self) -> float:
         """Seconds of rest that the program asked for, with what lengthens them to a setpoint."""
-        return self._stood_s - self._taken_s
+        left = self._stood_s - self._taken_s
+        return left if left > _ROUNDING_S else 0.0
 
     def add(self, trajectory: Trajectory) -> None:
         """Take a stretch of a plan.

@@ -55,7 +55,11 @@ def shown(browser: Browser, made: Path) -> Browser:
 
 
 def settled(browser: Browser) -> None:
-    browser.wait("return !cncgen.scene.moving && !cncgen.scene.pending")
+    """Wait until the picture stands, and has the size that the window gives it."""
+    browser.wait(
+        "const { camera, moving, pending } = cncgen.scene, canvas = document.getElementById('path');"
+        "return !moving && !pending && camera.width === canvas.clientWidth && camera.height === canvas.clientHeight"
+    )
 
 
 def agrees(text: str, value: str) -> bool:
@@ -89,6 +93,7 @@ def test_the_hovered_line_is_the_lines_signal_at_a_hundred_places(
 
     # Software draws the picture here: fewer pixels take less time.
     shown.driver.set_window_size(1000, 760)
+    shown.wait("return innerWidth <= 1000")
     shown.click("[data-view=top]")
     settled(shown)
     canvas = shown.find("#path")
@@ -98,7 +103,7 @@ def test_the_hovered_line_is_the_lines_signal_at_a_hundred_places(
     assert len(left) == 100
     shown.run(_HEAR)
     middle = [int(canvas.rect["width"] / 2), int(canvas.rect["height"] / 2)]
-    for _ in range(20):
+    while left:
         for k in range(0, len(left), 10):
             hand = ActionChains(shown.driver, duration=0)
             hand.move_to_element_with_offset(
@@ -107,6 +112,8 @@ def test_the_hovered_line_is_the_lines_signal_at_a_hundred_places(
             for x, y in left[k : k + 10]:
                 hand.move_to_element_with_offset(canvas, x - middle[0], y - middle[1])
             hand.perform()
+            # The last move of a hand is joined to no other, so each turn hears ten places at least until all are.
+            shown.wait(_HEARD.format(*left[k : k + 10][-1]))
         heard = shown.run("return window.heard")
         unheard = []
         for place in left:
@@ -118,11 +125,9 @@ def test_the_hovered_line_is_the_lines_signal_at_a_hundred_places(
                 assert f"line {line}" in text
                 assert np.hypot(near[0] - at[0], near[1] - at[1]) < 12
         left = unheard
-        if not left:
-            break
-    assert left == []
 
 
+_HEARD = "return window.heard.some(([[x, y]]) => Math.abs(x - {}) <= 1 && Math.abs(y - {}) <= 1)"
 #: Pixels of rows that no control lies over, nor ends beside: the pointer's place is rounded.
 _FREE_PLACES = """
 const p = cncgen.part.points, box = document.getElementById('path').getBoundingClientRect();

@@ -67,12 +67,13 @@ def test_a_real_part(programs: Path) -> None:
 
 
 def test_tool_changes_and_the_spindle_take_time_on_the_mill_that_ships() -> None:
-    """Two changes of 4 s; 12,000 rpm at 6,000 rpm/s up, and down again by M5 and for the second change."""
-    program = read_text("G21 G90 T1 M6 S12000 M3\nG1 X10 F600\nT2 M6\nS6000 M3\nG1 X0\nM5\nM2\n")
+    """Two changes of 4 s; 10,000 rpm at 6,000 rpm/s up and, for the second change, down; 6,000 rpm up and, by M5, down."""
+    program = read_text("G21 G90 T1 M6 S10000 M3\nG1 X10 F600\nT2 M6\nS6000 M3\nG1 X0\nM5\nM2\n")
     stream, summary = plan_with_summary(program, "generic-mill")
     stream.collect()
     split = summary.as_json()["cycle_time_split_s"]
-    assert split["tool"] + split["spindle"] == pytest.approx(2 * 4.0 + 2 * 2.0 + 2 * 1.0, abs=1e-9)
+    assert split["tool"] + split["spindle"] == pytest.approx(2 * 4.0 + 2 * 10.0 / 6.0 + 2 * 1.0, abs=1e-9)
+    assert split["dwell"] == 0.0
 
 
 def test_lines_of_one_time_stand_in_the_order_of_the_program() -> None:

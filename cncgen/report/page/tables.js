@@ -53,6 +53,9 @@ export function positionText(part, row) {
   return part.axes.map((axis) => `${axis.letter}${part.text(part.positionName(axis), row).replace(/0$/, "")}`).join(" ");
 }
 
+/** Words that no line ends within: a browser ends lines behind the sign of "A-0.5". */
+const unbroken = (text) => text.split(" ").flatMap((word) => [" ", element("span", { class: "word" }, word)]).slice(1);
+
 /** The places where most time is lost; a click goes there. */
 export function losses(part, go) {
   const { places } = part.header;
@@ -66,7 +69,7 @@ export function losses(part, go) {
       "tr",
       { "data-row": row },
       element("td", { class: "rank" }, String(k + 1)),
-      element("td", {}, button, element("small", {}, positionText(part, row))),
+      element("td", {}, button, element("small", {}, ...unbroken(positionText(part, row)))),
       element("td", { class: "number" }, brief(place.lost_s), bar(place.lost_s / most)),
       element("td", {}, place.limit, element("small", {}, `at ${rounded(place.feed_mm_s)} mm/s`)),
     );
