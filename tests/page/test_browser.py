@@ -58,7 +58,8 @@ def settled(browser: Browser) -> None:
     """Wait until the picture stands, and has the size that the window gives it."""
     browser.wait(
         "const { camera, moving, pending } = cncgen.scene, canvas = document.getElementById('path');"
-        "return !moving && !pending && camera.width === canvas.clientWidth && camera.height === canvas.clientHeight"
+        "return !moving && !pending && camera.width === canvas.clientWidth && camera.height === canvas.clientHeight",
+        seconds=180.0,
     )
 
 
