@@ -127,7 +127,7 @@ def test_retracting_along_the_tool(run: Any) -> None:
         ("CYCL DEF 264 THREAD DRILLING", "unsupported-block", 1),
         ("CYCL DEF 20.0 CONTOUR DATA", "unsupported-block", 1),
         ("CALL LBL 1", "label-missing", 6),
-        ("L X5 M128", "unsupported-block", 6),
+        ("L X5 M130", "unsupported-block", 6),
         ("TOOL CALL 5 X S100", "unsupported-block", 13),
         ("CC X0 Y0\nC X5 FMAX DR+", "syntax", 6),
     ],
@@ -149,7 +149,7 @@ def test_holes_have_bounded_infeeds(run: Any) -> None:
 
 def test_a_refused_line_leads_where_it_says(run: Any) -> None:
     """Arcs behind it were blamed for beginning elsewhere."""
-    blocks = "CC X+20 Y+80\nL X+0 Y+70 F300\nL IY+10 M128\nC X+20 Y+100 DR-\nL X+50"
+    blocks = "CC X+20 Y+80\nL X+0 Y+70 F300\nL IY+10 M130\nC X+20 Y+100 DR-\nL X+50"
     out = run(HEAD + blocks + TAIL)
     assert [code for code, _, _ in out.errors] == ["unsupported-block"]
 

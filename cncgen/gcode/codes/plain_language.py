@@ -22,12 +22,16 @@ from cncgen.gcode.block import (
     RADIUS_ARC,
     REMARK,
     RETRACT,
+    TIP,
+    TIP_OFF,
     TOOL_FEED,
     Block,
 )
+from cncgen.gcode.codes import tool_point
 from cncgen.gcode.codes.arcs import RADIUS_TOLERANCE, check_radii
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.tools import table_offset, use_offset
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
@@ -283,6 +287,31 @@ def tool_feed(ip: Interpreter, block: Block) -> None:
     Plain.of(ip).tool_feed = block.words["f"]
 
 
+def tip_on(ip: Interpreter, block: Block) -> None:
+    """M128, FUNCTION TCPM: the tip of the tool goes where the program says while the rotary axes turn.
+
+    Raises:
+        BlockError: The machine has no kinematics, or something else is in force beside which it cannot stand.
+    """
+    try:
+        tool_point.turn_on(ip, Block({"h": float(ip.state.tool)}))
+    except BlockError as error:
+        message = error.message.replace("G43.4", "M128")
+        raise BlockError(error.code, message, "M128", hint=error.hint, values=error.values) from None
+
+
+def tip_off(ip: Interpreter, block: Block) -> None:
+    """M129, FUNCTION RESET TCPM: axis words are those of the machine's axes again, the tool's length in force."""
+    if ip.state.length_code != _TIP_MODE:
+        return
+    tool_point.turn_off(ip)
+    ip.state.length_code = 49
+    if ip.state.tool:
+        use_offset(ip, table_offset(ip, ip.state.tool))
+
+
+#: The code of tool lengths that M128 and G43.4 are.
+_TIP_MODE = 43.4
 _REMARKS = {
     1: ("tool-name", "a tool that is called by its name has no length and no radius: the tool table has numbers", "TOOL",
         "TOOL CALL with a number takes one of --tool-table", Severity.NOTE),
@@ -292,6 +321,9 @@ _REMARKS = {
          "the motions of probing take time that is not counted", Severity.WARNING),
     92: ("builders-point", "M92 counts from a point of the machine's builder: taken as machine zero, as M91", "M92",
          "M91 counts from machine zero", Severity.WARNING),
+    **{number: ("contour-function", f"M{number} ({what}) is not made: the contour is offset as it stands", f"M{number}",
+                "check the corners where it stands", Severity.WARNING)
+       for number, what in ((97, "steps smaller than the tool"), (98, "open corners machined to their end"))},
     **{number: ("feed-function", f"M{number} ({what}) is not read: F is that of the tool's centre along its path", f"M{number}",
                 "the path is not changed by it", Severity.WARNING)
        for number, what in ((109, "the feed of the cutting edge on arcs"),
@@ -357,6 +389,18 @@ CODES = (
         title="FAUTO",
         dialects=(DIALECT,),
     ),
+    Code(
+        "G",
+        TIP,
+        "tip",
+        Stage.TOOL_LENGTH,
+        tip_on,
+        "the tip goes where the program says (TCPM)",
+        title="M128",
+        dialects=(DIALECT,),
+        moves="XYZ",
+    ),
+    Code("G", TIP_OFF, "tip", Stage.TOOL_LENGTH, tip_off, "end of M128", title="M129", dialects=(DIALECT,)),
     Code(
         "G",
         REMARK,

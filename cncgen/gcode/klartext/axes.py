@@ -26,7 +26,9 @@ _AXIS = re.compile(
     re.IGNORECASE,
 )
 _PLANE = re.compile(rb"(?<![A-Z])(?:I?P[RA][ \t]*[-+\dQ]|(?:APPR|DEP|RND|CTP|CP|LP)\b)", re.IGNORECASE)
-_CYCLES = re.compile(rb"(?<![A-Z])(?:CYCL\b|PLANE[ \t]+SPATIAL\b|M99\b|M89\b|M140\b)", re.IGNORECASE)
+_CYCLES = re.compile(
+    rb"(?<![A-Z])(?:CYCL\b|PLANE[ \t]+SPATIAL\b|M99\b|M89\b|M140\b|M128\b|TCPM\b|TRANS\b)", re.IGNORECASE
+)
 
 
 #: Programs that call each other deeper than this are not looked at.

@@ -1,10 +1,11 @@
-"""Tilted planes of Heidenhain's plain language as frames: PLANE SPATIAL, PLANE RESET, cycle 19 with A B C (TNC 640, "PLANE function").
+"""Tilted planes of Heidenhain's plain language as frames: PLANE SPATIAL, EULER, RELATIV, POINTS, RESET, cycle 19 (TNC 640, "PLANE function").
 
 Spatial angles turn about the machine's X (SPA), then its Y (SPB), then its Z (SPC). The rotary axes of the machine are not moved.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 
@@ -12,16 +13,20 @@ from cncgen.gcode.codes import affine
 from cncgen.gcode.errors import BlockError
 
 _NUMBER = r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
-_SPATIAL = re.compile(r"PLANE\s+SPATIAL\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _RESET = re.compile(r"PLANE\s+RESET\b", re.IGNORECASE)
 _KIND = re.compile(r"PLANE\s+(\w+)", re.IGNORECASE)
 #: Functions that change no motion, or end what is never begun here.
 _IDLE = re.compile(
-    r"FUNCTION\s+(?:RESET\s+TCPM|MODE\s+MILL|FEED\s+DWELL\s+RESET|FEED\s+RESET|S-PULSE\s+RESET|TCPM\s+RESET)\b",
+    r"FUNCTION\s+(?:MODE\s+MILL|DCM\b|PROG\s+PATH|S-PULSE|FEED\s+DWELL\s+RESET|FEED\s+RESET)\b",
     re.IGNORECASE,
 )
 
 Evaluate = Callable[[str], float]
+#: A vector shorter than this has no direction.
+_LEAST = 1e-9
+#: Words of TCPM, which puts M128 in force, and of its end.
+TIP_ON = re.compile(r"FUNCTION\s+TCPM\b(?!\s+RESET)", re.IGNORECASE)
+TIP_OFF = re.compile(r"FUNCTION\s+(?:RESET\s+TCPM|TCPM\s+RESET)\b", re.IGNORECASE)
 
 
 def idle(body: str) -> bool:
@@ -37,28 +42,68 @@ def idle(body: str) -> bool:
         "unsupported-block",
         f"{name} is not read",
         "FUNCTION",
-        hint="FUNCTION RESET TCPM and FUNCTION MODE MILL are; post the program without TCPM",
+        hint="FUNCTION TCPM, RESET TCPM and MODE MILL are",
     )
 
 
-def spatial(body: str, value: Evaluate) -> tuple[float, float, float]:
-    """Return the spatial angles of a PLANE block, zeros of PLANE RESET.
+def matrix(body: str, value: Evaluate, before: affine.Matrix) -> affine.Matrix | None:
+    """Return the rotation of a PLANE block, None where it turns nothing.
+
+    SPATIAL turns about the fixed X, Y, Z; EULER about Z, the new X, the new Z; RELATIV about an axis of the plane in force; POINTS has
+    X from its first to its second point and Y towards the third. The origin stays.
 
     Raises:
         BlockError: The plane is defined otherwise.
     """
     if _RESET.match(body):
-        return 0.0, 0.0, 0.0
-    match = _SPATIAL.match(body)
-    if match is None:
-        kind = _KIND.match(body)
-        raise BlockError(
-            "unsupported-block",
-            f"PLANE {kind[1].upper() if kind else ''} is not read",
-            "PLANE",
-            hint="PLANE SPATIAL and PLANE RESET are",
-        )
-    return _angles(match["rest"], ("SPA", "SPB", "SPC"), value)
+        return None
+    kind = _KIND.match(body)
+    name = kind[1].upper() if kind else ""
+    rest = body[kind.end() :] if kind else ""
+    if name == "SPATIAL":
+        return spatial(_angles(rest, ("SPA", "SPB", "SPC"), value))
+    if name == "EULER":
+        first, nutation, last = _angles(rest, ("EULPR", "EULNU", "EULROT"), value)
+        turned = affine.product(affine.turn(0, nutation), affine.turn(2, last))
+        return affine.product(affine.turn(2, first), turned)
+    if name in ("RELATIV", "RELATIVE"):
+        turned = before
+        for axis, angle in enumerate(_angles(rest, ("SPA", "SPB", "SPC"), value)):
+            turned = affine.product(turned, affine.turn(axis, angle))
+        return turned
+    if name == "POINTS":
+        return _through(rest, value)
+    raise BlockError(
+        "unsupported-block",
+        f"PLANE {name} is not read",
+        "PLANE",
+        hint="PLANE SPATIAL, EULER, RELATIV, POINTS and RESET are",
+    )
+
+
+def _through(rest: str, value: Evaluate) -> affine.Matrix:
+    """Return the rotation of three points."""
+    points = []
+    for number in "123":
+        found = [re.search(rf"P{number}{axis}{_NUMBER}", rest, re.IGNORECASE) for axis in "XYZ"]
+        points.append([value(match[1]) if match else 0.0 for match in found])
+    along, aside = ([b - a for a, b in zip(points[0], point, strict=True)] for point in points[1:])
+    x = _unit(along)
+    z = _unit(_cross(x, aside))
+    y = _cross(z, x)
+    return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
+
+
+def _cross(a: list[float], b: list[float]) -> list[float]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _unit(vector: list[float]) -> list[float]:
+    length = math.hypot(*vector)
+    if length < _LEAST:
+        message = "the points of PLANE POINTS have no plane between them"
+        raise BlockError("plane-points", message, "PLANE", hint="three points that stand on no line")
+    return [part / length for part in vector]
 
 
 def of_cycle(rest: str, value: Evaluate) -> tuple[float, float, float]:
@@ -72,10 +117,9 @@ def _angles(rest: str, names: tuple[str, str, str], value: Evaluate) -> tuple[fl
     return a, b, c
 
 
-def frame(angles: tuple[float, float, float]) -> affine.Frame | None:
-    """Return the frame of spatial angles, None where they turn nothing."""
+def spatial(angles: tuple[float, float, float]) -> affine.Matrix | None:
+    """Return the rotation of spatial angles, None where they turn nothing."""
     if not any(angles):
         return None
     a, b, c = angles
-    turned = affine.product(affine.turn(2, c), affine.product(affine.turn(1, b), affine.turn(0, a)))
-    return affine.Frame(turned)
+    return affine.product(affine.turn(2, c), affine.product(affine.turn(1, b), affine.turn(0, a)))

@@ -22,6 +22,9 @@ _NEEDS = {"POS": "X Y", "ROW": "X Y D NUM", "PAT": "X Y DX DY NUMX NUMY", "FRAME
 BEGINS = re.compile(r"PATTERN\s+DEF\b", re.IGNORECASE)
 GOES_ON = re.compile(r"\s*(?:POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)\d*\s*\(", re.IGNORECASE)
 
+#: A table of points.
+TABLE = re.compile(r"SEL\s+PATTERN\s*(?P<name>\S[^;\n]*?)\s*\Z", re.IGNORECASE)
+
 #: A place in X and Y, and how far above the surface of the cycle its own lies.
 Place = tuple[complex, float]
 
@@ -56,6 +59,36 @@ def places(text: str, value: Callable[[str], float]) -> list[Place]:
         if len(found) > _MOST:
             message = f"PATTERN DEF has more than {_MOST} places"
             raise BlockError("cycle-repeats", message, "PATTERN", hint="NUM counts them")
+    return found
+
+
+def of_table(text: str, name: str) -> list[Place]:
+    """Return the places of a table of points (.PNT), whose head names its columns NR X Y Z.
+
+    Raises:
+        BlockError: It has no column X and Y, or a row is not of numbers.
+    """
+    lines = [line.split() for line in text.splitlines() if line.strip()]
+    head = next((k for k, words in enumerate(lines) if {"X", "Y"} <= {word.upper() for word in words}), None)
+    if head is None:
+        message = f"{name} has no columns X and Y"
+        raise BlockError(
+            "unsupported-block", message, "SEL", hint="a table of points has NR X Y Z in its second line"
+        )
+    names = [word.upper() for word in lines[head]]
+    found = []
+    for words in lines[head + 1 :]:
+        if words[0].upper().startswith(("[END]", "#")):
+            break
+        row = dict(zip(names, words, strict=False))
+        try:
+            x, y, z = (float(row.get(axis, "0").replace(",", ".")) for axis in "XYZ")
+        except ValueError:
+            message = f"{' '.join(words)} of {name} is no row of a table of points"
+            raise BlockError(
+                "unsupported-block", message, "SEL", hint="NR X Y Z, as in 0 +10 +20 +0"
+            ) from None
+        found.append((complex(x, y), z))
     return found
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from cncgen.diagnostics import Diagnostics, Severity
@@ -15,6 +15,8 @@ from cncgen.gcode.block import (
     POLAR_ARC,
     POLAR_LINE,
     RADIUS_ARC,
+    TIP,
+    TIP_OFF,
     Block,
     Parsed,
     gather,
@@ -41,8 +43,8 @@ from cncgen.toolpath.reading import ReadOptions
 
 #: Signs of a program whose lines lead from one to another, or whose cycles are run here.
 _NEEDS = re.compile(
-    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL\b|CALL[ \t]+(?:LBL|PGM)|FN[ \t]*(?!0[ \t]*:)\d|APPR\b|DEP\b|RND\b|CHF\b|CT\b|PLANE\b|FUNCTION\b"
-    rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|Q\d+[ \t]*=[ \t]*F?(?:AUTO|MAX)\b)|Q1(?:08|09|13|14)(?!\d)"
+    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL\b|CALL[ \t]+(?:LBL|PGM)|FN[ \t]*(?!0[ \t]*:)\d|APPR\b|DEP\b|RND\b|CHF\b|CT\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
+    rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+DEF[ \t]*7[ \t]*\.\d[ \t]*[I#]|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|Q\d+[ \t]*=[ \t]*F?(?:AUTO|MAX)\b)|Q1(?:08|09|13|14)(?!\d)"
     rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
     rb"|\bR[LR]\b(?![\w.])|\bM89\b|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$",
     re.MULTILINE | re.IGNORECASE,
@@ -72,10 +74,16 @@ _VALUE = re.compile(r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))")
 #: The number of a tilted plane among the frames.
 _TILTED = 19
 _END_OF_PROGRAM = re.compile(r"END\s+PGM\b|(?:L\s+)?(?:M0?2|M30)\s*\Z", re.IGNORECASE)
-_FRAMES = (7, 8, 9, 10, 11, 19, 247)
+_FRAMES = (7, 8, 9, 10, 11, 19, 26, 247)
+#: A frame of TNC 7.
+_TRANS = re.compile(
+    r"TRANS\s+(?P<kind>DATUM|MIRROR|ROTATION|SCALE)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
+)
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
 _CALLED = CYCLE_CALL / 10.0
 _MODAL = re.compile(r"\bM89\b", re.IGNORECASE)
+#: A text, which is not kept: what takes one says so.
+_TEXT = re.compile(r"QS\d+\s*=", re.IGNORECASE)
 _SIDE_OFF = re.compile(r"\bR0\b(?![.\d])", re.IGNORECASE)
 
 
@@ -249,11 +257,14 @@ class HeidenhainRunner:
         elif head.startswith("CT") and _TANGENT.match(body):
             self._tangent(at, body)
         elif head == "PLAN":
-            self._tilt(planes.spatial(body, self._value))
+            before = self._frames.get(_TILTED, affine.Frame()).matrix
+            self._tilt(planes.matrix(body, self._value, before))
         elif head == "PATT" and points.BEGINS.match(body):
             self._take_pattern(at, body)
         elif head == "FUNC":
-            planes.idle(body)
+            self._function(body)
+        elif head in ("TRAN", "SEL ") and self._transformed(body):
+            return
         elif head == "CALL" and programs.CALL.match(body):
             self._call_program(at, body)
         elif self._called and _END_OF_PROGRAM.match(body):
@@ -333,7 +344,7 @@ class HeidenhainRunner:
             number, value = system_data.read(self.ip, body, self._value)
             self.ip.parameters.set_number(float(number), value)
             return
-        if number_of in (15, 16, 20, 29, 37, 38):
+        if number_of in (15, 16, 19, 20, 26, 27, 29, 37, 38) or _TEXT.match(body):
             return
         what = f"FN {number_of}" if number_of is not None else "a line that begins with Q"
         raise BlockError(
@@ -628,7 +639,7 @@ class HeidenhainRunner:
             return
         if number == 19:
             if part == "1":
-                self._tilt(planes.of_cycle(rest, self._value))
+                self._tilt(planes.spatial(planes.of_cycle(rest, self._value)))
             return
         if part in (None, "0"):
             if number == 8:
@@ -640,6 +651,8 @@ class HeidenhainRunner:
             return
         if number == 7:
             self._shift(rest)
+        elif number == 26:
+            self._take(26, _scaled(rest, self._value))
         elif number == 8:
             letters = [letter for letter in rest.upper() if letter in "XYZ"]
             self._take(8, _mirror(letters) if letters else None)
@@ -683,9 +696,49 @@ class HeidenhainRunner:
             shift[column] = self._value(word[3]) + (old[column] if word[1] else 0.0)
         self._take(7, affine.Frame(shift=(shift[0], shift[1], shift[2])) if any(shift) else None)
 
-    def _tilt(self, angles: tuple[float, float, float]) -> None:
+    def _function(self, body: str) -> None:
+        """FUNCTION TCPM puts M128 in force, FUNCTION RESET TCPM ends it; others change nothing, or are not read."""
+        if planes.TIP_ON.match(body) or planes.TIP_OFF.match(body):
+            number = TIP if planes.TIP_ON.match(body) else TIP_OFF
+            here = self._lines[self._at - 1]
+            self._execute(Block({}, (number,), (), None, here.source, here.line, here.offset))
+            return
+        planes.idle(body)
+
+    def _transformed(self, body: str) -> bool:
+        """Do TRANS DATUM, MIRROR, ROTATION, SCALE of TNC 7 and SEL PATTERN; tell whether the line is one of them."""
+        table = points.TABLE.match(body)
+        if table:
+            self._points = self._table(programs.bare(table["name"]))
+            return True
+        match = _TRANS.match(body)
+        if match is None:
+            return False
+        kind, rest = match["kind"].upper(), match["rest"]
+        number = {"DATUM": 7, "MIRROR": 8, "ROTATION": 10, "SCALE": 11}[kind]
+        if re.match(r"\s*RESET\b", rest, re.IGNORECASE):
+            self._angle = 0.0 if number == 10 else self._angle
+            self._take(number, None)
+        elif kind == "DATUM" and re.match(r"\s*TABLE\b", rest, re.IGNORECASE):
+            self._shift("#")
+        else:
+            self._frame(self._at - 1, number, "1", re.sub(r"^\s*AXIS\b", "", rest, flags=re.IGNORECASE))
+        return True
+
+    def _table(self, name: str) -> list[points.Place]:
+        """Return the points of a table that SEL PATTERN names."""
+        folders = search_path(self._path, self._options.include)
+        found = programs.file_of(name, folders)
+        if found is None:
+            where = ", ".join(str(folder) for folder in folders) or "any folder"
+            message = f"there is no table of points {name} in {where}"
+            raise BlockError("sub-missing", message, "SEL", hint="--include adds a folder to the search path")
+        text = bytes(open_source(found, str(found)).data[:]).decode("utf-8", "replace")
+        return points.of_table(text, found.name)
+
+    def _tilt(self, matrix: affine.Matrix | None) -> None:
         """Put a tilted plane in force, or end it; the machine's rotary axes are not moved, and Q120 to Q122 are 0."""
-        frame = planes.frame(angles)
+        frame = None if matrix is None else affine.Frame(matrix)
         for number in (120, 121, 122):
             self.ip.parameters.set_number(float(number), 0.0)
         if frame is not None:
@@ -727,6 +780,25 @@ class HeidenhainRunner:
             message = f"preset {number} is taken as G54: presets 1 to {SYSTEM_COUNT} are G54 to G59.3"
             hint = "--parameters sets origins"
             self.ip.warn(BlockError("preset-unknown", message, "CYCL", hint=hint), Severity.WARNING)
+
+
+def _scaled(rest: str, value: Callable[[str], float]) -> affine.Frame | None:
+    """Return the frame of cycle 26: a factor of each axis about CCX, CCY; None where they change nothing.
+
+    Raises:
+        BlockError: A factor is 0 or less.
+    """
+    factors, centre = [1.0, 1.0, 1.0], [0.0, 0.0, 0.0]
+    for word in re.finditer(r"(CC)?([XYZ])" + _VALUE.pattern, rest, re.IGNORECASE):
+        (centre if word[1] else factors)["XYZ".index(word[2].upper())] = value(word[3])
+    if min(factors) <= 0.0:
+        message = f"cycle 26 has the factor {min(factors):g}"
+        raise BlockError("scale-missing", message, "CYCL", hint="CYCL DEF 26.1 X1.2 Y0.8; 1 ends it")
+    if factors == [1.0, 1.0, 1.0]:
+        return None
+    a, b, c = factors
+    x, y, z = (middle * (1.0 - factor) for middle, factor in zip(centre, factors, strict=True))
+    return affine.Frame(((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c)), (x, y, z))
 
 
 def _mirror(letters: list[str]) -> affine.Frame:

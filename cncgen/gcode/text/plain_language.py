@@ -32,6 +32,8 @@ from cncgen.gcode.block import (
     REMARK,
     RETRACT,
     SPL,
+    TIP,
+    TIP_OFF,
     TOOL_FEED,
     Computed,
     Parsed,
@@ -51,13 +53,14 @@ _Reader = Callable[[str, int], Words]
 _VALUE = r"\s*(?P<value>(?:[+-]\s*)?(?:Q[0-9]+|(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:E[+-]?[0-9]+)?))"
 _WORD = re.compile(
     r"\s*(?:(?P<fast>F\s*MAX)|(?P<auto>F\s*AUTO)|(?P<keep>F)(?=\s+[A-Z]|\s*\Z)|DR(?P<sense>[+-])(?![0-9])|(?P<side>R[0LR])(?![\w.])"
-    r"|M140\s+MB\s*(?P<retract>MAX|[0-9]+[.,]?[0-9]*)|(?P<ahead>M120(?:\s+LA\s*[0-9]+)?)(?![0-9])"
+    r"|M140\s+MB\s*(?P<retract>MAX|[0-9]+[.,]?[0-9]*)|(?P<ahead>M(?:120(?:\s+LA\s*[0-9]+)?|112(?:\s+[TA]\s*[0-9.,]+)*|118(?:\s+[XYZABCUVW]\s*[-+0-9.,Q]+)*|124(?:\s+T\s*[0-9.,]+)?|138(?:\s+[ABC](?![A-Z0-9+-]))*|90))(?![0-9])"
+    r"|(?P<tip>M128(?:\s*F\s*(?:MAX|Q?[0-9.,]+))?)(?![0-9])"
     rf"|(?:(?P<coefficient>K[123][XYZABCUVW])|(?P<step>I)?(?:(?P<polar>P[RA])|(?P<axis>[XYZABCUVW]))|(?P<letter>F[UZ]|[FMSR])){_VALUE})",
     re.IGNORECASE,
 )
 _SETTING = re.compile(rf"\s*(?:FN\s*0\s*:\s*)?Q(?P<number>[0-9]+)\s*={_VALUE}\s*\Z", re.IGNORECASE)
 _TOOL = re.compile(
-    r"\s*(?:(?P<number>[0-9]+)(?:\.[0-9])?|(?P<name>\"[^\"]*\"|QS[0-9]+))?\s*(?P<axis>[XYZUVW](?![\w+-]))?",
+    r"\s*(?:(?P<number>Q?[0-9]+)(?:\.[0-9])?|(?P<name>\"[^\"]*\"|QS[0-9]+))?\s*(?P<axis>[XYZUVW](?![\w+-]))?",
     re.IGNORECASE,
 )
 _CYCLE = re.compile(r"\s*(?P<number>[0-9]+)(?:\s*\.(?P<part>[0-9]+))?(?P<rest>.*)", re.DOTALL)
@@ -82,6 +85,10 @@ _FUNCTIONS: dict[float, Words] = {
     91.0: [("g", 53.0)],
     92.0: [("g", 53.0), ("g", REMARK / 10.0), ("remark", 92.0)],
     99.0: [("g", CYCLE_CALL / 10.0)],
+    129.0: [("g", TIP_OFF / 10.0)],
+    136.0: [("g", 95.0)],
+    137.0: [("g", 94.0)],
+    **{number: [("g", REMARK / 10.0), ("remark", number)] for number in (97.0, 98.0)},
     **{number: [("m", number), ("g", REMARK / 10.0), ("remark", number)] for number in (109.0, 110.0, 116.0)},
 }
 #: M functions that change what motions mean.
@@ -89,10 +96,7 @@ _NOT_READ = {
     89.0: "a cycle called in each block",
     103.0: "a smaller feed downwards, by a factor F",
     114.0: "positions of the rotary axes in the program's coordinates",
-    118.0: "handwheel superimposition",
-    128.0: "motion of the tool's tip (TCPM)",
     130.0: "points in untilted coordinates",
-    136.0: "F in millimetres a revolution",
     144.0: "the kinematics of the rotary axes",
 }
 _HINT = "--dialect reads other texts as G-code"
@@ -214,10 +218,13 @@ def _word(match: re.Match[str]) -> Words:
     if match["retract"]:
         upwards = match["retract"].upper()
         return [("g", RETRACT / 10.0), ("mb", 0.0 if upwards == "MAX" else float(upwards.replace(",", ".")))]
+    if match["tip"]:
+        # F of M128 bounds the moves that keep the tip in place, which the machine's own limits do here.
+        return [("g", TIP / 10.0)]
     if match["auto"]:
         return [("f", _called_feed)]
     if match["value"] is None:
-        # M120 LA looks ahead under radius compensation, as is done here always.
+        # M120 LA looks ahead under radius compensation, as is done here always; M112, M118, M124 and M138 are settings of the control.
         return []
     value = _value(match["value"])
     if match["axis"]:
@@ -303,8 +310,8 @@ def _tool_call(body: str, at: int) -> Words:
         return [("g", 49.0), ("g", REMARK / 10.0), ("remark", 1.0), *rest]
     if head["number"] is None:
         return rest
-    number = float(head["number"])
-    if not number:
+    number = _value(head["number"])
+    if number == 0.0:
         return [("t", number), ("m", 6.0), ("g", 49.0), *rest]
     return [("t", number), ("m", 6.0), ("g", 43.0), ("g", OVERSIZE / 10.0), *sizes, *rest]
 
@@ -372,6 +379,8 @@ _BLOCKS: tuple[tuple[re.Pattern[str], _Reader], ...] = tuple(
         (r"CYCL\s+CALL\b", _before(("g", CYCLE_CALL / 10.0))),
         (r"STOP\b", _stop),
         (r"TCH\s+PROBE\b", _probe),
+        # Texts are not kept: what takes one says so.
+        (r"QS[0-9]+\s*=|FN\s*(?:19|26|27)\s*:", _nothing),
         (r"SPL(?![A-Z])", _motion(SPL)),
         (r"LP(?![A-Z])", _motion(POLAR_LINE, fast_too=True)),
         (r"CC(?![A-Z])", _motion(POLE)),

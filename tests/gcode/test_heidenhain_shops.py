@@ -1,0 +1,189 @@
+"""Words and planes that programs of shops have in Heidenhain's plain language, against what the manuals say of them (TNC 640, TNC 7)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cncgen.gcode import read
+from cncgen.machine.kinematics import Kinematics
+from cncgen.toolpath.reading import ReadOptions
+
+Run = Callable[..., Any]
+DRILL = "CYCL DEF 200 DRILLING ~\n Q200=2 ~\n Q201=-5 ~\n Q206=100 ~\n Q202=5 ~\n Q210=0 ~\n Q203=+0 ~\n Q204=20 ~\n Q211=0\n"
+
+
+def program(body: str) -> str:
+    """Return a program in mm that does some lines."""
+    return f"0 BEGIN PGM A MM\n{body}\nEND PGM A MM\n"
+
+
+def ends(run: Run, body: str, **options: Any) -> list[list[float]]:
+    """Return where the motions of some lines lead in X Y Z, after asserting that all went well."""
+    out = run(program(body), dialect="heidenhain", **options)
+    assert out.errors == []
+    return (np.round(out.path.end[out.path.kind != 3, :3], 9) + 0.0).tolist()
+
+
+def said(run: Run, body: str) -> list[tuple[str, str]]:
+    """Return severity and code of what was said of some lines."""
+    return [(d.severity.value, d.code) for d in run(program(body), dialect="heidenhain").diagnostics]
+
+
+@pytest.mark.parametrize(
+    "word", ["M90", "M118 X1 Y1", "M138 C", "M124 T0.01", "M112 T0.01 A10", "M120 LA5", "M138"]
+)
+def test_settings_of_the_control_change_no_motion(run: Run, word: str) -> None:
+    assert ends(run, f"L X+5 FMAX {word}\nL Y+2 FMAX") == [[5, 0, 0], [5, 2, 0]]
+    assert said(run, f"L X+5 FMAX {word}\nL Y+2 FMAX") == []
+
+
+@pytest.mark.parametrize("word", ["M97", "M98"])
+def test_corners_that_are_not_made_are_told_of(run: Run, word: str) -> None:
+    """M98 was looked for as a call of a subprogram."""
+    assert said(run, f"L X+5 FMAX {word}") == [("warning", "contour-function")]
+
+
+def test_feeds_a_revolution(run: Run) -> None:
+    """M136: F is mm a revolution, M137 mm a minute."""
+    out = run(program("TOOL CALL 1 Z S1000\nM3\nM136\nL X+5 F0.2\nM137\nL X+10 F300"), dialect="heidenhain")
+    assert out.errors == []
+    feeds = out.path.feed[out.path.feed_mode == 0] * 60.0
+    assert feeds.round(6).tolist() == [200.0, 300.0]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'QS1 = "ABC"',
+        "FN 19: PLC = +10 / +Q1",
+        "FN 26: TABOPEN TNC:\\A.TAB",
+        "FUNCTION DCM OFF",
+        "FUNCTION PROG PATH IS CONTOUR",
+    ],
+)
+def test_lines_that_move_nothing(run: Run, line: str) -> None:
+    assert ends(run, f"{line}\nL X+5 FMAX") == [[5, 0, 0]]
+    assert ends(run, f"LBL 1\n{line}\nL X+5 FMAX") == [[5, 0, 0]]
+
+
+def test_a_tool_by_a_parameter(run: Run, tmp_path: Path) -> None:
+    table = tmp_path / "t.tbl"
+    table.write_text("T7 P7 Z30 D10\n")
+    assert ends(run, "Q1=7\nTOOL CALL Q1 Z S100\nL Z+1 FMAX", tool_table=table) == [[0, 0, 31]]
+
+
+def test_a_datum_shift_by_steps_without_other_signs(run: Run) -> None:
+    body = "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+10\nCYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 IX+5\nCYCL DEF 7.2 IY-1\nL X+0 Y+0 FMAX"
+    assert ends(run, body) == [[15, -1, 0]]
+
+
+def test_factors_of_axes_about_a_centre(run: Run) -> None:
+    """Cycle 26: 15 + 1.4 (0 - 15) = -6, 20 + 0.6 (0 - 20) = 8."""
+    body = "CYCL DEF 26.0 AXIS SCALING\nCYCL DEF 26.1 X1.4 Y0.6 CCX+15 CCY+20\nL X+0 Y+0 FMAX\nCYCL DEF 26.0\nCYCL DEF 26.1 X1 Y1\nL X+3 Y+0 FMAX"
+    assert ends(run, body) == [[-6, 8, 0], [3, 0, 0]]
+    assert ("error", "scale-missing") in said(run, "CYCL DEF 26.0\nCYCL DEF 26.1 X0\nL X+0 FMAX")
+
+
+@pytest.mark.parametrize(
+    ("line", "end", "expected"),
+    [
+        ("TRANS DATUM AXIS X+10 Y-2", "TRANS DATUM RESET", [14, 1, 0]),
+        ("TRANS MIRROR AXIS X", "TRANS MIRROR RESET", [-4, 3, 0]),
+        ("TRANS ROTATION ROT+90", "TRANS ROTATION RESET", [-3, 4, 0]),
+        ("TRANS SCALE SCL0.5", "TRANS SCALE RESET", [2, 1.5, 0]),
+    ],
+)
+def test_frames_of_tnc_7(run: Run, line: str, end: str, expected: list[float]) -> None:
+    assert ends(run, f"{line}\nL X+4 Y+3 FMAX\n{end}\nL X+4 Y+3 FMAX") == [expected, [4, 3, 0]]
+
+
+def turned(axis: str, degrees: float, vector: list[float]) -> list[float]:
+    """Return a vector turned about an axis, by the textbook's formula."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    x, y, z = vector
+    return {
+        "X": [x, c * y - s * z, s * y + c * z],
+        "Y": [c * x + s * z, y, c * z - s * x],
+        "Z": [c * x - s * y, s * x + c * y, z],
+    }[axis]
+
+
+def test_planes_by_euler_angles(run: Run) -> None:
+    """Precession about Z, nutation about the new X, rotation about the new Z: the last turn acts on a point first."""
+    found = ends(run, "PLANE EULER EULPR45 EULNU20 EULROT22 STAY\nL X+1 Y+2 Z+3 FMAX")[-1]
+    assert np.allclose(found, turned("Z", 45, turned("X", 20, turned("Z", 22, [1, 2, 3]))))
+
+
+def test_planes_that_turn_the_plane_in_force(run: Run) -> None:
+    """PLANE RELATIV turns about the axes of the tilted plane, those of SPATIAL about the machine's."""
+    found = ends(
+        run, "PLANE SPATIAL SPA+30 SPB+0 SPC+20 STAY\nPLANE RELATIV SPB-45 STAY\nL X+1 Y+2 Z+3 FMAX"
+    )[-1]
+    assert np.allclose(found, turned("Z", 20, turned("X", 30, turned("Y", -45, [1, 2, 3]))))
+
+
+def test_planes_by_three_points(run: Run) -> None:
+    """X leads along (1, 0, 1), Y stays: the plane stands at 45 degrees about Y, and the origin stays."""
+    points = "PLANE POINTS P1X+5 P1Y+0 P1Z+0 P2X+6 P2Y+0 P2Z+1 P3X+5 P3Y+9 P3Z+0 STAY"
+    found = ends(run, f"{points}\nL X+1 Y+2 Z+3 FMAX\nPLANE RESET STAY\nL X+1 Y+2 Z+3 FMAX")
+    assert np.allclose(found[0], turned("Y", -45, [1, 2, 3]))
+    assert found[1] == [1, 2, 3]
+    assert ("error", "plane-points") in said(run, "PLANE POINTS P1X+0 P2X+1 P3X+2 STAY\nL X+1 FMAX")
+
+
+def test_points_of_a_table(tmp_path: Path) -> None:
+    (tmp_path / "HOLES.PNT").write_text(
+        "BEGIN HOLES .PNT MM\nNR X Y Z\n0 +10 +20 +0\n1 +30,5 +20 -1\n[END]\n"
+    )
+    path = tmp_path / "a.h"
+    path.write_text(
+        program(
+            f'L Z+20 R0 FMAX\nSEL PATTERN "TNC:\\\\P\\\\holes.pnt"\n{DRILL}CYCL CALL PAT FMAX'.replace(
+                "\\\\", "\\"
+            )
+        )
+    )
+    found = read(path, "a.h", ReadOptions(dialect="heidenhain"))
+    rows = np.concatenate([chunk.end[chunk.kind != 3, :3] for chunk in found.chunks()])
+    assert [d.code for d in found.diagnostics if d.severity == "error"] == []
+    assert [row for row in rows.tolist() if row[2] < -4.0] == [[10, 20, -5], [30.5, 20, -6]]
+
+
+TABLES = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
+
+
+@pytest.mark.parametrize(
+    ("begin", "end"),
+    [
+        ("M128", "M129"),
+        ("L M128 F1000", "L M129"),
+        ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", "FUNCTION RESET TCPM"),
+    ],
+)
+def test_the_tip_stays_on_the_workpiece(run: Run, tmp_path: Path, begin: str, end: str) -> None:
+    """As G43.4: at C90 the point (10, 0) of the table is at (0, -10); M129 leaves the machine where it is, the length in force."""
+    table = tmp_path / "t.tbl"
+    table.write_text("T1 P1 Z50 D10\n")
+    body = f"TOOL CALL 1 Z S100\nL X+10 Y+0 Z+0 FMAX\n{begin}\nL C+90 FMAX\nL X+20 FMAX\n{end}\nL Z+5 FMAX"
+    out = run(program(body), dialect="heidenhain", kinematics=TABLES, tool_table=table)
+    assert out.errors == []
+    found = out.path.end[out.path.kind != 3]
+    np.testing.assert_allclose(
+        found[:, :3], [[10, 0, 50], [0, -10, 50], [0, -20, 50], [0, -20, 55]], atol=1e-9
+    )
+    assert out.moving_axes == "XYZC"
+
+
+def test_the_tip_needs_the_machines_kinematics(run: Run) -> None:
+    found = [
+        (d.code, d.message)
+        for d in run(program("M128\nL C+90 FMAX"), dialect="heidenhain").diagnostics
+        if d.severity == "error"
+    ]
+    assert found == [("tcp-machine", "M128 needs a machine with rotary axes that is described")]
