@@ -279,7 +279,7 @@ class _GcodeWriter:
         elif event.name == "probe":
             self._probing = bool(values.get("probing"))
         elif event.name == "dwell":
-            yield f"G4 P{number(event.dwell_s)}"
+            yield self._dwell(event.dwell_s)
         elif event.name == "stop":
             yield "M1" if values.get("kind") == "optional" else "M0"
         elif event.name == "message":
@@ -300,6 +300,9 @@ class _GcodeWriter:
                 yield " ".join(["G33", *words, f"K{number(self._pitch)}"])
             self._mode, self._tapped = -1, self._tap
             self._position = self._position if self._tap else end
+
+    def _dwell(self, seconds: float) -> str:
+        return f"G4 P{number(seconds)}"
 
     def _rigid_tap(self, end: Floats, words: list[str]) -> Iterator[str]:
         """Yield a tap to an end and back."""
@@ -359,6 +362,11 @@ class _FanucWriter(_GcodeWriter):
 
     def _closeness_word(self, mode: PathMode, tolerance: float) -> str:
         return "G64" if mode == PathMode.CONTINUOUS else "G61"
+
+    def _dwell(self, seconds: float) -> str:
+        """Return a dwell by X, in seconds where it has a point; P would be ms."""
+        text = number(seconds)
+        return f"G4 X{text}" if "." in text else f"G4 X{text}."
 
     def _rigid_tap(self, end: Floats, words: list[str]) -> Iterator[str]:
         """Yield M29 and a cycle that goes back to where it begins; G74 is that of left-hand threads (B-64304EN, rigid tapping).

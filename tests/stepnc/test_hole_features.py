@@ -151,6 +151,16 @@ def test_the_tap_of_a_feature_is_a_cycle_of_fanuc(tmp_path, cncgen):
     assert "G94 G99 G84 X50 Y40 Z-20 R5 F600" in out.read_text()
 
 
+@pytest.mark.parametrize(("seconds", "word"), [("0.25", "X0.25"), ("2", "X2.")])
+def test_a_dwell_for_fanuc_is_seconds(seconds, word):
+    """P is ms there, and X without a point is too."""
+    path = taken(f"G21 G17 G90 G0 X50 Y40 Z5\nG4 P{seconds}\nG0 X0\nM2\n")
+    lines = list(gcode_lines([path], control="fanuc"))
+    assert f"G4 {word}" in lines
+    back = taken("\n".join(lines), "fanuc")
+    assert [e.dwell_s for e in back.events if e.name == "dwell"] == [float(seconds)]
+
+
 def test_a_tap_along_x_is_refused_for_fanuc():
     path = taken("G21 G17 G90 G0 X0 Y0 Z5\nS600 M3\nG33.1 X-20 K1\nM2\n")
     with pytest.raises(UsageError, match="along Z"):
