@@ -684,6 +684,9 @@ class Advance:
         """Make motions and asides of a plain block; return what is in force after it."""
         end = cython.declare(cython.double[9])
         now: _Modes = force
+        if not cython.compiled:
+            # Python's assignment copies no record.
+            now = _Modes(force)
         centre: _Centre
         moves: cython.bint = not _only_modes(block, force)
         if block.rare:

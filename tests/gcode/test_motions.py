@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cncgen.diagnostics import Diagnostics
@@ -204,7 +204,12 @@ def test_the_batch_kernel_agrees_on_every_program(path: Path) -> None:
     assert len(fast) > 0
 
 
+#: A row of holes below where the row before it began: the modes before a block are no other name of those after it.
+TWO_ROWS = ["X0 Y1 Z2", "G81 X0 Y0 R1 Z0", "G0 X0 Y1", "Z0", "G98 G82 X0 Y0 R1 Z0 P0"]
+
+
 @settings(max_examples=30)
+@example(TWO_ROWS)
 @given(st.lists(st.one_of(motion_lines(), shop_lines()), min_size=1, max_size=15))
 def test_the_batch_kernel_runs_uncompiled(lines: list[str]) -> None:
     text = "F100 G1 X0 Y0\n" + "\n".join(lines) + "\n"
