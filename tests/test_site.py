@@ -194,7 +194,7 @@ def test_tables_of_machine_files_are_read(page: str) -> None:
     """Beside a profile that has no such table."""
     from cncgen.machine.reading import machine_from_toml
 
-    profile = (ROOT / "cncgen/machine/profiles/generic-mill.toml").read_text(encoding="utf-8")
+    profile = (ROOT / "cncgen/machine/profiles/xy-table.toml").read_text(encoding="utf-8")
     for _, code in blocks(page, "toml"):
         assert tomllib.loads(code)
         assert machine_from_toml(f"{profile}\n{code}".encode(), page).axes["X"].max_velocity > 0.0

@@ -467,13 +467,16 @@ def test_what_a_program_and_a_machine_say_stays_text(
     assert browser.requested() == []
 
 
-def test_what_takes_no_time_is_said(shown: Browser, made: Path) -> None:
+def test_what_takes_no_time_is_said(browser: Browser, tmp_path: Path) -> None:
     """The number of tool changes, where the machine has no times: beside the parts of the time, and on a badge."""
-    events = json.loads((made / "plan.json").read_text())["untimed_events"]
-    text = shown.run("return document.querySelector('#badges .without').title")
-    assert f"{events['tool']} tool changes" in text
-    shown.click("#badges .without")
-    assert text in shown.text("#panel-time")
+    (tmp_path / "two.nc").write_text("G21 G90 F1000\nT1 M6\nG1 X5\nT2 M6\nG1 X0\nM2\n")
+    command = [sys.executable, "-m", "cncgen", "report", "two.nc", "-m", "xy-table", "-o", "two.html"]
+    subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=120, check=True)
+    browser.open(tmp_path / "two.html")
+    text = browser.run("return document.querySelector('#badges .without').title")
+    assert "2 tool changes" in text
+    browser.click("#badges .without")
+    assert text in browser.text("#panel-time")
 
 
 def test_every_control_has_a_name(shown: Browser) -> None:

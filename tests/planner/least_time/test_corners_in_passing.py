@@ -319,7 +319,7 @@ def test_a_knot_that_turns_by_rounding_is_no_corner_that_chords_cut() -> None:
             "X": Axis("X", 300.0 * unit, 4e6 * unit, 9e9 * unit),
             "Y": Axis("Y", 900.0 * unit, 5e6 * unit, 1e10 * unit),
         }
-        machine = Machine("fast", axes, 0.00025, 0.001 * unit)
+        machine = Machine("fast", axes, 0.00025, 0.001 * unit, 0.01 * unit)
         text = f"{word} G17 G90 G94 F10524.8498639\nG6.2 P3 {curve}\nK1\nK1\nK1\nM2\n"
         times.append(list(plan(read_text(text).chunks(), machine, PlanOptions()))[-1].profile.t[-1])
     assert times[1] == pytest.approx(times[0], rel=1e-9)
