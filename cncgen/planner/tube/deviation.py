@@ -17,6 +17,8 @@ Ints = NDArray[np.int64]
 _BESIDE = 3.0
 #: Part of a row that is no way back, but for rounding.
 _BACK = 1e-6
+#: Parts of chords that are looked at: in a period of one bend the middle is furthest from it, and of several any may be.
+_MIDDLE, _QUARTERS = (0.5,), (0.5, 0.25, 0.75)
 #: Places of an interval that are looked at.
 _PARTS = np.array([1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6])
 
@@ -44,10 +46,10 @@ def excess(
     count, parts = len(nodes), len(_PARTS)
     end = np.cumsum(solved.step)
     t = (end - solved.step)[:, None] + solved.step[:, None] * np.append(_PARTS, 1.0)
-    half = np.minimum(0.5 * period_s, np.minimum(t, end[-1] - t))
-    middle = 0.5 * (_at(solved, end, t - half) + _at(solved, end, t + half))
-    points = np.concatenate([_at(solved, end, t[:, :-1]), middle], axis=1)
-    each = 2 * parts + 1
+    chords = _MIDDLE if (solved.step > period_s).all() else _QUARTERS
+    rounds = [_at(solved, end, t[:, :-1]), *(_on_chord(solved, end, t, period_s, part) for part in chords)]
+    points = np.concatenate(rounds, axis=1)
+    each = points.shape[1]
     full = np.broadcast_to(still, (count * each, len(still))).copy()
     full[:, columns] = points.reshape(count * each, -1)
     base = program.base
@@ -56,21 +58,16 @@ def excess(
     upto = np.concatenate([[0.0], np.cumsum(length)])
     reached = upto[nodes.row - base] + nodes.part * length[nodes.row - base]
     before = np.append(max(reached[0] - (nodes.s[0] - begin_s), 0.0), reached[:-1])
-    sixth = np.concatenate([_PARTS, _PARTS, [1.0]])
+    sixth = np.concatenate([_PARTS, *[np.append(_PARTS, 1.0)] * len(chords)])
     along = before[:, None] + np.maximum(reached - before, 0.0)[:, None] * sixth
     row = np.clip(np.searchsorted(upto, along.ravel(), side="left") - 1, 0, len(length) - 1)
     part = (along.ravel() - upto[row]) / length[row]
     allowed = np.asarray(program.column("tolerance"))[row]
     place, _, far = program.nearest(full, base + row, part)
-    # The order counts: where a motion goes back, the place is the furthest one that it has been at.
-    for turn in (slice(0, parts), slice(parts, each)):
-        key = (row + far).reshape(count, each)[:, turn]
-        ahead = np.maximum.accumulate(key.ravel()) - key.ravel()
-        late = np.flatnonzero(ahead > _BACK)
-        own_place = late // key.shape[1] * each + turn.start + late % key.shape[1]
-        ahead_far = np.minimum(far[own_place] + ahead[late], 1.0)
-        place[own_place] = program.on(base + row[own_place], ahead_far)
-    distance = np.sqrt(((place - full) ** 2).sum(axis=1))
+    key, distance = row + far, np.sqrt(((place - full) ** 2).sum(axis=1))
+    order = np.arange(count * each).reshape(count, each)
+    turns = [some.ravel() for some in np.split(order, parts + np.arange(len(chords)) * (parts + 1), axis=1)]
+    _in_order(program, full, turns, key, distance)
     for way, end_of in ((-1, "start"), (1, "end")):
         over = np.flatnonzero(distance > allowed)
         left = np.sqrt(((place[over] - np.asarray(program.column(end_of))[row[over]]) ** 2).sum(axis=1))
@@ -81,21 +78,25 @@ def excess(
             if not len(over):
                 break
             start = np.full(len(over), 0.0 if way > 0 else 1.0)
-            found = program.nearest(full[over], base + other, start)[0]
-            distance[over] = np.minimum(distance[over], np.sqrt(((found - full[over]) ** 2).sum(axis=1)))
+            found, _, far = program.nearest(full[over], base + other, start)
+            away = np.sqrt(((found - full[over]) ** 2).sum(axis=1))
+            nearer = away < distance[over]
+            distance[over[nearer]], key[over[nearer]] = away[nearer], (other + far)[nearer]
             far_off = distance[over] > allowed[over]
             over, left = over[far_off], (left + length[other])[far_off]
+    # What was found on a row ahead is where the motion is from there on.
+    _in_order(program, full, turns, key, distance)
     curved = np.asarray(program.column("curved"))[row].reshape(count, each).any(axis=1)
     out: Floats = (distance - allowed).reshape(count, each).max(axis=1)
-    lines = full.reshape(count, each, -1)[:, parts:]
+    lines = full.reshape(count, each, -1)[:, parts : 2 * parts + 1]
     out = np.maximum(out, _passed(program, nodes, full.reshape(count, each, -1)))
     k = np.flatnonzero(curved)
     if len(k):
         # Curves are looked at from their own places as well, and from where they change fast: a tip may be cut.
-        at = slice(parts, each)
+        at = slice(parts, 2 * parts + 1)
         own = row.reshape(count, each)[k, at].ravel()
         points = program.at(base + own, part.reshape(count, each)[k, at].ravel()).reshape(
-            len(k), each - parts, -1
+            len(k), parts + 1, -1
         )
         around = np.concatenate(
             [lines[np.maximum(k - 1, 0)], lines[k], lines[np.minimum(k + 1, count - 1)]], axis=1
@@ -113,6 +114,40 @@ def excess(
         missed = _to_line(program.at(rows, parts_of)[:, None], around)[:, 0]
         np.maximum.at(out, k, missed - np.asarray(program.column("tolerance"))[rows - base])
     return out
+
+
+def _on_chord(solved: Solved, end: Floats, t: Floats, period_s: float, part: float) -> Floats:
+    """Return points on chords between setpoints, shape (k, m, n), each such a part of a period after the chord's beginning.
+
+    Args:
+        solved: The motion.
+        end: Shape (k,): times at which its intervals end, s.
+        t: Shape (k, m): times of the motion, s; chords end where it does.
+        period_s: Time between setpoints.
+        part: From 0 to 1.
+    """
+    before, after = np.minimum(part * period_s, t), np.minimum((1.0 - part) * period_s, end[-1] - t)
+    weight = (before / (before + after))[..., None]
+    return (1.0 - weight) * _at(solved, end, t - before) + weight * _at(solved, end, t + after)
+
+
+def _in_order(program: Programmed, full: Floats, turns: list[Ints], key: Floats, distance: Floats) -> None:
+    """Keep the order: where a motion goes back, its place is the furthest one that it has been at.
+
+    Args:
+        program: The rows.
+        full: Shape (n, axes), points of the motion.
+        turns: Points that follow one another, by their numbers.
+        key: Shape (n,): the row of each point's place, from the first one known, and how far it is on that; changed.
+        distance: Shape (n,), mm, from that place; changed.
+    """
+    for turn in turns:
+        furthest = np.maximum.accumulate(key[turn])
+        late = furthest - key[turn] > _BACK
+        at, furthest = turn[late], furthest[late]
+        row = np.minimum(furthest.astype(np.int64), len(program.column("length")) - 1)
+        place = program.on(program.base + row, furthest - row)
+        key[at], distance[at] = furthest, np.sqrt(((place - full[at]) ** 2).sum(axis=1))
 
 
 def _to_line(points: Floats, line: Floats) -> Floats:
@@ -148,8 +183,8 @@ def _passed(program: Programmed, nodes: Nodes, points: Floats) -> Floats:
     tolerance = program.column("tolerance")
     allowed = np.minimum(tolerance[joint - program.base], tolerance[joint - 1 - program.base])
     # Middles of chords between setpoints, with those of the interval before.
-    here = points[owner, len(_PARTS) :]
-    before = points[np.maximum(owner - 1, 0), len(_PARTS) :]
+    middles = points[:, len(_PARTS) : 2 * len(_PARTS) + 1]
+    here, before = middles[owner], middles[np.maximum(owner - 1, 0)]
     line = np.concatenate([before, here], axis=1)
     distance = _to_line(corner[:, None], line)[:, 0]
     np.maximum.at(out, owner, distance - allowed)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 import cncgen
 from cncgen.kernels import tube_places
+from cncgen.machine.reading import machine_from_toml
 from cncgen.machine.record import Machine
 from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Problem, Solved, solve
@@ -327,3 +328,71 @@ def test_a_tolerance_below_that_of_chords_is_kept() -> None:
     assert len(verdict.breaches) == 0
     # Of the motion; chords of this period add less than 0.1 µm.
     assert verdict.setpoints_to_path_mm < 2e-4
+
+
+#: Of an examiner that shares nothing with the planner: limits of each axis, period, chord and path tolerance, and the program.
+OUT_OF_ORDER = {
+    # A row was left for one ahead, and taken again behind it: 0.19 mm off in order.
+    "hook": (
+        {"X": (90.0, 10060.0, 2.424e7), "Y": (87.21, 9746.0, 2.349e7), "A": (161.6, 18060.0, 4.354e7)},
+        (9.2e-5, 2.32e-5, 0.0772),
+        """G20 G17 G90 G94 G64 F107.58
+G1 X-0.1138 Y0.0265 A-0.0840
+X-0.1141 Y0.0263 A-0.0841
+X-0.1144 Y0.0261 A-0.0842
+X-0.1147 Y0.0259 A-0.0843
+X-0.1150 Y0.0257 A-0.0844
+X-0.1153 Y0.0255 A-0.0845
+X-0.1156 Y0.0253 A-0.0846
+X-0.1159 Y0.0251 A-0.0847
+X-0.1162 Y0.0249 A-0.0848
+X-0.1165 Y0.0247 A-0.0849
+X-0.1168 Y0.0245 A-0.0850
+X-0.1171 Y0.0243 A-0.0851
+X-0.1174 Y0.0241 A-0.0852
+X-0.1177 Y0.0239 A-0.0853
+X-0.1180 Y0.0237 A-0.0854
+X-0.1183 Y0.0235 A-0.0855
+G91 G2 X-0.020117679 Y0.010520339 A0.00820757 R0.012941433 F10.18
+G1 X-0.0044 Y-0.0031 A-0.0026
+G90 X-0.1183 Y0.0235 A-0.0855
+M2
+""",
+    ),
+    # Several bends within a period: 5 nm over 135 nm beside the middles of chords.
+    "bends": (
+        {"X": (0.6, 200.0, 7e4), "Y": (20.0, 6000.0, 2e6), "Z": (0.06, 20.0, 7000.0), "A": (0.7, 200.0, 8e4)},
+        (0.0025, 1.41e-5, 0.000135),
+        """G21 G17 G90 G94
+G1 X0.0019 Y0.0031 A-0.0048 F58
+G64 P0.090216925
+X0.00207 Y0.00268 Z0.00022 A-0.00505 F180000
+X0.00223 Y0.00228 Z0.00044 A-0.00532
+X0.00236 Y0.00191 Z0.00065 A-0.00564
+X0.002395 Y0.00165 Z0.00082 A-0.0061
+M2
+""",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OUT_OF_ORDER)
+def test_the_order_of_rows_is_kept(name: str) -> None:
+    limits, (period, chord, path), text = OUT_OF_ORDER[name]
+    lines = [
+        f"name = '{name}'",
+        f"period_s = {period}",
+        f"chord_tolerance_mm = {chord}",
+        f"path_tolerance_mm = {path}",
+    ]
+    for letter, values in limits.items():
+        unit = "deg" if letter == "A" else "mm"
+        lines.append(f"[axes.{letter.lower()}]")
+        for key, value in zip(("velocity", "acceleration", "jerk"), values, strict=True):
+            power = {"velocity": "s", "acceleration": "s2", "jerk": "s3"}[key]
+            lines.append(f"max_{key}_{unit}_{power} = {value!r}")
+    quick = machine_from_toml("\n".join(lines).encode(), name)
+    verdict = cncgen.judge(
+        cncgen.sample(cncgen.plan(cncgen.read_text(text), quick)), cncgen.read_text(text), quick
+    )
+    assert [fault.message for fault in verdict.breaches] == []
