@@ -139,6 +139,8 @@ WRONG: dict[str, tuple[str, tuple[str, int]]] = {
     "a corner too large": ("L X+3 F100\nRND R5\nL Y+3", ("corner-size", 3)),
     "APPR without its length": ("L X-30 F100\nAPPR LT X+0 Y+0 RL\nL Y+10", ("approach-words", 4)),
     "APPR to nothing": ("L X-30 F100\nAPPR LT X+0 Y+0 LEN5 RL\nM30", ("approach-words", 4)),
+    "APPR to a pole": ("L X-30 F100\nAPPR LT X+0 Y+0 LEN5 RL\nCC X+0 Y+0", ("approach-words", 4)),
+    "APPR to an axis alone": ("L X-30 F100\nAPPR LT X+0 Y+0 LEN5\nL Z+5 FMAX M92", ("approach-words", 4)),
     "APPR with a small radius": ("L X-30 F100\nAPPR CT X+0 Y+0 CCA90 R1 RL\nL Y+10", ("comp-radius", 4)),
     "DEP from nothing": ("DEP LT LEN5 F100", ("approach-words", 3)),
     "CT from nothing": ("CT X+5 Y+5 F100", ("arc-tangent", 3)),

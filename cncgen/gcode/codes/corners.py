@@ -20,13 +20,9 @@ from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.turning_profiles import Segment, fillet
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinks.sink import PassingSink, Point, Sink
+from cncgen.gcode.sinks.sink import PassingSink, Point, Sink, TryingSink
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
 from cncgen.records import dataclass, replace
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Any
 
 #: Moves that turn by less than this have no corner: the chamfer or arc between them has no length (ibid.).
 _STRAIGHT_RAD = math.radians(1.0)
@@ -87,12 +83,8 @@ class _Holding(PassingSink):
         self.motion = _Motion(list(end), complex(first, second), turns, plane)
 
 
-class _Trying(_Holding):
+class _Trying(_Holding, TryingSink):
     """Keeps a feed motion and forgets everything else."""
-
-    def __getattr__(self, name: str) -> Any:
-        value = getattr(self.inner, name)
-        return (lambda *arguments, **named: None) if callable(value) else value
 
     def straight_traverse(self, end: Point) -> None:
         """Keep nothing: a traverse makes no corner."""

@@ -12,7 +12,6 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes.cutter_compensation import CompensatedSink
@@ -20,7 +19,7 @@ from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinks.sink import PassingSink, Point
+from cncgen.gcode.sinks.sink import Point, TryingSink
 
 _NUMBER = r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
 _WORD = re.compile(
@@ -87,14 +86,11 @@ def way_of(body: str, read: Callable[[str], float]) -> ContourWay | None:
     return way
 
 
-class Heading(PassingSink):
+class Heading(TryingSink):
     """A sink that keeps the direction in which the first motion begins, and nothing else."""
 
     first: complex | None = None
     at: Point
-
-    def __getattr__(self, name: str) -> Any:
-        return lambda *arguments, **named: None
 
     def straight_feed(self, end: Point) -> None:
         """Take a line."""

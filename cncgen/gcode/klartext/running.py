@@ -524,23 +524,24 @@ class HeidenhainRunner:
         here = Block({}, (), (), None, 0, self._lines[at].line, self._lines[at].offset)
         self._execute(here)
         if way.kind == "APPR":
-            following = self._following(at)
-            block = None
-            if following is not None:
-                while following is not None and _CORNER.match(self._bodies[following]):
-                    following = self._following(following)
-                if following is not None and re.match(
-                    r"(?:L|C|CR|CP|LP|CC)\b", self._bodies[following], re.IGNORECASE
-                ):
-                    while self._bodies[following].upper().startswith("CC"):
-                        self._plain(following, self._bodies[following])
-                        following = self._following(following) or len(self._bodies) - 1
-                    block = self._block(following, self._bodies[following])
-            contours.approach(self.ip, way, here, block)
+            contours.approach(self.ip, way, here, self._first_of_contour(at))
         else:
             contours.departure(self.ip, way, here)
         if way.m:
             self._execute(Block({}, (), tuple(way.m), None, 0, here.line, here.offset))
+
+    def _first_of_contour(self, at: int) -> Block | None:
+        """Return the block of the first element behind APPR, past corners and poles, which are taken; None where another line comes."""
+        following = self._following(at)
+        while following is not None:
+            body = self._bodies[following]
+            if re.match(r"CC\b", body, re.IGNORECASE):
+                self._plain(following, body)
+            elif not _CORNER.match(body):
+                element = re.match(r"(?:L|C|CR|CP|LP)\b", body, re.IGNORECASE)
+                return self._block(following, body) if element else None
+            following = self._following(following)
+        return None
 
     # Cycles.
 
