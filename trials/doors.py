@@ -3,19 +3,22 @@
     python -m trials.doors [--door NAME ...] [--seconds 60] [--seed N] [--keep DIR] [--tally FILE] [--corpus DIR] [--guided]
     python -m trials.doors --replay DIR
     python -m trials.doors --open tests/doors_open    # known kinds fail nothing, as in `make fuzz`
+    python -m trials.doors --tell                     # no kind fails anything, as in `.ci/run`
 
 An input is bytes. A door may say anything about it, but not fail with an exception that is none of the project's, take more than
 `SECONDS` of processor time or `MEMORY`, or have a library warn or print. Inputs run in forked batches, so that whatever ends a
 process (a signal, the bound of its time) is found too, with the input; batches grow until one takes `BATCH_SECONDS`. Without ``--seed`` a fresh one is drawn and printed.
 ``--guided`` hands one door to atheris (libFuzzer), which keeps inputs that reach new code.
 
-Findings are cut to a smaller input of the same kind and kept as files, a folder a door; tests replay those of ``tests/doors``.
+Findings are cut to a smaller input of the same kind and kept as files, a folder a door; tests replay those of ``tests/doors``, and try
+the first inputs of one seed at each door.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import faulthandler
 import importlib
 import io
 import json
@@ -76,11 +79,12 @@ Try = Callable[[bytes], None]
 
 @dataclass(frozen=True, slots=True)
 class Door:
-    """A way in: its seeds, what changes one, and what is done with an input."""
+    """A way in: its seeds, what changes one, what is done with an input, and how many inputs of one seed tests try."""
 
     seeds: Callable[[], list[bytes]]
     change: inputs.Mutate
     run: Try
+    tested: int = 1000
 
 
 @dataclass(slots=True)
@@ -248,6 +252,7 @@ class _Reader:
             os.close(tells)
             with contextlib.suppress(BaseException), open(asked_by, "rb") as ask, open(out, "wb") as told:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+                faulthandler.disable()  # libraries that crash here are expected to
                 for line in iter(ask.readline, b""):
                     kind, _, handle = line.decode().strip().partition(" ")
                     if handle:
@@ -408,20 +413,20 @@ def _doors() -> dict[str, Door]:
             partial(run_gcode, dialect=name),
         )
     found["plan"] = Door(
-        lambda: [inputs.PROGRAM.encode()], partial(inputs.change_gcode, dialect="linuxcnc"), run_plan
+        lambda: [inputs.PROGRAM.encode()], partial(inputs.change_gcode, dialect="linuxcnc"), run_plan, 300
     )
-    found["stepnc"] = Door(inputs.stepnc, inputs.change_stepnc, run_stepnc)
+    found["stepnc"] = Door(inputs.stepnc, inputs.change_stepnc, run_stepnc, 300)
     found["machine"] = Door(inputs.machines, inputs.change, run_machine)
     for kind in FORMATS:
         change = inputs.change if kind in _TEXT_FORMATS else inputs.change_binary
         found[f"setpoints-{kind}"] = Door(
             partial(inputs.setpoints, kind), change, partial(run_setpoints, kind=kind)
         )
-    found["log"] = Door(inputs.logs, inputs.change, run_log)
+    found["log"] = Door(inputs.logs, inputs.change, run_log, 200)
     found["tools"] = Door(lambda: list(inputs.TOOLS), inputs.change, run_tools)
-    found["extremes"] = Door(lambda: [b""], lambda rng, *_: extreme_programs.case(rng), run_extremes)
-    found["commands"] = Door(door_commands.seeds, door_commands.change, run_commands)
-    found["options"] = Door(door_options.seeds, door_options.change, run_options)
+    found["extremes"] = Door(lambda: [b""], lambda rng, *_: extreme_programs.case(rng), run_extremes, 25)
+    found["commands"] = Door(door_commands.seeds, door_commands.change, run_commands, 40)
+    found["options"] = Door(door_options.seeds, door_options.change, run_options, 60)
     return found
 
 
@@ -502,6 +507,21 @@ def batch(name: str, door: Door, data: list[bytes]) -> tuple[int, list[Finding]]
     return ran, findings
 
 
+def batches(name: str, door: Door, data: list[bytes]) -> Iterator[tuple[int, list[Finding]]]:
+    """Run all inputs, in a further child after each that ends one; yield how many each ran, and what they showed."""
+    while data:
+        ran, found = batch(name, door, data)
+        yield ran, found
+        data = data[ran:]
+
+
+def tested(name: str) -> list[Finding]:
+    """Return what the first inputs of one seed show at a door: the same ones in each run, which gate a change."""
+    door = doors()[name]
+    data = list(islice(mutants(door, 1), door.tested))
+    return [each for _, found in batches(name, door, data) for each in found]
+
+
 def _child(door: Door, data: list[bytes], shared: mmap.mmap, found: int, errors: int) -> None:
     """Run inputs one after another, tell of each that it begins, and end the process."""
     os.dup2(errors, 2)
@@ -566,11 +586,8 @@ def run(
             if time.monotonic() > end:
                 break
             begin = _processor_time()
-            data = list(islice(streams[name], sizes[name]))
-            while data:
-                ran, found = batch(name, known[name], data)
+            for ran, found in batches(name, known[name], list(islice(streams[name], sizes[name]))):
                 yield name, ran, found
-                data = data[ran:]
             faster = min(BATCH_SECONDS / max(_processor_time() - begin, 0.01), 40.0)
             sizes[name] = min(max(int(sizes[name] * faster), 1), LARGEST_BATCH)
 
@@ -618,11 +635,13 @@ def run_and_keep(
 
 def tell(finding: Finding, keep: Path | None) -> None:
     """Print a finding, and keep its input."""
-    print(f"--- {finding.door}: {finding.kind}\n{finding.said}\n{finding.data[:400]!r}", flush=True)
+    shown = repr(finding.data[:4000]) + (" ..." if len(finding.data) > 4000 else "")
+    print(f"--- {finding.door}: {finding.kind}\n{finding.said}\n{shown}", flush=True)
     if keep:
-        folder = keep / finding.door
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{zlib.crc32(finding.kind.encode()):08x}").write_bytes(finding.data)
+        file = keep / finding.door / f"{zlib.crc32(finding.kind.encode()):08x}"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(finding.data)
+        print(f"kept as {file}", flush=True)
 
 
 def guided(name: str, arguments: list[str], keep: Path | None) -> None:
@@ -663,10 +682,8 @@ def replay(folder: Path) -> list[Finding]:
     known, found = doors(), list[Finding]()
     for place in sorted(path for path in folder.glob("*") if path.is_dir()):
         data = [file.read_bytes() for file in sorted(place.iterdir())]
-        while data:
-            ran, findings = batch(place.name, known[place.name], data)
+        for _, findings in batches(place.name, known[place.name], data):
             found += findings
-            data = data[ran:]
     return found
 
 
@@ -693,6 +710,7 @@ def main() -> int:
     parser.add_argument(
         "--open", type=Path, help="folder of findings that are known: their kinds fail nothing"
     )
+    parser.add_argument("--tell", action="store_true", help="end with 0 whatever is found")
     parser.add_argument(
         "--guided", action="store_true", help="one door by atheris; further words are libFuzzer's"
     )
@@ -712,7 +730,12 @@ def main() -> int:
     new = not_known(kinds, arguments.open) if arguments.open else kinds
     if kinds - new:
         print(f"{len(kinds - new):8d} of them known, and open")
-    return 1 if new else 0
+    for name, kind in sorted(new):
+        print(
+            f"=== A NEW KIND OF FAULT with --seed {seed} at --door {name}: {kind}; its input stands above",
+            flush=True,
+        )
+    return 1 if new and not arguments.tell else 0
 
 
 if __name__ == "__main__":
