@@ -93,9 +93,9 @@ class SinumerikRunner:
         self.ip.budget.forward = len(main.lines)
         try:
             yield from self._run()
+            self._finish(main)
         except Stop as stop:
             self._faults.here(stop.error)
-        self._finish(main)
 
     def _say_dialect(self) -> None:
         source = self.sources[0]

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator
 from tokenize import TokenError
 from types import SimpleNamespace
-from typing import Any, BinaryIO
+from typing import IO, Any, BinaryIO
 
 import numpy as np
 
@@ -46,20 +46,25 @@ def reason(error: Exception) -> str:
     return re.sub(r":? <ast\.\w+ object at 0x[0-9a-f]+>", "", str(error))
 
 
+def array_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Read the header of an npy file: shape, whether it is in Fortran's order, kind of numbers.
+
+    Raises:
+        ValueError, TypeError, EOFError, SyntaxError, TokenError: It is none.
+    """
+    # It may claim 4 GB of itself, for which room would be made before they are read.
+    start: Any = SimpleNamespace(read=lambda count: file.read(min(count, _PIECE)))
+    version = np.lib.format.read_magic(start)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    return read(start)
+
+
 def table_shape(file: BinaryIO, name: str) -> tuple[int, int]:
     """Read the header of an npy file of little-endian doubles in C order with two dimensions; return its shape."""
     try:
         with reading_faults(name), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a header as Python 2 wrote it
-            # A header may claim 4 GB of itself, for which room would be made before they are read.
-            start: Any = SimpleNamespace(read=lambda count: file.read(min(count, _PIECE)))
-            version = np.lib.format.read_magic(start)
-            read = (
-                np.lib.format.read_array_header_1_0
-                if version == (1, 0)
-                else np.lib.format.read_array_header_2_0
-            )
-            shape, fortran, dtype = read(start)
+            shape, fortran, dtype = array_header(file)
     except (ValueError, TypeError, EOFError, SyntaxError, TokenError) as error:
         raise UsageError(
             Diagnostic("setpoints-header", f"{name} is not an npy file: {reason(error)}")

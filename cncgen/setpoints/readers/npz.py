@@ -17,7 +17,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.f64 import ROWS
-from cncgen.setpoints.readers.npy import reason
+from cncgen.setpoints.readers.npy import array_header, reason
 from cncgen.setpoints.readers.tables import block_of, columns_of, seekable, stated_period
 
 #: Faults that zipfile and numpy raise for a damaged archive. RuntimeError: it is encrypted, or of a method they do not know.
@@ -79,11 +79,7 @@ class _Column:
 
     def __init__(self, member: IO[bytes]) -> None:
         self._member = member
-        version = np.lib.format.read_magic(member)
-        read = (
-            np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        )
-        self.shape, _, self._kind = read(member)
+        self.shape, _, self._kind = array_header(member)
         if self._kind.kind not in "fiu":
             raise ValueError(f"an array of {self._kind} holds no plain numbers")
         self._left = math.prod(self.shape)
