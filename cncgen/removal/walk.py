@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ class _State:
     direction: int = 0
     tapping: bool = False
     threading: bool = False
+    left_handed: bool | None = None
 
 
 class CutWalk(ABC):
@@ -77,6 +78,7 @@ class CutWalk(ABC):
                 self._operations.append(OperationCut(f"tool {state.tool}", line, state.tool))
         elif event.name == "workingstep":
             self._pending = str(values.get("label", ""))
+            state.left_handed = values.get("left_handed")
             self._operations.append(OperationCut(self._pending, line, state.tool))
         elif event.name == "setup":
             self._setup(int(values["number"]))
@@ -91,8 +93,11 @@ class CutWalk(ABC):
         return lines_of(path, begin, end)
 
     def _cutter(self) -> Cutter | Insert | None:
-        """Return the tool in the spindle, None where it is not known."""
-        return self._state.cutter or self.cutters.get("*")
+        """Return the tool in the spindle, None where it is not known; a turning tool as it stands in the workingstep."""
+        cutter, left = self._state.cutter or self.cutters.get("*"), self._state.left_handed
+        if isinstance(cutter, Insert) and left is not None and not cutter.width:
+            return replace(cutter, left=left)
+        return cutter
 
     @abstractmethod
     def _setup(self, number: int) -> None:

@@ -25,6 +25,8 @@ Vector = NDArray[np.float64]
 TURNING = ("turning", "facing", "contouring", "grooving", "cutting in", "threading", "knurling")
 #: Kinds of tools that stand while the work turns.
 TURNING_TOOLS = ("turning tool", "grooving tool", "threading tool")
+#: Values of operations and strategies that are angles.
+ANGLES = frozenset(["angle", "path_return_angle"])
 #: Values of operations and strategies that must lie between 0 and 1.
 RATIOS = frozenset(
     ["overlap", "reduced_cut_at_start", "reduced_feed_at_start", "reduced_cut_at_end", "reduced_feed_at_end"]
@@ -197,7 +199,7 @@ class Operation:
         tool, technology, functions: None where missing.
         retract_plane: Height above the feature, mm.
         start_point: Shape (3,), or None.
-        values: The further attributes by the names of ISO 14649, mm and s.
+        values: The further attributes by the names of ISO 14649, mm, s and rad.
         strategy, approach, retract: None where missing.
         tilt: Tool direction in the operation's frame where it is not its Z axis.
     """
@@ -275,7 +277,7 @@ class Shape:
         pitch: Of a thread, mm: negative of a left-handed one; None where it is not given.
         stock: Outline of the raw piece across the feature's axis, or None where it is not given.
         contour: Of a turned feature: its profile in the plane of X (the radius) and Z.
-        inside: Whether a turned feature is the wall of a bore.
+        material: Of a turned feature: the direction from its profile into the material, or None where it is not given.
     """
 
     depth: float | None = None
@@ -300,7 +302,12 @@ class Shape:
     pitch: float | None = None
     stock: list[Piece] | None = None
     contour: list[Piece] | None = None
-    inside: bool = False
+    material: Vector | None = None
+
+    @property
+    def inside(self) -> bool:
+        """Tell whether a turned feature is the wall of a bore: the material lies outside of the profile."""
+        return self.material is not None and bool(self.material[0] > 0.5)
 
 
 @dataclass(frozen=True, slots=True)

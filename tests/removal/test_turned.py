@@ -293,3 +293,21 @@ def test_work_that_is_turned_in_several_setups_is_refused(monkeypatch):
     monkeypatch.setattr(removing, "_setups", lambda toolpaths: 2)
     with pytest.raises(UsageError, match="turns its work in 2 setups"):
         removing.cut(SHAFT)
+
+
+def test_a_left_handed_tool_faces_the_front_and_turns_a_profile_that_rises_against_z(tmp_path, cncgen):
+    """The tools of ISO 14649-12, annex D: it stands beside the face as a right-handed one does, and gouges nothing."""
+    part = Turned(90, 165, 165)
+    tool = part.turning_tool(0.0, hand="LEFT")
+    part.turn("FACING_ROUGH", part.face(45, 160), tool, part.ways(depths=(3.0,)), 0.5)
+    part.turn("FACING_FINISH", part.face(45, 160), tool)
+    feature = part.revolution((20, 160), (40, 110), (40, 0))
+    part.turn("CONTOURING_ROUGH", feature, tool, part.ways(depths=(3.0,)), 0.5)
+    part.turn("CONTOURING_FINISH", feature, tool)
+    program = tmp_path / "annex_d.stp"
+    program.write_text(part.whole())
+    done = cncgen("cut", program, "--report", tmp_path / "r.json")
+    assert done.returncode == 0, done.stderr.decode()
+    assert "cut-" not in done.stderr.decode()
+    left = json.loads((tmp_path / "r.json").read_text())["volume_mm3"]
+    assert left == pytest.approx(math.pi * (1600 * 110 + 50 * (400 + 800 + 1600) / 3), rel=1e-3)

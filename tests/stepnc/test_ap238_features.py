@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cncgen.stepnc import read
-from cncgen.toolpath.record import FeedMode
+from cncgen.toolpath.record import FeedMode, Kind
 from tests.stepnc.aim import Aim, E, Shaped
 from tests.stepnc.building import codes, motions
 from tests.stepnc.heightfield import removed
@@ -818,3 +818,25 @@ def test_a_boss_that_leans_is_refused():
     step, _ = aim.machine(pocket)
     _, found = aim.read(aim.plan(step))
     assert "stepnc-unsupported" in codes(found, "error")
+
+
+@pytest.mark.parametrize("degrees", [3.0, 10.0])
+def test_an_angle_of_an_approach_is_in_the_unit_of_its_measure(degrees):
+    """A helix down into a pocket: the angle came as radians inside, and was taken for degrees."""
+    aim = Shaped()
+    boundary = ("boundary", "RECTANGULAR_CLOSED_PROFILE", [("length", 40.0), ("width", 40.0)])
+    step, operation = aim.machine(aim.feature("POCKET", aim.place(0, 0, 0), [boundary], limit=-2.0))
+    approach = aim.file.method("MACHINING_APPROACH_RETRACT_STRATEGY", "", "plunge helix")
+    aim.file.add("MACHINING_STRATEGY_RELATIONSHIP", "approach", "", operation, approach)
+    for name, item in (
+        ("plunge radius", aim.file.measure("", 6.0, aim.file.mm)),
+        ("plunge angle", aim.file.measure("", degrees, aim.degree)),
+    ):
+        aim.file.property(approach, name, "REPRESENTATION", "", item)
+    path, found = aim.read(aim.plan(step))
+    assert codes(found) == []
+    rows = motions(path)
+    drop, length = path.starts[rows, 2] - path.end[rows, 2], path.path.row_length[rows]
+    helix = (path.kind[rows] == Kind.ARC) & (drop > 1e-9)
+    assert helix.any()
+    np.testing.assert_allclose(np.degrees(np.arcsin(drop[helix] / length[helix])), degrees, atol=0.1)

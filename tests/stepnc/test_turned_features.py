@@ -138,8 +138,9 @@ def test_the_walls_and_rounded_corners_of_a_groove_are_finished():
     assert fed(path)[:, :, 0].min() == pytest.approx(10.0)
 
 
-def test_a_thread_is_cut_in_step_in_passes_that_take_alike():
-    """A metric thread M20 x 2: 17/24 of the triangle's height, 1.2269 mm; passes of 0.4 mm grow with the root of their number."""
+@pytest.mark.parametrize("way", ["CENTER", "LEFT_ZIGZAG"])
+def test_a_thread_is_cut_in_step_in_passes_that_take_alike(way):
+    """A way along the flanks is told to be straight in. A metric thread M20 x 2: 17/24 of the triangle's height, 1.2269 mm; passes of 0.4 mm grow with the root of their number."""
     part = Turned(20, 60)
     base = part.diameter(20, 30, 0)
     area = part.add("PARTIAL_AREA_DEFINITION", 24.0, part.placement(), None)
@@ -155,13 +156,13 @@ def test_a_thread_is_cut_in_step_in_passes_that_take_alike():
         (0.4,),
         None,
         E("CONSTANT_REMOVAL_AMOUNT"),
-        E("RIGHT_HAND"),
+        E(way),
         None,
         None,
     )
     part.turn("THREADING_ROUGH", thread, part.threading_tool(2.0), ways, per_turn=2.0)
     path, found = run(part.whole())
-    assert codes(found) == []
+    assert codes(found) == ([] if way == "CENTER" else ["stepnc-approach"])
     height = 17 / 24 * math.sqrt(3) / 2 * 2.0
     cuts = [s for s in fed(path) if s[0, 1] - s[1, 1] > 10]
     depths = [10 - s[0, 0] for s in cuts]

@@ -137,10 +137,10 @@ def test_ap238_at_a_constant_cutting_speed(keyword, most):
     assert seconds(path) == pytest.approx(facing_time(25.0, 2.0, 2000.0, 0.2, most), rel=2e-3)
 
 
-def test_an_operation_of_ap238_without_toolpaths_is_named():
+def test_an_operation_of_ap238_without_toolpaths_and_feature_is_named():
     aim = Aim()
     step, _ = aim.step("GROOVING_TURNING_OPERATION")
-    assert codes(aim.read(aim.plan(step))[1], "error") == ["stepnc-unsupported"]
+    assert codes(aim.read(aim.plan(step))[1], "error") == ["stepnc-missing"]
 
 
 def test_setpoints_of_a_lathe_hold_limits_and_stay_in_their_plane(tmp_path, cncgen):

@@ -9,20 +9,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from cncgen.geometry import elementary
+from cncgen.stepnc import turned_shapes
 from cncgen.stepnc.ap238.graph import Graph
 from cncgen.stepnc.ap238.groups import Groups
 from cncgen.stepnc.ap238.profiles import CLOSED, OPEN, Profiles, find, path_of, profile_of
 from cncgen.stepnc.ap238.shapes import Component, Shapes, flipped
+from cncgen.stepnc.ap238.turned_profiles import ENTITIES as TURNED
+from cncgen.stepnc.ap238.turned_profiles import TurnedProfiles
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.frames import Matrix, identity, translation
 from cncgen.stepnc.geometry.pieces import Piece
+from cncgen.stepnc.geometry.solids import Solid
 from cncgen.stepnc.model import Boss, Feature, Shape
 
 _KINDS = {
@@ -62,20 +65,27 @@ class Features:
         self.shapes = Shapes(graph, units)
         self.profiles = Profiles(self.shapes)
         self.groups = Groups(self.shapes, self.read)
+        self.turned = TurnedProfiles(self.shapes, self.profiles)
 
-    def of_workingstep(self, step: int) -> Feature | None:
-        """Return the feature that a workingstep machines, None where it names none.
+    def of_workingstep(self, step: int, raw: Solid | None = None) -> Feature | None:
+        """Return the feature that a workingstep machines, None where it names none; of several turned ones all as one.
+
+        Args:
+            step: The workingstep.
+            raw: The raw piece in the workpiece's frame, or None.
 
         Raises:
             Skip: where it has a fault.
         """
-        for process in self.graph.related(step, "MACHINING_FEATURE_RELATIONSHIP"):
-            for action in self.graph.index("PROPERTY_PROCESS", 0).of(process.id):
-                for link in self.graph.index("PROCESS_PROPERTY_ASSOCIATION", 0).of(action):
-                    ident = self.entities.get(link).ref("property_or_shape")
-                    if ident is not None:
-                        return self.read(ident)
-        return None
+        found = dict.fromkeys(
+            ident
+            for relation in ("MACHINING_FEATURE_RELATIONSHIP", "MACHINING_FEATURE_SEQUENCE_RELATIONSHIP")
+            for process in self.graph.related(step, relation)
+            for action in self.graph.index("PROPERTY_PROCESS", 0).of(process.id)
+            for link in self.graph.index("PROCESS_PROPERTY_ASSOCIATION", 0).of(action)
+            if (ident := self.entities.get(link).ref("property_or_shape")) is not None
+        )
+        return turned_shapes.standing(self.entities, [self.read(i) for i in found], raw) if found else None
 
     def read(self, ident: int) -> Feature:
         """Return a feature.
@@ -84,27 +94,37 @@ class Features:
             Skip: where it has a fault.
         """
         entity = self.entities.get(ident)
-        kind = next((k for k in _KINDS if entity.instance.part(k)), "")
+        kind = next((k for k in (*_KINDS, *TURNED) if entity.instance.part(k)), "")
         frames = self.shapes.frames(ident, "orientation")
         placement = frames[-1] if frames else identity()
         label = self._label(entity)
         depth, move = None, identity()
         if kind in ("SLOT", "STEP"):
             depth, move = self._swept(ident, entity, kind)
-        elif kind and kind not in _GROUPS:
+        elif kind in _KINDS and kind not in _GROUPS:
             depth, move = self._depth(ident, kind, placement)
         inside = np.asarray(np.linalg.inv(move), np.float64)
-        name = _KINDS.get(kind, kind)
+        name = self.turned.kind(entity, kind) if kind in TURNED else _KINDS.get(kind, kind)
         if kind == "POCKET" and self._is_open(ident):
             name = "open pocket"
         if kind == "COMPOSITE_HOLE":
             name = self.groups.hole_kind(entity)
 
         def shape() -> Shape:
+            if kind in TURNED:
+                return self._turned(entity, name, placement)
             self.profiles.feature_placement = placement
             return self._shape(entity, kind, depth, inside)
 
         return Feature(ident, label, name, elementary.product(placement, move), shape)
+
+    def _turned(self, entity: Entity, kind: str, placement: Matrix) -> Shape:
+        ident = self.turned.base_of(entity) if kind == "thread" else None
+        base = None if ident is None else self.read(ident)
+        shape = None if base is None else base.shape()
+        self.profiles.feature_placement = placement
+        place = placement if base is None else base.placement
+        return self.turned.shape(entity, kind, placement, shape, place)
 
     def _label(self, entity: Entity) -> str:
         """Return the name of a feature: as a characterized object, or as a shape aspect."""
@@ -320,24 +340,7 @@ class Features:
             else [profile_shapes.linear_path((length or 0) * _Y)]
         )
         ends = self._slot_ends(components, reverse=not placed_at_top)
-        return Shape(depth, course=list(course), ends=ends, **self._across(profile))
-
-    def _across(self, profile: Entity) -> dict[str, Any]:
-        """Return the values of `Shape` that a slot's profile gives."""
-        size, kind = self.shapes.measures(profile.id), profile.keyword
-        if kind == "VEE_PROFILE" and "profile angle" in size:
-            radius, tilt = size.get("profile radius", size.get("radius", 0.0)), size.get("tilt angle", 0.0)
-            return profile_shapes.section(profile, "vee", size["profile angle"], radius, tilt)
-        if kind == "PARTIAL_CIRCULAR_PROFILE" and {"radius", "sweep angle"} <= set(size):
-            return profile_shapes.section(profile, "arc", size["sweep angle"], size["radius"])
-        width = size.get("width", size.get("profile width"))
-        if kind not in ("SQUARE_U_PROFILE", "ROUNDED_U_PROFILE") or width is None:
-            raise profile.fault("stepnc-unsupported", "a slot of this profile cannot be made")
-        if kind == "ROUNDED_U_PROFILE":
-            return {"width": width, "floor_radius": width / 2}
-        angles = [size.get(f"{name} angle", 0.0) for name in ("first", "second")]
-        slope = profile_shapes.wall_slope(profile, *angles)
-        return {"width": width, "floor_radius": size.get("first radius"), "slope": slope}
+        return Shape(depth, course=list(course), ends=ends, **self.profiles.across(profile))
 
     def _slot_ends(self, components: list[Component], reverse: bool) -> tuple[str, ...]:
         """Return what the ends of a slot are, where its path begins and where it ends.

@@ -110,10 +110,10 @@ class Graph:
         """Return the items of all properties of an action method by the property's name, lower case."""
         return self._gather(ident, self._properties, self._representations)
 
-    def resource_items(self, ident: int) -> list[Item]:
-        """Return the items of all properties of a resource (a tool): one property or many, as writers like it."""
+    def resource_items(self, ident: int) -> list[tuple[str, Item]]:
+        """Return the items of all properties of a resource (a tool), one property or many, with the property's name."""
         found = self._gather(ident, self._resource_properties, self._resource_representations)
-        return [item for items in found.values() for item in items]
+        return [(name, item) for name, items in found.items() for item in items]
 
     def _gather(self, ident: int, properties: Index, representations: Index) -> dict[str, list[Item]]:
         exchange = self.entities.exchange

@@ -13,7 +13,8 @@ from cncgen.stepnc.ap238.toolpaths import Properties, Toolpaths
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry.frames import Vector
-from cncgen.stepnc.model import RATIOS, TURNING, MachiningStrategy, Operation
+from cncgen.stepnc.model import RATIOS, MachiningStrategy, Operation
+from cncgen.stepnc.part21 import Ref, Typed
 
 _KINDS = {
     "FREEFORM_MILLING_OPERATION": "freeform",
@@ -34,6 +35,8 @@ _KINDS = {
     "THREADING_TURNING_OPERATION": "threading",
     "KNURLING_TURNING_OPERATION": "knurling",
 }
+#: Kinds that rough or finish.
+_TWO_STEPS = ("plane", "side", "bottom and side", "facing", "contouring", "grooving", "threading")
 #: Properties of operations whose names in ISO 14649 are not the same with underscores.
 _VALUE_NAMES = {
     "overlap ratio": "overlap",
@@ -45,6 +48,12 @@ _VALUE_NAMES = {
     "plunge angle": "angle",
     "plunge radius": "radius",
     "plunge width": "width",
+    "travel angle": "angle",
+    "travel radius": "radius",
+    "lift feedrate": "lift_feed",
+    "stepover feedrate": "stepover_feed",
+    "cut in amount": "cut_in_amount_function",
+    "dwell time": "dwell",
 }
 #: Properties that say yes or no in words: ``multiple passes not allowed``.
 _FLAGS = frozenset(
@@ -80,11 +89,6 @@ class Operations:
         properties = self.graph.properties(entity.id)
         tilt = self.tilt(entity, properties)
         paths = self.toolpaths.read(entity.id, tilt)
-        if not paths and _KINDS[entity.keyword].startswith(TURNING):
-            text = (
-                f"no toolpath is made for {_KINDS[entity.keyword]}; the operation needs toolpaths of its own"
-            )
-            raise entity.fault("stepnc-unsupported", text)
         values = self._values(properties)
         strategies = self._strategies(entity.id)
         start = self.toolpaths.placed(properties, "cut start point", "CARTESIAN_POINT")
@@ -107,9 +111,9 @@ class Operations:
 
     def _kind(self, entity: Entity) -> str:
         kind, detail = _KINDS[entity.keyword], entity.text("description").strip().lower()
-        if kind in ("plane", "side", "bottom and side"):
+        if kind in _TWO_STEPS and detail != "cutting in":
             return f"{kind} {'finish' if 'finish' in detail else 'rough'}"
-        if kind in ("drilling", "boring", "tapping") and detail:
+        if kind in ("drilling", "boring", "tapping", "grooving") and detail:
             return detail
         return kind
 
@@ -140,7 +144,16 @@ class Operations:
                 value = self._value(key, item)
                 if value is not None:
                     out[key] = value
+        if "dwell" in out and not self._waits(properties):
+            out["dwell_turns"] = out.pop("dwell")
         return out
+
+    def _waits(self, properties: Properties) -> bool:
+        """Tell whether a dwell is a time, and no number of turns."""
+        measures = [
+            self.units.measure(i.entity) for n in ("dwell", "dwell time") for i in properties.get(n, [])
+        ]
+        return any(m is not None and m.unit.time == 1 for m in measures)
 
     def _value(self, key: str, item: Item) -> Any:
         """Return what an item says: a direction, words (yes or no as a truth value), a number; None for anything else."""
@@ -151,10 +164,19 @@ class Operations:
             return not _NO.search(text) if key in _FLAGS else _ROTATIONS.get(text, text)
         if item.entity.keyword in _PLACED:
             return None
+        if item.entity.keyword == "COMPOUND_REPRESENTATION_ITEM":
+            return self._list(item.entity)
         measure = self.units.measure(item.entity)
         if measure is None:
             return None
         return item.entity.ratio(key, measure.value) if key in RATIOS else measure.value
+
+    def _list(self, entity: Entity) -> tuple[float, ...] | None:
+        """Return the measures of a list, None where it has none."""
+        members = next((p.value for p in entity.parameters if isinstance(p, Typed)), ())
+        idents = [int(m) for m in members if isinstance(m, Ref)] if isinstance(members, tuple) else []
+        found = [self.units.measure(self.graph.entities.get(i, owner=entity.id)) for i in idents]
+        return tuple(m.value for m in found if m is not None) or None
 
     def _strategies(self, operation: int) -> dict[str, MachiningStrategy]:
         out = {}

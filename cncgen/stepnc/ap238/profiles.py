@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -87,7 +88,7 @@ class Profiles:
             pieces = self._curve(entity)
             if elementary.length(pieces[0].start - pieces[-1].end) > 1e-6:
                 pieces = [*pieces, Polyline(np.stack([pieces[-1].end, pieces[0].start]))]
-        return self._placed(entity, pieces)
+        return self.placed(entity, pieces)
 
     def _ngon(self, entity: Entity, values: dict[str, float]) -> Piece:
         sides = round(values["number of sides"])
@@ -102,7 +103,8 @@ class Profiles:
             sides, diameter, across_flats="circumscribed diameter" not in values
         )
 
-    def _placed(self, entity: Entity, pieces: list[Piece]) -> list[Piece]:
+    def placed(self, entity: Entity, pieces: list[Piece]) -> list[Piece]:
+        """Return a profile's pieces where it stands in its feature."""
         place = next(iter(self.shapes.frames(entity.id, "orientation")), identity())
         if is_identity(place):
             return pieces
@@ -131,7 +133,8 @@ class Profiles:
         """
         if entity.keyword == "LINEAR_PROFILE":
             values = self.shapes.measures(entity.id)
-            length = values.get("profile length", values.get("length"))
+            named = (value for name, value in values.items() if name.endswith("length"))
+            length = values.get("profile length", next(named, None))
             if length is None:
                 raise entity.fault("stepnc-missing", "the profile has no length")
             pieces: list[Piece] = [profile_shapes.linear_path(np.array([length, 0.0, 0.0]))]
@@ -139,7 +142,7 @@ class Profiles:
             pieces = self._curve(entity)
         else:
             raise entity.fault("stepnc-unsupported", "a pocket with this open boundary cannot be made")
-        return self._placed(entity, pieces)
+        return self.placed(entity, pieces)
 
     def path(self, entity: Entity, along: np.ndarray) -> list[Piece]:
         """Return a travel path.
@@ -165,4 +168,25 @@ class Profiles:
                 )
             direction = self.shapes.direction(entity.id)
             pieces = [profile_shapes.linear_path(distance * (along if direction is None else direction))]
-        return self._placed(entity, pieces)
+        return self.placed(entity, pieces)
+
+    def across(self, profile: Entity) -> dict[str, Any]:
+        """Return the values of `Shape` that the section of a slot or groove gives.
+
+        Raises:
+            Skip: where passes from above cannot make it.
+        """
+        size, kind = self.shapes.measures(profile.id), profile.keyword
+        if kind == "VEE_PROFILE" and "profile angle" in size:
+            radius, tilt = size.get("profile radius", size.get("radius", 0.0)), size.get("tilt angle", 0.0)
+            return profile_shapes.section(profile, "vee", size["profile angle"], radius, tilt)
+        if kind == "PARTIAL_CIRCULAR_PROFILE" and {"radius", "sweep angle"} <= set(size):
+            return profile_shapes.section(profile, "arc", size["sweep angle"], size["radius"])
+        width = size.get("width", size.get("profile width"))
+        if kind not in ("SQUARE_U_PROFILE", "ROUNDED_U_PROFILE") or width is None:
+            raise profile.fault("stepnc-unsupported", "a slot of this profile cannot be made")
+        if kind == "ROUNDED_U_PROFILE":
+            return {"width": width, "floor_radius": width / 2}
+        angles = [size.get(f"{name} angle", 0.0) for name in ("first", "second")]
+        slope = profile_shapes.wall_slope(profile, *angles)
+        return {"width": width, "floor_radius": size.get("first radius"), "slope": slope}

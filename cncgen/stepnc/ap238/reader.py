@@ -267,7 +267,7 @@ class Ap238Reader:
         security = self._security(properties, frame, setting.security)
         feature = None
         if operation.paths is None:
-            feature = self.features.of_workingstep(entity.id)
+            feature = self.features.of_workingstep(entity.id, setting.raw)
             frame = (
                 frame
                 if feature is None

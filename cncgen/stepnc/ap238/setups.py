@@ -72,7 +72,7 @@ class Setups:
     def raw(self, owner: int) -> Solid | None:
         """Return the raw piece of the workpiece of a project or setup, in the workpiece's frame; None where none has a shape.
 
-        The raw piece is what the workpiece is made from (MAKE_FROM_USAGE_OPTION), else the workpiece itself. Its shape has
+        The raw piece is what the workpiece is made from (MAKE_FROM_USAGE_OPTION, a relationship 'rawpiece'), else the workpiece itself. Its shape has
         a length, width and height from the corner at its *orientation* (BLOCK_SHAPE_REPRESENTATION), a diameter and
         a length along its Z (CYLINDRICAL_SHAPE_REPRESENTATION), or is a BLOCK or a RIGHT_CIRCULAR_CYLINDER; of the raw
         piece also a B-rep.
@@ -118,8 +118,12 @@ class Setups:
         return None
 
     def _raw_products(self, piece: int) -> list[int | None]:
-        links = self.graph.index("MAKE_FROM_USAGE_OPTION", 0).of(piece)
-        return [self.entities.get(link).ref("related_product_definition") for link in links]
+        links = [self.entities.get(i) for i in self.graph.index("MAKE_FROM_USAGE_OPTION", 0).of(piece)]
+        named = [
+            self.entities.get(i) for i in self.graph.index("PRODUCT_DEFINITION_RELATIONSHIP", 0).of(piece)
+        ]
+        links += [e for e in named if e.text("name").strip().lower() == "rawpiece"]  # the fourth edition
+        return [link.ref("related_product_definition") for link in links]
 
     def _transformations(self, relation: Entity) -> Iterator[Entity]:
         for part in relation.instance.parts:

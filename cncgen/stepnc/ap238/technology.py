@@ -7,9 +7,15 @@ from typing import Any
 
 from cncgen.stepnc.ap238.graph import Graph, Item
 from cncgen.stepnc.ap238.units import Measure, Units
-from cncgen.stepnc.entities import Skip
+from cncgen.stepnc.entities import Entity, Skip
 from cncgen.stepnc.model import TURNING_TOOLS, CuttingTool, Functions, Technology
 
+#: Kinds of turning tools (10303-238, WR20 to WR22 of machining_tool) by their names here.
+_TURNING_KINDS = {
+    "general turning tool": "turning tool",
+    "user defined turning tool": "turning tool",
+    "turning threading tool": "threading tool",
+}
 _ON = {"on": True, "off": False, "true": True, "false": False}
 
 
@@ -134,8 +140,7 @@ class Resources:
     def _read_tool(self, ident: int) -> CuttingTool:
         entity = self.graph.entities.get(ident, "MACHINING_TOOL")
         values: dict[str, Any] = {}
-        for item in self.graph.resource_items(ident):
-            name = item.name or item.representation.strip().lower()
+        for name, item in self._described(ident):
             try:
                 if item.entity.instance.part("DESCRIPTIVE_REPRESENTATION_ITEM"):
                     values[name] = described(item)
@@ -149,6 +154,9 @@ class Resources:
         teeth = number.get("number of effective teeth", number.get("number of teeth"))
         point = number.get("point angle")
         kind = entity.text("description").strip().lower()
+        kind = _TURNING_KINDS.get(kind, kind)
+        if kind in TURNING_TOOLS:
+            return self._turning_tool(entity, kind, values, number)
         return CuttingTool(
             ident,
             entity.text("name") or f"#{ident}",
@@ -161,10 +169,43 @@ class Resources:
             offset_length=number.get("overall assembly length", number.get("functional length")),
             left_handed="left" in str(values.get("hand of cut", "")),
             pitch=number.get("thread pitch", number.get("pitch")),
-            nose=number.get("corner radius", number.get("nose radius")) if kind in TURNING_TOOLS else None,
-            width=number.get("cutting width") if kind in TURNING_TOOLS else None,
-            trailing=number.get("end cutting edge angle") if kind in TURNING_TOOLS else None,
         )
+
+    def _described(self, ident: int) -> list[tuple[str, Item]]:
+        """Return what describes a tool and its cutting edges, by the name of the item, its representation or the property."""
+        edges = [
+            int(self.graph.entities.exchange.links_of(self.graph.entities.exchange.row_of(link))[1])
+            for link in self.graph.index("ACTION_RESOURCE_RELATIONSHIP", 0).of(ident)
+        ]
+        return [
+            (item.name or item.representation.strip().lower() or name, item)
+            for owner in (ident, *edges)
+            for name, item in self.graph.resource_items(owner)
+        ]
+
+    def _turning_tool(
+        self, entity: Entity, kind: str, values: dict[str, Any], number: dict[str, float]
+    ) -> CuttingTool:
+        """Return a turning tool; its trailing edge stands behind its leading edge and the angle between the two."""
+        lead, between = number.get("cutting edge angle"), number.get("tool included angle")
+        trailing = None if lead is None or between is None else math.pi - lead - between
+        made = CuttingTool(
+            entity.id,
+            entity.text("name") or f"#{entity.id}",
+            kind,
+            cutting_length=number.get("maximum grooving depth", number.get("cutting edge length")),
+            left_handed="left" in str(values.get("hand of cut", "")),
+            pitch=number.get("thread pitch", number.get("pitch")),
+            nose=number.get("corner radius", number.get("nose radius")),
+            width=number.get("cutting width"),
+            trailing=number.get("end cutting edge angle", trailing),
+        )
+        for what, value in (("nose radius", made.nose), ("width", made.width)):
+            if value is not None and not value >= 0:
+                raise entity.fault(
+                    "stepnc-tool", f"the tool's {what} is {value:g} mm; it must not be below 0"
+                )
+        return made
 
 
 def text_of(item: Item) -> str:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.tables import ArcTable, NurbsTable
+from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
 from cncgen.stepnc.geometry.solids import Solid
-from cncgen.stepnc.model import STEEPEST, CuttingTool, Workingstep, WorkSetup
+from cncgen.stepnc.model import STEEPEST, TURNING, CuttingTool, Workingstep, WorkSetup
+from cncgen.stepnc.turned_shapes import feed_sense
 from cncgen.toolpath.building import RowBuilder, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
@@ -239,7 +242,8 @@ class Columns(Canon):
 class StepColumns(Columns):
     """Collects rows as `Columns` does, with an event at the beginning of each workingstep.
 
-    The event has the name of the workingstep, and its raw piece where that is another than the one before.
+    The event has the name of the workingstep, its raw piece where that is another than the one before, and how a turning tool stands
+    whose toolpaths are made here.
 
     Attributes:
         steps: The workingsteps executed, in their order.
@@ -259,4 +263,11 @@ class StepColumns(Columns):
         raw = step.raw if step.raw is not None and not step.raw.same(self._raw) else None
         self._raw = step.raw or self._raw
         values: dict[str, Any] = {"label": step.label or f"#{step.ident}", "entity": step.ident}
+        with suppress(Skip):  # a fault of the feature is told where its toolpaths are made
+            if (
+                step.operation.paths is None
+                and step.feature is not None
+                and step.operation.kind.startswith(TURNING)
+            ):
+                values["left_handed"] = feed_sense(step, step.feature.shape()) < 0
         self._event("workingstep", **(values if raw is None else values | {"stock": raw.values()}))

@@ -17,7 +17,7 @@ from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.execution.cutting_speed import at_diameter, radius, spindle_at, stretches
 from cncgen.stepnc.execution.machine_state import MachineState
 from cncgen.stepnc.execution.rotary_axes import RotaryAxes
-from cncgen.stepnc.execution.technology import SpeedRules, Speeds, completed, speeds
+from cncgen.stepnc.execution.technology import SpeedRules, Speeds, check_cutting_speed, completed, speeds
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import (
     TURNING,
@@ -290,6 +290,7 @@ class ProgramExecutor:
             technology = completed(technology, step.operation.technology)
         around = None
         if technology is not None and not rapid and step.operation.kind.startswith(TURNING):
+            check_cutting_speed(technology, self._warn)
             technology, around = at_diameter(technology, pieces)
         self._set_speeds(step, path, technology, rapid)
         if not pieces:

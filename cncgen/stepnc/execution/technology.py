@@ -16,6 +16,8 @@ Warn = Callable[[int, str, str], None]
 MAX_PLAUSIBLE_SPINDLE = 200_000 / 60
 #: Cutting speeds beyond this (mm/s) were hardly meant in m/s: 10 m/s are 600 m/min.
 MAX_PLAUSIBLE_CUTTING_SPEED = 10_000.0
+#: Cutting speeds below this (mm/s) are slower than any tool cuts: 0.3 m/min.
+MIN_PLAUSIBLE_CUTTING_SPEED = 5.0
 #: Feeds a turn beyond so many diameters of the tool were hardly meant.
 MAX_PLAUSIBLE_BITE = 0.5
 #: Feeds a turn below this (mm) cut no chips, and were hardly meant; without a spindle speed feeds below this, mm/s.
@@ -124,6 +126,19 @@ def _check_feed(
         warn(technology.ident, "stepnc-feed-unit", text)
 
 
+def check_cutting_speed(technology: Technology, warn: Warn) -> None:
+    """Warn of a cutting speed that was hardly meant."""
+    cutting = technology.cutting_speed
+    if cutting is None or technology.spindle is not None:
+        return
+    if cutting > MAX_PLAUSIBLE_CUTTING_SPEED:
+        text = f"a cutting speed of {cutting / 1000:g} m/s is {cutting * 0.06:.0f} m/min; --speed-unit m/min reads it so"
+        warn(technology.ident, "stepnc-speed-unit", text)
+    elif 0 < cutting < MIN_PLAUSIBLE_CUTTING_SPEED:
+        text = f"a cutting speed of {cutting:g} mm/s is {cutting * 0.06:.3g} m/min; is it meant in m/s?"
+        warn(technology.ident, "stepnc-speed-unit", text)
+
+
 def _spindle(technology: Technology, tool: CuttingTool | None, warn: Warn) -> float | None:
     """Return the spindle speed, rev/s with the sign of ISO 14649."""
     cutting, given = technology.cutting_speed, technology.spindle
@@ -148,9 +163,7 @@ def _spindle(technology: Technology, tool: CuttingTool | None, warn: Warn) -> fl
         return given
     if cutting is None:
         return None
-    if cutting > MAX_PLAUSIBLE_CUTTING_SPEED:
-        text = f"a cutting speed of {cutting / 1000:g} m/s is {cutting * 0.06:.0f} m/min; --speed-unit m/min reads it so"
-        warn(technology.ident, "stepnc-speed-unit", text)
+    check_cutting_speed(technology, warn)
     if from_cutting is None:
         warn(
             technology.ident,

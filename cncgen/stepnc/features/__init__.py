@@ -17,6 +17,7 @@ from cncgen.stepnc.geometry.frames import Matrix, identity
 from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.model import TURNING, CutterPath, Feature, Workingstep
 from cncgen.stepnc.part21 import Exchange
+from cncgen.stepnc.turned_shapes import feed_sense
 
 _HOLES = {
     "drilling": holes.drill,
@@ -88,7 +89,7 @@ def _turn(step: Workingstep, feature: Feature, exchange: Exchange, bars: Bars) -
     if step.raw is not None:
         bar = bars.setdefault(str(step.raw.values()), turned_bar.Bar.of(step.raw))
     job = Job(step.ident, step.operation, feature.shape(), exchange)
-    return turned.make(job, feature.kind, step.frame, bar)
+    return turned.make(job, feature.kind, step.frame, bar, feed_sense(step, job.shape))
 
 
 def _check_security(step: Workingstep, exchange: Exchange) -> None:

@@ -129,7 +129,7 @@ def _angle(job: Job, given: float | None) -> float:
     flat = not job.tool.centre_cutting
     if not isinstance(given, int | float):
         return FLAT_ANGLE if flat else DEFAULT_ANGLE
-    angle = math.radians(float(given))
+    angle = float(given)
     if not 0 < angle < math.pi / 2:
         text = f"the angle of the approach is {math.degrees(angle):g} degrees; it must lie between 0 and 90"
         raise job.fault("stepnc-geometry", text)

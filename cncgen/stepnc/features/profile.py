@@ -184,7 +184,7 @@ def _lead(
     make: Callable[[float], Piece] = partial(_quarter, point, along, side)
     given = strategy is not None and strategy.kind in ("ap retract angle", "ap retract tangent")
     if strategy is not None and strategy.kind == "ap retract angle":
-        angle, size = math.radians(float(values.get("angle", 0.0))), float(values.get("travel_length", 0.0))
+        angle, size = float(values.get("angle", 0.0)), float(values.get("travel_length", 0.0))
         make = partial(_straight, point, math.sin(angle) * side - math.cos(angle) * along)
     elif strategy is not None and strategy.kind == "ap retract tangent":
         size = float(values.get("radius", size))

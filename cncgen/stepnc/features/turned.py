@@ -12,12 +12,13 @@ from dataclasses import replace
 import numpy as np
 
 from cncgen.geometry import elementary
+from cncgen.stepnc import turned_shapes
 from cncgen.stepnc.features.job import Job, Moves
 from cncgen.stepnc.features.turned_bar import CLEAR, SAME, Bar, BarJob
 from cncgen.stepnc.features.turned_contours import contour, face
 from cncgen.stepnc.features.turned_grooves import groove
 from cncgen.stepnc.features.turned_threads import thread
-from cncgen.stepnc.geometry.frames import Matrix, apply
+from cncgen.stepnc.geometry.frames import Matrix
 from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.model import CutterPath
 
@@ -29,7 +30,7 @@ _WAYS: dict[str, Callable[[BarJob], Moves]] = {
 }
 
 
-def make(job: Job, feature: str, frame: Matrix, bar: Bar | None) -> tuple[CutterPath, ...]:
+def make(job: Job, feature: str, frame: Matrix, bar: Bar | None, sense: float) -> tuple[CutterPath, ...]:
     """Return the toolpaths of a turning operation, in the frame of its workingstep.
 
     Args:
@@ -37,6 +38,7 @@ def make(job: Job, feature: str, frame: Matrix, bar: Bar | None) -> tuple[Cutter
         feature: Its kind.
         frame: Of the workingstep, seen from the machine, whose Z is the axis of the work.
         bar: The rest of the raw piece, or None; it is cut.
+        sense: 1 where the tool feeds against Z of the machine, −1 where it feeds along it (`turned_shapes.feed_sense`).
 
     Raises:
         Skip: where they cannot be made, which is reported.
@@ -54,7 +56,7 @@ def make(job: Job, feature: str, frame: Matrix, bar: Bar | None) -> tuple[Cutter
         text = "the axis of the feature must be that of the spindle, X 0 Y 0 along Z, and its X that of the machine"
         raise job.fault("stepnc-geometry", text)
     _note_ignored(job)
-    sense = _sense(job, frame, bar)
+    _check_direction(job, frame, sense)
     plane = _plane(sense)
     turn = elementary.product(plane.T, frame)  # the plane is a rotation: its inverse is its transpose
     contour = [p.moved(turn) for p in job.shape.contour]
@@ -78,23 +80,24 @@ def _plane(sense: float) -> Matrix:
     return plane
 
 
-def _sense(job: Job, frame: Matrix, bar: Bar | None) -> float:
-    """Return 1 where the tool feeds against Z of the machine, −1 where it feeds along it, or faces the rear end of the bar."""
-    if job.operation.kind.startswith("facing") and bar is not None and job.shape.contour:
-        low, _, high, _ = bar.region.bounds
-        face = float(apply(frame, job.shape.contour[0].start[None, :])[0, 2])
-        return 1.0 if high - face <= face - low else -1.0
-    strategy = job.operation.strategy
-    given = strategy.values.get("feed_direction") if strategy else None
-    if isinstance(given, np.ndarray):
-        along = elementary.product(frame[:3, :3], given)
-        if abs(along[2]) > abs(along[0]):
-            return -1.0 if along[2] > 0 else 1.0
-        if job.operation.kind.startswith("contouring rough"):
+def _check_direction(job: Job, frame: Matrix, sense: float) -> None:
+    """Check that the strategy's feed_direction can be done; tell where the hand of the tool does not give the feed's.
+
+    Raises:
+        Skip: where it cannot.
+    """
+    kind = job.operation.kind
+    given = turned_shapes.feed_direction(job.operation, frame)
+    if kind.startswith("facing"):
+        return
+    if given is not None and abs(given[2]) <= abs(given[0]):
+        if kind.startswith("contouring rough"):
             raise job.fault("stepnc-unsupported", "roughing of a contour feeds along the axis, not across it")
-        if along[0] > 0:
+        if given[0] > 0:
             raise job.fault("stepnc-unsupported", "a feed_direction away from the axis is not made; -X is")
-    return -1.0 if job.tool.left_handed else 1.0
+    if sense > 0 and given is None and job.tool.left_handed and kind.startswith("contouring"):
+        text = "the tool is left-handed, and the profile rises against Z: it feeds so; feed_direction can say otherwise"
+        job.warn("stepnc-feed-direction", text)
 
 
 def _note_ignored(job: Job) -> None:

@@ -13,6 +13,7 @@ from cncgen.stepnc.features.turned_bar import FAR
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.model import TURNING, Workingstep
 from cncgen.stepnc.part21 import Exchange
+from cncgen.stepnc.turned_shapes import feed_sense
 
 Floats = NDArray[np.float64]
 
@@ -104,25 +105,19 @@ def _cut_of(step: Workingstep) -> _Cut | None:
     if kind.startswith("grooving"):
         return _Cut(points, np.inf, np.inf, None if left else _reached(points, nose, FAR, FAR))
     if np.ptp(points[:, 0]) < 1e-6:
-        return _face(points, step)
-    backwards = tool is not None and tool.left_handed
+        return _face(points, step, feed_sense(step, shape) > 0)
+    backwards = feed_sense(step, shape) < 0
     low, high = (points[0, 1], np.inf) if backwards else (np.inf, points[-1, 1])
     demands = None if left else _reached(points, nose, min(low, FAR), min(high, FAR))
     return _Cut(points, low, high, demands)
 
 
-def _face(points: Floats, step: Workingstep) -> _Cut:
-    """Return what facing allows to cut: all before a face, as far as its hub; the raw piece says on which side that is."""
+def _face(points: Floats, step: Workingstep, front: bool) -> _Cut:
+    """Return what facing allows to cut: all before a face (behind it at the rear end of the bar), as far as its hub."""
     z, hub = float(points[0, 0]), float(points[:, 1].min())
-    axis = np.array([0.0, 0.0, 1.0])
-    low, high = step.raw.reach(np.zeros(3), axis) if step.raw is not None else (z - 1.0, z)
     hair = 1e-9
-    ends = (
-        np.array([[z - hair, FAR], [z, hub]])
-        if high - z <= z - low
-        else np.array([[z, hub], [z + hair, FAR]])
-    )
-    below, above = (np.inf, hub) if high - z <= z - low else (hub, np.inf)
+    ends = np.array([[z - hair, FAR], [z, hub]]) if front else np.array([[z, hub], [z + hair, FAR]])
+    below, above = (np.inf, hub) if front else (hub, np.inf)
     beside = 1e4 * (1 if above < np.inf else -1)
     demands = np.array([[z, hub], [z + beside, hub]])
     left = step.operation.values.get("allowance", 0.0) > 0 or step.operation.kind.startswith("contouring")

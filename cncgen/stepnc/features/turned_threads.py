@@ -30,9 +30,12 @@ def thread(work: BarJob) -> Moves:
         text = f"the tool has a pitch of {job.tool.pitch:g} mm and the thread one of {pitch:g} mm"
         raise job.fault("stepnc-pitch", text)
     strategy = job.operation.strategy
-    asked = str(strategy.values.get("threading_direction", "")).upper() if strategy else ""
-    if (shape.pitch or 1.0) < 0 or asked.startswith("LEFT"):
+    if (shape.pitch or 1.0) < 0:
         raise job.fault("stepnc-unsupported", "a left-handed thread is not turned; explicit toolpaths are")
+    asked = str(strategy.values.get("threading_direction", "")).lower() if strategy else ""
+    if asked not in ("", "center"):
+        text = f"threading_direction {asked.replace('_', ' ')}: each pass goes straight in, not along a flank"
+        job.warn("stepnc-approach", text)
     major = shape.thread or 2 * float(work.points[:, 1].max())
     minor = shape.diameter or major - 2 * THREAD_HEIGHT * pitch
     if not 0 < minor < major:
@@ -49,8 +52,8 @@ def thread(work: BarJob) -> Moves:
         r = major / 2 - depth
         moves.rapid(np.array([start, r, 0.0]))
         leave = [np.array([end, r, 0.0])]
-        if isinstance(angle, float) and 0 < angle < 90:
-            run = (major / 2 + LIFT - r) / math.tan(math.radians(angle))
+        if isinstance(angle, float) and 0 < angle < math.pi / 2:
+            run = (major / 2 + LIFT - r) / math.tan(angle)
             leave = [np.array([end + run, r, 0.0]), np.array([end, major / 2 + LIFT, 0.0])]
         moves.thread(leave, pitch)
         moves.rapid(np.array([end, moves_out, 0.0]), np.array([start, moves_out, 0.0]))
@@ -67,10 +70,8 @@ def _thread_depths(work: BarJob, height: float) -> list[float]:
         return [height]
     depths = work.depths(height)
     strategy = work.job.operation.strategy
-    if (
-        strategy
-        and str(strategy.values.get("cut_in_amount_function", "")).upper() == "CONSTANT_REMOVAL_AMOUNT"
-    ):
+    function = str(strategy.values.get("cut_in_amount_function", "")) if strategy else ""
+    if function.lower().replace("_", " ") == "constant removal amount":
         first = depths[0]
         count = math.ceil((height / first) ** 2 - 1e-9)
         depths = [min(first * math.sqrt(k + 1), height) for k in range(count)]

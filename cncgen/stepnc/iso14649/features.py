@@ -17,7 +17,7 @@ from cncgen.stepnc.iso14649.patterns import Patterns
 from cncgen.stepnc.iso14649.profiles import Profiles
 from cncgen.stepnc.iso14649.stock import RawPieces
 from cncgen.stepnc.iso14649.technology import LEAST_RADIANS
-from cncgen.stepnc.iso14649.turned_profiles import TurnedProfiles, end_to_end
+from cncgen.stepnc.iso14649.turned_profiles import TurnedProfiles
 from cncgen.stepnc.model import Boss, Feature, Shape
 from cncgen.stepnc.schema.tables import positions
 from cncgen.units import DEGREE
@@ -92,28 +92,6 @@ class Features:
         kind = _KINDS.get(entity.keyword, entity.keyword.lower().replace("_", " "))
         place = identity() if placement is None else placement
         return Feature(ident, entity.text("its_id"), kind, place, lambda: self._shape(entity, place))
-
-    def together(self, idents: list[int]) -> Feature:
-        """Return the turned features of one workingstep as one feature, their profiles end to end; its frame is the workpiece's.
-
-        Raises:
-            Skip: where one has a fault.
-        """
-        each = [self.read(i) for i in idents]
-
-        def shape() -> Shape:
-            owner, contour, inside = self.entities.get(idents[0]), [], False
-            for feature in each:
-                made = feature.shape()
-                if made.contour is None:
-                    raise owner.fault(
-                        "stepnc-unsupported", "features that are not turned stand in one workingstep"
-                    )
-                inside = inside or made.inside
-                contour.append([p.moved(feature.placement) for p in made.contour])
-            return Shape(contour=end_to_end(owner, contour), inside=inside)
-
-        return Feature(idents[0], each[0].label, "turned profile", identity(), shape)
 
     def _shape(self, entity: Entity, placement: Matrix) -> Shape:
         if entity.keyword not in self._shapes:

@@ -12,7 +12,7 @@ from cncgen.stepnc.geometry.contact import Lean
 from cncgen.stepnc.geometry.frames import Placements, Vector
 from cncgen.stepnc.iso14649.technology import Resources
 from cncgen.stepnc.iso14649.toolpaths import Toolpaths
-from cncgen.stepnc.model import RATIOS, MachiningStrategy, Operation
+from cncgen.stepnc.model import ANGLES, RATIOS, MachiningStrategy, Operation
 from cncgen.stepnc.part21 import DERIVED, Enumeration, Ref, Typed
 from cncgen.stepnc.schema.tables import positions
 from cncgen.stepnc.schema.turning import OPERATIONS as TURNING_OPERATIONS
@@ -123,7 +123,8 @@ class Operations:
                 if vector is not None:
                     out[name] = vector
             elif isinstance(value, int | float):
-                out[name] = entity.ratio(name, float(value)) if name in RATIOS else float(value)
+                scale = self.toolpaths.curves.angle if name in ANGLES else 1.0
+                out[name] = entity.ratio(name, float(value)) if name in RATIOS else float(value) * scale
         return out
 
     def _vector(self, entity: Entity, ident: int) -> Vector | None:

@@ -8,6 +8,7 @@ from typing import Any
 
 from cncgen.diagnostics import Severity
 from cncgen.geometry import elementary
+from cncgen.stepnc import turned_shapes
 from cncgen.stepnc.entities import Entities, Entity, Skip
 from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import Matrix, identity, is_identity
@@ -255,10 +256,10 @@ class Iso14649Reader:
         if features:
             owner = self.entities.get(features[0], owner=entity.id)
             workpiece = owner.ref("its_workpiece")
-            one = len(features) == 1
-            feature = self.features.read(features[0]) if one else self.features.together(features)
         frame = self._workpiece_frame(setting, workpiece, entity)
         raw = self.features.stock.solid(workpiece)
+        if features:
+            feature = turned_shapes.standing(self.entities, [self.features.read(f) for f in features], raw)
         raw = None if raw is None else raw.moved(frame)
         if feature is not None:
             frame = elementary.product(frame, feature.placement)

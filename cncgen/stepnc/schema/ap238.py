@@ -11,8 +11,10 @@ HEADS = {
 ENTITIES = """
 ACTION_PROPERTY name:s description:s definition:r
 ACTION_PROPERTY_REPRESENTATION name:s description:s property:r representation:r
+ACTION_RESOURCE_RELATIONSHIP name:s description:s relating_resource:r related_resource:r
 ACTION_RESOURCE_TYPE name:s
 APPLICATION_CONTEXT application:s
+APPLIED_AREA name:s description:s of_shape:r product_definitional:e
 AXIS2_PLACEMENT_3D name:s location:r=CARTESIAN_POINT axis:r=DIRECTION ref_direction:r=DIRECTION
 BACK_BORING_OPERATION &METHOD
 BORING_OPERATION &METHOD
@@ -32,6 +34,7 @@ COMPOSITE_CURVE_SEGMENT transition:e same_sense:e parent_curve:r
 COMPOSITE_HOLE name:s description:s
 COMPOSITE_SHAPE_ASPECT name:s description:s of_shape:r product_definitional:e
 COMPOUND_FEATURE name:s description:s
+COMPOUND_REPRESENTATION_ITEM name:s item_element:*
 CONTEXT_DEPENDENT_SHAPE_REPRESENTATION representation_relation:r represented_product_relation:r
 CONTEXT_DEPENDENT_UNIT dimensions:* name:s
 CONVERSION_BASED_UNIT dimensions:* name:s conversion_factor:r
@@ -120,6 +123,7 @@ MAKE_FROM_USAGE_OPTION id:s name:s description:s relating_product_definition:r r
 NAMED_UNIT dimensions:*
 NGON_CLOSED_PROFILE name:s description:s of_shape:r product_definitional:e
 OPEN_PATH_PROFILE name:s description:s of_shape:r product_definitional:e
+OUTER_ROUND name:s description:s
 OUTSIDE_PROFILE name:s description:s
 PARTIAL_CIRCULAR_PROFILE name:s description:s of_shape:r product_definitional:e
 PATH_FEATURE_COMPONENT name:s description:s of_shape:r product_definitional:e
@@ -156,6 +160,7 @@ REPRESENTATION_CONTEXT context_identifier:s context_type:s
 REPRESENTATION_ITEM name:s
 RESOURCE_PROPERTY name:s description:s resource:r
 RESOURCE_PROPERTY_REPRESENTATION name:s description:s property:r representation:r
+REVOLVED_PROFILE name:s description:s
 ROUNDED_U_PROFILE name:s description:s of_shape:r product_definitional:e
 ROUND_HOLE name:s description:s
 SHAPE_ASPECT name:s description:s of_shape:r product_definitional:e
@@ -172,6 +177,7 @@ STEP name:s description:s
 TAPER name:s description:s of_shape:r product_definitional:e
 TAPPING_OPERATION &METHOD
 TEE_PROFILE name:s description:s of_shape:r product_definitional:e
+THREAD name:s description:s
 TRIMMED_CURVE name:s basis_curve:r trim_1:l trim_2:l sense_agreement:e master_representation:e
 CONTOURING_TURNING_OPERATION &METHOD
 FACING_TURNING_OPERATION &METHOD
@@ -179,6 +185,7 @@ GROOVING_TURNING_OPERATION &METHOD
 KNURLING_TURNING_OPERATION &METHOD
 THREADING_TURNING_OPERATION &METHOD
 TURNING_TYPE_OPERATION &METHOD
+TURNING_TYPE_STRATEGY &METHOD
 VECTOR name:s orientation:r=DIRECTION magnitude:n
 VEE_PROFILE name:s description:s of_shape:r product_definitional:e
 VIA_ARC_POINT name:s coordinates:l
