@@ -120,12 +120,16 @@ def _nurbs_cuts(path: Path, rows: Ints, tolerance: Floats) -> tuple[Ints, Floats
 def _arc_counts(path: Path, arcs: Ints, tolerance: Floats) -> Ints:
     """Return into how many pieces to cut arcs."""
     length = path.row_length[arcs]
+    looks = []
     # A spiral bends more at its inner end; radii differ by a tolerance, tiny arcs by more.
-    looks = [path.curvature_after(arcs, share * length) for share in (0.0, 0.5, 1.0)]
-    kappa = np.maximum(np.max(looks, axis=0), 1e-6 / length)
-    widest = elementary.power(384.0 * ARC_SHARE * tolerance / elementary.power(kappa, 3.0), 0.25)
+    for share in (0.0, 0.5, 1.0):
+        _, x1, x2 = path.evaluate_parameter(arcs, path.parameter_after(arcs, share * length), 2)
+        looks.append((norm(x1[:, :3]), norm(x2[:, :3])))
+    # Derivatives by the angle: the fourth is as long as the second, the radius. A helix turns as often however little it bends.
+    speed, radius = np.min([look[0] for look in looks], axis=0), np.max([look[1] for look in looks], axis=0)
+    widest = speed * elementary.power(384.0 * ARC_SHARE * tolerance / radius, 0.25)
     # At least eight to a turn, for the bound is one of small angles.
-    widest = np.minimum(widest, 0.8 / kappa)
+    widest = np.minimum(widest, 0.8 * speed)
     return np.ceil(length / widest).astype(np.int64).clip(1, 1_000_000)
 
 

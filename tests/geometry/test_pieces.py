@@ -1,4 +1,4 @@
-"""Cubic pieces of NURBS rows: how far they miss the curve, their bound of curvature, and the cells that they are cut at."""
+"""Cubic pieces of arcs and NURBS rows: how far they miss the curve, their bound of curvature, and the cells that they are cut at."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cncgen.geometry import nurbs
-from cncgen.geometry.path import NURBS, Path
-from cncgen.geometry.pieces import NURBS_SHARE, pieces_of
-from cncgen.geometry.tables import empty_arcs
+from cncgen.geometry.path import ARC, NURBS, Path
+from cncgen.geometry.pieces import ARC_SHARE, NURBS_SHARE, pieces_of
+from cncgen.geometry.tables import ArcTable, empty_arcs, empty_nurbs
 
 
 def curve_path() -> Path:
@@ -34,6 +34,23 @@ def test_pieces_miss_a_curve_by_their_share_of_the_tolerance(tolerance: float) -
         assert np.linalg.norm(at - x, axis=1).max() <= 2.0 * NURBS_SHARE * tolerance
         second = np.linalg.norm(2.0 * y[:, 2] + 6.0 * u * y[:, 3], axis=1)
         assert np.all(second <= pieces.bend * (1 + 1e-9))
+
+
+@pytest.mark.parametrize("rise", [0.0, 0.3, 8.0, 600.0])
+@pytest.mark.parametrize("tolerance", [0.1, 0.001])
+def test_pieces_miss_a_helix_by_their_share_of_the_tolerance(rise: float, tolerance: float) -> None:
+    """One that rises steeply bends little and turns as often: pieces whose length came of its curvature missed it by its radius."""
+    arc = ArcTable(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.array([4.0 * np.pi]))
+    path = Path("XYZ", [2.0, 0, 0], [ARC], [[2.0, 0, rise]], [0], arc, empty_nurbs(3))
+    pieces = pieces_of(path, np.full(1, tolerance), np.ones(3))
+    h = np.diff(pieces.t)
+    for part in (0.1, 0.5, 0.7):
+        u = (part * h)[:, None]
+        y = pieces.y
+        at = y[:, 0] + u * (y[:, 1] + u * (y[:, 2] + u * y[:, 3]))
+        turn = 4.0 * np.pi * (pieces.t[:-1] + part * h) / pieces.t[-1]
+        x = np.column_stack([2.0 * np.cos(turn), 2.0 * np.sin(turn), rise * turn / (4.0 * np.pi)])
+        assert np.linalg.norm(at - x, axis=1).max() <= ARC_SHARE * tolerance
 
 
 def test_cells_cover_a_curve_from_end_to_end() -> None:
