@@ -1,4 +1,4 @@
-"""Where points, in order, are nearest to a polyline that passes each of them within a distance; distances of points from polylines."""
+"""Where points, in order, are nearest to a polyline that passes each of them within a distance."""
 
 import cython
 from cython.cimports.libc.math import sqrt
@@ -131,50 +131,3 @@ def match(
         i = min(cython.cast(cython.Py_ssize_t, place[p]), m - 2)
         start = way[i] + (place[p] - i) * (way[i + 1] - way[i])
     return final
-
-
-@cython.ccall
-@cython.nogil
-@cython.exceptval(check=False)
-def distances(
-    points: cython.double[:, :, ::1], lines: cython.double[:, :, ::1], out: cython.double[:, ::1]
-) -> cython.void:
-    """Measure how far points are from polylines, each from its own.
-
-    Args:
-        points: Shape (k, p, n).
-        lines: Shape (k, m, n), vertices.
-        out: Shape (k, p), written.
-    """
-    k: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    n: cython.Py_ssize_t = points.shape[2]
-    dot: cython.double
-    size: cython.double
-    away: cython.double
-    u: cython.double
-    y: cython.double
-    z: cython.double
-    best: cython.double
-    for k in range(points.shape[0]):
-        for p in range(points.shape[1]):
-            best = -1.0
-            for i in range(lines.shape[1] - 1):
-                dot = 0.0
-                size = 0.0
-                away = 0.0
-                for e in range(n):
-                    y = lines[k, i + 1, e] - lines[k, i, e]
-                    z = points[k, p, e] - lines[k, i, e]
-                    dot += y * z
-                    size += y * y
-                u = dot / size if size > 0.0 else 0.0
-                u = 0.0 if u < 0.0 else 1.0 if u > 1.0 else u
-                for e in range(n):
-                    z = points[k, p, e] - lines[k, i, e] - u * (lines[k, i + 1, e] - lines[k, i, e])
-                    away += z * z
-                if best < 0.0 or away < best:
-                    best = away
-            out[k, p] = sqrt(best)

@@ -93,17 +93,3 @@ def test_points_that_are_too_far_or_near_an_open_end_wait() -> None:
     np.testing.assert_allclose(matched(line, points, 0.1, last=False), [2.0, 4.5], atol=1e-12)
     # The second is farther from it than the polyline passes by any point.
     np.testing.assert_allclose(matched(line, points, 0.04), [2.0], atol=1e-12)
-
-
-@pytest.mark.parametrize("plain", [False, True])
-def test_distances_from_polylines_are_the_least_over_their_segments(plain: bool) -> None:
-    """By arrays, of places on each segment that a projection finds; segments without a length are points."""
-    rng = np.random.default_rng(4)
-    points, lines = rng.normal(size=(20, 3, 2)), rng.normal(size=(20, 6, 2))
-    lines[:5, 3] = lines[:5, 2]
-    out = np.empty((20, 3))
-    (uncompiled("tube_places") if plain else tube_places).distances(points, lines, out)
-    step, away = np.diff(lines, axis=1)[:, None], points[:, :, None] - lines[:, None, :-1]
-    u = np.clip((away * step).sum(axis=3) / np.maximum((step**2).sum(axis=3), 1e-300), 0.0, 1.0)
-    expected = np.sqrt(((away - u[..., None] * step) ** 2).sum(axis=3)).min(axis=2)
-    np.testing.assert_allclose(out, expected, rtol=1e-12)

@@ -1,191 +1,173 @@
-"""How far a motion with nodes leaves the programmed rows, between nodes and by chords of setpoints."""
+"""How far setpoints of a motion leave the programmed rows, both ways and in order: by the free space of both (Alt and Godau (1995))."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.kernels import tube_places
-from cncgen.planner.tube.programmed import Programmed
-from cncgen.planner.tube.tube_nodes import Nodes
+from cncgen.kernels import free_space as kernel
+from cncgen.planner.tube.programmed import RowLines
 from cncgen.planner.tube.window_problem import Solved
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: A place may be near another row if the way there along the rows is less than so many times the tolerance.
-_BESIDE = 3.0
-#: Part of a row that is no way back, but for rounding.
-_BACK = 1e-6
-#: Parts of chords that are looked at: in a period of one bend the middle is furthest from it, and of several any may be.
-_MIDDLE, _QUARTERS = (0.5,), (0.5, 0.25, 0.75)
-#: Places of an interval that are looked at.
-_PARTS = np.array([1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6])
+#: Part of the tolerance that chords of the motion may leave it by where they are longer than those of setpoints, or two phases of
+#: setpoints differ by; and how many phases are looked at, at most.
+_CHORD, _PHASES = 0.004, 12
+#: Factors on the tolerance that are tried where it is not kept: doublings, and then halvings of what is between the last two.
+_DOUBLINGS, _HALVINGS = 6, 5
+#: A line is done to its end but for rounding.
+_END = 1e-9
 
 
-def excess(
-    program: Programmed,
-    nodes: Nodes,
-    solved: Solved,
-    columns: Ints,
-    still: Floats,
-    begin_s: float,
-    period_s: float,
-) -> Floats:
-    """Return by how much the motion is over the tolerance before each node, shape (k,), mm; negative values are room.
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """Places at which a motion may be: intervals on lines that follow one another, by their keys (`RowLines`).
+
+    Attributes:
+        line: Key of where the first line begins.
+        low, high: Shape (k,): an interval each; none where low is above high.
+    """
+
+    line: float
+    low: Floats
+    high: Floats
+
+    @classmethod
+    def at(cls, path: RowLines, key: float) -> Reached:
+        """Return one place."""
+        on = int(np.clip(np.searchsorted(path.key, key, side="right") - 1, 0, len(path.tolerance) - 1))
+        return cls(float(path.key[on]), np.array([key]), np.array([key]))
+
+
+class _Walk(NamedTuple):
+    """How a motion and the rows go along each other.
+
+    Attributes:
+        chords: How many of the motion's chords are done.
+        whole: Whether all of both are.
+        out, line: Shape (points,): distance of each point from the lines that it reaches, and which one that is from.
+        back, at: Shape (vertices,): distance of each vertex from the chords that reach it, and which one that is from.
+        space: Its last state.
+    """
+
+    chords: int
+    whole: bool
+    out: Floats
+    line: Ints
+    back: Floats
+    at: Ints
+    space: kernel.FreeSpace
+
+
+def excess(path: RowLines, entry: Reached, motion: Solved, period_s: float, passed: float) -> Floats:
+    """Return by how much setpoints of a motion, whatever their phase, are over the tolerance before each node, shape (k,), mm.
+
+    −∞ where they are not, or by no more than a part of it that may be passed. Where they go along the rows in order only with more
+    than twice the tolerance, it may be less than that. Where every place is near enough, but not in order, it is what more of it would do.
 
     Args:
-        program: The rows.
-        nodes: Those after the first one of the window.
-        solved: The motion.
-        columns: Axes that move.
-        still: Shape (axes,): where the others stand, scaled.
-        begin_s: Place of the first node on the reference.
+        path: The rows from where the motion begins to where it ends.
+        entry: Where on them it begins.
+        motion: Over all axes.
         period_s: Time between setpoints.
+        passed: Part of the tolerance by which they may be over it.
     """
-    count, parts = len(nodes), len(_PARTS)
-    end = np.cumsum(solved.step)
-    t = (end - solved.step)[:, None] + solved.step[:, None] * np.append(_PARTS, 1.0)
-    chords = _MIDDLE if (solved.step > period_s).all() else _QUARTERS
-    rounds = [_at(solved, end, t[:, :-1]), *(_on_chord(solved, end, t, period_s, part) for part in chords)]
-    points = np.concatenate(rounds, axis=1)
-    each = points.shape[1]
-    full = np.broadcast_to(still, (count * each, len(still))).copy()
-    full[:, columns] = points.reshape(count * each, -1)
-    base = program.base
-    # Where on the rows each place should be, by their lengths.
-    length = np.asarray(program.column("length"))
-    upto = np.concatenate([[0.0], np.cumsum(length)])
-    reached = upto[nodes.row - base] + nodes.part * length[nodes.row - base]
-    before = np.append(max(reached[0] - (nodes.s[0] - begin_s), 0.0), reached[:-1])
-    sixth = np.concatenate([_PARTS, *[np.append(_PARTS, 1.0)] * len(chords)])
-    along = before[:, None] + np.maximum(reached - before, 0.0)[:, None] * sixth
-    row = np.clip(np.searchsorted(upto, along.ravel(), side="left") - 1, 0, len(length) - 1)
-    part = (along.ravel() - upto[row]) / length[row]
-    allowed = np.asarray(program.column("tolerance"))[row]
-    place, _, far = program.nearest(full, base + row, part)
-    key, distance = row + far, np.sqrt(((place - full) ** 2).sum(axis=1))
-    order = np.arange(count * each).reshape(count, each)
-    turns = [some.ravel() for some in np.split(order, parts + np.arange(len(chords)) * (parts + 1), axis=1)]
-    _in_order(program, full, turns, key, distance)
-    for way, end_of in ((-1, "start"), (1, "end")):
-        over = np.flatnonzero(distance > allowed)
-        left = np.sqrt(((place[over] - np.asarray(program.column(end_of))[row[over]]) ** 2).sum(axis=1))
-        for step in (1, 2, 3):
-            other = row[over] + way * step
-            near = (left < _BESIDE * allowed[over]) & (other >= 0) & (other < len(length))
-            over, left, other = over[near], left[near], other[near]
-            if not len(over):
+    end = np.cumsum(motion.step)
+    over = np.full(len(end), -np.inf)
+    allowed = (1.0 + passed) * path.tolerance
+    beside = np.maximum(np.append(path.tolerance, 0.0), np.insert(path.tolerance, 0, 0.0))
+    for t in _phases(motion, end, period_s, float(path.tolerance.min())):
+        points = _at(motion, end, t)
+        first = _walk(path, points, allowed, entry)
+        if first.whole:
+            continue
+        node = np.minimum(np.searchsorted(end, t), len(end) - 1)
+        found, factor = first, 1.0
+        for _ in range(_DOUBLINGS):
+            factor *= 2.0
+            found = _walk(path, points, factor * allowed, entry)
+            if found.whole:
                 break
-            start = np.full(len(over), 0.0 if way > 0 else 1.0)
-            found, _, far = program.nearest(full[over], base + other, start)
-            away = np.sqrt(((found - full[over]) ** 2).sum(axis=1))
-            nearer = away < distance[over]
-            distance[over[nearer]], key[over[nearer]] = away[nearer], (other + far)[nearer]
-            far_off = distance[over] > allowed[over]
-            over, left = over[far_off], (left + length[other])[far_off]
-    # What was found on a row ahead is where the motion is from there on.
-    _in_order(program, full, turns, key, distance)
-    curved = np.asarray(program.column("curved"))[row].reshape(count, each).any(axis=1)
-    out: Floats = (distance - allowed).reshape(count, each).max(axis=1)
-    lines = full.reshape(count, each, -1)[:, parts : 2 * parts + 1]
-    out = np.maximum(out, _passed(program, nodes, full.reshape(count, each, -1)))
-    k = np.flatnonzero(curved)
-    if len(k):
-        # Curves are looked at from their own places as well, and from where they change fast: a tip may be cut.
-        at = slice(parts, 2 * parts + 1)
-        own = row.reshape(count, each)[k, at].ravel()
-        points = program.at(base + own, part.reshape(count, each)[k, at].ravel()).reshape(
-            len(k), parts + 1, -1
+        np.maximum.at(over, node[1:], (found.out - path.tolerance[found.line])[1:])
+        seen = np.flatnonzero(np.isfinite(found.back))
+        chord = found.at[seen]
+        way = points[chord + 1] - points[chord]
+        part = ((path.points[seen] - points[chord]) * way).sum(axis=1) / np.maximum(
+            (way**2).sum(axis=1), 1e-300
         )
-        around = np.concatenate(
-            [lines[np.maximum(k - 1, 0)], lines[k], lines[np.minimum(k + 1, count - 1)]], axis=1
+        when = t[chord] + np.clip(part, 0.0, 1.0) * (t[chord + 1] - t[chord])
+        np.maximum.at(
+            over, np.minimum(np.searchsorted(end, when), len(end) - 1), found.back[seen] - beside[seen]
         )
-        missed = _to_line(points, around) - allowed.reshape(count, each)[k, at]
-        out[k] = np.maximum(out[k], missed.max(axis=1))
-        rows, parts_of = program.borders(int(nodes.row[0]), int(nodes.row[-1]))
-        tips = upto[rows - base] + parts_of * length[rows - base]
-        there = (tips > before[0]) & (tips <= reached[-1])
-        rows, parts_of = rows[there], parts_of[there]
-        k = np.searchsorted(reached, tips[there])
-        around = np.concatenate(
-            [lines[np.maximum(k - 1, 0)], lines[k], lines[np.minimum(k + 1, count - 1)]], axis=1
-        )
-        missed = _to_line(program.at(rows, parts_of)[:, None], around)[:, 0]
-        np.maximum.at(out, k, missed - np.asarray(program.column("tolerance"))[rows - base])
-    return out
+        if not (over > passed * path.tolerance.max()).any():
+            less = 0.5 * factor
+            for _ in range(_HALVINGS):
+                half = 0.5 * (less + factor)
+                less, factor = (
+                    (less, half) if _walk(path, points, half * allowed, entry).whole else (half, factor)
+                )
+            stuck = node[min(first.chords + 1, len(node) - 1)]
+            over[stuck] = (factor * (1.0 + passed) - 1.0) * path.tolerance.max()
+    return over
 
 
-def _on_chord(solved: Solved, end: Floats, t: Floats, period_s: float, part: float) -> Floats:
-    """Return points on chords between setpoints, shape (k, m, n), each such a part of a period after the chord's beginning.
-
-    Args:
-        solved: The motion.
-        end: Shape (k,): times at which its intervals end, s.
-        t: Shape (k, m): times of the motion, s; chords end where it does.
-        period_s: Time between setpoints.
-        part: From 0 to 1.
-    """
-    before, after = np.minimum(part * period_s, t), np.minimum((1.0 - part) * period_s, end[-1] - t)
-    weight = (before / (before + after))[..., None]
-    return (1.0 - weight) * _at(solved, end, t - before) + weight * _at(solved, end, t + after)
-
-
-def _in_order(program: Programmed, full: Floats, turns: list[Ints], key: Floats, distance: Floats) -> None:
-    """Keep the order: where a motion goes back, its place is the furthest one that it has been at.
-
-    Args:
-        program: The rows.
-        full: Shape (n, axes), points of the motion.
-        turns: Points that follow one another, by their numbers.
-        key: Shape (n,): the row of each point's place, from the first one known, and how far it is on that; changed.
-        distance: Shape (n,), mm, from that place; changed.
-    """
-    for turn in turns:
-        furthest = np.maximum.accumulate(key[turn])
-        late = furthest - key[turn] > _BACK
-        at, furthest = turn[late], furthest[late]
-        row = np.minimum(furthest.astype(np.int64), len(program.column("length")) - 1)
-        place = program.on(program.base + row, furthest - row)
-        key[at], distance[at] = furthest, np.sqrt(((place - full[at]) ** 2).sum(axis=1))
+def reached(
+    path: RowLines, entry: Reached, motion: Solved, period_s: float, passed: float, count: int
+) -> Reached:
+    """Return where a motion may be at its node `count`, by setpoints of one phase; the arguments are those of `excess`."""
+    end = np.cumsum(motion.step)
+    t = next(_phases(motion, end, period_s, float(path.tolerance.min())))
+    t = np.append(t[t < end[count - 1]], end[count - 1])
+    first, low, high = _walk(
+        path, _at(motion, end, t), (1.0 + passed) * path.tolerance, entry
+    ).space.reached()
+    begin, width = path.key[first : first + len(low)], np.diff(path.key[first : first + len(low) + 1])
+    return Reached(float(begin[0]), begin + low * width, begin + high * width)
 
 
-def _to_line(points: Floats, line: Floats) -> Floats:
-    """Return the distances of points, shape (k, p, n), from polylines, shape (k, m, n), each from its own; shape (k, p)."""
-    out = np.empty(points.shape[:2])
-    tube_places.distances(np.ascontiguousarray(points), np.ascontiguousarray(line), out)
-    return out
-
-
-def _at(solved: Solved, end: Floats, t: Floats) -> Floats:
-    """Return positions at times, shape (k, m, n), of intervals that end at `end`."""
-    k = np.minimum(np.searchsorted(end, t), len(end) - 1)
-    h = (t - end[k] + solved.step[k])[..., None]
-    motion = np.stack(
-        [solved.position[:-1], solved.velocity[:-1], solved.acceleration[:-1] / 2, solved.jerk / 6], axis=1
-    )[k]
-    out: Floats = motion[..., 0, :] + h * (
-        motion[..., 1, :] + h * (motion[..., 2, :] + h * motion[..., 3, :])
+def _phases(motion: Solved, end: Floats, period_s: float, tolerance: float) -> Iterator[Floats]:
+    """Yield times of setpoints of a motion, of one phase after the other, its ends among them; further apart where chords show less."""
+    bend = np.sqrt((motion.acceleration**2).sum(axis=1))
+    with np.errstate(divide="ignore"):
+        fine = np.sqrt(8.0 * _CHORD * tolerance / np.maximum(bend[1:], bend[:-1]))
+    count = np.concatenate(
+        [[0.0], np.cumsum(motion.step / np.maximum(np.minimum(fine, motion.step), period_s))]
     )
-    return out
+    number = int(np.clip(np.ceil(period_s / fine.min()), 1, _PHASES))
+    clock = np.concatenate([[0.0], end])
+    for phase in range(number):
+        inner = np.arange(phase / number, count[-1])
+        yield np.concatenate([[0.0], np.interp(inner[inner > 0.0], count, clock), end[-1:]])
 
 
-def _passed(program: Programmed, nodes: Nodes, points: Floats) -> Floats:
-    """Return by how much joints are passed too far from before each node, shape (k,)."""
-    out = np.full(len(nodes), -np.inf)
-    begin = np.concatenate([nodes.row[:1], nodes.row[:-1]])
-    count = nodes.row - begin
-    owner = np.repeat(np.arange(len(nodes)), count)
-    if not len(owner):
-        return out
-    joint = begin[owner] + 1 + np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-    corner = program.column("start")[joint - program.base]
-    tolerance = program.column("tolerance")
-    allowed = np.minimum(tolerance[joint - program.base], tolerance[joint - 1 - program.base])
-    # Middles of chords between setpoints, with those of the interval before.
-    middles = points[:, len(_PARTS) : 2 * len(_PARTS) + 1]
-    here, before = middles[owner], middles[np.maximum(owner - 1, 0)]
-    line = np.concatenate([before, here], axis=1)
-    distance = _to_line(corner[:, None], line)[:, 0]
-    np.maximum.at(out, owner, distance - allowed)
+def _walk(path: RowLines, points: Floats, allowed: Floats, entry: Reached) -> _Walk:
+    """Go along points and rows with what each line allows, mm."""
+    lines, count = len(allowed), len(points)
+    back, at, during = np.full(lines + 1, np.inf), np.zeros(lines + 1, np.int64), np.full((lines + 1, 2), -1)
+    out, line = np.zeros(count), np.zeros(count, np.int64)
+    space = kernel.FreeSpace(path.points, allowed, True, back, at, during, np.empty((4, lines)))
+    first = int(np.searchsorted(path.key, entry.line))
+    own = slice(first, min(first + len(entry.low), lines))
+    begin, width = path.key[own], np.diff(path.key)[own]
+    low, high = ((each[: len(begin)] - begin) / width for each in (entry.low, entry.high))
+    space.enter(first, low.tolist(), np.minimum(high, 1.0).tolist())
+    done, why = space.run(points, 0, count - 1, 1.0, count, 0, out, line)
+    first, low, high = space.reached()
+    whole = why == kernel.DONE and first + len(low) == lines and high[-1] >= 1.0 - _END
+    return _Walk(done, whole, out, line, back, at, space)
+
+
+def _at(motion: Solved, end: Floats, t: Floats) -> Floats:
+    """Return positions at times, shape (k, n), of intervals that end at `end`."""
+    k = np.minimum(np.searchsorted(end, t), len(end) - 1)
+    h = (t - end[k] + motion.step[k])[:, None]
+    parts = (motion.position, motion.velocity, motion.acceleration / 2.0, motion.jerk / 6.0)
+    x, v, a, j = (each[k] for each in parts)
+    out: Floats = x + h * (v + h * (a + h * j))
     return out

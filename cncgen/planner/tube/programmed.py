@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.linearize import chords
 from cncgen.geometry.path import Path
 from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, rests
@@ -17,9 +18,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-#: Part of the tolerance that is planned with. The motion is looked at in six places of an interval and matched with rows beside
-#: a corner without their order; its error was up to 0.8 % of the tolerance on random lines that fold within it.
-USED = 0.985
+#: Lines stand for a curve within this part of its tolerance.
+_CHORD = 0.002
+#: Part of the tolerance that is planned with: with what motions may pass it by, and lines and phases of setpoints miss, it is all.
+USED = 0.99
 #: cos of the turn beyond which a corner is a stop.
 _BACK = -0.97
 #: A joint where the tangent turns by less, rad, and where curvature changes by less than this part of it, is one row cut in parts.
@@ -33,6 +35,32 @@ class _Chunk:
     path: Path
     first: int
     rows: Ints
+
+
+@dataclass(frozen=True, slots=True)
+class RowLines:
+    """Rows as `m` lines.
+
+    Attributes:
+        points: Shape (m + 1, axes), vertices, scaled.
+        key: Shape (m + 1,), ascending: the row of each and how far along its parameter it is.
+        tolerance: Shape (m,), mm.
+    """
+
+    points: Floats
+    key: Floats
+    tolerance: Floats
+
+    def until(self, key: float) -> RowLines:
+        """Return the lines up to a place."""
+        last = max(int(np.searchsorted(self.key, key)), 1)
+        part = (key - self.key[last - 1]) / (self.key[last] - self.key[last - 1])
+        end = self.points[last - 1] + part * (self.points[last] - self.points[last - 1])
+        return RowLines(
+            np.concatenate([self.points[:last], end[None]]),
+            np.append(self.key[:last], key),
+            self.tolerance[:last],
+        )
 
 
 class Programmed:
@@ -178,39 +206,30 @@ class Programmed:
         size = np.sqrt((x1**2).sum(axis=1))[:, None]
         return np.divide(x1, size, out=np.zeros_like(x1), where=size > 0)
 
-    def at(self, row: Ints, part: Floats) -> Floats:
-        """Return places on rows, shape (k, axes), scaled, at parts of their length."""
-        out = np.empty((len(row), len(self.scale)))
-        first = np.array([chunk.first for chunk in self._chunks])
-        owner = np.searchsorted(first, row, side="right") - 1
-        for c in np.unique(owner):
-            pick = np.flatnonzero(owner == c)
-            chunk = self._chunks[c]
-            local = chunk.rows[row[pick] - chunk.first]
-            u = chunk.path.parameter_after(local, part[pick] * chunk.path.row_length[local])
-            out[pick] = chunk.path.evaluate_parameter(local, u)[0] * self.scale
-        return out
-
-    def borders(self, first: int, last: int) -> tuple[Ints, Floats]:
-        """Return where panels, knots and cusps of curves are within rows, `last` among them: row, and part of its length."""
-        rows, parts = [np.zeros(0, np.int64)], [np.zeros(0)]
+    def lines(self, first: int, stop: int) -> RowLines:
+        """Return rows as lines, arcs and NURBS within a small part of the tolerance."""
+        own = slice(first - self.base, stop - self.base)
+        row, far, points = [np.arange(first, stop)], [np.zeros(stop - first)], [self.column("start")[own]]
+        tolerance, curved = self.column("tolerance")[own], first + np.flatnonzero(self.column("curved")[own])
         for chunk in self._chunks:
-            if chunk.first > last or chunk.first + len(chunk.rows) <= first:
-                continue
-            s = chunk.path.sample_borders()
-            local = np.searchsorted(chunk.rows, chunk.path.row_of(s))
-            local = np.minimum(local, len(chunk.rows) - 1)
-            begin, length = chunk.path.row_s[chunk.rows[local]], chunk.path.row_length[chunk.rows[local]]
-            row = chunk.first + local
-            inside = (s > begin) & (s < begin + length) & (row >= first) & (row <= last)
-            rows.append(row[inside])
-            parts.append((s - begin)[inside] / length[inside])
-        return np.concatenate(rows), np.concatenate(parts)
+            there = curved[(curved >= chunk.first) & (curved < chunk.first + len(chunk.rows))]
+            if len(there):
+                chord = _CHORD * tolerance[there - first]
+                of, at, x = chords(chunk.path, chunk.rows[there - chunk.first], chord, self.scale)
+                inner = at > 0.0
+                row.append(there[of[inner]])
+                far.append(at[inner])
+                points.append(x[inner] * self.scale)
+        rows, parts = np.concatenate(row), np.concatenate(far)
+        order = np.lexsort((parts, rows))
+        vertices = np.concatenate([np.concatenate(points)[order], self.column("end")[own][-1:]])
+        key = np.append(rows[order] + parts[order], float(stop))
+        return RowLines(vertices, key, tolerance[rows[order] - first])
 
     def nearest(self, points: Floats, row: Ints, part: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the places on given rows nearest to points, shape (k, axes), the unit tangents there, all scaled, and how far on each row they are.
 
-        That is 0 at its start and 1 at its end, and between them as its parameter (`on`).
+        That is 0 at its start and 1 at its end, and between them as its parameter.
 
         Args:
             points: Shape (k, axes), scaled.
@@ -256,21 +275,6 @@ class Programmed:
             place[at], tangent[at] = x[0] * self.scale, self._unit(x[1])
             far[at] = (u - first_u) / (last_u - first_u)
         return place, tangent, far
-
-    def on(self, row: Ints, far: Floats) -> Floats:
-        """Return the places that are so far on rows, shape (k, axes), scaled."""
-        start = self.column("start")[row - self.base]
-        out = start + far[:, None] * (self.column("end")[row - self.base] - start)
-        curved = np.flatnonzero(self.column("curved")[row - self.base])
-        first = np.array([chunk.first for chunk in self._chunks])
-        owner = np.searchsorted(first, row[curved], side="right") - 1
-        for c in np.unique(owner):
-            at = curved[owner == c]
-            chunk = self._chunks[c]
-            local = chunk.rows[row[at] - chunk.first]
-            begin, end = self._ends(chunk.path, local)
-            out[at] = chunk.path.evaluate_parameter(local, begin + far[at] * (end - begin))[0] * self.scale
-        return out
 
     @staticmethod
     def _ends(path: Path, local: Ints) -> tuple[Floats, Floats]:

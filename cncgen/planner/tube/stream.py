@@ -13,9 +13,9 @@ from cncgen.kernels import tube_places
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.record import Trajectory
-from cncgen.planner.tube.deviation import excess
+from cncgen.planner.tube.deviation import Reached, excess, reached
 from cncgen.planner.tube.handing import Hand
-from cncgen.planner.tube.programmed import Programmed
+from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
 from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
 from cncgen.planner.tube.window_judge import holds, too_fast
@@ -39,8 +39,7 @@ _ROUNDS, _MORE = 9, 1.25
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there. What
 #: is left of the room at least, as a part of the tolerance.
 _LOCAL, _NARROWEST = 2, 0.1
-#: Part of the tolerance that is planned with by which a motion may be over it at the places that are looked at: that is a quarter of
-#: what is kept for what lies between them.
+#: Part of the tolerance that is planned with by which a motion may be over it.
 _PASSED = 0.004
 #: A motion that is not faster by this part stays as it was.
 _LESS = 1e-5
@@ -78,6 +77,7 @@ class _Run:
         s, t: Its place and time on the reference.
         at, part: The row there, and the part of it that is behind.
         closed: Whether all nodes of the run are there.
+        entry: Where on the rows the motion may be there; not yet known where it goes on from the plan.
         tail: A motion from there on to the reference that is known: solved intervals, and how many nodes they reach over.
     """
 
@@ -90,6 +90,7 @@ class _Run:
     at: int
     part: float = 0.0
     closed: bool = False
+    entry: Reached | None = None
     tail: tuple[Solved, int] | None = None
 
 
@@ -335,6 +336,7 @@ class Tube:
             felt = np.searchsorted(nodes.t, end - self._felt(float(nodes.feed[-OVERLAP:].max())))
             final = int(np.clip(felt, max(count - OVERLAP, count // 3), count - 1))
         goal = self.reference.state(float(nodes.s[-1]), end)
+        path, entry = self._rows(run, nodes, goal)
         columns = np.flatnonzero(np.ptp(np.concatenate([run.state[:1], nodes.point]), axis=0) > _STILL)
         # A straight line along an axis has no room that matters, nor has a path whose nodes no setpoint can show.
         shown = (end - run.t) * _SHOWN > count * self.machine.period_s
@@ -346,7 +348,7 @@ class Tube:
                 close = min(max(_SMALLEST / count, 1.0), _CLOSEST) if part == 1.0 else 1.0
                 nodes = self._nodes_again(run, nodes, whole, replace(self.scales, part=part, close=close))
                 final, whole = len(nodes), True
-            found = self._solved(run, nodes, goal, columns)
+            found = self._solved(run, nodes, (path, entry), goal, columns)
             better = (
                 found is not None
                 and float(found.step.sum()) + self.hand.standing(run.t, found) < (1.0 - _LESS) * before
@@ -363,6 +365,8 @@ class Tube:
         if found is not None and better:
             yield from self.hand.improved(run.t, (run.at, run.part), nodes, found, final)
             run.tail = None if whole else (_rest(found, final), count - final)
+            period = self.machine.period_s
+            run.entry = None if whole else reached(path, entry, found, period, _PASSED, final)
             run.state = np.stack([found.position[final], found.velocity[final], found.acceleration[final]])
         else:
             self.hand.kept += tail is None and len(columns) > 1
@@ -374,12 +378,30 @@ class Tube:
                 yield from self.hand.plain(float(nodes.t[final - 1]))
             else:
                 yield from self.hand.plain(end)
-            run.tail = None
+            run.tail = run.entry = None
             run.state = self.reference.state(float(nodes.s[final - 1]), float(nodes.t[final - 1]))
         run.s, run.t = float(nodes.s[final - 1]), float(nodes.t[final - 1])
         run.at, run.part = int(nodes.row[final - 1]), float(nodes.part[final - 1])
         # Nodes of less room are others, but they reach as far.
         run.nodes = run.nodes.nodes(int(np.searchsorted(run.nodes.s, run.s, side="right")), len(run.nodes))
+
+    def _rows(self, run: _Run, nodes: Nodes, goal: Floats) -> tuple[RowLines, Reached]:
+        """Return the rows from where a run is up to the last one of its nodes, as lines, and where on them it is."""
+        entry, first = run.entry, 0.0
+        if entry is None:
+            first = self._on(run, run.s, run.state[0])
+        last = self._on(run, float(nodes.s[-1]), goal[0])
+        path = self.program.lines(int(entry.line if entry else first), int(np.ceil(last))).until(last)
+        return path, entry or Reached.at(path, first)
+
+    def _on(self, run: _Run, s: float, point: Floats) -> float:
+        """Return the place on the rows that a place of the plan is near, by its key."""
+        self._place(run.first)
+        base = self.program.base
+        row = max(int(np.searchsorted(self.places[0], s)) - 1, run.first - base)
+        begin, end = self.places[0][row : row + 2].tolist()
+        part = np.array([(s - begin) / max(end - begin, _SAME_PLACE)])
+        return float(base + row + self.program.nearest(point[None], np.array([base + row]), part)[2][0])
 
     def _nodes_again(self, run: _Run, nodes: Nodes, whole: bool, scales: Scales) -> Nodes:
         """Return nodes from where a run is up to the last one of others, of other scales."""
@@ -403,11 +425,12 @@ class Tube:
         times = speed[limited] / self.acceleration[limited] + self.acceleration[limited] / self.jerk[limited]
         return _FELT * float(times.max())
 
-    def _solved(self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints) -> Solved | None:
+    def _solved(
+        self, run: _Run, nodes: Nodes, rows: tuple[RowLines, Reached], goal: Floats, columns: Ints
+    ) -> Solved | None:
         """Return a motion within all limits and the tolerance, or None where none is found."""
         radius = nodes.radius.copy()
         owner = np.repeat(np.arange(len(nodes)), nodes.count)
-        still = run.state[0].copy()
         guess: Solved | None = None
         held = np.zeros(len(nodes), bool)
         for number in range(_ROUNDS):
@@ -421,9 +444,9 @@ class Tube:
             feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
             fast = too_fast(found, self.velocity[columns], feed, columns < 3)
             lifted = _spread(found, columns, run.state, len(self.scale))
-            over = excess(self.program, nodes, found, columns, still, run.s, self.machine.period_s)
+            over = excess(*rows, lifted, self.machine.period_s, _PASSED)
             allowed = self.program.column("tolerance")[nodes.row - self.program.base]
-            if not (over > _PASSED * allowed).any() and not fast.any():
+            if not (over > -np.inf).any() and not fast.any():
                 ends, period = (run.state, goal), self.machine.period_s
                 kept = holds(lifted, ends, self.acceleration, self.jerk, period) and self._joins(
                     run, lifted, float(nodes.t[-1])
