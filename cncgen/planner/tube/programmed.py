@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.linearize import chords
-from cncgen.geometry.path import Path
+from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, rests
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
@@ -68,7 +68,7 @@ class Programmed:
 
     Columns by row: `line`, `length`, `curved`, `source`, `feed` (mm/s), `tolerance` (mm), `free` (planned within the tolerance), `entry` and `leave`
     (unit tangents, scaled), `bent` (curvature at its end), `stop` (the motion rests at its start), `rest` (it does so for an event
-    or an exact stop), `joint` (it does not go on as the row before it does), `start` and `end` (scaled).
+    or an exact stop), `exact` (no tolerance applies), `met` (the plan meets its start exactly), `joint` (it does not go on as the row before it does), `start` and `end` (scaled).
     """
 
     def __init__(self, chord_mm: float) -> None:
@@ -165,6 +165,9 @@ class Programmed:
             "curved": toolpath.kind[rows] != Kind.LINE,
             "feed": feed,
             "free": free,
+            "exact": (toolpath.path_mode[rows] != PathMode.CONTINUOUS)
+            | (tolerance < LEAST_TOLERANCE)
+            | (mode == FeedMode.RAPID),
             "stop": stop,
             "rest": stop.copy(),
             "tolerance": np.where(free, USED * tolerance, self._chord),
@@ -181,6 +184,10 @@ class Programmed:
             return np.concatenate([one, columns[name][:-1]])
 
         turn = np.einsum("ij,ij->i", before_it("leave"), entry)
+        # The plan meets its places exactly: it is smoothed beside neither exact rows nor turns back.
+        linear = np.einsum("ij,ij->i", before_it("leave")[:, :3], entry[:, :3])
+        long = np.minimum(before_it("length"), columns["length"]) > STANDSTILL
+        columns["met"] = stop | columns["exact"] | before_it("exact") | (long & (linear < _BACK))
         stop |= turn < _BACK
         stop[:1] |= not len(self)
         larger = np.maximum(np.abs(bend), np.abs(before_it("bent"))).max(axis=1)

@@ -177,9 +177,9 @@ class Tube:
         begin = max(int(np.searchsorted(grid.s, self.reached, side="right")) - 1, 0)
         entry, place = np.zeros(len(points)), np.zeros(len(points))
         leaving = np.zeros(len(points), np.int64)
-        # The plan rests where the program does: in a room that is larger than the path any other place would be near as well.
-        rest = np.append(program.column("rest"), last)[have:].astype(bool)
-        within = np.where(rest, _EXACT + 8.0 * np.spacing(np.abs(points).max()), 1.3 * both + 1e-6)
+        # The plan meets some places exactly: in a room that is larger than the path any other place would be near as well.
+        rest, met = (np.append(program.column(name), last)[have:].astype(bool) for name in ("rest", "met"))
+        within = np.where(met, _EXACT + 8.0 * np.spacing(np.abs(points).max()), 1.3 * both + 1e-6)
         found = tube_places.match(
             grid.x[begin:], grid.s[begin:], points, within, least, self.reached, start, last,
             entry, leaving, place, np.zeros(1),
@@ -201,8 +201,7 @@ class Tube:
         ends = (free[1:] != free[:-1]) | np.append(program.column("stop"), True).astype(bool)
         ends = ends[have : have + found]
         s[ends] = grid.s[at[ends] + (place[:found][ends] - at[ends] > 0.5)]
-        if have:
-            s = np.maximum(s, self._place(program.base + have - 1))
+        s = np.maximum.accumulate(np.maximum(s, start))
         # A rest where the path has been before may be taken for that: from there on the plan stands as it is.
         way = np.diff(s, prepend=start)
         if last:
