@@ -166,7 +166,8 @@ class Tube:
         have = self.matched
         tolerance = program.column("tolerance")
         points = np.concatenate([program.column("start")[have:], program.column("end")[-1:]])
-        both = np.maximum(np.append(tolerance, 0.0), np.concatenate([[0.0], tolerance]))[have:]
+        # Where rows meet the plan is within the tolerance of either.
+        both = np.minimum(np.append(tolerance, np.inf), np.concatenate([[np.inf], tolerance]))[have:]
         # The plan is hardly shorter than the rows.
         length = np.concatenate([[0.0], program.column("length")])[have:]
         least = np.maximum(_AS_LONG * length - 8.0 * both, 0.0)
