@@ -65,6 +65,7 @@ class Tube:
     calm: cython.double
     mu: cython.double
     curvature: cython.double
+    rho: cython.double
     V: cython.double[::1]
     AV: cython.double[::1]
     JA: cython.double[::1]
@@ -128,6 +129,7 @@ class Tube:
         self.cost = _COST * self.steps / sum(self.h0)
         self.mu = 1e-3
         self.curvature = 1.0
+        self.rho = _RHO
 
 
 # Bounds. Each is a slack s ≥ 0 with a multiplier z. The box of an unknown y has two, 1 + y and 1 - y (the time: hlow and hhigh).
@@ -221,7 +223,7 @@ _Measure = cython.struct(cost=cython.double, logs=cython.double, missed=cython.d
 def _measure(
     tube: Tube, n: cython.Py_ssize_t, x: cython.double[:, ::1], u: cython.double[:, ::1]
 ) -> _Measure:
-    """Return the cost of a point, the sum of the logarithms of its slacks, and the sum and the largest of what it misses."""
+    """Return the cost of a point, the sum of the logarithms of its slacks, the sum of what it misses, and the largest of that, planes left out."""
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     m: cython.Py_ssize_t
@@ -265,8 +267,8 @@ def _measure(
         for m in range(tube.first[k], tube.first[k + 1]):
             product *= _row(tube, n, m, k, x, g)
         out.logs += log(product)
+        # Where along its row a node lies matters little: its motion is as exact beside the plane.
         out.missed += fabs(plane)
-        out.most = max(out.most, fabs(plane))
     for i in range(3 * n):
         y = fabs(x[tube.steps, i] - tube.goal[i])
         out.missed += y
@@ -711,11 +713,13 @@ def _backward(tube: Tube, n: cython.Py_ssize_t, delta: cython.double) -> cython.
     M = cython.declare(cython.double[100])
     S = cython.declare(cython.double[280])
     y = cython.declare(cython.double[27])
+    # The end is met whatever damps steps; planes then give way.
+    tube.rho = _RHO * max(1.0, delta)
     for i in range(N * N):
         tube.P[last, i] = 0.0
     for i in range(N):
-        tube.P[last, i * (N + 1)] = _RHO
-        tube.q[last, i] = tube.lamT[i] + _RHO * (tube.x[last, i] - tube.goal[i])
+        tube.P[last, i * (N + 1)] = tube.rho
+        tube.q[last, i] = tube.lamT[i] + tube.rho * (tube.x[last, i] - tube.goal[i])
     for k in range(last - 1, -1, -1):
         _interval(tube, n, k, delta, M, S)
         if k > 0:
@@ -779,7 +783,7 @@ def _forward(tube: Tube, n: cython.Py_ssize_t) -> cython.void:
                 y += tube.t[k, i] * (tube.x[k, 3 * i] + dx[k, 3 * i])
             tube.nu2[k] = tube.nu[k] + _RHO * y
     for i in range(N):
-        tube.lamT2[i] = tube.lamT[i] + _RHO * (tube.x[tube.steps, i] + dx[tube.steps, i] - tube.goal[i])
+        tube.lamT2[i] = tube.lamT[i] + tube.rho * (tube.x[tube.steps, i] + dx[tube.steps, i] - tube.goal[i])
 
 
 # How far the step may go, and where it ends.

@@ -185,10 +185,12 @@ def test_step_solves_the_whole_system(plain: ModuleType, n: int, held: bool) -> 
     C, G = jacobian(dense.motion, y), jacobian(dense.regular, y)
     old = np.concatenate([work.nu[1:-1], work.lamT])
     zero = np.zeros((len(C), len(C) + len(G)))
+    # The end is held the more, the more steps are damped.
+    rho = np.concatenate([np.full(len(work.nu[1:-1]), RHO), np.full(3 * n, max(1.0, delta) * RHO)])
     system = np.block([
         [W, C.T, G.T],
         [C, zero],
-        [G, np.zeros((len(G), len(C))), -np.eye(len(G)) / RHO],
+        [G, np.zeros((len(G), len(C))), -np.diag(1.0 / rho)],
     ])  # fmt: skip
     right = np.concatenate([-gradient, -dense.motion(y), -dense.regular(y) - old / RHO])
     found = np.linalg.solve(system, right)
