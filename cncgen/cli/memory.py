@@ -9,20 +9,21 @@ except ImportError:  # Windows has no such bounds
 
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
+from cncgen.room import MIB, taken
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     import click
 
 #: Memory that a run may take where nothing is said, MiB.
-DEFAULT_MIB = 4096
-_MIB = 2**20
+DEFAULT_MIB = 1024
 
 
 class _Bound:
-    """The bound in force, MiB, and the one that the process had before, as `resource` has it."""
+    """The bound in force, MiB, whether it is the system's, and the one that the process had before, as `resource` has it."""
 
     mib = DEFAULT_MIB
+    allowed = False
     before: tuple[int, int] | None = None
 
 
@@ -39,9 +40,12 @@ def bound(mib: int) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
     if _Bound.before is None:
         _Bound.before = soft, hard
-    asked = _taken() + mib * _MIB
-    least = [most for most in (asked, _Bound.before[0], hard) if most != resource.RLIM_INFINITY]
-    resource.setrlimit(resource.RLIMIT_DATA, (min(least), hard))
+    has = taken()
+    most = min(n for n in (has + mib * MIB, _Bound.before[0], hard) if n != resource.RLIM_INFINITY)
+    # The system may allow less than is asked for.
+    _Bound.mib = max(most - has, 0) // MIB
+    _Bound.allowed = _Bound.mib < mib
+    resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
 def lift() -> None:
@@ -53,23 +57,15 @@ def lift() -> None:
 
 def exhausted() -> NoPlanError:
     """Return what ends a run that asked for more."""
+    if _Bound.allowed:
+        who, hint = "which the system allows this process", "ulimit -d shows and sets that"
+    else:
+        who, hint = "the bound of a run", "--max-memory sets the bound, in MiB"
     return NoPlanError(
         Diagnostic(
             "max-memory",
-            f"the run needs more memory than {_Bound.mib} MiB",
-            hint="--max-memory sets the bound, in MiB; a shorter program or a longer period needs less",
+            f"the run needs more memory than {_Bound.mib} MiB, {who}",
+            hint=f"{hint}; a shorter program or a longer period needs less",
             values={"max_memory_mib": _Bound.mib},
         )
     )
-
-
-def _taken() -> int:
-    """Return the bytes of memory that this process has now."""
-    try:
-        with open("/proc/self/status") as status:
-            for line in status:
-                if line.startswith("VmData:"):
-                    return int(line.split()[1]) * 1024
-    except OSError:
-        pass
-    return 0

@@ -150,7 +150,7 @@ message_options = _all_of(
     click.option(
         "--max-memory",
         metavar="MIB",
-        type=click.IntRange(min=64),
+        type=click.IntRange(64, 2**30),
         default=memory.DEFAULT_MIB,
         show_default=True,
         is_eager=True,

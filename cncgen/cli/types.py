@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cncgen.extensions import FORMAT_GROUP, FORMATS, foreign_names
+from cncgen.ranges import OPTION
 from cncgen.units import AXIS_LETTERS
 
 if TYPE_CHECKING:
@@ -15,13 +16,16 @@ if TYPE_CHECKING:
 
 
 class FiniteRange(click.FloatRange):
-    """A finite number within bounds: ``nan`` passes every comparison of `click.FloatRange`, ``inf`` an open end."""
+    """A number within bounds and `cncgen.ranges.OPTION`: ``nan`` passes every comparison of `click.FloatRange`, ``inf`` an open end."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the number, or fail as click does."""
         number = float(super().convert(value, param, ctx))
         if not math.isfinite(number):
             self.fail(f"{value!r} is not a finite number.", param, ctx)
+        low, high = OPTION
+        if number and not low <= abs(number) <= high:
+            self.fail(f"{value!r} is neither 0 nor within {low:g} and {high:g} but for its sign.", param, ctx)
         return number
 
 

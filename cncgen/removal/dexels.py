@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.geometry import elementary
 from cncgen.kernels import dexel_sweeps as kernel
 from cncgen.removal.record import DexelField, Dexels
-from cncgen.removal.stock import Stock
+from cncgen.removal.stock import Stock, checked_cell, counts_of
 
 Floats = NDArray[np.float64]
 Stretches = tuple[NDArray[np.int64], Floats, Floats]
@@ -21,6 +20,8 @@ Stretches = tuple[NDArray[np.int64], Floats, Floats]
 USUAL_NODES = 250
 MAX_NODES = 1_000_000_000
 MESH_NODES = 200_000_000
+#: Bytes that cutting takes for a dexel.
+DEXEL_BYTES = 72
 #: Stretches that a dexel has places for at first.
 PLACES = 2
 #: Dexels pass beside corners of meshes by this part of a cell, so that they go through no edge.
@@ -43,13 +44,8 @@ def dexels_of(stock: Stock, cell: float | None = None) -> Dexels:
         UsageError: There would be too many nodes.
     """
     size = stock.high - stock.low
-    width = float(size.max()) / USUAL_NODES if cell is None else cell
-    counts = np.maximum(np.ceil(size / width - 1e-9), 1).astype(np.int64)
-    if float(np.prod(counts.astype(float))) > MAX_NODES:
-        text = (
-            f"a grid of {width:g} mm has {counts[0]} x {counts[1]} x {counts[2]} nodes, more than {MAX_NODES}"
-        )
-        raise UsageError(Diagnostic("cut-grid", text, hint="a larger --cell"))
+    width = float(size.max()) / USUAL_NODES if cell is None else checked_cell(cell)
+    counts = counts_of(size, width, "nodes", MAX_NODES, lambda x, y, z: DEXEL_BYTES * (x * y + y * z + z * x))
     origin = (stock.low + stock.high) / 2 - width * (counts - 1) / 2
     out = Dexels(
         origin,

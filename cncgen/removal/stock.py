@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import read_bytes
 from cncgen.kernels import removal as kernel
-from cncgen.ranges import POSITION
+from cncgen.ranges import CELL_MM, POSITION
 from cncgen.removal.record import Field
+from cncgen.room import MIB, room
 
 Floats = NDArray[np.float64]
 
-#: Columns of a grid, at most: 100 million take 4 GB.
-MAX_COLUMNS = 100_000_000
+#: Columns of a grid, at most, and bytes that cutting takes for each.
+MAX_COLUMNS, COLUMN_BYTES = 100_000_000, 56
 #: Columns along the longer side where no cell is given.
 USUAL_COLUMNS = 500
 
@@ -63,11 +64,8 @@ class Stock:
             UsageError: There would be too many columns, or none.
         """
         size = self.high[:2] - self.low[:2]
-        width = float(size.max()) / USUAL_COLUMNS if cell is None else cell
-        counts = np.maximum(np.ceil(size / width - 1e-9).astype(int), 1)
-        if int(counts.prod()) > MAX_COLUMNS:
-            text = f"a grid of {width:g} mm has {counts[0]} x {counts[1]} columns, more than {MAX_COLUMNS}"
-            raise UsageError(Diagnostic("cut-grid", text, hint="a larger --cell"))
+        width = float(size.max()) / USUAL_COLUMNS if cell is None else checked_cell(cell)
+        counts = counts_of(size, width, "columns", MAX_COLUMNS, lambda x, y: COLUMN_BYTES * x * y)
         # The grid is centred on the stock, so that both of its sides are cut alike.
         origin = (self.low[:2] + self.high[:2]) / 2 - width * (counts - 1) / 2
         shape = (int(counts[1]), int(counts[0]))
@@ -84,6 +82,46 @@ class Stock:
             outside = (x[None, :] - middle[0]) ** 2 + (y[:, None] - middle[1]) ** 2 > radius**2
             top[outside] = bottom[outside]
         return top, bottom
+
+
+def checked_cell(cell: float) -> float:
+    """Return the width of a cell, mm.
+
+    Raises:
+        UsageError: It is not within `cncgen.ranges.CELL_MM`.
+    """
+    low, high = CELL_MM
+    if not low <= cell <= high:
+        raise UsageError(
+            Diagnostic("cut-grid", f"a cell of {cell:g} mm is not within {low:g} to {high:g} mm")
+        )
+    return cell
+
+
+def counts_of(
+    size: Floats, cell: float, name: str, most: float, bytes_of: Callable[..., float]
+) -> NDArray[np.int64]:
+    """Return how many places a grid has along each side.
+
+    Args:
+        size: Of what it covers, mm.
+        cell: Distance of its places, mm.
+        name: What they are called.
+        most: Places at most.
+        bytes_of: Memory of a grid with so many places along each side.
+
+    Raises:
+        UsageError: They are more than that, or take more memory than there is room for.
+    """
+    counts = np.maximum(np.ceil(size / cell - 1e-9), 1.0)
+    needed, there = bytes_of(*counts), room()
+    grid = f"a grid of {cell:g} mm has {' x '.join(f'{n:.0f}' for n in counts)} {name}"
+    if counts.prod() > most:
+        raise UsageError(Diagnostic("cut-grid", f"{grid}, more than {most:,.0f}", hint="a larger --cell"))
+    if needed > there:
+        text = f"{grid}, which take {needed / MIB:,.0f} MiB, and there is room for {there / MIB:,.0f} MiB"
+        raise UsageError(Diagnostic("cut-grid", text, hint="a larger --cell, or a larger --max-memory"))
+    return np.asarray(counts, np.int64)
 
 
 def box(low: Sequence[float], high: Sequence[float]) -> Stock:

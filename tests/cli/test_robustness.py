@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import resource
+import shlex
 import signal
 import subprocess
 import sys
@@ -699,7 +701,7 @@ main([])
     assert len(run.stdout) == 100_001
 
 
-@pytest.mark.parametrize("number", ["nan", "inf"])
+@pytest.mark.parametrize("number", ["nan", "inf", "1e300", "1e-300"])
 @pytest.mark.parametrize(
     "command",
     [
@@ -714,13 +716,14 @@ main([])
         ("compensate", "s.csv", "--settle"),
         ("excite", "--axis", "X", "--duration"),
         ("tune", "--bandwidth"),
+        ("cut", "p.nc", "--cell"),
     ],
     ids=lambda command: f"{command[0]} {command[-1]}",
 )
-def test_options_are_finite(
+def test_options_are_within_what_a_double_holds(
     capsys: pytest.CaptureFixture[str], command: tuple[str, ...], number: str
 ) -> None:
-    """A tolerance that is no number would hold whatever the setpoints do, a wait without end would never end."""
+    """A tolerance that is no number would hold whatever the setpoints do, a wait without end would never end, and 1e300² is no number."""
     assert app.run([*command, number]) == 2
     assert command[-1] in capsys.readouterr().err
 
@@ -739,6 +742,29 @@ def test_a_run_that_needs_more_memory_than_it_may_take(
     assert "error[max-memory]: the run needs more memory than 1024 MiB" in said
     assert "--max-memory sets the bound" in said
     assert len(np.empty(2**28)) == 2**28
+
+
+def test_a_bound_of_memory_beyond_what_a_system_counts(in_folder: Path) -> None:
+    assert app.run(["check", "small.nc", "--max-memory", "99999999999999999999"]) == 2
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded through Linux's resource limits")
+def test_what_the_system_allows_is_said_where_it_is_less(tmp_path: Path) -> None:
+    """Of 200 MB that ulimit allows, the interpreter takes some: cutting counts what is left, and a run names it."""
+    (tmp_path / "p.nc").write_text("G21 G90\nG1 X450 F1\nM2\n")
+
+    def run(*words: str) -> tuple[int, str]:
+        script = f"ulimit -d 200000; exec {shlex.quote(sys.executable)} -m cncgen {shlex.join(words)}"
+        done = subprocess.run(["sh", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
+        return done.returncode, done.stderr
+
+    code, said = run("cut", "p.nc", "--stock", "box:0,0,-5,40,30,0", "--tool", "*=flat:6", "--cell", "0.01")
+    assert code == 2
+    assert re.search(r"4000 x 3000 columns, which take 641 MiB, and there is room for 1?\d\d MiB", said)
+    code, said = run("compare", "p.nc", "-m", "xy-table")
+    assert code == 3
+    assert re.search(r"more memory than 1\d\d MiB, which the system allows this process", said)
+    assert "ulimit -d" in said
 
 
 def test_a_fault_of_ours_is_one_line_and_its_own_exit_code(

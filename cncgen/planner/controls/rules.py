@@ -94,6 +94,8 @@ def linuxcnc(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, Allow
 
     Before that, lines that are within P of one line become this line (the naive cam detector).
     """
+    if not len(blocks):
+        return exact_stop(blocks, axes, machine)
     blocks = _straightened(blocks)
     cosine = _turn(blocks)
     tangent = (cosine > _STRAIGHT) | blocks.inner
