@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Callable
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import (
@@ -32,6 +33,7 @@ from cncgen.gcode.codes.arcs import RADIUS_TOLERANCE, check_radii
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import table_offset, use_offset
+from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
@@ -59,6 +61,7 @@ class Plain:
         heading: In which direction the last motion ended, in XY.
         parts: Values of a cycle that has them in parts, by their names (1 to 5, 17).
         sizes: Length and diameter, before oversizes, of the tools that had some.
+        labels: The contours of cycle 14, and `contour`, what reads one: its segments, and the side of the tool.
         tool_feed: The feed of the last TOOL CALL with one, in the program's units a minute, which FAUTO takes.
     """
 
@@ -69,6 +72,8 @@ class Plain:
     parts: dict[str, float] = field(default_factory=dict)
     sizes: dict[int, tuple[float, float]] = field(default_factory=dict)
     tool_feed: float = 0.0
+    labels: list[str] = field(default_factory=list)
+    contour: Callable[[str], tuple[list[Segment], int]] | None = None
 
     @classmethod
     def of(cls, ip: Interpreter) -> Plain:

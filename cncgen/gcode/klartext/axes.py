@@ -25,7 +25,9 @@ _AXIS = re.compile(
     rb"(?:(?<![A-Z])|(?<=\bL)|(?<=MAX)|(?<=AUTO)|(?<=R[LR]))I?([XYZABCUVW])(?=" + _VALUE + rb")",
     re.IGNORECASE,
 )
-_PLANE = re.compile(rb"(?<![A-Z])(?:I?P[RA][ \t]*[-+\dQ]|(?:APPR|DEP|RND|CTP|CP|LP)\b)", re.IGNORECASE)
+_PLANE = re.compile(
+    rb"(?<![A-Z])(?:I?P[RA][ \t]*[-+\dQ]|(?:APPR|DEP|RND|CTP|CP|LP|FPOL|FLT?|FCT?)\b)", re.IGNORECASE
+)
 _CYCLES = re.compile(
     rb"(?<![A-Z])(?:CYCL\b|PLANE[ \t]+SPATIAL\b|M99\b|M89\b|M140\b|M128\b|TCPM\b|TRANS\b)", re.IGNORECASE
 )

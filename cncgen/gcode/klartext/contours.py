@@ -195,8 +195,10 @@ def _take_feed(ip: Interpreter, way: ContourWay, here: Block) -> None:
     check_feed(ip, here, way.kind)
 
 
-def approach(ip: Interpreter, way: ContourWay, here: Block, following: Block | None) -> None:
-    """APPR: to the first point of a contour, and beside it."""
+def approach(
+    ip: Interpreter, way: ContourWay, here: Block, leads: Callable[[Point], complex | None] | None
+) -> None:
+    """APPR: to the first point of a contour, and beside it; `leads` gives the direction in which its first element leaves a point."""
     if ip.state.compensation != 40:
         raise BlockError(
             "approach-words",
@@ -218,7 +220,7 @@ def approach(ip: Interpreter, way: ContourWay, here: Block, following: Block | N
             )
         point = pole + cmath.rect(way.value("PR"), math.radians(way.value("PA")))
         start[0], start[1] = point.real, point.imag
-    tangent = first_heading(ip, start, following) if following is not None else None
+    tangent = leads(start) if leads is not None else None
     if tangent is None:
         raise BlockError(
             "approach-words",

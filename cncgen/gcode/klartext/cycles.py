@@ -15,7 +15,7 @@ from cncgen.gcode.block import CYCLE_CALL, Block
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import slots, studs
+from cncgen.gcode.klartext import contour_cycles, slots, studs
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z, radius_of
 
 _MOST_STEPS = 10_000
@@ -457,7 +457,8 @@ _RUN: dict[int, Callable[[HoleCycle], None]] = {
 }  # fmt: skip
 #: Cycles that are run by the interpreter's own code, and patterns, which run at once.
 _OWN, PATTERNS = (200, 201), (220, 221)
-READ = tuple(sorted((*_OLD, *_RUN, *_OWN, *studs.RUN, *PATTERNS)))
+_CONTOURS = (*contour_cycles.RUN, contour_cycles.TRAIN)
+READ = tuple(sorted((*_OLD, *_RUN, *_OWN, *studs.RUN, *PATTERNS, *contour_cycles.DATA, *_CONTOURS)))
 
 
 def define(ip: Interpreter, number: int) -> None:
@@ -469,6 +470,8 @@ def define(ip: Interpreter, number: int) -> None:
             Severity.NOTE,
         )
         return
+    if number in contour_cycles.DATA:
+        return
     Plain.of(ip).cycle = 0
     if number not in READ:
         message = f"cycle {number} is not read ({', '.join(map(str, READ))} are)"
@@ -478,10 +481,16 @@ def define(ip: Interpreter, number: int) -> None:
 
 def call(ip: Interpreter, here: Block) -> None:
     """Run the cycle at the tool's place."""
-    number = Plain.of(ip).cycle
-    q = ip.parameters.numbers
+    plain = Plain.of(ip)
+    number, q = plain.cycle, ip.parameters.numbers
     ip.sink.block = here
-    if number in _OLD:
+    if number in _CONTOURS:
+        read = plain.contour or (lambda label: ([], 0))
+        if number == contour_cycles.TRAIN:
+            contour_cycles.train(ip, f"cycle {number}", plain.labels, read)
+        else:
+            contour_cycles.RUN[number](contour_cycles.Contours(ip, f"cycle {number}", plain.labels, read))
+    elif number in _OLD:
         _old(ip, number)
     elif number in _RUN:
         levels = (q[203], -q[250]) if number == 204 else None

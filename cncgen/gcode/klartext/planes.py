@@ -1,4 +1,5 @@
-"""Tilted planes of Heidenhain's plain language as frames: PLANE SPATIAL, EULER, RELATIV, POINTS, RESET, cycle 19 (TNC 640, "PLANE function").
+"""Tilted planes of Heidenhain's plain language as frames: PLANE SPATIAL, EULER, RELATIV, POINTS, VECTOR, AXIAL, RESET, cycle 19 (TNC 640,
+"PLANE function").
 
 Spatial angles turn about the machine's X (SPA), then its Y (SPB), then its Z (SPC). The rotary axes of the machine are not moved.
 """
@@ -7,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from cncgen.gcode.codes import affine
 from cncgen.gcode.errors import BlockError
@@ -46,11 +47,14 @@ def idle(body: str) -> bool:
     )
 
 
-def matrix(body: str, value: Evaluate, before: affine.Matrix) -> affine.Matrix | None:
+def matrix(
+    body: str, value: Evaluate, before: affine.Matrix, carriers: Sequence[int] = ()
+) -> affine.Matrix | None:
     """Return the rotation of a PLANE block, None where it turns nothing.
 
     SPATIAL turns about the fixed X, Y, Z; EULER about Z, the new X, the new Z; RELATIV about an axis of the plane in force; POINTS has
-    X from its first to its second point and Y towards the third. The origin stays.
+    X from its first to its second point and Y towards the third; VECTOR has the direction B of X, and N of Z square to it; AXIAL names angles
+    of the machine's rotary axes, `carriers` first the one that carries the other. The origin stays.
 
     Raises:
         BlockError: The plane is defined otherwise.
@@ -73,11 +77,16 @@ def matrix(body: str, value: Evaluate, before: affine.Matrix) -> affine.Matrix |
         return turned
     if name == "POINTS":
         return _through(rest, value)
+    if name == "VECTOR":
+        base, normal = _angles(rest, ("BX", "BY", "BZ"), value), _angles(rest, ("NX", "NY", "NZ"), value)
+        return _axes(list(base), list(normal))
+    if name == "AXIAL":
+        return _of_axes(_angles(rest, ("A", "B", "C"), value), carriers)
     raise BlockError(
         "unsupported-block",
         f"PLANE {name} is not read",
         "PLANE",
-        hint="PLANE SPATIAL, EULER, RELATIV, POINTS and RESET are",
+        hint="PLANE SPATIAL, EULER, RELATIV, POINTS, VECTOR, AXIAL and RESET are",
     )
 
 
@@ -88,9 +97,14 @@ def _through(rest: str, value: Evaluate) -> affine.Matrix:
         found = [re.search(rf"P{number}{axis}{_NUMBER}", rest, re.IGNORECASE) for axis in "XYZ"]
         points.append([value(match[1]) if match else 0.0 for match in found])
     along, aside = ([b - a for a, b in zip(points[0], point, strict=True)] for point in points[1:])
-    x = _unit(along)
-    z = _unit(_cross(x, aside))
-    y = _cross(z, x)
+    return _axes(along, _cross(along, aside))
+
+
+def _axes(along: list[float], normal: list[float]) -> affine.Matrix:
+    """Return the rotation with Z along a normal, and X along a direction as far as it is square to it."""
+    z = _unit(normal)
+    y = _unit(_cross(z, along))
+    x = _cross(y, z)
     return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
 
 
@@ -101,9 +115,28 @@ def _cross(a: list[float], b: list[float]) -> list[float]:
 def _unit(vector: list[float]) -> list[float]:
     length = math.hypot(*vector)
     if length < _LEAST:
-        message = "the points of PLANE POINTS have no plane between them"
-        raise BlockError("plane-points", message, "PLANE", hint="three points that stand on no line")
+        message = "the points or vectors of PLANE have no plane between them"
+        raise BlockError(
+            "plane-points", message, "PLANE", hint="points on no line, vectors that are not parallel"
+        )
     return [part / length for part in vector]
+
+
+def _of_axes(angles: tuple[float, float, float], carriers: Sequence[int]) -> affine.Matrix | None:
+    """Return the rotation that rotary axes at these angles make, the one that carries the other first.
+
+    Raises:
+        BlockError: Two of them turn, and the machine does not say which carries the other.
+    """
+    turned = [axis for axis in range(3) if angles[axis]]
+    order = [column - 3 for column in carriers] or turned
+    if len(order) < len(turned) or not set(turned) <= set(order) or (len(turned) > 1 and not carriers):
+        message = "PLANE AXIAL turns axes of which the machine does not say how they carry each other"
+        raise BlockError("plane-kind", message, "PLANE", hint="[kinematics] of the machine's file says it")
+    found = affine.UNIT
+    for axis in order:
+        found = affine.product(found, affine.turn(axis, angles[axis]))
+    return found if turned else None
 
 
 def of_cycle(rest: str, value: Evaluate) -> tuple[float, float, float]:

@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode.block import (
@@ -25,13 +26,23 @@ from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes import affine
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
+from cncgen.gcode.codes.turning_profiles import Recorder, Segment
 from cncgen.gcode.doubts import doubts, remarks_on
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import contours, cycles, planes, points, programs, q_formulas, system_data
+from cncgen.gcode.klartext import (
+    contours,
+    cycles,
+    free_contours,
+    planes,
+    points,
+    programs,
+    q_formulas,
+    system_data,
+)
 from cncgen.gcode.klartext.hole_cycle import FASTEST
-from cncgen.gcode.sinks.sink import Sink
+from cncgen.gcode.sinks.sink import Point, Sink
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.state.systems import SYSTEM_COUNT
 from cncgen.gcode.text import plain_language
@@ -43,7 +54,7 @@ from cncgen.toolpath.reading import ReadOptions
 
 #: Signs of a program whose lines lead from one to another, or whose cycles are run here.
 _NEEDS = re.compile(
-    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL\b|CALL[ \t]+(?:LBL|PGM)|FN[ \t]*(?!0[ \t]*:)\d|APPR\b|DEP\b|RND\b|CHF\b|CT\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
+    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CT\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
     rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+DEF[ \t]*7[ \t]*\.\d[ \t]*[I#]|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|Q\d+[ \t]*=[ \t]*F?(?:AUTO|MAX)\b)|Q1(?:08|09|13|14)(?!\d)"
     rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
     rb"|\bR[LR]\b(?![\w.])|\bM89\b|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$",
@@ -55,9 +66,9 @@ _NUMBER = re.compile(r"\s*(?:\d+\s+)?")
 #: A block that a switch leaves out, before its number or behind it.
 _SLASH = re.compile(r"\s*(?:\d+\s+)?/")
 _REMARK = re.compile(r"\s*(?:\d+\s*)?[;*]")
-_LABEL = re.compile(r"LBL\s+(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))\s*\Z", re.IGNORECASE)
+_LABEL = re.compile(r"LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))\s*\Z", re.IGNORECASE)
 _CALL = re.compile(
-    r"CALL\s+LBL\s+(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?P<times>\d{1,99})(?:/\d+)?)?\s*\Z",
+    r"CALL\s+LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?P<times>\d{1,99})(?:/\d+)?)?\s*\Z",
     re.IGNORECASE,
 )
 _CORNER = re.compile(
@@ -74,11 +85,15 @@ _VALUE = re.compile(r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))")
 #: The number of a tilted plane among the frames.
 _TILTED = 19
 _END_OF_PROGRAM = re.compile(r"END\s+PGM\b|(?:L\s+)?(?:M0?2|M30)\s*\Z", re.IGNORECASE)
+#: The cycle that names contours.
+_CONTOUR_LABELS = 14
 _FRAMES = (7, 8, 9, 10, 11, 19, 26, 247)
 #: A frame of TNC 7.
 _TRANS = re.compile(
     r"TRANS\s+(?P<kind>DATUM|MIRROR|ROTATION|SCALE)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
 )
+#: Where a subprogram leads back to that is read as a contour.
+_END_OF_CONTOUR = -1
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
 _CALLED = CYCLE_CALL / 10.0
 _MODAL = re.compile(r"\bM89\b", re.IGNORECASE)
@@ -128,6 +143,9 @@ class HeidenhainRunner:
         self._modal = False
         self._angle = 0.0
         self._points: list[points.Place] = []
+        self._beyond = 0
+        #: The side of a contour that is read and not run, None where lines are run.
+        self._side: int | None = None
         self._at = 0
         self._path = path
         #: Programs that CALL PGM left, and the line where they go on.
@@ -246,6 +264,8 @@ class HeidenhainRunner:
             self._pass_label(at, body)
         elif head == "CALL" and _CALL.match(body):
             self._call(at, body)
+        elif free_contours.BEGINS.match(body):
+            self._free(at)
         elif head.startswith(("FN", "Q")):
             self._set(at, body)
         elif head.startswith(("RND", "CHF")):
@@ -258,7 +278,9 @@ class HeidenhainRunner:
             self._tangent(at, body)
         elif head == "PLAN":
             before = self._frames.get(_TILTED, affine.Frame()).matrix
-            self._tilt(planes.matrix(body, self._value, before))
+            machine = self._options.kinematics
+            carriers = machine.axes if machine is not None else ()
+            self._tilt(planes.matrix(body, self._value, before, carriers))
         elif head == "PATT" and points.BEGINS.match(body):
             self._take_pattern(at, body)
         elif head == "FUNC":
@@ -408,7 +430,9 @@ class HeidenhainRunner:
                 hint="RND R5, CHF 2",
             )
         before = next((k for k in range(at - 1, -1, -1) if self._bodies[k]), None)
-        if before is None or not re.match(r"(?:L|C|CR|CT|CP|LP|LN)\b", self._bodies[before], re.IGNORECASE):
+        if before is None or not re.match(
+            r"(?:L|C|CR|CT|CP|LP|LN|FLT?|FCT?)\b", self._bodies[before], re.IGNORECASE
+        ):
             raise BlockError(
                 "corner-motion",
                 f"{body[:3].upper()} has no element of a contour before it",
@@ -481,6 +505,10 @@ class HeidenhainRunner:
             plain.heading = way
 
     def _execute(self, block: Block) -> None:
+        if self._side is not None:
+            for number in block.g:
+                self._side = self._side or {410: 1, 420: -1}.get(number, 0)
+            block = replace(block, g=tuple(number for number in block.g if number not in (400, 410, 420)))
         if self.ip.guard is not None:
             self.ip.base.block = block
             self.ip.guard(self.ip, block)
@@ -524,24 +552,96 @@ class HeidenhainRunner:
         here = Block({}, (), (), None, 0, self._lines[at].line, self._lines[at].offset)
         self._execute(here)
         if way.kind == "APPR":
-            contours.approach(self.ip, way, here, self._first_of_contour(at))
+            contours.approach(self.ip, way, here, self._leads(at))
         else:
             contours.departure(self.ip, way, here)
         if way.m:
             self._execute(Block({}, (), tuple(way.m), None, 0, here.line, here.offset))
 
-    def _first_of_contour(self, at: int) -> Block | None:
-        """Return the block of the first element behind APPR, past corners and poles, which are taken; None where another line comes."""
+    def _contour(self, label: str) -> tuple[list[Segment], int]:
+        """Return the contour of a subprogram, and the side of the tool: 1 by RL, -1 by RR, 0 by neither."""
+        target = self._target(label.upper())
+        self._execute(Block({}, (), (), None, 0, 0, 0))
+        ip, plain = self.ip, Plain.of(self.ip)
+        kept = ip.state, ip.sink, self._at, plain.heading, plain.cycle
+        recorder = Recorder(ip.state.position, 17)
+        ip.state = replace(
+            ip.state, position=ip.state.position.copy(), feed=1.0, feed_mode=94, compensation=40
+        )
+        ip.sink, self._at, self._side = recorder, target + 1, 0
+        self._calls.append(_END_OF_CONTOUR)
+        try:
+            while 0 <= self._at < len(self._lines):
+                at, self._at = self._at, self._at + 1
+                ip.budget.count(1, LINE)
+                self._line(at, self._bodies[at])
+            self._execute(Block({}, (), (), None, 0, 0, 0))
+            return recorder.segments[1:], self._side
+        finally:
+            if _END_OF_CONTOUR in self._calls:
+                del self._calls[self._calls.index(_END_OF_CONTOUR) :]
+            ip.guard, self._side = None, None
+            ip.state, ip.sink, self._at, plain.heading, plain.cycle = kept
+
+    def _leads(self, at: int) -> Callable[[Point], complex | None] | None:
+        """Return what gives the direction in which the first element behind APPR leaves a point, past corners and poles, which are taken."""
         following = self._following(at)
         while following is not None:
             body = self._bodies[following]
+            if free_contours.BEGINS.match(body):
+                return partial(free_contours.first_heading, self._elements(following))
             if re.match(r"CC\b", body, re.IGNORECASE):
                 self._plain(following, body)
             elif not _CORNER.match(body):
-                element = re.match(r"(?:L|C|CR|CP|LP)\b", body, re.IGNORECASE)
-                return self._block(following, body) if element else None
+                if not re.match(r"(?:L|C|CR|CP|LP)\b", body, re.IGNORECASE):
+                    return None
+                block = self._block(following, body)
+                return lambda start: contours.first_heading(self.ip, start, block)
             following = self._following(following)
         return None
+
+    def _elements(self, at: int) -> list[free_contours.Element]:
+        """Return the elements of a free contour from a line on."""
+        elements: list[free_contours.Element] = []
+        pole: complex | None = None
+        following: int | None = at
+        while following is not None:
+            body = self._bodies[following]
+            if free_contours.BEGINS.match(body):
+                element = free_contours.element_of(body, following, self._value)
+                if body.upper().startswith("FPOL"):
+                    pole = complex(element.values.get("X", 0.0), element.values.get("Y", 0.0))
+                else:
+                    element.pole = pole
+                    elements.append(element)
+            elif not _CORNER.match(body):
+                break
+            following = self._following(following)
+        self._beyond = len(self._bodies) if following is None else following
+        return elements
+
+    def _free(self, at: int) -> None:
+        """FPOL, FL, FLT, FC, FCT: a free contour, as lines and arcs."""
+        plain, state = Plain.of(self.ip), self.ip.state
+        try:
+            elements = self._elements(at)
+        finally:
+            self._at = max(self._at, self._beyond)
+        start = complex(state.position[0], state.position[1])
+        for element, segment in zip(
+            elements, free_contours.Chain(elements, start, plain.heading).solve(), strict=True
+        ):
+            block = self._block(element.at, f"L {element.rest}" if element.rest.strip() else "")
+            corner = self._corner_after(element.at)
+            block.words |= {"x": segment.end.real, "y": segment.end.imag}
+            if segment.centre is not None:
+                spoke = segment.centre - segment.start
+                block.words |= {"i": spoke.real, "j": spoke.imag}
+            if corner is not None:
+                block.words[corner[0]] = corner[1]
+            block.g = (*block.g, {0: 10, 1: 30, -1: 20}[segment.spin])
+            self._execute(block)
+            plain.heading = segment.heading(segment.end)
 
     # Cycles.
 
@@ -588,6 +688,10 @@ class HeidenhainRunner:
         number = int(match["number"]) if match else 0
         if match is None or number == 32:
             self._plain(at, body)
+        elif number == _CONTOUR_LABELS:
+            plain = Plain.of(self.ip)
+            plain.contour = self._contour
+            plain.labels = [] if match["part"] in (None, "0") else [*plain.labels, *_labels(match["rest"])]
         elif number in _FRAMES:
             self._frame(at, number, match["part"], match["rest"])
         elif match["part"] is not None:
@@ -800,6 +904,11 @@ def _scaled(rest: str, value: Callable[[str], float]) -> affine.Frame | None:
     a, b, c = factors
     x, y, z = (middle * (1.0 - factor) for middle, factor in zip(centre, factors, strict=True))
     return affine.Frame(((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c)), (x, y, z))
+
+
+def _labels(rest: str) -> list[str]:
+    """Return the labels of cycle 14: CONTOUR LABEL 1 /2 /"ISLAND"."""
+    return [name or number for name, number in re.findall(r"\"([^\"]*)\"|(\d+)", rest)]
 
 
 def _mirror(letters: list[str]) -> affine.Frame:

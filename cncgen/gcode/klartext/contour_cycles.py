@@ -1,0 +1,169 @@
+"""SL cycles of Heidenhain's plain language: 14 names the contours, 20 has their data, 21 to 24 drill, rough and finish them, 25 is an open one.
+
+The contours are subprograms; the side of RL or RR tells pockets from islands (iTNC 530, user's manual for cycles, "SL cycles"). Walls,
+levels, allowances and feeds are the cycles'; the rows that clear a pocket are our own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cncgen.gcode.codes.contour_pockets import FlatCutter, area, around, check, clear, closed, rows, walls
+from cncgen.gcode.codes.pockets import Clearing, levels_of
+from cncgen.gcode.codes.turning_profiles import Segment, moved_aside
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, radius_of
+
+#: What gives the contour of a label: its segments, and the side of the tool (1 left, -1 right, 0 none).
+Read = Callable[[str], tuple[list[Segment], int]]
+
+
+class Contours:
+    """The contours of cycle 14, pockets and islands, with the data of cycle 20."""
+
+    def __init__(self, ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
+        """Read the contours.
+
+        Raises:
+            BlockError: One is missing or open, or has no side.
+        """
+        q = ip.parameters.numbers
+        self.cycle = HoleCycle(ip, name, (q[5], q[1]))
+        self.ip, self.q, self.name, self.radius = ip, q, name, radius_of(ip)
+        self.start = q[5] + q[6]
+        self.contours: list[tuple[list[Segment], bool]] = []
+        if not labels:
+            raise BlockError(
+                "cycle-missing", f"{name} has no contour", name, hint="CYCL DEF 14.1 CONTOUR LABEL 1 names it"
+            )
+        if q[1] >= 0.0 or self.radius <= 0.0:
+            message = f"{name} has the depth Q1 = {q[1]:g} and a tool of diameter {2.0 * self.radius:g}"
+            raise BlockError(
+                "cycle-words",
+                message,
+                name,
+                hint="Q1 is below 0; --tool-table gives the diameter of the tool",
+            )
+        for label in labels:
+            contour, side = read(label)
+            contour = closed(contour, f"LBL {label}")
+            if side == 0:
+                message = f"the contour LBL {label} of {name} has neither RL nor RR"
+                raise BlockError(
+                    "cycle-words",
+                    message,
+                    name,
+                    hint="counter-clockwise with RL, or clockwise with RR, is a pocket",
+                )
+            # The tool is left of RL: inside a contour that goes counter-clockwise.
+            self.contours.append((contour, (area(contour) > 0.0) != (side > 0)))
+        check(self.contours, name)
+
+    def levels(self, floor: float) -> tuple[float, ...]:
+        """Return the levels down to an allowance above the floor, Q10 apart at most."""
+        return levels_of(self.q[5], self.q[5] + self.q[1] + floor, abs(self.q[10]), self.name)
+
+    def how(self, levels: tuple[float, ...]) -> Clearing:
+        """Return how the tool goes: feeds Q12 and Q11."""
+        q = self.q
+        if q[11] <= 0.0 or q[12] <= 0.0:
+            message = f"{self.name} has no feed: Q11 = {q[11]:g}, Q12 = {q[12]:g}"
+            raise BlockError("feed-missing", message, self.name, hint="Q11 plunges, Q12 mills")
+        return Clearing(self.radius, (q[2] or 1.0) * self.radius, levels, self.start, q[12], q[11])
+
+    def around(self, allowance: float, levels: tuple[float, ...]) -> None:
+        """Go around every contour."""
+        distance, climb = self.radius + allowance, self.q[9] >= 0.0
+        walls(self.ip, around(self.contours, distance, self.name, climb=climb), self.how(levels))
+
+    def rows(self, allowance: float, levels: tuple[float, ...]) -> None:
+        """Clear the pockets in rows."""
+        self.cycle.go(max(self.ip.state.position[2], self.start), rapid=True)
+        shapes = [contour for contour, _ in self.contours]
+        clear(self.ip, shapes, self.radius + allowance, self.how(levels), self.q[6], self.name)
+
+    def end(self) -> None:
+        """Go to the clearance height Q7."""
+        self.cycle.go(max(self.start, self.q[7]), rapid=True)
+        self.ip.sink.set_feed_rate(self.ip.state.feed)
+
+
+def rough(contours: Contours) -> None:
+    """22: rows, then once around, Q3 off the wall and Q4 off the floor."""
+    q = contours.q
+    if q[18]:
+        message = f"Q18 = {q[18]:g} of {contours.name} (what a larger tool has left) is not read"
+        raise BlockError("unsupported-block", message, contours.name, hint="Q18=0 clears the whole pocket")
+    levels = contours.levels(q[4])
+    contours.rows(q[3], levels)
+    contours.around(q[3], levels)
+    contours.end()
+
+
+def floor(contours: Contours) -> None:
+    """23: the floor in rows, and once around, Q3 off the wall."""
+    bottom = (contours.q[5] + contours.q[1],)
+    contours.rows(contours.q[3], bottom)
+    contours.around(contours.q[3], bottom)
+    contours.end()
+
+
+def side(contours: Contours) -> None:
+    """24: around each wall, Q14 off it, level by level."""
+    contours.around(contours.q[14], contours.levels(0.0))
+    contours.end()
+
+
+def pilot(contours: Contours) -> None:
+    """21: drill where rough-out begins, in steps Q10 at Q11."""
+    ip, q = contours.ip, contours.q
+    tool = ip.tools.find(round(q[13]))
+    radius = tool.diameter * ip.table_scale() / 2.0 if tool else contours.radius
+    found = rows([c for c, _ in contours.contours], radius + q[3], (q[2] or 1.0) * radius, contours.name)
+    first = next(((spans[0][0], y) for y, spans in found if spans), None)
+    if first is None or q[11] <= 0.0:
+        message = f"{contours.name} finds no place for tool {q[13]:g}, or no feed Q11"
+        raise BlockError("cycle-tool", message, contours.name, hint="Q13 is the tool that roughs")
+    way = FlatCutter(ip)
+    contours.cycle.go(max(ip.state.position[2], contours.start), rapid=True)
+    way.to(complex(*first), rapid=True)
+    way.height(contours.start, rapid=True)
+    contours.cycle.feed(q[11], "Q11")
+    for level in contours.levels(q[4]):
+        way.height(level, rapid=False)
+        way.height(contours.start, rapid=True)
+    contours.end()
+
+
+def train(ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
+    """25: along one open contour, Q3 off it, level by level; Q15 goes to and fro (0) or in one direction."""
+    q, radius = ip.parameters.numbers, radius_of(ip)
+    if len(labels) != 1 or q[1] >= 0.0 or q[11] <= 0.0 or q[12] <= 0.0:
+        message = f"{name} has {len(labels)} contours, the depth Q1 = {q[1]:g}, the feeds Q11 = {q[11]:g} and Q12 = {q[12]:g}"
+        raise BlockError(
+            "cycle-words", message, name, hint="one label of cycle 14, Q1 below 0, feeds above 0"
+        )
+    contour, where = read(labels[0])
+    path = moved_aside(contour, radius + q[3], where > 0) if where else contour
+    way = FlatCutter(ip)
+    way.height(max(ip.state.position[2], q[7]), rapid=True)
+    for k, level in enumerate(levels_of(q[5], q[5] + q[1], abs(q[10]), name)):
+        back = k % 2 == 1 and q[15] == 0.0
+        run = [Segment(s.end, s.start, s.centre, -s.spin) for s in reversed(path)] if back else path
+        if k == 0 or q[15] != 0.0:
+            way.to(run[0].start, rapid=True)
+        ip.sink.set_feed_rate(q[11])
+        way.height(level, rapid=False)
+        ip.sink.set_feed_rate(q[12])
+        for segment in run:
+            way.follow(segment)
+        if q[15] != 0.0:
+            way.height(q[7], rapid=True)
+    way.height(q[7], rapid=True)
+    ip.sink.set_feed_rate(ip.state.feed)
+
+
+#: Cycles that CYCL CALL runs; 14 and 20 are data.
+RUN: dict[int, Callable[[Contours], None]] = {21: pilot, 22: rough, 23: floor, 24: side}
+DATA, TRAIN = (14, 20), 25

@@ -1,0 +1,287 @@
+"""Free contours, SL cycles and planes by vectors of Heidenhain's plain language, against places worked out by hand."""
+
+from __future__ import annotations
+
+import cmath
+import math
+import random
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cncgen.gcode.codes import contour_pockets
+from cncgen.gcode.codes.pockets import Clearing
+from cncgen.gcode.codes.turning_profiles import Segment
+from cncgen.machine.kinematics import Kinematics
+
+Run = Callable[..., Any]
+DATA = "CYCL DEF 20 CONTOUR DATA ~\n Q1=-4 ~\n Q2=1 ~\n Q3=+0.5 ~\n Q4=+0 ~\n Q5=+0 ~\n Q6=2 ~\n Q7=+50 ~\n Q9=+1\n"
+FEEDS = " Q10=2 ~\n Q11=100 ~\n Q12=400"
+SQUARE = "LBL 1\nL X+0 Y+0 RL\nL X+20\nL Y+20\nL X+0\nL Y+0\nLBL 0"
+
+
+def program(body: str, behind: str = "") -> str:
+    """Return a program in mm that does some lines, subprograms behind its end."""
+    return f"0 BEGIN PGM A MM\n{body}\nM30\n{behind}\nEND PGM A MM\n"
+
+
+def ends(run: Run, body: str, behind: str = "", **options: Any) -> list[list[float]]:
+    """Return where the motions of some lines lead in X Y Z, after asserting that all went well."""
+    out = run(program(body, behind), dialect="heidenhain", **options)
+    assert out.errors == []
+    return (np.round(out.path.end[out.path.kind != 3, :3], 6) + 0.0).tolist()
+
+
+def codes(run: Run, body: str, behind: str = "", **options: Any) -> list[str]:
+    """Return the codes of the errors of some lines."""
+    out = run(program(body, behind), dialect="heidenhain", **options)
+    return [d.code for d in out.diagnostics if d.severity.value == "error"]
+
+
+@pytest.fixture
+def tools(tmp_path: Path) -> Path:
+    """Return a tool table: tool 1 is 4 mm wide."""
+    table = tmp_path / "t.tbl"
+    table.write_text("T1 P1 Z0 D4\n")
+    return table
+
+
+def test_lines_that_touch_two_circles(run: Run) -> None:
+    """The first example of "FK free contour programming": from (20, 30) to (50, 75) radii 18 and 15 make a triangle 3 : 4 : 5."""
+    body = "L X+2 Y+30 F250\nFC DR- R18 CLSD+ CCX+20 CCY+30\nFLT\nFCT DR- R15 CCX+50 CCY+75\nFLT\nFCT DR- R15 CCX+75 CCY+20\nFLT\nFCT DR- R18 CLSD- CCX+20 CCY+30"
+    found = ends(run, body)
+    assert found[1][:2] == [5.6, 40.8]
+    assert found[2][:2] == [38.0, 84.0]
+    # Equal radii: the line is parallel to that of the centres, 15 beside it.
+    beside = 15.0 * 1j * (25 - 55j) / abs(25 - 55j)
+    assert found[3][:2] == pytest.approx([50 + beside.real, 75 + beside.imag], abs=1e-6)
+    assert found[4][:2] == pytest.approx([75 + beside.real, 20 + beside.imag], abs=1e-6)
+    assert found[-1][:2] == [2.0, 30.0]
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        ("FL AN+30 LEN10 F100", [[5 * math.sqrt(3), 5]]),
+        ("FL X+10 Y+0 F100\nFL IAN+90 LEN5", [[10, 0], [10, 5]]),
+        ("FL AN+45 Y+3 F100", [[3, 3]]),
+        ("FPOL X+10 Y+10\nFL PR+5 PA+90 F100", [[10, 15]]),
+        ("FL IX+4 IY+3 F100\nFLT LEN5", [[4, 3], [8, 6]]),
+        ("FL X+10 Y+0 F100\nFCT DR+ R5 CCA90", [[10, 0], [15, 5]]),
+        ("FL X+10 Y+0 F100\nFCT DR+ X+20 Y+10", [[10, 0], [20, 10]]),
+        ("FL X+10 Y+0 F100\nFC DR- CCX+10 CCY-5 CCA180", [[10, 0], [10, -10]]),
+        # The arc between two lines square to each other begins 5 before their corner, and ends 5 behind it.
+        ("FL AN+0 F100\nFCT DR+ R5\nFLT X+20 Y+20 AN+90", [[15, 0], [20, 5], [20, 20]]),
+        # A line of 45 degrees meets the one through (20, 0) at (10, 10).
+        ("FL AN+45 F100\nFL X+20 Y+0 AN-45", [[10, 10], [20, 0]]),
+        # From the start a line touches the circle about (10, 0) of radius 6 at 8 from the start, above it in this sense.
+        ("FL F100\nFCT DR- R6 CCX+10 CCY+0 CCA30", [[6.4, 4.8]]),
+    ],
+)  # fmt: skip
+def test_elements_of_free_contours(run: Run, lines: str, expected: list[list[float]]) -> None:
+    found = ends(run, lines)
+    for place, want in zip(found, expected, strict=False):
+        assert place[:2] == pytest.approx(want, abs=1e-6)
+
+
+def test_a_corner_within_a_free_contour(run: Run) -> None:
+    found = ends(run, "FL X+10 Y+0 F100\nRND R2\nFL AN+90 LEN10")
+    assert [p[:2] for p in found] == [[8, 0], [10, 2], [10, 10]]
+
+
+@pytest.mark.parametrize(
+    ("lines", "code"),
+    [
+        ("FL AN+45 F100\nL X+5", "free-contour"),
+        ("FL F100\nFL X+5 Y+5", "free-contour"),
+        ("FL X+10 Y+0 F100\nFC R5 DR+ X+15 Y+5", "free-contour"),
+        ("FL X+10 Y+0 F100\nFCT R5", "arc-sense"),
+        ("FL AN+45 LEN5 F100\nFSELECT 2", "unsupported-block"),
+        ("FL X+10 AN+0 PAR3 DP5 F100", "unsupported-block"),
+        ("FL PR+5 PA+90 F100", "pole-missing"),
+        # The line leads away from the coordinate that it is to reach.
+        ("FL AN+180 X+5 F100", "free-contour"),
+    ],
+)
+def test_free_contours_that_leave_a_choice_are_refused(run: Run, lines: str, code: str) -> None:
+    assert codes(run, lines)[0] == code
+
+
+def test_a_free_contour_is_approached(run: Run, tools: Path) -> None:
+    """The tool goes on 2 left of the first line, which leads along Y."""
+    found = ends(
+        run,
+        "TOOL CALL 1 Z S500\nL X-20 Y-20 R0 FMAX\nAPPR LT X+0 Y+0 LEN10 RL F100\nFL AN+90 LEN30\nDEP LN LEN5",
+        tool_table=tools,
+    )
+    assert [p[:2] for p in found[1:]] == [[-2, -10], [-2, 0], [-2, 30], [-7, 30]]
+
+
+def test_a_pocket_of_a_contour_is_roughed(run: Run, tools: Path) -> None:
+    """Rows 2 apart at most and the way around stay 2.5 off the wall: the radius and the allowance."""
+    body = f"TOOL CALL 1 Z S500\nCYCL DEF 14.0 CONTOUR GEOMETRY\nCYCL DEF 14.1 CONTOUR LABEL 1\n{DATA}CYCL DEF 22 ROUGH-OUT ~\n{FEEDS}\nL Z+50 FMAX\nCYCL CALL"
+    found = np.array(ends(run, body, SQUARE, tool_table=tools))
+    low = found[found[:, 2] < 0.0]
+    assert sorted(set(low[:, 2])) == [-4.0, -2.0]
+    assert low[:, :2].min() == 2.5
+    assert low[:, :2].max() == 17.5
+    rows = np.unique(low[:, 1])
+    assert np.diff(rows).max() <= 2.0 + 1e-9
+    assert found[-1][2] == 50.0
+
+
+def test_walls_are_finished_with_the_wall_to_the_right(run: Run, tools: Path) -> None:
+    """Climbing, a pocket is gone around counter-clockwise and an island clockwise."""
+    island = "LBL 2\nL X+8 Y+8 RL\nL Y+12\nL X+12\nL Y+8\nL X+8\nLBL 0"
+    body = f"TOOL CALL 1 Z S500\nCYCL DEF 14.0 CONTOUR\nCYCL DEF 14.1 CONTOUR LABEL 1 /2\n{DATA}CYCL DEF 24 SIDE ~\n{FEEDS} ~\n Q14=+0\nL Z+50 FMAX\nCYCL CALL"
+    out = run(program(body, f"{SQUARE}\n{island}"), dialect="heidenhain", tool_table=tools)
+    assert out.errors == []
+    ways = out.path.end[(out.path.kind != 3) & (out.path.end[:, 2] == -4.0)][:, :2].round(6)
+    outer, inner = (
+        ways[(ways < 4).any(axis=1) | (ways > 16).any(axis=1)],
+        ways[(ways > 4).all(axis=1) & (ways < 16).all(axis=1)],
+    )
+    for way, sense, reach in ((outer, 1.0, 16.0), (inner, -1.0, 8.0)):
+        points = [complex(*p) for p in way]
+        area = (
+            sum((a.conjugate() * b).imag for a, b in zip(points, points[1:] + points[:1], strict=True)) / 2.0
+        )
+        assert math.copysign(1.0, area) == sense
+        assert np.ptp(way, axis=0).tolist() == [reach, reach]
+
+
+def test_a_contour_train_goes_to_and_fro(run: Run, tools: Path) -> None:
+    body = f"TOOL CALL 1 Z S500\nCYCL DEF 14.0 CONTOUR\nCYCL DEF 14.1 CONTOUR LABEL 1\nCYCL DEF 25 TRAIN ~\n Q1=-4 ~\n Q3=+1 ~\n Q5=+0 ~\n Q7=+50 ~\n{FEEDS} ~\n Q15=0\nCYCL CALL"
+    found = ends(run, body, "LBL 1\nL X+0 Y+0 RR\nL X+30\nLBL 0", tool_table=tools)
+    assert found[1:] == [[0, -3, 50], [0, -3, -2], [30, -3, -2], [30, -3, -4], [0, -3, -4], [0, -3, 50]]
+
+
+@pytest.mark.parametrize(
+    ("contours", "labels", "code"),
+    [
+        (SQUARE.replace("L Y+0\nLBL 0", "LBL 0"), "1", "profile-length"),
+        (SQUARE.replace(" RL", ""), "1", "cycle-words"),
+        (SQUARE, "1 /2", "label-missing"),
+        (f"{SQUARE}\nLBL 2\nL X+10 Y+10 RL\nL X+30\nL Y+30\nL X+10\nL Y+10\nLBL 0", "1 /2", "not-read"),
+        # A pocket within a pocket is none.
+        (f"{SQUARE}\nLBL 2\nL X+8 Y+8 RL\nL X+12\nL Y+12\nL X+8\nL Y+8\nLBL 0", "1 /2", "not-read"),
+        ("LBL 1\nL X+0 Y+0 RL\nL X+20\nL Y+3\nL X+0\nL Y+0\nLBL 0", "1", "cycle-tool"),
+        # The tool goes in, and not around the island.
+        (f"{SQUARE}\nLBL 2\nL X+3 Y+3 RL\nL Y+12\nL X+12\nL Y+3\nL X+3\nLBL 0", "1 /2", "cycle-tool"),
+    ],
+)
+def test_contours_that_make_no_pocket(run: Run, tools: Path, contours: str, labels: str, code: str) -> None:
+    body = f"TOOL CALL 1 Z S500\nCYCL DEF 14.0 CONTOUR\nCYCL DEF 14.1 CONTOUR LABEL {labels}\n{DATA}CYCL DEF 22 ROUGH ~\n{FEEDS}\nCYCL CALL"
+    assert codes(run, body, contours, tool_table=tools) == [code]
+
+
+def _ring(rng: random.Random) -> list[Segment]:
+    count = rng.randint(3, 9)
+    places = [
+        cmath.rect(rng.uniform(30, 50), math.tau * (k + rng.uniform(-0.2, 0.2)) / count) for k in range(count)
+    ]
+    return [Segment(a, b) for a, b in zip(places, places[1:] + places[:1], strict=True)]
+
+
+def _cut(contours: list[tuple[list[Segment], bool]], radius: float, step: float) -> np.ndarray:
+    """Return points of the tool's way at depth."""
+    places: list[complex] = []
+    position = [0.0] * 9
+
+    def feed(end: list[float]) -> None:
+        a, b = complex(*position[:2]), complex(*end[:2])
+        if position[2] < 0.0 and end[2] < 0.0:
+            places.extend(a + (b - a) * np.linspace(0.0, 1.0, 2 + int(abs(b - a) / 0.5)))
+        position[:] = end
+
+    def arc(end: list[float], x: float, y: float, turns: int, plane: int) -> None:
+        centre, spoke = complex(x, y), complex(*position[:2]) - complex(x, y)
+        sweep = (cmath.phase((complex(*end[:2]) - centre) / spoke) * turns) % math.tau or math.tau
+        if position[2] < 0.0:
+            places.extend(
+                centre
+                + spoke * np.exp(1j * turns * sweep * np.linspace(0, 1, 2 + int(sweep * abs(spoke) / 0.5)))
+            )
+        position[:] = end
+
+    sink = SimpleNamespace(
+        set_feed_rate=lambda feed: None, straight_feed=feed, straight_traverse=feed, arc_feed=arc
+    )
+    ip: Any = SimpleNamespace(
+        sink=sink, state=SimpleNamespace(position=[0.0, 0.0, 50.0, *[0.0] * 6], moved=False)
+    )
+    how = Clearing(radius, step, (-1.0,), 2.0, 100.0, 50.0)
+    contour_pockets.clear(ip, [c for c, _ in contours], radius, how, 1.0, "a pocket")
+    contour_pockets.walls(ip, contour_pockets.around(contours, radius, "a pocket", climb=True), how)
+    return np.array(places)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3, 4, 5, 6])
+def test_random_pockets_are_cleared_and_their_walls_kept(seed: int) -> None:
+    """Beside dense points of the walls: no place of the tool is nearer than its radius, and what it can reach is cut."""
+    rng = random.Random(seed)
+    middle, size = complex(rng.uniform(-8, 8), rng.uniform(-8, 8)), rng.uniform(3, 8)
+    island = [
+        Segment(middle + size, middle - size, middle, 1),
+        Segment(middle - size, middle + size, middle, 1),
+    ]
+    contours, radius = [(_ring(rng), False), (island, True)], rng.uniform(1.0, 3.0)
+    contour_pockets.check(contours, "a pocket")
+    way = _cut(contours, radius, radius * rng.uniform(0.5, 1.6))
+    turn = np.linspace(0.0, math.pi, 300)
+    walls = np.concatenate(
+        [s.start + (s.end - s.start) * np.linspace(0, 1, 600) if s.centre is None else s.centre + (s.start - s.centre) * np.exp(1j * turn)
+         for contour, _ in contours for s in contour]
+    )  # fmt: skip
+    ring = np.array([s.start for s in contours[0][0]])
+    assert min(abs(place - walls).min() for place in way) > radius - 0.01
+    for _ in range(60):
+        place = complex(rng.uniform(-50, 50), rng.uniform(-50, 50))
+        inside = (
+            abs(np.angle((np.roll(ring, -1) - place) / (ring - place)).sum()) > 6.0
+            and abs(place - middle) > size
+        )
+        if inside and abs(place - walls).min() > radius + 0.1:
+            assert abs(place - way).min() < radius
+
+
+def test_a_plane_by_vectors(run: Run) -> None:
+    """The direction of X and the normal of a plane that is turned by 90 degrees about X: its Y is Z."""
+    found = ends(run, "PLANE VECTOR BX1 BY0 BZ0 NX0 NY-1 NZ0 STAY\nL X+1 Y+2 Z+3 FMAX")
+    assert found == [[1, -3, 2]]
+    assert codes(run, "PLANE VECTOR BX1 BY0 BZ0 NX2 NY0 NZ0 STAY") == ["plane-points"]
+
+
+def test_the_plane_of_the_manual_by_vectors(run: Run) -> None:
+    """PLANE VECTOR BX0.8 BY-0.4 BZ-0.4472 NX0.2 NY0.2 NZ0.9592 (TNC 320, "The PLANE function"): X goes along B as far as N allows."""
+    base, normal = np.array([0.8, -0.4, -0.4472]), np.array([0.2, 0.2, 0.9592])
+    normal /= np.linalg.norm(normal)
+    along = base - base @ normal * normal
+    along /= np.linalg.norm(along)
+    found = ends(
+        run,
+        "PLANE VECTOR BX0.8 BY-0.4 BZ-0.4472 NX0.2 NY0.2 NZ0.9592 STAY\nL X+10 Y+0 Z+0 FMAX\nL X+0 Z+10 FMAX",
+    )
+    assert found[0] == pytest.approx((10 * along).tolist(), abs=1e-5)
+    assert found[1] == pytest.approx((10 * normal).tolist(), abs=1e-5)
+
+
+def test_a_plane_by_the_angles_of_axes(run: Run) -> None:
+    """A45 turns Z towards -Y; beside a C, only the machine says which carries the other."""
+    half = math.sqrt(0.5)
+    assert ends(run, "PLANE AXIAL A+45 STAY\nL X+0 Y+0 Z+2 FMAX")[0] == pytest.approx(
+        [0, -2 * half, 2 * half], abs=1e-6
+    )
+    assert codes(run, "PLANE AXIAL A+45 C+90 STAY") == ["plane-kind"]
+    table = Kinematics(False, (3, 5))
+    found = ends(run, "PLANE AXIAL A+45 C+90 STAY\nL X+2 Y+0 Z+0 FMAX", kinematics=table)
+    assert found[0] == pytest.approx([0, 2 * half, 2 * half], abs=1e-6)
+
+
+def test_labels_without_a_blank(run: Run) -> None:
+    assert ends(run, "FN 9: IF +1 EQU +1 GOTO LBL 2\nL X+9 FMAX\nLBL2\nL X+5 FMAX") == [[5, 0, 0]]
+    assert ends(run, "CALL LBL3\nCALL LBL3", "LBL3\nL IX+1 FMAX\nLBL0") == [[1, 0, 0], [2, 0, 0]]
