@@ -5,6 +5,10 @@ straight while its axis keeps its direction sweeps a convex body: the tool of `r
 along a segment. So a line meets it in one interval. In the frame of the tool (z along its axis, x along its way across it) the
 body is the points above the envelope of `removal`, over a stadium round the way. On the stretch of a line that is over the
 stadium, the envelope less the height is convex, and Newton's method from either end goes to the interval's ends without passing them.
+
+Most of the lines under a tool have been cut by the motions before. So a square of lines keeps a gap that all of them have, between two
+planes over (u, v), which only grows as more is cut. The envelope less the height, and beside the stadium the distance from it, are convex
+over space: their tangent plane at one point tells for all the square that the tool stays within the gap.
 """
 
 import cython
@@ -17,6 +21,15 @@ else:
 
 #: Columns of the result of `cut_lines`.
 COLUMNS = 11
+#: Rows and columns of a square of lines, and the numbers that tell its gap: height over its middle and slopes along u and v of the
+#: plane below, and of the one above.
+SQUARE = 8
+GAP = 6
+_SQUARE = cython.declare(cython.Py_ssize_t, SQUARE)
+#: A height without end, and one that is not known.
+_ENDLESS = cython.declare(cython.double, 1e299)
+#: Planes of gaps are not steeper.
+_STEEPEST = cython.declare(cython.double, 8.0)
 #: Steps of Newton's method, at most, the distance at which it ends, and its least step, mm.
 _STEPS = cython.declare(cython.int, 60)
 _CLOSE = cython.declare(cython.double, 1e-8)
@@ -58,9 +71,19 @@ class _Sweep:
     z: cython.double
     enter: cython.double
     leave: cython.double
-    # Results: of `_clear` the envelope above a point and its change along w, of `_between` the ends.
+    # Results: of `_clear` the envelope above a point and its change along w, x and y, of `_between` the ends.
     over: cython.double
     change: cython.double
+    gx: cython.double
+    gy: cython.double
+    # Least and largest w of the body, where it ends.
+    lowest: cython.double
+    highest: cython.double
+    # Of `_tangent` the value at a point and its changes along u, v and w.
+    value: cython.double
+    fu: cython.double
+    fv: cython.double
+    fw: cython.double
     low: cython.double
     high: cython.double
 
@@ -163,7 +186,75 @@ class _Sweep:
                 steep = fabs(m) * rho / (over if over > 1e-9 else 1e-9)
             gx = steep * (x - s) / rho
             gy = steep * y / rho
+        self.gx, self.gy = gx, gy
         self.change = gx * self.xw + gy * self.yw - self.zw
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _place(self, u: cython.double, v: cython.double) -> cython.void:
+        """Take a line of the field."""
+        u, v = u - self.ou, v - self.ov
+        self.x = self.xu * u + self.xv * v - self.xw * self.ow
+        self.y = self.yu * u + self.yv * v - self.yw * self.ow
+        self.z = self.zu * u + self.zv * v - self.zw * self.ow
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _tangent(self, w: cython.double) -> cython.void:
+        """Find a plane over space that is positive beyond the body's boundary alone: its value on the line at hand, and its changes."""
+        x: cython.double = self.x + w * self.xw
+        y: cython.double = self.y + w * self.yw
+        gz: cython.double = -1.0
+        rho: cython.double
+        x = x if x < 0.0 else (x - self.length if x > self.length else 0.0)
+        rho = sqrt(x * x + y * y)
+        if rho >= self.radius * (1.0 - 1e-9):
+            # Beside the stadium.
+            self.value = rho - self.radius
+            self.gx, self.gy, gz = x / rho, y / rho, 0.0
+        else:
+            self._clear(w)
+            self.value = self.over
+        self.fu = self.gx * self.xu + self.gy * self.yu + gz * self.zu
+        self.fv = self.gx * self.xv + self.gy * self.yv + gz * self.zv
+        self.fw = self.gx * self.xw + self.gy * self.yw + gz * self.zw
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _beyond(
+        self,
+        w: cython.double,
+        a: cython.double,
+        b: cython.double,
+        half: cython.double,
+        side: cython.double,
+    ) -> cython.bint:
+        """Tell whether all above (`side` 1) or below (-1) a plane is outside of the body, in a square about the line at hand.
+
+        The plane is w high there, with the slopes a and b; the square reaches `half` to each side.
+        """
+        if side * w > _ENDLESS:
+            return True
+        self._tangent(w)
+        if side * self.fw < 0.0:
+            return False
+        return self.value - (fabs(self.fu + self.fw * a) + fabs(self.fv + self.fw * b)) * half > 2.0 * _CLOSE
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _misses(self, start: cython.double, end: cython.double) -> cython.bint:
+        """Tell whether the body is sure to miss a stretch of the line at hand, by its tangent plane at one end of it or the other."""
+        if end < self.lowest or start > self.highest:
+            return True
+        if start + end < self.lowest + self.highest:
+            self._tangent(end)
+            return self.value > 2.0 * _CLOSE and self.fw <= 0.0
+        self._tangent(start)
+        return self.value > 2.0 * _CLOSE and self.fw >= 0.0
 
     @cython.cfunc
     @cython.nogil
@@ -174,10 +265,7 @@ class _Sweep:
         b: cython.double
         low: cython.double = -1e300
         high: cython.double = 1e300
-        u, v = u - self.ou, v - self.ov
-        self.x = self.xu * u + self.xv * v - self.xw * self.ow
-        self.y = self.yu * u + self.yv * v - self.yw * self.ow
-        self.z = self.zu * u + self.zv * v - self.zw * self.ow
+        self._place(u, v)
         if self.xw * self.xw + self.yw * self.yw <= 1e-18:
             self.enter, self.leave = low, high
             a = self.x - (0.0 if self.x < 0.0 else (self.length if self.x > self.length else self.x))
@@ -206,11 +294,71 @@ class _Sweep:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
+    def _nearer(self, w: cython.double, sense: cython.double) -> cython.double:
+        """Return a place nearer to a tool with a rounded edge than w, outside of it, on the line at hand; endless where it misses it.
+
+        Where the edge is upright Newton's method makes small steps. The distance from the way is convex, so no less than its tangent,
+        and the tool is nowhere higher over the line than at the lowest end of its way: with the two the edge is a circle, which the
+        line meets in closed form.
+        """
+        x: cython.double = self.x + w * self.xw
+        y: cython.double = self.y + w * self.yw
+        a: cython.double
+        b: cython.double
+        da: cython.double
+        db: cython.double = -sense * self.zw
+        size: cython.double
+        half: cython.double
+        t: cython.double = 1e300
+        found: cython.double
+        x = x if x < 0.0 else (x - self.length if x > self.length else 0.0)
+        a = sqrt(x * x + y * y)
+        if a < 1e-9:
+            return w
+        da = sense * (x * self.xw + y * self.yw) / a
+        # Beyond the flat, and below the upper end of the edge.
+        a -= self.flat
+        b = self.edge - (self.z + w * self.zw - self.base)
+        b += self.rise * self.length if self.rise < 0.0 else 0.0
+        if (
+            (a <= self.edge and b <= 0.0)
+            or (a <= 0.0 and b <= self.edge)
+            or (a > 0.0 < b and a * a + b * b <= self.edge * self.edge)
+        ):
+            return w
+        size = da * da + db * db
+        if size <= 1e-18:
+            return 1e300
+        half = a * da + b * db
+        found = half * half - size * (a * a + b * b - self.edge * self.edge)
+        if found >= 0.0:
+            found = (-half - sqrt(found)) / size
+            if found >= 0.0 and a + found * da >= 0.0 and b + found * db >= 0.0:
+                t = found
+        if da < 0.0 and a > self.edge:
+            found = (self.edge - a) / da
+            if b + found * db <= 0.0:
+                t = found if found < t else t
+        if db < 0.0 and b > self.edge:
+            found = (self.edge - b) / db
+            if a + found * da <= 0.0:
+                t = found if found < t else t
+        # A hair before it, for what rounding takes.
+        t = t - 1e-9 if t > 1e-9 else 0.0
+        return w + sense * t if t < _ENDLESS else sense * 1e300
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
     def _root(self, w: cython.double, last: cython.double) -> cython.double:
         """Return where the line at hand goes into the body, from w, outside of it, towards a last place; 1e300 if nowhere before."""
         step: cython.double
         k: cython.int
         up: cython.bint = last > w
+        if self.edge > 0.0:
+            w = self._nearer(w, 1.0 if up else -1.0)
+            if w >= last if up else w <= last:
+                return 1e300
         for k in range(_STEPS):
             self._clear(w)
             if self.over <= _CLOSE:
@@ -305,11 +453,392 @@ class _Sweep:
         return self.z + w * self.zw - self.base - self.rise * x
 
 
+@cython.final
+@cython.cclass
+class _Field:
+    """A field of dexels, and how the line at hand goes over it."""
+
+    ends: cython.double[:, :, ::1]
+    counts: cython.int[:, ::1]
+    parts: cython.double[:, :, ::1]
+    part_counts: cython.int[:, ::1]
+    gaps: cython.double[:, :, ::1]
+    # The columns that a row of a square reaches.
+    reached: cython.longlong[:, ::1]
+    u0: cython.double
+    v0: cython.double
+    cell: cython.double
+    bottom: cython.double
+    top: cython.double
+    edge_length: cython.double
+    dry: cython.bint
+    # The line: its ends from the first dexel, how far the shank goes until it has left the material, the places u it reaches.
+    pu: cython.double
+    pv: cython.double
+    pw: cython.double
+    qu: cython.double
+    qv: cython.double
+    qw: cython.double
+    far: cython.double
+    lowest: cython.double
+    highest: cython.double
+    first_row: cython.Py_ssize_t
+    last_row: cython.Py_ssize_t
+    first: cython.Py_ssize_t
+    last: cython.Py_ssize_t
+    # What is judged of a dexel.
+    deep: cython.double
+    gouge: cython.double
+    above: cython.double
+    at: cython.double
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _take(self, lines: cython.double[:, ::1], k: cython.Py_ssize_t, whole: _Sweep) -> cython.bint:
+        """Take a line; tell whether it may reach any dexel."""
+        rows: cython.Py_ssize_t = self.counts.shape[0]
+        radius: cython.double = whole.radius
+        wide: cython.double = radius * sqrt(1.0 - whole.zw * whole.zw) if fabs(whole.zw) < 1.0 else 0.0
+        size: cython.double
+        lo: cython.double
+        hi: cython.double
+        self.pu, self.pv, self.pw = lines[k, 0] - self.u0, lines[k, 1] - self.v0, lines[k, 2]
+        self.qu, self.qv, self.qw = lines[k, 3] - self.u0, lines[k, 4] - self.v0, lines[k, 5]
+        lo = self.pw if self.pw < self.qw else self.qw
+        hi = self.pw if self.pw > self.qw else self.qw
+        # Rounded up by a hair: ends of stretches are compared with them.
+        whole.lowest = lo - wide - 1e-6 if whole.zw >= 0.0 else -1e300
+        whole.highest = hi + wide + 1e-6 if whole.zw <= 0.0 else 1e300
+        self.far = 1e6
+        if whole.zw > 1e-9:
+            self.far = (self.top - lo + wide) / whole.zw
+        elif whole.zw < -1e-9:
+            self.far = (hi + wide - self.bottom) / -whole.zw
+        elif lo - radius > self.top or hi + radius < self.bottom:
+            return False
+        if self.far < 0.0:
+            return False
+        self.far = self.far if self.far < 1e6 else 1e6
+        size = radius * sqrt(1.0 - whole.zv * whole.zv) if fabs(whole.zv) < 1.0 else 0.0
+        lo = (self.pv if self.pv < self.qv else self.qv) - size
+        hi = (self.pv if self.pv > self.qv else self.qv) + size
+        lo = lo + self.far * whole.zv if whole.zv < 0.0 else lo
+        hi = hi + self.far * whole.zv if whole.zv > 0.0 else hi
+        if hi < 0.0 or lo > (rows - 1) * self.cell:
+            return False
+        self.first_row = cython.cast(cython.Py_ssize_t, ceil(lo / self.cell)) if lo > 0.0 else 0
+        self.last_row = rows - 1
+        if hi < (rows - 1) * self.cell:
+            self.last_row = cython.cast(cython.Py_ssize_t, floor(hi / self.cell))
+        size = radius * sqrt(1.0 - whole.zu * whole.zu) if fabs(whole.zu) < 1.0 else 0.0
+        self.lowest = (self.pu if self.pu < self.qu else self.qu) - size
+        self.highest = (self.pu if self.pu > self.qu else self.qu) + size
+        self.lowest = self.lowest + self.far * whole.zu if whole.zu < 0.0 else self.lowest
+        self.highest = self.highest + self.far * whole.zu if whole.zu > 0.0 else self.highest
+        return True
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _columns(self, j: cython.Py_ssize_t, whole: _Sweep) -> cython.void:
+        """Find the columns of a row that the line may reach: `first` to `last`."""
+        columns: cython.Py_ssize_t = self.counts.shape[1]
+        v: cython.double = j * self.cell
+        whole.low, whole.high = self.lowest, self.highest
+        # Strips along the way of the shank, and along that of the tip.
+        whole._narrow(whole.zu, whole.zv, self.pu, self.pv, self.qu, self.qv, self.far, v)
+        whole._narrow(self.qu - self.pu, self.qv - self.pv, self.pu, self.pv, self.qu, self.qv, self.far, v)
+        self.first, self.last = 0, -1
+        if whole.high < 0.0 or whole.low > (columns - 1) * self.cell or whole.high < whole.low:
+            return
+        if whole.low > 0.0:
+            self.first = cython.cast(cython.Py_ssize_t, ceil(whole.low / self.cell))
+        self.last = columns - 1
+        if whole.high < (columns - 1) * self.cell:
+            self.last = cython.cast(cython.Py_ssize_t, floor(whole.high / self.cell))
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _cut(
+        self,
+        lines: cython.double[:, ::1],
+        k: cython.Py_ssize_t,
+        judged: cython.bint,
+        whole: _Sweep,
+        inner: _Sweep,
+        out: cython.double[:, ::1],
+    ) -> cython.bint:
+        """Cut along one line, a square after the other; tell whether all dexels had places enough."""
+        j: cython.Py_ssize_t
+        row: cython.Py_ssize_t
+        column: cython.Py_ssize_t
+        low: cython.Py_ssize_t
+        high: cython.Py_ssize_t
+        if not self._take(lines, k, whole):
+            return True
+        for row in range(self.first_row // _SQUARE, self.last_row // _SQUARE + 1):
+            low, high = self.counts.shape[1], -1
+            for j in range(_SQUARE):
+                self.first, self.last = 0, -1
+                if self.first_row <= row * _SQUARE + j <= self.last_row:
+                    self._columns(row * _SQUARE + j, whole)
+                self.reached[j, 0], self.reached[j, 1] = self.first, self.last
+                if self.first <= self.last:
+                    low = self.first if self.first < low else low
+                    high = self.last if self.last > high else high
+            if high < 0:
+                continue
+            for column in range(low // _SQUARE, high // _SQUARE + 1):
+                if self._clears(row, column, whole):
+                    continue
+                if not self._square(k, row, column, judged, whole, inner, out):
+                    return False
+                self._note_gap(row, column, whole)
+        return True
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _clears(self, row: cython.Py_ssize_t, column: cython.Py_ssize_t, whole: _Sweep) -> cython.bint:
+        """Tell whether the tool stays within the gap of a square."""
+        half: cython.double = 0.5 * (_SQUARE - 1) * self.cell
+        if self.gaps[row, column, 0] > _ENDLESS:
+            return False
+        whole._place(
+            self.u0 + column * _SQUARE * self.cell + half, self.v0 + row * _SQUARE * self.cell + half
+        )
+        return whole._beyond(
+            self.gaps[row, column, 0], self.gaps[row, column, 1], self.gaps[row, column, 2], half, -1.0
+        ) and whole._beyond(
+            self.gaps[row, column, 3], self.gaps[row, column, 4], self.gaps[row, column, 5], half, 1.0
+        )
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _square(
+        self,
+        k: cython.Py_ssize_t,
+        row: cython.Py_ssize_t,
+        column: cython.Py_ssize_t,
+        judged: cython.bint,
+        whole: _Sweep,
+        inner: _Sweep,
+        out: cython.double[:, ::1],
+    ) -> cython.bint:
+        """Cut the dexels of a square; tell whether all had places enough."""
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        first: cython.Py_ssize_t
+        last: cython.Py_ssize_t
+        for j in range(_SQUARE):
+            first, last = column * _SQUARE, column * _SQUARE + _SQUARE - 1
+            first = self.reached[j, 0] if self.reached[j, 0] > first else first
+            last = self.reached[j, 1] if self.reached[j, 1] < last else last
+            for i in range(first, last + 1):
+                if self._missed(row * _SQUARE + j, i, whole):
+                    continue
+                if not whole._line(self.u0 + i * self.cell, self.v0 + (row * _SQUARE + j) * self.cell):
+                    continue
+                if not self._dexel(k, row * _SQUARE + j, i, judged, whole, inner, out):
+                    return False
+        return True
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _missed(self, j: cython.Py_ssize_t, i: cython.Py_ssize_t, whole: _Sweep) -> cython.bint:
+        """Take a dexel as the line at hand; tell whether the body is sure to miss all of it."""
+        a: cython.int
+        whole._place(self.u0 + i * self.cell, self.v0 + j * self.cell)
+        for a in range(self.counts[j, i]):
+            if not whole._misses(self.ends[j, i, 2 * a], self.ends[j, i, 2 * a + 1]):
+                return False
+        return True
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _dexel(
+        self,
+        k: cython.Py_ssize_t,
+        j: cython.Py_ssize_t,
+        i: cython.Py_ssize_t,
+        judged: cython.bint,
+        whole: _Sweep,
+        inner: _Sweep,
+        out: cython.double[:, ::1],
+    ) -> cython.bint:
+        """Cut the dexel on the line at hand; tell whether it had places enough."""
+        room: cython.Py_ssize_t = self.ends.shape[2] // 2
+        count: cython.int = self.counts[j, i]
+        a: cython.int = 0
+        lo: cython.double
+        hi: cython.double
+        start: cython.double
+        end: cython.double
+        lined: cython.bint = False
+        touched: cython.bint = False
+        self.deep = self.gouge = 0.0
+        self.above = self.at = -1e300
+        while a < self.counts[j, i]:
+            start, end = self.ends[j, i, 2 * a], self.ends[j, i, 2 * a + 1]
+            if not whole._between(start, end) or whole.high - whole.low <= _NOTHING:
+                a += 1
+                continue
+            lo, hi = whole.low, whole.high
+            if self.counts[j, i] == room and start < lo and hi < end and not self.dry:
+                return False
+            # A bite that is not deeper than the deepest says nothing more.
+            if judged and (
+                count > 1 or hi - lo > out[k, 1] or self.part_counts.shape[0] > 0 or self.edge_length < 1e300
+            ):
+                if not lined:
+                    lined = True
+                    touched = inner._line(self.u0 + i * self.cell, self.v0 + j * self.cell)
+                if touched and inner._between(lo, hi):
+                    self._judge(j, i, lo, hi, inner)
+            if self.dry:
+                a += 1
+            else:
+                out[k, 0] += (hi - lo) * self.cell * self.cell
+                a = _subtract(self.ends, self.counts, j, i, a, lo, hi)
+        if self.deep > 0.0:
+            self._tell(k, self.u0 + i * self.cell, self.v0 + j * self.cell, out)
+        return True
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _judge(
+        self,
+        j: cython.Py_ssize_t,
+        i: cython.Py_ssize_t,
+        lo: cython.double,
+        hi: cython.double,
+        inner: _Sweep,
+    ) -> cython.void:
+        """Judge what is cut from a dexel between two places: what the smaller tool touches counts as far as the whole one cuts."""
+        size: cython.double
+        begin: cython.double
+        until: cython.double
+        b: cython.int
+        self.at = inner.low if self.at < -1e299 else self.at
+        size = inner._above(inner.low)
+        self.above = size if size > self.above else self.above
+        size = inner._above(inner.high)
+        self.above = size if size > self.above else self.above
+        self.deep += hi - lo
+        if self.part_counts.shape[0]:
+            for b in range(self.part_counts[j, i]):
+                begin, until = self.parts[j, i, 2 * b], self.parts[j, i, 2 * b + 1]
+                if _shared(begin, until, inner.low, inner.high) > 0.0:
+                    self.gouge += _shared(begin, until, lo, hi)
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _tell(
+        self, k: cython.Py_ssize_t, u: cython.double, v: cython.double, out: cython.double[:, ::1]
+    ) -> cython.void:
+        """Add what is judged of a dexel to the result."""
+        if self.deep > out[k, 1]:
+            out[k, 1] = self.deep
+            out[k, 2], out[k, 3], out[k, 4] = u, v, self.at
+        if self.gouge > out[k, 5]:
+            out[k, 5] = self.gouge
+            out[k, 6], out[k, 7], out[k, 8] = u, v, self.at
+        out[k, 9] += self.gouge * self.cell * self.cell
+        if self.above - self.edge_length > out[k, 10]:
+            out[k, 10] = self.above - self.edge_length
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _note_gap(self, row: cython.Py_ssize_t, column: cython.Py_ssize_t, whole: _Sweep) -> cython.void:
+        """Note the gap of a square where the tool is, between planes as steep as the tool is over its middle."""
+        half: cython.double = 0.5 * (_SQUARE - 1) * self.cell
+        low_a: cython.double = 0.0
+        low_b: cython.double = 0.0
+        high_a: cython.double = 0.0
+        high_b: cython.double = 0.0
+        low: cython.double = -1e300
+        high: cython.double = 1e300
+        begin: cython.double
+        end: cython.double
+        place: cython.double
+        du: cython.double
+        dv: cython.double
+        a: cython.int
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        last: cython.Py_ssize_t = column * _SQUARE + _SQUARE
+        last_row: cython.Py_ssize_t = row * _SQUARE + _SQUARE
+        last = last if last < self.counts.shape[1] else self.counts.shape[1]
+        last_row = last_row if last_row < self.counts.shape[0] else self.counts.shape[0]
+        # A place that is within the tool: towards the shank it is empty sooner.
+        place = 0.5 * (self.pw + self.qw)
+        if whole.zw > 0.5:
+            place = self.top
+        elif whole.zw < -0.5:
+            place = self.bottom
+        if whole._line(
+            self.u0 + column * _SQUARE * self.cell + half, self.v0 + row * _SQUARE * self.cell + half
+        ) and whole._between(self.bottom, self.top):
+            begin, end = whole.low, whole.high
+            place = end if whole.zw > 0.5 else (begin if whole.zw < -0.5 else 0.5 * (begin + end))
+            whole._tangent(begin)
+            if whole.fw < -1e-3:
+                low_a, low_b = _bounded(-whole.fu / whole.fw), _bounded(-whole.fv / whole.fw)
+            whole._tangent(end)
+            if whole.fw > 1e-3:
+                high_a, high_b = _bounded(-whole.fu / whole.fw), _bounded(-whole.fv / whole.fw)
+        for j in range(row * _SQUARE, last_row):
+            dv = (j - row * _SQUARE) * self.cell - half
+            for i in range(column * _SQUARE, last):
+                du = (i - column * _SQUARE) * self.cell - half
+                begin, end = -1e300, 1e300
+                for a in range(self.counts[j, i]):
+                    if self.ends[j, i, 2 * a + 1] <= place:
+                        begin = self.ends[j, i, 2 * a + 1]
+                    elif self.ends[j, i, 2 * a] >= place:
+                        end = self.ends[j, i, 2 * a]
+                        break
+                    else:
+                        # Not a gap of this dexel.
+                        self.gaps[row, column, 0] = 1e300
+                        return
+                if begin > -_ENDLESS:
+                    begin -= low_a * du + low_b * dv
+                    low = begin if begin > low else low
+                if end < _ENDLESS:
+                    end -= high_a * du + high_b * dv
+                    high = end if end < high else high
+        self.gaps[row, column, 0] = low
+        self.gaps[row, column, 1] = low_a
+        self.gaps[row, column, 2] = low_b
+        self.gaps[row, column, 3] = high
+        self.gaps[row, column, 4] = high_a
+        self.gaps[row, column, 5] = high_b
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _bounded(slope: cython.double) -> cython.double:
+    """Return a slope, `_STEEPEST` at most."""
+    return _STEEPEST if slope > _STEEPEST else (-_STEEPEST if slope < -_STEEPEST else slope)
+
+
 def cut_lines(
     ends: cython.double[:, :, ::1],
     counts: cython.int[:, ::1],
     parts: cython.double[:, :, ::1],
     part_counts: cython.int[:, ::1],
+    gaps: cython.double[:, :, ::1],
+    reached: cython.longlong[:, ::1],
     grid: cython.double[::1],
     bounds: cython.double[::1],
     lines: cython.double[:, ::1],
@@ -327,6 +856,9 @@ def cut_lines(
         ends: Shape (rows, columns, 2 k): where stretches of material begin and end along w, rising, mm; changed in place.
         counts: Shape (rows, columns): how many stretches there are.
         parts, part_counts: The finished part alike, of shape (0, 0, 0) and (0, 0) where it is not known.
+        gaps: Shape (rows / SQUARE, columns / SQUARE, GAP), rounded up: the gap of each square of dexels, its first number 1e300 where
+            it is not known; changed in place.
+        reached: Shape (SQUARE, 2), for the kernel's own use.
         grid: u and v of the first dexel, and their distance, mm.
         bounds: Least and largest w of the material, mm.
         lines: Shape (n, 6): start and end of the tip, (u, v, w), mm.
@@ -347,176 +879,21 @@ def cut_lines(
     done: cython.Py_ssize_t = n
     whole: _Sweep = _Sweep()
     inner: _Sweep = _Sweep()
+    field: _Field = _Field()
+    field.ends, field.counts, field.parts, field.part_counts = ends, counts, parts, part_counts
+    field.gaps, field.reached = gaps, reached
+    field.u0, field.v0, field.cell = grid[0], grid[1], grid[2]
+    field.bottom, field.top = bounds[0], bounds[1]
+    field.edge_length, field.dry = tool[4], dry
     with cython.nogil:
         for k in range(first, n):
             whole._take(lines, axes, k, tool, 0.0, 0.0)
             if judged[k]:
                 inner._take(lines, axes, k, tool, margins[k, 0], margins[k, 1])
-            if not _cut(
-                ends,
-                counts,
-                parts,
-                part_counts,
-                grid,
-                bounds,
-                lines,
-                k,
-                judged[k],
-                tool[4],
-                dry,
-                whole,
-                inner,
-                out,
-            ):
+            if not field._cut(lines, k, judged[k], whole, inner, out):
                 done = k
                 break
     return done
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _cut(
-    ends: cython.double[:, :, ::1],
-    counts: cython.int[:, ::1],
-    parts: cython.double[:, :, ::1],
-    part_counts: cython.int[:, ::1],
-    grid: cython.double[::1],
-    bounds: cython.double[::1],
-    lines: cython.double[:, ::1],
-    k: cython.Py_ssize_t,
-    judged: cython.bint,
-    edge_length: cython.double,
-    dry: cython.bint,
-    whole: _Sweep,
-    inner: _Sweep,
-    out: cython.double[:, ::1],
-) -> cython.bint:
-    """Cut along one line; tell whether all dexels had places enough."""
-    cell: cython.double = grid[2]
-    rows: cython.Py_ssize_t = counts.shape[0]
-    columns: cython.Py_ssize_t = counts.shape[1]
-    room: cython.Py_ssize_t = ends.shape[2] // 2
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    first_row: cython.Py_ssize_t
-    last_row: cython.Py_ssize_t
-    first: cython.Py_ssize_t
-    last: cython.Py_ssize_t
-    a: cython.int
-    b: cython.int
-    count: cython.int
-    radius: cython.double = whole.radius
-    pu: cython.double = lines[k, 0] - grid[0]
-    pv: cython.double = lines[k, 1] - grid[1]
-    pw: cython.double = lines[k, 2]
-    qu: cython.double = lines[k, 3] - grid[0]
-    qv: cython.double = lines[k, 4] - grid[1]
-    qw: cython.double = lines[k, 5]
-    wide: cython.double = radius * sqrt(1.0 - whole.zw * whole.zw) if fabs(whole.zw) < 1.0 else 0.0
-    far: cython.double = 1e6
-    u: cython.double
-    v: cython.double
-    lo: cython.double
-    hi: cython.double
-    size: cython.double
-    lowest: cython.double
-    highest: cython.double
-    deep: cython.double
-    gouge: cython.double
-    above: cython.double
-    at: cython.double
-    start: cython.double
-    end: cython.double
-    begin: cython.double
-    until: cython.double
-    lined: cython.bint
-    touched: cython.bint = False
-    # How far the shank goes until it has left the material.
-    if whole.zw > 1e-9:
-        far = (bounds[1] - (pw if pw < qw else qw) + wide) / whole.zw
-    elif whole.zw < -1e-9:
-        far = ((pw if pw > qw else qw) + wide - bounds[0]) / -whole.zw
-    elif (pw if pw < qw else qw) - radius > bounds[1] or (pw if pw > qw else qw) + radius < bounds[0]:
-        return True
-    if far < 0.0:
-        return True
-    far = far if far < 1e6 else 1e6
-    size = radius * sqrt(1.0 - whole.zv * whole.zv) if fabs(whole.zv) < 1.0 else 0.0
-    lo = (pv if pv < qv else qv) - size + (far * whole.zv if whole.zv < 0.0 else 0.0)
-    hi = (pv if pv > qv else qv) + size + (far * whole.zv if whole.zv > 0.0 else 0.0)
-    if hi < 0.0 or lo > (rows - 1) * cell:
-        return True
-    first_row = cython.cast(cython.Py_ssize_t, ceil(lo / cell)) if lo > 0.0 else 0
-    last_row = cython.cast(cython.Py_ssize_t, floor(hi / cell)) if hi < (rows - 1) * cell else rows - 1
-    size = radius * sqrt(1.0 - whole.zu * whole.zu) if fabs(whole.zu) < 1.0 else 0.0
-    lowest = (pu if pu < qu else qu) - size + (far * whole.zu if whole.zu < 0.0 else 0.0)
-    highest = (pu if pu > qu else qu) + size + (far * whole.zu if whole.zu > 0.0 else 0.0)
-    for j in range(first_row, last_row + 1):
-        v = j * cell
-        whole.low, whole.high = lowest, highest
-        # Strips along the way of the shank, and along that of the tip.
-        whole._narrow(whole.zu, whole.zv, pu, pv, qu, qv, far, v)
-        whole._narrow(qu - pu, qv - pv, pu, pv, qu, qv, far, v)
-        lo, hi = whole.low, whole.high
-        if hi < 0.0 or lo > (columns - 1) * cell or hi < lo:
-            continue
-        first = cython.cast(cython.Py_ssize_t, ceil(lo / cell)) if lo > 0.0 else 0
-        last = cython.cast(cython.Py_ssize_t, floor(hi / cell)) if hi < (columns - 1) * cell else columns - 1
-        for i in range(first, last + 1):
-            count = counts[j, i]
-            if count == 0:
-                continue
-            u = grid[0] + i * cell
-            if not whole._line(u, grid[1] + v):
-                continue
-            deep = gouge = 0.0
-            above = at = -1e300
-            lined = False
-            a = 0
-            while a < counts[j, i]:
-                start, end = ends[j, i, 2 * a], ends[j, i, 2 * a + 1]
-                if not whole._between(start, end) or whole.high - whole.low <= _NOTHING:
-                    a += 1
-                    continue
-                lo, hi = whole.low, whole.high
-                if counts[j, i] == room and start < lo and hi < end and not dry:
-                    return False
-                if judged and (
-                    count > 1 or hi - lo > out[k, 1] or part_counts.shape[0] > 0 or edge_length < 1e300
-                ):
-                    if not lined:
-                        lined = True
-                        touched = inner._line(u, grid[1] + v)
-                    if touched and inner._between(lo, hi):
-                        at = inner.low if at < -1e299 else at
-                        size = inner._above(inner.low)
-                        above = size if size > above else above
-                        size = inner._above(inner.high)
-                        above = size if size > above else above
-                        # What the smaller tool touches counts as far as the whole one cuts.
-                        deep += hi - lo
-                        if part_counts.shape[0]:
-                            for b in range(part_counts[j, i]):
-                                begin, until = parts[j, i, 2 * b], parts[j, i, 2 * b + 1]
-                                if _shared(begin, until, inner.low, inner.high) > 0.0:
-                                    gouge += _shared(begin, until, lo, hi)
-                if dry:
-                    a += 1
-                else:
-                    out[k, 0] += (hi - lo) * cell * cell
-                    a = _subtract(ends, counts, j, i, a, lo, hi)
-            if deep > 0.0:
-                if deep > out[k, 1]:
-                    out[k, 1] = deep
-                    out[k, 2], out[k, 3], out[k, 4] = u, grid[1] + v, at
-                if gouge > out[k, 5]:
-                    out[k, 5] = gouge
-                    out[k, 6], out[k, 7], out[k, 8] = u, grid[1] + v, at
-                out[k, 9] += gouge * cell * cell
-                if above - edge_length > out[k, 10]:
-                    out[k, 10] = above - edge_length
-    return True
 
 
 @cython.cfunc

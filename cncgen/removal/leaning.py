@@ -33,6 +33,8 @@ Floats = NDArray[np.float64]
 
 #: What a tool that turns meanwhile touches less deep than this does not count, in cells: pieces of one direction stand for the turn.
 TURN_CELLS = 0.5
+#: Of a gap that is not known (`cncgen.kernels.dexel_sweeps.cut_lines`).
+UNKNOWN = 1e300
 
 
 class LeaningCutting(CutWalk):
@@ -67,6 +69,10 @@ class LeaningCutting(CutWalk):
         """Cut these dexels from now on."""
         self._stock, self._target = stock, target
         self._grids = [grid_of(stock, axis) for axis in range(3)]
+        self._gaps = [
+            np.full((*(-(-n // kernel.SQUARE) for n in f.counts.shape), kernel.GAP), UNKNOWN)
+            for f in stock.fields
+        ]
         self._parts: tuple[DexelField | None, ...] = (None, None, None)
         if isinstance(target, MeshTarget):
             self._parts = tuple(mesh_field(stock, target.triangles, axis) for axis in range(3))
@@ -183,6 +189,8 @@ class LeaningCutting(CutWalk):
                 field.counts,
                 part.ends,
                 part.counts,
+                self._gaps[axis],
+                np.zeros((kernel.SQUARE, 2), np.int64),
                 self._grids[axis],
                 np.array([stock.low[axis], stock.high[axis]]),
                 np.ascontiguousarray(lines.ends[:, [*turned, *(3 + k for k in turned)]]),
