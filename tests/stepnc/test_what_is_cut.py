@@ -276,12 +276,15 @@ def test_cutting_with_a_standing_spindle_is_told(spindle):
     assert codes(part.read()[1]) == ["stepnc-no-spindle"]
 
 
-@pytest.mark.parametrize(("feed", "told"), [(0.00004, True), (0.0005, False), (0.02, False)])
-def test_feeds_too_slow_to_be_meant_are_told(feed, told):
-    """0.04 mm/s at 50 turns a second are 0.8 micrometres a turn."""
+@pytest.mark.parametrize(
+    ("feed", "spindle", "told"),
+    [(0.00004, -50.0, True), (0.00004, -5.0, True), (0.0005, -50.0, False), (0.02, -50.0, False)],
+)
+def test_feeds_too_slow_to_be_meant_are_told(feed, spindle, told):
+    """0.04 mm/s are 0.8 micrometres a turn at 50 turns a second, and hours at any speed."""
     part = Part()
     line = part.trajectory(part.polyline((0, 0, 0), (10, 0, 0)))
-    part.project(part.plan(part.step(part.freeform(line, technology=part.technology(feed)))))
+    part.project(part.plan(part.step(part.freeform(line, technology=part.technology(feed, spindle)))))
     assert codes(part.read()[1]) == ["stepnc-feed-unit"] * told
 
 

@@ -20,7 +20,7 @@ MAX_PLAUSIBLE_CUTTING_SPEED = 10_000.0
 MIN_PLAUSIBLE_CUTTING_SPEED = 5.0
 #: Feeds a turn beyond so many diameters of the tool were hardly meant.
 MAX_PLAUSIBLE_BITE = 0.5
-#: Feeds a turn below this (mm) cut no chips, and were hardly meant; without a spindle speed feeds below this, mm/s.
+#: Feeds a turn below this (mm) cut no chips, and feeds below this (mm/s) take hours: they were hardly meant.
 MIN_PLAUSIBLE_BITE = 0.001
 MIN_PLAUSIBLE_FEED = 0.1
 
@@ -106,7 +106,7 @@ def _check_feed(
     technology: Technology, feed: float, rpm: float | None, tool: CuttingTool | None, warn: Warn
 ) -> None:
     """Warn of a feed (mm/s) that was hardly meant: too much in a turn of the tool, or so little that nothing is cut."""
-    slow = feed < MIN_PLAUSIBLE_FEED if not rpm else feed * 60.0 / rpm < MIN_PLAUSIBLE_BITE
+    slow = feed < MIN_PLAUSIBLE_FEED or (rpm and feed * 60.0 / rpm < MIN_PLAUSIBLE_BITE)
     if slow and feed > 0:
         text = f"a feed of {feed:g} mm/s is {feed * 60:g} mm/min"
         text += f", {feed * 60.0 / rpm:.3g} mm a turn" if rpm else ""
