@@ -196,6 +196,32 @@ def _scanner(patterns: list[Any]) -> _Scanner:
     return _Scanner(moves, ends)
 
 
+def _alike(moves: list[list[int]], ends: list[list[_Label]]) -> list[int]:
+    """Return the number of the class of each state of a DFA; states of one class scan alike (Moore)."""
+    found = [ends.index(labels) for labels in ends]
+    while True:
+        keys = [
+            (found[state], *(found[to] if to >= 0 else -1 for to in row)) for state, row in enumerate(moves)
+        ]
+        numbers = {key: k for k, key in enumerate(dict.fromkeys(keys))}
+        finer = [numbers[key] for key in keys]
+        if len(numbers) == len(set(found)):
+            return finer
+        found = finer
+
+
+def _shaped(scanner: _Scanner) -> bool:
+    """Tell whether no terminal hangs on which digits stand in a number, or on how many (`gcode_shapes`)."""
+    moves, classes = scanner.moves, _alike(scanner.moves, scanner.ends)
+    digits = range(ord("0"), ord("9") + 1)
+    if any(len({row[digit] for digit in digits}) > 1 for row in moves):
+        return False
+    firsts = {row[digits[0]] for row in moves} - {-1}
+    return all(
+        (again := moves[first][digits[0]]) >= 0 and classes[again] == classes[first] for first in firsts
+    )
+
+
 def _folded(moves: list[list[int]]) -> tuple[list[int], list[list[int]]]:
     """Return the class of each of 256 bytes, and the moves by class; capital letters are of the class of the small ones."""
     columns = [tuple(row[byte] for row in moves) for byte in range(_OTHER + 1)]
@@ -376,6 +402,7 @@ def tables(name: str) -> dict[str, Any]:
         "token": token,
         "mode": modes,
         "literal": literal,
+        "shaped": _shaped(scanner),
         "start": states[next(iter(table.start_states.values()))],
         "accept": states[next(iter(table.end_states.values()))],
         "terminals": tuple(_bare(n) for n in names),

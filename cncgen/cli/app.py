@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+# As in `cncgen.cli`: `signal` itself takes time to import.
+import _signal  # type: ignore[import-not-found]
 import os
-import signal
 import sys
 import warnings
 from collections.abc import Sequence
@@ -106,7 +107,7 @@ def _origin(error: Exception) -> str:
 def last_words(number: int) -> None:
     """Remove half-written files, and say what happened, where a signal ends the process amid an import."""
     remove_temporaries()
-    if number == signal.SIGINT:
+    if number == _signal.SIGINT:
         messages.error("interrupted")
 
 

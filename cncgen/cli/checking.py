@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 
 from cncgen.cli import messages
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
     from cncgen.diagnostics import Diagnostic
     from cncgen.toolpath.reading import ReadOptions
 
+#: Bytes by which a language is known.
+_HEAD = 4096
 #: Shapes of a workplan that is printed.
 TEXT, JSON = "text", "json"
 
@@ -41,13 +44,14 @@ def check_all(programs: Sequence[str], shape: str | None, language: str | None, 
 def _counts(found: Iterable[Diagnostic], suppressed: int = 0) -> str:
     """Return how many errors and warnings there are; "no errors" without any."""
     from cncgen.diagnostics import Severity
-    from cncgen.report.tables import counted
 
     severities = [item.severity for item in found]
     errors, warnings = (severities.count(each) for each in (Severity.ERROR, Severity.WARNING))
-    texts = [counted(errors, "error") if errors else "no errors"]
-    if warnings:
-        texts.append(counted(warnings, "warning"))
+    texts = [] if errors else ["no errors"]
+    if errors or warnings:
+        from cncgen.report.tables import counted
+
+        texts += [counted(n, what) for n, what in ((errors, "error"), (warnings, "warning")) if n]
     if suppressed:
         texts.append(f"{suppressed} more of either")
     return ", ".join(texts)
@@ -57,7 +61,6 @@ def _check(name: str, language: str | None, options: ReadOptions, content: bytes
     from cncgen.diagnostics import CncgenError, Diagnostics, ProgramError
     from cncgen.kernels import warn_if_uncompiled
     from cncgen.pipeline import check
-    from cncgen.pipeline.removing import coarse_findings
 
     warn_if_uncompiled()
     found = Diagnostics()
@@ -67,8 +70,10 @@ def _check(name: str, language: str | None, options: ReadOptions, content: bytes
         raised = {id(item) for item in error.diagnostics}
         messages.show(item for item in found if id(item) not in raised)
         raise
-    if not found.has_errors:
-        found.extend(coarse_findings(name, language, options, content))
+    if not found.has_errors and _is_stepnc(name, language, content):
+        from cncgen.pipeline.removing import coarse_findings
+
+        found.extend(coarse_findings(name, options, content))
     if found.has_errors:
         raise ProgramError(found)
     messages.show(found)
@@ -76,11 +81,20 @@ def _check(name: str, language: str | None, options: ReadOptions, content: bytes
     messages.note(f"{name}: {counts}, {count} {'motion or event' if count == 1 else 'motions and events'}")
 
 
-def _show_tree(name: str, language: str | None, options: ReadOptions, content: bytes, shape: str) -> None:
-    from cncgen.files import write_text
+def _is_stepnc(name: str, language: str | None, content: bytes | None) -> bool:
+    """Tell whether a program is STEP-NC: as it was said, or by the content of its file."""
     from cncgen.pipeline import language_of
 
-    if (language or language_of(name, content)) != "stepnc":
+    if language is None and content is None and os.path.isfile(name):
+        with open(name, "rb") as file:
+            content = file.read(_HEAD)
+    return (language or language_of(name, content or b"")) == "stepnc"
+
+
+def _show_tree(name: str, language: str | None, options: ReadOptions, content: bytes, shape: str) -> None:
+    from cncgen.files import write_text
+
+    if not _is_stepnc(name, language, content):
         return
     from cncgen.stepnc import entries, tree
 

@@ -17,7 +17,7 @@ Between codes and flow stands the `interpreter`: it looks up what a block does (
 together, in which order), and calls their handlers, which change `modal.State` and call the `sink`.
 
 `canon` runs on the machine that LinuxCNC's stand-alone `rs274` pretends to have (`sinks.standalone`), so that its calls agree
-with that program's. `cutter_compensation`, `frames` and `tool_point` put a sink of their own between the interpreter and its
+with that program's. `compensated_sink`, `frames` and `tool_point` put a sink of their own between the interpreter and its
 sink while they are in force; it changes calls and passes them on.
 
 To add a code: write a handler ``(Interpreter, Block) -> None`` in the module of its concern in `codes`, which raises
@@ -33,7 +33,6 @@ from collections.abc import Iterator, Sequence
 from cncgen.diagnostics import Diagnostics, ProgramError, RunDiagnostics
 from cncgen.gcode.codes.table import language_of
 from cncgen.gcode.errors import BlockError, Reporter
-from cncgen.gcode.feed_doubts import Clock
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import Source, open_source
@@ -70,6 +69,7 @@ def read(
     """
     import numpy as np
 
+    from cncgen.gcode.feed_doubts import Clock
     from cncgen.gcode.sinks.columns import ColumnsSink
     from cncgen.toolpath.building import ToolpathBuilder
 

@@ -70,7 +70,8 @@ def _says_unit(source: Source, dialect: str) -> bool:
     )
     unit = re.compile(rb"[Gg][ \t]*0*%d[ \t]*[01](?![\d.])" % tens)
     for head in (data[: data.rfind(b"\n", 0, _BEGIN) + 1], data[:_HEAD]):
-        if unit.search(_without_comments(head)):
+        # Most texts say it in a block, or nowhere.
+        if unit.search(head) and unit.search(_without_comments(head)):
             return True
     for word in (b"%s%d%d" % (letter, tens, k) for letter in (b"G", b"g") for k in (0, 1)):
         at = data.find(word, _HEAD - 3)

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from cncgen.gcode.errors import BlockError, Stop
 
+#: Lines after which a jump back ends a run, so that rows are taken away and endless loops seen.
+PAUSE = 1024
+
 #: Units that a run may do where the options do not say, beside those of its lines.
 MOST_WORK = 5_000_000
 #: Units that each line of the main program may do beside them: a long program is not an endless one.

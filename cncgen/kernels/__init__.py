@@ -3,7 +3,8 @@
 A ``.pxd`` file beside a kernel declares the functions that other kernels call as C. Each module runs compiled or as plain Python;
 `warn_if_uncompiled` warns once, when a command starts work, if it is the slow way.
 
-    gcode_parse, gcode_scan, gcode_motion, gcode_run, gcode_arithmetic    reading G-code
+    gcode_parse, gcode_shapes, gcode_scan, gcode_signs          reading G-code
+    gcode_run, gcode_marks, gcode_arithmetic, gcode_motion      executing it
     part21_scan, part21_graph                                   reading STEP-NC
     bspline, arc_length, path_derivatives                       curves, and paths by their length
     smoothing, smoothing_lengths                                splines within a tolerance
@@ -18,6 +19,7 @@ A ``.pxd`` file beside a kernel declares the functions that other kernels call a
     elementary                                                  cbrt, exp, log … of the C library
 """
 
+import functools
 import importlib.machinery
 import os
 import sys
@@ -28,6 +30,7 @@ class UncompiledWarning(RuntimeWarning):
     """Kernels run as plain Python."""
 
 
+@functools.cache
 def uncompiled() -> list[str]:
     """Return the names of the kernel modules that have no compiled form beside their source."""
     names = os.listdir(os.path.dirname(__file__))

@@ -110,7 +110,8 @@ class Marks:
             for m in range(first, self.used):
                 self._read(m)
             if self.used == most or not parser.room():
-                self.used = parser.used = parser.numbers = 0
+                self.used = 0
+                parser.forget()
                 for m in range(self.count):
                     self.table[m, _HERE] = -1
 
@@ -136,16 +137,20 @@ class Marks:
         rows[self.count, _OFFSET] = self.kept[r, 0]
         rows[self.count, _LINE] = self.kept[r, 1]
         rows[self.count, _KEYWORD] = self.code[at] >> 8
-        rows[self.count, _LABEL] = self._label(first)
+        rows[self.count, _LABEL] = self._label(first, self.kept[r, 7])
         rows[self.count, _HERE] = r
         rows[self.count, _BEHIND] = rows[self.count, _TARGET] = rows[self.count, _OTHER] = -1
         self.kept[r, 6] = self.count
         self.count += 1
 
     @cython.cfunc
-    def _label(self, first: cython.int) -> cython.Py_ssize_t:
-        """Return the number of a label, which an instruction pushes."""
-        label = self.parser.names[first >> 8] if first & 255 == _NAME else self.constants[first >> 8]
+    def _label(self, first: cython.int, constants: cython.longlong) -> cython.Py_ssize_t:
+        """Return the number of a label, which an instruction pushes; the constants of the line begin at `constants`."""
+        label = (
+            self.parser.names[first >> 8]
+            if first & 255 == _NAME
+            else self.constants[constants + (first >> 8)]
+        )
         number = self.numbers.get(label)
         if number is None:
             number = self.numbers[label] = len(self.labels)

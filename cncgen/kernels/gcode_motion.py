@@ -171,269 +171,6 @@ _Centre = cython.struct(x=cython.double, y=cython.double, certain=cython.bint)
 
 
 @cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _in_plane(force: _Modes, plane: cython.longlong) -> _Modes:
-    """Return the modes with a plane in force."""
-    force.plane = plane
-    force.first = 2 if plane == 18 else (1 if plane == 19 else 0)
-    force.second = (force.first + 1) % 3
-    force.offsets = (1 << (_I + force.first)) | (1 << (_I + force.second))
-    return force
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _modes_in_force(modes: cython.longlong[::1], levels: cython.double[::1]) -> _Modes:
-    """Return `modes` and `levels` as a record."""
-    force: _Modes = cython.declare(_Modes)
-    force.motion = modes[MOTION]
-    force.absolute = modes[ABSOLUTE]
-    force.arc_absolute = modes[ARC_ABSOLUTE]
-    force = _in_plane(force, modes[PLANE])
-    force.inverse_time = modes[INVERSE_TIME]
-    force.silent = modes[SILENT]
-    force.free_spindle = modes[FREE_SPINDLE]
-    force.holes = modes[HOLES]
-    force.in_cycle = modes[IN_CYCLE]
-    force.old_level = modes[OLD_LEVEL]
-    force.exact = modes[EXACT]
-    force.tools = modes[TOOLS] and force.silent and force.free_spindle
-    force.system = levels[SYSTEM]
-    force.feed = levels[FEED]
-    force.radius_tolerance = levels[RADIUS_TOLERANCE]
-    force.centre_tolerance = levels[CENTRE_TOLERANCE]
-    force.centre_relative = levels[CENTRE_RELATIVE]
-    force.centre_limit = levels[CENTRE_LIMIT]
-    force.least_feed = levels[LEAST_FEED]
-    force.most_feed = levels[MOST_FEED]
-    return force
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _with_code(block: _Block, code: cython.double, force: _Modes) -> _Block:
-    """Return the block with a G word taken in: a motion, and where nobody has to be told also distance and plane."""
-    if code == 0.0 or code == 1.0 or code == 2.0 or code == 3.0:
-        block.plain = block.motion < 0
-        block.motion = cython.cast(cython.int, code)
-    elif force.silent and (code == 90.0 or code == 91.0):
-        block.plain = block.absolute < 0
-        block.absolute = code == 90.0
-    elif force.silent and code == force.plane:
-        # The plane in force, said again.
-        block.plain = not block.plane_said
-        block.plane_said = True
-    elif force.silent and code == force.system:
-        block.plain = not block.system_said
-        block.system_said = True
-    elif force.silent and 0.0 < code < 100.0 and code == cython.cast(cython.int, code):
-        block = _with_rare_code(block, cython.cast(cython.int, code), force)
-    else:
-        block.plain = False
-    return block
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _with_rare_code(block: _Block, code: cython.int, force: _Modes) -> _Block:
-    """Return the block with another G word taken in, each once: planes, G40 where it ends nothing, G80, cycles, G98, G99, G4."""
-    block.rare = True
-    if 17 <= code <= 19:
-        # A cycle has its depth along the normal of the plane that it began in.
-        block.plain = not block.plane_said and force.motion <= 3
-        block.plane_said = True
-        block.plane = code
-    elif code == 40:
-        block.plain = not block.uncompensated
-        block.uncompensated = True
-    elif code == 80:
-        block.plain = not block.cancels and (force.holes or not force.in_cycle)
-        block.cancels = True
-    elif not force.holes:
-        block.plain = False
-    elif code == 4:
-        block.plain = not block.dwells
-        block.dwells = True
-    elif code >= 98:
-        block.plain = block.old_level < 0
-        block.old_level = code == 98
-    else:
-        block.plain = block.motion < 0 and _LAST_MOVES[code] > 0
-        block.motion = code
-    return block
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _with_function(block: _Block, code: cython.double, force: _Modes) -> _Block:
-    """Return the block with an M word taken in: spindle, coolant or tool, where no text of it is wanted."""
-    block.rare = True
-    if code == 3.0 or code == 4.0 or code == 5.0:
-        block.plain = block.spindle < 0 and force.silent and force.free_spindle
-        block.spindle = cython.cast(cython.int, code)
-    elif code == 7.0 or code == 8.0 or code == 9.0:
-        block.plain = block.coolant < 0 and force.silent
-        block.coolant = cython.cast(cython.int, code)
-    elif code == 6.0:
-        block.plain = not block.changes and force.tools
-        block.changes = True
-    else:
-        block.plain = False
-    return block
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _words(
-    letters: cython.const[cython.uchar][::1],
-    values: cython.const[cython.double][::1],
-    begin: cython.Py_ssize_t,
-    end: cython.Py_ssize_t,
-    force: _Modes,
-    word: cython.p_double,
-) -> _Block:
-    """Write words `begin` to `end` to their slots of `word`.
-
-    A block with any other word, with one twice or with a feed out of bounds is not plain.
-    """
-    block: _Block = _Block(
-        plain=True,
-        given=0,
-        motion=-1,
-        absolute=-1,
-        plane_said=False,
-        system_said=False,
-        changes=False,
-        rare=False,
-        plane=0,
-        old_level=-1,
-        spindle=-1,
-        coolant=-1,
-        dwells=False,
-        cancels=False,
-        uncompensated=False,
-    )
-    w: cython.Py_ssize_t
-    slot: cython.int
-    bit: cython.uint
-    value: cython.double
-    for w in range(begin, end):
-        slot = _SLOT[letters[w] - 97]
-        value = values[w]
-        if slot == _CODE:
-            block = _with_code(block, value, force)
-        elif slot == _FUNCTION:
-            block = _with_function(block, value, force)
-        elif slot == _OTHER:
-            block.plain = False
-        else:
-            bit = cython.cast(cython.uint, 1) << slot
-            block.plain = not block.given & bit and -_LARGEST <= value <= _LARGEST
-            block.given |= bit
-            word[slot] = value
-        if not block.plain:
-            return block
-    if block.given & _FEED and not force.least_feed <= word[_F] <= force.most_feed:
-        block.plain = False
-    if block.given & _RARE or block.rare:
-        block = _with_rare_words(block, force, word)
-    return block
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _with_rare_words(block: _Block, force: _Modes, word: cython.p_double) -> _Block:
-    """Return a block that is more than a motion, plain where each of its words has one use."""
-    motion: cython.int = block.motion
-    needs: cython.int = 0
-    block.rare = True
-    if block.cancels and motion < 0 and force.holes:
-        # Beside another motion, G80 says nothing.
-        if block.given & (_ANY_AXIS | _ANY_OFFSET | _RADIUS):
-            block.plain = False
-    elif motion < 0:
-        motion = force.motion
-    if motion > 3 and block.given & _ANY_HOLE:
-        needs = _NEEDS[motion]
-        if block.given & (_ANY_OFFSET | (_ANY_AXIS & ~_ANY_HOLE)) or block.dwells:
-            block.plain = False
-    elif block.motion > 3:
-        block.plain = False
-    elif block.given & _TIMES or (motion > 3 and block.given & (_ANY_AXIS | _ANY_OFFSET | _RADIUS)):
-        block.plain = False
-    if block.given & _SPOKEN and not (word[_S] >= 0.0 and force.silent and force.free_spindle):
-        block.plain = False
-    if block.given & _NEXT and not (
-        force.tools and 0.0 <= word[_T] <= _LARGEST and word[_T] == floor(word[_T])
-    ):
-        block.plain = False
-    if block.given & _WAIT and not (block.dwells or needs & _GIVEN_P):
-        block.plain = False
-    if block.given & _PECK and not needs & _GIVEN_Q:
-        block.plain = False
-    if block.dwells and not (block.given & _WAIT and word[_P] >= 0.0 and motion < 2):
-        block.plain = False
-    return block
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _only_modes(block: _Block, force: _Modes) -> cython.bint:
-    """Tell whether a block changes modes or the feed alone, and nobody needs to be told."""
-    return force.silent and block.motion < 0 and not block.given & ~(_FEED | _SPOKEN | _WAIT | _NEXT)
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _may_move(block: _Block, motion: cython.int, feed: cython.double, force: _Modes) -> cython.bint:
-    """Tell whether the words of a block are those of its motion, and a feed is in force where it wants one."""
-    if motion < 0 or motion > 3:
-        return False
-    if motion >= 1 and (feed <= 0.0 or (force.inverse_time and not block.given & _FEED)):
-        return False
-    if motion < 2:
-        return block.given & _ANY_AXIS != 0 and not block.given & (_ANY_OFFSET | _RADIUS)
-    # Offsets along the plane's normal, and centre and radius together, are the interpreter's to judge.
-    if force.arc_absolute or block.given & _ANY_OFFSET & ~force.offsets:
-        return False
-    if block.given & _RADIUS:
-        return block.given & _ANY_AXIS != 0 and not block.given & _ANY_OFFSET
-    return block.given & _ANY_OFFSET != 0
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _go_to(
-    block: _Block,
-    absolute: cython.bint,
-    position: cython.double[::1],
-    word: cython.p_double,
-    end: cython.p_double,
-) -> cython.void:
-    """Write the end point: axes that the block names go there, or so far where it is incremental; the others stay."""
-    k: cython.int
-    for k in range(_AXES):
-        end[k] = position[k]
-        if block.given >> k & 1:
-            end[k] = word[k] if absolute else position[k] + word[k]
-
-
-@cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
 def _centre_from_radius(
@@ -477,66 +214,6 @@ def centre_from_radius(
     """
     centre: _Centre = _centre_from_radius(x0, y0, x1, y1, radius, clockwise, tolerance)
     return centre.x, centre.y, centre.certain
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _centre_from_offsets(
-    x0: cython.double,
-    y0: cython.double,
-    x1: cython.double,
-    y1: cython.double,
-    cx: cython.double,
-    cy: cython.double,
-    force: _Modes,
-) -> _Centre:
-    """Return a programmed centre; it is certain where start and end are on one circle about it, within tolerance."""
-    start: cython.double = hypot(cx - x0, cy - y0)
-    end: cython.double = hypot(cx - x1, cy - y1)
-    gap: cython.double = fabs(start - end)
-    certain: cython.bint = start >= force.radius_tolerance and end >= force.radius_tolerance
-    if gap > force.centre_limit or (
-        gap > force.centre_tolerance and gap > force.centre_relative * max(start, end)
-    ):
-        certain = False
-    return _Centre(x=cx, y=cy, certain=certain)
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _centre(
-    block: _Block,
-    motion: cython.int,
-    position: cython.double[::1],
-    end: cython.p_double,
-    word: cython.p_double,
-    force: _Modes,
-) -> _Centre:
-    """Return the centre of an arc from `position` to `end`, by its radius or its offsets (0 where not given).
-
-    That of a line is certain, and 0.
-    """
-    if motion < 2:
-        return _Centre(x=0.0, y=0.0, certain=True)
-    x0: cython.double = position[force.first]
-    y0: cython.double = position[force.second]
-    x1: cython.double = end[force.first]
-    y1: cython.double = end[force.second]
-    if block.given & _RADIUS:
-        if word[_R] == 0.0 or (x1 == x0 and y1 == y0):
-            return _Centre(x=x0, y=y0, certain=False)
-        return _centre_from_radius(x0, y0, x1, y1, word[_R], motion == 2, force.radius_tolerance)
-    cx: cython.double = x0
-    cy: cython.double = y0
-    if block.given & (cython.cast(cython.uint, 1) << (_I + force.first)):
-        cx += word[_I + force.first]
-    if block.given & (cython.cast(cython.uint, 1) << (_I + force.second)):
-        cy += word[_I + force.second]
-    return _centre_from_offsets(x0, y0, x1, y1, cx, cy, force)
 
 
 @cython.cfunc
@@ -608,8 +285,15 @@ class Advance:
     changed = cython.declare(cython.double, visibility="public")
     full = cython.declare(cython.bint, visibility="public")
     outcome = cython.declare(cython.int)
+    force = cython.declare(_Modes)
+    block = cython.declare(_Block)
+    word = cython.declare(cython.double[19])
+    target = cython.declare(cython.double[9])
+    centre_at = cython.declare(_Centre)
 
     def __init__(self, blocks, position, modes, levels, motions, asides):
+        if not cython.compiled:
+            self.force, self.block, self.word, self.target = _Modes(), _Block(), [0.0] * 19, [0.0] * 9
         self.block_line, self.block_offset, self.block_flags = blocks[:3]
         self.word_end, self.letters, self.values = blocks[3:]
         self.position, self.modes, self.levels = position, modes, levels
@@ -639,18 +323,13 @@ class Advance:
 
     def run(self, first: cython.Py_ssize_t, last: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Interpret blocks `first` to `last` (not included) while they are taken; return the first block not taken."""
-        force: _Modes = _modes_in_force(self.modes, self.levels)
+        self._begin()
         passed_over: cython.int = _SLASH if self.modes[SKIP_SLASH] else 0
-        left: cython.int = _ACTIVE if force.silent else _ACTIVE | _COMMENT
-        block: _Block
-        word = cython.declare(cython.double[19])
+        left: cython.int = _ACTIVE if self.force.silent else _ACTIVE | _COMMENT
         done: cython.Py_ssize_t = last
         begin: cython.Py_ssize_t
         finish: cython.Py_ssize_t = self.word_end[first - 1] if first > 0 else 0
         b: cython.Py_ssize_t
-        self.rows = self.asides = self.events = self.drilled = 0
-        self.changed = -1.0
-        self.outcome = _MADE
         for b in range(first, last):
             begin = finish
             finish = self.word_end[b]
@@ -661,83 +340,349 @@ class Advance:
                 break
             if begin == finish:
                 continue
-            block = _words(self.letters, self.values, begin, finish, force, word)
-            if not block.plain:
+            self._read(begin, finish)
+            if not self.block.plain:
                 break
-            force = self._block(b, block, force, word)
+            self._make(b)
             if self.outcome != _MADE:
                 break
         else:
             done = last
         self.full = self.outcome == _FULL
-        self.modes[MOTION] = force.motion
-        self.modes[ABSOLUTE] = force.absolute
-        self.modes[PLANE] = cython.cast(cython.longlong, force.plane)
-        self.modes[OLD_LEVEL] = force.old_level
-        self.levels[FEED] = force.feed
+        self.modes[MOTION] = self.force.motion
+        self.modes[ABSOLUTE] = self.force.absolute
+        self.modes[PLANE] = cython.cast(cython.longlong, self.force.plane)
+        self.modes[OLD_LEVEL] = self.force.old_level
+        self.levels[FEED] = self.force.feed
         return done
+
+    @cython.cfunc
+    def _begin(self) -> cython.void:
+        """Take what is in force from `modes` and `levels`."""
+        self.force.motion = self.modes[MOTION]
+        self.force.absolute = self.modes[ABSOLUTE]
+        self.force.arc_absolute = self.modes[ARC_ABSOLUTE]
+        self._choose_plane(self.modes[PLANE])
+        self.force.inverse_time = self.modes[INVERSE_TIME]
+        self.force.silent = self.modes[SILENT]
+        self.force.free_spindle = self.modes[FREE_SPINDLE]
+        self.force.holes = self.modes[HOLES]
+        self.force.in_cycle = self.modes[IN_CYCLE]
+        self.force.old_level = self.modes[OLD_LEVEL]
+        self.force.exact = self.modes[EXACT]
+        self.force.tools = self.modes[TOOLS] and self.force.silent and self.force.free_spindle
+        self.force.system = self.levels[SYSTEM]
+        self.force.feed = self.levels[FEED]
+        self.force.radius_tolerance = self.levels[RADIUS_TOLERANCE]
+        self.force.centre_tolerance = self.levels[CENTRE_TOLERANCE]
+        self.force.centre_relative = self.levels[CENTRE_RELATIVE]
+        self.force.centre_limit = self.levels[CENTRE_LIMIT]
+        self.force.least_feed = self.levels[LEAST_FEED]
+        self.force.most_feed = self.levels[MOST_FEED]
+        self.rows = self.asides = self.events = self.drilled = 0
+        self.changed = -1.0
+        self.outcome = _MADE
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _choose_plane(self, plane: cython.longlong) -> cython.void:
+        """Put a plane in force."""
+        self.force.plane = plane
+        self.force.first = 2 if plane == 18 else (1 if plane == 19 else 0)
+        self.force.second = (self.force.first + 1) % 3
+        self.force.offsets = (1 << (_I + self.force.first)) | (1 << (_I + self.force.second))
+
+    # The words of a block.
 
     @cython.cfunc
     @cython.inline
     @cython.exceptval(check=False)
-    def _block(self, b: cython.Py_ssize_t, block: _Block, force: _Modes, word: cython.p_double) -> _Modes:
-        """Make motions and asides of a plain block; return what is in force after it."""
-        end = cython.declare(cython.double[9])
-        now: _Modes = force
-        if not cython.compiled:
-            # Python's assignment copies no record.
-            now = _Modes(force)
-        centre: _Centre
-        moves: cython.bint = not _only_modes(block, force)
-        if block.rare:
+    def _read(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.void:
+        """Write words `begin` to `end` to their slots, and to `block` what they are.
+
+        A block with any other word, with one twice or with a feed out of bounds is not plain.
+        """
+        self.block = _Block(
+            plain=True,
+            given=0,
+            motion=-1,
+            absolute=-1,
+            plane_said=False,
+            system_said=False,
+            changes=False,
+            rare=False,
+            plane=0,
+            old_level=-1,
+            spindle=-1,
+            coolant=-1,
+            dwells=False,
+            cancels=False,
+            uncompensated=False,
+        )
+        given: cython.uint = 0
+        w: cython.Py_ssize_t
+        slot: cython.int
+        bit: cython.uint
+        value: cython.double
+        for w in range(begin, end):
+            slot = _SLOT[self.letters[w] - 97]
+            value = self.values[w]
+            if slot == _CODE:
+                self._take_code(value)
+            elif slot == _FUNCTION:
+                self._take_function(value)
+            elif slot == _OTHER:
+                self.block.plain = False
+            else:
+                bit = cython.cast(cython.uint, 1) << slot
+                self.block.plain = not given & bit and -_LARGEST <= value <= _LARGEST
+                given |= bit
+                self.word[slot] = value
+            if not self.block.plain:
+                return
+        self.block.given = given
+        if given & _FEED and not self.force.least_feed <= self.word[_F] <= self.force.most_feed:
+            self.block.plain = False
+        if given & _RARE or self.block.rare:
+            self._judge_rare_words()
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _take_code(self, code: cython.double) -> cython.void:
+        """Take a G word in: a motion, and where nobody has to be told also distance and plane."""
+        if code == 0.0 or code == 1.0 or code == 2.0 or code == 3.0:
+            self.block.plain = self.block.motion < 0
+            self.block.motion = cython.cast(cython.int, code)
+        elif not self.force.silent:
+            self.block.plain = False
+        elif code == 90.0 or code == 91.0:
+            self.block.plain = self.block.absolute < 0
+            self.block.absolute = code == 90.0
+        elif code == self.force.plane:
+            # The plane in force, said again.
+            self.block.plain = not self.block.plane_said
+            self.block.plane_said = True
+        elif code == self.force.system:
+            self.block.plain = not self.block.system_said
+            self.block.system_said = True
+        elif 0.0 < code < 100.0 and code == cython.cast(cython.int, code):
+            self._take_rare_code(cython.cast(cython.int, code))
+        else:
+            self.block.plain = False
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _take_rare_code(self, code: cython.int) -> cython.void:
+        """Take another G word in, each once: planes, G40 where it ends nothing, G80, cycles, G98, G99, G4."""
+        self.block.rare = True
+        if 17 <= code <= 19:
+            # A cycle has its depth along the normal of the plane that it began in.
+            self.block.plain = not self.block.plane_said and self.force.motion <= 3
+            self.block.plane_said = True
+            self.block.plane = code
+        elif code == 40:
+            self.block.plain = not self.block.uncompensated
+            self.block.uncompensated = True
+        elif code == 80:
+            self.block.plain = not self.block.cancels and (self.force.holes or not self.force.in_cycle)
+            self.block.cancels = True
+        elif not self.force.holes:
+            self.block.plain = False
+        elif code == 4:
+            self.block.plain = not self.block.dwells
+            self.block.dwells = True
+        elif code >= 98:
+            self.block.plain = self.block.old_level < 0
+            self.block.old_level = code == 98
+        else:
+            self.block.plain = self.block.motion < 0 and _LAST_MOVES[code] > 0
+            self.block.motion = code
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _take_function(self, code: cython.double) -> cython.void:
+        """Take an M word in: spindle, coolant or tool, where no text of it is wanted."""
+        self.block.rare = True
+        if code == 3.0 or code == 4.0 or code == 5.0:
+            self.block.plain = self.block.spindle < 0 and self.force.silent and self.force.free_spindle
+            self.block.spindle = cython.cast(cython.int, code)
+        elif code == 7.0 or code == 8.0 or code == 9.0:
+            self.block.plain = self.block.coolant < 0 and self.force.silent
+            self.block.coolant = cython.cast(cython.int, code)
+        elif code == 6.0:
+            self.block.plain = not self.block.changes and self.force.tools
+            self.block.changes = True
+        else:
+            self.block.plain = False
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _judge_rare_words(self) -> cython.void:
+        """Tell of a block that is more than a motion whether it is plain: each of its words has one use."""
+        given: cython.uint = self.block.given
+        motion: cython.int = self.block.motion
+        needs: cython.int = 0
+        plain: cython.bint = self.block.plain
+        self.block.rare = True
+        if self.block.cancels and motion < 0 and self.force.holes:
+            # Beside another motion, G80 says nothing.
+            plain = plain and not given & (_ANY_AXIS | _ANY_OFFSET | _RADIUS)
+        elif motion < 0:
+            motion = self.force.motion
+        if motion > 3 and given & _ANY_HOLE:
+            needs = _NEEDS[motion]
+            if given & (_ANY_OFFSET | (_ANY_AXIS & ~_ANY_HOLE)) or self.block.dwells:
+                plain = False
+        elif (
+            self.block.motion > 3
+            or given & _TIMES
+            or (motion > 3 and given & (_ANY_AXIS | _ANY_OFFSET | _RADIUS))
+        ):
+            plain = False
+        if given & _SPOKEN and not (self.word[_S] >= 0.0 and self.force.silent and self.force.free_spindle):
+            plain = False
+        if given & _NEXT and not (
+            self.force.tools and 0.0 <= self.word[_T] <= _LARGEST and self.word[_T] == floor(self.word[_T])
+        ):
+            plain = False
+        if given & _WAIT and not (self.block.dwells or needs & _GIVEN_P):
+            plain = False
+        if given & _PECK and not needs & _GIVEN_Q:
+            plain = False
+        if self.block.dwells and not (given & _WAIT and self.word[_P] >= 0.0 and motion < 2):
+            plain = False
+        self.block.plain = plain
+
+    # Motions.
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _make(self, b: cython.Py_ssize_t) -> cython.void:
+        """Make motions and asides of block b, which is plain; `outcome` tells whether that was done, and nothing changes where not."""
+        plane: cython.longlong
+        given: cython.uint = self.block.given
+        motion: cython.int = self.force.motion
+        feed: cython.double = self.word[_F] if given & _FEED else self.force.feed
+        # Modes and the feed alone change without a motion, where nobody needs to be told.
+        moves: cython.bint = (
+            not self.force.silent or self.block.motion >= 0 or given & ~(_FEED | _SPOKEN | _WAIT | _NEXT) != 0
+        )
+        if self.block.motion >= 0:
+            motion = self.block.motion
+        elif self.block.cancels and self.force.holes:
+            motion = -1
+        if self.block.rare:
             if self.asides + _MOST_ASIDES > self.aside_row.shape[0]:
                 self.outcome = _FULL
-                return force
-            if block.plane:
-                now = _in_plane(now, block.plane)
-            if block.old_level >= 0:
-                now.old_level = block.old_level
-        if block.given & _FEED:
-            now.feed = word[_F]
-        if block.absolute >= 0:
-            now.absolute = block.absolute
-        if block.motion >= 0:
-            now.motion = block.motion
-        elif block.cancels and force.holes:
-            now.motion = -1
-        if moves and now.motion > 3:
-            return self._holes(b, block, force, now, word)
-        if moves:
-            if self.rows >= self.line.shape[0]:
-                self.outcome = _FULL
-                return force
-            self.outcome = _LEFT
-            if not _may_move(block, now.motion, now.feed, now):
-                return force
-            _go_to(block, now.absolute, self.position, word, end)
-            centre = _centre(block, now.motion, self.position, end, word, now)
-            if not centre.certain:
-                return force
-            self.outcome = _MADE
-        if block.rare:
-            self._say(b, block, word)
-        if moves:
-            self._put(b, now.motion, now.feed, block.given & _FEED != 0, centre, end)
-        return now
+                return
+            if self.block.plane:
+                plane = cython.cast(cython.longlong, self.force.plane)
+                self._choose_plane(self.block.plane)
+                self._move(b, motion, feed, moves)
+                if self.outcome != _MADE:
+                    self._choose_plane(plane)
+                return
+        self._move(b, motion, feed, moves)
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _move(
+        self, b: cython.Py_ssize_t, motion: cython.int, feed: cython.double, moves: cython.bint
+    ) -> cython.void:
+        """Make what block b asks for with a motion and a feed in force."""
+        absolute: cython.bint = self.force.absolute if self.block.absolute < 0 else self.block.absolute
+        old_level: cython.bint = self.force.old_level if self.block.old_level < 0 else self.block.old_level
+        if moves and motion > 3:
+            self._holes(b, motion, feed, absolute, old_level)
+            if self.outcome != _MADE:
+                return
+        else:
+            if moves:
+                if self.rows >= self.line.shape[0]:
+                    self.outcome = _FULL
+                    return
+                if not self._may_move(motion, feed) or not self._aim(motion, absolute):
+                    self.outcome = _LEFT
+                    return
+            if self.block.rare:
+                self._say(b)
+            if moves:
+                self._put(b, motion, feed, self.block.given & _FEED != 0)
+        self.force.motion = motion
+        self.force.feed = feed
+        self.force.absolute = absolute
+        self.force.old_level = old_level
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _may_move(self, motion: cython.int, feed: cython.double) -> cython.bint:
+        """Tell whether the words of a block are those of its motion, and a feed is in force where it wants one."""
+        given: cython.uint = self.block.given
+        if motion < 0 or (motion >= 1 and (feed <= 0.0 or (self.force.inverse_time and not given & _FEED))):
+            return False
+        if motion < 2:
+            return given & _ANY_AXIS != 0 and not given & (_ANY_OFFSET | _RADIUS)
+        # Offsets along the plane's normal, and centre and radius together, are the interpreter's to judge.
+        if self.force.arc_absolute or given & _ANY_OFFSET & ~self.force.offsets:
+            return False
+        if given & _RADIUS:
+            return given & _ANY_AXIS != 0 and not given & _ANY_OFFSET
+        return given & _ANY_OFFSET != 0
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _aim(self, motion: cython.int, absolute: cython.bint) -> cython.bint:
+        """Find the end of a motion, `target`, and the centre of an arc; tell whether they are certain.
+
+        Axes that the block names go there, or so far where it is incremental; the others stay.
+        """
+        k: cython.int
+        for k in range(_AXES):
+            self.target[k] = self.position[k]
+            if self.block.given >> k & 1:
+                self.target[k] = self.word[k] if absolute else self.position[k] + self.word[k]
+        if motion < 2:
+            self.centre_at.x = self.centre_at.y = 0.0
+            return True
+        x0: cython.double = self.position[self.force.first]
+        y0: cython.double = self.position[self.force.second]
+        x1: cython.double = self.target[self.force.first]
+        y1: cython.double = self.target[self.force.second]
+        if self.block.given & _RADIUS:
+            if self.word[_R] == 0.0 or (x1 == x0 and y1 == y0):
+                return False
+            self.centre_at = _centre_from_radius(
+                x0, y0, x1, y1, self.word[_R], motion == 2, self.force.radius_tolerance
+            )
+            return self.centre_at.certain
+        self.centre_at.x, self.centre_at.y = x0, y0
+        if self.block.given & (cython.cast(cython.uint, 1) << (_I + self.force.first)):
+            self.centre_at.x += self.word[_I + self.force.first]
+        if self.block.given & (cython.cast(cython.uint, 1) << (_I + self.force.second)):
+            self.centre_at.y += self.word[_I + self.force.second]
+        # It is certain where start and end are on one circle about it, within tolerance.
+        start: cython.double = hypot(self.centre_at.x - x0, self.centre_at.y - y0)
+        end: cython.double = hypot(self.centre_at.x - x1, self.centre_at.y - y1)
+        gap: cython.double = fabs(start - end)
+        return (
+            start >= self.force.radius_tolerance
+            and end >= self.force.radius_tolerance
+            and gap <= self.force.centre_limit
+            and (gap <= self.force.centre_tolerance or gap <= self.force.centre_relative * max(start, end))
+        )
 
     @cython.cfunc
     @cython.inline
     @cython.exceptval(check=False)
     def _put(
-        self,
-        b: cython.Py_ssize_t,
-        motion: cython.int,
-        feed: cython.double,
-        feed_set: cython.bint,
-        centre: _Centre,
-        end: cython.p_double,
+        self, b: cython.Py_ssize_t, motion: cython.int, feed: cython.double, feed_set: cython.bint
     ) -> cython.void:
-        """Fill the row of a motion of block b, and stand at its end."""
+        """Fill the row of a motion of block b to `target`, and stand there."""
         k: cython.int
         row: cython.Py_ssize_t = self.rows
         self.line[row] = self.block_line[b]
@@ -745,12 +690,12 @@ class Advance:
         self.motion[row] = motion
         self.feed[row] = feed
         self.feed_set[row] = feed_set
-        self.centre[row, 0] = centre.x
-        self.centre[row, 1] = centre.y
+        self.centre[row, 0] = self.centre_at.x
+        self.centre[row, 1] = self.centre_at.y
         self.turns[row] = 0 if motion < 2 else 2 * motion - 5
         for k in range(_AXES):
-            self.position[k] = end[k]
-            self.end[row, k] = end[k]
+            self.position[k] = self.target[k]
+            self.end[row, k] = self.target[k]
         self.rows = row + 1
 
     # Asides.
@@ -770,29 +715,29 @@ class Advance:
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _say(self, b: cython.Py_ssize_t, block: _Block, word: cython.p_double) -> cython.void:
+    def _say(self, b: cython.Py_ssize_t) -> cython.void:
         """Make the asides of a block, in the order of execution (`modal.Stage`)."""
-        if block.given & _SPOKEN:
-            self.levels[_SPEED] = word[_S]
-            self._aside(b, _ASIDE_SPEED, word[_S], True)
-        if block.given & _NEXT:
-            self.levels[_TOOL] = word[_T]
-            self._aside(b, _ASIDE_TOOL, word[_T], False)
-        if block.changes:
+        if self.block.given & _SPOKEN:
+            self.levels[_SPEED] = self.word[_S]
+            self._aside(b, _ASIDE_SPEED, self.word[_S], True)
+        if self.block.given & _NEXT:
+            self.levels[_TOOL] = self.word[_T]
+            self._aside(b, _ASIDE_TOOL, self.word[_T], False)
+        if self.block.changes:
             self.modes[_DIRECTION] = 0
             self.changed = self.levels[_TOOL]
             self._aside(b, 6, 0.0, True)
-        if block.spindle >= 0:
-            self.modes[_DIRECTION] = (block.spindle == 3) - (block.spindle == 4)
-            self._aside(b, block.spindle, 0.0, True)
-        if block.coolant >= 0:
-            self.modes[_MIST] = (self.modes[_MIST] or block.coolant == 7) and block.coolant != 9
-            self.modes[_FLOOD] = (self.modes[_FLOOD] or block.coolant == 8) and block.coolant != 9
-            self._aside(b, block.coolant, 0.0, True)
-        if block.dwells:
-            self._aside(b, _ASIDE_DWELL, word[_P], True)
-        if block.plane:
-            self._aside(b, block.plane, 0.0, False)
+        if self.block.spindle >= 0:
+            self.modes[_DIRECTION] = (self.block.spindle == 3) - (self.block.spindle == 4)
+            self._aside(b, self.block.spindle, 0.0, True)
+        if self.block.coolant >= 0:
+            self.modes[_MIST] = (self.modes[_MIST] or self.block.coolant == 7) and self.block.coolant != 9
+            self.modes[_FLOOD] = (self.modes[_FLOOD] or self.block.coolant == 8) and self.block.coolant != 9
+            self._aside(b, self.block.coolant, 0.0, True)
+        if self.block.dwells:
+            self._aside(b, _ASIDE_DWELL, self.word[_P], True)
+        if self.block.plane:
+            self._aside(b, self.block.plane, 0.0, False)
 
     # Holes (`canned_cycles`).
 
@@ -801,15 +746,14 @@ class Advance:
     def _holes(
         self,
         b: cython.Py_ssize_t,
-        block: _Block,
-        force: _Modes,
-        now: _Modes,
-        word: cython.p_double,
-    ) -> _Modes:
-        """Make the holes of a block of a drilling cycle; return what is in force after it, or `force` where it is not taken."""
-        n: cython.int = now.motion
-        normal: cython.int = 3 - now.first - now.second
-        fresh: cython.bint = force.motion <= 3
+        n: cython.int,
+        feed: cython.double,
+        absolute: cython.bint,
+        old_level: cython.bint,
+    ) -> cython.void:
+        """Make the holes of a block of drilling cycle n."""
+        normal: cython.int = 3 - self.force.first - self.force.second
+        fresh: cython.bint = self.force.motion <= 3
         # The words of a row of cycles are kept: R, P, Q and the bottom, by bits.
         given: cython.int = (
             0 if fresh or self.modes[_CYCLE] != n else cython.cast(cython.int, self.modes[_GIVEN])
@@ -822,51 +766,57 @@ class Advance:
         bottom: cython.double
         times: cython.int = 1
         pecks: cython.int = 0
-        if block.given & _RADIUS:
-            retract = word[_R]
+        if self.block.given & _RADIUS:
+            retract = self.word[_R]
             given |= _GIVEN_R
-        if block.given & _WAIT:
-            pause = word[_P]
+        if self.block.given & _WAIT:
+            pause = self.word[_P]
             given |= _GIVEN_P
-        if block.given & _PECK:
-            step = word[_Q]
+        if self.block.given & _PECK:
+            step = self.word[_Q]
             given |= _GIVEN_Q
-        if block.given >> normal & 1:
-            depth = word[normal]
+        if self.block.given >> normal & 1:
+            depth = self.word[normal]
             given |= _GIVEN_DEPTH
         self.outcome = _LEFT
         needs: cython.int = _NEEDS[n] | _GIVEN_R | _GIVEN_DEPTH
-        if self.modes[_CYCLE] < 0 or given & needs != needs or not block.given & _ANY_HOLE:
-            return force
-        if now.inverse_time or now.feed <= 0.0 or block.given & (_ANY_OFFSET | (_ANY_AXIS & ~_ANY_HOLE)):
-            return force
+        if self.modes[_CYCLE] < 0 or given & needs != needs or not self.block.given & _ANY_HOLE:
+            return
+        if (
+            self.force.inverse_time
+            or feed <= 0.0
+            or self.block.given & (_ANY_OFFSET | (_ANY_AXIS & ~_ANY_HOLE))
+        ):
+            return
         if given & _GIVEN_P and pause < 0.0:
-            return force
-        if block.given & _TIMES:
-            if not 1.0 <= word[_L] <= _MOST_REPEATS or word[_L] != cython.cast(cython.int, word[_L]):
-                return force
-            times = cython.cast(cython.int, word[_L])
-        top: cython.double = retract if now.absolute else level + retract
-        bottom = depth if now.absolute else top + depth
+            return
+        if self.block.given & _TIMES:
+            if not 1.0 <= self.word[_L] <= _MOST_REPEATS or self.word[_L] != cython.cast(
+                cython.int, self.word[_L]
+            ):
+                return
+            times = cython.cast(cython.int, self.word[_L])
+        top: cython.double = retract if absolute else level + retract
+        bottom = depth if absolute else top + depth
         if bottom > top:
-            return force
+            return
         if needs & _GIVEN_Q:
             pecks = self._pecks(top, bottom, step)
             if pecks < 0:
-                return force
+                return
         rows: cython.Py_ssize_t = 1 + times * (2 + _length(_LAST_MOVES[n]) + pecks * _length(_PECK_MOVES[n]))
         if rows > self.line.shape[0] // 2 or times + _MOST_ASIDES > self.aside_row.shape[0] // 2:
-            return force
+            return
         if (
             self.rows + rows > self.line.shape[0]
             or self.asides + times + _MOST_ASIDES > self.aside_row.shape[0]
         ):
             self.outcome = _FULL
-            return force
+            return
         self.outcome = _MADE
-        self._say(b, block, word)
+        self._say(b)
         rows = self.rows
-        self._drill(b, block, now, word, level, top, bottom, step, pause, times)
+        self._drill(b, n, feed, absolute, old_level, level, top, bottom, step, pause, times)
         self.drilled += self.rows - rows
         self.modes[_CYCLE] = n
         self.modes[_GIVEN] = given
@@ -877,7 +827,6 @@ class Advance:
         self.levels[_BOTTOM] = depth
         if given & _GIVEN_P:
             self.levels[_DWELL] = pause
-        return now
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -899,9 +848,10 @@ class Advance:
     def _drill(
         self,
         b: cython.Py_ssize_t,
-        block: _Block,
-        now: _Modes,
-        word: cython.p_double,
+        n: cython.int,
+        feed: cython.double,
+        absolute: cython.bint,
+        old_level: cython.bint,
         level: cython.double,
         top: cython.double,
         bottom: cython.double,
@@ -910,31 +860,30 @@ class Advance:
         times: cython.int,
     ) -> cython.void:
         """Make a hole so many times: across, down to R, and the moves of its cycle."""
-        n: cython.int = now.motion
-        normal: cython.int = 3 - now.first - now.second
-        clear: cython.double = max(level, top) if now.old_level else top
+        normal: cython.int = 3 - self.force.first - self.force.second
+        clear: cython.double = max(level, top) if old_level else top
         place: cython.double
         high: cython.double
         k: cython.int
         if level < top:
-            self._along(b, now, normal, top, False)
-        if not now.exact:
+            self._along(b, feed, normal, top, False)
+        if not self.force.exact:
             self._aside(b, _ASIDE_EXACT, 0.0, False)
         for _ in range(times):
             high = max(self.position[normal], clear)
-            for k in (now.first, now.second):
-                if block.given >> k & 1:
-                    self.position[k] = word[k] if now.absolute else self.position[k] + word[k]
-            self._along(b, now, normal, high, False)
+            for k in (self.force.first, self.force.second):
+                if self.block.given >> k & 1:
+                    self.position[k] = self.word[k] if absolute else self.position[k] + self.word[k]
+            self._along(b, feed, normal, high, False)
             if high != top:
-                self._along(b, now, normal, top, False)
+                self._along(b, feed, normal, top, False)
             if _MOVES[_PECK_MOVES[n]]:
                 place = top - step
                 while place > bottom:
-                    self._moves(b, now, _PECK_MOVES[n], top, bottom, clear, place, pause)
+                    self._moves(b, feed, _PECK_MOVES[n], top, bottom, clear, place, pause)
                     place -= step
-            self._moves(b, now, _LAST_MOVES[n], top, bottom, clear, bottom, pause)
-        if not now.exact:
+            self._moves(b, feed, _LAST_MOVES[n], top, bottom, clear, bottom, pause)
+        if not self.force.exact:
             self._aside(b, _ASIDE_PATH, 0.0, False)
 
     @cython.cfunc
@@ -942,7 +891,7 @@ class Advance:
     def _moves(
         self,
         b: cython.Py_ssize_t,
-        now: _Modes,
+        feed: cython.double,
         first: cython.int,
         top: cython.double,
         bottom: cython.double,
@@ -954,7 +903,7 @@ class Advance:
         c: cython.int
         lower: cython.int
         to: cython.double
-        normal: cython.int = 3 - now.first - now.second
+        normal: cython.int = 3 - self.force.first - self.force.second
         while _MOVES[first]:
             c = _MOVES[first]
             lower = c | 32
@@ -971,22 +920,22 @@ class Advance:
                 to = place
             elif lower == 107:
                 to = place + self.levels[_CLEARANCE]
-            self._along(b, now, normal, to, c != lower)
+            self._along(b, feed, normal, to, c != lower)
 
     @cython.cfunc
     @cython.exceptval(check=False)
     def _along(
         self,
         b: cython.Py_ssize_t,
-        now: _Modes,
+        feed: cython.double,
         normal: cython.int,
         level: cython.double,
         feeds: cython.bint,
     ) -> cython.void:
         """Fill the row of a straight motion from where the tool stands along the normal."""
-        end = cython.declare(cython.double[9])
         k: cython.int
         for k in range(_AXES):
-            end[k] = self.position[k]
-        end[normal] = level
-        self._put(b, feeds, now.feed, False, _Centre(x=0.0, y=0.0, certain=True), end)
+            self.target[k] = self.position[k]
+        self.target[normal] = level
+        self.centre_at.x = self.centre_at.y = 0.0
+        self._put(b, feeds, feed, False)

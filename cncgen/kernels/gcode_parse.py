@@ -4,7 +4,7 @@ One pass over the bytes of a line: a DFA finds the tokens that the parser's stat
 them, and each rule's action (`ACTIONS`) writes instructions to `Parser.code`. Nothing is judged: where the grammar has no
 token the line is refused, and the place and the parser's stack tell what was expected.
 
-    NUMBER k       push constants[k]                 WORD letter     pop a value: a word of the block
+    NUMBER k       push constant k of the line       WORD letter     pop a value: a word of the block
     STORED k       push the numbered parameter k     SET             pop value and number: a parameter is to be set
     PARAMETER      pop a number, push its parameter  SET_NAMED       the same, of a name
     NAME k         push k, the number of a name      COMMENT, MESSAGE    followed by its place in the line and its length
@@ -19,6 +19,11 @@ An instruction is one number, ``operation + 256 * operand``. FLOW is followed by
 from mmap import mmap
 
 import cython
+
+if cython.compiled:
+    from cython.cimports.cncgen.kernels.gcode_shapes import Shapes
+else:
+    from cncgen.kernels.gcode_shapes import Shapes
 
 #: Work of the kernel where a rule (by its alias, else by its name) is reduced.
 ACTIONS = {
@@ -175,7 +180,7 @@ DELETED = 1
 NUMBERED = 2
 REFUSED = 4
 COMPUTED_LABEL = 8
-ROW = 7
+ROW = 8
 
 _END = cython.declare(cython.int, 0)
 _NUMBER = cython.declare(cython.int, 1)
@@ -260,7 +265,8 @@ class Parser:
 
     Attributes:
         code, constants: Instructions, and the numbers that they push.
-        used, numbers: How much of them is in use; whoever keeps a line begins the next one behind it.
+        used, numbers: How much of them is in use; whoever keeps a line begins the next one behind it. Those of a line are numbered
+            from its first one on.
         names: Names of parameters and labels by their number, small letters without blanks.
         flags: `DELETED`, `NUMBERED`, of the line read last.
         line_number: Where its N word begins and ends.
@@ -299,6 +305,10 @@ class Parser:
     depth = cython.declare(cython.int)
     increments = cython.declare(cython.bint)
     begin = cython.declare(cython.Py_ssize_t)
+    first = cython.declare(cython.int)
+    shapes = cython.declare(Shapes)
+    shaped = cython.declare(cython.bint)
+    alike = cython.declare(cython.bint)
     used = cython.declare(cython.int, visibility="public")
     numbers = cython.declare(cython.int, visibility="public")
     flags = cython.declare(cython.int, visibility="public")
@@ -316,6 +326,9 @@ class Parser:
         self.line_word = self.terminals.index("LINE_NUMBER") if "LINE_NUMBER" in self.terminals else -1
         self.stored = stored
         self.increments = increments
+        # Whether lines of one shape have one code.
+        self.shaped = tables.SHAPED and not increments
+        self.alike = False
         self.code = _zeros(4 << 20).cast("i")
         self.constants = _zeros(8 << 19).cast("d")
         self.symbol = _zeros(4 * 8 * _DEPTH).cast("i")
@@ -393,7 +406,6 @@ class Parser:
         to: cython.Py_ssize_t
         taken: cython.Py_ssize_t
         first: cython.int = self.used
-        numbers: cython.int = self.numbers
         c: cython.int
         d: cython.int
         mode: cython.int
@@ -405,6 +417,7 @@ class Parser:
         state: cython.int = self.start
         self.lines += 1
         self.begin = offset
+        self.first = self.numbers
         self.top = 0
         self.error = -1
         self.flags = 0
@@ -478,7 +491,7 @@ class Parser:
             self._push(at, taken, literal)
             at = taken
         self.error = at
-        self.used, self.numbers = first, numbers
+        self.used, self.numbers = first, self.first
         while at < self.text.shape[0] and self.text[at] != 10:
             at += 1
         return at
@@ -487,11 +500,19 @@ class Parser:
         """Take a text whose lines are to be kept, and their rows.
 
         A row has `ROW` columns: offset and number of the line, where its code begins, offset of the next line, the row of that (-1 for
-        none yet), marks (`DELETED`, `NUMBERED`, `REFUSED`, `COMPUTED_LABEL`), and what whoever runs them keeps (-1).
+        none yet), marks (`DELETED`, `NUMBERED`, `REFUSED`, `COMPUTED_LABEL`), what whoever runs them keeps (-1), and where its
+        constants begin. Lines of one shape have their code in common.
         """
         self.text = text
         self.rows = rows
+        self.shapes = Shapes()
+        self.forget()
+
+    @cython.ccall
+    def forget(self):
+        """Begin again with code, constants and shapes; rows that are kept are worth nothing from now on."""
         self.used = self.numbers = 0
+        self.shapes.forget()
 
     def compile(
         self,
@@ -541,11 +562,23 @@ class Parser:
         self, r: cython.Py_ssize_t, offset: cython.Py_ssize_t, line: cython.longlong
     ) -> cython.Py_ssize_t:
         """Keep a line in a row; return the offset of the next one."""
-        self.rows[r, 0], self.rows[r, 1], self.rows[r, 2] = offset, line, self.used
-        self.rows[r, 3] = self._parse(offset) + 1
+        first: cython.int = self.numbers
+        code: cython.int = self.used
+        end: cython.Py_ssize_t = self.shapes.read(self.text, offset) if self.shaped else -1
+        shape: cython.Py_ssize_t = self.shapes.find() if end >= 0 else -1
+        self.rows[r, 0], self.rows[r, 1], self.rows[r, 7] = offset, line, first
         self.rows[r, 4] = self.rows[r, 6] = -1
-        self.rows[r, 5] = self.flags | (_REFUSED if self.error >= 0 else 0)
-        return self.rows[r, 3]
+        if shape >= 0:
+            self.rows[r, 2], self.rows[r, 5] = self.shapes.table[shape, 3], self.shapes.table[shape, 4]
+            self.numbers += self.shapes.put(shape, self.constants, first)
+        else:
+            self.alike = end >= 0
+            end = self._parse(offset)
+            self.rows[r, 2], self.rows[r, 5] = code, self.flags | (_REFUSED if self.error >= 0 else 0)
+            if self.alike and self.error < 0:
+                self.shapes.keep(code, self.flags, self.constants, first, self.numbers)
+        self.rows[r, 3] = end + 1
+        return end + 1
 
     def named(
         self,
@@ -711,7 +744,7 @@ class Parser:
     def _constant(self, value: cython.double) -> cython.void:
         """Write what pushes a number."""
         self.constants[self.numbers] = value
-        self.code[self.used] = _NUMBER + 256 * self.numbers
+        self.code[self.used] = _NUMBER + 256 * (self.numbers - self.first)
         self.numbers += 1
         self.used += 1
         self.depth += 1
@@ -772,6 +805,7 @@ class Parser:
         elif action == 4:
             self._exists(first + 3)
         elif action == 15:
+            self.alike = False
             self._constant(_BSPLINE)
             self._emit(_WORD, 103)
             self.depth -= 1
@@ -854,6 +888,8 @@ class Parser:
         elif code & 255 == _NUMBER and self.used == self.symbol[k << 3 | 1] + 1:
             value = self.constants[self.numbers - 1]
             if 0.0 < value < self.stored and value == cython.cast(cython.int, value):
+                # The number is not pushed; behind a bracket, it is not of the shape either.
+                self.alike = self.alike and self.text[self.begin + self.symbol[k << 3 | 2]] != 91
                 self.numbers -= 1
                 self.code[self.used - 1] = _STORED + 256 * cython.cast(cython.int, value)
             else:
@@ -906,6 +942,7 @@ class Parser:
         if name.isdecimal():
             self.used -= 1
             self.depth -= 1
+            self.alike = False
             self._constant(float(name))
         return 0
 

@@ -57,9 +57,6 @@ _CODES = cython.declare(cython.uint, 1 << 6 | 1 << 12)
 #: Codes beyond are not taken.
 _MOST_CODE = cython.declare(cython.int, 100)
 
-#: Lines after which a jump back ends a run, so that rows are taken away and endless loops seen.
-PAUSE = 1024
-_PAUSE = cython.declare(cython.Py_ssize_t, PAUSE)
 #: Local numbered parameters of a subroutine, from #1 on, and units of work of a call (`budget.CALL`).
 _LOCALS = cython.declare(cython.int, 30)
 _CALL_UNITS = cython.declare(cython.int, 12)
@@ -112,7 +109,7 @@ _REMARK = cython.declare(cython.int, OPERATIONS["COMMENT"])
 _FLOW = cython.declare(cython.int, OPERATIONS["FLOW"])
 _LEFT_OUT = cython.declare(cython.int, DELETED | REFUSED)
 _NUMBERED = cython.declare(cython.int, NUMBERED)
-#: Columns of a row of a line that is kept (`gcode_parse.Parser.compile`): the mark of its O-word stands last.
+#: Columns of a row of a line that is kept (`gcode_parse.Parser.take`); the mark is that of its O-word.
 _AT = cython.declare(cython.int, 0)
 _NUMBER_OF_LINE = cython.declare(cython.int, 1)
 _CODE = cython.declare(cython.int, 2)
@@ -120,6 +117,7 @@ _AFTER = cython.declare(cython.int, 3)
 _FOLLOWING = cython.declare(cython.int, 4)
 _MARKS = cython.declare(cython.int, 5)
 _MARK = cython.declare(cython.int, 6)
+_CONSTANTS = cython.declare(cython.int, 7)
 #: What a line was: one that is not certain, a block or settings; else the number of its keyword.
 _UNCERTAIN = cython.declare(cython.int, -1)
 _PLAIN = cython.declare(cython.int, 0)
@@ -286,6 +284,7 @@ class Computer:
         reserved: Names that cannot be set.
         columns: The columns of `gcode_scan.scan`: line, offset, flags, ends of the words, letters, values.
         waits: Tells whether a block with a code, a letter and a whole number, may wait.
+        pause: Lines after which a jump back ends a run.
 
     Attributes:
         blocks: How many blocks stand in the columns; whoever takes them sets it to 0.
@@ -319,6 +318,7 @@ class Computer:
     names = cython.declare(list)
     sorts = cython.declare(bytearray)
     waits = cython.declare(object)
+    pause = cython.declare(cython.Py_ssize_t)
     taken = cython.declare(cython.uchar[200])
     entries = cython.declare(dict)
     blocks = cython.declare(cython.Py_ssize_t, visibility="public")
@@ -350,10 +350,10 @@ class Computer:
     found = cython.declare(cython.double)
     next = cython.declare(cython.Py_ssize_t)
 
-    def __init__(self, text, parser, numbers, named, reserved, columns, waits):
+    def __init__(self, text, parser, numbers, named, reserved, columns, waits, pause):
         if not cython.compiled:
             self.taken = [0] * (2 * _MOST_CODE)
-        self.waits = waits
+        self.waits, self.pause = waits, pause
         self.text = text
         self.parser, self.code, self.constants, self.names = (
             parser,
@@ -407,7 +407,7 @@ class Computer:
         """Run lines from `offset` on until one is not certain, a column is full, or the text ends.
 
         Settings are done, blocks go to the columns, behind those that stand there. `local` are the named parameters of the
-        subroutine in force. When `since` is `PAUSE`, the next jump back ends the run. Returns the offset of the first line not read.
+        subroutine in force. When `since` is `pause`, the next jump back ends the run. Returns the offset of the first line not read.
         """
         keyword: cython.int
         top: cython.bint
@@ -447,7 +447,7 @@ class Computer:
                 if (
                     keyword != _PLAIN
                     and self.kept[self.next, _AT] <= offset
-                    and self.since + self.lines >= _PAUSE
+                    and self.since + self.lines >= self.pause
                 ):
                     self.back = (offset, line)
                 offset, line = self.kept[self.next, _AT], self.kept[self.next, _NUMBER_OF_LINE]
@@ -470,7 +470,7 @@ class Computer:
         self.used = self.last = 0
         self.thrown += 1
         self.entries = {}
-        self.parser.used = self.parser.numbers = 0
+        self.parser.forget()
         for m in range(self.count):
             self.marks[m, _HERE] = self.marks[m, _BEHIND] = -1
 
@@ -552,6 +552,7 @@ class Computer:
         stack = cython.declare(cython.double[100])
         depth: cython.int = 0
         at: cython.Py_ssize_t = self.kept[r, _CODE]
+        constants: cython.Py_ssize_t = self.kept[r, _CONSTANTS]
         operation: cython.int
         operand: cython.int
         k: cython.int
@@ -566,7 +567,7 @@ class Computer:
             if operation == _NUMBER:
                 if depth == _STACK:
                     return _UNCERTAIN
-                stack[depth] = self.constants[operand]
+                stack[depth] = self.constants[constants + operand]
                 depth += 1
             elif operation == _WORD:
                 depth -= 1

@@ -108,35 +108,31 @@ def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed:
     length: cython.Py_ssize_t = text.shape[0]
     mantissa: cython.ulonglong = 0
     digits: cython.int = 0
-    decimals: cython.int = 0
-    dotted: cython.bint = False
+    #: How many digits stand before the point, -1 without one.
+    whole: cython.int = -1
     negative: cython.bint = False
     value: cython.double
-    c: cython.int
     while i < length and (text[i] == 32 or text[i] == 9):
         i += 1
     if signed and i < length and (text[i] == 43 or text[i] == 45):
         negative = text[i] == 45
         i += 1
     while i < length:
-        c = cython.cast(cython.int, text[i])
-        if 48 <= c <= 57:
-            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
+        while i < length and 48 <= text[i] <= 57:
+            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, text[i] - 48)
             digits += 1
-            decimals += dotted
-            if digits > _DIGITS:
-                break
-        elif c == 46 and not dotted:
-            dotted = True
-        elif c != 32 and c != 9:
+            i += 1
+        if i < length and text[i] == 46 and whole < 0:
+            whole = digits
+        elif i == length or (text[i] != 32 and text[i] != 9):
             break
         i += 1
     if digits == 0 or digits > _DIGITS or mantissa > _EXACT:
         return _Number(value=0.0, after=-1)
     value = cython.cast(cython.double, mantissa)
-    if decimals > 0:
+    if whole >= 0:
         # Both are doubles without error, so the quotient is rounded once (Clinger, as in `part21_scan.points`).
-        value /= _POWERS[decimals]
+        value /= _POWERS[digits - whole]
     return _Number(value=-value if negative else value, after=i)
 
 

@@ -16,9 +16,10 @@ def _goes_on(c: cython.int) -> cython.bint:
     return c == 32 or c == 9 or 97 <= (c | 32) <= 122
 
 
-def different_lines(text: cython.const[cython.uchar][::1]) -> tuple:
+def different_lines(text: cython.const[cython.uchar][::1], stand: list | None = None) -> tuple:
     """Return the lines of a text in capitals, each once in the order of the first ones, their numbers and how often each stands there.
 
+    Each line of `text` stands for so many as `stand` says, for one without that.
     A coordinate with a decimal point is written ``1.``, and a feed of at least 1, the whole number of a line and that of an O-word as 1;
     in brackets any number but that of a parameter.
     """
@@ -90,8 +91,8 @@ def different_lines(text: cython.const[cython.uchar][::1]) -> tuple:
         if found is None:
             places[key] = len(numbers)
             numbers.append(number)
-            counts.append(1)
+            counts.append(stand[number - 1] if stand is not None else 1)
         else:
             place = found
-            counts[place] += 1
+            counts[place] += stand[number - 1] if stand is not None else 1
     return b"\n".join(places), numbers, counts

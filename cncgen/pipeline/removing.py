@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
-from cncgen.pipeline.reading import _opened, _reading, language_of
+from cncgen.pipeline.reading import _opened, _reading
 from cncgen.toolpath.reading import ReadOptions
 
 TYPE_CHECKING = False
@@ -264,22 +264,13 @@ def _mesh_target(name: str) -> Target:
     return MeshTarget.of_file(name)
 
 
-def coarse_findings(
-    name: str, language: str | None, options: ReadOptions, content: bytes | None = None
-) -> list[Diagnostic]:
+def coarse_findings(name: str, options: ReadOptions, content: bytes | None = None) -> list[Diagnostic]:
     """Return what cutting a STEP-NC program of features finds at a coarse grid; nothing where its stock is not known.
 
     A program that is not made of features alone is not cut: the finished part is not known. Standard input, which is read
     once, is cut where its `content` is given. Steep ways down are left out: making the toolpaths has told them.
     """
-    if content is None:
-        if not os.path.isfile(name):
-            return []
-        with open(name, "rb") as file:
-            head = file.read(4096)
-    else:
-        head = content[:4096]
-    if (language or language_of(name, head)) != "stepnc":
+    if content is None and not os.path.isfile(name):
         return []
     from pathlib import Path
 

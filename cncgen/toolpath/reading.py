@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numbers
 import os
 from collections.abc import Callable
 
@@ -88,7 +87,7 @@ class ReadOptions:
 
 
 def _is_count(value: object) -> bool:
-    return isinstance(value, numbers.Integral) and not isinstance(value, bool) and int(value) > 0
+    return hasattr(value, "__index__") and not isinstance(value, bool) and value.__index__() > 0
 
 
 def _is_count_or_none(value: object) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 from functools import cache
 from typing import Any
 
@@ -26,13 +27,35 @@ def by_tables(text: str, dialect: str) -> tuple[list[Instruction], int] | int:
     parser.parse(memoryview(data), 0)
     if parser.error >= 0:
         return parser.error
+    return instructions(parser, data, 0, 0), parser.flags & 3
+
+
+def by_shapes(texts: list[str], parser: gcode_parse.Parser) -> list[tuple[list[Instruction], int] | int]:
+    """Return the same of lines that a parser keeps, one after the other, by their shapes; -1 where one is refused."""
+    data = "\n".join(texts).encode()
+    rows = memoryview(bytearray(8 * gcode_parse.ROW * (len(texts) + 1))).cast(
+        "q", [len(texts) + 1, gcode_parse.ROW]
+    )
+    parser.take(memoryview(data), rows)
+    assert parser.compile(0, 1, 0, len(texts), len(data) + 1) == len(texts)
+    found: list[tuple[list[Instruction], int] | int] = []
+    for offset, _, at, after, _, marks, _, first in rows[: len(texts)].tolist():
+        if marks & gcode_parse.REFUSED:
+            found.append(-1)
+        else:
+            found.append((instructions(parser, data[offset:after], at, first), marks & 3))
+    return found
+
+
+def instructions(parser: gcode_parse.Parser, data: bytes, at: int, first: int) -> list[Instruction]:
+    """Return the instructions that begin at `at`, of a line whose constants begin at `first`."""
     found: list[Instruction] = []
-    at, code = 0, parser.code
+    code = parser.code
     while code[at]:
         name, operand = _OPERATIONS[code[at] & 255], code[at] >> 8
         at += 1
         if name == "NUMBER":
-            found.append((name, parser.constants[operand]))
+            found.append((name, parser.constants[first + operand]))
         elif name in ("NAME", "NAMED", "EXISTS_NAMED"):
             found.append((name, parser.names[operand]))
         elif name in ("COMMENT", "MESSAGE", "OUTPUT", "FLOW"):
@@ -50,7 +73,7 @@ def by_tables(text: str, dialect: str) -> tuple[list[Instruction], int] | int:
             found.append((name, operand))
         else:
             found.append((name,))
-    return found, parser.flags & 3
+    return found
 
 
 class _Postfix(Transformer):
@@ -257,6 +280,15 @@ def random_block(dialect: str, dice: random.Random) -> str:
             at = dice.randint(0, len(text))
             text = text[:at] + dice.choice("#[]-+=/<>(.oanx1;)") + text[at + dice.randint(0, 1) :]
     return text
+
+
+def renumbered(text: str, dice: random.Random) -> str:
+    """Return the block with other numbers of the same form."""
+
+    def other(match: re.Match[str]) -> str:
+        return "".join(dice.choices("0123456789", k=dice.choice([1, 1, 2, 5, dice.randint(1, 20)])))
+
+    return re.sub("[0-9]+", other, text)
 
 
 @cache

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from cncgen.diagnostics import Diagnostics
 from cncgen.gcode import canon
+from cncgen.gcode.budget import PAUSE
 from cncgen.gcode.codes.table import table
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.running import Runner
@@ -24,9 +25,9 @@ from cncgen.gcode.source import Source
 from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text import grammar
-from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.lanes import PlainBlocks, column
 from cncgen.gcode.text.parsers import new_parser
+from cncgen.gcode.text.values import evaluate
 from cncgen.kernels import gcode_arithmetic, gcode_marks, gcode_run
 from cncgen.kernels.gcode_parse import ROW
 from cncgen.toolpath.reading import ReadOptions
@@ -59,6 +60,7 @@ def computed(text: str, kernel: Any = gcode_run) -> tuple[Parameters, list[Any],
         frozenset(NAMED),
         plain.columns(),
         lambda letter, number: bool((row := table("linuxcnc").get((letter, 10 * number))) and row.waits),
+        PAUSE,
     )
     end = computer.run(0, 1, made.local)
     blocks = [(plain.line[k], plain.flags[k], plain.pairs(k)) for k in range(computer.blocks)]

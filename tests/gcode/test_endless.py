@@ -87,7 +87,7 @@ def test_a_long_loop_ends_by_any_kind_of_state(run: Run, name: str) -> None:
 
 def test_the_bound_of_loops_is_not_one_of_the_text(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(budget, "MOST_WORK", 500)
-    monkeypatch.setattr(budget, "WORK_OF_A_LINE", 1)
+    monkeypatch.setattr(budget, "WORK_OF_A_LINE", 2)
     assert run("G0 X1\nG0 X0\n" * 10_000 + "M2").errors == []
     counts = "#1=0\no1 while [#1 LT 1000]\n#1=[#1+1]\no1 endwhile\nM2"
     assert [code for code, _, _ in run(counts).errors] == ["too-many-steps"]

@@ -195,10 +195,10 @@ def test_a_sign_stands_only_where_one_of_its_texts_does(data: st.DataObject) -> 
     assert any(text in line for text in sign.texts), (sign.reason, line)
 
 
-def each_line(text: bytes) -> tuple[bytes, list[int], list[int]]:
+def each_line(text: bytes, stand: list[int] | None = None) -> tuple[bytes, list[int], list[int]]:
     """Return all lines in capitals, as signs were looked for before lines that differ in coordinates alone were taken once."""
     count = text.count(b"\n") + 1
-    return text.upper(), list(range(1, count + 1)), [1] * count
+    return text.upper(), list(range(1, count + 1)), stand or [1] * count
 
 
 @given(st.data())

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import random
+import sys
 from array import array
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -14,11 +16,13 @@ from cncgen.gcode import read
 from cncgen.gcode.codes.table import LATHE, language_of
 from cncgen.gcode.source import MAX_LINE, open_source
 from cncgen.gcode.text.dialects import choose
-from cncgen.gcode.text.parsers import new_parser, parser
+from cncgen.gcode.text.parsers import STORED, new_parser, parser
+from cncgen.kernels import gcode_parse
+from cncgen.kernels.gcode_parse import ROW
 from tests.kernels.plain import uncompiled
 from trials.peer_cases import peer_cases
 
-from .reference import by_lark, by_tables, random_block, spread
+from .reference import by_lark, by_shapes, by_tables, random_block, renumbered, spread
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -52,6 +56,43 @@ def test_random_blocks(dialect: str) -> None:
 @pytest.mark.parametrize("dialect", sorted(lalr.GRAMMARS))
 def test_many_random_blocks(dialect: str) -> None:
     _compare(dialect, 50_000)
+
+
+@pytest.mark.parametrize(("count", "plain"), [(1500, False), (100, True)])
+def test_lines_of_one_shape(count: int, plain: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines that are read by the shape of another one have the instructions that the tables give."""
+    kernel = gcode_parse
+    if plain:
+        monkeypatch.setitem(sys.modules, "cncgen.kernels.gcode_shapes", uncompiled("gcode_shapes"))
+        kernel = uncompiled("gcode_parse")
+    parser = kernel.Parser(import_module("cncgen.grammars.tables_linuxcnc"), STORED["linuxcnc"])
+    seed = random.SystemRandom().randrange(1 << 32)
+    dice = random.Random(seed)
+    texts = [*SHAPES]
+    while len(texts) < count:
+        block = random_block("linuxcnc", dice).replace("\n", "")
+        texts += [block, *(spread(renumbered(block, dice), dice) for _ in range(dice.randint(1, 3)))]
+    for text, shaped in zip(texts, by_shapes(texts, parser), strict=True):
+        expected = by_tables(text, "linuxcnc")
+        assert shaped == (-1 if isinstance(expected, int) else expected), f"seed {seed}: {text!r}"
+    # The tables read the first one alone.
+    before = parser.lines
+    many = "\n".join(f"g1 x[{k} + 2 * sin[{k}.5]] y-.{k}" for k in range(200)).encode()
+    rows = memoryview(bytearray(8 * ROW * 201)).cast("q", [201, ROW])
+    parser.take(memoryview(many), rows)
+    parser.compile(0, 1, 0, 200, len(many) + 1)
+    assert parser.lines == before + 1
+
+
+#: Lines of which two look alike, and are not of one shape or have other instructions.
+SHAPES = (
+    *("#1 = 2", "#3 = 2", "#[5] = 1", "#[7] = 1", "x#[5]", "x#[6.5]", "x#[5000]", "#5=[#[5]]", "##1=2", "##2=2"),
+    *("o<5> call [#[5]]", "o<5> call [#[7]]", "o<7> call [#[7]]", "o5 call [1]", "o6 call [2]", "bspline x1", "bspline x2"),
+    *("n1 x1", "n2.5 x1", "n.5 x1", "n3. x2", "n4 .5", "x1.", "x1", "x.1", "x1.2.3", "x..1", "x.", "x-.0", "x- - 0", "x-0", "x0"),
+    *("g1 x1 2 y3", "g1 x1 . 2 y3", "g1 x1 . 2 . y3", "#<a1>=1", "#<a2>=1", "#<a 1>=2", "o1.5 sub", "o1 sub", "o 2 sub"),
+    *("x12345678901234567890", "x1234567890123456789", "x123456789012345678", "x9007199254740993", "x9007199254740992", "(x1) y1", "(x2) y1"),
+    *("/x1", "/ x2", "x1/2", "x[1/2]", "x[3/4]", "x1 (a) y2", "x" + "1" * 239, "x" + "1" * 240, "x[1]" * 60, "x[2]" * 60, ""),
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("dialect", sorted(lalr.GRAMMARS))
@@ -133,12 +174,8 @@ def test_lines_of_programs(folder: str) -> None:
 
 
 def test_the_kernel_runs_uncompiled() -> None:
-    from importlib import import_module
-
     slow = uncompiled("gcode_parse")
     tables = import_module("cncgen.grammars.tables_linuxcnc")
-    from cncgen.kernels import gcode_parse
-
     for text in ("N10 G1 X-1.5 Y[#1+2*SIN[30]] (note)", "o<a b> call [1] [2]", "#<x>=-#5 ; tail", "X1..2"):
         found = []
         for module in (gcode_parse, slow):

@@ -8,13 +8,13 @@ from collections.abc import Callable
 from cncgen.gcode.block import Value
 from cncgen.gcode.budget import CALL
 from cncgen.gcode.errors import Astray, BlockError
-from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor, Label
-from cncgen.kernels.gcode_run import Frame
+from cncgen.gcode.text.values import evaluate
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
+    from cncgen.kernels.gcode_run import Frame
 
 #: Local numbered parameters: the arguments of a subroutine, #1 to #30, of a macro, #1 to #33.
 LOCALS = 30
@@ -26,16 +26,28 @@ class Calls:
 
     Attributes:
         frames: The calls in progress; the kernel of `computing` begins and ends some.
-        outermost: The record of the main program, below them.
     """
 
     def __init__(self, ip: Interpreter) -> None:
         self.ip = ip
         self.frames: list[Frame] = []
-        self.outermost = Frame(0.0, {})
+        self._outermost: Frame | None = None
         self._locals = MACRO_LOCALS if ip.dialect == "fanuc" else LOCALS
         #: Runs the blocks that wait, where the machine's state is about to change.
         self.flush: Callable[[], None] = lambda: None
+
+    @property
+    def outermost(self) -> Frame:
+        """Return the record of the main program; its kernel is imported with the first one."""
+        if self._outermost is None:
+            self._outermost = self._record(0.0, {})
+        return self._outermost
+
+    @staticmethod
+    def _record(label: Label, named: dict[str, float]) -> Frame:
+        from cncgen.kernels.gcode_run import Frame
+
+        return Frame(label, named)
 
     @property
     def frame(self) -> Frame:
@@ -64,7 +76,7 @@ class Calls:
             )
         parameters = self.ip.parameters
         count = 0 if values is None else self._locals
-        frame = Frame(label, parameters.local)
+        frame = self._record(label, parameters.local)
         frame.back = back
         frame.keep(parameters.numbers, count)
         self.frames.append(frame)

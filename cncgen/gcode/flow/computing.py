@@ -6,6 +6,7 @@ and calls too, until something needs to know where the machine is (`flow.pending
 
 from __future__ import annotations
 
+from cncgen.gcode.budget import PAUSE
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.predefined import NAMED
@@ -62,6 +63,7 @@ class Computing:
                 _RESERVED,
                 plain.columns(),
                 self._waits,
+                PAUSE,
             )
         return computer
 

@@ -10,17 +10,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from cncgen.gcode.block import Flow
-from cncgen.gcode.budget import LINE
+from cncgen.gcode.budget import LINE, PAUSE
 from cncgen.gcode.errors import Astray, BlockError
 from cncgen.gcode.flow import sub_words
 from cncgen.gcode.flow.parts import Parts
 from cncgen.gcode.flow.reading import first_line
-from cncgen.gcode.flow.recurrence import Recurrence
-from cncgen.gcode.text.expressions import too_deep
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import empty_block
+from cncgen.gcode.text.values import too_deep
 from cncgen.kernels import gcode_scan
-from cncgen.kernels.gcode_run import PAUSE
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from cncgen.gcode.flow.recurrence import Recurrence
 
 #: Lines whose effects are kept; a loop is rarely longer.
 _MAX_KEPT = 65_536
@@ -40,7 +42,7 @@ class Course:
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
         self._frames = parts.control.calls.frames
-        self._recurrence = Recurrence(parts.ip, parts.control.calls)
+        self._recurrence: Recurrence | None = None
         self._kept: dict[Cursor, tuple[Effect, bool, Cursor]] = {}
         self.reached = self._here = first_line(parts.ip, parts.sources[0])
         #: Lines run, and blocks counted before them, since a line was reached for the first time.
@@ -121,7 +123,9 @@ class Course:
 
     def _compute(self, here: Cursor) -> bool:
         """Read on lines that are computed while they are read; tell whether there was one."""
-        found = self._parts.pending.compute(here, self.reached, self._since)
+        # A line of % is left at once: many programs have no other one that is not plain.
+        percent = self._parts.sources[here.source].data[here.offset] == ord("%")
+        found = None if percent else self._parts.pending.compute(here, self.reached, self._since)
         if found is None:
             return False
         if found.reached != self.reached:
@@ -165,6 +169,10 @@ class Course:
         parts.pending.flush()
         if parts.faults.found and parts.ip.budget.steps - self._begun > _MOST_AFTER_A_FAULT:
             raise Astray
+        if self._recurrence is None:
+            from cncgen.gcode.flow.recurrence import Recurrence
+
+            self._recurrence = Recurrence(parts.ip, parts.control.calls)
         if self._recurrence.found(back):
             if parts.faults.found:
                 # A faulty line before may be the one that would have ended it.

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.block_plans import BlockPlan
-from cncgen.gcode.codes import comments
-from cncgen.gcode.codes.lathe_words import turned
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.flow.faults import Faults
@@ -32,11 +30,15 @@ class Executor:
         if ip.rewrite is not None:
             block = ip.rewrite(ip, block)
         if ip.lathe:
+            from cncgen.gcode.codes.lathe_words import turned
+
             block = turned(ip, block)
         if ip.guard is not None:
             self.guarded(block)
         if block.comment is not None:
-            comments.comment(ip, block, block.comment)
+            from cncgen.gcode.codes.comments import comment
+
+            comment(ip, block, block.comment)
         if plans is None:
             if block.words or block.g or block.m:
                 ip.execute(block)

@@ -14,10 +14,8 @@ from cncgen.gcode.flow import macros, sub_words
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.flow.subroutines import Subroutines
 from cncgen.gcode.source import Source
-from cncgen.gcode.text.expressions import EQUAL, evaluate
 from cncgen.gcode.text.labels import LOOP_END, Cursor, Label, Marked, shown
-from cncgen.kernels import gcode_run
-from cncgen.kernels.gcode_marks import KEYWORDS
+from cncgen.gcode.text.values import EQUAL, evaluate
 from cncgen.records import dataclass
 
 TYPE_CHECKING = False
@@ -99,6 +97,9 @@ class FlowControl:
 
     def _branch(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         """Handle an O-word of a branch or loop: IF ELSEIF ELSE ENDIF, WHILE ENDWHILE, DO WHILE, REPEAT ENDREPEAT, BREAK, CONTINUE."""
+        # Most programs have no O-word.
+        from cncgen.kernels import gcode_marks, gcode_run
+
         keyword, looks, frame = flow.keyword, _BRANCHES[flow.keyword], self.calls.frame
         label = self.label_of(flow)
         if keyword in _BEGINNING:
@@ -111,7 +112,7 @@ class FlowControl:
             value = float(nearest(self.value_of(flow), "the count of REPEAT"))
         elif keyword in ("break", "continue"):
             mark = self.next_mark(here, label, looks.below, looks.wanted)
-        way = frame.lead(KEYWORDS[keyword], label, value)
+        way = frame.lead(gcode_marks.KEYWORDS[keyword], label, value)
         if way == gcode_run.STAY:
             return None
         if way == gcode_run.PAST_PREVIOUS and keyword == "while":

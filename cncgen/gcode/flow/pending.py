@@ -10,7 +10,6 @@ from cncgen.gcode.budget import LINE
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.batches import Batches
 from cncgen.gcode.flow.compiling import Compiler
-from cncgen.gcode.flow.computing import Computing, LinesRead
 from cncgen.gcode.flow.executing import Executor
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
@@ -18,6 +17,10 @@ from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, comment_of, empty_block
 from cncgen.kernels import gcode_scan
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from cncgen.gcode.flow.computing import Computing, LinesRead
 
 
 class PendingBlocks:
@@ -43,9 +46,8 @@ class PendingBlocks:
         self._faults = faults
         self._plain = PlainBlocks()
         self._batches = Batches(ip, self._plain) if batches else None
-        self._computing = (
-            Computing(compiler.flow, sources, self._plain) if batches and ip.dialect == "linuxcnc" else None
-        )
+        self._computes = batches and ip.dialect == "linuxcnc"
+        self._computing: Computing | None = None
 
     @property
     def count(self) -> int:
@@ -62,8 +64,13 @@ class PendingBlocks:
 
     def compute(self, here: Cursor, reached: Cursor, since: int) -> LinesRead | None:
         """Read on, from a line, lines that are computed, as `Computing.read`; None where it is not such a line."""
-        if self._computing is None:
+        if not self._computes:
             return None
+        if self._computing is None:
+            # Most programs have no line that is computed.
+            from cncgen.gcode.flow.computing import Computing
+
+            self._computing = Computing(self._compiler.flow, self._sources, self._plain)
         plain = self._plain
         if plain.count and (plain.source != here.source or plain.count == BLOCKS):
             self.flush()

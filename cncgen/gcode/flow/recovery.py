@@ -15,7 +15,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS
 from cncgen.gcode.text import grammar, plain_language
-from cncgen.gcode.text.expressions import evaluate
+from cncgen.gcode.text.values import evaluate
 
 #: Modes that a line sets by a code alone, numbers in tenths: planes, units, distances, what F means.
 _MODES = frozenset((170, 180, 190, 200, 210, 900, 910, 901, 911, 930, 940, 950))

@@ -67,7 +67,7 @@ class Recurrence:
         ip = self._ip
         sink, states = ip.sink, list[object]()
         while sink is not ip.base:
-            from cncgen.gcode.codes.cutter_compensation import CompensatedSink
+            from cncgen.gcode.codes.compensated_sink import CompensatedSink
             from cncgen.gcode.codes.frames import FramedSink
 
             if not isinstance(sink, CompensatedSink | FramedSink):

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, Flow, program_names
-from cncgen.gcode.codes import probing
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import macros
 from cncgen.gcode.flow.calls import LOCALS
-from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor, Label, shown
+from cncgen.gcode.text.values import evaluate
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -143,8 +142,12 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
     try:
         target = _call_number(control, number, times, here, after, values if kind != "call" else None)
     except BlockError as error:
+        if error.code != "sub-missing" or values is None:
+            raise
+        from cncgen.gcode.codes.probing import measures
+
         block = Block({}, source=here.source, line=here.line, offset=here.offset)
-        if error.code != "sub-missing" or values is None or not probing.measures(ip, block, number, values):
+        if not measures(ip, block, number, values):
             raise
         return after
     calls.frame.modal = kind == "modal"

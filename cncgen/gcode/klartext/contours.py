@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.codes.cutter_compensation import CompensatedSink
+from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError

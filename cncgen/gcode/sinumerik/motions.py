@@ -11,7 +11,7 @@ from typing import Any
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.affine import Frames
-from cncgen.gcode.codes.cutter_compensation import CompensatedSink
+from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.subprograms import of_builder
 from cncgen.gcode.codes.turning_profiles import Segment

@@ -9,7 +9,6 @@ from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.files import read_bytes, write_text
 from cncgen.gcode.block import nearest
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.state import macro_variables
 from cncgen.gcode.state.predefined import NAMED, POSITION, TOOL_CHANGER, position_parameter
 from cncgen.gcode.state.systems import SYSTEM, SYSTEM_COUNT, SYSTEM_STEP, SYSTEMS
 
@@ -59,6 +58,9 @@ class Parameters:
         #: FANUC's #0, which never has a value, and those that begin without one.
         self.vacant = interpreter.dialect == "fanuc"
         if self.vacant:
+            from cncgen.gcode.state import macro_variables
+
+            self._system = macro_variables
             for numbers in VACANT_AT_START:
                 for index in numbers:
                     self.numbers[index] = math.nan
@@ -110,7 +112,7 @@ class Parameters:
         """Return a numbered parameter for a message, which may show the position at any time, and #0."""
         whole = self._index(index) if index else 0
         if self.vacant:
-            return macro_variables.read(self.interpreter, whole)
+            return self._system.read(self.interpreter, whole)
         if whole in TOOL_CHANGER:
             return 0.0
         return position_parameter(self.interpreter, whole) if whole in POSITION else self.numbers[whole]
@@ -129,7 +131,7 @@ class Parameters:
                 hint="#0 takes the value from another parameter: #1=#0",
             )
         if self.vacant:
-            macro_variables.store(self.interpreter, whole, value)
+            self._system.store(self.interpreter, whole, value)
             return
         if whole in POSITION or TOOL <= whole <= 5413:
             raise BlockError(

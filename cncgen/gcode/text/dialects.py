@@ -270,8 +270,7 @@ def choose(source: Source) -> Choice:
     if len(source.data) > _HEAD:
         head += source.data[max(_HEAD, len(source.data) - _TAIL) :]
     written = _Lines(*different_lines(head))
-    # Without N words more lines are the same.
-    blocks = _Lines(*different_lines(bare(head)))
+    blocks = _blocks(written)
     found = [
         *_found(_WRITTEN, written),
         *_found(_SPOKEN, replace(written, text=re.sub(_REMARKS, b"", written.text))),
@@ -284,6 +283,12 @@ def choose(source: Source) -> Choice:
         for dialect, weight in weights.items():
             totals[dialect] += weight
     return _decided(found, totals)
+
+
+def _blocks(written: _Lines) -> _Lines:
+    """Return the different lines of a text as bare blocks; without N words, more lines are the same."""
+    text, numbers, counts = different_lines(bare(written.text), written.counts)
+    return _Lines(text, [written.numbers[number - 1] for number in numbers], counts)
 
 
 _Found = tuple[str, dict[str, float], int]

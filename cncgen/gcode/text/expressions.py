@@ -12,15 +12,13 @@ from collections.abc import Callable, Mapping
 
 from cncgen.gcode.block import Computed, Value, nearest
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.text.values import EQUAL, evaluate
 from cncgen.kernels import gcode_arithmetic
 from cncgen.records import dataclass
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.state.parameters import Parameters
-
-#: Numbers closer than this are equal.
-EQUAL = 1e-4
 
 
 def _divide(a: float, b: float) -> float:
@@ -294,25 +292,6 @@ def arc_tangent(y: Value, x: Value | None, arithmetic: Arithmetic = LINUXCNC) ->
         return found + 360.0 if macro and found < 0.0 else found
 
     return angle
-
-
-def evaluate(value: Value, parameters: Parameters) -> float:
-    """Return the number that a value is now; a `BlockError` where it is nested deeper than can be followed."""
-    if isinstance(value, float):
-        return value
-    try:
-        return value(parameters)
-    except RecursionError:
-        raise too_deep() from None
-
-
-def too_deep() -> BlockError:
-    """Return the fault of a value whose computing nests deeper than can be followed."""
-    return BlockError(
-        "expression-depth",
-        "the expression is nested too deep to be evaluated",
-        hint="split it over several parameters",
-    )
 
 
 def parameter(target: Value | str) -> Value:

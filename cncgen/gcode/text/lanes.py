@@ -13,7 +13,7 @@ from cncgen.kernels import gcode_scan
 from cncgen.records import dataclass, field
 
 #: Blocks and words that a scan holds; more of them do not make it faster.
-BLOCKS = 16_384
+BLOCKS = 4_096
 WORDS = 8 * BLOCKS
 
 _COMMENT = r"\(([^()]*)\)|;.*"

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import re
 
+from cncgen.kernels.gcode_marks import KEYWORDS
+from cncgen.kernels.gcode_parse import LITERALS
+
 #: Patterns of the text before the place (matched at its end) and of the text there, and the help.
 _HINTS = tuple(
     (re.compile(before + r"\Z"), re.compile(there), text)
@@ -66,25 +69,11 @@ _IN_BRACKETS = tuple(
         (r"\Z|[a-z]", "is a ] missing?"),
     )
 )
-_KEYWORDS = (
-    *("sub", "endsub", "call", "return", "if", "elseif", "else", "endif", "while", "endwhile", "do"),
-    *("repeat", "endrepeat", "break", "continue"),
-)
+_KEYWORDS = tuple(KEYWORDS)
 _FUNCTIONS = (
-    "abs",
-    "acos",
-    "asin",
     "atan",
-    "cos",
     "exists",
-    "exp",
-    "fix",
-    "fup",
-    "ln",
-    "round",
-    "sin",
-    "sqrt",
-    "tan",
+    *(n for n, k in LITERALS.items() if LITERALS["abs"] <= k <= LITERALS["tan"] and n[-1] != "["),
 )
 _STARTS_WITH_NUMBER = re.compile(r"\A[0-9]")
 _WORDLESS = re.compile(r"(?:\A|[^a-z])([a-mp-z])[+-]?\Z")
