@@ -25,9 +25,9 @@ from cncgen.gcode.source import Source
 from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text import grammar
+from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.lanes import PlainBlocks, column
 from cncgen.gcode.text.parsers import new_parser
-from cncgen.gcode.text.values import evaluate
 from cncgen.kernels import gcode_arithmetic, gcode_marks, gcode_run
 from cncgen.kernels.gcode_parse import ROW
 from cncgen.toolpath.reading import ReadOptions

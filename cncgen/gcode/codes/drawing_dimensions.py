@@ -12,7 +12,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text import grammar
-from cncgen.gcode.text.values import evaluate
+from cncgen.gcode.text.evaluation import evaluate
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

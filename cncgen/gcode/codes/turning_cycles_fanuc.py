@@ -27,8 +27,8 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
 from cncgen.gcode.text import grammar
+from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.values import evaluate
 from cncgen.records import replace
 
 #: Words and codes of a line that make the profile, where it is roughed.

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from cncgen.gcode.block import Value
 from cncgen.gcode.budget import CALL
 from cncgen.gcode.errors import Astray, BlockError
+from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor, Label
-from cncgen.gcode.text.values import evaluate
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

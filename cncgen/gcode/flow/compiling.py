@@ -12,8 +12,8 @@ from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
+from cncgen.gcode.text.evaluation import evaluate, too_deep
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.values import evaluate, too_deep
 from cncgen.records import replace
 
 Action = Callable[[], None]

@@ -15,9 +15,9 @@ from cncgen.gcode.errors import Astray, BlockError
 from cncgen.gcode.flow import sub_words
 from cncgen.gcode.flow.parts import Parts
 from cncgen.gcode.flow.reading import first_line
+from cncgen.gcode.text.evaluation import too_deep
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import empty_block
-from cncgen.gcode.text.values import too_deep
 from cncgen.kernels import gcode_scan
 
 TYPE_CHECKING = False

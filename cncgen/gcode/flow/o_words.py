@@ -14,8 +14,8 @@ from cncgen.gcode.flow import macros, sub_words
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.flow.subroutines import Subroutines
 from cncgen.gcode.source import Source
+from cncgen.gcode.text.evaluation import EQUAL, evaluate
 from cncgen.gcode.text.labels import LOOP_END, Cursor, Label, Marked, shown
-from cncgen.gcode.text.values import EQUAL, evaluate
 from cncgen.records import dataclass
 
 TYPE_CHECKING = False

@@ -15,7 +15,8 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS
 from cncgen.gcode.text import grammar, plain_language
-from cncgen.gcode.text.values import evaluate
+from cncgen.gcode.text.evaluation import evaluate
+from cncgen.gcode.text.normal_text import normalise
 
 #: Modes that a line sets by a code alone, numbers in tenths: planes, units, distances, what F means.
 _MODES = frozenset((170, 180, 190, 200, 210, 900, 910, 901, 911, 930, 940, 950))
@@ -71,7 +72,7 @@ def _said(ip: Interpreter, text: str) -> tuple[dict[str, float], list[int]]:
     try:
         parsed = grammar.parse(text, ip.dialect)
     except BlockError:
-        pairs = [(letter, float(value)) for letter, value in _WORD.findall(grammar.normalise(text))]
+        pairs = [(letter, float(value)) for letter, value in _WORD.findall(normalise(text))]
     else:
         pairs = [] if parsed.flow is not None else parsed.words
     words: dict[str, float] = {}

@@ -11,8 +11,8 @@ from cncgen.gcode.block import Block, Flow, program_names
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import macros
 from cncgen.gcode.flow.calls import LOCALS
+from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor, Label, shown
-from cncgen.gcode.text.values import evaluate
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -47,9 +47,9 @@ from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.state.systems import SYSTEM_COUNT
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.dialects import Choice, chosen
+from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.search import search_path
-from cncgen.gcode.text.values import evaluate
 from cncgen.toolpath.reading import ReadOptions
 
 #: Signs of a program whose lines lead from one to another, or whose cycles are run here.

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.reading import Node
-from cncgen.gcode.text.values import too_deep
+from cncgen.gcode.text.evaluation import too_deep
 
 Scalar = float | str
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from cncgen.gcode.errors import BlockError
@@ -91,7 +92,7 @@ def _parsed(body: str, before: int) -> tuple[Any, ...]:
     from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
     try:
-        tree: tuple[Any, ...] = _lark().parse(body)
+        tree: tuple[Any, ...] = grammar().parse(body)
         return tree
     except UnexpectedInput as error:
         column = error.column if isinstance(error.column, int) and error.column > 0 else len(body) + 1
@@ -120,176 +121,107 @@ def _indexed(name: str, indices: list[Node]) -> Node:
     return ("var", name, tuple(indices))
 
 
-def _alone(kind: str) -> Any:
-    """Return the method of a rule that is one word."""
-    return lambda self, children: (kind,)
+def _given(children: Iterable[Any]) -> list[Any]:
+    """Return the children that are there."""
+    return [child for child in children if child is not None]
+
+
+def _times(children: Iterable[Any]) -> Node:
+    """Return how often a part is repeated."""
+    return next((child[1] for child in children if isinstance(child, tuple)), ("n", 1.0))
+
+
+def _case(value: Node, *branches: Any) -> Any:
+    single = len(branches) == 1 and isinstance(branches[0], tuple) and branches[0][0] == "jump"
+    return ("branch", value, branches[0]) if single else ("case", value, branches)
+
+
+def _defined(name: str, *more: Any) -> Any:
+    bounds = next((x[1] for x in more if isinstance(x, tuple) and x[0] == "bounds"), ())
+    value = next((x for x in more if isinstance(x, tuple) and x[0] != "bounds"), None)
+    return (str(name), bounds, value)
+
+
+def _formal(*c: Any) -> Any:
+    tokens = {getattr(x, "type", ""): str(x) for x in c if isinstance(x, str)}
+    usual = c[-1] if isinstance(c[-1], tuple) and c[-1][0] not in ("length", "extent") else None
+    return ("formal", tokens["TYPE"], tokens["NAME"], "VAR" in tokens, usual, ("extent",) in c)
+
+
+def _proc(*c: Any) -> Any:
+    name, *attributes = [str(x) for x in c if isinstance(x, str)]
+    return ("proc", name, tuple(x for x in c if isinstance(x, tuple)), tuple(attributes))
+
+
+#: Rules that are one word.
+_ALONE = ("else_", "endif", "loop", "endloop", "endfor", "endwhile", "repeat")
+#: The value of each rule of the grammar, of those of its children.
+VALUES: dict[str, Callable[..., Any]] = {
+    "start": lambda *c: c[0] if c else ("block", []),
+    "block": lambda *c: ("block", list(c)),
+    "word": lambda word: ("word", str(word[0]), ("n", float(word[1:]))),
+    "setting": lambda target, value: ("set", *target, value),
+    "polynomial": lambda target, *values: ("poly", target, values),
+    "call": lambda name, arguments: ("call", str(name), arguments),
+    "name": lambda name: ("name", str(name)),
+    "text": lambda text: ("text", str(text)[1:-1]),
+    "target": lambda name, *indices: (str(name), tuple(_given(indices))),
+    "arguments": lambda *c: () if c == (None,) else c,
+    "number": lambda number: ("n", float(str(number).replace("EX", "E"))),
+    "string": lambda text: ("s", str(text)[1:-1]),
+    "parameter": lambda name: _indexed(str(name), []),
+    "variable": lambda name, *indices: _indexed(str(name), _given(indices)),
+    "function": lambda name, arguments: ("fn", str(name), arguments),
+    "negative": lambda a: ("un", "-", a),
+    "signed": lambda sign, a: ("un", str(sign), a),
+    "not__": lambda a: ("un", "NOT", a),
+    "binary": lambda a, operator, b: ("bin", str(operator), a, b),
+    "compare": lambda a, operator, b: ("bin", str(operator), a, b),
+    "join": lambda a, b: ("bin", "<<", a, b),
+    "chain": lambda a, b: ("bin", ":", a, b),
+    "and__": lambda a, b: ("bin", "AND", a, b),
+    "or_": lambda a, b: ("bin", "OR", a, b),
+    "xor": lambda a, b: ("bin", "XOR", a, b),
+    "jump": lambda goto, target: ("jump", str(goto), str(target).strip("\"'")),
+    "if_jump": lambda *c: ("if-jump", tuple(zip(c[::2], c[1::2], strict=True))),
+    "if_": lambda condition: ("if", condition),
+    "while_": lambda condition: ("while", condition),
+    "until": lambda condition: ("until", condition),
+    "for_": lambda name, first, last: ("for", name, first, last),
+    "case": _case,
+    "default": lambda jump: ("branch", None, jump),
+    "label": str,
+    "times": lambda value: ("times", value),
+    "repeat_part": lambda *c: ("repeat-part", tuple(x for x in c if isinstance(x, str)), _times(c)),
+    "repeat_block": lambda label, *c: ("repeat-block", label, _times(c)),
+    "length": lambda number: ("length", float(number)),
+    "bounds": lambda *c: ("bounds", c),
+    "several": lambda *c: ("several", c),
+    "defined": _defined,
+    "def_": lambda kind, *c: ("def", str(kind), tuple(x for x in _given(c) if x[0] != "length")),
+    "formal": _formal,
+    "extent": lambda *_: ("extent",),
+    "declared": lambda *_: None,
+    "proc": _proc,
+    "extern": lambda name, *_: ("extern", str(name)),
+    **{rule: partial(tuple, (rule.rstrip("_"),)) for rule in _ALONE},
+}
 
 
 def _transformer() -> Any:
-    from lark import Token, Transformer
+    """Return what makes the values of the rules."""
+    from lark import Transformer
 
-    class Reader(Transformer[Any, Any]):
-        """The values of a rule's children to the value of the rule."""
+    methods = {rule: _method(value) for rule, value in VALUES.items()}
+    return type("Reader", (Transformer,), methods)()
 
-        def start(self, c: list[Any]) -> Any:
-            return c[0] if c else ("block", [])
 
-        def block(self, c: list[Any]) -> Any:
-            return ("block", list(c))
-
-        def word(self, c: list[Any]) -> Any:
-            return ("word", str(c[0][0]), ("n", float(c[0][1:])))
-
-        def setting(self, c: list[Any]) -> Any:
-            return ("set", *c[0], c[1])
-
-        def polynomial(self, c: list[Any]) -> Any:
-            return ("poly", c[0], tuple(c[1:]))
-
-        def call(self, c: list[Any]) -> Any:
-            return ("call", str(c[0]), c[1])
-
-        def name(self, c: list[Any]) -> Any:
-            return ("name", str(c[0]))
-
-        def text(self, c: list[Any]) -> Any:
-            return ("text", str(c[0])[1:-1])
-
-        def target(self, c: list[Any]) -> Any:
-            return str(c[0]), tuple(n for n in c[1:] if n is not None)
-
-        def arguments(self, c: list[Any]) -> Any:
-            return () if len(c) == 1 and c[0] is None else tuple(c)
-
-        def number(self, c: list[Any]) -> Any:
-            return ("n", float(str(c[0]).replace("EX", "E")))
-
-        def string(self, c: list[Any]) -> Any:
-            return ("s", str(c[0])[1:-1])
-
-        def parameter(self, c: list[Any]) -> Any:
-            return _indexed(str(c[0]), [])
-
-        def variable(self, c: list[Any]) -> Any:
-            return _indexed(str(c[0]), [n for n in c[1:] if n is not None])
-
-        def function(self, c: list[Any]) -> Any:
-            return ("fn", str(c[0]), c[1])
-
-        def negative(self, c: list[Any]) -> Any:
-            return ("un", "-", c[0])
-
-        def signed(self, c: list[Any]) -> Any:
-            return ("un", str(c[0]), c[1])
-
-        def not__(self, c: list[Any]) -> Any:
-            return ("un", "NOT", c[0])
-
-        def binary(self, c: list[Any]) -> Any:
-            return ("bin", str(c[1]), c[0], c[2])
-
-        compare = binary
-
-        def join(self, c: list[Any]) -> Any:
-            return ("bin", "<<", c[0], c[1])
-
-        def chain(self, c: list[Any]) -> Any:
-            return ("bin", ":", c[0], c[1])
-
-        def and__(self, c: list[Any]) -> Any:
-            return ("bin", "AND", c[0], c[1])
-
-        def or_(self, c: list[Any]) -> Any:
-            return ("bin", "OR", c[0], c[1])
-
-        def xor(self, c: list[Any]) -> Any:
-            return ("bin", "XOR", c[0], c[1])
-
-        def jump(self, c: list[Any]) -> Any:
-            target = str(c[1])
-            return ("jump", str(c[0]), target.strip("\"'"))
-
-        def if_jump(self, c: list[Any]) -> Any:
-            return ("if-jump", tuple(zip(c[::2], c[1::2], strict=True)))
-
-        def if_(self, c: list[Any]) -> Any:
-            return ("if", c[0])
-
-        def while_(self, c: list[Any]) -> Any:
-            return ("while", c[0])
-
-        def until(self, c: list[Any]) -> Any:
-            return ("until", c[0])
-
-        def for_(self, c: list[Any]) -> Any:
-            return ("for", c[0], c[1], c[2])
-
-        def case(self, c: list[Any]) -> Any:
-            if len(c) == 2 and isinstance(c[1], tuple) and c[1][0] == "jump":
-                return ("branch", c[0], c[1])
-            return ("case", c[0], tuple(c[1:]))
-
-        def default(self, c: list[Any]) -> Any:
-            return ("branch", None, c[0])
-
-        def label(self, c: list[Any]) -> str:
-            return str(c[0])
-
-        def times(self, c: list[Any]) -> Any:
-            return ("times", c[0])
-
-        def repeat_part(self, c: list[Any]) -> Any:
-            names = [x for x in c if isinstance(x, str)]
-            times = next((x[1] for x in c if isinstance(x, tuple)), ("n", 1.0))
-            return ("repeat-part", tuple(names), times)
-
-        def repeat_block(self, c: list[Any]) -> Any:
-            times = next((x[1] for x in c if isinstance(x, tuple)), ("n", 1.0))
-            return ("repeat-block", c[0], times)
-
-        def length(self, c: list[Any]) -> Any:
-            return ("length", float(c[0]))
-
-        def bounds(self, c: list[Any]) -> Any:
-            return ("bounds", tuple(c))
-
-        def several(self, c: list[Any]) -> Any:
-            return ("several", tuple(c))
-
-        def defined(self, c: list[Any]) -> Any:
-            bounds = next((x[1] for x in c[1:] if isinstance(x, tuple) and x[0] == "bounds"), ())
-            value = next((x for x in c[1:] if isinstance(x, tuple) and x[0] != "bounds"), None)
-            return (str(c[0]), bounds, value)
-
-        def def_(self, c: list[Any]) -> Any:
-            kind = str(c[0])
-            return ("def", kind, tuple(x for x in c[1:] if x is not None and x[0] != "length"))
-
-        def formal(self, c: list[Any]) -> Any:
-            by_reference = any(isinstance(x, Token) and x.type == "VAR" for x in c)
-            kind = next(str(x) for x in c if isinstance(x, Token) and x.type == "TYPE")
-            name = next(str(x) for x in c if isinstance(x, Token) and x.type == "NAME")
-            usual = c[-1] if isinstance(c[-1], tuple) and c[-1][0] not in ("length", "extent") else None
-            return ("formal", kind, name, by_reference, usual, ("extent",) in c)
-
-        def extent(self, c: list[Any]) -> Any:
-            return ("extent",)
-
-        def proc(self, c: list[Any]) -> Any:
-            formals = tuple(x for x in c if isinstance(x, tuple) and x[0] == "formal")
-            names = [str(x) for x in c if isinstance(x, Token)]
-            return ("proc", names[0], formals, tuple(names[1:]))
-
-        def extern(self, c: list[Any]) -> Any:
-            return ("extern", str(c[0]))
-
-    for word in ("else_", "endif", "loop", "endloop", "endfor", "endwhile", "repeat"):
-        setattr(Reader, word, _alone(word.rstrip("_")))
-    return Reader()
+def _method(value: Callable[..., Any]) -> Callable[[Any, list[Any]], Any]:
+    return lambda self, children: value(*children)
 
 
 @cache
-def _lark() -> Any:
+def grammar() -> Any:
     """Build the parser, whose values are statements."""
     from lark import Lark
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 
 from cncgen.gcode.block import Computed, Value, nearest
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.text.values import EQUAL, evaluate
+from cncgen.gcode.text.evaluation import EQUAL, evaluate
 from cncgen.kernels import gcode_arithmetic
 from cncgen.records import dataclass
 

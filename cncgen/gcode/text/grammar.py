@@ -10,31 +10,11 @@ import re
 from cncgen.gcode.block import OUTPUT, PROGRAM, Flow, Parsed, Value, program_names
 from cncgen.gcode.state.predefined import asks_state
 from cncgen.gcode.text import expressions
+from cncgen.gcode.text.normal_text import normalise
 from cncgen.gcode.text.parsers import parser
 from cncgen.kernels import gcode_parse
 
 _KEYWORD = re.compile(r"[A-Za-z]+")
-#: Outside comments, capital letters mean the same as small ones (of ASCII: no other character is a letter here), and blanks nothing.
-_BARE = {**{c: c + 32 for c in range(ord("A"), ord("Z") + 1)}, **dict.fromkeys(b" \t\r")}
-_PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
-
-
-def normalise(text: str) -> str:
-    """Return the block without blanks and in lower case, comments as they are."""
-
-    if "(" not in text and ";" not in text:
-        return text.translate(_BARE)
-    parts = []
-    place = 0
-    for match in _PIECE.finditer(text):
-        piece = match.group()
-        parts.append(text[place : match.start()].translate(_BARE))
-        parts.append(piece if piece[0] in "(;" else "")
-        place = match.end()
-    parts.append(text[place:].translate(_BARE))
-    return "".join(parts)
-
-
 _OPERATIONS = {number: name for name, number in gcode_parse.OPERATIONS.items()}
 _LITERALS = {number: text for text, number in gcode_parse.LITERALS.items() if "[" not in text}
 

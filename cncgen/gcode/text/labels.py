@@ -177,7 +177,7 @@ def shown(label: Label) -> str:
 
 def _label(written: str) -> Label:
     """Return the label of an O-word; ``o<100>`` is ``o100``."""
-    from cncgen.gcode.text.grammar import normalise
+    from cncgen.gcode.text.normal_text import normalise
 
     name = (normalise(written) if written[0] == "<" else written).strip("<>")
     return float(name) if name.isdecimal() else name

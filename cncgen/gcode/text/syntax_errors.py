@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.text.grammar import normalise
+from cncgen.gcode.text.normal_text import normalise
 from cncgen.gcode.text.syntax_hints import hint_for, missing_number, number_hint
 from cncgen.kernels.gcode_parse import Parser
 
