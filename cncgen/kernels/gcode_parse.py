@@ -887,9 +887,9 @@ class Parser:
             self.code[self.symbol[k << 3 | 1]] = _NAMED + (code & ~255)
         elif code & 255 == _NUMBER and self.used == self.symbol[k << 3 | 1] + 1:
             value = self.constants[self.numbers - 1]
+            # Which instruction it is hangs on the number, which behind a bracket is not of the shape.
+            self.alike = self.alike and self.text[self.begin + self.symbol[k << 3 | 2]] != 91
             if 0.0 < value < self.stored and value == cython.cast(cython.int, value):
-                # The number is not pushed; behind a bracket, it is not of the shape either.
-                self.alike = self.alike and self.text[self.begin + self.symbol[k << 3 | 2]] != 91
                 self.numbers -= 1
                 self.code[self.used - 1] = _STORED + 256 * cython.cast(cython.int, value)
             else:

@@ -131,26 +131,30 @@ def _times(children: Iterable[Any]) -> Node:
     return next((child[1] for child in children if isinstance(child, tuple)), ("n", 1.0))
 
 
-def _case(value: Node, *branches: Any) -> Any:
-    single = len(branches) == 1 and isinstance(branches[0], tuple) and branches[0][0] == "jump"
-    return ("branch", value, branches[0]) if single else ("case", value, branches)
+def _case(value: Node, *children: Any) -> Any:
+    single = len(children) == 1 and isinstance(children[0], tuple) and children[0][0] == "jump"
+    return ("branch", value, children[0]) if single else ("case", value, children)
 
 
-def _defined(name: str, *more: Any) -> Any:
-    bounds = next((x[1] for x in more if isinstance(x, tuple) and x[0] == "bounds"), ())
-    value = next((x for x in more if isinstance(x, tuple) and x[0] != "bounds"), None)
+def _defined(name: str, *children: Any) -> Any:
+    bounds = next((x[1] for x in children if isinstance(x, tuple) and x[0] == "bounds"), ())
+    value = next((x for x in children if isinstance(x, tuple) and x[0] != "bounds"), None)
     return (str(name), bounds, value)
 
 
-def _formal(*c: Any) -> Any:
-    tokens = {getattr(x, "type", ""): str(x) for x in c if isinstance(x, str)}
-    usual = c[-1] if isinstance(c[-1], tuple) and c[-1][0] not in ("length", "extent") else None
-    return ("formal", tokens["TYPE"], tokens["NAME"], "VAR" in tokens, usual, ("extent",) in c)
+def _formal(*children: Any) -> Any:
+    tokens = {getattr(x, "type", ""): str(x) for x in children if isinstance(x, str)}
+    usual = (
+        children[-1]
+        if isinstance(children[-1], tuple) and children[-1][0] not in ("length", "extent")
+        else None
+    )
+    return ("formal", tokens["TYPE"], tokens["NAME"], "VAR" in tokens, usual, ("extent",) in children)
 
 
-def _proc(*c: Any) -> Any:
-    name, *attributes = [str(x) for x in c if isinstance(x, str)]
-    return ("proc", name, tuple(x for x in c if isinstance(x, tuple)), tuple(attributes))
+def _proc(*children: Any) -> Any:
+    name, *attributes = [str(x) for x in children if isinstance(x, str)]
+    return ("proc", name, tuple(x for x in children if isinstance(x, tuple)), tuple(attributes))
 
 
 #: Rules that are one word.
@@ -212,12 +216,10 @@ def _transformer() -> Any:
     """Return what makes the values of the rules."""
     from lark import Transformer
 
-    methods = {rule: _method(value) for rule, value in VALUES.items()}
-    return type("Reader", (Transformer,), methods)()
+    def method(rule: str) -> Callable[[Any, list[Any]], Any]:
+        return lambda self, children: VALUES[rule](*children)
 
-
-def _method(value: Callable[..., Any]) -> Callable[[Any, list[Any]], Any]:
-    return lambda self, children: value(*children)
+    return type("Reader", (Transformer,), {rule: method(rule) for rule in VALUES})()
 
 
 @cache
