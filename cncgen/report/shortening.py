@@ -3,9 +3,10 @@
 Every quantity is planned 10 % and 5 % higher and lower. The derivative is the five-point difference of these plans (Abramowitz and
 Stegun (1964), 25.3.6), whose error is below 10⁻⁴ where the time is smooth. It is not everywhere: a rapid at 45° needs more jerk
 of both axes, so one of them alone can only lengthen it, and plans of path and speed together jump by some 10⁻⁵ to 10⁻⁴ of the time.
-Where the differences show more than 0.5 % of that, the quantity is planned 2.5 % and 7.5 % higher and lower as well, and
+Where the differences show more than 0.5 % of that, the quantity is planned 2.5 % higher and lower too: where the time is smooth so
+far, the differences of these and of 5 % count; where these change nothing, the quantity does not bind. Else 7.5 % join them, and
 the derivative is the least-squares one of all nine plans; where that may be some per cent off, eight more plans between these make it
-surer. Where its error may be above 1.5 % there is none: what the change saves at first and what its opposite costs are told instead.
+surer. Where its error may be above 1.5 % there is none, and `Slope.kind` says why.
 All is given for a change of 10 % in the direction that shortens (a period falls, all others rise).
 """
 
@@ -13,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from typing import Any, TypeVar
 
 import numpy as np
@@ -29,6 +31,8 @@ CHANGE, EIGHTHS = 0.10, 8
 #: A derivative is given where the bounds of its error are below this part of it: of five plans, whose scatter one difference
 #: shows, and of more.
 _SURE, _KNOWN = 0.005, 0.015
+#: The same of five plans within 5 %, in which scatter counts twice.
+_SURE_NEAR = 0.0025
 #: Seventeen plans are made where the bound of nine is below this: they bring it down to a half or so.
 _HOPED = 0.06
 #: Scatter counts so much more than its bound of 97.5 %: differences of other plans scatter as well.
@@ -83,6 +87,43 @@ class PlannedTimes:
     tools: dict[str, float]
 
 
+class Kind(StrEnum):
+    """What the plans about a quantity's value say of its derivative."""
+
+    SMOOTH = "smooth"
+    NO_EFFECT = "no effect"
+    #: It binds only where it is changed further: the derivative is 0.
+    SLACK = "does not bind"
+    #: The plans scatter by more than a derivative may be off: it is known to a bound.
+    SCATTER = "scatter"
+    #: The derivatives to both sides differ.
+    KINK = "kink"
+    #: The time goes in steps.
+    STEPS = "steps"
+
+
+@dataclass(frozen=True, slots=True)
+class Slope:
+    """A derivative, or why there is none.
+
+    Attributes:
+        kind: What is known of it.
+        seconds: What the whole change saves by it; the best estimate where it scatters.
+        bound: Of the error, in seconds.
+        reach: Relative change within which the plans that it comes of lie.
+    """
+
+    kind: Kind
+    seconds: float = 0.0
+    bound: float = 0.0
+    reach: float = CHANGE
+
+    @property
+    def derivative(self) -> float | None:
+        """The seconds where they are a derivative."""
+        return self.seconds if self.kind in (Kind.SMOOTH, Kind.NO_EFFECT, Kind.SLACK) else None
+
+
 @dataclass(frozen=True, slots=True)
 class Shortening:
     """The worth of a quantity.
@@ -90,7 +131,7 @@ class Shortening:
     Attributes:
         name, value: The quantity, see `Quantity`.
         change: Relative change, signed.
-        derivative_s: Seconds that the cycle gets shorter for the change, by the derivative; None where there is none.
+        slope: Seconds that the cycle gets shorter for the change, by the derivative.
         sides_s: The same by the derivatives to either side: what the change saves at first, what its opposite costs.
         saved_s: Seconds that a plan with the whole change is shorter.
         lines: The lines that save most: file, line, seconds.
@@ -100,11 +141,16 @@ class Shortening:
     name: str
     value: str
     change: float
-    derivative_s: float | None
+    slope: Slope
     sides_s: tuple[float, float]
     saved_s: float
     lines: tuple[tuple[str, int, float], ...] = ()
     tools: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def derivative_s(self) -> float | None:
+        """The slope where it is a derivative."""
+        return self.slope.derivative
 
     def as_json(self) -> dict[str, Any]:
         """Return plain values."""
@@ -113,6 +159,9 @@ class Shortening:
             "value": self.value,
             "change": self.change,
             "derivative_s": self.derivative_s,
+            "kind": str(self.slope.kind),
+            "estimate_s": self.slope.seconds,
+            "bound_s": self.slope.bound,
             "sides_s": list(self.sides_s),
             "saved_s": self.saved_s,
             "lines": [{"source": s, "line": n, "saved_s": t} for s, n, t in self.lines],
@@ -251,14 +300,17 @@ class _Savings:
         """Return what the quantity is worth."""
         quantity, now, noise = self.quantity, self.now, _NOISE * self.now.cycle_s
         whole = self(8)
-        slope: float | None = 0.0
-        sides = (0.0, 0.0)
         # What changes nothing by its whole changes nothing by less.
-        if max(abs(whole), abs(self(-8))) > noise:
-            slope = None if quantity.jumps else derivative(self, noise)
-            sides = (4.0 * self(4) - whole, self(-8) - 4.0 * self(-4))
-        change = quantity.sign * CHANGE
-        found = Shortening(quantity.name, quantity.value, change, slope, sides, whole)
+        if max(abs(whole), abs(self(-8))) <= noise:
+            slope, sides = Slope(Kind.NO_EFFECT), (0.0, 0.0)
+        else:
+            slope = Slope(Kind.STEPS) if quantity.jumps else derivative(self, noise)
+            # The nearest plans that there are.
+            step = min(4, *(abs(k) for k in self.plans if k % 2 == 0 and k))
+            sides = tuple(
+                sign * (4.0 * self(sign * step) - self(sign * 2 * step)) * 4.0 / step for sign in (1, -1)
+            )
+        found = Shortening(quantity.name, quantity.value, quantity.sign * CHANGE, slope, sides, whole)
         if abs(whole) < noise:
             return found
         lines = _most(now.lines, self.planned(8).lines)
@@ -270,39 +322,45 @@ class _Savings:
         )
 
 
-def derivative(saved: Callable[[int], float], noise: float) -> float | None:
-    """Return what a whole change saves by the derivative, or None where there is none.
+def derivative(saved: Callable[[int], float], noise: float) -> Slope:
+    """Return what a whole change saves by the derivative, or why there is none.
 
     Args:
         saved: Returns the seconds that so many eighths of the change save; asked for eighths from -8 to 8.
-        noise: A derivative below it is 0.
+        noise: A saving below it is 0.
     """
-    slope, bound = _five_point(saved)
-    if abs(slope) <= noise and bound <= noise:
-        return 0.0
+    slope, bound = _five_point(saved, 4)
+    if max(abs(slope), bound) <= noise:
+        return Slope(Kind.SMOOTH, 0.0, bound)
     if bound <= _SURE * abs(slope):
-        return slope
+        return Slope(Kind.SMOOTH, slope, bound)
+    if max(abs(saved(2)), abs(saved(-2))) <= noise:
+        return Slope(Kind.SLACK, reach=CHANGE / 4)
+    slope, bound = _five_point(saved, 2)
+    if bound <= _SURE_NEAR * abs(slope):
+        return Slope(Kind.SMOOTH, slope, bound, CHANGE / 2)
     for step, student in _FITS.items():
-        slope, bound = _fitted(saved, step, student)
-        if bound <= _KNOWN * abs(slope):
-            return slope
-        if bound > _HOPED * abs(slope):
+        found = _fitted(saved, step, student)
+        if found.bound <= _KNOWN * abs(found.seconds):
+            return replace(found, kind=Kind.SMOOTH)
+        if found.bound > _HOPED * abs(found.seconds):
             break
-    return None
+    return found
 
 
-def _five_point(saved: Callable[[int], float]) -> tuple[float, float]:
-    """Return the five-point difference, and a bound of its error."""
-    near, far = saved(4) - saved(-4), 0.5 * (saved(8) - saved(-8))
+def _five_point(saved: Callable[[int], float], step: int) -> tuple[float, float]:
+    """Return the five-point difference of plans `step` eighths apart, and a bound of its error."""
+    near, far = saved(step) - saved(-step), 0.5 * (saved(2 * step) - saved(-2 * step))
     # Where the derivatives to both sides differ by d, the fourth difference is d. A jump of the time by d between two of the plans
     # makes 3 d or d of it, and 7/6 d or d/6 of the slope. A jump of the second derivative it may miss: the slope is then off by
     # at most two thirds of what near and far differ by.
-    fourth = saved(8) - 4.0 * saved(4) + 6.0 * saved(0) - 4.0 * saved(-4) + saved(-8)
-    return (4.0 * near - far) / 3.0, max(0.4 * abs(fourth), abs(near - far) * 2.0 / 3.0)
+    fourth = saved(2 * step) - 4.0 * saved(step) + 6.0 * saved(0) - 4.0 * saved(-step) + saved(-2 * step)
+    whole = EIGHTHS / (2 * step)
+    return whole * (4.0 * near - far) / 3.0, whole * max(0.4 * abs(fourth), abs(near - far) * 2.0 / 3.0)
 
 
-def _fitted(saved: Callable[[int], float], step: int, student: float) -> tuple[float, float]:
-    """Return the slope of the least-squares curve a + b x + c x² + d x³ + e |x| of plans, and a bound of its error.
+def _fitted(saved: Callable[[int], float], step: int, student: float) -> Slope:
+    """Return the slope of the least-squares curve a + b x + c x² + d x³ + e |x| of plans, as a kink or as scatter, with its bound.
 
     The plans lie symmetrically, so that the even terms leave b alone; e is half of what the derivatives to both sides differ by.
 
@@ -320,13 +378,10 @@ def _fitted(saved: Callable[[int], float], step: int, student: float) -> tuple[f
     spread = student * np.sqrt(
         (rest @ rest) / (len(x) - len(found)) * np.diag(np.linalg.inv(terms.T @ terms))
     )
+    scatter = _OTHERS * spread[1]
     # A jump of the second derivative goes into the third power, as x |x| does, whose fit has half of that in its slope.
-    bounds = (
-        _OTHERS * spread[1],
-        0.8 * max(abs(found[4]) - spread[4], 0.0),
-        0.5 * max(abs(found[3]) - spread[3], 0.0),
-    )
-    return float(found[1]), float(max(bounds))
+    bent = max(0.8 * max(abs(found[4]) - spread[4], 0.0), 0.5 * max(abs(found[3]) - spread[3], 0.0))
+    return Slope(Kind.KINK if bent > scatter else Kind.SCATTER, float(found[1]), float(max(scatter, bent)))
 
 
 def _most(before: Mapping[_Key, float], after: Mapping[_Key, float]) -> list[tuple[_Key, float]]:
@@ -419,16 +474,26 @@ def as_text(now: PlannedTimes, found: list[Shortening]) -> str:
         "of cycle, %",
         "lines that save most, s",
     ]
-    note = "" if all(each.derivative_s is not None for each in found) else f"\n{NO_DERIVATIVE}"
-    return f"cycle time {duration(now.cycle_s)}\n{text_table(head, rows)}{note}"
+    notes = [_MEANINGS[kind] for kind in _MEANINGS if any(each.slope.kind == kind for each in found)]
+    return "\n".join([f"cycle time {duration(now.cycle_s)}", text_table(head, rows), *notes])
 
 
-#: The meaning of two figures in place of one.
-NO_DERIVATIVE = "a | b: the time has no derivative there; a change saves a at first, and its opposite costs b"
+#: What stands in place of a derivative.
+_MEANINGS = {
+    Kind.KINK: "a | b: the time has a kink there; a change saves a at first, and its opposite costs b",
+    Kind.SCATTER: "a ± b: plans scatter by b",
+    Kind.SLACK: "does not bind: a small change does nothing; one of 10 % up or down does",
+    Kind.STEPS: "in steps: motions end at a setpoint, so the time goes up and down with it",
+}
 
 
 def by_derivative(each: Shortening) -> str:
-    """Return the derivative, or those to either side where there is none."""
-    if each.derivative_s is not None:
-        return f"{each.derivative_s:z.4f}"
-    return " | ".join(f"{side:z.4f}" for side in each.sides_s)
+    """Return the derivative, or what is known in its place."""
+    slope = each.slope
+    if slope.kind is Kind.SMOOTH:
+        return f"{slope.seconds:z.4f}"
+    if slope.kind is Kind.KINK:
+        return " | ".join(f"{side:z.4f}" for side in each.sides_s)
+    if slope.kind is Kind.SCATTER:
+        return f"{slope.seconds:z.4f} ± {slope.bound:.4f}"
+    return "in steps" if slope.kind is Kind.STEPS else str(slope.kind)

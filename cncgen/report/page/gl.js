@@ -1,13 +1,14 @@
-// WebGL2: paths as quads of a width in pixels, one instance a segment, whose colours come from a row of a texture; surfaces of one
-// colour, each triangle as bright as it faces the light.
+// WebGL2: paths as quads of a width in pixels, whose colours come from a row of a texture; surfaces of one colour, each triangle as
+// bright as it faces the light. Points stand in textures, from which each corner takes its segment's ends: an instance a segment
+// takes a graphics card that the processor plays ten times as long.
+
+/** Points in a row of their textures. */
+const WIDE = 2048;
 
 const VERTEX = `#version 300 es
 precision highp float;
-layout(location=0) in vec3 a;
-layout(location=1) in vec3 b;
-layout(location=2) in float va;
-layout(location=3) in float vb;
-layout(location=4) in float style;
+uniform highp sampler2D points;
+uniform sampler2D looks;
 uniform mat4 matrix;
 uniform vec2 size;
 uniform float width;
@@ -16,19 +17,24 @@ out float value;
 flat out float kind;
 out float way;
 void main() {
-  vec4 p = matrix * vec4(a, 1.0), q = matrix * vec4(b, 1.0);
+  int k = gl_VertexID / 6, corner = gl_VertexID % 6;
+  corner = corner < 3 ? corner : corner < 5 ? 5 - corner : 3;
+  ivec2 from = ivec2(k % ${WIDE}, k / ${WIDE}), to = ivec2((k + 1) % ${WIDE}, (k + 1) / ${WIDE});
+  vec2 look = texelFetch(looks, to, 0).rg;
+  float style = look.g * 255.0;
+  vec4 p = matrix * vec4(texelFetch(points, from, 0).xyz, 1.0), q = matrix * vec4(texelFetch(points, to, 0).xyz, 1.0);
   vec2 d = (q.xy - p.xy) * size * 0.5;
   float length = length(d);
   vec2 along = length > 1e-6 ? d / length : vec2(1.0, 0.0);
   vec2 across = vec2(-along.y, along.x);
-  float side = (gl_VertexID & 1) == 0 ? -1.0 : 1.0;
-  bool end = gl_VertexID >= 2;
+  float side = (corner & 1) == 0 ? -1.0 : 1.0;
+  bool end = corner >= 2;
   float half_width = 0.5 * width;
   vec2 offset = across * side * half_width + along * (end ? half_width : -half_width) * 0.5;
   vec4 c = end ? q : p;
   gl_Position = vec4(c.xy + offset * 2.0 / size, c.z - lift, 1.0);
   if (style > 1.5) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-  value = end ? vb : va;
+  value = end ? look.r : texelFetch(looks, from, 0).r;
   kind = style;
   way = end ? length : 0.0;
 }`;
@@ -86,12 +92,11 @@ export function segmentDrawer(canvas) {
   const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, premultipliedAlpha: true });
   if (!gl) return null;
   const program = linked(gl, VERTEX, FRAGMENT);
-  const place = uniforms(gl, program, ["matrix", "size", "width", "lift", "palette", "steps", "solid", "rapid", "opacity"]);
+  const place = uniforms(gl, program, ["matrix", "size", "width", "lift", "palette", "points", "looks", "steps", "solid", "rapid", "opacity"]);
   let filling = null;
-  const palette = gl.createTexture();
-  gl.bindTexture(gl.TEXTURE_2D, palette);
-  for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
-  for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
+  const none = gl.createVertexArray(), palette = texture(gl);
+  gl.useProgram(program);
+  ["palette", "points", "looks"].forEach((name, unit) => gl.uniform1i(place[name], unit));
   gl.enable(gl.BLEND);
   gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   gl.enable(gl.DEPTH_TEST);
@@ -121,9 +126,14 @@ export function segmentDrawer(canvas) {
       gl.uniform4fv(place.solid, how.solid ?? [0, 0, 0, 0]);
       gl.uniform4fv(place.rapid, how.rapid ?? [0, 0, 0, 0]);
       gl.uniform1f(place.opacity, how.opacity ?? 1);
-      gl.bindVertexArray(buffer.array);
-      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, buffer.count);
-      this.vertices += 4 * buffer.count;
+      [palette, buffer.points, buffer.looks].forEach((one, unit) => {
+        gl.activeTexture(gl.TEXTURE0 + unit);
+        gl.bindTexture(gl.TEXTURE_2D, one);
+      });
+      gl.activeTexture(gl.TEXTURE0);
+      gl.bindVertexArray(none);
+      gl.drawArrays(gl.TRIANGLES, 0, 6 * buffer.count);
+      this.vertices += 6 * buffer.count;
     },
     /** Draw a `surface`: matrix, directions to the viewer (toward) and to the light, and its colour (solid). */
     fill(buffer, how) {
@@ -165,44 +175,40 @@ function linked(gl, vertex, fragment) {
   return program;
 }
 
+function texture(gl) {
+  const made = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, made);
+  for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
+  for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
+  return made;
+}
+
 /**
- * Put a polyline into buffers: `points` three numbers a point, `values` and `styles` a byte a point.
+ * Put a polyline into textures: `points` three numbers a point, `values` and `styles` a byte a point.
  *
  * Segment k goes from point k to k + 1 in the style of k + 1: 0 feed, 1 rapid, 2 not drawn.
  */
 export function polyline(gl, points, values, styles) {
-  const buffers = [points, values, styles].map((data) => {
-    const buffer = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
-    return buffer;
-  });
-  const array = gl.createVertexArray();
-  gl.bindVertexArray(array);
-  const attribute = (index, buffer, size, kind, normal, stride, offset) => {
-    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    gl.enableVertexAttribArray(index);
-    gl.vertexAttribPointer(index, size, kind, normal, stride, offset);
-    gl.vertexAttribDivisor(index, 1);
-  };
-  attribute(0, buffers[0], 3, gl.FLOAT, false, 12, 0);
-  attribute(1, buffers[0], 3, gl.FLOAT, false, 12, 12);
-  attribute(2, buffers[1], 1, gl.UNSIGNED_BYTE, true, 1, 0);
-  attribute(3, buffers[1], 1, gl.UNSIGNED_BYTE, true, 1, 1);
-  attribute(4, buffers[2], 1, gl.UNSIGNED_BYTE, false, 1, 1);
-  gl.bindVertexArray(null);
-  return {
-    array,
-    count: Math.max(0, values.length - 1),
+  const high = Math.max(1, Math.ceil(styles.length / WIDE)), places = new Float32Array(3 * WIDE * high), both = new Uint8Array(2 * WIDE * high);
+  places.set(points);
+  styles.forEach((style, k) => (both[2 * k + 1] = style));
+  const found = {
+    points: texture(gl),
+    looks: null,
+    count: Math.max(0, styles.length - 1),
     setValues(bytes) {
-      gl.bindBuffer(gl.ARRAY_BUFFER, buffers[1]);
-      gl.bufferData(gl.ARRAY_BUFFER, bytes, gl.STATIC_DRAW);
+      bytes.forEach((value, k) => (both[2 * k] = value));
+      gl.bindTexture(gl.TEXTURE_2D, this.looks);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG8, WIDE, high, 0, gl.RG, gl.UNSIGNED_BYTE, both);
     },
     free() {
-      for (const buffer of buffers) gl.deleteBuffer(buffer);
-      gl.deleteVertexArray(array);
+      for (const one of [this.points, this.looks]) gl.deleteTexture(one);
     },
   };
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB32F, WIDE, high, 0, gl.RGB, gl.FLOAT, places);
+  found.looks = texture(gl);
+  found.setValues(values);
+  return found;
 }
 
 /** Put a mesh into buffers: `points` three numbers a corner, `triangles` three corners each. */

@@ -2,6 +2,7 @@
 
 import { colourOf, css, scaleText } from "./colouring.js";
 import { brief, share } from "./format.js";
+import { sheet } from "./sheet.js";
 import { element } from "./tables.js";
 
 /** Fill a box with the legend of a colouring. */
@@ -30,7 +31,7 @@ function drawHistogram(canvas, colouring, theme) {
   const ratio = window.devicePixelRatio || 1, width = 236, height = 46, ramp = 8;
   canvas.width = width * ratio;
   canvas.height = height * ratio;
-  const g = canvas.getContext("2d");
+  const g = sheet(canvas);
   g.scale(ratio, ratio);
   const { histogram } = colouring, bins = histogram.length, most = Math.max(...histogram) || 1;
   for (let k = 0; k < bins; k++) {

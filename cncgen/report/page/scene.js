@@ -5,19 +5,22 @@ import { polyline, segmentDrawer, surface } from "./gl.js";
 import { CLASSES, pick } from "./levels.js";
 import { ticks } from "./format.js";
 
-/** Points drawn while the picture moves, and when it rests: four vertices a point. */
-const COARSE_POINTS = 35_000;
+/** Points drawn while the picture moves, and when it rests: six vertices a point. */
+const COARSE_POINTS = 30_000;
+const HIGHLIGHT_POINTS = 15_000;
 const MOVING_VERTICES = 280_000;
 const RESTING_POINTS = 600_000;
 const REST_MS = 140;
 
 export class Scene {
-  constructor(canvas, theme) {
+  /** `parts` is the number of plans that are shown over each other. */
+  constructor(canvas, theme, parts) {
     this.canvas = canvas;
     this.camera = new Camera();
     this.drawer = segmentDrawer(canvas);
     this.theme = theme;
     this.layers = [];
+    this.coarsePoints = Math.floor(COARSE_POINTS / parts);
     this.highlight = null;
     this.onframe = () => {};
     this.pending = false;
@@ -33,7 +36,7 @@ export class Scene {
     this.layers.push(layer);
     this.box = joined([...this.layers.map((one) => boxOf(one.part)), ...(this.surface ? [this.surface.box] : [])]);
     this.radius = 0.6 * Math.hypot(this.box[3] - this.box[0], this.box[4] - this.box[1], this.box[5] - this.box[2]) + 1;
-    layer.coarse = this.buffer(layer, pick(part.levels, part.classes, layer.chunks, 0, COARSE_POINTS));
+    layer.coarse = this.buffer(layer, pick(part.levels, part.classes, layer.chunks, 0, this.coarsePoints));
     this.grid = null;
   }
 
@@ -73,13 +76,13 @@ export class Scene {
     this.highlight = null;
     if (spans?.length && this.drawer) {
       const total = spans.reduce((sum, [a, b]) => sum + b - a + 1, 0);
-      const stride = Math.max(1, Math.ceil(total / 20_000));
+      const stride = Math.max(1, Math.ceil(total / HIGHLIGHT_POINTS));
       const rows = [], gaps = [];
       for (const [a, b] of spans) {
         if (rows.length) gaps.push(rows.length - 1);
         for (let k = a; k < b; k += stride) rows.push(k);
         rows.push(b);
-        if (rows.length > 20_000) break;
+        if (rows.length > HIGHLIGHT_POINTS) break;
       }
       this.highlight = this.buffer({ ...this.layers[0], colouring: null }, { rows: Uint32Array.from(rows), gaps, level: 0 });
     }
@@ -168,7 +171,8 @@ export class Scene {
     drawer.gl.depthMask(false);
     if (this.showGrid !== false) drawer.draw(this.grid, { matrix, size, width: ratio, solid: colours.grid });
     drawer.gl.depthMask(true);
-    if (this.surface && this.showSurface && (!this.moving || this.surface.count <= MOVING_VERTICES - 4 * COARSE_POINTS)) {
+    const taken = 6 * (COARSE_POINTS + (this.highlight?.rows.length ?? 0));
+    if (this.surface && this.showSurface && (!this.moving || this.surface.count + taken <= MOVING_VERTICES)) {
       const { toward, up, right } = camera.frame();
       drawer.fill(this.surface, { matrix, toward, light: [0, 1, 2].map((k) => 0.8 * up[k] - 0.6 * right[k]), solid: colours.surface });
     }
@@ -178,7 +182,7 @@ export class Scene {
       if (k) how.solid = colours.other;
       else how.rapid = this.showRapids ? colours.rapid : [0, 0, 0, 0.001];
       if (this.highlight && !k) how.opacity = 0.35;
-      const few = layer.fine && drawer.vertices + 4 * (layer.coarse.rows.length + layer.fine.rows.length) <= MOVING_VERTICES;
+      const few = layer.fine && drawer.vertices + taken + 6 * layer.fine.rows.length <= MOVING_VERTICES;
       if (this.moving || !layer.fine) drawer.draw(layer.coarse.buffer, how);
       if (layer.fine && (!this.moving || few)) drawer.draw(layer.fine.buffer, how);
     });

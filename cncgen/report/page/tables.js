@@ -178,7 +178,8 @@ function sorted(items) {
 function why(part, go) {
   const most = part.header.why[0].saved_s;
   const rows = part.header.why.map((item) => {
-    const first = item.derivative_s === null ? item.sides_s.map(brief).join(" | ") : brief(item.derivative_s);
+    const { kind } = item, about = `${brief(item.estimate_s)} ± ${brief(item.bound_s)}`;
+    const first = { smooth: brief(item.estimate_s), kink: item.sides_s.map(brief).join(" | "), scatter: about, steps: "in steps" }[kind] ?? kind;
     const change = `${item.change > 0 ? "+" : "−"}${Math.round(100 * Math.abs(item.change))} %`;
     return element(
       "tr",
@@ -188,7 +189,7 @@ function why(part, go) {
       element("td", { class: "number" }, first),
     );
   });
-  const note = "What a change saves: planned, and by the time's derivative. Where the time has none, a | b: the change saves a at first, its opposite costs b.";
+  const note = "What a change saves: planned, and by the time's derivative. Where the time has a kink, a | b: the change saves a at first, its opposite costs b; where plans scatter by b, a ± b.";
   const title = "What would shorten it";
   return element("section", {}, element("h3", {}, title), element("p", { class: "note" }, note), table(title, ["Change", "Saves", "Derivative"], rows));
 }
