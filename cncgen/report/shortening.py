@@ -307,9 +307,10 @@ class _Savings:
             slope = Slope(Kind.STEPS) if quantity.jumps else derivative(self, noise)
             # The nearest plans that there are.
             step = min(4, *(abs(k) for k in self.plans if k % 2 == 0 and k))
-            sides = tuple(
-                sign * (4.0 * self(sign * step) - self(sign * 2 * step)) * 4.0 / step for sign in (1, -1)
+            first, opposite = (
+                sign * (4.0 * self(sign * step) - self(2 * sign * step)) * 4.0 / step for sign in (1, -1)
             )
+            sides = first, opposite
         found = Shortening(quantity.name, quantity.value, quantity.sign * CHANGE, slope, sides, whole)
         if abs(whole) < noise:
             return found

@@ -549,6 +549,23 @@ def test_a_long_plan_is_drawn_with_few_vertices_while_it_moves(browser: Browser,
     assert 0 < browser.run("return cncgen.most") <= 300_000
 
 
+def test_a_turned_part_lies_with_z_to_the_right(
+    browser: Browser, tmp_path: Path, cncgen: Callable[..., Any]
+) -> None:
+    """A profile without Y: 80 mm along Z are 80 mm to the right, 20 mm of X are 20 mm up, at one scale."""
+    (tmp_path / "a.nc").write_text("G21 G90 G61\nG1 Z80 F6000\nX20\nM2\n")
+    cncgen("report", "a.nc", "-o", "page.html")
+    browser.open(tmp_path / "page.html")
+    settled(browser)
+    places = browser.run(
+        "const { part, scene } = cncgen, [x, y, z] = part.points;"
+        "const corner = part.row.x_mm.findIndex((v) => v > 0) - 1;"
+        "return [0, corner, part.rows - 1].map((k) => scene.camera.project(x[k], y[k], z[k]))"
+    )
+    (x0, y0, _), (x1, y1, _), (x2, y2, _) = np.array(places) / browser.run("return cncgen.scene.camera.scale")
+    assert [x1 - x0, y0 - y1, x2 - x1, y1 - y2] == pytest.approx([80.0, 0.0, 0.0, 20.0], abs=1e-2)
+
+
 def test_the_part_that_is_cut_is_shown_with_what_is_wrong_with_it(
     browser: Browser, tmp_path: Path, cncgen: Callable[..., Any]
 ) -> None:

@@ -345,7 +345,7 @@ export class Charts {
     g.lineWidth = 1;
     g.textBaseline = "middle";
     g.textAlign = "right";
-    for (const value of ticks(low, high, 3)) {
+    for (const value of ticks(low, high, plot.h < 28 ? 2 : 3)) {
       const y = Math.round(down(value)) + 0.5;
       g.beginPath();
       g.moveTo(plot.x, y);

@@ -14,7 +14,7 @@ from cncgen import __version__
 from cncgen.diagnostics import json_values
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
-from cncgen.removal.record import Removal
+from cncgen.removal.record import Removal, Turned
 from cncgen.removal.surfaces import mesh_of
 from cncgen.report.page.assembling import assemble
 from cncgen.report.page.numbered_text import put_text
@@ -92,11 +92,19 @@ def contents(part: Contents, blob: Blob, with_source: bool = True) -> dict[str, 
         "verdict": _verdict(part.verdict),
         "sources": [_source(name, part.texts or {}, blob, with_source) for name in part.recording.sources],
     }
+    found["turned"] = _turned(part, {axis["letter"] for axis in found["axes"]})
     if part.why is not None:
         found["why"] = [json_values(dict(row)) for row in part.why]
     if part.removal is not None:
         found["removal"] = _removal(part.removal, blob)
     return found
+
+
+def _turned(part: Contents, axes: set[str]) -> bool:
+    """Tell whether a part is turned: its stock is, or nothing moves across the plane of X and Z."""
+    if part.removal is not None:
+        return isinstance(part.removal.stock, Turned)
+    return axes >= {"X", "Z"} and "Y" not in axes
 
 
 def _removal(removal: Removal, blob: Blob) -> dict[str, Any]:

@@ -31,7 +31,7 @@ class Page {
     document.documentElement.dataset.theme = this.theme;
     this.now = this.hover = -1;
     this.selected = null;
-    this.scene = new Scene($("path"), this.theme, this.parts.length);
+    this.scene = new Scene($("path"), this.theme, { parts: this.parts.length, turned: this.part.header.turned });
     this.overlay = new Overlay($("over"), this.scene);
     this.scene.onframe = () => this.overlay.draw();
     this.charts = new Charts($("charts"), this.theme, {

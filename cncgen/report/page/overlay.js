@@ -55,7 +55,7 @@ export class Overlay {
     const rise = TOOL_LENGTH * up[2], flat = 7 * Math.abs(Math.sin(camera.elevation));
     g.save();
     g.translate(x, y);
-    if (rise > 6) {
+    if (rise > 6 && !this.scene.turned) {
       const body = g.createLinearGradient(-8, 0, 8, 0);
       body.addColorStop(0, "rgba(120,130,145,.55)");
       body.addColorStop(0.4, "rgba(235,240,248,.75)");
@@ -83,10 +83,11 @@ export class Overlay {
     g.textAlign = "center";
     g.textBaseline = "middle";
     const colours = ["#e5484d", "#30a46c", "#3b82f6"];
-    ["X", "Y", "Z"].forEach((name, k) => {
-      const dx = 26 * right[k], dy = -26 * up[k];
+    const turned = [["Z", 1, 2], ["Y", -1, 1], ["X", 1, 0]], upright = [["X", 1, 0], ["Y", 1, 1], ["Z", 1, 2]];
+    (this.scene.turned ? turned : upright).forEach(([name, sign, colour], k) => {
+      const dx = sign * 26 * right[k], dy = sign * -26 * up[k];
       if (Math.hypot(dx, dy) < 3) return;
-      g.strokeStyle = g.fillStyle = colours[k];
+      g.strokeStyle = g.fillStyle = colours[colour];
       g.lineWidth = 1.75;
       g.beginPath();
       g.moveTo(x, y);

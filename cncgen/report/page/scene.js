@@ -13,12 +13,14 @@ const RESTING_POINTS = 600_000;
 const REST_MS = 140;
 
 export class Scene {
-  /** `parts` is the number of plans that are shown over each other. */
-  constructor(canvas, theme, parts) {
+  /** `parts` is the number of plans that are shown over each other; of a `turned` part Z lies to the right. */
+  constructor(canvas, theme, { parts, turned }) {
     this.canvas = canvas;
     this.camera = new Camera();
     this.drawer = segmentDrawer(canvas);
     this.theme = theme;
+    this.turned = turned;
+    if (turned) this.camera.look("front");
     this.layers = [];
     this.coarsePoints = Math.floor(COARSE_POINTS / parts);
     this.highlight = null;
@@ -166,7 +168,7 @@ export class Scene {
     const matrix = camera.matrix(this.radius + away);
     const colours = COLOURS[this.theme];
     drawer.begin(...size);
-    this.grid ??= gridOf(drawer.gl, this.box);
+    this.grid ??= gridOf(drawer.gl, this.box, this.turned);
     // The grid hides nothing: a path in its plane is over it.
     drawer.gl.depthMask(false);
     if (this.showGrid !== false) drawer.draw(this.grid, { matrix, size, width: ratio, solid: colours.grid });
@@ -287,20 +289,25 @@ function joined(boxes) {
   return [0, 1, 2, 3, 4, 5].map((k) => (k < 3 ? Math.min : Math.max)(...boxes.map((box) => box[k])));
 }
 
-/** Return a grid under a box, its lines a round number of millimetres apart. */
-function gridOf(gl, box) {
-  const wide = Math.max(box[3] - box[0], box[4] - box[1], 1e-3);
+/** Return a grid under a box, or behind a turned part, its lines a round number of millimetres apart. */
+function gridOf(gl, box, turned) {
+  const [p, q, r] = turned ? [0, 2, 1] : [0, 1, 2], level = box[turned ? 4 : 2];
+  const wide = Math.max(box[3 + p] - box[p], box[3 + q] - box[q], 1e-3);
   const marks = ticks(0, wide, 10);
   const step = marks.length > 1 ? marks[1] - marks[0] : wide;
-  const low = [0, 1].map((k) => Math.floor(box[k] / step - 0.5) * step);
-  const high = [0, 1].map((k) => Math.ceil(box[k + 3] / step + 0.5) * step);
+  const low = [p, q].map((k) => Math.floor(box[k] / step - 0.5) * step);
+  const high = [p, q].map((k) => Math.ceil(box[k + 3] / step + 0.5) * step);
   const points = [], styles = [];
-  const line = (...values) => {
-    points.push(...values);
+  const line = (...ends) => {
+    for (const [a, b] of ends) {
+      const point = [0, 0, 0];
+      [point[p], point[q], point[r]] = [a, b, level];
+      points.push(...point);
+    }
     styles.push(2, 0);
   };
-  for (let x = low[0]; x <= high[0] + step / 2; x += step) line(x, low[1], box[2], x, high[1], box[2]);
-  for (let y = low[1]; y <= high[1] + step / 2; y += step) line(low[0], y, box[2], high[0], y, box[2]);
+  for (let x = low[0]; x <= high[0] + step / 2; x += step) line([x, low[1]], [x, high[1]]);
+  for (let y = low[1]; y <= high[1] + step / 2; y += step) line([low[0], y], [high[0], y]);
   return polyline(gl, new Float32Array(points), new Uint8Array(styles.length), new Uint8Array(styles));
 }
 

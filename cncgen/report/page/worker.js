@@ -10,8 +10,8 @@ const post = (message, buffers = []) => self.postMessage(message, [...new Set(bu
 self.onmessage = async ({ data }) => {
   try {
     const blob = bytesOf(data.text);
-    if (data.parts[0].removal) await mesh(blob, data.parts[0].removal);
-    for (let k = 0; k < data.parts.length; k++) await path(blob, data.parts[k], k, data.predictors);
+    if (data.parts[0].removal) await mesh(blob, data.parts[0]);
+    for (let k = 0; k < data.parts.length; k++) await path(blob, data.parts[k], k, data);
     for (let k = 0; k < data.parts.length; k++) await texts(blob, data.parts[k], k);
     for (let k = 0; k < data.parts.length; k++) await bands(blob, data.parts[k], k);
     post({ kind: "done" });
@@ -20,7 +20,7 @@ self.onmessage = async ({ data }) => {
   }
 };
 
-async function path(blob, part, index, predictors) {
+async function path(blob, part, index, { parts, predictors }) {
   const rows = {}, buffers = [], signals = {};
   await Promise.all(
     Object.entries(part.streams).map(async ([name, spec]) => {
@@ -34,7 +34,7 @@ async function path(blob, part, index, predictors) {
     }),
   );
   const corners = await integers(blob, part.corners);
-  const points = placed(part, rows);
+  const points = placed(part, rows, parts[0].turned);
   const unit = 1e-4;
   const classes = significance(points[0], points[1], points[2], unit);
   const levels = chunked(points[0], points[1], points[2], classes);
@@ -42,17 +42,21 @@ async function path(blob, part, index, predictors) {
   post({ kind: "path", index, rows, runs: signals, corners, points, classes, levels, unit }, buffers);
 }
 
+/** Axes of the picture of a turned part: Z to the right, X up. */
+const LYING = [["Z", 1], ["Y", -1], ["X", 1]];
+
 /** Return x, y, z of the picture: the linear axes; of a machine without them, rotary ones as they come. */
-function placed(part, rows) {
+function placed(part, rows, turned) {
   const letters = part.axes.map((axis) => axis.letter);
   const wanted = letters.some((l) => "XYZ".includes(l)) ? "XYZ" : letters.some((l) => "UVW".includes(l)) ? "UVW" : letters.slice(0, 3).join("");
   const n = part.rows;
   return [0, 1, 2].map((k) => {
-    const column = letters.indexOf(wanted[k]);
+    const [letter, sign] = turned ? LYING[k] : [wanted[k], 1];
+    const column = letters.indexOf(letter);
     const out = new Float32Array(n);
     if (column >= 0) {
       const name = `${letters[column].toLowerCase()}_${part.axes[column].unit}`;
-      const from = rows[name], step = part.streams[name].step;
+      const from = rows[name], step = sign * part.streams[name].step;
       for (let i = 0; i < n; i++) out[i] = from[i] * step;
     }
     return out;
@@ -60,8 +64,10 @@ function placed(part, rows) {
 }
 
 /** The part that is cut, whose box the first picture is fitted to. */
-async function mesh(blob, { step, vertices, corners }) {
+async function mesh(blob, { removal: { step, vertices, corners }, turned }) {
   const columns = await Promise.all([...vertices, ...corners].map((spec) => integers(blob, spec)));
+  const [x, y, z] = columns;
+  if (turned) columns.splice(0, 3, z, y.map((v) => -v), x);
   const woven = (Kind, three, factor) => Kind.from({ length: 3 * three[0].length }, (_, k) => three[k % 3][Math.floor(k / 3)] * factor);
   const points = woven(Float32Array, columns.slice(0, 3), step), triangles = woven(Uint32Array, columns.slice(3), 1);
   post({ kind: "mesh", points, triangles }, [points.buffer, triangles.buffer]);
