@@ -25,7 +25,7 @@ import numpy as np
 import cncgen
 from cncgen.machine.record import Machine
 from cncgen.planner import PlanOptions
-from cncgen.report.shortening import CHANGE, Case, Kind, planned_times, quantities, shortenings
+from cncgen.report.shortening import CHANGE, Case, SlopeKind, planned_times, quantities, shortenings
 from trials.seeds import first_for_tuning
 
 FIRST = first_for_tuning("shortening")
@@ -128,7 +128,7 @@ class Compared:
     seed: int
     name: str
     cycle_s: float
-    kind: Kind
+    kind: SlopeKind
     given_s: float | None
     differences_s: float = 0.0
 

@@ -87,7 +87,7 @@ class PlannedTimes:
     tools: dict[str, float]
 
 
-class Kind(StrEnum):
+class SlopeKind(StrEnum):
     """What the plans about a quantity's value say of its derivative."""
 
     SMOOTH = "smooth"
@@ -113,7 +113,7 @@ class Slope:
         reach: Relative change within which the plans that it comes of lie.
     """
 
-    kind: Kind
+    kind: SlopeKind
     seconds: float = 0.0
     bound: float = 0.0
     reach: float = CHANGE
@@ -121,7 +121,7 @@ class Slope:
     @property
     def derivative(self) -> float | None:
         """The seconds where they are a derivative."""
-        return self.seconds if self.kind in (Kind.SMOOTH, Kind.NO_EFFECT, Kind.SLACK) else None
+        return self.seconds if self.kind in (SlopeKind.SMOOTH, SlopeKind.NO_EFFECT, SlopeKind.SLACK) else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,9 +302,9 @@ class _Savings:
         whole = self(8)
         # What changes nothing by its whole changes nothing by less.
         if max(abs(whole), abs(self(-8))) <= noise:
-            slope, sides = Slope(Kind.NO_EFFECT), (0.0, 0.0)
+            slope, sides = Slope(SlopeKind.NO_EFFECT), (0.0, 0.0)
         else:
-            slope = Slope(Kind.STEPS) if quantity.jumps else derivative(self, noise)
+            slope = Slope(SlopeKind.STEPS) if quantity.jumps else derivative(self, noise)
             # The nearest plans that there are.
             step = min(4, *(abs(k) for k in self.plans if k % 2 == 0 and k))
             first, opposite = (
@@ -332,18 +332,18 @@ def derivative(saved: Callable[[int], float], noise: float) -> Slope:
     """
     slope, bound = _five_point(saved, 4)
     if max(abs(slope), bound) <= noise:
-        return Slope(Kind.SMOOTH, 0.0, bound)
+        return Slope(SlopeKind.SMOOTH, 0.0, bound)
     if bound <= _SURE * abs(slope):
-        return Slope(Kind.SMOOTH, slope, bound)
+        return Slope(SlopeKind.SMOOTH, slope, bound)
     if max(abs(saved(2)), abs(saved(-2))) <= noise:
-        return Slope(Kind.SLACK, reach=CHANGE / 4)
+        return Slope(SlopeKind.SLACK, reach=CHANGE / 4)
     slope, bound = _five_point(saved, 2)
     if bound <= _SURE_NEAR * abs(slope):
-        return Slope(Kind.SMOOTH, slope, bound, CHANGE / 2)
+        return Slope(SlopeKind.SMOOTH, slope, bound, CHANGE / 2)
     for step, student in _FITS.items():
         found = _fitted(saved, step, student)
         if found.bound <= _KNOWN * abs(found.seconds):
-            return replace(found, kind=Kind.SMOOTH)
+            return replace(found, kind=SlopeKind.SMOOTH)
         if found.bound > _HOPED * abs(found.seconds):
             break
     return found
@@ -382,7 +382,9 @@ def _fitted(saved: Callable[[int], float], step: int, student: float) -> Slope:
     scatter = _OTHERS * spread[1]
     # A jump of the second derivative goes into the third power, as x |x| does, whose fit has half of that in its slope.
     bent = max(0.8 * max(abs(found[4]) - spread[4], 0.0), 0.5 * max(abs(found[3]) - spread[3], 0.0))
-    return Slope(Kind.KINK if bent > scatter else Kind.SCATTER, float(found[1]), float(max(scatter, bent)))
+    return Slope(
+        SlopeKind.KINK if bent > scatter else SlopeKind.SCATTER, float(found[1]), float(max(scatter, bent))
+    )
 
 
 def _most(before: Mapping[_Key, float], after: Mapping[_Key, float]) -> list[tuple[_Key, float]]:
@@ -481,20 +483,20 @@ def as_text(now: PlannedTimes, found: list[Shortening]) -> str:
 
 #: What stands in place of a derivative.
 _MEANINGS = {
-    Kind.KINK: "a | b: the time has a kink there; a change saves a at first, and its opposite costs b",
-    Kind.SCATTER: "a ± b: plans scatter by b",
-    Kind.SLACK: "does not bind: a small change does nothing; one of 10 % up or down does",
-    Kind.STEPS: "in steps: motions end at a setpoint, so the time goes up and down with it",
+    SlopeKind.KINK: "a | b: the time has a kink there; a change saves a at first, and its opposite costs b",
+    SlopeKind.SCATTER: "a ± b: plans scatter by b",
+    SlopeKind.SLACK: "does not bind: a small change does nothing; one of 10 % up or down does",
+    SlopeKind.STEPS: "in steps: motions end at a setpoint, so the time goes up and down with it",
 }
 
 
 def by_derivative(each: Shortening) -> str:
     """Return the derivative, or what is known in its place."""
     slope = each.slope
-    if slope.kind is Kind.SMOOTH:
+    if slope.kind is SlopeKind.SMOOTH:
         return f"{slope.seconds:z.4f}"
-    if slope.kind is Kind.KINK:
+    if slope.kind is SlopeKind.KINK:
         return " | ".join(f"{side:z.4f}" for side in each.sides_s)
-    if slope.kind is Kind.SCATTER:
+    if slope.kind is SlopeKind.SCATTER:
         return f"{slope.seconds:z.4f} ± {slope.bound:.4f}"
-    return "in steps" if slope.kind is Kind.STEPS else str(slope.kind)
+    return "in steps" if slope.kind is SlopeKind.STEPS else str(slope.kind)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from cncgen.cli.app import run
 from cncgen.machine import load
 from cncgen.pipeline import why
-from cncgen.report.shortening import EIGHTHS, Kind, as_text, derivative
+from cncgen.report.shortening import EIGHTHS, SlopeKind, as_text, derivative
 from trials.shortening import ASKED, compared
 
 Floats = NDArray[np.float64]
@@ -110,19 +110,19 @@ def test_what_stands_in_place_of_a_derivative_says_why() -> None:
     """A kink at the value; a limit that binds below 94 % alone; scatter of a tenth of the slope; smooth within 5 % alone."""
     rng = np.random.default_rng(3)
 
-    def kind(saved: Callable[[float], float]) -> Kind:
+    def kind(saved: Callable[[float], float]) -> SlopeKind:
         return derivative(lambda k: saved(k / EIGHTHS), 1e-9).kind
 
-    assert kind(lambda x: x + 0.5 * abs(x)) is Kind.KINK
-    assert kind(lambda x: min(x + 0.6, 0.0)) is Kind.SLACK
+    assert kind(lambda x: x + 0.5 * abs(x)) is SlopeKind.KINK
+    assert kind(lambda x: min(x + 0.6, 0.0)) is SlopeKind.SLACK
     noisy = []
     for scatter in rng.normal(0.0, 0.1, (100, 17)):
         noisy.append(derivative(lambda k, s=scatter: k / EIGHTHS + s[k] - s[0], 1e-9))
-    assert sum(each.kind is Kind.SCATTER for each in noisy) > 95
+    assert sum(each.kind is SlopeKind.SCATTER for each in noisy) > 95
     assert sum(abs(each.seconds - 1.0) < each.bound for each in noisy) > 95
     for odd in (lambda x: min(x, 0.6), lambda x: x + 0.05 * (x > 0.7)):
         near = derivative(lambda k, odd=odd: odd(k / EIGHTHS), 1e-9)
-        assert (near.kind, near.reach) == (Kind.SMOOTH, 0.05)
+        assert (near.kind, near.reach) == (SlopeKind.SMOOTH, 0.05)
         assert near.derivative == pytest.approx(1.0)
 
 
@@ -149,7 +149,7 @@ def test_a_rapid_at_45_degrees_has_no_derivative_to_one_axis(tmp_path: Path) -> 
     assert worth["X jerk"].derivative_s is None
     assert first == pytest.approx(0.0, abs=1e-5)
     assert opposite > 1e-3 * now.cycle_s
-    assert worth["X jerk"].slope.kind is Kind.KINK
+    assert worth["X jerk"].slope.kind is SlopeKind.KINK
     assert "0.0000 | " in as_text(now, found)
     assert "a | b: the time has a kink there" in as_text(now, found)
 
