@@ -133,7 +133,7 @@ def test_a_fine_number_of_threads_is_one_an_inch():
 
 
 REFUSED = {
-    "knurling": ("KNURLING", "", ("turn",), "no toolpath can be made for knurling of a outer diameter"),
+    "knurling": ("KNURLING", "", ("turn",), "no toolpath can be made for knurling of an outer diameter"),
     "cutting off": (
         "GROOVING",
         "cutting in",

@@ -187,6 +187,6 @@ def _strategy(job: Job, feature: str) -> Callable[[Job], tuple[CutterPath, ...]]
     base = kind.removesuffix(" rough").removesuffix(" finish")
     make = _MILLING.get((base, feature))
     if make is None:
-        text = f"no toolpath can be made for {kind} of a {feature}"
+        text = f"no toolpath can be made for {kind} of {'an' if feature[:1] in 'aeiou' else 'a'} {feature}"
         raise job.fault("stepnc-unsupported", text, hint="give the operation explicit toolpaths")
     return make

@@ -46,7 +46,7 @@ def make(job: Job, feature: str, frame: Matrix, bar: Bar | None, sense: float) -
     kind = job.operation.kind.removesuffix(" rough").removesuffix(" finish")
     way = _WAYS.get(kind)
     if way is None or job.shape.contour is None:
-        text = f"no toolpath can be made for {kind} of a {feature}"
+        text = f"no toolpath can be made for {kind} of {'an' if feature[:1] in 'aeiou' else 'a'} {feature}"
         raise job.fault("stepnc-unsupported", text, hint="give the operation explicit toolpaths")
     if job.shape.inside:
         raise job.fault(
