@@ -34,7 +34,7 @@ from cncgen.diagnostics import Diagnostics, ProgramError, RunDiagnostics
 from cncgen.gcode.codes.table import language_of
 from cncgen.gcode.errors import BlockError, Reporter
 from cncgen.gcode.flow.running import Runner
-from cncgen.gcode.sinks.counting import CountingSink
+from cncgen.gcode.sinks.counting import LONG_S, CountingSink
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.gcode.text.search import search_path
@@ -195,12 +195,13 @@ def check(
     for _ in _runner(text, options, sink, found, path=path, choice=choice).run():
         pass
     known = _moving_axes(text, choice.dialect, search_path(path, options.include)) if sink.unnamed else ""
-    if any(AXIS_LETTERS[k] not in known for k in sink.unnamed) and not found.has_errors:
-        # Whether the machine's axes moved, which offsets and rotations decide, the columns tell.
+    late = any(AXIS_LETTERS[k] not in known for k in sink.unnamed)
+    if (late or sink.slow or sink.waited > LONG_S) and not found.has_errors:
+        # Whether the machine's axes moved, which offsets and rotations decide, and for how long, the columns tell.
         program = read(text, name, replace(options, include=tuple(search_path(path, options.include))))
         for _ in program.chunks():
             pass
-        found.extend([one for one in program.diagnostics if one.code == "late-axis"])
+        found.extend([one for one in program.diagnostics if one.code in ("late-axis", "time-doubtful")])
     if diagnostics is None and found.has_errors:
         raise ProgramError(list(found))
     return sink.count

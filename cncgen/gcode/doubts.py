@@ -57,6 +57,18 @@ _FANUC = (
         rb"[UW][ \t]*[-+.\d#\[]",
     ),
 )
+#: A slash that is not the first of its block, whose rest is lost.
+_SLASH = _Doubt(
+    rb"(?P<word>/)",
+    "the rest of a block behind a slash within it is passed over; newer controls run it unless the switch of block skip is on",
+    "/ stands first in a block that may be left out",
+    (b"/",),
+)
+#: What stands before it: words with numbers, the last one not N.
+_WORDS = re.compile(
+    rb"[ \t]*(?:/[1-9]?[ \t]*)?(?:[A-Z][ \t]*[-+]?[\d.]+[ \t]*)*[A-MO-Z][ \t]*[-+]?[\d.]+[ \t]*\Z",
+    re.IGNORECASE,
+)
 _OKUMA = _Doubt(
     _BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d",
     "G15 H chooses a coordinate system on Okuma's controls, whose language is not read; here it ends polar coordinates",
@@ -168,6 +180,11 @@ def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
     return None
 
 
+def _within(source: Source, at: int) -> bool:
+    """Tell whether a slash stands behind words of its block."""
+    return _WORDS.match(source.data[source.data.rfind(b"\n", 0, at) + 1 : at]) is not None
+
+
 def doubts(
     source: Source, dialect: str, least_increment: float | None = None
 ) -> Iterator[tuple[Cursor, BlockError]]:
@@ -181,6 +198,8 @@ def doubts(
         asked.append(_NO_POINTS if pointless else _INCREMENTS)
     found = [(doubt, doubt.found(head, capitals)) for doubt in asked]
     if language_of(dialect) == "fanuc":
+        slashes = re.finditer(_SLASH.sign, source.data)
+        found.append((_SLASH, next((one for one in slashes if _within(source, one.start())), None)))
         found.append((_BEHIND_SEMICOLON, re.search(_BEHIND_SEMICOLON.sign, source.data, re.IGNORECASE)))
         main = main_behind(source)
         if main is not None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from cncgen.diagnostics import Diagnostic, Severity
+from cncgen.gcode.sinks.counting import LONG_S
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.toolpath.record import Toolpath
 
-#: Time at such feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow, mm/s.
-LONG_S = 36_000.0
+#: The feed that counts as slow, mm/s.
 _SLOW = 5.0 / 60.0
 #: Feed from which the time of every length is a number, mm/s.
 _LEAST = 1e-290

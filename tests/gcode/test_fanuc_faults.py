@@ -123,12 +123,19 @@ def test_of_two_codes_of_a_group_the_last_one_counts(
         assert codes
 
 
-@pytest.mark.parametrize("line", ["G70 I50. J15. L12", "G71 I50. J30. K30. L3", "G72 I50. J30. K30. L3"])
-def test_rows_of_holes_of_haas_are_not_taken_for_a_lathe(run: Run, line: str) -> None:
-    """On a mill these are patterns of holes: sending the programmer to the dialect of lathes leads astray."""
-    found = run(f"G81 Z-5. R2. F100. L0\n{line}\nG80\nM30", dialect="fanuc").diagnostics
+def test_rows_of_holes_of_haas_are_not_taken_for_a_lathe(run: Run) -> None:
+    """On a mill this is a pattern of holes: sending the programmer to the dialect of lathes leads astray."""
+    text = "G81 Z-5. R2. F100. L0\nG72 I50. J30. K30. L3\nG80\nM30"
+    found = run(text, dialect="fanuc").diagnostics
     (fault,) = [d for d in found if d.severity == "error"]
     assert (fault.code, "holes" in fault.message, "each hole" in fault.hint) == ("unknown-code", True, True)
+
+
+def test_a_cycle_of_lathes_on_a_mill(run: Run) -> None:
+    """G70 P Q finishes a profile: on a mill it would be a circle of holes."""
+    found = run("G21 G0 X1\nG70 P10 Q20\nM30", dialect="fanuc").diagnostics
+    (fault,) = [d for d in found if d.severity == "error"]
+    assert (fault.code, "fanuc-lathe" in fault.hint) == ("cycle-missing", True)
 
 
 @pytest.mark.parametrize("comment", ["(POCKET (ROUGH))", "( HOLE AT (61.0, 67.7) )", "(A (B (C) D) E)"])

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cncgen.gcode import read
+from cncgen.diagnostics import Diagnostics
+from cncgen.gcode import check, read
 from cncgen.toolpath.reading import ReadOptions
 
 Run = Callable[..., Any]
@@ -138,3 +139,53 @@ def test_a_starting_angle_of_a_thread_is_read() -> None:
     program = read(io.BytesIO(text.encode()), "t.nc", ReadOptions(dialect="fanuc-lathe"))
     assert sum(path.end.shape[0] > 0 for path in program.chunks()) == 1
     assert [d.code for d in program.diagnostics if d.severity == "error"] == []
+
+
+def _places(run: Run, body: str) -> list[list[float]]:
+    """Return where holes of a program reach Z-5."""
+    found = ends(run, f"%\nO1\nG21 G17 G90 G54\nG0 X10. Y10. Z20.\n{body}\nG80\nM30\n%")
+    return [[round(v, 4) for v in place[:2]] for place in found if place[2] == -5.0]
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("G81 Z-5. R2. F100. L0\nG70 I5. J0 L4", [[15, 10], [10, 15], [5, 10], [10, 5]]),
+        ("G81 Z-5. R2. F100. G70 I-5. J90. L4", [[10, 15], [15, 10], [10, 5], [5, 10]]),
+        ("G81 Z-5. R2. F100. L0\nG71 X0 Y0 I10. J90. K-90. L2", [[0, 10], [10, 0]]),
+        ("G83 Z-5. R2. Q9. F100. G71 I5. J0 K180. L2\nX50.", [[15, 10], [5, 10], [50, 10]]),
+        ("G91\nG81 Z-7. R-18. F100. L0\nG70 X10. Y0 I4. J0 L2", [[24, 10], [16, 10]]),
+    ],
+)
+def test_holes_on_circles_and_arcs_of_haas(run: Run, body: str, expected: list[list[float]]) -> None:
+    """G70 shares a circle evenly, G71 goes on by K; clockwise with I or K below 0; no hole is made in the middle."""
+    assert _places(run, body) == expected
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        ("G70 I5. J0 L4", "cycle-missing"),
+        ("G81 Z-5. R2. F100. L0\nG70 I5. J0", "cycle-words"),
+        ("G81 Z-5. R2. F100. L0\nG70 I5. J0 K10. L4", "cycle-words"),
+        ("G81 Z-5. R2. F100. L0\nG71 I5. J0 L4", "cycle-words"),
+    ],
+)
+def test_holes_on_circles_that_cannot_be(run: Run, body: str, code: str) -> None:
+    assert ("error", code) in codes(run, f"%\nO1\nG21 G17 G90 G54\nG0 X1 Z9\n{body}\nM30\n%")
+
+
+def test_a_slash_within_a_block_ends_it(run: Run) -> None:
+    """N words and parentheses may stand before the slash of a block that is left out, and a quotient has brackets."""
+    text = "O1\nG21 G54\nG0 X0 Y0 (A/B)\nN4 /2 G1 X99\nG1 X10 F100 /2 Y5\n#1=6/2\nG1 X[#1/2] Y1\nM30"
+    assert ends(run, text) == [[10, 0, 0], [1.5, 1, 0]]
+    assert codes(run, text) == [("warning", "other-control")]
+    assert ("error", "syntax") in codes(run, text, "linuxcnc")
+
+
+@pytest.mark.parametrize("body", ["G1 X1000 F2\nX0\nX1000", "G1 X1 F100\nG4 P40000000\nX2"])
+def test_a_check_tells_of_ten_hours(body: str) -> None:
+    """As reading does: feeds of 2 mm a minute, or a dwell of 11 hours."""
+    found = Diagnostics()
+    check(io.BytesIO(f"O1\nG21 G90\n{body}\nM30".encode()), "long.nc", ReadOptions(dialect="fanuc"), found)
+    assert [d.code for d in found if d.code == "time-doubtful"] == ["time-doubtful"]

@@ -170,3 +170,53 @@ def test_the_suffix_speaks_where_nothing_else_does() -> None:
     text = b"G0 X10\nG1 Z-1 F100\nM30\n"
     assert choose(Source(text, "part.MPF")).dialect == "sinumerik"
     assert choose(Source(text, "part.nc")).dialect == "linuxcnc"
+
+
+@pytest.fixture
+def ten(tmp_path: Path) -> Path:
+    """Return a tool table: tool 1 is 10 mm wide."""
+    table = tmp_path / "ten.tbl"
+    table.write_text("T1 P1 Z0 D10\n")
+    return table
+
+
+def low(run: Run, cycle: str, table: Path) -> np.ndarray:
+    """Return where the tool goes below 0 in a cycle."""
+    out = run(
+        f"G17 G90 G94 G54 T1 D1 S600 M3\nG0 X0 Y0 Z5\n{cycle}\nM30", dialect="sinumerik", tool_table=table
+    )
+    assert out.errors == []
+    ends = out.path.end[out.path.kind != 3, :3]
+    return np.round(ends[ends[:, 2] < 0.0], 9)
+
+
+def test_slots_along_a_circle(run: Run, ten: Path) -> None:
+    """Three slots 15 wide along the circle of radius 42 about (60, 60): the tool stays 2.5 beside it, and levels are 6 deep at most."""
+    found = low(run, "SLOT2(2,0,2,-23,,3,70,15,60,60,42,,120,100,300,6,2,0.5,0)", ten)
+    spokes = (found[:, 0] - 60) + 1j * (found[:, 1] - 60)
+    assert np.abs(np.abs(spokes) - 42.0).max() == pytest.approx(2.5)
+    assert sorted(set(found[:, 2])) == [-23.0, -17.25, -11.5, -5.75]
+    angles = np.degrees(np.angle(spokes)) % 360.0
+    for begin in (0.0, 120.0, 240.0):
+        assert np.isclose(angles, begin).any()
+        assert np.isclose(angles, begin + 70.0).any()
+
+
+def test_a_slot_as_wide_as_the_tool_is_its_middle_line(run: Run, ten: Path) -> None:
+    found = low(run, "SLOT2(2,0,2,-4,,1,90,10,0,0,20,0,,100,300,5,3,0,0)", ten)
+    assert sorted({tuple(place) for place in found.tolist()}) == [(0.0, 20.0, -4.0), (20.0, 0.0, -4.0)]
+
+
+def test_pockets_of_older_controls(run: Run, ten: Path) -> None:
+    """POCKET1 roughs 0.5 off the wall, turned by 90 degrees; POCKET2 goes to the wall."""
+    found = low(run, "POCKET1(5,0,2,-4,,40,20,6,100,0,90,100,300,2,3,0.5,1)", ten)
+    assert (found[:, 0].min(), found[:, 0].max()) == (95.5, 104.5)
+    assert (found[:, 1].min(), found[:, 1].max()) == (-14.5, 14.5)
+    found = low(run, "POCKET2(5,0,2,-4,,10,0,100,100,300,2,3,0.5,0)", ten)
+    assert (found[:, 1].min(), found[:, 1].max()) == (95.0, 105.0)
+
+
+def test_slots_that_cannot_be(run: Run) -> None:
+    slot = "G54 T1 D1\nSLOT2(2,0,2,-8,,3,{angle},15,60,60,42,,120,100,300,6,2,0.5,0)\nM30"
+    for angle, code in ((400, "cycle-words"), (70, "cycle-tool")):
+        assert [found for found, _, _ in run(slot.format(angle=angle), dialect="sinumerik").errors] == [code]

@@ -21,6 +21,7 @@ from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import ARMED, IN_ROW, PLAIN_MOTIONS, Stage
+from cncgen.records import replace
 from cncgen.toolpath.record import Event
 
 _LETTERS = "rpq"
@@ -233,6 +234,11 @@ _HAAS = {730: "ij", 830: "ij", 740: "j", 840: "j"}
 
 def _cycle(number: int) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
+        if not _PATTERNS.isdisjoint(block.g):
+            # The words of the pattern are its own, and its places take the holes.
+            own = {letter: value for letter, value in block.words.items() if letter not in "ijkl"}
+            _words_in_force(ip, replace(block, words=own), number)
+            return
         sticky = _words_in_force(ip, block, number)
         if not block.words.keys().isdisjoint("xyzuvwr"):
             _check_words(ip, block, number, sticky.words)
@@ -351,7 +357,62 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     state.moved = True
 
 
+def _pattern(ip: Interpreter, block: Block) -> None:
+    """G70 I J L, G71 I J K L: the cycle in force on a circle about the tool's place or X Y (Haas, "Bolt Hole Circle", "Bolt Hole Arc").
+
+    Raises:
+        BlockError: No cycle is in force, or I, J, K and L do not make a row of holes.
+    """
+    state, words = ip.state, block.words
+    whole = 700 in block.g
+    name = "G70" if whole else "G71"
+    if state.motion not in HOLES or not isinstance(state.cycle, Sticky) or {"p", "q"} <= words.keys():
+        message = f"{name} has no cycle in force that it repeats"
+        raise BlockError(
+            "cycle-missing",
+            message,
+            name,
+            hint="G81 stands before it or in its block; turning cycles are of --dialect fanuc-lathe",
+        )
+    count, radius = words.get("l", 0.0), words.get("i", 0.0)
+    if (
+        state.plane != 17
+        or count != round(count)
+        or not 1 <= count <= MAX_REPEATS
+        or not radius
+        or ("k" in words) == whole
+    ):
+        message = f"{name} has I{radius:g}, L{count:g}: a radius, how many holes, and K of G71 alone, the angle between them, in G17"
+        raise BlockError("cycle-words", message, name, hint="G70 I5. J15. L12, G71 I5. J30. K15. L4")
+    step = words["k"] if not whole else math.copysign(360.0 / count, radius)
+    centre = ip.end_point(Block({k: v for k, v in words.items() if k in "xy"}, block.g))
+    number = state.motion
+    _check_words(ip, block, number, state.cycle.words)
+    for k in range(round(count)):
+        angle = math.radians(words.get("j", 0.0) + k * step)
+        place = [centre[0] + abs(radius) * math.cos(angle), centre[1] + abs(radius) * math.sin(angle)]
+        if not state.absolute:
+            place = [at - here for at, here in zip(place, state.position, strict=False)]
+        here = Block({"x": place[0], "y": place[1]}, (), (), None, block.source, block.line, block.offset)
+        _make_holes(ip, here, number, state.cycle)
+
+
+#: Patterns of Haas's mills, G numbers in tenths.
+_PATTERNS = frozenset((700, 710))
 CODES = tuple(
+    Code(
+        "G",
+        number,
+        "non-modal",
+        Stage.STOP,
+        _pattern,
+        f"cycle in force on {text} (Haas)",
+        "ijklpq",
+        dialects=("fanuc",),
+        moves="XYZ",
+    )
+    for number, text in ((700, "a circle"), (710, "an arc"))
+) + tuple(
     Code(
         "G",
         number,

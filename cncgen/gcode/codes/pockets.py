@@ -166,3 +166,64 @@ class PocketPath:
 
     def _feed(self, feed: float) -> None:
         self.ip.sink.set_feed_rate(feed)
+
+
+@dataclass(frozen=True, slots=True)
+class Bow:
+    """A slot along an arc: its middle line, from one angle (degrees) up to another, about a centre."""
+
+    centre: complex
+    radius: float
+    begin: float
+    end: float
+
+    def place(self, radius: float, angle: float) -> complex:
+        """Return a place at a distance from the centre."""
+        return self.centre + cmath.rect(radius, math.radians(angle))
+
+    def loop(self, offset: float, sense: int) -> list[tuple[complex, complex, int]]:
+        """Return the arcs once around at a distance from the middle line: end, centre and sense of each, from the end where it begins."""
+        if offset < _TINY:
+            return [
+                (self.place(self.radius, angle), self.centre, way)
+                for angle, way in ((self.end, 1), (self.begin, -1))
+            ]
+        # Counter-clockwise: out along the greater radius, back along the smaller; clockwise the other way.
+        first, second = self.radius + offset * sense, self.radius - offset * sense
+        return [
+            (self.place(first, self.end), self.centre, 1),
+            (self.place(second, self.end), self.place(self.radius, self.end), sense),
+            (self.place(second, self.begin), self.centre, -1),
+            (self.place(first, self.begin), self.place(self.radius, self.begin), sense),
+        ]
+
+
+def clear_bow(ip: Interpreter, bow: Bow, half: float, how: Clearing, name: str) -> None:
+    """Clear a slot of half a width along an arc, from the middle line out, and go back to the height of the start.
+
+    Raises:
+        BlockError: The tool does not fit.
+    """
+    reach = half - how.radius
+    if how.radius <= 0.0 or reach < -_TINY or bow.radius < half:
+        message = f"{name} is {2.0 * half:g} wide on a circle of {2.0 * bow.radius:g}, and the tool {2.0 * how.radius:g}"
+        raise BlockError("cycle-tool", message, name, hint="--tool-table gives the diameter of the tool")
+    steps = max(1, math.ceil(reach / how.step - _TINY)) if reach > _TINY else 0
+    offsets = [reach * k / steps for k in range(1, steps + 1)] or [0.0]
+    path = PocketPath(ip, Pocket(0j, 0.0, 0.0, 0.0), how)
+    begin = bow.place(bow.radius, bow.begin)
+    path.go(begin, None, rapid=True)
+    path.go(None, how.start, rapid=True)
+    for level in how.levels:
+        ip.sink.set_feed_rate(how.plunge)
+        path.go(None, level, rapid=False)
+        ip.sink.set_feed_rate(how.feed)
+        for offset in offsets:
+            if offset >= _TINY:
+                path.go(bow.place(bow.radius + offset * how.sense, bow.begin), None, rapid=False)
+            for place, centre, sense in bow.loop(offset, how.sense):
+                end = [place.real, place.imag, *ip.state.position[2:]]
+                ip.sink.arc_feed(end, centre.real, centre.imag, sense, 17)
+                ip.state.position, ip.state.moved = end, True
+        path.go(begin, None, rapid=False)
+    path.go(None, how.start, rapid=True)

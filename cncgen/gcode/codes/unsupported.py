@@ -21,9 +21,7 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 600): "single direction positioning",
     ("G", 661): "a modal macro called in each block",
     **dict.fromkeys((("G", 683), ("G", 684)), "a tilted working plane"),
-    **dict.fromkeys(
-        (("G", n) for n in (700, 710, 720)), "a turning cycle of lathes, a row of holes on Haas's mills"
-    ),
+    ("G", 720): "a turning cycle of lathes, a row of holes on Haas's mills",
     **dict.fromkeys((("G", n) for n in (750, 770, 780, 790)), "a grinding cycle"),
     ("G", 811): "chopping",
     ("G", 1500): "a general pocket cycle",
@@ -45,7 +43,7 @@ WITHOUT: dict[tuple[str, int], str] = {
 }
 #: Codes of FANUC's mills in place of those that only lathes read, G numbers in tenths.
 ON_MILLS: dict[int, str] = dict.fromkeys(
-    (700, 710, 720),
+    (720,),
     "a lathe's program wants --dialect fanuc-lathe; on a mill, write X and Y of each hole in a block of its own",
 )
 #: Codes of FANUC's lathes (system A) in place of those of mills, G numbers in tenths.

@@ -5,17 +5,14 @@ Walls, levels and feeds are the cycle's (iTNC 530, user's manual for cycles; TNC
 
 from __future__ import annotations
 
-import cmath
 import math
-from dataclasses import dataclass
 
-from cncgen.gcode.codes.pockets import Clearing, Pocket, clear, levels_of
+from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow, levels_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, radius_of
 
 _MOST = 10_000
-_TINY = 1e-9
 
 
 def pocket(
@@ -46,77 +43,22 @@ def allowances(cycle: HoleCycle) -> tuple[float, float]:
     return (q[368], q[369]) if round(q[215]) == 1 else (0.0, 0.0)
 
 
-@dataclass(slots=True)
-class _Bow:
-    """A slot along an arc: its middle line, from one angle (degrees) to another, about a centre."""
-
-    cycle: HoleCycle
-    centre: complex
-    radius: float
-    begin: float
-    end: float
-    sense: int
-
-    def place(self, radius: float, angle: float) -> complex:
-        return self.centre + cmath.rect(radius, math.radians(angle))
-
-    def line(self, place: complex, *, rapid: bool = False) -> None:
-        position = self.cycle.ip.state.position
-        if abs(place - complex(position[0], position[1])) > _TINY:
-            self.cycle.to([place.real, place.imag, *position[2:]], rapid=rapid)
-
-    def arc(self, place: complex, centre: complex, sense: int) -> None:
-        ip = self.cycle.ip
-        end = [place.real, place.imag, *ip.state.position[2:]]
-        ip.sink.arc_feed(end, centre.real, centre.imag, sense, 17)
-        ip.state.position, ip.state.moved = end, True
-
-    def loop(self, offset: float) -> None:
-        """Go once around at a distance from the middle line, from the end where the slot begins."""
-        if offset < _TINY:
-            self.arc(self.place(self.radius, self.end), self.centre, 1)
-            self.arc(self.place(self.radius, self.begin), self.centre, -1)
-            return
-        # Counter-clockwise: out along the greater radius, back along the smaller; clockwise the other way.
-        first = self.radius + offset * self.sense
-        self.line(self.place(first, self.begin))
-        self.arc(self.place(first, self.end), self.centre, 1)
-        second = self.radius - offset * self.sense
-        self.arc(self.place(second, self.end), self.place(self.radius, self.end), self.sense)
-        self.arc(self.place(second, self.begin), self.centre, -1)
-        self.arc(self.place(first, self.begin), self.place(self.radius, self.begin), self.sense)
-
-
 def bows(cycle: HoleCycle) -> None:
     """254: Q377 slots of width Q219 along the circle Q375 about Q216 Q217, from Q376 over Q248, Q378 from one to the next."""
-    q, tool = cycle.q, radius_of(cycle.ip)
+    q, ip, tool = cycle.q, cycle.ip, radius_of(cycle.ip)
     side, floor = allowances(cycle)
-    reach, count = q[219] / 2.0 - side - tool, round(q[377] or 1.0)
+    count = round(q[377] or 1.0)
     if round(q[367]) or not 1 <= count <= _MOST or not 0.0 < abs(q[248]) <= 360.0:
         message = f"Q367 = {q[367]:g}, Q377 = {q[377]:g} or Q248 = {q[248]:g} of {cycle.name} is not read"
         hint = "Q367=0 has the centre Q216 Q217, Q377 counts the slots, Q248 is the angle of one"
         raise BlockError("unsupported-block", message, "CYCL", hint=hint)
-    if tool <= 0.0 or reach < -_TINY or q[375] / 2.0 < q[219] / 2.0:
-        message = f"{cycle.name} is {q[219]:g} wide on a circle of {q[375]:g}, and the tool {2.0 * tool:g}"
-        raise BlockError("cycle-tool", message, "CYCL", hint="--tool-table gives the diameter of the tool")
-    steps = max(1, math.ceil(reach / tool - _TINY)) if reach > _TINY else 0
-    offsets = [reach * k / steps for k in range(1, steps + 1)] or [0.0]
     levels = levels_of(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
+    how = Clearing(tool, tool, levels, cycle.start, q[207], q[206], -1 if q[351] < 0.0 else 1)
     for k in range(count):
         begin = q[376] + k * q[378]
-        first, last = sorted((begin, begin + q[248]))
-        bow = _Bow(cycle, complex(q[216], q[217]), q[375] / 2.0, first, last, -1 if q[351] < 0.0 else 1)
-        cycle.go(cycle.start if k == 0 else cycle.back, rapid=True)
-        bow.line(bow.place(bow.radius, bow.begin), rapid=True)
-        cycle.go(cycle.start, rapid=True)
-        for level in levels:
-            cycle.feed(q[206], "Q206")
-            cycle.go(level, rapid=False)
-            cycle.feed(q[207], "Q207")
-            for offset in offsets:
-                bow.loop(offset)
-            bow.line(bow.place(bow.radius, bow.begin))
-        cycle.go(cycle.start, rapid=True)
+        cycle.go(cycle.back if k else cycle.start, rapid=True)
+        bow = Bow(complex(q[216], q[217]), q[375] / 2.0, *sorted((begin, begin + q[248])))
+        clear_bow(ip, bow, q[219] / 2.0 - side, how, cycle.name)
     cycle.end()
 
 

@@ -8,6 +8,10 @@ from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, refuse_uvw
 from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.toolpath.record import Event
 
+#: Time at slow feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow here, units a minute.
+LONG_S = 36_000.0
+_SLOW = 5.0
+
 
 class CountingSink:
     """Takes every call as `columns.ColumnsSink` does and counts what would be a row of the toolpath."""
@@ -18,6 +22,8 @@ class CountingSink:
         self.block = Block({})
         self.budget = Budget()
         self.count = 0
+        #: Whether a feed below 5 units a minute was seen, and for how long the program waits, s: both may make it longer than is meant.
+        self.slow, self.waited = False, 0.0
         self._rest: list[float] = []
         self._named: set[int] = set()
         #: Columns of axes that may have moved, in program coordinates or by a rotation, before a word of the main text named them.
@@ -29,8 +35,11 @@ class CountingSink:
         self.count += events
 
     def motions(self, batch: MotionBatch) -> None:
-        """Count a run of motions."""
-        self.count += len(batch.motion)
+        """Count a run of motions; some of their feeds are looked at."""
+        count = len(batch.motion)
+        self.count += count
+        for k in {0, count // 2, count - 1}:
+            self.set_feed_rate(batch.feed[k])
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Count an arc.
@@ -62,6 +71,11 @@ class CountingSink:
         if event is not None:
             self.budget.spend(CALL)
             self.count += 1
+            self.waited += event.dwell_s
+
+    def set_feed_rate(self, rate: float) -> None:
+        """Look at a feed."""
+        self.slow = self.slow or 0.0 < rate < _SLOW
 
     def where(self, position: Point) -> Point:
         """Return where the machine stands: where it should."""
@@ -97,6 +111,6 @@ class CountingSink:
     def _nothing(self, *arguments: object, **named: object) -> None:
         """Count nothing: the call only changes how motions are made."""
 
-    use_length_units = select_plane = set_feed_rate = set_inverse_time = _nothing
+    use_length_units = select_plane = set_inverse_time = _nothing
     set_feed_mode = set_spindle = set_motion_control_mode = place = use_tool_length_offset = _nothing
     set_g5x_offset = set_g92_offset = set_surface_speed = _nothing

@@ -28,7 +28,7 @@ Values = list[Scalar | None]
 NOT_READ = frozenset(
     {"CYCLE60", "CYCLE62", "CYCLE63", "CYCLE64", "CYCLE70", "CYCLE78", "CYCLE79",
      "CYCLE98", "CYCLE899", "CYCLE93", "CYCLE94", "CYCLE99",
-     "CYCLE951", "CYCLE952", "SLOT2", "POCKET1", "POCKET2", "HOLES3"}
+     "CYCLE951", "CYCLE952", "HOLES3"}
 )  # fmt: skip
 #: Steps of one hole beyond which a step counts as a mistake.
 _MOST_STEPS = 10_000

@@ -48,6 +48,9 @@ _CYCLES = {
     "POCKET4": pockets.circle,
     "SLOT1": pockets.slots,
     "LONGHOLE": pockets.long_holes,
+    "POCKET1": pockets.old_rectangle,
+    "POCKET2": pockets.old_circle,
+    "SLOT2": pockets.bows,
     **contour_cycles.CYCLES,
 }
 

@@ -1,4 +1,4 @@
-"""Milling cycles of SINUMERIK: POCKET3 (rectangle), POCKET4 (circle), SLOT1 and LONGHOLE (slots on a circle).
+"""Milling cycles of SINUMERIK: POCKET3 and POCKET1 (rectangle), POCKET4 and POCKET2 (circle), SLOT1, SLOT2 and LONGHOLE (slots on a circle).
 
 The wall, the levels, allowances and feeds are the cycle's; the loops that clear it are our own (`cncgen.gcode.codes.pockets`).
 """
@@ -9,7 +9,7 @@ import cmath
 import math
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.codes.pockets import Clearing, Pocket, clear, levels_of
+from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow, levels_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
 
@@ -78,6 +78,90 @@ def circle(motions: Motions, name: str, values: Values) -> None:
     hole = _levels(name, motions, values, _depth(name, values))
     _check_whole(name, values, (15, 16))
     _cleared(motions, name, hole, Pocket(complex(v[5], v[6]), v[4], v[4], v[4]), _how(v, 7))
+
+
+def old_rectangle(motions: Motions, name: str, values: Values) -> None:
+    """POCKET1(RTP, RFP, SDIS, DP, DPR, LENG, WID, CRAD, CPA, CPO, STA1, FFD, FFP1, MID, CDIR, FAL, VARI), of older controls."""
+    v = [filled(values, k) for k in range(17)]
+    hole = Hole.of(motions, name, values)
+    _cleared(
+        motions,
+        name,
+        hole,
+        Pocket(complex(v[8], v[9]), abs(v[5]) / 2.0, abs(v[6]) / 2.0, v[7], v[10]),
+        _old_how(v, 11),
+    )
+
+
+def old_circle(motions: Motions, name: str, values: Values) -> None:
+    """POCKET2(RTP, RFP, SDIS, DP, DPR, PRAD, CPA, CPO, FFD, FFP1, MID, CDIR, FAL, VARI), of older controls."""
+    v = [filled(values, k) for k in range(14)]
+    hole = Hole.of(motions, name, values)
+    _cleared(motions, name, hole, Pocket(complex(v[6], v[7]), v[5], v[5], v[5]), _old_how(v, 8))
+
+
+def _old_how(v: list[float], first: int) -> dict[str, float]:
+    """Return FFD, FFP1, MID, CDIR, FAL, VARI from a parameter on; VARI 0 roughs and finishes in one go here."""
+    plunge, feed, mid, cdir, fal, vari = v[first : first + 6]
+    left = fal if round(vari) == 1 else 0.0
+    return {
+        "mid": mid,
+        "fal": left,
+        "fald": 0.0,
+        "feed": feed,
+        "plunge": plunge,
+        "cdir": cdir,
+        "vari": vari,
+        "step": 0.0,
+    }
+
+
+def bows(motions: Motions, name: str, values: Values) -> None:
+    """SLOT2(RTP, RFP, SDIS, DP, DPR, NUM, AFSL, WID, CPA, CPO, RAD, STA1, INDA, FFD, FFP1, MID, CDIR, FAL, VARI).
+
+    The middle lines of the slots lie on the circle RAD about CPA CPO, each over the angle AFSL from STA1 on, INDA apart.
+    """
+    v = [filled(values, k) for k in range(19)]
+    ip, hole, count = motions.ip, Hole.of(motions, name, values), round(v[5])
+    if (
+        ip.state.plane != 17
+        or not 1 <= count <= 10_000
+        or not 0.0 < v[6] < 360.0
+        or round(v[18]) not in (0, 1, 2)
+    ):
+        message = f"{name} has NUM = {count}, AFSL = {v[6]:g} and VARI = {v[18]:g}, in G{ip.state.plane}"
+        raise BlockError(
+            "cycle-words",
+            message,
+            name,
+            hint="NUM counts the slots, AFSL is the angle of one, VARI is 0 to 2; in G17",
+        )
+    tool = ip.tools.find(ip.state.tool)
+    radius = tool.diameter * ip.table_scale() / 2.0 if tool else 0.0
+    feed = v[14] or ip.state.feed
+    if feed <= 0.0:
+        raise BlockError(
+            "feed-missing",
+            f"{name} has no feed: FFP1 and F are not given",
+            name,
+            hint="FFP1 mills, FFD plunges",
+        )
+    levels = levels_of(hole.reference, hole.depth, v[15], name)
+    how = Clearing(
+        radius, _USUAL_STEP * 2.0 * radius, levels, hole.start, feed, v[13] or feed, 1 if v[16] == 3.0 else -1
+    )
+    motions.move({"Z": hole.back}, rapid=True)
+    for k in range(count):
+        begin = v[11] + k * (v[12] or 360.0 / count)
+        clear_bow(
+            ip,
+            Bow(complex(v[8], v[9]), v[10], begin, begin + v[6]),
+            v[7] / 2.0 - (v[17] if round(v[18]) == 1 else 0.0),
+            how,
+            name,
+        )
+    ip.sink.set_feed_rate(ip.state.feed)
+    motions.move({"Z": hole.back}, rapid=True)
 
 
 def _check_whole(name: str, values: Values, sizes: tuple[int, ...]) -> None:

@@ -34,6 +34,11 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
     reader = parser(dialect, increments)
     reader.used = reader.numbers = 0
     reader.parse(memoryview(data), 0)
+    if dialect == "fanuc" and reader.error > 0 and data[reader.error : reader.error + 1] == b"/":
+        # A slash behind words: the rest of the block is passed over, of which a remark on the text tells.
+        before = data[: reader.error].decode("utf-8", "surrogateescape")
+        if before.strip() and before.count("[") == before.count("]"):
+            return parse(before, dialect, increments)
     if reader.error >= 0:
         from cncgen.gcode.text.syntax_errors import syntax_error
 
