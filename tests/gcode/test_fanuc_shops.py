@@ -189,3 +189,10 @@ def test_a_check_tells_of_ten_hours(body: str) -> None:
     found = Diagnostics()
     check(io.BytesIO(f"O1\nG21 G90\n{body}\nM30".encode()), "long.nc", ReadOptions(dialect="fanuc"), found)
     assert [d.code for d in found if d.code == "time-doubtful"] == ["time-doubtful"]
+
+
+def test_the_mirror_of_haas(run: Run) -> None:
+    """G101 mirrors about the zero of G52 too; G100 ends it for its axes, or all. Lengths may be sums behind a minus."""
+    text = "O1\nG21 G54\nG52 X10. Y5.\nG101 Y0.\nG0 X1. Y2.\nG101 X0\nG0 X - [ 1. + 1. ] Y2.\nG100 Y0.\nG0 X1. Y2.\nG100\nG0 X1. Y3.\nM30"
+    assert [p[:2] for p in ends(run, text)] == [[11, 3], [12, 3], [9, 7], [11, 8]]
+    assert ("error", "not-read") in codes(run, "O1\nG21 G54\nG101 X5.\nM30")

@@ -246,6 +246,19 @@ def mirror(ip: Interpreter, block: Block) -> None:
     _change(ip, frame)
 
 
+def mirror_of_haas(ip: Interpreter, block: Block) -> None:
+    """G101 X0 Y0 Z0: mirror these axes about zero, until G100 names them.
+
+    Raises:
+        BlockError: A word is not 0.
+    """
+    for letter in "xyz":
+        if block.words.get(letter, 0.0) != 0.0:
+            message = f"{letter.upper()}{block.words[letter]:g} of G101 is not 0: a mirror elsewhere than at zero is not read"
+            raise BlockError("not-read", message, letter.upper(), hint="G51.1 mirrors about any place")
+    mirror(ip, block)
+
+
 def no_mirror(ip: Interpreter, block: Block) -> None:
     """G50.1 X Y Z: end the mirror images of these axes, or all of them."""
     frame = _current(ip)
@@ -314,6 +327,28 @@ CODES = (
         dialects=_FANUC,
     ),
     Code("G", 501, "mirror", Stage.REFERENCE, no_mirror, "no mirror image", "xyz", "own", dialects=_FANUC),
+    Code(
+        "G",
+        1000,
+        "mirror",
+        Stage.REFERENCE,
+        no_mirror,
+        "no mirror image (Haas)",
+        "xyz",
+        "own",
+        dialects=_FANUC,
+    ),
+    Code(
+        "G",
+        1010,
+        "mirror",
+        Stage.REFERENCE,
+        mirror_of_haas,
+        "mirror image about 0 (Haas)",
+        "xyz",
+        "own",
+        dialects=_FANUC,
+    ),
     Code("G", 511, "mirror", Stage.REFERENCE, mirror, "mirror image", "xyz", "own", dialects=_FANUC),
     Code(
         "G",
