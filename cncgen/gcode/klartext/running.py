@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode.block import (
@@ -384,17 +385,22 @@ class HeidenhainRunner:
         if len(self._called) >= self._options.max_call_depth:
             message = f"programs call each other more than {self._options.max_call_depth} deep"
             raise Stop(BlockError("call-depth", message, "CALL", hint="is the recursion without end?"))
-        folders = search_path(self._path, self._options.include)
-        found = programs.file_of(name, folders)
-        if found is None:
-            where = ", ".join(str(folder) for folder in folders) or "any folder"
-            message = f"there is no program {name} ({name}.H) in {where}"
-            raise BlockError("sub-missing", message, "PGM", hint="--include adds a folder to the search path")
+        found = self._file(name, f"program {name} ({name}.H)", "PGM")
         self._called.append((self._lines, self._bodies, self._labels, self._calls, self._repeats, at + 1))
         self._lines, self._bodies, self._labels, self._calls, self._repeats = [], [], {}, [], {}
         self.sources.append(open_source(found, str(found)))
         self._read(self.sources[-1], len(self.sources) - 1)
         self._at = 0
+
+    def _file(self, name: str, what: str, place: str) -> Path:
+        """Return a file beside the program or in a folder of --include."""
+        folders = search_path(self._path, self._options.include)
+        found = programs.file_of(name, folders)
+        if found is None:
+            where = ", ".join(str(folder) for folder in folders) or "any folder"
+            message, hint = f"there is no {what} in {where}", "--include adds a folder to the search path"
+            raise BlockError("sub-missing", message, place, hint=hint)
+        return found
 
     def _return(self) -> None:
         """Go on behind CALL PGM."""
@@ -832,12 +838,7 @@ class HeidenhainRunner:
 
     def _table(self, name: str) -> list[points.Place]:
         """Return the points of a table that SEL PATTERN names."""
-        folders = search_path(self._path, self._options.include)
-        found = programs.file_of(name, folders)
-        if found is None:
-            where = ", ".join(str(folder) for folder in folders) or "any folder"
-            message = f"there is no table of points {name} in {where}"
-            raise BlockError("sub-missing", message, "SEL", hint="--include adds a folder to the search path")
+        found = self._file(name, f"table of points {name}", "SEL")
         text = bytes(open_source(found, str(found)).data[:]).decode("utf-8", "replace")
         return points.of_table(text, found.name)
 
