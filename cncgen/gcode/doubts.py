@@ -118,7 +118,7 @@ _NO_POINTS = replace(
     message="no length has a decimal point: they are read as they stand; controls that count least increments take them in thousandths",
     within=rb"[XYZ][ \t]*[-+]?\d{4}",
 )
-_LENGTH_WITH_POINT = re.compile(rb"[XYZ][ \t]*[-+]?\d*\.")
+_LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?\d*\."
 #: A program number, and what ends a subprogram and a main program.
 _PROGRAM = rb"(?im)^[ \t]*(?P<word>[O:][ \t]*\d+)"
 _BACK = rb"(?i)(?<![A-Z])M[ \t]*99(?![\d.]|[ \t]*P)"
@@ -194,7 +194,7 @@ def doubts(
     asked = [*((_SIEMENS, _HEIDENHAIN) if language_of(dialect) in BOTH else ())]
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
-        pointless = language_of(dialect) == "fanuc" and _LENGTH_WITH_POINT.search(capitals) is None
+        pointless = language_of(dialect) == "fanuc" and re.search(_LENGTH_WITH_POINT, capitals) is None
         asked.append(_NO_POINTS if pointless else _INCREMENTS)
     found = [(doubt, doubt.found(head, capitals)) for doubt in asked]
     if language_of(dialect) == "fanuc":

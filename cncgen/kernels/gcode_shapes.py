@@ -160,12 +160,12 @@ class Shapes:
                     self.value[count] = number.value
                     count += 1
                 last = c
-            total = (total * 33 + c) & _ALL
+            total = total * 33 + c
             self.shape[length] = c
             length += 1
         if at == size and at < text.shape[0] and text[at] != 10:
             return -1
-        self.sum, self.length, self.count = total, length, count
+        self.sum, self.length, self.count = total & _ALL, length, count
         return at
 
     @cython.ccall

@@ -141,11 +141,12 @@ class Course:
         parts = self._parts
         following = here
         try:
-            effect, self._branched, following = self._effect(here)
-            if parts.pending.count and not self._branched and self._is_forward(here):
-                # From here on the scanner may go on: it writes over blocks that wait.
+            if parts.pending.count and self._is_forward(here) and "o" not in parts.lines.text(here).lower():
+                # No O-word: from here on the scanner may go on, and it writes over blocks that wait.
                 parts.pending.flush()
+                self._branched = False
                 return
+            effect, self._branched, following = self._effect(here)
             if self._is_forward(here):
                 self.reached = following
                 self._since, self._begun = 0, parts.ip.budget.steps

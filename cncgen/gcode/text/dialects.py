@@ -141,7 +141,7 @@ _SPOKEN = (
 #: Signs in bare blocks: capitals without comments, blanks, N words and the slash of blocks that may be left out.
 _BARE = (
     _sign("a named parameter", _all(20, _L), rb"#<", b"#<"),
-    _sign("a parameter R", _all(10, _S), rb"(?:^|[\d.)])R\d{1,3}=", b"R"),
+    _sign("a parameter R", _all(10, _S), rb"(?:^|[\d.)])R\d{1,3}=", b"="),
     _sign("a spindle or tool with =", _all(10, _S), rb"(?:^|[^A-Z#<])(?:LIMS|[STM]\d)=", b"="),
     _sign("tool and edge T D", _all(4, _S), rb"^T\d{1,2}D\d$", b"D"),
     _sign("an arc or axis with =", _all(8, _S), rb"(?:CR|TURN|AR|AP|RP|RND|CHF|CHR|[XYZABC]\d?|[IJK]1)=[-+.\dR(]", b"="),
@@ -154,7 +154,7 @@ _BARE = (
     _sign("a code of LinuxCNC alone", _all(8, _L), rb"G(?:0?5\.[23]|33\.1|38\.[2-5]|43\.2|92\.[23]|59\.[123]|41\.1|42\.1)(?!\d)", b"5.2", b"5.3", b"33.1", b"38.", b"43.2", b"92.", b"59.", b"41.1", b"42.1"),
     _sign("exact path G61.1", _all(4, _L), rb"G61\.1(?!\d)", b"G61.1"),
     _sign("a centre mode", _all(4, _L), rb"G9[01]\.1(?!\d)", b".1"),
-    _sign("an output code", _all(3, _L), rb"(?<![A-Z_])M6[2-8][PE]", b"M6"),
+    _sign("an output code", _all(3, _L), rb"(?<![A-Z_])M6[2-8][PE]", *(b"M%d" % number for number in range(62, 69))),
     _sign("a thread by G33 K", _all(4, _L), rb"G33[^\n]*K" + _V, b"G33"),
     _sign("a dwell with a decimal point", _all(3, _L), rb"G0?4P\d*\.\d", b"P"),
     # Of controls that are not read.
@@ -166,7 +166,7 @@ _BARE = (
     _sign("a contour of LAP", _all(20, _OKUMA), rb"(?<![A-Z_])G8[567]N[A-Z]", b"G85N", b"G86N", b"G87N"),
     _sign("a tool of six digits", _all(4, _OKUMA), rb"(?:^|[^A-Z#<])T\d{6}(?!\d)", b"T"),
     _sign("a block that ends in *", _all(20, _DIN), rb"^[^\n]*[A-Z][-+]?[.\d]+\*$", b"*"),
-    _sign("a head with G70 or G71", _all(12, _DIN), rb"^%\w+?G7[01]\*?$", b"%"),
+    _sign("a head with G70 or G71", _all(12, _DIN), rb"^%\w+?G7[01]\*?$", b"G70", b"G71"),
     _sign("an extruder", _all(8, _PRINTER), rb"^G0?[01](?=[XYZF])[^\n]*E-?[.\d]", b"E"),
     _sign("an extruder set to 0", _all(12, _PRINTER), rb"^G92E0", b"G92E"),
     _sign("a temperature", _all(10, _PRINTER), rb"^M(?:104|109|140|190)S\d", b"M1"),
@@ -178,7 +178,7 @@ _BARE = (
     # Of FANUC, mill or lathe.
     _sign("two tools before M6", _all(8, _F), rb"T\d+T\d+M0?6(?!\d)", b"M6", b"M06"),
     _sign("a program number", _all(8, _F, _T), rb"^%?[O:]\d{1,8}$", b"O", b":"),
-    _sign("a program number behind %", _all(4, _F, _T), rb"^%\d{1,8}$", b"%"),
+    _sign("a program number behind %", _all(4, _F, _T), rb"^%\d{1,8}$", *(b"%%%d" % digit for digit in range(10))),
     _sign("a program name", _all(8, _F, _T), rb"^O?<[^>\n]*>$", b"<"),
     _sign("a jump of a macro", _all(12, _F, _T), rb"GOTO[\d#\[]", b"GOTO"),
     _sign("a loop of a macro", _all(12, _F, _T), rb"^(?:WHILE\[[^\n]*\]DO|DO[123]$|END[123]$)", b"WHILE", b"DO", b"END"),
@@ -206,12 +206,12 @@ _BARE = (
     _sign("tool lengths G43 H", {_F: 1, _L: 1, _T: -12}, rb"G43(?![\d.])[^\n]*H\d", b"G43"),
     _sign("words of Y", {_T: -5}, rb"Y" + _V, b"Y"),
     _sign("a cycle of mills", {_T: -4}, rb"(?<![A-Z_])G8[1-9](?![\d.])[^\n]*[XYZ]" + _V, b"G8"),
-    _sign("a tool change M6", {_T: -4}, rb"(?<![A-Z_])M0?6(?!\d)", b"M"),
+    _sign("a tool change M6", {_T: -4}, rb"(?<![A-Z_])M0?6(?!\d)", b"M6", b"M06"),
     # Of FANUC's lathes, systems B and C.
     _sign("a turning pass by G77 or G79", {_B: 12}, rb"^G7[79][XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GYPQ\n]*$", b"G7"),
     _sign("a threading pass by G78", {_B: 12}, rb"^G78[XU]" + _V + rb"[^GYPQ\n]*F", b"G78"),
-    _sign("a turning pass by G20 or G24", {_C: 10}, rb"^G2[04][XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GY\n]*F[^GY\n]*$", b"G2"),
-    _sign("a threading pass by G21", {_C: 10}, rb"^G21[XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GY\n]*F[^GY\n]*$", b"G21"),
+    _sign("a turning pass by G20 or G24", {_C: 10}, rb"^G2[04][XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GY\n]*F[^GY\n]*$", b"G20X", b"G20U", b"G24X", b"G24U"),
+    _sign("a threading pass by G21", {_C: 10}, rb"^G21[XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GY\n]*F[^GY\n]*$", b"G21X", b"G21U"),
     _sign("a thread of a lathe by G78", {_C: 20}, rb"(?<![A-Z_])G78P\d{5,6}(?![\d.])", b"G78P"),
     _sign("finishing by G72 P Q", {_C: 14, _T: -12}, rb"^G72P\d+Q\d+$", b"G72P"),
     # Of FANUC's lathes, system A.
@@ -224,7 +224,7 @@ _BARE = (
     _sign("a dwell of U", {_T: 8, _F: 2}, rb"(?<![A-Z_])G0?4U\.?\d", b"4U"),
     _sign("a threading pass by G92 with F", {_T: 8}, rb"^(?![^\n]*Y)[^\n]*(?<![A-Z_])G92[XUZW][^\n]*F", b"G92"),
     _sign("a thread by G32", {_T: 6}, rb"(?<![A-Z_])G32[^\nY]*[XZUW][^\n]*F", b"G32"),
-    _sign("a turning pass by G90 or G94", {_T: 4}, rb"^G9[04][XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GY\n]*$", b"G9"),
+    _sign("a turning pass by G90 or G94", {_T: 4}, rb"^G9[04][XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GY\n]*$", b"G90X", b"G90U", b"G94X", b"G94U"),
     _sign("tool and offset in four digits of T", {_T: 5}, rb"(?:^|[^A-Z#<])T(?:0[1-9]|[1-9]\d)(?:0[1-9]|[1-9]\d)(?!\d)", b"T"),
     _sign("tool and offset in three digits of T", {_T: 3}, rb"(?:^|[^A-Z#<])T([1-9])0\1(?!\d)", b"T"),
     _sign("polar coordinate interpolation of lathes", {_T: 12, _F: 4}, rb"(?<![A-Z_])G1(?:12|2\.1)(?!\d)", b"G112", b"G12.1"),
