@@ -18,10 +18,22 @@ from cncgen.explanations import ROOMS, codes, cure_of, explanation
 
 PACKAGE = Path(__file__).resolve().parent.parent / "cncgen"
 #: What makes a diagnostic of the code that is among its first arguments.
-MAKERS = re.compile(r"Diagnostic|BlockError|CompensationError|_?warn|_?fault|_?note|_?fail|_?report(_row)?")
+MAKERS = re.compile(
+    r"Diagnostic|BlockError|CompensationError|error|warning|_?warn|_?fault|_?note|_?fail|_?report(_row)?"
+)
 #: Codes of one word; what has a hyphen is a code wherever it stands.
-WORDS = {"argument", "dialect", "domain", "smoothing", "syntax", "timer", "usage"}
-EXAMPLES = [code for code in codes() if (found := explanation(code)) and found.command]
+WORDS = {
+    "argument",
+    "dialect",
+    "domain",
+    "internal",
+    "interrupted",
+    "smoothing",
+    "syntax",
+    "system",
+    "timer",
+    "usage",
+}
 
 
 def reported() -> dict[str, str]:
@@ -57,7 +69,7 @@ def test_explanations_are_whole_sentences_with_a_cure() -> None:
         assert found.cause[0].isupper() or found.cause.startswith("cncgen"), code
         assert found.cause.endswith("."), code
         assert found.cure, code
-        assert found.command or not found.every_file(), code
+        assert found.command, code
 
 
 def test_the_package_holds_the_explanations() -> None:
@@ -69,11 +81,7 @@ def test_the_package_holds_the_explanations() -> None:
     assert "bad/*.nc" in data["cncgen.programs"]
 
 
-def test_most_codes_have_an_example() -> None:
-    assert len(EXAMPLES) >= 380
-
-
-@pytest.mark.parametrize("code", EXAMPLES)
+@pytest.mark.parametrize("code", codes())
 def test_an_example_gives_its_code(
     code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -81,6 +89,7 @@ def test_an_example_gives_its_code(
     assert found is not None
     monkeypatch.chdir(tmp_path)
     for name, text in found.every_file().items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text.lstrip("\n"), encoding="utf-8")
     for line in found.command.strip().splitlines():
         if line.startswith("python "):  # what writes a file that is too long to print, or uses the library

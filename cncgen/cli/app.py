@@ -36,7 +36,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         code = 0
     except OSError as error:
-        messages.error(f"{error.filename or _nameless()}: {error.strerror or error}")
+        messages.error("system", f"{error.filename or _nameless()}: {error.strerror or error}")
         code = 2
     messages.say_where_more_is_said()
     _silence_closed_streams()
@@ -61,7 +61,7 @@ def _run(arguments: Sequence[str] | None) -> int:
 
         return invoke(words)
     except KeyboardInterrupt:
-        messages.error("interrupted")
+        messages.error("interrupted", "the command was interrupted")
         return 130
     except CncgenError as error:
         messages.show_error(error)
@@ -75,7 +75,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         return fault.exit_code
     except Exception as error:
         help = "this is a fault of cncgen; CNCGEN_TRACEBACK=1 in the environment shows the whole trace"
-        messages.error(f"internal error: {_origin(error)}{type(error).__name__}: {error}", help)
+        messages.error("internal", f"internal error: {_origin(error)}{type(error).__name__}: {error}", help)
         if os.environ.get("CNCGEN_TRACEBACK"):
             import traceback
 
@@ -108,7 +108,7 @@ def last_words(number: int) -> None:
     """Remove half-written files, and say what happened, where a signal ends the process amid an import."""
     remove_temporaries()
     if number == _signal.SIGINT:
-        messages.error("interrupted")
+        messages.error("interrupted", "the command was interrupted")
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
@@ -118,7 +118,7 @@ def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     if isinstance(message, RemarkWarning):
         messages.show([message.diagnostic])
     elif isinstance(message, UncompiledWarning):
-        messages.warning(str(message))
+        messages.warning("kernels-uncompiled", str(message))
 
 
 def _silence_closed_streams() -> None:

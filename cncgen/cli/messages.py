@@ -127,20 +127,14 @@ def _show_suppressed(count: int) -> None:
         plain(more(count))
 
 
-def error(message: str, hint: str = "") -> None:
+def error(code: str, message: str, hint: str = "") -> None:
     """Print an error outside any file."""
-    if _Style.json:
-        show([Diagnostic("failed", message, hint=hint)])
-    else:
-        plain(f"cncgen: error: {message}" + (f"\n  help: {hint}" if hint else ""))
+    show([Diagnostic(code, message, hint=hint)])
 
 
-def warning(message: str) -> None:
+def warning(code: str, message: str) -> None:
     """Print a warning outside any file."""
-    if _Style.json:
-        show([Diagnostic("warning", message, Severity.WARNING)])
-    else:
-        plain(f"warning: {message}")
+    show([Diagnostic(code, message, Severity.WARNING)])
 
 
 def note(message: str) -> None:

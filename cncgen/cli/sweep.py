@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
@@ -80,7 +81,8 @@ def run(
     messages.note(f"{output}: {counted(end.done, 'job')}, {end.computed} of them computed now{rate}")
     if end.failed:
         messages.warning(
-            f"{end.failed} of {end.total} jobs failed; cncgen sweep show {output} names the diagnostics"
+            "sweep-failed",
+            f"{end.failed} of {end.total} jobs failed; cncgen sweep show {output} names the diagnostics",
         )
     return 1 if end.failed and end.failed == end.total else 0
 
@@ -94,7 +96,9 @@ def _search(sweep: SweepDefinition, output: str, processes: int | None, schedule
         found = run_search(sweep, output, workers, watch=watch)
     messages.note(f"{output}: {found.progress.done} trials, {found.progress.computed} of them computed now")
     if found.best is None:
-        messages.warning(f"none of {found.progress.done} trials keeps all bounds of [search]")
+        messages.warning(
+            "search-bounds", f"none of {found.progress.done} trials keeps all bounds of [search]"
+        )
         return 3
     pairs = [*zip(sweep.columns, found.best.values, strict=True), *found.figures.items()]
     messages.note("best: " + ", ".join(f"{name} = {value}" for name, value in pairs))
@@ -111,7 +115,7 @@ def _workers(sweep: SweepDefinition, processes: int | None, scheduler: str | Non
     if scheduler:
         from cncgen.sweep.cluster import ClusterWorkers
 
-        workers = ClusterWorkers(scheduler, bundles, tell=messages.warning)
+        workers = ClusterWorkers(scheduler, bundles, tell=partial(messages.warning, "sweep-workers"))
     else:
         workers = LocalWorkers(processes or processors(), bundles)
     try:

@@ -38,6 +38,8 @@ _PERIODS = 2048
 _USABLE = 0.999
 #: Ticks without progress after which the limiter is stuck: no step is feasible, and none becomes so.
 _STALL = 20_000
+#: Progress, as a part of the plan's: with less a second of the plan takes days.
+_STANDING = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,8 +239,8 @@ class Limiter:
             place, x, direction = self._table(open_, times)
             stop = min((end - self.planned) / part - 1e-9 * _PARTS, float(ahead))
             knots.append(self._steps(place, x, direction, stop, part))
-            moved = knots[-1][-1, 1] > knots[-1][0, 1]
-            standing = 0 if moved else standing + len(knots[-1])
+            real_s, planned_s = knots[-1][-1, :2] - knots[-1][0, :2]
+            standing = 0 if planned_s > _STANDING * real_s else standing + len(knots[-1])
             if standing > _STALL:
                 raise NoPlanError(_stalled(open_[0], float(knots[-1][-1, 1])))
         return np.concatenate(knots)
@@ -364,7 +366,7 @@ def _stalled(trajectory: Trajectory, planned: float) -> Diagnostic:
     return Diagnostic(
         "saturation-stall",
         f"the drives hold the motion back for {_STALL} periods near "
-        f"{_where(trajectory, s - trajectory.profile.s[0])}, and no step becomes feasible",
+        f"{_where(trajectory, s - trajectory.profile.s[0])}, and only steps that are nearly 0 stay feasible",
     )
 
 

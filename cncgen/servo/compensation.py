@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.arguments import wrong
 from cncgen.diagnostics import Diagnostic, NoPlanError, UsageError
 from cncgen.machine.record import Axis, Machine, Servo
 from cncgen.planner import PlanOptions, plan
@@ -212,7 +213,7 @@ def compensate(
             (``compensate-limit``).
     """
     if passes < 1:
-        raise UsageError(Diagnostic("compensate-passes", f"at least one pass is needed, not {passes}"))
+        raise wrong(f"passes = {passes}: at least one is needed")
     head, wanted = _joined(setpoints)
     scheme = own_scheme(servos, head.axes, head.period_s)
     columns = contour_axes(head.axes)

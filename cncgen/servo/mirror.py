@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.arguments import wrong
 from cncgen.machine.record import Servo
 from cncgen.servo.contour import ContourTracker
 from cncgen.servo.scheme import SchemeMaker
@@ -112,7 +112,7 @@ class Compensation:
             UsageError: `passes` is not positive.
         """
         if passes < 1:
-            raise UsageError(Diagnostic("compensate-passes", f"at least one pass is needed, not {passes}"))
+            raise wrong(f"passes = {passes}: at least one is needed")
         self._setpoints, self._servos, self._passes = setpoints, servos, passes
         self._settle_s = settle_s
         self._before, self._after = Errors(), Errors()

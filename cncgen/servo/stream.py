@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.setpoints.checking import check_range
+from cncgen.setpoints.checking import check_range, checked_setpoints
 from cncgen.setpoints.record import Setpoints
 
 Floats = NDArray[np.float64]
@@ -63,18 +63,18 @@ def blocks(
         settle_s: The last row is held so long after the end.
 
     Raises:
-        UsageError: Chunks differ in axes or period, or a position is not finite (``setpoints-not-finite``) or where
-            no machine is (``setpoints-range``).
+        UsageError: A chunk does not go on where the one before it ends (`checked_setpoints`), or a position is where no
+            machine is (``setpoints-range``).
     """
     head: Setpoints | None = None
     waiting: list[Floats] = []
     margin: Floats | None = None
     count, first = 0, 0
-    for chunk in chunks:
+    for chunk in checked_setpoints(chunks):
         if not len(chunk):
             continue
         head = head or chunk
-        _check(head, chunk)
+        check_range(chunk)
         if margin is None:
             margin, first = np.repeat(chunk.position[:1], before, axis=0), chunk.first
         waiting.append(np.asarray(chunk.position, float))
@@ -128,17 +128,3 @@ def missing_data(missing: Iterable[str], known: Iterable[str]) -> UsageError:
     tables = ", ".join(f"[axes.{letter.lower()}.servo]" for letter in letters)
     hint = f"add {tables} to the machine file or to the file of --axis-params, or leave the axis out of the setpoints"
     return UsageError(Diagnostic("servo-missing", f"no servo data for {which}{others}", hint=hint))
-
-
-def _check(head: Setpoints, chunk: Setpoints) -> None:
-    if chunk.axes != head.axes or chunk.period_s != head.period_s:
-        raise UsageError(
-            Diagnostic("setpoints-mixed", "the setpoints change their axes or period on the way")
-        )
-    if not np.isfinite(chunk.position).all():
-        row, axis = np.argwhere(~np.isfinite(chunk.position))[0]
-        message = (
-            f"setpoint {chunk.first + int(row)} of axis {chunk.axes[axis]} is {chunk.position[row, axis]}"
-        )
-        raise UsageError(Diagnostic("setpoints-not-finite", message))
-    check_range(chunk)

@@ -57,11 +57,11 @@ def reference_of(name: str, setpoints: Iterable[Setpoints]) -> WantedMotion:
     """Return setpoints as the wanted motion.
 
     Raises:
-        UsageError: The setpoints are empty (``reference-empty``).
+        UsageError: The setpoints are empty (``setpoints-empty``).
     """
     chunks = [chunk for chunk in setpoints if len(chunk)]
     if not chunks:
-        raise UsageError(Diagnostic("reference-empty", f"the reference {name} has no setpoints"))
+        raise UsageError(Diagnostic("setpoints-empty", f"the reference {name} has no setpoints"))
     rows = np.concatenate([np.asarray(chunk.position, float) for chunk in chunks])
     return WantedMotion(name, chunks[0].axes, chunks[0].period_s, rows)
 

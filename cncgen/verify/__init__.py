@@ -12,7 +12,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
+from cncgen.arguments import wrong
+from cncgen.diagnostics import Diagnostic, Diagnostics, UsageError
 from cncgen.machine.record import Machine
 from cncgen.setpoints.checking import check_range
 from cncgen.setpoints.columns import file_units
@@ -58,8 +59,7 @@ def verify(
         Peaks of each axis and both distances, with a diagnostic for each limit that is broken.
 
     Raises:
-        ProgramError: The program has neither motions nor events.
-        UsageError: The setpoints have none of its axes, or are where no machine is.
+        UsageError: There is no toolpath, or the setpoints have none of its axes, or are where no machine is.
     """
     path = _Observed(flatten(toolpaths, machine, tolerance_mm))
     axes = setpoints.axes
@@ -101,11 +101,7 @@ class _Observed:
     def __init__(self, pieces: Iterator[FlatPath]) -> None:
         first = next(pieces, None)
         if first is None:
-            raise ProgramError(
-                Diagnostic(
-                    "no-motion", "the program has nothing to run, so the setpoints have no path to follow"
-                )
-            )
+            raise wrong("toolpaths are empty, so the setpoints have no path to follow")
         self.axes = first.axes
         self.low = self.high = first.points[0]
         self._first, self._rest = first, pieces

@@ -584,7 +584,7 @@ def test_an_interrupt_amid_imports(in_folder: Path, file: str, function: str, co
         check=False,
     )
     assert run.returncode == 130
-    assert run.stderr in (b"", b"cncgen: error: interrupted\n")
+    assert run.stderr in (b"", b"error[interrupted]: the command was interrupted\n")
     assert [path.name for path in in_folder.iterdir()] == ["small.nc"]
 
 
@@ -782,7 +782,7 @@ def test_a_fault_of_ours_is_one_line_and_its_own_exit_code(
     assert app.run(["check", "small.nc", "--json"]) == app.INTERNAL_ERROR
     said = capsys.readouterr()
     assert "Traceback" in said.err
-    assert json.loads(said.out)["code"] == "failed"
+    assert json.loads(said.out)["code"] == "internal"
 
 
 def test_control_characters_of_a_message_are_printed_as_escapes(

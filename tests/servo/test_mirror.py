@@ -53,5 +53,5 @@ def test_chunks_change_nothing():
 
 
 def test_no_passes_are_refused():
-    with pytest.raises(UsageError, match="compensate-passes"):
+    with pytest.raises(UsageError, match="passes = 0: at least one is needed"):
         compensated(circle(10.0, 60.0)[:50], profile("xy-table"), passes=0)

@@ -53,7 +53,7 @@ def test_references_that_do_not_fit_are_refused():
         judged_against(reference_of("x", stream(rows[:, :1], "X")), responses)
     with pytest.raises(UsageError, match="reference-period"):
         judged_against(reference_of("slow", stream(rows, period=0.002)), responses)
-    with pytest.raises(UsageError, match="reference-empty"):
+    with pytest.raises(UsageError, match="setpoints-empty"):
         reference_of("nothing", [])
 
 

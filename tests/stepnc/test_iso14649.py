@@ -64,7 +64,7 @@ def test_a_workplan_within_itself_is_an_error_and_ends():
     assert codes(found, "error") == ["part21-cycle"]
 
 
-@pytest.mark.parametrize(("levels", "said"), [(MAX_DEPTH, []), (MAX_DEPTH + 1, ["stepnc-depth"])])
+@pytest.mark.parametrize(("levels", "said"), [(MAX_DEPTH, []), (MAX_DEPTH + 1, ["stepnc-nesting"])])
 def test_workplans_nest_so_deep(levels, said):
     """A bound of our own, far above any part's."""
     part = Part()

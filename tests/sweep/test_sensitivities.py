@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cncgen.report.swept import Share, shares_text
 from cncgen.sweep.designs import DESIGNS, design_size, unit_points
 from cncgen.sweep.ranking import pareto_front, ranked
 from cncgen.sweep.sensitivities import sensitivities
@@ -105,3 +106,14 @@ def test_ranking_leaves_out_rows_without_a_figure() -> None:
     values = np.array([3.0, np.nan, 1.0, 2.0, 1.0])
     assert ranked(values).tolist() == [2, 4, 3, 0]
     assert ranked(values, largest=True).tolist() == [0, 3, 2, 4]
+
+
+def test_an_expansion_that_predicts_nothing_gives_no_shares() -> None:
+    """Noise alone: left out, each row is predicted worse than by the mean of the others."""
+    shares = [Share("a", 0.99, 0.99), Share("b", 0.01, 0.01)]
+    said = shares_text("error_mm", "expansion of degree 1", 16, -0.375, shares)
+    assert (
+        said
+        == "error_mm: an expansion of degree 1 on 16 rows predicts none of its variance: draw more points\n"
+    )
+    assert "0.9900" in shares_text("error_mm", "expansion of degree 1", 16, 0.375, shares)

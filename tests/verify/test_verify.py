@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import cncgen
 from cncgen import pipeline
-from cncgen.diagnostics import ProgramError, Severity, UsageError
+from cncgen.diagnostics import Severity, UsageError
 from cncgen.geometry.tables import ArcTable, NurbsTable
 from cncgen.machine import Machine, load_machine
 from cncgen.toolpath.record import Kind, PathMode
@@ -273,7 +273,7 @@ def test_axes_that_do_not_match() -> None:
     assert "verify-axis" in codes(verify(make.stream(tilted), [make.polyline([0, 0, 0], [10, 3, 0])], only_x))
     with pytest.raises(UsageError, match="none is common"):
         verify(make.stream(line_motion()[:, :1], "A"), [program], make.machine())
-    with pytest.raises(ProgramError, match="nothing to run"):
+    with pytest.raises(UsageError, match="no path to follow"):
         verify(make.stream(line_motion()), [], make.machine())
 
 

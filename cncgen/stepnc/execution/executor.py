@@ -143,7 +143,7 @@ class ProgramExecutor:
                 cycle = " → ".join(f"#{i}" for i in [*self._open[self._open.index(item.ident) :], item.ident])
                 raise self._fail(item.ident, "part21-cycle", f"it executes itself: {cycle}")
             if len(self._open) >= MAX_DEPTH:
-                raise self._fail(item.ident, "stepnc-depth", f"nested more than {MAX_DEPTH} deep")
+                raise self._fail(item.ident, "stepnc-nesting", f"nested more than {MAX_DEPTH} deep")
             self._open.append(item.ident)
             try:
                 yield from self._block(item) if isinstance(item, ProgramStructure) else self._choice(item)
