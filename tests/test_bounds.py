@@ -151,6 +151,38 @@ def test_bounds_of_security_are_those_of_the_code() -> None:
     assert work.startswith(f"{budget.MOST_WORK:,} units and {budget.WORK_OF_A_LINE} a line")
 
 
+def test_a_loop_of_more_motions_than_planning_takes_is_refused_where_they_are_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """131,068 motions of four lines took minutes to plan; the options allow more."""
+    loop = "G21 G90 F3000\no1 repeat [65534]\nG1 X3 Y0.4\nX0.4 Y2\no1 endrepeat\nM2\n"
+    (tmp_path / "p.nc").write_text(loop)
+    monkeypatch.chdir(tmp_path)
+    code, said = said_of(("convert", "p.nc", "-o", "o.nc"), capfd)
+    assert code == 1
+    assert "p.nc:3:1: error[too-many-steps]: more than 100400 motions" in said
+    assert "--max-steps" in said
+    assert not (tmp_path / "o.nc").exists()
+    assert said_of(("convert", "p.nc", "-o", "o.nc", "--max-steps", "200000"), capfd)[0] == 0
+
+
+def test_the_search_of_a_short_program_ends_with_a_warning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """What follows is the plan of the speed alone: it takes as long, and it holds its limits and the tolerance."""
+    loop = "G21 G90 F3000\no1 repeat [200]\nG1 X3 Y0.4\nX0.4 Y2\no1 endrepeat\nM2\n"
+    (tmp_path / "p.nc").write_text(loop)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("cncgen.planner.tube.stream._MOST", 20_000)
+    code, said = said_of(("plan", "p.nc", "-m", "xy-table", "-o", "o.csv"), capfd)
+    assert code == 0
+    assert said.count("warning[search-ends]") == 1
+    assert "--max-steps" in said
+    assert said_of(("verify", "o.csv", "--program", "p.nc", "--machine", "xy-table"), capfd)[0] == 0
+    whole = ("plan", "p.nc", "-m", "xy-table", "-o", "w.csv", "--max-steps", "1000")
+    assert "search-ends" not in said_of(whole, capfd)[1]
+
+
 def test_numbers_in_patterns_take_their_digits_once() -> None:
     """Digits, perhaps a point, and digits: where such a row may be parted anywhere, five thousand digits take ten seconds."""
     parted = re.compile(r"\\d[+*](?:\\\.|\[\.,\])\?\\d\*(?!\+)")

@@ -113,7 +113,7 @@ def read(
         if builder.count or not handed:
             yield timed(builder.take())
 
-    return Program(name, "gcode", axes, moving, chunks, diagnostics, text.count_lines)
+    return Program(name, "gcode", axes, moving, chunks, diagnostics, text.count_lines, options.max_steps)
 
 
 def _report_unforeseen(

@@ -129,6 +129,7 @@ def plan(
 
     where, how = machine_of(machine), _asked_for(options, asked)
     program = program_of(program, where)
+    how = as_read(how, program)
     return Plan(program, where, planner.plan(sound(program), where, how), how.keeps_limits, how)
 
 
@@ -144,6 +145,11 @@ def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOpt
         expect(options, PlanOptions, "options", "cncgen.PlanOptions (or its fields as keywords)")
     expect_fields(PlanOptions, asked)
     return replace(options or PlanOptions(), **asked)
+
+
+def as_read(options: PlanOptions, program: Program) -> PlanOptions:
+    """Return options that allow as many steps as those that the program is read with, where they say nothing themselves."""
+    return options if options.max_steps else replace(options, max_steps=program.max_steps)
 
 
 def output_axes(program: Program) -> str:
@@ -245,6 +251,7 @@ def plan_with_summary(
 
     where, how = machine_of(machine), _asked_for(options, asked)
     program = program_of(program, where)
+    how = as_read(how, program)
     name = how.control or how.feedrate or available()[0]
     summary = Summary(
         program, where, name, line_times, interpolator=how.interpolator, estimate=how.control is not None

@@ -13,7 +13,7 @@ from contextlib import contextmanager, nullcontext
 from types import ModuleType
 
 from cncgen.arguments import expect, expect_path, wrong
-from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span, UsageError
 from cncgen.extensions import DIALECT_GROUP, foreign_module, is_brought, part_of
 from cncgen.files import STANDARD, open_input
 from cncgen.records import replace
@@ -46,6 +46,9 @@ _SETPOINT_HEADS = (
     *(b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"ARROW1", b"PAR1", b"\x89HDF\r\n\x1a\n"),
     *(b"\x89MCAP0\r\n", b"MATLAB 5", b"MDF     ", b"CSP1", b'# {"format": "csp"'),
 )
+#: Motions and events that a program may hand on where nothing is said, those that each of its lines may hand on beside them, and those
+#: of a step that the options allow. To plan one takes some 40 µs.
+MOTIONS, MOTIONS_OF_A_LINE, MOTIONS_OF_A_STEP = 100_000, 100, 10
 #: How many bytes at the start of a file decide what it is.
 _HEAD_BYTES = 4096
 
@@ -270,10 +273,26 @@ def sound(program: Program) -> Iterator[Toolpath]:
     """Yield the toolpaths of a program as long as it has no error; after one, read the rest only to find the other errors.
 
     Raises:
-        ProgramError: With all that was found.
+        ProgramError: With all that was found; or a short program hands on more motions than `MOTIONS` and those of its lines.
     """
+    count = last = 0
+    most = max(MOTIONS, MOTIONS_OF_A_STEP * (program.max_steps or 0))
     for chunk in program.chunks():
-        if not program.diagnostics.has_errors:
-            yield chunk
+        if program.diagnostics.has_errors:
+            continue
+        count, last = count + len(chunk), max(int(chunk.line.max(initial=0)), last)
+        bound = most + MOTIONS_OF_A_LINE * last
+        if count > bound:
+            row = len(chunk) - (count - bound)
+            program.diagnostics.add(
+                Diagnostic(
+                    "too-many-steps",
+                    f"more than {bound} motions and events come of {last} lines: the program counts as endless",
+                    span=Span(chunk.sources[int(chunk.source[row])], int(chunk.line[row])),
+                    hint="--max-steps sets the bound",
+                )
+            )
+            break
+        yield chunk
     if program.diagnostics.has_errors:
         raise ProgramError(program.diagnostics)

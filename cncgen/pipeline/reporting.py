@@ -11,6 +11,7 @@ from cncgen.arguments import expect_number, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
 from cncgen.pipeline.planning import (
     Plan,
+    as_read,
     driven_axes,
     machine_of,
     options_on,
@@ -351,7 +352,7 @@ class _Run:
         from cncgen.report.page import SIGNALS, Recording
         from cncgen.report.summary import Summary
 
-        how = options or planner.PlanOptions()
+        how = as_read(options or planner.PlanOptions(), program)
         self._program, self._machine, self._with_servos = program, machine, with_servos
         self._wanted = wanted
         self._responses: list[Response] = []

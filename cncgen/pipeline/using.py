@@ -8,7 +8,16 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from cncgen.arguments import expect, expect_axes, expect_number, expect_path, wrong
-from cncgen.pipeline.planning import Plan, drives_of, machine_of, metadata_of, output_axes, program_of, sample
+from cncgen.pipeline.planning import (
+    Plan,
+    as_read,
+    drives_of,
+    machine_of,
+    metadata_of,
+    output_axes,
+    program_of,
+    sample,
+)
 from cncgen.pipeline.reading import sound
 from cncgen.units import AXIS_LETTERS
 
@@ -330,5 +339,5 @@ def why(
 
     where = machine_of(machine)
     program = program_of(program, where)
-    case = Case(lambda: sound(program), where, options or PlanOptions())
+    case = Case(lambda: sound(program), where, as_read(options or PlanOptions(), program))
     return shortenings(case, output_axes(program), watch or (lambda done, of: None))

@@ -44,6 +44,7 @@ class PlanOptions:
         stateline_bound_mm: δ of the interpolator ``stateline``: following error beyond that of the speed, at which all axes hold.
         master_period_s: Time between the master's points of two-stage interpolation.
         lookahead_rows: Rows that a window of the look-ahead may hold.
+        max_steps: Steps that the user allows: of more, the search of the effort ``best`` goes on for longer. None: as the program is read.
         control: One of `CONTROLS`: the times that this control would take by its own rules, instead of a plan of ours.
     """
 
@@ -61,6 +62,7 @@ class PlanOptions:
     stateline_bound_mm: float = 0.05
     master_period_s: float = 0.016
     lookahead_rows: int = 20_000
+    max_steps: int | None = None
     control: str | None = None
 
     @property
@@ -95,6 +97,7 @@ class PlanOptions:
             ("master_period_s", False),
             ("fit_mm", True),
             ("lookahead_rows", False),
+            ("max_steps", True),
         ):
             value = getattr(self, name)
             if not (value is None and optional) and not (is_number(value) and value > 0):

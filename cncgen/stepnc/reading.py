@@ -228,7 +228,9 @@ def read(
                 yield columns.take()
         yield columns.take()
 
-    return Program(name, "stepnc", file.axes, file.axes, chunks, file.diagnostics)
+    return Program(
+        name, "stepnc", file.axes, file.axes, chunks, file.diagnostics, max_steps=options.max_steps
+    )
 
 
 def canon(

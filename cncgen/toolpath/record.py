@@ -197,6 +197,7 @@ class Program:
         chunks: Yields `Toolpath` of bounded size, at each call from the start of the program on.
         diagnostics: Filled while reading; of several readings each fault stands there once.
         count_lines: Returns how many lines the text has; 0 where they are not counted.
+        max_steps: Steps that the options of reading allow, None where they say nothing.
     """
 
     name: str
@@ -206,6 +207,7 @@ class Program:
     chunks: Callable[[], Iterator[Toolpath]]
     diagnostics: Diagnostics
     count_lines: Callable[[], int] = int
+    max_steps: int | None = None
 
     def __repr__(self) -> str:
         return f"Program({self.name!r}, {self.language}, axes {self.moving_axes or 'none'}, {self.diagnostics!r})"

@@ -37,7 +37,7 @@ def plan_least_time(
 
         program = Programmed(machine.chord_tolerance_mm)
         plan = plan_blocks(smooth_blocks(program.over(chunks), machine), machine, coarse=True)
-        return improve(plan, program, machine)
+        return improve(plan, program, machine, options.max_steps)
     from cncgen.planner.least_time.contour_bound import plan_bounded
 
     return plan_bounded(chunks, machine, options, options.max_contour_error_mm)

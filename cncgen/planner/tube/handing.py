@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic
 from cncgen.geometry.tables import empty_arcs, empty_nurbs
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Cubics, Limit, Profile, SharpCorner, Trajectory
@@ -50,6 +51,10 @@ class Hand:
         self._corners: list[SharpCorner] = []
         self._values: dict[str, Any] = {}
         self._taken = 0
+
+    def remark(self, said: Diagnostic) -> None:
+        """Say something with what is handed on next."""
+        self._values["diagnostics"] = (*self._values.get("diagnostics", ()), said)
 
     def _draw(self) -> None:
         """Take events, corners and values off the trajectories of the plan."""

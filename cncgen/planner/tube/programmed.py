@@ -94,6 +94,10 @@ class Programmed:
         while self._waiting:
             self._add(self._waiting.pop(0))
 
+    def leave(self) -> None:
+        """Leave out what has been handed on since: the plan stands as it is."""
+        self._waiting.clear()
+
     def __len__(self) -> int:
         return sum(len(part) for part in self._columns.get("line", ()))
 

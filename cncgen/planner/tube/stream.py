@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic, Severity, Span
 from cncgen.kernels import tube_places
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import AxisLimits
@@ -63,6 +64,9 @@ _PHASES, _SEEN, _REST = 8, 1.0005, 1e-9
 _APART = 0.05
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
+#: Units of search, of some 10 µs each: of a round of it beside its nodes, of a whole plan where nothing is said, of each line of the
+#: program beyond a number of them (a long program is not an endless one), and of a step that the options allow.
+_ROUND, _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 120, 400_000, 1000, 4000, 400
 
 
 @dataclass(slots=True)
@@ -97,8 +101,11 @@ class _Run:
 class Tube:
     """The work under way: the programmed rows, the plan, and where on it each row begins."""
 
-    def __init__(self, program: Programmed, machine: Machine) -> None:
+    def __init__(self, program: Programmed, machine: Machine, max_steps: int | None) -> None:
         self.program, self.machine = program, machine
+        self.units, self.most = 0, max(_MOST, _OF_A_STEP * (max_steps or 0))
+        self.last_line = 0
+        self.ended = False
         program.draw()
         limits = AxisLimits.of(machine, program.axes)
         self.scale = program.scale
@@ -121,6 +128,11 @@ class Tube:
 
     def take(self, trajectory: Trajectory, last: bool) -> Iterator[Trajectory]:
         """Add a trajectory of the plan; yield what is final."""
+        if self.ended:
+            self.reference.trajectories.append(trajectory)
+            self.program.leave()
+            yield from self.hand.rest()
+            return
         self.reference.take(trajectory)
         self.program.draw()
         yield from self.advance(last)
@@ -128,7 +140,7 @@ class Tube:
     def advance(self, last: bool) -> Iterator[Trajectory]:
         """Yield what is final."""
         self._match(last)
-        while True:
+        while not self.ended:
             if self.run is None and not self._open(last):
                 break
             if self.run is not None:
@@ -136,7 +148,7 @@ class Tube:
                 yield from self._windows()
                 if self.run is not None:
                     break
-        if last:
+        if last or self.ended:
             yield from self.hand.rest()
         else:
             yield from self.hand.until(self._safe())
@@ -320,6 +332,8 @@ class Tube:
             if not whole and count < self.size:
                 return
             yield from self._window(run, count if whole else _stop(run.nodes, self.size), whole)
+            if self.ended:
+                return
         if run.closed:
             self.row, self.run = run.row, None
 
@@ -340,7 +354,7 @@ class Tube:
         columns = np.flatnonzero(np.ptp(np.concatenate([run.state[:1], nodes.point]), axis=0) > _STILL)
         # A straight line along an axis has no room that matters, nor has a path whose nodes no setpoint can show.
         shown = (end - run.t) * _SHOWN > count * self.machine.period_s
-        tried = len(columns) > 1 and shown
+        tried = len(columns) > 1 and shown and self._searches(nodes)
         alone = whole and tail is None and run.part == 0.0
         found: Solved | None = None
         for part in (1.0, *_LESS_ROOM) if tried else ():
@@ -427,6 +441,26 @@ class Tube:
         times = speed[limited] / self.acceleration[limited] + self.acceleration[limited] / self.jerk[limited]
         return _FELT * float(times.max())
 
+    def _searches(self, nodes: Nodes) -> bool:
+        """Tell whether there are units left for a window; say it once where there are none, from there on the plan stands."""
+        rows = nodes.row - self.program.base
+        line = self.program.column("line")[rows]
+        self.last_line = max(self.last_line, int(line.max()))
+        if self.ended or self.units <= self.most + _OF_A_LINE * max(self.last_line - _LINES, 0):
+            return not self.ended
+        self.ended = True
+        source = self.program.sources[int(self.program.column("source")[rows[0]])]
+        self.hand.remark(
+            Diagnostic(
+                "search-ends",
+                f"the search for a faster way within the tolerance ends after {self.units} units of 10 µs",
+                Severity.WARNING,
+                Span(source, int(line[0])),
+                hint="the rest is planned as by --effort fast; --max-steps sets the bound",
+            )
+        )
+        return False
+
     def _solved(
         self, run: _Run, nodes: Nodes, rows: tuple[RowLines, Reached], goal: Floats, columns: Ints
     ) -> Solved | None:
@@ -436,6 +470,7 @@ class Tube:
         guess: Solved | None = None
         held = np.zeros(len(nodes), bool)
         for number in range(_ROUNDS):
+            self.units += _ROUND + len(nodes)
             given = self._given(run, nodes, goal, columns, held)
             given = replace(given, radius=radius[: len(given.radius)])
             found = next(
@@ -643,7 +678,10 @@ def _spread(found: Solved, columns: Ints, state: Floats, axes: int) -> Solved:
 
 
 def improve(
-    plan: Generator[Trajectory, None, None], program: Programmed, machine: Machine
+    plan: Generator[Trajectory, None, None],
+    program: Programmed,
+    machine: Machine,
+    max_steps: int | None = None,
 ) -> Iterator[Trajectory]:
     """Plan path and speed together where a plan's rows have a tolerance; the plan itself stands where that finds nothing faster.
 
@@ -651,6 +689,7 @@ def improve(
         plan: Trajectories, in order.
         program: The rows that it is a plan of, taken up as they were handed to it.
         machine: Limits and period.
+        max_steps: Steps that the user allows: of more, the search goes on for longer.
 
     Yields:
         Trajectories without a gap in time or position.
@@ -660,10 +699,10 @@ def improve(
     with closing(plan):
         for trajectory in plan:
             if held is not None:
-                tube = tube or Tube(program, machine)
+                tube = tube or Tube(program, machine, max_steps)
                 yield from tube.take(held, False)
             held = trajectory
         if held is not None:
-            tube = tube or Tube(program, machine)
+            tube = tube or Tube(program, machine, max_steps)
             program.ended = True
             yield from tube.take(held, True)
