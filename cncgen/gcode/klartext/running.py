@@ -567,6 +567,11 @@ class HeidenhainRunner:
     def _contour(self, label: str) -> tuple[list[Segment], int]:
         """Return the contour of a subprogram, and the side of the tool: 1 by RL, -1 by RR, 0 by neither."""
         target = self._target(label.upper())
+        if _END_OF_CONTOUR in self._calls:
+            message = f"LBL {label} is read as a contour where a contour is read, by a cycle that it calls"
+            raise BlockError(
+                "call-depth", message, "CYCL", hint="a contour is drawn, and calls no cycle of contours"
+            )
         self._execute(Block({}, (), (), None, 0, 0, 0))
         ip, plain = self.ip, Plain.of(self.ip)
         kept = ip.state, ip.sink, self._at, plain.heading, plain.cycle
