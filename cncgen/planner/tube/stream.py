@@ -405,9 +405,9 @@ class Tube:
         if entry is None:
             first = self._on(run, run.s, run.state[0])
         last = self._on(run, float(nodes.s[-1]), goal[0])
-        begin = int(entry.line if entry else first)
-        # A window that ends where its first row begins has that row.
-        path = self.program.lines(begin, max(int(np.ceil(last)), begin + 1)).until(last)
+        # A window that ends where it begins has the row that ends there, or the first one.
+        stop = max(int(np.ceil(last)), self.program.base + 1)
+        path = self.program.lines(min(int(entry.line if entry else first), stop - 1), stop).until(last)
         return path, entry or Reached.at(path, first)
 
     def _on(self, run: _Run, s: float, point: Floats) -> float:
