@@ -155,7 +155,9 @@ def _walk(path: RowLines, points: Floats, allowed: Floats, entry: Reached) -> _W
     first = int(np.searchsorted(path.key, entry.line))
     own = slice(first, min(first + len(entry.low), lines))
     begin, width = path.key[own], np.diff(path.key)[own]
-    low, high = ((each[: len(begin)] - begin) / width for each in (entry.low, entry.high))
+    # A line without length is begun and ended at once.
+    size = np.where(width > 0.0, width, 1.0)
+    low, high = ((each[: len(begin)] - begin) / size for each in (entry.low, entry.high))
     space.enter(first, low.tolist(), np.minimum(high, 1.0).tolist())
     done, why = space.run(points, 0, count - 1, 1.0, count, 0, out, line)
     first, low, high = space.reached()
