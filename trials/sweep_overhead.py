@@ -2,7 +2,7 @@
 
     python -m trials.sweep_overhead --jobs 60 --workers 2
 
-The program is a zigzag whose lines are doubled until one job takes a second of processor time in this process. The same jobs are
+The program is a zigzag of so many lines that one job takes a second of processor time in this process. The same jobs are
 then computed by the standard library's pool with nothing around it, by a sweep on processes, and by a sweep on a local cluster.
 Workers add up the processor time of their jobs; all else that they and the driver used is overhead, the start of processes among it, that of the cluster not. Times by the
 clock mean something where the machine does nothing else.
@@ -82,7 +82,7 @@ def sweep_of(lines: int, jobs: int) -> SweepDefinition:
 
 
 def calibrated(jobs: int) -> SweepDefinition:
-    """Return a sweep of which a job takes a second at least."""
+    """Return a sweep of which a job takes a second, or a tenth more."""
     lines = 64
     while True:
         sweep = sweep_of(lines, jobs)
@@ -97,7 +97,7 @@ def calibrated(jobs: int) -> SweepDefinition:
                 raise SystemExit(outcome.error)
         if spent[1] >= 1.0:
             return sweep
-        lines *= 2
+        lines = int(lines * max(1.05, min(8.0, 1.05 / spent[1])))
 
 
 def children_s() -> float:
