@@ -70,7 +70,8 @@ def blocks(
     waiting: list[Floats] = []
     margin: Floats | None = None
     count, first = 0, 0
-    for chunk in checked_setpoints(chunks):
+    # Loops follow positions alone: a stretch of rest at the end may come without the signals of the plan.
+    for chunk in checked_setpoints(replace(chunk, signals={}) for chunk in chunks):
         if not len(chunk):
             continue
         head = head or chunk

@@ -307,3 +307,10 @@ def test_the_contour_kernel_uncompiled_gives_the_same():
         kernel.distances(path, arc, own, np.minimum(own + 30, 199), position, 3.0, distances, feet)
         result[:] = np.column_stack([distances, feet])
     assert results[0] == pytest.approx(results[1], rel=1e-13)
+
+
+def test_a_rest_without_signals_may_follow_chunks_that_have_some():
+    rows = circle(10.0, 50.0, turns=0.1)
+    feed = Setpoints("XY", 0.001, 0, rows, signals={"feed": np.ones(len(rows))})
+    rest = Setpoints("XY", 0.001, len(rows), np.repeat(rows[-1:], 5, axis=0))
+    assert sum(map(len, simulate([feed, rest], profile("xy-table")))) == len(rows) + 5
