@@ -132,11 +132,11 @@ def command(
 
     The axes are as the model knows them, friction, backlash and delay included. Writes the command to send to the machine
     and says what it gains, also on machines whose parameters are 10 % off (--perturb). The command keeps the
-    machine's limits; where none follows better, nothing is written (exit 3). It may begin before the motion, and end
+    machine's limits; where none follows better, or most of those machines follow worse, nothing is written (exit 3). It may begin before the motion, and end
     after it.
     """
     from cncgen.cli.reading import is_setpoint_file, perturbation_of
-    from cncgen.report.compensated import gain_lines, warnings_of
+    from cncgen.report.compensated import gain_lines
 
     if (shaper is None) != (modes is None):
         raise click.UsageError("--shaper and --modes go together")
@@ -161,7 +161,6 @@ def command(
         gained = _of_program(task, machine, limits, room, planning, reading)
     for text in gain_lines(gained, drawn):
         messages.note(text)
-    messages.show(tuple(warnings_of(gained, drawn)))
     write_summary(summary, {"schema_version": 1, "setpoints": source, **gained})
 
 

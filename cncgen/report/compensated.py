@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from cncgen.diagnostics import Diagnostic, Severity
 from cncgen.servo.shaping import Shaped
 from cncgen.servo.uncertainty import Perturbation, share_error
 
@@ -23,18 +22,6 @@ def gain_lines(gained: dict[str, Any], perturbation: Perturbation | None) -> Ite
     yield "; ".join(_changes(gained["before"], gained["after"]))
     if gained["perturbed"] is not None and perturbation is not None:
         yield from _spread_lines(gained["perturbed"], perturbation)
-
-
-def warnings_of(gained: dict[str, Any], perturbation: Perturbation | None) -> Iterator[Diagnostic]:
-    """Yield a warning where most machines that are drawn follow the command worse than the motion as it is."""
-    found = gained["perturbed"]
-    if found is not None and 2 * found["worse"] > found["draws"]:
-        yield Diagnostic(
-            "compensate-fragile",
-            f"the command does harm on {found['worse']} of {found['draws']} machines with {perturbation}",
-            severity=Severity.WARNING,
-            hint="send it if the model is known better than that: cncgen identify fits it to a log, and --perturb takes its summary",
-        )
 
 
 def _changes(before: dict[str, Any], after: dict[str, Any]) -> Iterator[str]:

@@ -15,7 +15,7 @@ from cncgen.diagnostics import Diagnostic, NoPlanError, UsageError
 from cncgen.machine.record import Axis, Machine, Servo
 from cncgen.planner import PlanOptions, plan
 from cncgen.servo.command_limits import breaks, broken
-from cncgen.servo.learning import NO_CONTOUR_MM, Axes, Figures, Learnt, figures_of, follow, learn
+from cncgen.servo.learning import NO_CONTOUR_MM, Axes, Figures, Learnt, Work, figures_of, follow, learn
 from cncgen.servo.norm_optimal import REGULARISATION
 from cncgen.servo.simulate import RUNAWAY_MM, contour_axes, own_scheme
 from cncgen.servo.uncertainty import Perturbation, perturbed, quantile
@@ -43,6 +43,11 @@ class Spread:
     def worse(self) -> int:
         """Return the number of machines on which the command is worse than the uncompensated motion."""
         return int((self.after > self.before).sum())
+
+    @property
+    def fragile(self) -> bool:
+        """Tell whether the command does harm on most machines."""
+        return 2 * self.worse > len(self.after)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +136,7 @@ def compensated_plan(
         UsageError: An axis has no servo data.
     """
     best: CompensatedPlan | None = None
+    work: Work | None = None
     refusal: NoPlanError | None = None
     full_time = full_error = 0.0
     for room in rooms:
@@ -138,16 +144,19 @@ def compensated_plan(
         setpoints = tuple(sample(plan(iter(toolpaths), lowered, options), lowered, axes=axes))
         time_s = (sum(map(len, setpoints)) - 1) * machine.period_s
         full_time = full_time or time_s
+        work = work or Work.of(_joined(setpoints)[1])
         try:
             found = compensate(setpoints, servos, limits=machine.axes if limits else None, passes=passes,
-                               settle_s=settle_s, enough=enough)  # fmt: skip
+                               settle_s=settle_s, enough=enough, work=work)  # fmt: skip
         except NoPlanError as error:
             refusal = refusal or error
+            if work.over:
+                break
             continue
         full_error = full_error or found.learnt.before.judged
         if best is None or found.learnt.after.judged < best.compensated.learnt.after.judged:
             best = CompensatedPlan(found, room, time_s, full_time, full_error)
-        if found.learnt.after.judged * enough <= full_error:
+        if found.learnt.after.judged * enough <= full_error or work.over:
             break
     if best is None:
         assert refusal is not None
@@ -155,7 +164,7 @@ def compensated_plan(
     if perturbation is None:
         return best
     command = best.compensated
-    spread = spread_of(command.learnt, servos, axes, machine.period_s, perturbation)
+    spread = _sound(command.learnt, servos, axes, machine.period_s, perturbation)
     return replace(best, compensated=replace(command, spread=spread))
 
 
@@ -193,6 +202,7 @@ def compensate(
     settle_s: float = 0.1,
     enough: float = ENOUGH,
     perturbation: Perturbation | None = None,
+    work: Work | None = None,
 ) -> Compensated:
     """Return a command under which the axes follow setpoints better, as their model knows them.
 
@@ -206,11 +216,12 @@ def compensate(
         settle_s: Least rest at the end.
         enough: As of `cncgen.servo.learning.learn`.
         perturbation: Machines that the command is tried on beside the nominal one.
+        work: As of `cncgen.servo.learning.learn`.
 
     Raises:
         UsageError: `passes` is not positive, the setpoints are empty, or as `cncgen.servo.simulate`.
         NoPlanError: No command follows better (``compensate-no-gain``), or the one that does leaves the travel
-            (``compensate-limit``).
+            (``compensate-limit``), or it does harm on most of the drawn machines (``compensate-fragile``).
     """
     if passes < 1:
         raise wrong(f"passes = {passes}: at least one is needed")
@@ -219,15 +230,19 @@ def compensate(
     columns = contour_axes(head.axes)
     axes = Axes(scheme.loops, head.period_s, columns, REGULARISATION, head.axes)
     kept = [(limits or {}).get(letter) for letter in head.axes]
-    learnt = learn(wanted, axes, kept, passes=passes, settle_s=settle_s, enough=enough)
+    work = work or Work.of(wanted)
+    learnt = learn(wanted, axes, kept, passes=passes, settle_s=settle_s, enough=enough, work=work)
     if learnt.passes == 0 and learnt.before.judged > NO_CONTOUR_MM:
-        raise _no_gain(learnt, wanted, axes, head.axes, passes, settle_s, limits is not None)
+        free = (
+            None
+            if limits is None
+            else learn(wanted, axes, [None] * len(kept), passes=passes, settle_s=settle_s)
+        )
+        raise _no_gain(learnt, free, head.axes, work)
     found = breaks(limits or {}, head.axes, learnt.command, learnt.wanted, head.period_s)
     if found:
         raise NoPlanError([broken(each) for each in found])
-    spread = (
-        None if perturbation is None else spread_of(learnt, servos, head.axes, head.period_s, perturbation)
-    )
+    spread = None if perturbation is None else _sound(learnt, servos, head.axes, head.period_s, perturbation)
     return Compensated(Setpoints(head.axes, head.period_s, 0, learnt.command), learnt, spread)
 
 
@@ -236,6 +251,44 @@ def _joined(setpoints: Iterable[Setpoints]) -> tuple[Setpoints, Floats]:
     if not chunks:
         raise UsageError(Diagnostic("setpoints-empty", "there are no setpoints"))
     return chunks[0], np.concatenate([np.asarray(chunk.position, float) for chunk in chunks])
+
+
+def _sound(
+    learnt: Learnt, servos: Mapping[str, Servo], axes: str, period_s: float, perturbation: Perturbation
+) -> Spread:
+    """Return `spread_of`; refuse a command that does harm on most machines."""
+    spread = spread_of(learnt, servos, axes, period_s, perturbation)
+    if spread.fragile:
+        raise NoPlanError(_fragile(learnt, spread, axes, perturbation))
+    return spread
+
+
+def _fragile(learnt: Learnt, spread: Spread, letters: str, perturbation: Perturbation) -> Diagnostic:
+    unit, factor = _shown(letters)
+    drawn = [float(np.quantile(errors, 0.5, method="higher")) for errors in (spread.before, spread.after)]
+    (was, now), (before, after) = (
+        tuple(factor * error for error in pair)
+        for pair in (drawn, (learnt.before.judged, learnt.after.judged))
+    )
+    found = (
+        "makes loops unstable"
+        if np.isinf(now)
+        else f"takes the median of the largest error from {was:.4g} to {now:.4g} {unit}"
+    )
+    return Diagnostic(
+        "compensate-fragile",
+        f"the command does harm on {spread.worse} of {len(spread.after)} machines with {perturbation}, and {found};"
+        f" on the model itself it goes from {before:.4g} to {after:.4g} {unit}",
+        hint="say how well the model is known: --perturb takes a smaller share, or the summary of cncgen identify, which fits it"
+        " to a log; or make fewer --passes",
+        values={
+            "worse": spread.worse,
+            "draws": len(spread.after),
+            "unit": unit,
+            "before": before,
+            "after": after,
+        },
+    )
 
 
 def spread_of(
@@ -254,29 +307,25 @@ def spread_of(
     return Spread(np.array(found[0]), np.array(found[1]))
 
 
-def _no_gain(
-    learnt: Learnt, wanted: Floats, axes: Axes, letters: str, passes: int, settle_s: float, limited: bool
-) -> NoPlanError:
-    """Return the refusal, with the gain that would be possible without limits."""
+def _no_gain(learnt: Learnt, free: Learnt | None, letters: str, work: Work) -> NoPlanError:
+    """Return the refusal; `free` is what was learnt without limits where there are some."""
     unit, factor = _shown(letters)
     now = learnt.before.judged * factor
     best = learnt.tried.judged * factor if learnt.tried else None
     message = f"no command follows better: the largest error is {now:.4g} {unit} as it is"
     if best is not None:
-        message += f", and {best:.4g} {unit} with the best command" + (
-            " within the limits" if limited else ""
-        )
+        message += f", and {best:.4g} {unit} with the best command" + (" within the limits" if free else "")
+    if work.over:
+        message += "; the search ended at its bound of work, since the loops remember so many periods"
     hint = "the rest cannot be foreseen by the model: encoder steps and noise"
     if learnt.before.saturated:
         message += f"; drives are at their bound at {learnt.before.saturated} setpoints"
         hint = "plan the motion so that the drives keep out of their bounds: --saturation predictive, or a lower feed"
-    elif limited:
-        free = learn(wanted, axes, [None] * len(letters), passes=passes, settle_s=settle_s)
-        if free.passes:
-            message += f"; without limits {free.after.judged * factor:.4g} {unit} would be possible"
-            hint = (
-                "plan the motion with lower acceleration and jerk, so that there is room for the correction"
-            )
+    elif free is not None and free.passes:
+        message += f"; without limits {free.after.judged * factor:.4g} {unit} would be possible"
+        hint = (
+            "plan the motion with lower acceleration, jerk and feed, so that there is room for the correction"
+        )
     values = {"before": now, "best": best, "unit": unit}
     return NoPlanError(Diagnostic("compensate-no-gain", message, hint=hint, values=values))
 

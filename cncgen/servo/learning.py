@@ -51,8 +51,9 @@ LONGEST_REST_S = 15.0
 #: A command that differs by less than this share of the motion's size from where it begins or ends counts as standing, and
 #: rises from there, or falls to it, within this time, s, or within that which the limits ask for.
 STANDING, FADE_S = 1e-7, 0.05
-#: Rest beside what the inverse asks for, s, at least: limits spread a command over more time than the inverse needs.
-LEEWAY_S = 0.3
+#: Rest beside what the inverse asks for, at least: limits spread a command over more time than the inverse needs. It is so long,
+#: s, and until this share of what a loop remembers is left.
+LEEWAY_S, HEARD = 0.3, 1e-2
 #: A motion whose contour error is less is judged by its tracking error (a straight line, say), mm.
 NO_CONTOUR_MM = 1e-6
 #: A gain has to be more than this share of the error: noise alone can make less.
@@ -61,6 +62,8 @@ LEAST_GAIN = 0.05
 LEAST_PROGRESS = 0.02
 #: Most rounds of the splitting after the first pass, and in the last one, which brings the command within its limits.
 LATER_ROUNDS, FINISHING_ROUNDS = 150, 3000
+#: Work of learning an axis at most, in periods times rounds: of any motion, and for each of its rows.
+WORK, WORK_A_ROW = 2e8, 3e4
 #: How far a difference may be over its limit, as `cncgen verify` has it.
 TOLERATED = 1e-3
 
@@ -126,6 +129,27 @@ class Learnt:
     passes: int
     excess: float
     tried: Figures | None = None
+
+
+@dataclass(slots=True)
+class Work:
+    """How much of the splitting learning may do, and has done, in periods times rounds.
+
+    Loops of usual quickness ask for a part of it. Those that remember many seconds are learnt on stretches of as many.
+    """
+
+    most: float
+    done: float = 0.0
+
+    @classmethod
+    def of(cls, wanted: Floats) -> Work:
+        """Return what a motion, shape (n, axes), may take."""
+        return cls(wanted.shape[1] * (WORK + WORK_A_ROW * len(wanted)))
+
+    @property
+    def over(self) -> bool:
+        """Tell whether no further pass is begun, but the one that ends."""
+        return self.done >= self.most
 
 
 def smooth_part(loop: AxisLoop) -> AxisLoop:
@@ -206,7 +230,10 @@ class Axes:
             _inverse_extent(h, regularisation * g**2) for h, g in zip(self._impulses, self.gains, strict=True)
         ]
         longest = round(LONGEST_REST_S / period_s)
-        own = [_extent(np.abs(h), BEYOND * np.abs(h).sum()) for h in self._impulses]
+        own, kept = (
+            [_extent(np.abs(h), left * np.abs(h).sum()) for h in self._impulses] for left in (BEYOND, HEARD)
+        )
+        self._heard_s = max(kept) * period_s
         #: Rows that the inverse asks for before and after the motion.
         self.asked = (
             min(max(e[0] for e in extents), longest),
@@ -235,7 +262,7 @@ class Axes:
         """
         whole = np.concatenate([wanted, np.repeat(wanted[-1:], self.asked[1], axis=0)])
         error = whole - self.followed(whole, known=True)[0]
-        seconds = [LEEWAY_S]
+        seconds = [LEEWAY_S, self._heard_s]
         for i, limit in enumerate(limits):
             if limit is not None:
                 length = self.length(len(whole))
@@ -331,6 +358,7 @@ def learn(
     passes: int,
     settle_s: float = 0.0,
     enough: float = np.inf,
+    work: Work | None = None,
 ) -> Learnt:
     """Return the best command of up to that many passes, which take the tracking error away.
 
@@ -344,6 +372,7 @@ def learn(
         passes: At least 1.
         settle_s: Least rest at the end.
         enough: See above; at most 1: the tracking error alone is looked at.
+        work: Counts it, over several motions say; None: `Work.of` this motion.
     """
     leeway = axes.leeway(wanted, limits)
     lead, tail = axes.asked[0] + leeway, max(axes.asked[1] + leeway, round(settle_s / axes.period_s))
@@ -363,11 +392,11 @@ def learn(
             Learnt(whole, whole, lead, tail, before, before, 0, 0.0, before), whole, settle_s, axes, limits
         )
     kept = [_kept(limit, wanted[:, i], axes.period_s) for i, limit in enumerate(limits)]
-    passes_of = _Passes(whole, axes, kept, leeway)
+    passes_of = _Passes(whole, axes, kept, leeway, work or Work.of(wanted))
     found = Learnt(whole, whole, lead, tail, before, before, 0, 0.0)
     found, last = passes_of.run(found, command, passes, axes.tracking_error)
     for start in (last, resting):
-        if axes.by_contour and found.after.judged * enough > before.judged:
+        if axes.by_contour and found.after.judged * enough > before.judged and not passes_of.work.over:
             found, _ = passes_of.run(found, start, passes, axes.contour_error)
     return _trimmed(found, resting if found.passes else whole, settle_s, axes, kept)
 
@@ -375,8 +404,10 @@ def learn(
 class _Passes:
     """Passes of learning on one motion, whose rests before and after are included: shape (n, axes)."""
 
-    def __init__(self, whole: Floats, axes: Axes, limits: Sequence[Axis | None], leeway: int) -> None:
-        self._whole, self._axes, self._limits = whole, axes, limits
+    def __init__(
+        self, whole: Floats, axes: Axes, limits: Sequence[Axis | None], leeway: int, work: Work
+    ) -> None:
+        self._whole, self._axes, self._limits, self.work = whole, axes, limits, work
         self._windows = cut(_busy(whole, limits, axes.period_s), sum(axes.asked) + 2 * leeway)
         self._fading = _fading(len(whole), leeway)
         self._done = 0
@@ -402,17 +433,19 @@ class _Passes:
             error_of: From wanted and actual positions to what is to be taken away, shape (n, axes) all.
         """
         axes, whole, command, updates = self._axes, self._whole, start.copy(), self._updates()
-        judged: list[float] = []
+        before, judged = self.work.done, list[float]()
         for k in range(1, passes + 1):
             self._done += 1
             position, force, _ = axes.followed(command, known=True)
             error = error_of(whole, position) * self._fading
-            ends = k == passes or (len(judged) > 1 and judged[-1] > (1.0 - LEAST_PROGRESS) * judged[-2])
+            ends = k == passes or self.work.over
+            ends = ends or (len(judged) > 1 and judged[-1] > (1.0 - LEAST_PROGRESS) * judged[-2])
             rounds = FINISHING_ROUNDS if ends else ROUNDS if k == 1 else LATER_ROUNDS
             for i, update in enumerate(updates):
                 command[:, i] += update.change(
                     command[:, i], error[:, i], rounds, force[:, i] / axes.bounds[i]
                 )
+            self.work.done = before + sum(update.work for update in updates)
             excess = max(update.excess for update in updates)
             after = axes.figures(whole, command)
             if excess <= TOLERATED and (best.tried is None or after.judged < best.tried.judged):

@@ -43,8 +43,10 @@ ROUNDS = 300
 EXCESS = 5e-4
 STANDS = 1e-5
 #: Weights of velocity, acceleration, jerk and drive input (mm² for a whole limit), and relaxation. With these both motions that
-#: the limits hardly touch and motions that they bind everywhere come near their end within some hundred rounds.
+#: the limits hardly touch and motions that they bind everywhere come near their end within some hundred rounds. They are for
+#: errors up to `LARGE` (mm); beyond it they grow as the error's square does, which they stand beside in the minimum.
 WEIGHTS = (1e-3, 1e-1, 1e-2, 1e-2)
+LARGE = 1.0
 RELAXATION = 1.7
 #: Share of each limit that the splitting is given, since it comes to its end from outside the limits. (The velocity is
 #: given whole: a motion may go at its limit for long. Of the drive input friction takes a little more or less in each pass.)
@@ -66,6 +68,7 @@ class LimitedUpdate:
         enough: Rounds after which a change within the limits is taken, though it still moves.
         drive: F over the bound B of the drive, as `response`; None: it has none.
         excess: Of the last change: the largest difference (or drive input) over its limit, less 1.
+        work: Periods times rounds so far.
     """
 
     response: Complexes
@@ -76,7 +79,9 @@ class LimitedUpdate:
     enough: int = ROUNDS
     drive: Complexes | None = None
     excess: float = 0.0
+    work: float = 0.0
     _multipliers: list[Floats] = field(default_factory=list)
+    _scale: float = 0.0
 
     def change(
         self,
@@ -98,6 +103,7 @@ class LimitedUpdate:
         window = range(*rows.indices(len(command)))
         learnt = np.conj(self.response) * np.fft.rfft(error[rows], self.length)
         curvature = np.abs(self.response) ** 2 + self.regularisation
+        self._scale = self._scale or max(1.0, (float(np.abs(error).max()) / LARGE) ** 2)
         limits = list(self._limits(command, force, window))
         if not limits:
             return self._in_time(learnt / curvature)[: len(window)]
@@ -110,13 +116,12 @@ class LimitedUpdate:
             bounds = (self.axis.max_velocity, self.axis.max_acceleration, self.axis.max_jerk)
             for k, bound in enumerate(bounds, start=1):
                 scale = GIVEN[k - 1] * bound * self.period_s**k
-                yield _Limit(
-                    once**k / scale, self._steps(command, k, window) / scale, WEIGHTS[k - 1], GIVEN[k - 1]
-                )
+                weight = self._scale * WEIGHTS[k - 1]
+                yield _Limit(once**k / scale, self._steps(command, k, window) / scale, weight, GIVEN[k - 1])
         if self.drive is not None and force is not None:
             taken = np.zeros(self.length)
             taken[: len(window)] = force[window.start : window.stop]
-            yield _Limit(self.drive / GIVEN[3], taken / GIVEN[3], WEIGHTS[3], GIVEN[3])
+            yield _Limit(self.drive / GIVEN[3], taken / GIVEN[3], self._scale * WEIGHTS[3], GIVEN[3])
 
     def _in_time(self, spectrum: Complexes) -> Floats:
         return np.asarray(np.fft.irfft(spectrum, self.length), np.float64)
@@ -131,6 +136,7 @@ class LimitedUpdate:
         self.excess = _excess(limits, v)
         if self.excess <= 0.0:
             return self._in_time(last)
+        aims = [1.0] * len(limits)
         for k in range(1, rounds + 1):
             spectrum = learnt.copy()
             for one, within, m in zip(limits, z, multipliers, strict=True):
@@ -139,7 +145,7 @@ class LimitedUpdate:
             v = [self._in_time(one.operator * spectrum) + one.taken for one in limits]
             for i, reached in enumerate(v):
                 relaxed = RELAXATION * reached + (1.0 - RELAXATION) * z[i] + multipliers[i]
-                z[i] = np.clip(relaxed, -1.0, 1.0)
+                z[i] = np.clip(relaxed, -aims[i], aims[i])
                 multipliers[i] = relaxed - z[i]
             self.excess = _excess(limits, v)
             moved = np.linalg.norm(spectrum - last)
@@ -147,6 +153,12 @@ class LimitedUpdate:
             stands = k >= self.enough or moved <= STANDS * np.linalg.norm(spectrum)
             if stands and self.excess <= EXCESS:
                 break
+            if k % ROUNDS == 0:
+                aims = [
+                    aim / (1.0 + max(_excess([one], [w]), 0.0))
+                    for aim, one, w in zip(aims, limits, v, strict=True)
+                ]
+        self.work += float(k) * self.length
         self._multipliers = multipliers
         return self._in_time(last)
 
@@ -174,6 +186,11 @@ class WindowedUpdate:
     windows: Windows
     updates: list[LimitedUpdate]
     excess: float = 0.0
+
+    @property
+    def work(self) -> float:
+        """Return periods times rounds so far."""
+        return sum(update.work for update in self.updates)
 
     def change(
         self, command: Floats, error: Floats, rounds: int = ROUNDS, force: Floats | None = None

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from cncgen.cli.app import run
-from cncgen.report.compensated import warnings_of
-from cncgen.servo.uncertainty import Perturbation
 
 
 def test_an_axis_is_excited_simulated_and_identified(tmp_path, capfd):
@@ -267,12 +265,3 @@ def test_from_a_log_to_tuned_gains(tmp_path):
     assert abs(gains["position_gain_1_mm"] / (omega**2 * lag) - 1) < 1e-4
     assert abs(gains["derivative_gain_s_mm"] / (1.6 * omega * lag - 1) - 1) < 1e-4
     assert run(["simulate", sweep, "--axis-params", tuned, "-o", str(tmp_path / "r.csv")]) == 0
-
-
-def test_a_command_that_most_drawn_machines_follow_worse_is_warned_of():
-    drawn = Perturbation(0.1, 64)
-    (warning,) = warnings_of({"perturbed": {"draws": 64, "worse": 33}}, drawn)
-    assert warning.code == "compensate-fragile"
-    assert warning.message == "the command does harm on 33 of 64 machines with every parameter within 10 %"
-    assert not list(warnings_of({"perturbed": {"draws": 64, "worse": 32}}, drawn))
-    assert not list(warnings_of({"perturbed": None}, None))

@@ -13,7 +13,7 @@ from cncgen.servo import norm_optimal
 from cncgen.servo.command_limits import breaks, differences
 from cncgen.servo.compensation import compensate
 from cncgen.servo.contour import contour_error
-from cncgen.servo.learning import figures_of, impulse_response
+from cncgen.servo.learning import Work, figures_of, impulse_response
 from cncgen.servo.models import axis_loop
 from cncgen.servo.norm_optimal import LimitedUpdate, WindowedUpdate, cut
 from cncgen.servo.reference_profiles import BELL_EXACT, bell
@@ -245,6 +245,46 @@ def test_where_nothing_can_be_gained_it_is_refused_with_the_best():
         NoPlanError, match=r"compensate-no-gain.*largest error is [0-9.]+ µm as it is, and [0-9.]+ µm with"
     ):
         compensate(stream(wanted), noisy)
+
+
+def test_a_slow_loop_is_compensated_within_the_limits(programs):
+    """Loops of 5 1/s, which are 10 mm behind: the rest before the motion was too short, and the command broke limits where it began."""
+    machine = load_machine("xy-table")
+    servos = two_axes("first-order", position_gain_1_s=5.0, time_constant_s=0.003)
+    rows = planned(programs, "circle.nc", machine)
+    work = Work.of(rows[0].position)
+    found = compensate(rows, servos, limits=machine.axes, work=work)
+    wanted, command = found.learnt.wanted, found.command.position
+    assert breaks(machine.axes, "XY", command, wanted, 0.001) == []
+    assert contour_max(wanted, servos) > 5.0
+    position = run(command, servos).position
+    assert contour_error(wanted, position).max() < 0.1 * contour_max(wanted, servos)
+    # Both axes came within their limits in three passes of 300 rounds at most; 1,400 were needed for the last one.
+    assert 0.0 < work.done <= 2 * 3 * 300 * 2**14
+
+
+def test_the_search_for_a_command_is_bounded():
+    """Where its work is done a pass is the last one, and a refusal says so."""
+    noisy = two_axes("first-order", position_gain_1_s=500.0, noise_rms_mm=0.05)
+    with pytest.raises(NoPlanError, match="the search ended at its bound of work"):
+        compensate(stream(rounded_square(10.0)), noisy, work=Work(0.0))
+    backlash = two_axes("first-order", position_gain_1_s=60.0, backlash_mm=0.01)
+    wanted = stream(rounded_square())
+    assert compensate(wanted, backlash, work=Work(0.0)).learnt.passes == 1
+
+
+def test_a_command_that_does_harm_on_most_drawn_machines_is_refused():
+    """A zero on the right beside two poles near it: the error is small by chance, and what cancels it depends on each of them."""
+    servos = two_axes("transfer-function", numerator=[-0.0142, 1.0], denominator=[1e-4, 0.02, 1.0])
+    wanted = rounded_square(1.6)
+    with pytest.raises(
+        NoPlanError,
+        match=r"compensate-fragile.*harm on 9 of 16 machines with every parameter within 10 %, and takes the median of the largest error"
+        r" from [0-9.]+ to [0-9.]+ µm; on the model itself it goes from [0-9.]+ to [0-9.e-]+ µm",
+    ):
+        compensate(stream(wanted), servos, perturbation=Perturbation(0.1, 16, 1))
+    found = compensate(stream(wanted), servos, perturbation=Perturbation(0.01, 16, 1))
+    assert found.spread.worse <= 8
 
 
 def test_a_command_beyond_the_travel_is_refused():
