@@ -15,7 +15,7 @@ from cncgen.diagnostics import Diagnostic, NoPlanError, UsageError
 from cncgen.machine.record import Axis, Machine, Servo
 from cncgen.planner import PlanOptions, plan
 from cncgen.servo.command_limits import breaks, broken
-from cncgen.servo.learning import NO_CONTOUR_MM, Axes, Figures, Learnt, Work, figures_of, follow, learn
+from cncgen.servo.learning import NO_CONTOUR_MM, Axes, Figures, Learnt, WorkBudget, figures_of, follow, learn
 from cncgen.servo.norm_optimal import REGULARISATION
 from cncgen.servo.simulate import RUNAWAY_MM, contour_axes, own_scheme
 from cncgen.servo.uncertainty import Perturbation, perturbed, quantile
@@ -136,7 +136,7 @@ def compensated_plan(
         UsageError: An axis has no servo data.
     """
     best: CompensatedPlan | None = None
-    work: Work | None = None
+    work: WorkBudget | None = None
     refusal: NoPlanError | None = None
     full_time = full_error = 0.0
     for room in rooms:
@@ -144,7 +144,7 @@ def compensated_plan(
         setpoints = tuple(sample(plan(iter(toolpaths), lowered, options), lowered, axes=axes))
         time_s = (sum(map(len, setpoints)) - 1) * machine.period_s
         full_time = full_time or time_s
-        work = work or Work.of(_joined(setpoints)[1])
+        work = work or WorkBudget.of(_joined(setpoints)[1])
         try:
             found = compensate(setpoints, servos, limits=machine.axes if limits else None, passes=passes,
                                settle_s=settle_s, enough=enough, work=work)  # fmt: skip
@@ -202,7 +202,7 @@ def compensate(
     settle_s: float = 0.1,
     enough: float = ENOUGH,
     perturbation: Perturbation | None = None,
-    work: Work | None = None,
+    work: WorkBudget | None = None,
 ) -> Compensated:
     """Return a command under which the axes follow setpoints better, as their model knows them.
 
@@ -230,7 +230,7 @@ def compensate(
     columns = contour_axes(head.axes)
     axes = Axes(scheme.loops, head.period_s, columns, REGULARISATION, head.axes)
     kept = [(limits or {}).get(letter) for letter in head.axes]
-    work = work or Work.of(wanted)
+    work = work or WorkBudget.of(wanted)
     learnt = learn(wanted, axes, kept, passes=passes, settle_s=settle_s, enough=enough, work=work)
     if learnt.passes == 0 and learnt.before.judged > NO_CONTOUR_MM:
         free = (
@@ -307,7 +307,7 @@ def spread_of(
     return Spread(np.array(found[0]), np.array(found[1]))
 
 
-def _no_gain(learnt: Learnt, free: Learnt | None, letters: str, work: Work) -> NoPlanError:
+def _no_gain(learnt: Learnt, free: Learnt | None, letters: str, work: WorkBudget) -> NoPlanError:
     """Return the refusal; `free` is what was learnt without limits where there are some."""
     unit, factor = _shown(letters)
     now = learnt.before.judged * factor

@@ -132,7 +132,7 @@ class Learnt:
 
 
 @dataclass(slots=True)
-class Work:
+class WorkBudget:
     """How much of the splitting learning may do, and has done, in periods times rounds.
 
     Loops of usual quickness ask for a part of it. Those that remember many seconds are learnt on stretches of as many.
@@ -142,7 +142,7 @@ class Work:
     done: float = 0.0
 
     @classmethod
-    def of(cls, wanted: Floats) -> Work:
+    def of(cls, wanted: Floats) -> WorkBudget:
         """Return what a motion, shape (n, axes), may take."""
         return cls(wanted.shape[1] * (WORK + WORK_A_ROW * len(wanted)))
 
@@ -358,7 +358,7 @@ def learn(
     passes: int,
     settle_s: float = 0.0,
     enough: float = np.inf,
-    work: Work | None = None,
+    work: WorkBudget | None = None,
 ) -> Learnt:
     """Return the best command of up to that many passes, which take the tracking error away.
 
@@ -372,7 +372,7 @@ def learn(
         passes: At least 1.
         settle_s: Least rest at the end.
         enough: See above; at most 1: the tracking error alone is looked at.
-        work: Counts it, over several motions say; None: `Work.of` this motion.
+        work: Counts it, over several motions say; None: `WorkBudget.of` this motion.
     """
     leeway = axes.leeway(wanted, limits)
     lead, tail = axes.asked[0] + leeway, max(axes.asked[1] + leeway, round(settle_s / axes.period_s))
@@ -392,7 +392,7 @@ def learn(
             Learnt(whole, whole, lead, tail, before, before, 0, 0.0, before), whole, settle_s, axes, limits
         )
     kept = [_kept(limit, wanted[:, i], axes.period_s) for i, limit in enumerate(limits)]
-    passes_of = _Passes(whole, axes, kept, leeway, work or Work.of(wanted))
+    passes_of = _Passes(whole, axes, kept, leeway, work or WorkBudget.of(wanted))
     found = Learnt(whole, whole, lead, tail, before, before, 0, 0.0)
     found, last = passes_of.run(found, command, passes, axes.tracking_error)
     for start in (last, resting):
@@ -405,7 +405,7 @@ class _Passes:
     """Passes of learning on one motion, whose rests before and after are included: shape (n, axes)."""
 
     def __init__(
-        self, whole: Floats, axes: Axes, limits: Sequence[Axis | None], leeway: int, work: Work
+        self, whole: Floats, axes: Axes, limits: Sequence[Axis | None], leeway: int, work: WorkBudget
     ) -> None:
         self._whole, self._axes, self._limits, self.work = whole, axes, limits, work
         self._windows = cut(_busy(whole, limits, axes.period_s), sum(axes.asked) + 2 * leeway)

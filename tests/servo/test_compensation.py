@@ -13,7 +13,7 @@ from cncgen.servo import norm_optimal
 from cncgen.servo.command_limits import breaks, differences
 from cncgen.servo.compensation import compensate
 from cncgen.servo.contour import contour_error
-from cncgen.servo.learning import Work, figures_of, impulse_response
+from cncgen.servo.learning import WorkBudget, figures_of, impulse_response
 from cncgen.servo.models import axis_loop
 from cncgen.servo.norm_optimal import LimitedUpdate, WindowedUpdate, cut
 from cncgen.servo.reference_profiles import BELL_EXACT, bell
@@ -252,7 +252,7 @@ def test_a_slow_loop_is_compensated_within_the_limits(programs):
     machine = load_machine("xy-table")
     servos = two_axes("first-order", position_gain_1_s=5.0, time_constant_s=0.003)
     rows = planned(programs, "circle.nc", machine)
-    work = Work.of(rows[0].position)
+    work = WorkBudget.of(rows[0].position)
     found = compensate(rows, servos, limits=machine.axes, work=work)
     wanted, command = found.learnt.wanted, found.command.position
     assert breaks(machine.axes, "XY", command, wanted, 0.001) == []
@@ -267,10 +267,10 @@ def test_the_search_for_a_command_is_bounded():
     """Where its work is done a pass is the last one, and a refusal says so."""
     noisy = two_axes("first-order", position_gain_1_s=500.0, noise_rms_mm=0.05)
     with pytest.raises(NoPlanError, match="the search ended at its bound of work"):
-        compensate(stream(rounded_square(10.0)), noisy, work=Work(0.0))
+        compensate(stream(rounded_square(10.0)), noisy, work=WorkBudget(0.0))
     backlash = two_axes("first-order", position_gain_1_s=60.0, backlash_mm=0.01)
     wanted = stream(rounded_square())
-    assert compensate(wanted, backlash, work=Work(0.0)).learnt.passes == 1
+    assert compensate(wanted, backlash, work=WorkBudget(0.0)).learnt.passes == 1
 
 
 def test_a_command_that_does_harm_on_most_drawn_machines_is_refused():
