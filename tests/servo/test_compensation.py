@@ -296,7 +296,7 @@ def test_a_command_beyond_the_travel_is_refused():
 
 
 def test_arguments_that_nobody_can_mean_are_refused():
-    with pytest.raises(UsageError, match="at least one pass"):
+    with pytest.raises(UsageError, match="passes = 0: at least one is needed"):
         compensate(stream(rounded_square()), profile("xy-table"), passes=0)
     with pytest.raises(UsageError, match="there are no setpoints"):
         compensate([], profile("xy-table"))
