@@ -64,9 +64,9 @@ _PHASES, _SEEN, _REST = 8, 1.0005, 1e-9
 _APART = 0.05
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
-#: Units of search, of some 10 µs each: of a round of it beside its nodes, of a whole plan where nothing is said, of each line of the
-#: program beyond a number of them (a long program is not an endless one), and of a step that the options allow.
-_ROUND, _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 120, 400_000, 1000, 4000, 400
+#: Units of search, of some 10 µs each: of a round of it beside its lines and nodes, of a whole plan where nothing is said, of each
+#: line of the program beyond a number of them (a long program is not an endless one), and of a step that the options allow.
+_ROUND, _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 120, 400_000, 1000, 500, 400
 
 
 @dataclass(slots=True)
@@ -470,7 +470,8 @@ class Tube:
         guess: Solved | None = None
         held = np.zeros(len(nodes), bool)
         for number in range(_ROUNDS):
-            self.units += _ROUND + len(nodes)
+            # Steps of Newton's method grow with the cube of the axes, a node of two is a unit; so is a line that is gone along.
+            self.units += _ROUND + int(len(nodes) * (len(columns) / 2.0) ** 3) + len(rows[0].tolerance)
             given = self._given(run, nodes, goal, columns, held)
             given = replace(given, radius=radius[: len(given.radius)])
             found = next(
