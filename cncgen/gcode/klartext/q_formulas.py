@@ -69,6 +69,14 @@ def _divided(a: float, b: float) -> float:
     return a / b
 
 
+def _remainder(a: float, b: float) -> float:
+    if not math.isfinite(a):
+        raise BlockError("domain", f"{a:g} % {b:g} has no value", hint="was the Q parameter set?")
+    if b == 0.0:
+        raise BlockError("division-by-zero", f"{a:g} is divided by 0", hint="was the Q parameter set?")
+    return math.fmod(a, b)
+
+
 def _raised(a: float, b: float) -> float:
     try:
         value = a**b
@@ -135,7 +143,7 @@ class _Formula:
                 if sign == "*"
                 else _divided(value, other)
                 if sign == "/"
-                else math.fmod(value, other)
+                else _remainder(value, other)
             )
         return value
 
