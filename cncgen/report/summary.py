@@ -135,7 +135,9 @@ class Summary:
             return
         ends = np.searchsorted(trajectory.row_s[1:], s[[0, -1]], side="left")
         first, last = np.minimum(ends, len(rows) - 1).tolist()
-        ahead = self._line <= int(rows.line[first]) and not rows.source[last]
+        # A piece may begin in a row before the one in which the last piece ended, where the way is rounded.
+        back = np.any(np.diff(rows.line[first : last + 1]) < 0)
+        ahead = not back and self._line <= int(rows.line[last]) and not rows.source[last]
         self._line = int(rows.line[last]) if ahead else None
 
     def _add(self, trajectory: Trajectory) -> None:
