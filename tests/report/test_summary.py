@@ -173,7 +173,9 @@ def test_how_much_of_a_program_is_planned() -> None:
     for _ in stream.chunks:
         pass
     assert summary.done() == pytest.approx(402 / 404, abs=2 / 404)
-    rounded = "".join(f"G1 X{50 * np.sin(0.01 * k):.4f} Y{50 * np.cos(0.0137 * k):.4f}\n" for k in range(3000))
+    rounded = "".join(
+        f"G1 X{50 * np.sin(0.01 * k):.4f} Y{50 * np.cos(0.0137 * k):.4f}\n" for k in range(3000)
+    )
     stream, summary = plan_with_summary(
         read_text(f"G21 G90 G17 G64 P0.01\nF3000\n{rounded}M2\n"), "xy-table", PlanOptions()
     )
