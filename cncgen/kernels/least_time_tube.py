@@ -54,8 +54,8 @@ _BEYOND = cython.declare(cython.double, 1e300)
 class Tube:
     """The problem, its solution so far, and what an iteration works on. `n` axes (9 at most), `steps` intervals.
 
-    `x` and `u` are the first guess and then the solution. Rows of node k are ``first[k]`` to ``first[k + 1]`` of `rows`, each
-    an offset o = (r_k - c)/unit, a direction d (0 for a point) and unit/ρ: |(1 - d dᵀ)(p + o)| unit ≤ ρ. Where `between` is
+    `x` and `u` are the first guess and then the solution. Rows of node k are ``first[k]`` to ``first[k + 1]`` of `rows`, each an
+    offset o = (r_k - c)/unit, a direction d (0 for a point), unit/ρ and β: |(1 - d dᵀ)(p + β A a + o)| unit ≤ ρ. Where `between` is
     above 0, 1 over a speed, velocities and that speed are bounded between nodes as well: the middle ordinate v + a h/2 of the
     parabola of the velocity is, and with those at its ends all of it. The search goes on until no scaled state is missed by `exact`.
     """
@@ -67,6 +67,7 @@ class Tube:
     curvature: cython.double
     rho: cython.double
     V: cython.double[::1]
+    A: cython.double[::1]
     AV: cython.double[::1]
     JA: cython.double[::1]
     weight: cython.double[::1]
@@ -110,7 +111,7 @@ class Tube:
     seen: cython.double[:, ::1]
 
     def __init__(self, problem, work):
-        self.V, self.weight = problem.V, problem.weight
+        self.V, self.A, self.weight = problem.V, problem.A, problem.weight
         self.AV, self.JA = problem.A / problem.V, problem.J / problem.A
         self.r, self.t, self.h0 = problem.r, problem.t, problem.h0
         self.first, self.rows, self.feed = problem.first, problem.rows, problem.feed
@@ -147,14 +148,15 @@ def _row(
     x: cython.double[:, ::1],
     g: cython.p_double,
 ) -> cython.double:
-    """Return the slack 1 - |(1 - d dᵀ)(p + o)|² (unit/ρ)² of a row, and write its gradient."""
+    """Return the slack 1 - |(1 - d dᵀ)(p + β A a + o)|² (unit/ρ)² of a row, and write its gradient over p."""
     i: cython.Py_ssize_t
     along: cython.double = 0.0
     s: cython.double = 1.0
     y: cython.double
+    b: cython.double = tube.rows[m, 2 * n + 1]
     c: cython.double = tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
     for i in range(n):
-        g[i] = x[k, 3 * i] + tube.rows[m, i]
+        g[i] = x[k, 3 * i] + b * tube.A[i] * x[k, 3 * i + 2] + tube.rows[m, i]
         along += g[i] * tube.rows[m, n + i]
     for i in range(n):
         y = g[i] - along * tube.rows[m, n + i]
@@ -389,11 +391,19 @@ def _node(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, delta: cython.
         s = 1.0 / _row(tube, n, m, k, tube.x, g)
         z = tube.zr[m]
         y = 2.0 * z * tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
+        across = tube.rows[m, 2 * n + 1]
         for i in range(n):
             q[k, 3 * i] -= tube.mu * s * g[i]
-            P[k, 3 * i * (N + 1)] += y
+            q[k, 3 * i + 2] -= tube.mu * s * g[i] * across * tube.A[i]
             for j in range(i + 1):
-                P[k, 3 * i * N + 3 * j] += z * s * g[i] * g[j] - y * tube.rows[m, n + i] * tube.rows[m, n + j]
+                low = z * s * g[i] * g[j] - y * tube.rows[m, n + i] * tube.rows[m, n + j]
+                low = low + y if i == j else low
+                P[k, 3 * i * N + 3 * j] += low
+                if across > 0.0:
+                    P[k, (3 * i + 2) * N + 3 * j] += low * across * tube.A[i]
+                    P[k, (3 * i + 2) * N + 3 * j + 2] += low * across * tube.A[i] * across * tube.A[j]
+                    if j < i:
+                        P[k, 3 * i * N + 3 * j + 2] += low * across * tube.A[j]
     if tube.feed[k] > 0.0:
         s = 1.0 / _feed(tube, n, k, tube.x, c, g)
         z = tube.zf[k]
@@ -910,6 +920,7 @@ def _limits(tube: Tube, n: cython.Py_ssize_t) -> _Steps:
     y: cython.double
     d: cython.double
     along: cython.double
+    moved: cython.double
     # What steps are divided by, so that whole steps are the longest.
     steps: _Steps = _Steps(_TAU, _TAU, 0.0)
     x: cython.double[:, ::1] = tube.x
@@ -936,9 +947,10 @@ def _limits(tube: Tube, n: cython.Py_ssize_t) -> _Steps:
             d = 0.0
             along = 0.0
             for i in range(n):
-                y += g[i] * dx[k, 3 * i]
-                d += dx[k, 3 * i] * dx[k, 3 * i]
-                along += dx[k, 3 * i] * tube.rows[m, n + i]
+                moved = dx[k, 3 * i] + tube.rows[m, 2 * n + 1] * tube.A[i] * dx[k, 3 * i + 2]
+                y += g[i] * moved
+                d += moved * moved
+                along += moved * tube.rows[m, n + i]
             d = (d - along * along) * tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
             steps.primal = _curve(s, y, d, steps.primal)
             tube.dzr[m] = _beside(tube.zr[m], s, y, mu)

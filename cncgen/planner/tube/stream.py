@@ -18,7 +18,7 @@ from cncgen.planner.tube.deviation import Reached, excess, reached
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
-from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
+from cncgen.planner.tube.tube_nodes import ROOM, Nodes, Scales, borders_of, nodes_of
 from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Problem, Solved, solve
 from cncgen.planner.tube.window_start import starts
@@ -40,8 +40,9 @@ _ROUNDS, _MORE = 9, 1.25
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there. What
 #: is left of the room at least, as a part of the tolerance.
 _LOCAL, _NARROWEST = 2, 0.1
-#: Part of the tolerance that is planned with by which a motion may be over it.
-_PASSED = 0.004
+#: Part of the tolerance that is planned with by which a motion may be over it; part by which chords may leave it before the solver
+#: bounds them (rows of the problem beside those of nodes; of less, to be solved again sometimes takes no longer).
+_PASSED, _BENDS = 0.004, 0.1
 #: A motion that is not faster by this part stays as it was.
 _LESS = 1e-5
 #: A row takes this part of its length on the plan at least, but for some tolerances.
@@ -472,8 +473,7 @@ class Tube:
         for number in range(_ROUNDS):
             # Steps of Newton's method grow with the cube of the axes, a node of two is a unit; so is a line that is gone along.
             self.units += _ROUND + int(len(nodes) * (len(columns) / 2.0) ** 3) + len(rows[0].tolerance)
-            given = self._given(run, nodes, goal, columns, held)
-            given = replace(given, radius=radius[: len(given.radius)])
+            given = self._given(run, nodes, goal, columns, held, radius)
             found = next(
                 (found for start in starts(given, nodes, guess) if (found := solve(*start)).status == 1), None
             )
@@ -537,14 +537,23 @@ class Tube:
         return True
 
     def _given(
-        self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints, held: NDArray[np.bool_]
+        self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints, held: NDArray[np.bool_], radius: Floats
     ) -> Problem:
-        """Return the problem of a window, with the room of its nodes as it was first."""
+        """Return the problem of a window whose nodes have some room."""
         point = np.concatenate([run.state[:1], nodes.point])[:, columns]
         tangent = np.concatenate([nodes.tangent[:1], nodes.tangent])[:, columns]
         tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), 1e-300)[:, None]
         # The state at the end is given: it needs no room.
-        rooms = slice(len(nodes.radius) - int(nodes.count[-1]))
+        rooms = np.arange(len(nodes.radius) - int(nodes.count[-1]))
+        owner = np.repeat(np.arange(len(nodes)), nodes.count)[rooms]
+        # The chord of a period about a node passes it at p + a T²/8: where that may be far off it has room as well.
+        bend = self.machine.period_s**2 / 8.0
+        most = bend * float(np.sqrt((self.acceleration[columns] ** 2).sum()))
+        shown = rooms[most > _BENDS * nodes.allowed[rooms]]
+        bent = np.append(np.zeros(len(rooms)), np.full(len(shown), bend))
+        order = np.argsort(np.append(owner, owner[shown]), kind="stable")
+        rooms, bent = np.append(rooms, shown)[order], bent[order]
+        count = np.bincount(owner, minlength=len(nodes)) + np.bincount(owner[shown], minlength=len(nodes))
         feed = 0.9999 * np.append(nodes.feed[:1], nodes.feed)
         margin = 1.0 - 1e-6
         return Problem(
@@ -555,10 +564,11 @@ class Tube:
             point=point,
             tangent=tangent,
             step=nodes.step,
-            first=np.concatenate([[0, 0], np.cumsum(nodes.count[:-1]), [rooms.stop]]).astype(np.int64),
+            first=np.concatenate([[0, 0], np.cumsum(count)]).astype(np.int64),
             centre=nodes.centre[rooms][:, columns],
             direction=nodes.direction[rooms][:, columns],
-            radius=nodes.radius[rooms],
+            radius=np.where(bent > 0.0, 1.0 / ROOM[0], 1.0) * radius[rooms],
+            bent=bent,
             feed=feed,
             between=np.where(held, np.maximum(feed[1:], feed[:-1]), np.inf),
             start=run.state[:, columns],
