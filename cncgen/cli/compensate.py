@@ -145,7 +145,14 @@ def command(
             "--wanted goes with a command that is learnt; --shaper leaves the path that its source has"
         )
     if shaper is not None and modes is not None:
-        _shape((source, format, output, summary), (shaper, modes), machine, (axes, period), planning, reading)
+        _shape(
+            (source, format, output, summary),
+            (shaper, modes),
+            (machine, limits),
+            (axes, period),
+            planning,
+            reading,
+        )
         return
     if machine is None and planning["axis_params"] is None:
         raise click.UsageError("give the servo data: -m MACHINE, or --axis-params NAME|FILE")
@@ -167,23 +174,26 @@ def command(
 def _shape(
     files: tuple[str, str | None, str | None, str | None],
     how: tuple[str, tuple[tuple[float, float], ...]],
-    machine: str | None,
+    where: tuple[str | None, bool],
     given: tuple[str | None, float | None],
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
     """Shape setpoints, or the plan of a program, for vibrations, and say what path that makes.
 
-    `files` are source, format, output and summary; axes and period of setpoints may be `given`.
+    `files` are source, format, output and summary, `where` is the machine and whether its limits are kept; axes and period of
+    setpoints may be `given`.
     """
     from cncgen import pipeline
     from cncgen.cli.reading import is_setpoint_file, planned
     from cncgen.cli.writing import write_setpoints
     from cncgen.report.compensated import shaping_lines
+    from cncgen.servo.command_limits import hold
     from cncgen.servo.shaping import Mode, shaped_setpoints
     from cncgen.setpoints.readers import open_setpoints
 
     source, format, output, summary = files
+    machine, limits = where
     shaper, modes = how[0], [Mode(*pair) for pair in how[1]]
     if source == "-" or is_setpoint_file(source):
         letters, period = given
@@ -195,6 +205,8 @@ def _shape(
     else:
         with planned(source, reading, planning, machine) as plan:
             command, found = shaped_setpoints(pipeline.sample(plan).chunks, shaper, modes)
+    if machine is not None and limits:
+        hold(command, pipeline.machine_of(machine).axes)
     write_setpoints(iter((command,)), output, format, machine)
     for text in shaping_lines(found, shaper, command.period_s):
         messages.note(text)

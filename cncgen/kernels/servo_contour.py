@@ -225,3 +225,41 @@ def distances(
                 feet[k, axis] = path[i, axis]
                 if along > 0.0:
                     feet[k, axis] += along * (path[i + 1, axis] - path[i, axis])
+
+
+def vertices_reached(
+    path: cython.double[:, ::1],
+    arc: cython.double[::1],
+    wanted: cython.double[:, ::1],
+    spacing: cython.double,
+    result: cython.longlong[::1],
+) -> None:
+    """Write the point of the path that each wanted place is at, going forward only.
+
+    Args:
+        path: Shape (p, axes), consecutive points apart.
+        arc: Shape (p,), arc length at each point.
+        wanted: Shape (n, axes), places near the path, in its order. One that does not differ from the one before is where that is.
+        spacing: Largest distance of two consecutive points.
+        result: Shape (n,), index of the nearest point within twice the step and five spacings ahead of the one before.
+    """
+    k: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    at: cython.Py_ssize_t = 0
+    step: cython.double
+    bound: cython.double
+    nearest: cython.double
+    d: cython.double
+    for k in range(wanted.shape[0]):
+        step = _to_point(wanted, k - 1, wanted, k) ** 0.5 if k > 0 else 0.0
+        if k == 0 or step > 0.0:
+            bound = arc[at] + 2.0 * step + 5.0 * spacing
+            nearest = _to_point(path, at, wanted, k)
+            i = at
+            while i + 1 < path.shape[0] and arc[i] < bound:
+                i += 1
+                d = _to_point(path, i, wanted, k)
+                if d < nearest:
+                    nearest = d
+                    at = i
+        result[k] = at

@@ -6,8 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
-import numpy as np
-
 from cncgen.diagnostics import UsageError
 from cncgen.machine.record import Axis, Servo
 from cncgen.report.comparison import Demand, Fluctuation, StrategyFigures
@@ -167,8 +165,7 @@ def compare_controllers(
 ) -> list[dict[str, Any]]:
     """Simulate the same setpoints under controllers by name; return the summary of each, with ``controller``.
 
-    With `limits` each has ``breaks``: by how much the setpoints that the loops are given, after a prefilter, exceed a limit
-    that the motion keeps. With `wanted` each has its errors against the wanted motion as ``reference``. With `drawn`
+    With `limits` each has ``breaks``: by how much the setpoints that the loops are given, after a prefilter, exceed a limit. With `wanted` each has its errors against the wanted motion as ``reference``. With `drawn`
     each has the spread of its errors over drawn machines as ``perturbed``.
 
     A controller that cannot be had for the axes has its ``fault`` (a diagnostic's message) instead of figures, so that
@@ -222,11 +219,10 @@ def _spread_cells(found: Mapping[str, Any]) -> list[str]:
 def _breaks(
     setpoints: Sequence[Setpoints], maker: SchemeMaker, limits: Mapping[str, Axis]
 ) -> list[dict[str, Any]]:
-    """Return axis, limit and ratio of each limit that the shaped setpoints break and the motion keeps."""
+    """Return axis, limit and ratio of each limit that the shaped setpoints break."""
     head = setpoints[0]
-    motion = np.concatenate([chunk.position for chunk in setpoints])
     command = shaped_command(iter(setpoints), maker(head.axes, head.period_s))
-    return broken_values(breaks(limits, head.axes, command, motion, head.period_s))
+    return broken_values(breaks(limits, head.axes, command, head.period_s))
 
 
 def controller_table(summaries: Sequence[Mapping[str, Any]], against_program: bool = True) -> str:

@@ -231,8 +231,7 @@ def _demand(setpoints: Sequence[Setpoints], responses: Sequence[Response] | None
     """Return what setpoints ask of drives, which answered so, and of the machine's limits."""
     head = setpoints[0]
     rows = np.concatenate([chunk.position for chunk in setpoints])
-    at_rest = np.broadcast_to(rows[:1], rows.shape)
-    broken = broken_values(breaks(machine.axes, head.axes, rows, at_rest, head.period_s))
+    broken = broken_values(breaks(machine.axes, head.axes, rows, head.period_s))
     if responses is None:
         return Demand(None, None, broken)
     summary = summarize(responses)

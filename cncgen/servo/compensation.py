@@ -14,7 +14,7 @@ from cncgen.arguments import wrong
 from cncgen.diagnostics import Diagnostic, NoPlanError, UsageError
 from cncgen.machine.record import Axis, Machine, Servo
 from cncgen.planner import PlanOptions, plan
-from cncgen.servo.command_limits import breaks, broken
+from cncgen.servo.command_limits import Break, breaks, hold
 from cncgen.servo.learning import NO_CONTOUR_MM, Axes, Figures, Learnt, WorkBudget, figures_of, follow, learn
 from cncgen.servo.norm_optimal import REGULARISATION
 from cncgen.servo.simulate import RUNAWAY_MM, contour_axes, own_scheme
@@ -238,12 +238,12 @@ def compensate(
             if limits is None
             else learn(wanted, axes, [None] * len(kept), passes=passes, settle_s=settle_s)
         )
-        raise _no_gain(learnt, free, head.axes, work)
-    found = breaks(limits or {}, head.axes, learnt.command, learnt.wanted, head.period_s)
-    if found:
-        raise NoPlanError([broken(each) for each in found])
+        over = breaks(limits or {}, head.axes, learnt.wanted, head.period_s)
+        raise _no_gain(learnt, free, head.axes, work, over)
+    command = Setpoints(head.axes, head.period_s, 0, learnt.command)
+    hold(command, limits or {})
     spread = None if perturbation is None else _sound(learnt, servos, head.axes, head.period_s, perturbation)
-    return Compensated(Setpoints(head.axes, head.period_s, 0, learnt.command), learnt, spread)
+    return Compensated(command, learnt, spread)
 
 
 def _joined(setpoints: Iterable[Setpoints]) -> tuple[Setpoints, Floats]:
@@ -307,8 +307,10 @@ def spread_of(
     return Spread(np.array(found[0]), np.array(found[1]))
 
 
-def _no_gain(learnt: Learnt, free: Learnt | None, letters: str, work: WorkBudget) -> NoPlanError:
-    """Return the refusal; `free` is what was learnt without limits where there are some."""
+def _no_gain(
+    learnt: Learnt, free: Learnt | None, letters: str, work: WorkBudget, over: Sequence[Break]
+) -> NoPlanError:
+    """Return the refusal; `free` is what was learnt without limits where there are some, `over` those that the motion breaks."""
     unit, factor = _shown(letters)
     now = learnt.before.judged * factor
     best = learnt.tried.judged * factor if learnt.tried else None
@@ -318,7 +320,11 @@ def _no_gain(learnt: Learnt, free: Learnt | None, letters: str, work: WorkBudget
     if work.over:
         message += "; the search ended at its bound of work, since the loops remember so many periods"
     hint = "the rest cannot be foreseen by the model: encoder steps and noise"
-    if learnt.before.saturated:
+    if over:
+        names = ", ".join(f"{each.letter} {each.name} {each.ratio:.4g} times" for each in over)
+        message += f"; the motion itself is over the limits ({names})"
+        hint = "plan it with --feedrate optimal, which keeps every limit; --no-limits compensates it as it is"
+    elif learnt.before.saturated:
         message += f"; drives are at their bound at {learnt.before.saturated} setpoints"
         hint = "plan the motion so that the drives keep out of their bounds: --saturation predictive, or a lower feed"
     elif free is not None and free.passes:

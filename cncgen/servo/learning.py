@@ -368,7 +368,7 @@ def learn(
     Args:
         wanted: The motion, shape (n, axes), at rest before and after.
         axes: What follows it.
-        limits: Of each axis; None: it has none. A limit that the motion itself breaks counts as what it takes of it.
+        limits: Of each axis; None: it has none.
         passes: At least 1.
         settle_s: Least rest at the end.
         enough: See above; at most 1: the tracking error alone is looked at.
@@ -391,14 +391,13 @@ def learn(
         return _trimmed(
             Learnt(whole, whole, lead, tail, before, before, 0, 0.0, before), whole, settle_s, axes, limits
         )
-    kept = [_kept(limit, wanted[:, i], axes.period_s) for i, limit in enumerate(limits)]
-    passes_of = _Passes(whole, axes, kept, leeway, work or WorkBudget.of(wanted))
+    passes_of = _Passes(whole, axes, limits, leeway, work or WorkBudget.of(wanted))
     found = Learnt(whole, whole, lead, tail, before, before, 0, 0.0)
     found, last = passes_of.run(found, command, passes, axes.tracking_error)
     for start in (last, resting):
         if axes.by_contour and found.after.judged * enough > before.judged and not passes_of.work.over:
             found, _ = passes_of.run(found, start, passes, axes.contour_error)
-    return _trimmed(found, resting if found.passes else whole, settle_s, axes, kept)
+    return _trimmed(found, resting if found.passes else whole, settle_s, axes, limits)
 
 
 class _Passes:
@@ -478,20 +477,6 @@ def _fading(rows: int, rest: int) -> Floats:
     weights = np.ones(rows)
     weights[:half], weights[rows - half :] = rise, rise[::-1]
     return weights[:, None]
-
-
-def _kept(limit: Axis | None, wanted: Floats, period_s: float) -> Axis | None:
-    """Return the limits that a command has to keep: those of the axis, or what the motion itself takes where that is more."""
-    if limit is None:
-        return None
-    whole = np.concatenate([np.repeat(wanted[:1], 3), wanted, np.repeat(wanted[-1:], 3)])
-    taken = [float(np.abs(np.diff(whole, k)).max()) / period_s**k for k in (1, 2, 3)]
-    return replace(
-        limit,
-        max_velocity=max(limit.max_velocity, taken[0]),
-        max_acceleration=max(limit.max_acceleration, taken[1]),
-        max_jerk=max(limit.max_jerk, taken[2]),
-    )
 
 
 def _trimmed(

@@ -213,7 +213,8 @@ def _contour(reference: WantedMotion, axes: str, wanted: Floats, position: Float
     columns = [axes.index(reference.path_axes[k]) for k in kept]
     path = np.ascontiguousarray(reference.path[:, kept])
     arc = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(path, axis=0) ** 2).sum(axis=1)))])
-    own = _places(path, arc, wanted[:, columns])
+    own = np.empty(len(wanted), np.int64)
+    servo_contour.vertices_reached(path, arc, np.ascontiguousarray(wanted[:, columns]), SEGMENT_MM, own)
     result = np.empty(len(position))
     beyond = np.full(len(own), len(path) - 1, np.int64)
     servo_contour.distances(
@@ -227,18 +228,3 @@ def _contour(reference: WantedMotion, axes: str, wanted: Floats, position: Float
         np.empty((0, len(columns))),
     )
     return result
-
-
-def _places(path: Floats, arc: Floats, wanted: Floats) -> NDArray[np.int64]:
-    """Return the vertex of the path that each setpoint is at, going forward only."""
-    steps = np.concatenate([[0.0], np.sqrt((np.diff(wanted, axis=0) ** 2).sum(axis=1))])
-    places = np.zeros(len(wanted), np.int64)
-    at = 0
-    for k, (point, step) in enumerate(zip(wanted, steps.tolist(), strict=True)):
-        if k and step == 0.0:
-            places[k] = at
-            continue
-        end = int(np.searchsorted(arc, arc[at] + 2.0 * step + 5.0 * SEGMENT_MM)) + 1
-        at += int(((path[at:end] - point) ** 2).sum(axis=1).argmin())
-        places[k] = at
-    return places

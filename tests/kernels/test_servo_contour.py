@@ -67,3 +67,23 @@ def test_what_lies_beyond_the_reach_or_the_last_point_is_not_looked_at() -> None
             path, arc, np.array([0]), np.array([last]), position, reach, found, np.empty((0, 2))
         )
         assert found[0] == pytest.approx(distance)
+
+
+@given(st.integers(0, 10**6), st.integers(1, 3), st.integers(1, 60))
+def test_points_that_places_are_at(seed: int, axes: int, count: int) -> None:
+    """Beside numpy's argmin over the points ahead that are within reach, place by place."""
+    rng = np.random.default_rng(seed)
+    path = np.cumsum(rng.uniform(0.1, 1.0, (80, axes)) * rng.choice([-1.0, 1.0], (80, axes)), axis=0)
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    wanted = path[np.sort(rng.integers(0, 80, count))] + rng.normal(0.0, 0.1, (count, axes))
+    wanted[rng.random(count) < 0.2] = wanted[0]
+    at, expected = 0, []
+    for k, place in enumerate(wanted):
+        step = float(np.linalg.norm(place - wanted[k - 1])) if k else 0.0
+        if not k or step > 0.0:
+            end = int(np.searchsorted(arc, arc[at] + 2.0 * step + 0.5)) + 1
+            at += int(((path[at:end] - place) ** 2).sum(axis=1).argmin())
+        expected.append(at)
+    found = np.empty(count, np.int64)
+    servo_contour.vertices_reached(path, arc, wanted, 0.1, found)
+    assert found.tolist() == expected

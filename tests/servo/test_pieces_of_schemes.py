@@ -152,7 +152,7 @@ def test_a_command_that_leaves_the_travel_is_refused_where_it_goes_furthest(end:
     servos = {k: Servo("first-order", {"position_gain_1_s": 60.0}) for k in "XY"}
     whole = Compensation(stream(rows, chunk=700), servos, passes=2)
     command = np.concatenate([chunk.position for chunk in whole.chunks()])
-    (found,) = breaks(limits, "XY", command[: len(rows)], rows, T)
+    (found,) = breaks(limits, "XY", command[: len(rows)], T)
     fault = broken(found)
     at = int((command[: len(rows), 0] * np.sign(end)).argmax())
     assert fault.values["limit"] == "travel"

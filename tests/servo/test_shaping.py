@@ -142,3 +142,18 @@ def test_compensate_shapes_programs_and_setpoints(tmp_path, programs, capfd):
     assert cncgen(["compensate", plan, "--shaper", "zv", "-o", again]) == 2
     assert cncgen(["compensate", plan, "--shaper", "zv", "--modes", "38", "-o", again]) == 2
     assert "FREQUENCY:DAMPING" in capfd.readouterr().err
+
+
+def test_a_shaped_command_of_a_plan_that_breaks_limits_is_refused(tmp_path, programs, capfd):
+    """`ild` takes 135 % of the jerk on the butterfly by itself; shaped by 38 Hz that is 105.6 %, which was written in silence."""
+    command = tmp_path / "c.csv"
+    words = ["compensate", str(programs / "butterfly.nc"), "-m", "xy-table", "--feedrate", "ild"]
+    words += ["--shaper", "zvd", "--modes", "38:0.05", "-o", str(command)]
+    assert cncgen(words) == 3
+    said = capfd.readouterr().err
+    assert "compensate-limit" in said
+    assert "1.056 times the limit 50000" in said
+    assert not command.exists()
+    assert cncgen([*words, "--no-limits", "-q"]) == 0
+    rows = np.loadtxt(command, delimiter=",", skiprows=1)[:, 1:]
+    assert np.abs(np.diff(rows, 3, axis=0)).max() / 0.001**3 == pytest.approx(1.056 * 50000.0, rel=1e-3)
