@@ -31,7 +31,7 @@ import os
 from collections.abc import Iterator, Sequence
 
 from cncgen.diagnostics import Diagnostics, ProgramError, RunDiagnostics
-from cncgen.gcode.codes.table import language_of
+from cncgen.gcode.codes.table import LATHES, language_of
 from cncgen.gcode.errors import BlockError, Reporter
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import LONG_S, CountingSink
@@ -113,7 +113,8 @@ def read(
         if builder.count or not handed:
             yield timed(builder.take())
 
-    return Program(name, "gcode", axes, moving, chunks, diagnostics, text.count_lines, options.max_steps)
+    count, steps, lathe = text.count_lines, options.max_steps, choice.dialect in LATHES
+    return Program(name, "gcode", axes, moving, chunks, diagnostics, count, steps, lathe)
 
 
 def _report_unforeseen(

@@ -223,6 +223,17 @@ def drives_of(machine: Machine) -> dict[str, Drive]:
     return {letter: axis.drive for letter, axis in machine.axes.items() if axis.drive is not None}
 
 
+def summary_of(
+    program: Program, machine: Machine, options: PlanOptions, line_times: LineTimes | None = None
+) -> Summary:
+    """Return the summary that gathers what a plan with these options is; of another control's times it is an estimate."""
+    from cncgen.planner.strategies import available
+    from cncgen.report.summary import Summary
+
+    how, estimate = options.control or options.feedrate or available()[0], options.control is not None
+    return Summary(program, machine, how, line_times, interpolator=options.interpolator, estimate=estimate)
+
+
 def plan_with_summary(
     program: Program | str | os.PathLike[str],
     machine: Machine | str | os.PathLike[str] = "generic-mill",
@@ -246,16 +257,11 @@ def plan_with_summary(
         UsageError, ProgramError, NoPlanError: As `plan` and `sample`.
     """
     from cncgen import planner
-    from cncgen.planner.strategies import available
-    from cncgen.report.summary import Summary
 
     where, how = machine_of(machine), _asked_for(options, asked)
     program = program_of(program, where)
     how = as_read(how, program)
-    name = how.control or how.feedrate or available()[0]
-    summary = Summary(
-        program, where, name, line_times, interpolator=how.interpolator, estimate=how.control is not None
-    )
+    summary = summary_of(program, where, how, line_times)
     trajectories = planner.plan(summary.over_toolpaths(sound(program)), where, how)
     stream = sample(
         Plan(program, where, summary.over_trajectories(trajectories), how.keeps_limits, how), signals

@@ -18,6 +18,7 @@ from cncgen.pipeline.planning import (
     output_axes,
     program_of,
     sample,
+    summary_of,
 )
 from cncgen.pipeline.reading import read, sound
 from cncgen.pipeline.using import simulate, why
@@ -270,7 +271,7 @@ def _read(name: str | os.PathLike[str], program: Program, machine: Machine, labe
         recording = Recording(machine, stream.axes, stream.period_s)
         for _ in recording.over_setpoints(differenced(stream.chunks)):
             pass
-    return Contents(label, machine, recording, {})
+    return Contents(label, machine, recording, {}, for_lathe=program.for_lathe)
 
 
 def _recorded(
@@ -299,7 +300,8 @@ def _recorded(
         verdict = run.drawn(again)
     remarks.extend(run.summary.remarks)
     summary, places = {**run.summary.as_json(), **run.against()}, run.summary.places()
-    return Contents(label, machine, run.recording, summary, places, verdict), remarks
+    shown = Contents(label, machine, run.recording, summary, places, verdict, for_lathe=program.for_lathe)
+    return shown, remarks
 
 
 def _cut(
@@ -348,18 +350,14 @@ class _Run:
         wanted: WantedMotion | None = None,
     ) -> None:
         from cncgen import planner
-        from cncgen.planner.strategies import available
         from cncgen.report.page import SIGNALS, Recording
-        from cncgen.report.summary import Summary
 
         how = as_read(options or planner.PlanOptions(), program)
         self._program, self._machine, self._with_servos = program, machine, with_servos
         self._wanted = wanted
         self._responses: list[Response] = []
         axes = output_axes(program)
-        self.summary: Summary = Summary(
-            program, machine, how.feedrate or available()[0], interpolator=how.interpolator
-        )
+        self.summary: Summary = summary_of(program, machine, how)
         self.recording: Recording = Recording(machine, axes, machine.period_s)
         trajectories = planner.plan(self.summary.over_toolpaths(sound(program)), machine, how)
         watched = self.recording.over_trajectories(self.summary.over_trajectories(trajectories))

@@ -3,10 +3,9 @@
 Every quantity is planned 10 % and 5 % higher and lower. The derivative is the five-point difference of these plans (Abramowitz and
 Stegun (1964), 25.3.6), whose error is below 10⁻⁴ where the time is smooth. It is not everywhere: a rapid at 45° needs more jerk
 of both axes, so one of them alone can only lengthen it, and plans of path and speed together jump by some 10⁻⁵ to 10⁻⁴ of the time.
-Where the differences show more than 0.5 % of that, the quantity is planned 2.5 % higher and lower too: where the time is smooth so
-far, the differences of these and of 5 % count; where these change nothing, the quantity does not bind. Else 7.5 % join them, and
-the derivative is the least-squares one of all nine plans; where that may be some per cent off, eight more plans between these make it
-surer. Where its error may be above 1.5 % there is none, and `Slope.kind` says why.
+Where the differences show more than 0.5 % of that, the quantity is planned 2.5 % higher and lower too: where these change nothing,
+it does not bind; where the time is smooth so far, the differences of these and of 5 % count. Else the derivative is the
+least-squares one of eight plans within 5 %, and eight more between these make it surer where that may be some per cent off. Where its error may be above 1.5 % there is none, and `Slope.kind` says why.
 All is given for a change of 10 % in the direction that shortens (a period falls, all others rise).
 """
 
@@ -18,6 +17,7 @@ from enum import StrEnum
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner import PlanOptions, Trajectory, plan
@@ -26,21 +26,22 @@ from cncgen.report.tables import duration, text_table
 from cncgen.report.time_split import TimeSplit
 from cncgen.toolpath.record import FeedMode, Toolpath
 
-#: The change that results are given for; differences take eighths of it as their steps, so the plan of it is one of theirs.
-CHANGE, EIGHTHS = 0.10, 8
+#: The change that results are given for; differences take sixteenths of it as their steps, so the plan of it is one of theirs.
+CHANGE, WHOLE = 0.10, 16
 #: A derivative is given where the bounds of its error are below this part of it: of five plans, whose scatter one difference
 #: shows, and of more.
 _SURE, _KNOWN = 0.005, 0.015
 #: The same of five plans within 5 %, in which scatter counts twice.
 _SURE_NEAR = 0.0025
-#: Seventeen plans are made where the bound of nine is below this: they bring it down to a half or so.
+#: Eight more plans are made where the bound of eight is below this: they bring it down to a half or so.
 _HOPED = 0.06
-#: Scatter counts so much more than its bound of 97.5 %: differences of other plans scatter as well.
-_OTHERS = 2.0
-#: Step of a fit's plans in eighths, and 97.5 % of Student's distribution of the degrees of freedom that they leave: of nine plans
-#: four, of seventeen twelve (Abramowitz and Stegun (1964), table 26.10).
-_FITS = {2: 2.776, 1: 2.179}
+#: Scatter counts so much more than its own bound: that of other plans, which differences are made of, adds to it.
+_OTHERS = 2.0**0.5
+#: Sixteenths of the change between a fit's plans, and 97.5 % of Student's distribution of the degrees of freedom that four and eight
+#: pairs leave: three, seven; and two, six where they have two coefficients (Abramowitz and Stegun (1964), table 26.10).
+_FITS = {2: (3.182, 4.303), 1: (2.365, 2.447)}
 _Key = TypeVar("_Key")
+Floats = NDArray[np.float64]
 #: Lines and tools named for each quantity.
 _PLACES = 3
 #: A saving below this part of the cycle counts as none: two plans of a program agree to so much.
@@ -66,7 +67,7 @@ class Quantity:
         sign: +1 where a rise shortens, -1 where a fall does.
         scaled: Returns the case with the quantity multiplied by a factor.
         part: Part of the split that counts; "": the whole cycle.
-        jumps: The time jumps with it everywhere, so that it has no derivative.
+        jumps: The time goes in steps with it, which may be too coarse for a derivative.
     """
 
     name: str
@@ -110,13 +111,11 @@ class Slope:
         kind: What is known of it.
         seconds: What the whole change saves by it; the best estimate where it scatters.
         bound: Of the error, in seconds.
-        reach: Relative change within which the plans that it comes of lie.
     """
 
     kind: SlopeKind
     seconds: float = 0.0
     bound: float = 0.0
-    reach: float = CHANGE
 
     @property
     def derivative(self) -> float | None:
@@ -238,7 +237,7 @@ def shortenings(
     """Return the times of a plan as it is, and what each quantity is worth, the most first.
 
     Args:
-        case: What is planned; its chunks are drawn up to sixteen times a quantity.
+        case: What is planned; its chunks are drawn up to eighteen times a quantity.
         axes: Letters of the axes whose limits count.
         watch: Called with the number of plans that are done, and of all.
 
@@ -262,12 +261,12 @@ def shortenings(
     return now, found
 
 
-#: Plans of a quantity: four, and four and eight more where those leave the derivative open.
-_MOST_PLANS = 16
+#: Plans of a quantity: four, and six and eight more where those leave the derivative open.
+_MOST_PLANS = 18
 
 
 class _Savings:
-    """Plans of a quantity by eighths of the change, each made when it is first asked for.
+    """Plans of a quantity by sixteenths of the change, each made when it is first asked for.
 
     Args:
         case: What is planned.
@@ -282,40 +281,42 @@ class _Savings:
         self.case, self.quantity, self.now, self.watch = case, quantity, now, watch
         self.plans = {0: now}
 
-    def planned(self, eighths: int) -> PlannedTimes:
-        """Return the times of a plan with so many eighths of the change."""
-        if eighths not in self.plans:
-            factor = 1.0 + self.quantity.sign * eighths * CHANGE / EIGHTHS
-            self.plans[eighths] = planned_times(self.quantity.scaled(self.case, factor))
+    def planned(self, steps: int) -> PlannedTimes:
+        """Return the times of a plan with so many sixteenths of the change."""
+        if steps not in self.plans:
+            factor = 1.0 + self.quantity.sign * steps * CHANGE / WHOLE
+            self.plans[steps] = planned_times(self.quantity.scaled(self.case, factor))
             self.watch(len(self.plans) - 1)
-        return self.plans[eighths]
+        return self.plans[steps]
 
-    def __call__(self, eighths: int) -> float:
-        """Return the seconds that so many eighths of the change save."""
+    def __call__(self, steps: int) -> float:
+        """Return the seconds that so many sixteenths of the change save."""
         part = self.quantity.part
-        one, other = self.now, self.planned(eighths)
+        one, other = self.now, self.planned(steps)
         return one.parts[part] - other.parts[part] if part else one.cycle_s - other.cycle_s
 
     def worth(self) -> Shortening:
         """Return what the quantity is worth."""
         quantity, now, noise = self.quantity, self.now, _NOISE * self.now.cycle_s
-        whole = self(8)
+        whole = self(WHOLE)
         # What changes nothing by its whole changes nothing by less.
-        if max(abs(whole), abs(self(-8))) <= noise:
+        if max(abs(whole), abs(self(-WHOLE))) <= noise:
             slope, sides = Slope(SlopeKind.NO_EFFECT), (0.0, 0.0)
         else:
-            slope = Slope(SlopeKind.STEPS) if quantity.jumps else derivative(self, noise)
-            # The nearest plans that there are.
-            step = min(4, *(abs(k) for k in self.plans if k % 2 == 0 and k))
+            slope = derivative(self, noise)
+            if quantity.jumps and slope.derivative is None:
+                slope = replace(slope, kind=SlopeKind.STEPS)
+            step = 4 if 4 in self.plans else 8
             first, opposite = (
-                sign * (4.0 * self(sign * step) - self(2 * sign * step)) * 4.0 / step for sign in (1, -1)
+                sign * (4.0 * self(sign * step) - self(2 * sign * step)) * WHOLE / (2 * step)
+                for sign in (1, -1)
             )
             sides = first, opposite
         found = Shortening(quantity.name, quantity.value, quantity.sign * CHANGE, slope, sides, whole)
         if abs(whole) < noise:
             return found
-        lines = _most(now.lines, self.planned(8).lines)
-        tools = _most(now.tools, self.planned(8).tools)
+        lines = _most(now.lines, self.planned(WHOLE).lines)
+        tools = _most(now.tools, self.planned(WHOLE).tools)
         return replace(
             found,
             lines=tuple((*key, seconds) for key, seconds in lines if seconds > noise),
@@ -327,64 +328,73 @@ def derivative(saved: Callable[[int], float], noise: float) -> Slope:
     """Return what a whole change saves by the derivative, or why there is none.
 
     Args:
-        saved: Returns the seconds that so many eighths of the change save; asked for eighths from -8 to 8.
+        saved: Returns the seconds that so many sixteenths of the change save; asked for up to 16 of them to both sides.
         noise: A saving below it is 0.
     """
-    slope, bound = _five_point(saved, 4)
-    if max(abs(slope), bound) <= noise:
-        return Slope(SlopeKind.SMOOTH, 0.0, bound)
-    if bound <= _SURE * abs(slope):
-        return Slope(SlopeKind.SMOOTH, slope, bound)
-    if max(abs(saved(2)), abs(saved(-2))) <= noise:
-        return Slope(SlopeKind.SLACK, reach=CHANGE / 4)
-    slope, bound = _five_point(saved, 2)
-    if bound <= _SURE_NEAR * abs(slope):
-        return Slope(SlopeKind.SMOOTH, slope, bound, CHANGE / 2)
-    for step, student in _FITS.items():
-        found = _fitted(saved, step, student)
-        if found.bound <= _KNOWN * abs(found.seconds):
-            return replace(found, kind=SlopeKind.SMOOTH)
-        if found.bound > _HOPED * abs(found.seconds):
+    found = _five_point(saved, 8)
+    if max(abs(found.seconds), found.bound) <= noise:
+        return Slope(SlopeKind.SMOOTH, 0.0, found.bound)
+    if found.bound <= _SURE * abs(found.seconds):
+        return found
+    if max(abs(saved(4)), abs(saved(-4))) <= noise:
+        return Slope(SlopeKind.SLACK)
+    found = _five_point(saved, 4)
+    if found.bound <= _SURE_NEAR * abs(found.seconds):
+        return found
+    for step, students in _FITS.items():
+        found = _fitted(saved, step, *students)
+        if found.kind is not SlopeKind.SCATTER or found.bound > _HOPED * abs(found.seconds):
             break
     return found
 
 
-def _five_point(saved: Callable[[int], float], step: int) -> tuple[float, float]:
-    """Return the five-point difference of plans `step` eighths apart, and a bound of its error."""
+def _five_point(saved: Callable[[int], float], step: int) -> Slope:
+    """Return the five-point difference of plans `step` sixteenths apart, and a bound of its error."""
     near, far = saved(step) - saved(-step), 0.5 * (saved(2 * step) - saved(-2 * step))
     # Where the derivatives to both sides differ by d, the fourth difference is d. A jump of the time by d between two of the plans
     # makes 3 d or d of it, and 7/6 d or d/6 of the slope. A jump of the second derivative it may miss: the slope is then off by
     # at most two thirds of what near and far differ by.
     fourth = saved(2 * step) - 4.0 * saved(step) + 6.0 * saved(0) - 4.0 * saved(-step) + saved(-2 * step)
-    whole = EIGHTHS / (2 * step)
-    return whole * (4.0 * near - far) / 3.0, whole * max(0.4 * abs(fourth), abs(near - far) * 2.0 / 3.0)
+    bound = max(0.4 * abs(fourth), abs(near - far) * 2.0 / 3.0)
+    whole = WHOLE / (2 * step)
+    return Slope(SlopeKind.SMOOTH, whole * (4.0 * near - far) / 3.0, whole * bound)
 
 
-def _fitted(saved: Callable[[int], float], step: int, student: float) -> Slope:
-    """Return the slope of the least-squares curve a + b x + c x² + d x³ + e |x| of plans, as a kink or as scatter, with its bound.
+def _fitted(saved: Callable[[int], float], step: int, of_one: float, of_two: float) -> Slope:
+    """Return the slope of plans within half of the change by least squares, and whether it is a derivative.
 
-    The plans lie symmetrically, so that the even terms leave b alone; e is half of what the derivatives to both sides differ by.
+    A straight line fits the odd parts of what they save: of a time that goes with a quantity's inverse it is 0.2 % off. Of the even
+    parts |x| takes half of what the derivatives to both sides differ by, and x² the rest. A jump of the second derivative puts x |x|
+    into the odd parts, of which the line takes 0.42.
 
     Args:
         saved: As of `derivative`.
-        step: Eighths of the change between two plans.
-        student: Factor of the standard error that makes it a bound.
+        step: Sixteenths of the change between two plans.
+        of_one, of_two: Factors that make a bound of the standard errors of one coefficient, and of two.
     """
-    eighths = np.arange(-EIGHTHS, EIGHTHS + 1, step)
-    x = eighths / EIGHTHS
-    y = np.array([saved(int(k)) for k in eighths])
-    terms = np.stack([np.ones_like(x), x, x**2, x**3, np.abs(x)], axis=1)
-    found, *_ = np.linalg.lstsq(terms, y, rcond=None)
-    rest = y - terms @ found
-    spread = student * np.sqrt(
-        (rest @ rest) / (len(x) - len(found)) * np.diag(np.linalg.inv(terms.T @ terms))
-    )
-    scatter = _OTHERS * spread[1]
-    # A jump of the second derivative goes into the third power, as x |x| does, whose fit has half of that in its slope.
-    bent = max(0.8 * max(abs(found[4]) - spread[4], 0.0), 0.5 * max(abs(found[3]) - spread[3], 0.0))
-    return Slope(
-        SlopeKind.KINK if bent > scatter else SlopeKind.SCATTER, float(found[1]), float(max(scatter, bent))
-    )
+    steps = range(step, WHOLE // 2 + 1, step)
+    x = np.array(steps) / WHOLE
+    up, down = (np.array([saved(sign * k) for k in steps]) for sign in (1, -1))
+    odd, even, terms = (up - down) / 2.0, (up + down) / 2.0, np.stack([x, x**2], axis=1)
+    (slope,), (scatter,) = _least_squares(x[:, None], odd)
+    (_, turn), (_, turn_spread) = _least_squares(terms, odd)
+    (bend, _), (bend_spread, _) = _least_squares(terms, even)
+    bound = _OTHERS * of_one * scatter
+    bent = max(abs(bend) - of_two * bend_spread, 0.42 * (abs(turn) - of_two * turn_spread))
+    worst = float(max(bound, bent))
+    if worst <= _KNOWN * abs(slope):
+        kind = SlopeKind.SMOOTH
+    else:
+        kind = SlopeKind.KINK if bent > bound else SlopeKind.SCATTER
+    return Slope(kind, float(slope), worst)
+
+
+def _least_squares(terms: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Return the coefficients of the columns of `terms` that fit values best, and their standard errors."""
+    inverse = np.linalg.inv(terms.T @ terms)
+    found = inverse @ terms.T @ values
+    rest = values - terms @ found
+    return found, np.sqrt(rest @ rest / (len(values) - len(found)) * np.diag(inverse))
 
 
 def _most(before: Mapping[_Key, float], after: Mapping[_Key, float]) -> list[tuple[_Key, float]]:

@@ -198,6 +198,7 @@ class Program:
         diagnostics: Filled while reading; of several readings each fault stands there once.
         count_lines: Returns how many lines the text has; 0 where they are not counted.
         max_steps: Steps that the options of reading allow, None where they say nothing.
+        for_lathe: Whether it is written in a dialect of lathes.
     """
 
     name: str
@@ -208,6 +209,7 @@ class Program:
     diagnostics: Diagnostics
     count_lines: Callable[[], int] = int
     max_steps: int | None = None
+    for_lathe: bool = False
 
     def __repr__(self) -> str:
         return f"Program({self.name!r}, {self.language}, axes {self.moving_axes or 'none'}, {self.diagnostics!r})"

@@ -11,6 +11,7 @@ const { brief, duration, rounded, stepped, ticks } = await load("format.js");
 const { along, lineKey, rowsByLine, rowsByValue, stretches, toolRuns } = await load("lines.js");
 const { CHUNK, chunked, pick, significance } = await load("levels.js");
 const { Camera } = await load("camera.js");
+const { Depths } = await load("depths.js");
 const { parsed, written } = await load("link.js");
 const { Extremes } = await load("charts.js");
 const { Part } = await load("store.js");
@@ -178,4 +179,20 @@ test("a limit of axes names the axis that is near its own, block by block", () =
   const found = [...part.heldRuns()].map(({ value, start, stop }) => [value, start, stop]);
   assert.deepEqual(found, [["feed", 0, 1], ["jerk", 1, 2], ["X jerk", 2, 4], ["Y jerk", 4, 6], ["Y jerk", 6, 7], ["feed", 7, 8]]);
   assert.deepEqual([0, 1, 3, 5].map((row) => part.limit(row)), ["feed", "jerk", "X jerk", "Y jerk"]);
+});
+
+
+test("a surface hides what is behind it, and nothing on it, before it or beside it", () => {
+  // A square of 20 mm in the plane z = 5, seen from above at 10 pixels a millimetre.
+  const camera = new Camera();
+  Object.assign(camera, { width: 400, height: 300, scale: 10 });
+  camera.look("top");
+  const depths = new Depths(Float32Array.from([-10, -10, 5, 10, -10, 5, 10, 10, 5, -10, 10, 5]), Uint32Array.from([0, 1, 2, 0, 2, 3]));
+  depths.look(camera);
+  const hides = (...point) => depths.hides(camera.project(...point));
+  assert.deepEqual([hides(3, 4, 0), hides(-9, -9, 2), hides(3, 4, 5), hides(3, 4, 4.9), hides(3, 4, 8), hides(11, 0, 0), hides(40, 0, 0)], [true, true, false, false, false, false, false]);
+  // From the front the square is a line.
+  camera.look("front");
+  depths.look(camera);
+  assert.equal(hides(3, 8, 0), false);
 });

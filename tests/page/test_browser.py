@@ -512,10 +512,43 @@ def test_paper_has_tables_and_the_picture(shown: Browser) -> None:
             assert shown.visible(f"#{name}"), name
         for name in ("path", "play", "search"):
             assert not shown.visible(f"#{name}"), name
+        # From above: the picture, the charts, the tables. Charts are painted in the size that they have on paper, 24 mm high.
+        tops = [
+            shown.of(f"#{name}", lambda one: one.rect["y"]) for name in ("printed", "charts", "panel-losses")
+        ]
+        assert tops == sorted(tops)
+        sizes = shown.run(
+            "return [...document.querySelectorAll('.chart canvas')].map((c) => [c.width / c.clientWidth, c.height / c.clientHeight])"
+        )
+        assert np.array(sizes) == pytest.approx(3.0, rel=0.02)
+        assert shown.of(".chart", lambda one: one.rect["height"]) == pytest.approx(24 / 25.4 * 96, abs=0.5)
         assert shown.run("return getComputedStyle(document.body).color") == "rgb(17, 17, 17)"
         shown.shows("return cncgen.theme", "light")
     finally:
         shown.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    shown.run("dispatchEvent(new Event('afterprint'))")
+    assert not shown.run("return document.documentElement.classList.contains('paper')")
+
+
+def test_head_and_transport_tell_one_cycle_time(shown: Browser, made: Path) -> None:
+    """The last setpoint lies up to a period after the end of the motion; the cycle time is the summary's."""
+    seconds = json.loads((made / "plan.json").read_text())["cycle_time_s"]
+    told = f"{int(seconds // 60)}:{seconds % 60:06.3f} min"
+    shown.run("cncgen.seek(cncgen.part.rows - 1)")
+    assert shown.text("#cycle") == told
+    assert shown.text("#now") == f"{told} of {told}"
+    assert shown.run("return document.getElementById('scrub').getAttribute('aria-valuetext')") == told
+
+
+def test_a_plan_that_takes_as_long_changes_no_line(
+    browser: Browser, tmp_path: Path, cncgen: Callable[..., Any]
+) -> None:
+    """G61 keeps the path exactly, whatever the tolerance."""
+    (tmp_path / "a.nc").write_text("G21 G90 G61 F1200\nG1 X10\nY10\nM2\n")
+    cncgen("report", "a.nc", "--compare", "tolerance=0.02", "-o", "page.html")
+    browser.open(tmp_path / "page.html", "#p=compare")
+    assert "No line takes another time." in browser.text("#panel-compare")
+    assert browser.count("#panel-compare table") == 1
 
 
 def test_a_long_plan_is_drawn_with_few_vertices_while_it_moves(browser: Browser, tmp_path: Path) -> None:
@@ -552,8 +585,8 @@ def test_a_long_plan_is_drawn_with_few_vertices_while_it_moves(browser: Browser,
 def test_a_turned_part_lies_with_z_to_the_right(
     browser: Browser, tmp_path: Path, cncgen: Callable[..., Any]
 ) -> None:
-    """A profile without Y: 80 mm along Z are 80 mm to the right, 20 mm of X are 20 mm up, at one scale."""
-    (tmp_path / "a.nc").write_text("G21 G90 G61\nG1 Z80 F6000\nX20\nM2\n")
+    """A profile without Y, at a constant surface speed: 80 mm along Z are 80 mm to the right, 20 mm of X are 20 mm up, at one scale."""
+    (tmp_path / "a.nc").write_text("G21 G90 G61 G96 S200 M3\nG1 Z80 F6000\nX20\nM2\n")
     cncgen("report", "a.nc", "-o", "page.html")
     browser.open(tmp_path / "page.html")
     settled(browser)
@@ -585,6 +618,11 @@ def test_the_part_that_is_cut_is_shown_with_what_is_wrong_with_it(
     # The second slot ends at Y 29, so both take their whole width.
     assert removal["removed_mm3"] == pytest.approx(2 * 40 * 8 * 3, rel=0.01)
     assert browser.run("return cncgen.scene.surface.box") == [0, 0, -20, 40, 30, 0]
+    # The slots' floor is seen from above and hidden from below, where the block is before it.
+    seen = "const { scene } = cncgen, [x, y, z] = [20, 15, -3]; scene.camera.elevation = arguments[0]; scene.draw(); return scene.depths().hides(scene.camera.project(x, y, z))"
+    assert [browser.run(seen, angle) for angle in (1.2, -1.2)] == [False, True]
+    browser.click("[data-view=iso]")
+    settled(browser)
     with_part = _picture(browser)
     browser.click(".marks summary")
     browser.click("#mark-part")

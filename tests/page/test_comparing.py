@@ -138,3 +138,11 @@ def test_a_stock_that_is_asked_for_must_be_one(tmp_path: Path) -> None:
         report_page(program, "xy-table", shown_part=ShownPart("box:1"))
     with pytest.raises(UsageError, match="stock is not known"):
         report_page(program, "xy-table", shown_part=ShownPart(tools=("*=flat:8",)))
+
+
+def test_an_estimate_of_a_control_is_not_said_to_break_limits(tmp_path: Path) -> None:
+    """Its trapezoids know no jerk, and its positions stay on the path where the control would round a corner; as of ``plan --as``."""
+    (tmp_path / "square.nc").write_text(SQUARE)
+    page = report_page(tmp_path / "square.nc", "xy-table", compare=[variant_of("as=grbl")])
+    assert [item.code for item in page.remarks] == ["plan-estimate"]
+    assert parts_of(page.html)[1]["summary"]["feedrate"] == "grbl"

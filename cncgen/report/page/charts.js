@@ -205,6 +205,11 @@ export class Charts {
     });
   }
 
+  /** Pixels of a canvas in one of the page; on paper there are more. */
+  get ratio() {
+    return document.documentElement.classList.contains("paper") ? 3 : window.devicePixelRatio || 1;
+  }
+
   paintAll() {
     for (const view of this.views) this.paint(view);
     this.paintAxis();
@@ -212,7 +217,7 @@ export class Charts {
 
   /** Draw the axis of time, which stays in view below the charts, with the moment under the pointer. */
   paintAxis() {
-    const { axis } = this, ratio = window.devicePixelRatio || 1, width = axis.clientWidth, height = axis.clientHeight;
+    const { axis, ratio } = this, width = axis.clientWidth, height = axis.clientHeight;
     if (!width) return;
     const style = getComputedStyle(axis), ink = (name) => style.getPropertyValue(name).trim();
     const g = cleared(axis, Math.round(width * ratio), Math.round(height * ratio)), [t0, t1] = this.range;
@@ -236,7 +241,7 @@ export class Charts {
   }
 
   paint(view) {
-    const { canvas, curves } = view, ratio = window.devicePixelRatio || 1;
+    const { ratio } = this, { canvas, curves } = view;
     const width = canvas.clientWidth, height = canvas.clientHeight;
     if (!width) return;
     const size = [Math.round(width * ratio), Math.round(height * ratio)];

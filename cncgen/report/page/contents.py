@@ -14,6 +14,7 @@ from cncgen import __version__
 from cncgen.diagnostics import json_values
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
+from cncgen.removal.cutters import insert_of_event
 from cncgen.removal.record import Removal, Turned
 from cncgen.removal.surfaces import mesh_of
 from cncgen.report.page.assembling import assemble
@@ -46,6 +47,7 @@ class Contents:
         texts: Programs' texts by the names in `Recording.sources`; a file that is not there is read.
         why: Rows of what would shorten the part (``cncgen why``), or None.
         removal: The part that the program cuts, or None.
+        for_lathe: Whether the program is written in a dialect of lathes.
     """
 
     label: str
@@ -57,6 +59,7 @@ class Contents:
     texts: Mapping[str, bytes] | None = None
     why: Sequence[Mapping[str, Any]] | None = None
     removal: Removal | None = None
+    for_lathe: bool = False
 
 
 def html(title: str, parts: Sequence[Contents]) -> str:
@@ -92,7 +95,7 @@ def contents(part: Contents, blob: Blob, with_source: bool = True) -> dict[str, 
         "verdict": _verdict(part.verdict),
         "sources": [_source(name, part.texts or {}, blob, with_source) for name in part.recording.sources],
     }
-    found["turned"] = _turned(part, {axis["letter"] for axis in found["axes"]})
+    found["turned"] = _turned(part, {axis["letter"] for axis in found["axes"]}, found["events"])
     if part.why is not None:
         found["why"] = [json_values(dict(row)) for row in part.why]
     if part.removal is not None:
@@ -100,11 +103,17 @@ def contents(part: Contents, blob: Blob, with_source: bool = True) -> dict[str, 
     return found
 
 
-def _turned(part: Contents, axes: set[str]) -> bool:
-    """Tell whether a part is turned: its stock is, or nothing moves across the plane of X and Z."""
+def _turned(part: Contents, axes: set[str], events: Sequence[Mapping[str, Any]]) -> bool:
+    """Tell whether a part is turned: its stock is; or nothing moves across the plane of X and Z, and machine, program or tools are a lathe's.
+
+    A spindle with a constant surface speed (G96) turns the work.
+    """
     if part.removal is not None:
         return isinstance(part.removal.stock, Turned)
-    return axes >= {"X", "Z"} and "Y" not in axes
+    if "Y" in axes or not axes >= {"X", "Z"}:
+        return False
+    lathe = part.for_lathe or "Y" not in part.machine.axes
+    return lathe or any("surface_m_min" in event or insert_of_event(event) for event in events)
 
 
 def _removal(removal: Removal, blob: Blob) -> dict[str, Any]:

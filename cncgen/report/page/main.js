@@ -11,7 +11,7 @@ import { Overlay } from "./overlay.js";
 import { Scene } from "./scene.js";
 import { SourceView } from "./source.js";
 import { Part } from "./store.js";
-import { checks, cycleTime, differences, element, losses, placeName, positionText, times, timeSplit, untimed, untimedBadge } from "./tables.js";
+import { checks, differences, element, losses, placeName, positionText, times, timeSplit, untimed, untimedBadge } from "./tables.js";
 
 const $ = (id) => document.getElementById(id);
 const TABS = [["program", "Program"], ["losses", "Losses"], ["time", "Time"], ["checks", "Checks"], ["compare", "Compare"]];
@@ -173,7 +173,7 @@ class Page {
     facts.push(`${this.part.rows.toLocaleString("en")} setpoints of ${Number((1000 * this.part.period).toPrecision(6))} ms`);
     $("subtitle").textContent = facts.filter(Boolean).join(" · ");
     $("subtitle").title = `${$("subtitle").textContent}; machine ${machine}`;
-    $("cycle").textContent = duration(cycleTime(this.part));
+    $("cycle").textContent = duration(this.part.seconds);
     const badges = [];
     if (verdict) badges.push(element("button", { class: `badge ${verdict.holds ? "good" : "bad"}`, type: "button" }, verdict.holds ? "✓ every limit holds" : "✕ limits broken"));
     const count = { error: 0, warning: 0 };
@@ -308,7 +308,7 @@ class Page {
     this.now = Math.max(0, Math.min(this.part.rows - 1, row));
     this.overlay.current = this.charts.current = this.now;
     $("scrub").value = String(this.now);
-    $("scrub").setAttribute("aria-valuetext", duration(this.now * this.part.period));
+    $("scrub").setAttribute("aria-valuetext", duration(this.part.timeOf(this.now)));
     this.showLine(true);
     this.readout();
     this.scene.frame();
@@ -381,7 +381,7 @@ class Page {
     if (tool) add("tool", toolName(tool), "tool");
     $("readout").replaceChildren(...items);
     $("readout").dataset.row = String(row);
-    $("now").textContent = `${duration(this.now * part.period)} of ${duration(part.seconds)}`;
+    $("now").textContent = `${duration(part.timeOf(this.now))} of ${duration(part.seconds)}`;
   }
 
   tip(event) {
@@ -391,7 +391,7 @@ class Page {
     const { part } = this, feed = part.feed(row), asked = part.programmed(row);
     const lines = [
       element("b", {}, placeName(part, row)),
-      element("span", {}, `${duration(row * part.period)} · ${feed.text} mm/s${asked > 0 ? ` of ${asked.toFixed(2)}` : asked === 0 ? " · rapid" : ""}`),
+      element("span", {}, `${duration(part.timeOf(row))} · ${feed.text} mm/s${asked > 0 ? ` of ${asked.toFixed(2)}` : asked === 0 ? " · rapid" : ""}`),
       element("span", {}, positionText(part, row)),
     ];
     if (part.limit(row)) lines.push(element("span", { class: "held" }, `held back by ${part.limit(row)}`));
@@ -631,10 +631,15 @@ class Page {
     this.go(this.part.rowAt(places[this.loss].t_s));
   }
 
-  /** Put the picture where a printer finds it, in colours for white paper. */
+  /** Put the picture where a printer finds it, in colours for white paper, and give the charts their size on it. */
   print() {
-    const { theme } = this;
-    addEventListener("afterprint", () => this.setTheme(theme), { once: true });
+    const { theme } = this, { classList } = document.documentElement;
+    const end = () => {
+      classList.remove("paper");
+      this.setTheme(theme);
+    };
+    addEventListener("afterprint", end, { once: true });
+    classList.add("paper");
     this.setTheme("light");
     this.scene.draw();
     this.charts.paintAll();

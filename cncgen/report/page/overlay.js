@@ -28,21 +28,22 @@ export class Overlay {
     const part = scene.layers[0]?.part;
     if (!part) return;
     const at = (row) => camera.project(part.points[0][row], part.points[1][row], part.points[2][row]);
-    for (const set of this.sets) if (this.marks[set.kind]) this.drawMarks(g, set, at, style, paper);
+    const sets = this.sets.filter((set) => this.marks[set.kind] && set.rows.length), depths = sets.length ? scene.depths() : null;
+    for (const set of sets) this.drawMarks(g, set, at, depths, style, paper);
     this.axes(g, camera, quiet);
     this.scaleBar(g, camera, quiet);
     if (this.current >= 0) this.tool(g, camera, at(this.current), accent, paper);
     if (this.hover >= 0) ring(g, at(this.hover), 6, ink, paper);
   }
 
-  drawMarks(g, set, at, style, paper) {
+  drawMarks(g, set, at, depths, style, paper) {
     const colour = style.getPropertyValue(`--mark-${set.kind}`).trim();
     const { width, height } = this.scene.camera;
     const step = Math.max(1, Math.ceil(set.rows.length / 4000));
     g.lineWidth = 1.5;
     for (let k = 0; k < set.rows.length; k += step) {
-      const [x, y] = at(set.rows[k]);
-      if (x < -10 || y < -10 || x > width + 10 || y > height + 10) continue;
+      const place = at(set.rows[k]), [x, y] = place;
+      if (x < -10 || y < -10 || x > width + 10 || y > height + 10 || depths?.hides(place)) continue;
       if (set.kind === "places") badge(g, x, y, String(k + 1), colour, paper);
       else if (set.kind === "tools") shape(g, x, y, 4, 6.5, colour, paper);
       else if (set.kind === "breaches") cross(g, x, y, colour);

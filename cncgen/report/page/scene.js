@@ -1,6 +1,7 @@
 // The picture of the path: levels of detail, colours, what is highlighted, and which row is under the pointer.
 
 import { Camera } from "./camera.js";
+import { Depths } from "./depths.js";
 import { polyline, segmentDrawer, surface } from "./gl.js";
 import { CLASSES, pick } from "./levels.js";
 import { ticks } from "./format.js";
@@ -44,7 +45,7 @@ export class Scene {
 
   /** Show a surface: the part that is cut. */
   setSurface(points, triangles) {
-    if (this.drawer) this.surface = { ...surface(this.drawer.gl, points, triangles), box: bounds(points) };
+    if (this.drawer) this.surface = { ...surface(this.drawer.gl, points, triangles), box: bounds(points), depths: new Depths(points, triangles) };
   }
 
   setColouring(colouring, paletteBytes) {
@@ -174,7 +175,8 @@ export class Scene {
     if (this.showGrid !== false) drawer.draw(this.grid, { matrix, size, width: ratio, solid: colours.grid });
     drawer.gl.depthMask(true);
     const taken = 6 * (COARSE_POINTS + (this.highlight?.rows.length ?? 0));
-    if (this.surface && this.showSurface && (!this.moving || this.surface.count + taken <= MOVING_VERTICES)) {
+    this.surfaceShown = this.surface && this.showSurface && (!this.moving || this.surface.count + taken <= MOVING_VERTICES);
+    if (this.surfaceShown) {
       const { toward, up, right } = camera.frame();
       drawer.fill(this.surface, { matrix, toward, light: [0, 1, 2].map((k) => 0.8 * up[k] - 0.6 * right[k]), solid: colours.surface });
     }
@@ -190,6 +192,13 @@ export class Scene {
     });
     if (this.highlight) drawer.draw(this.highlight.buffer, { matrix, size, width: 3.4 * ratio, solid: colours.highlight, lift: 2e-3 });
     this.onframe();
+  }
+
+  /** Return what the surface that is drawn hides, or null. */
+  depths() {
+    if (!this.surfaceShown) return null;
+    this.surface.depths.look(this.camera);
+    return this.surface.depths;
   }
 
   /** Return the row of the first part nearest to a pixel, within some pixels, or -1. */

@@ -48,8 +48,14 @@ export class Part {
     return `${axis.letter.toLowerCase()}_${axis.unit}`;
   }
 
+  /** Cycle time as the summary has it, up to a period before the last setpoint; of setpoints from elsewhere the time of the last one. */
   get seconds() {
-    return Math.max(0, this.rows - 1) * this.period;
+    return this.header.summary.cycle_time_s ?? Math.max(0, this.rows - 1) * this.period;
+  }
+
+  /** Return the time of a row: the last one's is the cycle time. */
+  timeOf(row) {
+    return Math.min(row * this.period, this.seconds);
   }
 
   rowAt(time) {

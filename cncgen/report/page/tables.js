@@ -80,12 +80,6 @@ export function losses(part, go) {
   return element("div", {}, element("p", { class: "note" }, note), table("Places where most time is lost", ["", "Place", "Lost", "Held back by"], rows));
 }
 
-/** Return the cycle time in seconds: as the summary has it; of setpoints from elsewhere the time of the last one. */
-export function cycleTime(part) {
-  const { cycle_time_s: given, motion_time_s: motion, dwell_time_s: dwell } = part.header.summary;
-  return given ?? (motion === undefined ? part.seconds : motion + dwell);
-}
-
 /** Parts of the time as a person calls them, where that is not their key. */
 const PARTS = { tool: "tool changes", stops: "operator stops" };
 
@@ -323,6 +317,7 @@ function byDifference(part, other, go) {
     return element("tr", {}, element("td", {}, button), element("td", { class: "number" }, brief(here)), element("td", { class: "number" }, brief(there)), cell);
   });
   const title = `Lines that ${other.header.label} changes most`;
+  if (!rows.length) return element("section", {}, element("h3", {}, title), element("p", { class: "note" }, "No line takes another time."));
   return element("section", {}, element("h3", {}, title), table(title, ["", part.header.label, other.header.label, "Difference"], rows));
 }
 
