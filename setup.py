@@ -29,6 +29,8 @@ LINK = ["-Wl,-s"] if sys.platform == "linux" else []
 SHARED = "cncgen.kernels._shared"
 #: What calls and compares more than it computes is as fast with less optimising, which takes half of the time of compiling.
 CALLING = ("cncgen.kernels.gcode_", SHARED)
+#: Copies of a function for constant arguments were half of the time of compiling this kernel, and made no plan faster.
+CLONED = "cncgen.kernels.least_time_tube"
 KERNELS = sorted(p for p in Path("cncgen/kernels").glob("*.py") if p.name != "__init__.py")
 
 
@@ -48,7 +50,9 @@ def kernel_extensions() -> list[Extension]:
             name,
             [path],
             optional=True,
-            extra_compile_args=[*FLAGS, "-O1"] if name.startswith(CALLING) else FLAGS,
+            extra_compile_args=FLAGS
+            + ["-O1"] * name.startswith(CALLING)
+            + ["-fno-ipa-cp-clone"] * (name == CLONED and sys.platform == "linux"),
             extra_link_args=LINK,
         )
         for name, path in (sources | {SHARED: "cncgen/kernels/_shared.c"}).items()

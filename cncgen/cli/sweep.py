@@ -141,11 +141,12 @@ def _dry_run(sweep: SweepDefinition, output: str, processes: int | None) -> None
     lines = [f"{len(found.jobs)} jobs, {len(found.missing)} missing, {found.failed} failed"]
     if found.missing:
         count = processes or processors()
-        each = seconds_a_job(sweep, found)
+        each, errors = seconds_a_job(sweep, found)
         total = duration(each * len(found.missing) / count)
         lines.append(
             f"{total} at {each:.3g} s a job on {count} processes, as the first job of each program takes"
         )
+        lines += [f"a first job fails: {error}" for error in errors]
     write_text(None, "\n".join(lines) + "\n")
 
 

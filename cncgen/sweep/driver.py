@@ -112,8 +112,8 @@ def layout_of(sweep: SweepDefinition) -> RowLayout:
     return RowLayout(kinds, sweep.figures)
 
 
-def seconds_a_job(sweep: SweepDefinition, found: Outlook) -> float:
-    """Return the mean time of the missing jobs, by computing the first one of each program here.
+def seconds_a_job(sweep: SweepDefinition, found: Outlook) -> tuple[float, list[str]]:
+    """Return the mean time of the missing jobs, by computing the first one of each program here, and why such jobs failed.
 
     The first job of all is computed twice, since it loads what the others find loaded.
     """
@@ -126,8 +126,9 @@ def seconds_a_job(sweep: SweepDefinition, found: Outlook) -> float:
         counts[place.program] += 1
     version = code_version()
     compute_batch(version, list(firsts.values())[:1])
-    spent = {program: compute_batch(version, [job])[1] for program, job in firsts.items()}
-    return sum(spent[program] * count for program, count in counts.items()) / len(found.missing)
+    first = {program: compute_batch(version, [job]) for program, job in firsts.items()}
+    errors = [outcome.error for outcomes, _ in first.values() for outcome in outcomes if outcome.code]
+    return sum(first[program][1] * count for program, count in counts.items()) / len(found.missing), errors
 
 
 def _drawn(sweep: SweepDefinition, laid: Laid) -> DrawnDesign:

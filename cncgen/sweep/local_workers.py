@@ -64,7 +64,8 @@ class LocalWorkers:
         self.count = count
         self._bundles = tuple(bundles)
         self._running: dict[Future[tuple[list[JobOutcome], float]], Batch] = {}
-        self._pool = self._new_pool()
+        # Made for the first batch: an interrupt while the driver still imports would leave the locks of a pool behind.
+        self._pool: ProcessPoolExecutor | None = None
 
     def _new_pool(self) -> ProcessPoolExecutor:
         # Processes that are forked would share locks with the threads of this one.
@@ -74,6 +75,7 @@ class LocalWorkers:
 
     def submit(self, batch: Batch) -> None:
         """Hand over a batch."""
+        self._pool = self._pool or self._new_pool()
         try:
             future = self._pool.submit(compute_batch, code_version(), batch)
         except BrokenProcessPool:
@@ -86,9 +88,9 @@ class LocalWorkers:
         finished, _ = wait(self._running, timeout_s, FIRST_COMPLETED)
         done: list[Done] = []
         broken = any(isinstance(future.exception(), BrokenProcessPool) for future in finished)
-        if broken:
+        if broken and self._pool:
             self._pool.shutdown(wait=True)  # the pool gives all of its futures the exception
-            finished, self._pool = set(self._running), self._new_pool()
+            finished, self._pool = set(self._running), None
         for future in finished:
             batch = self._running.pop(future)
             lost = isinstance(future.exception(), BrokenProcessPool)
@@ -97,6 +99,8 @@ class LocalWorkers:
 
     def close(self) -> None:
         """End the processes and give up their batches."""
+        if self._pool is None:
+            return
         for process in list((self._pool._processes or {}).values()):
             process.terminate()
         self._pool.shutdown(wait=True, cancel_futures=True)

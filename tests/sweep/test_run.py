@@ -299,6 +299,37 @@ def test_dry_run_says_how_many_and_how_long(folder: Path, capsys: pytest.Capture
     assert not (folder / "R").exists()
 
 
+def test_dry_run_says_that_a_first_job_fails(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its time is that of failing, which says nothing of the jobs that do not."""
+    (folder / "part.nc").write_text("G21 G61 F600\nG1 X900\nM2\n")
+    assert run(["sweep", "sweep.toml", "-o", "R", "--dry-run", "--processes", "2"]) == 0
+    assert "\na first job fails: part.nc:2:" in capsys.readouterr().out
+
+
+#: A sweep that is interrupted where the driver imports pyarrow, as by a Ctrl-C in its first second.
+INTERRUPTED = """
+import os, signal, sys
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == "pyarrow" and __name__ == "__main__":
+            os.kill(os.getpid(), signal.SIGINT)
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    sys.meta_path.insert(0, Interrupting())
+    from cncgen.cli import main
+    main(["sweep", "sweep.toml", "-o", "R", "--processes", "2"])
+"""
+
+
+def test_an_interrupt_while_the_driver_imports_leaves_nothing_behind(folder: Path) -> None:
+    """Locks of a pool that was made before were left to the resource tracker, which complained."""
+    (folder / "interrupted.py").write_text(INTERRUPTED)
+    run = subprocess.run(
+        [sys.executable, "interrupted.py"], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (run.returncode, run.stderr) == (130, "error[interrupted]: the command was interrupted\n")
+
+
 def test_a_hundred_thousand_rows_open_in_pandas_polars_and_duckdb(tmp_path: Path) -> None:
     """What is read is compared with what was written, to the bit."""
     pandas, polars, duckdb = (pytest.importorskip(name) for name in ("pandas", "polars", "duckdb"))
