@@ -58,7 +58,7 @@ class TimedWorkers(LocalWorkers):
 
     def submit(self, batch: tuple[SweepJob, ...]) -> None:
         """Hand over a batch."""
-        self._running[self._pool.submit(timed_batch, code_version(), batch, self.log)] = batch
+        self._running[self._started_pool().submit(timed_batch, code_version(), batch, self.log)] = batch
 
 
 class TimedCluster(ClusterWorkers):

@@ -67,17 +67,18 @@ class LocalWorkers:
         # Made for the first batch: an interrupt while the driver still imports would leave the locks of a pool behind.
         self._pool: ProcessPoolExecutor | None = None
 
-    def _new_pool(self) -> ProcessPoolExecutor:
-        # Processes that are forked would share locks with the threads of this one.
-        return ProcessPoolExecutor(
-            self.count, get_context("spawn"), initializer=begin_worker, initargs=(self._bundles,)
-        )
+    def _started_pool(self) -> ProcessPoolExecutor:
+        if self._pool is None:
+            # Processes that are forked would share locks with the threads of this one.
+            self._pool = ProcessPoolExecutor(
+                self.count, get_context("spawn"), initializer=begin_worker, initargs=(self._bundles,)
+            )
+        return self._pool
 
     def submit(self, batch: Batch) -> None:
         """Hand over a batch."""
-        self._pool = self._pool or self._new_pool()
         try:
-            future = self._pool.submit(compute_batch, code_version(), batch)
+            future = self._started_pool().submit(compute_batch, code_version(), batch)
         except BrokenProcessPool:
             future = Future()
             future.set_exception(BrokenProcessPool())
