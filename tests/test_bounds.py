@@ -49,6 +49,21 @@ CASES: dict[str, tuple[dict[str, str | bytes], tuple[str, ...], int, str]] = {
     "an arc of 1e7 turns": (
         {"a.nc": "G21\nG2 X0 Y0 I1 J0 P10000000 F100\nM2\n"}, ("plan", "a.nc", "-m", "generic-mill", "-o", "o.csv"), 3, "motion-endless"
     ),
+    **{
+        f"{what} beyond 1e8 mm of {dialect}, in check": (
+            {"s.nc": text}, ("check", "s.nc", "--dialect", dialect), 1, "is sent to 180000000 mm"
+        )
+        for what, dialect, text in (
+            ("a sum", "sinumerik", "G71 G90 G17\nR1=90000000\nG1 X=R1 F1000\nG1 X=R1+R1\nM30\n"),
+            ("an origin", "sinumerik", "G71 G90 G17\nTRANS X90000000\nG1 X90000000 F1000\nM30\n"),
+            ("an increment", "linuxcnc", "G21 G90 G17\nG1 X90000000 F1000\nG91 X90000000\nM2\n"),
+            ("an increment", "fanuc", "G21 G90 G17\nG1 X90000000 F1000\nG91 X90000000\nM30\n"),
+        )
+    },
+    "a loop of which why would make hundreds of plans": (
+        {"o.nc": "G21 G64 F3000\no1 repeat [4000]\nG1 X1\nX0\no1 endrepeat\nM2\n"},
+        ("why", "o.nc", "-m", "xy-table", "--effort", "fast"), 1, "more than 1060 motions",
+    ),
     "a loop of 1e9": ({"o.nc": "G21\no1 repeat [1000000000]\no1 endrepeat\nM2\n"}, ("check", "o.nc"), 1, "too-many-steps"),
     "a turn in a plane of U V W": (
         {"g.nc": "G17.1\nG68X0R5\nM30\n"}, ("check", "g.nc", "--dialect", "fanuc"), 1, "rotation-plane"

@@ -197,11 +197,14 @@ def check(
         pass
     known = _moving_axes(text, choice.dialect, search_path(path, options.include)) if sink.unnamed else ""
     late = any(AXIS_LETTERS[k] not in known for k in sink.unnamed)
-    if (late or sink.slow or sink.waited > LONG_S) and not found.has_errors:
-        # Whether the machine's axes moved, which offsets and rotations decide, and for how long, the columns tell.
+    if (late or sink.slow or sink.far or sink.waited > LONG_S) and not found.has_errors:
+        from cncgen.toolpath.gate import beyond_numbers
+
+        # Whether the machine's axes moved, and where to, which offsets and rotations decide, and for how long, the columns tell.
         program = read(text, name, replace(options, include=tuple(search_path(path, options.include))))
-        for _ in program.chunks():
-            pass
+        for chunk in program.chunks():
+            if not found.has_errors:
+                found.extend(beyond_numbers(chunk))
         found.extend([one for one in program.diagnostics if one.code in ("late-axis", "time-doubtful")])
     if diagnostics is None and found.has_errors:
         raise ProgramError(list(found))

@@ -115,8 +115,15 @@ def check(
             found: int = reader.check(file, name, how, diagnostics)
             return found
         program = reader.read(file, name, how)
+    from cncgen.toolpath.gate import beyond_numbers
+
+    count = 0
     try:
-        return sum(len(chunk) for chunk in program.chunks())
+        for chunk in program.chunks():
+            count += len(chunk)
+            if not program.diagnostics.has_errors:
+                program.diagnostics.extend(beyond_numbers(chunk))
+        return count
     finally:
         diagnostics.extend(program.diagnostics)
 
@@ -269,19 +276,23 @@ def canon(
         yield from reader.canon(file, name, how, diagnostics)
 
 
-def sound(program: Program) -> Iterator[Toolpath]:
+def sound(program: Program, motions: int = MOTIONS, of_a_line: int = MOTIONS_OF_A_LINE) -> Iterator[Toolpath]:
     """Yield the toolpaths of a program as long as it has no error; after one, read the rest only to find the other errors.
 
+    Args:
+        program: What is read.
+        motions, of_a_line: How many motions it may hand on where its options do not say, and how many more for each line.
+
     Raises:
-        ProgramError: With all that was found; or a short program hands on more motions than `MOTIONS` and those of its lines.
+        ProgramError: With all that was found; or the program hands on more motions.
     """
     count = last = 0
-    most = max(MOTIONS, MOTIONS_OF_A_STEP * (program.max_steps or 0))
+    most = max(motions, MOTIONS_OF_A_STEP * (program.max_steps or 0))
     for chunk in program.chunks():
         if program.diagnostics.has_errors:
             continue
         count, last = count + len(chunk), max(int(chunk.line.max(initial=0)), last)
-        bound = most + MOTIONS_OF_A_LINE * last
+        bound = most + of_a_line * last
         if count > bound:
             row = len(chunk) - (count - bound)
             program.diagnostics.add(

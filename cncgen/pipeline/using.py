@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 #: Longest time, s, that a simulation may go on after the last setpoint: these rows are held in memory.
 LONGEST_SETTLE_S = 3600.0
+#: Motions and events of a program that `why` plans some hundred times, where nothing is said, and those of each line beside them.
+WHY_MOTIONS, WHY_MOTIONS_OF_A_LINE = 1_000, 10
 
 
 def simulate(
@@ -339,5 +341,9 @@ def why(
 
     where = machine_of(machine)
     program = program_of(program, where)
-    case = Case(lambda: sound(program), where, as_read(options or PlanOptions(), program))
+    case = Case(
+        lambda: sound(program, WHY_MOTIONS, WHY_MOTIONS_OF_A_LINE),
+        where,
+        as_read(options or PlanOptions(), program),
+    )
     return shortenings(case, output_axes(program), watch or (lambda done, of: None))

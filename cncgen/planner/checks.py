@@ -13,9 +13,9 @@ from cncgen.geometry.arcs import spirals
 from cncgen.geometry.extents import arc_extents, hulls, nurbs_extents
 from cncgen.geometry.tables import ArcTable
 from cncgen.machine.record import Machine
-from cncgen.planner.gate import beyond_numbers
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import MOST_ROWS
+from cncgen.toolpath.gate import beyond_numbers
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.units import file_unit, to_file
 

@@ -6,11 +6,14 @@ from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import CALL, MOTION, Budget
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, refuse_uvw
 from cncgen.gcode.state.modal import PLANE_AXES
+from cncgen.kernels.gcode_arithmetic import within
 from cncgen.toolpath.record import Event
 
 #: Time at slow feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow here, units a minute.
 LONG_S = 36_000.0
 _SLOW = 5.0
+#: Places and offsets up to this, in units of the program, add up to places within `cncgen.ranges.POSITION`.
+_NEAR = 1e6
 
 
 class CountingSink:
@@ -24,6 +27,8 @@ class CountingSink:
         self.count = 0
         #: Whether a feed below 5 units a minute was seen, and for how long the program waits, s: both may make it longer than is meant.
         self.slow, self.waited = False, 0.0
+        #: Whether a place or an offset is so far away that their sum may be beyond `cncgen.ranges.POSITION`.
+        self.far = False
         self._rest: list[float] = []
         self._named: set[int] = set()
         #: Columns of axes that may have moved, in program coordinates or by a rotation, before a word of the main text named them.
@@ -35,9 +40,10 @@ class CountingSink:
         self.count += events
 
     def motions(self, batch: MotionBatch) -> None:
-        """Count a run of motions; some of their feeds are looked at."""
+        """Count a run of motions; their ends and some of their feeds are looked at."""
         count = len(batch.motion)
         self.count += count
+        self.far = self.far or not within(batch.end, _NEAR)
         for k in {0, count // 2, count - 1}:
             self.set_feed_rate(batch.feed[k])
 
@@ -96,6 +102,11 @@ class CountingSink:
             if end[k] != self._rest[k] and k not in self._named:
                 (self._named if letter in words else self.unnamed).add(k)
         self._rest = list(end)
+        self._reach(end)
+
+    def _reach(self, point: Point) -> None:
+        """Look at a place or an offset."""
+        self.far = self.far or not all(-_NEAR <= value <= _NEAR for value in point)
 
     def nurbs_feed(self, curve: Curve) -> None:
         """Count a curve."""
@@ -111,6 +122,10 @@ class CountingSink:
     def _nothing(self, *arguments: object, **named: object) -> None:
         """Count nothing: the call only changes how motions are made."""
 
-    use_length_units = select_plane = set_inverse_time = _nothing
-    set_feed_mode = set_spindle = set_motion_control_mode = place = use_tool_length_offset = _nothing
-    set_g5x_offset = set_g92_offset = set_surface_speed = _nothing
+    def set_g5x_offset(self, system: int, offset: Point) -> None:
+        """Look at an origin."""
+        self._reach(offset)
+
+    place = use_tool_length_offset = set_g92_offset = _reach
+    use_length_units = select_plane = set_inverse_time = set_surface_speed = _nothing
+    set_feed_mode = set_spindle = set_motion_control_mode = _nothing
