@@ -62,7 +62,21 @@ CASES: dict[str, tuple[dict[str, str | bytes], tuple[str, ...], int, str]] = {
     },
     "a loop of which why would make hundreds of plans": (
         {"o.nc": "G21 G64 F3000\no1 repeat [4000]\nG1 X1\nX0\no1 endrepeat\nM2\n"},
-        ("why", "o.nc", "-m", "xy-table", "--effort", "fast"), 1, "more than 1060 motions",
+        ("why", "o.nc", "-m", "xy-table", "--effort", "fast"), 1, "more than 1300 motions",
+    ),
+    **{
+        f"a loop of which {command} would make several plans": (
+            {"o.nc": "G21 G64 F3000\no1 repeat [4000]\nG1 X1\nX0\no1 endrepeat\nM2\n"},
+            (command, "o.nc", "-m", "xy-table", "--feedrate", "ild", *more), 1, "more than 1300 motions",
+        )
+        for command, *more in (("compare",), ("compensate", "-o", "o.csv"))
+    },
+    "a loop of which the axes are predicted": (
+        {"o.nc": "G21 G64 F3000\no1 repeat [4000]\nG1 X1\nX0\no1 endrepeat\nM2\n"},
+        ("plan", "o.nc", "-m", "generic-mill", "--feedrate", "ild", "-o", "o.csv"), 1, "more than 5600 motions",
+    ),
+    "a short program that takes ten minutes, compensated": (
+        {"o.nc": "G21 F1\nG1 X10\nM2\n"}, ("compensate", "o.nc", *PLAN), 3, "compensate-long"
     ),
     "a loop of 1e9": ({"o.nc": "G21\no1 repeat [1000000000]\no1 endrepeat\nM2\n"}, ("check", "o.nc"), 1, "too-many-steps"),
     "a turn in a plane of U V W": (

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from cncgen.cli import messages
+from cncgen.cli.once import OnceGroup
 from cncgen.diagnostics import Diagnostic
 from cncgen.files import together
 
@@ -38,7 +39,7 @@ COMMANDS = (
 )
 
 
-class Commands(click.Group):
+class Commands(OnceGroup):
     """A group that imports a command's module when the command is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:

@@ -75,6 +75,7 @@ def command(
     from cncgen.cli.reading import opened, perturbation_of, plan_options, planning_machine, reference_of
     from cncgen.files import write_text
     from cncgen.pipeline import machine_of, sound
+    from cncgen.pipeline.reading import REPEATED
 
     drawn = perturbation_of(uncertainty)
     if drawn is not None and controllers is None:
@@ -82,7 +83,7 @@ def command(
     options, machine = plan_options(planning), planning_machine(machine, planning)
     wanted = None if reference is None else reference_of(reference, machine, planning, reading)
     with opened(program, reading, planning["path_tolerance"], machine) as read:
-        where, toolpaths = machine_of(machine), list(sound(read))
+        where, toolpaths = machine_of(machine), list(sound(read, REPEATED))
         if controllers is not None:
             source = planning["axis_params"] or machine
             text, found = _controllers(

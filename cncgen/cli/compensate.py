@@ -255,12 +255,13 @@ def _of_program(
     """Plan a program with room for its command, and shape that; return what it gains."""
     from cncgen import pipeline
     from cncgen.cli.reading import opened, plan_options
+    from cncgen.pipeline.reading import REPEATED
     from cncgen.servo.compensation import compensated_plan
 
     where = pipeline.machine_of(machine)
     servos = pipeline.servos_of(planning["axis_params"] or machine)
     with opened(task.source, reading, planning["path_tolerance"], machine) as read:
-        toolpaths = list(pipeline.sound(read))
+        toolpaths = list(pipeline.sound(read, REPEATED))
         found = compensated_plan(
             toolpaths, where, servos, axes=pipeline.driven_axes(read, where), options=plan_options(planning),
             rooms=ROOMS if room is None else (room,), limits=limits, passes=task.passes,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cncgen.cli.once import OnceGroup
 from cncgen.cli.options import message_options
 from cncgen.cli.types import MACHINE
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from cncgen.machine import Machine
 
 
-class _ShowByName(click.Group):
+class _ShowByName(OnceGroup):
     """A group in which a name that is not a command's is a machine to show: ``machines xy-table``."""
 
     def resolve_command(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cncgen.cli import messages
+from cncgen.cli.once import OnceGroup
 from cncgen.cli.options import message_options
 from cncgen.cli.types import FILE, FOLDER
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from cncgen.sweep.local_workers import Workers
 
 
-class _SweepGroup(click.Group):
+class _SweepGroup(OnceGroup):
     """A group whose command `run` may be left out: ``cncgen sweep SWEEP.toml -o RESULTS/``."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:

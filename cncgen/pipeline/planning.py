@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from cncgen.arguments import expect, expect_fields, expect_path, undrawn
-from cncgen.pipeline.reading import read, sound
+from cncgen.pipeline.reading import PLANNED, PREDICTED, read, sound
 from cncgen.shown import html_of
 from cncgen.toolpath.reading import ReadOptions
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cncgen.report.line_times import LineTimes
     from cncgen.report.summary import Summary
     from cncgen.setpoints.stream import SetpointStream
-    from cncgen.toolpath.record import Program
+    from cncgen.toolpath.record import Program, Toolpath
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +130,7 @@ def plan(
     where, how = machine_of(machine), _asked_for(options, asked)
     program = program_of(program, where)
     how = as_read(how, program)
-    return Plan(program, where, planner.plan(sound(program), where, how), how.keeps_limits, how)
+    return Plan(program, where, planner.plan(sound_for(program, how), where, how), how.keeps_limits, how)
 
 
 def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOptions:
@@ -150,6 +150,11 @@ def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOpt
 def as_read(options: PlanOptions, program: Program) -> PlanOptions:
     """Return options that allow as many steps as those that the program is read with, where they say nothing themselves."""
     return options if options.max_steps else replace(options, max_steps=program.max_steps)
+
+
+def sound_for(program: Program, options: PlanOptions) -> Iterator[Toolpath]:
+    """Yield the toolpaths of a program, as many as these options can plan in a bounded time (`cncgen.pipeline.reading.sound`)."""
+    return sound(program, PREDICTED if options.feedrate == "ild" else PLANNED)
 
 
 def output_axes(program: Program) -> str:
@@ -262,7 +267,7 @@ def plan_with_summary(
     program = program_of(program, where)
     how = as_read(how, program)
     summary = summary_of(program, where, how, line_times)
-    trajectories = planner.plan(summary.over_toolpaths(sound(program)), where, how)
+    trajectories = planner.plan(summary.over_toolpaths(sound_for(program, how)), where, how)
     stream = sample(
         Plan(program, where, summary.over_trajectories(trajectories), how.keeps_limits, how), signals
     )

@@ -46,9 +46,11 @@ _SETPOINT_HEADS = (
     *(b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"ARROW1", b"PAR1", b"\x89HDF\r\n\x1a\n"),
     *(b"\x89MCAP0\r\n", b"MATLAB 5", b"MDF     ", b"CSP1", b'# {"format": "csp"'),
 )
-#: Motions and events that a program may hand on where nothing is said, those that each of its lines may hand on beside them, and those
-#: of a step that the options allow. To plan one takes some 40 µs.
-MOTIONS, MOTIONS_OF_A_LINE, MOTIONS_OF_A_STEP = 100_000, 100, 10
+#: Motions and events that a program may hand on where nothing is said, and those that each of its lines may hand on beside them:
+#: to a plan, which takes from 40 µs to 1 ms of each; to one that predicts the axes, some 2 ms; to what plans it many times.
+PLANNED, PREDICTED, REPEATED = (100_000, 100), (5_000, 100), (1_000, 50)
+#: Motions of a step that the options allow.
+MOTIONS_OF_A_STEP = 10
 #: How many bytes at the start of a file decide what it is.
 _HEAD_BYTES = 4096
 
@@ -276,23 +278,23 @@ def canon(
         yield from reader.canon(file, name, how, diagnostics)
 
 
-def sound(program: Program, motions: int = MOTIONS, of_a_line: int = MOTIONS_OF_A_LINE) -> Iterator[Toolpath]:
+def sound(program: Program, most: tuple[int, int] = PLANNED) -> Iterator[Toolpath]:
     """Yield the toolpaths of a program as long as it has no error; after one, read the rest only to find the other errors.
 
     Args:
         program: What is read.
-        motions, of_a_line: How many motions it may hand on where its options do not say, and how many more for each line.
+        most: How many motions it may hand on where its options do not say, and how many more for each line.
 
     Raises:
         ProgramError: With all that was found; or the program hands on more motions.
     """
     count = last = 0
-    most = max(motions, MOTIONS_OF_A_STEP * (program.max_steps or 0))
+    anyway, of_a_line = max(most[0], MOTIONS_OF_A_STEP * (program.max_steps or 0)), most[1]
     for chunk in program.chunks():
         if program.diagnostics.has_errors:
             continue
         count, last = count + len(chunk), max(int(chunk.line.max(initial=0)), last)
-        bound = most + of_a_line * last
+        bound = anyway + of_a_line * last
         if count > bound:
             row = len(chunk) - (count - bound)
             program.diagnostics.add(

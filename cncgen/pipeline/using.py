@@ -18,7 +18,7 @@ from cncgen.pipeline.planning import (
     program_of,
     sample,
 )
-from cncgen.pipeline.reading import sound
+from cncgen.pipeline.reading import REPEATED, sound
 from cncgen.units import AXIS_LETTERS
 
 if TYPE_CHECKING:
@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 
 #: Longest time, s, that a simulation may go on after the last setpoint: these rows are held in memory.
 LONGEST_SETTLE_S = 3600.0
-#: Motions and events of a program that `why` plans some hundred times, where nothing is said, and those of each line beside them.
-WHY_MOTIONS, WHY_MOTIONS_OF_A_LINE = 1_000, 10
 
 
 def simulate(
@@ -342,7 +340,7 @@ def why(
     where = machine_of(machine)
     program = program_of(program, where)
     case = Case(
-        lambda: sound(program, WHY_MOTIONS, WHY_MOTIONS_OF_A_LINE),
+        lambda: sound(program, REPEATED),
         where,
         as_read(options or PlanOptions(), program),
     )

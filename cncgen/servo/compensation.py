@@ -28,6 +28,8 @@ Floats = NDArray[np.float64]
 
 #: Passes of learning, at most.
 PASSES = 6
+#: Setpoints of a program that are learnt on where nothing is said, those of each of its lines, and of a step that the options allow.
+MOST_ROWS, MOST_ROWS_OF_A_LINE, ROWS_OF_A_STEP = 100_000, 2_000, 100
 #: A command is good enough where it divides the judged error by this.
 ENOUGH = 5.0
 
@@ -135,16 +137,17 @@ def compensated_plan(
         NoPlanError: The program cannot be planned, or as `compensate` for every room.
         UsageError: An axis has no servo data.
     """
+    lines = max(int(chunk.line.max(initial=0)) for chunk in toolpaths)
     best: CompensatedPlan | None = None
     work: WorkBudget | None = None
     refusal: NoPlanError | None = None
     full_time = full_error = 0.0
     for room in rooms:
         lowered = _lowered(machine, room)
-        setpoints = tuple(sample(plan(iter(toolpaths), lowered, options), lowered, axes=axes))
+        setpoints = _sampled(toolpaths, lowered, options, axes, lines)
         time_s = (sum(map(len, setpoints)) - 1) * machine.period_s
         full_time = full_time or time_s
-        work = work or WorkBudget.of(_joined(setpoints)[1])
+        work = work or WorkBudget.of(_joined(setpoints)[1], lines)
         try:
             found = compensate(setpoints, servos, limits=machine.axes if limits else None, passes=passes,
                                settle_s=settle_s, enough=enough, work=work)  # fmt: skip
@@ -166,6 +169,30 @@ def compensated_plan(
     command = best.compensated
     spread = _sound(command.learnt, servos, axes, machine.period_s, perturbation)
     return replace(best, compensated=replace(command, spread=spread))
+
+
+def _sampled(
+    toolpaths: Sequence[Toolpath], machine: Machine, options: PlanOptions | None, axes: str, lines: int
+) -> tuple[Setpoints, ...]:
+    """Return the setpoints of a plan.
+
+    Raises:
+        NoPlanError: They are more than are learnt on (``compensate-long``).
+    """
+    most = (
+        max(MOST_ROWS, ROWS_OF_A_STEP * ((options and options.max_steps) or 0)) + MOST_ROWS_OF_A_LINE * lines
+    )
+    found, count = [], 0
+    for chunk in sample(plan(iter(toolpaths), machine, options), machine, axes=axes):
+        found.append(chunk)
+        count += len(chunk)
+        if count > most:
+            message = f"the motion of {lines} lines takes longer than the {most * machine.period_s:.6g} s that are learnt on"
+            hint = (
+                "--max-steps sets the bound; setpoints of cncgen plan are compensated however many they are"
+            )
+            raise NoPlanError(Diagnostic("compensate-long", message, hint=hint))
+    return tuple(found)
 
 
 def _lowered(machine: Machine, room: float) -> Machine:

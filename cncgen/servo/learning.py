@@ -62,8 +62,10 @@ LEAST_GAIN = 0.05
 LEAST_PROGRESS = 0.02
 #: Most rounds of the splitting after the first pass, and in the last one, which brings the command within its limits.
 LATER_ROUNDS, FINISHING_ROUNDS = 150, 3000
-#: Work of learning an axis at most, in periods times rounds: of any motion, and for each of its rows.
+#: Work of learning an axis at most, in periods times rounds: of any motion, and for each of its rows; so many rows of a program
+#: count anyway, and so many of each of its lines: few lines may take hours.
 WORK, WORK_A_ROW = 2e8, 3e4
+ROWS, ROWS_A_LINE = 10_000, 1_000
 #: How far a difference may be over its limit, as `cncgen verify` has it.
 TOLERATED = 1e-3
 
@@ -142,9 +144,10 @@ class WorkBudget:
     done: float = 0.0
 
     @classmethod
-    def of(cls, wanted: Floats) -> WorkBudget:
-        """Return what a motion, shape (n, axes), may take."""
-        return cls(wanted.shape[1] * (WORK + WORK_A_ROW * len(wanted)))
+    def of(cls, wanted: Floats, lines: int | None = None) -> WorkBudget:
+        """Return what a motion, shape (n, axes), may take; `lines` are those of its program, where it comes of one."""
+        rows = len(wanted) if lines is None else min(len(wanted), ROWS + ROWS_A_LINE * lines)
+        return cls(wanted.shape[1] * (WORK + WORK_A_ROW * rows))
 
     @property
     def over(self) -> bool:

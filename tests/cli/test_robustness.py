@@ -379,7 +379,8 @@ def test_wrong_usage(cncgen: Run, small: Path) -> None:
     refused(cncgen("plna", small), 2, "plna", "did you mean plan?")
     refused(cncgen("xyz", small), 2, "No such command 'xyz'.")
     refused(cncgen(*PLAN, small, "--signals", "vel,speed"), 2, "speed")
-    refused(cncgen(*PLAN, small, "-m", "xy-tabel"), 2, "did you mean xy-table")
+    refused(cncgen("plan", small, "-m", "xy-tabel"), 2, "did you mean xy-table")
+    refused(cncgen(*PLAN, small, "-m", "xy-table"), 2, "--machine is given more than once")
     refused(cncgen(*PLAN, "a\0b"[:1] + "\u2028.nc"), 2, "no such file")
 
 

@@ -59,6 +59,12 @@ def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("verify s.csv -p s.csv", 2, "s.csv holds setpoints or a response, not a program"),
         ("plan part.nc more.nc", 2, "unexpected extra argument"),
         ("paln part.nc", 2, "did you mean plan?"),
+        (
+            "compare part.nc --interpolator taylor1 --interpolator taylor2",
+            2,
+            "--interpolator is given more than once",
+        ),
+        ("sweep run s.toml -o a --output b", 2, "--output is given more than once"),
         ("plan part.nc -o none/out.csv", 2, "its directory does not exist"),
         ("plan part.nc -o part.nc", 2, "would overwrite"),
         ("plan part.nc -m xy-table --max-contour-error 1e-9", 2, "1e-09 is not in the range x>=1e-06"),
