@@ -373,14 +373,14 @@ def test_stopped_in_the_middle(tmp_path: Path, number: signal.Signals) -> None:
 
 def test_wrong_usage(cncgen: Run, small: Path) -> None:
     refused(cncgen("plan"), 2, "PROGRAM")
-    refused(cncgen(*PLAN, small, "--feedrate", "fast"), 2, "fast")
+    refused(cncgen("plan", small, "--feedrate", "fast"), 2, "fast")
     refused(cncgen(*PLAN, small, "--nonsense"), 2, "--nonsense")
     refused(cncgen("verify", "-", "-p", "-", stdin=SMALL), 2, "both", "standard input")
     refused(cncgen("plna", small), 2, "plna", "did you mean plan?")
     refused(cncgen("xyz", small), 2, "No such command 'xyz'.")
     refused(cncgen(*PLAN, small, "--signals", "vel,speed"), 2, "speed")
-    refused(cncgen("plan", small, "-m", "xy-tabel"), 2, "did you mean xy-table")
-    refused(cncgen(*PLAN, small, "-m", "xy-table"), 2, "--machine is given more than once")
+    refused(cncgen(*PLAN, small, "-m", "xy-tabel"), 2, "did you mean xy-table")
+    refused(cncgen(*PLAN, small, "--feedrate", "optimal"), 2, "--feedrate is given more than once")
     refused(cncgen(*PLAN, "a\0b"[:1] + "\u2028.nc"), 2, "no such file")
 
 
