@@ -37,9 +37,8 @@ _CLOSEST = 8.0
 _FELT = 1.2
 #: Times that the room is narrowed where the motion leaves the tolerance between nodes, and by how much more than that.
 _ROUNDS, _MORE = 9, 1.25
-#: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there. What
-#: is left of the room at least, as a part of the tolerance.
-_LOCAL, _NARROWEST = 2, 0.1
+#: What is left of the room at least, as a part of the tolerance.
+_NARROWEST = 0.1
 #: Part of the tolerance that is planned with by which a motion may be over it; part by which chords may leave it before the solver
 #: bounds them (rows of the problem beside those of nodes; of less, to be solved again sometimes takes no longer).
 _PASSED, _BENDS = 0.004, 0.1
@@ -490,8 +489,7 @@ class Tube:
                     run, lifted, float(nodes.t[-1])
                 )
                 return lifted if kept else None
-            # A motion that breaks the rows that are held from now on is no guess within the limits.
-            guess = None if fast.any() else found
+            guess = found
             known = int(held.sum())
             if fast.any():
                 # The neighbours soon are, once these are held.
@@ -499,8 +497,6 @@ class Tube:
                 # A motion that begins or ends at a limit has the middle ordinate beside that at the limit as well.
                 held[0] = held[-1] = False
             more = np.maximum(over, np.append(over[1:], -1.0))
-            if number >= _LOCAL:
-                more = _around(more, np.cumsum(found.step), 0.5 * self.machine.period_s)
             less = np.where(more > 0.0, _MORE * more + 1e-3 * 2.0**number * allowed, 0.0)
             narrower = np.maximum(radius - less[owner], np.minimum(radius, _NARROWEST * nodes.allowed))
             if (narrower == radius).all() and int(held.sum()) == known:
@@ -646,12 +642,6 @@ def _apart(border: NDArray[np.bool_], places: Floats, tolerance: Floats) -> NDAr
             out[last] = last == 0
         last = k
     return out
-
-
-def _around(values: Floats, t: Floats, reach: float) -> Floats:
-    """Return the largest of values within a time of each, shape (k,)."""
-    first, stop = np.searchsorted(t, t - reach), np.searchsorted(t, t + reach, side="right")
-    return np.array([values[i:j].max() for i, j in zip(first.tolist(), stop.tolist(), strict=True)])
 
 
 def _rest(found: Solved, first: int) -> Solved:

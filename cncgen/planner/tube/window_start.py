@@ -13,6 +13,7 @@ from cncgen.planner.tube.window_problem import Problem, Solved
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 #: A problem with steps in time; velocities, accelerations and offsets at its nodes; jerks between them.
 Start = tuple[Problem, Floats, Floats, Floats, Floats | None]
 
@@ -50,6 +51,8 @@ def _again(given: Problem, before: Solved) -> Start:
         for each, limit in zip((before.velocity, before.acceleration, before.jerk), limits, strict=True)
     )
     speed *= _down(given, speed, within)
+    # Rows that hold the middle ordinates may be new.
+    bent[:-1][_beyond(given, speed, bent, before.step, within)] = 0.0
     offset = before.position - given.point
     offset += _inside(given, offset, bent, within, 0.0)
     _eased(given, offset, bent)
@@ -71,13 +74,18 @@ def _along(given: Problem, nodes: Nodes, part: float, steady: bool) -> Start:
     if not steady:
         rate[1:-1] = (speed[2:] - speed[:-2]) / (steps[1:] + steps[:-1])[:, None]
         rate = np.clip(rate, -_WITHIN * given.acceleration, _WITHIN * given.acceleration)
-        middle = speed[:-1] + 0.5 * steps[:, None] * rate[:-1]
-        over = (np.abs(middle) > 0.5 * (1.0 + _WITHIN) * given.velocity).any(axis=1)
-        over |= np.sqrt((middle**2 * given.weight).sum(axis=1)) > 0.5 * (1.0 + _WITHIN) * given.between
-        rate[:-1][over] = 0.0
+        rate[:-1][_beyond(given, speed, rate, steps, 0.5 * (1.0 + _WITHIN))] = 0.0
     offset = _inside(given, np.zeros_like(given.point), rate)
     _eased(given, offset, rate)
     return replace(given, step=steps), speed, rate, offset, None
+
+
+def _beyond(given: Problem, speed: Floats, rate: Floats, steps: Floats, within: float) -> Bools:
+    """Tell which intervals have a middle ordinate of the velocity beyond a part of what bounds it, shape (steps,)."""
+    middle = speed[:-1] + 0.5 * steps[:, None] * rate[:-1]
+    out: Bools = (np.abs(middle) > within * given.velocity).any(axis=1) & np.isfinite(given.between)
+    out |= np.sqrt((middle**2 * given.weight).sum(axis=1)) > within * given.between
+    return out
 
 
 def _down(given: Problem, speed: Floats, within: float) -> Floats:
