@@ -225,9 +225,9 @@ def quantities(case: Case, axes: str) -> list[Quantity]:
     ]
     times = machine.settings.get("times", {})
     return found + [
-        Quantity(f"times.{key}", f"{times[key]:g}", 1 if key.endswith("rpm_s") else -1, _scaled_time(key))
-        for key in times
-        if isinstance(times[key], int | float) and key != "pockets" and times[key]
+        Quantity(f"times.{key}", _time_text(value), 1 if key.endswith("rpm_s") else -1, _scaled_time(key))
+        for key, value in times.items()
+        if key != "pockets" and value
     ]
 
 
@@ -428,10 +428,25 @@ def _scaled_top(name: str) -> Callable[[Case, float], Case]:
 def _scaled_time(key: str) -> Callable[[Case, float], Case]:
     def scaled(case: Case, factor: float) -> Case:
         settings = dict(case.machine.settings)
-        settings["times"] = {**settings["times"], key: settings["times"][key] * factor}
+        settings["times"] = {**settings["times"], key: _longer(settings["times"][key], factor)}
         return replace(case, machine=replace(case.machine, settings=settings))
 
     return scaled
+
+
+def _longer(value: Any, factor: float) -> Any:
+    """Return an entry of ``[times]`` multiplied: a number, the seconds of ``m_codes``, or those of ``spindle_ramp``."""
+    if isinstance(value, Mapping):
+        return {code: seconds * factor for code, seconds in value.items()}
+    if isinstance(value, int | float):
+        return value * factor
+    return [[speed, seconds * factor] for speed, seconds in value]
+
+
+def _time_text(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{code} {seconds:g}" for code, seconds in value.items())
+    return f"{value:g}" if isinstance(value, int | float) else f"{value[-1][1]:g} at {value[-1][0]:g} rpm"
 
 
 def _scaled_velocities(case: Case, factor: float) -> Case:

@@ -168,6 +168,19 @@ def test_times_of_the_machine_are_exact(tmp_path: Path) -> None:
     assert worth["times.tool_change_s"].lines[0][2] == pytest.approx(0.4, abs=1e-9)
 
 
+def test_tables_of_times_are_changed_as_a_whole(tmp_path: Path) -> None:
+    """Two coolant codes of 0.3 s and 0.2 s, and a spindle that reaches 6000 rpm in 0.8 s and stands again after as much."""
+    table = {"m_codes": {"M8": 0.3, "M9": 0.2}, "spindle_ramp": [[6000, 0.8], [12000, 2.1]]}
+    machine = replace(load("xy-table"), settings={"times": table})
+    (tmp_path / "a.nc").write_text("G21 G90 F3000\nS6000 M3 M8\nG1 X10\nM5 M9\nM2\n")
+    _, found = why(tmp_path / "a.nc", machine)
+    worth = {each.name: each for each in found}
+    assert worth["times.m_codes"].derivative_s == pytest.approx(0.05, abs=1e-9)
+    assert worth["times.spindle_ramp"].derivative_s == pytest.approx(0.16, abs=1e-9)
+    assert worth["times.m_codes"].value == "M8 0.3, M9 0.2"
+    assert worth["times.spindle_ramp"].value == "2.1 at 12000 rpm"
+
+
 def test_the_command_ranks_and_writes_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.nc").write_text("G21 G90 F3000\nG1 X10\nM2\n")
     assert run(["why", str(tmp_path / "a.nc"), "-m", "xy-table", "--summary", str(tmp_path / "s.json")]) == 0
