@@ -13,7 +13,6 @@ tool changes and dwells, on a machine of random limits. One rule judges all quan
 - A kink is true where the slopes at 0 of parabolas through the plans of either side differ by more than 2 % of the larger.
 - Scatter is true where the plans leave twice the standard error of the difference above 1 % of it; its bound holds where the
   difference lies within.
-- Steps are true where the time goes up as well as down along the changes.
 """
 
 from __future__ import annotations
@@ -185,9 +184,6 @@ class Compared:
         if slope.kind is SlopeKind.KINK:
             sides = self.differences_s(self.rises_s, 1, 2), -self.differences_s(self.falls_s, 1, 2)
             return abs(sides[0] - sides[1]) > ASKED * max(map(abs, sides))
-        if slope.kind is SlopeKind.STEPS:
-            along = np.diff([*self.falls_s[::-1], 0.0, *self.rises_s])
-            return bool(along.max() > 0.0 > along.min())
         if slope.kind is SlopeKind.SCATTER:
             found = self.by_differences_s
             rest = (self.rises_s - self.falls_s) / 2.0 + self.sign * found * STEPS / CHANGE

@@ -3,6 +3,7 @@
 Every quantity is planned 10 % and 5 % higher and lower. The derivative is the five-point difference of these plans (Abramowitz and
 Stegun (1964), 25.3.6), whose error is below 10⁻⁴ where the time is smooth. It is not everywhere: a rapid at 45° needs more jerk
 of both axes, so one of them alone can only lengthen it, and plans of path and speed together jump by some 10⁻⁵ to 10⁻⁴ of the time.
+With the period it goes as a sawtooth, since stops wait for a setpoint.
 Where the differences show more than 0.5 % of that, the quantity is planned 2.5 % higher and lower too: where these change nothing,
 it does not bind; where the time is smooth so far, the differences of these and of 5 % count. Else the derivative is the
 least-squares one of eight plans within 5 %, and eight more between these make it surer where that may be some per cent off. Where its error may be above 1.5 % there is none, and `Slope.kind` says why.
@@ -67,7 +68,6 @@ class Quantity:
         sign: +1 where a rise shortens, -1 where a fall does.
         scaled: Returns the case with the quantity multiplied by a factor.
         part: Part of the split that counts; "": the whole cycle.
-        jumps: The time goes in steps with it, which may be too coarse for a derivative.
     """
 
     name: str
@@ -75,7 +75,6 @@ class Quantity:
     sign: int
     scaled: Callable[[Case, float], Case]
     part: str = ""
-    jumps: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +98,6 @@ class SlopeKind(StrEnum):
     SCATTER = "scatter"
     #: The derivatives to both sides differ.
     KINK = "kink"
-    #: The time goes in steps.
-    STEPS = "steps"
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,8 +216,7 @@ def quantities(case: Case, axes: str) -> list[Quantity]:
         Quantity(
             "chord_tolerance_mm", f"{machine.chord_tolerance_mm:g} mm", 1, _scaled_top("chord_tolerance_mm")
         ),
-        # Stops wait for a setpoint: the time goes with the period as a sawtooth.
-        Quantity("period_s", f"{machine.period_s:g} s", -1, _scaled_top("period_s"), jumps=True),
+        Quantity("period_s", f"{machine.period_s:g} s", -1, _scaled_top("period_s")),
         Quantity("rapid velocity", "", 1, _scaled_velocities, part="rapid"),
     ]
     times = machine.settings.get("times", {})
@@ -304,8 +300,6 @@ class _Savings:
             slope, sides = Slope(SlopeKind.NO_EFFECT), (0.0, 0.0)
         else:
             slope = derivative(self, noise)
-            if quantity.jumps and slope.derivative is None:
-                slope = replace(slope, kind=SlopeKind.STEPS)
             step = 4 if 4 in self.plans else 8
             first, opposite = (
                 sign * (4.0 * self(sign * step) - self(2 * sign * step)) * WHOLE / (2 * step)
@@ -511,7 +505,6 @@ _MEANINGS = {
     SlopeKind.KINK: "a | b: the time has a kink there; a change saves a at first, and its opposite costs b",
     SlopeKind.SCATTER: "a ± b: plans scatter by b",
     SlopeKind.SLACK: "does not bind: a small change does nothing; one of 10 % up or down does",
-    SlopeKind.STEPS: "in steps: motions end at a setpoint, so the time goes up and down with it",
 }
 
 
@@ -524,4 +517,4 @@ def by_derivative(each: Shortening) -> str:
         return " | ".join(f"{side:z.4f}" for side in each.sides_s)
     if slope.kind is SlopeKind.SCATTER:
         return f"{slope.seconds:z.4f} ± {slope.bound:.4f}"
-    return "in steps" if slope.kind is SlopeKind.STEPS else str(slope.kind)
+    return str(slope.kind)

@@ -173,7 +173,7 @@ function why(part, go) {
   const most = part.header.why[0].saved_s;
   const rows = part.header.why.map((item) => {
     const { kind } = item, about = `${brief(item.estimate_s)} ± ${brief(item.bound_s)}`;
-    const first = { smooth: brief(item.estimate_s), kink: item.sides_s.map(brief).join(" | "), scatter: about, steps: "in steps" }[kind] ?? kind;
+    const first = { smooth: brief(item.estimate_s), kink: item.sides_s.map(brief).join(" | "), scatter: about }[kind] ?? kind;
     const change = `${item.change > 0 ? "+" : "−"}${Math.round(100 * Math.abs(item.change))} %`;
     return element(
       "tr",
