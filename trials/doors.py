@@ -48,7 +48,7 @@ from cncgen.diagnostics import CncgenError, Diagnostics, RemarkWarning
 from cncgen.machine.kinematics import Kinematics
 from cncgen.setpoints.readers import isolated
 from cncgen.toolpath.reading import ReadOptions
-from trials.generators import door_commands, door_options, extreme_programs
+from trials.generators import door_commands, door_options, door_surroundings, extreme_programs
 from trials.generators import door_inputs as inputs
 
 #: Bounds of one input: seconds of processor time, and bytes beside what the process has already.
@@ -345,6 +345,54 @@ def run_commands(data: bytes) -> None:
             raise AssertionError(f"exit {code} and files are left: {said} {left}")
 
 
+def run_environment(data: bytes) -> None:
+    """Run a command in the environment of a case of `door_surroundings`; where it is refused, it writes nothing."""
+    variables, words = door_surroundings.parts_of(data)
+    given = door_options.files()
+    with _folder(given), patch("webbrowser.open", lambda url: False):
+        known = tempfile.tempdir
+        variables.setdefault("TMPDIR", str(known))
+        try:
+            with patch.dict(os.environ, variables):
+                tempfile.tempdir = None  # looked for again
+                code, said = _command(words)
+        finally:
+            tempfile.tempdir = known
+        if code in (2, 3) and (left := set(os.listdir()) ^ set(given)):
+            raise AssertionError(f"exit {code} and files are there or gone: {said} {left}")
+
+
+def run_completion(data: bytes) -> None:
+    """Complete a line, as a shell asks for it."""
+    shell, at, line = [*data.decode("utf-8", "surrogateescape").replace("\0", "").split("\n", 2), "", ""][:3]
+    with patch.dict(
+        os.environ, {"_CNCGEN_COMPLETE": f"{shell}_complete", "COMP_WORDS": line, "COMP_CWORD": at}
+    ):
+        try:
+            _command([])
+        except SystemExit as ended:  # by click
+            if ended.code not in (0, 1):
+                raise AssertionError(f"exit {ended.code}") from None
+
+
+def run_names(data: bytes) -> None:
+    """Show a program, a machine, a plan, setpoints and a verdict with a hostile name in a notebook and as text."""
+    import cncgen
+
+    named = data.decode("utf-8", "replace")
+    machine = replace(_machine("generic-mill"), name=named)
+    text = f"G21 G90\n(MSG, {named[:50]})\nG1 X1 F1000\nM2\n"
+    program = cncgen.read_text(text, named, language="gcode")
+    planned = cncgen.plan(program, machine)
+    points = cncgen.sample(planned).collect()
+    judged = cncgen.judge(points, program, machine)
+    for each in (program, machine, planned, points, judged):
+        repr(each)
+        shown = each._repr_html_() if hasattr(each, "_repr_html_") else None
+        if shown and "<script>" in named and "<script>" in shown:
+            raise AssertionError(f"markup of a name stands in what a notebook shows of {type(each).__name__}")
+
+
 @contextlib.contextmanager
 def _folder(files: dict[str, bytes]) -> Iterator[None]:
     """Work in a folder with some files."""
@@ -426,6 +474,9 @@ def _doors() -> dict[str, Door]:
     found["tools"] = Door(lambda: list(inputs.TOOLS), inputs.change, run_tools)
     found["extremes"] = Door(lambda: [b""], lambda rng, *_: extreme_programs.case(rng), run_extremes, 25)
     found["commands"] = Door(door_commands.seeds, door_commands.change, run_commands, 40)
+    found["environment"] = Door(door_surroundings.seeds, door_surroundings.change, run_environment, 30)
+    found["completion"] = Door(lambda: [b""], door_surroundings.completion, run_completion, 100)
+    found["names"] = Door(lambda: [b"part.nc"], door_surroundings.name, run_names, 50)
     found["options"] = Door(door_options.seeds, door_options.change, run_options, 60)
     return found
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+from contextlib import suppress
 from typing import Any
 
 import click
@@ -57,7 +58,7 @@ class Commands(OnceGroup):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that the arguments name; name the nearest one for an unknown name."""
-        if args[0] not in COMMANDS and (near := _near(args[0])):
+        if not ctx.resilient_parsing and args[0] not in COMMANDS and (near := _near(args[0])):
             ctx.fail(f"No such command {args[0]!r}; did you mean {near}?")
         return super().resolve_command(ctx, args)
 
@@ -82,11 +83,18 @@ def cli() -> None:
     """
 
 
+def _completed() -> int:
+    """Tell a shell what may stand where its cursor is, as its variables ask; return the exit code."""
+    with suppress(ValueError):  # of a place of the cursor that is no number
+        cli.main([], prog_name="cncgen")
+    return 1
+
+
 def invoke(words: list[str]) -> int:
     """Run the command that the arguments name; say what is wrong with them; return the exit code."""
     try:
         if "_CNCGEN_COMPLETE" in os.environ:  # click's completion in the shell
-            cli.main(prog_name="cncgen")
+            return _completed()
         # Not `cli.main`, which would turn a broken pipe into exit code 1.
         with cli.make_context("cncgen", list(words)) as context, together():
             outcome: Any = cli.invoke(context)

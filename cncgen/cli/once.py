@@ -15,7 +15,7 @@ class OnceGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that the arguments name, and look at its options."""
         name, command, rest = super().resolve_command(ctx, args)
-        if command is not None and (again := _given_again(command, rest)):
+        if command is not None and not ctx.resilient_parsing and (again := _given_again(command, rest)):
             raise click.UsageError(f"{again} is given more than once.", click.Context(command, ctx, name))
         return name, command, rest
 

@@ -283,13 +283,21 @@ def _platform(fmi: int) -> tuple[str, str]:
     return f"{processor}-{system[0]}", system[1]
 
 
+#: Longest time that a compiler may take, s.
+_COMPILING_S = 120.0
+
+
 def _compiled(source: str, suffix: str) -> bytes:
     """Compile a C text; return the library.
 
     Raises:
         UsageError: There is no compiler, or it refuses the text.
     """
-    command = shlex.split(os.environ.get("CC", "cc"))
+    named = os.environ.get("CC", "cc")
+    try:
+        command = shlex.split(named)
+    except ValueError:  # quotes without an end
+        command = []
     if not command or shutil.which(command[0]) is None:
         text = f"an FMU is compiled from C, and there is no compiler {command[0] if command else 'in CC'}"
         raise UsageError(Diagnostic("fmu-compiler", text, hint="install one, or name it: CC=gcc"))
@@ -297,10 +305,13 @@ def _compiled(source: str, suffix: str) -> bytes:
         path, library = Path(folder) / f"{MODEL}.c", Path(folder) / f"{MODEL}{suffix}"
         path.write_text(source, encoding="utf-8")
         words = [*command, *_FLAGS, str(path), "-o", str(library), "-lm"]
-        made = subprocess.run(words, capture_output=True, text=True, check=False, timeout=120)
-        if made.returncode:
-            said = (made.stderr.strip().splitlines() or [f"exit {made.returncode}"])[0]
-            raise UsageError(
-                Diagnostic("fmu-compiler", f"{command[0]} refuses the C text of the FMU: {said}")
+        try:
+            made = subprocess.run(
+                words, capture_output=True, text=True, errors="replace", check=False, timeout=_COMPILING_S
             )
-        return library.read_bytes()
+            said = next(iter(made.stderr.strip().splitlines()), f"exit {made.returncode}")
+            if made.returncode == 0 and library.exists():
+                return library.read_bytes()
+        except (OSError, subprocess.TimeoutExpired) as error:
+            said = str(error)
+        raise UsageError(Diagnostic("fmu-compiler", f"{command[0]} refuses the C text of the FMU: {said}"))

@@ -304,3 +304,14 @@ def test_a_missing_compiler_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     path = tmp_path / "t.fmu"
     assert run(["simulate", "-m", "xy-table", "--fmu", str(path)]) == 2
     assert not path.exists()
+
+
+@pytest.mark.parametrize("compiler", ['"', "", "no-such-compiler", "true", "cat", "/etc/passwd", "false"])
+def test_a_compiler_that_is_none_is_named(
+    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A quote without an end in CC was an internal error, and so was a command that ends well and writes nothing."""
+    monkeypatch.setenv("CC", compiler)
+    assert run(["simulate", "--axis-params", "xy-table", "--fmu", str(tmp_path / "o.fmu")]) == 2
+    assert "fmu-compiler" in capfd.readouterr().err
+    assert list(tmp_path.iterdir()) == []
