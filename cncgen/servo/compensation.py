@@ -262,7 +262,7 @@ def compensate(
     if learnt.passes == 0 and learnt.before.judged > NO_CONTOUR_MM:
         free = (
             None
-            if limits is None
+            if limits is None or work.over
             else learn(wanted, axes, [None] * len(kept), passes=passes, settle_s=settle_s)
         )
         over = breaks(limits or {}, head.axes, learnt.wanted, head.period_s)

@@ -396,6 +396,9 @@ def learn(
         )
     passes_of = _Passes(whole, axes, limits, leeway, work or WorkBudget.of(wanted))
     found = Learnt(whole, whole, lead, tail, before, before, 0, 0.0)
+    if passes_of.least_work > passes_of.work.most:  # no pass would end: it is known before the first one
+        passes_of.work.done = passes_of.least_work
+        return _trimmed(found, whole, settle_s, axes, limits)
     found, last = passes_of.run(found, command, passes, axes.tracking_error)
     for start in (last, resting):
         if axes.by_contour and found.after.judged * enough > before.judged and not passes_of.work.over:
@@ -413,6 +416,12 @@ class _Passes:
         self._windows = cut(_busy(whole, limits, axes.period_s), sum(axes.asked) + 2 * leeway)
         self._fading = _fading(len(whole), leeway)
         self._done = 0
+
+    @property
+    def least_work(self) -> float:
+        """Return what one pass may ask for that brings a command within its limits."""
+        rows = self._axes.length(self._windows.rows) * (len(self._windows.seams) - 1)
+        return float(sum(limit is not None for limit in self._limits) * rows * (ROUNDS + FINISHING_ROUNDS))
 
     def _updates(self) -> list[WindowedUpdate]:
         axes, length = self._axes, self._axes.length(self._windows.rows)

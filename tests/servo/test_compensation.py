@@ -208,6 +208,16 @@ def test_a_motion_that_is_followed_as_it_is_is_refused_where_it_breaks_a_limit()
         compensate(stream(rows, "X"), servo, limits={"X": replace(WIDE, max_velocity=1.0)})
 
 
+def test_loops_that_remember_a_minute_are_refused_before_the_first_pass(programs):
+    """Loops of 0.5 1/s settle to 10⁻⁹ in 41 s: it took 74 s to say that nothing was found."""
+    machine, servos = load_machine("xy-table"), two_axes("first-order", position_gain_1_s=0.5)
+    rows = planned(programs, "circle.nc", machine)
+    work = WorkBudget.of(rows[0].position)
+    with pytest.raises(NoPlanError, match="bound of work, since the loops remember so many periods"):
+        compensate(rows, servos, limits=machine.axes, work=work)
+    assert work.done == 2 * 2**17 * 3300  # of the pass that was not made
+
+
 def test_where_limits_leave_no_room_in_time_the_contour_error_alone_is_learnt(programs):
     """P loops of 60/s lag by v/60 along the star: its limits do not let them catch up, and need not for them to be on the path."""
     machine, servos = load_machine("xy-table"), two_axes("first-order", position_gain_1_s=60.0)
