@@ -13,7 +13,9 @@ import pytest
 from cncgen import ranges
 from cncgen.cli import app, memory
 from cncgen.gcode import budget
+from cncgen.pipeline import reading
 from cncgen.planner.record import MOST_ROWS
+from cncgen.servo import compensation
 from cncgen.toolpath.reading import ReadOptions
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -178,6 +180,14 @@ def test_bounds_of_security_are_those_of_the_code() -> None:
     assert float(row["weights of one rational curve"].rpartition(" ")[2]) == ranges.WEIGHT_RATIO
     work = next(cell for name, cell in row.items() if name.startswith("work of a program"))
     assert work.startswith(f"{budget.MOST_WORK:,} units and {budget.WORK_OF_A_LINE} a line")
+    for begin, most in (
+        ("motions and events that", reading.PLANNED),
+        ("the same to a plan", reading.PREDICTED),
+        ("the same to `why`", reading.REPEATED),
+        ("setpoints of a program", (compensation.MOST_ROWS, compensation.MOST_ROWS_OF_A_LINE)),
+    ):
+        (cell,) = (cell for name, cell in row.items() if name.startswith(begin))
+        assert cell == f"{most[0]:,} and {most[1]:,} a line"
 
 
 def test_a_loop_of_more_motions_than_planning_takes_is_refused_where_they_are_made(

@@ -287,16 +287,16 @@ def _cut(
     owner = np.clip(np.searchsorted(place, at.s, side="right") - 1, 0, len(segments) - 1)
     ratio = np.where(over, at.v / cap, 0.0)
     columns = _CutSegments.of(segments, place)
-    for segment in np.unique(owner[over])[::-1]:
-        inside = np.flatnonzero(owner == segment)
-        worst = int(inside[np.argmax(ratio[inside])])
-        level = cap[worst]
-        near = cap[inside] <= level * (1.0 + _PLATEAU)
-        low, high = _run_around(near, worst - inside[0])
-        begin = max(at.s[inside[low]], place[segment])
-        end = min(at.s[inside[high]], place[segment + 1])
-        added = columns.split(int(segment), begin, end, level)
-        joint = joint + np.where(joint > segment, added, 0)
+    added = np.zeros(len(segments) + 1, np.int64)
+    for segment in np.unique(owner[over])[::-1].tolist():
+        first, stop = np.searchsorted(owner, [segment, segment + 1]).tolist()
+        worst = int(np.argmax(ratio[first:stop]))
+        level = cap[first + worst]
+        low, high = _run_around(cap[first:stop] <= level * (1.0 + _PLATEAU), worst)
+        begin = max(at.s[first + low], place[segment])
+        end = min(at.s[first + high], place[segment + 1])
+        added[segment + 1] = columns.split(segment, begin, end, level)
+    joint = joint + np.cumsum(added)[joint]
     finer, place = columns.segments()
     return finer, place, joint
 
