@@ -76,9 +76,12 @@ def kernel_extensions() -> list[Extension]:
 
 # A process that Cython starts may import this file again.
 if __name__ == "__main__":
-    runpy.run_path("grammars/lalr.py")["write_all"]()
+    # pip asks for requirements and metadata before it builds: they need neither tables nor kernels.
+    described = {"egg_info", "dist_info"} & set(sys.argv[1:])
+    if not described:
+        runpy.run_path("grammars/lalr.py")["write_all"]()
     setup(
         packages=[*find_packages(include=["cncgen", "cncgen.*"]), "cncgen.grammars", "cncgen.programs"],
-        ext_modules=kernel_extensions(),
+        ext_modules=[] if described else kernel_extensions(),
         options={"build_ext": {"parallel": os.cpu_count() or 1}},
     )
