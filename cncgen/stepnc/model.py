@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
 
@@ -46,7 +46,7 @@ class Technology:
         feed: mm/s.
         feed_per_tooth, feed_per_rev: mm.
         spindle: rev/s, positive against the clock seen from the spindle towards the work (most cutters: negative).
-        cutting_speed: mm/s.
+        cutting_speed: mm/s; below 0 the spindle turns with the clock, above 0 by the hand of the tool.
         synchronised: Whether the feed follows the spindle (tapping).
         max_spindle: Fastest turn of the spindle at a constant cutting speed, rev/s.
     """
@@ -60,6 +60,12 @@ class Technology:
     synchronised: bool = False
     max_spindle: float | None = None
 
+    def spindle_at(self, diameter: float, left_handed: bool = False) -> float:
+        """Return the spindle speed that the cutting speed makes at a diameter (mm), rev/s, signed as `spindle`."""
+        cutting = self.cutting_speed or 0.0
+        speed = min(abs(cutting) / (math.pi * diameter), abs(self.max_spindle or math.inf))
+        return speed if left_handed and cutting > 0 else -speed
+
 
 @dataclass(frozen=True, slots=True)
 class Functions:
@@ -70,6 +76,14 @@ class Functions:
     mist: bool | None = None
     through_spindle: bool | None = None
     others: Mapping[str, Any] = field(default_factory=_empty)
+
+    def by_way_of(self, kind: str) -> Functions:
+        """Return the functions with the coolant as a coolant_type of ISO 14649-12 says: flood, mist or through the tool."""
+        if kind.startswith("mist"):
+            return replace(self, coolant=False, mist=self.coolant)
+        if kind.startswith("through"):
+            return replace(self, coolant=False, through_spindle=self.coolant)
+        return self
 
 
 #: Milling tools whose edges do not reach their middle (ISO 14649-111), and the steepest way down that is usual for them, rad.

@@ -539,13 +539,14 @@ def test_an_allowance_lies_over_a_round_bottom():
         (("CONICAL_HOLE_BOTTOM", 90.0, None), ["stepnc-tip"]),
         (("CONICAL_HOLE_BOTTOM", 120.0, None), []),
         (("CONICAL_HOLE_BOTTOM", 2.0943951023931953, None), ["stepnc-angle"]),
+        (("CONICAL_HOLE_BOTTOM", 0.5235987755982988, None), ["stepnc-angle"]),
         (("CONICAL_HOLE_BOTTOM", 120.4, None), []),
         (("CONICAL_HOLE_BOTTOM", 119.4, None), ["stepnc-tip"]),
         (("THROUGH_BOTTOM_CONDITION",), []),
     ],
 )
 def test_a_drills_point_that_is_not_the_bottoms(bottom, expected):
-    """The drill's edges stand at 30 degrees: a point of 120, half a degree more or less."""
+    """The drill's edges stand at 30 degrees: a point of 120, half a degree more or less; UFSC's files give both alike, in radians."""
     part = Features()
     hole = part.add("ROUND_HOLE", *part.head(), part.size(10), None, part.add(*bottom))
     tool = part.tool("T", 10.0, body="TWIST_DRILL", tip=30.0)

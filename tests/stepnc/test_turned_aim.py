@@ -156,6 +156,6 @@ def test_what_is_not_turned_is_named(name):
 def test_a_cutting_speed_of_a_crawl_is_remarked():
     """2.5 mm/s, which the standard's own example has: 2.5 m/s is meant."""
     part = Turned()
-    speed = ("CONST_CUTTING_SPEED", 0.0025, 50.0)
+    speed = ("CONST_CUTTING_SPEED", 0.0025, -50.0)
     part.turn("FACING_FINISH", part.face(25), part.turning_tool(0.4), speed=speed)
     assert codes(run(part.whole())[1]) == ["stepnc-speed-unit"]

@@ -9,7 +9,7 @@ import pytest
 from cncgen.stepnc import read
 from cncgen.toolpath.record import FeedMode
 from tests.stepnc.aim import Aim
-from tests.stepnc.building import WHOLE, E, Part, codes, motions
+from tests.stepnc.building import WHOLE, E, Part, codes, motions, run
 
 KEYS = ["TURNING_TYPE_OPERATION", "FACING_TURNING_OPERATION", "GROOVING_TURNING_OPERATION"]
 
@@ -87,7 +87,7 @@ def test_facing_at_a_constant_cutting_speed_takes_as_long_as_the_integral(most):
     """2 m/s from a radius of 25 mm to 2 mm, 0.2 mm a turn; with 50 turns a second at most, reached at 6.37 mm."""
     part = turned([(25, 0, -7), (2, 0, -7)], ("CONST_CUTTING_SPEED", 2.0, most), "FACING_ROUGH")
     path, found = part.read()
-    assert codes(found) == []
+    assert {c[:2] for c in found} == {("stepnc-spindle-sign", "note")}
     assert seconds(path) == pytest.approx(facing_time(25.0, 2.0, 2000.0, 0.2, most), rel=2e-3)
     spindle = next(e for e in path.events if e.name == "spindle")
     assert spindle.values["speed_rpm"] == pytest.approx(60 * 2000.0 / (2 * math.pi * 25.0))
@@ -115,10 +115,33 @@ def test_operations_that_are_not_made_are_named(keyword):
     assert keyword.replace("_", " ").lower() in errors[0].message
 
 
+def test_the_sign_of_the_largest_speed_tells_the_sense():
+    """ISO 14649-10: a rot_speed_measure below 0 turns with the clock."""
+    path, found = turned(
+        [(25, 0, -7), (2, 0, -7)], ("CONST_CUTTING_SPEED", 2.0, -50.0), "FACING_ROUGH"
+    ).read()
+    assert codes(found) == []
+    assert next(e for e in path.events if e.name == "spindle").values["direction"] == 1
+    assert seconds(path) == pytest.approx(facing_time(25.0, 2.0, 2000.0, 0.2, 50.0), rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("kind", "on"), [("FLOOD", "flood"), ("MIST", "mist"), ("THROUGH_TOOL", "through_spindle")]
+)
+def test_the_type_of_coolant(kind, on):
+    """ISO 14649-12: coolant_type of turning_machine_functions."""
+    part = turned([(25, 0, 5), (25, 0, -40)], ("CONST_SPINDLE_SPEED", -20.0))
+    text = part.text().replace("TURNING_MACHINE_FUNCTIONS(.T.,$", f"TURNING_MACHINE_FUNCTIONS(.T.,.{kind}.")
+    path, _ = run(text)
+    coolant = next(e for e in path.events if e.name == "coolant")
+    assert {k for k, v in coolant.values.items() if v} == {on}
+
+
 @pytest.mark.parametrize("keyword", KEYS)
+@pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("most", [None, 50.0])
-def test_ap238_at_a_constant_cutting_speed(keyword, most):
-    """As Next-NC writes it: a surface speed in length a minute, with the largest rotational speed beside it."""
+def test_ap238_at_a_constant_cutting_speed(keyword, most, sign):
+    """As Next-NC writes it: a surface speed in length a minute, below 0 with the clock, and the largest rotational speed."""
     aim = Aim()
     step, operation = aim.step(keyword)
     file, minute = aim.file, aim.minute()
@@ -126,14 +149,17 @@ def test_ap238_at_a_constant_cutting_speed(keyword, most):
     item = file.measure("feed per revolution", 0.2, file.feed_per_turn)
     name = "MACHINING_FEED_SPEED_REPRESENTATION"
     file.property(technology, "feedrate", name, "feed per revolution", item)
-    items = [file.measure("surface speed", 120_000.0, file._product((file.length, 1.0), (minute, -1.0)))]
+    items = [
+        file.measure("surface speed", sign * 120_000.0, file._product((file.length, 1.0), (minute, -1.0)))
+    ]
     if most is not None:
         items.append(file.measure("maximum rotational speed", most, file.spindle_unit))
     name = "MACHINING_SPINDLE_SPEED_REPRESENTATION"
     file.property(technology, "spindle", name, "cutting speed", *items)
     aim.path(operation, aim.polyline((25, 0, 0), (2, 0, 0)), technology)
     path, found = aim.read(aim.plan(step))
-    assert codes(found) == []
+    assert {c[:2] for c in found} == ({("stepnc-spindle-sign", "note")} if sign > 0 else set())
+    assert next(e for e in path.events if e.name == "spindle").values["direction"] == 1
     assert seconds(path) == pytest.approx(facing_time(25.0, 2.0, 2000.0, 0.2, most), rel=2e-3)
 
 

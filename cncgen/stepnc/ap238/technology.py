@@ -78,7 +78,9 @@ class Resources:
         cutting = next((m.value for m in speeds.values()), None)
         words = [described(i) for i in properties.get("synchronize spindle with feed", [])]
         in_step = any(w and not w.endswith(("not synchronized", "off", "false")) for w in words)
-        fastest = abs(most[0].value) / (2 * math.pi if most[0].unit.angle else 1.0) if most else None
+        fastest = most[0].value / (2 * math.pi if most[0].unit.angle else 1.0) if most else None
+        if cutting is not None and fastest is not None and fastest < 0:
+            cutting = -abs(cutting)
         return Technology(ident, feed, tooth, revolution, spindle, cutting, in_step, fastest)
 
     def _length_factor(self, item: Item) -> float:
@@ -115,10 +117,18 @@ class Resources:
                 return next((_ON[t.split()[-1]] for t in texts if t and t.split()[-1] in _ON), None)
 
             known = ("coolant", "mist", "through spindle coolant")
-            quiet = (*known, "chip removal", "coolant pressure", "through pressure", "axis clamping")
+            kind = next((described(i) for i in properties.get("coolant type", [])), "")
+            quiet = (
+                *known,
+                "coolant type",
+                "chip removal",
+                "coolant pressure",
+                "through pressure",
+                "axis clamping",
+            )
             others = {n: True for n in properties if n not in quiet}
             coolant, mist, through = (state(n) for n in known)
-            self._functions[ident] = Functions(ident, coolant, mist, through, others)
+            self._functions[ident] = Functions(ident, coolant, mist, through, others).by_way_of(kind)
         return self._functions[ident]
 
     # Tools

@@ -27,9 +27,7 @@ def radius(piece: Piece) -> float:
 
 def spindle_at(technology: Technology, distance: float) -> float:
     """Return the spindle speed of a constant cutting speed at a distance from the axis, rev/s with the sign of ISO 14649 (clockwise)."""
-    speed = (technology.cutting_speed or 0.0) / (2 * math.pi * max(distance, LEAST_RADIUS))
-    most = technology.max_spindle
-    return -min(speed, abs(most)) if most else -speed
+    return technology.spindle_at(2 * max(distance, LEAST_RADIUS))
 
 
 def at_diameter(technology: Technology, pieces: list[Piece]) -> tuple[Technology, Technology | None]:

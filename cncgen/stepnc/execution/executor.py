@@ -51,6 +51,10 @@ MAX_SPEED = 1e7
 MAX_DWELL = 1e6
 #: A turn of the turning axis that is worth a warning where the tool hardly leans, rad.
 MAX_SWING = math.pi / 4
+#: ISO 14649-12 gives const_cutting_speed no sense; its max_speed is a rot_speed_measure, below 0 with the clock.
+NO_SENSE = (
+    "a constant cutting speed above 0 does not tell which way the work turns; it is with the clock (M3)"
+)
 
 
 class ProgramExecutor:
@@ -289,8 +293,10 @@ class ProgramExecutor:
             technology = self._rules.applied(path.technology, step.operation.tool or machine.tool)
             technology = completed(technology, step.operation.technology)
         around = None
-        if technology is not None and not rapid and step.operation.kind.startswith(TURNING):
+        if technology is not None and step.operation.kind.startswith(TURNING):
             check_cutting_speed(technology, self._warn)
+            if technology.spindle is None and (technology.cutting_speed or 0.0) > 0 and not rapid:
+                self._warn(technology.ident, "stepnc-spindle-sign", NO_SENSE, Severity.NOTE)
             technology, around = at_diameter(technology, pieces)
         self._set_speeds(step, path, technology, rapid)
         if not pieces:
@@ -307,7 +313,7 @@ class ProgramExecutor:
             self._canon.synchronise(None)
         elif not rapid and step.operation.paths is not None and technology and technology.synchronised:
             self._in_step(path, technology, pieces)
-        elif around is not None and technology is not None and technology.feed is None:
+        elif around is not None and not rapid and technology is not None and technology.feed is None:
             self._turned(pieces, around, technology)
         elif step.operation.kind == "probing" and not rapid:
             self._canon.probing(True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
@@ -63,7 +62,12 @@ def completed(technology: Technology, operation: Technology | None) -> Technolog
             feed_per_tooth=operation.feed_per_tooth,
         )
     if technology.spindle is None and technology.cutting_speed is None:
-        technology = replace(technology, spindle=operation.spindle, cutting_speed=operation.cutting_speed)
+        technology = replace(
+            technology,
+            spindle=operation.spindle,
+            cutting_speed=operation.cutting_speed,
+            max_spindle=operation.max_spindle,
+        )
     return technology
 
 
@@ -131,6 +135,7 @@ def check_cutting_speed(technology: Technology, warn: Warn) -> None:
     cutting = technology.cutting_speed
     if cutting is None or technology.spindle is not None:
         return
+    cutting = abs(cutting)
     if cutting > MAX_PLAUSIBLE_CUTTING_SPEED:
         text = f"a cutting speed of {cutting / 1000:g} m/s is {cutting * 0.06:.0f} m/min; --speed-unit m/min reads it so"
         warn(technology.ident, "stepnc-speed-unit", text)
@@ -144,9 +149,8 @@ def _spindle(technology: Technology, tool: CuttingTool | None, warn: Warn) -> fl
     cutting, given = technology.cutting_speed, technology.spindle
     diameter = tool.diameter if tool else None
     from_cutting = None
-    if cutting is not None and diameter:
-        turn = 1.0 if tool and tool.left_handed else -1.0
-        from_cutting = turn * cutting / (math.pi * diameter)
+    if cutting is not None and tool and diameter:
+        from_cutting = technology.spindle_at(diameter, tool.left_handed)
     if given is not None:
         if cutting is not None:
             text = "cutspeed and spindle are both given; the spindle speed counts"

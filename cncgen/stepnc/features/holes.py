@@ -339,8 +339,7 @@ def tap(job: Job) -> tuple[CutterPath, ...]:
     pitch = _pitch(job)
     speed = technology.spindle
     if speed is None and technology.cutting_speed is not None and job.radius > 0:
-        turn = 1.0 if job.tool.left_handed else -1.0
-        speed = turn * technology.cutting_speed / (2 * math.pi * job.radius)
+        speed = technology.spindle_at(2 * job.radius, job.tool.left_handed)
     if speed is None or speed == 0:
         raise job.fault("stepnc-missing", "tapping needs a spindle speed above 0")
     if technology.feed is not None:

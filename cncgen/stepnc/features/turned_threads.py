@@ -83,9 +83,7 @@ def _steady(job: Job, diameter: float, pitch: float) -> Technology:
     technology = job.technology
     speed = technology.spindle
     if speed is None and technology.cutting_speed is not None:
-        speed = -technology.cutting_speed / (math.pi * diameter)
-        if technology.max_spindle:
-            speed = -min(-speed, abs(technology.max_spindle))
+        speed = technology.spindle_at(diameter)
         text = f"a thread needs a spindle that keeps its speed: {-speed * 60:.4g} a minute, that of its major diameter"
         job.warn("stepnc-speed", text)
     if not speed:

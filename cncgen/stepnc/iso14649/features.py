@@ -32,6 +32,8 @@ _BOTTOMS = {
     "FLAT_WITH_RADIUS_HOLE_BOTTOM": "flat with radius",
     "RADIUSED_POCKET_BOTTOM_CONDITION": "radiused",
 }
+#: No bottom of a hole is sharper, degrees: such an angle is that of the edge from the plane.
+SHARPEST = 45.0
 #: Entities that are machined as another feature is.
 _KINDS = {
     "GENERAL_OUTSIDE_PROFILE": "general outside profile",
@@ -160,11 +162,17 @@ class Features:
         diameter, depth = self.profiles.length(entity, "diameter"), self.depth(entity)
         angle = end.optional("tip_angle") if end is not None else None
         if end is not None and angle is not None and LEAST_RADIANS <= angle < math.pi:
-            text = (
-                f"a hole's bottom of {angle:g}° is a needle; it is taken as {angle / DEGREE:.4g}°, in radians"
+            meant = angle / DEGREE
+            if meant < SHARPEST:
+                meant = 180.0 - 2 * meant
+            text = f"a hole's bottom of {angle:g}° is a needle; it is taken as {meant:.4g}°"
+            text += (
+                ", in radians"
+                if meant == angle / DEGREE
+                else ", in radians from the plane, as of a drill's edge"
             )
             end.warn("stepnc-angle", text)
-            angle /= DEGREE
+            angle = meant
         return Shape(
             depth,
             diameter=diameter,

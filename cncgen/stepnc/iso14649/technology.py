@@ -92,10 +92,11 @@ class Resources:
 
     def _turning(self, entity: Entity) -> Technology:
         """Return a TURNING_TECHNOLOGY (ISO 14649-12): m/s become mm/s; rev/s and mm a turn stay."""
-        feed, spindle, cutting, most = entity.optional("feedrate"), None, None, None
+        feed, spindle, cutting, most, with_clock = entity.optional("feedrate"), None, None, None, False
         speed = self.entities.optional(entity.ref("spindle_speed"))
         if speed is not None and speed.keyword == "CONST_CUTTING_SPEED":
             cutting, most = speed.number("speed") * 1000.0, speed.optional("max_speed")
+            with_clock = most is not None and most < 0
         elif speed is not None:
             spindle = self.entities.get(speed.id, "CONST_SPINDLE_SPEED", owner=entity.id).number("rot_speed")
         given = (feed, entity.optional("feed_per_revolution"), cutting)
@@ -106,7 +107,7 @@ class Resources:
             None if feed is None else feed * 1000.0,
             feed_per_rev=given[1],
             spindle=spindle,
-            cutting_speed=cutting,
+            cutting_speed=-cutting if with_clock and cutting is not None else cutting,
             synchronised=entity.flag("sync_spindle_and_z_feed") is True,
             max_spindle=most,
         )
@@ -114,7 +115,7 @@ class Resources:
     def _functions(self, ident: int) -> Functions:
         entity = self.entities.get(ident, "MILLING_MACHINE_FUNCTIONS", "TURNING_MACHINE_FUNCTIONS")
         if entity.keyword == "TURNING_MACHINE_FUNCTIONS":
-            return Functions(ident, entity.flag("coolant"))
+            return Functions(ident, entity.flag("coolant")).by_way_of(entity.enum("coolant_type").lower())
         others = {}
         if entity.get("oriented_spindle_stop") is not None:
             others["oriented spindle stop"] = True

@@ -52,7 +52,7 @@ REVOLVED_ROUND &REVOLVED rounded_edge_shape:r
 ROUNDED_CORNER corner_radius:*
 THREAD_STRATEGY &STRATEGY cut_in_amount_function:e threading_direction:e path_return_angle:n lift_height:n others:+
 TURNING_CUTTING_TOOL its_id:s others:+
-TURNING_MACHINE_FUNCTIONS coolant:e others:+
+TURNING_MACHINE_FUNCTIONS coolant:e coolant_type:e others:+
 TURNING_MACHINE_TOOL its_id:s its_tool_body:* others:+
 TURNING_TECHNOLOGY feedrate:n feedrate_reference:e spindle_speed:r feed_per_revolution:n sync_spindle_and_z_feed:e others:+
 TURNING_THREADING_TOOL dimension:* hand_of_tool:* others:+
