@@ -482,14 +482,19 @@ def test_while_counts_and_if_chooses():
 
 
 def test_a_loop_without_end_is_ended():
-    from cncgen.stepnc import read
-    from cncgen.toolpath.reading import ReadOptions
-
+    """Variables get numbers and other variables alone, so that a turn that leaves them as an earlier one did repeats it."""
     part = Part()
-    part.project(part.plan(part.add("WHILE_STATEMENT", "", E("T"), part.add("SET_MARK", ""))))
-    program = read(part.text().encode(), "t.stp", ReadOptions(max_steps=200))
-    list(program.chunks())
-    assert "stepnc-endless" in [d.code for d in program.diagnostics]
+    n, m, k = (
+        part.add("NC_VARIABLE", name, value) for name, value in zip("nmk", (0.0, 1.0, 0.0), strict=True)
+    )
+    always = part.add("COMPARISON_LESS", n, 5.0)
+    swap = [part.add("ASSIGNMENT", "", *pair) for pair in ((k, n), (n, m), (m, k))]
+    part.project(
+        part.plan(part.add("WHILE_STATEMENT", "", always, part.plan(part.add("SET_MARK", ""), *swap)))
+    )
+    path, found = part.read()
+    assert codes(found, "error") == ["stepnc-endless"]
+    assert len(path.kind) < 20
 
 
 def test_parallel_is_refused_selective_and_non_sequential_are_not():

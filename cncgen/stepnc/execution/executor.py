@@ -190,11 +190,16 @@ class ProgramExecutor:
             branch = choice.then if choice.condition(self._variables) else choice.otherwise
             yield from self._child(branch, choice.context)
             return
+        seen = set()
         while choice.condition(self._variables):
+            # Nothing but the variables tells the next turn from one before.
             self._steps_left -= 1
-            if self._steps_left < 0:
-                self._fail(choice.ident, "stepnc-endless", "the loop has not ended after the steps allowed")
+            now = tuple(self._variables.values())
+            if now in seen or self._steps_left < 0:
+                why = "its variables are those of an earlier turn" if now in seen else "no step allowed is left"
+                self._fail(choice.ident, "stepnc-endless", f"the loop does not end: {why}")
                 raise _Endless
+            seen.add(now)
             yield from self._child(choice.then, choice.context)
 
     def _function(self, function: NcFunction) -> None:
