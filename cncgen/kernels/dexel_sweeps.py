@@ -71,7 +71,8 @@ class _Sweep:
     z: cython.double
     enter: cython.double
     leave: cython.double
-    # Results: of `_clear` the envelope above a point and its change along w, x and y, of `_between` the ends.
+    # Results: of `_clear` the envelope above a point, whose w is `known`, and its change along w, x and y, of `_between` the ends.
+    known: cython.double
     over: cython.double
     change: cython.double
     gx: cython.double
@@ -153,16 +154,32 @@ class _Sweep:
     @cython.exceptval(check=False)
     def _clear(self, w: cython.double) -> cython.void:
         """Find how far the envelope is above the line at hand at w (below it: negative), and how that changes along w."""
+        if w == self.known:
+            return
+        self.known = w
         x: cython.double = self.x + w * self.xw
         y: cython.double = self.y + w * self.yw
         m: cython.double = self.rise
-        d: cython.double = fabs(y)
-        s: cython.double = lowest_at(x, d, self.length, m, self.radius, self.flat, self.edge, self.slope)
+        s: cython.double
         gx: cython.double = 0.0
         gy: cython.double = 0.0
-        rho: cython.double
+        rho: cython.double = self.radius * self.radius - y * y
         over: cython.double
         steep: cython.double
+        if self.flat >= self.radius and rho > 0.0:
+            # A flat disc touches with its rear or front, at its rim where it is upright.
+            rho = sqrt(rho)
+            s = x - rho if m > 0.0 else (x + rho if m < 0.0 else x)
+            if (s > 0.0 or x >= 0.0 or m >= 0.0) and (s < self.length or x <= self.length or m <= 0.0):
+                if m != 0.0 and 0.0 < s < self.length:
+                    gx = m
+                    gy = fabs(m) * y / (rho if rho > 1e-9 else 1e-9)
+                s = 0.0 if s < 0.0 else (self.length if s > self.length else s)
+                self.over = self.base + m * s - (self.z + w * self.zw)
+                self.gx, self.gy = gx, gy
+                self.change = gx * self.xw + gy * self.yw - self.zw
+                return
+        s = lowest_at(x, fabs(y), self.length, m, self.radius, self.flat, self.edge, self.slope)
         rho = sqrt(y * y + (x - s) * (x - s))
         rho = self.radius if rho > self.radius else rho
         self.over = self.base + m * s + lift(rho, self.flat, self.edge, self.slope) - (self.z + w * self.zw)
@@ -194,6 +211,7 @@ class _Sweep:
     @cython.exceptval(check=False)
     def _place(self, u: cython.double, v: cython.double) -> cython.void:
         """Take a line of the field."""
+        self.known = 1e301
         u, v = u - self.ou, v - self.ov
         self.x = self.xu * u + self.xv * v - self.xw * self.ow
         self.y = self.yu * u + self.yv * v - self.yw * self.ow
@@ -214,6 +232,7 @@ class _Sweep:
             # Beside the stadium.
             self.value = rho - self.radius
             self.gx, self.gy, gz = x / rho, y / rho, 0.0
+            self.known = 1e301
         else:
             self._clear(w)
             self.value = self.over
@@ -259,13 +278,12 @@ class _Sweep:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def _line(self, u: cython.double, v: cython.double) -> cython.bint:
-        """Take a line of the field; find where it is over the stadium (`enter` to `leave`), and tell whether it is anywhere."""
+    def _line(self) -> cython.bint:
+        """Find where the line at hand is over the stadium (`enter` to `leave`), and tell whether it is anywhere."""
         a: cython.double
         b: cython.double
         low: cython.double = -1e300
         high: cython.double = 1e300
-        self._place(u, v)
         if self.xw * self.xw + self.yw * self.yw <= 1e-18:
             self.enter, self.leave = low, high
             a = self.x - (0.0 if self.x < 0.0 else (self.length if self.x > self.length else self.x))
@@ -390,6 +408,10 @@ class _Sweep:
         over, change = self.over, self.change
         if over > _CLOSE and change <= 0.0:
             return False
+        if over <= _CLOSE and change < 0.0 and high - over / change > low:
+            # The envelope is above the tangent, so the line below is outside.
+            self.low, self.high = self._root(high - over / change, high), high
+            return self.low < high
         self._clear(low)
         if self.over > _CLOSE:
             if self.change >= 0.0:
@@ -399,8 +421,7 @@ class _Sweep:
                 w = (over - self.over - change * (high - low)) / (self.change - change)
                 if self.over + self.change * w > _CLOSE:
                     return False
-            w = high - over / change if over <= _CLOSE and change < 0.0 else low
-            self.low = self._root(w if w > low else low, high)
+            self.low = self._root(low, high)
         else:
             self.low = low
         if over > _CLOSE:
@@ -486,6 +507,15 @@ class _Field:
     last_row: cython.Py_ssize_t
     first: cython.Py_ssize_t
     last: cython.Py_ssize_t
+    # Planes beside the body, by which the dexels of a square miss it: values at the square's middle at w = 0, and changes.
+    low: cython.double
+    low_u: cython.double
+    low_v: cython.double
+    low_w: cython.double
+    high: cython.double
+    high_u: cython.double
+    high_v: cython.double
+    high_w: cython.double
     # What is judged of a dexel.
     deep: cython.double
     gouge: cython.double
@@ -519,7 +549,8 @@ class _Field:
             return False
         if self.far < 0.0:
             return False
-        self.far = self.far if self.far < 1e6 else 1e6
+        self._end_shank(whole.zu, self.pu, self.qu, (self.counts.shape[1] - 1) * self.cell, radius)
+        self._end_shank(whole.zv, self.pv, self.qv, (rows - 1) * self.cell, radius)
         size = radius * sqrt(1.0 - whole.zv * whole.zv) if fabs(whole.zv) < 1.0 else 0.0
         lo = (self.pv if self.pv < self.qv else self.qv) - size
         hi = (self.pv if self.pv > self.qv else self.qv) + size
@@ -537,6 +568,26 @@ class _Field:
         self.lowest = self.lowest + self.far * whole.zu if whole.zu < 0.0 else self.lowest
         self.highest = self.highest + self.far * whole.zu if whole.zu > 0.0 else self.highest
         return True
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _end_shank(
+        self,
+        slope: cython.double,
+        p: cython.double,
+        q: cython.double,
+        side: cython.double,
+        radius: cython.double,
+    ) -> cython.void:
+        """Shorten `far` to where a shank that leaves p to q with a slope is off the grid, whose side is so long."""
+        far: cython.double = 1e6
+        if slope > 1e-9:
+            far = (side - (p if p < q else q) + radius) / slope
+        elif slope < -1e-9:
+            far = ((p if p > q else q) + radius) / -slope
+        far = far if far > 0.0 else 0.0
+        self.far = far if far < self.far else self.far
 
     @cython.cfunc
     @cython.nogil
@@ -602,18 +653,28 @@ class _Field:
     @cython.nogil
     @cython.exceptval(check=False)
     def _clears(self, row: cython.Py_ssize_t, column: cython.Py_ssize_t, whole: _Sweep) -> cython.bint:
-        """Tell whether the tool stays within the gap of a square."""
+        """Tell whether the tool stays within the gap of a square, and keep the planes that would tell it of one dexel."""
         half: cython.double = 0.5 * (_SQUARE - 1) * self.cell
+        below: cython.bint
+        above: cython.bint
+        self.low = self.high = -1.0
+        self.low_u = self.low_v = self.low_w = self.high_u = self.high_v = self.high_w = 0.0
         if self.gaps[row, column, 0] > _ENDLESS:
             return False
         whole._place(
             self.u0 + column * _SQUARE * self.cell + half, self.v0 + row * _SQUARE * self.cell + half
         )
-        return whole._beyond(
-            self.gaps[row, column, 0], self.gaps[row, column, 1], self.gaps[row, column, 2], half, -1.0
-        ) and whole._beyond(
-            self.gaps[row, column, 3], self.gaps[row, column, 4], self.gaps[row, column, 5], half, 1.0
-        )
+        low: cython.double = self.gaps[row, column, 0]
+        high: cython.double = self.gaps[row, column, 3]
+        below = whole._beyond(low, self.gaps[row, column, 1], self.gaps[row, column, 2], half, -1.0)
+        if low >= -_ENDLESS and whole.fw <= 0.0:
+            self.low = whole.value - whole.fw * low
+            self.low_u, self.low_v, self.low_w = whole.fu, whole.fv, whole.fw
+        above = whole._beyond(high, self.gaps[row, column, 4], self.gaps[row, column, 5], half, 1.0)
+        if high <= _ENDLESS and whole.fw >= 0.0:
+            self.high = whole.value - whole.fw * high
+            self.high_u, self.high_v, self.high_w = whole.fu, whole.fv, whole.fw
+        return below and above
 
     @cython.cfunc
     @cython.nogil
@@ -640,9 +701,7 @@ class _Field:
             for i in range(first, last + 1):
                 if self._missed(row * _SQUARE + j, i, whole):
                     continue
-                if not whole._line(self.u0 + i * self.cell, self.v0 + (row * _SQUARE + j) * self.cell):
-                    continue
-                if not self._dexel(k, row * _SQUARE + j, i, judged, whole, inner, out):
+                if whole._line() and not self._dexel(k, row * _SQUARE + j, i, judged, whole, inner, out):
                     return False
         return True
 
@@ -652,9 +711,21 @@ class _Field:
     def _missed(self, j: cython.Py_ssize_t, i: cython.Py_ssize_t, whole: _Sweep) -> cython.bint:
         """Take a dexel as the line at hand; tell whether the body is sure to miss all of it."""
         a: cython.int
-        whole._place(self.u0 + i * self.cell, self.v0 + j * self.cell)
+        start: cython.double
+        end: cython.double
+        du: cython.double = (i % _SQUARE - 0.5 * (_SQUARE - 1)) * self.cell
+        dv: cython.double = (j % _SQUARE - 0.5 * (_SQUARE - 1)) * self.cell
+        low: cython.double = self.low + du * self.low_u + dv * self.low_v - 2.0 * _CLOSE
+        high: cython.double = self.high + du * self.high_u + dv * self.high_v - 2.0 * _CLOSE
+        placed: cython.bint = False
         for a in range(self.counts[j, i]):
-            if not whole._misses(self.ends[j, i, 2 * a], self.ends[j, i, 2 * a + 1]):
+            start, end = self.ends[j, i, 2 * a], self.ends[j, i, 2 * a + 1]
+            if low + end * self.low_w > 0.0 or high + start * self.high_w > 0.0:
+                continue
+            if not placed:
+                placed = True
+                whole._place(self.u0 + i * self.cell, self.v0 + j * self.cell)
+            if not whole._misses(start, end):
                 return False
         return True
 
@@ -697,7 +768,8 @@ class _Field:
             ):
                 if not lined:
                     lined = True
-                    touched = inner._line(self.u0 + i * self.cell, self.v0 + j * self.cell)
+                    inner._place(self.u0 + i * self.cell, self.v0 + j * self.cell)
+                    touched = inner._line()
                 if touched and inner._between(lo, hi):
                     self._judge(j, i, lo, hi, inner)
             if self.dry:
@@ -784,9 +856,10 @@ class _Field:
             place = self.top
         elif whole.zw < -0.5:
             place = self.bottom
-        if whole._line(
+        whole._place(
             self.u0 + column * _SQUARE * self.cell + half, self.v0 + row * _SQUARE * self.cell + half
-        ) and whole._between(self.bottom, self.top):
+        )
+        if whole._line() and whole._between(self.bottom, self.top):
             begin, end = whole.low, whole.high
             place = end if whole.zw > 0.5 else (begin if whole.zw < -0.5 else 0.5 * (begin + end))
             whole._tangent(begin)
@@ -938,92 +1011,3 @@ def _subtract(
         counts[j, i] = count - 1
         return a
     return a + 1
-
-
-def mesh_crossings(
-    triangles: cython.double[:, :, ::1],
-    grid: cython.double[::1],
-    rows: cython.Py_ssize_t,
-    columns: cython.Py_ssize_t,
-    dexel: cython.longlong[::1],
-    place: cython.double[::1],
-    sense: cython.schar[::1],
-) -> cython.Py_ssize_t:
-    """Find where a mesh crosses dexels.
-
-    Args:
-        triangles: Shape (n, 3, 3), corners (u, v, w), mm.
-        grid: As of `cut_lines`; no dexel may go through an edge of a triangle.
-        rows, columns: Of the field.
-        dexel, place, sense: Shape (m,), filled: number of the dexel, row by row; w, mm; 1 where the line goes into the mesh, -1 where
-            it leaves it, by the sense of the triangle's corners.
-
-    Returns:
-        How many crossings there are; no more than m are filled in.
-    """
-    n: cython.Py_ssize_t = triangles.shape[0]
-    found: cython.Py_ssize_t = 0
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    cell: cython.double = grid[2]
-    ax: cython.double
-    ay: cython.double
-    bx: cython.double
-    by: cython.double
-    cx: cython.double
-    cy: cython.double
-    area: cython.double
-    p: cython.double
-    q: cython.double
-    u: cython.double
-    v: cython.double
-    lo: cython.double
-    hi: cython.double
-    i0: cython.Py_ssize_t
-    i1: cython.Py_ssize_t
-    j0: cython.Py_ssize_t
-    j1: cython.Py_ssize_t
-    with cython.nogil:
-        for k in range(n):
-            ax, ay = triangles[k, 0, 0] - grid[0], triangles[k, 0, 1] - grid[1]
-            bx, by = triangles[k, 1, 0] - grid[0], triangles[k, 1, 1] - grid[1]
-            cx, cy = triangles[k, 2, 0] - grid[0], triangles[k, 2, 1] - grid[1]
-            area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-            if area == 0.0:
-                continue
-            lo = ax if ax < bx else bx
-            lo = lo if lo < cx else cx
-            hi = ax if ax > bx else bx
-            hi = hi if hi > cx else cx
-            if hi < 0.0 or lo > (columns - 1) * cell:
-                continue
-            i0 = cython.cast(cython.Py_ssize_t, ceil(lo / cell)) if lo > 0.0 else 0
-            i1 = (
-                cython.cast(cython.Py_ssize_t, floor(hi / cell)) if hi < (columns - 1) * cell else columns - 1
-            )
-            lo = ay if ay < by else by
-            lo = lo if lo < cy else cy
-            hi = ay if ay > by else by
-            hi = hi if hi > cy else cy
-            if hi < 0.0 or lo > (rows - 1) * cell:
-                continue
-            j0 = cython.cast(cython.Py_ssize_t, ceil(lo / cell)) if lo > 0.0 else 0
-            j1 = cython.cast(cython.Py_ssize_t, floor(hi / cell)) if hi < (rows - 1) * cell else rows - 1
-            for j in range(j0, j1 + 1):
-                v = j * cell
-                for i in range(i0, i1 + 1):
-                    u = i * cell
-                    # Shares of the corners b and c.
-                    p = ((u - ax) * (cy - ay) - (cx - ax) * (v - ay)) / area
-                    q = ((bx - ax) * (v - ay) - (u - ax) * (by - ay)) / area
-                    if p < 0.0 or q < 0.0 or p + q > 1.0:
-                        continue
-                    if found < place.shape[0]:
-                        dexel[found] = j * columns + i
-                        place[found] = triangles[k, 0, 2] + p * (triangles[k, 1, 2] - triangles[k, 0, 2])
-                        place[found] += q * (triangles[k, 2, 2] - triangles[k, 0, 2])
-                        # Seen from above, the corners of an upper side go against the clock.
-                        sense[found] = -1 if area > 0.0 else 1
-                    found += 1
-    return found

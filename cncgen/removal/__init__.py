@@ -12,7 +12,7 @@ which data passes them:
     dexels     raw pieces as dexels, and dexels as meshes
     walk       the loop over a program
     cutting    it over a height field, by the kernel `cncgen.kernels.removal`
-    leaning    it over dexels, by the kernel `cncgen.kernels.dexel_sweeps`
+    leaning    it over dexels, by the kernel `cncgen.kernels.dexel_sweeps`; meshes become dexels by `dexel_meshes`
     bars       it over a bar that turns
     findings   what is wrong, as diagnostics
     surfaces   the result as a mesh, and for pictures

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.kernels import dexel_sweeps as kernel
+from cncgen.kernels.dexel_meshes import mesh_crossings
 from cncgen.removal.record import DexelField, Dexels
 from cncgen.removal.stock import Stock, checked_cell, counts_of
 
@@ -108,9 +108,9 @@ def mesh_field(stock: Dexels, triangles: Floats, axis: int) -> DexelField:
     grid = grid_of(stock, axis)
     grid[:2] += np.array(ASIDE) * stock.cell
     none = np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.int8)
-    count = kernel.mesh_crossings(turned, grid, rows, columns, *none)
+    count = mesh_crossings(turned, grid, rows, columns, *none)
     line, place, sense = np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int8)
-    kernel.mesh_crossings(turned, grid, rows, columns, line, place, sense)
+    mesh_crossings(turned, grid, rows, columns, line, place, sense)
     return field_of(_inside(line, place, sense), (rows, columns))
 
 

@@ -196,7 +196,9 @@ class ProgramExecutor:
             self._steps_left -= 1
             now = tuple(self._variables.values())
             if now in seen or self._steps_left < 0:
-                why = "its variables are those of an earlier turn" if now in seen else "no step allowed is left"
+                why = (
+                    "its variables are those of an earlier turn" if now in seen else "no step allowed is left"
+                )
                 self._fail(choice.ident, "stepnc-endless", f"the loop does not end: {why}")
                 raise _Endless
             seen.add(now)
