@@ -8,9 +8,13 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic, ProgramError, Span
 from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 
 Floats = NDArray[np.float64]
+
+#: Pieces of one motion that turns the tool's axis; each takes some 20 µs and 1 kB.
+MOST_PIECES = 100_000
 
 
 class Poses(Protocol):
@@ -56,6 +60,9 @@ def leaning_lines_of(
     """Return the same of tools that lean: pieces during which the tool's axis turns by no more than angles of tips and axes, rad.
 
     Each piece has the axis of its middle.
+
+    Raises:
+        ProgramError: A motion turns the axis so far that it would be more pieces than `MOST_PIECES`.
     """
     rows = _motions(path, begin, end)
     rapid, seconds = _times(path, rows)
@@ -63,7 +70,10 @@ def leaning_lines_of(
     rotary = [k for k, letter in enumerate(path.axes) if letter in "ABC"]
     turns = np.abs(stops[:, rotary] - starts[:, rotary]).sum(axis=1)
     least = np.minimum(turns_at(*poses(path.axes, starts)), turns_at(*poses(path.axes, stops)))
-    pieces = np.maximum(np.ceil(turns / least - 1e-9), 1).astype(np.int64)
+    count = np.maximum(np.ceil(turns / least - 1e-9), 1.0)
+    if count.max(initial=0.0) > MOST_PIECES:
+        raise ProgramError(_far_turned(path, int(rows[count.argmax()]), float(count.max())))
+    pieces = count.astype(np.int64)
     of = np.repeat(np.arange(len(rows)), pieces)
     number = np.arange(len(of)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
 
@@ -75,6 +85,15 @@ def leaning_lines_of(
     ends = np.ascontiguousarray(np.concatenate([at(zero)[0], at(one)[0]], axis=1))
     axes = np.ascontiguousarray(at(half)[1])
     return Lines(ends, path.line[rows][of], rapid[of], (seconds / pieces)[of], axes, (turns > 0)[of])
+
+
+def _far_turned(path: Toolpath, row: int, pieces: float) -> Diagnostic:
+    return Diagnostic(
+        "cut-turns",
+        f"the motion turns the tool's axis so far that it is cut in {pieces:.6g} pieces, more than {MOST_PIECES}",
+        span=Span(path.sources[int(path.source[row])], int(path.line[row])),
+        hint="was a decimal point lost? a larger --cell makes fewer pieces",
+    )
 
 
 def _motions(path: Toolpath, begin: int, end: int) -> NDArray[np.int64]:
