@@ -15,6 +15,8 @@ from cncgen.cli import app, memory
 from cncgen.gcode import budget
 from cncgen.pipeline import reading
 from cncgen.planner.record import MOST_ROWS
+from cncgen.planner.tube import stream
+from cncgen.removal import sweeps
 from cncgen.servo import compensation
 from cncgen.toolpath.reading import ReadOptions
 
@@ -180,6 +182,11 @@ def test_bounds_of_security_are_those_of_the_code() -> None:
     assert float(row["weights of one rational curve"].rpartition(" ")[2]) == ranges.WEIGHT_RATIO
     work = next(cell for name, cell in row.items() if name.startswith("work of a program"))
     assert work.startswith(f"{budget.MOST_WORK:,} units and {budget.WORK_OF_A_LINE} a line")
+    search = next(cell for name, cell in row.items() if name.startswith("search for a faster way"))
+    beyond = f"{stream._OF_A_LINE:,} for each line beyond {stream._LINES}"
+    assert search == f"{stream._MOST:,} units of some 10 µs, and {beyond}"
+    pieces = next(cell for name, cell in row.items() if name.startswith("pieces that `cut` makes"))
+    assert pieces == f"{sweeps.MOST_PIECES:,}"
     for begin, most in (
         ("motions and events that", reading.PLANNED),
         ("the same to a plan", reading.PREDICTED),
