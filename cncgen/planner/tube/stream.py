@@ -563,7 +563,7 @@ class Tube:
             first=np.concatenate([[0, 0], np.cumsum(count)]).astype(np.int64),
             centre=nodes.centre[rooms][:, columns],
             direction=nodes.direction[rooms][:, columns],
-            radius=np.where(bent > 0.0, 1.0 / ROOM[0], 1.0) * radius[rooms],
+            radius=np.where(bent > 0.0, 1.0 / ROOM, 1.0) * radius[rooms],
             bent=bent,
             feed=feed,
             between=np.where(held, np.maximum(feed[1:], feed[:-1]), np.inf),

@@ -28,8 +28,8 @@ _CALM = 8.0
 _BENT = 1e-4
 #: A corner has a node where it leaves the chord between nodes by more than this part of the tolerance, or turns by more, rad.
 _SHOWS, _SHARP = 0.1, 0.35
-#: Parts of the tolerance that are planned with: at nodes, and at corners.
-ROOM = 0.985, 0.955
+#: Part of the tolerance that nodes have as their room at first.
+ROOM = 0.985
 #: Times between nodes for which those beside the ends of a run are spaced by the time of the plan: it gathers speed within that.
 _BESIDE_REST = 128.0
 #: Below this turn, rad, a disc about the corner stands for the two bands.
@@ -365,7 +365,7 @@ def _rooms(
     count, total = len(places) - 1, len(node)
     own = slice(first - program.base, first - program.base + len(tolerance))
     centre, direction, _ = program.nearest(point, first + found, part)
-    radius = ROOM[0] * tolerance[found]
+    radius = ROOM * tolerance[found]
     allowed = tolerance[found].copy()
     # Corners without a node: the room about the middle of what they leave the line by.
     joint = np.arange(1, count)
@@ -404,14 +404,14 @@ def _rooms(
         centre, direction, radius = centre.copy(), direction.copy(), radius.copy()
         smooth = turn < 1e-3
         disc = corners[~smooth]
-        centre[disc], direction[disc], radius[disc] = at[~smooth], 0.0, ROOM[1] * narrow[~smooth]
+        centre[disc], direction[disc], radius[disc] = at[~smooth], 0.0, ROOM * narrow[~smooth]
         radius[disc] *= np.where(slight[~smooth], np.cos(0.5 * turn[~smooth]), 1.0)
         allowed[disc] = narrow[~smooth]
         parts[0] = (centre, direction, radius, allowed)
         sharp = ~slight
         for tangents in (leave[m], entry[m + 1]):
             order.append(corners[sharp])
-            parts.append((at[sharp], tangents[sharp], ROOM[0] * narrow[sharp], narrow[sharp]))
+            parts.append((at[sharp], tangents[sharp], ROOM * narrow[sharp], narrow[sharp]))
         counts[corners[sharp]] += 2
     key = np.argsort(np.concatenate(order), kind="stable")
     centres, directions, radii, tolerances = (
