@@ -1,10 +1,12 @@
 """The AP238 AIM: its graph of properties, units, frames, order, technology, and what real writers get wrong."""
 
+import io
 import math
 
 import numpy as np
 import pytest
 
+from cncgen.stepnc import read
 from cncgen.stepnc.part21 import DERIVED, Typed
 from cncgen.toolpath.record import FeedMode, PathMode
 from tests.stepnc.aim import Aim, E, Shaped
@@ -639,3 +641,18 @@ def test_prefixes_of_si_and_units_made_of_units():
     path, found = aim.one_path(aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology(1.0, unit=unit))
     assert codes(found) == []
     assert path.feed[motions(path)[-1]] == pytest.approx(100.0)
+
+
+def test_a_path_in_a_writers_own_property_is_refused_by_its_name():
+    """Next-NC 0.2 gives arcs as texts of its own; a trajectory of ISO 10303-238 has a basic curve."""
+    aim = Aim()
+    step, operation = aim.step()
+    aim.path(operation, aim.polyline((0, 0, 0), (9, 0, 0)), aim.technology())
+    aim.file.project(aim.plan(step), "p")
+    data = aim.stream.getvalue().replace("'basic curve'", "'next-nc circular motion'")
+    text = f"ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('X'));\nENDSEC;\nDATA;\n{data}ENDSEC;\nEND-ISO-10303-21;\n"
+    program = read(io.BytesIO(text.encode()), "t.stp")
+    assert not any(len(motions(path)) for path in program.chunks())
+    (error,) = [d for d in program.diagnostics if d.severity == "error"]
+    assert error.code == "stepnc-missing"
+    assert error.message.endswith("there are: 'next-nc circular motion'")

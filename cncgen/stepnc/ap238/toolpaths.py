@@ -138,7 +138,9 @@ class Toolpaths:
         """Return the path of the tip; `tool` is given where the basic curve is the path of the contact point."""
         basic = properties.get("basic curve", [])
         if not basic:
-            raise entity.fault("stepnc-missing", "the toolpath has no property 'basic curve'")
+            named = ", ".join(map(repr, properties)) or "none"
+            text = f"ISO 10303-238 demands a property 'basic curve' of a trajectory; there are: {named}"
+            raise entity.fault("stepnc-missing", text)
         curve = basic[0]
         pieces = self.curves(curve.context).read(curve.entity.id, entity.id)
         axes = self._directions(entity, properties, "tool axis")

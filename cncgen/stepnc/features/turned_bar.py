@@ -91,7 +91,7 @@ class BarJob:
     def known_bar(self, what: str) -> Bar:
         """Return the material before the operation; raises `Skip` where it is not known."""
         if self.bar is None:
-            text = f"{what} needs the raw piece: its_rawpiece with its_bounding_geometry"
+            text = f"{what} needs the raw piece: its_rawpiece with its_bounding_geometry (ISO 14649-10, workpiece); --stock is cut, and makes no toolpath"
             raise self.job.fault("stepnc-missing", text)
         return self.bar
 
