@@ -68,6 +68,8 @@ MODULES = (
 #: Loops end soon then, and there are three times as many inputs a second.
 MAX_STEPS, MANY_STEPS = 500, 5_000
 MOST_WORK, MUCH_WORK = 10_000, 100_000
+#: Longest input that guided runs begin with, bytes.
+GUIDED_BYTES = 3_000
 #: Setpoints that a plan of a trial may have.
 MAX_ROWS = 20_000
 
@@ -695,6 +697,14 @@ def tell(finding: Finding, keep: Path | None) -> None:
         print(f"kept as {file}", flush=True)
 
 
+def short_seeds(door: Door) -> list[bytes]:
+    """Return the seeds of a door up to `GUIDED_BYTES`, and as many changed ones as there are longer seeds: coverage makes long ones slow."""
+    seeds = door.seeds()
+    found = [seed for seed in seeds if len(seed) <= GUIDED_BYTES]
+    changed = (each for each in islice(mutants(door, 1), 100 * len(seeds)) if len(each) <= GUIDED_BYTES)
+    return found + list(islice(changed, len(seeds) - len(found)))
+
+
 def guided(name: str, arguments: list[str], keep: Path | None) -> None:
     """Hand a door to atheris, which keeps inputs that reach new code; `arguments` are libFuzzer's. A kind of fault is told once."""
     import atheris  # type: ignore[import-untyped, unused-ignore]
@@ -721,7 +731,7 @@ def guided(name: str, arguments: list[str], keep: Path | None) -> None:
     tempfile.tempdir = folder.name
     corpus = Path(folder.name, "corpus")
     corpus.mkdir()
-    for number, seed in enumerate(seeds):
+    for number, seed in enumerate(short_seeds(door)):
         (corpus / str(number)).write_bytes(seed)
     words = [sys.argv[0], "-max_len=20000", "-timeout=600", "-rss_limit_mb=4096", *arguments, str(corpus)]
     atheris.Setup(words, one, custom_mutator=mutator)
