@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import numbers
 import os
 from collections.abc import Iterable, Iterator
 
@@ -51,8 +50,13 @@ def expect_axes(value: Any, name: str) -> str:
 
 def is_number(value: object) -> TypeGuard[float]:
     """Tell a number that is a finite double (numpy's too) from everything else, truth values included."""
-    if not isinstance(value, numbers.Real) or isinstance(value, bool):
+    if isinstance(value, bool):
         return False
+    if not isinstance(value, float | int):
+        import numbers
+
+        if not isinstance(value, numbers.Real):
+            return False
     try:
         return math.isfinite(value)
     except OverflowError:  # a whole number too long for a double

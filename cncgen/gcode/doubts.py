@@ -65,9 +65,8 @@ _SLASH = _Doubt(
     (b"/",),
 )
 #: What stands before it: words with numbers, the last one not N.
-_WORDS = re.compile(
-    rb"[ \t]*(?:/[1-9]?[ \t]*)?(?:[A-Z][ \t]*[-+]?[\d.]+[ \t]*)*[A-MO-Z][ \t]*[-+]?[\d.]+[ \t]*\Z",
-    re.IGNORECASE,
+_WORDS = (
+    rb"(?i)[ \t]*(?:/[1-9]?[ \t]*)?(?:[A-Z][ \t]*[-+]?[\d.]+[ \t]*)*[A-MO-Z][ \t]*[-+]?[\d.]+[ \t]*\Z"
 )
 _OKUMA = _Doubt(
     _BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d",
@@ -182,7 +181,7 @@ def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
 
 def _within(source: Source, at: int) -> bool:
     """Tell whether a slash stands behind words of its block."""
-    return _WORDS.match(source.data[source.data.rfind(b"\n", 0, at) + 1 : at]) is not None
+    return re.match(_WORDS, source.data[source.data.rfind(b"\n", 0, at) + 1 : at]) is not None
 
 
 def doubts(

@@ -112,19 +112,20 @@ def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed:
     whole: cython.int = -1
     negative: cython.bint = False
     value: cython.double
+    c: cython.int
     while i < length and (text[i] == 32 or text[i] == 9):
         i += 1
     if signed and i < length and (text[i] == 43 or text[i] == 45):
         negative = text[i] == 45
         i += 1
     while i < length:
-        while i < length and 48 <= text[i] <= 57:
-            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, text[i] - 48)
+        c = text[i]
+        if 48 <= c <= 57:
+            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
             digits += 1
-            i += 1
-        if i < length and text[i] == 46 and whole < 0:
+        elif c == 46 and whole < 0:
             whole = digits
-        elif i == length or (text[i] != 32 and text[i] != 9):
+        elif c != 32 and c != 9:
             break
         i += 1
     if digits == 0 or digits > _DIGITS or mantissa > _EXACT:

@@ -74,15 +74,16 @@ def _number(text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, size: 
     decimals: cython.int = -1
     form: cython.int = _POINT_FIRST if text[at] == 46 else _WHOLE
     value: cython.double
+    c: cython.int
     while at < size:
-        while at < size and 48 <= text[at] <= 57:
-            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, text[at] - 48)
+        c = text[at]
+        if 48 <= c <= 57:
+            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
             digits += 1
-            at += 1
-        if at < size and text[at] == 46 and decimals < 0:
+        elif c == 46 and decimals < 0:
             # Digits up to here are none of the decimals.
             decimals = digits
-        elif at == size or _FOLD[text[at]] != _BLANK:
+        elif _FOLD[c] != _BLANK:
             break
         at += 1
     if digits == 0 or digits > _DIGITS or mantissa > _EXACT or (at < size and text[at] == 46):

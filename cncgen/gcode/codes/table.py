@@ -143,7 +143,7 @@ class Code:
     letter: str
     number: int
     group: str
-    stage: Stage
+    stage: int
     run: Handler
     help: str
     words: str = ""

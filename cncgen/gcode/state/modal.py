@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from enum import IntEnum
 
 from cncgen.records import dataclass, field
 from cncgen.toolpath.record import PathMode
@@ -23,35 +22,15 @@ NO_MOTION = 800
 ARMED, IN_ROW = 1, 2
 
 
-class Stage(IntEnum):
-    """Order in which the parts of one block are executed (Kramer et al. (2000), table 8; LinuxCNC, "Order of Execution")."""
+class Stage:
+    """Order in which the parts of one block are executed (Kramer et al. (2000), table 8; LinuxCNC, "Order of Execution").
 
-    COMMENT = 0
-    SPINDLE_MODE = 1
-    FEED_MODE = 2
-    FEED = 3
-    SPEED = 4
-    TOOL = 5
-    PINS = 6
-    CHANGE = 7
-    SPINDLE = 8
-    SAVE = 9
-    COOLANT = 10
-    OVERRIDE = 11
-    USER = 12
-    DWELL = 13
-    PLANE = 14
-    UNITS = 15
-    DIAMETER = 16
-    RADIUS_COMPENSATION = 17
-    TOOL_LENGTH = 18
-    COORDINATES = 19
-    PATH = 20
-    DISTANCE = 21
-    RETRACT = 22
-    REFERENCE = 23
-    MOTION = 24
-    STOP = 25
+    Numbers alone: an `IntEnum` of as many takes half a millisecond to make.
+    """
+
+    COMMENT, SPINDLE_MODE, FEED_MODE, FEED, SPEED, TOOL, PINS, CHANGE, SPINDLE, SAVE = range(10)
+    COOLANT, OVERRIDE, USER, DWELL, PLANE, UNITS, DIAMETER, RADIUS_COMPENSATION, TOOL_LENGTH = range(10, 19)
+    COORDINATES, PATH, DISTANCE, RETRACT, REFERENCE, MOTION, STOP = range(19, 26)
 
 
 def zeros() -> list[float]:
