@@ -65,9 +65,7 @@ _SLASH = _Doubt(
     (b"/",),
 )
 #: What stands before it: words with numbers, the last one not N.
-_WORDS = (
-    rb"(?i)[ \t]*(?:/[1-9]?[ \t]*)?(?:[A-Z][ \t]*[-+]?[\d.]+[ \t]*)*[A-MO-Z][ \t]*[-+]?[\d.]+[ \t]*\Z"
-)
+_WORDS = rb"(?i)[ \t]*(?:/[1-9]?[ \t]*)?(?:[A-Z][ \t]*[-+]?[\d.]+[ \t]*)*[A-MO-Z][ \t]*[-+]?[\d.]+[ \t]*\Z"
 _OKUMA = _Doubt(
     _BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d",
     "G15 H chooses a coordinate system on Okuma's controls, whose language is not read; here it ends polar coordinates",

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from cncgen.gcode.codes.compensated_sink import CompensatedSink
     from cncgen.gcode.interpreter import Interpreter
 
-#: How much farther than programmed (rad) LinuxCNC lets a compensated arc sweep: measured on its interpreter, for tools
-#: inside and outside of arcs, radii of 0.5 to 10 and sweeps of 0.1 to 1.5 rad.
-_GROWTH = 0.001
+#: How much farther than programmed (rad) LinuxCNC lets a compensated arc sweep, in inches (G20) and in mm: measured on its
+#: interpreter, for tools inside and outside of arcs, radii of 0.5 to 10 and sweeps of 0.1 to 1.5 rad.
+_GROWTH = {True: 0.001, False: 0.0254}
 #: Planes in which a dialect compensates.
 PLANES = {"linuxcnc": (17, 18), "fanuc": (17, 18, 19), "heidenhain": (17, 18, 19), "sinumerik": (17, 18, 19)}
 #: Dialects in which compensation is LinuxCNC's.
@@ -43,7 +43,7 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
         first, second, _ = state.plane_axes()
         start = complex(state.position[first], state.position[second])
         unit = "inch" if state.inches else "mm"
-        growth = _GROWTH if ip.dialect == "linuxcnc" else None
+        growth = _GROWTH[state.inches] if ip.dialect == "linuxcnc" else None
         # FANUC enters on a move of any length. LinuxCNC's radius of a table may be less by the last digit of a double.
         least = 0.0 if ip.dialect not in _STRICT else abs(radius) * (1.0 if dynamic else 1.0 - _LAST_DIGIT)
         from cncgen.gcode.codes.compensated_sink import CompensatedSink
