@@ -12,7 +12,6 @@ from functools import cache
 from importlib import import_module
 
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.state.modal import Stage
 from cncgen.records import dataclass
 
 TYPE_CHECKING = False
