@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.table import BOTH, language_of
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, Reporter
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.dialects import Choice
 from cncgen.gcode.text.labels import Cursor
@@ -130,7 +130,19 @@ _BEHIND_SEMICOLON = _Doubt(
 )
 
 
-def remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
+def tell(reporter: Reporter, source: Source, choice: Choice, least_increment: float | None = None) -> None:
+    """Report how a dialect was chosen, and what is doubtful about a text in it."""
+    for error, severity in _remarks_on(choice):
+        offset = 0
+        for _ in range(choice.line - 1):
+            offset = source.line_end(offset) + 1
+        reporter.report(source, choice.line, offset, error, severity)
+    if not choice.unread:
+        for here, doubt in _doubts(source, choice.dialect, least_increment):
+            reporter.report(source, here.line, here.offset, doubt, Severity.WARNING)
+
+
+def _remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
     """Yield remarks on a dialect that signs in the text have chosen: which, why, how sure, and its rival."""
     dialect, why, rival, unread = choice.dialect, choice.reason, choice.rival, choice.unread
     if unread:
@@ -182,8 +194,8 @@ def _within(source: Source, at: int) -> bool:
     return re.match(_WORDS, source.data[source.data.rfind(b"\n", 0, at) + 1 : at]) is not None
 
 
-def doubts(
-    source: Source, dialect: str, least_increment: float | None = None
+def _doubts(
+    source: Source, dialect: str, least_increment: float | None
 ) -> Iterator[tuple[Cursor, BlockError]]:
     """Yield what is doubtful about a text, and the line where."""
     head = source.data[:_HEAD]

@@ -247,6 +247,11 @@ class Interpreter:
         """Return that factor for lengths."""
         return (INCH if self.options.inch_tables else 1.0) / (INCH if self.state.inches else 1.0)
 
+    def tool_radius(self) -> float:
+        """Return the radius of the tool in the spindle, in program units; 0 where no table gives it."""
+        tool = self.tools.find(self.state.tool)
+        return tool.diameter * self.table_scale() / 2.0 if tool else 0.0
+
     def increment(self) -> float:
         """Return the least increment, which a number without a decimal point counts in (FANUC), in program units."""
         size = self.options.least_increment or 1.0

@@ -25,7 +25,7 @@ def ends(run: Any, tmp_path: Path, text: str, dialect: str = "fanuc") -> list[tu
 def test_the_same_again_changes_nothing(run: Any, tmp_path: Path) -> None:
     rest = "X20\nY0\nG40X0\nM30"
     plain = ends(run, tmp_path, f"{ENTER}{rest}")
-    assert plain == [(0, 0), (8, 2), (8, 10), (10, 12), (20, 12), (22, 10), (22, 0), (0, 0)][1:]
+    assert plain == [(0, 0), (8, 0), (8, 10), (10, 12), (20, 12), (22, 10), (22, 0), (0, 0)][1:]
     assert ends(run, tmp_path, f"{ENTER}G41D1{rest}") == plain
     assert ends(run, tmp_path, f"{ENTER}D1\n{rest}") == plain
 
@@ -33,7 +33,7 @@ def test_the_same_again_changes_nothing(run: Any, tmp_path: Path) -> None:
 @pytest.mark.parametrize("word", ["D2", "G41D2"])
 def test_another_number_counts_at_the_end_of_its_move(run: Any, tmp_path: Path, word: str) -> None:
     """The move begins at the radius of 2, and ends at 3 beside its end; the corner after it is rolled around with 3."""
-    expected = [(8, 2), (8, 10), (10, 12), (20, 13), (23, 10), (23, 0), (0, 0)]
+    expected = [(8, 0), (8, 10), (10, 12), (20, 13), (23, 10), (23, 0), (0, 0)]
     assert ends(run, tmp_path, f"{ENTER}{word}X20\nY0\nG40X0\nM30") == expected
 
 
@@ -41,25 +41,43 @@ def test_the_other_side_is_taken_at_the_corner(run: Any, tmp_path: Path) -> None
     """Back along the same line with the other side, the tool stays on its side; along another one, it crosses the corner."""
     assert ends(run, tmp_path, f"{ENTER}G42Y0\nX20\nG40X0\nM30")[2:4] == [(8, 0), (10, -2)]
     crossing = ends(run, tmp_path, f"{ENTER}G42Y20\nX20\nG40X0\nM30")
-    assert crossing == [(8, 2), (8, 10), (12, 10), (12, 18), (20, 18), (0, 20)]
+    assert crossing == [(8, 0), (8, 10), (12, 10), (12, 18), (20, 18), (0, 20)]
 
 
 def test_the_length_changes_meanwhile(run: Any, tmp_path: Path) -> None:
     """Z50 with the length 20 is Z70 of the machine; around the corner it stays there."""
     found = ends(run, tmp_path, f"{ENTER}G43H2Z50.\nX20\nY5.\nG91G28Z0\nG90\nG40X0\nM30")
     assert found == [
-        (8, 2, 0), (8, 10, 0), (8, 10, 70), (10, 12, 70), (20, 12, 70), (22, 10, 70), (22, 5, 70), (22, 5, 0), (0, 5, 0),
+        (8, 0, 0), (8, 10, 0), (8, 10, 70), (10, 12, 70), (20, 12, 70), (22, 10, 70), (22, 5, 70), (22, 5, 0), (0, 5, 0),
     ]  # fmt: skip
 
 
 def test_h_without_d_is_the_radius_of_the_0m(run: Any, tmp_path: Path) -> None:
-    assert ends(run, tmp_path, "G0X0Y0\nG42H7G1X10F100\nY10\nG40X0\nM30")[0] == (10, -4)
+    assert ends(run, tmp_path, "G0X0Y0\nG42H7G1X10F100\nY10\nG40X0\nM30")[0] == (14, 0)
     out = run("G0X0Y0\nG42H7G1X10F100\nG40X0\nM30", dialect="fanuc")
     assert "radius-by-h" in [d.code for d in out.diagnostics]
 
 
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("G41D1G1X10F100\nY10", (8, 0)),  # inner side
+        ("G42D1G1X10F100\nY10", (12, 0)),  # outer side, a right angle
+        ("G42D1G1X10F100\nX0Y10", (10 + 2**0.5, 2**0.5)),  # outer side, an acute angle
+        ("G41D1G1X10F100\nG3X0Y10I-10J0", (8, 0)),
+        ("G41D1G1X10F100\nZ-5\nY10", (8, 0)),
+    ],
+)
+def test_the_start_up_leads_beside_the_second_move(
+    run: Any, tmp_path: Path, text: str, expected: tuple[float, float]
+) -> None:
+    """B-64484EN, "Tool Movement in Start-up", type A: the offset of 2 is square to the beginning of the move behind the start-up."""
+    found = ends(run, tmp_path, f"G0X0Y0\n{text}\nG40G1X-20Y-20\nM30")
+    assert found[0][:2] == pytest.approx(expected, abs=1e-6)
+
+
 def test_the_entry_may_be_short(run: Any, tmp_path: Path) -> None:
-    assert ends(run, tmp_path, "G0X0Y0\nG41D1G1X1F100\nY10\nG40X0\nM30")[:2] == [(-1, 2), (-1, 10)]
+    assert ends(run, tmp_path, "G0X0Y0\nG41D1G1X1F100\nY10\nG40X0\nM30")[:2] == [(-1, 0), (-1, 10)]
 
 
 def test_an_arc_with_another_radius_is_refused(run: Any, tmp_path: Path) -> None:

@@ -54,76 +54,22 @@ def rigid(ip: Interpreter, block: Block) -> None:
 _ENDS = (150, 500, 690)
 CODES = (
     *(
-        Code(
-            "G",
-            number,
-            f"end {number}",
-            Stage.COORDINATES,
-            cancelled,
-            "ends a mode that is never on: accepted",
-            dialects=("linuxcnc",),
-        )
+        Code("G", number, f"end {number}", Stage.COORDINATES, cancelled, "ends a mode that is never on: accepted", dialects=("linuxcnc",))
         for number in _ENDS
     ),
-    Code(
-        "G",
-        542,
-        "dynamic fixture",
-        Stage.COORDINATES,
-        no_fixture,
-        "no dynamic fixture offset (P0)",
-        "p",
-        dialects=_FANUC,
-    ),
+    Code("G", 542, "dynamic fixture", Stage.COORDINATES, no_fixture, "no dynamic fixture offset (P0)", "p", dialects=_FANUC),
     Code("G", 50, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
     Code("G", 1030, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "p", dialects=_FANUC),
     Code("G", 1870, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "pe", dialects=_FANUC),
     Code("G", 51, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, AXES + "pqr", "own", dialects=_FANUC),
-    Code(
-        "G",
-        611,
-        "path",
-        Stage.PATH,
-        nothing,
-        _LOOK_AHEAD + " (Mazak's geometry compensation)",
-        "pqr",
-        dialects=_FANUC,
-    ),
+    Code("G", 611, "path", Stage.PATH, nothing, _LOOK_AHEAD + " (Mazak's geometry compensation)", "pqr", dialects=_FANUC),
     Code("G", 80, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
-    Code(
-        "G",
-        220,
-        "stroke check",
-        Stage.PATH,
-        forbid,
-        "forbidden zone: accepted, not checked",
-        "xyzijk",
-        "own",
-        dialects=_FANUC,
-    ),
+    Code("G", 220, "stroke check", Stage.PATH, forbid, "forbidden zone: accepted, not checked", "xyzijk", "own", dialects=_FANUC),
     Code("G", 230, "stroke check", Stage.PATH, nothing, "no forbidden zone", dialects=_FANUC),
     *(
-        Code(
-            "G",
-            number,
-            "blank",
-            Stage.PATH,
-            nothing,
-            "the blank that MANUAL GUIDE i draws: passed over",
-            AXES + "dehijklpqr",
-            "own",
-            takes="dh",
-            dialects=_FANUC,
-        )
+        Code("G", number, "blank", Stage.PATH, nothing, "the blank that MANUAL GUIDE i draws: passed over", AXES + "dehijklpqr", "own",
+            takes="dh", dialects=_FANUC)
         for number in range(19_000, 19_080, 10)
     ),
-    Code(
-        "M",
-        290,
-        "rigid tapping",
-        Stage.SPINDLE,
-        rigid,
-        "the next row of taps in step with the spindle",
-        dialects=_FANUC,
-    ),
-)
+    Code("M", 290, "rigid tapping", Stage.SPINDLE, rigid, "the next row of taps in step with the spindle", dialects=_FANUC),
+)  # fmt: skip

@@ -224,30 +224,7 @@ def check_radii(
 _WORDS = "xyzabcuvwijkrp@^"
 _SUMMONS = "xyzabcuvwijk@^"
 CODES = (
-    Code(
-        "G",
-        20,
-        "motion",
-        Stage.MOTION,
-        clockwise,
-        "arc or helix, clockwise",
-        _WORDS,
-        "motion",
-        _SUMMONS,
-        moves="plane",
-        waits=True,
-    ),
-    Code(
-        "G",
-        30,
-        "motion",
-        Stage.MOTION,
-        counter_clockwise,
-        "arc or helix the other way",
-        _WORDS,
-        "motion",
-        _SUMMONS,
-        moves="plane",
-        waits=True,
-    ),
-)
+    Code("G", 20, "motion", Stage.MOTION, clockwise, "arc or helix, clockwise", _WORDS, "motion", _SUMMONS, moves="plane", waits=True),
+    Code("G", 30, "motion", Stage.MOTION, counter_clockwise, "arc or helix the other way", _WORDS, "motion", _SUMMONS, moves="plane",
+        waits=True),
+)  # fmt: skip

@@ -81,17 +81,6 @@ def close(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code(
-        "G",
-        BSPLINE,
-        "motion",
-        Stage.MOTION,
-        point,
-        "B-spline of Siemens: a control point a block",
-        AXES,
-        "motion",
-        summons=AXES,
-        title="BSPLINE",
-        named=("pw", "pl", "sd"),
-    ),
-)
+    Code("G", BSPLINE, "motion", Stage.MOTION, point, "B-spline of Siemens: a control point a block", AXES, "motion", summons=AXES,
+        title="BSPLINE", named=("pw", "pl", "sd")),
+)  # fmt: skip

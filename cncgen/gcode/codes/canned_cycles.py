@@ -396,18 +396,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
 
 
 CODES = tuple(
-    Code(
-        "G",
-        number,
-        "motion",
-        Stage.MOTION,
-        _cycle(number),
-        cycle.help,
-        AXES + "@^rl" + cycle.needs + cycle.takes,
-        "motion",
-        dialects=("linuxcnc",),
-        moves="plane" if "i" in cycle.takes else "",
-        waits=isinstance(cycle.run, HoleMoves),
-    )
+    Code("G", number, "motion", Stage.MOTION, _cycle(number), cycle.help, AXES + "@^rl" + cycle.needs + cycle.takes, "motion",
+        dialects=("linuxcnc",), moves="plane" if "i" in cycle.takes else "", waits=isinstance(cycle.run, HoleMoves))
     for number, cycle in CYCLES.items()
-)
+)  # fmt: skip

@@ -400,31 +400,10 @@ def _pattern(ip: Interpreter, block: Block) -> None:
 #: Patterns of Haas's mills, G numbers in tenths.
 _PATTERNS = frozenset((700, 710))
 CODES = tuple(
-    Code(
-        "G",
-        number,
-        "non-modal",
-        Stage.STOP,
-        _pattern,
-        f"cycle in force on {text} (Haas)",
-        "ijklpq",
-        dialects=("fanuc",),
-        moves="XYZ",
-    )
+    Code("G", number, "non-modal", Stage.STOP, _pattern, f"cycle in force on {text} (Haas)", "ijklpq", dialects=("fanuc",), moves="XYZ")
     for number, text in ((700, "a circle"), (710, "an arc"))
 ) + tuple(
-    Code(
-        "G",
-        number,
-        "motion",
-        Stage.MOTION,
-        _cycle(number),
-        text,
-        AXES + "rpqkl" + _HAAS.get(number, ""),
-        "motion",
-        summons=AXES + "r",
-        dialects=("fanuc",),
-        moves="plane" if run in (_fine_bore, _back_bore) else "",
-    )
+    Code("G", number, "motion", Stage.MOTION, _cycle(number), text, AXES + "rpqkl" + _HAAS.get(number, ""), "motion", summons=AXES + "r",
+        dialects=("fanuc",), moves="plane" if run in (_fine_bore, _back_bore) else "")
     for number, (run, _, text) in HOLES.items()
-)
+)  # fmt: skip

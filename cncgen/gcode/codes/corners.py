@@ -252,21 +252,11 @@ def _end(ip: Interpreter, block: Block) -> None:
 
 
 CODES = tuple(
-    Code(
-        name,
-        0,
-        "corner",
-        Stage.REFERENCE,
-        _corner(name),
-        text,
-        dialects=dialects,
-        named=(name.lower(),),
-        after=_end,
-        title={"sinumerik": "CHF="}.get(dialects[0], ""),
-    )
+    Code(name, 0, "corner", Stage.REFERENCE, _corner(name), text, dialects=dialects, named=(name.lower(),), after=_end,
+        title={"sinumerik": "CHF="}.get(dialects[0], ""))
     for name, text, dialects in (
         (",C", "chamfer to the next motion", ("fanuc", "sinumerik", "heidenhain")),
         (",R", "rounding to the next motion", ("fanuc", "sinumerik", "heidenhain")),
         (",H", "chamfer of that length to the next motion", ("sinumerik",)),
     )
-)
+)  # fmt: skip

@@ -49,7 +49,12 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
         from cncgen.gcode.codes.compensated_sink import CompensatedSink
         from cncgen.gcode.codes.tool_centre import ToolCentre
 
-        centre = ToolCentre(radius, left, start, orientation, unit, growth=growth, least_entry=least)
+        centre = ToolCentre(
+            *(radius, left, start, orientation, unit),
+            growth=growth,
+            least_entry=least,
+            square_entry=ip.dialect == "fanuc",
+        )
         ip.sink.call(f'COMMENT("interpreter: cutter radius compensation on {"left" if side else "right"}")')
         state.compensation = 41 if side else 42
         sink = CompensatedSink(
@@ -182,49 +187,9 @@ _GROUP = "cutter compensation"
 _STAGE = Stage.RADIUS_COMPENSATION
 CODES = (
     Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off"),
-    Code(
-        "G",
-        410,
-        _GROUP,
-        _STAGE,
-        _turn_on(True, False),
-        "cutter compensation, tool left of the path",
-        "d",
-        takes="d",
-        moves="plane",
-    ),
-    Code(
-        "G",
-        420,
-        _GROUP,
-        _STAGE,
-        _turn_on(False, False),
-        "cutter compensation, tool right of the path",
-        "d",
-        takes="d",
-        moves="plane",
-    ),
-    Code(
-        "G",
-        411,
-        _GROUP,
-        _STAGE,
-        _turn_on(True, True),
-        "as G41, for the diameter D",
-        "dl",
-        takes="d",
-        moves="plane",
-    ),
-    Code(
-        "G",
-        421,
-        _GROUP,
-        _STAGE,
-        _turn_on(False, True),
-        "as G42, for the diameter D",
-        "dl",
-        takes="d",
-        moves="plane",
-    ),
+    Code("G", 410, _GROUP, _STAGE, _turn_on(True, False), "cutter compensation, tool left of the path", "d", takes="d", moves="plane"),
+    Code("G", 420, _GROUP, _STAGE, _turn_on(False, False), "cutter compensation, tool right of the path", "d", takes="d", moves="plane"),
+    Code("G", 411, _GROUP, _STAGE, _turn_on(True, True), "as G41, for the diameter D", "dl", takes="d", moves="plane"),
+    Code("G", 421, _GROUP, _STAGE, _turn_on(False, True), "as G42, for the diameter D", "dl", takes="d", moves="plane"),
     Code("D", 0, "D", _STAGE, radius_number, "number of the tool radius", "d", dialects=("fanuc",)),
-)
+)  # fmt: skip

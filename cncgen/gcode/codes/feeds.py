@@ -92,15 +92,7 @@ def per_revolution(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("F", 0, "F", Stage.FEED, set_feed, "feed rate", "f"),
-    Code(
-        "G",
-        930,
-        "feed mode",
-        Stage.FEED_MODE,
-        inverse_time,
-        "F is moves per minute (inverse time)",
-        waits=True,
-    ),
+    Code("G", 930, "feed mode", Stage.FEED_MODE, inverse_time, "F is moves per minute (inverse time)", waits=True),
     Code("G", 940, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", waits=True),
     Code("G", 950, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle"),
-)
+)  # fmt: skip

@@ -107,17 +107,6 @@ def _check_kink(ip: Interpreter, points: list[list[float]]) -> None:
 
 
 CODES = (
-    Code(
-        "G",
-        SPL,
-        "motion",
-        Stage.MOTION,
-        spline,
-        "cubic spline of Heidenhain: K3 K2 K1 of each axis, t from 1 to 0",
-        AXES,
-        "motion",
-        title="SPL",
-        named=_COEFFICIENTS,
-        dialects=(DIALECT,),
-    ),
-)
+    Code("G", SPL, "motion", Stage.MOTION, spline, "cubic spline of Heidenhain: K3 K2 K1 of each axis, t from 1 to 0", AXES, "motion",
+        title="SPL", named=_COEFFICIENTS, dialects=(DIALECT,)),
+)  # fmt: skip

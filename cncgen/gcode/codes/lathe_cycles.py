@@ -213,16 +213,6 @@ def _feed(ip: Interpreter, x: float, z: float) -> None:
 CODES = (
     Code("G", 70, "diameter", Stage.DIAMETER, _diameter(True), "X is a diameter", dialects=("linuxcnc",)),
     Code("G", 80, "diameter", Stage.DIAMETER, _diameter(False), "X is a radius", dialects=("linuxcnc",)),
-    Code(
-        "G",
-        _G76,
-        "motion",
-        Stage.MOTION,
-        thread,
-        "cut a thread of pitch P to Z in passes",
-        "xyzabcuvwpijkrqhel$",
-        "motion",
-        dialects=("linuxcnc",),
-        moves="XZ",
-    ),
-)
+    Code("G", _G76, "motion", Stage.MOTION, thread, "cut a thread of pitch P to Z in passes", "xyzabcuvwpijkrqhel$", "motion",
+        dialects=("linuxcnc",), moves="XZ"),
+)  # fmt: skip

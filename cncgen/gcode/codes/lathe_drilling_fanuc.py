@@ -117,7 +117,7 @@ def _cycle(number: int) -> Handler:
 
 
 CODES = tuple(
-    Code("G", number, "motion", Stage.MOTION, _cycle(number), f"{HOLES[number][2]}, along Z", "xyzuvwcrpqk", "motion",
-         summons="xyzuvwcr", dialects=ONLY, moves="Z")
+    Code("G", number, "motion", Stage.MOTION, _cycle(number), f"{HOLES[number][2]}, along Z", "xyzuvwcrpqk", "motion", summons="xyzuvwcr",
+        dialects=ONLY, moves="Z")
     for number in _NUMBERS
 )  # fmt: skip

@@ -227,12 +227,12 @@ def nothing(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("T", 0, "T", Stage.TOOL, turret, "tool and its offset: T0102 is tool 1 with offset 2", "t", dialects=ONLY),
-    Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwfq",
-         "motion", dialects=ONLY, takes="f"),
+    Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwfq", "motion", dialects=ONLY,
+        takes="f"),
     Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a tool's offset, or a coordinate system", "xyzuvwcrqlp", "own",
-         dialects=ONLY),
-    Code("G", 500, "non-modal", Stage.REFERENCE, name_position, "S is the largest speed of G96; X Z U W name the position",
-         "xyzuvws", "own", dialects=ONLY, takes="s"),
+        dialects=ONLY),
+    Code("G", 500, "non-modal", Stage.REFERENCE, name_position, "S is the largest speed of G96; X Z U W name the position", "xyzuvws",
+        "own", dialects=ONLY, takes="s"),
     Code("G", 980, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", dialects=ONLY),
     Code("G", 990, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle", dialects=ONLY),
     *(

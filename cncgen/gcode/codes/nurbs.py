@@ -229,15 +229,6 @@ def check_finished(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code(
-        "G",
-        62,
-        "motion",
-        Stage.MOTION,
-        curve,
-        "NURBS: control points with knots K and weights R, then knots alone",
-        AXES + "kpr",
-        "motion",
-        summons=AXES + "k",
-    ),
-)
+    Code("G", 62, "motion", Stage.MOTION, curve, "NURBS: control points with knots K and weights R, then knots alone", AXES + "kpr",
+        "motion", summons=AXES + "k"),
+)  # fmt: skip

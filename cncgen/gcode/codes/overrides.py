@@ -38,9 +38,7 @@ CODES = (
     Code("M", 480, "override", Stage.OVERRIDE, _both(True), "feed and speed overrides on"),
     Code("M", 490, "override", Stage.OVERRIDE, _both(False), "feed and speed overrides off"),
     Code("M", 500, "override", Stage.OVERRIDE, _one("FEED_OVERRIDE"), "feed override on, off with P0", "p"),
-    Code(
-        "M", 510, "override", Stage.OVERRIDE, _one("SPEED_OVERRIDE"), "speed override on, off with P0", "p$"
-    ),
+    Code("M", 510, "override", Stage.OVERRIDE, _one("SPEED_OVERRIDE"), "speed override on, off with P0", "p$"),
     Code("M", 520, "override", Stage.OVERRIDE, _one("ADAPTIVE_FEED"), "adaptive feed on, off with P0", "p"),
     Code("M", 530, "override", Stage.OVERRIDE, _one("FEED_HOLD"), "feed hold on, off with P0", "p"),
-)
+)  # fmt: skip

@@ -95,8 +95,7 @@ def _go(ip: Interpreter, axis: int, place: float, *, feed: bool) -> None:
 
 
 CODES = tuple(
-    Code("G", number, "non-modal", Stage.MOTION, _pecking(name, deep, aside), text, "xzuwrpqik", "own", dialects=ONLY,
-         moves="XZ")
+    Code("G", number, "non-modal", Stage.MOTION, _pecking(name, deep, aside), text, "xzuwrpqik", "own", dialects=ONLY, moves="XZ")
     for number, name, deep, aside, text in (
         (740, "G74", Z, X, "groove or drill along Z in steps of Q, cuts P apart; R alone: how far it goes back"),
         (750, "G75", X, Z, "groove along X in steps of P, cuts Q apart; R alone: how far it goes back"),

@@ -387,13 +387,13 @@ def cylinder(ip: Interpreter, block: Block) -> None:
 CODES = (
     *(
         Code("G", number, "rotary path", Stage.COORDINATES, polar_on, "polar coordinate interpolation in X and C (Haas: X and Y)",
-             dialects=("fanuc",), moves="XC")
+            dialects=("fanuc",), moves="XC")
         for number in (121, 1120)
     ),
     *(Code("G", number, "rotary path", Stage.COORDINATES, polar_off, "end of G12.1", dialects=("fanuc",)) for number in (131, 1130)),
     *(
         Code("G", number, "rotary path", Stage.COORDINATES, cylinder, "the unrolled surface of a cylinder of radius C (or A); 0 ends it",
-             "ac", "own", dialects=("fanuc",))
+            "ac", "own", dialects=("fanuc",))
         for number in (71, 1070)
     ),
 )  # fmt: skip

@@ -121,10 +121,10 @@ def thread_pass(ip: Interpreter, x: float, z: float, lead: float, chamfer: float
 
 
 CODES = (
-    Code("G", _ALONG, "motion", Stage.MOTION, along, "cut along Z to X and Z, and back", _WORDS + "i", "motion",
-         summons="xzuwr", dialects=ONLY, moves="XZ"),
-    Code("G", _THREAD, "motion", Stage.MOTION, thread, "cut a thread of lead F to X and Z, and back", _WORDS + "fi",
-         "motion", summons="xzuwr", dialects=ONLY, takes="f", moves="XZ"),
-    Code("G", _ACROSS, "motion", Stage.MOTION, across, "cut along X to X and Z, and back", _WORDS + "k", "motion",
-         summons="xzuwr", dialects=ONLY, moves="XZ"),
+    Code("G", _ALONG, "motion", Stage.MOTION, along, "cut along Z to X and Z, and back", _WORDS + "i", "motion", summons="xzuwr",
+        dialects=ONLY, moves="XZ"),
+    Code("G", _THREAD, "motion", Stage.MOTION, thread, "cut a thread of lead F to X and Z, and back", _WORDS + "fi", "motion",
+        summons="xzuwr", dialects=ONLY, takes="f", moves="XZ"),
+    Code("G", _ACROSS, "motion", Stage.MOTION, across, "cut along X to X and Z, and back", _WORDS + "k", "motion", summons="xzuwr",
+        dialects=ONLY, moves="XZ"),
 )  # fmt: skip

@@ -167,41 +167,8 @@ def end_nurbs(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code(
-        "G",
-        50,
-        "motion",
-        Stage.MOTION,
-        cubic,
-        "cubic spline in XY",
-        "xyzabcuvwijpq",
-        "motion",
-        dialects=_BOTH,
-        moves="XY",
-    ),
-    Code(
-        "G",
-        51,
-        "motion",
-        Stage.MOTION,
-        quadratic,
-        "parabola in XY",
-        "xyzabcuvwij",
-        "motion",
-        dialects=_BOTH,
-        moves="XY",
-    ),
-    Code(
-        "G",
-        52,
-        "motion",
-        Stage.MOTION,
-        nurbs,
-        "NURBS in XY, to G5.3",
-        "xyzabcuvwpl",
-        "motion",
-        dialects=_BOTH,
-        moves="XY",
-    ),
+    Code("G", 50, "motion", Stage.MOTION, cubic, "cubic spline in XY", "xyzabcuvwijpq", "motion", dialects=_BOTH, moves="XY"),
+    Code("G", 51, "motion", Stage.MOTION, quadratic, "parabola in XY", "xyzabcuvwij", "motion", dialects=_BOTH, moves="XY"),
+    Code("G", 52, "motion", Stage.MOTION, nurbs, "NURBS in XY, to G5.3", "xyzabcuvwpl", "motion", dialects=_BOTH, moves="XY"),
     Code("G", 53, "motion", Stage.MOTION, end_nurbs, "end of G5.2", "", "motion", dialects=_BOTH),
-)
+)  # fmt: skip

@@ -73,29 +73,11 @@ def _remark(ip: Interpreter, name: str) -> None:
 
 
 CODES = (
-    Code(
-        "M",
-        980,
-        "subprogram",
-        Stage.STOP,
-        call,
-        "run program P, L times",
-        "pl",
-        dialects=("linuxcnc",),
-        calls="p",
-    ),
+    Code("M", 980, "subprogram", Stage.STOP, call, "run program P, L times", "pl", dialects=("linuxcnc",), calls="p"),
     Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", dialects=("linuxcnc",)),
     *(
-        Code(
-            "M",
-            number,
-            "user",
-            Stage.USER,
-            user,
-            "the user's own: an event",
-            "pq",
-            dialects=BOTH if number != _OF_A_FILE else ("linuxcnc",),
-        )
+        Code("M", number, "user", Stage.USER, user, "the user's own: an event", "pq",
+            dialects=BOTH if number != _OF_A_FILE else ("linuxcnc",))
         for number in USER_CODES
     ),
-)
+)  # fmt: skip

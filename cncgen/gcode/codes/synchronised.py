@@ -85,29 +85,9 @@ def tap(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code(
-        "G",
-        330,
-        "motion",
-        Stage.MOTION,
-        thread,
-        "line in step with the spindle, K a revolution",
-        _WORDS,
-        "motion",
-        dialects=("linuxcnc",),
-        waits=True,
-    ),
-    Code(
-        "G",
-        330,
-        "motion",
-        Stage.MOTION,
-        thread_fanuc,
-        "line in step with the spindle, F a revolution",
-        _WORDS + "fq",
-        "motion",
-        dialects=("fanuc",),
-        takes="f",
-    ),
+    Code("G", 330, "motion", Stage.MOTION, thread, "line in step with the spindle, K a revolution", _WORDS, "motion",
+        dialects=("linuxcnc",), waits=True),
+    Code("G", 330, "motion", Stage.MOTION, thread_fanuc, "line in step with the spindle, F a revolution", _WORDS + "fq", "motion",
+        dialects=("fanuc",), takes="f"),
     Code("G", 331, "motion", Stage.MOTION, tap, "rigid tapping, K a revolution", _WORDS + "i", "motion"),
-)
+)  # fmt: skip

@@ -142,5 +142,5 @@ def _cut(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("G", 760, "non-modal", Stage.MOTION, cut, "cut a thread of height P and lead F in passes; first P Q R alone (Haas: K D A)",
-         "xzuwrpqfkdia", "own", dialects=ONLY, takes="f", moves="XZ"),
+        "xzuwrpqfkdia", "own", dialects=ONLY, takes="f", moves="XZ"),
 )  # fmt: skip

@@ -158,7 +158,7 @@ def align(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("G", 682, "rotation", Stage.REFERENCE, tilt, "tilted plane: origin X Y Z, angles I J K", "xyzijkpqr", "own",
-         dialects=("fanuc",), moves="XYZ"),
+    Code("G", 682, "rotation", Stage.REFERENCE, tilt, "tilted plane: origin X Y Z, angles I J K", "xyzijkpqr", "own", dialects=("fanuc",),
+        moves="XYZ"),
     Code("G", 531, "tool along plane", Stage.COORDINATES, align, "tool along Z of the tilted plane", "p", dialects=("fanuc",)),
 )  # fmt: skip

@@ -126,6 +126,8 @@ class ToolCentre:
         least_roll: Outside corners around which the tool would roll by less than this along the real axis are cut
             straight on instead, to where the offset paths cross.
         least_entry: The first move must be longer than this; None: than the radius.
+        square_entry: Whether a straight first move leads beside the beginning of the second one, square to it (start-up of type A,
+            B-64484EN, "Tool Movement in Start-up"); else beside its own end.
     """
 
     def __init__(
@@ -139,9 +141,11 @@ class ToolCentre:
         growth: float | None = None,
         least_roll: float = 0.0,
         least_entry: float | None = None,
+        square_entry: bool = False,
     ) -> None:
         self.radius = abs(radius)
         self._least_entry = self.radius if least_entry is None else least_entry
+        self._square_entry = square_entry
         self._renewed: tuple[float, int] | None = None
         self.unit = unit
         self._smooth = smooth
@@ -213,7 +217,7 @@ class ToolCentre:
         if crossed and self._curve is not None:
             # The move before ends square to itself; the tool then crosses to the other side.
             done += self._settle()
-            self._curve = None
+            self._curve, self._square_entry = None, False
         if crossed or self._curve is None:
             self.radius, self.side = radius, side
             start = corner + 1j * heading * radius * side
@@ -397,6 +401,11 @@ class ToolCentre:
         if self.radius == 0.0:
             new.start = start
             return self._settle(strict=False)
+        if self._square_entry:
+            self._square_entry = False
+            if old.centre is None:
+                self._meet(old, new, start)
+                return self._settle()
         turn = self.side * cmath.phase(new.heading_in / old.heading_out)
         rolls = self._rolls(old, new, turn)
         blunt = rolls and abs((start - old.point).real) < self._least_roll
@@ -410,11 +419,15 @@ class ToolCentre:
         )
         if shared is None:
             raise self._gouge("the offset paths do not meet in this inside corner")
-        old.point = new.start = shared
+        self._meet(old, new, shared)
+        return self._settle(strict=abs(turn) > self._smooth)
+
+    def _meet(self, old: OffsetCurve, new: OffsetCurve, point: complex) -> None:
+        """Let the move that waits end, and the new one begin, at a point."""
+        old.point = new.start = point
         for piece in self._queue:
             if isinstance(piece, CentreMove):
-                piece.end = shared
-        return self._settle(strict=abs(turn) > self._smooth)
+                piece.end = point
 
     def _rolls(self, old: OffsetCurve, new: OffsetCurve, turn: float) -> bool:
         """Tell whether a corner is an outside one.

@@ -263,25 +263,7 @@ def length_off(ip: Interpreter, block: Block) -> None:
 
 _FANUC = ("fanuc",)
 CODES = (
-    Code(
-        "G",
-        434,
-        "tool length",
-        Stage.TOOL_LENGTH,
-        turn_on,
-        "tool centre point control with the length H",
-        "h",
-        dialects=_FANUC,
-        takes="h",
-        moves="XYZ",
-    ),
-    Code(
-        "G",
-        490,
-        "tool length",
-        Stage.TOOL_LENGTH,
-        length_off,
-        "no tool offset, no tool centre point control",
-        dialects=_FANUC,
-    ),
-)
+    Code("G", 434, "tool length", Stage.TOOL_LENGTH, turn_on, "tool centre point control with the length H", "h", dialects=_FANUC,
+        takes="h", moves="XYZ"),
+    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset, no tool centre point control", dialects=_FANUC),
+)  # fmt: skip

@@ -301,33 +301,11 @@ class Roughing:
 
 _WORDS = "qxzdir"
 CODES = (
-    Code(
-        "G",
-        700,
-        "non-modal",
-        Stage.MOTION,
-        finish,
-        "finish the profile of o-Q",
-        "qxzdep",
-        "own",
-        dialects=("linuxcnc",),
-        moves="XZ",
-        calls="q",
-    ),
+    Code("G", 700, "non-modal", Stage.MOTION, finish, "finish the profile of o-Q", "qxzdep", "own", dialects=("linuxcnc",), moves="XZ",
+        calls="q"),
     *(
-        Code(
-            "G",
-            number,
-            "non-modal",
-            Stage.MOTION,
-            _rough(number >= 720, kind),
-            text,
-            _WORDS,
-            "own",
-            dialects=("linuxcnc",),
-            moves="XZ",
-            calls="q",
-        )
+        Code("G", number, "non-modal", Stage.MOTION, _rough(number >= 720, kind), text, _WORDS, "own", dialects=("linuxcnc",), moves="XZ",
+            calls="q")
         for number, kind, text in (
             (710, 0, "rough the profile of o-Q along Z"),
             (711, 1, "as G71, leaving pockets out"),
@@ -337,4 +315,4 @@ CODES = (
             (722, 2, "as G72, pockets only"),
         )
     ),
-)
+)  # fmt: skip

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode.assumed_units import assumed_units
 from cncgen.gcode.block import Block
-from cncgen.gcode.doubts import doubts, remarks_on
+from cncgen.gcode.doubts import tell
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.course import Course
 from cncgen.gcode.flow.parts import assemble
@@ -97,20 +97,11 @@ class Runner:
 
     def _say_dialect(self) -> None:
         """Note which dialect was chosen, where something in the text decided it, and what another control would read."""
-        choice = self._choice
-        dialect = choice.dialect
-        for error, severity in remarks_on(choice):
-            source = self.sources[0]
-            offset = 0
-            for _ in range(choice.line - 1):
-                offset = source.line_end(offset) + 1
-            self.reporter.report(source, choice.line, offset, error, severity)
-        if choice.unread:
-            return
-        for here, doubt in doubts(self.sources[0], dialect, self._options.least_increment):
-            self.reporter.report(self.sources[0], here.line, here.offset, doubt, Severity.WARNING)
-        for here, doubt, severity in assumed_units(self.sources[0], dialect, self._options):
-            self.reporter.report(self.sources[0], here.line, here.offset, doubt, severity)
+        source, choice = self.sources[0], self._choice
+        tell(self.reporter, source, choice, self._options.least_increment)
+        if not choice.unread:
+            for here, doubt, severity in assumed_units(source, choice.dialect, self._options):
+                self.reporter.report(source, here.line, here.offset, doubt, severity)
 
     def _finish(self) -> None:
         """Say what is missing at the end of the text, and keep the parameters where asked."""

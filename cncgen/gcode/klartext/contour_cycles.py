@@ -13,7 +13,7 @@ from cncgen.gcode.codes.pockets import Clearing, levels_of
 from cncgen.gcode.codes.turning_profiles import Segment, moved_aside
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, radius_of
+from cncgen.gcode.klartext.hole_cycle import HoleCycle
 
 #: What gives the contour of a label: its segments, and the side of the tool (1 left, -1 right, 0 none).
 Read = Callable[[str], tuple[list[Segment], int]]
@@ -30,7 +30,7 @@ class Contours:
         """
         q = ip.parameters.numbers
         self.cycle = HoleCycle(ip, name, (q[5], q[1]))
-        self.ip, self.q, self.name, self.radius = ip, q, name, radius_of(ip)
+        self.ip, self.q, self.name, self.radius = ip, q, name, ip.tool_radius()
         self.start = q[5] + q[6]
         self.contours: list[tuple[list[Segment], bool]] = []
         if not labels:
@@ -138,7 +138,7 @@ def pilot(contours: Contours) -> None:
 
 def train(ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
     """25: along one open contour, Q3 off it, level by level; Q15 goes to and fro (0) or in one direction."""
-    q, radius = ip.parameters.numbers, radius_of(ip)
+    q, radius = ip.parameters.numbers, ip.tool_radius()
     if len(labels) != 1 or q[1] >= 0.0 or q[11] <= 0.0 or q[12] <= 0.0:
         message = f"{name} has {len(labels)} contours, the depth Q1 = {q[1]:g}, the feeds Q11 = {q[11]:g} and Q12 = {q[12]:g}"
         raise BlockError(

@@ -154,8 +154,7 @@ def _arc(ip: Interpreter, at: complex, centre: complex, sense: int) -> None:
 
 
 def _radius(ip: Interpreter, side: int) -> float:
-    tool = ip.tools.find(ip.state.tool)
-    return tool.diameter * ip.table_scale() / 2.0 if side and tool else 0.0
+    return ip.tool_radius() if side else 0.0
 
 
 def _circle(way: ContourWay, tool: float) -> float:

@@ -16,7 +16,7 @@ from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import contour_cycles, slots, studs
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z, radius_of
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
 
 _MOST_STEPS = 10_000
 #: How far cycle 202 steps off the wall, mm, and by Q214 where to.
@@ -151,7 +151,7 @@ def _tap(cycle: HoleCycle) -> None:
 def _bore_milling(cycle: HoleCycle) -> None:
     """208: a helix of Q334 a turn to the diameter Q335, one turn at the bottom, out by the middle."""
     ip, q = cycle.ip, cycle.q
-    tool = radius_of(ip)
+    tool = ip.tool_radius()
     radius = q[335] / 2.0 - tool
     if radius <= 0.0:
         raise BlockError(
@@ -192,7 +192,7 @@ def _bore_milling(cycle: HoleCycle) -> None:
 def _thread(cycle: HoleCycle) -> None:
     """262: a thread of diameter Q335 and pitch Q239 (below 0: left-hand), in one turn of the helix (Q355 = 0), in all of them (1), or
     in turns Q355 threads apart; half a turn leads to the wall and away from it."""
-    ip, q, tool = cycle.ip, cycle.q, radius_of(cycle.ip)
+    ip, q, tool = cycle.ip, cycle.q, cycle.ip.tool_radius()
     pitch, radius = abs(q[239]), q[335] / 2.0 - tool
     if radius <= 0.0 or pitch == 0.0 or q[355] < 0.0:
         message = f"Q335 = {q[335]:g}, Q239 = {q[239]:g} and Q355 = {q[355]:g} do not make a thread for a tool of diameter {2.0 * tool:g}"

@@ -67,9 +67,3 @@ class HoleCycle:
         """Go to the second clearance, with the program's feed in force again."""
         self.go(self.back, rapid=True)
         self.ip.sink.set_feed_rate(self.ip.state.feed)
-
-
-def radius_of(ip: Interpreter) -> float:
-    """Return the radius of the tool, oversizes with it; 0 without one."""
-    tool = ip.tools.find(ip.state.tool)
-    return tool.diameter * ip.table_scale() / 2.0 if tool else 0.0

@@ -28,7 +28,7 @@ from cncgen.gcode.codes import affine
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.turning_profiles import Recorder, Segment
-from cncgen.gcode.doubts import doubts, remarks_on
+from cncgen.gcode.doubts import tell
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
@@ -157,13 +157,7 @@ class HeidenhainRunner:
     def run(self) -> Iterator[None]:
         """Run to the end; yields now and then, so that rows can be taken away."""
         source = self.sources[0]
-        for error, severity in remarks_on(self._choice):
-            offset = 0
-            for _ in range(self._choice.line - 1):
-                offset = source.line_end(offset) + 1
-            self.reporter.report(source, self._choice.line, offset, error, severity)
-        for here, doubt in doubts(source, "heidenhain"):
-            self.reporter.report(source, here.line, here.offset, doubt, Severity.WARNING)
+        tell(self.reporter, source, self._choice)
         self._read(source)
         self.ip.begin()
         try:

@@ -10,7 +10,7 @@ import math
 from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath, levels_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, radius_of
+from cncgen.gcode.klartext.hole_cycle import HoleCycle
 
 _MOST = 10_000
 _TINY = 1e-9
@@ -19,7 +19,7 @@ _BESIDE = 2.0
 
 
 def _radius(ip: Interpreter, name: str) -> float:
-    radius = radius_of(ip)
+    radius = ip.tool_radius()
     if radius <= 0.0:
         message = f"{name} goes around at the radius of the tool, which has none"
         raise BlockError("cycle-tool", message, "CYCL", hint="--tool-table gives the diameter of the tool")

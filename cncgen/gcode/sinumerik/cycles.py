@@ -135,6 +135,16 @@ def _drill(motions: Motions, name: str, values: Values) -> None:
     hole.go(hole.back, rapid=True)
 
 
+def depth_of(name: str, values: Values) -> float:
+    """Return the depth DP of a cycle, its fourth parameter; raise where it is left out."""
+    depth = given(values, 3)
+    if depth is None:
+        raise BlockError(
+            "cycle-depth", f"{name} has no depth DP", name, hint="the fourth parameter is the depth"
+        )
+    return depth
+
+
 def _depths(hole: Hole, first: float, degression: float, least: float, name: str) -> list[float]:
     """Return the depths of CYCLE83: the first step, and each next one less by DAM, but at least MDEP (DAM without it); below 0 DAM is
     the factor of each step to the one before.

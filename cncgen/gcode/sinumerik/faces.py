@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.pockets import levels_of
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
+from cncgen.gcode.sinumerik.cycles import Hole, Values, depth_of, filled
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -60,8 +60,7 @@ class _Mill:
                 name,
                 hint="use G17",
             )
-        tool = motions.ip.tools.find(motions.ip.state.tool)
-        radius = tool.diameter * motions.ip.table_scale() / 2.0 if tool else 0.0
+        radius = motions.ip.tool_radius()
         if radius <= 0.0:
             raise BlockError(
                 "cycle-tool",
@@ -169,7 +168,7 @@ def face(motions: Motions, name: str, values: Values) -> None:
     """CYCLE71(RTP, RFP, SDIS, DP, PA, PO, LENG, WID, STA, MID, MIDA, FDP, FALD, FFP1, VARI, FDP1)."""
     v = [filled(values, k) for k in range(16)]
     rough, way = _kind(name, v[14])
-    hole = Hole.of(motions, name, [*values[:3], _depth(name, values)])
+    hole = Hole.of(motions, name, [*values[:3], depth_of(name, values)])
     mill = _Mill.of(motions, name, hole, (v[13], v[13]), complex(v[4], v[5]), v[8])
     levels = levels_of(hole.reference, hole.depth + v[12], v[9], name) if rough else (hole.depth,)
     motions.move({"Z": hole.back}, rapid=True)
@@ -191,7 +190,7 @@ def face_of_blank(motions: Motions, name: str, values: Values) -> None:
             name,
             hint="AMODE = 10 has the depth as a coordinate and the infeed in percent",
         )
-    depth = v[1] - abs(v[3]) if mode % 10 == 1 else _depth(name, values)
+    depth = v[1] - abs(v[3]) if mode % 10 == 1 else depth_of(name, values)
     hole = Hole.of(motions, name, [*values[:3], depth])
     mill = _Mill.of(motions, name, hole, (v[11], v[11]), complex(v[4], v[5]), 0.0)
     rough, way = _kind(name, v[12])
@@ -199,15 +198,6 @@ def face_of_blank(motions: Motions, name: str, values: Values) -> None:
     step = v[9] * (2.0 * mill.radius / 100.0 if mode // 10 == 1 else 1.0) or _USUAL_STEP * 2.0 * mill.radius
     motions.move({"Z": hole.back}, rapid=True)
     _face(mill, (v[6], v[7]), step, levels, way, 0.0)
-
-
-def _depth(name: str, values: Values) -> float:
-    depth = given(values, 3)
-    if depth is None:
-        raise BlockError(
-            "cycle-depth", f"{name} has no depth DP", name, hint="the fourth parameter is the depth"
-        )
-    return depth
 
 
 @dataclass(frozen=True, slots=True)

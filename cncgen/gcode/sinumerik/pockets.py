@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow, levels_of
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
+from cncgen.gcode.sinumerik.cycles import Hole, Values, depth_of, filled
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -34,8 +34,7 @@ def _levels(name: str, motions: Motions, values: Values, depth: float) -> Hole:
 
 def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[str, float]) -> None:
     """Clear a pocket from the reference plane down, roughing or finishing as VARI says, and go to the retraction plane."""
-    tool = motions.ip.tools.find(motions.ip.state.tool)
-    radius = tool.diameter * motions.ip.table_scale() / 2.0 if tool else 0.0
+    radius = motions.ip.tool_radius()
     if how["vari"] % 10 not in (0.0, 1.0, 2.0):
         message = f"VARI = {how['vari']:g} of {name} (finishing an edge, or chamfering) is not read"
         raise BlockError("not-read", message, name, hint="VARI = 1 roughs, 2 finishes")
@@ -66,7 +65,7 @@ def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[
 def rectangle(motions: Motions, name: str, values: Values) -> None:
     """POCKET3(RTP, RFP, SDIS, DP, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA)."""
     v = [filled(values, k) for k in range(18)]
-    hole = _levels(name, motions, values, _depth(name, values))
+    hole = _levels(name, motions, values, depth_of(name, values))
     _check_whole(name, values, (18, 19, 20))
     pocket = Pocket(complex(v[7], v[8]), abs(v[4]) / 2.0, abs(v[5]) / 2.0, v[6], v[9])
     _cleared(motions, name, hole, pocket, _how(v, 10))
@@ -75,7 +74,7 @@ def rectangle(motions: Motions, name: str, values: Values) -> None:
 def circle(motions: Motions, name: str, values: Values) -> None:
     """POCKET4(RTP, RFP, SDIS, DP, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA)."""
     v = [filled(values, k) for k in range(15)]
-    hole = _levels(name, motions, values, _depth(name, values))
+    hole = _levels(name, motions, values, depth_of(name, values))
     _check_whole(name, values, (15, 16))
     _cleared(motions, name, hole, Pocket(complex(v[5], v[6]), v[4], v[4], v[4]), _how(v, 7))
 
@@ -136,8 +135,7 @@ def bows(motions: Motions, name: str, values: Values) -> None:
             name,
             hint="NUM counts the slots, AFSL is the angle of one, VARI is 0 to 2; in G17",
         )
-    tool = ip.tools.find(ip.state.tool)
-    radius = tool.diameter * ip.table_scale() / 2.0 if tool else 0.0
+    radius = ip.tool_radius()
     feed = v[14] or ip.state.feed
     if feed <= 0.0:
         raise BlockError(
@@ -173,15 +171,6 @@ def _check_whole(name: str, values: Values, sizes: tuple[int, ...]) -> None:
         )
 
 
-def _depth(name: str, values: Values) -> float:
-    depth = given(values, 3)
-    if depth is None:
-        raise BlockError(
-            "cycle-depth", f"{name} has no depth DP", name, hint="the fourth parameter is the depth"
-        )
-    return depth
-
-
 def _how(v: list[float], first: int) -> dict[str, float]:
     """Return MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA from a parameter on."""
     names = ("mid", "fal", "fald", "feed", "plunge", "cdir", "vari", "step")
@@ -201,8 +190,7 @@ def slots(motions: Motions, name: str, values: Values) -> None:
 def long_holes(motions: Motions, name: str, values: Values) -> None:
     """LONGHOLE(RTP, RFP, SDIS, DP, DPR, NUM, LENG, CPA, CPO, RAD, STA1, INDA, FFD, FFP1, MID): slots as wide as the tool."""
     v = [filled(values, k) for k in range(15)]
-    tool = motions.ip.tools.find(motions.ip.state.tool)
-    radius = tool.diameter * motions.ip.table_scale() / 2.0 if tool else 0.0
+    radius = motions.ip.tool_radius()
     how = {"mid": v[14], "fal": 0.0, "fald": 0.0, "feed": v[13], "plunge": v[12], "cdir": 0.0, "vari": 0.0, "step": 0.0}  # fmt: skip
     _rays(motions, name, values, [*v[:7], 2.0 * radius, *v[7:12]], radius, how)
 

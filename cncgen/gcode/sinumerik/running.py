@@ -12,7 +12,7 @@ from cncgen.diagnostics import Diagnostics, Severity, UsageError
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes.turning_profiles import MAX_MOVES, Recorder, Segment
-from cncgen.gcode.doubts import doubts, remarks_on
+from cncgen.gcode.doubts import tell
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
@@ -84,7 +84,7 @@ class SinumerikRunner:
                 BlockError("binary-file", message, hint="is it UTF-16? save it as UTF-8 or ASCII"),
             )
             return
-        self._say_dialect()
+        tell(self.reporter, source, self._choice)
         self.ip.begin()
         self.motions.begin(turns=turns(source.data))
         main = self._load(0, "")
@@ -96,16 +96,6 @@ class SinumerikRunner:
             self._finish(main)
         except Stop as stop:
             self._faults.here(stop.error)
-
-    def _say_dialect(self) -> None:
-        source = self.sources[0]
-        for error, severity in remarks_on(self._choice):
-            offset = 0
-            for _ in range(self._choice.line - 1):
-                offset = source.line_end(offset) + 1
-            self.reporter.report(source, self._choice.line, offset, error, severity)
-        for here, doubt in doubts(source, "sinumerik"):
-            self.reporter.report(source, here.line, here.offset, doubt, Severity.WARNING)
 
     def _load(self, index: int, name: str) -> Program:
         """Read the programs of a source; return the first."""
