@@ -2,6 +2,7 @@
 
 import io
 import math
+import re
 
 import numpy as np
 import pytest
@@ -656,3 +657,18 @@ def test_a_path_in_a_writers_own_property_is_refused_by_its_name():
     (error,) = [d for d in program.diagnostics if d.severity == "error"]
     assert error.code == "stepnc-missing"
     assert error.message.endswith("there are: 'next-nc circular motion'")
+
+
+def test_a_context_without_a_unit_of_length_is_told():
+    aim = Aim()
+    step, operation = aim.step()
+    aim.path(operation, aim.polyline((0, 0, 0), (9, 0, 0)), aim.technology())
+    whole = aim.stream.getvalue()
+    aim.stream.seek(0)
+    aim.stream.write(
+        re.sub(r"GLOBAL_UNIT_ASSIGNED_CONTEXT\(\([^)]*\)\)", "GLOBAL_UNIT_ASSIGNED_CONTEXT(())", whole)
+    )
+    aim.stream.truncate()
+    path, found = aim.read(aim.plan(step))
+    assert codes(found) == ["stepnc-unit"]
+    assert path.end[motions(path)[-1]].tolist()[:3] == [9.0, 0.0, 0.0]

@@ -181,7 +181,7 @@ class Units:
             Skip: where its units have a fault.
         """
         if ident not in self._contexts:
-            length, angle = 1.0, math.pi / 180
+            length, angle = None, math.pi / 180
             instance = self.entities.exchange.instance(ident) if ident is not None else None
             part = instance.part("GLOBAL_UNIT_ASSIGNED_CONTEXT") if instance else None
             members = part.parameters[-1] if part and part.parameters else ()
@@ -191,7 +191,11 @@ class Units:
                     length = unit.factor
                 elif (unit.length, unit.time, unit.angle) == (0, 0, 1):
                     angle = unit.factor
-            self._contexts[ident] = (length, angle)
+            if length is None and instance is not None:
+                self.entities.get(instance.id).warn(
+                    "stepnc-unit", "the context of a geometry has no unit of length; mm are taken"
+                )
+            self._contexts[ident] = (length or 1.0, angle)
         return self._contexts[ident]
 
 
