@@ -30,7 +30,7 @@ copyreg.pickle(MappingProxyType, lambda mapping: (_read_only, (dict(mapping),)))
 #: Diagnostics kept of one run; later ones are counted only, so that a million bad lines stay bounded.
 MAX_KEPT = 1000
 
-#: Of those that say the same, as many are kept: the same fault in every line of a program is said often enough then.
+#: Diagnostics with the same message that are kept: more would only repeat the same fault for every line of a program.
 MAX_ALIKE = 10
 
 #: Characters of a source line that a diagnostic keeps (a line may be 100 MB long).

@@ -1,7 +1,7 @@
 """Dataclasses without the start of `dataclasses`: that module, with all it imports, takes a fifth of the time of a small run.
 
-`dataclass`, `field` and `replace` mean what they do there, and records have slots. What programs about programs ask for
-(`fields`, `asdict`, signatures) `dataclasses` itself makes, once somebody asks.
+`dataclass`, `field` and `replace` mean what they do there, and records have slots. Data for introspection (`fields`, `asdict`,
+signatures) come from `dataclasses` itself, at the first request.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ else:
             return getattr(_twin(owner), self._name)
 
     def dataclass(*, slots, frozen=False, eq=True, repr=True):
-        """Return what makes a record of a class; `slots` is said for those who read, and True."""
+        """Return a decorator that makes a record of a class; `slots` stands for the reader and is always True."""
 
         def made(cls):
             body = dict(cls.__dict__)

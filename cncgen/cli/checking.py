@@ -82,7 +82,7 @@ def _check(name: str, language: str | None, options: ReadOptions, content: bytes
 
 
 def _is_stepnc(name: str, language: str | None, content: bytes | None) -> bool:
-    """Tell whether a program is STEP-NC: as it was said, or by the content of its file."""
+    """Tell whether a program is STEP-NC: by the option, or by the content of its file."""
     from cncgen.pipeline import language_of
 
     if language is None and content is None and os.path.isfile(name):

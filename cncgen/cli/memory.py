@@ -15,7 +15,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     import click
 
-#: Memory that a run may take where nothing is said, MiB.
+#: Memory that a run may take by default, MiB.
 DEFAULT_MIB = 1024
 
 

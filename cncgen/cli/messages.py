@@ -99,7 +99,7 @@ def show(diagnostics: Iterable[Diagnostic] | Diagnostics, *, as_json: bool = Fal
 
 
 def say_where_more_is_said() -> None:
-    """Name the page of what was reported, where a person reads at a terminal."""
+    """Name the page that explains the reported codes, if a person reads at a terminal."""
     if _Style.codes and not is_quiet() and sys.stderr is not None and sys.stderr.isatty():
         first = next(iter(_Style.codes))
         name = first if len(_Style.codes) == 1 else "CODE"
@@ -108,7 +108,7 @@ def say_where_more_is_said() -> None:
 
 
 def _to_json_stream(stream: TextIO, text: str) -> None:
-    """Print a JSON line where a command's data goes; where it finds no room, what is said after it goes elsewhere."""
+    """Print a JSON line to the stream of a command's data; if it cannot be written, later messages go elsewhere."""
     try:
         print(text, file=stream, flush=True)
     except BrokenPipeError:
@@ -144,7 +144,7 @@ def note(message: str) -> None:
 
 
 def plain(message: str) -> None:
-    """Print a line on standard error; if it cannot be written (closed pipe, full disk) the command goes on all the same.
+    """Print a line on standard error; if it cannot be written (closed pipe, full disk), the command goes on.
 
     Names of files and machines may hold what controls a terminal, which is shown and not done.
     """

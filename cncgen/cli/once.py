@@ -22,7 +22,7 @@ class OnceGroup(click.Group):
 
 def _given_again(command: click.Command, words: list[str]) -> str:
     """Return an option of one value that words give several times, or ""."""
-    with suppress(click.UsageError):  # what else is wrong with the words is said when they are used
+    with suppress(click.UsageError):  # other faults of the words are reported when they are used
         _, _, order = command.make_parser(click.Context(command)).parse_args(list(words))
         for option in order:
             single = isinstance(option, click.Option) and not (

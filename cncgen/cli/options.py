@@ -411,7 +411,7 @@ stock_options = _all_of(
     ),
 )
 
-#: What a page shows beside the plan; the command receives it together as `shown`.
+#: Options for the contents of a page beside the plan; the command receives them together as `shown`.
 page_options = _gathering("shown", compare_option, why_option, reference_option, stock_options)
 
 #: Machines whose parameters are not quite the model's; the command receives them together as `uncertainty`.

@@ -64,7 +64,7 @@ _SLASH = _Doubt(
     "/ stands first in a block that may be left out",
     (b"/",),
 )
-#: What stands before it: words with numbers, the last one not N.
+#: The text before it: words with numbers, the last one not N.
 _WORDS = rb"(?i)[ \t]*(?:/[1-9]?[ \t]*)?(?:[A-Z][ \t]*[-+]?[\d.]+[ \t]*)*[A-MO-Z][ \t]*[-+]?[\d.]+[ \t]*\Z"
 _OKUMA = _Doubt(
     _BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d",

@@ -72,7 +72,8 @@ class Interpreter:
         system: The dialect, of which FANUC's lathes have three for their systems of G codes.
         steps: Whether G91 is in force on a lathe that has it.
         feed_doubted: Whether a feed was one that nobody can mean.
-        plain: Whether no sign tells which control the program is for: what LinuxCNC refuses and others pass over is passed over.
+        plain: Whether no sign shows the control of the program: then words that LinuxCNC refuses and other controls ignore are
+        ignored.
     """
 
     def __init__(

@@ -53,7 +53,7 @@ class ToolTable:
     def __init__(self, tools: dict[int, Tool] | None = None) -> None:
         self.given = tools is not None
         self.tools: dict[int, Tool] = dict(tools or {})
-        #: Whether it was said that a tool's sizes are not known.
+        #: Whether the note on a tool of unknown size was given.
         self.told = False
 
     def find(self, number: int) -> Tool | None:

@@ -46,8 +46,8 @@ _SETPOINT_HEADS = (
     *(b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"ARROW1", b"PAR1", b"\x89HDF\r\n\x1a\n"),
     *(b"\x89MCAP0\r\n", b"MATLAB 5", b"MDF     ", b"CSP1", b'# {"format": "csp"'),
 )
-#: Motions and events that a program may hand on where nothing is said, and those that each of its lines may hand on beside them:
-#: to a plan, which takes from 40 µs to 1 ms of each; to one that predicts the axes, some 2 ms; to what plans it many times.
+#: Motions and events that a program may hand on by default, and those that each of its lines may hand on beside them: to a plan, which
+#: takes from 40 µs to 1 ms for each; to a plan that predicts the axes, some 2 ms; to a command that plans it many times.
 PLANNED, PREDICTED, REPEATED = (100_000, 100), (5_000, 100), (1_000, 50)
 #: Motions of a step that the options allow.
 MOTIONS_OF_A_STEP = 10

@@ -47,7 +47,7 @@ def cut(
         cell_mm: Width of a column, None: a 500th of the stock.
         language: ``gcode`` or ``stepnc``; None: by content and suffix.
         options: How it is read.
-        diagnostics: Takes what is said of the program.
+        diagnostics: Receives the diagnostics of the program.
 
     Raises:
         UsageError: A file cannot be read, or the stock is not known.

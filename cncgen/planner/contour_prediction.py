@@ -52,7 +52,7 @@ def bilinear(coefficients: Floats, degree: int, period_s: float) -> Floats:
 def error_filter(numerator: Floats, denominator: Floats, period_s: float) -> tuple[Floats, Floats]:
     """Return the filter from an axis's speed to its following error E = R − Y (eq. 15, appendix A-3).
 
-    E/V = T/2 · (1 + z⁻¹)/(1 − z⁻¹) · (c − d)/c. A loop that ends where it is told has (c − d)(1) = 0; that factor
+    E/V = T/2 · (1 + z⁻¹)/(1 − z⁻¹) · (c − d)/c. A loop without a steady-state error has (c − d)(1) = 0; that factor
     1 − z⁻¹ is divided out, which leaves the same ratio without the integrator of eq. 15, whose rounding would drift.
 
     Args:

@@ -31,7 +31,7 @@ Floats = NDArray[np.float64]
 
 #: Part of an answer that may lie beyond the samples that are summed.
 _REST = 1e-10
-#: Samples after which an answer that has not died away is said to be unstable.
+#: Samples after which a response that has not died away counts as unstable.
 _LONGEST = 1 << 17
 #: Ways to share the force between acceleration and jerk that are looked at.
 _SHARES = 99

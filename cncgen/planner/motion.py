@@ -65,7 +65,7 @@ def axes_at(trajectory: Trajectory, t: Floats, order: int) -> Floats:
     """Return the positions of the axes (mm or rad) or a derivative of them by time (order 1 to 3) at times, shape (n, axes).
 
     Args:
-        trajectory: Whose time it is.
+        trajectory: The trajectory whose time `t` is.
         t: Shape (n,), s, non-decreasing.
         order: 0 to 3.
     """

@@ -31,7 +31,7 @@ from cncgen.toolpath.record import Event, Toolpath
 
 Floats = NDArray[np.float64]
 
-#: What a tool that turns meanwhile touches less deep than this does not count, in cells: pieces of one direction stand for the turn.
+#: A turning tool's touches less deep than this do not count, in cells, because pieces of one direction replace the turn.
 TURN_CELLS = 0.5
 #: Of a gap that is not known (`cncgen.kernels.dexel_sweeps.cut_lines`).
 UNKNOWN = 1e300

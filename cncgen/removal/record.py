@@ -287,7 +287,7 @@ class Dexels:
 
 
 class Met(NamedTuple):
-    """What each of n motions meets.
+    """The material and the faults that each of n motions meets.
 
     Attributes:
         volume: Shape (n,): removed.

@@ -106,7 +106,7 @@ def counts_of(
     Args:
         size: Of what it covers, mm.
         cell: Distance of its places, mm.
-        name: What they are called.
+        name: Their name in messages.
         most: Places at most.
         bytes_of: Memory of a grid with so many places along each side.
 

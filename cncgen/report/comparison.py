@@ -42,7 +42,7 @@ _SETTLE_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """What setpoints ask of drives and limits.
+    """Demands of setpoints on drives and limits.
 
     Attributes:
         effort: By axis (lower case), the largest drive input and its unit; None without servo data.
@@ -69,7 +69,7 @@ class StrategyFigures:
             after included; mm (or rad) and s.
         acceleration_of_limit, jerk_of_limit: The same, each as a fraction of its axis's limit.
         reference_max_mm: The largest distance of the simulated axes from a reference, where there is one.
-        demand: What the setpoints ask of drives and limits.
+        demand: Demands of the setpoints on drives and limits.
         fault: Why the strategy has no figures, where it fails.
     """
 

@@ -6,8 +6,9 @@ of both axes, so one of them alone can only lengthen it, and plans of path and s
 With the period it goes as a sawtooth, since stops wait for a setpoint.
 Where the differences show more than 0.5 % of that, the quantity is planned 2.5 % higher and lower too: where these change nothing,
 it does not bind; where the time is smooth so far, the differences of these and of 5 % count. Else the derivative is the
-least-squares one of eight plans within 5 %, and eight more between these make it surer where that may be some per cent off. Where its error may be above 1.5 % there is none, and `Slope.kind` says why.
-All is given for a change of 10 % in the direction that shortens (a period falls, all others rise).
+least-squares one of eight plans within 5 %, and eight more between these make it surer where that may be some per cent off. It is
+missing where its error may be above 1.5 %; `Slope.kind` says why. All is given for a change of 10 % in the direction that shortens (a
+period falls, all others rise).
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ class PlannedTimes:
 
 
 class SlopeKind(StrEnum):
-    """What the plans about a quantity's value say of its derivative."""
+    """Kinds of derivatives, by the plans around a quantity's value."""
 
     SMOOTH = "smooth"
     NO_EFFECT = "no effect"
@@ -102,11 +103,11 @@ class SlopeKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Slope:
-    """A derivative, or why there is none.
+    """A derivative, or the reason why it is missing.
 
     Attributes:
-        kind: What is known of it.
-        seconds: What the whole change saves by it; the best estimate where it scatters.
+        kind: How far it is known.
+        seconds: Saving of the whole change by it; the best estimate where it scatters.
         bound: Of the error, in seconds.
     """
 
@@ -128,7 +129,7 @@ class Shortening:
         name, value: The quantity, see `Quantity`.
         change: Relative change, signed.
         slope: Seconds that the cycle gets shorter for the change, by the derivative.
-        sides_s: The same by the derivatives to either side: what the change saves at first, what its opposite costs.
+        sides_s: The same by the derivatives to either side: the saving of the change at first, the cost of its opposite.
         saved_s: Seconds that a plan with the whole change is shorter.
         lines: The lines that save most: file, line, seconds.
         tools: Seconds saved with each tool, the most first.
@@ -295,7 +296,7 @@ class _Savings:
         """Return what the quantity is worth."""
         quantity, now, noise = self.quantity, self.now, _NOISE * self.now.cycle_s
         whole = self(WHOLE)
-        # What changes nothing by its whole changes nothing by less.
+        # If the whole change has no effect, a smaller one has none either.
         if max(abs(whole), abs(self(-WHOLE))) <= noise:
             slope, sides = Slope(SlopeKind.NO_EFFECT), (0.0, 0.0)
         else:
@@ -319,7 +320,7 @@ class _Savings:
 
 
 def derivative(saved: Callable[[int], float], noise: float) -> Slope:
-    """Return what a whole change saves by the derivative, or why there is none.
+    """Return the saving of a whole change by the derivative, or the reason why it is missing.
 
     Args:
         saved: Returns the seconds that so many sixteenths of the change save; asked for up to 16 of them to both sides.
@@ -500,7 +501,7 @@ def as_text(now: PlannedTimes, found: list[Shortening]) -> str:
     return "\n".join([f"cycle time {duration(now.cycle_s)}", text_table(head, rows), *notes])
 
 
-#: What stands in place of a derivative.
+#: Explanations of the entries in place of a derivative.
 _MEANINGS = {
     SlopeKind.KINK: "a | b: the time has a kink there; a change saves a at first, and its opposite costs b",
     SlopeKind.SCATTER: "a ± b: plans scatter by b",

@@ -16,7 +16,7 @@ PARTS = ("cutting", "rapid", "tool", "spindle", "dwell", "other", "stops")
 _PART_OF = {"tool": "tool", "spindle": "spindle", "stop": "stops"}
 
 
-#: What rounding may leave of rests whose whole time events have taken, s.
+#: Remainder by rounding of rests whose whole time events have taken, s.
 _ROUNDING_S = 1e-9
 
 

@@ -105,7 +105,7 @@ def hold(command: Setpoints, limits: Mapping[str, Axis]) -> None:
 
 
 def broken(found: Break) -> Diagnostic:
-    """Return what a user is told of a broken limit (``compensate-limit``)."""
+    """Return the diagnostic of a broken limit (``compensate-limit``)."""
     name = found.name
     unit = file_unit(found.letter) + ("/s" + ("", "²", "³")[found.order - 1] if found.order else "")
     factor = to_file(found.letter)

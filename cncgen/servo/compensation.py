@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 #: Passes of learning, at most.
 PASSES = 6
-#: Setpoints of a program that are learnt on where nothing is said, those of each of its lines, and of a step that the options allow.
+#: Most setpoints of a program to learn on: by default, beside them for each of its lines, and for a step that the options allow.
 MOST_ROWS, MOST_ROWS_OF_A_LINE, ROWS_OF_A_STEP = 100_000, 2_000, 100
 #: A command is good enough where it divides the judged error by this.
 ENOUGH = 5.0

@@ -137,7 +137,7 @@ class Learnt:
 class WorkBudget:
     """How much of the splitting learning may do, and has done, in periods times rounds.
 
-    Loops of usual quickness ask for a part of it. Those that remember many seconds are learnt on stretches of as many.
+    Usual loops need a part of it. Loops with a memory of many seconds are learnt on stretches of as many seconds.
     """
 
     most: float
@@ -438,7 +438,7 @@ class _Passes:
         """Return the best command of up to that many passes, if it is better than the best so far, and the last command.
 
         Args:
-            best: What was learnt so far.
+            best: The best command so far.
             start: The first command, shape (n, axes).
             passes: At least 1.
             error_of: From wanted and actual positions to what is to be taken away, shape (n, axes) all.

@@ -48,7 +48,7 @@ def gcode_lines(
         name: For the comment at the top.
         linearize: Chord tolerance, mm, to write splines and arcs as lines; None keeps them.
         describe: Names the source of a line (from 1) in a comment, once a change; None writes none.
-        control: Who reads it, one of `CONTROLS`.
+        control: The control that reads it, one of `CONTROLS`.
 
     Raises:
         UsageError: The control has no word for a motion.

@@ -151,7 +151,7 @@ def _check_workers(client: Any) -> None:
 
 
 def _register(client: Any, plugin: Any) -> None:
-    """Give all workers a plugin; those that join later get it too, once the scheduler has it.
+    """Give all workers a plugin; workers that join later get it from the scheduler.
 
     Raises:
         OSError: It cannot be given.

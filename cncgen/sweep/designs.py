@@ -68,7 +68,7 @@ def _sobol(dimensions: int, points: int, seed: int) -> Floats:
     from scipy.stats import qmc
 
     with warnings.catch_warnings():
-        # Whoever asks for another number than a power of two is told so where the file is read.
+        # The reader of the file reports a number that is not a power of two.
         warnings.simplefilter("ignore", UserWarning)
         drawn: Floats = qmc.Sobol(dimensions, scramble=True, seed=seed).random(points)
     return drawn

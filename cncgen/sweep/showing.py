@@ -38,7 +38,7 @@ class ShownResults:
         by: The figure that ranks.
         order: The rows by it, the best first.
         pair: The figures of the front; None where there is one figure alone.
-        fronts: Its rows by program: those that no other row of the program beats.
+        fronts: Its rows by program: the rows that no other row of the program beats.
         sensitivities: Of each figure, by program and machine.
         text: All that, for a person.
     """

@@ -241,7 +241,7 @@ def clear(
 ) -> None:
     """Mill the rows of a radius to and fro at each level, over the start where a wall stands between them.
 
-    What lies above a level, by `gap` at least, was cut by the one before.
+    The previous level cut everything that lies at least `gap` above a level.
 
     Raises:
         BlockError: The tool goes in nowhere.

@@ -12,7 +12,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.toolpath.record import Event
 
-#: What stands before a word of a block.
+#: The text before a word of a block.
 _BEFORE = r"(?:\([^)]*\)|[^(;])*?"
 #: From which number on a word P with a decimal point counts milliseconds, and below which one without a point is doubtful.
 _LEAST_MS, _LEAST_WAIT = 50.0, 10.0

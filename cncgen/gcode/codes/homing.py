@@ -130,7 +130,7 @@ def _placed(ip: Interpreter, block: Block, name: str) -> None:
     ip.state.position, ip.state.moved = end, True
 
 
-#: Stands among the remarks of a run once G60 was told of.
+#: In the remarks of a run after the remark on G60.
 _ONE_SIDE = -32
 _LINUXCNC, _FANUC = ("linuxcnc",), ("fanuc",)
 CODES = (

@@ -26,7 +26,7 @@ _HINT = "P2: Q1 the origin, Q2 towards X, Q3 on the side of Y; P3: Q1 X Y Z the 
 _TINY = 1e-9
 #: Cosine up to which two directions count as square.
 _SQUARE = 1e-3
-#: Stands among the remarks of a run once it was said that the rotary axes do not turn.
+#: In the remarks of a run after the warning that the rotary axes do not turn.
 _SAID = -682
 
 

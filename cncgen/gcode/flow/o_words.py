@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class _Looks:
-    """What an O-word of a branch or loop looks for in its subroutine: keywords above it that must stand there, and those below."""
+    """Keywords that an O-word of a branch or loop searches in its subroutine: those that must stand above it, and those below."""
 
     above: tuple[str, ...] = ()
     below: tuple[str, ...] = ()
@@ -44,7 +44,7 @@ _BRANCHES = {
     "endrepeat": _Looks(("repeat",)),
     **dict.fromkeys(("break", "continue"), _Looks((), _LOOP_ENDS, LOOP_END)),
 }
-#: Those that begin something, and claim their label.
+#: Keywords that begin a branch or loop, and claim its label.
 _BEGINNING = ("if", "while", "do", "repeat")
 #: Values in brackets that an O-word takes at most, where it has a bound.
 _MOST_ARGUMENTS = {"sub": 0, **dict.fromkeys(("if", "elseif", "while", "repeat", "return", "endsub"), 1)}

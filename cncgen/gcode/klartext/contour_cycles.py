@@ -15,7 +15,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext.hole_cycle import HoleCycle
 
-#: What gives the contour of a label: its segments, and the side of the tool (1 left, -1 right, 0 none).
+#: Returns the contour of a label: its segments, and the side of the tool (1 left, -1 right, 0 none).
 Read = Callable[[str], tuple[list[Segment], int]]
 
 

@@ -1,8 +1,8 @@
 """Free contours (FK) of Heidenhain's plain language: FPOL, FL, FLT, FC, FCT, CLSD (iTNC 530, "Path contours - FK free contour programming").
 
-Each element is a directed line or circle. What its own words and its start leave open follows from the next elements whose words do not:
-where both meet or touch, or the line or arc of a given radius that touches both. Data that leave more than one solution are refused: by
-which number FSELECT chooses one is the control's own.
+Each element is a directed line or circle. Data that its own words and its start leave open follow from the next elements that are
+determined: where both meet or touch, or the line or arc of a given radius that touches both. Data that leave more than one solution
+are refused: by which number FSELECT chooses one is the control's own.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What most cycles of Heidenhain's plain language do: heights, feeds and the way to them, at the tool's place."""
+"""The common part of most cycles of Heidenhain's plain language: heights, feeds and the way to them, at the tool's place."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ _WORD = re.compile(
     r"(" + "|".join(_NAMES.split()) + r")\s*((?:[-+]\s*)?(?:Q[LR]?\d+|\d++[.,]?+\d*+|[.,]\d+))\s*",
     re.IGNORECASE,
 )
-#: What each kind must have.
+#: Words that each kind must have.
 _NEEDS = {"POS": "X Y", "ROW": "X Y D NUM", "PAT": "X Y DX DY NUMX NUMY", "FRAME": "X Y DX DY NUMX NUMY", "CIRC": "X Y D NUM", "PITCHCIRC": "X Y D STEP NUM"}  # fmt: skip
 #: A line that begins a pattern or goes on with it.
 BEGINS = re.compile(r"PATTERN\s+DEF\b", re.IGNORECASE)

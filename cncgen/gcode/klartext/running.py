@@ -98,7 +98,7 @@ _END_OF_CONTOUR = -1
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
 _CALLED = CYCLE_CALL / 10.0
 _MODAL = re.compile(r"\bM89\b", re.IGNORECASE)
-#: A text, which is not kept: what takes one says so.
+#: A text. Texts are not kept; statements that use one report it.
 _TEXT = re.compile(r"QS\d+\s*=", re.IGNORECASE)
 _SIDE_OFF = re.compile(r"\bR0\b(?![.\d])", re.IGNORECASE)
 

@@ -66,7 +66,7 @@ class StandAloneSink(PrintingSink):
         """Print that the interpreter is reset, as at the end of every run."""
         self._stopped = False
         self.outermost = lambda: self
-        self.budget = Budget()  # what the run might do, it has done
+        self.budget = Budget()  # the work of the run is done
         self.block = Block({})  # no line's
         for _ in range(count):
             self.call("ON_RESET()")

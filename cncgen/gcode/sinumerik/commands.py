@@ -480,7 +480,7 @@ INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = 
 }
 #: The largest OVR, in percent.
 _MOST_OVERRIDE = 200.0
-#: Stands among the remarks of a run once limits were told of.
+#: In the remarks of a run after the remark on limits.
 _LIMITED = -34
 
 

@@ -101,11 +101,9 @@ class Motions:
         pole: Pole of polar coordinates in the plane.
         polar: Last radius and angle (degrees) of polar words.
         rounding: RNDM.
-        diameter: In which modes X is a diameter: ``G90 G91`` (DIAMON), ``G90`` (DIAM90), ``none``; empty before one is said.
-        turret: Whether T changes the tool at once, as on lathes: the program has no M6.
-        modal: MCALL: name and arguments.
-        in_modal: Whether that call is in progress.
-        programmable: The frame of TRANS ROT SCALE MIRROR, and that of CYCLE800 before it.
+        diameter: In which modes X is a diameter: ``G90 G91`` (DIAMON), ``G90`` (DIAM90), ``none``; empty before the program states
+        one. turret: Whether T changes the tool at once, as on lathes: the program has no M6. modal: MCALL: name and arguments.
+        in_modal: Whether that call is in progress. programmable: The frame of TRANS ROT SCALE MIRROR, and that of CYCLE800 before it.
     """
 
     def __init__(

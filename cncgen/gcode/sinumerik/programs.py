@@ -152,7 +152,7 @@ def _connect(program: Program) -> list[tuple[Cursor, BlockError]]:
 
 #: A speed of the surface, or a bound of the spindle's speed beside it.
 _TURNS = re.compile(rb"^[^;\n]*?(?:\bG96(?!\d)|\bLIMS[ \t]*=)", re.MULTILINE | re.IGNORECASE)
-#: What says how X is meant, a plane of mills, and words of Y, which lathes have not.
+#: Words that state how X is meant, a plane of mills, and words of Y, an axis that lathes lack.
 _SAYS = re.compile(
     rb"^[^;\n]*?(?:\bDIAM(?:ON|OF|90)|\bG1[79](?!\d)|(?<![A-Z_$\"])Y\d?[ \t]*[-+=.\d(]|\bTRACYL|\bTRANSMIT)",
     re.MULTILINE | re.IGNORECASE,

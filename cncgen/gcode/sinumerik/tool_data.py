@@ -20,7 +20,7 @@ _WEAR = {12: _LENGTH_1, 13: _LENGTH_2, 15: _RADIUS}
 #: Types of tools of lathes, whose length 1 is along X and length 2 along Z.
 _LATHE_TYPES = range(500, 600)
 _TYPE = 1
-#: Stands among the remarks of a run once other data of tools were told of.
+#: In the remarks of a run after the remark on other data of tools.
 _TOLD = -33
 
 
@@ -58,7 +58,7 @@ class ToolData:
         return (0 if lathe else 2) if datum == _LENGTH_1 else (2 if lathe else 1)
 
     def set(self, name: str, at: list[Scalar], value: float) -> None:
-        """Set a datum; those that no motion depends on are passed over, with a remark."""
+        """Set a datum; data without effect on motion are ignored, with a remark."""
         if not _DATA.match(name):
             self._pass_over(name)
             return

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 AXIS_COUNT = 9
 #: Modal motion "none" (G80), in tenths.
 NO_MOTION = 800
-#: What M29 of FANUC does to the next row of holes, and within that row.
+#: States of M29 of FANUC: before the next row of holes, and within that row.
 ARMED, IN_ROW = 1, 2
 
 

@@ -17,14 +17,14 @@ from cncgen.records import dataclass, replace
 #: Bytes that are looked at, at the beginning and at the end of a text.
 _HEAD = 65_536
 _TAIL = 8_192
-#: A lead over the next dialect from which on the choice is certain, and from which on it is no guess.
+#: Leads over the next dialect: from the first on the choice is certain, from the second on it is likely and not a guess.
 _CERTAIN, _LIKELY = 6.0, 3.0
 #: Weight that a dialect needs to be chosen over plain G-code (a lathe, where X is a diameter), and below which the signs are weak.
 _ENOUGH = dict.fromkeys(("fanuc-lathe", "fanuc-lathe-b", "fanuc-lathe-c"), 5.0)
 _USUAL, _WEAK = 3.0, 6.0
 #: Weight from which on a sign of lathes is of system A.
 _SHARED = 10.0
-#: Weight from which on it is said that a program is LinuxCNC's own.
+#: Weight from which on a note says that a program is written for LinuxCNC.
 _OWN = 20.0
 
 
@@ -82,7 +82,7 @@ def _all(weight: float, *dialects: str) -> dict[str, float]:
 
 
 _L, _F, _T, _H, _S = "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik"
-#: Systems B and C of G codes of FANUC's lathes: what speaks for lathes in system A's code alone stands against them.
+#: Systems B and C of G codes of FANUC's lathes: signs of lathes that only system A has count against them.
 _B, _C = "fanuc-lathe-b", "fanuc-lathe-c"
 #: Dialects that are read.
 _READ = (_L, _F, _T, _B, _C, _H, _S)

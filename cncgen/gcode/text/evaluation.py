@@ -1,4 +1,4 @@
-"""Values of a block, which are numbers or what computes them: what they are now."""
+"""Present values of a block's words, which are numbers or programs that compute them."""
 
 from __future__ import annotations
 

@@ -93,5 +93,5 @@ def comment_of(text: str) -> str | None:
 
 
 def empty_block(here: Cursor) -> Block:
-    """Return a block without words, for what is said of its line."""
+    """Return a block without words, as the place of diagnostics of its line."""
     return Block({}, source=here.source, line=here.line, offset=here.offset)

@@ -159,7 +159,7 @@ def place(text: str) -> Words:
         letter = word["axis"].lower()
         try:
             value = _value(word["value"])
-        except BlockError:  # there is no such parameter, which was said when the line was read
+        except BlockError:  # an unknown parameter was reported when the line was read
             continue
         steps = word["step"] and letter in AXIS_INDEX
         words.append((letter, _step(AXIS_INDEX[letter], value) if steps else value))
@@ -379,7 +379,7 @@ _BLOCKS: tuple[tuple[re.Pattern[str], _Reader], ...] = tuple(
         (r"CYCL\s+CALL\b", _before(("g", CYCLE_CALL / 10.0))),
         (r"STOP\b", _stop),
         (r"TCH\s+PROBE\b", _probe),
-        # Texts are not kept: what takes one says so.
+        # Texts are not kept; statements that use one report it.
         (r"QS[0-9]+\s*=|FN\s*(?:19|26|27)\s*:", _nothing),
         (r"SPL(?![A-Z])", _motion(SPL)),
         (r"LP(?![A-Z])", _motion(POLAR_LINE, fast_too=True)),

@@ -1,4 +1,4 @@
-"""What stands where the grammar refuses a block, and what was expected there."""
+"""Names the text where the grammar refuses a block, and the words that were expected there."""
 
 from __future__ import annotations
 

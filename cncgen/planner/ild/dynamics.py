@@ -34,7 +34,7 @@ _MAX_LOWERINGS = 15
 _MAX_CUTS = 25
 #: Segments that one of the window's may be cut into, on average.
 _MAX_PARTS = 20
-#: Excess over a cap that is let pass, and the spread of the cap within a plateau.
+#: Accepted excess over a cap, and the spread of the cap within a plateau.
 _EXCESS = 1e-3
 _PLATEAU = 0.04
 #: Part of ε_max that the caps aim at, so that the rounds end.

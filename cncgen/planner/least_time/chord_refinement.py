@@ -28,8 +28,8 @@ Bools = NDArray[np.bool_]
 
 #: Part by which a chord may exceed its tolerance before bounds are lowered, and the part of the tolerance they are lowered to.
 _OVER, _AIM = 2e-4, 0.9995
-#: Up to this multiple of the tolerance q is lowered by the power of the distance that was measured on the chord; what is beyond
-#: counts by its first power only, as so far off the measured power may be wrong.
+#: Up to this multiple of the tolerance q is lowered by the power of the distance that was measured on the chord; beyond it, q is
+#: lowered by the first power only, because the measured power may be wrong so far off.
 _NEAR = 1.3
 #: Parts of a period at which chords begin: when looking for chords that may be too long, and when comparing them with the path,
 #: which is done at as many places along each chord.
@@ -105,9 +105,9 @@ def held(
         pieces: A motion on them.
         q: Shape (n, 3), its ordinates.
         count: How many intervals count: chords that end beyond are left to what comes after.
-        everywhere: Whether bounds are lowered under all of each chord that is too long. Else they are so only where a chord would
-            lie that is as much shorter as it must be, about the place furthest from it, so that this way takes a period: what is
-            faster at its ends stays so, and chords over the same place that begin earlier or later are shorter then, too.
+        everywhere: Whether bounds are lowered under all of each chord that is too long. Else they are lowered only under a chord of
+        the required length around the place furthest from the chord, so that this way takes a period. Faster motion at the ends of the
+        long chord is kept, and chords over the same place that begin earlier or later become shorter too.
     """
     scene = _Scene.of(given, course, pieces, q, count)
     if scene.calm():

@@ -597,7 +597,7 @@ def _beside_rest(corners: Corners, borders: Floats) -> NDArray[np.bool_]:
 
 
 def spread_nodes(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_]) -> Floats:
-    """Divide each stretch between borders evenly in the measure ds / spacing; those that stay `whole` not at all.
+    """Divide each stretch between borders evenly in the measure ds / spacing; `whole` stretches are not divided.
 
     Raises:
         TooManyNodesError: They are more than `MOST`.

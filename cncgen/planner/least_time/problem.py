@@ -68,7 +68,7 @@ _TWICE, _ROUGHLY = 2, 1e-5
 #: Where only plans short of the optimum are found: the factor on the q of the best of them to start from again, and the part
 #: of its time that must be gained to do so once more.
 _WITHIN, _GAINED = 0.3, 1e-3
-#: A row is said to bind if its slack is below this part of its limit.
+#: A row binds if its slack is below this part of its limit.
 _NEAR = 0.02
 
 

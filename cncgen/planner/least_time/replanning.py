@@ -25,7 +25,7 @@ _SLOWEST = 0.01
 
 @dataclass(frozen=True, slots=True)
 class PlannedBlock:
-    """A toolpath with all of its plan, and what was said about it."""
+    """A toolpath with all of its plan, and its diagnostics."""
 
     toolpath: Toolpath
     profile: Profile

@@ -248,7 +248,7 @@ def hold_chord(past: list[PathMotion], begin: float, end: float) -> None:
     """See that the chord between two times keeps to the tolerance of the path under it.
 
     Args:
-        past: What was handed on, ascending in time.
+        past: The motion that was handed on, ascending in time.
         begin, end: Times of two setpoints, s; the second one may be after the end of the motion.
 
     Raises:

@@ -31,13 +31,14 @@ WINDOW, FIRST, OVERLAP = 900, 450, 300
 #: Nodes to which a window is shortened where none of its motions holds, a quarter of them each time. Of the tolerance, parts that such a
 #: short one tries as its room before the plan stands: the motion for less is one for more as well.
 _SMALLEST, _LESS_ROOM = 100, (0.4, 0.1)
-#: Runs of fewer nodes have closer ones, at most so many times: what a few nodes lose, others of a narrower tolerance do not.
+#: Runs of fewer nodes have closer nodes, at most by this factor: a few nodes lose time that closer nodes of a narrower tolerance do
+#: not.
 _CLOSEST = 8.0
 #: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of v/A + A/J.
 _FELT = 1.2
 #: Times that the room is narrowed where the motion leaves the tolerance between nodes, and by how much more than that.
 _ROUNDS, _MORE = 9, 1.25
-#: What is left of the room at least, as a part of the tolerance.
+#: Least room, as a part of the tolerance.
 _NARROWEST = 0.1
 #: Part of the tolerance that is planned with by which a motion may be over it; part by which chords may leave it before the solver
 #: bounds them (rows of the problem beside those of nodes; of less, to be solved again sometimes takes no longer).
@@ -64,8 +65,8 @@ _PHASES, _SEEN, _REST = 8, 1.0005, 1e-9
 _APART = 0.05
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
-#: Units of search, of some 10 µs each: of a round of it beside its lines and nodes, of a whole plan where nothing is said, of each
-#: line of the program beyond a number of them (a long program is not an endless one), and of a step that the options allow.
+#: Units of search, of some 10 µs each: of a round beside its lines and nodes, of a whole plan by default, of each line of the program
+#: beyond a number of lines (a long program is not an endless one), and of a step that the options allow.
 _ROUND, _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 120, 400_000, 1000, 500, 400
 
 

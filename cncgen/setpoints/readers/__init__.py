@@ -94,7 +94,7 @@ def _format_of(name: str, head: bytes) -> str:
 
 
 def letters_or_fault(axes: Sequence[str] | None, name: str, kind: str) -> str:
-    """Return the axes that a nameless format was told, or raise `UsageError`."""
+    """Return the axes given for a format without names, or raise `UsageError`."""
     if not axes:
         raise UsageError(
             Diagnostic("setpoints-axes", f"{name}: {kind} does not name its axes", hint="say --axes XYZ")

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 #: Part of the period by which the time between two rows may differ from it (times may be rounded).
 _JITTER = 0.01
 
-#: Rows that the period is told from, where there are as many: times of nine decimals then tell it to 1e-12 s.
+#: Rows that determine the period, if there are as many: times of nine decimals then give it to 1e-12 s.
 _PERIOD_ROWS = 1000
 
 #: Faulty rows of a kind that are shown.

@@ -263,7 +263,7 @@ class StepColumns(Columns):
         raw = step.raw if step.raw is not None and not step.raw.same(self._raw) else None
         self._raw = step.raw or self._raw
         values: dict[str, Any] = {"label": step.label or f"#{step.ident}", "entity": step.ident}
-        with suppress(Skip):  # a fault of the feature is told where its toolpaths are made
+        with suppress(Skip):  # a fault of the feature is reported when its toolpaths are made
             if (
                 step.operation.paths is None
                 and step.feature is not None

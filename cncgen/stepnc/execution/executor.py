@@ -95,7 +95,7 @@ class ProgramExecutor:
         self._steps_left = min(max_steps or MAX_STEPS, MAX_STEPS)
         self._variables: dict[str, float] = {}
         self._open: list[int] = []
-        #: Operations of which is told that they feed with a standing spindle, and at a feed that is not theirs.
+        #: Operations with a warning that they feed with a standing spindle, or at a feed of another operation.
         self._standing: set[int] = set()
         self._carried: set[int] = set()
         self._moved = self._done = False

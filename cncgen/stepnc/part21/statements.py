@@ -16,7 +16,7 @@ Ints = NDArray[np.int64]
 #: Strings or comments without an end after which the split begins again on the next line.
 MAX_RESTARTS = 20
 _ROOM = 1 << 16
-#: What may stand behind the last statement: blanks, the end of a file of DOS, the padding of a tape.
+#: Bytes that may follow the last statement: blanks, the end of a file of DOS, the padding of a tape.
 _END_MARKS = b"\x1a\0 \t\r\n"
 
 
