@@ -1,6 +1,6 @@
 """cncgen: NC programs to servo setpoints, in the least time within the machine's limits.
 
-One function a stage, in the order in which data passes them::
+One function per stage, in the order of the data::
 
     import cncgen
 
@@ -9,12 +9,12 @@ One function a stage, in the order in which data passes them::
     setpoints = cncgen.sample(plan)  # positions of the axes, one row a period
     cncgen.write(setpoints, "part.csv")  # read_setpoints reads files of any origin
 
-`plan_with_summary` plans and samples at once, and gives the figures of the plan. `simulate` tells what the servo axes make of
-setpoints, and `judge` whether setpoints keep to program and machine. All of them work on streams: nothing is computed before
-it is drawn, and a stream can be drawn once.
+`plan_with_summary` plans and samples at once, and gives the figures of the plan. `simulate` computes the response of the servo axes to
+setpoints. `judge` compares setpoints with program and machine. All of them work on streams: nothing is computed before it is needed,
+and a stream can be consumed once.
 
-Lengths are mm, times s, angles rad. A fault in a program, a machine file or a call raises `CncgenError`, which has all
-diagnostics that were found. Examples: docs/library.md; how the code is built: docs/architecture.md.
+Lengths are mm, times s, angles rad. A fault in a program, a machine file or a call raises `CncgenError`, with all diagnostics that
+were found. Examples: docs/library.md; how the code is built: docs/architecture.md.
 """
 
 # Names are imported when they are first used, so that ``import cncgen`` takes no time: not even `typing` is imported here.

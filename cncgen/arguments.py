@@ -1,4 +1,4 @@
-"""Arguments of the library, checked at its door: a wrong argument is a `UsageError` that says what was meant."""
+"""Checks of the library's arguments: a wrong argument raises a `UsageError` that names the expected values."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """A fault, its place, its numbers and a remedy: records that stages gather and the CLI renders once.
 
-A user's mistake is a `Diagnostic`, collected in a `Diagnostics` list so that one run names every fault. Exceptions
-carry what ends the work: `ProgramError` (exit 1), `UsageError` (exit 2), `NoPlanError` (exit 3).
+A user's mistake is a `Diagnostic`, collected in a `Diagnostics` list so that one run names every fault. Exceptions end the work:
+`ProgramError` (exit 1), `UsageError` (exit 2), `NoPlanError` (exit 3).
 """
 
 from __future__ import annotations
@@ -220,7 +220,7 @@ class RemarkWarning(UserWarning):
 
 
 class CncgenError(Exception):
-    """Base of what ends the work.
+    """Base of the exceptions that end the work.
 
     Attributes:
         exit_code: Exit code of the command line.

@@ -1,4 +1,4 @@
-"""Files in and out: a file that cannot be read is a clear fault, and a file is written whole or not at all."""
+"""Reading and writing files: a file that cannot be read gives a clear fault, and a file is written completely or not at all."""
 
 from __future__ import annotations
 

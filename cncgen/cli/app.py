@@ -1,4 +1,4 @@
-"""The one place where what went wrong becomes a message and an exit code."""
+"""The only place where faults become a message and an exit code."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-#: Exit code of what is our fault (EX_SOFTWARE of sysexits.h).
+#: Exit code of a fault of cncgen itself (EX_SOFTWARE of sysexits.h).
 INTERNAL_ERROR = 70
 
 

@@ -1,4 +1,4 @@
-"""`cncgen cut`: the material that a program removes from its stock, and where it cuts more than it must."""
+"""`cncgen cut`: the material that a program removes from its stock, and the faults of the cut."""
 
 from __future__ import annotations
 

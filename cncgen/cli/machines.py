@@ -59,7 +59,7 @@ def _described(machine: Machine) -> str:
 def show(name: str) -> None:
     """Print a machine as TOML to copy and edit.
 
-    A profile, or a machine file as it is understood.
+    A profile, or a machine file as cncgen reads it.
     """
     from cncgen.files import write_text
     from cncgen.machine import load, profile_names, to_toml

@@ -1,4 +1,4 @@
-"""The bound of a run's memory: a run that needs more ends with a message, before the machine's own memory is used up."""
+"""The bound of a run's memory: a run that needs more ends with a message, before it exhausts the memory of the computer."""
 
 from __future__ import annotations
 

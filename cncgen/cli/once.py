@@ -1,4 +1,4 @@
-"""Options of one value that stand in a call several times: click takes the last one in silence, here the call is refused."""
+"""Options of one value that a call gives several times: click silently takes the last one; here the call is refused."""
 
 from __future__ import annotations
 

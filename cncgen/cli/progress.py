@@ -1,4 +1,4 @@
-"""Progress on a terminal: one line, overwritten each second from the first second on; nothing if nobody is there to see it."""
+"""Progress on a terminal: one line, overwritten each second from the first second on. Without a terminal nothing is printed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parts that commands share which read a program: the program from its options, and its remarks at the end."""
+"""Shared parts of the commands that read a program: the program from its options, and its remarks at the end."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def read_options(
 
 
 def planning_machine(machine: str, planning: dict[str, Any]) -> str:
-    """Return the machine that a program is planned on: that of ``-m``; where it is not given, that of ``--axis-params``.
+    """Return the machine that a program is planned on: that of ``-m``; by default that of ``--axis-params``.
 
     A file of servo data alone has no limits to plan with. The choice is noted.
     """

@@ -1,4 +1,4 @@
-"""Types of values that click does not have; those of files say to a shell what may stand there."""
+"""Types of values that click lacks; the types of files tell a shell which names to complete."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class NamedChoice(click.Choice[str]):
         self._group = group
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the word, or fail as click does; entry points are looked for where it is not one of ours."""
+        """Return the word, or fail as click does; entry points are searched if it is not one of ours."""
         if value not in self.choices and value in foreign_names(self._group):
             return str(value)
         return str(super().convert(value, param, ctx))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def setpoint_format(output: str | None, asked: str | None) -> str:
-    """Return the format that setpoints are written in: the one asked for, else that of the suffix, else csv.
+    """Return the format that setpoints are written in: the requested one, else that of the suffix, else csv.
 
     Raises:
         UsageError: Binary output would go to a terminal, which is named as the output.

@@ -1,13 +1,13 @@
 """G-code: text to canonical motions.
 
-`read` gives the toolpath of a program, `canon` the text of its canonical calls, `check` what is wrong with it; all run
-the same interpreter, on a sink that builds columns, prints or only counts.
+`read` gives the toolpath of a program, `canon` the text of its canonical calls, `check` its faults. All run the same interpreter, on a
+sink that builds columns, prints or only counts.
 
-The rooms, each of which knows those before it:
+The rooms; each knows only the rooms before it:
 
 - `state`: the state in force from block to block: modes, parameters, coordinate systems, tools;
 - `text`: from text to blocks, by the tables of the grammars. `lanes` turns runs of plain blocks into columns, `grammar` any
-  other line into a block; `labels` tell what jumps may lead to;
+  other line into a block; `labels` has the targets of jumps;
 - `sinks`: where canonical calls go;
 - `codes`: a module a concern, with the handlers of its codes and its rows of the `table`;
 - `flow`: the order in which lines are executed, with loops, branches, subroutines and macros: `running` opens and closes a

@@ -1,4 +1,4 @@
-"""The unit of a text that does not say it: FANUC and LinuxCNC leave it to a setting of the machine.
+"""The unit of a text that does not state it: on FANUC and LinuxCNC it is a setting of the machine.
 
 FANUC keeps the unit of the last run or takes that of a parameter, LinuxCNC that of its INI file.
 """

@@ -1,6 +1,6 @@
 """The plan of a block from its codes and letters: which codes, whether they go together, in which order.
 
-A `BlockPlan` is the list of handlers that the interpreter calls for a block (it has nothing to do with the plan of the motion).
+A `BlockPlan` is the list of handlers that the interpreter calls for a block (it is unrelated to the plan of the motion).
 Blocks with the same codes, letters and modal motion share one. The order of execution is that of `modal.Stage` (Kramer et al.
 (2000), section 3.8); axis words belong to one code of a block, its own or the motion in force (section 3.4).
 """

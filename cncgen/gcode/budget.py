@@ -1,7 +1,7 @@
-"""How much work one run of a program may do: blocks, calls and canonical motions are counted where they are made.
+"""The work that one run of a program may do: blocks, calls and canonical motions are counted where they are made.
 
-A unit is what a plain block of LinuxCNC's dialect costs in a loop, about a microsecond. Work that costs more counts for more,
-by what was measured, so that the bound is one of time in every dialect.
+A unit is the cost of a plain block of LinuxCNC's dialect in a loop, about a microsecond. More expensive work counts more, by measured
+times, so the bound is one of time in every dialect.
 """
 
 from __future__ import annotations

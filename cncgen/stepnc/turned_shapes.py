@@ -1,10 +1,10 @@
 """Turned features as profiles in the plane of X, the radius, and Z, the axis of the work.
 
-ISO 14649-12 and ISO 10303-238 have the same features. Where they are silent, the features are read as AP224 (ISO 10303-224) has
-them, from which they come: an outer diameter goes from its placement along Z; `radius` is the distance of the profile's origin
-from the axis; a profile in the plane of its X and Y has X along the radius and Y against Z. The diameters of the standards' own
-example (ISO 14649-12, annex D; ISO 10303-238, annex J) go against Z, as features that are milled do: where only that makes one
-part of them, or lies within the raw piece, it is what is meant.
+ISO 14649-12 and ISO 10303-238 have the same features. Where they are silent, the features are read as in their origin, AP224 (ISO
+10303-224): an outer diameter goes from its placement along Z; `radius` is the distance of the profile's origin from the axis; a
+profile in the plane of its X and Y has X along the radius and Y against Z. The diameters of the standards' own example (ISO 14649-12,
+annex D; ISO 10303-238, annex J) go against Z, as milled features do. If only this direction makes one part of them, or lies within the
+raw piece, it is taken.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Workers of a cluster: `dask.distributed`, whose scheduler hands batches out again when a worker dies.
 
-Its workers get the programs as a plugin, once each, those too that join later. TLS is as dask's own configuration has it.
+Each worker gets the programs once, as a plugin, also if it joins later. TLS follows dask's own configuration.
 """
 
 from __future__ import annotations

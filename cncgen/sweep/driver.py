@@ -1,7 +1,7 @@
-"""The driver of a sweep: hands out what is missing in batches, and alone writes the results.
+"""The driver of a sweep: hands out missing jobs in batches, and is the only one to write results.
 
 Jobs are batched to `BATCH_S`, since handing one over costs some ms. Results are written after `WRITE_S` at the latest, later
-after a hundredth of the time so far: a killed driver loses at most so much computing, and a day leaves some hundred files.
+after a hundredth of the time so far: so a killed driver loses at most this much computing, and a day leaves some hundred files.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The figures of a job, by name: numbers that `plan`, `simulate`, `verify` and `cut` give for a program on a machine.
 
 A name is the key of the command's summary, with dots for tables within it: ``cycle_time_s``, ``peak.x.jerk_of_limit``. Where
-two commands have a figure of the same name, ``simulate.samples`` says which is meant.
+two commands have a figure of the same name, ``simulate.samples`` names the one of `simulate`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Keys of machine files by their paths: which ones a pattern means, and a machine's tables with other values at them."""
+"""Keys of machine files by their paths: the keys that a pattern matches, and a machine's tables with other values for them."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""``[search]``: values that make one figure small while others stay under bounds, chosen by optuna.
+"""``[search]``: optuna chooses values that make one figure small while others stay under bounds.
 
 A search is a pure function of its file and of the results of its jobs: trials are chosen in groups, and optuna gets all results in
-their order before it chooses the next group. A search that is started again therefore asks for the same trials, and computes those
-alone that have no row yet; the number of processes changes nothing.
+their order before it chooses the next group. A search that is started again therefore asks for the same trials, and computes only
+those without a row. The number of processes has no influence.
 
 The sampler is the tree-structured Parzen estimator with constraints (Bergstra et al. 2011; Watanabe and Hutter 2023).
 """

@@ -1,6 +1,6 @@
-"""The folder of results: Parquet parts that only the driver writes, each renamed into place when it is whole.
+"""The folder of results: Parquet parts that only the driver writes, each renamed into place when it is complete.
 
-``part-*.parquet`` together are the table, a row a job; other readers open the folder as it is. ``_sweep.toml`` is the sweep that
+``part-*.parquet`` together are the table, a row a job; other readers can open the folder directly. ``_sweep.toml`` is the sweep that
 made it, ``_points.arrow`` says which row is the job of which point, ``_lock`` keeps a second driver out. Names that begin with ``_`` are not data to pyarrow, pandas and polars.
 """
 

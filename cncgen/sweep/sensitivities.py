@@ -1,7 +1,7 @@
-"""Sobol' sensitivities of a figure to what is varied: shares of its variance.
+"""Sobol' sensitivities of a figure to the varied quantities: shares of its variance.
 
-The first-order share of a quantity is what its own variation explains, V[E(y|x_i)]/V(y); its total share is what its
-variation takes part in, E[V(y|x_~i)]/V(y) (Sobol' 1993; Homma and Saltelli 1996). How they are estimated depends on the design:
+The first-order share of a quantity is the part that its own variation explains, V[E(y|x_i)]/V(y). Its total share includes all
+interactions with others, E[V(y|x_~i)]/V(y) (Sobol' 1993; Homma and Saltelli 1996). The estimators depend on the design:
 
 * ``saltelli``: the estimators of Saltelli et al. 2010 (Computer Physics Communications 181, table 2: (b) for the first order)
   and of Jansen 1999 (same table, (f)) for the total.

@@ -1,4 +1,4 @@
-"""The gate of a toolpath: every double that a program or a caller brings in is finite and within what planning can hold."""
+"""The gate of a toolpath: every double of a program or a caller is finite and within the range of planning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Toolpaths of lines alone, for readers that know no curves."""
+"""Toolpaths of lines only, for readers without curves."""
 
 from __future__ import annotations
 

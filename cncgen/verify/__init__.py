@@ -1,8 +1,8 @@
 """Verifying: setpoints, ours or anyone's, judged against the programmed path and the machine's limits.
 
 Nothing here is shared with the planner beyond reading the program: the path is flattened by other means (`flatten`),
-speeds are finite differences of the setpoints (`limits`), and both are matched as two polylines (`matching`). Program and
-setpoints are drawn side by side, so that memory does not grow with either.
+speeds are finite differences of the setpoints (`limits`), and both are matched as two polylines (`matching`). Program and setpoints
+are read side by side, so memory grows with neither.
 """
 
 from __future__ import annotations

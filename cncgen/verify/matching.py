@@ -1,10 +1,9 @@
 """Setpoints matched with the programmed path, both followed in their order (docs/verify.md).
 
-The question is whether one can go along both polylines, never back on either, so that the two places are never further apart than
-the tolerance at that place of the path: whether their Fréchet distance is within it (Alt and Godau (1995), by
-`cncgen.kernels.free_space`). Setpoints and path are drawn as they are needed and forgotten behind. Where it is not within the
-tolerance, the least factor on the tolerance is looked for with which the matching goes on, until the tolerance itself is enough
-again: so a fault has a place, a size and an end.
+The Fréchet distance of both polylines must be within the tolerance at each place of the path (Alt and Godau (1995), by
+`cncgen.kernels.free_space`): two points run along them, never back, and are never further apart. Setpoints and path are read as they
+are needed and then dropped. If the distance exceeds the tolerance, the matching searches the least factor on the tolerance with which
+it can go on, until the tolerance itself is enough again. So a fault has a place, a size and an end.
 """
 
 from __future__ import annotations

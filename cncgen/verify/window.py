@@ -1,4 +1,4 @@
-"""The part of the programmed path that the matching works on: drawn as it is needed, forgotten behind."""
+"""The part of the programmed path that the matching works on: read as it is needed, then dropped."""
 
 from __future__ import annotations
 

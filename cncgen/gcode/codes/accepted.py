@@ -1,4 +1,4 @@
-"""Codes of FANUC that change nothing in what is planned: look-ahead modes, checks and signals of the control."""
+"""Codes of FANUC without effect on the plan: look-ahead modes, checks and signals of the control."""
 
 from __future__ import annotations
 

@@ -1,10 +1,9 @@
-"""BSPLINE of Siemens: a modal motion whose blocks give control points, as far as its format is published.
+"""BSPLINE of Siemens, as far as its format is published: a modal motion whose blocks give control points.
 
 ``BSPLINE X… Y… [PW=weight] [PL=interval] [SD=degree]``, then a control point a block, until another motion code. The
 start point is the first control point. Weights are 0 to 3 (default 1), the degree is 2 or 3 (default 3). The curve
-begins and ends tangentially to its polygon, so its end knots are of full multiplicity. How PL maps to the knots at the
-ends is not published; here PL of the (degree + 1)-th and every later point is the length of the parameter interval that
-ends with it, 1 by default.
+begins and ends tangentially to its polygon, so its end knots are of full multiplicity. It is not published how PL maps to the knots at
+the ends. Here PL of the (degree + 1)-th and every later point is the length of the parameter interval that ends with it, 1 by default.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Canned cycles of LinuxCNC: G73, G74, G81 to G89 (FANUC's are in `canned_cycles_fanuc`).
 
-A cycle is a hole: the tool goes across to the hole's place, down to R, and then does what the cycle is for. Words stay
+A cycle makes a hole: the tool goes across to the place of the hole, down to R, and then makes the motions of the cycle. Words stay
 in force from block to block of the same cycle; only L (repeats) does not. "Across" is in the plane, "down" along its
 normal: the cycles work in G17, G18 and G19.
 

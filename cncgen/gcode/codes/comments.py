@@ -1,4 +1,4 @@
-"""Comments, and those that do something: MSG, DEBUG, PRINT, LOG, and START, where the machine stands."""
+"""Comments, also those with an effect: MSG, DEBUG, PRINT, LOG, and START, the first position of the machine."""
 
 from __future__ import annotations
 

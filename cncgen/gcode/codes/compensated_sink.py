@@ -1,8 +1,8 @@
 """The sink of cutter radius compensation.
 
 While that is on, this sink stands before the sink of the run: it sends motions through `tool_centre.ToolCentre` and holds
-every other call back behind the motions that wait, so that calls come out in the order of the program. Codes that do
-not go with it are refused in the block that has them, in the words of LinuxCNC's manual ("G41, G42").
+every other call back behind the motions that wait, so that calls come out in the order of the program. Codes that cannot be used with
+it are refused in their block, with the words of LinuxCNC's manual ("G41, G42").
 """
 
 from __future__ import annotations

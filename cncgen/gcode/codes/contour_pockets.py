@@ -1,8 +1,8 @@
 """Clearing pockets of any closed contours, with islands: rows of a flat cutter, then a pass beside each wall.
 
-A row's tool may stand where it is inside the contours and no nearer to any of them than its radius. Where that begins and ends on a row
-is worked out in closed form, from the lines and circles that lie at that distance. Rows and the ways between them are our own; walls,
-levels and feeds are those of the cycle.
+A row's tool may stand where it is inside the contours and no nearer to any of them than its radius. The ends of this range on a row
+have a closed form, from the lines and circles at that distance. Rows and the ways between them are our own choice; walls, levels and
+feeds are those of the cycle.
 """
 
 from __future__ import annotations

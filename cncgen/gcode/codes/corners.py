@@ -4,9 +4,9 @@
 there that touches both. The moves are lines or arcs in the plane in force (FANUC B-64484EN, "Optional chamfering and
 corner R").
 
-The motion of the block waits. Before the next one is executed it is tried out on a recorder, which tells where it
-leads from the corner; then the waiting motion is passed on, shortened, and the chamfer or arc behind it. The sink
-takes a motion by its end, and an arc by its centre as well, so that the next one needs no change.
+The motion of the block waits. The next motion is first run on a recorder, which gives its direction from the corner. Then the waiting
+motion is shortened and passed on, followed by the chamfer or arc. The sink takes a motion by its end, and an arc by its centre as
+well, so that the next one needs no change.
 """
 
 from __future__ import annotations

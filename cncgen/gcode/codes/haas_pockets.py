@@ -1,7 +1,8 @@
 """G12 and G13 of Haas's mills: a circular pocket about the place where the tool stands (Haas mill operator's manual, "G12, G13").
 
 I is the radius of the first circle, K that of the finished one, Q the step between them; D takes the tool's radius off. With L the depth Z
-is cut in as many steps in G91. The tool goes out from the middle and back to it along X: the way in is our own, the circles are the cycle's.
+is cut in as many steps in G91. The tool goes out from the middle and back to it along X: this way is our own choice, the circles are
+those of the cycle.
 """
 
 from __future__ import annotations

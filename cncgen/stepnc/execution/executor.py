@@ -95,7 +95,7 @@ class ProgramExecutor:
         self._steps_left = min(max_steps or MAX_STEPS, MAX_STEPS)
         self._variables: dict[str, float] = {}
         self._open: list[int] = []
-        #: Operations with a warning that they feed with a standing spindle, or at a feed of another operation.
+        #: Operations that were reported: for a feed with a standing spindle, and for the feed of another operation.
         self._standing: set[int] = set()
         self._carried: set[int] = set()
         self._moved = self._done = False

@@ -1,7 +1,7 @@
 """ISO 10303-21: read and write exchange structures, whatever schema they follow.
 
 `Exchange.load` splits a file into statements and parses those that are asked for; `write` puts instances back into
-text, so that what is read from what is written is the same.
+text, and reading its output gives the same instances.
 """
 
 from cncgen.stepnc.part21.exchange import Exchange

@@ -1,7 +1,6 @@
 """All faults of a file's instances in one pass: syntax, attributes, kinds, dangling references, cycles.
 
-One regular expression an entity type tells whether an instance is as it should be; only what it does not match is
-parsed and looked at more closely.
+One regular expression for each entity type tests whether an instance is correct. Only other instances are parsed and examined.
 """
 
 from __future__ import annotations

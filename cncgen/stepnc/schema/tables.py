@@ -2,8 +2,7 @@
 
 Kinds of attributes: ``s`` string, ``n`` number, ``e`` enumeration or truth value, ``l`` aggregate, ``r`` reference to
 an instance (``r=TYPE``: of that type), ``*`` anything, ``+``
-any number of further attributes. Every attribute may be ``$`` or ``*`` here; whether it may be
-missing is for who needs it.
+any number of further attributes. Every attribute may be ``$`` or ``*`` here; the code that needs it decides whether it may be missing.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The entities of ISO 14649-12 (turning) and -121 (its tools), in Part 21 order, as far as an executor needs them.
 
-A line an entity, as in `cncgen.stepnc.schema.iso14649`; ``others:+`` stands for attributes at the end that nothing here asks for.
+A line an entity, as in `cncgen.stepnc.schema.iso14649`; ``others:+`` stands for attributes at the end that cncgen does not use.
 """
 
 HEADS = {
