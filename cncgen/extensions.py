@@ -1,12 +1,12 @@
 """Names of the formats of setpoints and of the dialects of G-code, and formats and dialects that other packages bring as entry points.
 
-A package brings a format of setpoints by an entry point of the group ``cncgen.setpoint_formats``, named as the format and its suffix, to
-a module with a class ``Writer(sink, layout)``, a function ``blocks(file, name, axes, period_s)``, or both, as the modules of
-`cncgen.setpoints.writers` and `readers` have them; ``BINARY = False`` says that a terminal may show it. A dialect is an entry point of
-the group ``cncgen.dialects``, named as ``--dialect`` is given, to a module with ``BASE``, a dialect of cncgen, and ``translated(text)``, which
-returns a text of that dialect line by line. docs/extensions.md has examples.
+A package adds a format of setpoints by an entry point of the group ``cncgen.setpoint_formats``. Its name is that of the format and its
+suffix. It leads to a module with a class ``Writer(sink, layout)``, a function ``blocks(file, name, axes, period_s)``, or both, like
+the modules of `cncgen.setpoints.writers` and `readers`. ``BINARY = False`` says that a terminal may show it. A dialect is an entry
+point of the group ``cncgen.dialects`` with the name for ``--dialect``. It leads to a module with ``BASE``, a dialect of cncgen, and
+``translated(text)``, which returns a text of that dialect line by line. docs/extensions.md has examples.
 
-Entry points are looked for where a name is not one of ours: reading them takes some 20 ms.
+Entry points are searched only if a name is not one of ours, because reading them takes some 20 ms.
 """
 
 from __future__ import annotations

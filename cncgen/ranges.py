@@ -1,4 +1,4 @@
-"""The ranges of numbers from outside that planning can hold: stated once, asked at every door.
+"""The ranges of input numbers that planning supports: stated once, checked at every entry.
 
 A double has 53 bits. A place of 1e8 mm is known to 1.5e-8 mm, and jerk is its third difference: beyond that, rounding alone
 breaks the limits of a fine machine at its period. A rational curve with weights of a ratio r has speeds of a ratio up to r² along

@@ -1,6 +1,6 @@
 """Dataclasses without the start of `dataclasses`: that module, with all it imports, takes a fifth of the time of a small run.
 
-`dataclass`, `field` and `replace` mean what they do there, and records have slots. Data for introspection (`fields`, `asdict`,
+`dataclass`, `field` and `replace` have the same meaning, and records have slots. Data for introspection (`fields`, `asdict`,
 signatures) come from `dataclasses` itself, at the first request.
 """
 

@@ -1,4 +1,4 @@
-"""The memory that this process may still take, for what is counted before it is allocated."""
+"""The memory that this process may still take, for sizes that are checked before allocation."""
 
 from __future__ import annotations
 

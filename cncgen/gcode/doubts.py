@@ -1,6 +1,6 @@
-"""Remarks on a text that another control than the dialect's reads otherwise: one each, where it stands first.
+"""Warnings about text with another meaning on another control: one for each kind, at its first place.
 
-A control reads these lines without a fault, and so are they read here; but whoever wrote them may have meant another thing.
+The dialect's control reads these lines without a fault, and so does cncgen; but their author may have meant the other control.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How a fault in a block becomes a diagnostic: raised where it is found, placed in the text once, here."""
+"""Faults of blocks as diagnostics: they are raised where they are found, and get their place in the text here."""
 
 from __future__ import annotations
 

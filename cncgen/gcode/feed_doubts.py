@@ -1,4 +1,4 @@
-"""Times that nobody can mean: said with their numbers, and what else they may be."""
+"""Warnings about absurd times and feeds, with their numbers and the other reading."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The axes that a program moves, itself or in the files that it calls, known before its first block is run.
 
-An axis moves where a word names it, or where a code moves it without a word of its own: the rows of the table of codes say
-which those are (`Code.moves`, `Code.plane`), and which codes call other programs (`Code.calls`).
+An axis moves where a word names it, or where a code moves it without a word of its own: the rows of the table of codes name these axes
+(`Code.moves`, `Code.plane`) and the codes that call other programs (`Code.calls`).
 """
 
 from __future__ import annotations

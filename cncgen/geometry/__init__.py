@@ -1,4 +1,4 @@
-"""Geometry of paths, from arrays to arrays; it knows nothing of programs or machines.
+"""Geometry of paths, from arrays to arrays; it is independent of programs and machines.
 
     tables, nurbs, arcs     curves as flat arrays, their derivatives and their arc length
     path                    lines, arcs and NURBS one after the other as functions of one coordinate s (`Path`)

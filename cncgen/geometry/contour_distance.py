@@ -1,11 +1,10 @@
-"""The true contour error: how far a position is from the commanded path, and not from the commanded point.
+"""The true contour error: the distance of a position from the commanded path, and not from the commanded point.
 
 The path is the polyline through the setpoints (a drive that interpolates between setpoints goes along it; it leaves
-the programmed curve by the chord error at most). The search starts at the commanded point and goes along the path
-as far, both ways, as `REACH` times the tracking error: further away the path is another place of the part that happens
-to pass by. docs/contour-error.md has the derivation. It is the distance of the numerical method of Tsai (2010), section 6.1
-and Fig. 3, who drops a perpendicular onto the commanded path. At a corner or an end without perpendicular it is the distance
-to the nearest point.
+the programmed curve by the chord error at most). The search starts at the commanded point and goes both ways along the path, as far as
+`REACH` times the tracking error. Further away, the path belongs to another place of the part that happens to be near.
+docs/contour-error.md has the derivation. It is the distance of the numerical method of Tsai (2010), section 6.1 and Fig. 3, who drops
+a perpendicular onto the commanded path. At a corner or an end without perpendicular it is the distance to the nearest point.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The smooth spline within a corridor about pieces of a path: one window of it, and how the next window goes on.
+"""The smooth spline within a corridor around pieces of a path: one window of it, and the start of the next window.
 
 A smoothing spline after Schoenberg (1964), whose smoothing length L varies along the path, as large as the tolerance allows
 (docs/smoothing.md). This module chooses how large L may be and tries again; the fit itself is the kernel `smoothing`. Called by

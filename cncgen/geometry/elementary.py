@@ -4,8 +4,8 @@ NumPy has several implementations of cbrt, exp, log, pow and most inverse functi
 differ in the last digit. A plan whose steps are chosen by such a digit would then depend on the machine that makes it. These
 functions are those of the C library, element by element. (NumPy's sin, cos, sqrt and hypot are the same everywhere.)
 
-All take arrays or numbers of any shapes that broadcast, and return doubles. Where a function has no value the result is
-infinite or not a number, without a warning. Uncompiled kernels leave the functions to NumPy.
+All take arrays or numbers of any shapes that broadcast, and return doubles. Outside the domain of a function the result is infinite or
+not a number, without a warning. Uncompiled kernels leave the functions to NumPy.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How far curves reach in each axis: extrema of arcs in closed form, of NURBS by their hulls, cut finer and finer.
+"""The extents of curves in each axis: of arcs in closed form, of NURBS by successively divided hulls.
 
 A coordinate of a helix about the axis n is x(θ) = c + r ρ cos(θ − φ) + b θ with ρ cos φ = e1 and ρ sin φ = e2. So
 dx/dθ = 0 where sin(θ − φ) = b/(r ρ). These are two families of angles a turn apart. From turn to turn x changes by 2πb, so the

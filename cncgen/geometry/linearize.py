@@ -1,4 +1,4 @@
-"""Lines within a tolerance of a path: arcs, helices and NURBS for what knows lines alone."""
+"""Lines within a tolerance of a path: arcs, helices and NURBS for readers of lines alone."""
 
 from __future__ import annotations
 

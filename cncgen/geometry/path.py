@@ -1,9 +1,9 @@
 """A path: lines, arcs, helices and NURBS one after the other, as functions of one coordinate s.
 
 The coordinate is arc length in X Y Z on a row that moves them, else in U V W, else the Euclidean norm of the rotary
-axes' motion (rad). So ds/dt is the programmed feed (Kramer et al. (2000), section 2.1.2.5). If a line moves the
-first of these groups by next to nothing compared with a later one, it is measured over the later one: otherwise the rounding of
-s would show as steps of the other axes. Rows are those of a toolpath, as plain columns.
+axes' motion (rad). So ds/dt is the programmed feed (Kramer et al. (2000), section 2.1.2.5). If a line moves the first of these groups
+much less than a later one, it is measured over the later one: otherwise the rounding of s would show as steps of the other axes. Rows
+are those of a toolpath, as plain columns.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Machines that a program makes itself, checked as those from files are (`cncgen.machine.reading`)."""
+"""Machines made by a script, with the same checks as those from files (`cncgen.machine.reading`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The keys of machine files as people read them, from the tables that files are checked by."""
+"""The keys of machine files for people, from the tables of the checks."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 A model is a drive with its controller. Keys carry their unit; ``{l}`` in a name stands for the axis's own length unit
 (``mm``, or ``deg`` for a rotary axis). `cncgen.machine.servo_schema` checks tables and reads their values.
 
-Models and where they come from (the papers' symbols in brackets):
+Models and their sources (the papers' symbols in brackets):
 
 * ``pi-p-feedforward``: Tsai 2010, Fig. 2 and appendix A-1: plant b/(s(s + a)), PI velocity loop Kvp(1 + 1/(Ti s)),
   P position loop Kpp, velocity feedforward Kvff wn s/(s + wn).

@@ -1,8 +1,8 @@
-"""Servo tables of a machine file: their faults, their values in inside units, and the closed loops that they mean.
+"""Servo tables of a machine file: their faults, their values in internal units, and their closed loops.
 
-`faults` names every fault of an ``[axes.*.servo]`` table, `resolve` gives the values in inside units (mm, rad, s) with the
-defaults filled in, and `closed_loop` the transfer function from setpoint to position, which a planner predicts errors
-with. The keys of each model stand in `cncgen.machine.servo_parameters`.
+`faults` names every fault of an ``[axes.*.servo]`` table, `resolve` gives the values in internal units (mm, rad, s) with the defaults
+filled in, and `closed_loop` the transfer function from setpoint to position, with which a planner predicts errors. The keys of each
+model stand in `cncgen.machine.servo_parameters`.
 """
 
 from __future__ import annotations

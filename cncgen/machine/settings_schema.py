@@ -1,7 +1,7 @@
 """The tables of a machine file beside its axes: ``[interpreter]``, ``[kinematics]``, ``[coupling]`` and ``[times]``.
 
-Their meaning stands where they are used (`cncgen.gcode.state.settings`, `cncgen.machine.kinematics`,
-`cncgen.servo.named_schemes`); their allowed values stand here, so that one run names every fault of a file.
+The modules that use them state their meaning (`cncgen.gcode.state.settings`, `cncgen.machine.kinematics`,
+`cncgen.servo.named_schemes`). Their allowed values are here, so that one run names every fault of a file.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The table ``[times]`` of a machine: how long it takes to change a tool, to ramp the spindle, to switch coolant and the like."""
+"""The table ``[times]`` of a machine: the times for changing a tool, ramping the spindle, switching coolant and the like."""
 
 from __future__ import annotations
 

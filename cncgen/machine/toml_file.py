@@ -139,7 +139,7 @@ def is_toml_number(value: Any) -> bool:
 
 
 def toml_value_shown(value: Any) -> str:
-    """Return a value as it is shown in a message: short."""
+    """Return a value as text for a message: short."""
     kinds: dict[type, str] = {
         bool: "a truth value",
         str: "a text",

@@ -1,7 +1,6 @@
 """The tool table in LinuxCNC's format: a tool a line, ``T1 P1 X0 Y0 Z-12.5 D6 I0 J0 Q0 ; remark``.
 
-Programs in G-code name a tool by its number, those in STEP-NC by a name that is looked for among the remarks, then among the
-numbers.
+Programs in G-code name a tool by its number, those in STEP-NC by a name that is searched in the remarks, then in the numbers.
 """
 
 from __future__ import annotations

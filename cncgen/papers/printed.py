@@ -1,8 +1,8 @@
 """Printed values of the papers beside ours: rows with a tolerance stated in the paper's module, and tables of them.
 
-A row of the paper is *reproduced* where ours meets its tolerance, *not reproduced* where it misses it (with the reason), and
-*not reproducible* where the paper does not give what is needed. Numbers that are taken over as they stand are *inputs*, pictures
-without a quantity are *drawings*, and values that a paper does not print are *checks of ours*. These do not count as reproduced.
+A row of the paper is *reproduced* if ours meets its tolerance, *not reproduced* if it misses it (with the reason), and *not
+reproducible* if the paper lacks the necessary data. Numbers that are taken from the paper are *inputs*, pictures without a quantity
+are *drawings*, and values that a paper does not print are *checks of ours*. These do not count as reproduced.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@
     setpoints = cncgen.sample(plan)
     response = cncgen.simulate(setpoints, "xy-table")
 
-Each stage draws from the one before it as it is drawn itself, so that a program of any length streams through.
+Each stage takes chunks from the previous stage on demand, so a program of any length is processed as a stream.
 """
 
 # Names are imported when they are first used: a check needs no plan.

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A plan, computed as it is drawn: iterate over it for its trajectories, once.
+    """A plan, computed on demand: iterate over it for its trajectories, once.
 
     Attributes:
         program: The program that is planned.
@@ -116,7 +116,7 @@ def plan(
         options: How; or its fields as keywords (``feedrate="ild"``).
 
     Returns:
-        The plan, which `sample`, `simulate`, `judge` and `write` take. It is computed as it is drawn, once; the program may be
+        The plan, which `sample`, `simulate`, `judge` and `write` take. It is computed on demand, once; the program may be
         planned again.
 
     Raises:

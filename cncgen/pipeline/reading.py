@@ -72,7 +72,7 @@ def holds_setpoints(head: bytes) -> bool:
 def read(
     source: str | os.PathLike[str], *, language: str | None = None, options: ReadOptions | None = None
 ) -> Program:
-    """Open a program; its toolpath is read as it is drawn (`Program.chunks`).
+    """Open a program; its toolpath is read on demand (`Program.chunks`).
 
     Args:
         source: A file, or ``-`` for standard input.

@@ -283,7 +283,7 @@ def _recorded(
     again: tuple[str | None, ReadOptions | None],
     wanted: WantedMotion | None,
 ) -> tuple[Contents, Diagnostics]:
-    """Plan a program; record, simulate and judge the plan as it is drawn.
+    """Plan a program; record, simulate and judge the plan while it is computed.
 
     Servo axes that cannot follow (an unstable loop) are left out, with a warning.
     """

@@ -1,12 +1,12 @@
-"""`--saturation predictive`: accelerations and jerks of which the PD+ law never asks more force than a drive has.
+"""`--saturation predictive`: accelerations and jerks for which the force of the PD+ law never exceeds the bound of a drive.
 
-From setpoint to force a PD+ axis is linear and time-invariant, so its force splits into what speed and acceleration ask
-in the steady state and an answer h to the third differences of the setpoints, which a plan holds under a limit J:
+From setpoint to force a PD+ axis is linear and time-invariant, so its force is a sum. One part is the steady-state force of speed and
+acceleration. The other is the response h to the third differences of the setpoints, which a plan holds under a limit J:
 
     |u[k]| ≤ |c_v| V + |c_a| A + J Σ|h|          or          |u[k]| ≤ |c_v| V + A Σ|g|
 
-with g the answer to the second differences. Whatever the path, a plan within A and J stays within the drive's bound
-where the smaller right-hand side does. Derivation: docs/saturation.md.
+with g the response to the second differences. On any path, a plan within A and J stays within the drive's bound if the smaller
+right-hand side does. Derivation: docs/saturation.md.
 """
 
 from __future__ import annotations

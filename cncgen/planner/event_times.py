@@ -1,7 +1,7 @@
 """The time that a machine takes for events: tool changes, spindle ramps, coolant, pallets, stops.
 
-A stage between the program and every feedrate strategy. Each event whose work takes time gets it as `Event.takes_s`, and
-strategies rest there for so long. The spindle is taken to reach its speed where it is commanded, before the axes move on.
+A stage between the program and every feedrate strategy. Each event whose work takes time gets it as `Event.takes_s`, and strategies
+rest for this time. The spindle reaches its speed at its command, before the axes move on.
 """
 
 from __future__ import annotations

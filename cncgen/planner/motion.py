@@ -1,4 +1,4 @@
-"""Profiles evaluated exactly: where a trajectory is at a time, and when it is at a place."""
+"""Exact evaluation of profiles: the place at a time, and the time at a place."""
 
 from __future__ import annotations
 

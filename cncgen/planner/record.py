@@ -1,4 +1,4 @@
-"""Records that the planner hands on to `cncgen.setpoints`: where along the path the motion is at which time, and which limit holds it back."""
+"""Records that the planner hands on to `cncgen.setpoints`: the place along the path at each time, and the limit that binds."""
 
 from __future__ import annotations
 

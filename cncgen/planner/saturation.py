@@ -6,7 +6,7 @@ With the discrete PD+ law the force of an axis is linear in its commanded speed 
     v[k] = k_p (θ_d[k−1] − θ_a[k]) − k_d w_a[k] − τ/(K_c T) w_d[k−1],
 
 so −U <= u <= U bounds w_d (eq. 3.6), and with the direction of the path the speed along it. The motor model runs along
-to know v[k]. Corrections against the paper, and the reach of a limiter without look-ahead: docs/saturation.md.
+to know v[k]. docs/saturation.md has corrections of the paper, and the reach of a limiter without look-ahead.
 """
 
 from __future__ import annotations

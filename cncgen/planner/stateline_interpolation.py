@@ -4,11 +4,12 @@ Source: B. K. Jung and W. C. Choi, eq. 7, after Yellowley and Pottier (1994). At
 
     |E| ≤ |Kve V⁺| + δ
 
-E is its following error, Kve its error for unit speed, V⁺ its speed to the next setpoint. While one axis breaks the rule, all references
-stand and the loops go on, so the path keeps its shape and time stretches. A hold is a wait that is put into the plan at a setpoint.
+E is its following error, Kve its error for unit speed, V⁺ its speed to the next setpoint. While one axis breaks the rule, all
+references stand still and the loops go on. So the path keeps its shape and only the time grows. A hold is a wait in the plan at a
+setpoint.
 
 E comes from the axes' closed loops by the bilinear transform (Tsai 2010, eqs 10 and 11), with increments of the reference as input.
-Under a reference that stands the error of a stable loop decays below any δ > 0: each hold ends, and the plan too.
+While the reference stands still, the error of a stable loop decays below any δ > 0. So each hold ends, and the plan too.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The input and output of material removal. Lengths mm, volumes mm³, times s."""
+"""Input and output of material removal. Lengths mm, volumes mm³, times s."""
 
 from __future__ import annotations
 

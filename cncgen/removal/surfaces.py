@@ -1,4 +1,4 @@
-"""The stock that is left as a mesh: STL files, and what a picture or a 3-D view takes."""
+"""The remaining stock as a mesh: for STL files, pictures and 3-D views."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of matplotlib, made without pyplot and without windows: one look for all pictures, and their way to a file."""
+"""Figures of matplotlib, made without pyplot and without windows: a common style of all pictures, and writing them to files."""
 
 from __future__ import annotations
 

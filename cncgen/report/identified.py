@@ -1,4 +1,4 @@
-"""Identification as a user sees it: a log goes in, servo tables and a text with fit and uncertainty come out."""
+"""Identification for users: from a log to servo tables and a text with fit and uncertainty."""
 
 from __future__ import annotations
 

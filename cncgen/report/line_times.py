@@ -1,4 +1,4 @@
-"""Where the time of a plan goes, line by line of the program: motion exactly by the profile, dwells by their events."""
+"""The time of a plan by lines of the program: motion exactly by the profile, dwells by their events."""
 
 from __future__ import annotations
 

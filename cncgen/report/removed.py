@@ -1,4 +1,4 @@
-"""A stock that is cut as a picture: seen from above with its depths, in relief, and how much is removed over time."""
+"""Pictures of a cut stock: from above with its depths, in relief, and the removal rate over time."""
 
 from __future__ import annotations
 

@@ -1,14 +1,13 @@
 """Which limit shortens a program: the time's derivative to each limit, feed and tolerance, and the time of a plan with each changed.
 
 Every quantity is planned 10 % and 5 % higher and lower. The derivative is the five-point difference of these plans (Abramowitz and
-Stegun (1964), 25.3.6), whose error is below 10⁻⁴ where the time is smooth. It is not everywhere: a rapid at 45° needs more jerk
+Stegun (1964), 25.3.6), whose error is below 10⁻⁴ where the time is smooth. It is not smooth everywhere: a rapid at 45° needs more jerk
 of both axes, so one of them alone can only lengthen it, and plans of path and speed together jump by some 10⁻⁵ to 10⁻⁴ of the time.
-With the period it goes as a sawtooth, since stops wait for a setpoint.
-Where the differences show more than 0.5 % of that, the quantity is planned 2.5 % higher and lower too: where these change nothing,
-it does not bind; where the time is smooth so far, the differences of these and of 5 % count. Else the derivative is the
-least-squares one of eight plans within 5 %, and eight more between these make it surer where that may be some per cent off. It is
-missing where its error may be above 1.5 %; `Slope.kind` says why. All is given for a change of 10 % in the direction that shortens (a
-period falls, all others rise).
+Over the period the time is a sawtooth, since stops wait for a setpoint. Where the differences show more than 0.5 % of that, the
+quantity is planned 2.5 % higher and lower too: where these change nothing, it does not bind; where the time is smooth so far, the
+differences of these and of 5 % count. Else the derivative is the least-squares one of eight plans within 5 %, and eight more between
+these make it surer where that may be some per cent off. It is missing where its error may be above 1.5 %; `Slope.kind` says why. All
+is given for a change of 10 % in the direction that shortens (a period falls, all others rise).
 """
 
 from __future__ import annotations

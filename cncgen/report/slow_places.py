@@ -1,7 +1,7 @@
 """Where a plan loses time: valleys of the speed along the path, with the source line and the limit that binds.
 
 A valley runs from one maximum of the speed to the next one. Its cost is its time less the time that the
-programmed feed would take for the same length. A ripple of less than `RIPPLE` of the speed parts no valley in two.
+programmed feed would take for the same length. A ripple of less than `RIPPLE` of the speed does not split a valley.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class SlowPlace:
         source: File that `line` counts in, as `cncgen.toolpath.record.Toolpath.sources` names it.
         position: Of all axes where it is slowest, mm or rad.
         t_s, s_mm, feed_mm_s: When, where along the path and how fast that is.
-        axis: Letter of the axis whose limit binds for most of the loss; "" where it is no axis's own, or none comes near it.
+        axis: Letter of the axis whose limit binds for most of the loss; "" if it does not belong to an axis, or no axis comes near it.
     """
 
     lost_s: float

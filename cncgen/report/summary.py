@@ -1,4 +1,4 @@
-"""The summary of a plan: gathered while its stages stream by, then as plain values and as a page of text."""
+"""The summary of a plan: gathered while the plan is computed, then as plain values and as a page of text."""
 
 from __future__ import annotations
 

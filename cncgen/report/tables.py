@@ -1,4 +1,4 @@
-"""Tables of text, columns in line as Markdown writes them too; numbers, counts and times as people read them."""
+"""Tables of text, columns in line as Markdown writes them too; numbers, counts and times for people."""
 
 from __future__ import annotations
 

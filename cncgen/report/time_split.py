@@ -1,4 +1,4 @@
-"""Where the cycle time of a plan goes: cutting, rapid, tool changes, spindle, dwell, other events, stops."""
+"""The parts of a plan's cycle time: cutting, rapid, tool changes, spindle, dwell, other events, stops."""
 
 from __future__ import annotations
 

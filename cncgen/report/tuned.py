@@ -1,4 +1,4 @@
-"""Tuned gains as a user sees them: margins, Bode tables, and tables for a machine file."""
+"""Tuned gains for users: margins, Bode tables, and tables for a machine file."""
 
 from __future__ import annotations
 

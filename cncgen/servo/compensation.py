@@ -1,4 +1,4 @@
-"""Compensation of setpoints for the axes that follow them: learnt, judged, and refused where nothing is gained."""
+"""Compensation of setpoints for the axes that follow them: learnt, judged, and refused without a gain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The true contour error: how far a position is from the commanded path (`cncgen.geometry.contour_distance`)."""
+"""The true contour error: the distance of a position from the commanded path (`cncgen.geometry.contour_distance`)."""
 
 from cncgen.geometry.contour_distance import (
     AHEAD,

@@ -1,8 +1,8 @@
 """Simulated axes as a co-simulation unit of FMI 2.0 or 3.0: an archive with a description, C text, and the library compiled of it.
 
 The unit runs the same loops as `simulate`: their tables are written into C, and the steps of the kernel `servo_loop` stand in C
-beside them (``fmi_axes.c.in``; ``fmi2_unit.c.in`` and ``fmi3_unit.c.in`` have the functions of the standards). It needs a C
-compiler where it is exported, and nothing where it is used.
+beside them (``fmi_axes.c.in``; ``fmi2_unit.c.in`` and ``fmi3_unit.c.in`` have the functions of the standards). Its export needs a C
+compiler; its use needs nothing.
 
 Standards: Modelica Association, Functional Mock-up Interface for Model Exchange and Co-Simulation, version 2.0.1 (2019);
 Functional Mock-up Interface Specification, version 3.0.2 (2024).

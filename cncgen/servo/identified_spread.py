@@ -1,7 +1,7 @@
 """The result of an axis's identification, as a servo table and as a distribution to draw machines from.
 
 The covariance of a fit (`cncgen.servo.identification.fits`) is that of a normal distribution: of positive parameters, of
-their logarithms. Machines drawn from it are those that the log leaves possible.
+their logarithms. Machines drawn from it are possible by the log.
 """
 
 from __future__ import annotations

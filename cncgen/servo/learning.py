@@ -1,10 +1,10 @@
 """The command that makes servo axes follow a motion, learnt on their model: friction, backlash and bounds included.
 
-Each pass simulates the axes under the command so far, and adds to it the change that takes most of the error away
-(`cncgen.servo.norm_optimal`). The first pass inverts the smooth part of the model; friction and backlash are in the error
-that the simulation shows, and so come into the command, as steeply as limits and learning filter let it
-rise. The drives' bounds are limits of the command: it is learnt without them, and keeps the drive inputs within them.
-Encoder steps and measurement noise are left out of the model that is learnt on: they are not the same the next time.
+Each pass simulates the axes under the current command, and adds the change that removes most of the error
+(`cncgen.servo.norm_optimal`). The first pass inverts the smooth part of the model; friction and backlash are in the simulated error,
+and so enter the command, as steeply as limits and learning filter allow. The drives' bounds are limits of the command: it is learnt
+without them, and keeps the drive inputs within them. The model for learning leaves out encoder steps and measurement noise, since they
+do not repeat.
 
 Where limits leave no room to catch up in time, further passes take away the way from each position to the nearest point of the path
 alone. The axes then stay behind along the path, which costs no contour error.

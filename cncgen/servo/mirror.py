@@ -1,10 +1,10 @@
-"""Iterated mirror compensation, as paper 003 has it; `cncgen compensate` learns otherwise (`cncgen.servo.learning`).
+"""Iterated mirror compensation, as in paper 003; `cncgen compensate` uses another method (`cncgen.servo.learning`).
 
 r₀ = y*, rₙ₊₁ = rₙ + (y* − G rₙ): the error is added to the command, and the model G may be anything that
-can be simulated, friction and bounds included. With E = 1 − G the error after n passes is Eⁿ⁺¹ y*, so it falls where
-|E(jω)| < 1, and it grows above the frequency where that ends: a few passes are best, not many. This is iterative learning
-(S. Arimoto, S. Kawamura and F. Miyazaki, Journal of Robotic Systems 1 (1984) 123) with a model in the place of the
-machine. (Chen and Hsu invert the loop instead, `cncgen.servo.inversion`.)
+can be simulated, friction and bounds included. With E = 1 − G the error after n passes is Eⁿ⁺¹ y*, so it falls at frequencies with
+|E(jω)| < 1, and grows above them. So a few passes are best. This is iterative learning (S. Arimoto, S. Kawamura and F. Miyazaki,
+Journal of Robotic Systems 1 (1984) 123) with a model in place of the machine. (Chen and Hsu invert the loop instead,
+`cncgen.servo.inversion`.)
 
 Passes are stages of a stream: each simulates the command of the one before, some thousand rows behind it.
 """

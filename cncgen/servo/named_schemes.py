@@ -1,4 +1,4 @@
-"""Control schemes by name, for the axes of a machine; ``compare --controllers`` sets them side by side."""
+"""Control schemes by name, for the axes of a machine; ``compare --controllers`` compares them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The change of a command that takes most of a known error away, within the limits of an axis.
+"""The change of a command that removes most of a known error, within the limits of an axis.
 
 A linear loop G answers a change c of its command by G c. Norm-optimal learning chooses the change that minimises
 
@@ -6,7 +6,7 @@ A linear loop G answers a change c of its command by G c. Norm-optimal learning 
 
 for a command u with the error e and the drive input f, whose bound is B; D is the difference over a period T, and F answers a
 change of the command with one of the drive input (N. Amann, D. H. Owens and E. Rogers, IEE Proc. Control Theory and
-Applications 143 (1996) 217). Without limits the answer is a filter that looks both ways,
+Applications 143 (1996) 217). Without limits the solution is a non-causal filter,
 c = G* e/(|G|² + ε): the stable inverse of S. Devasia, D. Chen and B. Paden, IEEE TAC 41 (1996) 930, with pre-actuation
 where G has a dead time or zeros outside the unit circle. ε makes it a learning filter: where |G|² is below ε little is learnt.
 

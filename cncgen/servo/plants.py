@@ -1,7 +1,7 @@
-"""What moves: drives with their mechanics, as linear systems from drive input to position, and what is not linear.
+"""Plants: drives with their mechanics, as linear systems from drive input to position, and their nonlinear parts.
 
-States are in mm (or rad) and seconds. Where a plant has a velocity, one of its states is the velocity, so that
-Coulomb friction knows when the axis stands.
+States are in mm (or rad) and seconds. Where a plant has a velocity, one of its states is the velocity, so that Coulomb friction can
+detect a standstill.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A STEP-NC program as material removal needs it: toolpaths with workingsteps as events, the raw piece, and what is to stay."""
+"""A STEP-NC program for material removal: toolpaths with workingsteps as events, the raw piece, and the finished part."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Instances with their attributes by name, and what a reader does if one is not as it must be.
+"""Instances with their attributes by name, and the handling of faulty ones.
 
-A fault is reported where it is met. It then ends only the smallest thing that cannot be done without the faulty instance: `Skip`
-propagates to the code that executes that thing, which goes on with the next one. So one run names the faults of the whole file.
+A fault is reported where it is met. It then ends only the smallest unit that needs the faulty instance: `Skip` propagates to the code
+that executes this unit, and this code goes on with the next one. So one run names the faults of the whole file.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Toolpaths as G-code that this program and LinuxCNC, or FANUC, read back to the same motions.
 
-Lines are G0 and G1, arcs G2 and G3 in their plane (whole turns by P), splines up to degree 3 G6.2 (FANUC); whatever has
-no such word, and splines where a tolerance is given, become lines within it. Millimetres, degrees, mm/min.
+Lines are G0 and G1, arcs G2 and G3 in their plane (whole turns by P), splines up to degree 3 G6.2 (FANUC); other curves, and splines
+if a tolerance is given, become lines within it. Millimetres, degrees, mm/min.
 """
 
 from __future__ import annotations

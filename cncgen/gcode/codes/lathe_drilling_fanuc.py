@@ -1,8 +1,8 @@
 """Drilling along Z on lathes: G83 G84 G85 of FANUC (B-64304EN-1, 5.1), and G81 G82 G86 of Haas's lathes.
 
 Words stay in force until G80. The tool goes back to the level where the first hole of a row began. FANUC counts R as a distance
-from that level, Haas as a place in Z. The reading that lies between the level and the bottom is meant; where both do, FANUC's is
-taken with a warning. G83 leaves the hole after each step of Q.
+from that level, Haas as a place in Z. The reading between the level and the bottom is taken; if both are, FANUC's is taken with a
+warning. G83 leaves the hole after each step of Q.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """FANUC's lathes, system A of G codes: X is a diameter, U and W are distances, T has the tool and its offset.
 
-G32 cuts threads, G50 bounds the spindle's speed or names the position, G98 and G99 say what F means. The cycles are in
+G32 cuts threads, G50 bounds the spindle's speed or names the position, G98 and G99 set the meaning of F. The cycles are in
 `simple_cycles_fanuc`, `turning_cycles_fanuc`, `pecking_cycles_fanuc`, `thread_cycles_fanuc` and `lathe_drilling_fanuc`.
 
 Source: FANUC 0i-TD operator's manual B-64304EN-1, sections 4.1 (threads), 8.4 (diameters), 3 (G codes of system A).

@@ -1,6 +1,6 @@
 """Words of FANUC's lathes: diameters, distances U V W, and angles A, roundings and chamfers R C I K of lines (B-64304EN-1, 8 and 4.5).
 
-`turned` puts them in the words of the interpreter, once, before anything else sees the block.
+`turned` converts them once to the words of the interpreter, before any other use of the block.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Motions and cycles of Heidenhain's plain language that G-code has not: CC C CR CP LP, drilling and reaming.
+"""Motions and cycles of Heidenhain's plain language that G-code lacks: CC C CR CP LP, drilling and reaming.
 
 An arc about the pole lies in the plane of the pole's axes, and DR+ is right-handed about the third axis;
 angles count from the plane's first axis: X in XY, Y in YZ, Z in ZX (iTNC 530, "Path contours", "Cycles for drilling").

@@ -1,6 +1,6 @@
 """Clearing a pocket with a flat cutter: loops beside the wall from the inside out, level by level.
 
-The loops are our own; controls do not print theirs. The wall, the depths and the feeds are those of the cycle.
+The loops are our own choice, because manuals do not state them. The wall, the depths and the feeds are those of the cycle.
 """
 
 from __future__ import annotations

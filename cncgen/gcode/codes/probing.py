@@ -1,4 +1,4 @@
-"""G38.2 to G38.5: probing, which here moves to the programmed point, where contact is made if the code demands it.
+"""G38.2 to G38.5: probing. Here it moves to the programmed point; if the code demands contact, contact is made there.
 
 Source: Kramer et al. (2000), section 3.5.9; G38.3 to G38.5 as in LinuxCNC's manual.
 """

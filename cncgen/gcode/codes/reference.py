@@ -1,4 +1,4 @@
-"""The list of codes as people read it, made from the tables that the interpreter runs by."""
+"""The list of codes for people, made from the tables of the interpreter."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Paths that a linear and a rotary axis make together: polar coordinate interpolation G12.1 (G112), cylindrical interpolation G7.1 (G107).
 
-While one is in force, the interpreter works in the plane that the part shows, in X Y Z: in G12.1 Y is the hypothetical axis that the
-word C names, in G7.1 the surface of the cylinder unrolled. A `RotarySink` before the sink turns motions into those of the axes, in
-lines, as many as the tolerance needs; F is the speed on the part (B-64304EN-1, "Polar coordinate interpolation", "Cylindrical
-interpolation"). Where blocks of G112 have words of Y they are Haas's: X is a radius then (Haas lathe operator's manual, "G112").
+While one is in force, the interpreter works in a plane of the part, in X Y Z. In G12.1 Y is the hypothetical axis that the word C
+names; in G7.1 the plane is the unrolled surface of the cylinder. A `RotarySink` before the sink turns motions into those of the axes,
+in lines, as many as the tolerance needs; F is the speed on the part (B-64304EN-1, "Polar coordinate interpolation", "Cylindrical
+interpolation"). Blocks of G112 with words of Y have Haas's form: X is then a radius (Haas lathe operator's manual, "G112").
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Cycles of one pass on FANUC's lathes: G90 along Z, G94 along X, G92 a thread. Each leads back to where it began.
 
-They stay in force: a block of X (U), Z (W) or R alone repeats the cycle with what it gives (B-64304EN-1, 4.2).
+They stay in force: a block of X (U), Z (W) or R alone repeats the cycle with the new value (B-64304EN-1, 4.2).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""LinuxCNC's splines: G5 (cubic), G5.1 (quadratic), G5.2 … G5.3 (NURBS). All become B-splines, none is cut into lines.
+"""LinuxCNC's splines: G5 (cubic), G5.1 (quadratic), G5.2 … G5.3 (NURBS). All become B-splines, without lines.
 
-G5 and G5.1 are not modal: as in LinuxCNC's interpreter, a later block of axis words alone is of the mode before them.
+G5 and G5.1 are not modal: as in LinuxCNC's interpreter, a later block of axis words alone has the previous motion mode.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """G76 of FANUC's lathes: a thread in passes of equal cross section, fed in along one flank (B-64304EN-1, 4.4.7).
 
-Pass n is Δd √n deep, at least the least depth more than the one before it, until what the finish takes is left; then
-the passes at full depth follow.
+Pass n is Δd √n deep, and at least the least depth deeper than the previous pass, until only the finish is left. Then the passes at
+full depth follow.
 """
 
 from __future__ import annotations

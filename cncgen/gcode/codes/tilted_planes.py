@@ -1,7 +1,8 @@
 """Tilted working planes of FANUC: G68.2 turns the coordinates, G53.1 points the tool along their Z, G69 ends them (B-64484EN-2, 7.8).
 
 Angles are Euler's, about Z, the new X, the new Z (I J K); with P1 they are those about the axes X Y Z of the workpiece, in the order of
-Q; with P2 the plane has three points, with P3 the directions of its X and Z. The rotary axes of the machine are not turned here, which a warning says.
+Q; with P2 the plane has three points, with P3 the directions of its X and Z. The rotary axes of the machine are not turned; a warning
+says so.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
 """The path of the tool's centre beside the programmed path: the geometry of cutter radius compensation.
 
 The plane is the complex plane: its first axis is real, its second imaginary, seen from the positive end of the
-third (XY for G17, ZX for G18, YZ for G19). A move is offset by the radius to its left or right, and what joins it to
-the move before depends on how the path turns at their common point:
+third (XY for G17, ZX for G18, YZ for G19). A move is offset by the radius to its left or right. The joint with the previous move
+depends on the turn of the path at their common point:
 
 * away from the tool by more than `SMOOTH_TURN`: an arc of the tool's radius about the corner, so that the tool rolls
   around it (a straight line where the new move is a rapid);
 * towards the tool by more than that: both offset curves end where they meet, so the earlier one is cut short;
-* less: they are joined as they are.
+* less: they are joined without change.
 
 As the end of a move depends on the next one, moves wait in a queue; blocks that do not move in the plane wait
 behind them. The rules are those that LinuxCNC documents ("Cutter Compensation", "G41, G42", "G41.1, G42.1"); the

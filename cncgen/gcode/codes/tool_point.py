@@ -1,9 +1,8 @@
-"""G43.4 of FANUC: tool centre point control. The program tells where the tool's tip goes on the workpiece.
+"""G43.4 of FANUC: tool centre point control. The program gives the path of the tool's tip on the workpiece.
 
-While it is in force a `ToolPointSink` stands before the sink: the tip goes along its path and the rotary axes turn
-evenly meanwhile; the machine's axes follow in lines, as many as the tolerance of the kinematics needs
-(`kinematics`). F is the speed of the tip on the workpiece, so each line has a time of its own, and is passed on in
-inverse time.
+While it is in force, a `ToolPointSink` stands before the sink: the tip moves along its path while the rotary axes turn evenly. The
+machine's axes follow in lines, as many as the tolerance of the kinematics needs (`kinematics`). F is the speed of the tip on the
+workpiece, so each line has a time of its own, and is passed on in inverse time.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 The profile of a numbered subroutine is approached from where the tool stands (X and Z of the block); material between
 is taken off in cuts of depth I that run along the travel from the approach to the profile. A cut ends where its level
-meets the profile; the tool lifts off by R, goes back, and down to the next level. A part of the
-profile that dips below a level again later, a pocket, is cut when the last cut along the profile comes to it. G71.1 leaves pockets out; G71.2 cuts only them.
+meets the profile; the tool lifts off by R, goes back, and down to the next level. A pocket is a part of the profile that dips below a
+level again later. It is cut when the last cut along the profile reaches it. G71.1 leaves pockets out; G71.2 cuts only them.
 
 Source: LinuxCNC's manual, "G70", "G71 G72"; the order of moves was compared with its interpreter.
 """

@@ -1,10 +1,10 @@
 """Cycles of profiles on FANUC's lathes: G71 along Z, G72 along X and G73 in passes like it rough them, G70 finishes.
 
-The profile is the lines from N P to N Q of the program, which the cycle reads and the program then goes on behind. Its
-first line leads to it. G71 and G72 cut it in levels from where the tool stands, moved by the allowances U and W: at each
-they feed along to the profile, lift off at 45 degrees and go back; at last they follow it. Where the first line of the profile has both X
-and Z (type II) it may have pockets, each of which is cut at every level; the way from one to the next, over the stock, is our own.
-G70 executes the lines (B-64304EN-1, 4.4.1 to 4.4.4).
+The profile is the lines from N P to N Q of the program. The cycle reads them, and the program goes on behind them. The first line
+leads to the profile. G71 and G72 cut it in levels from where the tool stands, moved by the allowances U and W: at each they feed along
+to the profile, lift off at 45 degrees and go back; at last they follow it. Where the first line of the profile has both X and Z (type
+II) it may have pockets, each of which is cut at every level; the way from one to the next, over the stock, is our own. G70 executes
+the lines (B-64304EN-1, 4.4.1 to 4.4.4).
 """
 
 from __future__ import annotations

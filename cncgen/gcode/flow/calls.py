@@ -1,4 +1,4 @@
-"""The calls in progress: where each goes back to, and the local parameters that it puts back."""
+"""The calls in progress: the return place of each, and the local parameters that it restores."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parsed blocks as functions, for lines that run more than once, so that facts known when the line is read are worked out once."""
+"""Parsed blocks as functions, for lines that run more than once, so that facts known when the line is read are computed only once."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Lines that are computed while they are read, by the kernel `gcode_run`: values, settings, and O-words that it can follow.
 
-Blocks go to the columns of plain blocks and wait there: motions change no parameter, so that reading may go on, over loops
-and calls too, until something needs to know where the machine is (`flow.pending` then has them run).
+Blocks go to the columns of plain blocks and wait there: motions do not change parameters, so reading goes on, also over loops and
+calls, until the position of the machine is needed (then `flow.pending` runs them).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Executing one block after another: with what an open curve, a comment or a modal macro adds to it."""
+"""Executing one block after another, with the effects of an open curve, a comment or a modal macro."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Executor:
             self._call_modal_macro(block)
 
     def guarded(self, block: Block) -> None:
-        """Let an open curve say that a block does not belong to it; the block runs all the same."""
+        """Let an open curve say that a block does not belong to it; the block still runs."""
         assert self._ip.guard is not None
         self._ip.base.block = block
         try:

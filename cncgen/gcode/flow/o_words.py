@@ -1,6 +1,6 @@
 """The order of execution: O-words by their keywords, on the calls in progress and the lines that labels mark.
 
-Nothing is nested here: where a jump leads is looked up by its label (`labels`). A `Cursor` is a place to go on from.
+There is no nesting: the target of a jump is looked up by its label (`labels`). A `Cursor` is a place to go on from.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Plain blocks that were read and have not run yet: those of a scan, and those of lines that are computed while they are read.
 
-The latter are collected, over loops and calls, until something needs to know where the machine is (`PendingBlocks.flush`). They
-may be, as a motion changes no parameter that the lines after it compute with.
+The latter are collected, over loops and calls, until the position of the machine is needed (`PendingBlocks.flush`). This is allowed
+because motions do not change the parameters of later lines.
 """
 
 from __future__ import annotations

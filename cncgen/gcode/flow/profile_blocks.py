@@ -1,4 +1,4 @@
-"""The blocks of a profile's subroutine in the order of their execution: O-words lead as they do in any call, settings are done.
+"""The blocks of a profile's subroutine in the order of their execution: O-words act as in any call, settings are made.
 
 LinuxCNC's turning cycles run the subroutine of a profile as a call (seen with its interpreter). Its motions are not made; the
 cycle takes their words.

@@ -1,7 +1,7 @@
-"""Recovery from an error: the modes that a faulty line sets, and the place that it leads to, are taken over all the same.
+"""Recovery from an error: the modes that a faulty line sets, and the place that it leads to, still take effect.
 
-Without that, the lines after it would be reported for what the faulty line should have set: coordinates without a motion code,
-arcs that begin at the wrong place. Nothing of this reaches a plan, since a program with errors has none.
+Otherwise later lines would be reported for words of the faulty line: coordinates without a motion code, arcs that begin at the wrong
+place. This has no effect on a plan, since a program with errors is not planned.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _try(ip: Interpreter, block: Block) -> None:
 
 
 def _stand(ip: Interpreter, block: Block) -> None:
-    """Take the place where axis words lead for that of the tool."""
+    """Take the target of axis words as the place of the tool."""
     if not block.words:
         return
     if ip.state.diameter and not ip.lathe and "x" in block.words:

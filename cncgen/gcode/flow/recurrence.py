@@ -1,8 +1,7 @@
-"""Whether a program goes round for ever: it is where it was before, with everything as it was then.
+"""Endless programs: a program is endless if it comes back to a place in the same state.
 
-Interpreting a block depends on nothing but the state, so a state that comes back comes back again and again. It is
-looked for as Brent (1980, section 2) finds cycles: one state is kept, replaced after 1, 2, 4, … looks, and each later look
-is compared with it.
+Interpreting a block depends only on the state, so a state that recurs once recurs for ever. The search follows Brent (1980, section
+2): one state is kept, replaced after 1, 2, 4, … looks, and each later look is compared with it.
 """
 
 from __future__ import annotations
@@ -63,7 +62,7 @@ class Recurrence:
         )
 
     def _sinks(self) -> list[object] | None:
-        """Return the states of what stands before the sink of the run, or None where one cannot be told."""
+        """Return the states of the sinks before the sink of the run, or None if the state of one is unknown."""
         ip = self._ip
         sink, states = ip.sink, list[object]()
         while sink is not ip.base:

@@ -1,6 +1,6 @@
 """O-words of subroutines: SUB ENDSUB, CALL, RETURN, and program numbers; M98, M99 and macro calls, which lead as they do.
 
-Each O-word takes the flow control, the O-word, its line and the line behind it, and returns where to go on, None for the
+Each O-word takes the flow control, the O-word, its line and the line behind it, and returns the place where to go on, None for the
 next line.
 """
 

@@ -2,7 +2,7 @@
 
 Each element is a directed line or circle. Data that its own words and its start leave open follow from the next elements that are
 determined: where both meet or touch, or the line or arc of a given radius that touches both. Data that leave more than one solution
-are refused: by which number FSELECT chooses one is the control's own.
+are refused: the numbers by which FSELECT chooses one are known only to the control.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The order in which the lines of a program in plain language are executed, and what of it leads from line to line."""
+"""The order in which the lines of a program in plain language are executed, and the statements that lead from line to line."""
 
 from __future__ import annotations
 

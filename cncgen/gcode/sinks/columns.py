@@ -1,7 +1,7 @@
 """The sink that builds a toolpath: canonical motions in program coordinates become columns in machine mm and rad.
 
-Single motions are gathered into a batch and go the same way as the batches of the fast lane: offsets, rotation and
-units are applied to arrays, when something that they depend on changes or a chunk is full.
+Single motions are gathered into a batch and go the same way as the batches of the fast lane: offsets, rotation and units are applied
+to arrays when one of these changes or a chunk is full.
 """
 
 from __future__ import annotations

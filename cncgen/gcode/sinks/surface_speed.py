@@ -1,8 +1,8 @@
-"""Constant surface speed (G96): how fast the spindle turns at each radius, for feeds per revolution.
+"""Constant surface speed (G96): the spindle's speed at each radius, for feeds per revolution.
 
-At the radius r a surface speed v asks for v/(2π r) revolutions, at most those of the limit. So a feed per revolution changes
-along a line that changes X. Such a line is cut at radii in the ratio `_STEP`, and each part fed at the speed of its mean
-radius: as the time of a length is proportional to r, every part takes its exact time.
+At the radius r a surface speed v means the spindle speed v/(2π r), bounded by the limit. So a feed per revolution changes along a line
+that changes X. Such a line is cut at radii in the ratio `_STEP`, and each part has the feed of its mean radius. Since the time of a
+length is proportional to r, every part takes its exact time.
 
 Source: LinuxCNC's manual, "G96, G97 Spindle Control Mode" (X0 of the coordinates in force, with offsets and tool, is the
 spindle's axis).

@@ -1,7 +1,8 @@
 """Cycles along a contour of SINUMERIK: CYCLE72 mills beside it, CYCLE95 turns it (840D, "Programming Guide Cycles").
 
 The contour is a subprogram, or the lines between two labels, "BEGIN:END". It is run once, and its motions in the plane are kept.
-Levels of CYCLE72, its ways on and off, and the wall are the cycle's. Of CYCLE95 the levels are; how it goes back from a cut is our own.
+Levels, ways on and off, and wall of CYCLE72 are those of the cycle, and so are the levels of CYCLE95. Its way back from a cut is our
+own choice.
 """
 
 from __future__ import annotations

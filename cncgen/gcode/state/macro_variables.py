@@ -1,4 +1,4 @@
-"""System variables of FANUC's macros that tell or set the control's state (B-63324EN, 15.2).
+"""System variables of FANUC's macros that read or set the control's state (B-63324EN, 15.2).
 
 Positions, modal codes, tool data (offset memory C: length and radius, geometry and wear apart) and the work coordinate
 systems, which take effect as soon as they are set. Axes count in the order X Y Z A B C U V W. Variables without

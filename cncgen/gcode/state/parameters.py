@@ -1,4 +1,4 @@
-"""Parameters: numbered, named (local and global) and those that tell the state of the machine."""
+"""Parameters: numbered, named (local and global), and parameters with the state of the machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters that tell the state: ``#<_x>`` and kin, ``#5420`` to ``#5428`` (LinuxCNC manual, "Predefined Named
+"""Parameters with the state of the machine: ``#<_x>`` and kin, ``#5420`` to ``#5428`` (LinuxCNC manual, "Predefined Named
 Parameters", "Numbered Parameters")."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Coordinate systems as they stand in the parameters: where each begins, and how one is taken up."""
+"""Coordinate systems in the parameters: their first numbers, and the change to another system."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Which control a program is written for, told from the signs in its text.
+"""Recognising the control of a program by signs in its text.
 
-Signs are looked for in the blocks as controls read them: without comments, blanks and N words, so that ``N01G50S600`` and
-``N1 G50 S600`` are one. Each speaks for some dialects and against others with a weight; the weights of all are added.
+Signs are searched in blocks as controls read them: without comments, blanks and N words, so ``N01G50S600`` and ``N1 G50 S600`` are the
+same. Each speaks for some dialects and against others with a weight; the weights of all are added.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ UNREAD = {
 }
 #: A value behind a letter.
 _V = rb"[-+.\d#\[]"
-#: Signs in the text of blocks as it is written: capitals, comments and blanks kept.
+#: Signs in the original text of blocks: capitals, comments and blanks kept.
 _WRITTEN = (
     _sign("the head of a file of Okuma", _all(30, _OKUMA), rb"^[ \t]*\$[\w-]+\.(?:MIN|SUB|SSB|LIB)%", b"$"),
     _sign("the head of a file of Fagor", _all(30, _FAGOR), rb"^%[^\n,]*,[ \t]*M?[ \t]*[MX][ \t]*[X-]*[ \t]*,", b",M"),

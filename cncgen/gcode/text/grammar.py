@@ -1,4 +1,4 @@
-"""One block of text to `Parsed` by the tables of the grammar, or a `BlockError` that says what was expected.
+"""One block of text to `Parsed` by the tables of the grammar, or a `BlockError` with the expected words.
 
 The kernel `gcode_parse` reads the line into instructions; here they become values.
 """

@@ -1,7 +1,7 @@
 """The lines of a text that jumps may lead to: O-words by label, program numbers, loops of macros, N words.
 
-Nothing is nested here: a jump's target is the next or the last line with the same label and a fitting keyword, as in
-LinuxCNC ("O Codes"), whose labels are local to the subroutine that they stand in.
+There is no nesting: the target of a jump is the next or the last line with the same label and a fitting keyword, as in LinuxCNC ("O
+Codes"). Labels are local to their subroutine.
 """
 
 from __future__ import annotations

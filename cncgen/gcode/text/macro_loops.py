@@ -1,6 +1,6 @@
 """Loops of FANUC's macros: WHILE […] DO n … END n, each within its program, nested and not overlapping (B-63324EN, 15.6).
 
-Which DO an END closes is a matter of the text, not of the run: a jump may leave a loop at any time.
+The text alone, and not the run, decides which DO an END closes: a jump may leave a loop at any time.
 """
 
 from __future__ import annotations
@@ -119,5 +119,5 @@ def _checked(word: Flow) -> Value:
 
 
 def _number(label: object) -> str:
-    """Return the number of a loop as it is written."""
+    """Return the written number of a loop."""
     return f"{label:g}" if isinstance(label, float) else str(label)

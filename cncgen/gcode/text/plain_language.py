@@ -10,7 +10,7 @@
 6 END PGM PART MM
 ```
 
-Its words become those of G-code where there are such (TOOL CALL: T M6 G43 S), else words of codes of its own
+Its words become those of G-code if these exist (TOOL CALL: T M6 G43 S), else words of additional codes
 (`codes.plain_language`, `codes.heidenhain`). Q parameters are numbered parameters.
 """
 

@@ -1,4 +1,4 @@
-"""The rules of controls: the speeds that they allow on blocks and at corners."""
+"""The rules of controls: their speeds on blocks and at corners."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The look-ahead's window: stretches that are read and not yet planned for good, seen as one row of segments.
 
-Joints are counted over all open stretches, from the first open one on; places are lengths from there. The planner drops joints that
-hold nothing back (a line in two parts): speed profiles come to zero acceleration at every
-joint, so a program would be slower the finer it is cut.
+Joints are counted over all open stretches, from the first open one on; places are lengths from there. The planner drops joints that do
+not limit the speed (a line in two parts). Speed profiles have zero acceleration at every joint, so otherwise a finer division would
+make a program slower.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Three modules, as in the paper: sharp corners (`sharp_corners`), jerk-limited profiles between them with a backward
 and a forward pass over the corner speeds (`look_ahead`), and the dynamics that hold the predicted contour error under
-the machine's bound (`dynamics`). Limits hold along the path, not for every axis: `optimal` is there for those.
-Method, figures and what is ours in it: docs/ild.md.
+the machine's bound (`dynamics`). Limits hold along the path, not for every axis; `optimal` holds the limits of the axes. docs/ild.md
+has the method, figures and our own additions.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Chords between setpoints, measured on a planned motion: where they are too far from the path, bounds of q are lowered.
 
-The bounds of q in `mesh` hold the chord that the speed and the curvature at one place would make. Where the speed changes by a
-multiple within a period, a chord may reach from a slow bend onto a fast line, or over a sharper bend than where it began. How far
-it is from the path is known once the motion is planned. So `rolling_window` calls `held` after solving: it lowers the bounds of q under
-chords that exceed their tolerance, and the window is solved again (docs/corners.md, Chords elsewhere).
+The bounds of q in `mesh` hold the chord for the speed and the curvature at one place. Where the speed changes by a
+multiple within a period, a chord may reach from a slow bend onto a fast line, or over a sharper bend than where it began. Its distance
+from the path is known only after planning. So `rolling_window` calls `held` after solving: it lowers the bounds of q under chords that
+exceed their tolerance, and the window is solved again (docs/corners.md, Chords elsewhere).
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""The contour error that the servo loops will make, held under a bound by `optimal`: plan, predict, lower, plan again.
+"""A bound of the contour error of the servo loops, held by `optimal`: plan, predict, lower, plan again.
 
-The first plan keeps v²κ under what gives the bound in the steady state of a circle. Along it the loops run as models
-(`contour_prediction`), and where their positions leave the path by more than the bound, the speed over the time that
-the loops remember becomes a cap for the next plan, and so on for some rounds. Every round streams: it draws from the one
-before it, block by block.
+The first plan keeps v²κ below the value that gives the bound in the steady state of a circle. The loops run along it as models
+(`contour_prediction`). Where their positions leave the path by more than the bound, the speed over the memory of the loops becomes a
+cap for the next plan. This is repeated for some rounds. Every round is a stream: it takes blocks from the previous round one by one.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Rows that are so slow that the motion may stop at their ends.
+"""Rows that are slow enough for the motion to stop at their ends.
 
 `block_planning` calls `paced` before the path is smoothed, `corners` and `mesh` ask for `crawling` of each block
 (docs/corners.md, Rows that crawl).

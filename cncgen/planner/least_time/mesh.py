@@ -1,4 +1,4 @@
-"""A block of a toolpath as intervals between nodes, with all that the least-time problem needs to know of them.
+"""A block of a toolpath as intervals between nodes, with all data of the least-time problem.
 
 `mesh_of` cuts a block (a `Section`, with its breakpoints classified) into the intervals of a `Mesh`, on which `problem` works.
 """

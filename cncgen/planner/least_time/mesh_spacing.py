@@ -1,8 +1,8 @@
 """Where the nodes of a block stand: dense where the path bends or the motion must slow down, sparse elsewhere.
 
-`mesh` calls `placed` with the breakpoints that `corners` has classified. The block is looked at in some places of each panel of
-the path (`_Survey`); there the largest spacing is found by what the path and its limits are like (`_spacing`, `_change`), made to
-grow slowly along the path (`graded`), and the nodes are spread by it (`spread_nodes`). Reasons and figures of the densities:
+`mesh` calls `placed` with the breakpoints that `corners` has classified. The block is examined at some places of each panel of the
+path (`_Survey`). There the largest spacing follows from the path and its limits (`_spacing`, `_change`). Then it is made to grow
+slowly along the path (`graded`), and the nodes are spread by it (`spread_nodes`). Reasons and figures of the densities:
 docs/least-time.md, Nodes.
 """
 

@@ -1,10 +1,10 @@
 """The least-time problem on a row of intervals, as the kernels take it, and its solution.
 
-`rolling_window` calls `solve` with the `Intervals` of its meshes; the numerical work is in the kernels ``least_time*``. Minimised
-is ∫ q^(−1/2) ds over q = v², with bounds that are convex in q but for the jerk's, which is replaced by its tangent in each
-iteration (Verscheure et al., 2009; Debrouwere et al., 2013). The method is the primal-dual interior point of Mehrotra
-(1992). As the problem is not convex, a run may stall or end at a plan that is not the best one: this module chooses where
-runs start, tells what they have found, and starts again where that may be improved.
+`rolling_window` calls `solve` with the `Intervals` of its meshes; the numerical work is in the kernels ``least_time*``. ∫ q^(−1/2) ds
+is minimised over q = v². The bounds are convex in q, except that of the jerk, which is replaced by its tangent in each iteration
+(Verscheure et al., 2009; Debrouwere et al., 2013). The method is the primal-dual interior point of Mehrotra (1992). As the problem is
+not convex, a run may stall or end at a plan that is not the best one: this module chooses the starts of runs, classifies their
+results, and starts again if a result may be improved.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""How long a rest in a corner lasts, so that the chord between setpoints over it keeps to the tolerance; called by `timeline`.
+"""The length of a rest in a corner for which the chord between setpoints over it keeps to the tolerance; called by `timeline`.
 
-At a rest in a corner the axes stand still, but no setpoint need fall there. Where the axes go far in one period from rest, the
-chord from the setpoint before the rest to the one after it would cut the corner by more than the tolerance. When setpoints fall
-is known once the motion up to the rest is planned. So that chord is compared with the path under it, and the rest is made just
-as long as the tolerance asks for (docs/corners.md, Rests).
+At a rest in a corner the axes stand still, but a setpoint need not fall there. If the axes go far in one period from rest, the
+chord from the setpoint before the rest to the one after it would cut the corner by more than the tolerance. The times of setpoints are
+known after the motion up to the rest is planned. Then the chord is compared with the path, and the rest is made just as long as the
+tolerance needs (docs/corners.md, Rests).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The intervals that windows hand on, in time: rests that last until a setpoint is near enough, and trajectories with their corners.
 
-Nothing here acts on what is planned afterwards, so it is done in another thread than the solving (`block_planning`).
+This has no influence on later plans, so it runs in another thread than the solver (`block_planning`).
 """
 
 from __future__ import annotations

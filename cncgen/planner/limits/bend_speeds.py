@@ -1,4 +1,4 @@
-"""The speed at which a bend may be passed: by the chords between setpoints, and by curvature as the papers have it."""
+"""The speed at which a bend may be passed: by the chords between setpoints, and by curvature as in the papers."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """The limits along the path of each row of a toolpath, from its feed and from the limits of the axes.
 
-Speeds and accelerations along the path are what the strategies of the papers plan with. A line divides them among
-the axes in a fixed ratio, so its limits are exact; on a curve the path may point along any of its axes, so the
-weakest axis that the row moves counts.
+The strategies of the papers plan with speeds and accelerations along the path. A line divides them among the axes in a fixed ratio, so
+its limits are exact. On a curve the path may point along any of its axes, so the weakest moved axis counts.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """NURBS rows that meet a neighbour in a corner: cut a little way from it, so that their ends alone are rounded with it.
 
-The rest of such a row is what the programmer meant, and is met exactly.
+The rest of such a row is followed exactly, as the programmer meant it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which rows may be smoothed together: runs between whatever must be met exactly."""
+"""Classes of rows that may be smoothed together: runs between rows and places that must be met exactly."""
 
 from __future__ import annotations
 

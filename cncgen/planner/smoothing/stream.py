@@ -1,4 +1,4 @@
-"""The stream: rows come in chunk by chunk, runs are fitted window by window, everything else passes as it is."""
+"""The stream: rows come in chunk by chunk, runs are fitted window by window, and all other rows pass unchanged."""
 
 from __future__ import annotations
 

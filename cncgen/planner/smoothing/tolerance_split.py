@@ -1,6 +1,7 @@
 """How smoothing and the chords between setpoints share a tolerance that is not much wider than the chords (docs/smoothing.md).
 
-`stream` asks what it may use (`Chords`), `block_planning` at which speed what is left holds the chords (`chord_speed_within`).
+`stream` takes the part for smoothing from it (`Chords`), `block_planning` the speed at which the rest holds the chords
+(`chord_speed_within`).
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""How far setpoints of a motion leave the programmed rows, both ways and in order: by the free space of both (Alt and Godau (1995))."""
+"""The deviation of setpoints from the programmed rows, in both directions and in order: by the free space of both (Alt and Godau
+(1995))."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Handing on the final part: stretches of the plan as they are, and motions that take their place."""
+"""Handing on the final part: unchanged stretches of the plan, and motions that replace others."""
 
 from __future__ import annotations
 

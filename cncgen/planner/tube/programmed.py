@@ -1,4 +1,4 @@
-"""The programmed rows, as they stream by; the tolerance is measured from them."""
+"""The programmed rows as a stream; the tolerance is measured from them."""
 
 from __future__ import annotations
 

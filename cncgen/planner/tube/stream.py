@@ -1,4 +1,4 @@
-"""A plan that streams by is improved within the tolerance, window by window."""
+"""Improves a streamed plan within the tolerance, window by window."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where nodes stand on the reference, and the room around each."""
+"""The nodes on the reference, and the room around each."""
 
 from __future__ import annotations
 

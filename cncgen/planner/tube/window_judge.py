@@ -1,4 +1,4 @@
-"""Whether a motion may take the place of the plan: its limits, at and between nodes, and its joints."""
+"""Decides whether a motion may replace the plan: by its limits, at and between nodes, and its joints."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The page's files as one HTML text: styles, scripts and data within it, and nothing that a browser would fetch.
+"""The page's files as one HTML text: it includes styles, scripts and data, and a browser fetches nothing else.
 
-Scripts are ES modules, each in a file of its own. Here each becomes a function that is called once, after those that it imports,
-so that the page needs no server and no build. The page's content security policy names the hash of its only script; a text
-of a program that looks like one stays text.
+Scripts are ES modules, each in a file of its own. Here each becomes a function that is called once, after the modules that it imports.
+So the page needs neither a server nor a build. The page's content security policy names the hash of its only script; a text of a
+program that looks like one stays text.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """A program's text for the page: its numbers apart from the words between them.
 
-Most of a long program is coordinates, and a coordinate differs little from the one that stands before it under the same letter.
-So the text is kept as a *skeleton*, with one byte for each number, and as columns of integers, differenced and deflated. The text
-comes back byte by byte; docs/page.md describes the format.
+Most of a long program is coordinates, and a coordinate differs little from the previous one with the same letter.
+So the text is kept as a *skeleton*, with one byte for each number, and as columns of integers, differenced and deflated. The text is
+restored byte by byte; docs/page.md describes the format.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""A signal with a value for each row, packed: predicted from the rows before it, and what is left coded by how often it comes.
+"""A signal with a value for each row, packed: predicted from earlier rows, with the residuals coded by their frequency.
 
-Positions of a smooth motion are rounded to their step, so that third differences are mostly what rounding leaves of them. A polynomial
-through more rows than it needs evens that out. docs/page.md describes the format.
+Positions of a smooth motion are rounded to their step, so third differences are mostly rounding errors. A least-squares polynomial
+through several rows smooths them. docs/page.md describes the format.
 """
 
 from __future__ import annotations

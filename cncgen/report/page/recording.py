@@ -1,4 +1,4 @@
-"""The record of a plan for the page, gathered while its stages stream by: signals as streams of bytes, and events.
+"""The record of a plan for the page, gathered while the plan is computed: signals as streams of bytes, and events.
 
 Positions, lines, feeds and limits are kept row by row. Velocity, acceleration, jerk, forces and errors are kept row by row of a
 short plan; of a long one the page has their lowest and highest value in blocks of rows (`streams.Bands`).

@@ -1,8 +1,8 @@
 """The H-infinity controller of a servo table: designed from its weights, sampled, and held against its bounds.
 
 The bounds are those of the appended paper (`cncgen.servo.controllers.hinf`): |S| ≤ α = 1/|W1| and |T| ≤ M_L at every frequency,
-for every plant of a family: here natural frequencies and gains within a share of the nominal ones, which is what a payload
-changes. They are checked on the loop as it runs, with the sampled controller, the held input and the dead time.
+for every plant of a family: here natural frequencies and gains within a share of the nominal ones, as a payload changes them. They are
+checked on the loop as it runs, with the sampled controller, the held input and the dead time.
 """
 
 from __future__ import annotations

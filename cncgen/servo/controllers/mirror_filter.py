@@ -1,7 +1,7 @@
 """Reference shaping with the loop's own model: r + (r − G r), one pass of iterated mirror compensation.
 
-The model runs beside the machine, one setpoint ahead of it, friction and bounds included. More passes, and what they ask of
-the machine: `cncgen.servo.mirror`.
+The model runs one setpoint ahead of the machine, with friction and bounds. `cncgen.servo.mirror` makes more passes and describes their
+demands on the machine.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     command c = Kpp (r − y) + Kvff wn s/(s + wn) r
     u = b Kvp (1 + 1/(Ti s)) (c − ẏ)
 
-The paper treats it as continuous (eq. 9), and so does this. The memory is q1 = ∫ (c − ẏ) dt, which stands still while
+The paper treats it as continuous (eq. 9), and so does this module. The memory is q1 = ∫ (c − ẏ) dt, which stands still while
 the drive's bound is met, and q2, the low-pass of r: wn s/(s + wn) r = wn (r − q2).
 """
 

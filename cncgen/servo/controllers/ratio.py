@@ -1,7 +1,7 @@
 """A controller given as a linear system in s on the error, sampled by Tustin's rule.
 
-Source: K. J. Åström and B. Wittenmark, Computer-Controlled Systems, 3rd ed., section 8.3: s = (2/T)(z − 1)/(z + 1), which
-keeps what is stable stable, and the response up to a tenth of the sampling frequency.
+Source: K. J. Åström and B. Wittenmark, Computer-Controlled Systems, 3rd ed., section 8.3: s = (2/T)(z − 1)/(z + 1), which preserves
+stability, and the response up to a tenth of the sampling frequency.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Source: B. K. Jung and W. C. Choi, eqs 2 to 7 and Rule 2, after Yellowley and Pottier (1989, 1994). A master gives
 a position every Δt (16 ms); each axis interpolates between them every 0.5 ms (eqs 2 to 4), checks its own error, and pulls
-the line low where its rule is broken. While the line is low nobody's reference moves, the servo loops go on, and so the
-path keeps its shape and only time stretches.
+the line low where its rule is broken. While the line is low, all references stand still and the servo loops go on. So the path keeps
+its shape and only the time grows.
 
     eq. 7      |E| ≤ |Kve V⁺| + δ
     Rule 2     |E + Kve (I⁺V⁺ − I V) + Kac (I⁺V⁺ − I V)/(Nf Ts)| ≤ |Kve I⁺V⁺| + δ

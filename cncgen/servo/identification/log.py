@@ -1,7 +1,7 @@
 """Logs of an axis: a CSV file with the time and columns such as a response file has.
 
-Other tools write other CSV files: semicolons (with decimal commas) and tabs part columns too, units may stand in brackets
-and be others (``time [ms]``, ``x_cmd (µm)``), and columns that are nothing of this are passed over.
+Other tools write other CSV files: semicolons (with decimal commas) and tabs separate columns too, other units may stand in brackets
+(``time [ms]``, ``x_cmd (µm)``), and other columns are ignored.
 """
 
 from __future__ import annotations

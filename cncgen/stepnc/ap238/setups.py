@@ -1,4 +1,4 @@
-"""The setup of a workplan: where the workpiece stands in it, its security plane, its own place on the machine."""
+"""The setup of a workplan: the place of the workpiece in it, its security plane, and its own place on the machine."""
 
 from __future__ import annotations
 

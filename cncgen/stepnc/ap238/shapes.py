@@ -1,8 +1,8 @@
 """The graph from a feature of the AIM to its measures, placement, profiles and parts (ISO 10303-238, 5.1.4).
 
-A feature is described by shape representations; its profiles, paths, ends and bottoms are shape aspects of their own, which
-relationships lead to by way of an *occurrence*, a shape aspect of the feature's shape. Features that belong to a feature
-(elements of a compound, bosses, the base of a pattern) hang on the other end of a relationship.
+A feature is described by shape representations; its profiles, paths, ends and bottoms are shape aspects of their own, reached by
+relationships through an *occurrence*, a shape aspect of the feature's shape. Features that belong to a feature (elements of a
+compound, bosses, the base of a pattern) hang on the other end of a relationship.
 """
 
 from __future__ import annotations

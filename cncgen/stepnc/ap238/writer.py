@@ -2,8 +2,8 @@
 of alike motions; tools with their sizes, and the raw piece.
 
 Lines become polylines, arcs trimmed circles, helices trimmed HELIX curves (of ISO 14649-11; the AIM has none of its
-own), splines B-splines with their knots and weights. A comment before the header says where the tool stands at the
-start. Numbers have all their digits, so that what is read back is the same.
+own), splines B-splines with their knots and weights. A comment before the header states the first position of the tool. Numbers have
+all their digits, so reading the file gives the same values.
 """
 
 from __future__ import annotations

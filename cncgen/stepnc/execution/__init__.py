@@ -1,1 +1,1 @@
-"""Executing the records of `cncgen.stepnc.model`: canonical machining functions, whatever listens to them."""
+"""Executing the records of `cncgen.stepnc.model`: canonical machining functions for any listener."""

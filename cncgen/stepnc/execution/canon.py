@@ -1,6 +1,6 @@
-"""The canonical machining functions (NISTIR 6556) as an interface, and what prints them.
+"""The canonical machining functions (NISTIR 6556) as an interface, and a listener that prints them.
 
-Whoever executes a program calls these functions of a listener, in machine coordinates, mm, s and rad; one listener
+The executor of a program calls these functions of a listener, in machine coordinates, mm, s and rad; one listener
 makes a `Toolpath` of the calls, another prints them as NIST's interpreters do.
 """
 

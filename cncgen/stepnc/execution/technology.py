@@ -1,4 +1,4 @@
-"""From technology to feed and spindle speed: the values that count, and the range that is plausible."""
+"""From technology to feed and spindle speed: the values that count, and their plausible range."""
 
 from __future__ import annotations
 

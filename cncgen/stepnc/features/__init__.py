@@ -1,6 +1,6 @@
 """Toolpaths of features that come without explicit ones: one module a strategy.
 
-`make_paths` chooses by operation and feature. Where a toolpath cannot be made faithfully, a diagnostic says so.
+`make_paths` chooses by operation and feature. If a toolpath cannot be made faithfully, a diagnostic says so.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from the hole's, with the tip at the depth d, as
 - sphere of radius ρ:      x = √((ρ - e)² - (d - e - D + c)²) - (R - e), its centre c = √(ρ² - H²) above D,
 - corner of radius f:      x = H - f + √((f - e)² - (d - e - D + f)²) - (R - e),
 
-and never farther than H - R. Cut level by level there stay steps, which the tool leaves and never cuts below the bottom.
+and never farther than H - R. Cutting level by level leaves steps; the tool never cuts below the bottom.
 """
 
 from __future__ import annotations

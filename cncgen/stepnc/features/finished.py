@@ -1,4 +1,4 @@
-"""The material that features leave standing: the lowest height that operations may cut, and the floors they must reach."""
+"""The material that remains after all features: the lowest height that operations may cut, and the floors that they must reach."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nested rings of a region from inside out, so that a tool which follows them leaves nothing between them."""
+"""Nested rings of a region from inside out; a tool that follows them leaves no material between them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """A turning operation in the plane of u and r, and the material left on the bar.
 
 r is the radius, u runs along the axis of the work against the feed, so that the tool goes towards lower u. A position is that of the
-tool's corner where its two edges would meet were they not rounded: the lowest r and the lowest u that it touches. Of a tool for
+tool's corner, the point where its two edges would meet without rounding: the lowest r and the lowest u that it touches. Of a tool for
 grooves it is its corner at the lowest u.
 """
 

@@ -1,4 +1,4 @@
-"""The profile that the turned features of a program leave standing."""
+"""The profile of the part after all turned features of a program."""
 
 from __future__ import annotations
 

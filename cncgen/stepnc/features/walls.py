@@ -1,4 +1,4 @@
-"""How far from an outline the axis of the tool stays: walls with a draft, tools with rounded edges, low bosses.
+"""The distance of the tool's axis from an outline: walls with a draft, tools with rounded edges, low bosses.
 
 A wall leans by its draft φ from the vertical, away from the material that is removed at the top. The outline is the
 wall's at its top. A tool of radius R whose edge is rounded by r touches the wall with the rounding's circle, at

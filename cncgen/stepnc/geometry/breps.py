@@ -1,7 +1,7 @@
-"""Solids by their boundary (B-rep, ISO 10303-42 and -511): the box round them, or the cylinder that they are.
+"""Solids by their boundary (B-rep, ISO 10303-42 and -511): the box around them, or their cylinder.
 
-Vertices and edges bound a solid, and spheres, tori and free-form surfaces, which may bulge out between them: these by their whole
-extent, so that the box is never too small.
+The box holds vertices and edges, and the whole extent of spheres, tori and free-form surfaces, because these may bulge out between
+edges. So it is never too small.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Curves as chords: where a tool axis turns along a curve, and where a reader takes lines alone."""
+"""Curves as chords: for tool axes that turn along a curve, and for readers of lines alone."""
 
 from __future__ import annotations
 

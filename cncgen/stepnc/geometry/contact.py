@@ -1,4 +1,4 @@
-"""From where a cutter touches a surface to where its tip is (cutter contact to cutter location).
+"""From cutter contact points on a surface to cutter locations of the tip.
 
 A cutter of radius R with an edge rounded by r (a ball: r = R; square: r = 0) turns about the axis a and touches the
 surface with normal n at the point p with the circle of its rounding:
