@@ -36,7 +36,7 @@ MAX_ALIKE = 10
 #: Characters of a source line that a diagnostic keeps (a line may be 100 MB long).
 MAX_EXCERPT = 200
 
-#: Control characters have pictures, so that what a program holds cannot steer the terminal that shows it.
+#: Control characters are replaced by pictures, so that the text of a program cannot control the terminal.
 CONTROLS = {code: 0x2400 + code for code in range(0x20)} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
 
 
@@ -63,10 +63,10 @@ class Diagnostic:
     """One fault or remark.
 
     Attributes:
-        code: Stable kebab-case name (``arc-radius``), what tests and scripts match.
+        code: Stable kebab-case name (``arc-radius``) for tests and scripts.
         message: One sentence with the numbers and their units.
         severity: Error, warning or note.
-        span: Where, or None for what has no place in a text.
+        span: The place, or None without a place in a text.
         excerpt: The source line (cut around the column to `MAX_EXCERPT`), or "".
         excerpt_offset: Characters cut off on the left of `excerpt`.
         hint: A remedy, or "".
@@ -187,7 +187,7 @@ class Diagnostics:
 class RunDiagnostics(Diagnostics):
     """Findings of one run over a source, added to those of all runs over it (`whole`).
 
-    Every run finds the same in the same order, so what an earlier one has added is passed over: a program that is
+    Every run finds the same in the same order, so diagnostics of an earlier run are ignored: a program that is
     planned and then judged has each of its faults once.
     """
 
@@ -224,7 +224,7 @@ class CncgenError(Exception):
 
     Attributes:
         exit_code: Exit code of the command line.
-        diagnostics: What went wrong.
+        diagnostics: The faults.
         suppressed: How many more were counted and not kept.
     """
 

@@ -45,9 +45,9 @@ class Explanation:
         code: Name of the diagnostic.
         room: The room that reports it.
         cause: One or two sentences.
-        cure: What to do.
+        cure: The remedy.
         file, example: Name and text of a file that gives the diagnostic; "" for none.
-        files: Texts by name of what is needed beside it.
+        files: Texts of further files that it needs, by name.
         command: Lines of commands; run one after the other on these files, they give the diagnostic. "" where there is no example.
     """
 
@@ -69,7 +69,7 @@ class Explanation:
         return f"Cure: {self.cure}{'' if self.cure.endswith('?') else '.'}"
 
     def text(self) -> str:
-        """Return what a terminal shows."""
+        """Return the text for a terminal."""
         parts = [f"{self.code}: {self.cause}", self._cured()]
         if self.command:
             parts.append("Example:")
@@ -127,14 +127,14 @@ def codes() -> list[str]:
 
 
 def cure_of(room: str, code: str) -> str:
-    """Return what to do about a diagnostic of a room, "" where nothing is known of it."""
+    """Return the remedy for a diagnostic of a room, "" if unknown."""
     # One cure is asked for while a program is checked: to read the whole file as TOML would take longer than the check.
     found = re.search(rf'(?ms)^\[{re.escape(code)}\]\n(?:(?!^\[).)*?^cure = "([^"\\\n]*)"$', _text(room))
     return found[1] if found else str(_room(room).get(code, {}).get("cure", ""))
 
 
 def explanation(code: str) -> Explanation | None:
-    """Return what a diagnostic means, or None for a code that nothing reports."""
+    """Return the meaning of a diagnostic, or None for an unused code."""
     for room in ROOMS:
         if code in _room(room):
             found = Explanation(code, room, **_room(room)[code])

@@ -70,7 +70,7 @@ def is_brought(group: str, name: str) -> bool:
 
 
 def foreign_module(group: str, name: str) -> ModuleType:
-    """Load what an entry point names.
+    """Load the target of an entry point.
 
     Raises:
         UsageError: The entry point is missing, or it cannot be loaded.

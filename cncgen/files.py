@@ -93,7 +93,7 @@ def _pieces(file: BinaryIO, most: int) -> Iterator[bytes]:
 
 @contextmanager
 def open_input(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """Open a file for reading bytes, or standard input for ``-``; a `UsageError` names what cannot be opened."""
+    """Open a file for reading bytes, or standard input for ``-``; a `UsageError` names a file that cannot be opened."""
     if os.fspath(path) == STANDARD:
         if sys.stdin is None:
             raise file_fault("standard input", "read", OSError(errno.EBADF, "it is closed"))
@@ -130,7 +130,7 @@ class _Begun(io.RawIOBase):
         return self._pipe.fileno()
 
     def readinto(self, buffer: Any) -> int:
-        """Fill a buffer with what comes next; return how many bytes that are, 0 at the end."""
+        """Fill a buffer with the next bytes; return their number, 0 at the end."""
         data = self._left[: len(buffer)]
         self._left = self._left[len(data) :]
         data = data or self._pipe.read1(len(buffer))  # type: ignore[attr-defined]
@@ -220,7 +220,7 @@ class OutputFile:
             mode = None
         if not self._name:
             raise OSError(errno.EINVAL, "give it a name")
-        # `Path` drops what says that a folder is meant.
+        # `Path` drops the slash that marks a folder.
         if (mode is not None and stat.S_ISDIR(mode)) or self._name.endswith(("/", os.sep)):
             raise IsADirectoryError(errno.EISDIR, "is a directory")
         if mode is not None and not stat.S_ISREG(mode):
@@ -239,7 +239,7 @@ class OutputFile:
 
     @property
     def seekable(self) -> bool:
-        """Tell whether what is written can be gone back to."""
+        """Tell whether the output can be rewound."""
         return self._target is not None
 
     def write(self, data: bytes | bytearray | memoryview) -> int:
@@ -248,7 +248,7 @@ class OutputFile:
         return written
 
     def seek(self, offset: int, whence: int = 0) -> int:
-        """Move to a place in what was written."""
+        """Move to a place in the output."""
         place: int = self._guard(lambda: self.file.seek(offset, whence))
         return place
 
@@ -258,7 +258,7 @@ class OutputFile:
         return place
 
     def flush(self) -> None:
-        """Hand what is buffered to the system."""
+        """Flush the buffer to the system."""
         self._guard(self.file.flush)
 
     def _named_beside(self) -> int:
@@ -328,7 +328,7 @@ class OutputFile:
             self.discard()
 
     def discard(self) -> None:
-        """Close the file and remove what was written; nothing after `commit`."""
+        """Close the file and remove the output; nothing after `commit`."""
         with suppress(OSError):
             self.file.close()
         if self._temporary is not None:
@@ -349,7 +349,7 @@ _temporaries: set[str] = set()
 
 
 def remove_temporaries() -> None:
-    """Remove what is half written, before the process ends without running down."""
+    """Remove half-written files before the process ends abruptly."""
     for path in tuple(_temporaries):
         with suppress(OSError):
             os.unlink(path)
@@ -380,7 +380,7 @@ def _locked(handle: int) -> int | None:
 
 
 def _remove_stale(path: str) -> None:
-    """Remove what a process that was killed has left: nobody holds its lock."""
+    """Remove the file of a killed process: nobody holds its lock."""
     with suppress(OSError):
         handle = os.open(path, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
         try:
@@ -486,12 +486,12 @@ class StandardOutput:
         return len(data)
 
     def flush(self) -> None:
-        """Hand what is buffered to the system."""
+        """Flush the buffer to the system."""
         self._guard(sys.stdout.flush)
 
 
 def silence(stream: IO[str] | IO[bytes]) -> None:
-    """Point a stream that nobody reads any more at nothing, so that what is still written to it says nothing."""
+    """Redirect a stream without readers to the null device, so that later writes cause no message."""
     with suppress(OSError, ValueError):
         nothing = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nothing, stream.fileno())
@@ -567,10 +567,10 @@ def check_distinct(
     outputs: Mapping[str, str | None],
     replaces: Mapping[str, str] = MappingProxyType({}),
 ) -> None:
-    """Refuse outputs that would overwrite each other or what is read.
+    """Refuse outputs that would overwrite each other or an input.
 
     Args:
-        inputs: Names of what is read, each with what it is (``the program``); other objects than files do not count.
+        inputs: Names of inputs, each with its description (``the program``); objects other than files do not count.
         outputs: The files that are written, by the option that names each.
         replaces: Inputs that an option may overwrite.
 

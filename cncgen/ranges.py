@@ -22,7 +22,7 @@ TIME_S = 1e8
 TOLERANCE_MM = 1e6
 #: Feeds, mm/s, rad/s or 1/s.
 FEEDS = 1e-9, 1e9
-#: Numbers of options, apart from 0 and their signs: no product of a few of them leaves what a double holds.
+#: Numbers of options, apart from 0 and their signs: products of a few of them stay within the range of a double.
 OPTION = 1e-12, 1e12
 #: Cells of a grid of material, mm.
 CELL_MM = 1e-6, 1e6

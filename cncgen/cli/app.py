@@ -22,7 +22,7 @@ INTERNAL_ERROR = 70
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; print what went wrong; return the exit code."""
+    """Run a command, print its faults, and return the exit code."""
     messages.reset()
     warnings.showwarning = _show_warning
     warnings.simplefilter("always", RemarkWarning)
@@ -105,7 +105,7 @@ def _origin(error: Exception) -> str:
 
 
 def last_words(number: int) -> None:
-    """Remove half-written files, and say what happened, where a signal ends the process amid an import."""
+    """Remove half-written files and print a message if a signal ends the process during an import."""
     remove_temporaries()
     if number == _signal.SIGINT:
         messages.error("interrupted", "the command was interrupted")

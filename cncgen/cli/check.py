@@ -44,7 +44,7 @@ def command(
     machine: str | None,
     reading: dict[str, Any],
 ) -> int:
-    """Read programs and name what is wrong with them.
+    """Read programs and report their faults.
 
     Nothing is planned or written. With --json the diagnostics go to standard output.
     """

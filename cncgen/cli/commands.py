@@ -91,7 +91,7 @@ def _completed() -> int:
 
 
 def invoke(words: list[str]) -> int:
-    """Run the command that the arguments name; say what is wrong with them; return the exit code."""
+    """Run the command that the arguments name; report their faults; return the exit code."""
     try:
         if "_CNCGEN_COMPLETE" in os.environ:  # click's completion in the shell
             return _completed()

@@ -47,7 +47,7 @@ class _Task:
     wanted: str | None
 
     def write(self, found: Compensated, machine: Machine | str | None) -> None:
-        """Write the command, and what it makes the axes follow where that is asked for."""
+        """Write the command, and on request the wanted setpoints."""
         from cncgen.cli.writing import write_setpoints
 
         write_setpoints(iter((found.command,)), self.output, self.format, machine)
@@ -130,10 +130,9 @@ def command(
 ) -> None:
     """Shape setpoints so that the axes follow better.
 
-    The axes are as the model knows them, friction, backlash and delay included. Writes the command to send to the machine
-    and says what it gains, also on machines whose parameters are 10 % off (--perturb). The command keeps the
-    machine's limits; where none follows better, or most of those machines follow worse, nothing is written (exit 3). It may begin before the motion, and end
-    after it.
+    The axes are as the model knows them, friction, backlash and delay included. Writes the command for the machine and shows its gain,
+    also on machines whose parameters are 10 % off (--perturb). The command keeps the machine's limits; where none follows better, or
+    most of those machines follow worse, nothing is written (exit 3). It may begin before the motion, and end after it.
     """
     from cncgen.cli.reading import is_setpoint_file, perturbation_of
     from cncgen.report.compensated import gain_lines
@@ -179,7 +178,7 @@ def _shape(
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
-    """Shape setpoints, or the plan of a program, for vibrations, and say what path that makes.
+    """Shape setpoints, or the plan of a program, for vibrations, and describe the resulting path.
 
     `files` are source, format, output and summary, `where` is the machine and whether its limits are kept; axes and period of
     setpoints may be `given`.
@@ -221,7 +220,7 @@ def _of_setpoints(
     given: tuple[str | None, float | None],
     limits: bool,
 ) -> dict[str, Any]:
-    """Shape setpoints, whose axes and period may be `given`; return what it gains."""
+    """Shape setpoints, whose axes and period may be `given`; return the gain."""
     from cncgen import pipeline
     from cncgen.machine import load_servos
     from cncgen.servo.compensation import compensate, limits_of
@@ -252,7 +251,7 @@ def _of_program(
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> dict[str, Any]:
-    """Plan a program with room for its command, and shape that; return what it gains."""
+    """Plan a program with room for its command, and shape this plan; return the gain."""
     from cncgen import pipeline
     from cncgen.cli.reading import opened, plan_options
     from cncgen.pipeline.reading import REPEATED

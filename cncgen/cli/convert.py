@@ -114,7 +114,7 @@ def _raw_piece(text: str | None, target: str) -> dict[str, Any] | None:
 
 
 def _entities(program: str) -> Any:
-    """Return what names the entity of a line, where the file can be read again."""
+    """Return a function that names the entity of a line, if the file can be read again."""
     from pathlib import Path
 
     from cncgen.stepnc import entities_by_line

@@ -33,7 +33,7 @@ def command(
     machine: str | None,
     reading: dict[str, Any],
 ) -> int:
-    """Cut the stock of a program and say what is wrong.
+    """Cut the stock of a program and report the faults.
 
     The command names motions that enter the stock at rapid, that cut with a standing spindle or one that turns the wrong way,
     that cut into the finished part, or that touch the stock with shank or holder. It also names material that is left where a

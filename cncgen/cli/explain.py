@@ -27,9 +27,9 @@ class CodeName(click.ParamType):
 @click.argument("code", metavar="[CODE]", type=CodeName(), required=False)
 @message_options
 def command(code: str | None) -> None:
-    """Print what a diagnostic means: cause, cure and an example.
+    """Print the meaning of a diagnostic: cause, cure and an example.
 
-    CODE is what stands in brackets: arc-radius of error[arc-radius]. Without it, all codes are listed.
+    CODE is the word in brackets: arc-radius of error[arc-radius]. Without it, all codes are listed.
     """
     import difflib
 

@@ -56,7 +56,7 @@ def lift() -> None:
 
 
 def exhausted() -> NoPlanError:
-    """Return what ends a run that asked for more."""
+    """Return the message that ends a run that needs more."""
     if _Bound.allowed:
         who, hint = "which the system allows this process", "ulimit -d shows and sets that"
     else:

@@ -73,7 +73,7 @@ def is_quiet() -> bool:
 
 
 def show_error(fault: CncgenError) -> None:
-    """Print what ended the work."""
+    """Print the fault that ended the work."""
     show(fault.diagnostics)
     _show_suppressed(fault.suppressed)
 
@@ -146,7 +146,7 @@ def note(message: str) -> None:
 def plain(message: str) -> None:
     """Print a line on standard error; if it cannot be written (closed pipe, full disk), the command goes on.
 
-    Names of files and machines may hold what controls a terminal, which is shown and not done.
+    Names of files and machines may hold control characters; these are shown, not executed.
     """
     if sys.stderr is None:
         return
@@ -164,7 +164,7 @@ def write_summary(path: str | None, values: dict[str, Any]) -> None:
 
 @contextmanager
 def open_summary(path: str | None) -> Iterator[Callable[[dict[str, Any]], None]]:
-    """Open the file of ``--summary`` before the work begins, so that a wrong name is found at once; yield what writes to it."""
+    """Open the file of ``--summary`` before the work begins, so that a wrong name is found at once; yield its writer."""
     if path is None:
         yield lambda values: None
         return
@@ -189,7 +189,7 @@ def _as_json(values: dict[str, Any]) -> str:
 
 
 def _to_standard_error(text: str) -> None:
-    """Print what was asked for, unlike `plain`: a full disk is a fault as with a file."""
+    """Print the requested output, unlike `plain`: a full disk is a fault, as with a file."""
     try:
         print(text, file=sys.stderr, flush=True)
     except BrokenPipeError:  # the reader went away; other files may wait for the end

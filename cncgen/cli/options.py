@@ -69,7 +69,7 @@ def _choice(
     return click.option(flag, type=click.Choice(choices), default=usual, show_default=default, help=help)
 
 
-#: Parameters of commands that name files which are read, with what these are; and options that name files written.
+#: Parameters of commands that name input files, with their kinds, and options that name output files.
 _INPUTS = {
     "program": "the program",
     "programs": "a program",
@@ -372,7 +372,7 @@ compare_option = click.option(
     help="Show over it: a setpoint file, another machine, or feedrate=ild, tolerance=0.02 ... (may be repeated).",
 )
 
-#: Whether it says what would shorten the part.
+#: Whether it shows the changes that would shorten the part.
 why_option = click.option(
     "--why",
     "with_why",

@@ -66,9 +66,9 @@ def command(
 ) -> None:
     """Turn a program into setpoints.
 
-    With --feedrate optimal the plan keeps every limit of the machine; ild and the baselines do as their papers say, and
-    the summary shows what they ask of each axis. Setpoints go to standard output, or to the file of -o (whole or not at
-    all); all else goes to standard error. Without -o only the summary is printed on a terminal.
+    With --feedrate optimal the plan keeps every limit of the machine; ild and the baselines do as their papers say, and the summary
+    shows their demands on each axis. Setpoints go to standard output, or to the file of -o (whole or not at all); all else goes to
+    standard error. Without -o only the summary is printed on a terminal.
     """
     from cncgen.cli.progress import with_progress
     from cncgen.cli.reading import opened, plan_options

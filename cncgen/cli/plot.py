@@ -58,7 +58,7 @@ def command(
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
-    """Draw a motion and what the axes make of it.
+    """Draw a motion and the response of the axes.
 
     Its path, feed, axes with their limits, curvature, force and errors. A program is planned and, where the machine has
     servo data, simulated; setpoints are simulated with --axis-params; a response file is drawn as it is. With --reference the errors
@@ -90,7 +90,7 @@ def _response_file(source: str, machine: str) -> PlotData | None:
 
 
 def _title(source: str, machine: str) -> str:
-    """Return what a picture is headed with: the file's own name, and the machine whose limits are drawn."""
+    """Return the heading of a picture: the file's own name, and the machine whose limits are drawn."""
     import os
 
     return f"{'standard input' if source == '-' else os.path.basename(source)} on {machine}"

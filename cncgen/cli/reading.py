@@ -50,7 +50,7 @@ def opened(
 
     Args:
         name: File, or ``-``.
-        reading: What `cncgen.cli.options.program_options` gathered.
+        reading: The values gathered by `cncgen.cli.options.program_options`.
         tolerance_mm: Path tolerance that stands in for the program's.
         machine: The machine whose settings say how the program is read, where options do not.
     """
@@ -93,7 +93,7 @@ def read_options(
     *,
     as_rs274: bool = False,
 ) -> tuple[str | None, ReadOptions]:
-    """Return language and options of reading from what `cncgen.cli.options.program_options` gathered.
+    """Return language and options of reading from the values gathered by `cncgen.cli.options.program_options`.
 
     Other options are as the machine's tables have it, and as LinuxCNC's stand-alone interpreter has it where
     `as_rs274` says so.
@@ -170,11 +170,11 @@ def reference_of(name: str, machine: str, planning: dict[str, Any], reading: dic
 def perturbation_of(
     uncertainty: dict[str, Any], usual: float | None = None, draws: int | None = None
 ) -> Perturbation | None:
-    """Return the machines that are drawn, from what `cncgen.cli.options.perturb_options` gathered; None without a share.
+    """Return the drawn machines, from the values gathered by `cncgen.cli.options.perturb_options`; None without a share.
 
     Args:
         uncertainty: Their values.
-        usual: Share where the options do not say it; few machines show what it does.
+        usual: Default share; few machines show its effect.
         draws: Their number where the options do not say it; None: enough for intervals.
     """
     from cncgen.servo.uncertainty import DRAWS, FEW_DRAWS, Perturbation
@@ -188,7 +188,7 @@ def perturbation_of(
 
 
 def _identified(name: str) -> Iterator[IdentifiedSpread]:
-    """Yield what a summary of ``cncgen identify`` says of each axis."""
+    """Yield the data of each axis in a summary of ``cncgen identify``."""
     from cncgen.diagnostics import Diagnostic, UsageError
     from cncgen.servo.identified_spread import read_summary, spread_of
 
@@ -205,7 +205,7 @@ def _identified(name: str) -> Iterator[IdentifiedSpread]:
 
 
 def plan_options(planning: dict[str, Any]) -> PlanOptions:
-    """Return the planner's options from what `cncgen.cli.options.planning_options` gathered."""
+    """Return the planner's options from the values gathered by `cncgen.cli.options.planning_options`."""
     from cncgen.machine import load_servos
     from cncgen.planner import PlanOptions
 

@@ -35,8 +35,8 @@ def command(
 ) -> None:
     """Write an HTML page on a plan.
 
-    The path in three dimensions, curves over time with their limits, the program with the time of each line, what
-    verify says, and where time is lost. The page needs nothing else to be opened.
+    The path in three dimensions, curves over time with their limits, the program with the time of each line, the verdict of verify,
+    and the places where time is lost. The page needs nothing else to be opened.
     """
     from cncgen.cli.reading import page_of
     from cncgen.files import write_text

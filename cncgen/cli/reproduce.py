@@ -27,7 +27,7 @@ from cncgen.cli.types import FOLDER
 def command(
     name: str | None, plots: str | None, programs: str | None, output: str | None, summary: str | None
 ) -> int:
-    """Compute what the papers print.
+    """Compute the printed values of the papers.
 
     Each row has the printed value, ours, the tolerance, how ours came about, and whether the item is reproduced, not reproduced
     (with the reason) or not reproducible. NAME is 000 (Yeh and Sun 2008), 001 (Chen and Hsu), 002 (Jung and Choi), 003 (Tsai 2010)

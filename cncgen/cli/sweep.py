@@ -34,7 +34,7 @@ def command() -> None:
     """Compute many variants of programs and machines.
 
     `cncgen sweep SWEEP.toml -o RESULTS/` computes what is missing in RESULTS/ (the word run may be left out);
-    `cncgen sweep show RESULTS/` ranks, and says what matters. docs/sweep.md describes SWEEP.toml.
+    `cncgen sweep show RESULTS/` ranks the rows and shows sensitivities. docs/sweep.md describes SWEEP.toml.
     """
 
 
@@ -177,10 +177,10 @@ def show(
     output: str | None,
     summary: str | None,
 ) -> None:
-    """Rank the rows of a sweep; say what matters.
+    """Rank the rows of a sweep and show sensitivities.
 
-    Sensitivities are shares of a figure's variance: of the first order, what a quantity explains alone; total, what it takes
-    part in. docs/sweep.md says how they are estimated from the design.
+    Sensitivities are shares of a figure's variance: of the first order, the part that a quantity explains alone; total, with all
+    interactions. docs/sweep.md says how they are estimated from the design.
     """
     from cncgen.cli.messages import write_summary
     from cncgen.files import write_text

@@ -183,7 +183,7 @@ def check(
         source: The program's file or stream.
         name: Its name in diagnostics.
         options: How it is read.
-        diagnostics: Takes what is wrong with it; without it, errors are raised when all has been read.
+        diagnostics: Receives its faults; without it, errors are raised after the whole text was read.
 
     Raises:
         UsageError: Where the file cannot be read.
@@ -226,7 +226,7 @@ def canon(
         source: The program's file or stream.
         name: Its name in diagnostics.
         options: How it is read.
-        diagnostics: Takes what is wrong with it; without it, errors are raised when all has been printed.
+        diagnostics: Receives its faults; without it, errors are raised after the whole text was printed.
 
     Raises:
         UsageError: Where the file cannot be read.

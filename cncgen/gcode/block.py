@@ -75,7 +75,7 @@ class Flow:
 
     Attributes:
         keyword: ``sub``, ``while``, ``goto`` …
-        label: Number or name, or what computes it.
+        label: Number or name, or a function that computes it.
         arguments: Values in brackets.
         asks_state: Whether a value may tell the machine's state, not parameters alone.
     """
@@ -93,7 +93,7 @@ class Parsed:
 
     Attributes:
         words: Lower-case letter and value, in the order of the text.
-        settings: Parameter (number, name or what computes the number) and its new value.
+        settings: Parameter (number, name or a function that computes the number) and its new value.
         comments: Comments without their parentheses.
         flow: Its step in the order of execution, or None.
         deletable: Whether it begins with ``/``.

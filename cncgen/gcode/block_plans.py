@@ -66,7 +66,7 @@ def _traverse_once(ip: Interpreter, block: Block) -> None:
 
 @cache
 def _only_modal(number: int) -> Code:
-    """Return what a motion code of FANUC does beside a one-shot code that takes the axis words: it is in force then."""
+    """Return the effect of a motion code of FANUC beside a one-shot code that takes the axis words: it comes into force."""
 
     def run(ip: Interpreter, block: Block) -> None:
         ip.state.motion = number
@@ -92,7 +92,7 @@ class BlockPlans:
         self._plans: dict[tuple[object, ...], BlockPlan] = {}
 
     def of(self, block: Block, motion: int) -> BlockPlan:
-        """Return what a block does where `motion` is in force.
+        """Return the plan of a block while `motion` is in force.
 
         Raises:
             BlockError: Its codes do not go together, or a word belongs to none of them.
@@ -229,7 +229,7 @@ def _last_of_groups(codes: list[Code]) -> tuple[list[Code], list[Handler]]:
 
 
 def _remark_on_conflict(code: Code, last: Code) -> Handler:
-    """Return what says that a code is passed over for a later one of its group."""
+    """Return the warning that a later code of its group replaces a code."""
     message = f"{code.name} and {last.name} are of one modal group ({code.group}): the last one counts"
 
     def remark(ip: Interpreter, block: Block) -> None:

@@ -16,7 +16,7 @@ from cncgen.gcode.text.dialects import Choice
 from cncgen.gcode.text.labels import Cursor
 from cncgen.records import dataclass, replace
 
-#: Bytes that are looked at for what is met early in a text, if at all.
+#: Bytes that are searched for signs that occur early in a text, if at all.
 _HEAD = 65_536
 #: A line up to a word, without comments.
 _BEFORE = rb"^(?P<before>(?:[^(;\n]|\([^)\n]*\))*?)"
@@ -116,7 +116,7 @@ _NO_POINTS = replace(
     within=rb"[XYZ][ \t]*[-+]?\d{4}",
 )
 _LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?\d*\."
-#: A program number, and what ends a subprogram and a main program.
+#: A program number, and the codes that end a subprogram and a main program.
 _PROGRAM = rb"(?im)^[ \t]*(?P<word>[O:][ \t]*\d+)"
 _BACK = rb"(?i)(?<![A-Z])M[ \t]*99(?![\d.]|[ \t]*P)"
 _END = rb"(?i)(?<![A-Z])M[ \t]*(?:0?2|30)(?![\d.])"
@@ -131,7 +131,7 @@ _BEHIND_SEMICOLON = _Doubt(
 
 
 def tell(reporter: Reporter, source: Source, choice: Choice, least_increment: float | None = None) -> None:
-    """Report how a dialect was chosen, and what is doubtful about a text in it."""
+    """Report the choice of the dialect, and doubts about a text in it."""
     for error, severity in _remarks_on(choice):
         offset = 0
         for _ in range(choice.line - 1):
@@ -197,7 +197,7 @@ def _within(source: Source, at: int) -> bool:
 def _doubts(
     source: Source, dialect: str, least_increment: float | None
 ) -> Iterator[tuple[Cursor, BlockError]]:
-    """Yield what is doubtful about a text, and the line where."""
+    """Yield doubts about a text, with their lines."""
     head = source.data[:_HEAD]
     capitals = head.upper()
     asked = [*((_SIEMENS, _HEIDENHAIN) if language_of(dialect) in BOTH else ())]

@@ -112,7 +112,7 @@ def _same(written: str, number: str) -> bool:
 
 
 def _cure(code: str) -> str:
-    """Return what to do about a fault that has no hint of its own."""
+    """Return the hint for a fault without one of its own."""
     from cncgen.explanations import cure_of
 
     return cure_of("gcode", code)

@@ -124,7 +124,7 @@ class Interpreter:
             read_parameters(options.parameters, self.parameters)
 
     def begin(self) -> None:
-        """Take the coordinate system that the parameter file left in force, and tell the sink what is in force."""
+        """Take the coordinate system of the parameter file, and pass the state in force to the sink."""
         numbers = self.parameters.numbers
         state = self.state
         state.inches = self.options.units == "inch"
@@ -166,14 +166,14 @@ class Interpreter:
             step(self, block)
 
     def plan_of(self, block: Block) -> BlockPlan:
-        """Return what a block does in the modal motion in force.
+        """Return the plan of a block in the modal motion in force.
 
         Raises:
             BlockError: Its codes do not go together, or a word belongs to none of them.
         """
         return self._plans.of(block, self.state.motion)
 
-    # What handlers share.
+    # State shared by handlers.
 
     def batchable(self, cycles: frozenset[int]) -> bool:
         """Tell whether plain motions, and holes of these cycles, may be interpreted in arrays, without a handler a block."""

@@ -110,7 +110,7 @@ def _begins_without(main: _Text) -> bool:
 
 
 def _named(text: Source, dialect: str) -> _Text:
-    """Return what a text names."""
+    """Return the axes that a text names."""
     count = 2 * gcode_parse.CODE_NUMBERS
     first, calls = array("i", bytes(8 * count)), bytearray(count)
     read = parser(language_of(dialect), False).named
@@ -136,7 +136,7 @@ def _named(text: Source, dialect: str) -> _Text:
 
 
 def _called(main: _Text, dialect: str, folders: Sequence[Path]) -> Iterator[_Text]:
-    """Yield what the files name that a program calls, and those that they call."""
+    """Yield the axes in the files that a program calls, and in the files that these call."""
     seen: set[Path] = set()
     waiting = [main] if folders else []
     while waiting and len(seen) < MAX_FILES:

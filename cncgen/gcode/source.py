@@ -89,7 +89,7 @@ def open_source(source: str | os.PathLike[str] | BinaryIO, name: str) -> Source:
 
 @contextmanager
 def _spool_faults(name: str) -> Iterator[None]:
-    """Turn an OSError of the temporary file that keeps a stream into a `UsageError` that says what had no room."""
+    """Turn an OSError of the temporary file that keeps a stream into a `UsageError` that names the cause."""
     try:
         yield
     except OSError as error:

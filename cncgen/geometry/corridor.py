@@ -70,7 +70,7 @@ class Spline:
         knots: Shape (points + 5,), mm along the pieces.
         points: Shape (points, axes), scaled as the pieces.
         used: Largest part of the tolerance that is used.
-        deviation: Shape (n,), mm: bound of what it leaves each piece by.
+        deviation: Shape (n,), mm: bound of its distance from each piece.
     """
 
     knots: Floats
@@ -95,7 +95,7 @@ def fit(
     """Fit the smoothest spline to pieces that stays within their tolerance.
 
     Args:
-        pieces: What to follow; with a seam, from the piece in which it lies.
+        pieces: The path to follow; with a seam, from the piece in which it lies.
         cuts: Places along the pieces, ascending, that are to be knots.
         head: `END_POINT` or `END_DERIVATIVES` at the start; not used with a seam.
         tail: The same at the end, or 0 where the curve will go on.

@@ -185,7 +185,7 @@ class Lengths:
         low, high: Shape (m,): the columns of the control points over which length is measured.
         offset: Shape (m + 1,): the cells of curve c are rows ``offset[c]`` to ``offset[c + 1]``.
         cells: Shape (cells, 12), see `cncgen.kernels.arc_length.CELL_COLUMNS`.
-        begins: Shape (cells,), int8: flags of what begins there, bits of `cncgen.kernels.arc_length`.
+        begins: Shape (cells,), int8: flags of rows and spans that begin there, bits of `cncgen.kernels.arc_length`.
         total: Shape (m,), mm or rad.
     """
 
@@ -242,7 +242,7 @@ def lengths(table: NurbsTable, low: Ints | None = None, high: Ints | None = None
     """Measure every curve of a table by adaptive Gauss-Legendre quadrature (B. Guenter and R. Parent (1990)).
 
     The way back is a Hermite polynomial a cell, the feed correction polynomial of K. Erkorkmaz and Y. Altintas (2005);
-    docs/arc-length.md has what is done otherwise.
+    docs/arc-length.md has the differences.
 
     Args:
         low, high: Shape (m,): the columns over which to measure; all where None.

@@ -306,7 +306,7 @@ class Path:
         return self.row_s[rows] + out
 
     def _curved(self, rows: Ints) -> list[tuple[int, Ints]]:
-        """Return which of the rows are arcs and which NURBS, leaving out what is not there."""
+        """Return which of the rows are arcs and which NURBS, without missing kinds."""
         kinds = self.kind[rows]
         there = [(ARC, self._arc_rows), (NURBS, self._nurbs_rows)]
         picks = [(kind, np.flatnonzero(kinds == kind)) for kind, some in there if some.size]
@@ -562,7 +562,7 @@ class Path:
         return of, begin, end - begin
 
     def jumps(self) -> Jumps:
-        """Return what changes at the breakpoints inside the path."""
+        """Return the changes at the breakpoints inside the path."""
         s = self._breakpoints[1:-1]
         if not len(s):
             nothing = np.zeros((0, len(self.axes)))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cncgen.machine.shipped import load as load_machine
     from cncgen.machine.writing import to_toml
 
-#: Public names: the module and the name in it. `load_machine` is what `load` is called outside.
+#: Public names: the module and the name in it. `load_machine` is the public name of `load`.
 _PUBLIC = {
     "Axis": ("cncgen.machine.record", "Axis"),
     "Drive": ("cncgen.machine.record", "Drive"),

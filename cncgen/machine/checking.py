@@ -83,7 +83,7 @@ def _of_axis(axis: Axis) -> Iterator[str]:
 
 
 def _of_number(name: str, value: Any, factor: float, what: NumberKey, unit: str) -> Iterator[str]:
-    """Yield what is wrong with a number; `factor` brings it to the unit that ranges are given in."""
+    """Yield the fault of a number; `factor` converts it to the unit of the ranges."""
     # A limit that was converted once may be an ulp beyond the end of its range.
     if not is_number(value) or not what.low * (1 - 1e-9) <= value * factor <= what.high * (1 + 1e-9):
         yield f"{name} is {value!r}; it is to be {what.wanted}{unit}{' (given in rad)' if factor != 1.0 else ''}"

@@ -19,7 +19,7 @@ _REQUIRED = "required"
 
 
 def rows() -> Iterator[Row]:
-    """Yield key, what its value must be, its default, and what it is, for every key of a machine file.
+    """Yield key, allowed values, default and description for every key of a machine file.
 
     Keys stand as those of a linear axis x: a rotary one has ``deg`` where they have ``mm``.
     """

@@ -35,7 +35,7 @@ class NumberKey(NamedTuple):
 
     @property
     def wanted(self) -> str:
-        """Return what a value must be, in words."""
+        """Return the allowed values in words."""
         return f"a number from {self.low:g} to {self.high:g}"
 
 
@@ -163,7 +163,7 @@ def _axes(file: TomlFile, table: Mapping[str, Any]) -> dict[str, Axis]:
 
 
 def _by_letter(file: TomlFile, table: Mapping[str, Any]) -> dict[str, tuple[str, dict[str, Any]]]:
-    """Return key path and table of each axis by upper-case letter; note what is not an axis."""
+    """Return key path and table of each axis by upper-case letter; report other keys."""
     tables = table.get("axes")
     if not isinstance(tables, dict) or not tables:
         code = "machine-missing" if tables is None or tables == {} else "machine-type"
@@ -295,7 +295,7 @@ def _unknown_keys(
 
 
 def _hint_for(key: str, known: tuple[str, ...], letter: str) -> str:
-    """Say what an unknown key was meant to be: the unit of a rotary axis, or the nearest spelling."""
+    """Suggest the intended key for an unknown one: the unit of a rotary axis, or the nearest spelling."""
     if letter:
         wrong, right = ("mm", "deg") if is_rotary(letter) else ("deg", "mm")
         meant = re.sub(rf"_{wrong}(_|$)", rf"_{right}\1", key)

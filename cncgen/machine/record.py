@@ -74,7 +74,7 @@ class Axis:
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A machine: its axes and what holds for all of them.
+    """A machine: its axes and common properties.
 
     Attributes:
         name: Profile name.

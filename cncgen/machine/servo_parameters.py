@@ -70,7 +70,7 @@ class Parameter:
         return self.name.format(l="mm")
 
     def fault(self, value: Any) -> str:
-        """Return what is wrong with a value, or ""."""
+        """Return the fault of a value, or ""."""
         if self.kind == "word":
             return "" if value in self.choices else f"must be one of {', '.join(self.choices)}; is {value!r}"
         if self.kind == "text":
@@ -92,7 +92,7 @@ class Parameter:
 
     @property
     def wanted(self) -> str:
-        """Return what a value must be, in words."""
+        """Return the allowed values in words."""
         kinds = {
             "word": f"one of {', '.join(self.choices)}",
             "text": "a text",
@@ -114,7 +114,7 @@ class Parameter:
 
 
 def _fault_of_magnitude(value: float, bounds: tuple[float, float]) -> str:
-    """Return what is wrong with the size of a number, or ""."""
+    """Return the fault of a number's size, or ""."""
     low, high = bounds
     if value == 0 or low <= abs(value) <= high:
         return ""

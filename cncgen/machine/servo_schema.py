@@ -74,7 +74,7 @@ def _faults_of_degrees(
 
 
 def _faults_of_controller(table: Mapping[str, Any], letter: str) -> Iterator[tuple[str, str, str]]:
-    """Yield what the chosen controller of a ``plant`` lacks."""
+    """Yield the missing keys of the chosen controller of a ``plant``."""
     unit = file_unit(letter)
     choice = str(table.get("controller", "pid"))
     needed = {
@@ -152,7 +152,7 @@ def closed_loop(servo: Servo, letter: str = "X") -> TransferFunction:
 
 
 def _leading(coefficients: Floats) -> Floats:
-    """Drop leading zeros: the degree is what stands."""
+    """Drop leading zeros: the rest has the degree."""
     return coefficients[np.flatnonzero(coefficients)[0] :]
 
 

@@ -28,7 +28,7 @@ class Key:
 
     Attributes:
         name: With its unit.
-        about: What it is.
+        about: Its description.
         wanted: The values allowed, in words.
         holds: Tells a right value.
         default: Where the file says nothing, in words; "": it must say it.

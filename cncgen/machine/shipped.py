@@ -62,7 +62,7 @@ def load_servos(name_or_path: str | os.PathLike[str]) -> dict[str, Servo]:
 
 
 def load_coupling(name_or_path: str | os.PathLike[str]) -> Mapping[str, Any]:
-    """Return the ``[coupling]`` table (gains of controllers that couple axes) of what `load_servos` reads; {} if none.
+    """Return the ``[coupling]`` table (gains of controllers that couple axes) from the source of `load_servos`; {} if missing.
 
     Its keys are checked by `cncgen.servo.named_schemes.settings_of`.
     """
@@ -70,7 +70,7 @@ def load_coupling(name_or_path: str | os.PathLike[str]) -> Mapping[str, Any]:
 
 
 def has_limits(name_or_path: str | os.PathLike[str]) -> bool:
-    """Tell whether what `load_servos` reads says the limits of an axis too, so that a plan can be made for it.
+    """Tell whether the source of `load_servos` has the limits of an axis too, so that a plan can be made for it.
 
     Raises:
         UsageError: It cannot be read, or is not TOML.

@@ -45,7 +45,7 @@ class TomlFile:
         )
 
     def raise_faults(self) -> None:
-        """Raise what was found, in the order of the file."""
+        """Raise the faults, in the order of the file."""
         if self.faults.has_errors:
             raise UsageError(sorted(self.faults, key=lambda fault: fault.span.line if fault.span else 0))
 
@@ -53,8 +53,7 @@ class TomlFile:
 def key_places(lines: list[str]) -> dict[str, tuple[int, int, int]]:
     """Find where keys stand in a TOML text: key path to line and column (from 1) and length.
 
-    It knows ``[table]`` headers and ``key = value`` lines, which is what machine files are written in; a key that
-    it misses is only shown without its line.
+    It knows ``[table]`` headers and ``key = value`` lines, as in machine files; a key that it misses is only shown without its line.
     """
     places: dict[str, tuple[int, int, int]] = {}
     table = ""

@@ -98,7 +98,7 @@ class ToolTable:
         return tool.pocket if tool else 0
 
     def lengths(self, inches: bool) -> dict[str, float]:
-        """Return length offsets (Z), mm, by what names a tool: the remark in capitals, and the number.
+        """Return length offsets (Z), mm, by the names of tools: the remark in capitals, and the number.
 
         Args:
             inches: Whether lengths of the table are inches.
@@ -162,7 +162,7 @@ _HINT = "a line is T, a whole number and words like P1 Z12.5 D6, then a remark a
 
 
 def _read_line(text: str, remark: str, tools: dict[int, Tool]) -> str:
-    """Take a line into the table; return what is wrong with it, or ""."""
+    """Take a line into the table; return its fault, or ""."""
     words = {letter.upper(): float(number) for letter, number in re.findall(_WORD, text)}
     if re.sub(_WORD, "", text).strip():
         return f"{re.sub(_WORD, '', text).strip()[:40]!r} is not a word of a tool table"

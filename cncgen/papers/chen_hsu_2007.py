@@ -139,7 +139,7 @@ def _constants() -> list[Row]:
 
 
 def _computed(number: int) -> Table:
-    """Tables 1 and 2, and what the text claims of each."""
+    """Tables 1 and 2, and the claims of the text about each."""
     rows: list[Row] = []
     largest = 0.0
     for table, above, below, values in PRINTED:

@@ -177,7 +177,7 @@ def _table_2(ours: dict[str, list[Triple]]) -> Table:
 
 
 def _without_floor(variation: float) -> float:
-    """Return a speed variation without what measuring adds, µm/s."""
+    """Return a speed variation without the contribution of the measurement, µm/s."""
     return math.sqrt(max(variation**2 - SPEED_FLOOR**2, 0.0))
 
 

@@ -200,7 +200,7 @@ def figures(programs: str | None = None) -> Figures:
 
 
 def _interpolators_at_the_corner() -> Figure:
-    """Figs 5 to 7: points of the master, the second stage between them, and what the axes make of it."""
+    """Figs 5 to 7: points of the master, the second stage between them, and the response of the axes."""
     master = corner()
     x = master[:, 0].max()
     figure, grid = new_figure(

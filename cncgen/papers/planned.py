@@ -67,7 +67,7 @@ class PlannedProgram:
         return np.concatenate([get(chunk) for chunk in self.setpoints])
 
     def response(self) -> list[Response]:
-        """Return what the machine's servo axes make of the setpoints."""
+        """Return the response of the machine's servo axes to the setpoints."""
         return list(simulate(iter(self.setpoints), self.servos))
 
 

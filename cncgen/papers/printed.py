@@ -14,7 +14,7 @@ from enum import StrEnum
 
 #: Share that a number may differ by from the printed one, where a module states no other: the papers measure, or print three digits.
 WITHIN = 0.05
-#: Share for what follows from other printed numbers by arithmetic alone.
+#: Share for values that follow from other printed numbers by arithmetic alone.
 ARITHMETIC = 0.01
 
 
@@ -43,7 +43,7 @@ class Basis(StrEnum):
     """How our number came about.
 
     PREDICTED: nothing was chosen after looking at the printed number. CALIBRATED: something was fitted to this number or to others
-    of its table. SCANNED: an unprinted choice was made by trying several and keeping what fits. PRINTED: it follows from other
+    of its table. SCANNED: an unprinted choice was made by trying several and keeping the best fit. PRINTED: it follows from other
     printed numbers by arithmetic alone.
     """
 
@@ -81,7 +81,7 @@ class Row:
     """A number, figure or claim of a paper, or a check of ours.
 
     Attributes:
-        what: What it is.
+        what: Its description.
         ours: Our value, or None.
         printed: The paper's own characters; empty where it prints nothing.
         unit: Unit of both values.
@@ -135,7 +135,7 @@ class Row:
 
     @property
     def holds(self) -> bool:
-        """Tell whether ours meets what is asked of it."""
+        """Tell whether ours meets its tolerance."""
         if self.ours is None:
             return False
         value = self.value
@@ -175,7 +175,7 @@ class Row:
 
     @property
     def asked(self) -> str:
-        """Return what is asked, in words."""
+        """Return the tolerance in words."""
         parts = []
         if self.within is not None:
             parts.append(f"±{100 * self.within:g} %" if self.within else "equal")

@@ -207,7 +207,7 @@ def _count_cells(name: str, numbers: Mapping[RowOutcome, int]) -> Sequence[str]:
 
 
 def _remarks(found: Found) -> list[str]:
-    """Return what is missed without a reason, and which checks of ours do not hold."""
+    """Return rows that miss without a reason, and our checks that fail."""
     return [
         f"{row.outcome.value} and not explained: {table.title}: {row.what}"
         for tables in found.values()

@@ -159,7 +159,7 @@ def controller_response(letter: str, reshaped: bool, frequency: Floats) -> Compl
 
 
 def stage_tables() -> list[Table]:
-    """Return what the appended paper claims, its bounds on our loops, and its figures."""
+    """Return the claims of the appended paper, its bounds on our loops, and its figures."""
     return [_claims(), _bounds(), _figures()]
 
 

@@ -134,7 +134,7 @@ def contour_error(planned: PlannedProgram) -> float:
 
 
 def tables(programs: str | None = None) -> list[Table]:
-    """Return Table 1 and what it comes to, and the figures: effects of limiting on the drives and on the contour."""
+    """Return Table 1 with derived values, and the figures: effects of limiting on the drives and on the contour."""
     runs = {s: bonder(s, programs) for s in ("off", "reactive")}
     return [_given(programs), _contours(runs, programs), _drives(runs), _schemes(), _machine()]
 

@@ -231,7 +231,7 @@ def drives_of(machine: Machine) -> dict[str, Drive]:
 def summary_of(
     program: Program, machine: Machine, options: PlanOptions, line_times: LineTimes | None = None
 ) -> Summary:
-    """Return the summary that gathers what a plan with these options is; of another control's times it is an estimate."""
+    """Return the summary that a plan with these options fills; for another control's times it is an estimate."""
     from cncgen.planner.strategies import available
     from cncgen.report.summary import Summary
 

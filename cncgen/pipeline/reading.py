@@ -51,7 +51,7 @@ _SETPOINT_HEADS = (
 PLANNED, PREDICTED, REPEATED = (100_000, 100), (5_000, 100), (1_000, 50)
 #: Motions of a step that the options allow.
 MOTIONS_OF_A_STEP = 10
-#: How many bytes at the start of a file decide what it is.
+#: Number of bytes at the start of a file that decide its kind.
 _HEAD_BYTES = 4096
 
 
@@ -214,7 +214,7 @@ def reader_of(language: str) -> ModuleType:
 def _opened(
     source: str | os.PathLike[str], language: str | None, content: bytes | None = None
 ) -> Iterator[tuple[ModuleType, str | BinaryIO, str]]:
-    """Open a program; yield the package that reads it, what that reads (a path that can be mapped, or a stream), and its name.
+    """Open a program; yield the package that reads it, its input (a path that can be mapped, or a stream), and its name.
 
     If its `content` is given the file itself is not opened.
     """
@@ -282,7 +282,7 @@ def sound(program: Program, most: tuple[int, int] = PLANNED) -> Iterator[Toolpat
     """Yield the toolpaths of a program as long as it has no error; after one, read the rest only to find the other errors.
 
     Args:
-        program: What is read.
+        program: The program.
         most: How many motions it may hand on where its options do not say, and how many more for each line.
 
     Raises:

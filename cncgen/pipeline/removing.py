@@ -43,7 +43,7 @@ def cut(
         source: A file, or ``-`` for standard input.
         stock: The raw piece, or text as of ``--stock``; None: that of a STEP-NC file.
         tools: Tools as texts of ``--tool``; they count before those of the program.
-        target: STL file of the finished part, None: what features say.
+        target: STL file of the finished part; None takes the features.
         cell_mm: Width of a column, None: a 500th of the stock.
         language: ``gcode`` or ``stepnc``; None: by content and suffix.
         options: How it is read.
@@ -265,7 +265,7 @@ def _mesh_target(name: str) -> Target:
 
 
 def coarse_findings(name: str, options: ReadOptions, content: bytes | None = None) -> list[Diagnostic]:
-    """Return what cutting a STEP-NC program of features finds at a coarse grid; nothing where its stock is not known.
+    """Return the findings of cutting a STEP-NC program of features at a coarse grid; nothing if its stock is unknown.
 
     A program that is not made of features alone is not cut: the finished part is not known. Standard input, which is read
     once, is cut where its `content` is given. Steep ways down are left out: making the toolpaths has told them.
@@ -282,7 +282,7 @@ def coarse_findings(name: str, options: ReadOptions, content: bytes | None = Non
 
 
 def _coarsely_cut(data: bytes, name: str, options: ReadOptions) -> Sequence[Diagnostic]:
-    """Return what cutting a STEP-NC program of features at a coarse grid finds."""
+    """Return the findings of cutting a STEP-NC program of features at a coarse grid."""
     from dataclasses import replace
 
     from cncgen.stepnc.cutting import cut_program

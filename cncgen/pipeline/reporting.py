@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """The page on a plan: `html` is a whole document, `remarks` what the planner says of the plan."""
+    """The page on a plan: `html` is a whole document, `remarks` the diagnostics of the planner."""
 
     html: str
     remarks: Diagnostics
@@ -95,7 +95,7 @@ def shown_plan(planned: Plan) -> str:
 
 
 def shown_record(record: Any) -> str:
-    """Return what a notebook shows of a plan, setpoints, a response or a verdict."""
+    """Return the view of a plan, setpoints, a response or a verdict in a notebook."""
     from cncgen.report import notebook
 
     kinds: dict[str, Callable[[Any], str]] = {
@@ -122,8 +122,8 @@ def viewer(
         height: Of the frame, in pixels.
 
     Returns:
-        The widget. ``t_s`` is the moment and ``line`` its line; ``view`` is what follows ``#`` in a link, and setting
-        it restores that view.
+        The widget. ``t_s`` is the moment and ``line`` its line; ``view`` is the text after ``#`` in a link, and setting it restores
+        that view.
 
     Raises:
         UsageError: anywidget is not installed (``viewer-missing``); or as `report_page`.
@@ -166,7 +166,7 @@ _SETTINGS = {
 
 
 def variant_of(what: str, options: PlanOptions | None = None) -> Variant:
-    """Return what ``--compare`` names.
+    """Return the target of ``--compare``.
 
     Args:
         what: A setpoint file, a machine, or settings: ``feedrate=ild``, ``machine=xy-table,tolerance=0.02``.
@@ -222,7 +222,7 @@ def report_page(
         machine: A profile's name, a TOML file, or a machine. Where all axes have servo data, the page has their errors and forces.
         options: How it is planned.
         compare: Other plans of the same program, shown over this one.
-        with_why: The page says what would shorten the part, as `why` finds it; the program is planned several times for it.
+        with_why: The page shows the results of `why`; the program is planned several times for them.
         reference: The motion that was wanted; the axes' contour error is given from it too. The whole response is in memory then.
         shown_part: How the part is cut that the page shows. None: of a STEP-NC file its raw piece is, where the file has one.
         language, reading: How a file is read the second time, to be judged; as for `read`.
@@ -312,7 +312,8 @@ def _cut(
     reading: ReadOptions | None,
     remarks: Diagnostics,
 ) -> Removal | None:
-    """Return what a program leaves of its stock; None where nobody asks, and it is no STEP-NC file whose stock is known."""
+    """Return the stock that remains after a program; None if it is not requested and the program is not a STEP-NC file with known
+    stock."""
     from cncgen.pipeline.removing import cut
 
     how = shown_part or ShownPart()
@@ -340,7 +341,7 @@ def _has_servos(program: Program, machine: Machine) -> bool:
 
 
 class _Run:
-    """One plan of a program, with what watches it."""
+    """One plan of a program, with its observers."""
 
     def __init__(
         self,

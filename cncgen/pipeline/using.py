@@ -175,7 +175,7 @@ def servos_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -
 
 
 def coupling_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Mapping[str, Any]:
-    """Return the ``[coupling]`` table of what `servos_of` takes; {} without one."""
+    """Return the ``[coupling]`` table of the argument of `servos_of`; {} without one."""
     from cncgen.machine import Machine, load_coupling
 
     if isinstance(machine, Machine):
@@ -258,7 +258,7 @@ def _layout_of(
     first: Setpoints,
     machine: Machine | str | os.PathLike[str] | None,
 ) -> Layout:
-    """Return the columns of setpoints whose first chunk is given, with what their stream or a machine says of them."""
+    """Return the columns of setpoints whose first chunk is given, with data of their stream or of a machine."""
     from cncgen.setpoints.columns import Layout
     from cncgen.setpoints.stream import SetpointStream
 
@@ -286,7 +286,8 @@ def judge(
         program: From `read`, or a file.
         machine: A profile's name, a TOML file, or a machine.
         tolerance_mm: Tolerance of every continuous motion (G64), instead of the program's.
-        resolution: Unit, mm and degrees, to which the positions are rounded; differences may exceed a limit by what that makes.
+        resolution: Unit, mm and degrees, to which the positions are rounded; differences may exceed a limit by the effect of this
+        rounding.
 
     Returns:
         A verdict: ``holds`` tells whether everything is kept, ``breaches`` has a diagnostic for each limit that is broken,

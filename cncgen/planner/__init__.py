@@ -39,7 +39,7 @@ def plan(
     Args:
         chunks: Consecutive stretches of one program.
         machine: Limits, period and servo data.
-        options: What is asked; by default the best strategy installed, exact interpolation, no saturation.
+        options: The options; by default the best strategy installed, exact interpolation, no saturation.
 
     Yields:
         `Trajectory` after `Trajectory`, without a gap in time or position, each as soon as it is final. Remarks for the user
@@ -103,7 +103,7 @@ def _used(toolpaths: Iterable[Toolpath], machine: Machine) -> tuple[Iterator[Too
 def _predictive(
     chosen: Strategy, toolpaths: Iterable[Toolpath], machine: Machine, asked: PlanOptions
 ) -> Iterator[Trajectory]:
-    """Plan on a machine whose limits are lowered to what its drives can follow.
+    """Plan on a machine with limits lowered to the abilities of its drives.
 
     Only `optimal` with exact interpolation holds these limits by itself; the plan of anything else becomes a bound of the speed,
     under which `optimal` plans again.

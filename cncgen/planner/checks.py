@@ -32,7 +32,7 @@ def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) 
     program that asks for nothing has a plan, the rest at its start.
 
     Raises:
-        ProgramError: A chunk holds a number beyond what planning can hold, or moves an axis that the machine lacks.
+        ProgramError: A chunk holds a number beyond the range of planning, or moves an axis that the machine lacks.
         NoPlanError: A chunk leaves the travel of an axis, at the end of a motion or along a curve. Either names all
             such faults of the chunk.
     """

@@ -137,7 +137,7 @@ def _forces(axis: PdPlusAxis, period_s: float, position: Floats, push: Floats) -
 
 
 def drivable(machine: Machine, options: PlanOptions) -> Machine:
-    """Return the machine with its speeds, accelerations and jerks lowered to what its drives can follow.
+    """Return the machine with its speeds, accelerations and jerks lowered to the abilities of its drives.
 
     Changes nothing unless ``options.saturation`` is `predictive`.
 

@@ -6,9 +6,9 @@ to the place that the next one gives; lines and arcs, on which parameter and len
 are. Derivation and measured fluctuations: docs/interpolators.md.
 
 `taylor1`, `taylor2` (Yeh and Sun 2008, eqs 3.2 and 3.1; Shpitalni et al. 1994): u⁺ = u + x − ½ x² ⟨C', C''⟩/|C'|² with
-x = d/|C'|, where d is the distance that the feed commands for the period *at the place where the tool is*. A step's
-error in length therefore shifts what follows in time and does not add up. `uniform` (Bedi et al. 1993): equal
-steps of u, so many as the plan has periods on the curve; speed then follows |C'|, not the plan.
+x = d/|C'|, where d is the distance that the feed commands for the period *at the place where the tool is*. An error in the length of a
+step therefore shifts later motion in time and does not add up. `uniform` (Bedi et al. 1993): equal steps of u, so many as the plan has
+periods on the curve; speed then follows |C'|, not the plan.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 
 #: Samples that are solved for together.
 _BLOCK = 1024
-#: Sweeps over a block before what is final is kept and a smaller block begun.
+#: Sweeps over a block before its final part is kept and a smaller block begun.
 _SWEEPS = 32
 #: Part of a period by which a tick may miss a time through rounding.
 _ROUNDING = 1e-9
@@ -121,7 +121,7 @@ def _time_map(
 
 
 def _stepped(steps: Steps, plan: Profile) -> Profile:
-    """Turn steps into pieces of constant speed, marked with what limits the plan there."""
+    """Turn steps into pieces of constant speed, marked with the limit of the plan there."""
     duration = np.diff(steps.t)
     v = np.divide(np.diff(steps.s), duration, out=np.zeros_like(duration), where=duration > 0.0)
     zero = np.zeros(len(v))

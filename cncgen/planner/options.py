@@ -120,7 +120,7 @@ class PlanOptions:
             )
 
     def _faults_of_control(self) -> list[Diagnostic]:
-        """Return what is wrong with `control`, and with what is asked beside it."""
+        """Return the faults of `control`, and of options beside it."""
         if self.control is None:
             return []
         if self.control not in CONTROLS:

@@ -103,7 +103,7 @@ class SharpCorner:
         line: Source line.
         position: Of all axes, mm or rad.
         feed_mm_s: Speed along the path there.
-        limit: What limits it.
+        limit: The binding limit.
         t_s: When the motion is there.
     """
 

@@ -246,7 +246,7 @@ class Limiter:
         return np.concatenate(knots)
 
     def _steps(self, place: Floats, x: Floats, direction: Floats, stop: float, part: float) -> Floats:
-        """Run the kernel over one table and move on by what it did."""
+        """Run the kernel over one table and advance by its result."""
         table = np.array([axis.row for axis in self.axes.values()])
         if self._state is None:
             rest = x[0] * table[:, 5]

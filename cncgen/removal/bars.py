@@ -81,7 +81,7 @@ class TurnedCutting(CutWalk):
         """Go on: a bar stands in one clamping, and `cncgen.pipeline.removing` refuses more."""
 
     def run(self, toolpaths: Iterable[Toolpath]) -> Removal:
-        """Cut along toolpaths and return what is left and what is wrong."""
+        """Cut along toolpaths and return the remaining stock and the faults."""
         self.walk(toolpaths, CHORD)
         if self._target is not None:
             self._left(self._target)
@@ -202,7 +202,7 @@ class TurnedCutting(CutWalk):
 
 
 def _met(out: Floats) -> Met:
-    """Return what motions meet, of the columns that cutting fills."""
+    """Return the findings of motions, from the columns that cutting fills."""
     bite, gouge = (np.insert(out[:, k : k + 2], 1, 0.0, axis=1) for k in (2, 5))
     return Met(out[:, 0], out[:, 1], bite, out[:, 4], gouge, out[:, 7], np.full(len(out), -np.inf))
 

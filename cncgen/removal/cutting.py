@@ -57,7 +57,7 @@ class Cutting(CutWalk):
         """Go on: of several setups `cncgen.removal.leaning` knows how the stock stands."""
 
     def run(self, toolpaths: Iterable[Toolpath]) -> Removal:
-        """Cut along toolpaths and return what is left and what is wrong."""
+        """Cut along toolpaths and return the remaining stock and the faults."""
         raw = self._stock.raw_volume
         self.walk(toolpaths, min(CHORD_CELLS * self._stock.cell, CHORD))
         if self._target is not None:

@@ -72,7 +72,7 @@ class Findings:
         direction: int,
         tapping: bool,
     ) -> None:
-        """Note the faults of motions by what they meet."""
+        """Note the faults of motions by their findings."""
         bites, line = met.depth > LEVEL, lines.line.tolist()
         for k in np.flatnonzero(bites & lines.rapid).tolist():
             self._note("cut-rapid", line[k], operation, met.depth[k], met.at[k], met.volume[k])
@@ -132,11 +132,11 @@ class Findings:
     def places_left(
         self, stock: Field, target: Target, over: Floats, volumes: Floats, allowed: float
     ) -> None:
-        """Note where material is thicker than what is demanded by more than is allowed, place by place.
+        """Note places where material is thicker than demanded by more than the allowance.
 
         Args:
             stock: Columns that hold it.
-            target: Tells what demands.
+            target: Names the feature that demands it.
             over: Thickness over each, mm.
             volumes: In each, mm³.
             allowed: mm.

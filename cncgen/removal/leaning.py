@@ -96,7 +96,7 @@ class LeaningCutting(CutWalk):
         )
 
     def _setup(self, number: int) -> None:
-        """Stand what is left of the stock as another clamping holds it."""
+        """Place the rest of the stock as in another clamping."""
         if number == self._number or number not in self._clampings:
             return
         after = self._clampings[number]
@@ -113,7 +113,7 @@ class LeaningCutting(CutWalk):
         self._take(moved(self._stock, move), target)
 
     def run(self, toolpaths: Iterable[Toolpath]) -> Removal:
-        """Cut along toolpaths and return what is left and what is wrong."""
+        """Cut along toolpaths and return the remaining stock and the faults."""
         raw = self._stock.volume
         self.walk(toolpaths, min(CHORD_CELLS * self._stock.cell, CHORD))
         self._left()

@@ -27,7 +27,7 @@ class Cutter:
         slope: Rise over run of a cone outside of `flat`: of a drill's point or a chamfer; 0 without one.
         cutting_length: Above it the tool does not cut; infinite where it is not known.
         left_handed: Whether it cuts turning against the clock.
-        shank: Radius of what is above `cutting_length`, None where it is not known.
+        shank: Radius above `cutting_length`, None if unknown.
         holder: Radius of the holder and its height above the tip, None where it is not known.
         steepest: Angle of the steepest way down from the plane across its axis, rad: less than 90 degrees if its edges do not
             reach its middle.
@@ -50,7 +50,7 @@ class Cutter:
         return np.array([self.radius, self.flat, self.edge, self.slope, self.cutting_length])
 
     def beside(self) -> Iterator[tuple[str, float, float]]:
-        """Yield what must not touch: its name, its radius, and where it begins above the tip, as far as they are known."""
+        """Yield the parts that must not touch: name, radius, and begin above the tip, as far as known."""
         if self.holder is not None:
             yield "holder", *self.holder
         if self.shank is not None and self.shank > self.radius and math.isfinite(self.cutting_length):
@@ -115,7 +115,7 @@ class Target(Protocol):
         """Return the height above which nothing may be left, shapes alike, mm; +inf where no height is given."""
 
     def owner(self, x: float, y: float) -> tuple[str, int]:
-        """Return the name and the source line of what demands that height at a place; no name where it has none."""
+        """Return the name and the source line of the feature that demands this height at a place; no name if unknown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,7 +215,7 @@ class TurnedTarget(Protocol):
         """Return the radius outside of which nothing may be left, mm; +inf where none is given."""
 
     def owner(self, z: float) -> tuple[str, int]:
-        """Return the name and the source line of what demands that radius at a place; no name where it has none."""
+        """Return the name and the source line of the feature that demands this radius at a place; no name if unknown."""
 
 
 @dataclass(slots=True)
@@ -268,7 +268,7 @@ class Dexels:
 
     @property
     def volume(self) -> float:
-        """Volume that is left, mm³: the mean of what the three directions say."""
+        """Remaining volume, mm³: the mean of the three directions."""
         return sum(float(f.lengths.sum()) for f in self.fields) / 3 * self.cell**2
 
     def nodes(self, axis: int) -> Floats:
@@ -339,7 +339,7 @@ class Removal:
     Attributes:
         stock: Afterwards, as it stands in the last setup.
         operations: In their order.
-        findings: What is wrong.
+        findings: The faults.
         time_s, rate_mm3_s: Shapes (n,): when each motion ends at the programmed feeds, and how much it removes a second then.
         raw_volume_mm3: Of the stock before the first motion.
     """

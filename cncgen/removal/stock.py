@@ -104,7 +104,7 @@ def counts_of(
     """Return how many places a grid has along each side.
 
     Args:
-        size: Of what it covers, mm.
+        size: Of the covered range, mm.
         cell: Distance of its places, mm.
         name: Their name in messages.
         most: Places at most.

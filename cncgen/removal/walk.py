@@ -61,7 +61,7 @@ class CutWalk(ABC):
                     self._stretch(self._lines(path, begin + 1, end))
 
     def result(self, stock: Field | Turned | Dexels, raw_mm3: float) -> Removal:
-        """Return what was cut of a raw volume, mm³."""
+        """Return the part of a raw volume that was cut, mm³."""
         self.findings.close()
         times = np.concatenate([np.zeros(0), *self._times])
         rates = np.concatenate([np.zeros(0), *self._rates])
@@ -105,7 +105,7 @@ class CutWalk(ABC):
 
     @abstractmethod
     def _cut(self, lines: Lines, cutter: Cutter | Insert, operation: OperationCut) -> Met | None:
-        """Cut along lines; return what each meets, or None where the tool cannot be cut with."""
+        """Cut along lines; return the findings of each, or None if the tool cannot cut."""
 
     def _stretch(self, lines: Lines) -> None:
         """Cut along lines with the tool that is in the spindle."""

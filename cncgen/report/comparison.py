@@ -217,7 +217,7 @@ def _peaks(position: Floats, order: int, period_s: float) -> Floats:
 def _responses(
     setpoints: Sequence[Setpoints], machine: Machine, options: PlanOptions, axes: str
 ) -> list[Response] | None:
-    """Return what the axes make of setpoints, coming to rest behind the last one included; None where one has no servo data."""
+    """Return the response of the axes to setpoints, with the settling after the last one; None if one lacks servo data."""
     servos: dict[str, Servo] = {}
     for letter in axes:
         servo = servo_of(machine, options, letter)
@@ -228,7 +228,7 @@ def _responses(
 
 
 def _demand(setpoints: Sequence[Setpoints], responses: Sequence[Response] | None, machine: Machine) -> Demand:
-    """Return what setpoints ask of drives, which answered so, and of the machine's limits."""
+    """Return the demands of setpoints on drives, which gave this response, and on the machine's limits."""
     head = setpoints[0]
     rows = np.concatenate([chunk.position for chunk in setpoints])
     broken = broken_values(breaks(machine.axes, head.axes, rows, head.period_s))

@@ -25,7 +25,7 @@ def gain_lines(gained: dict[str, Any], perturbation: Perturbation | None) -> Ite
 
 
 def _changes(before: dict[str, Any], after: dict[str, Any]) -> Iterator[str]:
-    """Yield what the errors were and are, in thousandths."""
+    """Yield the errors before and after, in thousandths."""
     names = (
         ("contour error max", "contour_max_mm", "µm"),
         ("contour error rms", "contour_rms_mm", "µm"),
@@ -63,7 +63,7 @@ def _spread_lines(found: dict[str, Any], perturbation: Perturbation) -> Iterator
 
 
 def shaping_lines(found: Shaped, shaper: str, period_s: float) -> Iterator[str]:
-    """Yield what a shaper does to a motion."""
+    """Yield the effect of a shaper on a motion."""
     length = (len(found.taps) - 1) * period_s
     yield (
         f"{len(found.command)} setpoints, shaped by {shaper}: {1e3 * length:.3g} ms longer, {1e3 * found.delay_s:.3g} ms late"

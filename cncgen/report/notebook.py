@@ -45,7 +45,7 @@ def of_setpoints(setpoints: Setpoints) -> str:
 
 
 def response_page(response: Response) -> str:
-    """Return the page on what the servo axes make of setpoints, with forces and errors."""
+    """Return the page on the response of the servo axes to setpoints, with forces and errors."""
     machine = Machine("response", {}, period_s=response.period_s)
     recording = Recording(machine, response.axes, response.period_s)
     for _ in recording.over_setpoints(differenced([_commands(response)])):
@@ -73,7 +73,7 @@ def _commands(response: Response) -> Setpoints:
 
 
 def of_verdict(verdict: Verdict) -> str:
-    """Return what a verification found: whether every limit holds, the peaks beside their limits, and what is broken."""
+    """Return the result of a verification: whether every limit holds, the peaks beside their limits, and broken limits."""
     rows = [
         (f"{peak.axis} {peak.order}", f"{peak.value:.6g} of {peak.limit:g} ({100 * peak.of_limit:.1f} %)")
         for peak in verdict.peaks

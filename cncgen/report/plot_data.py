@@ -30,7 +30,7 @@ class PlotData:
     """Arrays of a motion; None where the source does not have them.
 
     Attributes:
-        title: What it is.
+        title: Its title.
         axes: Letters.
         period_s: s.
         command: Shape (n, axes), mm or deg.

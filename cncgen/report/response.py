@@ -49,7 +49,7 @@ def _reference_line(found: dict[str, Any]) -> str:
 
 
 def _spread_lines(found: dict[str, Any]) -> list[str]:
-    """Return what the figures are on drawn machines."""
+    """Return the figures on drawn machines."""
     unstable = f", {found['unstable']} of them UNSTABLE" if found["unstable"] else ""
     share, error = (100.0 * found[key] for key in ("interval_share", "interval_share_error"))
     lines = [

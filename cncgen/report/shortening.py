@@ -230,10 +230,10 @@ def quantities(case: Case, axes: str) -> list[Quantity]:
 def shortenings(
     case: Case, axes: str, watch: Callable[[int, int], None] = lambda done, of: None
 ) -> tuple[PlannedTimes, list[Shortening]]:
-    """Return the times of a plan as it is, and what each quantity is worth, the most first.
+    """Return the times of the unchanged plan, and the savings of each quantity, the largest first.
 
     Args:
-        case: What is planned; its chunks are drawn up to eighteen times a quantity.
+        case: The planned case; its chunks are read up to eighteen times per quantity.
         axes: Letters of the axes whose limits count.
         watch: Called with the number of plans that are done, and of all.
 
@@ -265,8 +265,8 @@ class _Savings:
     """Plans of a quantity by sixteenths of the change, each made when it is first asked for.
 
     Args:
-        case: What is planned.
-        quantity: What is changed.
+        case: The planned case.
+        quantity: The changed quantity.
         now: Times of the case as it is.
         watch: Called after each plan with their number.
     """
@@ -292,7 +292,7 @@ class _Savings:
         return one.parts[part] - other.parts[part] if part else one.cycle_s - other.cycle_s
 
     def worth(self) -> Shortening:
-        """Return what the quantity is worth."""
+        """Return the savings of the quantity."""
         quantity, now, noise = self.quantity, self.now, _NOISE * self.now.cycle_s
         whole = self(WHOLE)
         # If the whole change has no effect, a smaller one has none either.
@@ -392,7 +392,7 @@ def _least_squares(terms: Floats, values: Floats) -> tuple[Floats, Floats]:
 
 
 def _most(before: Mapping[_Key, float], after: Mapping[_Key, float]) -> list[tuple[_Key, float]]:
-    """Return what saves most, by its key."""
+    """Return the largest saving, by its key."""
     saved = [(key, seconds - after.get(key, 0.0)) for key, seconds in before.items()]
     return sorted(saved, key=lambda each: -each[1])[:_PLACES]
 
@@ -509,7 +509,7 @@ _MEANINGS = {
 
 
 def by_derivative(each: Shortening) -> str:
-    """Return the derivative, or what is known in its place."""
+    """Return the derivative, or its replacement."""
     slope = each.slope
     if slope.kind is SlopeKind.SMOOTH:
         return f"{slope.seconds:z.4f}"

@@ -41,7 +41,7 @@ _ROUNDING_S = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class SlowPlace:
-    """A valley of the speed: time lost, and where, when, how fast at its slowest, and what binds for most of the loss.
+    """A valley of the speed: time lost, and where, when, how fast at its slowest, and the limit of most of the loss.
 
     Attributes:
         lost_s: Its time less that of the programmed feed.
@@ -78,7 +78,7 @@ class SlowPlaces:
         self._added = 0
 
     def add(self, trajectory: Trajectory) -> None:
-        """Take a stretch of a plan; its last valley stays open for what follows."""
+        """Take a stretch of a plan; its last valley stays open for the next one."""
         pieces = self._pieces(trajectory)
         if not pieces.shape[1]:
             return

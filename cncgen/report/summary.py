@@ -36,7 +36,7 @@ _OVER = 1.001
 
 
 class Summary:
-    """Watches the stages of one plan as they stream, and says what came of it."""
+    """Observes the stages of one plan while they run, and gives its summary."""
 
     def __init__(
         self,
@@ -170,7 +170,7 @@ class Summary:
         self._values.update(values)
 
     def as_json(self) -> dict[str, Any]:
-        """Return what ``cncgen plan --summary`` writes, as plain values.
+        """Return the output of ``cncgen plan --summary`` as plain values.
 
         Raises:
             UsageError: The setpoints have not been drawn to their end: half a plan has no time.

@@ -174,7 +174,7 @@ def _speed_class(speed: Floats, usual: float) -> NDArray[np.int64]:
 
 
 def _speed_scale(y: float, usual: float, top: float) -> list[str]:
-    """Return what the colours mean, as a strip of them with its ends named, in the lower right corner."""
+    """Return a legend of the colours, a strip of them with its ends named, in the lower right corner."""
     right, width = PICTURE - _MARGIN, 14
     name = f"{usual:.4g} mm/s" + (f" (up to {top:.4g})" if top > 1.01 * usual else "")
     left = right - 170 - width * len(SPEEDS)

@@ -31,7 +31,7 @@ class TimeSplit:
 
     @property
     def dwell_s(self) -> float:
-        """Seconds of rest that the program asked for, with what lengthens them to a setpoint."""
+        """Seconds of rest that the program demanded, with their extension to a setpoint."""
         left = self._stood_s - self._taken_s
         return left if left > _ROUNDING_S else 0.0
 

@@ -90,7 +90,7 @@ def bounds_text(letter: str, gamma: float, found: BoundCheck, rows: int = 16) ->
 
 
 def search_text(found: Search) -> str:
-    """Return what a search found in one line."""
+    """Return the result of a search in one line."""
     before = f"{1e3 * found.start_rms_mm:.3f}" if math.isfinite(found.start_rms_mm) else "refused"
     return (
         f"{found.tried} gain sets, {found.refused} refused: contour error rms {before} ->"

@@ -11,7 +11,7 @@ from cncgen.verify.verdict import Verdict
 
 
 def as_text(verdict: Verdict) -> str:
-    """Return peaks of each axis, distances, and what is broken."""
+    """Return peaks of each axis, distances, and broken limits."""
     seconds = (verdict.samples - 1) * verdict.period_s
     lines = [
         f"{counted(verdict.samples, 'setpoint')} every {1000 * verdict.period_s:g} ms, {duration(seconds)}"

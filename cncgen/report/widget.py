@@ -1,4 +1,4 @@
-"""The page as a live widget of a notebook (extra ``cncgen[notebook]``): Python reads and sets what it shows."""
+"""The page as a live widget of a notebook (extra ``cncgen[notebook]``): Python reads and sets its view."""
 
 from __future__ import annotations
 

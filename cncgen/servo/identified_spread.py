@@ -97,7 +97,7 @@ def servo_values(letter: str, model: str, found: Mapping[str, float]) -> dict[st
 
 
 def spread_of(summary: Mapping[str, Any], letter: str) -> IdentifiedSpread:
-    """Return what a summary of ``cncgen identify`` says of an axis.
+    """Return the data of an axis in a summary of ``cncgen identify``.
 
     Args:
         summary: The JSON as plain values.

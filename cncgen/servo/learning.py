@@ -94,7 +94,7 @@ class Figures:
 
     @property
     def judged(self) -> float:
-        """Return what a command is judged by: the largest contour error, or else tracking error."""
+        """Return the measure of a command: the largest contour error, or else tracking error."""
         return self.contour_max if self.by_contour else self.tracking_max
 
     def better(self, than: Figures) -> bool:
@@ -370,7 +370,7 @@ def learn(
 
     Args:
         wanted: The motion, shape (n, axes), at rest before and after.
-        axes: What follows it.
+        axes: The axes that follow it.
         limits: Of each axis; None: it has none.
         passes: At least 1.
         settle_s: Least rest at the end.

@@ -77,7 +77,7 @@ def axis_loop(servo: Servo, letter: str, period_s: float) -> AxisLoop:
 
 
 def plant_and_controller(servo: Servo, letter: str, period_s: float) -> tuple[Plant, Controller]:
-    """Return what a model is made of, for another controller to be put round the same plant.
+    """Return the parts of a model, for another controller on the same plant.
 
     Raises:
         ValueError: The model is a closed loop as a whole and has no plant of its own.

@@ -71,7 +71,7 @@ def settings_of(table: Mapping[str, Any]) -> Settings:
 
 
 def scheme_maker(name: str, servos: Mapping[str, Servo], settings: Settings | None = None) -> SchemeMaker:
-    """Return what makes the scheme of a name for axes and a setpoint period.
+    """Return the constructor of a named scheme for axes and a setpoint period.
 
     Raises:
         UsageError: The name is unknown (``controller-unknown``); later, where the scheme cannot be had for the axes

@@ -306,5 +306,5 @@ class _Limit:
 
 
 def _excess(limits: Sequence[_Limit], reached: Sequence[Floats]) -> float:
-    """Return how far what is limited is over its limit."""
+    """Return the excess over the limit."""
     return max(one.given * float(np.abs(v).max()) for one, v in zip(limits, reached, strict=True)) - 1.0

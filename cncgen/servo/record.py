@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Response:
-    """A chunk of what the servo axes make of setpoints; row `i` holds at ``(first + i) * period_s``.
+    """A chunk of the response of the servo axes to setpoints; row `i` holds at ``(first + i) * period_s``.
 
     Attributes:
         axes: Letters of the columns.

@@ -1,4 +1,4 @@
-"""A control scheme: a loop for each axis, and what shapes their setpoints or couples them."""
+"""A control scheme: a loop for each axis, with prefilters and couplings."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class PathCoupling(Protocol):
         """Setpoints that it looks ahead."""
 
     def over(self, block: SampleBlock) -> Coupling:
-        """Return what couples the axes over a block."""
+        """Return the coupling of the axes over a block."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -148,7 +148,7 @@ class Shaped:
     path_rms_mm: float
 
     def as_dict(self, modes: Sequence[Mode], period_s: float) -> dict[str, Any]:
-        """Return the shaper and what it does to the path as plain values."""
+        """Return the shaper and its effect on the path as plain values."""
         linear = not math.isnan(self.path_max_mm)
         return {
             "modes": [{"frequency_hz": mode.frequency_hz, "damping": mode.damping} for mode in modes],

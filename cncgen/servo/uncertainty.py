@@ -1,4 +1,4 @@
-"""Servo axes whose parameters are not known exactly: draws of them, and quantiles of what the draws show.
+"""Servo axes whose parameters are not known exactly: draws of them, and quantiles of their results.
 
 Draws are quasi-random (Sobol's sequence, scrambled: A. B. Owen, Journal of Complexity 14 (1998) 466), so that few of them show
 the spread. Each number of a servo table is drawn evenly within a share of its value; periods, encoder counts and the
@@ -27,7 +27,7 @@ DRAWS = 512
 #: Machines that are drawn to find a worst one, or to say in short how robust something is.
 FEW_DRAWS = 64
 
-#: Keys that are known exactly: periods, what the encoder counts, and the weights of a design.
+#: Keys that are known exactly: periods, the encoder's resolution, and the weights of a design.
 EXACT = frozenset(
     [
         "control_period_s",
@@ -173,7 +173,7 @@ def _drawn(servo: Servo, factors: Floats) -> Servo:
 
 
 def _with(servo: Servo, model: str, values: Mapping[str, Any]) -> Servo:
-    """Return a servo with other parameters, whose controller knows what it was designed on."""
+    """Return a servo with other parameters, whose controller keeps its design data."""
     known = {key: servo.parameters[key] for key in _DESIGNED_ON.get(model, ())}
     knows = Servo(model, {**values, **known}) if known else None
     if values.get("controller") == "h-infinity":

@@ -1,7 +1,7 @@
 """Setpoints: a `Trajectory` sampled once a period (`sample`), and the formats in which `Setpoints` are written and read.
 
-`writers` and `readers` have a module a format; `columns` names the columns of a file, `checking` looks at setpoints that come
-from a caller, and `stream` is setpoints with what is known of them before the first row.
+`writers` and `readers` have a module a format; `columns` names the columns of a file, `checking` checks setpoints of a caller, and
+`stream` has setpoints with their data before the first row.
 """
 
 from __future__ import annotations

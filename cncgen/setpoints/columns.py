@@ -44,7 +44,7 @@ _POSITION_LIKE = re.compile(r"[a-z]_(?:mm|cm|m|um|µm|nm|in|inch|deg|rad|rev)|[x
 
 
 def unread_positions(names: Sequence[str], name: str) -> list[Diagnostic]:
-    """Return what is to be said of columns that look like positions, and are read as none.
+    """Return the remark on columns that look like positions but are not read.
 
     Where it is an axis that would be missed (``x_deg``, ``y``) that is an error; another letter (``q_mm``) is a warning.
 

@@ -80,7 +80,7 @@ def _sample(
             path = trajectory.toolpath.path
         current = trajectory
         waiting += trajectory.events
-        # The last tick is left to what follows: a stretch that ends on a tick hands that tick on.
+        # The last tick is left to the next stretch: a stretch that ends on a tick hands that tick on.
         periods = float(np.ceil(trajectory.profile.t[-1] / period_s - _ROUNDING))
         if not periods <= MOST_ROWS:
             raise NoPlanError(_too_long(trajectory, period_s))

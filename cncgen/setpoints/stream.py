@@ -1,4 +1,4 @@
-"""A stream of setpoints with what is known of it before the first row: axes, period, name."""
+"""A stream of setpoints with its data before the first row: axes, period, name."""
 
 from __future__ import annotations
 

@@ -304,7 +304,7 @@ _MEANINGS = {
 
 
 def words_hint(missing: list[str]) -> str:
-    """Return what the first missing word of a cycle is."""
+    """Return the first missing word of a cycle."""
     return _MEANINGS.get(missing[0], f"{missing[0]} is the bottom of the hole")
 
 

@@ -336,7 +336,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     first, second, normal = state.plane_axes()
     depth = AXES[normal]
     words = {**sticky.words, "p": sticky.words.get("p", 0.0)}
-    # R and the depth mean what they meant in the block that gave them, whatever mode is in force now.
+    # R and the depth keep the meaning of their block, whatever mode is in force now.
     retract = words["r"] + (sticky.level if "r" in sticky.relative else 0.0)
     bottom = words[depth] + (retract if depth in sticky.relative else 0.0)
     if (bottom > retract) != (number == _BACK) and bottom != retract:

@@ -25,7 +25,7 @@ _STYLES = {"%d": ".0f", "%f": ".4f"}
 
 
 def comment(ip: Interpreter, block: Block, text: str) -> None:
-    """Do what a comment says, or pass it on."""
+    """Execute a comment, or pass it on."""
     if text[:1] == OUTPUT:
         output(ip, text[1:])
         return
@@ -77,7 +77,7 @@ def _abort(ip: Interpreter, rest: str) -> None:
 
 
 def output(ip: Interpreter, text: str) -> None:
-    """Do what an output command of FANUC's macros says: POPEN, PCLOS, or DPRNT[X#1[53]] with its text.
+    """Execute an output command of FANUC's macros: POPEN, PCLOS, or DPRNT[X#1[53]] with its text.
 
     Of DPRNT, a value has as many digits before and after the point as its bracket says, and * is a blank.
     """

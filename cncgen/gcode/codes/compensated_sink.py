@@ -59,7 +59,7 @@ _ROUGHING, _LATHES_PLANE = frozenset({710, 720, 730}), 18
 
 @dataclass(slots=True)
 class _Call:
-    """A call that waits: of which block, and what to do then."""
+    """A waiting call: its block, and the action."""
 
     block: Block
     run: Callable[[], None]
@@ -126,7 +126,7 @@ class CompensatedSink:
         _refuse(block, self.plane, lenient=self._lenient)
 
     def snapshot(self) -> tuple[Any, ...] | None:
-        """Return what tells this state from others, or None where blocks wait that cannot be compared."""
+        """Return a key of this state, or None if waiting blocks cannot be compared."""
         centre = self.centre.snapshot()
         return None if centre is None else (self.plane, self._last, self._inches, self._speed, centre)
 
@@ -338,7 +338,7 @@ class CompensatedSink:
 
 
 def _or_fault(step: Callable[[], list[CentreMove | _Call]]) -> list[CentreMove | _Call]:
-    """Return what the geometry settles in a step; raise its fault as the block's."""
+    """Return the results of the geometry in a step; raise its fault as that of the block."""
     try:
         return step()
     except CompensationError as error:
@@ -346,7 +346,7 @@ def _or_fault(step: Callable[[], list[CentreMove | _Call]]) -> list[CentreMove |
 
 
 def _refuse(block: Block, plane: int, *, lenient: bool) -> None:
-    """Raise where a block does what cannot be done while compensation is on."""
+    """Raise if a block is not allowed while compensation is on."""
     beside = AXES[PLANE_AXES[plane][2]]
     homes_beside = lenient and not block.words.keys() & (set("xyz") - {beside})
     for letter, numbers, refused in (("G", block.g, _REFUSED_G), ("M", block.m, _REFUSED_M)):

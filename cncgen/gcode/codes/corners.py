@@ -164,7 +164,7 @@ class _Corner:
             if words:
                 ip.execute(Block(words, codes, (), None, block.source, block.line, block.offset))
         except BlockError:
-            # The block will say what is wrong with it when it is executed.
+            # The fault of the block is reported when it is executed.
             trying.motion = None
         finally:
             ip.state, ip.sink, ip.compensated_position = state, sink, beside

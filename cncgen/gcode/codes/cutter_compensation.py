@@ -150,7 +150,7 @@ def turn_off(ip: Interpreter, block: Block) -> None:
 
 
 def end(ip: Interpreter) -> None:
-    """Pass on what waits and take the compensating sink away; the tool stays where it is until the next move."""
+    """Pass on waiting motions and remove the compensating sink; the tool stays where it is until the next move."""
     sink = _sink_of(ip)
     ip.state.compensation = 40
     if sink is not None:

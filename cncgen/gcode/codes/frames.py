@@ -1,7 +1,7 @@
 """FANUC's frames within a program: scaling G51, mirror images G51.1, rotation G68; polar coordinates G16.
 
-The interpreter goes on in programmed coordinates; a `FramedSink` between it and the sink turns what it calls into
-work coordinates: ``work = rotation (scaling (mirror (programmed)))``, the order of the manuals (B-63324EN, 14.6-14.9).
+The interpreter goes on in programmed coordinates; a `FramedSink` between it and the sink turns its calls into work coordinates: ``work
+= rotation (scaling (mirror (programmed)))``, the order of the manuals (B-63324EN, 14.6-14.9).
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class FramedSink(PassingSink):
         self.frame = frame
 
     def snapshot(self) -> CoordinateFrame:
-        """Return what tells this state from others."""
+        """Return a key of this state."""
         return self.frame
 
     def straight_traverse(self, end: Point) -> None:

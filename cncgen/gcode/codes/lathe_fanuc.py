@@ -68,7 +68,7 @@ _LEAST_WHOLE = 50.0
 
 
 def turning_of(ip: Interpreter) -> Turning:
-    """Return what the cycles of this program keep."""
+    """Return the state of the cycles of this program."""
     state = ip.state
     if state.turning is None:
         state.turning = Turning()

@@ -80,7 +80,7 @@ def set_data(ip: Interpreter, block: Block) -> None:
 
 
 def _begin_data(ip: Interpreter, kind: int) -> None:
-    """Pass over the blocks up to G11: they set what this machine does not have."""
+    """Skip the blocks up to G11: they set data that this machine lacks."""
     ip.warn(
         BlockError(
             "control-data",
@@ -142,7 +142,7 @@ def _set_origin(ip: Interpreter, block: Block, system: int) -> None:
 
 
 def local(ip: Interpreter, block: Block) -> None:
-    """G52: a local system within the work coordinate systems, beside what G92 shifts."""
+    """G52: a local system within the work coordinate systems, beside the shift of G92."""
     axes = given_axes(block)
     if not axes:
         raise BlockError("axis-missing", "G52 has no axis word", "G52", hint="G52 X0 Y0 Z0 ends it")
@@ -189,7 +189,7 @@ def preset_position(ip: Interpreter, block: Block, name: str) -> None:
 
 
 def preset(ip: Interpreter, block: Block) -> None:
-    """G92.1: forget what G92 and G52 shifted, in the axes of the block or in all."""
+    """G92.1: remove the shifts of G92 and G52, in the axes of the block or in all."""
     state = ip.state
     offset = state.g92.copy()
     for index in [index for index, _ in given_axes(block)] or range(len(AXES)):

@@ -88,9 +88,9 @@ _PLACE = {24: "x", 25: "y", 26: "z", 9: "f"}
 
 
 def measures(ip: Interpreter, block: Block, number: int, values: list[float]) -> bool:
-    """Tell whether a program that is called and missing is one of a probe's maker, and do what it does to the position.
+    """Tell whether a missing program is one of a probe's maker, and apply its effect on the position.
 
-    Measuring leads back to where it began, and what it would set is unknown: it is passed over with a warning.
+    Measuring leads back to its start, and its results are unknown: it is ignored with a warning.
     """
     if number not in _MEASURING:
         return False

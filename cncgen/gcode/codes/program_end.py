@@ -31,7 +31,7 @@ def _end(pallet: bool) -> Handler:
 
 
 def reset(ip: Interpreter) -> None:
-    """Put back what the end of a program puts back (RS274/NGC, 3.6.1)."""
+    """Reset the modes that the end of a program resets (RS274/NGC, 3.6.1)."""
     ip.end_compensation()
     state, sink = ip.state, ip.sink
     load_system(ip, 1)

@@ -76,7 +76,7 @@ def snapshot(ip: Interpreter) -> Saved:
 
 
 _PATH_CODES = {PathMode.EXACT_PATH: 610, PathMode.EXACT_STOP: 611, PathMode.CONTINUOUS: 640}
-#: G codes that bring back what differs, by field of `Saved`.
+#: G codes that restore the differences, by field of `Saved`.
 _CODES: dict[str, Callable[[Any], int]] = {
     "feed_mode": lambda mode: mode * 10,
     "constant_surface": lambda on: 960 if on else 970,
@@ -97,7 +97,7 @@ _OVERRIDES = {"feed_override": 500, "speed_override": 510, "adaptive_feed": 520,
 
 
 def restore(ip: Interpreter, saved: Saved) -> None:
-    """Bring back what differs, as LinuxCNC does: the units in a block of their own, all codes and words in another.
+    """Restore the differences, as LinuxCNC does: the units in a block of their own, all codes and words in another.
 
     So a tool length comes back as G43, of the tool in the spindle, and compensation as G41 or G42 with its diameter.
     """
@@ -171,7 +171,7 @@ def save(ip: Interpreter, block: Block) -> None:
 
 
 def forget(ip: Interpreter, block: Block) -> None:
-    """M71: forget what was saved."""
+    """M71: discard the saved state."""
     ip.frame().saved = None
 
 

@@ -51,7 +51,7 @@ def user(ip: Interpreter, block: Block) -> None:
 
 @cache
 def of_builder(number: int) -> Code:
-    """Return what stands for an M code, in tenths, that FANUC leaves to the machine's builder: an event, and a remark."""
+    """Return the handler of an M code, in tenths, that FANUC leaves to the machine's builder: an event, and a remark."""
     name = f"M{number // 10}"
 
     def run(ip: Interpreter, block: Block) -> None:

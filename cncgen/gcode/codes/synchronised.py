@@ -14,7 +14,7 @@ _WORDS = "xyzabcuvwk$@^"
 
 
 def _pitch(ip: Interpreter, block: Block, name: str) -> float:
-    """Return K, after what synchronised motion needs has been checked."""
+    """Return K, after the conditions of synchronised motion were checked."""
     if "k" not in block.words:
         raise BlockError("pitch-missing", f"{name} has no pitch K", name)
     pitch = block.words["k"]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Handler = Callable[["Interpreter", Block], None]
 
-#: Modules with `CODES`; a code is looked for in this order, what every program has first.
+#: Modules with `CODES`; a code is searched in this order, codes of every program first.
 _MODULES = (
     "codes.lines",
     "codes.modes",
@@ -121,7 +121,7 @@ class Code:
         number: Ten times the code's number (``G5.1`` is 51); 0 for words that act by themselves.
         group: Name of the modal group: two codes of one group cannot stand in one block.
         stage: When in the block it is executed.
-        run: What it does; None where the plan knows (modal motions name `run` of their own).
+        run: Its handler; None if the plan has it (modal motions name their own `run`).
         words: Letters that it uses, lower case.
         help: One line.
         axes: ``none``, ``motion`` (a modal motion), ``own`` (uses axis words itself).

@@ -61,7 +61,7 @@ def _set(ip: Interpreter, block: Block) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Depths:
-    """Height of a thread and what its passes take."""
+    """Height of a thread and the depths of its passes."""
 
     full: float
     first: float

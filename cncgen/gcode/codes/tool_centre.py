@@ -111,7 +111,7 @@ class OffsetCurve:
 class ToolCentre:
     """Turns programmed moves into those of the tool's centre; one object from G41 to G40.
 
-    `line`, `arc` and `defer` return what is settled by now: pieces, and deferred blocks in their place between
+    `line`, `arc` and `defer` return the settled part: pieces, and deferred blocks in their place between
     them. `finish` returns the rest.
 
     Args:
@@ -284,7 +284,7 @@ class ToolCentre:
         return []
 
     def _wait(self, item: CentreMove | Any) -> None:
-        """Put what does not move in the plane behind the moves that wait."""
+        """Put blocks without motion in the plane behind the waiting moves."""
         if len(self._queue) >= MAX_WAITING:
             raise CompensationError(
                 "comp-waiting",
@@ -325,7 +325,7 @@ class ToolCentre:
         return [item for item in self._queue if isinstance(item, CentreMove)]
 
     def snapshot(self) -> tuple[Any, ...] | None:
-        """Return all that what comes next depends on, or None where blocks wait that cannot be compared, or many."""
+        """Return the state that later output depends on, or None if waiting blocks cannot be compared or are many."""
         if len(self._queue) > FEW or not all(isinstance(item, CentreMove) for item in self._queue):
             return None
         place = self._programmed, self._actual, self._shift
@@ -336,7 +336,7 @@ class ToolCentre:
         return next((item for item in reversed(self._queue) if isinstance(item, CentreMove)), None)
 
     def finish(self) -> list[CentreMove | Any]:
-        """Return what waits still (G40, or the end of the program)."""
+        """Return the waiting moves (G40, or the end of the program)."""
         return self._settle()
 
     def _check_entry(self, length: float) -> None:
@@ -397,7 +397,7 @@ class ToolCentre:
     def _join(
         self, old: OffsetCurve, new: OffsetCurve, start: complex, block: Any, rapid: bool
     ) -> list[CentreMove | Any]:
-        """Settle the move before, and return it with what rolls around the corner (no tool rolls without a radius)."""
+        """Settle the previous move, and return it with the arc around the corner (without a radius there is none)."""
         if self.radius == 0.0:
             new.start = start
             return self._settle(strict=False)
@@ -441,7 +441,7 @@ class ToolCentre:
         return turn < -self._smooth
 
     def _check(self, curve: OffsetCurve | None, strict: bool) -> CompensationError | None:
-        """Return what is wrong where a move, cut short at its ends, goes backward; the entry move may.
+        """Return the fault of a move that goes backward after it was shortened at its ends; the entry move may do so.
 
         Of an arc that does, the sweep is more than programmed: nearly a full turn. Where it starts a little off the
         tangent of the move before, it is more as well, by a little.
@@ -480,7 +480,7 @@ class ToolCentre:
         )
 
     def _settle(self, strict: bool = True) -> list[CentreMove | Any]:
-        """Check the move that waits and return it with what waits behind it; `strict` where LinuxCNC looks for gouges."""
+        """Check the waiting move and return it with the blocks behind it; `strict` where LinuxCNC looks for gouges."""
         gouge = self._check(self._curve, strict)
         if gouge is not None:
             gouge.refused = strict

@@ -21,7 +21,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.codes.canned_cycles import Sticky
 
-#: The arrays of what is in force, written at once.
+#: The arrays of the state in force, written at once.
 _FORCE_MODES, _FORCE_LEVELS = Struct(f"{gcode_motion.MODES}q"), Struct(f"{gcode_motion.LEVELS}d")
 _POSITION = Struct("9d")
 _BITS = {"r": gcode_motion.GIVEN_R, "p": gcode_motion.GIVEN_P, "q": gcode_motion.GIVEN_Q}
@@ -77,7 +77,7 @@ class Batches:
         return index
 
     def _give_modes(self) -> None:
-        """Say what the kernel begins with: modes, feed and the tolerances of arcs."""
+        """Return the initial state for the kernel: modes, feed and the tolerances of arcs."""
         ip, state, inches = self._ip, self._ip.state, self._ip.state.inches
         if state.cycle is not self._cycle or (self._cycles and self._under != (state.plane, inches)):
             self._give_cycle()
@@ -142,7 +142,7 @@ class Batches:
         self._cycle, self._under = state.cycle, (state.plane, state.inches)
 
     def _take_modes(self) -> None:
-        """Take over what the blocks have changed."""
+        """Apply the changes of the blocks."""
         state, sink, modes, levels = self._ip.state, self._ip.sink, self._modes, self._levels
         motion = modes[gcode_motion.MOTION]
         state.motion = NO_MOTION if motion < 0 else 10 * motion
@@ -199,7 +199,7 @@ class Batches:
         self._hand_rows(begin, kernel.rows)
 
     def _tell(self, k: int) -> None:
-        """Do what an aside says, as the handler of its code does."""
+        """Execute an aside, as the handler of its code does."""
         ip, state, sink = self._ip, self._ip.state, self._ip.sink
         kind, value, index = self._asides[1][k], self._asides[2][k], self._asides[3][k]
         here = self._plain.cursor(index)

@@ -40,7 +40,7 @@ class Compiler:
         self.fanuc = ip.dialect == "fanuc"
 
     def action(self, parsed: Parsed, cursor: Cursor) -> Action:
-        """Return what a block without flow does: compute its values, set its parameters, execute it."""
+        """Return the function of a block without flow: compute its values, set its parameters, execute it."""
         if self.fanuc:
             macro = self._macro(parsed, cursor)
             if macro is not None:

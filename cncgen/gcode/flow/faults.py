@@ -35,12 +35,12 @@ class Faults:
         self._failures = 0
 
     def at(self, here: Cursor, error: BlockError) -> None:
-        """Report what is wrong with a line."""
+        """Report the fault of a line."""
         self.found = True
         self._reporter.report(self._sources[here.source], here.line, here.offset, error)
 
     def here(self, error: BlockError) -> None:
-        """Report what is wrong with the block that is executed."""
+        """Report the fault of the executed block."""
         block = self._sink.block
         self.at(Cursor(block.source, block.offset, max(block.line, 1)), error)
 

@@ -83,7 +83,7 @@ def assemble(
 
 
 def _recover(ip: Interpreter, text: str) -> None:
-    """Put what a faulty line sets in force; a program without faults does not import the module."""
+    """Put the modes of a faulty line in force; a program without faults does not import the module."""
     from cncgen.gcode.flow.recovery import recover
 
     recover(ip, text)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class PendingBlocks:
-    """The columns of plain blocks, what fills them and what runs them.
+    """The columns of plain blocks, and the objects that fill and run them.
 
     Without `batches` every block goes through its handlers one by one.
     """

@@ -18,7 +18,7 @@ from cncgen.gcode.text import grammar, plain_language
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.normal_text import normalise
 
-#: Modes that a line sets by a code alone, numbers in tenths: planes, units, distances, what F means.
+#: Modes that a line sets by a code alone, numbers in tenths: planes, units, distances, meaning of F.
 _MODES = frozenset((170, 180, 190, 200, 210, 900, 910, 901, 911, 930, 940, 950))
 #: On lathes some of these are cycles, or mean something else.
 _MODES_OF_LATHES = frozenset((170, 180, 190, 200, 210))
@@ -90,7 +90,7 @@ def _said(ip: Interpreter, text: str) -> tuple[dict[str, float], list[int]]:
 
 
 def _try(ip: Interpreter, block: Block) -> None:
-    """Execute a block that says no more than what the failed line does."""
+    """Execute a block with the remaining modes of the failed line."""
     if not block.words and not block.g:
         return
     here = ip.base.block

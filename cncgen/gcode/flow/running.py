@@ -27,7 +27,7 @@ class Runner:
         source: The text of the main program.
         options: How it is read.
         sink: Takes the canonical calls.
-        diagnostics: Takes what is wrong.
+        diagnostics: Receives the faults.
         path: Where the program stands; subprograms are looked for beside it.
         batches: Whether plain motions are interpreted in arrays. Without that every block goes through its handlers one by one,
             which is slower and gives the same.
@@ -96,7 +96,7 @@ class Runner:
                 self._course.resume()
 
     def _say_dialect(self) -> None:
-        """Note which dialect was chosen, where something in the text decided it, and what another control would read."""
+        """Note the chosen dialect if the text decided it, and text with another meaning on other controls."""
         source, choice = self.sources[0], self._choice
         tell(self.reporter, source, choice, self._options.least_increment)
         if not choice.unread:
@@ -104,7 +104,7 @@ class Runner:
                 self.reporter.report(source, here.line, here.offset, doubt, severity)
 
     def _finish(self) -> None:
-        """Say what is missing at the end of the text, and keep the parameters where asked."""
+        """Report missing parts at the end of the text, and save the parameters on request."""
         source, parts = self.sources[0], self._parts
         last = Cursor(0, _last_line(source), max(self._course.reached.line - 1, 1))
         try:

@@ -115,7 +115,7 @@ def pass_program_number(control: FlowControl, flow: Flow, here: Cursor, after: C
 
 
 def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | None:
-    """Do what a block asked for with M97, M98, M99, G65, G66 or a cycle of lathes (`Interpreter.jump`)."""
+    """Execute the jump of a block with M97, M98, M99, G65, G66 or a cycle of lathes (`Interpreter.jump`)."""
     ip, calls = control.ip, control.calls
     assert ip.jump is not None
     (kind, number, times), ip.jump = ip.jump, None

@@ -16,7 +16,7 @@ from cncgen.gcode.errors import BlockError
 _NUMBER = r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
 _RESET = re.compile(r"PLANE\s+RESET\b", re.IGNORECASE)
 _KIND = re.compile(r"PLANE\s+(\w+)", re.IGNORECASE)
-#: Functions that change no motion, or end what is never begun here.
+#: Functions that do not change motion, or end a mode that is never on.
 _IDLE = re.compile(
     r"FUNCTION\s+(?:MODE\s+MILL|DCM\b|PROG\s+PATH|S-PULSE|FEED\s+DWELL\s+RESET|FEED\s+RESET)\b",
     re.IGNORECASE,

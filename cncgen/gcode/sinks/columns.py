@@ -432,7 +432,7 @@ class ColumnsSink:
         self._feed = rate
 
     def set_feed_mode(self, mode: int, synched: bool) -> None:
-        """Set what the feed rate means."""
+        """Set the meaning of the feed rate."""
         self.flush()
         self._feed_mode = mode
 
@@ -442,7 +442,7 @@ class ColumnsSink:
         self._speed = speed if direction else 0.0
 
     def set_surface_speed(self, limit: float | None) -> None:
-        """Set whether that speed is one of the surface, and what bounds the revolutions."""
+        """Set whether the speed is a surface speed, and the bound of the revolutions."""
         self.flush()
         self._surface = limit
 

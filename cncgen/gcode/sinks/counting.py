@@ -17,7 +17,7 @@ _NEAR = 1e6
 
 
 class CountingSink:
-    """Takes every call as `columns.ColumnsSink` does and counts what would be a row of the toolpath."""
+    """Takes every call like `columns.ColumnsSink` and counts the rows of the toolpath."""
 
     wants_comments = False
 

@@ -124,7 +124,7 @@ class Sink(Protocol):
         """Set the rate (1/min) of the next motion, of that length, in inverse time mode."""
 
     def set_feed_mode(self, mode: int, synched: bool) -> None:
-        """Set what the feed rate means: 93, 94 or 95."""
+        """Set the meaning of the feed rate: 93, 94 or 95."""
 
     def set_spindle(self, speed: float, direction: int) -> None:
         """Tell the speed (rev/min) and direction in force; feeds per revolution depend on them. Prints nothing."""

@@ -339,7 +339,7 @@ def mode(motions: Motions, code: int, words: Words) -> None:
 
 
 def _units(motions: Motions, code: int) -> None:
-    """G70 and G71 change the unit of lengths alone, G700 and G710 that of F too; the feed in force stays what it is.
+    """G70 and G71 change the unit of lengths alone, G700 and G710 that of F too; the feed in force does not change.
 
     The basic system is metric (840D sl, Fundamentals, "Inch or metric dimensions").
     """

@@ -128,7 +128,7 @@ def _part(name: str, at: list[Scalar]) -> tuple[int, int, str]:
 
 
 def set_part(motions: Motions, name: str, at: list[Scalar], value: float) -> None:
-    """Set one part of a frame variable: its shift, or another part to what changes nothing."""
+    """Set one part of a frame variable: its shift, or another part to its neutral value."""
     system, column, part = _part(name, at)
     neutral = 1.0 if part == "SC" else 0.0
     if part != "TR":

@@ -138,7 +138,7 @@ class Motions:
         self.here = Cursor(0, 0, 1)
         self.heading: list[float] | None = None
 
-    # What handlers share.
+    # State shared by handlers.
 
     def begin(self, *, turns: bool = False) -> None:
         """Put the modes in force with which SINUMERIK begins, on lathes where the program turns and says no other."""
@@ -187,7 +187,7 @@ class Motions:
         )
 
     def fields(self) -> dict[str, Any]:
-        """Return what a contour that is only looked at may change."""
+        """Return the state that a contour may change while it is only examined."""
         names = (
             "motion",
             "absolute",

@@ -118,7 +118,7 @@ def _add(program: Program, line: Line) -> None:
 
 
 def _connect(program: Program) -> list[tuple[Cursor, BlockError]]:
-    """Find the other end of each loop and branch; return what has none."""
+    """Find the other end of each loop and branch; return those without an end."""
     faults: list[tuple[Cursor, BlockError]] = []
     open_lines: list[tuple[str, int]] = []
     for at, line in enumerate(program.lines):

@@ -213,7 +213,7 @@ VALUES: dict[str, Callable[..., Any]] = {
 
 
 def _transformer() -> Any:
-    """Return what makes the values of the rules."""
+    """Return the functions for the values of the rules."""
     from lark import Transformer
 
     def method(rule: str) -> Callable[[Any, list[Any]], Any]:

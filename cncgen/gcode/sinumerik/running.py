@@ -108,7 +108,7 @@ class SinumerikRunner:
         return found[0]
 
     def _finish(self, main: Program) -> None:
-        """Say what is missing at the end of the text."""
+        """Report missing parts at the end of the text."""
         last = next((line for line in reversed(main.lines) if line.statement.items), None)
         here = last.here if last else Cursor(0, 0, 1)
         try:

@@ -44,7 +44,7 @@ def _index(name: str, at: list[Scalar]) -> tuple[int, int]:
 
 
 class ToolData:
-    """Types of the tools that a program describes, and what it sets of them."""
+    """Types of the tools that a program describes, and the data that it sets."""
 
     def __init__(self, ip: Interpreter) -> None:
         self.ip = ip

@@ -91,7 +91,7 @@ _RETURNED = ("_value", "_value_returned")
 
 
 def asks_state(target: object) -> bool:
-    """Tell whether a parameter (number, name or what computes the number) may tell the machine's state."""
+    """Tell whether a parameter (number, name or a function that computes the number) may depend on the machine's state."""
     if isinstance(target, str):
         return target in NAMED and target not in _RETURNED
     return not isinstance(target, float) or POSITION.start - 1 < target < POSITION.stop

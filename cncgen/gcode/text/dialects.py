@@ -251,7 +251,7 @@ _NUMBERS = rb"(?m:^)(?=[/N])(?:/([1-9]?))?(?:N\d+(?:\.\d*)?)?(?:/([1-9]?))?"
 
 
 def chosen(source: Source, dialect: str) -> Choice:
-    """Return a dialect that was asked for, or with ``auto`` what the text says."""
+    """Return the requested dialect, or with ``auto`` that of the text."""
     return choose(source) if dialect == "auto" else Choice(dialect, "", 1)
 
 
@@ -305,13 +305,13 @@ def _found(signs: Iterable[_Sign], lines: _Lines) -> Iterable[_Found]:
 
 
 def _of_name(name: str) -> Iterable[_Found]:
-    """Yield what the suffix of a file says: SINUMERIK's programs are .mpf and .spf."""
+    """Yield the signs of a file's suffix: SINUMERIK's programs are .mpf and .spf."""
     if name.lower().endswith((".mpf", ".spf")):
         yield "the suffix of SINUMERIK's programs", {_S: 4.0}, 1
 
 
 def _of_feeds(blocks: _Lines) -> Iterable[_Found]:
-    """Yield what the feeds and their modes say: below 1 they are a revolution's, G99 without cycles says so too."""
+    """Yield the signs of feeds and their modes: below 1 they are a revolution's, G99 without cycles says so too."""
     mode = blocks.search(_RETRACTS) if b"G99" in blocks.text else None
     if mode and not blocks.search(_CYCLES):
         yield "G99 without cycles of mills", {_T: 3.0}, blocks.number(mode)
@@ -338,7 +338,7 @@ def _of_feeds(blocks: _Lines) -> Iterable[_Found]:
 
 
 def _decided(found: list[_Found], totals: dict[str, float]) -> Choice:
-    """Return the dialect of the greatest weight, what spoke for it, and the one next to it where that is close."""
+    """Return the dialect of the greatest weight, its signs, and the next dialect if it is close."""
     own = {dialect for _, weights, _ in found for dialect in (_B, _C) if weights.get(dialect, 0.0) > 0.0}
     for dialect in own:
         # The signs of all lathes, which are less than those that system A alone has.

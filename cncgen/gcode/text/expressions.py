@@ -295,7 +295,7 @@ def arc_tangent(y: Value, x: Value | None, arithmetic: Arithmetic = LINUXCNC) ->
 
 
 def parameter(target: Value | str) -> Value:
-    """Return ``#target``: a number, a name or what computes the number."""
+    """Return ``#target``: a number, a name or a function that computes the number."""
     if isinstance(target, str):
         return _named(target)
     if isinstance(target, float):

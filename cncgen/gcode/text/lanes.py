@@ -81,7 +81,7 @@ class PlainBlocks:
 
 
 def comment_of(text: str) -> str | None:
-    """Return what a line says in its last ``( )`` (a later one takes the place of an earlier one), or None.
+    """Return the text of a line in its last ``( )`` (a later one takes the place of an earlier one), or None.
 
     The text behind a semicolon is never passed on.
     """

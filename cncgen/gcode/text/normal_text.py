@@ -1,4 +1,4 @@
-"""Blocks without what means nothing: blanks, and capital letters."""
+"""Blocks in normal form: without blanks, in capital letters."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ _NUMBERED = re.compile(r"\s*(?:\d+\s+)?")
 _DATUM_SHIFT, _PATH_TOLERANCE = 7, 32
 #: Cycles that CYCL CALL and M99 run have numbers from here on.
 _FIRST_CALLED = 200
-#: M functions that say what several of G-code say, or another one.
+#: M functions that stand for several of G-code, or for another one.
 _FUNCTIONS: dict[float, Words] = {
     13.0: [("m", 3.0), ("m", 8.0)],
     14.0: [("m", 4.0), ("m", 8.0)],
@@ -91,7 +91,7 @@ _FUNCTIONS: dict[float, Words] = {
     **{number: [("g", REMARK / 10.0), ("remark", number)] for number in (97.0, 98.0)},
     **{number: [("m", number), ("g", REMARK / 10.0), ("remark", number)] for number in (109.0, 110.0, 116.0)},
 }
-#: M functions that change what motions mean.
+#: M functions that change the meaning of motions.
 _NOT_READ = {
     89.0: "a cycle called in each block",
     103.0: "a smaller feed downwards, by a factor F",
@@ -212,7 +212,7 @@ def _words(body: str, at: int) -> tuple[Words, bool]:
 
 
 def _word(match: re.Match[str]) -> Words:
-    """Return what a word says."""
+    """Return the meaning of a word."""
     if match["sense"]:
         return [("dr", 1.0 if match["sense"] == "+" else -1.0)]
     if match["retract"]:

@@ -72,7 +72,7 @@ _TO_GRBL = re.compile(r"\s*(?:\$(?:[$#GgIiNnCcHhXx]\s*(?:;|\Z)|[0-9]+\s*=|[Jj]\s
 
 
 def syntax_error(data: bytes, reader: Parser) -> BlockError:
-    """Say what stands where the last line, the text of `data`, was refused, and what could."""
+    """Describe the text at which the last line of `data` was refused, and the expected words."""
     text, start = (
         data.decode("utf-8", "surrogateescape"),
         data[: reader.error].decode("utf-8", "surrogateescape"),
@@ -100,7 +100,7 @@ def syntax_error(data: bytes, reader: Parser) -> BlockError:
 
 
 def _comment_error(rest: str, column: int) -> BlockError:
-    """Say what is wrong with the parenthesis that begins the rest of a block."""
+    """Describe the fault of the parenthesis that begins the rest of a block."""
     if rest.startswith(")"):
         return BlockError("syntax", "a ) with no comment to close", column=column)
     if "(" in rest[1 : rest.find(")")] and ")" in rest:
@@ -109,7 +109,7 @@ def _comment_error(rest: str, column: int) -> BlockError:
 
 
 def _found(rest: str) -> str:
-    """Return what is called the first character of the rest of a block."""
+    """Return the name of the first character of the rest of a block."""
     if not rest:
         return "the end of the block"
     first = rest[0]
@@ -122,7 +122,7 @@ def _found(rest: str) -> str:
 
 
 def _expected_names(before: str, expected: list[str]) -> list[str]:
-    """Return what people call the tokens that could stand behind the text before."""
+    """Return names of the tokens that could follow the text."""
     if before.count("[") > before.count("]"):
         # The parser's states do not tell how a value ends; tokens that cannot stand within brackets are left out.
         expected = [name for name in expected if name not in _OUTSIDE]

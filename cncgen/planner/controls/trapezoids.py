@@ -35,7 +35,7 @@ def entry_speeds(blocks: Blocks, allowed: AllowedSpeeds, depth: int, first_mm_s:
     faster than the blocks before it can accelerate to.
 
     Args:
-        blocks, allowed: The blocks, and what is allowed on them.
+        blocks, allowed: The blocks, and the allowed speeds on them.
         depth: Blocks that the control looks ahead.
         first_mm_s: Speed at which the first one is entered.
     """
@@ -50,7 +50,7 @@ def entry_speeds(blocks: Blocks, allowed: AllowedSpeeds, depth: int, first_mm_s:
         squared = np.minimum(entry[at], squared + np.append(gain, 0.0)[at])
     squared[0] = min(squared[0], first_mm_s**2)
     gained = np.concatenate([[0.0], np.cumsum(gain)])
-    # v² may grow by `gain` a block: the running minimum of v² less what was gained so far.
+    # v² may grow by `gain` a block: the running minimum of v² minus the gain so far.
     speeds: Floats = np.sqrt(np.maximum(gained + np.minimum.accumulate(squared - gained), 0.0))
     return speeds
 
@@ -64,7 +64,7 @@ def trapezoids(
     shared among them as the control's own way is.
 
     Args:
-        blocks, allowed: The blocks, and what is allowed on them.
+        blocks, allowed: The blocks, and the allowed speeds on them.
         speed: Shape (n + 1,), from `entry_speeds`.
         slowing_s: Time that a deceleration takes beyond its trapezoid, where the trapezoid is longer than this time.
     """

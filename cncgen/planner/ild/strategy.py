@@ -87,7 +87,7 @@ def _parts(stretch: Stretch, longest_s: float) -> list[Toolpath]:
 def _advance(
     window: OpenStretches, options: PlanOptions, dynamics: Dynamics | None, last: bool
 ) -> Iterator[Trajectory]:
-    """Plan the window and hand on what is final: all of it at the end of the program."""
+    """Plan the window and hand on the final part: all of it at the end of the program."""
     if not window.stretches:
         return
     open_path = window.open_path()

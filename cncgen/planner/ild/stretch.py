@@ -27,7 +27,7 @@ _SAME_PLACE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class RowEnd:
-    """How a stretch ends, for the joint with what follows: dx/ds and d²x/ds², each of shape (axes,)."""
+    """The end of a stretch, for the joint with the next one: dx/ds and d²x/ds², each of shape (axes,)."""
 
     tangent: Floats
     bend: Floats

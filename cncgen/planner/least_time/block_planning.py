@@ -79,7 +79,7 @@ def plan_blocks(
 def _solved(
     source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits], coarse: bool
 ) -> Iterator[SolvedWindow | Toolpath]:
-    """Yield what is final, window by window, and toolpaths that stand still."""
+    """Yield the final parts, window by window, and toolpaths that stand still."""
     window: RollingWindow | None = None
     with closing(prefetch(_meshes(source, bounds_of, coarse), PREFETCHED)) as meshes:
         for mesh, last in meshes:

@@ -104,7 +104,7 @@ def held(
         course: The path under them.
         pieces: A motion on them.
         q: Shape (n, 3), its ordinates.
-        count: How many intervals count: chords that end beyond are left to what comes after.
+        count: How many intervals count: chords that end beyond are left to later calls.
         everywhere: Whether bounds are lowered under all of each chord that is too long. Else they are lowered only under a chord of
         the required length around the place furthest from the chord, so that this way takes a period. Faster motion at the ends of the
         long chord is kept, and chords over the same place that begin earlier or later become shorter too.

@@ -227,7 +227,7 @@ def _lowered(
 
 
 def _cap(block: _JudgedBlock, following: Floats, old: _Slowness, rule: _Lowering) -> _Slowness:
-    """Return what the speed on a block must be lowered to.
+    """Return the speed to which a block must be lowered.
 
     Args:
         block: Its samples.

@@ -96,7 +96,7 @@ class BlockEnd:
 
 
 def ends_of(toolpath: Toolpath, path: Path, bounds: AxisLimits) -> tuple[BlockEnd, BlockEnd]:
-    """Return what neighbours meet at the start and at the end of a block."""
+    """Return the data of the start and the end of a block for its neighbours."""
     rests = _rests(toolpath, path, crawling(path, Feeds.of(toolpath, path).speed, bounds))
     first, last = path.row_s[:1], path.row_s[-1:]
     return (

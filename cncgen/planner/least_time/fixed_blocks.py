@@ -38,7 +38,7 @@ def blocks(chunks: Iterable[Toolpath], size: int, most: int) -> Iterator[Toolpat
 
 
 def _sizes(toolpath: Toolpath) -> NDArray[np.int64]:
-    """Return what rows count as, shape (n,)."""
+    """Return the work of rows, shape (n,)."""
     out = np.full(len(toolpath), _ROW, np.int64)
     curves = np.flatnonzero(toolpath.kind == Kind.NURBS)
     points = np.diff(toolpath.nurbs.point_offset)

@@ -281,7 +281,7 @@ class Section:
 
 
 def _too_many(toolpath: Toolpath, path: Path, many: TooManyNodesError) -> Diagnostic:
-    """Say what needs too many nodes."""
+    """Report the row that needs too many nodes."""
     row = int(path.row_of(np.array([many.s]))[0])
     return Diagnostic(
         "too-many-nodes",
@@ -383,7 +383,7 @@ def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
 
 
 def _factors(s: Floats, corners: Corners) -> Floats:
-    """Return what the jumps leave of the limits on each interval, shape (n, 2, axes): of acceleration and of jerk.
+    """Return the rest of the limits beside the jumps on each interval, shape (n, 2, axes): of acceleration and of jerk.
 
     Where zones overlap, all of them take.
     """
@@ -408,7 +408,7 @@ def _x3_excess(
     Args:
         path: The path.
         s: Shape (n + 1,), nodes.
-        kind: Shape (n,), what each interval is.
+        kind: Shape (n,), the kind of each interval.
         x3: Shape (n, 3, axes), third derivatives at the start, middle and end of each interval.
         top: Shape (n, 3), largest v² there.
         jerk: Shape (axes,), limits.

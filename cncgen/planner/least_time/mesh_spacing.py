@@ -174,7 +174,7 @@ def placed(
     top_at: TopAt,
     coarse: bool,
 ) -> Floats:
-    """Return the nodes of a block, ascending: its breakpoints, and what lies between.
+    """Return the nodes of a block, ascending: its breakpoints, and nodes between them.
 
     The time that the spline loses falls with the spacing, and `AMPLE` nodes cost next to nothing. So a block with fewer nodes
     gets closer ones, by the factor √(AMPLE/n): a root, so that a node more or less makes no jump in the result.

@@ -144,7 +144,7 @@ class Solution:
         time: Time of all, s.
         unfelt: How many intervals at the start do not depend on where the row ends: these are final.
         converged: Whether every limit is held, in a time near the least.
-        fallback: Whether it is what an earlier plan left in reserve.
+        fallback: Whether it is the reserve of an earlier plan.
     """
 
     q: Floats

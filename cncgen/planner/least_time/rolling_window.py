@@ -1,7 +1,7 @@
 """The look-ahead's window: meshes that are read but not yet final, planned down to a stop at the window's end.
 
-`block_planning` appends meshes and calls `advance`, which solves (`problem`), measures chords (`chord_refinement`), and yields what is final,
-for `timeline`. A part of the plan is final if it does not depend on the stop at the end.
+`block_planning` appends meshes and calls `advance`, which solves (`problem`), measures chords (`chord_refinement`), and yields the
+final part, for `timeline`. A part of the plan is final if it does not depend on the stop at the end.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class RollingWindow:
         return sum(len(mesh) for mesh in self.meshes) - self.used
 
     def advance(self, last: bool) -> Iterator[SolvedWindow]:
-        """Plan what is open where there is enough of it, and hand on what is final: all of it at the `last` call."""
+        """Plan the open part if it is long enough, and hand on the final part: all of it at the `last` call."""
         while len(self) > self.wanted or (last and len(self)):
             count = min(len(self), self.wanted)
             given = self._intervals(count)
@@ -250,7 +250,7 @@ def _last_rest(kind: NDArray[np.int8], least: int) -> int:
 def _last_top(q: Floats, last: int) -> int:
     """Return the interval of the last maximum or plateau of q up to `last`; `last` without one.
 
-    A good place to end what is final. Amid braking or accelerating at full jerk the state allows hardly any motion but the
+    A good place to end the final part. Amid braking or accelerating at full jerk the state allows hardly any motion but the
     planned one, so the next window would have no interior for the solver to start in.
     """
     before, here, after = q[:last], q[1 : last + 1], q[2 : last + 2]
@@ -260,7 +260,7 @@ def _last_top(q: Floats, last: int) -> int:
 
 
 def _cut_short(given: Intervals) -> Intervals:
-    """Leave out intervals at the end until what remains can brake: a spline interval before the one that enters rest."""
+    """Leave out intervals at the end until the rest can brake: a spline interval before the one that enters rest."""
     n = len(given)
     while n > 3 and (given.kind[n - 2] != SPLINE or given.kind[n - 1] == LEAVE):
         n -= 1

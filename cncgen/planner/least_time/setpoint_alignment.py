@@ -71,7 +71,7 @@ class PathMotion:
 
     @classmethod
     def gone(cls, mesh: Mesh, profile: Profile, bounds: AxisLimits) -> PathMotion:
-        """Return what is handed on of a mesh."""
+        """Return the part of a mesh that is handed on."""
         course = MeshPath([(mesh, slice(0, len(mesh)))], bounds)
         return cls(course, mesh.s, mesh.s[0] + course.breakpoints(), profile)
 
@@ -212,7 +212,7 @@ def started(
     more setpoints: a motion and its reverse, which can meet the same, take as long. Of long motions that is next to nothing.
 
     Args:
-        way: What is planned.
+        way: The planned motion.
         stands: Intervals, none of them the first, that begin at a rest which lasts, or may have to.
         node_t: Shape (n + 1,), s: when the motion is at the nodes, without waits.
         dwells: Shape (≥ n,), s: the dwells that the program asks for at them.

@@ -62,7 +62,7 @@ class Timeline:
         t_s: Time at its end.
         corners: Sharp corners so far.
         past: Its ways, back to a period before `t_s` at least.
-        cornered: Whether what came last had rests that chords might cut (`Mesh.cuts`).
+        cornered: Whether the last part had rests that chords might cut (`Mesh.cuts`).
         open_s: When a setpoint falls before a rest whose next setpoint is not final yet.
     """
 
@@ -85,7 +85,7 @@ class Timeline:
         self._look_back(planned.ends)
 
     def _look_back(self, ends: bool) -> None:
-        """Compare the chord over a rest with what was handed on, where the setpoint after it was not final when the rest was timed.
+        """Compare the chord over a rest with the handed-on motion, if the setpoint after it was not final when the rest was timed.
 
         Raises:
             NoPlanError: It is too far from the path: since then the motion to that setpoint became another one.
@@ -188,7 +188,7 @@ def slow_nodes(
     Args:
         mesh: The intervals.
         first: Number of the first one.
-        q, limit: Shape (count,), their solution: v² at their left ends, and what binds.
+        q, limit: Shape (count,), their solution: v² at their left ends, and the binding limits.
         period_s: Time between setpoints.
     """
     jumps = np.flatnonzero(mesh.corner[first : first + len(q)])

@@ -66,7 +66,7 @@ class RowLimits:
 
 
 def row_limits_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True) -> RowLimits:
-    """Work out what the moving rows of a chunk allow.
+    """Compute the limits of the moving rows of a chunk.
 
     Args:
         toolpath: The chunk.

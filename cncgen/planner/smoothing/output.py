@@ -38,8 +38,8 @@ def rows_of(
     A knot span belongs to the source row in which its middle lies; spans of one row in a row make one NURBS row, with
     the line and mode of that row, and with its feed. Where rows of another feed are too short for spans of their own, it
     is the feed that takes the time of all. A feed by inverse time becomes the speed that the row had. `chord_room` is
-    what is left of the tolerance: the least on the rows over which a chord between setpoints may reach. Parts of one straight line have
-    what the whole of it has.
+    what is left of the tolerance: the least on the rows over which a chord between setpoints may reach. Parts of one straight line
+    have the values of the whole line.
 
     Args:
         spline: Fitted to the rows `moving` of `source`.

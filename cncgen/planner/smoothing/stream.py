@@ -138,7 +138,7 @@ class _Smoother:
         closed: bool,
         done: _Done,
     ) -> int:
-        """Hand on what is final of the rows first … stop, which are one run or no run; return where the rest begins."""
+        """Hand on the final part of the rows first … stop, which are one run or not a run; return the begin of the rest."""
         moving = first + np.flatnonzero(classes.fits[first:stop])
         if self.seam is None and len(moving) < 2:
             if moving.size and not closed:

@@ -57,7 +57,7 @@ class Stretches:
 
     @classmethod
     def of(cls, parts: Toolpath) -> Stretches:
-        """Join what goes on under G64 at the same speed."""
+        """Join rows that go on under G64 at the same speed."""
         places = np.concatenate([parts.start[None], parts.end])
         turning = _pairs(parts, Kind.ARC)
         round_on = goes_on(parts, places[:-1], turning)

@@ -53,7 +53,7 @@ class Hand:
         self._taken = 0
 
     def remark(self, said: Diagnostic) -> None:
-        """Say something with what is handed on next."""
+        """Attach a diagnostic to the next motion."""
         self._values["diagnostics"] = (*self._values.get("diagnostics", ()), said)
 
     def _draw(self) -> None:
@@ -241,7 +241,7 @@ class Hand:
         return first, stop, row_s
 
     def _limits(self, nodes: Nodes, found: Solved, count: int) -> NDArray[np.int8]:
-        """Return what binds in each interval."""
+        """Return the binding limit of each interval."""
         out = np.full(count, Limit.NONE, np.int8)
 
         def use(values: Floats, limit: Floats) -> NDArray[np.bool_]:

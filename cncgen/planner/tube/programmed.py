@@ -90,12 +90,12 @@ class Programmed:
             yield chunk
 
     def draw(self) -> None:
-        """Take up what has been handed on since."""
+        """Add the motion that was handed on since."""
         while self._waiting:
             self._add(self._waiting.pop(0))
 
     def leave(self) -> None:
-        """Leave out what has been handed on since: the plan stands as it is."""
+        """Leave out the motion that was handed on since: the plan is kept."""
         self._waiting.clear()
 
     def __len__(self) -> int:

@@ -128,7 +128,7 @@ class Tube:
         self.lost = False
 
     def take(self, trajectory: Trajectory, last: bool) -> Iterator[Trajectory]:
-        """Add a trajectory of the plan; yield what is final."""
+        """Add a trajectory of the plan; yield the final part."""
         if self.ended:
             self.reference.trajectories.append(trajectory)
             self.program.leave()
@@ -139,7 +139,7 @@ class Tube:
         yield from self.advance(last)
 
     def advance(self, last: bool) -> Iterator[Trajectory]:
-        """Yield what is final."""
+        """Yield the final part."""
         self._match(last)
         while not self.ended:
             if self.run is None and not self._open(last):
@@ -265,7 +265,7 @@ class Tube:
         return int(np.clip(i, 0, len(grid) - 1))
 
     def _extend(self, last: bool) -> None:
-        """Add the nodes of what is known of the run."""
+        """Add the nodes of the known part of the run."""
         run, program = self.run, self.program
         assert run is not None
         if run.closed:
@@ -574,7 +574,7 @@ class Tube:
         )
 
     def _forget(self) -> None:
-        """Forget what lies behind what has been handed on."""
+        """Drop everything before the end of the handed-on motion."""
         grid = self.reference.grid
         if grid is None:
             return

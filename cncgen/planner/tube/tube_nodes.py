@@ -18,7 +18,7 @@ Bools = NDArray[np.bool_]
 
 #: Time between nodes, as a part of (P/J)^(1/3), the time in which full jerk crosses the tolerance; beside corners the second part.
 SPACING = 0.7, 0.34
-#: Growth of the spacing with the time from what is close.
+#: Growth of the spacing with the time from close nodes.
 _GROWTH = 0.12
 #: The path turns by at most so much between nodes, rad.
 _TURN = 0.25

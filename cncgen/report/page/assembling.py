@@ -51,7 +51,7 @@ def _visit(name: str, order: list[str], above: tuple[str, ...]) -> None:
 
 
 def _wrapped(name: str) -> str:
-    """Return a module as a constant that holds what it exports."""
+    """Return a module as a constant that holds its exports."""
     text = asset(name)
     exports = _EXPORT.findall(text)
     body = _IMPORT.sub(lambda m: f"const {{{m[1].replace(' as ', ': ')}}} = {_constant(m[2])};\n", text)

@@ -45,7 +45,7 @@ class Contents:
         places: Where the most time is lost, the worst first.
         verdict: The verdict of `verify`, or None.
         texts: Programs' texts by the names in `Recording.sources`; a file that is not there is read.
-        why: Rows of what would shorten the part (``cncgen why``), or None.
+        why: Rows of ``cncgen why``, or None.
         removal: The part that the program cuts, or None.
         for_lathe: Whether the program is written in a dialect of lathes.
     """
@@ -82,7 +82,7 @@ def html(title: str, parts: Sequence[Contents]) -> str:
 
 
 def contents(part: Contents, blob: Blob, with_source: bool = True) -> dict[str, Any]:
-    """Return what the page's header says of one plan; its streams go into the blob."""
+    """Return the page's header of one plan; its streams go into the blob."""
     summary = {k: v for k, v in part.summary.items() if k not in ("sharp_corners", "slowest")}
     corners = [round(item["t_s"] / part.recording.period_s) for item in part.summary.get("sharp_corners", ())]
     found = part.recording.finish(blob)

@@ -41,7 +41,7 @@ class _Style:
 
 
 def put_text(text: bytes, blob: Blob) -> list[int] | dict[str, Any]:
-    """Put a text into a blob; return what a reader has to know.
+    """Put a text into a blob; return the data for a reader.
 
     Args:
         text: In UTF-8.
@@ -132,7 +132,7 @@ def _taken(text: Bytes, style: _Style) -> tuple[Bytes, Integers, NDArray[np.int8
     code = np.where(count == 0, WHOLE, FIXED + decimals)
     code[(count == 1) & (last != _DIGIT_0) & style.fewest] = FEWEST
 
-    # The skeleton has a byte for each number, and what stands between them.
+    # The skeleton has a byte for each number, and the text between them.
     gone = np.zeros(len(text) + 1, np.int8)
     gone[begin] += 1
     gone[end] -= 1

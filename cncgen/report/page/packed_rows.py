@@ -21,7 +21,7 @@ from cncgen.report.page.streams import ESCAPE, LARGEST, Blob, Integers
 _PREDICTORS = ((0, 1), (2, 6), (2, 14), (3, 10), (3, 24), (4, 16))
 #: Rows of a segment, which has frequencies of its own.
 SEGMENT = 1 << 16
-#: Mean of what is left in a block, in steps, from which on the next table holds.
+#: Mean of the residuals in a block, in steps, from which on the next table holds.
 _BOUNDS = (0.005, 0.1, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1, 1.5, 2.5, 5, 10, 20, 40)
 _TABLES, _WHOLE = len(_BOUNDS) + 1, 4096
 
@@ -118,7 +118,7 @@ class PackedStream:
         self.size += len(data)
 
     def finish(self, blob: Blob) -> dict[str, Any]:
-        """Put the bytes into a blob; return what a reader has to know."""
+        """Put the bytes into a blob; return the data for a reader."""
         if self._waiting:
             self._pack()
         for name, squeezed in {

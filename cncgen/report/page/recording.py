@@ -85,7 +85,7 @@ class Recording:
             yield chunk
 
     def over_responses(self, responses: Iterable[Response]) -> Iterator[Response]:
-        """Hand on what the servo axes make of the setpoints."""
+        """Hand on the response of the servo axes to the setpoints."""
         for response in responses:
             self._later(self._take_response, response)
             yield response

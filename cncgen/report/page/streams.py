@@ -90,7 +90,7 @@ class IntegerStream:
         self.count += len(values)
 
     def finish(self, blob: Blob) -> dict[str, Any]:
-        """Put the bytes into a blob; return what a reader has to know."""
+        """Put the bytes into a blob; return the data for a reader."""
         out = b"".join(self._out) + self._bytes.flush()
         more = b"".join(self._more) + self._escapes.flush()
         place = {"order": self._order, "count": self.count, "at": blob.put(out), "escapes": blob.put(more)}

@@ -117,7 +117,7 @@ class OpenLoop:
     """A loop broken at one place.
 
     Attributes:
-        name: What it is.
+        name: Its name.
         period: Control period, s: its frequencies end at π/period.
         response: From frequencies in rad/s to L(jω).
         largest_pole: |z| of the closed loop's slowest pole; margins mean nothing from 1 on. 0: it is not known.

@@ -74,7 +74,7 @@ def line_blocks(file: BinaryIO, name: str) -> Iterator[bytes]:
 
 
 def _header_fault(names: list[str], any_axis: bool) -> str:
-    """Return what is wrong with the columns of a file, or ""."""
+    """Return the fault of the columns of a file, or ""."""
     twice = next((n for n in names if n in ("t_s", *POSITION_COLUMNS) and names.count(n) > 1), "")
     if twice:
         return f"names {twice} twice"

@@ -42,7 +42,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
 
 
 def reason(error: Exception) -> str:
-    """Return what numpy says of a header, without the nodes of Python's syntax in it."""
+    """Return numpy's message about a header, without nodes of Python's syntax."""
     return re.sub(r":? <ast\.\w+ object at 0x[0-9a-f]+>", "", str(error))
 
 

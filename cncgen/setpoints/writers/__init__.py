@@ -32,7 +32,7 @@ class Writer(Protocol):
         """Write the rows of a chunk."""
 
     def close(self) -> None:
-        """Write what comes after the last row."""
+        """Write the data after the last row."""
 
 
 def format_of(path: str | os.PathLike[str] | None, asked: str | None = None) -> str:

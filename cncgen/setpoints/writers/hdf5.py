@@ -55,7 +55,7 @@ class Writer:
             shutil.copyfileobj(file, self._sink, 1 << 20)
 
     def _end(self) -> None:
-        """Close HDF5's side of the file; raise what went wrong on ours."""
+        """Close HDF5's side of the file; raise the fault on ours."""
         self._file.close()
         atexit.unregister(self._file.close)
         if self._spool.fault is not None:
@@ -107,5 +107,5 @@ class _Spool:
         return self._try(lambda: self.file.truncate(size), size)
 
     def flush(self) -> None:
-        """Hand what is buffered to the system."""
+        """Flush the buffer to the system."""
         self._try(lambda: self.file.seek(0, 1), 0)

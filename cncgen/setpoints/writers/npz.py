@@ -1,4 +1,4 @@
-"""npz: one array a column under the column's name, and ``period_s``: what `numpy.load` opens.
+"""npz: one array a column under the column's name, and ``period_s``, for `numpy.load`.
 
 Columns grow side by side and stand one after the other in the file, so each waits in a temporary file.
 """

@@ -294,7 +294,7 @@ class Features:
         return profile_shapes.closed_outline(boundary, self.profiles.open(wall), self.profiles.open(boundary))
 
     def _bosses(self, entity: Entity, inside: Matrix) -> tuple[Boss, ...]:
-        """Return what stays standing within a pocket or face: bosses, placed within its own placement."""
+        """Return the bosses within a pocket or face, placed within its own placement."""
         out = []
         for _, usage, ident in self.shapes.members(entity.id):
             if usage != "uncut volume" or self.entities.get(ident).instance.part("BOSS") is None:
@@ -343,7 +343,7 @@ class Features:
         return Shape(depth, course=list(course), ends=ends, **self.profiles.across(profile))
 
     def _slot_ends(self, components: list[Component], reverse: bool) -> tuple[str, ...]:
-        """Return what the ends of a slot are, where its path begins and where it ends.
+        """Return the ends of a slot, at the begin and at the end of its path.
 
         Args:
             components: Of the slot.

@@ -72,7 +72,7 @@ class Graph:
         return self._relations[key]
 
     def related(self, ident: int, keyword: str) -> list[Entity]:
-        """Return what relationships of a type relate to an instance, by sequence position, not by number.
+        """Return the instances that relationships of a type relate to an instance, by sequence position, not by number.
 
         Raises:
             Skip: where one has a fault.
@@ -80,7 +80,7 @@ class Graph:
         return [self.entities.get(i, owner=ident) for i in self.related_ids(ident, keyword)]
 
     def related_ids(self, ident: int, keyword: str) -> list[int]:
-        """Return the ids of what `related` returns.
+        """Return the ids of the result of `related`.
 
         Raises:
             Skip: where a relationship has a fault.
