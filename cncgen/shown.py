@@ -1,6 +1,6 @@
 """How records show themselves in a notebook: rooms above say it, records ask here.
 
-A record knows nothing of pages. `cncgen.pipeline`, which is there wherever a result is, registers a function for each kind.
+Records are independent of pages. `cncgen.pipeline`, which is there wherever a result is, registers a function for each kind.
 """
 
 from __future__ import annotations

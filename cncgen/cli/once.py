@@ -8,7 +8,7 @@ import click
 
 
 class OnceGroup(click.Group):
-    """A group whose commands take each option once, but for flags and those of many values."""
+    """A group whose commands take each option once, except flags and options of many values."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

@@ -61,7 +61,7 @@ def command(
     """Draw a motion and the response of the axes.
 
     Its path, feed, axes with their limits, curvature, force and errors. A program is planned and, where the machine has
-    servo data, simulated; setpoints are simulated with --axis-params; a response file is drawn as it is. With --reference the errors
+    servo data, simulated; setpoints are simulated with --axis-params; a response file is drawn directly. With --reference the errors
     are those against the wanted path and plan.
     """
     from cncgen.report.plots import available, draw
@@ -142,7 +142,7 @@ def _planned_or_read(
 
 
 def _noting(plan: Plan, corners: list[SharpCorner]) -> Plan:
-    """Return the plan, whose sharp corners are gathered as it is drawn."""
+    """Return the plan, whose sharp corners are gathered while it is computed."""
     from dataclasses import replace
 
     def over() -> Iterator[Trajectory]:

@@ -95,8 +95,7 @@ def read_options(
 ) -> tuple[str | None, ReadOptions]:
     """Return language and options of reading from the values gathered by `cncgen.cli.options.program_options`.
 
-    Other options are as the machine's tables have it, and as LinuxCNC's stand-alone interpreter has it where
-    `as_rs274` says so.
+    Other options come from the machine's tables, or with `as_rs274` from LinuxCNC's stand-alone interpreter.
 
     Raises:
         UsageError: A folder to search is missing; the machine cannot be read.

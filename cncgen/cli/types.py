@@ -106,7 +106,7 @@ class AxisLetters(click.ParamType):
 
 
 class FileName(click.ParamType):
-    """The name of a file or folder, as it is given: faults are found and reported where it is opened."""
+    """The given name of a file or folder: faults are reported when it is opened."""
 
     name = "file"
 

@@ -175,7 +175,7 @@ def check(
     options: ReadOptions = _DEFAULT,
     diagnostics: Diagnostics | None = None,
 ) -> int:
-    """Interpret a program and keep nothing of it; return how many motions and events it has.
+    """Interpret a program without keeping it; return the number of motions and events.
 
     The diagnostics are those of `read`, sooner, because no toolpath is built.
 

@@ -38,7 +38,7 @@ class Kinematics:
 
     Attributes:
         heads: Whether the rotary axes carry the tool, else the table.
-        axes: Columns of the rotary axes (3 is A), the one that carries the other first.
+        axes: Columns of the rotary axes (3 is A), the carrying axis first.
         centre: Where the axes of tables meet, machine coordinates.
         pivot: From the gauge line to where the axes of heads meet.
         tolerance: Largest distance of the axes' lines from the path.

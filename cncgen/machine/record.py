@@ -58,7 +58,7 @@ class Axis:
         max_velocity: mm/s or rad/s.
         max_acceleration: mm/s² or rad/s².
         max_jerk: mm/s³ or rad/s³.
-        travel: Lowest and highest position, or None where it is not limited.
+        travel: Lowest and highest position, or None if unlimited.
         servo: Drive and controller, or None.
         drive: Scaling of the drive's objects, or None.
     """

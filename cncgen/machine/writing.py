@@ -68,7 +68,7 @@ def _key(key: str) -> str:
 
 
 def _value(value: Any) -> str:
-    """Return a TOML value. JSON's texts and numbers are TOML's, but for DEL, which TOML wants escaped."""
+    """Return a TOML value. Texts and numbers of JSON are valid in TOML, except DEL, which TOML demands escaped."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):

@@ -123,7 +123,7 @@ def planned_text(
 
 
 def _changed(machine: Machine, options: PlanOptions | None, acceleration_mm_s2: float | None) -> Machine:
-    """Return the machine with the options' servo data in the place of its own, as it is simulated, and another acceleration."""
+    """Return the machine with the servo data of the options for simulation, and another acceleration."""
     given = (options.servos if options else None) or {}
     axes = {
         k: replace(

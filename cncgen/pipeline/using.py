@@ -47,7 +47,7 @@ def simulate(
     """Simulate the servo axes of a machine under setpoints.
 
     Args:
-        setpoints: From `sample` (as it is, or collected), from a file (`cncgen.setpoints.readers.open_setpoints`), your
+        setpoints: From `sample` (a stream, or collected), from a file (`cncgen.setpoints.readers.open_setpoints`), your
             own (`Setpoints`), or a plan, which is sampled.
         machine: Gives the servo data: a machine, servos by letter, a profile's name, or a TOML file.
         controller: ``p`` (each axis under its own controller) or another of `cncgen.servo.named_schemes.NAMES`, with the gains
@@ -119,7 +119,7 @@ def fmu(
 
 
 def _chunks_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> Iterator[Setpoints]:
-    """Return setpoints of any form as a stream of chunks, each checked as it is drawn."""
+    """Return setpoints of any form as a stream of chunks, each checked when it is read."""
     import numpy as np
 
     from cncgen.setpoints.checking import FROM_ARRAY, checked_setpoints
@@ -330,7 +330,7 @@ def why(
         watch: Called after each plan with the number of plans that are done, and of all.
 
     Returns:
-        The times of the plan as it is, and a `cncgen.report.shortening.Shortening` a quantity, the largest saving first.
+        The times of the unchanged plan, and a `cncgen.report.shortening.Shortening` per quantity, the largest saving first.
 
     Raises:
         UsageError, ProgramError, NoPlanError: As `plan`.

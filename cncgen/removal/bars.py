@@ -26,7 +26,7 @@ CHORD = 0.001
 SIDE = 0.02
 #: Material left on a radius that does not count, mm.
 LEFT = 0.02
-#: A piece that a cut through the axis parts falls off if it is no more than this share of the bar; more is a part.
+#: A piece that is cut off at the axis falls away if it is at most this share of the bar; a larger one counts as the part.
 CHIP = 0.05
 #: Way beside the axis of the work that counts as none, mm.
 ON_AXIS = 1e-6
@@ -59,7 +59,7 @@ class TurnedCutting(CutWalk):
     Args:
         stock: The bar.
         name: Of the program, for findings.
-        target: The profile that is to stay, None where it is not known.
+        target: The profile that is to stay, None if unknown.
         cutters: Tools by name that count before those of the program.
     """
 

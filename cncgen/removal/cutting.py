@@ -32,7 +32,7 @@ class Cutting(CutWalk):
     Args:
         stock: The field.
         name: Of the program, for findings.
-        target: The material that is to stay, None where it is not known.
+        target: The material that is to stay, None if unknown.
         cutters: Tools by name that count before those of the program.
     """
 

@@ -44,7 +44,7 @@ class LeaningCutting(CutWalk):
         stock: As it stands in the first setup.
         name: Of the program, for findings.
         poses: Tells where tools are.
-        target: The material that is to stay, as it stands in the first setup, None where it is not known.
+        target: The material that is to stay, as it stands in the first setup, None if unknown.
         cutters: Tools by name that count before those of the program.
         clampings: Setups by their numbers, if there are several; `target` counts before theirs.
     """

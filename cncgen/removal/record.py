@@ -28,7 +28,7 @@ class Cutter:
         cutting_length: Above it the tool does not cut; infinite where it is not known.
         left_handed: Whether it cuts turning against the clock.
         shank: Radius above `cutting_length`, None if unknown.
-        holder: Radius of the holder and its height above the tip, None where it is not known.
+        holder: Radius of the holder and its height above the tip, None if unknown.
         steepest: Angle of the steepest way down from the plane across its axis, rad: less than 90 degrees if its edges do not
             reach its middle.
     """
@@ -164,7 +164,7 @@ class Clamping:
 
     Attributes:
         frame: Of the workpiece, seen from the machine, shape (4, 4).
-        target: The material that its operations leave, None where it is not known.
+        target: The material that its operations leave, None if unknown.
     """
 
     frame: Floats

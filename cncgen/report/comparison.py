@@ -131,7 +131,7 @@ def compare_strategies(
         reference: Setpoints whose path they are judged by too.
 
     Returns:
-        Figures of each, in that order. A strategy that finds no plan says so in `fault`.
+        Figures of each, in that order. A strategy without a plan has the reason in `fault`.
 
     Raises:
         UsageError: A strategy is unknown.

@@ -64,7 +64,7 @@ class Quantity:
 
     Attributes:
         name: Key of the machine file, or a word of the program (``feed``).
-        value: As it is, with its unit; "" where it is many values.
+        value: Its present value with the unit; "" for many values.
         sign: +1 where a rise shortens, -1 where a fall does.
         scaled: Returns the case with the quantity multiplied by a factor.
         part: Part of the split that counts; "": the whole cycle.
@@ -238,7 +238,7 @@ def shortenings(
         watch: Called with the number of plans that are done, and of all.
 
     Raises:
-        NoPlanError, ProgramError: As `cncgen.planner.plan`, of the case as it is.
+        NoPlanError, ProgramError: As `cncgen.planner.plan`, of the unchanged case.
     """
     names = quantities(case, axes)
     total, done = 1 + _MOST_PLANS * len(names), 1
@@ -267,7 +267,7 @@ class _Savings:
     Args:
         case: The planned case.
         quantity: The changed quantity.
-        now: Times of the case as it is.
+        now: Times of the unchanged case.
         watch: Called after each plan with their number.
     """
 

@@ -89,7 +89,7 @@ class SlowPlaces:
         cuts = _valley_cuts(joined[1])
         if cuts:
             starts = [0, *cuts[:-1]]
-            # Which of them may be among the worst, the sums in one go tell, but for rounding.
+            # Sums computed at once show which of them may be among the worst, except for rounding.
             lost = np.add.reduceat(joined[0, : cuts[-1]], starts)
             least = self._heap[0][0] if len(self._heap) == KEPT else 0.0
             for n in np.flatnonzero(lost > least - _ROUNDING_S):

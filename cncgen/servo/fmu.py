@@ -291,7 +291,7 @@ def _compiled(source: str, suffix: str) -> bytes:
     """Compile a C text; return the library.
 
     Raises:
-        UsageError: There is no compiler, or it refuses the text.
+        UsageError: A compiler is missing, or it refuses the text.
     """
     named = os.environ.get("CC", "cc")
     try:

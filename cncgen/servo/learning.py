@@ -116,7 +116,7 @@ class Learnt:
     Attributes:
         wanted, command: Shape (n, axes).
         lead, tail: Rows before and after the motion.
-        before, after: Of the motion as it is, and of the command.
+        before, after: Of the unchanged motion, and of the command.
         passes: How many there were until the command was the best one.
         excess: How far the command is over a limit, as a share of it.
         tried: Errors of the best command within the limits, better or not; None: no pass came within them.
@@ -339,7 +339,7 @@ def figures_of(
 
 
 def _inverse_extent(impulse: Floats, regularisation: float) -> tuple[int, int]:
-    """Return how many periods before and after an error the filter G*/(|G|² + ε) answers it, but for `BEYOND`."""
+    """Return how many periods before and after an error the filter G*/(|G|² + ε) responds to it, up to `BEYOND`."""
     length = 4 * max(len(impulse), SHORTEST)
     response = np.fft.rfft(impulse, length)
     answer = np.abs(np.fft.irfft(np.conj(response) / (np.abs(response) ** 2 + regularisation), length))
@@ -349,7 +349,7 @@ def _inverse_extent(impulse: Floats, regularisation: float) -> tuple[int, int]:
 
 
 def _extent(size: Floats, left: float) -> int:
-    """Return after how many entries no more than `left` is left of a sum of sizes."""
+    """Return the number of entries after which at most `left` of a sum of sizes remains."""
     return int((size[::-1].cumsum()[::-1] > left).sum())
 
 
@@ -494,7 +494,7 @@ def _fading(rows: int, rest: int) -> Floats:
 def _trimmed(
     learnt: Learnt, resting: Floats, settle_s: float, axes: Axes, limits: Sequence[Axis | None]
 ) -> Learnt:
-    """Return the command without the part of its rests in which it stands, but for the least rest at the end.
+    """Return the command without the part of its rests in which it stands still, except for the least rest at the end.
 
     `resting`, shape (n, axes), is a command that stands in both rests where this one comes to. Where this one still stands elsewhere at
     the end of its time (friction holds the axis), it goes there as slowly as the `limits` ask for.

@@ -84,7 +84,7 @@ def _sample(
         periods = float(np.ceil(trajectory.profile.t[-1] / period_s - _ROUNDING))
         if not periods <= MOST_ROWS:
             raise NoPlanError(_too_long(trajectory, period_s))
-        # Where the first motion takes next to no time, the first tick is where it starts all the same.
+        # Even if the first motion takes almost no time, the first tick is at its start.
         ticks = max(int(periods), int(trajectory.profile.t[-1] > 0.0))
         while first < ticks:
             stop = min(ticks, first + CHUNK_ROWS)

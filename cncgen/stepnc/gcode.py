@@ -23,7 +23,7 @@ from cncgen.units import is_rotary
 
 Floats = NDArray[np.float64]
 
-#: Chord tolerance of what has no word of its own, mm.
+#: Chord tolerance of curves without a word of their own, mm.
 CHORD = 1e-3
 #: Work offsets, in the order of setups.
 OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")

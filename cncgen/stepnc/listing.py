@@ -119,7 +119,7 @@ class Meter(Canon):
         self._feed = speed
 
     def spindle(self, direction: int, rpm: float | None) -> None:
-        """Note the speed of what is cut from now on."""
+        """Note the speed of later cuts."""
         self._rpm = self._rpm if rpm is None else rpm
         if direction == 0:
             self._rpm = None
@@ -293,7 +293,7 @@ class _Listing:
                 entry.children.append(child)
 
     def _all(self, block: ProgramStructure, depth: int) -> Work:
-        """Return the sum of what the workingsteps below a block do."""
+        """Return the sum of the workingsteps below a block."""
         total = Work()
         for ident in self._steps_below(block.children, block.context, depth, {}):
             done = self._meter.steps[ident]

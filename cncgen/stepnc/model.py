@@ -1,7 +1,7 @@
 """The content of a STEP-NC program, in the same records for files of ISO 14649 and of AP238.
 
-The readers (`cncgen.stepnc.iso14649`, `cncgen.stepnc.ap238`) make these records when the executor asks for them; the
-executor knows nothing of the files. Lengths mm, times s, angles rad, frames as in `geometry.frames`.
+The readers (`cncgen.stepnc.iso14649`, `cncgen.stepnc.ap238`) make these records when the executor asks for them; the executor is
+independent of the files. Lengths mm, times s, angles rad, frames as in `geometry.frames`.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Technology:
 
 @dataclass(frozen=True, slots=True)
 class Functions:
-    """Machine functions; None leaves a function as it is."""
+    """Machine functions; None does not change a function."""
 
     ident: int
     coolant: bool | None = None
@@ -288,10 +288,10 @@ class Shape:
         floor_radius: Between floor and walls (planar_radius), or None.
         elements: Features that make up this one, their placements within it.
         thread: Major diameter of a thread, mm, or None.
-        pitch: Of a thread, mm: negative of a left-handed one; None where it is not given.
-        stock: Outline of the raw piece across the feature's axis, or None where it is not given.
+        pitch: Of a thread, mm: negative of a left-handed one; None if not given.
+        stock: Outline of the raw piece across the feature's axis, or None if not given.
         contour: Of a turned feature: its profile in the plane of X (the radius) and Z.
-        material: Of a turned feature: the direction from its profile into the material, or None where it is not given.
+        material: Of a turned feature: the direction from its profile into the material, or None if not given.
     """
 
     depth: float | None = None
@@ -441,4 +441,4 @@ class Reader(Protocol):
         """Tell whether a tool axis may leave the machine's Z by what tools and toolpaths say."""
 
     def may_lean(self) -> bool:
-        """Tell whether a setup, workpiece or feature leans; its workingsteps may stand upright all the same."""
+        """Tell whether a setup, workpiece or feature leans; its workingsteps may still be upright."""

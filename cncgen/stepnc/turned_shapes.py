@@ -187,7 +187,7 @@ def _beside(pieces: list[Piece], low: float, high: float) -> bool:
 def _joined(profiles: list[list[Piece]]) -> list[Piece] | str:
     """Return turned profiles as one, from the highest Z down; a shoulder between two of them is joined by a line.
 
-    Where one does not begin at the Z where another ends, a text says so.
+    If one does not begin at the Z where another ends, a text reports it.
     """
     down = [p if p[0].start[2] >= p[-1].end[2] else reverse(p) for p in profiles]
     down.sort(key=lambda p: -(p[0].start[2] + p[-1].end[2]))

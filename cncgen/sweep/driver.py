@@ -256,7 +256,7 @@ class JobQueue:
         self._running += 1
 
     def _batch_size(self) -> int:
-        """Return how many jobs take `BATCH_S`; no more than leave each worker something at the end."""
+        """Return the number of jobs that take `BATCH_S`, bounded so that each worker has work at the end."""
         if self._seconds == 0.0:
             return 1
         share = math.ceil(len(self._waiting) / self._workers.count)

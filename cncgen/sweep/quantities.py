@@ -31,7 +31,7 @@ class Varied(Protocol):
     Attributes:
         key: As ``[vary]`` has it.
         columns: Names of the values in the results.
-        relative: Whether values are factors of what the machine has.
+        relative: Whether values are factors on those of the machine.
         discrete: Whether only the levels of a list exist.
     """
 

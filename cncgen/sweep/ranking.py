@@ -29,7 +29,7 @@ def ranked(values: Floats, *, largest: bool = False) -> Indices:
 def pareto_front(first: Floats, second: Floats) -> Indices:
     """Return the numbers of the rows that no other row beats in one value without being worse in the other, by the first.
 
-    Both values are better the smaller they are. Of rows that are equal in both, the one that stands first is returned.
+    Both values are better the smaller they are. Of rows that are equal in both, the first is returned.
 
     Args:
         first, second: Shape (n,); rows with a NaN take no part.

@@ -184,7 +184,7 @@ class Toolpath:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """A program that is read as it is consumed: `chunks()` yields its toolpath piece by piece.
+    """A program that is read on demand: `chunks()` yields its toolpath piece by piece.
 
     The diagnostics grow while the chunks are drawn; they are complete when the iterator ends. After an error the
     reader goes on to find the other errors of the file, but what it yields then is not to be moved on.

@@ -47,13 +47,13 @@ def verify(
 
     Args:
         setpoints: What is judged; drawn chunk by chunk.
-        toolpaths: The program, as it is read; drawn as the setpoints come to it, and to its end.
+        toolpaths: The program as a stream, read as far as the setpoints need it, and to its end.
         machine: Limits, travel, tolerances.
         tolerance_mm: Tolerance of every continuous motion, over what the program says.
         named: Axes that the program names; None: all of its toolpath's. Where another one stands is not known: it has
             to stand still.
-        resolution: Rounding of the positions, mm and degrees: a difference, and a distance, may be over its
-            limit by what that makes of it.
+        resolution: Rounding of the positions, mm and degrees: differences and distances may exceed their limits by the effect of this
+        rounding.
 
     Returns:
         Peaks of each axis and both distances, with a diagnostic for each limit that is broken.

@@ -38,7 +38,7 @@ class _Order:
 class AxisJudge:
     """The finite differences of one axis, and its travel, as its positions come in.
 
-    A k-th difference may be over its limit by what rounding can make of it, 2ᵏ (resolution / 2 + ε) / Tᵏ. Here ε is the distance
+    A k-th difference may exceed its limit by the effect of rounding, 2ᵏ (resolution / 2 + ε) / Tᵏ. Here ε is the distance
     of neighbouring doubles at the farthest position: half of it where a position was computed, half where it was read.
     """
 

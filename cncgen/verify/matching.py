@@ -302,7 +302,7 @@ class Matching:
         return int(why)
 
     def _note_fault(self, on: int, row: int, scale: float, lost: bool = False) -> None:
-        """Begin a fault, or widen the one that is open."""
+        """Begin a fault, or widen the open one."""
         path = self._path
         leash = scale * float(path.allowed[on])
         if self._fault is None:

@@ -65,7 +65,7 @@ class MatchWindow:
         """Draw more of the path; return False where it has ended before."""
         if self.ended:
             return False
-        # As much again as half of what is held, so that a wide window is not copied for each little piece.
+        # Half of the held part again, so that a wide window is not copied for each small piece.
         enough, parts, count = max(_AT_LEAST, len(self) // 2), [], 0
         for part in self._parts:
             parts.append(part)

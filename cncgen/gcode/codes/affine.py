@@ -87,7 +87,7 @@ class Frame:
         return self == Frame()
 
     def inverse(self) -> Frame:
-        """Return the map back: rows of the matrix are square to each other but for scaling, so the cofactors serve all."""
+        """Return the map back: rows of the matrix are orthogonal except for scaling, so the cofactors suffice."""
         m, det = self.matrix, self._determinant()
         rows = [
             [

@@ -97,7 +97,7 @@ class _Passed:
         self.end = end
 
     def __call__(self, ip: Interpreter, block: Block) -> None:
-        """Go: the block after the next one knows nothing of the corner."""
+        """Remove this sink: the block after the next one is independent of the corner."""
         ip.guard = None
 
 

@@ -28,7 +28,7 @@ _WORD = re.compile(r"([a-z])([+-]?(?:\d++\.?+\d*+|\.\d+))")
 def recover(ip: Interpreter, text: str) -> None:
     """Put the modes and the feed rate of a faulty line in force, and take the end point of its axis words for the position.
 
-    Lines that use axis words otherwise leave the position as it is. So do lines under G91: an arc whose centre is given from its
+    Lines with another use of axis words do not change the position. So do lines under G91: an arc whose centre is given from its
     start is then correct in itself.
     """
     if ip.guard is not None:

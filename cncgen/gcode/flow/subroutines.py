@@ -43,7 +43,7 @@ class Subroutines:
         return self._labels[source]
 
     def resolved(self, label: Value | str) -> Value | str:
-        """Return a label as it is now; one that is computed counts as a block, so that looking for one has a bound."""
+        """Return the present value of a label; a computed label counts as a block, so that its search has a bound."""
         if not callable(label):
             return label
         self.ip.budget.count(1, LINE)

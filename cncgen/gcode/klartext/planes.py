@@ -101,7 +101,7 @@ def _through(rest: str, value: Evaluate) -> affine.Matrix:
 
 
 def _axes(along: list[float], normal: list[float]) -> affine.Matrix:
-    """Return the rotation with Z along a normal, and X along a direction as far as it is square to it."""
+    """Return the rotation with Z along a normal, and X along the part of a direction that is orthogonal to it."""
     z = _unit(normal)
     y = _unit(_cross(z, along))
     x = _cross(y, z)
@@ -123,7 +123,7 @@ def _unit(vector: list[float]) -> list[float]:
 
 
 def _of_axes(angles: tuple[float, float, float], carriers: Sequence[int]) -> affine.Matrix | None:
-    """Return the rotation that rotary axes at these angles make, the one that carries the other first.
+    """Return the rotation that rotary axes at these angles make, the carrying axis first.
 
     Raises:
         BlockError: Two of them turn, and the machine does not say which carries the other.

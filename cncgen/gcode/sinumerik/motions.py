@@ -33,7 +33,7 @@ from cncgen.gcode.sinumerik.variables import Store
 from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.gcode.text.labels import Cursor
 
-#: How a coordinate is meant where the block says so.
+#: Meaning of a coordinate that the block states.
 MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}

@@ -32,7 +32,7 @@ _OWN = 20.0
 class Choice:
     """A dialect, the signs that spoke for it (or ""), the line of the first, and the dialect that it might be as well (or "").
 
-    `unread` names a control whose language the program is in, and which is not read; `dialect` is then no more than a stand-in.
+    `unread` names a control whose language the program is in, and which is not read; `dialect` is then only a substitute.
     """
 
     dialect: str

@@ -22,7 +22,7 @@ _COMMENT = r"\(([^()]*)\)|;.*"
 def column(kind: str, count: int, width: int = 0) -> memoryview:
     """Return zeros as a buffer that kernels fill: `count` values (rows of `width` values) of a format of `struct`.
 
-    Reading takes no more than that of arrays, so that a check need not import numpy. Pages come as they are touched: those of a
+    Reading needs only a few functions of arrays, so a check need not import numpy. Pages come as they are touched: those of a
     short program are few.
 
     Raises:

@@ -112,7 +112,7 @@ def parse(text: str) -> Parsed:
     """Read one block.
 
     Raises:
-        BlockError: It is none of those that are read; the column is that of `text`.
+        BlockError: It is not one of the read statements; the column is that of `text`.
     """
     parsed = Parsed()
     body = body_of(text)

@@ -53,7 +53,7 @@ def joint_speeds(segments: Segments, start_mm_s: float, end_mm_s: float, profile
 
     Args:
         segments: The stretches.
-        start_mm_s: Speed at the first joint, as it is.
+        start_mm_s: Given speed at the first joint.
         end_mm_s: Highest speed at the last joint.
         profile: One of `PROFILES`.
 

@@ -148,7 +148,7 @@ class _Compared:
     quarters: Floats
 
     def peaks(self) -> Ints:
-        """Return the phases about which the distance may pass the tolerance, as between them it rises no more than beside."""
+        """Return the phases around which the distance may exceed the tolerance."""
         rise = np.abs(np.diff(self.over)) * (np.diff(self.phase) == 1)
         more = np.maximum(np.append(0.0, rise), np.append(rise, 0.0))
         return self.phase[_peaks(self.phase, self.over, more)]

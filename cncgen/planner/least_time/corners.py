@@ -455,7 +455,7 @@ def _cuts(bounds: AxisLimits, s: Floats, stop: Bools, turn: Floats, left: Floats
         period**2 / elementary.power(elementary.power(acceleration, -1.0 / 3.0).sum(axis=1), 3.0),
     )
     longest = np.minimum(jerk * period**3 / 6.0, acceleration * period**2 / 2.0)
-    # Where a curve stands, its control points being one, no limit bounds the way, and its derivatives tell nothing of a bend.
+    # Where all control points of a curve coincide, limits do not bound the way, and derivatives do not show a bend.
     longest[~np.isfinite(longest)] = 0.0
     bend = np.stack([_size(bounds, side[1, rest]) for side in (left, right)], axis=1)
     # A cusp has no curvature; on the way of a period no direction turns by more than two.

@@ -202,7 +202,7 @@ def _place(survey: _Survey, density: Density) -> Floats:
     corners, probes, shape = survey.corners, survey.probes, survey.shape
     spacing = _spacing(shape, probes, corners, density, survey.bounds.period_s)
     spacing = np.minimum(spacing, _change(survey, density.change))
-    # Panels follow the parameter, too: where a straight curve stands, they are tiny and tell nothing of the path.
+    # Panels follow the parameter, too: where a straight curve stands still, they are tiny and independent of the path.
     with np.errstate(invalid="ignore"):
         turns = shape[3] * survey.panels + shape[4] * survey.panels**2 > _NO_TURN
     spacing = np.where(turns, np.minimum(spacing, density.panel * survey.panels), spacing)
@@ -230,8 +230,8 @@ def along(bounds: AxisLimits, x: Floats) -> tuple[Floats, Floats, Floats, Floats
     """Return acceleration and jerk along the path by the weakest axis, and how fast its direction turns, each (n,).
 
     Turns are measured in units of the axes' limits: the curvature for the acceleration is max |x''|/A over max |x'|/A; the
-    path's curvature is that or the same with J, whichever is larger; its change is the same with the third derivative. If all
-    axes have the same limits these are the curvature of the path and its change, but for the norm.
+    path's curvature is that or the same with J, whichever is larger; its change is the same with the third derivative. If all axes
+    have the same limits, these are the curvature of the path and its change, in another norm.
 
     Args:
         bounds: Limits.
@@ -534,7 +534,7 @@ def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats, growth: float) ->
 
 
 def graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]:
-    """Lower the spacing so that it grows by no more than `growth` per length along the path, in both directions.
+    """Lower the spacing so that it grows by at most `growth` per length along the path, in both directions.
 
     Between places whose spacing differs by much it grows from the smaller one as fast as it may, up to the larger one:
     where it ends to grow or begins to shrink, places are inserted. Elsewhere it is linear.

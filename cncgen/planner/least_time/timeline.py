@@ -56,7 +56,7 @@ class SolvedWindow:
 
 @dataclass(slots=True)
 class Timeline:
-    """A program's motion as far as it is final.
+    """The final part of a program's motion.
 
     Attributes:
         t_s: Time at its end.

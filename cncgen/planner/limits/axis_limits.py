@@ -217,7 +217,7 @@ def speed_within(linear: Floats, square: Floats, share: float) -> Floats:
 
 
 def lowered(values: Floats, way: Floats) -> Floats:
-    """Return the largest values, none above those given, that differ between two places by no more than the way between them.
+    """Return the largest values, none above those given, that differ between two places by at most the distance between them.
 
     This is a look-ahead and a look-back in one: with v² for the values and 2 A s for the way it is the largest speed that
     full acceleration allows (Bobrow et al., 1985). A value that no other one lowers is returned unchanged to the last

@@ -29,7 +29,7 @@ _TURN, _STEP = 2e-4, 1e-5
 _REACH = 20.0
 #: Largest smoothing length, in tolerances, however small the turn is.
 _WIDEST = 100.0
-#: |dC/du| as a part of its mean below which a curve has a cusp, and is left as it is.
+#: |dC/du| as a part of its mean below which a curve has a cusp, and is not changed.
 _CUSP = 1e-4
 
 

@@ -17,7 +17,7 @@ from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: The mean feed over a span that differs by less than this part from the row's own is the row's own but for rounding.
+#: The mean feed over a span that differs by less than this part from the row's own equals it except for rounding.
 _SAME = 1e-6
 #: A chord between setpoints on a row of the result may reach over this many knot spans before and after it.
 _AROUND = 2
@@ -101,7 +101,7 @@ def _mean(feed: Floats, row_t: Floats, owner: Ints, begin: Floats, end: Floats) 
     time = np.concatenate([[0.0], np.cumsum(np.diff(row_t) / feed)])
     mean = (end - begin) / (np.interp(end, row_t, time) - np.interp(begin, row_t, time))
     own = feed[owner]
-    # Knots at changes of feed lie where the rows end but for rounding.
+    # Knots at changes of feed lie at the ends of rows, except for rounding.
     return np.where(np.abs(mean - own) <= _SAME * own, own, mean)
 
 

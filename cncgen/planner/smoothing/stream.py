@@ -56,7 +56,7 @@ def smooth(chunks: Iterable[Toolpath], machine: Machine | None = None) -> Iterat
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.
         machine: Its chords between setpoints have a part of the tolerance, half of P at most, and tolerances that its setpoints
-            cannot show are 0 (`tolerance_split`). Without one there are no setpoints.
+            cannot show are 0 (`tolerance_split`). Without one, setpoints are not planned for.
 
     Yields:
         Consecutive stretches of the smoothed program, none empty; `Toolpath.chord_room` is what smoothing leaves of
@@ -248,7 +248,7 @@ class _Done:
             first = self._stretches.first
             part = between(self._stretches.parts, int(first[self._first]), int(first[self._stop]))
             off = self._stretches.part_off(self._first, self._stop)
-            # Chords need not share the tolerance with smoothing there, but with arcs that are one but for rounding.
+            # Chords need not share the tolerance with smoothing there, but with arcs that are equal except for rounding.
             shared = off > 0.0
             met = np.where(
                 (part.path_mode == PathMode.CONTINUOUS) & ~shared, PathMode.EXACT_PATH, part.path_mode
@@ -278,7 +278,7 @@ def _cuts(rows: Toolpath, window: Ints, row_t: Floats) -> Floats:
     """Where the spline must have a knot: at changes of feed, and where rows of another kind stand between."""
     a, b = window[:-1], window[1:]
     one, two = rows.feed[a], rows.feed[b]
-    # Speeds that were made of a time are the same but for rounding.
+    # Speeds computed from a time are equal except for rounding.
     feed = (np.abs(one - two) > SAME * np.maximum(one, two)) | (rows.feed_mode[a] != rows.feed_mode[b])
     return row_t[1:-1][feed | (b > a + 1)]
 

@@ -43,7 +43,7 @@ class Stretches:
 
     Attributes:
         rows: Each with the line of its first part.
-        parts: As they are programmed, but for that by which their ends are off the straight line or the arc.
+        parts: The programmed parts, with their ends moved onto the straight line or the arc.
         first: Shape (m + 1,): where the parts of each row begin, and n.
         part_length: Shape (n,), mm: how long parts are: lines over all axes, arcs in X Y Z.
         off: Shape (m,), mm: by how much the parts of each row, as programmed, are off it at most; 0 for lines.

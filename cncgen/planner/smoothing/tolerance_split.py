@@ -59,8 +59,8 @@ class Chords:
         """Tell which corners are passed faster as they are, or stopped in, than rounded, shape (n,).
 
         Rounded, a turn Δ is passed at v³ = J L²/(0.1475 Δ) with L = 3 P/Δ, so v = 3.94 (J P²)^⅓/Δ; as it is, at ¾ J T²/Δ, or with a
-        stop where that is below J T². A facet of a curve whose middle is within P of that, ℓ Δ/8, is no corner, but where chords take
-        all of P.
+        stop where that is below J T². A facet whose middle is within P of its curve, ℓ Δ/8, is not a corner, unless chords take all of
+        P.
 
         Args:
             tolerance, turn: Shape (n,), P, mm, and |Δ| of unit vectors.

@@ -22,7 +22,7 @@ Ints = NDArray[np.int64]
 _CHORD, _PHASES = 0.004, 12
 #: Factors on the tolerance that are tried where it is not kept: doublings, and then halvings of what is between the last two.
 _DOUBLINGS, _HALVINGS = 6, 5
-#: A line is done to its end but for rounding.
+#: A line is done to its end, except for rounding.
 _END = 1e-9
 
 

@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 
 #: A limit binds where this part of it is used.
 _BINDS = 0.985
-#: A time counts as reached but for rounding, s.
+#: Rounding within which a time counts as reached, s.
 _ROUNDING = 1e-12
 
 
@@ -85,7 +85,7 @@ class Hand:
         return {"events": tuple(events), "corners": tuple(corners), "values": values}
 
     def until(self, time: float) -> Iterator[Trajectory]:
-        """Hand on the plan as it is, those trajectories that end before a time."""
+        """Hand on trajectories of the unchanged plan that end before a time."""
         held = self.reference.trajectories
         while held and held[0].profile.t[-1] <= time - _ROUNDING:
             yield from self.plain(float(held[0].profile.t[-1]))
@@ -95,7 +95,7 @@ class Hand:
         yield from self.plain(np.inf)
 
     def plain(self, until: float) -> Iterator[Trajectory]:
-        """Hand on the plan as it is up to a time."""
+        """Hand on the unchanged plan up to a time."""
         self._draw()
         held = self.reference.trajectories
         while held:

@@ -45,13 +45,13 @@ _NARROWEST = 0.1
 _PASSED, _BENDS = 0.004, 0.1
 #: A motion that is not faster by this part stays as it was.
 _LESS = 1e-5
-#: A row takes this part of its length on the plan at least, but for some tolerances.
+#: A row takes at least this part of its length on the plan, except for some tolerances.
 _AS_LONG = 0.8
 #: A row that takes less than this part of its length on the plan is not found.
 _HARDLY = 0.1
 #: A way on which nothing moves, mm.
 _SAME_PLACE = 1e-9
-#: The plan meets a place exactly but for rounding, mm.
+#: Rounding within which the plan meets a place exactly, mm.
 _EXACT = 1e-7
 #: Periods by which a run is planned from inside of its ends where the plan is moving.
 _INSIDE = 5.0
@@ -76,7 +76,7 @@ class _Run:
 
     Attributes:
         first: Its first row.
-        row: The row from which on there are no nodes yet.
+        row: The first row without nodes.
         nodes: Those not yet handed on, without the one where the motion is.
         state: Shape (3, axes), the state there.
         s, t: Its place and time on the reference.
@@ -156,7 +156,7 @@ class Tube:
         self._forget()
 
     def _safe(self) -> float:
-        """Return the time up to which the plan stands as it is."""
+        """Return the time up to which the plan is kept."""
         if self.run is not None:
             return self.hand.time
         grid = self.reference.grid
@@ -216,7 +216,7 @@ class Tube:
         ends = ends[have : have + found]
         s[ends] = grid.s[at[ends] + (place[:found][ends] - at[ends] > 0.5)]
         s = np.maximum.accumulate(np.maximum(s, start))
-        # A rest where the path has been before may be taken for that: from there on the plan stands as it is.
+        # A rest where the path has been before may be mistaken for it: from there on the plan is kept.
         way = np.diff(s, prepend=start)
         if last:
             # There is no way on which the end could be taken for another rest.
@@ -436,7 +436,7 @@ class Tube:
         )  # fmt: skip
 
     def _felt(self, feed: float) -> float:
-        """Return the time over which the end of a window is felt at a feed, which linear axes are no faster than."""
+        """Return the time over which the end of a window has influence, at a feed that bounds linear axes."""
         speed = np.where(np.arange(len(self.scale)) < 3, np.minimum(self.velocity, feed), self.velocity)
         limited = np.isfinite(self.jerk)
         times = speed[limited] / self.acceleration[limited] + self.acceleration[limited] / self.jerk[limited]

@@ -253,7 +253,7 @@ class _Clock:
         where = np.searchsorted(s, seen)
         blocks = where[np.flatnonzero(border[joint])]
         slow = [0, len(s)]
-        # A crawling feed takes hours; its nodes are counted by the way like all others but for the start and the end.
+        # A crawling feed takes hours; its nodes are counted by the way like all others, except at the start and the end.
         if ends[0]:
             middle = np.searchsorted(s, 0.5 * (s[blocks[0]] + s[blocks[1]]))
             slow[0] = min(int(middle), int(np.searchsorted(free, free[0] + _BESIDE_REST * usual)))

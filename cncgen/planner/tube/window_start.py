@@ -24,7 +24,7 @@ _STARTS = ((0.9, False), (0.6, True), (0.4, True))
 _WITHIN = 0.9
 #: Part of its limits by which the solution of a round is moved inside them to start the next one.
 _PULLED = 0.001
-#: Halvings of an acceleration that leaves the room, before it is none.
+#: Halvings of an acceleration that leaves the room, before it is set to 0.
 _EASED = 5
 
 

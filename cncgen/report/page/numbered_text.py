@@ -26,7 +26,7 @@ MOST_DECIMALS = 6
 _MOST_DIGITS = 9
 #: Numbers of one place in a line that count apart; a column with fewer numbers joins the last column.
 PLACES, LEAST = 16, 64
-#: Bytes that are taken at once; a longer line than the second number leaves the text as it is.
+#: Bytes that are taken at once; with a longer line than the second number the text is deflated directly.
 _PIECE, _LONGEST_LINE = 1 << 20, 1 << 20
 _DIGIT_0, _POINT, _MINUS, _NEWLINE = b"0.-\n"
 _TENS = 10 ** np.arange(_MOST_DIGITS + MOST_DECIMALS + 1, dtype=np.int64)
@@ -47,8 +47,7 @@ def put_text(text: bytes, blob: Blob) -> list[int] | dict[str, Any]:
         text: In UTF-8.
         blob: Where it goes.
 
-    Returns:
-        Its place, where it is deflated as it is; else ``{length, bare, skeleton, columns}``.
+    Returns: Its place, if it is deflated directly; else ``{length, bare, skeleton, columns}``.
     """
     if any(len(piece) > _PIECE + _LONGEST_LINE for piece in _pieces(text)):
         return blob.put(zlib.compress(text, 6))

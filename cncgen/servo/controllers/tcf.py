@@ -5,7 +5,7 @@ stands without a frame's axes, so that it holds in two and three dimensions alik
 
     W = ṫ tᵀ − t ṫᵀ
 
-(skew; W t = ṫ) a frame F = [t n …] that turns no more than its tangent does has Ḟ = W F. The errors in the frame are
+(skew; W t = ṫ) a frame F = [t n …] that turns only as much as its tangent has Ḟ = W F. The errors in the frame are
 e_F = Fᵀ e, ė_F = Fᵀ(ė − W e), ë_F = Fᵀ(ë − 2 W ė − Ẇ e + W² e). Asking for ë_F = −Kp e_F − Kd ė_F (eq. 11) gives
 
     ë = −K̃p e − K̃d (ė − W e) + 2 W ė + Ẇ e − W² e,   K̃ = k_t t tᵀ + k_n (I − t tᵀ)

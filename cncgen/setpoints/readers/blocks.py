@@ -97,7 +97,7 @@ def warn_of_columns(names: Sequence[str], name: str) -> None:
 def stream_of(
     blocks: Iterator[FileBlock], name: str, period_s: float | None, default_period_s: float | None = None
 ) -> SetpointStream:
-    """Take the axes and the period from the first block, and check each block against them as it is drawn.
+    """Take the axes and the period from the first block, and check each later block against them.
 
     Args:
         blocks: The file's rows.

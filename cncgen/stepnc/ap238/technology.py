@@ -219,7 +219,7 @@ class Resources:
 
 
 def text_of(item: Item) -> str:
-    """Return the description of a DESCRIPTIVE_REPRESENTATION_ITEM as it is written, "" of anything else."""
+    """Return the written description of a DESCRIPTIVE_REPRESENTATION_ITEM, "" for other items."""
     part = item.entity.instance.part("DESCRIPTIVE_REPRESENTATION_ITEM")
     value = part.parameters[-1] if part and part.parameters else ""
     return value.strip() if isinstance(value, str) else ""

@@ -131,5 +131,5 @@ _ROUND = {"conical": _cone, "spherical": _sphere, "flat with radius": _corner}
 
 
 def is_round(job: Job) -> bool:
-    """Tell whether the bottom is none that is flat all over."""
+    """Tell whether the bottom is not entirely flat."""
     return job.shape.bottom in _ROUND

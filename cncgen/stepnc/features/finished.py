@@ -149,7 +149,7 @@ class Finished:
         return out
 
     def demanded(self, x: Floats, y: Floats) -> Floats:
-        """Return the height above which nothing may be left, shapes alike, mm; +inf where no feature says so."""
+        """Return the height above which nothing may remain, shapes alike, mm; +inf without such a feature."""
         out = np.full(x.shape, np.inf)
         for cavity in self.cavities:
             cavity.lower_demanded(x, y, out)

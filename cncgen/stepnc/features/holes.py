@@ -129,7 +129,7 @@ def _scaled(technology: Technology, cut: float, feed: float) -> Technology:
 
 
 def _lift(job: Job, moves: Moves) -> None:
-    """Wait at the bottom as long as asked, and go up at the feed times feed_on_retract; the spindle stays as it is."""
+    """Wait at the bottom for the given time, and go up at the feed times feed_on_retract; the spindle does not change."""
     moves.dwell(job.value("dwell_time_bottom", 0.0))
     technology = _scaled(job.technology, 1.0, _ratio(job))
     moves.at(

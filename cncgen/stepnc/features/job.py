@@ -37,7 +37,7 @@ class Job:
         ident: The workingstep.
         operation, shape: The work, and the shape that it makes.
         exchange: Takes the faults.
-        raw: Lowest and highest point of the raw piece in the feature's frame, mm; None where it is not given.
+        raw: Lowest and highest point of the raw piece in the feature's frame, mm; None if not given.
     """
 
     ident: int
@@ -67,7 +67,7 @@ class Job:
 
     @property
     def radius(self) -> float:
-        """Return the tool's radius, mm; raises `Skip` where it is not known."""
+        """Return the tool's radius, mm; raises `Skip` if it is unknown."""
         diameter = self.tool.diameter
         if diameter is None:
             raise self.fault("stepnc-missing", f"tool {self.tool.name!r} has no diameter")

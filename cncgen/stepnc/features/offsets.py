@@ -363,7 +363,7 @@ def within_stock(corners: Floats, stock: list[Piece] | None) -> tuple[list[Piece
 
 
 def strip(path: list[Piece], half: float, rounded: tuple[bool, ...]) -> list[list[Piece]]:
-    """Return the outlines of what lies within `half` mm of a path, the outer one first; ends rounded or square.
+    """Return the outlines of the region within `half` mm of a path, the outer one first; ends rounded or square.
 
     Nothing where that is not in one piece: no path is so wide.
     """

@@ -101,7 +101,7 @@ def _check_direction(job: Job, frame: Matrix, sense: float) -> None:
 
 
 def _note_ignored(job: Job) -> None:
-    """Warn of what a strategy asks and is not done."""
+    """Warn of demands of a strategy that are not met."""
     strategy = job.operation.strategy
     asked = [
         n for n in ("lift_feed", "stepover_feed", "variable_feedrate") if strategy and strategy.values.get(n)

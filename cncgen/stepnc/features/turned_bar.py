@@ -36,7 +36,7 @@ MAX_PASSES = 5000
 
 @dataclass(slots=True)
 class Bar:
-    """The half section of a bar: a shapely region of Z and radius, as it is seen from the machine."""
+    """The half section of a bar: a shapely region of Z and radius, seen from the machine."""
 
     region: BaseGeometry
 
@@ -60,7 +60,7 @@ class BarJob:
 
     Attributes:
         job: The work.
-        bar: The material before it, None where it is not known.
+        bar: The material before it, None if unknown.
         sense: u = sense · z of the machine.
         contour: Profile of the feature, in (u, r, 0), from the highest u down.
         nose: Radius of the tool's corner, mm.
@@ -89,7 +89,7 @@ class BarJob:
         return min(low, *ends), max(high, *ends), max(top, r)
 
     def known_bar(self, what: str) -> Bar:
-        """Return the material before the operation; raises `Skip` where it is not known."""
+        """Return the material before the operation; raises `Skip` if it is unknown."""
         if self.bar is None:
             text = f"{what} needs the raw piece: its_rawpiece with its_bounding_geometry (ISO 14649-10, workpiece); --stock is cut, and makes no toolpath"
             raise self.job.fault("stepnc-missing", text)

@@ -50,7 +50,7 @@ def face(work: BarJob) -> Moves:
 
 
 def _keep(work: BarJob, far: float) -> Polygon:
-    """Return what the tool's corner must not enter, in (u, r): the profile, level in front of it and a wall behind it."""
+    """Return the forbidden region of the tool's corner, in (u, r): the profile, level in front of it and a wall behind it."""
     from shapely import Polygon, affinity
 
     points = work.points

@@ -39,7 +39,7 @@ def _blade(work: BarJob) -> tuple[Polygon, float]:
     grown = keep.buffer(work.allowance + nose, quad_segs=QUARTER) if work.allowance + nose > 0 else keep
     slide = max(width - 2 * nose - 2 * TOUCH, 0.0)
     edges = np.array(grown.exterior.coords)
-    # The tool's level end sweeps what lies left of the polygon, as far as it is wide.
+    # The flat end of the tool sweeps the region left of the polygon, over its width.
     swept = [
         MultiPoint([a, b, (a[0] - slide, a[1]), (b[0] - slide, b[1])]).convex_hull
         for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)

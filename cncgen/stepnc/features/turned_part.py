@@ -27,7 +27,7 @@ class _Cut:
 
     Attributes:
         points: (z, r), z rising, shape (n, 2).
-        below, above: Radius down to which all may be cut before and behind it, mm, or infinite.
+        below, above: Radius down to which everything before and behind it may be cut, mm, or infinite.
         demands: The profile as far as the nose of the tool reaches into its corners, or None where less may be cut.
         owner: The workingstep that cuts it, by name, and its source line.
     """
@@ -79,7 +79,7 @@ class TurnedPart:
         return np.asarray(np.min([cut.floor(z) for cut in self.cuts], axis=0))
 
     def demanded(self, z: Floats) -> Floats:
-        """Return the radius outside of which nothing may be left, mm; infinite where no feature says so."""
+        """Return the radius outside of which nothing may remain, mm; infinite without such a feature."""
         each = [cut.demanded(z) for cut in self.cuts]
         return np.asarray(np.min([np.full(z.shape, np.inf), *each], axis=0))
 
@@ -113,7 +113,7 @@ def _cut_of(step: Workingstep) -> _Cut | None:
 
 
 def _face(points: Floats, step: Workingstep, front: bool) -> _Cut:
-    """Return what facing allows to cut: all before a face (behind it at the rear end of the bar), as far as its hub."""
+    """Return the region that facing may cut: everything before a face (behind it at the rear end of the bar), as far as its hub."""
     z, hub = float(points[0, 0]), float(points[:, 1].min())
     hair = 1e-9
     ends = np.array([[z - hair, FAR], [z, hub]]) if front else np.array([[z, hub], [z + hair, FAR]])

@@ -59,7 +59,7 @@ def drawn_in(job: Job, depth: float) -> float:
 
 
 def fillet_distance(job: Job, slope: float, height: float, above: float) -> float:
-    """Return how far from a wall's outline the tool's axis is beside the fillet at its foot; 0 where that is no matter.
+    """Return how far from a wall's outline the tool's axis is beside the fillet at its foot; 0 if irrelevant.
 
     Args:
         job: The feature.

@@ -38,7 +38,7 @@ class Lean:
     Attributes:
         tilt: From the surface's normal towards the feed, rad.
         yaw: Of the tilted tool about the normal by the right hand, from the feed, rad.
-        forward: Whether the path is gone as it is given.
+        forward: Whether the path is followed in its own direction.
     """
 
     tilt: float

@@ -407,7 +407,7 @@ class CurveReader:
 
 
 def _same_angle(one: float, other: float) -> bool:
-    """Tell whether two angles, rad, are one but for rounding, whole turns apart too: an angle of π may be read as −π."""
+    """Tell whether two angles, rad, are equal except for rounding and whole turns: an angle of π may be read as −π."""
     return abs(math.remainder(one - other, 2 * math.pi)) < 1e-7
 
 

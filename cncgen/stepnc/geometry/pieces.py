@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 class Polyline:
     """Straight lines through points, shape (n, 3), mm, n ≥ 2.
 
-    `axes`, shape (n, 3), are unit vectors of the tool axis at the points, or None where it stays as it is.
+    `axes`, shape (n, 3), are unit vectors of the tool axis at the points, or None where it does not change.
     """
 
     points: Floats

@@ -42,7 +42,7 @@ class Profiles:
         return found
 
     def size(self, entity: Entity, name: str) -> float:
-        """Return a length as `length` does; raises `Skip` where it is not positive."""
+        """Return a length as `length` does; raises `Skip` if it is not positive."""
         found = self.length(entity, name)
         if not found > 0:
             raise entity.fault("stepnc-geometry", f"{name} is {found:g} mm; it must be positive")
@@ -81,7 +81,7 @@ class Profiles:
     # Closed profiles
 
     def closed(self, ident: int, owner: Entity) -> list[Piece]:
-        """Return a closed profile against the clock or with it as it is given, end to end.
+        """Return a closed profile counter-clockwise or clockwise, as given, end to end.
 
         Raises:
             Skip: where the entity does not describe one.

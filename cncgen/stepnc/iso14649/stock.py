@@ -59,7 +59,7 @@ class RawPieces:
         return [solid for solid in found if solid is not None]
 
     def outline(self, feature: Entity, placement: Matrix) -> list[Piece] | None:
-        """Return the closed outline of a feature's raw piece in the feature's frame; None where it is not given.
+        """Return the closed outline of a feature's raw piece in the feature's frame; None if not given.
 
         Args:
             feature: Has its_workpiece.
