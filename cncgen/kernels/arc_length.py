@@ -34,7 +34,7 @@ CELL_COLUMNS = 12
 PANEL, KNOT, CUSP = 1, 2, 4
 #: Part of the mean of |C'| over a panel that its Legendre coefficients of order 5 and 6 reach at most.
 _TAIL = cython.declare(cython.double, 1e-8)
-#: Way that a parameter lacks for rounding, as a part of that of path coordinates, from which it is told: |C'| beside heavy points
+#: Least error of the way by rounding of a parameter, as a part of that of path coordinates, that is returned: |C'| beside heavy points
 #: is a thousand times its mean, and a setpoint every 50 µs shows steps of 10⁻¹¹ mm.
 _LACKING = cython.declare(cython.double, 0.25)
 #: Part of the size of a curve below which a panel is not cut further.
@@ -449,7 +449,7 @@ def _cut_span(
         if not a < end:
             begin = 1
             look = True
-            # The other half of what was halved last and is not done.
+            # The other half of the last halved interval that is not done.
             number += 1
             while number % 2 == 0:
                 number //= 2
@@ -481,7 +481,7 @@ def cells(
     Every knot span is cut into panels, by halves, until |C'| is smooth on each; panels are cut into cells until the
     Gauss rule agrees with itself on the halves, and the Hermite polynomial of degree 7 for u(s) meets the middle.
     Length is taken over the columns ``metric_low[c]`` up to ``metric_high[c]`` of curve c. Rows of `out` follow
-    `CELL_COLUMNS`, s from 0 at the start of each curve, `begins` has the bits of what begins with them;
+    `CELL_COLUMNS`, s from 0 at the start of each curve, `begins` has the bits of the marks that begin with them;
     ``cell_offset[c + 1]`` becomes the number of rows after curve c. Returns the first curve that `out` had no room for.
     """
     knots: cython.const[cython.double][::1] = curves.knots

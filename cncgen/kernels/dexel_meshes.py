@@ -25,7 +25,7 @@ def _first(low: cython.double, cell: cython.double) -> cython.Py_ssize_t:
 @cython.nogil
 @cython.exceptval(check=False)
 def _last(high: cython.double, cell: cython.double, count: cython.Py_ssize_t) -> cython.Py_ssize_t:
-    """Return the last of so many nodes at a place or before it, -1 where there is none."""
+    """Return the last of so many nodes at a place or before it, -1 if missing."""
     if high < 0.0:
         return -1
     return cython.cast(cython.Py_ssize_t, floor(high / cell)) if high < (count - 1) * cell else count - 1

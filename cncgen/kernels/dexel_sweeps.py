@@ -33,9 +33,9 @@ _STEEPEST = cython.declare(cython.double, 8.0)
 #: Steps of Newton's method, at most, the distance at which it ends, and its least step, mm.
 _STEPS = cython.declare(cython.int, 60)
 _CLOSE = cython.declare(cython.double, 1e-8)
-#: A shorter way across the axis is none, mm: along the axis a rise by it would be without end.
+#: A shorter way across the axis counts as 0, mm: along the axis a rise by it would be without end.
 _ACROSS = cython.declare(cython.double, 1e-4)
-#: Shorter stretches of material are none, mm.
+#: Shorter stretches of material are dropped, mm.
 _NOTHING = cython.declare(cython.double, 1e-9)
 
 
@@ -361,7 +361,7 @@ class _Sweep:
             found = (self.edge - b) / db
             if a + found * da <= 0.0:
                 t = found if found < t else t
-        # A hair before it, for what rounding takes.
+        # Slightly before it, because of rounding.
         t = t - 1e-9 if t > 1e-9 else 0.0
         return w + sense * t if t < _ENDLESS else sense * 1e300
 
@@ -516,7 +516,7 @@ class _Field:
     high_u: cython.double
     high_v: cython.double
     high_w: cython.double
-    # What is judged of a dexel.
+    # The judgement of a dexel.
     deep: cython.double
     gouge: cython.double
     above: cython.double
@@ -792,7 +792,7 @@ class _Field:
         hi: cython.double,
         inner: _Sweep,
     ) -> cython.void:
-        """Judge what is cut from a dexel between two places: what the smaller tool touches counts as far as the whole one cuts."""
+        """Judge the cut of a dexel between two places: the touch of the smaller tool counts as far as the whole tool cuts."""
         size: cython.double
         begin: cython.double
         until: cython.double
@@ -815,7 +815,7 @@ class _Field:
     def _tell(
         self, k: cython.Py_ssize_t, u: cython.double, v: cython.double, out: cython.double[:, ::1]
     ) -> cython.void:
-        """Add what is judged of a dexel to the result."""
+        """Add the judgement of a dexel to the result."""
         if self.deep > out[k, 1]:
             out[k, 1] = self.deep
             out[k, 2], out[k, 3], out[k, 4] = u, v, self.at
@@ -928,21 +928,16 @@ def cut_lines(
     Args:
         ends: Shape (rows, columns, 2 k): where stretches of material begin and end along w, rising, mm; changed in place.
         counts: Shape (rows, columns): how many stretches there are.
-        parts, part_counts: The finished part alike, of shape (0, 0, 0) and (0, 0) where it is not known.
-        gaps: Shape (rows / SQUARE, columns / SQUARE, GAP), rounded up: the gap of each square of dexels, its first number 1e300 where
-            it is not known; changed in place.
-        reached: Shape (SQUARE, 2), for the kernel's own use.
-        grid: u and v of the first dexel, and their distance, mm.
-        bounds: Least and largest w of the material, mm.
-        lines: Shape (n, 6): start and end of the tip, (u, v, w), mm.
-        axes: Shape (n, 3): the tool's axis during each, of length 1, away from the tip.
-        judged: Shape (n,): lines whose depths are told, 1, else their volumes alone.
-        tool: Radius, flat radius, radius of the edge, slope of the cone, length of the cutting edge, mm.
-        margins: Shape (n, 2): at the tool's side and at its tip, within which a touch does not count, mm.
-        dry: Nothing is cut; depths and heights are told.
-        first: The line to begin with.
-        out: Shape (n, COLUMNS), added to: volume removed; the deepest bite and its u, v, w; the deepest gouge of the
-            part, and its u, v, w; the volume gouged; how far material stands above the cutting edge. mm, mm³.
+        parts, part_counts: The finished part alike, of shape (0, 0, 0) and (0, 0) if unknown.
+        gaps: Shape (rows / SQUARE, columns / SQUARE, GAP), rounded up: the gap of each square of dexels, its first number 1e300 if
+        unknown; changed in place. reached: Shape (SQUARE, 2), for the kernel's own use. grid: u and v of the first dexel, and their
+        distance, mm. bounds: Least and largest w of the material, mm. lines: Shape (n, 6): start and end of the tip, (u, v, w), mm.
+        axes: Shape (n, 3): the tool's axis during each, of length 1, away from the tip. judged: Shape (n,): 1 for lines whose depths
+        are computed, else only volumes are. tool: Radius, flat radius, radius of the edge, slope of the cone, length of the cutting
+        edge, mm. margins: Shape (n, 2): at the tool's side and at its tip, within which a touch does not count, mm. dry: Nothing is
+        cut; depths and heights are computed. first: The line to begin with. out: Shape (n, COLUMNS), added to: volume removed; the
+        deepest bite and its u, v, w; the deepest gouge of the part, and its u, v, w; the volume gouged; how far material stands above
+        the cutting edge. mm, mm³.
 
     Returns:
         The line for which a dexel has too few places, to go on with; n where all are cut.

@@ -11,7 +11,7 @@ segments that are reached; only these are looked at, and the intervals of one po
 import cython
 from cython.cimports.libc.math import sqrt
 
-#: What ended `FreeSpace.run`: all chords are done; no place is reached after the next one; the line in memory ends; a place
+#: Ends of `FreeSpace.run`: all chords are done; no place is reached after the next one; the line in memory ends; a place
 #: is reached that is allowed at scale 1.
 DONE, DEAD, MORE, REJOINED = 0, 1, 2, 3
 _DONE = cython.declare(cython.int, 0)
@@ -168,9 +168,9 @@ class FreeSpace:
         Args:
             points: Shape (n, d), n > stop: chord k goes from point k to point k + 1.
             begin, stop: The chords.
-            scale: Factor on what is allowed.
+            scale: Factor on the tolerance.
             free: Above scale 1, it ends after this chord or later, where a place is reached that is allowed at scale 1.
-            count: Number of chord `begin` as it is noted at vertices; negative: nothing is noted, there or below.
+            count: Number of chord `begin` in the notes at vertices; negative: nothing is noted, there or below.
             distance: Shape (n,): receives the least distance of each point from the segments that it reaches,
             segment: Shape (n,): and on which segment.
 

@@ -1,4 +1,4 @@
-"""Interpret runs of blocks from the columns of `gcode_scan` into motions: G0 to G3, drilling, and what stands between them.
+"""Interpret runs of blocks from the columns of `gcode_scan` into motions: G0 to G3, drilling, and the events between them.
 
 Source: T. R. Kramer, F. M. Proctor and E. Messina, The NIST RS274NGC Interpreter, version 3, NISTIR 6556 (2000), sections
 3.5.1 to 3.5.3 and 3.5.16.
@@ -146,7 +146,7 @@ _Modes = cython.struct(
     most_feed=cython.double,
 )
 
-#: The words of a block: whether it is plain, which slots they fill, and what its G and M words say (-1: nothing). `rare` tells
+#: The words of a block: whether it is plain, which slots they fill, and the codes of its G and M words (-1: none). `rare` tells
 #: whether it is more than a motion, G90, G91 or a plane that is in force.
 _Block = cython.struct(
     plain=cython.bint,
@@ -227,7 +227,7 @@ def _length(first: cython.int) -> cython.int:
     return count
 
 
-#: What became of a block: it was made, it is left to the interpreter, or the columns have no room for it.
+#: Results of a block: it was made, it is left to the interpreter, or the columns have no room for it.
 _MADE = cython.declare(cython.int, 0)
 _LEFT = cython.declare(cython.int, 1)
 _FULL = cython.declare(cython.int, 2)
@@ -236,7 +236,7 @@ _FULL = cython.declare(cython.int, 2)
 @cython.final
 @cython.cclass
 class Advance:
-    """The columns of plain blocks and those of their motions, and what is in force between runs.
+    """The columns of plain blocks and those of their motions, and the state in force between runs.
 
     Args:
         blocks: Columns of `gcode_scan.scan`: line, offset, flags, end of the words, letters, values.
@@ -247,7 +247,7 @@ class Advance:
         motions: Columns that are filled, a row a motion: line and offset of its block; 0 to 3; end point, shape (n, 9);
             feed in force; whether this block gave F; centre in the two axes of the plane, shape (n, 2); turns (signed,
             positive counter-clockwise; 0 for lines).
-        asides: Columns of what stands between motions: the row before which, its kind (`ASIDE_SPEED` …, or the number of the code),
+        asides: Columns of events between motions: the row before which, its kind (`ASIDE_SPEED` …, or the number of the code),
             its value, and the block.
 
     Attributes:
@@ -358,7 +358,7 @@ class Advance:
 
     @cython.cfunc
     def _begin(self) -> cython.void:
-        """Take what is in force from `modes` and `levels`."""
+        """Take the state in force from `modes` and `levels`."""
         self.force.motion = self.modes[MOTION]
         self.force.absolute = self.modes[ABSOLUTE]
         self.force.arc_absolute = self.modes[ARC_ABSOLUTE]
@@ -398,7 +398,7 @@ class Advance:
     @cython.inline
     @cython.exceptval(check=False)
     def _read(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.void:
-        """Write words `begin` to `end` to their slots, and to `block` what they are.
+        """Write words `begin` to `end` to their slots, and their description to `block`.
 
         A block with any other word, with one twice or with a feed out of bounds is not plain.
         """
@@ -450,7 +450,7 @@ class Advance:
     @cython.inline
     @cython.exceptval(check=False)
     def _take_code(self, code: cython.double) -> cython.void:
-        """Take a G word in: a motion, and where nobody has to be told also distance and plane."""
+        """Take a G word in: a motion, and if the sink need not know, also distance and plane."""
         if code == 0.0 or code == 1.0 or code == 2.0 or code == 3.0:
             self.block.plain = self.block.motion < 0
             self.block.motion = cython.cast(cython.int, code)
@@ -565,7 +565,7 @@ class Advance:
         given: cython.uint = self.block.given
         motion: cython.int = self.force.motion
         feed: cython.double = self.word[_F] if given & _FEED else self.force.feed
-        # Modes and the feed alone change without a motion, where nobody needs to be told.
+        # Modes and the feed alone change without a motion, if the sink need not know.
         moves: cython.bint = (
             not self.force.silent or self.block.motion >= 0 or given & ~(_FEED | _SPOKEN | _WAIT | _NEXT) != 0
         )
@@ -592,7 +592,7 @@ class Advance:
     def _move(
         self, b: cython.Py_ssize_t, motion: cython.int, feed: cython.double, moves: cython.bint
     ) -> cython.void:
-        """Make what block b asks for with a motion and a feed in force."""
+        """Make the motion of block b with a motion code and a feed in force."""
         absolute: cython.bint = self.force.absolute if self.block.absolute < 0 else self.block.absolute
         old_level: cython.bint = self.force.old_level if self.block.old_level < 0 else self.block.old_level
         if moves and motion > 3:

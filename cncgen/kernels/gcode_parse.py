@@ -2,7 +2,7 @@
 
 One pass over the bytes of a line: a DFA finds the tokens that the parser's state allows, the LALR automaton shifts and reduces
 them, and each rule's action (`ACTIONS`) writes instructions to `Parser.code`. Nothing is judged: where the grammar has no
-token the line is refused, and the place and the parser's stack tell what was expected.
+token the line is refused, and the place and the parser's stack show the expected tokens.
 
     NUMBER k       push constant k of the line       WORD letter     pop a value: a word of the block
     STORED k       push the numbered parameter k     SET             pop value and number: a parameter is to be set
@@ -57,7 +57,7 @@ ACTIONS = {
     "then": 27,
     "output": 28,
     "computed_label": 29,
-    # Rules that leave what their parts have left.
+    # Rules that leave the values of their parts.
     "start": 0,
     "content": 0,
     "flow": 0,
@@ -256,7 +256,7 @@ def _fill(to: cython.short[::1], table) -> cython.void:
 
 @cython.cclass
 class Parser:
-    """The tables of a grammar, and what reading lines with them leaves.
+    """The tables of a grammar, and the results of reading lines with them.
 
     Args:
         tables: A module of tables (``grammars/tables_*.py``).
@@ -364,7 +364,7 @@ class Parser:
         return self.used + 4 * _MOST < self.code.shape[0] and self.numbers + _MOST < self.constants.shape[0]
 
     def name(self, key: bytes) -> int:
-        """Return the number of a name, as it is written in the text."""
+        """Return the number of a name in its written form."""
         found = self.numbered.get(key)
         if found is None:
             text = key.translate(None, b" \t\r").lower()
@@ -586,7 +586,7 @@ class Parser:
         first: cython.int[::1],
         calls: cython.const[cython.uchar][::1],
     ) -> tuple:
-        """Read all lines of a text and return what their words name; lines that the grammar refuses name nothing.
+        """Read all lines of a text and return the names in their words; lines that the grammar refuses give none.
 
         Args:
             text: The program.
@@ -742,7 +742,7 @@ class Parser:
     @cython.inline
     @cython.exceptval(check=False)
     def _constant(self, value: cython.double) -> cython.void:
-        """Write what pushes a number."""
+        """Write the instruction that pushes a number."""
         self.constants[self.numbers] = value
         self.code[self.used] = _NUMBER + 256 * (self.numbers - self.first)
         self.numbers += 1
@@ -880,7 +880,7 @@ class Parser:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _parameter(self, k: cython.int) -> cython.void:
-        """Write what reads the parameter whose number or name is on top."""
+        """Write the instruction that reads the parameter whose number or name is on top."""
         code: cython.int = self.code[self.symbol[k << 3 | 1]]
         value: cython.double
         if code & 255 == _NAME:
@@ -900,7 +900,7 @@ class Parser:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _exists(self, k: cython.int) -> cython.void:
-        """Write what tells whether there is a parameter."""
+        """Write the instruction that tests whether a parameter exists."""
         code: cython.int = self.code[self.symbol[k << 3 | 1]]
         if code & 255 == _NAME:
             self.code[self.symbol[k << 3 | 1]] = _EXISTS_NAMED + (code & ~255)
@@ -910,7 +910,7 @@ class Parser:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _negative(self, first: cython.int, action: cython.int) -> cython.void:
-        """Write what turns the sign of the value on top, unless the sign is plus."""
+        """Write the instruction that negates the value on top, unless the sign is plus."""
         last: cython.int = self.used - 1
         if action == 6 and self.symbol[first << 3 | 4] & 255 != _MINUS:
             return

@@ -118,7 +118,7 @@ _FOLLOWING = cython.declare(cython.int, 4)
 _MARKS = cython.declare(cython.int, 5)
 _MARK = cython.declare(cython.int, 6)
 _CONSTANTS = cython.declare(cython.int, 7)
-#: What a line was: one that is not certain, a block or settings; else the number of its keyword.
+#: Kinds of lines: uncertain, a block or settings; else the number of its keyword.
 _UNCERTAIN = cython.declare(cython.int, -1)
 _PLAIN = cython.declare(cython.int, 0)
 #: Of names: those of the call in progress, of all, and those that cannot be set.
@@ -197,7 +197,7 @@ class Frame:
             numbers[k + 1] = self.kept[k]
 
     def __reduce__(self):
-        """Return all that a call holds: whoever looks for a state that comes back compares what is pickled."""
+        """Return the whole state of a call, in the form that the search for recurring states compares."""
         numbers = [self.kept[k] for k in range(self.count)]
         begun = (self.label, self.named)
         return (
@@ -394,7 +394,7 @@ class Computer:
 
         Args:
             marks: Those of `find_marks`.
-            parameters: Whose `local` are the named parameters of the call in progress.
+            parameters: The parameters; `local` are the named ones of the call in progress.
             frames, outermost: The calls in progress, the innermost last, and the record of the main program below them.
             deepest: How many calls may be in progress.
             source: Number of the text.

@@ -1,4 +1,4 @@
-"""Lines of G-code by their shape, which is what stands there beside numbers: ``g1x#[#+#*sin[#]]`` of ``G1 X[5 + 3.2 * SIN[30]]``.
+"""Lines of G-code by their shape, which is their text without the numbers: ``g1x#[#+#*sin[#]]`` of ``G1 X[5 + 3.2 * SIN[30]]``.
 
 To the tables of a grammar all digits are one, and it does not matter how many stand together (``lalr.py`` sees to that). So lines of
 one shape have the same instructions, and push other numbers. `gcode_parse` reads the first line of a shape by the tables, and of
@@ -15,7 +15,7 @@ _STORE = cython.declare(cython.Py_ssize_t, 1 << 16)
 #: Sums have 32 bits.
 _ALL = cython.declare(cython.uint, 0xFFFFFFFF)
 #: Columns of the table: sum of the shape, where it stands in the store (-1: nowhere) with the signs of its numbers behind it, its
-#: length, and what its lines have in common: where their code begins, and their marks.
+#: length, and common data of its lines: the begin of their code, and their marks.
 _SUM = cython.declare(cython.int, 0)
 _PLACE = cython.declare(cython.int, 1)
 _LENGTH = cython.declare(cython.int, 2)
@@ -23,7 +23,7 @@ _CODE = cython.declare(cython.int, 3)
 _MARKS = cython.declare(cython.int, 4)
 _WIDTH = 5
 
-#: What bytes are: those that stand for themselves in a shape as small letters, and these.
+#: Kinds of bytes: those that stand for themselves in a shape as small letters, and these.
 _UNKNOWN = cython.declare(cython.int, 0)
 _BLANK = cython.declare(cython.int, 1)
 _LINE_END = cython.declare(cython.int, 2)
@@ -44,7 +44,7 @@ def _fill_tables() -> cython.void:
     """Fill the tables of bytes and powers, once."""
     c: cython.int
     for c in range(256):
-        # Comments are not taken, nor what is beyond ASCII.
+        # Comments and bytes beyond ASCII are not taken.
         _FOLD[c] = c if 32 < c < 127 and c != 40 and c != 41 and c != 59 else _UNKNOWN
     for c in range(65, 91):
         _FOLD[c] = c + 32

@@ -1,4 +1,4 @@
-"""Rows of the page: the predictor of each block of rows, and the range code of what is left.
+"""Rows of the page: the predictor of each block of rows, and the range code of the residuals.
 
 The code is the one of J. Duda, "Asymmetric numeral systems" (2013), with a state of 31 bits that gives and takes bytes, and
 frequencies that add up to 4096.

@@ -163,7 +163,7 @@ def _first(low: cython.double, cell: cython.double) -> cython.Py_ssize_t:
 @cython.nogil
 @cython.exceptval(check=False)
 def _last(high: cython.double, cell: cython.double, count: cython.Py_ssize_t) -> cython.Py_ssize_t:
-    """Return the last column (row) of `count` whose middle is at a place or before it, -1 if there is none."""
+    """Return the last column (row) of `count` whose middle is at a place or before it, -1 if missing."""
     if high < 0.0:
         return -1
     return cython.cast(cython.Py_ssize_t, floor(high / cell)) if high < (count - 1) * cell else count - 1
@@ -289,7 +289,7 @@ def bound_squares(
 @cython.final
 @cython.cclass
 class _Cut:
-    """What is cut along a line."""
+    """The cut along a line."""
 
     heights: cython.double[:, ::1]
     mean: cython.double[:, ::1]

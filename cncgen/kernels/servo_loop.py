@@ -74,7 +74,7 @@ def _bounded(value: cython.double, bound: cython.double) -> cython.double:
 @cython.nogil
 @cython.exceptval(check=False)
 def _beyond_dead_band(value: cython.double, width: cython.double) -> cython.double:
-    """Return what a dead band of ± width leaves of a drive's input."""
+    """Return a drive's input after a dead band of ± width."""
     if value > width:
         return value - width
     return value + width if value < -width else 0.0
@@ -314,7 +314,7 @@ class Axes:
     @cython.nogil
     @cython.exceptval(check=False)
     def _read(self, axis: cython.Py_ssize_t, noise: cython.double) -> _Reading:
-        """Return the position (beyond the backlash) and what the encoder says of it; the same when repeated."""
+        """Return the position (beyond the backlash) and its encoder reading; the same when repeated."""
         position: cython.double = self._dot(self.output, axis)
         half: cython.double = 0.5 * self.numbers[axis, _BACKLASH]
         step: cython.double = self.numbers[axis, _RESOLUTION]
