@@ -34,8 +34,8 @@ CELL_COLUMNS = 12
 PANEL, KNOT, CUSP = 1, 2, 4
 #: Part of the mean of |C'| over a panel that its Legendre coefficients of order 5 and 6 reach at most.
 _TAIL = cython.declare(cython.double, 1e-8)
-#: Least error of the way by rounding of a parameter, as a part of that of path coordinates, that is returned: |C'| beside heavy points
-#: is a thousand times its mean, and a setpoint every 50 µs shows steps of 10⁻¹¹ mm.
+#: Error of the way by rounding of a parameter, as a part of that of path coordinates, above which it is returned: |C'| beside heavy
+#: points is a thousand times its mean, and a setpoint every 50 µs shows steps of 10⁻¹¹ mm.
 _LACKING = cython.declare(cython.double, 0.25)
 #: Part of the size of a curve below which a panel is not cut further.
 _PANEL_LEAST = cython.declare(cython.double, 1e-10)

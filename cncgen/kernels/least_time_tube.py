@@ -807,7 +807,7 @@ _Steps = cython.struct(primal=cython.double, dual=cython.double, size=cython.dou
 @cython.nogil
 @cython.exceptval(check=False)
 def _dual(z: cython.double, dz: cython.double, dual: cython.double) -> cython.double:
-    """Return the divisor of the step of multipliers, with the one that keeps a multiplier above 0."""
+    """Return the divisor of the step of multipliers, raised so that this multiplier stays above 0."""
     return -dz / z if -dz > dual * z else dual
 
 
