@@ -25,7 +25,7 @@ def expect(value: Any, kinds: type | tuple[type, ...], name: str, wanted: str, h
     """Return `value` where it is of the `kinds`.
 
     Raises:
-        UsageError: It is not; `name` is the argument's and `wanted` says what it is to be.
+        UsageError: It is not; `name` is that of the argument and `wanted` describes the expected value.
     """
     if not isinstance(value, kinds):
         raise wrong(f"{name} is of type {type(value).__name__}; it is to be {wanted}", hint)

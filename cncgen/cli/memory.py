@@ -20,7 +20,7 @@ DEFAULT_MIB = 1024
 
 
 class _Bound:
-    """The bound in force, MiB, whether it is the system's, and the one that the process had before, as `resource` has it."""
+    """The bound in force, MiB, whether it is that of the system, and the previous bound of the process, as given by `resource`."""
 
     mib = DEFAULT_MIB
     allowed = False

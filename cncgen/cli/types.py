@@ -138,7 +138,7 @@ class MachineName(FileName):
 
 
 class NamedChoice(click.Choice[str]):
-    """One of some words, or the name of what another package brings as an entry point of a group."""
+    """One of some words, or the name of an entry point of another package in a group."""
 
     def __init__(self, choices: tuple[str, ...], group: str) -> None:
         super().__init__(choices)

@@ -25,8 +25,8 @@ class Spirals:
     Attributes:
         centre, e1, e2: Shape (m, 3): axis point and the frame in the plane of rotation, e1 towards the start.
         radius, growth: Shape (m,): r mm and k mm/rad.
-        rise: Shape (m, axes): dx/dθ of what is linear: along the normal, and in the other axes.
-        base: Shape (m, axes): the start of what is linear: 0 in X Y Z.
+        rise: Shape (m, axes): dx/dθ of the linear part: along the normal, and in the other axes.
+        base: Shape (m, axes): the start of the linear part: 0 in X Y Z.
         sweep: Shape (m,), rad, positive.
         pitch: Shape (m,): |rise| in X Y Z, mm/rad.
         length: Shape (m,): arc length in X Y Z, mm.

@@ -121,7 +121,7 @@ def tools_of(table: Path | None, stand_alone: bool) -> ToolTable:
 
     Args:
         table: The file, or None.
-        stand_alone: Whether the machine is the one that LinuxCNC's stand-alone interpreter pretends to have.
+        stand_alone: Whether the machine is the imaginary one of LinuxCNC's stand-alone interpreter.
 
     Raises:
         UsageError: See `read_tool_table`.

@@ -149,7 +149,7 @@ def with_feed(text: bytes, feed_mm_min: float) -> bytes:
 
 
 def program_text(name: str, programs: str | None) -> bytes:
-    """Return an example program: from the folder given, else the one that ships.
+    """Return an example program: from the given folder, else the shipped one.
 
     Raises:
         UsageError: It is not there (``reproduce-programs``).

@@ -28,8 +28,8 @@ _ROUNDING = 1e-9
 def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Toolpath]:
     """Yield the chunks with their tolerances filled in (the option's, the program's, else the machine's).
 
-    Those without a row are left out. If no others follow, a motion of no length stands for them, so that a
-    program that asks for nothing has a plan, the rest at its start.
+    Those without a row are left out. If no others follow, a motion of zero length replaces them, so that a program without motion has
+    a plan, the rest at its start.
 
     Raises:
         ProgramError: A chunk holds a number beyond the range of planning, or moves an axis that the machine lacks.

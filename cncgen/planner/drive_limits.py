@@ -102,7 +102,7 @@ class ForceGains:
     def within(self, force: float, velocity: float, acceleration: float, jerk: float) -> tuple[float, float]:
         """Return the acceleration and jerk, at most those given, that keep what they ask for under a force.
 
-        Of the pairs that use all of it, the one that reaches the largest velocity from rest soonest.
+        Of the pairs that use all of it, this pair reaches the largest velocity from rest soonest.
         """
         if self.asked(0.0, acceleration, jerk) <= force:
             return acceleration, jerk

@@ -25,7 +25,7 @@ class Cutter:
         flat: Radius of the level end.
         edge: Radius of the rounded edge: 0 of a sharp one, `radius` of a ball.
         slope: Rise over run of a cone outside of `flat`: of a drill's point or a chamfer; 0 without one.
-        cutting_length: Above it the tool does not cut; infinite where it is not known.
+        cutting_length: Above it the tool does not cut; infinite if unknown.
         left_handed: Whether it cuts turning against the clock.
         shank: Radius above `cutting_length`, None if unknown.
         holder: Radius of the holder and its height above the tip, None if unknown.
@@ -276,7 +276,7 @@ class Dexels:
         return np.asarray(self.origin[axis] + self.cell * np.arange(self.counts[axis], dtype=np.float64))
 
     def seen(self) -> Field:
-        """Return it as seen from above: top and underside of what is left over each column."""
+        """Return it as seen from above: top and underside of the material over each column."""
         field = self.fields[2]
         last = np.maximum(2 * field.counts - 1, 0)[..., None]
         there = field.counts > 0

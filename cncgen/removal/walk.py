@@ -93,7 +93,7 @@ class CutWalk(ABC):
         return lines_of(path, begin, end)
 
     def _cutter(self) -> Cutter | Insert | None:
-        """Return the tool in the spindle, None where it is not known; a turning tool as it stands in the workingstep."""
+        """Return the tool in the spindle, None if unknown; a turning tool as it stands in the workingstep."""
         cutter, left = self._state.cutter or self.cutters.get("*"), self._state.left_handed
         if isinstance(cutter, Insert) and left is not None and not cutter.width:
             return replace(cutter, left=left)

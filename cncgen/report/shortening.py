@@ -346,8 +346,8 @@ def _five_point(saved: Callable[[int], float], step: int) -> Slope:
     """Return the five-point difference of plans `step` sixteenths apart, and a bound of its error."""
     near, far = saved(step) - saved(-step), 0.5 * (saved(2 * step) - saved(-2 * step))
     # Where the derivatives to both sides differ by d, the fourth difference is d. A jump of the time by d between two of the plans
-    # makes 3 d or d of it, and 7/6 d or d/6 of the slope. A jump of the second derivative it may miss: the slope is then off by
-    # at most two thirds of what near and far differ by.
+    # makes 3 d or d of it, and 7/6 d or d/6 of the slope. It may miss a jump of the second derivative: the error of the slope is then
+    # at most two thirds of the difference between near and far.
     fourth = saved(2 * step) - 4.0 * saved(step) + 6.0 * saved(0) - 4.0 * saved(-step) + saved(-2 * step)
     bound = max(0.4 * abs(fourth), abs(near - far) * 2.0 / 3.0)
     whole = WHOLE / (2 * step)
@@ -357,9 +357,9 @@ def _five_point(saved: Callable[[int], float], step: int) -> Slope:
 def _fitted(saved: Callable[[int], float], step: int, of_one: float, of_two: float) -> Slope:
     """Return the slope of plans within half of the change by least squares, and whether it is a derivative.
 
-    A straight line fits the odd parts of what they save: of a time that goes with a quantity's inverse it is 0.2 % off. Of the even
-    parts |x| takes half of what the derivatives to both sides differ by, and x² the rest. A jump of the second derivative puts x |x|
-    into the odd parts, of which the line takes 0.42.
+    A straight line fits the odd parts of their savings: for a time that is proportional to the inverse of a quantity its error is 0.2
+    %. In the even parts, |x| has half of the difference of the derivatives to both sides, and x² has the rest. A jump of the second
+    derivative puts x |x| into the odd parts, of which the line takes 0.42.
 
     Args:
         saved: As of `derivative`.

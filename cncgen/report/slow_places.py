@@ -155,7 +155,7 @@ class SlowPlaces:
             heapq.heappop(self._heap)
 
     def _axis(self, pieces: Floats, limit: Limit) -> str:
-        """Return the letter of the axis that is nearest to its own limit for most of what pieces lose, or ""."""
+        """Return the letter of the axis that is nearest to its own limit for most of the lost time of pieces, or ""."""
         if limit not in _OF_AXES:
             return ""
         order = _OF_AXES[limit]

@@ -71,7 +71,7 @@ class LoopBank:
         """Carry the loops over n setpoints.
 
         Args:
-            setpoints: Shape (n + 1, axes); the last row is the first one of what follows.
+            setpoints: Shape (n + 1, axes); the last row is the first one of the next chunk.
             desired: Shape (n + 1, axes): reference of the coupling's errors; None: the setpoints.
             coupling: Coupling of the axes, or None.
 

@@ -51,8 +51,8 @@ LONGEST_REST_S = 15.0
 #: A command that differs by less than this share of the motion's size from where it begins or ends counts as standing, and
 #: rises from there, or falls to it, within this time, s, or within that which the limits ask for.
 STANDING, FADE_S = 1e-7, 0.05
-#: Rest beside what the inverse asks for, at least: limits spread a command over more time than the inverse needs. It is so long,
-#: s, and until this share of what a loop remembers is left.
+#: Rest beside what the inverse asks for, at least: limits spread a command over more time than the inverse needs. It is so long, s,
+#: and until this share of a loop's memory remains.
 LEEWAY_S, HEARD = 0.3, 1e-2
 #: A motion whose contour error is less is judged by its tracking error (a straight line, say), mm.
 NO_CONTOUR_MM = 1e-6
@@ -151,7 +151,7 @@ class WorkBudget:
 
     @property
     def over(self) -> bool:
-        """Tell whether no further pass is begun, but the one that ends."""
+        """Tell whether the bound of work is reached: the present pass is ended, and another one is not begun."""
         return self.done >= self.most
 
 
@@ -300,7 +300,8 @@ class Axes:
         return wanted - position
 
     def contour_error(self, wanted: Floats, position: Floats) -> Floats:
-        """Return how far positions are from the path, as `tracking_error`; of axes that are not of the contour, from what is wanted."""
+        """Return how far positions are from the path, as `tracking_error`; of axes outside of the contour, from the wanted
+        positions."""
         error = wanted - position
         columns = self._columns
         error[:, columns] = nearest_on_path(wanted[:, columns], position[:, columns]) - position[:, columns]
@@ -317,7 +318,7 @@ def figures_of(
     columns: Sequence[int],
     by_contour: bool,
 ) -> Figures:
-    """Return the errors of what `follow` found against what was wanted, shape (n, axes); `columns` are those of the contour."""
+    """Return the errors of the result of `follow` against the wanted motion, shape (n, axes); `columns` are those of the contour."""
     position, force, bounded = followed
     contour = rms = missed = np.nan
     judged = list(columns) or list(range(wanted.shape[1]))

@@ -13,7 +13,7 @@ where G has a dead time or zeros outside the unit circle. ε makes it a learning
 With limits the problem is convex. The alternating direction method of multipliers splits it (S. Boyd, N. Parikh, E. Chu,
 B. Peleato and J. Eckstein, Foundations and Trends in Machine Learning 3 (2011) 1, sections 3.1.1 and 3.4.3)
 into a step that is diagonal in the frequencies and a clipping of the differences. The motion begins and ends at rest.
-The frequencies are those of a stretch of time that is longer than the motion by what G and its inverse remember.
+The frequencies are those of a stretch of time that is longer than the motion by the memory of G and its inverse.
 
 Far from an error its change dies away, as the inverse's impulse response does. So a long motion is cut into windows with
 overlaps in which it has died away, and their changes are faded into each other.
@@ -63,7 +63,7 @@ class LimitedUpdate:
         response: G at the frequencies of `numpy.fft.rfft` over `length` periods.
         length: Of the stretch of time, periods.
         period_s: s.
-        axis: Its limits; None: there are none.
+        axis: Its limits; None without limits.
         regularisation: ε.
         enough: Rounds after which a change within the limits is taken, though it still moves.
         drive: F over the bound B of the drive, as `response`; None: it has none.

@@ -1,7 +1,7 @@
 """Input shaping: a command that is a few copies of the motion, one after the other, whose vibrations cancel.
 
 A shaper is a row of impulses A_i at times t_i with Σ A_i = 1, all positive. A mode of natural frequency ω and damping ζ has the pole
-s = −ζω + iω√(1 − ζ²), and what it rings after a shaped command is |Σ A_i e^(−s t_i)| of what it rings after the command itself.
+s = −ζω + iω√(1 − ζ²), and its residual vibration after a shaped command is |Σ A_i e^(−s t_i)| of that after the command itself.
 With Td = 2π/(ω√(1 − ζ²)) and D(τ) = e^(−ζωτ), the share by which a copy τ later has to be smaller:
 
     zv    1, D at 0, Td/2                            no vibration (O. J. M. Smith 1957; N. C. Singer and W. P. Seering 1990)
@@ -12,8 +12,8 @@ With Td = 2π/(ω√(1 − ζ²)) and D(τ) = e^(−ζωτ), the share by which 
 each row divided by its sum. Shapers of several modes are convolved. Since the weights are positive and their sum is 1, the
 shaped command keeps every limit of velocity, acceleration and jerk that the motion keeps.
 
-Setpoints stand at multiples of the period. An impulse between two of them is shared out among them, and the shares are then
-changed as little as possible so that Σ A_i e^(−s t_i) is what it is for the impulses at their own times.
+Setpoints stand at multiples of the period. An impulse between two of them is divided between them. The shares are then changed by the
+least amount that makes Σ A_i e^(−s t_i) equal to that of the impulses at their own times.
 """
 
 from __future__ import annotations

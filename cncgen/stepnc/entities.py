@@ -33,7 +33,7 @@ class Entity:
         self._shift = 0
         self.parameters: tuple[Value, ...] = instance.parts[0].parameters
         if len(instance.parts) > 1:
-            # A part of a complex instance has its own attributes alone: the last of those that the entity has.
+            # A part of a complex instance has only its own attributes, the last ones of the entity.
             part = instance.part(keyword)
             self.parameters = part.parameters if part else self.parameters
             self._shift = max(len(positions(keyword, file.iso)) - len(self.parameters), 0)

@@ -438,7 +438,7 @@ class Reader(Protocol):
         """Return the NC variables with their initial values."""
 
     def needs_rotary(self) -> bool:
-        """Tell whether a tool axis may leave the machine's Z by what tools and toolpaths say."""
+        """Tell whether a tool axis may leave the machine's Z, by tools and toolpaths."""
 
     def may_lean(self) -> bool:
         """Tell whether a setup, workpiece or feature leans; its workingsteps may still be upright."""

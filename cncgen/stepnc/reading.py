@@ -155,7 +155,7 @@ def _inner(item: Executable) -> list[tuple[int, Any]]:
 
 
 def schema_of(exchange: Exchange) -> str:
-    """Return ``ap238`` or ``iso14649``: by what the file holds, whatever its header says."""
+    """Return ``ap238`` or ``iso14649``: by the entities of the file, not by its header."""
     if len(
         exchange.rows_of_type(
             "MACHINING_TOOLPATH", "ACTION_PROPERTY", "MACHINING_WORKPLAN", "MACHINING_PROJECT"

@@ -98,7 +98,7 @@ def shown_results(
 
     Args:
         path: The folder.
-        by: Figure that ranks; None: the first one, or the one that a search minimises.
+        by: Figure that ranks; None: the first figure, or that of a search.
         largest: Whether the largest value is the best.
         top: Rows of each program that the text names.
         pareto: Two figures, by a comma; None: the first two.

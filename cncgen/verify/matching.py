@@ -42,7 +42,7 @@ class Worst:
 
     Attributes:
         largest: The largest one, mm.
-        value: The one that is most over its tolerance (or least within it), mm.
+        value: The largest relative to its tolerance, mm.
         tolerance: The tolerance there, mm.
         time: When, in periods.
         line: Source line there.
@@ -149,7 +149,7 @@ class Matching:
         return bool(self.faults) and self.faults[-1].lost
 
     def feed(self, points: Floats) -> Ints:
-        """Add setpoints, shape (n, axes); return the source lines of those that have been matched by now."""
+        """Add setpoints, shape (n, axes); return the source lines of the setpoints matched so far."""
         if len(points):
             before = self._rows[-1:] if len(self._rows) else points[:1]
             begin = np.concatenate([before, points[:-1]])

@@ -13,7 +13,7 @@ from cncgen.verify.flatten import FlatPath, chord_mm
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: A distance breaks its tolerance if it is more than this multiple of it (and of what flattening and rounding add).
+#: A distance breaks its tolerance if it exceeds this multiple of it (plus the errors of flattening and rounding).
 MARGIN = 1.001
 
 #: At least so many segments are drawn at a time, as far as there are any.

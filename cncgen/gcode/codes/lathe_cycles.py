@@ -83,7 +83,7 @@ class Thread:
     def depths(self, digit: float) -> Iterator[float]:
         """Yield the depth of each pass.
 
-        As in LinuxCNC the last digit may decide whether a multiple of J comes before K: `digit` is what it is worth.
+        As in LinuxCNC the last digit may decide whether a multiple of J comes before K: `digit` is its value.
         """
         depth, count = self.first, 1
         while self.full - depth > digit:

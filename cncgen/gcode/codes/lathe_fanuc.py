@@ -43,7 +43,7 @@ class Turning:
         back: G74 R, G75 R.
         passes, chamfer, angle, least, finish: G76 P Q R: passes at full depth, chamfer in tenths of the lead, angle of the
             tool in degrees, least depth of a pass, what the last pass takes.
-        places: First and last line of the profiles by P and Q, of which G70 takes the one that was roughed.
+        places: First and last line of the profiles by P and Q; G70 takes the roughed one.
         compensation: The code, in tenths, that a roughing cycle begins again, or 0.
     """
 

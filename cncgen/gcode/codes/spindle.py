@@ -99,7 +99,7 @@ def orient_fanuc(ip: Interpreter, block: Block) -> None:
 
 
 def _selects(run: Handler) -> Handler:
-    """Return M3, M4 or M5 of FANUC, whose P names a spindle: the one that turns is the one that is planned for."""
+    """Return M3, M4 or M5 of FANUC, whose P names a spindle: the turning spindle is planned for."""
 
     def chosen(ip: Interpreter, block: Block) -> None:
         if "p" in block.words and _OTHER_SPINDLE not in ip.remarked:

@@ -163,7 +163,7 @@ def length(ip: Interpreter, block: Block) -> None:
 
 
 def length_fanuc(ip: Interpreter, block: Block) -> None:
-    """G43 H of FANUC: the offset H; H0 is none."""
+    """G43 H of FANUC: the offset H; H0 removes it."""
     _length_fanuc(ip, block, 43)
 
 

@@ -96,7 +96,7 @@ class Computing:
         return True
 
     def read(self, here: Cursor, reached: Cursor, since: int) -> LinesRead | None:
-        """Read on from a line, its source that of the blocks that wait, if any; None where it is not read here.
+        """Read on from a line, its source that of the blocks that wait, if any; None if it is not read here.
 
         `reached` is the first line of the main program that was not reached, `since` how many lines ago that was.
         """

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 #: Lines whose effects are kept; a loop is rarely longer.
 _MAX_KEPT = 65_536
-#: Blocks that loops may execute after a fault: the faulty line may be the one that would have ended the loop.
+#: Blocks that loops may execute after a fault: the faulty line might have ended the loop.
 _MOST_AFTER_A_FAULT = 1_000_000
 #: Runs a line; gives where it leads, None for the next line.
 Effect = Callable[[], Cursor | None]
@@ -176,7 +176,7 @@ class Course:
             self._recurrence = Recurrence(parts.ip, parts.control.calls)
         if self._recurrence.found(back):
             if parts.faults.found:
-                # A faulty line before may be the one that would have ended it.
+                # An earlier faulty line might have ended it.
                 raise Astray
             parts.ip.base.block = empty_block(here)
             message = (

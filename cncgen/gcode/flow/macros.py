@@ -146,7 +146,7 @@ def run(control: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
 
 
 def line_of(value: float) -> int:
-    """Return the line number that GOTO is followed by; raise where it is not whole."""
+    """Return the line number after GOTO; raise if it is not whole."""
     number = nearest(value, "the line of GOTO")
     if abs(number - value) > _WHOLE:
         hint = "round it, or compute it from whole numbers"

@@ -149,7 +149,7 @@ class FlowControl:
     # Values.
 
     def label_of(self, flow: Flow) -> Label:
-        """Return the label of an O-word, computed where it is not written."""
+        """Return the label of an O-word, written or computed."""
         label = flow.label
         if isinstance(label, str):
             return label

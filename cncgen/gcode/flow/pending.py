@@ -63,7 +63,7 @@ class PendingBlocks:
         return self._plain.count > 0 and self._plain.word_end[self._plain.count - 1] > 0
 
     def compute(self, here: Cursor, reached: Cursor, since: int) -> LinesRead | None:
-        """Read on, from a line, lines that are computed, as `Computing.read`; None where it is not such a line."""
+        """Read on, from a line, lines that are computed, as `Computing.read`; None for other lines."""
         if not self._computes:
             return None
         if self._computing is None:

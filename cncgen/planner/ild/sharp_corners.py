@@ -60,8 +60,7 @@ class CornerRule:
             centripetal: A_max, mm/s².
             feed_mm_s: V_max.
 
-        Returns:
-            Indices of those that are sharp corners.
+        Returns: Indices of the sharp corners.
         """
         sharp = np.flatnonzero(curvature * feed_mm_s**2 > centripetal)
         kept: list[int] = []

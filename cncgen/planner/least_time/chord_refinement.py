@@ -282,11 +282,9 @@ class _Scene:
     def measured(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """Compare chords about those from `start` on with the path.
 
-        Returns:
-            Of those that are too far from it: where they begin and end on the way, where the path is furthest from them, the
-            largest distance as a part of the tolerance, and with what power of it v² falls. Over a bend, where a quarter of the
-            way before its end it is three quarters of that, it is as v²; over a corner, where it is a half, as v. Shape (k,)
-            each.
+        Returns: Of the chords that are too far from it: their begins and ends on the way, the places of the path furthest from them,
+            the largest distances as parts of the tolerance, and the powers of these by which v² falls. Over a bend, where a quarter of
+            the way before its end it is three quarters of that, it is as v²; over a corner, where it is a half, as v. Shape (k,) each.
         """
         parts = _FINE
         about = np.arange(-2, _FINE // _COARSE + 2)

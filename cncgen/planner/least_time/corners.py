@@ -219,8 +219,8 @@ def speed_rises(bounds: AxisLimits, path: Path, s: Floats, right: Floats) -> tup
     """Return by how much v² and v^(3/2) change from corner to corner at most, shape (n − 1,) each; infinite for no bound.
 
     On a straight line v² changes by 2 A d at most over the distance d. A motion at the speed v that came from rest, or must
-    come to rest, has the acceleration √(2 J v) at most, with which v^(3/2) changes by √(9/2 J) d. On a curve whose
-    coordinate is arc length in X Y Z the acceleration along it is a component of what these three can do together.
+    come to rest, has the acceleration √(2 J v) at most, with which v^(3/2) changes by √(9/2 J) d. On a curve whose coordinate is arc
+    length in X Y Z, the acceleration along it is a component of the vector of these three axes.
 
     Args:
         bounds: Limits.
@@ -241,7 +241,7 @@ def speed_rises(bounds: AxisLimits, path: Path, s: Floats, right: Floats) -> tup
 
 
 def reached_speeds(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
-    """Return the speed, shape (n,), that is left of the one that each corner allows by those around.
+    """Return the speed of each corner, shape (n,), bounded by the corners around it.
 
     Args:
         speed: Shape (n,), v that each of them allows.
@@ -341,7 +341,7 @@ def corner_chord_speed(bounds: AxisLimits, s: Floats, turn: Floats, jerk: Floats
     fastest = np.minimum(single, speed)
     apart = np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf))
     mm = turn * bounds.scale
-    # A corner that cuts next to nothing, even if all around were like it, is not the one that a chord is furthest from.
+    # A corner with a negligible cut, even if all corners around were like it, is not the one furthest from a chord.
     many = np.searchsorted(s, s + fastest * period, side="right") - np.searchsorted(s, s - fastest * period)
     alike = 0.25 * many * size * np.where(size > 0.0, fastest, 0.0) * period
     close = np.flatnonzero((alike > _NEGLIGIBLE * bounds.chord_mm) & (apart < fastest * period))
@@ -573,7 +573,8 @@ def corner_zones(
 
 
 def _weakest(bounds: AxisLimits, left: Floats, right: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return acceleration and jerk along the path, the smaller of both sides, and `STOP_SPEED` periods of what they give."""
+    """Return acceleration and jerk along the path, the smaller of both sides, and the change of speed that they give in `STOP_SPEED`
+    periods."""
     acceleration, jerk = (along_path(each, left, right) for each in (bounds.acceleration, bounds.jerk))
     period = bounds.period_s
     return acceleration, jerk, STOP_SPEED * np.minimum(jerk * period, acceleration) * period
@@ -623,7 +624,8 @@ def break_even_speed(
 
 
 def _rests(toolpath: Toolpath, path: Path, crawls: Bools) -> Floats:
-    """Return where the program asks for rest: at the ends of motions under G61.1, at both of those that crawl, at events."""
+    """Return the places where the program demands rest: at the ends of motions under G61.1, at both ends of crawling motions, at
+    events."""
     row_s = path.row_s
     exact = np.flatnonzero((np.diff(row_s) > 0) & (toolpath.path_mode == PathMode.EXACT_STOP))
     waits = [

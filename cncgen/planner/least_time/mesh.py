@@ -43,13 +43,13 @@ _LAST_DIGITS = 2.0**-48
 #: A turn of at least this is a corner, rad. Below it a turn counts only if the coordinates have the digits to show it.
 _SEEN = 1e-5
 #: Nodes stand so close that the direction turns less than this over an interval, rad, and its derivative changes accordingly
-#: (`mesh_spacing`). Where it turns more (cusps, bends too short to show), derivatives are replaced by what the ends tell (`_calm`).
+#: (`mesh_spacing`). Where it turns more (cusps, bends too short to show), derivatives are replaced by values from the ends (`_calm`).
 _SHARP = 0.3
 #: The quarter points of an interval are looked at where the second difference of x''' v³ exceeds this part of the jerk limit;
 #: x''' v³ itself is taken to be at most this multiple of the limit, since the other terms of the jerk can cancel only so much.
 _BEND, _MOST = 0.03, 8.0
-#: Allowance for what lies between the quarter points, as a multiple of what is found at them: somewhat more in x''', and as
-#: much again in x''.
+#: Allowance for values between the quarter points, as a multiple of those at the points: slightly more in x''', and twice as much in
+#: x''.
 _EXCESS = 2.5
 #: Values at a quarter and three quarters of an interval of the parabola through those at its start, middle and end.
 _QUARTERS = np.array([[0.375, 0.75, -0.125], [-0.125, 0.75, 0.375]])

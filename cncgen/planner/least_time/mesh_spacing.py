@@ -261,7 +261,7 @@ def _shape(
 
 
 def _seen(bounds: AxisLimits, x1: Floats, s: Floats) -> Floats:
-    """Return the least distance of nodes at the places `s`: by what setpoints can tell, and by rounding."""
+    """Return the least distance of nodes at the places `s`: by the resolution of setpoints, and by rounding."""
     return np.maximum(resolution(bounds, x1), _ROUNDING * (s[-1] - s[0]))
 
 
@@ -332,7 +332,7 @@ def gained_square(s: Floats, speed: Floats, acceleration: Floats, corners: Corne
 
     Args:
         s: Shape (n,), places, ascending.
-        speed: Shape (n,), the largest v there by what the path is like.
+        speed: Shape (n,), the largest v there by the shape of the path.
         acceleration: Shape (n,), along the path.
         corners: The breakpoints, which are among the places.
     """

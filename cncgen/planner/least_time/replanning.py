@@ -61,7 +61,7 @@ def _joined(parts: list[Trajectory]) -> PlannedBlock:
 def replan(trajectories: Iterable[Trajectory], machine: Machine) -> Iterator[Trajectory]:
     """Plan the paths of trajectories again with the limits of a machine, nowhere faster than they are.
 
-    The method is that of `optimal`; the path is the one that they travel. Speeds below a hundredth of J T², which a
+    The method is that of `optimal`; the path is theirs. Speeds below a hundredth of J T², which a
     plan has beside its stops alone, do not count as caps. Remarks of the first plan go on with the second.
 
     Args:

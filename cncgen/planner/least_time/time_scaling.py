@@ -41,7 +41,7 @@ def obstacle(given: Intervals, q: Floats, period_s: float) -> int:
 
     Args:
         given: The intervals.
-        q: Shape (n, 3), ordinates of what was found for them.
+        q: Shape (n, 3), ordinates of their solution.
         period_s: T.
     """
     spline = np.flatnonzero(given.kind == SPLINE)

@@ -57,7 +57,7 @@ class Circles:
 
     Attributes:
         arcs: As a table.
-        off: Shape (m,), mm: bound of what the parts leave them by; infinite where they make no arc.
+        off: Shape (m,), mm: bound of the distance of the parts from them; infinite if they do not form an arc.
         first: Shape (m,): row of the first part of each.
         parts, of: Shape (p,): rows of the parts, and which arc each belongs to.
         angle: Shape (p,), rad: where on it each part ends.

@@ -269,7 +269,7 @@ def _pace(rows: Toolpath, path: Path, window: Ints) -> tuple[Floats, Floats]:
 
 
 def _deviation(pieces: Pieces, spline: Spline, given: Floats) -> Floats:
-    """Return a bound of what the spline leaves each row by, shape (rows,), mm."""
+    """Return a bound of the distance of the spline from each row, shape (rows,), mm."""
     out: Floats = np.maximum.reduceat(spline.deviation, np.flatnonzero(np.diff(pieces.row, prepend=-1)))
     return out + ARC_SHARE * given
 

@@ -58,7 +58,7 @@ class Chords:
     def unseen(self, tolerance: Floats, turn: Floats, length: Floats) -> NDArray[np.bool_]:
         """Tell which corners are passed faster as they are, or stopped in, than rounded, shape (n,).
 
-        Rounded, a turn Δ is passed at v³ = J L²/(0.1475 Δ) with L = 3 P/Δ, so v = 3.94 (J P²)^⅓/Δ; as it is, at ¾ J T²/Δ, or with a
+        Rounded, a turn Δ is passed at v³ = J L²/(0.1475 Δ) with L = 3 P/Δ, so v = 3.94 (J P²)^⅓/Δ; not rounded, at ¾ J T²/Δ, or with a
         stop where that is below J T². A facet whose middle is within P of its curve, ℓ Δ/8, is not a corner, unless chords take all of
         P.
 

@@ -20,7 +20,7 @@ Ints = NDArray[np.int64]
 #: Part of the tolerance that chords of the motion may leave it by where they are longer than those of setpoints, or two phases of
 #: setpoints differ by; and how many phases are looked at, at most.
 _CHORD, _PHASES = 0.004, 12
-#: Factors on the tolerance that are tried where it is not kept: doublings, and then halvings of what is between the last two.
+#: Factors on the tolerance that are tried if it is exceeded: doublings, and then bisections between the last two.
 _DOUBLINGS, _HALVINGS = 6, 5
 #: A line is done to its end, except for rounding.
 _END = 1e-9

@@ -182,7 +182,7 @@ class Programmed:
             "end": toolpath.end[rows] * self.scale,
         }
 
-        # With the row before the first one, or beside itself where there is none.
+        # With the row before the first one, or with itself if there is none.
         def before_it(name: str) -> np.ndarray:
             one = self.column(name)[-1:] if len(self) else columns[name][:1]
             return np.concatenate([one, columns[name][:-1]])

@@ -443,7 +443,7 @@ class Tube:
         return _FELT * float(times.max())
 
     def _searches(self, nodes: Nodes) -> bool:
-        """Tell whether there are units left for a window; say it once where there are none, from there on the plan stands."""
+        """Tell whether units are left for a window; report once if they are used up, from there on the plan is kept."""
         rows = nodes.row - self.program.base
         line = self.program.column("line")[rows]
         self.last_line = max(self.last_line, int(line.max()))

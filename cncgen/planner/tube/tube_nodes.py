@@ -367,7 +367,7 @@ def _rooms(
     centre, direction, _ = program.nearest(point, first + found, part)
     radius = ROOM * tolerance[found]
     allowed = tolerance[found].copy()
-    # Corners without a node: the room about the middle of what they leave the line by.
+    # Corners without a node: the room about the middle of their deviations from the line.
     joint = np.arange(1, count)
     interval = np.searchsorted(node, places[1:-1], side="left")
     between = interval < total

@@ -81,7 +81,7 @@ def _along(given: Problem, nodes: Nodes, part: float, steady: bool) -> Start:
 
 
 def _beyond(given: Problem, speed: Floats, rate: Floats, steps: Floats, within: float) -> Bools:
-    """Tell which intervals have a middle ordinate of the velocity beyond a part of what bounds it, shape (steps,)."""
+    """Tell which intervals have a middle ordinate of the velocity beyond a part of its bound, shape (steps,)."""
     middle = speed[:-1] + 0.5 * steps[:, None] * rate[:-1]
     out: Bools = (np.abs(middle) > within * given.velocity).any(axis=1) & np.isfinite(given.between)
     out |= np.sqrt((middle**2 * given.weight).sum(axis=1)) > within * given.between

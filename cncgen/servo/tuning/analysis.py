@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 #: Frequencies of the margins of drawn machines.
 DRAWN_FREQUENCIES = 1000
-#: A bandwidth below this share of the one that was asked for is missed.
+#: A bandwidth below this share of the requested one counts as missed.
 MISSED = 0.95
 Complexes = NDArray[np.complex128]
 

@@ -226,7 +226,7 @@ def _place_cross_coupling(loops: Sequence[AxisLoop], omega: float, damping: floa
                 hint="ask for less bandwidth or damping",
             )
         )
-    # P + I T z/(z − 1) lags by what is left; its size at the crossover, on the stronger axis, is 1/|G|.
+    # P + I T z/(z − 1) lags by the rest; its size at the crossover, on the stronger axis, is 1/|G|.
     period = loops[0].period
     ratio = _integral_share(left - wanted, omega, period)
     z = np.exp(1j * omega * period)

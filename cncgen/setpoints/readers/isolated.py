@@ -62,7 +62,7 @@ def isolated_blocks(file: BinaryIO, name: str, kind: str) -> Iterator[FileBlock]
 
 @contextlib.contextmanager
 def started(kind: str, handle: int) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
-    """Start the process for an open file; give what it is asked with and what it tells, and end it afterwards."""
+    """Start the process for an open file; give its request and reply streams, and end it afterwards."""
     with subprocess.Popen(
         [sys.executable, "-m", __name__, kind, f"/dev/fd/{handle}"],
         stdin=subprocess.PIPE,
@@ -110,7 +110,7 @@ def _ended(name: str, kind: str) -> UsageError:
 
 
 def serve(kind: str, path: str, asked_by: IO[bytes], out: IO[bytes]) -> None:
-    """Read a file in this process, which is bounded, and send the columns that are asked for, or why there are none."""
+    """Read a file in this process, which is bounded, and send the requested columns, or the fault."""
     seconds = _SECONDS + _SECONDS_A_MB * os.path.getsize(path) // 1_000_000
     for what, bound in ((resource.RLIMIT_AS, MAX_MEMORY), (resource.RLIMIT_CPU, seconds)):
         resource.setrlimit(what, (bound, bound))

@@ -149,7 +149,7 @@ def _unpacked(block: MdfBlock) -> bytes:
 
 
 def channel_of(file: MdfFile, block: MdfBlock) -> Channel | None:
-    """Return the channel of a block, or None where it is not a plain number in whole bytes."""
+    """Return the channel of a block, or None if it is not a plain number in whole bytes."""
     kind, _, data_type, bit, offset, bits = block.numbers("BBBBII")
     name = file.text(block.link(2))
     if data_type not in _KINDS or bit or bits not in (8, 16, 32, 64) or kind not in (0, 2):

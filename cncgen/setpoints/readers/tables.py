@@ -79,7 +79,7 @@ def sliced(
 
 
 def stated_period(value: object) -> float | None:
-    """Return a period that a file states, or None where it is not a positive number."""
+    """Return a period that a file states, or None if it is not a positive number."""
     try:
         period = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):

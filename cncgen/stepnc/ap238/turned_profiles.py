@@ -55,7 +55,7 @@ class TurnedProfiles:
             entity: The feature.
             kind: Its `kind`.
             placement: Of the feature.
-            base: Shape of what a thread is cut into, else None.
+            base: Shape that a thread is cut into, else None.
             place: Its placement.
 
         Raises:

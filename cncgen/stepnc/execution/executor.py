@@ -395,7 +395,7 @@ class ProgramExecutor:
     def _set_speeds(
         self, step: Workingstep, path: CutterPath, technology: Technology | None, rapid: bool
     ) -> None:
-        """Set spindle and feed; warn where a toolpath has the feed of what was before it, once an operation."""
+        """Set spindle and feed; warn once per operation if a toolpath has the feed of an earlier one."""
         feed = None
         if technology is not None and (not rapid or path.technology is not None):
             tool = step.operation.tool or self._machine.tool

@@ -254,7 +254,7 @@ class MachineState:
 
     @property
     def _length(self) -> float:
-        """Return the length of the tool, mm, 0 where it is not known."""
+        """Return the length of the tool, mm, 0 if unknown."""
         return (self.tool.offset_length or 0.0) if self.tool else 0.0
 
     def _follow_arc(self, arc: Arc, rapid: bool) -> None:

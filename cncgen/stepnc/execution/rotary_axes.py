@@ -46,7 +46,7 @@ class RotaryAxes:
     """The rotary axes of a program.
 
     Attributes:
-        turn, tilt: Their letters, by what they do.
+        turn, tilt: Their letters, by their function.
         mechanism: Of the machine, or None where X Y Z stay the tip.
     """
 

@@ -43,7 +43,7 @@ class OffsetError(ValueError):
 def grown(geometry: BaseGeometry, distance: float, **how: str | float) -> BaseGeometry:
     """Return a shapely geometry grown by a distance, mm (negative: shrunk); `how` as shapely's `buffer` takes it.
 
-    GEOS loses parts of what it makes from arcs of fine chords beside long edges: of one in seven circular slots, shrunk,
+    GEOS loses parts of its results from arcs of fine chords beside long edges: of one in seven circular slots, shrunk,
     an end was missing. So each result is checked, and where it is wrong made from points closer to each other along the
     edges, or from coarser chords.
 
@@ -155,7 +155,7 @@ def swept(axis: Sequence[Polygon], reach: float) -> BaseGeometry:
 def filled(
     axis: Sequence[Polygon], walls: Sequence[BaseGeometry], radius: float
 ) -> tuple[list[Polygon], BaseGeometry]:
-    """Return what a tool of a radius that goes round walls leaves of their notches, and a ring of what it reaches.
+    """Return the parts of the walls' notches that a tool of a radius does not reach, and a ring of the reached part.
 
     The boundary of the tool's way, shrunk by the radius again, has the notches filled (a closing of the walls).
     """

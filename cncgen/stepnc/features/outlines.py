@@ -156,7 +156,7 @@ def _arc(points: Floats, centre: Floats) -> Arc:
 def starting_near(curve: list[Piece], point: Floats, ahead: Floats | None = None) -> list[Piece]:
     """Return a closed curve that begins (and ends) at its point nearest to `point`.
 
-    Of several as near the one that lies ahead, in the direction `ahead`, is taken.
+    Of several with the same distance, the one in the direction `ahead` is taken.
     """
     split = _split(curve)
     index, t, place = _nearest(split, point, ahead)

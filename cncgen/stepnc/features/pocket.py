@@ -325,7 +325,7 @@ def _ramp_on(job: Job, curve: list[Piece]) -> Entry:
 def _line_cuts(job: Job, root: Ring, step: float, closed: Polygon) -> list[Cut]:
     """Return lines across the pocket, each stretch a cut of its own where the way to it is barred, then the contours.
 
-    A cut that begins beside the material (`closed`, the outline as it is given) begins with a plunge.
+    A cut that begins beside the material (`closed`, the given outline) begins with a plunge.
     """
     all_open = len(job.shape.open_sides) == len(job.shape.outline or ())
     runs = _runs(job, root, step, contoured=not all_open)

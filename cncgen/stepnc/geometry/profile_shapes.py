@@ -47,7 +47,7 @@ def regular_polygon(sides: int, diameter: float, across_flats: bool) -> Polyline
 
     Args:
         sides: Three or more.
-        diameter: mm: of the circle through the corners, or of the one that the sides touch.
+        diameter: mm: of the circumscribed or of the inscribed circle.
         across_flats: Which of the two.
     """
     radius = diameter / 2 / (math.cos(math.pi / sides) if across_flats else 1.0)

@@ -109,7 +109,7 @@ class Features:
         """Return how far the depth plane lies below the feature's origin, mm.
 
         Raises:
-            Skip: where it is not across the feature's axis.
+            Skip: It is not across the feature's axis.
         """
         plane = self.placements.plane(entity.ref("depth"), entity.id)
         if plane is None:

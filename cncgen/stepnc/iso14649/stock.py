@@ -21,7 +21,7 @@ class RawPieces:
         self._solids: dict[int, Solid | None] = {}
 
     def solid(self, workpiece_id: int | None) -> Solid | None:
-        """Return the raw piece of a workpiece, in the workpiece's frame; None where it is not given, or of another shape.
+        """Return the raw piece of a workpiece, in the workpiece's frame; None if not given, or of another shape.
 
         Raises:
             Skip: where the geometry has a fault.
