@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import BinaryIO
 
-from cncgen.diagnostics import Diagnostics
+from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.columns import StepColumns
 from cncgen.stepnc.features.finished import Finished
@@ -63,7 +63,11 @@ def cut_program(
         if step.raw is not None and not any(step.raw.same(r) for r in out.raw):
             out.raw.append(step.raw)
     with suppress(Skip):
-        out.part = next(iter(file.reader.parts()), None)
+        parts = file.reader.parts()
+        out.part = parts[0] if parts else None
+        if len(parts) > 1:
+            text = f"the file has the shapes of {len(parts)} parts; material that is to stay is that of the first"
+            file.exchange.reporter.report("stepnc-several", text, severity=Severity.WARNING)
     out.finished = Finished.of(columns.steps, file.exchange)
     out.turned = TurnedPart.of(columns.steps, file.exchange)
     out.clampings = _clampings(columns.steps, file)
@@ -79,9 +83,10 @@ def _clampings(steps: list[Workingstep], file: StepFile) -> dict[int, tuple[Matr
     out: dict[int, tuple[Matrix, Finished | None]] = {}
     sizes = set()
     for number, those in by_number.items():
-        raw = next((s.raw for s in those if s.raw is not None), None)
-        if raw is None:
+        raws = [s.raw for s in those if s.raw is not None]
+        if not raws or not all(raws[0].same(r) for r in raws):
             return {}
+        raw = raws[0]
         sizes.add((raw.kind, raw.size))
         out[number] = raw.frame, Finished.of(those, file.exchange)
     return out if len(sizes) == 1 else {}

@@ -6,8 +6,8 @@ that executes this unit, and this code goes on with the next one. So one run nam
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, Protocol, TypeVar
 
 from cncgen.diagnostics import Severity
 from cncgen.stepnc.part21 import DERIVED, Enumeration, Exchange, Instance, Ref, Typed, Value
@@ -24,10 +24,10 @@ class Skip(Exception):
 class Entity:
     """An instance with its attributes by the names of the schema."""
 
-    __slots__ = ("_file", "_shift", "instance", "keyword", "parameters")
+    __slots__ = ("_shift", "file", "instance", "keyword", "parameters")
 
     def __init__(self, file: Entities, instance: Instance, keyword: str) -> None:
-        self._file = file
+        self.file = file
         self.instance = instance
         self.keyword = keyword
         self._shift = 0
@@ -45,7 +45,7 @@ class Entity:
 
     def get(self, name: str) -> Value:
         """Return an attribute; None where it is ``$``, ``*``, or the entity has no such attribute."""
-        k = positions(self.keyword, self._file.iso).get(name, -1) - self._shift
+        k = positions(self.keyword, self.file.iso).get(name, -1) - self._shift
         value = self.parameters[k] if 0 <= k < len(self.parameters) else None
         return None if value is DERIVED else value
 
@@ -117,7 +117,7 @@ class Entity:
         ident = self.ref(name)
         if ident is None:
             raise self.fault("stepnc-missing", f"{name} must be given", None)
-        return self._file.get(ident, *kinds, owner=self.id)
+        return self.file.get(ident, *kinds, owner=self.id)
 
     def refs(self, name: str) -> list[int]:
         """Return the ids of an aggregate of references, empty where it is missing.
@@ -161,13 +161,35 @@ class Entity:
     def fault(self, code: str, message: str, value: Any = None, hint: str = "") -> Skip:
         """Report an error of this instance and return the exception to raise."""
         shown = f", not {value!r}"[:60] if value is not None else ""
-        self._file.exchange.report(self.id, code, f"#{self.id} {self.keyword}: {message}{shown}", hint=hint)
+        self.file.exchange.report(self.id, code, f"#{self.id} {self.keyword}: {message}{shown}", hint=hint)
         return Skip()
 
     def warn(self, code: str, message: str, hint: str = "") -> None:
         """Report a warning of this instance."""
         text = f"#{self.id} {self.keyword}: {message}"
-        self._file.exchange.report(self.id, code, text, severity=Severity.WARNING, hint=hint)
+        self.file.exchange.report(self.id, code, text, severity=Severity.WARNING, hint=hint)
+
+
+class Holder(Protocol):
+    """A record that names an entity, as an item of a representation does."""
+
+    @property
+    def entity(self) -> Entity:
+        """Return the entity."""
+
+
+H = TypeVar("H", bound=Holder)
+
+
+def only(name: str, found: Sequence[H], hint: str = "") -> H | None:
+    """Return the first of records that all name one entity; None of none (`Entities.only`).
+
+    Raises:
+        Skip: where they name several.
+    """
+    if found:
+        found[0].entity.file.only(name, (f.entity.id for f in found), hint)
+    return found[0] if found else None
 
 
 class Entities:
@@ -198,6 +220,24 @@ class Entities:
             self.exchange.report(place, "stepnc-type", text)
             raise Skip()
         return Entity(self, instance, instance.parts[0].keyword)
+
+    def only(self, name: str, ids: Iterable[int], hint: str = "") -> int | None:
+        """Return the one entity that the standard has under a name; None where there is none.
+
+        Args:
+            name: How messages call it.
+            ids: Those that the file gives; one that is given twice counts once.
+            hint: What to write in place of several.
+
+        Raises:
+            Skip: where there are several: none of them is more valid than another.
+        """
+        found = list(dict.fromkeys(ids))
+        if len(found) > 1:
+            shown = ", ".join(f"#{i}" for i in found[:6]) + (", …" if len(found) > 6 else "")
+            text = f"the standard has one {name}, and the file gives {len(found)} ({shown}): which of them counts is not known"
+            raise self.get(found[1]).fault("stepnc-several", text, hint=hint)
+        return found[0] if found else None
 
     def keyword(self, ident: int | None) -> str:
         """Return the type of an instance, empty where the file has none with this id."""

@@ -672,3 +672,64 @@ def test_a_context_without_a_unit_of_length_is_told():
     path, found = aim.read(aim.plan(step))
     assert codes(found) == ["stepnc-unit"]
     assert path.end[motions(path)[-1]].tolist()[:3] == [9.0, 0.0, 0.0]
+
+
+def _second(what, aim, step, operation, path, line):
+    file, other = aim.file, aim.polyline((5, 0, 0), (5, 5, 0))
+    place = [
+        file.placement(np.array([k, 0, 0.0]), np.array([0, 0, 1.0]), np.array([1.0, 0, 0])) for k in (1, 2)
+    ]
+    if what == "basic curve":
+        file.property(path, "basic curve", "REPRESENTATION", "basic curve", other)
+    elif what == "technology":
+        for technology in (aim.technology(1.0), aim.technology(2.0)):
+            file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", operation, technology)
+    elif what == "toolpath orientation":
+        file.property(step, what, "REPRESENTATION", what, *place)
+    elif what == "speed profile":
+        file.words(path, what, "rapid")
+        file.words(path, what, "feed")
+    elif what == "tool axis":
+        file.property(
+            path,
+            what,
+            "REPRESENTATION",
+            what,
+            *(file.direction(np.array(d)) for d in ([0, 0, 1.0], [0, 1.0, 1.0])),
+        )
+    elif what == "feed":
+        technology = aim.technology(60.0)
+        item = file.measure("feed", 600.0, aim.per_minute())
+        file.property(technology, "feedrate", "MACHINING_FEED_SPEED_REPRESENTATION", "feed speed", item)
+        file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", operation, technology)
+    elif what == "tool":
+        for name in "ab":
+            tool = file.add("MACHINING_TOOL", name, "", operation, file.add("ACTION_RESOURCE_TYPE", "tool"))
+            assert tool
+
+
+@pytest.mark.parametrize(
+    "what",
+    ["basic curve", "technology", "toolpath orientation", "speed profile", "tool axis", "feed", "tool"],
+)
+def test_several_of_what_the_standard_has_one_of_are_refused(what):
+    """Each is a single attribute in the ARM of ISO 10303-238 (basiccurve: bounded_curve); no order tells which is meant."""
+    aim = Aim()
+    step, operation = aim.step()
+    line = aim.polyline((0, 0, 0), (5, 0, 0))
+    path = aim.path(operation, line, aim.technology() if what not in ("feed", "technology") else None)
+    _second(what, aim, step, operation, path, line)
+    toolpath, found = aim.read(aim.plan(step))
+    assert codes(found).count("stepnc-several") == 1
+    assert len(motions(toolpath)) == 0
+
+
+def test_one_curve_that_is_named_twice_is_one():
+    aim = Aim()
+    step, operation = aim.step()
+    line = aim.polyline((0, 0, 0), (5, 0, 0))
+    path = aim.path(operation, line, aim.technology())
+    aim.file.property(path, "basic curve", "REPRESENTATION", "basic curve", line)
+    toolpath, found = aim.read(aim.plan(step))
+    assert codes(found) == []
+    assert toolpath.end[motions(toolpath)[-1]].tolist()[:3] == [5.0, 0.0, 0.0]

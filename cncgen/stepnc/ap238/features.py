@@ -16,7 +16,7 @@ from cncgen.geometry import elementary
 from cncgen.stepnc import turned_shapes
 from cncgen.stepnc.ap238.graph import Graph
 from cncgen.stepnc.ap238.groups import Groups
-from cncgen.stepnc.ap238.profiles import CLOSED, OPEN, Profiles, find, path_of, profile_of
+from cncgen.stepnc.ap238.profiles import CLOSED, OPEN, Profiles, component_of, find, path_of, profile_of
 from cncgen.stepnc.ap238.shapes import Component, Shapes, flipped
 from cncgen.stepnc.ap238.turned_profiles import ENTITIES as TURNED
 from cncgen.stepnc.ap238.turned_profiles import TurnedProfiles
@@ -95,8 +95,8 @@ class Features:
         """
         entity = self.entities.get(ident)
         kind = next((k for k in (*_KINDS, *TURNED) if entity.instance.part(k)), "")
-        frames = self.shapes.frames(ident, "orientation")
-        placement = frames[-1] if frames else identity()
+        place = self.shapes.frame(ident, "orientation")
+        placement = identity() if place is None else place
         label = self._label(entity)
         depth, move = None, identity()
         if kind in ("SLOT", "STEP"):
@@ -135,8 +135,8 @@ class Features:
         return ""
 
     def _is_open(self, ident: int) -> bool:
-        components = self.shapes.components(ident)
-        return profile_of(components, CLOSED) is None and profile_of(components, OPEN) is not None
+        kinds = {c.entity.keyword for c in self.shapes.components(ident)}
+        return not kinds & set(CLOSED) and bool(kinds & set(OPEN))
 
     # Where a feature stands, and how deep it is
 
@@ -231,16 +231,15 @@ class Features:
 
     def _bottom(self, components: list[Component]) -> tuple[str, dict[str, float]]:
         """Return the kind of a hole's or pocket's bottom, and its measures."""
-        for component in components:
-            if component.entity.keyword in ("HOLE_BOTTOM", "POCKET_BOTTOM"):
-                kind = component.entity.text("description").strip().lower()
-                sizes = self.shapes.measures(component.entity.id)
-                return {"planar": "flat"}.get(kind, kind), sizes
-        return "", {}
+        bottom = component_of(components, "bottom", ("HOLE_BOTTOM", "POCKET_BOTTOM"))
+        if bottom is None:
+            return "", {}
+        kind = bottom.text("description").strip().lower()
+        return {"planar": "flat"}.get(kind, kind), self.shapes.measures(bottom.id)
 
     def _taper(self, components: list[Component], diameter: float | None, depth: float | None) -> float:
         """Return the angle between the wall and the axis, rad."""
-        taper = next((c.entity for c in components if c.entity.keyword == "TAPER"), None)
+        taper = component_of(components, "taper", ("TAPER",))
         sizes = {} if taper is None else self.shapes.measures(taper.id)
         if "taper angle" in sizes:
             return sizes["taper angle"]
@@ -284,9 +283,8 @@ class Features:
         self, entity: Entity, components: list[Component]
     ) -> tuple[list[Piece], tuple[int, ...]]:
         wall = find(components, "wall boundary", "wall boundary usage")
-        boundary = next(
-            (c.entity for c in components if c.entity.keyword in OPEN and c.entity is not wall), wall
-        )
+        others = [c for c in components if wall is None or c.entity.id != wall.id]
+        boundary = component_of(others, "boundary", OPEN) or wall
         if boundary is None:
             raise entity.fault("stepnc-missing", "the pocket has no boundary")
         if wall is None or wall.id == boundary.id:

@@ -48,7 +48,8 @@ class Groups:
                 raise entity.fault("stepnc-missing", "the compound feature has no elements")
             return Shape(elements=tuple(self._read(i) for i in members))
         self._refuse_changes(entity)
-        base = next((i for name, _, i in self.shapes.members(entity.id) if name == "pattern basis"), None)
+        bases = [i for name, _, i in self.shapes.members(entity.id) if name == "pattern basis"]
+        base = self.shapes.entities.only("basis of a pattern", bases)
         if base is None:
             raise entity.fault(
                 "stepnc-missing", "no relationship 'pattern basis' leads to the pattern's feature"

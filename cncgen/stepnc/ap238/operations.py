@@ -11,7 +11,7 @@ from cncgen.stepnc.ap238.graph import Graph, Item
 from cncgen.stepnc.ap238.technology import Resources, described
 from cncgen.stepnc.ap238.toolpaths import Properties, Toolpaths
 from cncgen.stepnc.ap238.units import Units
-from cncgen.stepnc.entities import Entity
+from cncgen.stepnc.entities import Entity, only
 from cncgen.stepnc.geometry.frames import Vector
 from cncgen.stepnc.model import RATIOS, MachiningStrategy, Operation
 from cncgen.stepnc.part21 import Ref, Typed
@@ -123,7 +123,8 @@ class Operations:
         Raises:
             Skip: where it follows from the path in a way that cannot be made.
         """
-        for item in properties.get("tool direction", []):
+        item = only("tool direction", properties.get("tool direction", []))
+        if item is not None:
             kind = item.representation.strip().lower()
             if item.entity.keyword == "DIRECTION":
                 axis = self.toolpaths.curves(item.context).placements.direction(item.entity.id)
@@ -140,10 +141,10 @@ class Operations:
         out: dict[str, Any] = {}
         for name, items in properties.items():
             key = _VALUE_NAMES.get(name, name.replace(" ", "_"))
-            for item in items:
-                value = self._value(key, item)
-                if value is not None:
-                    out[key] = value
+            given = [item for item in items if self._value(key, item) is not None]
+            item = only(name, given)
+            if item is not None:
+                out[key] = self._value(key, item)
         if "dwell" in out and not self._waits(properties):
             out["dwell_turns"] = out.pop("dwell")
         return out
@@ -179,10 +180,14 @@ class Operations:
         return tuple(m.value for m in found if m is not None) or None
 
     def _strategies(self, operation: int) -> dict[str, MachiningStrategy]:
-        out = {}
+        out: dict[str, MachiningStrategy] = {}
         for name, entity in self.graph.relation_names(operation, "MACHINING_STRATEGY_RELATIONSHIP"):
             kind = entity.text("description").strip().lower().replace("approach retract", "ap retract")
             kind = "drilling type strategy" if entity.keyword == "DRILLING_TYPE_STRATEGY" else kind
             values = self._values(self.graph.properties(entity.id))
-            out[name.strip().lower()] = MachiningStrategy(entity.id, kind, values)
+            key = name.strip().lower()
+            self.graph.entities.only(
+                f"{key} strategy", [*([out[key].ident] if key in out else []), entity.id]
+            )
+            out[key] = MachiningStrategy(entity.id, kind, values)
         return out

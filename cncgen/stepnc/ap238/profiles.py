@@ -10,7 +10,7 @@ import numpy as np
 from cncgen.geometry import elementary
 from cncgen.stepnc.ap238.graph import Item
 from cncgen.stepnc.ap238.shapes import Component, Shapes
-from cncgen.stepnc.entities import Entity
+from cncgen.stepnc.entities import Entity, only
 from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import identity, is_identity
@@ -36,21 +36,30 @@ OPEN = (
 def find(components: list[Component], *roles: str) -> Entity | None:
     """Return the component with the first of some roles that there is (relationship or occurrence), None without."""
     for role in roles:
-        for component in components:
-            if role in (component.role, component.usage, component.occurrence.removesuffix(" occurrence")):
-                return component.entity
+        found = only(
+            role,
+            [c for c in components if role in (c.role, c.usage, c.occurrence.removesuffix(" occurrence"))],
+        )
+        if found is not None:
+            return found.entity
     return None
 
 
 def path_of(components: list[Component]) -> Entity | None:
     """Return the path that a feature is swept along, or None."""
     named = find(components, "course of travel", "profile swept shape", "boss height")
-    return named or next((c.entity for c in components if "PATH_FEATURE" in c.entity.keyword), None)
+    return named or component_of(components, "path", ("PATH_FEATURE_COMPONENT",))
+
+
+def component_of(components: list[Component], name: str, kinds: tuple[str, ...]) -> Entity | None:
+    """Return the component of one of these kinds, or None; raises `Skip` where there are several."""
+    found = only(name, [c for c in components if c.entity.keyword in kinds])
+    return None if found is None else found.entity
 
 
 def profile_of(components: list[Component], kinds: tuple[str, ...]) -> Entity | None:
-    """Return the first profile of one of these kinds, or None."""
-    return next((c.entity for c in components if c.entity.keyword in kinds), None)
+    """Return the profile of one of these kinds, or None; raises `Skip` where there are several."""
+    return component_of(components, "profile", kinds)
 
 
 class Profiles:
@@ -105,8 +114,8 @@ class Profiles:
 
     def placed(self, entity: Entity, pieces: list[Piece]) -> list[Piece]:
         """Return a profile's pieces where it stands in its feature."""
-        place = next(iter(self.shapes.frames(entity.id, "orientation")), identity())
-        if is_identity(place):
+        place = self.shapes.frame(entity.id, "orientation")
+        if place is None or is_identity(place):
             return pieces
         if np.allclose(place, self.feature_placement, atol=1e-9):
             entity.warn("stepnc-placement", "the placement repeats that of the feature; it is taken as none")
@@ -114,9 +123,11 @@ class Profiles:
         return [p.moved(place) for p in pieces]
 
     def _curve(self, entity: Entity) -> list[Piece]:
-        for item in self.shapes.items(entity.id):
-            if "CURVE" in item.entity.keyword or item.entity.keyword == "POLYLINE":
-                return self._read(item, entity)
+        items = self.shapes.items(entity.id)
+        curves = [i for i in items if "CURVE" in i.entity.keyword or i.entity.keyword == "POLYLINE"]
+        item = only("curve of a profile or path", curves, "a COMPOSITE_CURVE whose segments they are")
+        if item is not None:
+            return self._read(item, entity)
         raise entity.fault(
             "stepnc-unsupported", "it has no sizes and no bounded curve that a profile can be made of"
         )

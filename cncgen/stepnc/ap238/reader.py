@@ -189,15 +189,15 @@ class Ap238Reader:
         used = sorted({s for plan in plans for s in self.setups.of_plan(plan)})
         if len(used) < 2:
             return None
-        origin = next(iter(self.setups.origins(setup)), None)
+        origin = self.setups.origin(setup)
         return WorkSetup(used.index(setup) + 1, f"#{setup}", origin)
 
     def _note_origin(self, plan: Entity, setup: int) -> None:
-        for origin in self.setups.origins(setup):
-            if not np.allclose(origin, np.eye(4), atol=1e-9):
-                x, y, z = origin[:3, 3]
-                text = f"#{plan.id}: the setup stands at ({x:g}, {y:g}, {z:g}) mm: a work offset, not applied"
-                self.exchange.report(plan.id, "stepnc-work-offset", text, severity=Severity.NOTE)
+        origin = self.setups.origin(setup)
+        if origin is not None and not np.allclose(origin, np.eye(4), atol=1e-9):
+            x, y, z = origin[:3, 3]
+            text = f"#{plan.id}: the setup stands at ({x:g}, {y:g}, {z:g}) mm: a work offset, not applied"
+            self.exchange.report(plan.id, "stepnc-work-offset", text, severity=Severity.NOTE)
 
     def _process(self, entity: Entity, context: Any) -> Executable:
         """Return an executable of several branches."""

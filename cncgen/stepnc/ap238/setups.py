@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from cncgen.geometry import elementary
-from cncgen.stepnc.ap238.graph import Graph
+from cncgen.stepnc.ap238.graph import Graph, Item
 from cncgen.stepnc.ap238.shapes import Shapes
-from cncgen.stepnc.entities import Entity
+from cncgen.stepnc.entities import Entity, only
 from cncgen.stepnc.geometry.breps import SOLIDS
 from cncgen.stepnc.geometry.frames import Matrix, Placements, identity
 from cncgen.stepnc.geometry.solids import Solid, solid_of
@@ -33,13 +33,13 @@ class Setups:
                     out += [] if product is None else [product]
         return out
 
-    def origins(self, setup: int) -> list[Matrix]:
-        """Return where a setup stands on the machine: a work offset.
+    def origin(self, setup: int) -> Matrix | None:
+        """Return where a setup stands on the machine, a work offset, or None.
 
         Raises:
             Skip: where a placement has a fault.
         """
-        return self.shapes.frames(setup, "orientation")
+        return self.shapes.frame(setup, "orientation")
 
     def security(self, setup: int) -> Matrix | None:
         """Return the frame of a setup's security plane, None where it has none.
@@ -47,13 +47,15 @@ class Setups:
         Raises:
             Skip: where it has a fault.
         """
+        items: list[Item] = []
         for link in self.graph.index("PROPERTY_DEFINITION", 0).of(setup):
             if self.entities.get(link).text("name").strip().lower() != "security plane":
                 continue
-            for item in self.shapes.items(link):
-                if item.entity.keyword in ("PLANE", "ELEMENTARY_SURFACE"):
-                    return self.shapes.placements(item).plane(item.entity.id)
-        return None
+            items += [
+                i for i in self.shapes.items(link) if i.entity.keyword in ("PLANE", "ELEMENTARY_SURFACE")
+            ]
+        item = only("security plane of a setup", items)
+        return None if item is None else self.shapes.placements(item).plane(item.entity.id)
 
     def workpiece(self, setup: int) -> Matrix | None:
         """Return where the workpiece stands in a setup, None where that is not said.
@@ -61,13 +63,14 @@ class Setups:
         Raises:
             Skip: where a placement has a fault.
         """
+        found: dict[int, tuple[Entity, Entity]] = {}
         for relation in self.graph.index("MACHINING_SETUP_WORKPIECE_RELATIONSHIP", 0).of(setup):
             for shape in self.graph.index("PRODUCT_DEFINITION_SHAPE", 0).of(relation):
                 for link in self.graph.index("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", 1).of(shape):
                     related = self.entities.get(link).entity("representation_relation")
-                    for transformation in self._transformations(related):
-                        return self._frame(transformation, related)
-        return None
+                    found.update((t.id, (t, related)) for t in self._transformations(related))
+        ident = self.entities.only("place of the workpiece in a setup", found)
+        return None if ident is None else self._frame(*found[ident])
 
     def raw(self, owner: int) -> Solid | None:
         """Return the raw piece of the workpiece of a project or setup, in the workpiece's frame; None where none has a shape.
@@ -109,7 +112,8 @@ class Setups:
             if found is not None:
                 return found
         sizes = self.shapes.measures(product)
-        frame = next(iter(self.shapes.frames(product, "orientation")), identity())
+        place = self.shapes.frame(product, "orientation")
+        frame = identity() if place is None else place
         if sizes.keys() >= {"length", "width", "height"}:
             return Solid("block", frame, (sizes["length"], sizes["width"], sizes["height"]))
         if sizes.keys() >= {"diameter", "length"}:

@@ -15,11 +15,13 @@ import numpy as np
 from cncgen.stepnc.ap238.graph import Graph, Item
 from cncgen.stepnc.ap238.technology import described
 from cncgen.stepnc.ap238.units import Units
-from cncgen.stepnc.entities import Entity, Skip
+from cncgen.stepnc.entities import Entity, Skip, only
 from cncgen.stepnc.geometry.frames import Matrix, Placements, Vector
 
 _RELATIONS = ("SHAPE_DEFINING_RELATIONSHIP", "FEATURE_COMPONENT_RELATIONSHIP")
 _ASPECTS = ("SHAPE_ASPECT", "COMPOSITE_SHAPE_ASPECT", "COMPOSITE_GROUP_SHAPE_ASPECT")
+#: Sizes alike, mm or rad.
+SAME = 1e-9
 _PLACED = ("AXIS2_PLACEMENT_3D", "PLANE", "DIRECTION", "CARTESIAN_POINT")
 
 
@@ -65,8 +67,13 @@ class Shapes:
         return out
 
     def measures(self, ident: int) -> dict[str, float]:
-        """Return the measures of a feature or shape aspect by their names, mm and rad."""
-        out = {}
+        """Return the measures of a feature or shape aspect by their names, mm and rad.
+
+        Raises:
+            Skip: where one has two values.
+        """
+        out: dict[str, float] = {}
+        first: dict[str, Item] = {}
         for item in self.items(ident):
             if described(item) or item.entity.keyword in _PLACED:
                 continue
@@ -75,7 +82,11 @@ class Shapes:
             except Skip:
                 continue
             if measure is not None:
-                out[item.name or measure.name] = measure.value
+                name = item.name or measure.name
+                if name and abs(out.get(name, measure.value) - measure.value) > SAME:
+                    only(name, [first[name], item])
+                out[name] = measure.value
+                first.setdefault(name, item)
         return out
 
     def words(self, ident: int) -> list[str]:
@@ -94,17 +105,29 @@ class Shapes:
             if item.name == name and item.entity.keyword == "AXIS2_PLACEMENT_3D"
         ]
 
+    def frame(self, ident: int, name: str) -> Matrix | None:
+        """Return the placement of a name, or None; one that is given again at the same place counts once.
+
+        Raises:
+            Skip: where it has a fault, or there are several.
+        """
+        items = [i for i in self.items(ident) if i.name == name and i.entity.keyword == "AXIS2_PLACEMENT_3D"]
+        frames = [self.placements(item).placement(item.entity.id) for item in items]
+        others = [i for i, f in zip(items, frames, strict=True) if not np.allclose(f, frames[0], atol=1e-9)]
+        only(name, [*items[:1], *others])
+        return frames[0] if frames else None
+
     def direction(self, ident: int, representation: str | None = None) -> Vector | None:
         """Return a DIRECTION (of a representation of that name, where one is given), or None.
 
         Raises:
             Skip: where it has a fault.
         """
-        for item in self.items(ident):
-            named = representation is None or item.representation.strip().lower() == representation
-            if named and item.entity.keyword == "DIRECTION":
-                return self.placements(item).direction(item.entity.id)
-        return None
+        items = [i for i in self.items(ident) if i.entity.keyword == "DIRECTION"]
+        if representation is not None:
+            items = [i for i in items if i.representation.strip().lower() == representation]
+        item = only(representation or "direction", items)
+        return None if item is None else self.placements(item).direction(item.entity.id)
 
     def limit(self, ident: int) -> float | None:
         """Return the height of the plane 'maximum feature limit' in the feature's frame, mm, or None.
@@ -112,15 +135,11 @@ class Shapes:
         Raises:
             Skip: where it has a fault.
         """
-        for item in self.items(ident):
-            if (
-                item.representation.strip().lower() == "maximum feature limit"
-                and item.entity.keyword == "PLANE"
-            ):
-                plane = self.placements(item).plane(item.entity.id)
-                if plane is not None:
-                    return float(plane[2, 3])
-        return None
+        name = "maximum feature limit"
+        planes = [i for i in self.items(ident) if i.entity.keyword == "PLANE"]
+        item = only(name, [i for i in planes if i.representation.strip().lower() == name])
+        plane = None if item is None else self.placements(item).plane(item.entity.id)
+        return None if plane is None else float(plane[2, 3])
 
     # Parts of a feature
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from cncgen.stepnc.ap238.graph import Graph, Item
 from cncgen.stepnc.ap238.units import Measure, Units
-from cncgen.stepnc.entities import Entity, Skip
+from cncgen.stepnc.entities import Entity, Skip, only
 from cncgen.stepnc.model import TURNING_TOOLS, CuttingTool, Functions, Technology
 
 #: Kinds of turning tools (10303-238, WR20 to WR22 of machining_tool) by their names here.
@@ -38,9 +38,9 @@ class Resources:
             Skip: where it has a fault.
         """
         related = self.graph.related_ids(owner, "MACHINING_TECHNOLOGY_RELATIONSHIP")
-        if not related:
+        ident = self.graph.entities.only("technology", related)
+        if ident is None:
             return None
-        ident = related[0]
         if ident not in self._technologies:
             self._technologies[ident] = self._read_technology(ident)
         return self._technologies[ident]
@@ -51,6 +51,11 @@ class Resources:
         spindles = self._measures(properties.get("spindle", []))
         most = [m for item, _, m in spindles if item.name == "maximum rotational speed"]
         spindles = [s for s in spindles if s[0].name != "maximum rotational speed"]
+        for what, along in (("cutting speed", 1), ("spindle speed", 0)):
+            only(what, [item for item, _, m in spindles if m.unit.length == along])
+        kinds = ("feed per tooth", "feed per revolution")
+        for kind in (*kinds, "feed"):
+            only(kind, [item for item, name, _ in feeds if (name if name in kinds else "feed") == kind])
         speeds = {name: m for item, name, m in spindles if m.unit.length == 1}
         turns = {name: (item, m) for item, name, m in spindles if m.unit.length == 0}
         feed = tooth = revolution = None
@@ -106,18 +111,21 @@ class Resources:
             Skip: where they have a fault.
         """
         related = self.graph.related_ids(owner, "MACHINING_FUNCTIONS_RELATIONSHIP")
-        if not related:
+        ident = self.graph.entities.only("set of machine functions", related)
+        if ident is None:
             return None
-        ident = related[0]
         if ident not in self._functions:
             properties = self.graph.properties(ident)
 
             def state(name: str) -> bool | None:
-                texts = [described(i) for i in properties.get(name, [])]
-                return next((_ON[t.split()[-1]] for t in texts if t and t.split()[-1] in _ON), None)
+                words = {i: described(i).split()[-1:] for i in properties.get(name, [])}
+                said = {_ON[w[0]]: i for i, w in words.items() if w and w[0] in _ON}
+                only(name, list(said.values()))
+                return next(iter(said), None)
 
             known = ("coolant", "mist", "through spindle coolant")
-            kind = next((described(i) for i in properties.get("coolant type", [])), "")
+            way = only("coolant type", properties.get("coolant type", []))
+            kind = "" if way is None else described(way)
             quiet = (
                 *known,
                 "coolant type",
@@ -139,10 +147,9 @@ class Resources:
         Raises:
             Skip: where it has a fault.
         """
-        users = self.graph.index("MACHINING_TOOL", None).of(owner)
-        if not users:
+        ident = self.graph.entities.only("tool", self.graph.index("MACHINING_TOOL", None).of(owner))
+        if ident is None:
             return None
-        ident = users[0]
         if ident not in self._tools:
             self._tools[ident] = self._read_tool(ident)
         return self._tools[ident]
@@ -159,6 +166,9 @@ class Resources:
             except Skip:
                 continue
             if measure is not None:
+                if values.get(name, measure.value) != measure.value:
+                    text = f"{name} of the tool #{ident} is {values[name]:g} and {measure.value:g}; the last counts"
+                    item.entity.warn("stepnc-several", text)
                 values[name] = measure.value
         number = {k: v for k, v in values.items() if isinstance(v, float)}
         teeth = number.get("number of effective teeth", number.get("number of teeth"))

@@ -10,7 +10,7 @@ from cncgen.geometry import elementary
 from cncgen.stepnc.ap238.graph import Graph, Item
 from cncgen.stepnc.ap238.technology import Resources, described
 from cncgen.stepnc.ap238.units import Units
-from cncgen.stepnc.entities import Entities, Entity, Skip
+from cncgen.stepnc.entities import Entities, Entity, Skip, only
 from cncgen.stepnc.geometry.chords import couple
 from cncgen.stepnc.geometry.contact import locations
 from cncgen.stepnc.geometry.curves import CurveReader
@@ -44,11 +44,13 @@ class Toolpaths:
         return self._curves[key]
 
     def placed(self, properties: Properties, name: str, *kinds: str) -> tuple[Entity, Placements] | None:
-        """Return the first item of a property that is of these kinds, with the reader of its placements, or None."""
-        for item in properties.get(name, []):
-            if item.entity.keyword in kinds:
-                return item.entity, self.curves(item.context).placements
-        return None
+        """Return the item of a property that is of these kinds, with the reader of its placements, or None.
+
+        Raises:
+            Skip: where there are several.
+        """
+        item = only(name, [i for i in properties.get(name, []) if i.entity.keyword in kinds])
+        return None if item is None else (item.entity, self.curves(item.context).placements)
 
     def frame(self, properties: Properties, outer: Matrix) -> Matrix:
         """Return the frame of toolpaths within an outer one."""
@@ -97,51 +99,48 @@ class Toolpaths:
 
     def _deviation(self, entity: Entity, properties: Properties) -> float | None:
         """Return the property 'path maximum deviation', mm, or None."""
-        for item in properties.get("path maximum deviation", []):
-            measure = self.units.measure(item.entity)
-            if measure is not None:
-                if not measure.value >= 0:
-                    raise entity.fault(
-                        "stepnc-range",
-                        f"path maximum deviation is {measure.value:g} mm; it must not be negative",
-                    )
-                return measure.value
-        return None
+        item = only("path maximum deviation", properties.get("path maximum deviation", []))
+        measure = None if item is None else self.units.measure(item.entity)
+        if measure is None:
+            return None
+        if not measure.value >= 0:
+            text = f"path maximum deviation is {measure.value:g} mm; it must not be negative"
+            raise entity.fault("stepnc-range", text)
+        return measure.value
 
     def _dwell(self, entity: Entity, properties: Properties) -> tuple[float, float]:
         """Return how long a feedstop waits, s, and how many turns of the spindle: one of them is 0."""
-        for item in properties.get("dwell", []):
-            measure = self.units.measure(item.entity)
-            if measure is None:
-                continue
+        item = only("dwell", properties.get("dwell", []))
+        measure = None if item is None else self.units.measure(item.entity)
+        if item is not None and measure is not None:
             revolutions = "revolution" in item.representation.lower() or measure.unit.revolution
             return (0.0, measure.value) if revolutions else (measure.value, 0.0)
         entity.warn("stepnc-missing", "the feedstop has no property 'dwell': it does not wait")
         return 0.0, 0.0
 
     def _speed(self, properties: Properties) -> tuple[bool, float]:
-        ratio = 1.0
-        for item in properties.get("speed profile", []):
-            if described(item):
-                return described(item) == "rapid", 1.0
-            if "CURVE" in item.entity.keyword or item.entity.keyword == "POLYLINE":
-                text = "the speed profile along the path is not applied; the feed holds"
-                item.entity.warn("stepnc-speed-profile", text)
-                continue
-            measure = self.units.measure(item.entity)
-            ratio = measure.value if measure is not None and measure.value > 0 else ratio
-        return False, ratio
+        item = only("speed profile", properties.get("speed profile", []))
+        if item is None:
+            return False, 1.0
+        if described(item):
+            return described(item) == "rapid", 1.0
+        if "CURVE" in item.entity.keyword or item.entity.keyword == "POLYLINE":
+            text = "the speed profile along the path is not applied; the feed holds"
+            item.entity.warn("stepnc-speed-profile", text)
+            return False, 1.0
+        measure = self.units.measure(item.entity)
+        return False, measure.value if measure is not None and measure.value > 0 else 1.0
 
     def _pieces(
         self, entity: Entity, properties: Properties, tool: CuttingTool | None, tilt: Vector | None
     ) -> list[Piece]:
         """Return the path of the tip; `tool` is given where the basic curve is the path of the contact point."""
-        basic = properties.get("basic curve", [])
-        if not basic:
+        hint = "a COMPOSITE_CURVE whose segments they are, or a toolpath for each of them"
+        curve = only("basic curve of a trajectory", properties.get("basic curve", []), hint)
+        if curve is None:
             named = ", ".join(map(repr, properties)) or "none"
             text = f"ISO 10303-238 demands a property 'basic curve' of a trajectory; there are: {named}"
             raise entity.fault("stepnc-missing", text)
-        curve = basic[0]
         pieces = self.curves(curve.context).read(curve.entity.id, entity.id)
         axes = self._directions(entity, properties, "tool axis")
         if entity.text("description").strip().lower() == "cutter contact trajectory":
@@ -158,12 +157,13 @@ class Toolpaths:
 
     def _directions(self, entity: Entity, properties: Properties, name: str) -> list[Piece] | None:
         """Return the curve of directions that a property gives (constant for one DIRECTION), None without it."""
-        for item in properties.get(name, []):
-            if item.entity.keyword == "DIRECTION":
-                direction = self.curves(item.context).placements.direction(item.entity.id)
-                return [Polyline(np.stack([direction, direction]))]
-            return CurveReader(self.entities, 1.0, math.pi / 180).read(item.entity.id, entity.id)
-        return None
+        item = only(name, properties.get(name, []))
+        if item is None:
+            return None
+        if item.entity.keyword == "DIRECTION":
+            direction = self.curves(item.context).placements.direction(item.entity.id)
+            return [Polyline(np.stack([direction, direction]))]
+        return CurveReader(self.entities, 1.0, math.pi / 180).read(item.entity.id, entity.id)
 
     def leans(self, action_property: int) -> bool:
         """Tell whether a property 'tool axis' or 'tool direction' has a direction that leaves Z."""

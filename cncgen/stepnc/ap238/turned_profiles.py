@@ -10,7 +10,7 @@ import numpy as np
 from cncgen.geometry import elementary
 from cncgen.stepnc import turned_shapes
 from cncgen.stepnc.ap238.graph import Item
-from cncgen.stepnc.ap238.profiles import OPEN, Profiles, profile_of
+from cncgen.stepnc.ap238.profiles import OPEN, Profiles, component_of, find, profile_of
 from cncgen.stepnc.ap238.shapes import Component, Shapes
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry import profile_shapes
@@ -76,7 +76,7 @@ class TurnedProfiles:
         if not (size.get("diameter", 0.0) > 0 and size.get("length", 0.0) > 0):
             raise entity.fault("stepnc-missing", "an outer diameter needs its diameter and length, above 0")
         first = last = size["diameter"]
-        taper = next((c.entity for c in components if c.entity.keyword == "TAPER"), None)
+        taper = component_of(components, "taper", ("TAPER",))
         if taper is not None:
             ends = self.shapes.measures(taper.id)
             if not {"final diameter", "taper angle"} & set(ends):
@@ -92,7 +92,7 @@ class TurnedProfiles:
         radius = self.shapes.measures(entity.id).get("radius", 0.0)
         material = self.shapes.direction(entity.id, "removal direction")
         if kind == "groove" and profile.keyword in _GROOVES:
-            place = next(iter(self.shapes.frames(profile.id, "orientation")), None)
+            place = self.shapes.frame(profile.id, "orientation")
             made = turned_shapes.groove(profile, self.profiles.across(profile), place, radius)
             return replace(made, material=material)
         if profile.keyword == "PARTIAL_CIRCULAR_PROFILE":
@@ -107,10 +107,8 @@ class TurnedProfiles:
 
     def base_of(self, entity: Entity) -> int | None:
         """Return the feature that a thread is cut into, None where the file names none."""
-        for component in self.shapes.components(entity.id):
-            if "applied shape" in (component.role, component.usage):
-                return component.entity.id
-        return None
+        base = find(self.shapes.components(entity.id), "applied shape")
+        return None if base is None else base.id
 
     def _thread(
         self,
@@ -126,7 +124,7 @@ class TurnedProfiles:
                 "stepnc-missing", "no relationship 'applied shape' leads to what the thread is on"
             )
         size = self.shapes.measures(entity.id)
-        area = next((c.entity for c in components if c.entity.keyword == "APPLIED_AREA"), None)
+        area = component_of(components, "applied area", ("APPLIED_AREA",))
         length = {} if area is None else self.shapes.measures(area.id)
         threaded = replace(base, thread=size.get("major diameter"), pitch=self._pitch(entity))
         if base.contour is None:
