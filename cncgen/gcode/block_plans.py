@@ -119,7 +119,7 @@ class BlockPlans:
         allowed = set().union(*(code.words for code in codes), *(code.named for code in codes))
         for letter in block.words:
             if letter not in allowed:
-                raise _unused(letter, self.codes)
+                raise _unused(letter, self.codes, self._of_lathes(letter, block))
         steps = remarks + [code.run for code in sorted(codes, key=lambda code: code.stage)]
         steps += [code.after for code in codes if code.after is not None]
         return BlockPlan(tuple(steps))
@@ -133,6 +133,13 @@ class BlockPlans:
         codes += [self._code("M", number) for number in block.m]
         _check_groups(codes)
         return _one_mover(codes) if self.dialect == "fanuc" else codes, remarks
+
+    def _of_lathes(self, letter: str, block: Block) -> str:
+        """Return the name of a code of a mill's block that takes the word on lathes."""
+        if self._table != "fanuc":
+            return ""
+        codes = (table("fanuc-lathe").get(("G", number)) for number in block.g)
+        return next((code.name for code in codes if code is not None and letter in code.words), "")
 
     def _of_lone_words(self, block: Block, codes: list[Code]) -> list[Code]:
         """Return the codes of words that mean something by themselves, unless a code of the block takes them."""
@@ -255,11 +262,13 @@ def _check_groups(codes: list[Code]) -> None:
         seen[code.group] = code
 
 
-def _unused(letter: str, codes: Codes) -> BlockError:
-    """Return the fault of a word that no code of its block uses."""
+def _unused(letter: str, codes: Codes, of_lathes: str) -> BlockError:
+    """Return the fault of a word that no code of its block uses; on lathes that code would."""
     users = sorted({code.number: code.name for code in codes.values() if letter in code.words}.items())
     names = ", ".join(name for _, name in users[:8])
     hint = f"it belongs to {names}" if names else ""
+    if of_lathes:
+        hint = f"{of_lathes} takes {letter.upper()} on lathes, which --dialect fanuc-lathe reads"
     if letter == "e":
         hint = "numbers have no exponent in G-code, and printers' extruders are not read" + (
             f"; E {hint[3:]}" if hint else ""

@@ -61,11 +61,9 @@ _FANUC = (
 _SLASH = _Doubt(
     rb"(?P<word>/)",
     "the rest of a block behind a slash within it is passed over; newer controls run it unless the switch of block skip is on",
-    "/ stands first in a block that may be left out",
+    "/ stands first in a block that may be left out; a quotient stands in brackets",
     (b"/",),
 )
-#: The text before it: words with numbers, the last one not N.
-_WORDS = rb"(?i)[ \t]*(?:/[1-9]?[ \t]*)?(?:[A-Z][ \t]*[-+]?[\d.]+[ \t]*)*[A-MO-Z][ \t]*[-+]?[\d.]+[ \t]*\Z"
 _OKUMA = _Doubt(
     _BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d",
     "G15 H chooses a coordinate system on Okuma's controls, whose language is not read; here it ends polar coordinates",
@@ -190,8 +188,13 @@ def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
 
 
 def _within(source: Source, at: int) -> bool:
-    """Tell whether a slash stands behind words of its block."""
-    return re.match(_WORDS, source.data[source.data.rfind(b"\n", 0, at) + 1 : at]) is not None
+    """Tell whether a slash ends what is read of its block."""
+    begin = source.data.rfind(b"\n", 0, at) + 1
+    if not source.data[begin:at].strip():
+        return False
+    from cncgen.gcode.text.grammar import cut_of
+
+    return cut_of(source.data[begin : source.line_end(begin)]) == at - begin > 0
 
 
 def _doubts(

@@ -147,9 +147,15 @@ def _tap_in_step(hole: Hole, direction: int) -> None:
 
 
 def _shift(hole: Hole) -> tuple[dict[int, float], dict[int, float]]:
-    """Return the places across of the tool beside the hole and in it."""
-    first = hole.ip.state.plane_axes()[0]
-    middle = hole.ip.state.position[first]
+    """Return the places across of the tool beside the hole and in it; say which way is taken to be away from the wall."""
+    ip = hole.ip
+    first = ip.state.plane_axes()[0]
+    middle = ip.state.position[first]
+    if _SHIFTED not in ip.remarked:
+        ip.remarked.add(_SHIFTED)
+        message = f"the tool is taken to leave the wall along {AXES[first].upper()}+; the control has the direction in a parameter"
+        hint = "it is parameter 5148 of FANUC, 5101 of its older controls, setting 27 of Haas"
+        ip.warn(BlockError("cycle-shift", message, "Q", hint=hint), Severity.NOTE)
     return {first: middle + hole.words["q"]}, {first: middle}
 
 
@@ -228,6 +234,10 @@ HOLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
     890: (_bore_wait, False, "bore, dwell for P, feed out"),
 }
 _BACK = 870
+#: Codes that are turning cycles on lathes.
+_TURNING = (730, 740, 760)
+#: Mark, beside codes in tenths, of the remark on the direction of Q of G76 and G87.
+_SHIFTED = -760
 #: Words that Haas's controls have besides: steps of drilling, the speed of a tap on its way out.
 _HAAS = {730: "ij", 830: "ij", 740: "j", 840: "j"}
 
@@ -241,8 +251,13 @@ def _cycle(number: int) -> Handler:
             return
         sticky = _words_in_force(ip, block, number)
         if not block.words.keys().isdisjoint("xyzuvwr"):
-            _check_words(ip, block, number, sticky.words)
-            _make_holes(ip, block, number, sticky)
+            try:
+                _check_words(ip, block, number, sticky.words)
+                _make_holes(ip, block, number, sticky)
+            except BlockError as error:
+                if number in _TURNING and error.code in ("cycle-words", "feed-missing"):
+                    error.hint += f"; G{number // 10} of lathes is read by --dialect fanuc-lathe"
+                raise
 
     return run
 

@@ -87,6 +87,7 @@ class CompensatedSink:
         warn: Takes a gouge that the tool path makes and that LinuxCNC does not refuse.
         tool_offset: The tool's offset in force; None where it cannot change meanwhile.
         lenient: Whether blocks are refused as FANUC's controls do, not as LinuxCNC does.
+        on_roll: Called before each arc around an outside corner.
     """
 
     def __init__(
@@ -100,9 +101,11 @@ class CompensatedSink:
         *,
         tool_offset: Point | None = None,
         lenient: bool = False,
+        on_roll: Callable[[], None] | None = None,
     ) -> None:
         self.inner = inner
         self._lenient = lenient
+        self._on_roll = on_roll
         self._offset = tool_offset
         self.centre = centre
         self.budget = inner.budget
@@ -209,6 +212,8 @@ class CompensatedSink:
             self.inner.set_inverse_time(self._speed / length if length else 0.0, length)
         self._last = end
         if piece.centre is not None:
+            if piece.corner and self._on_roll is not None:
+                self._on_roll()
             self.inner.arc_feed(end, piece.centre.real, piece.centre.imag, piece.turns, move.plane)
         elif piece.rapid:
             self.inner.straight_traverse(end)

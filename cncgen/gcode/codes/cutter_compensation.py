@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code, Handler
@@ -23,6 +25,8 @@ PLANES = {"linuxcnc": (17, 18), "fanuc": (17, 18, 19), "heidenhain": (17, 18, 19
 _STRICT = ("linuxcnc",)
 ORIENTATIONS = 10
 _LAST_DIGIT = 1e-12
+#: Mark, beside codes in tenths, of the remark on outside corners.
+_ROLLED = -410
 
 
 def _turn_on(left: bool, dynamic: bool) -> Handler:
@@ -66,10 +70,20 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
             ip.warn,
             tool_offset=list(state.tool_offset),
             lenient=ip.dialect not in _STRICT,
+            on_roll=partial(_tell_roll, ip) if ip.dialect == "fanuc" else None,
         )
         ip.sink, ip.compensated_position = sink, sink.beside
 
     return run
+
+
+def _tell_roll(ip: Interpreter) -> None:
+    """Say once that outside corners are rolled around, which a parameter of FANUC's controls decides (CCC, 19607#2)."""
+    if _ROLLED not in ip.remarked:
+        ip.remarked.add(_ROLLED)
+        message = "the tool rolls around outside corners in arcs; with parameter CCC (19607#2) = 0, the control joins straight lines"
+        hint = "the part is the same; arcs R in the program's corners leave no choice"
+        ip.warn(BlockError("comp-corners", message, hint=hint), Severity.NOTE)
 
 
 def _sink_of(ip: Interpreter) -> CompensatedSink | None:

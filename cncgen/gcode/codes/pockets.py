@@ -64,7 +64,7 @@ def clear(ip: Interpreter, pocket: Pocket, how: Clearing, name: str) -> None:
     if min(pocket.length, pocket.width) < how.radius - _TINY:
         raise BlockError(
             "cycle-tool",
-            f"{name} is {2.0 * min(pocket.length, pocket.width):g} wide, and the tool {2.0 * how.radius:g}",
+            f"{name} is {2.0 * min(pocket.length, pocket.width):g} wide, and the tool has the diameter {2.0 * how.radius:g}",
             name, hint="take a smaller tool, whose diameter the tool table has",
         )  # fmt: skip
     if how.step <= 0.0:
@@ -206,7 +206,7 @@ def clear_bow(ip: Interpreter, bow: Bow, half: float, how: Clearing, name: str) 
     """
     reach = half - how.radius
     if how.radius <= 0.0 or reach < -_TINY or bow.radius < half:
-        message = f"{name} is {2.0 * half:g} wide on a circle of {2.0 * bow.radius:g}, and the tool {2.0 * how.radius:g}"
+        message = f"{name} is {2.0 * half:g} wide on a circle of {2.0 * bow.radius:g}, and the tool has the diameter {2.0 * how.radius:g}"
         raise BlockError("cycle-tool", message, name, hint="--tool-table gives the diameter of the tool")
     steps = max(1, math.ceil(reach / how.step - _TINY)) if reach > _TINY else 0
     offsets = [reach * k / steps for k in range(1, steps + 1)] or [0.0]

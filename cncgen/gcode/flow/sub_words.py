@@ -130,6 +130,8 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
             return macros.line_numbered(control, back or here, number, "P")
         if back is not None:
             return back
+        message = "M99 in the main program repeats it without end on a control; one pass is planned"
+        ip.warn(BlockError("program-repeats", message, "M99", hint="M30 ends it"), Severity.NOTE)
         ip.end_program()
         return None
     values, ip.macro_values = ip.macro_values, None

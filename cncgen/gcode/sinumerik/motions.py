@@ -37,6 +37,8 @@ from cncgen.gcode.text.labels import Cursor
 MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
+#: Mark, beside codes in tenths, of the remark on T without M6.
+_AT_ONCE = -61
 _ENDS = {2: True, 30: True, 17: True}
 _CYCLES = {
     **cycles.CYCLES,
@@ -445,6 +447,17 @@ class Motions:
         changes = 6 in words.m
         if out or changes:
             self.emit(out, (), (60,) if changes else ())
+        if (
+            tool is not None
+            and self.turret
+            and _AT_ONCE not in self.ip.remarked
+            and self.ip.state.plane != 18
+        ):
+            self.ip.remarked.add(_AT_ONCE)
+            message = (
+                "the program has no M6: T is taken to change the tool at once, as with machine data 22550 = 0"
+            )
+            self.note("tool-at-once", message, "T", "M6 behind T changes the tool where 22550 is 1")
         if tool is not None and self.turret and tool[1]:
             self.emit({"q": tool[1]}, (), (610,))
             changes = True

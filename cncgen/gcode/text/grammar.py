@@ -34,11 +34,8 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
     reader = parser(dialect, increments)
     reader.used = reader.numbers = 0
     reader.parse(memoryview(data), 0)
-    if dialect == "fanuc" and reader.error > 0 and data[reader.error : reader.error + 1] == b"/":
-        # A slash behind words: the rest of the block is passed over, of which a remark on the text tells.
-        before = data[: reader.error].decode("utf-8", "surrogateescape")
-        if before.strip() and before.count("[") == before.count("]"):
-            return parse(before, dialect, increments)
+    if dialect == "fanuc" and (cut := _cut(reader, data)):
+        return parse(data[:cut].decode("utf-8", "surrogateescape"), dialect, increments)
     if reader.error >= 0:
         from cncgen.gcode.text.syntax_errors import syntax_error
 
@@ -48,6 +45,21 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
     if reader.flags & gcode_parse.NUMBERED:
         parsed.number = normalise(data[reader.number_begin : reader.number_end].decode())[1:]
     return parsed
+
+
+def _cut(reader: gcode_parse.Parser, data: bytes) -> int:
+    """Return where a slash stands behind words of a block that was read up to it, else 0."""
+    before = data[: max(reader.error, 0)]
+    cut = data[len(before) : len(before) + 1] == b"/" and before.strip()
+    return len(before) if cut and before.count(b"[") == before.count(b"]") else 0
+
+
+def cut_of(data: bytes) -> int:
+    """Return where the slash of a block of FANUC's stands whose rest is passed over, of which a remark tells; else 0."""
+    reader = parser("fanuc", False)
+    reader.used = reader.numbers = 0
+    reader.parse(memoryview(data), 0)
+    return _cut(reader, data)
 
 
 class _Values:
