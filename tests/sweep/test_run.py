@@ -188,7 +188,7 @@ class Deadly(LocalWorkers):
 
     def completed(self, timeout_s: float) -> list[Done]:
         done = super().completed(timeout_s)
-        processes = list(self._pool._processes or ())
+        processes = list((self._pool and self._pool._processes) or ())
         if done and processes and self.deaths:
             self.deaths -= 1
             os.kill(processes[0], signal.SIGKILL)
