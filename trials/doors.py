@@ -144,10 +144,12 @@ def _tools() -> Path:
 def _read_gcode(data: bytes, options: ReadOptions, beside: int) -> None:
     """Read an input, and check it or print its calls."""
     from cncgen.gcode import canon, check, read
+    from cncgen.toolpath.gate import beyond_numbers
 
     program = read(io.BytesIO(data), "fuzz.ngc", options)
-    for _ in program.chunks():
-        pass
+    for chunk in program.chunks():
+        if not program.diagnostics.has_errors:
+            program.diagnostics.extend(beyond_numbers(chunk))
     if beside == 0 and not options.tool_tips:  # a check is not one of tips
         checked = Diagnostics()
         check(io.BytesIO(data), "fuzz.ngc", options, checked)

@@ -12,7 +12,7 @@ is given for a change of 10 % in the direction that shortens (a period falls, al
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any, TypeVar
@@ -42,6 +42,8 @@ _OTHERS = 2.0**0.5
 #: pairs leave: three, seven; and two, six where they have two coefficients (Abramowitz and Stegun (1964), table 26.10).
 _FITS = {2: (3.182, 4.303), 1: (2.365, 2.447)}
 _Key = TypeVar("_Key")
+#: An entry of ``[times]``: a number, seconds of M codes, or seconds to reach speeds.
+_TimesEntry = float | Mapping[str, float] | Sequence[Sequence[float]]
 Floats = NDArray[np.float64]
 #: Lines and tools named for each quantity.
 _PLACES = 3
@@ -428,7 +430,7 @@ def _scaled_time(key: str) -> Callable[[Case, float], Case]:
     return scaled
 
 
-def _longer(value: Any, factor: float) -> Any:
+def _longer(value: _TimesEntry, factor: float) -> _TimesEntry:
     """Return an entry of ``[times]`` multiplied: a number, the seconds of ``m_codes``, or those of ``spindle_ramp``."""
     if isinstance(value, Mapping):
         return {code: seconds * factor for code, seconds in value.items()}
@@ -437,7 +439,7 @@ def _longer(value: Any, factor: float) -> Any:
     return [[speed, seconds * factor] for speed, seconds in value]
 
 
-def _time_text(value: Any) -> str:
+def _time_text(value: _TimesEntry) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{code} {seconds:g}" for code, seconds in value.items())
     return f"{value:g}" if isinstance(value, int | float) else f"{value[-1][1]:g} at {value[-1][0]:g} rpm"

@@ -203,7 +203,7 @@ def test_columns_of_any_size_give_the_same_blocks() -> None:
         ("G1  ?", 5, "'?' where"),
         ("G1 X[1 + ", 9, "the end of the block where"),
         ("G1 (a) ( b", 8, "a comment ( without its )"),
-        ("X1 (a (b) c)", 4, "a comment in a comment"),
+        ("X1 (a (b) c)", 4, "a comment begins within a comment"),
         ("#1 = [2 * ]", 11, "']' where"),
         ("G0 N5", 4, "'n' where"),
     ],

@@ -481,6 +481,17 @@ def test_while_counts_and_if_chooses():
     assert [e.values["text"] for e in events(path, "message")] == ["loop", "yes", "loop", "no"]
 
 
+def test_a_condition_on_a_variable_without_a_value_is_named():
+    part = Part()
+    n = part.add("NC_VARIABLE", "n", None)
+    say = [part.add("DISPLAY_MESSAGE", "", t) for t in ("yes", "no", "after")]
+    choice = part.add("IF_STATEMENT", "", part.add("COMPARISON_LESS", n, 1.0), say[0], say[1])
+    part.project(part.plan(choice, say[2]))
+    path, found = part.read()
+    assert codes(found, "error") == ["stepnc-missing"]
+    assert [e.values["text"] for e in events(path, "message")] == ["after"]
+
+
 def test_a_loop_without_end_is_ended():
     """Variables get numbers and other variables alone, so that a turn that leaves them as an earlier one did repeats it."""
     part = Part()

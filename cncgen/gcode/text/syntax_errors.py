@@ -104,7 +104,7 @@ def _comment_error(rest: str, column: int) -> BlockError:
     if rest.startswith(")"):
         return BlockError("syntax", "a ) with no comment to close", column=column)
     if "(" in rest[1 : rest.find(")")] and ")" in rest:
-        return BlockError("nested-comment", "a comment in a comment", column=column)
+        return BlockError("nested-comment", "a comment begins within a comment", column=column)
     return BlockError("open-comment", "a comment ( without its )", column=column, hint="close it on its line")
 
 

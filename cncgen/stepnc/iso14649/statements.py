@@ -30,14 +30,16 @@ class ControlStatements:
         self._terms = 0
 
     def variables(self) -> Variables:
-        """Return every NC_VARIABLE and NC_CONSTANT with its initial value (0 where it has none)."""
+        """Return every NC_VARIABLE and NC_CONSTANT that has an initial value with it."""
         out: Variables = {}
         for instance in self.entities.exchange.instances("NC_VARIABLE", "NC_CONSTANT"):
             entity = self.entities.get(instance.id)
             try:
-                out[self.name(entity)] = entity.number("initial_value", 0.0)
+                value = entity.optional("initial_value")
             except Skip:
                 continue
+            if value is not None:
+                out[self.name(entity)] = value
         return out
 
     def name(self, entity: Entity) -> str:
@@ -54,7 +56,14 @@ class ControlStatements:
             value = value.value
         if isinstance(value, Ref):
             name = self.name(self.entities.get(int(value), "NC_VARIABLE", "NC_CONSTANT", owner=owner.id))
-            return lambda variables: variables.get(name, 0.0)
+
+            def read(variables: Variables) -> float:
+                if name not in variables:
+                    text = f"variable {name!r} is read, and it has no initial_value and no assignment before"
+                    raise owner.fault("stepnc-missing", text, hint="its initial_value")
+                return variables[name]
+
+            return read
         if isinstance(value, int | float):
             number = float(value)
             return lambda variables: number
