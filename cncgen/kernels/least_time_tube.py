@@ -13,7 +13,7 @@ Functions take the number of axes as an argument: `solve` hands on 2 and 3 as co
 import cython
 from cython.cimports.libc.math import fabs, log, sqrt
 
-#: Weight of the squares of residuals under dual regularisation: places across the planes, and the state at the end.
+#: Weight of the squares of what is held by dual regularisation: places across the planes, and the state at the end.
 _RHO = cython.declare(cython.double, 1e7)
 #: Part of the way to a bound that a step may go.
 _TAU = cython.declare(cython.double, 0.99)
@@ -41,7 +41,7 @@ _CONVEX = cython.declare(cython.double, 10.0)
 _FLAT = cython.declare(cython.double, 1e-6)
 _CLOSING = cython.declare(cython.int, 12)
 _CLOSING_DAMPING = cython.declare(cython.double, 1.0)
-#: Largest residual as a multiple of that of the first point, and the least residual that counts: an exact first point must be left.
+#: How many times what the first point misses any other may, and the least miss that counts: what is exact at first has to be left.
 _WORSE = cython.declare(cython.double, 4.0)
 _LEAST_MISS = cython.declare(cython.double, 1.0)
 #: Cost of a step of mean length.
@@ -52,10 +52,10 @@ _BEYOND = cython.declare(cython.double, 1e300)
 
 @cython.cclass
 class Tube:
-    """The problem, its current solution, and the working arrays of an iteration. `n` axes (9 at most), `steps` intervals.
+    """The problem, its solution so far, and what an iteration works on. `n` axes (9 at most), `steps` intervals.
 
-    `x` and `u` are the first guess and then the solution. Rows of node k are ``first[k]`` to ``first[k + 1]`` of `rows`, each an
-    offset o = (r_k - c)/unit, a direction d (0 for a point), unit/ρ and β: |(1 - d dᵀ)(p + β A a + o)| unit ≤ ρ. Where `between` is
+    `x` and `u` are the first guess and then the solution. Rows of node k are ``first[k]`` to ``first[k + 1]`` of `rows`, each
+    an offset o = (r_k - c)/unit, a direction d (0 for a point) and unit/ρ: |(1 - d dᵀ)(p + o)| unit ≤ ρ. Where `between` is
     above 0, 1 over a speed, velocities and that speed are bounded between nodes as well: the middle ordinate v + a h/2 of the
     parabola of the velocity is, and with those at its ends all of it. The search goes on until no scaled state is missed by `exact`.
     """
@@ -67,7 +67,6 @@ class Tube:
     curvature: cython.double
     rho: cython.double
     V: cython.double[::1]
-    A: cython.double[::1]
     AV: cython.double[::1]
     JA: cython.double[::1]
     weight: cython.double[::1]
@@ -111,7 +110,7 @@ class Tube:
     seen: cython.double[:, ::1]
 
     def __init__(self, problem, work):
-        self.V, self.A, self.weight = problem.V, problem.A, problem.weight
+        self.V, self.weight = problem.V, problem.weight
         self.AV, self.JA = problem.A / problem.V, problem.J / problem.A
         self.r, self.t, self.h0 = problem.r, problem.t, problem.h0
         self.first, self.rows, self.feed = problem.first, problem.rows, problem.feed
@@ -148,15 +147,14 @@ def _row(
     x: cython.double[:, ::1],
     g: cython.p_double,
 ) -> cython.double:
-    """Return the slack 1 - |(1 - d dᵀ)(p + β A a + o)|² (unit/ρ)² of a row, and write its gradient over p."""
+    """Return the slack 1 - |(1 - d dᵀ)(p + o)|² (unit/ρ)² of a row, and write its gradient."""
     i: cython.Py_ssize_t
     along: cython.double = 0.0
     s: cython.double = 1.0
     y: cython.double
-    b: cython.double = tube.rows[m, 2 * n + 1]
     c: cython.double = tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
     for i in range(n):
-        g[i] = x[k, 3 * i] + b * tube.A[i] * x[k, 3 * i + 2] + tube.rows[m, i]
+        g[i] = x[k, 3 * i] + tube.rows[m, i]
         along += g[i] * tube.rows[m, n + i]
     for i in range(n):
         y = g[i] - along * tube.rows[m, n + i]
@@ -225,8 +223,7 @@ _Measure = cython.struct(cost=cython.double, logs=cython.double, missed=cython.d
 def _measure(
     tube: Tube, n: cython.Py_ssize_t, x: cython.double[:, ::1], u: cython.double[:, ::1]
 ) -> _Measure:
-    """Return the cost of a point, the sum of the logarithms of its slacks, the sum of its residuals, and the largest of them without
-    planes."""
+    """Return the cost of a point, the sum of the logarithms of its slacks, the sum of what it misses, and the largest of that, planes left out."""
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     m: cython.Py_ssize_t
@@ -294,7 +291,7 @@ def _missed(
     u: cython.double[:, ::1],
     F: cython.p_double,
 ) -> cython.void:
-    """Write the residual f of the motion of an interval at node k + 1."""
+    """Write what the motion of an interval misses node k + 1 by: f."""
     i: cython.Py_ssize_t
     h: cython.double = u[k, n] * tube.h0[k]
     ha: cython.double
@@ -392,19 +389,11 @@ def _node(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, delta: cython.
         s = 1.0 / _row(tube, n, m, k, tube.x, g)
         z = tube.zr[m]
         y = 2.0 * z * tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
-        across = tube.rows[m, 2 * n + 1]
         for i in range(n):
             q[k, 3 * i] -= tube.mu * s * g[i]
-            q[k, 3 * i + 2] -= tube.mu * s * g[i] * across * tube.A[i]
+            P[k, 3 * i * (N + 1)] += y
             for j in range(i + 1):
-                low = z * s * g[i] * g[j] - y * tube.rows[m, n + i] * tube.rows[m, n + j]
-                low = low + y if i == j else low
-                P[k, 3 * i * N + 3 * j] += low
-                if across > 0.0:
-                    P[k, (3 * i + 2) * N + 3 * j] += low * across * tube.A[i]
-                    P[k, (3 * i + 2) * N + 3 * j + 2] += low * across * tube.A[i] * across * tube.A[j]
-                    if j < i:
-                        P[k, 3 * i * N + 3 * j + 2] += low * across * tube.A[j]
+                P[k, 3 * i * N + 3 * j] += z * s * g[i] * g[j] - y * tube.rows[m, n + i] * tube.rows[m, n + j]
     if tube.feed[k] > 0.0:
         s = 1.0 / _feed(tube, n, k, tube.x, c, g)
         z = tube.zf[k]
@@ -807,7 +796,7 @@ _Steps = cython.struct(primal=cython.double, dual=cython.double, size=cython.dou
 @cython.nogil
 @cython.exceptval(check=False)
 def _dual(z: cython.double, dz: cython.double, dual: cython.double) -> cython.double:
-    """Return the divisor of the step of multipliers, raised so that this multiplier stays above 0."""
+    """Return what the step of multipliers is divided by, once one of them stays above 0."""
     return -dz / z if -dz > dual * z else dual
 
 
@@ -826,7 +815,7 @@ def _box(
     mu: cython.double,
     steps: _Steps,
 ) -> _Steps:
-    """Compute the steps of the multipliers of two bounds, and the divisor of the step."""
+    """Work out the steps of the multipliers of two bounds, and what the step is divided by."""
     y: cython.double = 1.0 / (low * high)
     a: cython.double = (mu - z[k, at] * d) * high * y - z[k, at]
     b: cython.double = (mu + z[k, at + 1] * d) * low * y - z[k, at + 1]
@@ -847,7 +836,7 @@ def _box(
 @cython.nogil
 @cython.exceptval(check=False)
 def _curve(s: cython.double, g: cython.double, c: cython.double, primal: cython.double) -> cython.double:
-    """Return the divisor of a step for which s + g α - c α² keeps (1 - τ) s."""
+    """Return what a step is divided by so that s + g α - c α² keeps (1 - τ) s."""
     left: cython.double = _TAU * s
     part: cython.double = _TAU / primal
     if left + part * (g - c * part) >= 0.0:
@@ -921,8 +910,7 @@ def _limits(tube: Tube, n: cython.Py_ssize_t) -> _Steps:
     y: cython.double
     d: cython.double
     along: cython.double
-    moved: cython.double
-    # Divisors of steps, so that whole steps are the longest.
+    # What steps are divided by, so that whole steps are the longest.
     steps: _Steps = _Steps(_TAU, _TAU, 0.0)
     x: cython.double[:, ::1] = tube.x
     u: cython.double[:, ::1] = tube.u
@@ -948,10 +936,9 @@ def _limits(tube: Tube, n: cython.Py_ssize_t) -> _Steps:
             d = 0.0
             along = 0.0
             for i in range(n):
-                moved = dx[k, 3 * i] + tube.rows[m, 2 * n + 1] * tube.A[i] * dx[k, 3 * i + 2]
-                y += g[i] * moved
-                d += moved * moved
-                along += moved * tube.rows[m, n + i]
+                y += g[i] * dx[k, 3 * i]
+                d += dx[k, 3 * i] * dx[k, 3 * i]
+                along += dx[k, 3 * i] * tube.rows[m, n + i]
             d = (d - along * along) * tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
             steps.primal = _curve(s, y, d, steps.primal)
             tube.dzr[m] = _beside(tube.zr[m], s, y, mu)
@@ -1130,7 +1117,7 @@ def _solved(
         closing |= it >= most - _CLOSING
         damping = delta
         if closing:
-            # Steps become those of the least change, so that residuals fall with their squares.
+            # Steps become those of the least change, so that what is missed falls with their squares.
             damping = calming
             calming *= _CHANGE
         tube.curvature = 1.0

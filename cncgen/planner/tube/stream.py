@@ -1,4 +1,4 @@
-"""Improves a streamed plan within the tolerance, window by window."""
+"""A plan that streams by is improved within the tolerance, window by window."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cncgen.planner.tube.deviation import Reached, excess, reached
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
-from cncgen.planner.tube.tube_nodes import ROOM, Nodes, Scales, borders_of, nodes_of
+from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
 from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Problem, Solved, solve
 from cncgen.planner.tube.window_start import starts
@@ -31,27 +31,26 @@ WINDOW, FIRST, OVERLAP = 900, 450, 300
 #: Nodes to which a window is shortened where none of its motions holds, a quarter of them each time. Of the tolerance, parts that such a
 #: short one tries as its room before the plan stands: the motion for less is one for more as well.
 _SMALLEST, _LESS_ROOM = 100, (0.4, 0.1)
-#: Runs of fewer nodes have closer nodes, at most by this factor: a few nodes lose time that closer nodes of a narrower tolerance do
-#: not.
+#: Runs of fewer nodes have closer ones, at most so many times: what a few nodes lose, others of a narrower tolerance do not.
 _CLOSEST = 8.0
 #: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of v/A + A/J.
 _FELT = 1.2
 #: Times that the room is narrowed where the motion leaves the tolerance between nodes, and by how much more than that.
 _ROUNDS, _MORE = 9, 1.25
-#: Least room, as a part of the tolerance.
-_NARROWEST = 0.1
-#: Part of the tolerance that is planned with by which a motion may be over it; part by which chords may leave it before the solver
-#: bounds them (rows of the problem beside those of nodes; of less, to be solved again sometimes takes no longer).
-_PASSED, _BENDS = 0.004, 0.1
+#: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there. What
+#: is left of the room at least, as a part of the tolerance.
+_LOCAL, _NARROWEST = 2, 0.1
+#: Part of the tolerance that is planned with by which a motion may be over it.
+_PASSED = 0.004
 #: A motion that is not faster by this part stays as it was.
 _LESS = 1e-5
-#: A row takes at least this part of its length on the plan, except for some tolerances.
+#: A row takes this part of its length on the plan at least, but for some tolerances.
 _AS_LONG = 0.8
 #: A row that takes less than this part of its length on the plan is not found.
 _HARDLY = 0.1
 #: A way on which nothing moves, mm.
 _SAME_PLACE = 1e-9
-#: Rounding within which the plan meets a place exactly, mm.
+#: The plan meets a place exactly but for rounding, mm.
 _EXACT = 1e-7
 #: Periods by which a run is planned from inside of its ends where the plan is moving.
 _INSIDE = 5.0
@@ -65,8 +64,8 @@ _PHASES, _SEEN, _REST = 8, 1.0005, 1e-9
 _APART = 0.05
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
-#: Units of search, of some 10 µs each: of a round beside its lines and nodes, of a whole plan by default, of each line of the program
-#: beyond a number of lines (a long program is not an endless one), and of a step that the options allow.
+#: Units of search, of some 10 µs each: of a round of it beside its lines and nodes, of a whole plan where nothing is said, of each
+#: line of the program beyond a number of them (a long program is not an endless one), and of a step that the options allow.
 _ROUND, _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 120, 400_000, 1000, 500, 400
 
 
@@ -76,7 +75,7 @@ class _Run:
 
     Attributes:
         first: Its first row.
-        row: The first row without nodes.
+        row: The row from which on there are no nodes yet.
         nodes: Those not yet handed on, without the one where the motion is.
         state: Shape (3, axes), the state there.
         s, t: Its place and time on the reference.
@@ -128,7 +127,7 @@ class Tube:
         self.lost = False
 
     def take(self, trajectory: Trajectory, last: bool) -> Iterator[Trajectory]:
-        """Add a trajectory of the plan; yield the final part."""
+        """Add a trajectory of the plan; yield what is final."""
         if self.ended:
             self.reference.trajectories.append(trajectory)
             self.program.leave()
@@ -139,7 +138,7 @@ class Tube:
         yield from self.advance(last)
 
     def advance(self, last: bool) -> Iterator[Trajectory]:
-        """Yield the final part."""
+        """Yield what is final."""
         self._match(last)
         while not self.ended:
             if self.run is None and not self._open(last):
@@ -156,7 +155,7 @@ class Tube:
         self._forget()
 
     def _safe(self) -> float:
-        """Return the time up to which the plan is kept."""
+        """Return the time up to which the plan stands as it is."""
         if self.run is not None:
             return self.hand.time
         grid = self.reference.grid
@@ -216,7 +215,7 @@ class Tube:
         ends = ends[have : have + found]
         s[ends] = grid.s[at[ends] + (place[:found][ends] - at[ends] > 0.5)]
         s = np.maximum.accumulate(np.maximum(s, start))
-        # A rest where the path has been before may be mistaken for it: from there on the plan is kept.
+        # A rest where the path has been before may be taken for that: from there on the plan stands as it is.
         way = np.diff(s, prepend=start)
         if last:
             # There is no way on which the end could be taken for another rest.
@@ -265,7 +264,7 @@ class Tube:
         return int(np.clip(i, 0, len(grid) - 1))
 
     def _extend(self, last: bool) -> None:
-        """Add the nodes of the known part of the run."""
+        """Add the nodes of what is known of the run."""
         run, program = self.run, self.program
         assert run is not None
         if run.closed:
@@ -436,14 +435,14 @@ class Tube:
         )  # fmt: skip
 
     def _felt(self, feed: float) -> float:
-        """Return the time over which the end of a window has influence, at a feed that bounds linear axes."""
+        """Return the time over which the end of a window is felt at a feed, which linear axes are no faster than."""
         speed = np.where(np.arange(len(self.scale)) < 3, np.minimum(self.velocity, feed), self.velocity)
         limited = np.isfinite(self.jerk)
         times = speed[limited] / self.acceleration[limited] + self.acceleration[limited] / self.jerk[limited]
         return _FELT * float(times.max())
 
     def _searches(self, nodes: Nodes) -> bool:
-        """Tell whether units are left for a window; report once if they are used up, from there on the plan is kept."""
+        """Tell whether there are units left for a window; say it once where there are none, from there on the plan stands."""
         rows = nodes.row - self.program.base
         line = self.program.column("line")[rows]
         self.last_line = max(self.last_line, int(line.max()))
@@ -473,7 +472,8 @@ class Tube:
         for number in range(_ROUNDS):
             # Steps of Newton's method grow with the cube of the axes, a node of two is a unit; so is a line that is gone along.
             self.units += _ROUND + int(len(nodes) * (len(columns) / 2.0) ** 3) + len(rows[0].tolerance)
-            given = self._given(run, nodes, goal, columns, held, radius)
+            given = self._given(run, nodes, goal, columns, held)
+            given = replace(given, radius=radius[: len(given.radius)])
             found = next(
                 (found for start in starts(given, nodes, guess) if (found := solve(*start)).status == 1), None
             )
@@ -490,7 +490,8 @@ class Tube:
                     run, lifted, float(nodes.t[-1])
                 )
                 return lifted if kept else None
-            guess = found
+            # A motion that breaks the rows that are held from now on is no guess within the limits.
+            guess = None if fast.any() else found
             known = int(held.sum())
             if fast.any():
                 # The neighbours soon are, once these are held.
@@ -498,6 +499,8 @@ class Tube:
                 # A motion that begins or ends at a limit has the middle ordinate beside that at the limit as well.
                 held[0] = held[-1] = False
             more = np.maximum(over, np.append(over[1:], -1.0))
+            if number >= _LOCAL:
+                more = _around(more, np.cumsum(found.step), 0.5 * self.machine.period_s)
             less = np.where(more > 0.0, _MORE * more + 1e-3 * 2.0**number * allowed, 0.0)
             narrower = np.maximum(radius - less[owner], np.minimum(radius, _NARROWEST * nodes.allowed))
             if (narrower == radius).all() and int(held.sum()) == known:
@@ -534,23 +537,14 @@ class Tube:
         return True
 
     def _given(
-        self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints, held: NDArray[np.bool_], radius: Floats
+        self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints, held: NDArray[np.bool_]
     ) -> Problem:
-        """Return the problem of a window whose nodes have some room."""
+        """Return the problem of a window, with the room of its nodes as it was first."""
         point = np.concatenate([run.state[:1], nodes.point])[:, columns]
         tangent = np.concatenate([nodes.tangent[:1], nodes.tangent])[:, columns]
         tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), 1e-300)[:, None]
         # The state at the end is given: it needs no room.
-        rooms = np.arange(len(nodes.radius) - int(nodes.count[-1]))
-        owner = np.repeat(np.arange(len(nodes)), nodes.count)[rooms]
-        # The chord of a period about a node passes it at p + a T²/8: where that may be far off it has room as well.
-        bend = self.machine.period_s**2 / 8.0
-        most = bend * float(np.sqrt((self.acceleration[columns] ** 2).sum()))
-        shown = rooms[most > _BENDS * nodes.allowed[rooms]]
-        bent = np.append(np.zeros(len(rooms)), np.full(len(shown), bend))
-        order = np.argsort(np.append(owner, owner[shown]), kind="stable")
-        rooms, bent = np.append(rooms, shown)[order], bent[order]
-        count = np.bincount(owner, minlength=len(nodes)) + np.bincount(owner[shown], minlength=len(nodes))
+        rooms = slice(len(nodes.radius) - int(nodes.count[-1]))
         feed = 0.9999 * np.append(nodes.feed[:1], nodes.feed)
         margin = 1.0 - 1e-6
         return Problem(
@@ -561,11 +555,10 @@ class Tube:
             point=point,
             tangent=tangent,
             step=nodes.step,
-            first=np.concatenate([[0, 0], np.cumsum(count)]).astype(np.int64),
+            first=np.concatenate([[0, 0], np.cumsum(nodes.count[:-1]), [rooms.stop]]).astype(np.int64),
             centre=nodes.centre[rooms][:, columns],
             direction=nodes.direction[rooms][:, columns],
-            radius=np.where(bent > 0.0, 1.0 / ROOM, 1.0) * radius[rooms],
-            bent=bent,
+            radius=nodes.radius[rooms],
             feed=feed,
             between=np.where(held, np.maximum(feed[1:], feed[:-1]), np.inf),
             start=run.state[:, columns],
@@ -574,7 +567,7 @@ class Tube:
         )
 
     def _forget(self) -> None:
-        """Drop everything before the end of the handed-on motion."""
+        """Forget what lies behind what has been handed on."""
         grid = self.reference.grid
         if grid is None:
             return
@@ -643,6 +636,12 @@ def _apart(border: NDArray[np.bool_], places: Floats, tolerance: Floats) -> NDAr
             out[last] = last == 0
         last = k
     return out
+
+
+def _around(values: Floats, t: Floats, reach: float) -> Floats:
+    """Return the largest of values within a time of each, shape (k,)."""
+    first, stop = np.searchsorted(t, t - reach), np.searchsorted(t, t + reach, side="right")
+    return np.array([values[i:j].max() for i, j in zip(first.tolist(), stop.tolist(), strict=True)])
 
 
 def _rest(found: Solved, first: int) -> Solved:

@@ -1,4 +1,4 @@
-"""The nodes on the reference, and the room around each."""
+"""Where nodes stand on the reference, and the room around each."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Bools = NDArray[np.bool_]
 
 #: Time between nodes, as a part of (P/J)^(1/3), the time in which full jerk crosses the tolerance; beside corners the second part.
 SPACING = 0.7, 0.34
-#: Growth of the spacing with the time from close nodes.
+#: Growth of the spacing with the time from what is close.
 _GROWTH = 0.12
 #: The path turns by at most so much between nodes, rad.
 _TURN = 0.25
@@ -28,8 +28,8 @@ _CALM = 8.0
 _BENT = 1e-4
 #: A corner has a node where it leaves the chord between nodes by more than this part of the tolerance, or turns by more, rad.
 _SHOWS, _SHARP = 0.1, 0.35
-#: Part of the tolerance that nodes have as their room at first.
-ROOM = 0.985
+#: Parts of the tolerance that are planned with: at nodes, and at corners.
+ROOM = 0.985, 0.955
 #: Times between nodes for which those beside the ends of a run are spaced by the time of the plan: it gathers speed within that.
 _BESIDE_REST = 128.0
 #: Below this turn, rad, a disc about the corner stands for the two bands.
@@ -253,7 +253,7 @@ class _Clock:
         where = np.searchsorted(s, seen)
         blocks = where[np.flatnonzero(border[joint])]
         slow = [0, len(s)]
-        # A crawling feed takes hours; its nodes are counted by the way like all others, except at the start and the end.
+        # A crawling feed takes hours; its nodes are counted by the way like all others but for the start and the end.
         if ends[0]:
             middle = np.searchsorted(s, 0.5 * (s[blocks[0]] + s[blocks[1]]))
             slow[0] = min(int(middle), int(np.searchsorted(free, free[0] + _BESIDE_REST * usual)))
@@ -365,9 +365,9 @@ def _rooms(
     count, total = len(places) - 1, len(node)
     own = slice(first - program.base, first - program.base + len(tolerance))
     centre, direction, _ = program.nearest(point, first + found, part)
-    radius = ROOM * tolerance[found]
+    radius = ROOM[0] * tolerance[found]
     allowed = tolerance[found].copy()
-    # Corners without a node: the room about the middle of their deviations from the line.
+    # Corners without a node: the room about the middle of what they leave the line by.
     joint = np.arange(1, count)
     interval = np.searchsorted(node, places[1:-1], side="left")
     between = interval < total
@@ -404,14 +404,14 @@ def _rooms(
         centre, direction, radius = centre.copy(), direction.copy(), radius.copy()
         smooth = turn < 1e-3
         disc = corners[~smooth]
-        centre[disc], direction[disc], radius[disc] = at[~smooth], 0.0, ROOM * narrow[~smooth]
+        centre[disc], direction[disc], radius[disc] = at[~smooth], 0.0, ROOM[1] * narrow[~smooth]
         radius[disc] *= np.where(slight[~smooth], np.cos(0.5 * turn[~smooth]), 1.0)
         allowed[disc] = narrow[~smooth]
         parts[0] = (centre, direction, radius, allowed)
         sharp = ~slight
         for tangents in (leave[m], entry[m + 1]):
             order.append(corners[sharp])
-            parts.append((at[sharp], tangents[sharp], ROOM * narrow[sharp], narrow[sharp]))
+            parts.append((at[sharp], tangents[sharp], ROOM[0] * narrow[sharp], narrow[sharp]))
         counts[corners[sharp]] += 2
     key = np.argsort(np.concatenate(order), kind="stable")
     centres, directions, radii, tolerances = (

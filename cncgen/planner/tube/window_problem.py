@@ -36,7 +36,6 @@ class Problem:
         first: Shape (N + 2,): rows of node k are first[k] … first[k + 1].
         centre, direction: Shape (rows, n): a line through a point, or a point (direction 0).
         radius: Shape (rows,): how near the node is to it, mm.
-        bent: Shape (rows,): how many times its acceleration is added to its place for that, s².
         feed: Shape (N + 1,): speed over the weighed axes, infinite for none.
         between: Shape (N,): speed to which an interval is held between its nodes, its axes as well; infinite where it need not be.
         start, goal: Shape (3, n): position, velocity and acceleration at both ends.
@@ -54,7 +53,6 @@ class Problem:
     centre: Floats
     direction: Floats
     radius: Floats
-    bent: Floats
     feed: Floats
     between: Floats
     start: Floats
@@ -113,13 +111,7 @@ def solve(
     state = x.reshape(steps + 1, 3 * n)
     node = np.repeat(np.arange(steps + 1), np.diff(given.first))
     rows = np.concatenate(
-        [
-            (given.point[node] - given.centre) / unit,
-            given.direction,
-            (unit / given.radius)[:, None],
-            given.bent[:, None],
-        ],
-        axis=1,
+        [(given.point[node] - given.centre) / unit, given.direction, (unit / given.radius)[:, None]], axis=1
     )
     tangent = given.tangent.copy()
     with np.errstate(divide="ignore"):
