@@ -197,7 +197,7 @@ def compare(name: str, folder: Path, repeat: int) -> str:
     path = folder / f"{name}.ngc"
     with path.open("w") as file:
         file.writelines(f"{line}\n" for line in SHAPES[name]())
-    commands = [[sys.executable, "-m", "cncgen", "check", str(path)]]
+    commands = [[sys.executable, "-P", "-m", "cncgen", "check", str(path)]]
     if shutil.which("rs274"):
         commands.append(["rs274", "-g", "-n", "0", "-v", str(folder / "rs274.var"), str(path)])
     best: list[Measured] = []

@@ -49,7 +49,7 @@ def main() -> None:
         mill = resources.files("cncgen.machine.profiles") / "generic-mill.toml"
         machine.write_text(mill.read_text() + KINEMATICS)
         block = f"box:0,0,-20,{SIDE:g},{SIDE:g},0"
-        call = [sys.executable, "-m", "cncgen", "cut", str(program), "--stock", block, "--quiet"]
+        call = [sys.executable, "-P", "-m", "cncgen", "cut", str(program), "--stock", block, "--quiet"]
         call += ["--cell", str(options.cell)]
         call += ["--machine", str(machine)] if options.leaning else []
         for tool in options.tools:

@@ -1162,13 +1162,14 @@ def _solved(
     return Found(here.most < tube.exact, most, here.most, off)
 
 
-@cython.ccall
-@cython.nogil
-@cython.exceptval(check=False)
 def solve(tube: Tube, mu: cython.double, mu_end: cython.double, most: cython.int) -> Found:
     """Solve; 1 means that the motion is exact, 0 that `most` iterations were not enough for that, -1 that no step was found."""
-    if tube.n == 2:
-        return _solved(tube, 2, mu, mu_end, most)
-    if tube.n == 3:
-        return _solved(tube, 3, mu, mu_end, most)
-    return _solved(tube, tube.n, mu, mu_end, most)
+    found: Found
+    with cython.nogil:
+        if tube.n == 2:
+            found = _solved(tube, 2, mu, mu_end, most)
+        elif tube.n == 3:
+            found = _solved(tube, 3, mu, mu_end, most)
+        else:
+            found = _solved(tube, tube.n, mu, mu_end, most)
+    return found

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from cncgen.machine.record import Machine
-from cncgen.planner.least_time.block_planning import plan_blocks, smooth_blocks
+from cncgen.planner.least_time.block_planning import PREFETCHED, plan_blocks, smooth_blocks
+from cncgen.planner.least_time.prefetch import prefetch
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Trajectory
 from cncgen.toolpath.record import Toolpath
@@ -37,7 +38,8 @@ def plan_least_time(
 
         program = Programmed(machine.chord_tolerance_mm)
         plan = plan_blocks(smooth_blocks(program.over(chunks), machine), machine, coarse=True)
-        return improve(plan, program, machine, options.max_steps)
+        # On a second core beside sampling and writing.
+        return prefetch(improve(plan, program, machine, options.max_steps), PREFETCHED)
     from cncgen.planner.least_time.contour_bound import plan_bounded
 
     return plan_bounded(chunks, machine, options, options.max_contour_error_mm)

@@ -68,15 +68,22 @@ class Hand:
                 self._values["diagnostics"] = remarks
         self._taken = len(self.reference.trajectories)
 
-    def _due(self, until: float, old: Floats, new: Floats) -> dict[str, Any]:
-        """Return events and corners up to a time of the plan, at their time now, and the values so far."""
+    def _due(self, until: float, moved: tuple[Floats, Floats, Floats] | None = None) -> dict[str, Any]:
+        """Return events and corners up to a time of the plan, at their time now, and the values so far.
+
+        Args:
+            until: The time.
+            moved: If another motion stands in the place of the plan, times of the plan, its own, and its speeds then.
+        """
         self._draw()
 
         def now(t: float) -> float:
-            return float(np.interp(t, old, new)) if len(old) else t + self.later
+            return t + self.later if moved is None else float(np.interp(t, moved[0], moved[1]))
 
         events = [(now(t), line, event) for t, line, event in self._events if t <= until]
         corners = [replace(corner, t_s=now(corner.t_s)) for corner in self._corners if corner.t_s <= until]
+        if moved is not None:
+            corners = [replace(each, feed_mm_s=float(np.interp(each.t_s, *moved[1:]))) for each in corners]
         self._events = [each for each in self._events if each[0] > until]
         self._corners = [each for each in self._corners if each.t_s > until]
         values, self._values = self._values, {}
@@ -121,7 +128,7 @@ class Hand:
                         continue
                     break
                 part = between(trajectory, begin, end)
-            due = self._due(float(p.t[-1]) if whole else end, np.zeros(0), np.zeros(0))
+            due = self._due(float(p.t[-1]) if whole else end)
             yield replace(part, profile=replace(part.profile, t=part.profile.t + self.later), **due)
             self.time = end
             if short and not whole:
@@ -146,7 +153,7 @@ class Hand:
             yield self._stand(held[0], wait)
         t = begin + self.later + np.concatenate([[0.0], np.cumsum(found.step[:count])])
         old = np.concatenate([[begin], nodes.t[:count]])
-        due = self._due(old[-1], old, t)
+        due = self._due(old[-1], (old, t, _speed(found.velocity[: count + 1] / self.program.scale)))
         self.time = float(old[-1])
         self.later = float(t[-1] - old[-1])
         template = held[0].toolpath
@@ -254,13 +261,19 @@ class Hand:
         out[use(found.jerk[:count], self.jerk)] = Limit.JERK
         out[both(use(found.acceleration[: count + 1], self.acceleration))] = Limit.ACCELERATION
         out[both(use(found.velocity[: count + 1], self.velocity))] = Limit.VELOCITY
-        speed = np.sqrt((found.velocity[: count + 1, :3] ** 2).sum(axis=1))
+        speed = _speed(found.velocity[: count + 1])
         out[both(speed > _BINDS * np.append(nodes.feed[:1], nodes.feed[:count]))] = Limit.FEED
         return out
 
 
+def _speed(v: Floats) -> Floats:
+    """Return the speed over X Y Z, shape (k,)."""
+    out: Floats = np.sqrt((v[:, :3] ** 2).sum(axis=1))
+    return out
+
+
 def _along(v: Floats, a: Floats) -> tuple[Floats, Floats]:
     """Return speed and acceleration along the path over X Y Z, shape (k,)."""
-    speed = np.sqrt((v[:, :3] ** 2).sum(axis=1))
+    speed = _speed(v)
     rate = (v[:, :3] * a[:, :3]).sum(axis=1) / np.maximum(speed, 1e-12)
     return speed, np.where(speed > 1e-9, rate, 0.0)

@@ -490,8 +490,7 @@ class Tube:
                     run, lifted, float(nodes.t[-1])
                 )
                 return lifted if kept else None
-            # A motion that breaks the rows that are held from now on is no guess within the limits.
-            guess = None if fast.any() else found
+            guess = found
             known = int(held.sum())
             if fast.any():
                 # The neighbours soon are, once these are held.

@@ -39,17 +39,28 @@ def starts(given: Problem, nodes: Nodes, before: Solved | None) -> Iterator[Star
 
 
 def _again(given: Problem, before: Solved) -> Start:
-    """Return a solution, moved into limits and room."""
+    """Return a solution, moved into limits and room: the same motion in more time where intervals are held that it is too fast on."""
     within = 1.0 - _PULLED
+    slower = max(1.0, _between(given, before) / within)
     limits = [within * each for each in (given.velocity, given.acceleration, given.jerk)]
     speed, bent, jerk = (
-        np.clip(each, -limit, limit)
-        for each, limit in zip((before.velocity, before.acceleration, before.jerk), limits, strict=True)
+        np.clip(each / slower**order, -limit, limit)
+        for order, each, limit in zip(
+            (1, 2, 3), (before.velocity, before.acceleration, before.jerk), limits, strict=True
+        )
     )
     speed *= _down(given, speed, within)
     offset = before.position - given.point
     offset += _inside(given, offset, within, 0.0)
-    return replace(given, step=before.step), speed, bent, offset, jerk
+    return replace(given, step=slower * before.step), speed, bent, offset, jerk
+
+
+def _between(given: Problem, before: Solved) -> float:
+    """Return the largest part of velocity limit and feed that a motion uses at the middle ordinates of the intervals that are held."""
+    held = np.isfinite(given.between)
+    middle = before.velocity[:-1][held] + 0.5 * before.step[held, None] * before.acceleration[:-1][held]
+    along = np.sqrt((middle**2 * given.weight).sum(axis=1)) / given.between[held]
+    return float(np.maximum((np.abs(middle) / given.velocity).max(axis=1), along).max(initial=0.0))
 
 
 def _along(given: Problem, nodes: Nodes, part: float, steady: bool) -> Start:
