@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
 _AXIS_LETTERS = frozenset("xyzabcuvw@^")
+_PLAIN_LETTERS = "dehijklpqr"
 #: Block plans that are kept; a program uses some dozens.
 _MAX_PLANS = 4096
 G53 = 530
@@ -126,11 +127,11 @@ class BlockPlans:
 
     def _named(self, block: Block) -> tuple[list[Code], list[Handler]]:
         """Return the codes of the G and M words of a block, and what remarks on them; raise where they do not go together."""
-        codes = _without_cancel([self._code("G", number) for number in block.g])
+        codes = _without_cancel([self._code("G", number, block) for number in block.g])
         remarks: list[Handler] = []
         if self._table == "fanuc":
             codes, remarks = _last_of_groups(codes)
-        codes += [self._code("M", number) for number in block.m]
+        codes += [self._code("M", number, block) for number in block.m]
         _check_groups(codes)
         return _one_mover(codes) if self.dialect == "fanuc" else codes, remarks
 
@@ -150,13 +151,16 @@ class BlockPlans:
             if letter.upper() in self._alone and letter not in taken
         ]
 
-    def _code(self, letter: str, number: int) -> Code:
+    def _code(self, letter: str, number: int, block: Block) -> Code:
         """Return a code of the table, or raise."""
         code = self.codes.get((letter, number))
         if code is None and letter == "M" and (self.dialect == "fanuc" or self._plain):
             from cncgen.gcode.codes.subprograms import of_builder
 
-            return of_builder(number)
+            # By itself in a block, it may have words of any letter that is no axis.
+            return of_builder(
+                number, "pq" if block.g or not _AXIS_LETTERS.isdisjoint(block.words) else _PLAIN_LETTERS
+            )
         if code is None:
             name = f"{letter}{number / 10:g}"
             hint = WITHOUT.get((letter, number), "`cncgen codes` lists all that are read")

@@ -91,6 +91,12 @@ _SIEMENS = _Doubt(
     (b"CYCLE", b"=", b"GOTO", b"MCALL", b"TRA", b"DEF"),
     _WORDS_OF_SIEMENS,
 )
+_GRBL = _Doubt(
+    rb"^[ \t]*(?P<word>\$(?:[$#GINCHX][ \t]*(?:;|\r?$)|\d+[ \t]*=)|[?~!][ \t]*(?:;|\r?$))",
+    "commands to grbl ($$, $H, ?, settings) are passed over: they are no blocks, and the machine is not homed here",
+    "leave them out of the program",
+    (b"$", b"?", b"~", b"!"),
+)
 _HEIDENHAIN = _Doubt(
     _BEFORE + rb"[A-Z][ \t]*[-+]?[\d.]+[ \t]*(?P<word>\*)[ \t]*\r?$",
     "blocks that end in * are of Heidenhain's DIN/ISO, which is not read",
@@ -203,7 +209,7 @@ def _doubts(
     """Yield doubts about a text, with their lines."""
     head = source.data[:_HEAD]
     capitals = head.upper()
-    asked = [*((_SIEMENS, _HEIDENHAIN) if language_of(dialect) in BOTH else ())]
+    asked = [*((_SIEMENS, _HEIDENHAIN, _GRBL) if language_of(dialect) in BOTH else ())]
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
         pointless = language_of(dialect) == "fanuc" and re.search(_LENGTH_WITH_POINT, capitals) is None

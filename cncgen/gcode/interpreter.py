@@ -72,6 +72,7 @@ class Interpreter:
         system: The dialect, of which FANUC's lathes have three for their systems of G codes.
         steps: Whether G91 is in force on a lathe that has it.
         feed_doubted: Whether a feed was one that nobody can mean.
+        feed_mode_said: Whether the program has said the meaning of F.
         plain: Whether no sign shows the control of the program: then words that LinuxCNC refuses and other controls ignore are
         ignored.
     """
@@ -119,7 +120,7 @@ class Interpreter:
         self.plane_turn = 0.0
         self.compensated_position: Callable[[list[float]], list[float]] | None = None
         self.remarked: set[int] = set()
-        self.skipping = self.feed_doubted = self.steps = False
+        self.skipping = self.feed_doubted = self.feed_mode_said = self.steps = False
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)
 

@@ -17,6 +17,7 @@ PECK = "CYCL DEF 1.0 PECKING\nCYCL DEF 1.1 SETUP 2\nCYCL DEF 1.2 DEPTH -10\nCYCL
 #: Program, and where its motions end. Tool 1 has the radius 2 and no length.
 MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "a tool's name": ('TOOL CALL "FRAES10" Z S500 DL+0 DR+0\nL X+1 FMAX', [(1,)]),
+    "the normal of a surface": ("LN X+1 Y-2 Z+3 NX+0.1 NY-0,2 NZ.97 F100\nLN X+2 NX0 NY0 NZ1", [(1, -2, 3), (2, -2, 3)]),
     "a length oversize": ("TOOL CALL 1 Z S500 DL+1.5\nL Z+0 FMAX\nTOOL CALL 1 Z S500\nL Z+0 FMAX", [(0, 0, 1.5), (0, 0, 0)]),
     "a radius oversize": ("TOOL CALL 1 Z S500 DR+0.5 DL+0\nL X+0 Y+0 Z-1 F100\nL X+10 RR\nL X+20", [(0, 0, -1), (10, -2.5, -1), (20, -2.5, -1)]),
     "M92": ("L Z+5 FMAX M92", [(0, 0, 5)]),
@@ -71,6 +72,7 @@ WRONG: dict[str, tuple[str, tuple[str, int]]] = {
     "untilted points": ("L X+1 FMAX M130", ("unsupported-block", 3)),
     "a plane by vectors": ("PLANE VECTOR BX0 BY0 BZ1 NX0 NY0 NZ1 STAY", ("plane-points", 3)),
     "the tip's motion": ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", ("tcp-machine", 3)),
+    "the tool's direction": ("LN X+1 NX0 NY0 NZ1 TX0.1 TY0 TZ0.99 F100", ("unsupported-block", 3)),
     "a corner's oversize": ("TOOL CALL 1 Z S500 DR2+0.1", ("unsupported-block", 3)),
     "a program that is missing": ("CALL PGM NOWHERE", ("sub-missing", 3)),
     "a cycle without a part": ("CYCL DEF 1.0 PECKING\nCYCL DEF 1.1 SETUP 2\nCYCL CALL", ("cycle-words", 5)),
@@ -118,8 +120,35 @@ def test_a_program_calls_another_one_with_labels_of_its_own(run: Any, tmp_path: 
     [
         ("0 BEGIN PGM T INCH\n1 L X+1 F10\n", "feed-inch"),
         ("0 BEGIN PGM T MM\n1 L X+1 F10 M109\n", "feed-function"),
+        ("0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S2000\n2 L X+1 FZ0.05\n", "feed-teeth"),
     ],
 )
 def test_a_feed_that_may_mean_another_one_is_warned_of(run: Any, text: str, code: str) -> None:
     found = [d.code for d in run(f"{text}2 END PGM T MM\n").diagnostics if d.severity == "warning"]
     assert code in found
+
+
+def test_a_feed_of_each_tooth_is_that_of_one(moves: Any) -> None:
+    """FZ0.05 at 2000 turns a minute, of a tool with one tooth, is 100 mm a minute."""
+    text = "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S2000\n2 L X+1 FZ0.05\n3 L X+2 FU0.2\n4 END PGM T MM\n"
+    assert [move[3] for move in moves(text)] == [100, 400]
+
+
+def test_a_normal_is_doubted_beside_oversizes_alone(run: Any, tmp_path: Path) -> None:
+    line = "LN X+1 NX0 NY0 NZ1 F100"
+    for sizes, said in (("DL+0", []), ("DL+0.2", ["surface-normal"])):
+        out = outcome(run, tmp_path, f"TOOL CALL 1 Z S500 {sizes}\n{line}\n{line}")
+        assert [d.code for d in out.diagnostics if d.severity == "warning"] == said
+
+
+def test_a_tool_is_found_by_the_remark_of_the_table(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "t.tbl").write_text("T7 P7 D8 Z20 ;FRAES8\n")
+    text = '0 BEGIN PGM T MM\n1 TOOL CALL "{}" Z S500\n2 L X+1 Z+0 FMAX\n3 TOOL CALL "B" Z\n4 END PGM T MM\n'
+    ends_of = {}
+    for name in ("Fraes8", "A"):
+        out = run(text.format(name), tool_table=tmp_path / "t.tbl")
+        ends_of[name] = (
+            out.path.end[out.path.kind < 3][-1, 2],
+            [d.span.line for d in out.diagnostics if d.code == "tool-name"],
+        )
+    assert ends_of == {"Fraes8": (20.0, [4]), "A": (0.0, [2])}

@@ -45,8 +45,7 @@ from cncgen.explanations import cure_of
         ("G0 X−5", "this is a dash, not the minus sign -"),
         ("G0 A90°", "angles are in degrees, without a sign for it"),
         ("// move", "a comment stands in ( ) or behind ;"),
-        ("$H", "leave it out; $H and $J move the machine"),
-        ("$100=26.67", "leave it out"),
+        ("$J=G91 X1", "leave it out"),
         ("#1=X5", "a parameter is set to a value, not to a word: #1=5"),
         (
             "G1 X10,C2",

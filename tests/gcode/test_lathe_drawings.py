@@ -1,4 +1,4 @@
-"""FANUC's lathes: lines by their angle, chamfers C, drilling along Z, and roughing under cutter compensation.
+"""FANUC's lathes: lines by their angle, chamfers C, drilling along Z and X, and roughing under cutter compensation.
 
 Expected places are closed forms: a line at A from (X, Z) is at X + 2 t sin A, Z + t cos A, X a diameter (B-64304EN-1, 5.3).
 """
@@ -92,6 +92,30 @@ def test_r_is_a_distance_or_the_place_that_can_be_meant(r: str, level: float, wa
     assert codes(text, "warning") == warned
 
 
+@pytest.mark.parametrize(
+    ("cycle", "expected"),
+    [
+        # Steps of 3 in radius from the level R, whose distance is in radius: from X60 to X56 and down to X40; back to X60.
+        ("G87 X40. R-2. Q5000", [56, 46, 56, 46.508, 40, 60]),
+        ("G89 X40. R-2.", [56, 40, 56, 60]),
+        # From R by 8 in radius: U is a distance in diameter.
+        ("G89 U-16. R-2.", [56, 40, 56, 60]),
+        ("G88 X40.", [40, 60]),
+    ],
+)
+def test_holes_in_the_side_of_a_part(cycle: str, expected: list[float]) -> None:
+    """G87, G88 and G89 are G83, G84 and G85 along X (B-64304EN-1, 5.1); the clearance is that of the mills' G83, 0.254."""
+    found = places(f"M3 S500\nG0 X60. Z-5. C0\n{cycle} F.1\nG80\nG0 Z20.")
+    assert found[1:-1] == [(x, -5.0) for x in expected]
+    again = places(f"M3 S500\nG0 X60. Z-5. C0\n{cycle} F.1\nZ-15.\nG80\nG0 Z20.")
+    assert again[-2 - len(expected) : -1] == [(60.0, -15.0), *((x, -15.0) for x in expected)]
+
+
+def test_the_depth_of_a_hole_by_its_distance_from_r() -> None:
+    found = [z for _, z in places("G0 X0 Z5.\nG85 W-9. R-3. F.1\nX2. W-4.\nG80\nG0 W1.")]
+    assert found == [5.0, 2.0, -7.0, 2.0, 5.0, 5.0, 2.0, -2.0, 2.0, 5.0, 6.0]
+
+
 def test_holes_repeat_until_g80() -> None:
     found = places("G0 X0 Z5.\nG81 Z-3. F.1\nX10.\nG80\nX20.")
     assert found == [(0.0, 5.0), (0.0, -3.0), (0.0, 5.0), (10.0, 5.0), (10.0, -3.0), (10.0, 5.0), (20.0, 5.0)]
@@ -127,6 +151,11 @@ def test_a_traverse_at_the_end_of_a_profile_that_goes_back_is_not_roughed() -> N
     assert outcome(f"{head}{profile}N2 G1 Z2.")[1][0][0] == "profile-not-monotonic"
 
 
-def test_a_bound_of_the_speed_in_systems_b_and_c_is_named() -> None:
+def test_g92_s_bounds_the_speed_as_g50_s_does() -> None:
     """G92 S was taken as the speed of the spindle."""
-    assert outcome("G96 S200\nG92 S2000\nG0 X42. Z2.")[1] == [("other-control", 4, 1)]
+    for word, said in (("G92", ["other-control"]), ("G50", [])):
+        path, faults, program = outcome(f"{word} S150\nG96 S200 M3\nG0 X42. Z2.\nG1 X1. F.1")
+        assert faults == []
+        assert [d.code for d in program.diagnostics if d.severity == "warning"] == said
+        # 0.1 mm a turn at 150 turns a minute.
+        assert np.nanmax(path.feed[path.kind != Kind.EVENT]) == pytest.approx(15.0 / 60.0)

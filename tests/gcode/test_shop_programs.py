@@ -50,7 +50,7 @@ def test_plain_language(moves: Any, body: str, expected: list[Move]) -> None:
 
 @pytest.mark.parametrize(
     ("body", "code"),
-    [("L X+1 FAUTO", "feed-missing"), ("CYCL DEF 200 X ~\n Q206= AUTO", "feed-missing"), ("L X+1 FZ0.1", "unsupported-block")],
+    [("L X+1 FAUTO", "feed-missing"), ("CYCL DEF 200 X ~\n Q206= AUTO", "feed-missing")],
 )  # fmt: skip
 def test_feeds_that_plain_language_cannot_tell(run: Any, body: str, code: str) -> None:
     out = run(f"0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000\n{body}\n9 END PGM T MM\n")
@@ -448,3 +448,35 @@ def test_programs_of_six_digits_and_common_variables_beyond_the_others(run: Any,
     text = "%\nO1\nG21 G0\nIF[#900000 EQ #0] GOTO 1\nX9.\nN1 #900000=3\n#100002=#900000*2\nX#900000 Y#[100000+2] Z#199999\nM30\n%"
     assert moves(text) == [(3, 6, 0, 0)]
     assert [e[:2] for e in run("%\nO1\n#907400=1\nM30\n%").errors] == [("parameter-number", 3)]
+
+
+def test_a_main_program_without_its_number_calls_others_as_fanuc_has_it(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "O0007").write_text("O0007\nG91 G0 X1.\nM99\n")
+    out = run("G90 G21 G0 X0. Y0.\nM98 P0007\nM98 P20007\nM30\n", include=(tmp_path,))
+    assert out.errors == []
+    assert next(d.message for d in out.diagnostics if d.code == "dialect").startswith("read as fanuc")
+    assert out.path.end[-1, 0] == 3.0
+
+
+@pytest.mark.parametrize(("words", "said"), [("M74 H1 J2", "builders-code"), ("M74 J1 X2.", "unused-word")])
+def test_words_beside_a_builders_code_are_its_own_where_no_axis_moves(
+    run: Any, words: str, said: str
+) -> None:
+    out = run(f"%\nO1\nG21 G90 G0 X1.\n{words}\nM30\n%")
+    assert [code for _, code, _ in remarks(out)] == [said]
+
+
+def test_commands_to_grbl_are_passed_over(run: Any) -> None:
+    out = run("$H\n$110=500\nG21 G90 G0 X5\n?\nM2\n")
+    assert remarks(out) == [("warning", "other-control", 1)]
+    assert out.path.end[-1, 0] == 5.0
+    assert [e[:2] for e in run("G21\n$J=G91 X5 F100\nM2\n").errors] == [("syntax", 2)]
+
+
+def test_a_feed_a_minute_on_a_lathe_that_never_said_its_mode(run: Any, moves: Any) -> None:
+    """F120 a revolution is nobody's; it is 120 mm a minute unless G99 was said."""
+    text = "%\nO1\nT0101\nM3 S500\n{}G0 X50. Z2.\nG1 Z-10. F120.\nM30\n%"
+    for said, feed in (("", 120.0), ("G99 ", 60000.0)):
+        assert moves(text.format(said), dialect="fanuc-lathe")[-1][3] == pytest.approx(feed)
+        found = [d.code for d in run(text.format(said), dialect="fanuc-lathe").diagnostics]
+        assert found.count("feed-doubtful") == 1

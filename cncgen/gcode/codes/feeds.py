@@ -55,6 +55,10 @@ def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
     if ip.state.feed_mode == 95:
         message = f"F{feed:g} in G99 is {mm:.4g} mm a revolution: at 1000 rev/min {mm:.4g} m a minute"
         hint, values = "a feed a minute is of G98", {"feed_mm_rev": mm}
+        if not ip.feed_mode_said:
+            message += "; it is read as mm a minute, since neither G98 nor G99 was said"
+            hint = "G98 or G99 says which"
+            _set_mode(ip, 94)
     else:
         message = f"F{feed:g} is {mm:.3g} mm a minute: 100 mm take {100.0 / mm / 60.0:.1f} hours"
         hint = "a feed a revolution is of G95; --dialect fanuc-lathe reads it so without G95"
@@ -63,6 +67,7 @@ def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
 
 
 def _set_mode(ip: Interpreter, mode: int) -> None:
+    ip.feed_mode_said = True
     if ip.dialect == "fanuc" and ip.state.feed_mode == mode:
         # A repeated code changes nothing on FANUC's controls; in RS274/NGC it drops the feed.
         return

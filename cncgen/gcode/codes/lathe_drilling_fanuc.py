@@ -1,19 +1,18 @@
-"""Drilling along Z on lathes: G83 G84 G85 of FANUC (B-64304EN-1, 5.1), and G81 G82 G86 of Haas's lathes.
+"""Drilling on lathes: G83 G84 G85 along Z and G87 G88 G89 along X of FANUC (B-64304EN-1, 5.1), and G81 G82 G86 of Haas's lathes.
 
 Words stay in force until G80. The tool goes back to the level where the first hole of a row began. FANUC counts R as a distance
-from that level, Haas as a place in Z. The reading between the level and the bottom is taken; if both are, FANUC's is taken with a
-warning. G83 leaves the hole after each step of Q.
+from that level, Haas as a place. The reading between the level and the bottom is taken; if both are, FANUC's is taken with a
+warning. W (U of holes along X) is the distance from R to the bottom. G83 and G87 leave the hole after each step of Q.
 """
 
 from __future__ import annotations
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes.canned_cycles import Hole, Sticky
 from cncgen.gcode.codes.canned_cycles_fanuc import HOLES
 from cncgen.gcode.codes.dwell import seconds_of
 from cncgen.gcode.codes.lathe_fanuc import ONLY, increments
-from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import whole
@@ -21,8 +20,17 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import ARMED, IN_ROW, PLAIN_MOTIONS, Stage
 
-_NUMBERS = (810, 820, 830, 840, 850, 860)
-_KEPT = "zrpq"
+#: The cycle of mills whose moves a cycle makes, and the axis along which it drills.
+_MOVES = {
+    **{number: (number, "z") for number in (810, 820, 830, 840, 850, 860)},
+    870: (830, "x"),
+    880: (840, "x"),
+    890: (850, "x"),
+}
+#: The distance from R to the bottom, and the words of the places of holes.
+_DEPTHS = {"z": "w", "x": "u"}
+_PLACES = {"z": "xyc", "x": "zyc"}
+_KEPT = "rpq"
 #: A step of G83 below this, in mm, is meant as a length and not in least increments.
 _LEAST_STEP_MM = 0.05
 _TINY = 1e-9
@@ -33,17 +41,22 @@ _SAID = -83
 def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     """Return the words of this block and those kept since the first hole of the row."""
     state = ip.state
-    sticky = state.cycle if isinstance(state.cycle, Sticky) and state.motion in _NUMBERS else None
+    axis = _MOVES[number][1]
+    bottom = (axis, _DEPTHS[axis])
+    sticky = state.cycle if isinstance(state.cycle, Sticky) and state.motion in _MOVES else None
     if sticky is None:
         state.under = state.motion if state.motion in PLAIN_MOTIONS else 0
         state.rigid = IN_ROW if state.rigid == ARMED else 0
-        sticky = Sticky(level=state.position[Z])
-    given = {letter: value for letter, value in block.words.items() if letter in _KEPT}
+        sticky = Sticky(level=state.position[AXIS_INDEX[axis]])
+    given = {letter: value for letter, value in block.words.items() if letter in (*bottom, *_KEPT)}
     if "q" in given:
         given["q"] = _step(ip, block)
     if "p" in given:
         given["p"] = seconds_of(ip, block)
-    state.cycle = Sticky(number, {**sticky.words, **given}, sticky.level)
+    kept = sticky.words
+    if any(letter in given for letter in bottom):
+        kept = {letter: value for letter, value in kept.items() if letter not in bottom}
+    state.cycle = Sticky(number, {**kept, **given}, sticky.level)
     state.motion = number
     return state.cycle
 
@@ -61,22 +74,32 @@ def _step(ip: Interpreter, block: Block) -> float:
     return value
 
 
-def _retract(ip: Interpreter, sticky: Sticky, bottom: float) -> float:
-    """Return the height R of a hole."""
+def _levels(ip: Interpreter, sticky: Sticky, axis: str) -> tuple[float, float]:
+    """Return R and the bottom of a hole as places; along X in radius, in which FANUC counts R too."""
+    words, level = sticky.words, sticky.level
+    if _DEPTHS[axis] in words:
+        retract = level + words.get("r", 0.0)
+        return retract, retract + words[_DEPTHS[axis]]
+    return _retract(ip, sticky, words[axis], axis.upper()), words[axis]
+
+
+def _retract(ip: Interpreter, sticky: Sticky, bottom: float, axis: str) -> float:
+    """Return the place of R where the bottom is given as a place."""
     if "r" not in sticky.words:
         return sticky.level
     r = sticky.words["r"]
-    places = [r, sticky.level + r]
+    # A place along X is a diameter.
+    places = [0.5 * r if axis == "X" else r, sticky.level + r]
     low, high = sorted((bottom, sticky.level))
     within = [place for place in places if low - _TINY <= place <= high + _TINY]
     if not within:
-        message = f"R{r:g} lies between Z{sticky.level:g} and the bottom Z{bottom:g} neither as a place nor as a distance"
+        message = f"R{r:g} lies between {axis} {sticky.level:g} and the bottom {bottom:g} neither as a place nor as a distance"
         raise BlockError(
             "cycle-depth", message, "R", hint="R-3. from Z5. drills from Z2. on FANUC's controls"
         )
     if len(within) == 2 and abs(within[0] - within[1]) > _TINY and _SAID not in ip.remarked:
         ip.remarked.add(_SAID)
-        message = f"R{r:g} is read as the distance to Z{places[1]:g}; on Haas's lathes it is the place Z{r:g}"
+        message = f"R{r:g} is read as the distance to {axis} {places[1]:g}; on Haas's lathes it is the place {axis}{r:g}"
         ip.warn(
             BlockError("cycle-level", message, "R", hint="R0 with the tool at that place is both"),
             Severity.WARNING,
@@ -85,30 +108,34 @@ def _retract(ip: Interpreter, sticky: Sticky, bottom: float) -> float:
 
 
 def _cycle(number: int) -> Handler:
-    run_hole, needs_step, _ = HOLES[number]
+    moves, axis = _MOVES[number]
+    run_hole, needs_step, _ = HOLES[moves]
+    normal = AXIS_INDEX[axis]
 
     def run(ip: Interpreter, block: Block) -> None:
         state, name = ip.state, f"G{number // 10}"
         sticky = _words_in_force(ip, block, number)
-        if block.words.keys().isdisjoint("xzrc"):
+        if block.words.keys().isdisjoint("xzrcuw"):
             return
         if "k" in block.words and whole(block, "k", name) != 1:
             message = f"K{block.words['k']:g} of {name}, how often the hole is repeated, is not read"
             raise BlockError("cycle-repeats", message, "K", hint="write a block for each hole; K1 is read")
         check_feed(ip, block, name)
-        if "z" not in sticky.words:
-            raise BlockError("cycle-words", f"{name} has no Z", name, hint="Z is the bottom of the hole")
-        bottom = sticky.words["z"]
+        if sticky.words.keys().isdisjoint((axis, _DEPTHS[axis])):
+            message = f"{name} has no {axis.upper()}"
+            raise BlockError("cycle-words", message, name, hint=f"{axis.upper()} is the bottom of the hole")
+        retract, bottom = _levels(ip, sticky, axis)
         if bottom > sticky.level:
-            message = f"the bottom Z{bottom:g} lies above Z{sticky.level:g}, where the cycle began"
-            raise BlockError("cycle-depth", message, "Z", hint="the cycle drills towards smaller Z")
-        retract = _retract(ip, sticky, bottom)
+            message = f"the bottom {bottom:g} lies above {sticky.level:g}, where the cycle began along {axis.upper()}"
+            hint = f"the cycle drills towards smaller {axis.upper()}"
+            raise BlockError("cycle-depth", message, axis.upper(), hint=hint)
         words = {**sticky.words, "p": sticky.words.get("p", 0.0)}
         if needs_step and words.setdefault("q", retract - bottom or 1.0) <= 0.0:
             raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
-        end = ip.end_point(Block({k: v for k, v in block.words.items() if k in "xyc"}, block.g))
-        hole = Hole(ip, block, Z, retract, bottom, sticky.level, words, 0)
-        hole.across({X: end[X], 1: end[1], 5: end[5]})
+        placed = {letter: value for letter, value in block.words.items() if letter in _PLACES[axis]}
+        end = ip.end_point(Block(placed, block.g))
+        hole = Hole(ip, block, normal, retract, bottom, sticky.level, words, 0)
+        hole.across({AXIS_INDEX[letter]: end[AXIS_INDEX[letter]] for letter in _PLACES[axis]})
         hole.traverse(retract)
         run_hole(hole)
         state.moved = True
@@ -117,7 +144,7 @@ def _cycle(number: int) -> Handler:
 
 
 CODES = tuple(
-    Code("G", number, "motion", Stage.MOTION, _cycle(number), f"{HOLES[number][2]}, along Z", "xyzuvwcrpqk", "motion", summons="xyzuvwcr",
-        dialects=ONLY, moves="Z")
-    for number in _NUMBERS
+    Code("G", number, "motion", Stage.MOTION, _cycle(number), f"{HOLES[moves][2]}, along {axis.upper()}", "xyzuvwcrpqk", "motion", summons="xyzuvwcr",
+        dialects=ONLY, moves=axis.upper())
+    for number, (moves, axis) in _MOVES.items()
 )  # fmt: skip

@@ -26,8 +26,8 @@ _AS_WRITTEN = frozenset((500, 530))
 _OTHER_WORDS = frozenset((40, 700, 710, 720, 730))
 _LINE = 10
 _MOTIONS = frozenset((0, 10, 20, 30, 320, 800, 900, 920, 940))
-#: Cycles along Z, whose W is counted from R.
-_DRILLING = frozenset((810, 820, 830, 840, 850, 860))
+#: Cycles along Z and along X, whose W and U are counted from R.
+_DRILLING = {**dict.fromkeys((810, 820, 830, 840, 850, 860), "w"), **dict.fromkeys((870, 880, 890), "u")}
 #: Codes, in tenths, beside which a block makes no line even while G1 is in force.
 _NO_LINES = frozenset(
     (
@@ -83,10 +83,9 @@ def turned(ip: Interpreter, block: Block) -> Block:
         for letter, column in _PLACES.items():
             if letter in found:
                 found[letter] += ip.state.position[column]
-    drilling = ip.state.motion in _DRILLING and _MOTIONS.isdisjoint(block.g)
-    if "w" in found and (drilling or not _DRILLING.isdisjoint(block.g)):
-        message = "W of a drilling cycle, the distance from R to the bottom, is not read"
-        raise BlockError("cycle-words", message, "W", hint="Z gives the bottom")
+    depth = next((_DRILLING[number] for number in block.g if number in _DRILLING), "")
+    if not depth and _MOTIONS.isdisjoint(block.g):
+        depth = _DRILLING.get(ip.state.motion, "")
     if "h" in found:
         ip.remarked.add(_C_MOVES)
     for letter, (axis, column) in _DISTANCES.items():
@@ -95,7 +94,10 @@ def turned(ip: Interpreter, block: Block) -> Block:
                 message = f"{axis.upper()} and {letter.upper()} both say where {axis.upper()} goes"
                 raise BlockError("axis-words-twice", message, letter.upper(), hint="write one of them")
             distance = found.pop(letter) * (0.5 if column == X else 1.0)
-            found[axis] = ip.state.position[column] + distance
+            if letter == depth:
+                found[letter] = distance
+            else:
+                found[axis] = ip.state.position[column] + distance
     if _LINE in block.g or (ip.state.motion == _LINE and _NO_LINES.isdisjoint(block.g)):
         _corner(ip, block, found)
     elif "c" in found:

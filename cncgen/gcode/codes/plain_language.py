@@ -317,9 +317,14 @@ def tip_off(ip: Interpreter, block: Block) -> None:
 
 #: The code of tool lengths that M128 and G43.4 are.
 _TIP_MODE = 43.4
+_NAMED, _TEETH, _NORMALS = 1, 3, 4
 _REMARKS = {
-    1: ("tool-name", "a tool that is called by its name has no length and no radius: the tool table has numbers", "TOOL",
-        "TOOL CALL with a number takes one of --tool-table", Severity.NOTE),
+    _TEETH: ("feed-teeth", "FZ is a feed of each tooth, and the tool table has no number of teeth: it is read as that of one tooth", "FZ",
+        "F or FU gives the feed without doubt", Severity.WARNING),
+    _NAMED: ("tool-name", "a tool that is called by its name has no length and no radius: no remark of the tool table is that name", "TOOL",
+        "a remark in --tool-table, or TOOL CALL with a number, finds it", Severity.NOTE),
+    _NORMALS: ("surface-normal", "NX NY NZ of LN are passed over: DL and DR of the tool do not shift the point along the normal", "LN",
+        "write the points for the tool with its oversizes", Severity.WARNING),
     20: ("feed-inch", "F of a program in INCH is read as inches a minute; TNCs may count it in tenths of an inch a minute", "INCH",
          "compare a feed with what is meant", Severity.WARNING),
     40: ("probe-not-run", "TCH PROBE measures on the machine: passed over, and datums and Q parameters stay as they are", "TCH",
@@ -337,9 +342,10 @@ _REMARKS = {
 
 
 def remark(ip: Interpreter, block: Block) -> None:
-    """Remark once in a run on a word that changes no motion."""
+    """Remark once in a run on a word that changes no motion: a name where no tool has it, a normal where a tool has oversizes."""
     kind = round(block.words["remark"])
-    if -kind not in ip.remarked:
+    holds = {_NAMED: not block.words.get("t", 0.0), _NORMALS: bool(Plain.of(ip).sizes)}
+    if holds.get(kind, True) and -kind not in ip.remarked:
         ip.remarked.add(-kind)
         code, message, place, hint, severity = _REMARKS[kind]
         ip.warn(BlockError(code, message, place, hint=hint), severity)

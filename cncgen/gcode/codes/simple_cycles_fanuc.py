@@ -5,10 +5,12 @@ They stay in force: a block of X (U), Z (W) or R alone repeats the cycle with th
 
 from __future__ import annotations
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, check_spindle, cut_thread, lead_of, turning_of
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.offsets_fanuc import preset_position
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -82,8 +84,11 @@ def across(ip: Interpreter, block: Block) -> None:
 def thread(ip: Interpreter, block: Block) -> None:
     """G92 F: to X, a thread along Z, out and back."""
     if "s" in block.words and block.words.keys().isdisjoint(_WORDS + "f"):
-        message = "G92 S bounds the spindle's speed in systems B and C of lathes' G codes, which are not read"
-        raise BlockError("other-control", message, "G92", hint="system A has G50 S")
+        message = "G92 S is taken as the largest speed of the spindle, as systems B and C of lathes' G codes have it"
+        hint = "system A has G50 S; --dialect fanuc-lathe-b reads system B"
+        ip.warn(BlockError("other-control", message, "G92", hint=hint), Severity.WARNING)
+        preset_position(ip, block, "G92")
+        return
     lead = lead_of(ip, block, "G92", _THREAD)
     cut = _words(ip, block, _THREAD)
     if cut is None or cut.x is None or cut.z is None:

@@ -50,8 +50,11 @@ def user(ip: Interpreter, block: Block) -> None:
 
 
 @cache
-def of_builder(number: int) -> Code:
-    """Return the handler of an M code, in tenths, that FANUC leaves to the machine's builder: an event, and a remark."""
+def of_builder(number: int, words: str) -> Code:
+    """Return the handler of an M code, in tenths, that FANUC leaves to the machine's builder: an event, and a remark.
+
+    `words` are those that it may take.
+    """
     name = f"M{number // 10}"
 
     def run(ip: Interpreter, block: Block) -> None:
@@ -63,7 +66,7 @@ def of_builder(number: int) -> Code:
             Event("user", True, values={"m": number // 10}),
         )
 
-    return Code("M", number, name, Stage.USER, run, "the machine builder's: an event", "pq")
+    return Code("M", number, name, Stage.USER, run, "the machine builder's: an event", words)
 
 
 def _remark(ip: Interpreter, name: str) -> None:

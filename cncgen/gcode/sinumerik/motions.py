@@ -39,6 +39,7 @@ MODES = ("AC", "IC", "DC", "ACP", "ACN")
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
 #: Mark, beside codes in tenths, of the remark on T without M6.
 _AT_ONCE = -61
+_UNNAMED = -62
 _ENDS = {2: True, 30: True, 17: True}
 _CYCLES = {
     **cycles.CYCLES,
@@ -132,7 +133,6 @@ class Motions:
         self.modal: tuple[str, tuple[Node | None, ...] | None] | None = None
         self.in_modal = False
         self.edge = 1
-        self.tool_named = False
         self.path: tuple[str, float | None] = ("G64", None)
         self.sharp_corners = False
         self.frames = Frames()
@@ -425,16 +425,15 @@ class Motions:
             store.pop("T2", None)
             store.pop("T3", None)
         if "T" in words.texts:
-            self.tool_named = True
             name = words.texts.pop("T")
             found = self.ip.tools.named(name)
-            if found is None:
-                self.note(
-                    "tool-name",
-                    f'the tool "{name}" has no length and no radius: no remark of the tool table is that name',
-                    "T",
-                    "T and a number takes one of --tool-table",
+            if found is None and _UNNAMED not in self.ip.remarked:
+                self.ip.remarked.add(_UNNAMED)
+                message = (
+                    f'the tool "{name}" has no length and no radius: no remark of the tool table is that name'
                 )
+                hint = "T and a number takes one of --tool-table; further names are not reported"
+                self.note("tool-name", message, "T", hint)
             words.named.setdefault("T", ("", float(found or 0)))
         feed = words.named.pop("F", None) if 4 not in words.g else None
         out: dict[str, float] = {} if feed is None else {"f": feed[1] * self.feed_scale * self.override}

@@ -196,6 +196,7 @@ _BARE = (
     _sign("a chamfer or rounding", _all(8, _F, _T), rb",[CR]" + _V, b","),
     _sign("a reference point beside a motion code", _all(4, _F, _T),
           rb"^[^\n]*(?<![A-Z_])G0?[0-3](?![\d.])[^\n]*G(?:28|30)(?![\d.])", b"G28", b"G30"),
+    _sign("a call of M98", _all(3, _F, _T), rb"M98P\d", b"M98P"),
     _sign("calls of M98 with their count", _all(3, _F, _T), rb"M98P\d{5,8}(?![\d.])", b"M98"),
     _sign("a block left out by a numbered switch", _all(4, _F, _T), rb"^\x00[2-9]", b"\x00"),
     # Of FANUC's mills.

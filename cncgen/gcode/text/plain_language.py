@@ -103,6 +103,9 @@ _HINT = "--dialect reads other texts as G-code"
 _WORDS_HINT = "a word is letters with a value: X+10, IY-2.5, X+Q1, DR-, R0, F200, FMAX, M3"
 #: Words of TOOL CALL that add to a tool's length, radius and radius of its corner.
 _OVERSIZE = re.compile(rf"(?P<kind>D(?:L|R2|R)(?!2)){_VALUE}", re.IGNORECASE)
+#: Words of LN: the normal of the surface, the direction of the tool's axis.
+_NORMAL = re.compile(rf"\bN[XYZ]{_VALUE}", re.IGNORECASE)
+_ORIENTATION = re.compile(rf"\bT[XYZ]{_VALUE}", re.IGNORECASE)
 #: Motions that end where their axis words say.
 _LEADING = re.compile(r"\s*(?:\d+\s+)?(?:L|C|CR)(?=[\sXYZABCUVWI])", re.IGNORECASE)
 _PLACE = re.compile(rf"(?<![A-Z])(?P<step>I)?(?P<axis>[XYZABCUVWF]){_VALUE}", re.IGNORECASE)
@@ -132,7 +135,7 @@ def parse(text: str) -> Parsed:
     named = f"{' '.join(word[0].upper().split())}: " if word else ""
     raise BlockError(
         "unsupported-block",
-        f"{named}of the plain language L, LP, CC, C, CR, CP, CT, RND, CHF, APPR, DEP, SPL, TOOL CALL, CYCL DEF, LBL, CALL LBL, FN are read",
+        f"{named}of the plain language L, LN, LP, CC, C, CR, CP, CT, RND, CHF, APPR, DEP, SPL, TOOL CALL, CYCL DEF, LBL, CALL LBL, FN are read",
         column=column,
         hint=_HINT,
     )
@@ -206,7 +209,7 @@ def _words(body: str, at: int) -> tuple[Words, bool]:
             words.append(("g", 41.0 if match["side"].upper() == "RL" else 42.0))
         own = _word(match)
         if ("g", REMARK / 10.0) in own and ("g", REMARK / 10.0) in words:
-            own = [word for word in own if word[0] == "m" or word == ("g", 53.0)]
+            own = [word for word in own if word[0] in ("m", "f") or word == ("g", 53.0)]
         words += own
     return words, fast
 
@@ -238,12 +241,11 @@ def _word(match: re.Match[str]) -> Words:
             raise BlockError("unsupported-block", message, column=match.start("letter") + 1, hint=_HINT)
         return _FUNCTIONS.get(value, [("m", value)])
     letter = (match["coefficient"] or match["letter"]).lower()
+    if letter == "fu":
+        return [("f", _of_a_turn(value))]
     if letter == "fz":
-        message = "FZ is a feed of each tooth: the tool table has no number of teeth"
-        raise BlockError(
-            "unsupported-block", message, column=match.start("letter") + 1, hint="F and FU are read"
-        )
-    return [("f", _of_a_turn(value)) if letter == "fu" else (letter, value)]
+        return [("f", _of_a_turn(value)), ("g", REMARK / 10.0), ("remark", 3.0)]
+    return [(letter, value)]
 
 
 def _step(index: int, value: Value) -> Computed:
@@ -252,7 +254,7 @@ def _step(index: int, value: Value) -> Computed:
 
 
 def _of_a_turn(value: Value) -> Computed:
-    """Return the feed a minute of FU, a feed of each turn of the spindle."""
+    """Return the feed a minute of FU, a feed of each turn of the spindle; of FZ, of each tooth, for a tool with one."""
     return lambda p: p.interpreter.state.speed * expressions.evaluate(value, p)
 
 
@@ -271,6 +273,17 @@ def _line(body: str, at: int) -> Words:
     if any(letter in AXIS_INDEX for letter, _ in words):
         return [("g", 0.0 if fast else 1.0), *words]
     return words
+
+
+def _surface_line(body: str, at: int) -> Words:
+    """LN: a line, and the normal of the surface there, along which oversizes of the tool shift it."""
+    turned = _ORIENTATION.search(body, at)
+    if turned:
+        message = "TX, TY, TZ of LN, the direction of the tool's axis, are not read"
+        hint = "M128 with A, B, C turns the tool on a machine with kinematics"
+        raise BlockError("unsupported-block", message, column=turned.start() + 1, hint=hint)
+    bare = _NORMAL.sub(lambda normal: " " * len(normal[0]), body[at:])
+    return [*_line((body[:at] + bare).rstrip(), at), ("g", REMARK / 10.0), ("remark", 4.0)]
 
 
 def _motion(number: int, *, fast_too: bool = False) -> _Reader:
@@ -306,14 +319,19 @@ def _tool_call(body: str, at: int) -> Words:
         raise BlockError("unsupported-block", "the tool's axis must be Z", column=column, hint=_HINT)
     if any(letter == "f" for letter, _ in rest):
         rest.append(("g", TOOL_FEED / 10.0))
-    if head["name"]:
-        return [("g", 49.0), ("g", REMARK / 10.0), ("remark", 1.0), *rest]
-    if head["number"] is None:
+    if head["number"] is None and not head["name"]:
         return rest
-    number = _value(head["number"])
+    number = _tool_named(head["name"].strip('"')) if head["name"] else _value(head["number"])
+    if head["name"] and ("g", REMARK / 10.0) not in rest:
+        rest += [("g", REMARK / 10.0), ("remark", 1.0)]
     if number == 0.0:
         return [("t", number), ("m", 6.0), ("g", 49.0), *rest]
     return [("t", number), ("m", 6.0), ("g", 43.0), ("g", OVERSIZE / 10.0), *sizes, *rest]
+
+
+def _tool_named(name: str) -> Computed:
+    """Return the number of the tool that the table has under a name, 0 for none."""
+    return lambda p: float(p.interpreter.tools.named(name) or 0)
 
 
 def _cycle(body: str, at: int) -> Words:
@@ -387,6 +405,7 @@ _BLOCKS: tuple[tuple[re.Pattern[str], _Reader], ...] = tuple(
         (r"CP(?![A-Z])", _motion(POLAR_ARC)),
         (r"CR(?![A-Z])", _motion(RADIUS_ARC)),
         (r"C(?=\s)", _motion(CIRCLE)),
+        (r"LN(?=\s)", _surface_line),
         (r"L(?=\s|[XYZABCUVWI])(?!BL)", _line),
         (r"(?=M\s*[0-9])", _before()),
     )

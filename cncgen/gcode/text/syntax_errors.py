@@ -67,8 +67,14 @@ _OUTSIDE = (
     "COMMA",
     "$END",
 )
-#: A command to grbl: ``$H``, ``$110=500``, ``$J=G91 X1``, and those of one character.
-_TO_GRBL = re.compile(r"\s*(?:\$(?:[$#GgIiNnCcHhXx]\s*(?:;|\Z)|[0-9]+\s*=|[Jj]\s*=)|[?~!]\s*(?:;|\Z))")
+#: Commands to grbl: ``$H``, ``$110=500``, and those of one character, which are passed over; ``$J=G91 X1``, which moves the machine.
+_TO_GRBL = re.compile(r"\s*(?:\$(?:[$#GgIiNnCcHhXx]\s*(?:;|\Z)|[0-9]+\s*=)|[?~!]\s*(?:;|\Z))")
+_JOG = re.compile(r"\s*\$[Jj]\s*=")
+
+
+def is_to_grbl(text: str) -> bool:
+    """Tell whether a line is a command to grbl that does not jog: a question, a setting, ``$H``."""
+    return _TO_GRBL.match(text) is not None
 
 
 def syntax_error(data: bytes, reader: Parser) -> BlockError:
@@ -81,12 +87,9 @@ def syntax_error(data: bytes, reader: Parser) -> BlockError:
     column = len(start) + 1 if rest else len(text.rstrip()) + 1
     if rest.startswith(("(", ")")):
         return _comment_error(rest, column)
-    if _TO_GRBL.match(text):
-        message = f"{text.split(';')[0].strip()} is a command to grbl, not a block of a program"
-        hint = (
-            "leave it out; $H and $J move the machine" if re.match(r"\s*\$[hHjJ]", text) else "leave it out"
-        )
-        return BlockError("syntax", message, column=len(text) - len(text.lstrip()) + 1, hint=hint)
+    if _JOG.match(text):
+        message = f"{text.split(';')[0].strip()} jogs under grbl, and is no block of a program"
+        return BlockError("syntax", message, column=len(text) - len(text.lstrip()) + 1, hint="leave it out")
     letter = missing_number(before, rest)
     if letter:
         hint = number_hint(letter, before, rest)
