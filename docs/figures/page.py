@@ -25,7 +25,7 @@ STOCK = ("--stock", "box:-20,-15,-15,100,60,0", "--tool", "1=flat:10", "--tool",
 #: What `cncgen report` makes each page of.
 PAGES = {
     "bracket": (f"{PROGRAMS}/bracket.nc", "--why", *STOCK),
-    "butterfly": (f"{PROGRAMS}/butterfly.nc", "-m", "xy-table", "--compare", "feedrate=ild"),
+    "butterfly": (f"{PROGRAMS}/butterfly.nc", "-m", "xy-table", "--compare", "feedrate=ild", "--why"),
     "features": (f"{PROGRAMS}/stepnc/features.stp",),
     "shaft": (f"{PROGRAMS}/stepnc/shaft.stp",),
     "surface": ("surface.nc",),
@@ -41,7 +41,7 @@ PICTURES = {
     "part": ("features", "theme=light&p=checks&m=corners,places,tools,rapids", (1280, 800), ""),
     "lathe": ("shaft", "theme=dark&p=losses&m=none", (1280, 800), ""),
     "small": ("bracket", "theme=light", (390, 844), ""),
-    "print": ("butterfly", "", (900, 1271), "print"),
+    "print": ("butterfly", "", (794, 1123), "print"),
     "notebook": ("notebook", "", (1000, 1100), ""),
 }
 
@@ -127,6 +127,7 @@ def main(names: list[str]) -> None:
                     shown(driver, f"{address}#{link}")
                 if medium == "print":
                     driver.execute_script("dispatchEvent(new Event('beforeprint'))")
+                    driver.execute_script("document.body.style.margin = '10mm'")  # as printers leave them
                     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": medium})
                 time.sleep(1.0)
                 shot = driver.execute_cdp_cmd("Page.captureScreenshot", {})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 import subprocess
@@ -282,6 +283,26 @@ def test_places_lead_to_where_time_is_lost(shown: Browser, made: Path) -> None:
     assert len(set(buttons) | set(shown.run(texts, "#panel-losses tbody small"))) > len(buttons)
 
 
+def test_the_first_rows_of_the_tables_stand_at_the_top(shown: Browser) -> None:
+    """Where most time is lost, and what holds the motion back: as links to the place, and to the colours and the table."""
+    texts = "return [...document.querySelectorAll('#answers > span:nth-child(%d) button')].map((e) => e.firstChild.data)"
+    names = "return [...document.querySelectorAll('#panel-losses tbody .link')].slice(0, 3).map((e) => e.innerText)"
+    shown.click("#tab-losses")
+    places = shown.run("return cncgen.part.header.places")
+    assert shown.run(texts % 1) == shown.run(names)
+    shown.click("#tab-program")
+    shown.click("#answers button", 2)
+    shown.shows("return [cncgen.tab, cncgen.now]", ["losses", round(places[2]["t_s"] / 0.001)])
+    # The longest times of the table of limits, standing and free motion left out.
+    table = "table[aria-label='By what limits it'] tbody tr"
+    limits = shown.run(
+        f"return [...document.querySelectorAll(`{table}`)].map((row) => row.cells[0].innerText)"
+    )
+    assert shown.run(texts % 2) == [each for each in limits if each not in ("stop", "nothing")][:3]
+    shown.click("#answers > span:nth-child(2) button")
+    shown.shows("return [cncgen.tab, cncgen.colour.id]", ["time", "limit"])
+
+
 def test_the_ranking_of_changes_is_that_of_why_and_leads_to_lines(browser: Browser, tmp_path: Path) -> None:
     (tmp_path / "a.nc").write_text("G21 G90 G94 G17 G61\nG1 X20 F3000\nG1 Y15\nG0 X0 Y0\nM2\n")
     for words in (["report", "a.nc", "--why", "-o", "page.html"], ["why", "a.nc", "--summary", "why.json"]):
@@ -298,6 +319,11 @@ def test_the_ranking_of_changes_is_that_of_why_and_leads_to_lines(browser: Brows
     assert browser.run(
         f"const t = document.querySelector(`{table}`); return t.scrollWidth <= t.parentElement.clientWidth"
     )
+    saving = [each["name"] for each in found if each["saved_s"] > 0][:3]
+    answers = browser.run(
+        "return [...document.querySelectorAll('#answers > span:last-child button')].map((e) => e.firstChild.data)"
+    )
+    assert [text.rsplit(" ", 2)[0] for text in answers] == saving
     line = found[0]["lines"][0]
     assert browser.text(f"{table} .link").startswith(f"line {line['line']}: ")
     browser.click(f"{table} .link")
@@ -503,7 +529,14 @@ def test_a_small_screen_shows_all_of_it(browser: Browser, made: Path, width: int
         browser.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
+#: From above.
+_PAPER = ("printed", "legend", "charts", "panel-losses", "panel-time")
+
+
 def test_paper_has_tables_and_the_picture(shown: Browser) -> None:
+    settled(shown)
+    camera = "const c = cncgen.scene.camera; return [c.width, c.height, c.scale]"
+    before = shown.run(camera)
     shown.run("dispatchEvent(new Event('beforeprint'))")
     shown.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     try:
@@ -512,22 +545,25 @@ def test_paper_has_tables_and_the_picture(shown: Browser) -> None:
             assert shown.visible(f"#{name}"), name
         for name in ("path", "play", "search"):
             assert not shown.visible(f"#{name}"), name
-        # From above: the picture, the charts, the tables. Charts are painted in the size that they have on paper, 24 mm high.
-        tops = [
-            shown.of(f"#{name}", lambda one: one.rect["y"]) for name in ("printed", "charts", "panel-losses")
-        ]
-        assert tops == sorted(tops)
+        # From above: the picture, the charts, the tables. Charts are painted in the size that they have on paper, 22 mm high.
+        rects = [shown.of(f"#{name}", lambda one: one.rect) for name in _PAPER]
+        for above, below in itertools.pairwise(rects):
+            assert above["y"] + above["height"] <= below["y"] + 1
+        # The picture has the paper's shape, not the screen's, and says what its colours mean.
+        assert rects[0]["width"] / rects[0]["height"] == pytest.approx(176 / 84, rel=0.01)
+        assert shown.text("#legend strong") == "Feed"
         sizes = shown.run(
             "return [...document.querySelectorAll('.chart canvas')].map((c) => [c.width / c.clientWidth, c.height / c.clientHeight])"
         )
         assert np.array(sizes) == pytest.approx(3.0, rel=0.02)
-        assert shown.of(".chart", lambda one: one.rect["height"]) == pytest.approx(24 / 25.4 * 96, abs=0.5)
+        assert shown.of(".chart", lambda one: one.rect["height"]) == pytest.approx(22 / 25.4 * 96, abs=0.5)
         assert shown.run("return getComputedStyle(document.body).color") == "rgb(17, 17, 17)"
         shown.shows("return cncgen.theme", "light")
     finally:
         shown.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
     shown.run("dispatchEvent(new Event('afterprint'))")
     assert not shown.run("return document.documentElement.classList.contains('paper')")
+    assert shown.run(camera) == before
 
 
 def test_head_and_transport_tell_one_cycle_time(shown: Browser, made: Path) -> None:

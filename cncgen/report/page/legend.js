@@ -9,6 +9,8 @@ import { element } from "./tables.js";
 export function legend(box, colouring, theme, whole) {
   box.replaceChildren();
   if (!colouring) return;
+  // On paper, where the choice of colours is not to be seen.
+  box.append(element("strong", {}, colouring.label));
   if (colouring.kinds) {
     const items = colouring.kinds.slice(0, 12).map((kind, k) => {
       const swatch = element("span", { class: "swatch" });

@@ -11,7 +11,7 @@ import { Overlay } from "./overlay.js";
 import { Scene } from "./scene.js";
 import { SourceView } from "./source.js";
 import { Part } from "./store.js";
-import { checks, differences, element, losses, placeName, positionText, times, timeSplit, untimed, untimedBadge } from "./tables.js";
+import { answers, checks, differences, element, losses, placeName, positionText, times, timeSplit, untimed, untimedBadge } from "./tables.js";
 
 const $ = (id) => document.getElementById(id);
 const TABS = [["program", "Program"], ["losses", "Losses"], ["time", "Time"], ["checks", "Checks"], ["compare", "Compare"]];
@@ -127,6 +127,11 @@ class Page {
     this.fillColours();
     if (settings.c) this.setColour(settings.c);
     $("panel-time").replaceChildren(times(this.part, (row) => this.go(row)));
+    $("answers").replaceChildren(...answers(this.part, {
+      place: (row) => { this.setTab("losses"); this.go(row); },
+      limits: () => { this.setTab("time"); this.setColour("limit"); },
+      changes: () => { this.setTab("time"); $("changes").scrollIntoView(); },
+    }));
     if (this.parts.length > 1) $("panel-compare").replaceChildren(differences(this.part, this.parts.slice(1), (row) => this.go(row)));
     if (settings.l) this.pickLine(...settings.l.split(",").map(Number), false);
     this.zoomed();
@@ -253,9 +258,10 @@ class Page {
   }
 
   setColour(id) {
-    const known = choices(this.part).some((one) => one.id === id);
-    const found = colouring(this.part, known ? id : "feed");
+    const known = choices(this.part), choice = known.find((one) => one.id === id) ?? known[0];
+    const found = colouring(this.part, choice.id);
     if (!found) return;
+    found.label = choice.label;
     this.colour = found;
     $("colour").value = found.id;
     this.scene.setColouring(found, palette(found, this.theme));
@@ -634,13 +640,20 @@ class Page {
   /** Put the picture where a printer finds it, in colours for white paper, and give the charts their size on it. */
   print() {
     const { theme } = this, { classList } = document.documentElement;
+    const { scale, width, height } = this.scene.camera;
     const end = () => {
       classList.remove("paper");
       this.setTheme(theme);
+      this.scene.resize();
+      this.scene.camera.scale = scale;
     };
     addEventListener("afterprint", end, { once: true });
     classList.add("paper");
     this.setTheme("light");
+    // The view of the screen, in the frame of the paper.
+    this.scene.resize();
+    const { camera } = this.scene;
+    camera.scale *= Math.min(camera.width / width, camera.height / height);
     this.scene.draw();
     this.charts.paintAll();
     const sheet = document.createElement("canvas"), { canvas } = this.scene;

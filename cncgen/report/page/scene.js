@@ -125,7 +125,8 @@ export class Scene {
   }
 
   resize() {
-    const ratio = Math.min(2, window.devicePixelRatio || 1);
+    const paper = document.documentElement.classList.contains("paper");
+    const ratio = paper ? 3 : Math.min(2, window.devicePixelRatio || 1);
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
     this.canvas.width = Math.round(width * ratio);

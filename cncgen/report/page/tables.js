@@ -80,6 +80,42 @@ export function losses(part, go) {
   return element("div", {}, element("p", { class: "note" }, note), table("Places where most time is lost", ["", "Place", "Lost", "Held back by"], rows));
 }
 
+/** Answers in a row are so many of each kind. */
+const ANSWERS = 3;
+
+/**
+ * The shortest answers, as links: where most time is lost, what holds the motion back, what would shorten it.
+ *
+ * `show` has what a click does: `place(row)`, `limits()`, `changes()`.
+ */
+export function answers(part, show) {
+  const { places, why: changes } = part.header;
+  const answer = (name, value, act) => {
+    const button = element("button", { class: "link", type: "button" }, name, element("small", {}, value));
+    button.addEventListener("click", act);
+    return button;
+  };
+  const lost = places.slice(0, ANSWERS).map((place) => {
+    const row = part.rowAt(place.t_s);
+    return answer(placeName(part, row, place.source, place.line), brief(place.lost_s), () => show.place(row));
+  });
+  // A stop is an event: the split of the time tells it.
+  const limits = part.run.limit ? limitKinds(part).filter(({ name, seconds }) => seconds > 0 && !/^(stop|nothing)$/.test(name)) : [];
+  const held = limits.slice(0, ANSWERS).map(({ name, seconds }) => answer(name, share(seconds / (part.seconds || 1)), show.limits));
+  const saving = (changes ?? []).filter((item) => item.saved_s > 0).slice(0, ANSWERS);
+  const saved = saving.map((item) => answer(`${item.name} ${changeText(item)}`, brief(item.saved_s), show.changes));
+  return [["Most time lost", lost], ["Held back by", held], ["Would save most", saved]]
+    .filter(([, found]) => found.length)
+    .map(([label, found]) => element("span", {}, element("b", {}, label), ...found));
+}
+
+/** Return the limits with the time of each, the longest first; found once. */
+function limitKinds(part) {
+  return (part.limitKinds ??= colouring(part, "limit").kinds);
+}
+
+const changeText = ({ change }) => `${change > 0 ? "+" : "−"}${Math.round(100 * Math.abs(change))} %`;
+
 /** Parts of the time as a person calls them, where that is not their key. */
 const PARTS = { tool: "tool changes", stops: "operator stops" };
 
@@ -133,13 +169,14 @@ function shares(title, items, whole) {
 export function times(part, go) {
   const whole = part.seconds || 1, found = [shares("By kind", timeSplit(part), whole)];
   if (untimed(part)) found[0].append(element("p", { class: "note" }, untimed(part)));
+  if (part.header.why?.length) found.push(why(part, go));
   const tools = byTool(part);
   if (tools.length > 1 || tools[0].tool) found.push(shares("By tool", tools, whole));
   const operations = byOperation(part);
   if (operations.length > 1) found.push(shares("By operation", operations, whole));
-  if (part.run.limit) found.push(shares("By what limits it", colouring(part, "limit").kinds.filter((kind) => kind.seconds > 0), whole));
-  if (part.header.why?.length) found.push(why(part, go));
+  if (part.run.limit) found.push(shares("By what limits it", limitKinds(part).filter((kind) => kind.seconds > 0), whole));
   if (part.lineRows) found.push(byLine(part, whole, go));
+  if (!part.header.why?.length) found.push(element("p", { class: "note" }, "With --why the page ranks what would shorten the part."));
   return element("div", {}, ...found);
 }
 
@@ -174,7 +211,7 @@ function why(part, go) {
   const rows = part.header.why.map((item) => {
     const { kind } = item, about = `${brief(item.estimate_s)} ± ${brief(item.bound_s)}`;
     const first = { smooth: brief(item.estimate_s), kink: item.sides_s.map(brief).join(" | "), scatter: about }[kind] ?? kind;
-    const change = `${item.change > 0 ? "+" : "−"}${Math.round(100 * Math.abs(item.change))} %`;
+    const change = changeText(item);
     return element(
       "tr",
       {},
@@ -185,7 +222,7 @@ function why(part, go) {
   });
   const note = "What a change saves: planned, and by the time's derivative. Where the time has a kink, a | b: the change saves a at first, its opposite costs b; where plans scatter by b, a ± b.";
   const title = "What would shorten it";
-  return element("section", {}, element("h3", {}, title), element("p", { class: "note" }, note), table(title, ["Change", "Saves", "Derivative"], rows));
+  return element("section", { id: "changes" }, element("h3", {}, title), element("p", { class: "note" }, note), table(title, ["Change", "Saves", "Derivative"], rows));
 }
 
 /** The lines that save most, as links to where they begin. */
