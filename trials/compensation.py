@@ -8,9 +8,9 @@ With --fresh every pair has a machine and a program of its own, drawn at random 
 
 from __future__ import annotations
 
+import argparse
 import math
 import statistics
-import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -124,11 +124,16 @@ def fresh(seed: int, count: int) -> Iterator[Pair]:
 
 def main() -> None:
     """Run them."""
-    if sys.argv[1:2] == ["--fresh"]:
-        pairs = fresh(int(sys.argv[2]), int(sys.argv[3]))
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split(":", maxsplit=1)[0])
+    parser.add_argument("machines", nargs="?", help="names of machines, with ; between them")
+    parser.add_argument("programs", nargs="?", help="names of programs, with commas between them")
+    parser.add_argument("--fresh", nargs=2, type=int, metavar=("SEED", "COUNT"), help="drawn pairs instead")
+    given = parser.parse_args()
+    if given.fresh:
+        pairs = fresh(*given.fresh)
     else:
-        machines = sys.argv[1].split(";") if len(sys.argv) > 1 else MACHINES
-        pairs = known(machines, sys.argv[2].split(",") if len(sys.argv) > 2 else PROGRAMS)
+        machines = given.machines.split(";") if given.machines else MACHINES
+        pairs = known(machines, given.programs.split(",") if given.programs else PROGRAMS)
     ratios, refused, worse = [], 0, 0
     print("| machine | program | before µm | after µm | ratio | slower % | worst of 16, µm |", flush=True)
     for pair in pairs:

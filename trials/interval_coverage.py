@@ -7,7 +7,7 @@ seed, and those within are counted. Last comes what two standard deviations of i
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Iterator
 
 from cncgen.machine import load_servos
@@ -39,8 +39,11 @@ def shares(machine: str, program: str, draws: int, count: int) -> Iterator[tuple
 
 def main() -> None:
     """Run them."""
-    draws = int(sys.argv[1]) if len(sys.argv) > 1 else DRAWS
-    count = int(sys.argv[2]) if len(sys.argv) > 2 else 1000
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split(":", maxsplit=1)[0])
+    parser.add_argument("draws", nargs="?", type=int, default=DRAWS)
+    parser.add_argument("machines", nargs="?", type=int, default=1000)
+    given = parser.parse_args()
+    draws, count = given.draws, given.machines
     every: list[float] = []
     for machine in MACHINES:
         for program in PROGRAMS:

@@ -10,10 +10,10 @@ period is sampled, so that the time is counted in periods and not by a clock: a 
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -242,11 +242,16 @@ def estimated_s(program: Path, machine: Machine, name: str = "linuxcnc") -> floa
 
 def main() -> None:
     """Print a row a program: LinuxCNC's time, the estimate, their ratio."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
+    parser.add_argument("programs", nargs="*", default=PROGRAMS, metavar="PROGRAM")
+    given = parser.parse_args()
+    if not available():
+        parser.exit(2, "LinuxCNC is not installed: apt-get install linuxcnc-uspace\n")
     machine = cncgen.load_machine("xy-table")
     machine = replace(
         machine, axes=MappingProxyType({k: replace(machine.axes["X"], letter=k) for k in "XYZ"})
     )
-    for name in sys.argv[1:] or PROGRAMS:
+    for name in given.programs:
         with tempfile.TemporaryDirectory() as folder:
             # LinuxCNC does not know the comment that says where a program starts: both start at zero.
             text = Path(name).read_text().splitlines(keepends=True)
