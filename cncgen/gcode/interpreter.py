@@ -67,7 +67,7 @@ class Interpreter:
         plane_blocks, plane_origin, plane_turn: Points or directions of a tilted plane that takes several blocks, by P and Q; its origin,
             and how far it is turned.
         plain_language: State that Heidenhain's plain language keeps from block to block, once it has any.
-        remarked: Codes, in tenths, that a remark was made on, where one remark a run is enough.
+        c_moves: Whether a lathe's program has moved the axis C.
         skipping: Whether blocks are passed over up to G11 of FANUC.
         system: The dialect, of which FANUC's lathes have three for their systems of G codes.
         steps: Whether G91 is in force on a lathe that has it.
@@ -119,8 +119,8 @@ class Interpreter:
         self.plane_origin = (0.0, 0.0, 0.0)
         self.plane_turn = 0.0
         self.compensated_position: Callable[[list[float]], list[float]] | None = None
-        self.remarked: set[int] = set()
-        self.skipping = self.feed_doubted = self.feed_mode_said = self.steps = False
+        self._said: set[tuple[str, str]] = set()
+        self.skipping = self.feed_doubted = self.feed_mode_said = self.steps = self.c_moves = False
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)
 
@@ -148,6 +148,13 @@ class Interpreter:
             sink.set_feed_mode(95, synched=True)
         sink.call("SET_FEED_REFERENCE(CANON_XYZ)")
         sink.call("ON_RESET()")
+
+    def warn_once(self, fault: BlockError, severity: Severity = Severity.WARNING) -> None:
+        """Report a remark, once in a run for its code and hint."""
+        key = (fault.code, fault.hint)
+        if key not in self._said:
+            self._said.add(key)
+            self.warn(fault, severity)
 
     def execute(self, block: Block) -> None:
         """Execute a block.

@@ -71,7 +71,6 @@ WRONG: dict[str, tuple[str, tuple[str, int]]] = {
     "a factor of the feed": ("L X+1 F500 M103 F20", ("unsupported-block", 3)),
     "untilted points": ("L X+1 FMAX M130", ("unsupported-block", 3)),
     "a plane by vectors": ("PLANE VECTOR BX0 BY0 BZ1 NX0 NY0 NZ1 STAY", ("plane-points", 3)),
-    "the tip's motion": ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", ("tcp-machine", 3)),
     "the tool's direction": ("LN X+1 NX0 NY0 NZ1 TX0.1 TY0 TZ0.99 F100", ("unsupported-block", 3)),
     "a corner's oversize": ("TOOL CALL 1 Z S500 DR2+0.1", ("unsupported-block", 3)),
     "a program that is missing": ("CALL PGM NOWHERE", ("sub-missing", 3)),

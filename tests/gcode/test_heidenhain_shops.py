@@ -180,10 +180,10 @@ def test_the_tip_stays_on_the_workpiece(run: Run, tmp_path: Path, begin: str, en
     assert out.moving_axes == "XYZC"
 
 
-def test_the_tip_needs_the_machines_kinematics(run: Run) -> None:
-    found = [
-        (d.code, d.message)
-        for d in run(program("M128\nL C+90 FMAX"), dialect="heidenhain").diagnostics
-        if d.severity == "error"
+def test_without_kinematics_the_tip_goes_where_the_program_says(run: Run) -> None:
+    out = run(program("TOOL CALL 1 Z S100\nM128\nL X+10 C+90 F100\nM129\nL Z+5 FMAX"), dialect="heidenhain")
+    assert out.errors == []
+    assert [(d.code, d.severity) for d in out.diagnostics if d.code.startswith("tcp")] == [
+        ("tcp-machine", "warning")
     ]
-    assert found == [("tcp-machine", "M128 needs a machine with rotary axes that is described")]
+    assert out.path.end[out.path.kind != 3][:, [0, 2]].tolist() == [[10.0, 0.0], [10.0, 5.0]]

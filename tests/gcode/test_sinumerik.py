@@ -313,7 +313,6 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "holes without a cycle": ("HOLES2(0,0,10,0,0,4)", ("cycle-missing", 1, 1)),
     "a scale of nothing": ("SCALE X0", ("scale-missing", 1, 1)),
     "a frame of a rotary axis": ("TRANS A5", ("not-read", 1, 1)),
-    "TRAORI without a machine": ("TRAORI", ("tcp-machine", 1, 1)),
     "an inclined axis": ("TRAANG(45)", ("not-read", 1, 1)),
     "a lead in inches": ("CYCLE84(10,0,2,-8,,0,3,,1,0,200,200,0,3)", ("not-read", 1, 1)),
     "a depth of the shank": ("CYCLE81(10,0,2,-8,,0,10)", ("not-read", 1, 1)),

@@ -151,11 +151,9 @@ def _shift(hole: Hole) -> tuple[dict[int, float], dict[int, float]]:
     ip = hole.ip
     first = ip.state.plane_axes()[0]
     middle = ip.state.position[first]
-    if _SHIFTED not in ip.remarked:
-        ip.remarked.add(_SHIFTED)
-        message = f"the tool is taken to leave the wall along {AXES[first].upper()}+; the control has the direction in a parameter"
-        hint = "it is parameter 5148 of FANUC, 5101 of its older controls, setting 27 of Haas"
-        ip.warn(BlockError("cycle-shift", message, "Q", hint=hint), Severity.NOTE)
+    message = f"the tool is taken to leave the wall along {AXES[first].upper()}+; the control has the direction in a parameter"
+    hint = "it is parameter 5148 of FANUC, 5101 of its older controls, setting 27 of Haas"
+    ip.warn_once(BlockError("cycle-shift", message, "Q", hint=hint), Severity.NOTE)
     return {first: middle + hole.words["q"]}, {first: middle}
 
 
@@ -236,8 +234,6 @@ HOLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
 _BACK = 870
 #: Codes that are turning cycles on lathes.
 _TURNING = (730, 740, 760)
-#: Mark, beside codes in tenths, of the remark on the direction of Q of G76 and G87.
-_SHIFTED = -760
 #: Words that Haas's controls have besides: steps of drilling, the speed of a tap on its way out.
 _HAAS = {730: "ij", 830: "ij", 740: "j", 840: "j"}
 

@@ -25,8 +25,6 @@ PLANES = {"linuxcnc": (17, 18), "fanuc": (17, 18, 19), "heidenhain": (17, 18, 19
 _STRICT = ("linuxcnc",)
 ORIENTATIONS = 10
 _LAST_DIGIT = 1e-12
-#: Mark, beside codes in tenths, of the remark on outside corners.
-_ROLLED = -410
 
 
 def _turn_on(left: bool, dynamic: bool) -> Handler:
@@ -79,11 +77,9 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
 
 def _tell_roll(ip: Interpreter) -> None:
     """Say once that outside corners are rolled around, which a parameter of FANUC's controls decides (CCC, 19607#2)."""
-    if _ROLLED not in ip.remarked:
-        ip.remarked.add(_ROLLED)
-        message = "the tool rolls around outside corners in arcs; with parameter CCC (19607#2) = 0, the control joins straight lines"
-        hint = "the part is the same; arcs R in the program's corners leave no choice"
-        ip.warn(BlockError("comp-corners", message, hint=hint), Severity.NOTE)
+    message = "the tool rolls around outside corners in arcs; with parameter CCC (19607#2) = 0, the control joins straight lines"
+    hint = "the part is the same; arcs R in the program's corners leave no choice"
+    ip.warn_once(BlockError("comp-corners", message, hint=hint), Severity.NOTE)
 
 
 def _sink_of(ip: Interpreter) -> CompensatedSink | None:

@@ -111,13 +111,10 @@ def checked(ip: Interpreter, block: Block) -> None:
 
 def from_one_side(ip: Interpreter, block: Block) -> None:
     """G60: traverse to the axis words; the way by which the control comes from one side (parameter 5440) is not made."""
-    if _ONE_SIDE not in ip.remarked:
-        ip.remarked.add(_ONE_SIDE)
-        message = "G60 goes straight to its place: the overrun of parameter 5440 is not made"
-        ip.warn(
-            BlockError("reference-point", message, "G60", hint="it takes a few millimetres more"),
-            Severity.NOTE,
-        )
+    message = "G60 goes straight to its place: the overrun of parameter 5440 is not made"
+    ip.warn_once(
+        BlockError("reference-point", message, "G60", hint="it takes a few millimetres more"), Severity.NOTE
+    )
     _placed(ip, block, "G60")
 
 
@@ -130,8 +127,6 @@ def _placed(ip: Interpreter, block: Block, name: str) -> None:
     ip.state.position, ip.state.moved = end, True
 
 
-#: In the remarks of a run after the remark on G60.
-_ONE_SIDE = -32
 _LINUXCNC, _FANUC = ("linuxcnc",), ("fanuc",)
 CODES = (
     Code("G", 280, "non-modal", Stage.REFERENCE, _go(HOME_28), "to reference point 1", AXES, "own", dialects=_LINUXCNC, moves="XYZ",

@@ -34,8 +34,6 @@ _KEPT = "rpq"
 #: A step of G83 below this, in mm, is meant as a length and not in least increments.
 _LEAST_STEP_MM = 0.05
 _TINY = 1e-9
-#: Stands among the remarks of a run once R was doubtful.
-_SAID = -83
 
 
 def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
@@ -97,13 +95,9 @@ def _retract(ip: Interpreter, sticky: Sticky, bottom: float, axis: str) -> float
         raise BlockError(
             "cycle-depth", message, "R", hint="R-3. from Z5. drills from Z2. on FANUC's controls"
         )
-    if len(within) == 2 and abs(within[0] - within[1]) > _TINY and _SAID not in ip.remarked:
-        ip.remarked.add(_SAID)
+    if len(within) == 2 and abs(within[0] - within[1]) > _TINY:
         message = f"R{r:g} is read as the distance to {axis} {places[1]:g}; on Haas's lathes it is the place {axis}{r:g}"
-        ip.warn(
-            BlockError("cycle-level", message, "R", hint="R0 with the tool at that place is both"),
-            Severity.WARNING,
-        )
+        ip.warn_once(BlockError("cycle-level", message, "R", hint="R0 with the tool at that place is both"))
     return within[-1]
 
 

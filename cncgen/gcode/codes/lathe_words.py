@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import LATHE_ABSOLUTE, LATHE_STEPS, LATHES, displaced
 from cncgen.gcode.errors import BlockError
@@ -56,8 +55,6 @@ _NO_LINES = frozenset(
 )
 #: Words of a line for the corner at its end, and those of mills.
 _CORNERS = {"r": ",r", "i": ",c", "k": ",c"}
-#: Stands among the remarks of a run once the program has moved the axis C.
-_C_MOVES = -30
 
 
 def turned(ip: Interpreter, block: Block) -> Block:
@@ -87,7 +84,7 @@ def turned(ip: Interpreter, block: Block) -> Block:
     if not depth and _MOTIONS.isdisjoint(block.g):
         depth = _DRILLING.get(ip.state.motion, "")
     if "h" in found:
-        ip.remarked.add(_C_MOVES)
+        ip.c_moves = True
     for letter, (axis, column) in _DISTANCES.items():
         if letter in found:
             if axis in found:
@@ -101,7 +98,7 @@ def turned(ip: Interpreter, block: Block) -> Block:
     if _LINE in block.g or (ip.state.motion == _LINE and _NO_LINES.isdisjoint(block.g)):
         _corner(ip, block, found)
     elif "c" in found:
-        ip.remarked.add(_C_MOVES)
+        ip.c_moves = True
     return replace(block, words=found)
 
 
@@ -139,15 +136,15 @@ def _corner(ip: Interpreter, block: Block, words: dict[str, float]) -> None:
 
 
 def _is_axis(ip: Interpreter, block: Block, words: dict[str, float]) -> bool:
-    """Tell whether C of a line is the axis C, and say so; a chamfer stands beside X or Z alone, where C was not moved before."""
+    """Tell whether C of a line is the axis C, and say so once; a chamfer stands beside X or Z alone, where C was not moved before."""
     size = words["c"]
-    axis = _C_MOVES in ip.remarked or ("x" in words) == ("z" in words)
+    axis = ip.c_moves or ("x" in words) == ("z" in words)
     ip.base.block = block
     if axis:
-        ip.remarked.add(_C_MOVES)
+        ip.c_moves = True
         message, hint = f"C{size:g} of a line is the axis C", "a chamfer is ,C"
     else:
         message = f"C{size:g} of a line is taken as a chamfer, since the program has not moved an axis C"
         hint = "a chamfer is ,C beyond doubt; the axis C moves in a block of its own"
-    ip.warn(BlockError("other-control", message, "C", hint=hint), Severity.WARNING)
+    ip.warn_once(BlockError("other-control", message, "C", hint=hint))
     return axis

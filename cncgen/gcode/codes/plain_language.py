@@ -265,11 +265,10 @@ def retract(ip: Interpreter, block: Block) -> None:
     if way:
         _move(ip, ip.state.position[_Z] + way, rapid=True)
         return
-    if RETRACT in ip.remarked:
-        return
-    ip.remarked.add(RETRACT)
     message = "M140 MB MAX is passed over: where the travel ends is not known here"
-    ip.warn(BlockError("retract-unknown", message, "M140", hint="M140 MB 50 retracts by 50"), Severity.NOTE)
+    ip.warn_once(
+        BlockError("retract-unknown", message, "M140", hint="M140 MB 50 retracts by 50"), Severity.NOTE
+    )
 
 
 def oversize(ip: Interpreter, block: Block) -> None:
@@ -296,13 +295,9 @@ def tip_on(ip: Interpreter, block: Block) -> None:
     """M128, FUNCTION TCPM: the tip of the tool goes where the program says while the rotary axes turn.
 
     Raises:
-        BlockError: The machine has no kinematics, or something else is in force beside which it cannot stand.
+        BlockError: Something else is in force beside which it cannot stand.
     """
-    try:
-        tool_point.turn_on(ip, Block({"h": float(ip.state.tool)}))
-    except BlockError as error:
-        message = error.message.replace("G43.4", "M128")
-        raise BlockError(error.code, message, "M128", hint=error.hint, values=error.values) from None
+    tool_point.turn_on(ip, Block({"h": float(ip.state.tool)}), "M128")
 
 
 def tip_off(ip: Interpreter, block: Block) -> None:
@@ -345,10 +340,9 @@ def remark(ip: Interpreter, block: Block) -> None:
     """Remark once in a run on a word that changes no motion: a name where no tool has it, a normal where a tool has oversizes."""
     kind = round(block.words["remark"])
     holds = {_NAMED: not block.words.get("t", 0.0), _NORMALS: bool(Plain.of(ip).sizes)}
-    if holds.get(kind, True) and -kind not in ip.remarked:
-        ip.remarked.add(-kind)
+    if holds.get(kind, True):
         code, message, place, hint, severity = _REMARKS[kind]
-        ip.warn(BlockError(code, message, place, hint=hint), severity)
+        ip.warn_once(BlockError(code, message, place, hint=hint), severity)
 
 
 def _own(

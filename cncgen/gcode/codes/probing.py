@@ -99,12 +99,11 @@ def measures(ip: Interpreter, block: Block, number: int, values: list[float]) ->
         motion = ip.state.motion
         ip.execute(replace(block, words=words, g=(10,), m=()))
         ip.state.motion = motion
-    elif -number not in ip.remarked:
-        ip.remarked.add(-number)
+    else:
         ip.sink.block = block
         message = f"O{number} measures with a probe: passed over, and what it would set stays as it is"
         hint = "its motions take time that is not counted; offsets and parameters that it sets are those of --parameters"
-        ip.warn(BlockError("probe-not-run", message, "P", hint=hint), Severity.WARNING)
+        ip.warn_once(BlockError("probe-not-run", message, "P", hint=hint))
     return True
 
 

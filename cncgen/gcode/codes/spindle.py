@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
@@ -17,8 +16,6 @@ from cncgen.units import INCH
 #: Spindles that ``$`` may name (the stand-alone machine has one).
 _SPINDLES = 8
 _NAMES = {1: "START_SPINDLE_CLOCKWISE", -1: "START_SPINDLE_COUNTERCLOCKWISE", 0: "STOP_SPINDLE_TURNING"}
-#: Stands among the remarks of a run once a spindle was named by P.
-_OTHER_SPINDLE = -31
 #: The largest speed in the canonical call where D is missing.
 _NO_LIMIT = 1e30
 
@@ -102,13 +99,9 @@ def _selects(run: Handler) -> Handler:
     """Return M3, M4 or M5 of FANUC, whose P names a spindle: the turning spindle is planned for."""
 
     def chosen(ip: Interpreter, block: Block) -> None:
-        if "p" in block.words and _OTHER_SPINDLE not in ip.remarked:
-            ip.remarked.add(_OTHER_SPINDLE)
+        if "p" in block.words:
             message = f"P{block.words['p']:g} names a spindle: feeds a revolution are taken with the speed of the one named last"
-            ip.warn(
-                BlockError("spindle-number", message, "P", hint="one spindle is planned for"),
-                Severity.WARNING,
-            )
+            ip.warn_once(BlockError("spindle-number", message, "P", hint="one spindle is planned for"))
         run(ip, block)
 
     return chosen

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import BOTH, Code
 from cncgen.gcode.codes.tools import whole
@@ -58,9 +57,7 @@ def of_builder(number: int, words: str) -> Code:
     name = f"M{number // 10}"
 
     def run(ip: Interpreter, block: Block) -> None:
-        if number not in ip.remarked:
-            ip.remarked.add(number)
-            _remark(ip, name)
+        _remark(ip, name)
         ip.sink.call(
             f"USER_DEFINED_FUNCTION_{number // 10}(-1.000000, -1.000000)",
             Event("user", True, values={"m": number // 10}),
@@ -72,7 +69,7 @@ def of_builder(number: int, words: str) -> Code:
 def _remark(ip: Interpreter, name: str) -> None:
     """Say that an M code is the machine builder's."""
     message = f"{name} does not belong to the control's own codes: taken as the machine builder's, an event"
-    ip.warn(BlockError("builders-code", message, name, hint="check that it moves nothing"), Severity.WARNING)
+    ip.warn_once(BlockError("builders-code", message, name, hint=f"check that {name} moves nothing"))
 
 
 CODES = (

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import affine
 from cncgen.gcode.codes.table import Code
@@ -27,8 +26,6 @@ _HINT = "P2: Q1 the origin, Q2 towards X, Q3 on the side of Y; P3: Q1 X Y Z the 
 _TINY = 1e-9
 #: Cosine up to which two directions count as square.
 _SQUARE = 1e-3
-#: In the remarks of a run after the warning that the rotary axes do not turn.
-_SAID = -682
 
 
 def _matrix(block: Block) -> affine.Matrix:
@@ -144,11 +141,10 @@ def tilt(ip: Interpreter, block: Block) -> None:
             raise BlockError("unused-word", "R stands in a block of G68.2 that has no use for it", "R")
         frame = affine.Frame(_matrix(block), frame.shift)
     matrix = frame.matrix
-    if matrix != affine.UNIT and _SAID not in ip.remarked:
-        ip.remarked.add(_SAID)
+    if matrix != affine.UNIT:
         message = "G68.2 turns the coordinates; the rotary axes of the machine are not turned here"
         hint = "write A B C where the machine has them, or use G43.4 on a machine with [kinematics]"
-        ip.warn(BlockError("swivel-frame", message, "G68.2", hint=hint), Severity.WARNING)
+        ip.warn_once(BlockError("swivel-frame", message, "G68.2", hint=hint))
     affine.change(ip, frame)
 
 

@@ -208,15 +208,23 @@ class ToolPointSink(PassingSink):
             yield end, after
 
 
-def turn_on(ip: Interpreter, block: Block) -> None:
-    """G43.4 H."""
+def turn_on(ip: Interpreter, block: Block, name: str = "G43.4") -> None:
+    """G43.4 H, which other controls call by other names.
+
+    Without the kinematics of a machine the tool's length alone comes into force: X Y Z stay places of the tip.
+    """
+    try:
+        _turn_on(ip, block)
+    except BlockError as error:
+        message = error.message.replace("G43.4", name)
+        raise BlockError(error.code, message, name, hint=error.hint, values=error.values) from None
     if ip.options.kinematics is None:
-        raise BlockError(
-            "tcp-machine",
-            "G43.4 needs a machine with rotary axes that is described",
-            "G43.4",
-            hint="give --machine a TOML file with a table [kinematics]",
-        )
+        message = f"{name}: X Y Z are planned as places of the tool's tip; no kinematics say what the slides do as rotary axes turn"
+        hint = "give --machine a TOML file with a table [kinematics]"
+        ip.warn_once(BlockError("tcp-machine", message, name, hint=hint))
+
+
+def _turn_on(ip: Interpreter, block: Block) -> None:
     if ip.state.compensation != 40:
         raise BlockError("tcp-refused", "G43.4 does not go with cutter compensation", "G43.4", hint="use G40")
     if ip.state.feed_mode == 95:
@@ -230,6 +238,8 @@ def turn_on(ip: Interpreter, block: Block) -> None:
     ip.state.tool_offset = offset
     ip.rebase(machine)
     ip.sink.use_tool_length_offset(offset)
+    if ip.options.kinematics is None:
+        return
     below = ip.sink.inner if isinstance(ip.sink, FramedSink) else ip.sink
     tool = ToolPointSink(below, ip, ip.options.kinematics)
     ip.state.position = tool.tip_of(ip.state.position)

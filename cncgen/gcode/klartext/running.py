@@ -850,9 +850,8 @@ class HeidenhainRunner:
             message = (
                 "the tilted plane turns the coordinates; the rotary axes of the machine are not moved here"
             )
-            self.ip.warn(
-                BlockError("swivel-frame", message, "PLANE", hint="write A B C where the machine has them"),
-                Severity.WARNING,
+            self.ip.warn_once(
+                BlockError("swivel-frame", message, "PLANE", hint="write A B C where the machine has them")
             )
         self._take(_TILTED, frame)
 

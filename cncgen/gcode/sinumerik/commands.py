@@ -462,13 +462,12 @@ def _spindle_place(motions: Motions, words: Words, name: str, at: Scalar, mode: 
 
 def _limit(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
     """ACC[X]= and kin: limits of an axis in percent, which the machine file has."""
-    if value != 100.0 and _LIMITED not in motions.ip.remarked:
-        motions.ip.remarked.add(_LIMITED)
+    if value != 100.0:
         message = (
             f"{name}={value:g} changes a limit of an axis: the limits of the machine file are planned with"
         )
         hint = "a machine file of its own has other limits"
-        motions.ip.warn(BlockError("limit-kept", message, name, hint=hint), Severity.WARNING)
+        motions.ip.warn_once(BlockError("limit-kept", message, name, hint=hint))
 
 
 #: Settings of one index: an axis or a spindle.
@@ -480,8 +479,6 @@ INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = 
 }
 #: The largest OVR, in percent.
 _MOST_OVERRIDE = 200.0
-#: In the remarks of a run after the remark on limits.
-_LIMITED = -34
 
 
 def take_edge(motions: Motions) -> None:
@@ -626,11 +623,7 @@ def thread(motions: Motions, words: Words, given: dict[str, float]) -> None:
 def _traori(motions: Motions) -> None:
     ip = motions.ip
     motions.heading = None
-    try:
-        tool_point.turn_on(ip, Block({"h": float(ip.state.tool)}))
-    except BlockError as error:
-        message = error.message.replace("G43.4", "TRAORI")
-        raise BlockError(error.code, message, "TRAORI", hint=error.hint, values=error.values) from None
+    tool_point.turn_on(ip, Block({"h": float(ip.state.tool)}), "TRAORI")
 
 
 def _transmit(motions: Motions) -> None:

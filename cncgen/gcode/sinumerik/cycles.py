@@ -13,7 +13,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.errors import BlockError
@@ -555,9 +554,8 @@ def _swivel(motions: Motions, name: str, values: Values) -> None:
         matrix = frames.product(matrix, frames.turn(axis, angle))
     if any(angles):
         message = "CYCLE800 turns the coordinates; the rotary axes of the machine are not swivelled here"
-        motions.ip.warn(
-            BlockError("swivel-frame", message, name, hint="write A B C where the machine has them"),
-            Severity.WARNING,
+        motions.ip.warn_once(
+            BlockError("swivel-frame", message, name, hint="write A B C where the machine has them")
         )
     whole = frames.Frame(matrix, (origin[0], origin[1], origin[2])).then(
         frames.Frame(shift=(shift[0], shift[1], shift[2]))

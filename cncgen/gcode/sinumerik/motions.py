@@ -37,9 +37,6 @@ from cncgen.gcode.text.labels import Cursor
 MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
-#: Mark, beside codes in tenths, of the remark on T without M6.
-_AT_ONCE = -61
-_UNNAMED = -62
 _ENDS = {2: True, 30: True, 17: True}
 _CYCLES = {
     **cycles.CYCLES,
@@ -164,6 +161,10 @@ class Motions:
     def note(self, code: str, message: str, word: str = "", hint: str = "") -> None:
         """Add a note on the block."""
         self.ip.warn(BlockError(code, message, word, hint=hint), Severity.NOTE)
+
+    def note_once(self, code: str, message: str, word: str, hint: str) -> None:
+        """Add a note on the block, once in a run."""
+        self.ip.warn_once(BlockError(code, message, word, hint=hint), Severity.NOTE)
 
     def plane(self) -> tuple[int, int, int]:
         """Return the columns of the plane's axes and of the axis beside it."""
@@ -427,13 +428,12 @@ class Motions:
         if "T" in words.texts:
             name = words.texts.pop("T")
             found = self.ip.tools.named(name)
-            if found is None and _UNNAMED not in self.ip.remarked:
-                self.ip.remarked.add(_UNNAMED)
+            if found is None:
                 message = (
                     f'the tool "{name}" has no length and no radius: no remark of the tool table is that name'
                 )
                 hint = "T and a number takes one of --tool-table; further names are not reported"
-                self.note("tool-name", message, "T", hint)
+                self.note_once("tool-name", message, "T", hint)
             words.named.setdefault("T", ("", float(found or 0)))
         feed = words.named.pop("F", None) if 4 not in words.g else None
         out: dict[str, float] = {} if feed is None else {"f": feed[1] * self.feed_scale * self.override}
@@ -446,17 +446,11 @@ class Motions:
         changes = 6 in words.m
         if out or changes:
             self.emit(out, (), (60,) if changes else ())
-        if (
-            tool is not None
-            and self.turret
-            and _AT_ONCE not in self.ip.remarked
-            and self.ip.state.plane != 18
-        ):
-            self.ip.remarked.add(_AT_ONCE)
+        if tool is not None and self.turret and self.ip.state.plane != 18:
             message = (
                 "the program has no M6: T is taken to change the tool at once, as with machine data 22550 = 0"
             )
-            self.note("tool-at-once", message, "T", "M6 behind T changes the tool where 22550 is 1")
+            self.note_once("tool-at-once", message, "T", "M6 behind T changes the tool where 22550 is 1")
         if tool is not None and self.turret and tool[1]:
             self.emit({"q": tool[1]}, (), (610,))
             changes = True

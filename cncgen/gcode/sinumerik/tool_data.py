@@ -20,8 +20,6 @@ _WEAR = {12: _LENGTH_1, 13: _LENGTH_2, 15: _RADIUS}
 #: Types of tools of lathes, whose length 1 is along X and length 2 along Z.
 _LATHE_TYPES = range(500, 600)
 _TYPE = 1
-#: In the remarks of a run after the remark on other data of tools.
-_TOLD = -33
 
 
 def names(name: str) -> bool:
@@ -94,13 +92,11 @@ class ToolData:
         return tool.diameter / 2.0 if datum == _RADIUS else tool.offset[self._column(number_, datum)]
 
     def _pass_over(self, name: str) -> None:
-        if _TOLD not in self.ip.remarked:
-            self.ip.remarked.add(_TOLD)
-            message = f"{name} and other data of tools change nothing here: lengths, radius and position of edge 1 are kept"
-            self.ip.warn(
-                BlockError("tool-edge", message, name, hint="$TC_DP2, 3, 4, 6 and their wear are read"),
-                Severity.NOTE,
-            )
+        message = f"{name} and other data of tools change nothing here: lengths, radius and position of edge 1 are kept"
+        self.ip.warn_once(
+            BlockError("tool-edge", message, name, hint="$TC_DP2, 3, 4, 6 and their wear are read"),
+            Severity.NOTE,
+        )
 
     def value(self, name: str, at: list[Scalar]) -> float:
         """Return a datum of a tool."""
