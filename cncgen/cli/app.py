@@ -91,7 +91,7 @@ def _check(programs: list[str]) -> int:
     memory.bound(memory.DEFAULT_MIB)
     messages.json_to_standard_output()
     with together():
-        return check_all(programs, None, None, ReadOptions())
+        return check_all(programs, None, None, ReadOptions(tips_alone=True))
 
 
 def _origin(error: Exception) -> str:

@@ -29,7 +29,7 @@ def command(program: str, output: str | None, machine: str | None, reading: dict
     from cncgen.files import open_output
     from cncgen.pipeline import canon
 
-    language, options = read_options(reading, machine=machine, as_rs274=True)
+    language, options = read_options(reading, machine=machine, as_rs274=True, tips_alone=True)
     found = Diagnostics()
     lines = canon(program, language=language, options=options, diagnostics=found)
     head = next(lines, None)

@@ -59,10 +59,10 @@ def command(
     if output_format == "json":
         messages.print_json()
     if output_format in ("text", "json"):
-        return check_all(programs, shape, *read_options(reading, machine=machine))
+        return check_all(programs, shape, *read_options(reading, machine=machine, tips_alone=True))
     kept = messages.keep()
     try:
-        code = check_all(programs, shape, *read_options(reading, machine=machine))
+        code = check_all(programs, shape, *read_options(reading, machine=machine, tips_alone=True))
     except CncgenError as error:  # of the options
         messages.show_error(error)
         code = error.exit_code

@@ -92,10 +92,12 @@ def read_options(
     machine: str | None = None,
     *,
     as_rs274: bool = False,
+    tips_alone: bool = False,
 ) -> tuple[str | None, ReadOptions]:
     """Return language and options of reading from the values gathered by `cncgen.cli.options.program_options`.
 
-    Other options come from the machine's tables, or with `as_rs274` from LinuxCNC's stand-alone interpreter.
+    Other options come from the machine's tables, or with `as_rs274` from LinuxCNC's stand-alone interpreter. With `tips_alone` and
+    without a machine, programs that control the tool's point are read as paths of the tip.
 
     Raises:
         UsageError: A folder to search is missing; the machine cannot be read.
@@ -115,7 +117,7 @@ def read_options(
     for folder in values["include"]:
         check_folder(folder)
     values["include"] = tuple(Path(folder) for folder in values["include"])
-    options = ReadOptions(**values, tolerance_mm=tolerance_mm)
+    options = ReadOptions(**values, tolerance_mm=tolerance_mm, tips_alone=tips_alone and machine is None)
     if machine is not None:
         from cncgen.pipeline import machine_of, options_on
 

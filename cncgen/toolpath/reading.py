@@ -33,6 +33,8 @@ class ReadOptions:
         tool_table: LinuxCNC tool table, or None.
         parameters: File of numbered parameters, read and never rewritten, or None.
         kinematics: How the rotary axes carry table or head (`cncgen.machine.kinematics.Kinematics`), or None.
+        tips_alone: Whether a program may control the tool's point without `kinematics`: it is read as the path of the tip, which is
+            no path of a machine's axes (G-code).
         least_increment: Unit of a number without a decimal point where a FANUC control is set so, mm or degrees
             (inches: a tenth of it): 0.001 reads ``X10`` as 0.01 mm. None: it counts like ``X10.``.
         inch_tables: Whether lengths in the tool table and the parameter file are inches (else mm).
@@ -60,6 +62,7 @@ class ReadOptions:
     stand_alone: bool = False
     tool_tips: bool = False
     workingsteps: bool = False
+    tips_alone: bool = False
     least_increment: float | None = None
     kinematics: Kinematics | None = None
     save_parameters: Path | None = None

@@ -359,15 +359,17 @@ def test_setpoints_that_do_not_name_their_axes_are_drawn(tmp_path: Path, part: P
 
 
 def test_a_machine_says_how_programs_are_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """G43.4 takes the kinematics of a machine, for check, canon and convert too."""
+    """G43.4 takes the kinematics of a machine, for check, canon and convert too; what reads alone does without a machine."""
     five, machine = tmp_path / "five.nc", tmp_path / "five.toml"
     five.write_text("%\nO1\nG21 G90\nG43.4 H1 X0 Y0 Z50\nG1 X10 B30 F1000\nG49\nM30\n%\n")
     assert run(["machines", "show", "generic-mill"]) == 0
     tables = '[kinematics]\nmodel = "head-head"\naxes = ["c", "b"]\npivot_mm = 180.0\n'
     machine.write_text(capsys.readouterr().out + "\n" + tables)
-    for command in ("check", "canon", "convert"):
-        assert run([command, str(five)]) == 0
-        assert "warning[tcp-machine]" in capsys.readouterr().err
+    for command, code, told in (("check", 0, "warning"), ("canon", 0, "warning"), ("convert", 1, "error")):
+        assert run([command, str(five)]) == code
+        assert f"{told}[tcp-machine]" in capsys.readouterr().err
+        assert run([command, str(five), "-m", "generic-mill"]) == 1
+        assert "error[tcp-machine]" in capsys.readouterr().err
         assert run([command, str(five), "-m", str(machine)]) == 0
         capsys.readouterr()
     assert run(["check", str(five), "-m", "none.toml"]) == 2

@@ -181,7 +181,9 @@ def test_the_tip_stays_on_the_workpiece(run: Run, tmp_path: Path, begin: str, en
 
 
 def test_without_kinematics_the_tip_goes_where_the_program_says(run: Run) -> None:
-    out = run(program("TOOL CALL 1 Z S100\nM128\nL X+10 C+90 F100\nM129\nL Z+5 FMAX"), dialect="heidenhain")
+    text = program("TOOL CALL 1 Z S100\nM128\nL X+10 C+90 F100\nM129\nL Z+5 FMAX")
+    assert run(text, dialect="heidenhain").errors[0][0] == "tcp-machine"
+    out = run(text, dialect="heidenhain", tips_alone=True)
     assert out.errors == []
     assert [(d.code, d.severity) for d in out.diagnostics if d.code.startswith("tcp")] == [
         ("tcp-machine", "warning")

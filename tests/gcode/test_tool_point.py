@@ -120,9 +120,17 @@ def test_inverse_time_is_shared_out_by_the_parameter_of_the_move(run: Any, kinem
     np.testing.assert_allclose(1.0 / out.path.feed[rows], 30.0 * turned / (np.pi / 2), rtol=1e-9)
 
 
+def test_motions_of_axes_need_kinematics(run: Any) -> None:
+    assert run("G43.4 H1\nM30", dialect="fanuc").errors == [("tcp-machine", 1, 1)]
+
+
 def test_without_a_machine_the_path_is_that_of_the_tip(run: Any) -> None:
     """The tip goes to X10 Z5 while B turns; with the length 20 the spindle's nose is 20 higher, as under G43."""
-    out = run("G21 G90\nG10 L10 P1 R20.\nG43.4 H1\nG1 X10 Z5 B30 F600\nG43.4 H1\nG49\nM30", dialect="fanuc")
+    out = run(
+        "G21 G90\nG10 L10 P1 R20.\nG43.4 H1\nG1 X10 Z5 B30 F600\nG43.4 H1\nG49\nM30",
+        dialect="fanuc",
+        tips_alone=True,
+    )
     assert [(d.code, d.severity, d.span.line) for d in out.diagnostics if d.code == "tcp-machine"] == [
         ("tcp-machine", "warning", 3)
     ]

@@ -211,7 +211,7 @@ class ToolPointSink(PassingSink):
 def turn_on(ip: Interpreter, block: Block, name: str = "G43.4") -> None:
     """G43.4 H, which other controls call by other names.
 
-    Without the kinematics of a machine the tool's length alone comes into force: X Y Z stay places of the tip.
+    Without the kinematics of a machine it is refused, or X Y Z stay places of the tip where no machine will move (`ReadOptions.tips_alone`).
     """
     try:
         _turn_on(ip, block)
@@ -219,8 +219,11 @@ def turn_on(ip: Interpreter, block: Block, name: str = "G43.4") -> None:
         message = error.message.replace("G43.4", name)
         raise BlockError(error.code, message, name, hint=error.hint, values=error.values) from None
     if ip.options.kinematics is None:
-        message = f"{name}: X Y Z are planned as places of the tool's tip; no kinematics say what the slides do as rotary axes turn"
         hint = "give --machine a TOML file with a table [kinematics]"
+        if not ip.options.tips_alone:
+            message = f"{name} needs a machine with rotary axes that is described"
+            raise BlockError("tcp-machine", message, name, hint=hint)
+        message = f"{name}: X Y Z are read as places of the tool's tip; no kinematics say what the slides do as rotary axes turn"
         ip.warn_once(BlockError("tcp-machine", message, name, hint=hint))
 
 
