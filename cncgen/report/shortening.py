@@ -4,14 +4,15 @@ Every quantity is planned 10 % and 5 % higher and lower. The derivative is the f
 Stegun (1964), 25.3.6), whose error is below 10⁻⁴ where the time is smooth. It is not smooth everywhere: a rapid at 45° needs more jerk
 of both axes, so one of them alone can only lengthen it, and plans of path and speed together jump by some 10⁻⁵ to 10⁻⁴ of the time.
 Over the period the time is a sawtooth, since stops wait for a setpoint. Where the differences show more than 0.5 % of that, the
-quantity is planned 2.5 % higher and lower too: where these change nothing, it does not bind; where the time is smooth so far, the
-differences of these and of 5 % count. Else the derivative is the least-squares one of eight plans within 5 %, and eight more between
-these make it surer where that may be some per cent off. It is missing where its error may be above 1.5 %; `Slope.kind` says why. All
-is given for a change of 10 % in the direction that shortens (a period falls, all others rise).
+quantity is planned within 2.5 % too: where these plans change nothing, it does not bind; where the time is smooth so far, the
+differences of 2.5 and 5 % count. Else the derivative is the least-squares one of eight, sixteen or 32 plans within 5 %, as many as make it
+sure. It is missing where its distance from the differences of other plans may be above 2 %; `Slope.kind` says why. All is given for a
+change of 10 % in the direction that shortens (a period falls, all others rise).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -27,20 +28,37 @@ from cncgen.report.tables import duration, text_table
 from cncgen.report.time_split import TimeSplit
 from cncgen.toolpath.record import FeedMode, Toolpath
 
-#: The change that results are given for; differences take sixteenths of it as their steps, so the plan of it is one of theirs.
-CHANGE, WHOLE = 0.10, 16
-#: A derivative is given where the bounds of its error are below this part of it: of five plans, whose scatter one difference
-#: shows, and of more.
-_SURE, _KNOWN = 0.005, 0.015
+#: The change that results are given for; differences take 32nds of it as their steps, so the plan of it is one of theirs.
+CHANGE, WHOLE = 0.10, 32
+#: A derivative of five plans is given where the bound of its error is below this part of it: their scatter is seen by one difference.
+_SURE = 0.005
 #: The same of five plans within 5 %, in which scatter counts twice.
 _SURE_NEAR = 0.0025
-#: Eight more plans are made where the bound of eight is below this: they bring it down to a half or so.
-_HOPED = 0.06
-#: Scatter counts so much more than its own bound: that of other plans, which differences are made of, adds to it.
-_OTHERS = 2.0**0.5
-#: Sixteenths of the change between a fit's plans, and 97.5 % of Student's distribution of the degrees of freedom that four and eight
-#: pairs leave: three, seven; and two, six where they have two coefficients (Abramowitz and Stegun (1964), table 26.10).
-_FITS = {2: (3.182, 4.303), 1: (2.365, 2.447)}
+#: The same of eight and sixteen plans, of whose scatter little is known, and of 32. The bound is that of the distance from
+#: differences of sixteen other plans.
+_KNOWN = {4: 0.01, 8: 0.01, 16: 0.02}
+_OTHERS = 8
+#: Sixteen more plans are made where sixteen scatter within this bound: they bring it down to four fifths or so.
+_HOPED = 0.09
+#: A kink is one where the derivatives to both sides differ by twice this part of the larger.
+_KINK = 0.01
+#: 97.5 and 99.95 % of Student's distribution, by degrees of freedom (Abramowitz and Stegun (1964), table 26.10).
+_STUDENT = {2: 4.303, 3: 3.182, 5: 2.571, 6: 2.447, 7: 2.365, 13: 2.160, 14: 2.145, 15: 2.131}
+_STUDENT_SURE = {
+    1: 636.6,
+    3: 12.92,
+    4: 8.610,
+    5: 6.869,
+    6: 5.959,
+    7: 5.408,
+    12: 4.318,
+    13: 4.221,
+    14: 4.140,
+    15: 4.073,
+}
+#: A pair of plans falls out of so many where its studentised residual is above this: one time in a thousand by chance, by
+#: Bonferroni's inequality (Cook and Weisberg (1982), section 2.2).
+_FALLS_OUT = {8: 8.729, 16: 5.626}
 _Key = TypeVar("_Key")
 #: An entry of ``[times]``: a number, seconds of M codes, or seconds to reach speeds.
 _TimesEntry = float | Mapping[str, float] | Sequence[Sequence[float]]
@@ -109,12 +127,14 @@ class Slope:
     Attributes:
         kind: How far it is known.
         seconds: Saving of the whole change by it; the best estimate where it scatters.
-        bound: Of the error, in seconds.
+        bound: Of the error, in seconds: 97.5 % of one sign; 99.95 % where it scatters.
+        sides: The saving of the whole change by the derivative to its side, and what its opposite costs by the other, where they differ.
     """
 
     kind: SlopeKind
     seconds: float = 0.0
     bound: float = 0.0
+    sides: tuple[float, float] | None = None
 
     @property
     def derivative(self) -> float | None:
@@ -223,7 +243,9 @@ def quantities(case: Case, axes: str) -> list[Quantity]:
     ]
     times = machine.settings.get("times", {})
     return found + [
-        Quantity(f"times.{key}", _time_text(value), 1 if key.endswith("rpm_s") else -1, _scaled_time(key))
+        Quantity(
+            f"times.{key}", _time_text(key, value), 1 if key.endswith("rpm_s") else -1, _scaled_time(key)
+        )
         for key, value in times.items()
         if key != "pockets" and value
     ]
@@ -235,7 +257,7 @@ def shortenings(
     """Return the times of the unchanged plan, and the savings of each quantity, the largest first.
 
     Args:
-        case: The planned case; its chunks are read up to eighteen times per quantity.
+        case: The planned case; its chunks are read up to 34 times per quantity.
         axes: Letters of the axes whose limits count.
         watch: Called with the number of plans that are done, and of all.
 
@@ -259,12 +281,12 @@ def shortenings(
     return now, found
 
 
-#: Plans of a quantity: four, and six and eight more where those leave the derivative open.
-_MOST_PLANS = 18
+#: Plans of a quantity: two of the whole change, and 32 within half of it where fewer leave the derivative open.
+_MOST_PLANS = 34
 
 
 class _Savings:
-    """Plans of a quantity by sixteenths of the change, each made when it is first asked for.
+    """Plans of a quantity by 32nds of the change, each made when it is first asked for.
 
     Args:
         case: The planned case.
@@ -280,7 +302,7 @@ class _Savings:
         self.plans = {0: now}
 
     def planned(self, steps: int) -> PlannedTimes:
-        """Return the times of a plan with so many sixteenths of the change."""
+        """Return the times of a plan with so many 32nds of the change."""
         if steps not in self.plans:
             factor = 1.0 + self.quantity.sign * steps * CHANGE / WHOLE
             self.plans[steps] = planned_times(self.quantity.scaled(self.case, factor))
@@ -288,7 +310,7 @@ class _Savings:
         return self.plans[steps]
 
     def __call__(self, steps: int) -> float:
-        """Return the seconds that so many sixteenths of the change save."""
+        """Return the seconds that so many 32nds of the change save."""
         part = self.quantity.part
         one, other = self.now, self.planned(steps)
         return one.parts[part] - other.parts[part] if part else one.cycle_s - other.cycle_s
@@ -302,12 +324,7 @@ class _Savings:
             slope, sides = Slope(SlopeKind.NO_EFFECT), (0.0, 0.0)
         else:
             slope = derivative(self, noise)
-            step = 4 if 4 in self.plans else 8
-            first, opposite = (
-                sign * (4.0 * self(sign * step) - self(2 * sign * step)) * WHOLE / (2 * step)
-                for sign in (1, -1)
-            )
-            sides = first, opposite
+            sides = slope.sides or (slope.seconds, slope.seconds)
         found = Shortening(quantity.name, quantity.value, quantity.sign * CHANGE, slope, sides, whole)
         if abs(whole) < noise:
             return found
@@ -324,22 +341,23 @@ def derivative(saved: Callable[[int], float], noise: float) -> Slope:
     """Return the saving of a whole change by the derivative, or the reason why it is missing.
 
     Args:
-        saved: Returns the seconds that so many sixteenths of the change save; asked for up to 16 of them to both sides.
+        saved: Returns the seconds that so many 32nds of the change save; asked for up to 32 of them to both sides.
         noise: A saving below it is 0.
     """
-    found = _five_point(saved, 8)
+    found = _five_point(saved, WHOLE // 2)
     if max(abs(found.seconds), found.bound) <= noise:
         return Slope(SlopeKind.SMOOTH, 0.0, found.bound)
     if found.bound <= _SURE * abs(found.seconds):
         return found
-    if max(abs(saved(4)), abs(saved(-4))) <= noise:
+    if all(max(abs(saved(k)), abs(saved(-k))) <= noise for k in (8, 6, 4, 2)):
         return Slope(SlopeKind.SLACK)
-    found = _five_point(saved, 4)
-    if found.bound <= _SURE_NEAR * abs(found.seconds):
+    found = _five_point(saved, WHOLE // 4)
+    if noise < abs(found.seconds) and found.bound <= _SURE_NEAR * abs(found.seconds):
         return found
-    for step, students in _FITS.items():
-        found = _fitted(saved, step, *students)
-        if found.kind is not SlopeKind.SCATTER or found.bound > _HOPED * abs(found.seconds):
+    for pairs in _KNOWN:
+        found = _fitted(saved, pairs)
+        hopeless = pairs == _OTHERS and found.bound > _HOPED * abs(found.seconds)
+        if found.kind is not SlopeKind.SCATTER or hopeless:
             break
     return found
 
@@ -356,41 +374,80 @@ def _five_point(saved: Callable[[int], float], step: int) -> Slope:
     return Slope(SlopeKind.SMOOTH, whole * (4.0 * near - far) / 3.0, whole * bound)
 
 
-def _fitted(saved: Callable[[int], float], step: int, of_one: float, of_two: float) -> Slope:
+def _fitted(saved: Callable[[int], float], pairs: int) -> Slope:
     """Return the slope of plans within half of the change by least squares, and whether it is a derivative.
 
     A straight line fits the odd parts of their savings: for a time that is proportional to the inverse of a quantity its error is 0.2
-    %. In the even parts, |x| has half of the difference of the derivatives to both sides, and x² has the rest. A jump of the second
-    derivative puts x |x| into the odd parts, of which the line takes 0.42.
+    %. In the even parts, |x| has half of the difference of the derivatives to both sides, and x² has the rest. Where the second
+    derivative jumps, x |x| is in the odd parts, of which a difference of ±1 % takes 0.1 and one of ±5 % takes 0.5: then the slope is the
+    middle between these, and their distance to it counts. One pair may fall out: a plan that jumped, and no other near by.
 
     Args:
         saved: As of `derivative`.
-        step: Sixteenths of the change between two plans.
-        of_one, of_two: Factors that make a bound of the standard errors of one coefficient, and of two.
+        pairs: Number of plans to either side.
     """
-    steps = range(step, WHOLE // 2 + 1, step)
-    x = np.array(steps) / WHOLE
-    up, down = (np.array([saved(sign * k) for k in steps]) for sign in (1, -1))
-    odd, even, terms = (up - down) / 2.0, (up + down) / 2.0, np.stack([x, x**2], axis=1)
-    (slope,), (scatter,) = _least_squares(x[:, None], odd)
-    (_, turn), (_, turn_spread) = _least_squares(terms, odd)
-    (bend, _), (bend_spread, _) = _least_squares(terms, even)
-    bound = _OTHERS * of_one * scatter
-    bent = max(abs(bend) - of_two * bend_spread, 0.42 * (abs(turn) - of_two * turn_spread))
-    worst = float(max(bound, bent))
-    if worst <= _KNOWN * abs(slope):
-        kind = SlopeKind.SMOOTH
-    else:
-        kind = SlopeKind.KINK if bent > bound else SlopeKind.SCATTER
-    return Slope(kind, float(slope), worst)
+    x = np.arange(1, pairs + 1) / (2.0 * pairs)
+    up, down = (np.array([saved(sign * int(WHOLE * each)) for each in x]) for sign in (1, -1))
+    odd, even = (up - down) / 2.0, (up + down) / 2.0
+    kept = _in_a_row(x, odd)
+    x, odd, even = x[kept], odd[kept], even[kept]
+    one, two, three = len(x) - 1, len(x) - 2, len(x) - 3
+    (slope,), spread = _least_squares(x[:, None], odd)
+    scatter, rest, away = np.sqrt(spread.item()), odd - slope * x, 0.0
+    terms = np.stack([x, x**2], axis=1)
+    (first, turn), spread = _least_squares(terms, odd)
+    if abs(turn) > _STUDENT[two] * np.sqrt(spread[1, 1]):
+        middle = np.array([1.0, 0.3])
+        slope, rest = first + 0.3 * turn, odd - terms @ (first, turn)
+        scatter, away = np.sqrt(middle @ spread @ middle), 0.2 * abs(turn)
+    # The plan at the value scatters too, and all even parts with it.
+    (_, bend, _), spread = _least_squares(np.stack([x**0, x, x**2], axis=1), even)
+    bent = abs(bend) - _STUDENT_SURE[three] * np.sqrt(spread[1, 1])
+    # What neighbours have in common, differences of other plans see too.
+    scatter *= max(np.sqrt(1.0 + pairs / _OTHERS), _in_series(rest))
+    bound = np.hypot(away, _STUDENT[one] * scatter)
+    if bent > max(bound, _KINK * (abs(slope) + abs(bend))):
+        (bend, _), _ = _least_squares(terms, even)
+        return Slope(SlopeKind.KINK, float(slope), float(bound), (float(first + bend), float(first - bend)))
+    if bound <= _KNOWN[pairs] * abs(slope):
+        return Slope(SlopeKind.SMOOTH, float(slope), float(bound))
+    return Slope(SlopeKind.SCATTER, float(slope), float(np.hypot(away, _STUDENT_SURE[one] * scatter)))
+
+
+def _in_series(rest: Floats) -> float:
+    """Return how much more values scatter than independent ones would, by their remainders: after a jump they are alike.
+
+    √((1 + ρ)/(1 - ρ)), with the correlation ρ of neighbours (Bayley and Hammersley (1946), J. Royal Statistical Society Suppl. 8).
+    """
+    square = float(rest @ rest)
+    alike = max(0.0, float(rest[1:] @ rest[:-1]) / square) if square else 0.0
+    return float(np.sqrt((1.0 + alike) / (1.0 - alike)))
+
+
+def _in_a_row(x: Floats, y: Floats) -> NDArray[np.bool_]:
+    """Return which points belong to a straight line through 0: all, or all but one that falls out."""
+    every = np.ones(len(x), dtype=bool)
+    if len(x) not in _FALLS_OUT:
+        return every
+    beyond = []
+    for k in range(len(x)):
+        others = every.copy()
+        others[k] = False
+        (slope,), spread = _least_squares(x[others, None], y[others])
+        # A point's own scatter, and that of the line there.
+        scatter = np.sqrt(spread.item() * (x[others] @ x[others] + x[k] ** 2))
+        beyond.append(abs(y[k] - slope * x[k]) - _FALLS_OUT[len(x)] * scatter)
+    worst = int(np.argmax(beyond))
+    every[worst] = beyond[worst] <= 0.0
+    return every
 
 
 def _least_squares(terms: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Return the coefficients of the columns of `terms` that fit values best, and their standard errors."""
+    """Return the coefficients of the columns of `terms` that fit values best, and their covariance."""
     inverse = np.linalg.inv(terms.T @ terms)
     found = inverse @ terms.T @ values
     rest = values - terms @ found
-    return found, np.sqrt(rest @ rest / (len(values) - len(found)) * np.diag(inverse))
+    return found, rest @ rest / (len(values) - len(found)) * inverse
 
 
 def _most(before: Mapping[_Key, float], after: Mapping[_Key, float]) -> list[tuple[_Key, float]]:
@@ -439,10 +496,12 @@ def _longer(value: _TimesEntry, factor: float) -> _TimesEntry:
     return [[speed, seconds * factor] for speed, seconds in value]
 
 
-def _time_text(value: _TimesEntry) -> str:
+def _time_text(key: str, value: _TimesEntry) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{code} {seconds:g}" for code, seconds in value.items())
-    return f"{value:g}" if isinstance(value, int | float) else f"{value[-1][1]:g} at {value[-1][0]:g} rpm"
+    if isinstance(value, int | float):
+        return f"{value:g} rpm/s" if key.endswith("rpm_s") else f"{value:g} s"
+    return f"{value[-1][1]:g} at {value[-1][0]:g} rpm"
 
 
 def _scaled_velocities(case: Case, factor: float) -> Case:
@@ -518,5 +577,7 @@ def by_derivative(each: Shortening) -> str:
     if slope.kind is SlopeKind.KINK:
         return " | ".join(f"{side:z.4f}" for side in each.sides_s)
     if slope.kind is SlopeKind.SCATTER:
-        return f"{slope.seconds:z.4f} ± {slope.bound:.4f}"
+        # A bound has one digit at least.
+        digits = max(4, math.ceil(-math.log10(slope.bound))) if slope.bound else 4
+        return f"{slope.seconds:z.{digits}f} ± {slope.bound:.{digits}f}"
     return str(slope.kind)

@@ -62,12 +62,44 @@ def test_a_derivative_is_that_of_a_polynomial_of_fourth_degree() -> None:
         pytest.param(lambda x: 2e-3 * abs(x), id="a kink"),
         pytest.param(lambda x: 1e-3 * (x > 0.2), id="a jump near by"),
         pytest.param(lambda x: 1e-3 * (x > 0.3), id="a jump further away"),
-        pytest.param(lambda x: 4e-3 * max(x, 0.0) ** 2, id="a jump of the second derivative"),
+        pytest.param(lambda x: 8e-3 * max(x, 0.0) ** 2, id="a jump of the second derivative"),
     ],
 )
 def test_no_derivative_is_given_where_it_would_be_off(odd: Callable[[float], float]) -> None:
     assert derivative(lambda k: 0.02 * k / WHOLE, 1e-9).derivative == pytest.approx(0.02)
     assert derivative(lambda k: 0.02 * k / WHOLE + odd(k / WHOLE), 1e-9).derivative is None
+
+
+def test_where_the_second_derivative_jumps_differences_of_1_to_5_percent_agree_to_2_percent() -> None:
+    """x + 0.16 x² above the value alone: a difference of the steps ±h is 1 + 0.08 h."""
+    found = derivative(lambda k: k / WHOLE + 0.16 * max(k / WHOLE, 0.0) ** 2, 1e-9)
+    for step in (0.1, 0.3, 0.5):
+        assert found.derivative == pytest.approx(1.0 + 0.08 * step, rel=0.02)
+
+
+def test_one_plan_that_jumps_is_left_out() -> None:
+    """Of a straight line with scatter of 0.1 %, one plan takes a tenth longer: by chance a trial of random programs met such plans."""
+    rng = np.random.default_rng(11)
+    for out in range(-16, 17):
+        if out in (0, 8, -8, 16, -16):  # the first four plans, which the others are compared with
+            continue
+        scatter = rng.normal(0.0, 1e-3, 65)
+        found = derivative(
+            lambda k, s=scatter, out=out: (
+                k / WHOLE + s[k] - s[0] - 0.1 * (k == out) + 0.06 * (k / WHOLE) ** 3
+            ),
+            1e-9,
+        )
+        assert found.kind is SlopeKind.SMOOTH
+        assert found.derivative == pytest.approx(1.0, rel=0.015)
+
+
+def test_what_does_not_bind_changes_nothing_near_by() -> None:
+    """Scatter that plans at ±2.5 % happen not to show."""
+    scatter = np.random.default_rng(4).normal(0.0, 1e-5, 65)
+    scatter[[0, 8, -8]] = 0.0
+    found = derivative(lambda k: scatter[k] + 1e-4 * (k > 20) * k, 1e-9)
+    assert found.kind is SlopeKind.SCATTER
 
 
 def test_scatter_of_plans_is_within_the_bound_or_there_is_no_derivative() -> None:
@@ -76,7 +108,7 @@ def test_scatter_of_plans_is_within_the_bound_or_there_is_no_derivative() -> Non
     off, given = [], 0
     for spread in (1e-3, 3e-3, 1e-2, 3e-2):
         for _ in range(250):
-            scatter = rng.normal(0.0, spread, 33)
+            scatter = rng.normal(0.0, spread, 65)
             found = derivative(
                 lambda k, scatter=scatter: k / WHOLE + scatter[k] - scatter[0], 1e-9
             ).derivative
@@ -87,14 +119,14 @@ def test_scatter_of_plans_is_within_the_bound_or_there_is_no_derivative() -> Non
     assert np.mean(np.array(off) < 0.02) > 0.99
 
 
-def test_nineteen_plans_are_asked_for_where_eleven_are_not_sure() -> None:
-    """Scatter of 0.7 % of the slope: most derivatives need all plans; a hopeless scatter of a third stops at eleven."""
+def test_plans_are_doubled_where_fewer_are_not_sure() -> None:
+    """Scatter of 0.7 % of the slope: most derivatives need all plans; a hopeless scatter of a third stops at nineteen."""
     rng = np.random.default_rng(5)
     asked: list[int] = []
     for spread in (7e-3, 0.3):
         counts = []
         for _ in range(60):
-            scatter, places = rng.normal(0.0, spread, 33), set[int]()
+            scatter, places = rng.normal(0.0, spread, 65), set[int]()
 
             def saved(k: int, scatter: Floats = scatter, places: set[int] = places) -> float:
                 places.add(k)
@@ -103,7 +135,7 @@ def test_nineteen_plans_are_asked_for_where_eleven_are_not_sure() -> None:
             derivative(saved, 1e-9)
             counts.append(len(places))
         asked.append(int(np.median(counts)))
-    assert asked == [19, 11]
+    assert asked == [35, 19]
 
 
 def test_what_stands_in_place_of_a_derivative_says_why() -> None:
@@ -116,7 +148,7 @@ def test_what_stands_in_place_of_a_derivative_says_why() -> None:
     assert kind(lambda x: x + 0.5 * abs(x)) is SlopeKind.KINK
     assert kind(lambda x: min(x + 0.6, 0.0)) is SlopeKind.SLACK
     noisy = []
-    for scatter in rng.normal(0.0, 0.1, (100, 33)):
+    for scatter in rng.normal(0.0, 0.1, (100, 65)):
         noisy.append(derivative(lambda k, s=scatter: k / WHOLE + s[k] - s[0], 1e-9))
     assert sum(each.kind is SlopeKind.SCATTER for each in noisy) > 95
     assert sum(abs(each.seconds - 1.0) < each.bound for each in noisy) > 95
@@ -161,6 +193,8 @@ def test_times_of_the_machine_are_exact(tmp_path: Path) -> None:
     worth = {each.name: each for each in found}
     assert worth["times.tool_change_s"].saved_s == pytest.approx(0.8, abs=1e-9)
     assert "times.pockets" not in worth
+    assert worth["times.tool_change_s"].value == "4 s"
+    assert worth["times.spindle_acceleration_rpm_s"].value == "6000 rpm/s"
     # Up once, and down before the second change: (1 s + 1 s) (1 - 1/1.1).
     assert worth["times.spindle_acceleration_rpm_s"].saved_s == pytest.approx(2 - 2 / 1.1, abs=1e-9)
     assert sum(now.tools.values()) == pytest.approx(now.cycle_s, abs=1e-9)
