@@ -361,6 +361,64 @@ def references(
     return total
 
 
+def partials(
+    data: cython.const[cython.uchar][::1],
+    bodies: cython.longlong[::1],
+    ends: cython.longlong[::1],
+    owners: cython.longlong[::1],
+    types: cython.longlong[::1],
+    begins: cython.longlong[::1],
+    stops: cython.longlong[::1],
+) -> int:
+    """List the partial entities of complex instances, ``(NAME(…)NAME(…))``, in order.
+
+    Args:
+        data: The file.
+        bodies, ends: Shape (n,): the instances, from `split`.
+        owners: Filled with the index of the instance of each; a third of all bytes, and one, is room enough, here and below.
+        types: Filled with the `keyword_hash` of each.
+        begins, stops: Filled with the offsets where its attributes begin and end, parentheses included.
+
+    Returns:
+        Number of partial entities.
+    """
+    i: cython.Py_ssize_t
+    p: cython.Py_ssize_t
+    end: cython.Py_ssize_t
+    total: cython.Py_ssize_t = 0
+    depth: cython.int
+    c: cython.int
+    if not cython.compiled:
+        data = memoryview(data)  # its elements are Python's integers
+    for i in range(bodies.shape[0]):
+        p = bodies[i]
+        end = ends[i]
+        depth = 0
+        while p < end:
+            c = data[p]
+            if c == 39:
+                p = _past_string(data, p, end)
+            elif c == 47 and _opens_comment(data, p, end):
+                p = _past_comment(data, p, end)
+            elif depth == 1 and _is_word(c):
+                if total == owners.shape[0]:
+                    return total
+                owners[total] = i
+                p = _keyword(data, p, end, total, types)
+                begins[total] = p
+                stops[total] = end
+                total += 1
+            else:
+                if c == 40:
+                    depth += 1
+                elif c == 41:
+                    depth -= 1
+                    if depth == 1 and total > 0 and owners[total - 1] == i:
+                        stops[total - 1] = p + 1
+                p += 1
+    return total
+
+
 @cython.cfunc
 @cython.inline
 @cython.nogil

@@ -24,19 +24,14 @@ class Skip(Exception):
 class Entity:
     """An instance with its attributes by the names of the schema."""
 
-    __slots__ = ("_shift", "file", "instance", "keyword", "parameters")
+    __slots__ = ("file", "instance", "keyword", "parameters")
 
     def __init__(self, file: Entities, instance: Instance, keyword: str) -> None:
         self.file = file
         self.instance = instance
         self.keyword = keyword
-        self._shift = 0
-        self.parameters: tuple[Value, ...] = instance.parts[0].parameters
-        if len(instance.parts) > 1:
-            # A part of a complex instance has only its own attributes, the last ones of the entity.
-            part = instance.part(keyword)
-            self.parameters = part.parameters if part else self.parameters
-            self._shift = max(len(positions(keyword, file.iso)) - len(self.parameters), 0)
+        part = instance.part(keyword)
+        self.parameters: tuple[Value, ...] = (part or instance.parts[0]).parameters
 
     @property
     def id(self) -> int:
@@ -45,9 +40,21 @@ class Entity:
 
     def get(self, name: str) -> Value:
         """Return an attribute; None where it is ``$``, ``*``, or the entity has no such attribute."""
-        k = positions(self.keyword, self.file.iso).get(name, -1) - self._shift
-        value = self.parameters[k] if 0 <= k < len(self.parameters) else None
+        if len(self.instance.parts) == 1:
+            k = positions(self.keyword, self.file.iso).get(name, -1)
+            value = self.parameters[k] if 0 <= k < len(self.parameters) else None
+        else:
+            value = self._of_parts(name)
         return None if value is DERIVED else value
+
+    def _of_parts(self, name: str) -> Value:
+        """Return an attribute of a complex instance: a part has the attributes of its own, the last ones of its entity."""
+        for keyword, parameters in ((self.keyword, self.parameters), *self.instance.parts):
+            names = positions(keyword, self.file.iso)
+            k = names.get(name, -1) - max(len(names) - len(parameters), 0)
+            if 0 <= k < len(parameters):
+                return parameters[k]
+        return None
 
     def number(self, name: str, default: float | None = None) -> float:
         """Return a number; `default` where it is missing, if given.

@@ -29,7 +29,7 @@ from cncgen.stepnc.model import Branching, Executable, Feature, ProgramStructure
 from cncgen.stepnc.part21 import Exchange
 from cncgen.stepnc.schema.check import check
 from cncgen.stepnc.schema.short_names import SHORT_NAMES
-from cncgen.stepnc.schema.tables import ap238_table, iso14649_table
+from cncgen.stepnc.schema.tables import ap238_table, iso14649_table, supertypes
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
 
@@ -62,7 +62,9 @@ class StepFile:
     ) -> None:
         self.options = options
         self.diagnostics = Diagnostics()
-        self.exchange = Exchange.load(_bytes_of(source, name), name, self.diagnostics, SHORT_NAMES)
+        self.exchange = Exchange.load(
+            _bytes_of(source, name), name, self.diagnostics, SHORT_NAMES, supertypes()
+        )
         self.schema = schema_of(self.exchange)
         self.reader: Ap238Reader | Iso14649Reader
         if self.schema == "ap238":
@@ -267,12 +269,13 @@ def entities_by_line(source: str | os.PathLike[str] | BinaryIO | bytes, name: st
     Raises:
         UsageError: where the file cannot be read.
     """
-    exchange = Exchange.load(_bytes_of(source, name), name, None, SHORT_NAMES)
+    exchange = Exchange.load(_bytes_of(source, name), name, None, SHORT_NAMES, supertypes())
     lines = exchange.row_lines
     out: dict[int, str] = {}
     for row in exchange.instance_rows.tolist():
         begin, end = int(exchange.rows.bodies[row]), int(exchange.rows.ends[row])
         keyword = re.match(rb"\(?\s*([A-Za-z0-9_!]+)", exchange.data[begin : min(end, begin + 100)])
-        word = keyword[1].decode().upper() if keyword else ""
+        parts = exchange.partial_entities(int(exchange.rows.ids[row]))
+        word = parts[-1] if parts else keyword[1].decode().upper() if keyword else ""
         out.setdefault(int(lines[row]), f"#{exchange.rows.ids[row]} {word}")
     return out

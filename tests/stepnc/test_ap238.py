@@ -733,3 +733,124 @@ def test_one_curve_that_is_named_twice_is_one():
     toolpath, found = aim.read(aim.plan(step))
     assert codes(found) == []
     assert toolpath.end[motions(toolpath)[-1]].tolist()[:3] == [5.0, 0.0, 0.0]
+
+
+class Logic:
+    """Expressions of an AIM: in the fourth edition an item holds each, before it they are items themselves (ISO 10303-238, 5.1.6)."""
+
+    def __init__(self, aim, edition):
+        self.file, self.edition = aim.file, edition
+
+    def expression(self, kind, *parts):
+        """A complex instance with the supertypes of ISO 13584-20 that have attributes, and the kind itself."""
+        item = (
+            []
+            if self.edition == 4
+            else [("EXPRESSION_REPRESENTATION_ITEM", ()), ("REPRESENTATION_ITEM", ("e",))]
+        )
+        return self.file.add_complex(*sorted([("GENERIC_EXPRESSION", ()), (kind, ()), *parts, *item]))
+
+    def item(self, expression):
+        return (
+            self.file.add("EXPRESSION_ITEM_REPRESENTATION_ITEM", "e", expression)
+            if self.edition == 4
+            else expression
+        )
+
+    def variable(self):
+        return self.expression("REAL_NUMERIC_VARIABLE", ("NUMERIC_VARIABLE", ()))
+
+    def literal(self, value):
+        return self.expression("REAL_LITERAL", ("LITERAL_NUMBER", (value,)))
+
+    def compared(self, kind, a, b):
+        return self.expression(
+            f"COMPARISON_{kind}", ("BINARY_GENERIC_EXPRESSION", ((a, b),)), ("BOOLEAN_EXPRESSION", ())
+        )
+
+    def total(self, *terms):
+        return self.expression("PLUS_EXPRESSION", ("MULTIPLE_ARITY_GENERIC_EXPRESSION", (terms,)))
+
+    def statement(self, kind, **properties):
+        made = self.file.method("MACHINING_PROCESS_EXECUTABLE", kind, kind)
+        for name, expression in properties.items():
+            self.file.property(made, name, "REPRESENTATION", name, self.item(expression))
+        return made
+
+
+@pytest.mark.parametrize("edition", [3, 4])
+def test_if_takes_the_branch_of_its_condition_and_while_runs_until_it_is_false(edition):
+    """x = 1; while x < 4: feed to 5, x = x + 1; then if x = 4: feed to 7, else to 9; not (x > 4): feed to 11."""
+    aim = Aim()
+    logic, relate = Logic(aim, edition), aim.file.add
+    x = logic.variable()
+    first = logic.statement("assignment", lvalue=x, rvalue=logic.literal(1.0))
+    add = logic.statement("assignment", lvalue=x, rvalue=logic.total(x, logic.literal(1.0)))
+    loop = logic.statement("while statement", condition=logic.compared("LESS", x, logic.literal(4.0)))
+    relate("MACHINING_PROCESS_BODY_RELATIONSHIP", "", "", loop, aim.plan(one_step(aim, 5), add))
+    choice = logic.statement("if statement", condition=logic.compared("EQUAL", x, logic.literal(4.0)))
+    for name, place in (("true branch", 7), ("false branch", 9)):
+        relate("MACHINING_PROCESS_BRANCH_RELATIONSHIP", name, "", choice, one_step(aim, place))
+    more = logic.compared("GREATER", x, logic.literal(4.0))
+    last = logic.statement(
+        "if statement", condition=logic.expression("NOT_EXPRESSION", ("UNARY_GENERIC_EXPRESSION", (more,)))
+    )
+    relate("MACHINING_PROCESS_BRANCH_RELATIONSHIP", "true branch", "", last, one_step(aim, 11))
+    path, found = aim.read(aim.plan(first, loop, choice, last))
+    assert codes(found, "error") == []
+    assert [v for v in path.end[motions(path), 0].tolist() if v] == [5, 5, 5, 7, 11]
+
+
+def test_a_variable_of_the_aim_has_its_initial_value():
+    aim = Aim()
+    logic = Logic(aim, 4)
+    x = logic.variable()
+    aim.file.add(
+        "REPRESENTATION_ITEM_RELATIONSHIP", "", "initial value", logic.item(x), logic.item(logic.literal(2.0))
+    )
+    choice = logic.statement("if statement", condition=logic.compared("EQUAL", x, logic.literal(2.0)))
+    aim.file.add("MACHINING_PROCESS_BRANCH_RELATIONSHIP", "true branch", "", choice, one_step(aim, 7))
+    path, found = aim.read(aim.plan(choice))
+    assert codes(found, "error") == []
+    assert path.end[motions(path), 0].tolist() == [7]
+
+
+@pytest.mark.parametrize(
+    ("fault", "code"),
+    [("no value", "stepnc-missing"), ("no condition", "stepnc-missing"), ("strange", "stepnc-unsupported"),
+     ("no branch", "stepnc-missing"), ("two bodies", "stepnc-several"), ("endless", "stepnc-endless")],
+)  # fmt: skip
+def test_what_cannot_be_decided_is_named_and_the_rest_goes_on(fault, code):
+    aim = Aim()
+    logic = Logic(aim, 4)
+    x, one = logic.variable(), logic.literal(1.0)
+    loop = fault in ("two bodies", "endless")
+    condition = logic.compared("EQUAL", one, one) if loop else logic.compared("EQUAL", x, one)
+    if fault == "strange":
+        condition = logic.expression("LIKE_EXPRESSION", ("BINARY_GENERIC_EXPRESSION", ((x, one),)))
+    given = {} if fault == "no condition" else {"condition": condition}
+    statement = logic.statement("while statement" if loop else "if statement", **given)
+    relation = "MACHINING_PROCESS_BODY_RELATIONSHIP" if loop else "MACHINING_PROCESS_BRANCH_RELATIONSHIP"
+    if fault != "no branch":
+        aim.file.add(relation, "true branch", "", statement, one_step(aim, 7))
+    if fault == "two bodies":
+        aim.file.add(relation, "", "", statement, one_step(aim, 8))
+    path, found = aim.read(aim.plan(statement, one_step(aim, 9)))
+    assert codes(found, "error") == [code]
+    if fault != "endless":
+        assert path.end[motions(path), 0].tolist() == [9]
+
+
+def test_elements_in_any_order_stand_in_the_relationship_of_a_body():
+    """ISO 10303-238, 5.1.6.18: NON_SEQUENTIAL; the instructions of a setup become a message."""
+    aim = Aim()
+    block = aim.file.method("MACHINING_PROCESS_EXECUTABLE", "block", "non-sequential")
+    for x in (3, 7):
+        aim.file.add("MACHINING_PROCESS_BODY_RELATIONSHIP", "", "", block, one_step(aim, x))
+    told = aim.file.method("MACHINING_PROCESS_EXECUTABLE", "turn", "setup instructions")
+    text = aim.file.add("MACHINING_OPERATOR_INSTRUCTION", "", "turn the part over", "", "", ())
+    aim.file.relate("MACHINING_OPERATOR_INSTRUCTION_RELATIONSHIP", told, text, 1)
+    path, found = aim.read(aim.plan(block, told))
+    assert codes(found, "error") == []
+    assert [v for v in path.end[motions(path), 0].tolist() if v] == [3, 7]
+    assert [e.values["text"] for e in path.events if e.name == "message"] == ["turn the part over"]

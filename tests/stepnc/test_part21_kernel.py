@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cncgen.kernels import part21_graph, part21_scan
+from cncgen.stepnc.part21.parsing import grammar_body
 from tests.kernels.plain import uncompiled
 
 ROOT = Path(__file__).parents[2]
@@ -26,6 +27,13 @@ def scan_all(kernel, data: bytes):
     xyz, dimensions = np.zeros((n, 3)), np.zeros(n, np.int8)
     kernel.points(buffer, bodies, ends, xyz, dimensions, 10.0 ** np.arange(23))
     return ids, starts, bodies, ends, types, flags, targets[:total], offsets, xyz, dimensions, end
+
+
+def partials(kernel, data: bytes):
+    _, _, bodies, ends, *_ = scan_all(kernel, data)
+    columns = [np.zeros(len(data) // 3 + len(bodies) + 1, np.int64) for _ in range(4)]
+    count = kernel.partials(np.frombuffer(data, np.uint8), bodies, ends, *columns)
+    return [column[:count] for column in columns]
 
 
 fragments = st.sampled_from(
@@ -54,8 +62,10 @@ fragments = st.sampled_from(
 @given(st.lists(fragments | st.text(max_size=3), max_size=30).map("".join))
 def test_compiled_and_uncompiled_agree_on_anything(text):
     data = text.encode()
-    for a, b in zip(scan_all(part21_scan, data), scan_all(uncompiled("part21_scan"), data), strict=True):
-        np.testing.assert_array_equal(a, b)
+    plain = uncompiled("part21_scan")
+    for look in (scan_all, partials):
+        for a, b in zip(look(part21_scan, data), look(plain, data), strict=True):
+            np.testing.assert_array_equal(a, b)
 
 
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda p: p.stem)
@@ -112,3 +122,29 @@ def test_cycles_are_found_where_a_node_reaches_itself(edges):
     for cycle in found:
         assert all(b in edges[a] for a, b in zip(cycle, cycle[1:] + cycle[:1], strict=True))
     assert found == uncompiled("part21_graph").cycles(offsets, targets, 10)
+
+
+PARTS = st.lists(
+    st.tuples(st.sampled_from(["A", "B_2", "CURVE"]), st.text("a,#1()'; ", max_size=6)), max_size=4
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(PARTS, min_size=1, max_size=4))
+def test_partial_entities_are_those_that_the_grammar_finds(instances):
+    texts = [
+        "(" + "".join(f"{name}(#7,'{text.replace(chr(39), chr(39) * 2)}',(1.))" for name, text in parts) + ")"
+        for parts in instances
+    ]
+    data = "".join(f"#{k} = /* ( */ {text};\n" for k, text in enumerate(texts)).encode()
+    owners, types, begins, stops = partials(part21_scan, data)
+    found = [[] for _ in instances]
+    for owner, code, begin, stop in zip(owners, types, begins, stops, strict=True):
+        found[owner].append((code, data[begin:stop].decode()))
+    for k, parts in enumerate(instances):
+        records = grammar_body(texts[k]) if parts else ()
+        assert [code for code, _ in found[k]] == [
+            part21_scan.keyword_hash(r.keyword.encode()) for r in records
+        ]
+        for (_, inside), record in zip(found[k], records, strict=True):
+            assert grammar_body(record.keyword + inside) == (record,)

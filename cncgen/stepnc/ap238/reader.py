@@ -14,13 +14,23 @@ from cncgen.stepnc.ap238.features import Features
 from cncgen.stepnc.ap238.graph import Graph
 from cncgen.stepnc.ap238.operations import Operations
 from cncgen.stepnc.ap238.setups import Setups
+from cncgen.stepnc.ap238.statements import ControlStatements
 from cncgen.stepnc.ap238.technology import Resources, described, text_of
 from cncgen.stepnc.ap238.toolpaths import Properties, Toolpaths
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entities, Entity, Skip
 from cncgen.stepnc.geometry.frames import Matrix, identity
 from cncgen.stepnc.geometry.solids import Solid
-from cncgen.stepnc.model import Executable, NcFunction, Operation, ProgramStructure, Workingstep, WorkSetup
+from cncgen.stepnc.model import (
+    Assignment,
+    Branching,
+    Executable,
+    NcFunction,
+    Operation,
+    ProgramStructure,
+    Workingstep,
+    WorkSetup,
+)
 from cncgen.stepnc.part21 import Exchange
 
 
@@ -53,12 +63,13 @@ class Ap238Reader:
         self.resources = Resources(self.graph, self.units)
         self.features = Features(self.graph, self.units)
         self.setups = Setups(self.graph, self.features.shapes)
+        self.statements = ControlStatements(self.graph)
         self.toolpaths = Toolpaths(self.graph, self.units, self.resources)
         self.operations = Operations(self.graph, self.units, self.resources, self.toolpaths)
 
     def variables(self) -> dict[str, float]:
-        """Return no variables: the AIM has none that are read here."""
-        return {}
+        """Return the NC variables with their initial values."""
+        return self.statements.variables()
 
     def _root_ids(self) -> list[int]:
         """Return the workplans that a project's process chooses, else those that no other holds."""
@@ -111,6 +122,7 @@ class Ap238Reader:
             "MACHINING_PROCESS_SEQUENCE_RELATIONSHIP",
             "MACHINING_PROCESS_CONCURRENT_RELATIONSHIP",
             "MACHINING_PROCESS_BRANCH_RELATIONSHIP",
+            "MACHINING_PROCESS_BODY_RELATIONSHIP",
         ):
             for row in self.exchange.rows_of_type(kind).tolist():
                 links = self.exchange.links_of(row).tolist()
@@ -146,7 +158,7 @@ class Ap238Reader:
             return self._probing(entity, properties, context)
         if kind == "MACHINING_NC_FUNCTION":
             return self._function(entity, properties)
-        return self._process(entity, context)
+        return self._process(entity, properties, context)
 
     def _function(self, entity: Entity, properties: Properties) -> NcFunction:
         name = entity.text("description").strip().lower()
@@ -199,23 +211,50 @@ class Ap238Reader:
             text = f"#{plan.id}: the setup stands at ({x:g}, {y:g}, {z:g}) mm: a work offset, not applied"
             self.exchange.report(plan.id, "stepnc-work-offset", text, severity=Severity.NOTE)
 
-    def _process(self, entity: Entity, context: Any) -> Executable:
-        """Return an executable of several branches."""
-        branches = self.graph.related(entity.id, "MACHINING_PROCESS_CONCURRENT_RELATIONSHIP")
-        if branches:
-            return ProgramStructure(
-                entity.id, entity.text("name"), "parallel", tuple(b.id for b in branches), context
-            )
+    def _process(self, entity: Entity, properties: Properties, context: Any) -> Executable:
+        """Return a statement, or an executable of several branches (MACHINING_PROCESS_EXECUTABLE)."""
+        ident, label = entity.id, entity.text("name")
         kind = entity.text("description").strip().lower().replace("-", " ")
-        members = self.graph.related(entity.id, "MACHINING_PROCESS_SEQUENCE_RELATIONSHIP")
-        members += self.graph.related(entity.id, "MACHINING_PROCESS_BRANCH_RELATIONSHIP")
-        if kind in ("non sequential", "selective") and members:
-            return ProgramStructure(
-                entity.id, entity.text("name"), kind, tuple(m.id for m in members), context
+        if kind == "assignment":
+            target = self.statements.target(self.statements.property(entity, properties, "lvalue"))
+            value = self.statements.number(self.statements.property(entity, properties, "rvalue"))
+            return Assignment(ident, label, target, value)
+        if kind in ("if statement", "while statement"):
+            return self._choice(entity, properties, context)
+        if kind == "setup instructions":
+            told = self.graph.related(ident, "MACHINING_OPERATOR_INSTRUCTION_RELATIONSHIP")
+            texts = [i.text("description") or i.text("name") for i in told]
+            return NcFunction(
+                ident, label, "display message", {"text": "; ".join(filter(None, texts)) or label}
             )
+        members = self.graph.related(ident, "MACHINING_PROCESS_CONCURRENT_RELATIONSHIP")
+        if members:
+            return ProgramStructure(ident, label, "parallel", tuple(m.id for m in members), context)
+        for word in ("SEQUENCE", "BODY", "BRANCH"):
+            members += self.graph.related(ident, f"MACHINING_PROCESS_{word}_RELATIONSHIP")
+        if kind in ("non sequential", "selective") and members:
+            return ProgramStructure(ident, label, kind, tuple(m.id for m in members), context)
         raise entity.fault(
             "stepnc-unsupported", f"this executable ({kind or 'of no kind'}) cannot be executed"
         )
+
+    def _choice(self, entity: Entity, properties: Properties, context: Any) -> Branching:
+        """Return an IF or WHILE: the branches of an IF are told by the names of their relationships."""
+        loop = entity.text("description").strip().lower().startswith("while")
+        condition = self.statements.condition(self.statements.property(entity, properties, "condition"))
+        word = "BODY" if loop else "BRANCH"
+        found = self.graph.relation_names(entity.id, f"MACHINING_PROCESS_{word}_RELATIONSHIP")
+        ways: dict[str, list[int]] = {}
+        for name, executable in found:
+            ways.setdefault("body" if loop else name.strip().lower(), []).append(executable.id)
+        then, otherwise = (
+            self.entities.only(f"{n} of a statement", ways.pop(n, []))
+            for n in ("body" if loop else "true branch", "false branch")
+        )
+        if ways or then is None:
+            wanted = "one MACHINING_PROCESS_BODY_RELATIONSHIP" if loop else "'true branch' and 'false branch'"
+            raise entity.fault("stepnc-missing", f"its branches must be given by {wanted}")
+        return Branching(entity.id, entity.text("name"), loop, condition, then, otherwise, context)
 
     def _security(self, properties: Properties, frame: Matrix, outer: Matrix | None) -> Matrix | None:
         """Return the frame of the security plane: that of a property, else the one that holds outside."""

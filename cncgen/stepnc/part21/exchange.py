@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.kernels import part21_scan as scan
+from cncgen.stepnc.part21.complexes import Complexes, Supertypes
 from cncgen.stepnc.part21.parsing import SyntaxFault, parse_body, parse_statement
 from cncgen.stepnc.part21.statements import Statements, report_faults, split
-from cncgen.stepnc.part21.values import Instance, Record
+from cncgen.stepnc.part21.values import Instance, Record, Ref
 from cncgen.stepnc.reporting import Reporter
 
 #: Text that every exchange file has, however broken it is.
@@ -70,7 +71,13 @@ class Exchange:
         comments_before: The text before the header (it holds comments).
     """
 
-    def __init__(self, data: bytes, reporter: Reporter, aliases: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self,
+        data: bytes,
+        reporter: Reporter,
+        aliases: Mapping[str, str] | None = None,
+        supertypes: Supertypes | None = None,
+    ) -> None:
         if not _OWN.search(data):
             _report_stranger(data, reporter)
             data = b""
@@ -79,6 +86,7 @@ class Exchange:
         self._aliases = aliases or {}
         self.rows: Statements = split(data)
         self._resolve_aliases()
+        self._complexes = Complexes(data, self.rows, supertypes or {}, self._aliases)
         report_faults(data, self.rows, reporter)
         self.header: dict[str, Record] = {}
         self.anchors: dict[str, Any] = {}
@@ -96,6 +104,7 @@ class Exchange:
         name: str = "-",
         diagnostics: Diagnostics | None = None,
         aliases: Mapping[str, str] | None = None,
+        supertypes: Supertypes | None = None,
     ) -> Exchange:
         """Read a file.
 
@@ -104,9 +113,10 @@ class Exchange:
             name: How diagnostics call it.
             diagnostics: Where they go (a new list where None).
             aliases: Other names of entities, short to long; instances show the long ones.
+            supertypes: The direct supertypes of entities; with them a complex instance of one entity is a simple one.
         """
         found = diagnostics if diagnostics is not None else Diagnostics()
-        return cls(data, Reporter(name, data, found), aliases)
+        return cls(data, Reporter(name, data, found), aliases, supertypes)
 
     def _resolve_aliases(self) -> None:
         """Give statements under an alias the type of the long name."""
@@ -285,6 +295,10 @@ class Exchange:
         row = self.row_of(ident)
         return self.at_row(row) if row >= 0 else None
 
+    def partial_entities(self, ident: int) -> tuple[str, ...]:
+        """Return the partial entities of an instance in the external mapping that has a simple form, none of any other."""
+        return self._complexes.orders.get(self.row_of(ident), ())
+
     def at_row(self, row: int) -> Instance | None:
         """Return the instance of a row, None where its text has a fault (which is reported)."""
         if row in self._cache:
@@ -311,7 +325,7 @@ class Exchange:
         if self._aliases:
             names = self._aliases
             parts = tuple(Record(names[p.keyword], p.parameters) if p.keyword in names else p for p in parts)
-        return Instance(int(self.rows.ids[row]), parts)
+        return Instance(int(self.rows.ids[row]), self._complexes.merged(row, parts))
 
     def _parse(self, row: int, rule: str) -> Any:
         begin = int(self.rows.starts[row])
@@ -386,6 +400,7 @@ class Exchange:
         offsets = np.zeros(len(self.rows) + 1, np.int64)
         buffer = np.frombuffer(self.data, np.uint8)
         total = scan.references(buffer, self.rows.bodies, self.rows.ends, targets, offsets)
+        self._complexes.reorder(targets[:total], offsets)
         return targets[:total], offsets
 
     @property
@@ -394,12 +409,16 @@ class Exchange:
         return self._links
 
     def links_of(self, row: int) -> NDArray[np.int64]:
-        """Return the ids that a statement refers to, in the order of its text."""
+        """Return the ids that a statement refers to, in the order of its attributes."""
         targets, offsets = self._links
         return targets[offsets[row] : offsets[row + 1]]
 
     def last_number(self, row: int) -> float | None:
-        """Return the last parameter of a simple instance where that is a number, without parsing the rest."""
+        """Return the last parameter of a simple instance where that is a number, mostly without parsing the rest."""
+        if row in self._complexes.orders:
+            instance = self.at_row(row)
+            last = instance.parameters[-1] if instance and instance.parameters else None
+            return float(last) if isinstance(last, int | float) and not isinstance(last, Ref) else None
         end = int(self.rows.ends[row])
         found = _LAST_NUMBER.search(self.data[max(int(self.rows.bodies[row]), end - 60) : end])
         return float(found[1]) if found else None

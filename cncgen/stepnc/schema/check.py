@@ -132,11 +132,16 @@ def _diagnose(exchange: Exchange, instance: Instance, name: str, attributes: tup
         given = given[: len(attributes)]
     missing = len(attributes) - len(given)
     if missing and missing != LATER_ATTRIBUTES.get(name, 0):
+        parts = exchange.partial_entities(instance.id)
+        whose = f"in its parts {', '.join(parts)} " if parts else ""
         if missing > 0:
-            left = ", ".join(a.name for a in attributes[len(given) :])
-            text = f"#{instance.id} {name} has {len(given)} attributes of {len(attributes)}; missing: {left}"
+            left = f"; missing: {', '.join(a.name for a in attributes[len(given) :])}"
+            text = f"#{instance.id} {name} has {whose}{len(given)} attributes of {len(attributes)}"
+            text += "" if parts else left
         else:
-            text = f"#{instance.id} {name} has {len(given)} attributes, {-missing} more than the entity"
+            text = (
+                f"#{instance.id} {name} has {whose}{len(given)} attributes, {-missing} more than the entity"
+            )
         exchange.report(instance.id, "stepnc-attributes", text)
         return
     for attribute, value in zip(attributes, given, strict=False):

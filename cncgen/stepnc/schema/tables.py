@@ -68,3 +68,14 @@ def positions(entity: str, iso: bool) -> dict[str, int]:
     """Return the position of each attribute of an entity of ISO 14649 (else of AP238), empty where it is unknown."""
     table = iso14649_table() if iso else ap238_table()
     return {a.name: k for k, a in enumerate(table.get(entity, ()))}
+
+
+@cache
+def supertypes() -> dict[str, tuple[str, ...]]:
+    """Return the direct supertypes of every entity of both schemas, those of the AIM first."""
+    found: dict[str, dict[str, None]] = {name: {} for name in iso14649_table() | ap238_table()}
+    for line in (ap238.SUBTYPES + iso14649.SUBTYPES).split("\n"):
+        supertype, _, subtypes = line.partition(" ")
+        for name in subtypes.split():
+            found.setdefault(name, {})[supertype] = None
+    return {name: tuple(above) for name, above in found.items()}
