@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Severity, UsageError
 from cncgen.pipeline.reading import _opened, _reading
 from cncgen.toolpath.reading import ReadOptions
 
@@ -73,22 +73,29 @@ def cut(
             found.extend(program.diagnostics)
             toolpaths = program.toolpaths
             finished, turned, part = program.finished, program.turned, program.part
-            clampings = clampings_of(program)
+            clampings, unlike = clampings_of(program), program.unlike
+            pieces = 1 if piece is not None else len(program.raw)
             piece = piece or raw_stock(program.raw)
         else:
             read = reader.read(file, name, reading)
             finished, turned, part, clampings = None, None, None, {}
+            unlike, pieces = "", 1
             toolpaths, tips = list(read.chunks()), False
             found.extend(read.diagnostics)
     if found.has_errors:
         raise ProgramError(found)
-    _check(toolpaths, clampings)
+    _check(toolpaths, clampings, unlike)
     if piece is None:
         raise _no_stock(name, part, toolpaths)
     if turns(toolpaths, cutters):
         if wanted is not None:
             text = "--target is for programs that mill; of one that turns the features say what is to stay"
             raise UsageError(Diagnostic("cut-stock", text))
+        if pieces > 1:
+            text = f"the program turns its work, and has {pieces} raw pieces in a setup; one bar is turned at a time"
+            raise UsageError(
+                Diagnostic("cut-stock", text, hint="write the work of each to a file of its own")
+            )
         if _setups(toolpaths) > 1:
             text = f"the program turns its work in {_setups(toolpaths)} setups; a bar is cut in one"
             raise UsageError(Diagnostic("cut-setups", text, hint="write each setup to a file of its own"))
@@ -103,11 +110,14 @@ def cut(
     return lean_toolpaths(toolpaths, piece, name, poses, cutters, stays, cell_mm, clampings)
 
 
-def _check(toolpaths: Sequence[Toolpath], clampings: Mapping[int, Clamping]) -> None:
-    """Raise `UsageError` for a program in several setups of which little is known."""
+def _check(toolpaths: Sequence[Toolpath], clampings: Mapping[int, Clamping], unlike: str) -> None:
+    """Raise `UsageError` for a program in several setups whose raw pieces cannot be placed anew from one to the next."""
     if _setups(toolpaths) > 1 and not clampings:
-        text = f"the program has {_setups(toolpaths)} setups, and the file does not say how its raw piece stands in each"
+        why = unlike or "the file does not say how its raw piece stands in each"
+        text = f"the program has {_setups(toolpaths)} setups, and {why}"
         hint = "STEP-NC: its_rawpiece with its_bounding_geometry, and its_workpiece_setup in every setup"
+        if unlike.startswith("they"):
+            hint = "write the setups of each raw piece to a file of their own"
         raise UsageError(Diagnostic("cut-setups", text, hint=hint))
 
 
@@ -238,18 +248,31 @@ def lean_toolpaths(
 
 
 def raw_stock(solids: Sequence[Solid]) -> Stock | None:
-    """Return the stock of a file's raw pieces: the first, as it stands upright; None without one."""
+    """Return the stock of the raw pieces in a setup, as they stand; None without one.
+
+    Raises:
+        UsageError: One stands in another, or beyond the range of places.
+    """
+    from cncgen.removal.stock import together
+
+    stocks = [_stock_of(solid) for solid in solids]
+    return together(stocks) if stocks else None
+
+
+def _stock_of(solid: Solid) -> Stock:
+    """Return a raw piece as a stock: a mesh where no axis of the machine is one of its own."""
     import numpy as np
 
-    from cncgen.removal.stock import Stock, box
+    from cncgen.removal.stock import Stock, box, prism
 
-    for solid in solids:
-        axes = np.eye(3)
-        bounds = np.array([solid.reach(np.zeros(3), axis) for axis in axes])
-        made = box(bounds[:, 0].tolist(), bounds[:, 1].tolist())
-        upright = abs(abs(float(solid.frame[2, 2])) - 1.0) < 1e-9
-        return Stock("cylinder", made.low, made.high) if solid.kind == "cylinder" and upright else made
-    return None
+    bounds = np.array([solid.reach(np.zeros(3), axis) for axis in np.eye(3)])
+    made = box(bounds[:, 0].tolist(), bounds[:, 1].tolist())
+    turned = solid.frame[:3, :3]
+    if solid.kind == "cylinder":
+        upright = abs(abs(float(turned[2, 2])) - 1.0) < 1e-9
+        return Stock("cylinder", made.low, made.high) if upright else prism(solid.frame, solid.size, True)
+    straight = np.allclose(np.abs(turned).max(axis=0), 1.0, atol=1e-9)
+    return made if straight else prism(solid.frame, solid.size, False)
 
 
 def _setups(toolpaths: Sequence[Toolpath]) -> int:
@@ -288,11 +311,17 @@ def _coarsely_cut(data: bytes, name: str, options: ReadOptions) -> Sequence[Diag
     from cncgen.stepnc.cutting import cut_program
 
     program = cut_program(data, name, replace(options, kinematics=None))
-    piece = raw_stock(program.raw)
+    try:
+        piece = raw_stock(program.raw)
+    except UsageError as fault:
+        return [replace(d, severity=Severity.WARNING) for d in fault.diagnostics]
     if program.diagnostics.has_errors or piece is None or len(program.axes) > 3:
         return []
     clampings = clampings_of(program)
     if _setups(program.toolpaths) > 1:
+        if program.unlike.startswith("they"):
+            text = f"its cut is not looked at: {_setups(program.toolpaths)} setups, and {program.unlike}"
+            return [Diagnostic("cut-setups", text, severity=Severity.NOTE)]
         if not clampings or any(c.target is None for c in clampings.values()):
             return []
         cell = float((piece.high - piece.low).max()) / COARSE_COLUMNS

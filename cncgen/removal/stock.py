@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -22,6 +23,8 @@ Floats = NDArray[np.float64]
 
 #: Columns of a grid, at most, and bytes that cutting takes for each.
 MAX_COLUMNS, COLUMN_BYTES = 100_000_000, 56
+#: Sides of a cylinder as a mesh.
+SIDES = 720
 #: Columns along the longer side where no cell is given.
 USUAL_COLUMNS = 500
 
@@ -139,6 +142,59 @@ def box(low: Sequence[float], high: Sequence[float]) -> Stock:
             Diagnostic("cut-stock", f"a box of {size} mm has no volume; all three sides must be above 0")
         )
     return Stock("box", a, b)
+
+
+def prism(frame: Floats, size: tuple[float, float, float], round_: bool) -> Stock:
+    """Return a block, or a cylinder of `SIDES` sides, as a mesh.
+
+    Args:
+        frame: Shape (4, 4): of a block at its corner, of a cylinder in the middle of its base, Z its axis.
+        size: Lengths along X, Y and Z of a block, radius, radius and height of a cylinder, mm.
+        round_: Whether it is a cylinder.
+    """
+    ring = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    if round_:
+        turn = 2 * np.pi * np.arange(SIDES) / SIDES
+        # The polygon has the area of the circle.
+        ring = np.column_stack([np.cos(turn), np.sin(turn)]) * math.sqrt(
+            2 * np.pi / SIDES / math.sin(2 * np.pi / SIDES)
+        )
+    low = np.column_stack([ring, np.zeros(len(ring))]) * size
+    high = low + np.array([0.0, 0.0, size[2]])
+    after = np.roll(np.arange(len(ring)), -1)
+    fan = np.arange(1, len(ring) - 1)
+    local = np.concatenate(
+        [
+            np.stack([low, low[after], high[after]], axis=1),
+            np.stack([low, high[after], high], axis=1),
+            np.stack([np.broadcast_to(low[0], (len(fan), 3)), low[fan + 1], low[fan]], axis=1),
+            np.stack([np.broadcast_to(high[0], (len(fan), 3)), high[fan], high[fan + 1]], axis=1),
+        ]
+    )
+    triangles = local @ frame[:3, :3].T + frame[:3, 3]
+    return Stock("mesh", triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1)), triangles)
+
+
+def together(stocks: Sequence[Stock]) -> Stock:
+    """Return several stocks as one; each stands beside the others.
+
+    Raises:
+        UsageError: The boxes round two of them overlap.
+    """
+    if len(stocks) == 1:
+        return stocks[0]
+    for k, one in enumerate(stocks):
+        for other in stocks[:k]:
+            if (np.minimum(one.high, other.high) - np.maximum(one.low, other.low) > 1e-6).all():
+                text = f"of {len(stocks)} raw pieces one stands in another, or their boxes overlap"
+                raise UsageError(Diagnostic("cut-stock", text, hint="--stock with the one that is cut"))
+    meshes = []
+    for stock in stocks:
+        values = stock.solid_values()
+        made = prism(np.array(values["frame"]), tuple(values["size"]), stock.kind == "cylinder")
+        meshes.append(made.triangles if stock.triangles is None else stock.triangles)
+    triangles = np.concatenate([m for m in meshes if m is not None])
+    return Stock("mesh", triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1)), triangles)
 
 
 def stock_of_option(text: str) -> Stock:

@@ -8,14 +8,17 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import BinaryIO
 
+import numpy as np
+
 from cncgen.diagnostics import Diagnostics, Severity
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.columns import StepColumns
 from cncgen.stepnc.features.finished import Finished
 from cncgen.stepnc.features.turned_part import TurnedPart
 from cncgen.stepnc.geometry.frames import Matrix
 from cncgen.stepnc.geometry.solids import Solid
-from cncgen.stepnc.model import Workingstep
+from cncgen.stepnc.model import RawPiece, Workingstep
 from cncgen.stepnc.reading import StepFile
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Toolpath
@@ -29,12 +32,13 @@ class CutProgram:
         axes: Letters of the axes.
         toolpaths: All of its motions.
         diagnostics: Of reading it.
-        raw: Its raw pieces, seen from the machine.
+        raw: Its raw pieces as they stand in the first setup, seen from the machine.
         part: The bounds of the finished part, in the workpiece's frame, None where the file has no shape of it.
         finished: The material of them that is to stay, None where a workingstep does not say.
         turned: The same of a program that turns alone.
-        clampings: Of a program with several setups, by number: the frame of the raw piece, seen from the machine, and what is to
-            stay there. Empty where a setup has no raw piece, or they have different ones.
+        clampings: Of a program with several setups, by number: the frame of the raw pieces, seen from the machine, and what is to
+            stay there. Empty where they are not the same in all setups.
+        unlike: Of such a program, how its setups are unlike.
     """
 
     axes: str
@@ -45,6 +49,7 @@ class CutProgram:
     finished: Finished | None = None
     turned: TurnedPart | None = None
     clampings: dict[int, tuple[Matrix, Finished | None]] = field(default_factory=dict)
+    unlike: str = ""
 
 
 def cut_program(
@@ -59,9 +64,8 @@ def cut_program(
     file = StepFile(source, name, options)
     columns = StepColumns(file.axes, name, file.line_of, options.tolerance_mm)
     out = CutProgram(file.axes, list(_chunks(file, columns, options.chunk_rows)), file.diagnostics)
-    for step in columns.steps:
-        if step.raw is not None and not any(step.raw.same(r) for r in out.raw):
-            out.raw.append(step.raw)
+    setups = _setups(columns.steps)
+    out.raw = [piece.placed for piece in next(iter(setups.values()), _Setup()).pieces.values()]
     with suppress(Skip):
         parts = file.reader.parts()
         out.part = parts[0] if parts else None
@@ -70,26 +74,57 @@ def cut_program(
             file.exchange.reporter.report("stepnc-several", text, severity=Severity.WARNING)
     out.finished = Finished.of(columns.steps, file.exchange)
     out.turned = TurnedPart.of(columns.steps, file.exchange)
-    out.clampings = _clampings(columns.steps, file)
+    if any(setup.moved for setup in setups.values()):
+        text = "a workpiece stands at two places in one setup; its raw piece is cut where it stands first"
+        file.exchange.reporter.report("stepnc-workpiece", text, severity=Severity.WARNING)
+    if len(setups) > 1:
+        out.unlike = _unlike(list(setups.values()))
+        if not out.unlike:
+            frames = {n: next(iter(setup.pieces.values())).frame for n, setup in setups.items()}
+            out.clampings = {n: (f, Finished.of(setups[n].steps, file.exchange)) for n, f in frames.items()}
     return out
 
 
-def _clampings(steps: list[Workingstep], file: StepFile) -> dict[int, tuple[Matrix, Finished | None]]:
-    """Return how the raw piece stands in each setup, and what the operations there leave."""
-    by_number: dict[int, list[Workingstep]] = {}
+@dataclass(slots=True)
+class _Setup:
+    """The workingsteps and raw pieces of a setup, these by the workpieces that they are; `moved`: one stands at two places."""
+
+    steps: list[Workingstep] = field(default_factory=list)
+    pieces: dict[int, RawPiece] = field(default_factory=dict)
+    moved: bool = False
+
+
+def _setups(steps: list[Workingstep]) -> dict[int, _Setup]:
+    """Return the setups by number, in their order; 0 is that of a program which has one alone."""
+    out: dict[int, _Setup] = {}
+    several = any(step.setup is not None for step in steps)
     for step in steps:
-        if step.setup is not None:
-            by_number.setdefault(step.setup.number, []).append(step)
-    out: dict[int, tuple[Matrix, Finished | None]] = {}
-    sizes = set()
-    for number, those in by_number.items():
-        raws = [s.raw for s in those if s.raw is not None]
-        if not raws or not all(raws[0].same(r) for r in raws):
-            return {}
-        raw = raws[0]
-        sizes.add((raw.kind, raw.size))
-        out[number] = raw.frame, Finished.of(those, file.exchange)
-    return out if len(sizes) == 1 else {}
+        if several and step.setup is None:
+            continue
+        setup = out.setdefault(step.setup.number if step.setup is not None else 0, _Setup())
+        setup.steps.append(step)
+        for piece in step.pieces:
+            setup.moved |= not setup.pieces.setdefault(piece.ident, piece).same(piece)
+    return out
+
+
+def _unlike(setups: list[_Setup]) -> str:
+    """Return how the raw pieces of setups are unlike, so that none of them can be placed anew from one setup to the next."""
+    first = setups[0]
+    if not all(setup.pieces for setup in setups):
+        return "the file does not say how its raw piece stands in each"
+    if any(setup.pieces.keys() != first.pieces.keys() for setup in setups):
+        names = [", ".join(f"#{i}" for i in keys) for keys in dict.fromkeys(tuple(s.pieces) for s in setups)]
+        return f"they have different raw pieces, of the workpieces {' and '.join(names)}"
+    moves = [
+        elementary.product(s.pieces[i].frame, np.asarray(np.linalg.inv(first.pieces[i].frame)))
+        for s in setups
+        for i in first.pieces
+    ]
+    each = len(first.pieces)
+    if not all(np.allclose(m, moves[k - k % each], atol=1e-9) for k, m in enumerate(moves)):
+        return "they place their raw pieces otherwise to one another"
+    return ""
 
 
 def _chunks(file: StepFile, columns: StepColumns, rows: int) -> Iterator[Toolpath]:

@@ -340,6 +340,30 @@ class WorkSetup:
 
 
 @dataclass(frozen=True, slots=True)
+class RawPiece:
+    """A raw piece in a setup.
+
+    Attributes:
+        ident: The workpiece that it is, of a row of workpieces made of one another the first.
+        solid: Its shape, in the workpiece's frame.
+        frame: The workpiece's frame, seen from the machine.
+    """
+
+    ident: int
+    solid: Solid
+    frame: Matrix
+
+    @property
+    def placed(self) -> Solid:
+        """Return its shape, seen from the machine."""
+        return self.solid.moved(self.frame)
+
+    def same(self, other: RawPiece) -> bool:
+        """Tell whether another one is the same, at the same place."""
+        return self.ident == other.ident and self.placed.same(other.placed)
+
+
+@dataclass(frozen=True, slots=True)
 class Workingstep:
     """An operation on a feature.
 
@@ -350,8 +374,9 @@ class Workingstep:
         frame: Of its toolpaths, seen from the machine.
         security: Frame of the security plane seen from the machine (Z is its normal), or None.
         rapid: Whether all of it is rapid (RAPID_MOVEMENT).
-        raw: Raw piece of the feature's workpiece, seen from the machine, or None.
+        raw: Raw piece of the feature's workpiece, without a feature the only one there is, seen from the machine; or None.
         setup: The clamping, None where the program has one alone.
+        pieces: All raw pieces in the setup.
     """
 
     ident: int
@@ -363,6 +388,7 @@ class Workingstep:
     rapid: bool = False
     raw: Solid | None = None
     setup: WorkSetup | None = None
+    pieces: tuple[RawPiece, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

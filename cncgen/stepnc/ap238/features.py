@@ -77,15 +77,33 @@ class Features:
         Raises:
             Skip: where it has a fault.
         """
-        found = dict.fromkeys(
-            ident
-            for relation in ("MACHINING_FEATURE_RELATIONSHIP", "MACHINING_FEATURE_SEQUENCE_RELATIONSHIP")
-            for process in self.graph.related(step, relation)
-            for action in self.graph.index("PROPERTY_PROCESS", 0).of(process.id)
-            for link in self.graph.index("PROCESS_PROPERTY_ASSOCIATION", 0).of(action)
-            if (ident := self.entities.get(link).ref("property_or_shape")) is not None
-        )
+        found = self._of_step(step)
         return turned_shapes.standing(self.entities, [self.read(i) for i in found], raw) if found else None
+
+    def _of_step(self, step: int) -> list[int]:
+        return list(
+            dict.fromkeys(
+                ident
+                for relation in ("MACHINING_FEATURE_RELATIONSHIP", "MACHINING_FEATURE_SEQUENCE_RELATIONSHIP")
+                for process in self.graph.related(step, relation)
+                for action in self.graph.index("PROPERTY_PROCESS", 0).of(process.id)
+                for link in self.graph.index("PROCESS_PROPERTY_ASSOCIATION", 0).of(action)
+                if (ident := self.entities.get(link).ref("property_or_shape")) is not None
+            )
+        )
+
+    def workpiece(self, step: int) -> int | None:
+        """Return the workpiece whose shape the features of a workingstep are of; None where that is not said.
+
+        Raises:
+            Skip: where one has a fault.
+        """
+        for ident in self._of_step(step):
+            aspect = self.entities.get(ident).ref("of_shape")
+            shape = None if aspect is None else self.entities.get(aspect, owner=ident)
+            if shape is not None and shape.keyword == "PRODUCT_DEFINITION_SHAPE":
+                return shape.ref("definition")
+        return None
 
     def read(self, ident: int) -> Feature:
         """Return a feature.

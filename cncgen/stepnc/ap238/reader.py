@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ from cncgen.stepnc.model import (
     NcFunction,
     Operation,
     ProgramStructure,
+    RawPiece,
     Workingstep,
     WorkSetup,
 )
@@ -39,16 +41,16 @@ class Setting(NamedTuple):
 
     Attributes:
         frame: Of its toolpaths.
-        workpiece: Of the features, within `frame`.
+        workpieces: Where each workpiece stands, seen from the machine; one that the file does not name is None.
+        pieces: The raw pieces.
         security: The setup's security plane, or None.
-        raw: The raw piece, in the workpiece's frame, or None.
         clamping: The setup, where the program has several.
     """
 
     frame: Matrix
-    workpiece: Matrix
-    security: Matrix | None
-    raw: Solid | None = None
+    workpieces: Mapping[int | None, Matrix]
+    pieces: tuple[RawPiece, ...] = ()
+    security: Matrix | None = None
     clamping: WorkSetup | None = None
 
 
@@ -97,19 +99,28 @@ class Ap238Reader:
         out = []
         for root in roots:
             try:
-                setting = Setting(identity(), identity(), None, self._project_raw())
-                out.append(self.executable(root, setting))
+                out.append(self.executable(root, self._whole()))
             except Skip:
                 continue
         return out
 
-    def _project_raw(self) -> Solid | None:
+    def _whole(self) -> Setting:
+        """Return the setting of a project: its workpieces stand at the origin where no setup places them."""
+        places: dict[int | None, Matrix] = {}
         for link in self.exchange.instances("MACHINING_PROJECT_WORKPIECE_RELATIONSHIP"):
-            project = self.entities.get(link.id).ref("relating_product_definition")
-            raw = None if project is None else self.setups.raw(project)
-            if raw is not None:
-                return raw
-        return None
+            with suppress(Skip):
+                places[self.entities.get(link.id).ref("related_product_definition")] = identity()
+        return Setting(identity(), places, self._pieces(places))
+
+    def _pieces(self, places: Mapping[int | None, Matrix]) -> tuple[RawPiece, ...]:
+        """Return the raw pieces of workpieces that stand at places."""
+        found: dict[int, RawPiece] = {}
+        for product, frame in places.items():
+            with suppress(Skip):  # reported
+                piece = self.setups.piece(product)
+                if piece is not None:
+                    found.setdefault(piece[0], RawPiece(*piece, frame))
+        return tuple(found.values())
 
     def parts(self) -> list[Solid]:
         """Return what bounds the finished parts, in the workpieces' frames."""
@@ -178,12 +189,9 @@ class Ap238Reader:
             with suppress(Skip):
                 self._note_origin(entity, setup)
             with suppress(Skip):
-                workpiece = self.setups.workpiece(setup)
-                inner = inner if workpiece is None else inner._replace(workpiece=workpiece)
+                inner = self._placed(inner, setup)
             with suppress(Skip):
                 inner = inner._replace(clamping=self._clamping(setup))
-            with suppress(Skip):
-                inner = inner._replace(raw=self.setups.raw(setup) or inner.raw)
             with suppress(Skip):
                 plane = self.setups.security(setup)
                 inner = (
@@ -194,6 +202,24 @@ class Ap238Reader:
         return ProgramStructure(
             entity.id, entity.text("name"), "workplan", tuple(c.id for c in children), inner
         )
+
+    def _placed(self, outer: Setting, setup: int) -> Setting:
+        """Return a setting with the workpieces of a setup; where none of them has a raw piece, the only one of the project stands there.
+
+        Raises:
+            Skip: where a placement has a fault.
+        """
+        told = self.setups.workpieces(setup)
+        if not told:
+            return outer
+        places = {
+            p: outer.workpieces.get(p, identity()) if frame is None else frame for p, frame in told.items()
+        }
+        pieces = self._pieces(places)
+        if not pieces and len(places) == len(outer.pieces) == 1:
+            (frame,) = places.values()
+            pieces = (replace(outer.pieces[0], frame=frame),)
+        return outer._replace(workpieces=places, pieces=pieces)
 
     def _clamping(self, setup: int) -> WorkSetup | None:
         """Return a setup with its number among those of all workplans, None where it is the only one."""
@@ -292,7 +318,7 @@ class Ap238Reader:
         return operation
 
     def _workingstep(self, entity: Entity, properties: Properties, setting: Setting) -> Workingstep:
-        outer = frame = self.toolpaths.frame(properties, setting.frame)
+        frame = self.toolpaths.frame(properties, setting.frame)
         operations = self.graph.related(entity.id, "MACHINING_OPERATION_RELATIONSHIP")
         if not operations:
             raise entity.fault("stepnc-missing", "the workingstep has no operation")
@@ -305,16 +331,11 @@ class Ap238Reader:
             operation = self._probed(operation, operations[0])
         security = self._security(properties, frame, setting.security)
         feature = None
+        workpiece, piece = self._machined(entity, setting, operation.paths is None)
         if operation.paths is None:
-            feature = self.features.of_workingstep(entity.id, setting.raw)
-            frame = (
-                frame
-                if feature is None
-                else elementary.product(elementary.product(frame, setting.workpiece), feature.placement)
-            )
-        raw = setting.raw
-        if raw is not None:
-            raw = raw.moved(elementary.product(outer, setting.workpiece))
+            feature = self.features.of_workingstep(entity.id, None if piece is None else piece.solid)
+            # A toolpath orientation places toolpaths, and not the workpiece (ISO 10303-238, 4.3.345.3).
+            frame = frame if feature is None else elementary.product(workpiece, feature.placement)
         return Workingstep(
             entity.id,
             entity.text("name"),
@@ -322,9 +343,34 @@ class Ap238Reader:
             feature,
             frame,
             security,
-            raw=raw,
+            raw=None if piece is None else piece.placed,
             setup=setting.clamping,
+            pieces=setting.pieces,
         )
+
+    def _machined(self, step: Entity, setting: Setting, wanted: bool) -> tuple[Matrix, RawPiece | None]:
+        """Return where the workpiece of a workingstep stands, and its raw piece; `wanted`: they matter.
+
+        Raises:
+            Skip: where there are several workpieces at different places, and the feature is of none of them.
+        """
+        product = self.features.workpiece(step.id)
+        made = self.setups.piece(product)
+        own = [p for p in setting.pieces if made is not None and p.ident == made[0]]
+        pieces = own or list(setting.pieces)
+        frames = [setting.workpieces[product]] if product in setting.workpieces else [p.frame for p in own]
+        frames = frames or list(setting.workpieces.values()) or [identity()]
+        if all(np.allclose(f, frames[0], atol=1e-9) for f in frames):
+            if wanted and len(pieces) > 1 and not own:
+                text = f"there are {len(pieces)} raw pieces, and the feature is of none of their workpieces: none counts"
+                step.warn("stepnc-workpiece", text)
+            return frames[0], pieces[0] if len(pieces) == 1 else None
+        if wanted:
+            text = f"the setup has {len(frames)} workpieces, and the feature is of none of them: where it is cut is not known"
+            raise step.fault(
+                "stepnc-workpiece", text, hint="of_shape of the feature, the shape of its workpiece"
+            )
+        return frames[0], None
 
     def needs_rotary(self) -> bool:
         """Tell whether a tool axis may leave the machine's Z: by tool axes, tool directions or the frames of toolpaths."""
@@ -341,8 +387,8 @@ class Ap238Reader:
         for plan in self.exchange.instances("MACHINING_WORKPLAN"):
             with suppress(Skip):
                 for setup in self.setups.of_plan(plan.id):
-                    frame = self.setups.workpiece(setup)
-                    if frame is not None and abs(frame[2, 2] - 1.0) > 1e-12:
+                    frames = self.setups.workpieces(setup).values()
+                    if any(f is not None and abs(f[2, 2] - 1.0) > 1e-12 for f in frames):
                         return True
         return any(self._tilted_features())
 

@@ -14,6 +14,9 @@ from cncgen.stepnc.geometry.breps import SOLIDS
 from cncgen.stepnc.geometry.frames import Matrix, Placements, identity
 from cncgen.stepnc.geometry.solids import Solid, solid_of
 
+#: Workpieces, each made of the next.
+_MOST_MADE = 50
+
 
 class Setups:
     """Reads the setups of workplans (ISO 10303-238, 5.1.6: SETUP, WORKPIECE_SETUP, WORKPLAN)."""
@@ -22,6 +25,7 @@ class Setups:
         self.graph = graph
         self.entities = graph.entities
         self.shapes = shapes
+        self._pieces: dict[tuple[int, bool], tuple[int, Solid] | None] = {}
 
     def of_plan(self, plan: int) -> list[int]:
         """Return the product definitions that are the setups of a workplan."""
@@ -57,41 +61,61 @@ class Setups:
         item = only("security plane of a setup", items)
         return None if item is None else self.shapes.placements(item).plane(item.entity.id)
 
-    def workpiece(self, setup: int) -> Matrix | None:
-        """Return where the workpiece stands in a setup, None where that is not said.
+    def workpieces(self, owner: int) -> dict[int | None, Matrix | None]:
+        """Return the workpieces of a setup or project, and where each stands in it: None where that is not said.
 
         Raises:
             Skip: where a placement has a fault.
         """
+        out: dict[int | None, Matrix | None] = {}
+        for kind in ("MACHINING_PROJECT_WORKPIECE_RELATIONSHIP", "MACHINING_SETUP_WORKPIECE_RELATIONSHIP"):
+            for relation in self.graph.index(kind, 0).of(owner):
+                piece = self.entities.get(relation).ref("related_product_definition")
+                frame = self._place(relation)
+                known = out.get(piece)
+                if known is not None and frame is not None and not np.allclose(known, frame, atol=1e-9):
+                    text = "the standard has one place of a workpiece in a setup, and the file gives two"
+                    raise self.entities.get(relation).fault("stepnc-several", text)
+                out[piece] = known if frame is None else frame
+        return out
+
+    def _place(self, relation: int) -> Matrix | None:
         found: dict[int, tuple[Entity, Entity]] = {}
-        for relation in self.graph.index("MACHINING_SETUP_WORKPIECE_RELATIONSHIP", 0).of(setup):
-            for shape in self.graph.index("PRODUCT_DEFINITION_SHAPE", 0).of(relation):
-                for link in self.graph.index("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", 1).of(shape):
-                    related = self.entities.get(link).entity("representation_relation")
-                    found.update((t.id, (t, related)) for t in self._transformations(related))
+        for shape in self.graph.index("PRODUCT_DEFINITION_SHAPE", 0).of(relation):
+            for link in self.graph.index("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", 1).of(shape):
+                related = self.entities.get(link).entity("representation_relation")
+                found.update((t.id, (t, related)) for t in self._transformations(related))
         ident = self.entities.only("place of the workpiece in a setup", found)
         return None if ident is None else self._frame(*found[ident])
 
-    def raw(self, owner: int) -> Solid | None:
-        """Return the raw piece of the workpiece of a project or setup, in the workpiece's frame; None where none has a shape.
+    def piece(self, product: int | None, raw: bool = False, depth: int = 0) -> tuple[int, Solid] | None:
+        """Return the raw piece of a workpiece, and its shape in the workpiece's frame; None where none has a shape.
 
-        The raw piece is what the workpiece is made from (MAKE_FROM_USAGE_OPTION, a relationship 'rawpiece'), else the workpiece itself. Its shape has
+        The raw piece is what the workpiece is made from (MAKE_FROM_USAGE_OPTION, a relationship 'rawpiece'), and so on; else the
+        workpiece itself. Its shape has
         a length, width and height from the corner at its *orientation* (BLOCK_SHAPE_REPRESENTATION), a diameter and
         a length along its Z (CYLINDRICAL_SHAPE_REPRESENTATION), or is a BLOCK or a RIGHT_CIRCULAR_CYLINDER; of the raw
         piece also a B-rep.
 
+        Args:
+            product: A workpiece.
+            raw: Whether it is the raw piece of another.
+            depth: Raw pieces before it.
+
         Raises:
-            Skip: where the geometry has a fault.
+            Skip: where the geometry has a fault, or there are several raw pieces.
         """
-        kinds = ("MACHINING_PROJECT_WORKPIECE_RELATIONSHIP", "MACHINING_SETUP_WORKPIECE_RELATIONSHIP")
-        for relation in (r for kind in kinds for r in self.graph.index(kind, 0).of(owner)):
-            piece = self.entities.get(relation).ref("related_product_definition")
-            raws = [] if piece is None else self._raw_products(piece)
-            for product in [*raws, piece]:
-                found = None if product is None else self._solid(product, product in raws)
-                if found is not None:
-                    return found
-        return None
+        if product is None:
+            return None
+        if depth > _MOST_MADE:
+            raise self.entities.get(product).fault("part21-cycle", "the workpiece is its own raw piece")
+        key = product, raw
+        if key not in self._pieces:
+            made_of = (p for p in self._raw_products(product) if p is not None)
+            found = self.piece(self.entities.only("raw piece of a workpiece", made_of), True, depth + 1)
+            solid = self._solid(product, raw) if found is None else None
+            self._pieces[key] = found if solid is None else (product, solid)
+        return self._pieces[key]
 
     def parts(self) -> list[Solid]:
         """Return what bounds the finished parts whose shape the file has as a B-rep."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,6 +27,7 @@ from cncgen.stepnc.model import (
     NcFunction,
     Operation,
     ProgramStructure,
+    RawPiece,
     Workingstep,
     WorkSetup,
 )
@@ -258,9 +260,12 @@ class Iso14649Reader:
             workpiece = owner.ref("its_workpiece")
         frame = self._workpiece_frame(setting, workpiece, entity)
         raw = self.features.stock.solid(workpiece)
+        pieces = self._pieces(setting, workpiece)
         if features:
             feature = turned_shapes.standing(self.entities, [self.features.read(f) for f in features], raw)
         raw = None if raw is None else raw.moved(frame)
+        if workpiece is None and len(pieces) == 1:
+            raw = pieces[0].placed
         if feature is not None:
             frame = elementary.product(frame, feature.placement)
         plane = self.placements.plane(entity.ref("its_secplane"), entity.id)
@@ -268,7 +273,24 @@ class Iso14649Reader:
         operation = self.operations.read(entity.entity("its_operation"))
         label = entity.text("its_id")
         where = setting.clamping
-        return Workingstep(entity.id, label, operation, feature, frame, security, raw=raw, setup=where)
+        return Workingstep(
+            entity.id, label, operation, feature, frame, security, raw=raw, setup=where, pieces=pieces
+        )
+
+    def _pieces(self, setting: Setting, workpiece: int | None) -> tuple[RawPiece, ...]:
+        """Return the raw pieces in a setup: of the workpieces that it holds and of that of a feature, else of all of the project."""
+        idents = list(dict.fromkeys([*setting.workpieces, *([] if workpiece is None else [workpiece])]))
+        for project in self.exchange.instances("PROJECT") if not idents else ():
+            with suppress(Skip):
+                idents += self.entities.get(project.id).refs("its_workpieces")
+        found: dict[int, RawPiece] = {}
+        for ident in idents:
+            with suppress(Skip):  # reported
+                piece = self.features.stock.piece(ident)
+                if piece is not None:
+                    frame = setting.workpieces.get(ident, setting.setup)
+                    found.setdefault(piece[0], RawPiece(*piece, frame))
+        return tuple(found.values())
 
     def _features(self, step: Entity) -> list[int]:
         """Return the features of a workingstep; turning may have several."""

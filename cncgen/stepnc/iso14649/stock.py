@@ -11,6 +11,9 @@ from cncgen.stepnc.geometry.frames import Matrix, Placements, apply
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.geometry.solids import Solid, solid_of
 
+#: Workpieces, each made of the next.
+_MOST_MADE = 50
+
 
 class RawPieces:
     """Reads bounding geometries: BLOCK, RIGHT_CIRCULAR_CYLINDER and B-reps (ISO 14649-10, WORKPIECE)."""
@@ -44,6 +47,31 @@ class RawPieces:
             solid = self._bounds(bounds, workpiece)
             if solid is not None:
                 return solid
+        return None
+
+    def piece(self, workpiece_id: int | None, raw: bool = False, depth: int = 0) -> tuple[int, Solid] | None:
+        """Return the first of the workpieces that one is made of, and its shape; None if it is not given.
+
+        Args:
+            workpiece_id: A workpiece.
+            raw: Whether it is the raw piece of another: then its shape counts, not its bounding geometry alone.
+            depth: Raw pieces before it.
+
+        Raises:
+            Skip: where the geometry has a fault.
+        """
+        workpiece = self.entities.optional(workpiece_id)
+        if workpiece is None or workpiece.keyword != "WORKPIECE":
+            return None
+        if depth > _MOST_MADE:
+            raise workpiece.fault("part21-cycle", "the workpiece is its own raw piece")
+        found = self.piece(workpiece.ref("its_rawpiece"), True, depth + 1)
+        if found is not None:
+            return found
+        for name in ("its_bounding_geometry", "its_geometry")[: 1 + raw]:
+            solid = self._bounds(workpiece.ref(name), workpiece)
+            if solid is not None:
+                return workpiece.id, solid
         return None
 
     def _bounds(self, ident: int | None, workpiece: Entity) -> Solid | None:
