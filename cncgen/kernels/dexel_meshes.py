@@ -1,7 +1,11 @@
 """Where a mesh crosses a field of dexels (`cncgen.kernels.dexel_sweeps`)."""
 
 import cython
-from cython.cimports.libc.math import ceil, floor
+
+if cython.compiled:
+    from cython.cimports.cncgen.kernels.removal import first_node, last_node
+else:
+    from cncgen.kernels.removal import first_node, last_node
 
 
 @cython.cfunc
@@ -11,24 +15,6 @@ def _least(a: cython.double, b: cython.double, c: cython.double) -> cython.doubl
     """Return the least of three numbers."""
     a = a if a < b else b
     return a if a < c else c
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _first(low: cython.double, cell: cython.double) -> cython.Py_ssize_t:
-    """Return the first node at a place or behind it."""
-    return cython.cast(cython.Py_ssize_t, ceil(low / cell)) if low > 0.0 else 0
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _last(high: cython.double, cell: cython.double, count: cython.Py_ssize_t) -> cython.Py_ssize_t:
-    """Return the last of so many nodes at a place or before it, -1 if missing."""
-    if high < 0.0:
-        return -1
-    return cython.cast(cython.Py_ssize_t, floor(high / cell)) if high < (count - 1) * cell else count - 1
 
 
 def mesh_crossings(
@@ -76,10 +62,12 @@ def mesh_crossings(
             area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
             if area == 0.0:
                 continue
-            for j in range(_first(_least(ay, by, cy), cell), _last(-_least(-ay, -by, -cy), cell, rows) + 1):
+            for j in range(
+                first_node(_least(ay, by, cy), cell), last_node(-_least(-ay, -by, -cy), cell, rows) + 1
+            ):
                 v = j * cell
                 for i in range(
-                    _first(_least(ax, bx, cx), cell), _last(-_least(-ax, -bx, -cx), cell, columns) + 1
+                    first_node(_least(ax, bx, cx), cell), last_node(-_least(-ax, -bx, -cx), cell, columns) + 1
                 ):
                     u = i * cell
                     # Shares of the corners b and c.

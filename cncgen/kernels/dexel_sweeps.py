@@ -65,6 +65,14 @@ class _Sweep:
     length: cython.double
     rise: cython.double
     base: cython.double
+    # How far a line of the field goes across the axis a mm, squared, 1 over that, and 1 over its parts along x and y; 0 for without end.
+    across: cython.double
+    per_across: cython.double
+    per_x: cython.double
+    per_y: cython.double
+    # The squares of the distances from the way that count as beside the tool, and as clear of it.
+    beside: cython.double
+    clear_of: cython.double
     # The line at hand: its point at w = 0 in the frame.
     x: cython.double
     y: cython.double
@@ -73,6 +81,10 @@ class _Sweep:
     leave: cython.double
     # Results: of `_clear` the envelope above a point, whose w is `known`, and its change along w, x and y, of `_between` the ends.
     known: cython.double
+    # The last of the places that `_misses` looked at, with the two of `_clear` there.
+    seen: cython.double
+    seen_over: cython.double
+    seen_change: cython.double
     over: cython.double
     change: cython.double
     gx: cython.double
@@ -102,6 +114,8 @@ class _Sweep:
     ) -> cython.void:
         """Take a motion, of a tool that is smaller by a margin at its side, and higher by one at its tip."""
         self.radius = tool[0] - side
+        self.beside = self.radius * self.radius * (1.0 - 2e-9)
+        self.clear_of = (self.radius + 2.0 * _CLOSE) * (self.radius + 2.0 * _CLOSE)
         self.flat = tool[1] if tool[1] < self.radius else self.radius
         self.edge = tool[2]
         self.slope = tool[3]
@@ -133,19 +147,22 @@ class _Sweep:
         self.yu = self.zv * self.xw - self.zw * self.xv
         self.yv = self.zw * self.xu - self.zu * self.xw
         self.yw = self.zu * self.xv - self.zv * self.xu
+        self.across = self.xw * self.xw + self.yw * self.yw
+        self.per_across = 1.0 / self.across if self.across > 1e-18 else 0.0
+        self.per_x = 1.0 / self.xw if fabs(self.xw) > 1e-12 else 0.0
+        self.per_y = 1.0 / self.yw if fabs(self.yw) > 1e-12 else 0.0
 
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
     def _disc(self, x: cython.double, y: cython.double) -> cython.void:
         """Widen `enter` to `leave` to where the line at hand, whose distance from a disc's middle is (x, y) at w = 0, is over the disc."""
-        across: cython.double = self.xw * self.xw + self.yw * self.yw
-        middle: cython.double = -(x * self.xw + y * self.yw) / across
+        middle: cython.double = -(x * self.xw + y * self.yw) * self.per_across
         apart: cython.double = x * self.yw - y * self.xw
-        wide: cython.double = self.radius * self.radius * across - apart * apart
+        wide: cython.double = self.radius * self.radius * self.across - apart * apart
         if wide <= 0.0:
             return
-        wide = sqrt(wide) / across
+        wide = sqrt(wide) * self.per_across
         self.enter = middle - wide if middle - wide < self.enter else self.enter
         self.leave = middle + wide if middle + wide > self.leave else self.leave
 
@@ -211,7 +228,7 @@ class _Sweep:
     @cython.exceptval(check=False)
     def _place(self, u: cython.double, v: cython.double) -> cython.void:
         """Take a line of the field."""
-        self.known = 1e301
+        self.known = self.seen = 1e301
         u, v = u - self.ou, v - self.ov
         self.x = self.xu * u + self.xv * v - self.xw * self.ow
         self.y = self.yu * u + self.yv * v - self.yw * self.ow
@@ -228,7 +245,7 @@ class _Sweep:
         rho: cython.double
         x = x if x < 0.0 else (x - self.length if x > self.length else 0.0)
         rho = sqrt(x * x + y * y)
-        if rho >= self.radius * (1.0 - 1e-9):
+        if rho * rho >= self.beside:
             # Beside the stadium.
             self.value = rho - self.radius
             self.gx, self.gy, gz = x / rho, y / rho, 0.0
@@ -267,13 +284,23 @@ class _Sweep:
     @cython.exceptval(check=False)
     def _misses(self, start: cython.double, end: cython.double) -> cython.bint:
         """Tell whether the body is sure to miss a stretch of the line at hand, by its tangent plane at one end of it or the other."""
+        x: cython.double
+        y: cython.double
+        w: cython.double = start
+        sense: cython.double = 1.0
         if end < self.lowest or start > self.highest:
             return True
         if start + end < self.lowest + self.highest:
-            self._tangent(end)
-            return self.value > 2.0 * _CLOSE and self.fw <= 0.0
-        self._tangent(start)
-        return self.value > 2.0 * _CLOSE and self.fw >= 0.0
+            w, sense = end, -1.0
+        # As `_tangent` has it, without the changes along u and v.
+        x = self.x + w * self.xw
+        y = self.y + w * self.yw
+        x = x if x < 0.0 else (x - self.length if x > self.length else 0.0)
+        if x * x + y * y >= self.beside:
+            return x * x + y * y > self.clear_of and sense * (x * self.xw + y * self.yw) >= 0.0
+        self._clear(w)
+        self.seen, self.seen_over, self.seen_change = w, self.over, self.change
+        return self.over > 2.0 * _CLOSE and sense * self.change >= 0.0
 
     @cython.cfunc
     @cython.nogil
@@ -284,7 +311,7 @@ class _Sweep:
         b: cython.double
         low: cython.double = -1e300
         high: cython.double = 1e300
-        if self.xw * self.xw + self.yw * self.yw <= 1e-18:
+        if self.per_across == 0.0:
             self.enter, self.leave = low, high
             a = self.x - (0.0 if self.x < 0.0 else (self.length if self.x > self.length else self.x))
             return a * a + self.y * self.y <= self.radius * self.radius
@@ -292,13 +319,13 @@ class _Sweep:
         self._disc(self.x, self.y)
         self._disc(self.x - self.length, self.y)
         # Between the discs.
-        if fabs(self.xw) > 1e-12:
-            a, b = -self.x / self.xw, (self.length - self.x) / self.xw
+        if self.per_x != 0.0:
+            a, b = -self.x * self.per_x, (self.length - self.x) * self.per_x
             low, high = (a, b) if a < b else (b, a)
         elif self.x < 0.0 or self.x > self.length:
             high = -2e300
-        if fabs(self.yw) > 1e-12:
-            a, b = (-self.radius - self.y) / self.yw, (self.radius - self.y) / self.yw
+        if self.per_y != 0.0:
+            a, b = (-self.radius - self.y) * self.per_y, (self.radius - self.y) * self.per_y
             if a > b:
                 a, b = b, a
             low, high = low if low > a else a, high if high < b else b
@@ -392,6 +419,18 @@ class _Sweep:
         return w
 
     @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _look(self, w: cython.double) -> cython.void:
+        """Find what `_clear` does, but for the changes along x and y, without computing it again where `_misses` has."""
+        if w == self.seen and w < 1e300:
+            self.known = 1e301
+            self.over, self.change = self.seen_over, self.seen_change
+        else:
+            self._clear(w)
+
+    @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
     def _between(self, low: cython.double, high: cython.double) -> cython.bint:
@@ -404,7 +443,7 @@ class _Sweep:
         if low >= high:
             return False
         # Most lines have been cut by the motions before and miss the body at one end, where the envelope rises away from it.
-        self._clear(high)
+        self._look(high)
         over, change = self.over, self.change
         if over > _CLOSE and change <= 0.0:
             return False
@@ -412,7 +451,7 @@ class _Sweep:
             # The envelope is above the tangent, so the line below is outside.
             self.low, self.high = self._root(high - over / change, high), high
             return self.low < high
-        self._clear(low)
+        self._look(low)
         if self.over > _CLOSE:
             if self.change >= 0.0:
                 return False
@@ -694,29 +733,46 @@ class _Field:
         j: cython.Py_ssize_t
         first: cython.Py_ssize_t
         last: cython.Py_ssize_t
+        du: cython.double
+        dv: cython.double
+        low: cython.double
+        high: cython.double
         for j in range(_SQUARE):
             first, last = column * _SQUARE, column * _SQUARE + _SQUARE - 1
             first = self.reached[j, 0] if self.reached[j, 0] > first else first
             last = self.reached[j, 1] if self.reached[j, 1] < last else last
+            # The planes over this row: at the square's middle u, and their changes from one dexel to the next.
+            du = self.cell * (first - column * _SQUARE - 0.5 * (_SQUARE - 1))
+            dv = self.cell * (j - 0.5 * (_SQUARE - 1))
+            low = self.low + du * self.low_u + dv * self.low_v - 2.0 * _CLOSE
+            high = self.high + du * self.high_u + dv * self.high_v - 2.0 * _CLOSE
             for i in range(first, last + 1):
-                if self._missed(row * _SQUARE + j, i, whole):
-                    continue
-                if whole._line() and not self._dexel(k, row * _SQUARE + j, i, judged, whole, inner, out):
+                if not self._missed(row * _SQUARE + j, i, low, high, whole) and (
+                    whole._line() and not self._dexel(k, row * _SQUARE + j, i, judged, whole, inner, out)
+                ):
                     return False
+                low += self.cell * self.low_u
+                high += self.cell * self.high_u
         return True
 
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def _missed(self, j: cython.Py_ssize_t, i: cython.Py_ssize_t, whole: _Sweep) -> cython.bint:
-        """Take a dexel as the line at hand; tell whether the body is sure to miss all of it."""
+    def _missed(
+        self,
+        j: cython.Py_ssize_t,
+        i: cython.Py_ssize_t,
+        low: cython.double,
+        high: cython.double,
+        whole: _Sweep,
+    ) -> cython.bint:
+        """Take a dexel as the line at hand; tell whether the body is sure to miss all of it.
+
+        The planes of its square have the values `low` and `high` there.
+        """
         a: cython.int
         start: cython.double
         end: cython.double
-        du: cython.double = (i % _SQUARE - 0.5 * (_SQUARE - 1)) * self.cell
-        dv: cython.double = (j % _SQUARE - 0.5 * (_SQUARE - 1)) * self.cell
-        low: cython.double = self.low + du * self.low_u + dv * self.low_v - 2.0 * _CLOSE
-        high: cython.double = self.high + du * self.high_u + dv * self.high_v - 2.0 * _CLOSE
         placed: cython.bint = False
         for a in range(self.counts[j, i]):
             start, end = self.ends[j, i, 2 * a], self.ends[j, i, 2 * a + 1]

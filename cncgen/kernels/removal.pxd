@@ -4,3 +4,5 @@ cpdef double lift(double rho, double flat, double edge, double slope) noexcept n
 cpdef double lowest_at(
     double x, double d, double length, double m, double radius, double flat, double edge, double slope
 ) noexcept nogil
+cpdef Py_ssize_t first_node(double low, double cell) noexcept nogil
+cpdef Py_ssize_t last_node(double high, double cell, Py_ssize_t count) noexcept nogil

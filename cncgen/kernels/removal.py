@@ -151,19 +151,19 @@ def lowest_at(
     return s if m >= 0.0 else length - s
 
 
-@cython.cfunc
+@cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-def _first(low: cython.double, cell: cython.double) -> cython.Py_ssize_t:
-    """Return the first column (row) whose middle is at a place or after it."""
+def first_node(low: cython.double, cell: cython.double) -> cython.Py_ssize_t:
+    """Return the first node of a row (or column) at a place or after it."""
     return cython.cast(cython.Py_ssize_t, ceil(low / cell)) if low > 0.0 else 0
 
 
-@cython.cfunc
+@cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-def _last(high: cython.double, cell: cython.double, count: cython.Py_ssize_t) -> cython.Py_ssize_t:
-    """Return the last column (row) of `count` whose middle is at a place or before it, -1 if missing."""
+def last_node(high: cython.double, cell: cython.double, count: cython.Py_ssize_t) -> cython.Py_ssize_t:
+    """Return the last of `count` nodes of a row (or column) at a place or before it, -1 if missing."""
     if high < 0.0:
         return -1
     return cython.cast(cython.Py_ssize_t, floor(high / cell)) if high < (count - 1) * cell else count - 1
@@ -213,8 +213,8 @@ class _Way:
         else:
             self.tx, self.ty, self.rise, self.length = 1.0, 0.0, 0.0, 0.0
             self.base = self.lowest
-        self.first_row = _first(self.py + (dy if dy < 0.0 else 0.0) - reach, grid[2])
-        self.last_row = _last(self.py + (dy if dy > 0.0 else 0.0) + reach, grid[2], rows)
+        self.first_row = first_node(self.py + (dy if dy < 0.0 else 0.0) - reach, grid[2])
+        self.last_row = last_node(self.py + (dy if dy > 0.0 else 0.0) + reach, grid[2], rows)
 
     @cython.cfunc
     @cython.nogil
@@ -242,7 +242,7 @@ class _Way:
             wide = reach / fabs(self.ty)
             lo = self.px + a - wide if self.px + a - wide > lo else lo
             hi = self.px + b + wide if self.px + b + wide < hi else hi
-        self.first, self.last = _first(lo, cell), _last(hi, cell, columns)
+        self.first, self.last = first_node(lo, cell), last_node(hi, cell, columns)
 
     @cython.cfunc
     @cython.nogil
