@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cncgen.removal.record import Dexels, Field, Removal, Turned
 from cncgen.report import drawing
@@ -14,8 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import SubplotSpec
 
-#: Columns along the longer side of the relief.
-RELIEF_COLUMNS = 160
+Floats = NDArray[np.float64]
+
+#: Columns along the longer side of the relief, and from where it is seen, rad.
+RELIEF_COLUMNS = 240
+AZIMUTH, ELEVATION = math.radians(-60.0), math.radians(50.0)
 #: Stretches of time of the removal rate.
 STRETCHES = 400
 
@@ -99,20 +104,53 @@ def _from_above(made: Figure, place: SubplotSpec, field: Field, removal: Removal
 
 
 def _relief(made: Figure, place: SubplotSpec, field: Field) -> None:
-    """Draw the stock in relief, with its sides down to its underside."""
-    part = made.add_subplot(place, projection="3d")
+    """Draw the stock in relief, with its sides."""
+    from matplotlib import colormaps
+
+    part = made.add_subplot(place)
+    met, shade, dot = seen_obliquely(field)
+    low, high = float(field.heights.min()), float(field.heights.max())
+    colours = colormaps["viridis"]((met - low) / max(high - low, 1e-9))
+    colours[..., :3] *= shade[..., None]
+    colours[np.isnan(met)] = 0.0
+    sides = (0, dot[0] * met.shape[1], 0, dot[1] * met.shape[0])
+    part.imshow(colours, origin="lower", extent=sides, interpolation="nearest")
+    part.set_axis_off()
+
+
+def seen_obliquely(field: Field) -> tuple[Floats, Floats, tuple[float, float]]:
+    """Return a picture of a stock from afar, of dots where a line of sight first meets it.
+
+    Returns:
+        Height of each place, mm, nan beside the stock; its brightness, 1 where no wall is; width and height of a dot, mm.
+    """
     step = max(1, -(-max(field.heights.shape) // RELIEF_COLUMNS))
     heights = np.maximum(field.heights, field.bottom)[::step, ::step]
-    x, y = np.meshgrid(*(np.pad(along[::step], 1, mode="edge") for along in (field.x, field.y)))
-    block = np.pad(heights, 1, constant_values=float(field.bottom.min()))
-    whole = {"rstride": 1, "cstride": 1, "linewidth": 0, "antialiased": False, "shade": True}
-    part.plot_surface(
-        x, y, block, cmap="viridis", vmin=float(heights.min()), vmax=float(heights.max()), **whole
+    (rows, columns), cell = heights.shape, field.cell * step
+    low, high = float(field.bottom.min()), float(heights.max())
+    right, back = (np.array([math.cos(a), math.sin(a)]) for a in (AZIMUTH + math.pi / 2, AZIMUTH))
+    corners = np.array([[x, y] for x in (0, columns * cell) for y in (0, rows * cell)])
+    # A line of sight falls towards the back; it is told by where it comes to the height of the stock's top.
+    fall = (high - low) / math.tan(ELEVATION)
+    across, along = corners @ right, corners @ -back
+    u, v = np.meshgrid(
+        np.linspace(across.min(), across.max(), 2 * RELIEF_COLUMNS),
+        np.linspace(along.min() - fall, along.max(), 2 * RELIEF_COLUMNS),
     )
-    sizes = (np.ptp(field.x), np.ptp(field.y), max(float(np.ptp(block)), 0.15 * float(np.ptp(field.x))))
-    part.set_box_aspect(sizes)
-    part.view_init(50, -60)
-    part.set_axis_off()
+    met, shade = np.full(u.shape, np.nan), np.ones(u.shape)
+    steps = max(math.ceil(4 * fall / cell), 1)
+    for k, z in enumerate(np.linspace(high, low, steps + 1)):
+        gone = v + fall * k / steps
+        i, j = (np.floor((u * right[a] - gone * back[a]) / cell).astype(int) for a in (0, 1))
+        open_ = np.flatnonzero((i >= 0) & (i < columns) & (j >= 0) & (j < rows) & np.isnan(met))
+        above = heights[j.flat[open_], i.flat[open_]] - z
+        there = (above >= 0) & (above + z > low)
+        met.flat[open_[there]] = z
+        # A wall is met below its top.
+        below = above[there] * steps / max(high - low, 1e-9) - 1.0
+        shade.flat[open_[there]] = 1.0 - np.clip(0.1 * below, 0.0, 0.35)
+    dot = float(u[0, 1] - u[0, 0]), float(v[1, 0] - v[0, 0]) * math.sin(ELEVATION)
+    return met, shade, dot
 
 
 def _rates(part: Axes, removal: Removal) -> None:
