@@ -375,7 +375,7 @@ def partials(
     Args:
         data: The file.
         bodies, ends: Shape (n,): the instances, from `split`.
-        owners: Filled with the index of the instance of each; a third of all bytes, and one, is room enough, here and below.
+        owners: Filled with the index of the instance of each, as many as there is room for, here and below.
         types: Filled with the `keyword_hash` of each.
         begins, stops: Filled with the offsets where its attributes begin and end, parentheses included.
 

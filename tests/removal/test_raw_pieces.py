@@ -265,3 +265,17 @@ def test_ap238_an_orientation_of_toolpaths_leaves_the_workpiece_where_it_is(tmp_
     (tmp_path / "p.stp").write_text(text)
     removal = cut(str(tmp_path / "p.stp"), cell_mm=0.2)
     assert removed(removal) == pytest.approx([8 * 40 * 2] * 2, rel=5e-3)
+
+
+def test_ap238_a_fault_of_the_feature_leaves_explicit_toolpaths():
+    """Which workpiece a feature is of does not matter to them."""
+    aim = Shaped()
+    step, operation = aim.step()
+    aim.path(operation, aim.polyline((0, 0, 0), (7, 0, 0)), aim.technology())
+    process = aim.file.method("MACHINING_FEATURE_PROCESS")
+    aim.file.add("MACHINING_FEATURE_RELATIONSHIP", "", "", step, process)
+    action = aim.file.add("PROPERTY_PROCESS", "machining", "", process, "")
+    aim.file.add("PROCESS_PROPERTY_ASSOCIATION", "", "", action, "no reference")
+    path, found = aim.read(aim.plan(step))
+    assert "stepnc-type" in codes(found, "error")
+    assert path.end[-2, 0] == 7.0

@@ -354,8 +354,13 @@ class Ap238Reader:
         Raises:
             Skip: where there are several workpieces at different places, and the feature is of none of them.
         """
-        product = self.features.workpiece(step.id)
-        made = self.setups.piece(product)
+        try:
+            product = self.features.workpiece(step.id)
+            made = self.setups.piece(product)
+        except Skip:  # reported; explicit toolpaths do not need them
+            if wanted:
+                raise
+            product = made = None
         own = [p for p in setting.pieces if made is not None and p.ident == made[0]]
         pieces = own or list(setting.pieces)
         frames = [setting.workpieces[product]] if product in setting.workpieces else [p.frame for p in own]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from cncgen.diagnostics import Severity
@@ -77,6 +78,8 @@ class Iso14649Reader:
         self.statements = ControlStatements(self.entities)
         self.features = Features(self.entities, self.curves)
         toolpaths = Toolpaths(self.entities, self.curves, self.resources)
+        #: The raw pieces of workpieces.
+        self._raws: dict[int, tuple[int, Solid] | None] = {}
         #: The first workplan of each channel.
         self._channels: dict[int, int] = {}
         self.operations = Operations(self.entities, self.placements, self.resources, toolpaths)
@@ -280,17 +283,25 @@ class Iso14649Reader:
     def _pieces(self, setting: Setting, workpiece: int | None) -> tuple[RawPiece, ...]:
         """Return the raw pieces in a setup: of the workpieces that it holds and of that of a feature, else of all of the project."""
         idents = list(dict.fromkeys([*setting.workpieces, *([] if workpiece is None else [workpiece])]))
-        for project in self.exchange.instances("PROJECT") if not idents else ():
-            with suppress(Skip):
-                idents += self.entities.get(project.id).refs("its_workpieces")
         found: dict[int, RawPiece] = {}
-        for ident in idents:
-            with suppress(Skip):  # reported
-                piece = self.features.stock.piece(ident)
-                if piece is not None:
-                    frame = setting.workpieces.get(ident, setting.setup)
-                    found.setdefault(piece[0], RawPiece(*piece, frame))
+        for ident in idents or self._workpieces:
+            if ident not in self._raws:
+                self._raws[ident] = None
+                with suppress(Skip):  # reported
+                    self._raws[ident] = self.features.stock.piece(ident)
+            piece = self._raws[ident]
+            if piece is not None:
+                found.setdefault(piece[0], RawPiece(*piece, setting.workpieces.get(ident, setting.setup)))
         return tuple(found.values())
+
+    @cached_property
+    def _workpieces(self) -> list[int]:
+        """The workpieces of the projects."""
+        out: list[int] = []
+        for project in self.exchange.instances("PROJECT"):
+            with suppress(Skip):
+                out += self.entities.get(project.id).refs("its_workpieces")
+        return out
 
     def _features(self, step: Entity) -> list[int]:
         """Return the features of a workingstep; turning may have several."""

@@ -39,9 +39,13 @@ class Complexes:
         untyped = np.flatnonzero((rows.types == 0) & (rows.ids >= 0) & (rows.bodies < rows.ends))
         found = untyped[self._buffer[rows.bodies[untyped]] == ord("(")]
         bodies, ends = rows.bodies[found], rows.ends[found]
-        columns = [np.empty(int((ends - bodies).sum()) // 3 + 1, np.int64) for _ in range(4)]
+        most = min(int((ends - bodies).sum()) // 3, data.count(b"(")) + 1  # each has a parenthesis
+        columns = [np.empty(most, np.int64) for _ in range(4)]
         count = scan.partials(self._buffer, bodies, ends, *columns)
         owners, types, begins, stops = (c[:count] for c in columns)
+        if not count:
+            self._parts = [np.zeros(0, np.int64)] * 3
+            return
         names = {scan.keyword_hash(n.encode()): n for pair in supertypes.items() for n in (pair[0], *pair[1])}
         names |= {scan.keyword_hash(short.encode()): long for short, long in aliases.items()}
         known: dict[tuple[int, ...], tuple[str, ...]] = {}
