@@ -110,6 +110,11 @@ def test_a_missing_supertype_is_told_with_the_parts_that_there_are():
     assert any("has in its parts" in m and "0 attributes of 4" in m for m in found), found
 
 
+def test_the_name_of_an_item_may_be_left_out():
+    ((point,),) = records("#1=(CARTESIAN_POINT((1.,2.,3.))POINT());")
+    assert point == Record("CARTESIAN_POINT", (None, (1.0, 2.0, 3.0)))
+
+
 def test_an_inherited_attribute_of_an_instance_of_several_entities_is_found_in_its_part():
     from cncgen.stepnc.entities import Entities
 

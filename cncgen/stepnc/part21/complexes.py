@@ -16,6 +16,8 @@ from cncgen.stepnc.part21.statements import Ints, Statements
 from cncgen.stepnc.part21.values import Record
 
 Supertypes = Mapping[str, tuple[str, ...]]
+#: Supertypes that writers leave out, with attributes that say nothing: the name of an item.
+_OMITTED: Mapping[str, tuple[None, ...]] = {"REPRESENTATION_ITEM": (None,)}
 
 
 class Complexes:
@@ -70,7 +72,7 @@ class Complexes:
         if order is None:
             return parts
         held = {part.keyword: part.parameters for part in parts}
-        return (Record(order[-1], tuple(value for name in order for value in held.get(name, ()))),)
+        return (Record(order[-1], tuple(v for n in order for v in held.get(n, _OMITTED.get(n, ())))),)
 
     def reorder(self, targets: Ints, offsets: Ints) -> None:
         """Bring the references of the instances into the order of the simple form, in place.
@@ -95,7 +97,7 @@ def _order(names: Sequence[str], supertypes: Supertypes) -> tuple[str, ...]:
     inner = [n for n in names if not any(n in _above(other, supertypes) for other in names)]
     if len(inner) != 1 or "" in names or len(set(names)) < len(names):
         return ()
-    return tuple(n for n in (*_above(inner[0], supertypes), inner[0]) if n in names)
+    return tuple(n for n in (*_above(inner[0], supertypes), inner[0]) if n in names or n in _OMITTED)
 
 
 def _above(name: str, supertypes: Supertypes) -> dict[str, None]:
