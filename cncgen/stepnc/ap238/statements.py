@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from cncgen.stepnc import expressions
+from cncgen.stepnc import nc_expressions
 from cncgen.stepnc.ap238.graph import Graph, Item
 from cncgen.stepnc.entities import Entity, Skip, only
-from cncgen.stepnc.expressions import Condition, Number, Variables
+from cncgen.stepnc.nc_expressions import Condition, Number, Variables
 from cncgen.stepnc.part21 import Enumeration, Ref
 
 _VARIABLES = frozenset(["NUMERIC_VARIABLE", "INT_NUMERIC_VARIABLE", "REAL_NUMERIC_VARIABLE"])
@@ -84,12 +84,12 @@ class ControlStatements:
     def _condition(self, item: Entity, depth: int = 0) -> Condition:
         entity = self._held(item)
         kinds = self._kinds(entity, depth)
-        for kind in sorted(kinds & expressions.COMPARISONS):
+        for kind in sorted(kinds & nc_expressions.COMPARISONS):
             first, second = (self._number(o, depth + 1) for o in self._operands(entity, 2))
-            return expressions.compared(kind, first, second)
-        for kind in sorted(kinds & expressions.CONNECTIVES.keys()):
-            operands = self._operands(entity, expressions.CONNECTIVES[kind])
-            return expressions.connected(kind, [self._condition(o, depth + 1) for o in operands])
+            return nc_expressions.compared(kind, first, second)
+        for kind in sorted(kinds & nc_expressions.CONNECTIVES.keys()):
+            operands = self._operands(entity, nc_expressions.CONNECTIVES[kind])
+            return nc_expressions.connected(kind, [self._condition(o, depth + 1) for o in operands])
         if "BOOLEAN_LITERAL" in kinds:
             for part in entity.instance.parts:
                 for value in part.parameters:
@@ -102,15 +102,15 @@ class ControlStatements:
         entity = self._held(item)
         kinds = self._kinds(entity, depth)
         if kinds & _VARIABLES:
-            return expressions.variable(self._name(item), lambda text: item.fault("stepnc-missing", text))
+            return nc_expressions.variable(self._name(item), lambda text: item.fault("stepnc-missing", text))
         if kinds & _LITERALS:
             for part in entity.instance.parts:
                 for value in part.parameters:
                     if isinstance(value, int | float) and not isinstance(value, Ref):
-                        return expressions.constant(entity.within("the number", value))
-        for kind in sorted(kinds & expressions.ARITHMETIC):
+                        return nc_expressions.constant(entity.within("the number", value))
+        for kind in sorted(kinds & nc_expressions.ARITHMETIC):
             numbers = [self._number(o, depth + 1) for o in self._operands(entity, 0)]
-            return expressions.combined(kind, numbers)
+            return nc_expressions.combined(kind, numbers)
         raise entity.fault("stepnc-unsupported", "the number cannot be evaluated")
 
     def _held(self, item: Entity) -> Entity:
@@ -119,7 +119,7 @@ class ControlStatements:
 
     def _kinds(self, entity: Entity, depth: int = 0) -> set[str]:
         self._terms += 1
-        if depth > expressions.MAX_DEPTH or self._terms > expressions.MAX_TERMS:
+        if depth > nc_expressions.MAX_DEPTH or self._terms > nc_expressions.MAX_TERMS:
             raise entity.fault("stepnc-unsupported", "the expression is too deep, or too long")
         return {part.keyword for part in entity.instance.parts}
 

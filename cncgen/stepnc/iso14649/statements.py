@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from cncgen.stepnc import expressions
+from cncgen.stepnc import nc_expressions
 from cncgen.stepnc.entities import Entities, Entity, Skip
-from cncgen.stepnc.expressions import Condition, Number, Variables
+from cncgen.stepnc.nc_expressions import Condition, Number, Variables
 from cncgen.stepnc.part21 import Enumeration, Ref, Typed, Value
 
 
@@ -42,11 +42,11 @@ class ControlStatements:
             value = value.value
         if isinstance(value, Ref):
             name = self.name(self.entities.get(int(value), "NC_VARIABLE", "NC_CONSTANT", owner=owner.id))
-            return expressions.variable(
+            return nc_expressions.variable(
                 name, lambda text: owner.fault("stepnc-missing", text, hint="its initial_value")
             )
         if isinstance(value, int | float):
-            return expressions.constant(float(value))
+            return nc_expressions.constant(float(value))
         raise owner.fault("stepnc-missing", "a number or a variable is needed", value)
 
     def condition(self, owner: Entity, value: Value, depth: int = 0) -> Condition:
@@ -61,18 +61,18 @@ class ControlStatements:
             truth = value == "T"
             return lambda variables: truth
         self._terms = self._terms + 1 if depth else 0
-        too_many = depth > expressions.MAX_DEPTH or self._terms > expressions.MAX_TERMS
+        too_many = depth > nc_expressions.MAX_DEPTH or self._terms > nc_expressions.MAX_TERMS
         if not isinstance(value, Ref) or too_many:
             raise owner.fault("stepnc-missing", "a condition is needed", value)
         entity = self.entities.get(int(value), owner=owner.id)
         kind = entity.keyword
-        if kind in expressions.COMPARISONS:
+        if kind in nc_expressions.COMPARISONS:
             first, second = (self.value(entity, entity.get(n)) for n in ("operand1", "operand2"))
-            return expressions.compared(kind, first, second)
-        if kind not in expressions.CONNECTIVES:
+            return nc_expressions.compared(kind, first, second)
+        if kind not in nc_expressions.CONNECTIVES:
             raise entity.fault("stepnc-unsupported", "the condition cannot be evaluated")
         names = {"NOT_EXPRESSION": ("operand",), "XOR_EXPRESSION": ("operand1", "operand2")}
         operands = [entity.get(n) for n in names.get(kind, ())] or [Ref(i) for i in entity.refs("operands")]
         if not operands:
             raise entity.fault("stepnc-missing", "operands must be given")
-        return expressions.connected(kind, [self.condition(entity, o, depth + 1) for o in operands])
+        return nc_expressions.connected(kind, [self.condition(entity, o, depth + 1) for o in operands])
