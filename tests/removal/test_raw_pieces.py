@@ -239,6 +239,19 @@ def test_ap238_each_workpiece_of_a_setup_has_its_place_and_raw_piece(tmp_path):
     assert removed(removal) == pytest.approx([math.pi * 100 * 12] * 2, rel=1e-2)
 
 
+@pytest.mark.parametrize("raws", [1, 2])
+def test_ap238_what_a_workpiece_is_made_from_may_be_its_material(raws):
+    """ISO 10303-238, J.7: a product without a shape, which has the material. Two raw pieces with shapes are refused."""
+    aim = Held()
+    piece = aim.workpiece()
+    one = aim.file.add("MEASURE_WITH_UNIT", 1.0, aim.file.tooth)
+    other = aim.product("material") if raws == 1 else aim.workpiece(size=(10.0, 10.0, 10.0))
+    aim.file.add("MAKE_FROM_USAGE_OPTION", "", "", "", piece, other, 1, "", one)
+    plan = aim.plan(aim.hole(piece, 30, 20))
+    _, found = run(aim.text(aim.setup(plan, (piece, (0, 0, 0)))))
+    assert codes(found, "error") == (["stepnc-several"] if raws == 2 else [])
+
+
 def test_ap238_a_feature_of_none_of_several_workpieces_is_refused():
     aim = Held()
     one, two = aim.workpiece(), aim.workpiece()
@@ -279,3 +292,16 @@ def test_ap238_a_fault_of_the_feature_leaves_explicit_toolpaths():
     path, found = aim.read(aim.plan(step))
     assert "stepnc-type" in codes(found, "error")
     assert path.end[-2, 0] == 7.0
+
+
+@pytest.mark.parametrize("length", [1, 3, 5000])
+def test_ap238_workpieces_made_of_one_another_in_a_ring_or_a_long_row(length):
+    aim = Held()
+    pieces = [aim.product(f"p{k}") for k in range(length)]
+    one = aim.file.add("MEASURE_WITH_UNIT", 1.0, aim.file.tooth)
+    ring = length < 100
+    for k in range(length if ring else length - 1):
+        aim.file.add("MAKE_FROM_USAGE_OPTION", "", "", "", pieces[k], pieces[(k + 1) % length], 1, "", one)
+    plan = aim.plan(aim.hole(pieces[0], 30, 20))
+    found = run(aim.text(aim.setup(plan, (pieces[0], (0, 0, 0)))))[1]
+    assert ("part21-cycle" if ring else "stepnc-nesting") in codes(found, "error")

@@ -26,6 +26,7 @@ class Setups:
         self.entities = graph.entities
         self.shapes = shapes
         self._pieces: dict[tuple[int, bool], tuple[int, Solid] | None] = {}
+        self._open: set[int] = set()
 
     def of_plan(self, plan: int) -> list[int]:
         """Return the product definitions that are the setups of a workplan."""
@@ -88,7 +89,7 @@ class Setups:
         ident = self.entities.only("place of the workpiece in a setup", found)
         return None if ident is None else self._frame(*found[ident])
 
-    def piece(self, product: int | None, raw: bool = False, depth: int = 0) -> tuple[int, Solid] | None:
+    def piece(self, product: int | None, raw: bool = False) -> tuple[int, Solid] | None:
         """Return the raw piece of a workpiece, and its shape in the workpiece's frame; None where none has a shape.
 
         The raw piece is what the workpiece is made from (MAKE_FROM_USAGE_OPTION, a relationship 'rawpiece'), and so on; else the
@@ -100,21 +101,31 @@ class Setups:
         Args:
             product: A workpiece.
             raw: Whether it is the raw piece of another.
-            depth: Raw pieces before it.
 
         Raises:
             Skip: where the geometry has a fault, or there are several raw pieces.
         """
         if product is None:
             return None
-        if depth > _MOST_MADE:
-            raise self.entities.get(product).fault("part21-cycle", "the workpiece is its own raw piece")
         key = product, raw
-        if key not in self._pieces:
-            made_of = (p for p in self._raw_products(product) if p is not None)
-            found = self.piece(self.entities.only("raw piece of a workpiece", made_of), True, depth + 1)
+        if key in self._pieces:
+            return self._pieces[key]
+        if product in self._open:
+            raise self.entities.get(product).fault("part21-cycle", "the workpiece is its own raw piece")
+        if len(self._open) > _MOST_MADE:
+            text = f"more than {_MOST_MADE} workpieces are made of one another"
+            raise self.entities.get(product).fault("stepnc-nesting", text)
+        self._open.add(product)
+        try:
+            # What a workpiece is made from may be its material alone, without a shape.
+            made_of = [self.piece(p, True) for p in dict.fromkeys(self._raw_products(product))]
+            shaped = dict(piece for piece in made_of if piece is not None)
+            ident = self.entities.only("raw piece of a workpiece", shaped)
+            found = None if ident is None else (ident, shaped[ident])
             solid = self._solid(product, raw) if found is None else None
-            self._pieces[key] = found if solid is None else (product, solid)
+        finally:
+            self._open.discard(product)
+        self._pieces[key] = found if solid is None else (product, solid)
         return self._pieces[key]
 
     def parts(self) -> list[Solid]:
