@@ -320,16 +320,13 @@ function remarks(diagnostics) {
 
 /** What differs between the plan and another one: times, and the lines with the largest differences. */
 export function differences(part, others, go) {
-  const head = ["", part.header.label, ...others.map((other) => other.header.label)];
-  const each = (name, value) => element("tr", {}, element("td", {}, name), ...[part, ...others].map((one) => element("td", { class: "number" }, value(one))));
-  const rows = [
-    each("Machine", (one) => one.header.machine),
-    each("Strategy", (one) => one.header.summary.feedrate ?? ""),
-    each("Time", (one) => duration(one.seconds)),
-    each("Difference", (one) => (one === part ? "" : signed(one.seconds - part.seconds))),
-    each("Path", (one) => (one.header.summary.path_length_mm === undefined ? "" : `${one.header.summary.path_length_mm.toFixed(3)} mm`)),
-  ];
-  const found = [element("section", {}, element("h3", {}, "Side by side"), table("Plans side by side", head, rows))];
+  const rows = [part, ...others].map((one) => {
+    const { label, machine, summary } = one.header, number = (text) => element("td", { class: "number" }, text);
+    const about = element("small", {}, [machine, summary.feedrate].filter((text) => text && text !== label).join(", "));
+    const length = summary.path_length_mm === undefined ? "" : `${summary.path_length_mm.toFixed(3)} mm`;
+    return element("tr", {}, element("td", {}, label, about), number(duration(one.seconds)), number(one === part ? "" : signed(one.seconds - part.seconds)), number(length));
+  });
+  const found = [element("section", {}, element("h3", {}, "Side by side"), table("Plans side by side", ["", "Time", "Difference", "Path"], rows))];
   if (others.some((other) => other.borrows)) found.push(element("p", { class: "note" }, "Setpoints without lines are matched with the plan by the length of the path."));
   for (const other of others) if (part.lineRows && other.lineRows) found.push(byDifference(part, other, go));
   return element("div", {}, ...found);
