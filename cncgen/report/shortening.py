@@ -43,19 +43,9 @@ _HOPED = 0.09
 #: A kink is one where the derivatives to both sides differ by twice this part of the larger.
 _KINK = 0.01
 #: 97.5 and 99.95 % of Student's distribution, by degrees of freedom (Abramowitz and Stegun (1964), table 26.10).
-_STUDENT = {2: 4.303, 3: 3.182, 5: 2.571, 6: 2.447, 7: 2.365, 13: 2.160, 14: 2.145, 15: 2.131}
-_STUDENT_SURE = {
-    1: 636.6,
-    3: 12.92,
-    4: 8.610,
-    5: 6.869,
-    6: 5.959,
-    7: 5.408,
-    12: 4.318,
-    13: 4.221,
-    14: 4.140,
-    15: 4.073,
-}
+_STUDENT = {3: 3.182, 6: 2.447, 7: 2.365, 14: 2.145, 15: 2.131}
+_STUDENT_SURE = {1: 636.6, 2: 31.6, 3: 12.92, 4: 8.61, 5: 6.869, 6: 5.959, 7: 5.408}
+_STUDENT_SURE |= {12: 4.318, 13: 4.221, 14: 4.14, 15: 4.073}
 #: A pair of plans falls out of so many where its studentised residual is above this: one time in a thousand by chance, by
 #: Bonferroni's inequality (Cook and Weisberg (1982), section 2.2).
 _FALLS_OUT = {8: 8.729, 16: 5.626}
@@ -379,7 +369,7 @@ def _fitted(saved: Callable[[int], float], pairs: int) -> Slope:
 
     A straight line fits the odd parts of their savings: for a time that is proportional to the inverse of a quantity its error is 0.2
     %. In the even parts, |x| has half of the difference of the derivatives to both sides, and x² has the rest. Where the second
-    derivative jumps, x |x| is in the odd parts, of which a difference of ±1 % takes 0.1 and one of ±5 % takes 0.5: then the slope is the
+    derivative jumps, x |x| is in the odd parts, of which a difference of ±2 % takes 0.2 and one of ±5 % takes 0.5: then the slope is the
     middle between these, and their distance to it counts. One pair may fall out: a plan that jumped, and no other near by.
 
     Args:
@@ -396,10 +386,11 @@ def _fitted(saved: Callable[[int], float], pairs: int) -> Slope:
     scatter, rest, away = np.sqrt(spread.item()), odd - slope * x, 0.0
     terms = np.stack([x, x**2], axis=1)
     (first, turn), spread = _least_squares(terms, odd)
-    if abs(turn) > _STUDENT[two] * np.sqrt(spread[1, 1]):
-        middle = np.array([1.0, 0.3])
-        slope, rest = first + 0.3 * turn, odd - terms @ (first, turn)
-        scatter, away = np.sqrt(middle @ spread @ middle), 0.2 * abs(turn)
+    curved = odd - terms @ (first, turn)
+    if abs(turn) > _STUDENT_SURE[two] * np.sqrt(spread[1, 1]) * _in_series(curved):
+        middle = np.array([1.0, 0.35])
+        slope, rest = first + 0.35 * turn, curved
+        scatter, away = np.sqrt(middle @ spread @ middle), 0.15 * abs(turn)
     # The plan at the value scatters too, and all even parts with it.
     (_, bend, _), spread = _least_squares(np.stack([x**0, x, x**2], axis=1), even)
     bent = abs(bend) - _STUDENT_SURE[three] * np.sqrt(spread[1, 1])
@@ -437,7 +428,8 @@ def _in_a_row(x: Floats, y: Floats) -> NDArray[np.bool_]:
         # A point's own scatter, and that of the line there.
         scatter = np.sqrt(spread.item() * (x[others] @ x[others] + x[k] ** 2))
         beyond.append(abs(y[k] - slope * x[k]) - _FALLS_OUT[len(x)] * scatter)
-    worst = int(np.argmax(beyond))
+    # After the outermost, nothing tells whether the next ones fall out too.
+    worst = int(np.argmax(beyond[:-1]))
     every[worst] = beyond[worst] <= 0.0
     return every
 

@@ -70,10 +70,10 @@ def test_no_derivative_is_given_where_it_would_be_off(odd: Callable[[float], flo
     assert derivative(lambda k: 0.02 * k / WHOLE + odd(k / WHOLE), 1e-9).derivative is None
 
 
-def test_where_the_second_derivative_jumps_differences_of_1_to_5_percent_agree_to_2_percent() -> None:
+def test_where_the_second_derivative_jumps_differences_of_2_to_5_percent_agree_to_2_percent() -> None:
     """x + 0.16 x² above the value alone: a difference of the steps ±h is 1 + 0.08 h."""
     found = derivative(lambda k: k / WHOLE + 0.16 * max(k / WHOLE, 0.0) ** 2, 1e-9)
-    for step in (0.1, 0.3, 0.5):
+    for step in (0.2, 0.35, 0.5):
         assert found.derivative == pytest.approx(1.0 + 0.08 * step, rel=0.02)
 
 
@@ -81,7 +81,7 @@ def test_one_plan_that_jumps_is_left_out() -> None:
     """Of a straight line with scatter of 0.1 %, one plan takes a tenth longer: by chance a trial of random programs met such plans."""
     rng = np.random.default_rng(11)
     for out in range(-16, 17):
-        if out in (0, 8, -8, 16, -16):  # the first four plans, which the others are compared with
+        if out in (0, 16, -16):  # at the end a plan may be the first of several
             continue
         scatter = rng.normal(0.0, 1e-3, 65)
         found = derivative(
