@@ -13,7 +13,7 @@ import pytest
 from cncgen import ranges
 from cncgen.cli import app, memory
 from cncgen.gcode import budget
-from cncgen.pipeline import reading
+from cncgen.pipeline import planning, reading
 from cncgen.planner.record import MOST_ROWS
 from cncgen.planner.tube import stream
 from cncgen.removal import sweeps
@@ -78,6 +78,13 @@ CASES: dict[str, tuple[dict[str, str | bytes], tuple[str, ...], int, str]] = {
     "a loop of which the axes are predicted": (
         {"o.nc": "G21 G64 F3000\no1 repeat [4000]\nG1 X1\nX0\no1 endrepeat\nM2\n"},
         ("plan", "o.nc", "-m", "generic-mill", "--feedrate", "ild", "-o", "o.csv"), 1, "more than 5600 motions",
+    ),
+    "a loop of corners that would be planned for minutes": (
+        {"o.nc": "G21 G64 P0.01 F3000\no1 repeat [40000]\nG1 X3 Y0.4\nX0.4 Y2\no1 endrepeat\nM2\n"},
+        ("plan", "o.nc", "--effort", "fast", *PLAN), 1, "error[long-plan]",
+    ),
+    "a feed of which setpoints would fill a disk": (
+        {"o.nc": "G21 F1\nG1 X400\nM2\n"}, ("plan", "o.nc", *PLAN), 1, "24000001 setpoints come of 3 lines",
     ),
     "a short program that takes ten minutes, compensated": (
         {"o.nc": "G21 F1\nG1 X10\nM2\n"}, ("compensate", "o.nc", *PLAN), 3, "compensate-long"
@@ -185,6 +192,10 @@ def test_bounds_of_security_are_those_of_the_code() -> None:
     search = next(cell for name, cell in row.items() if name.startswith("search for a faster way"))
     beyond = f"{stream._OF_A_LINE:,} for each line beyond {stream._LINES}"
     assert search == f"{stream._MOST:,} units of some 10 µs, and {beyond}"
+    long = next(cell for name, cell in row.items() if name.startswith("length of a plan"))
+    assert long == (
+        f"{planning.MOST_PIECES:,}, and {planning.PIECES_OF_A_LINE} for each line beyond {planning.FREE_LINES}"
+    )
     pieces = next(cell for name, cell in row.items() if name.startswith("pieces that `cut` makes"))
     assert pieces == f"{sweeps.MOST_PIECES:,}"
     for begin, most in (

@@ -234,8 +234,10 @@ def _plant_closed(p: Mapping[str, Any]) -> TransferFunction:
 def pid_ratio(
     proportional: float, integral: float, derivative: float, corner: float | None
 ) -> tuple[Floats, Floats]:
-    """Return Kp + Ki/s + Kd s/(s/corner + 1) as a ratio; without `corner` the derivative has no low-pass."""
+    """Return Kp + Ki/s + Kd s/(s/corner + 1) as a ratio in its lowest terms; without `corner` the derivative has no low-pass."""
     lag = 1.0 / corner if corner else 0.0
+    if integral == 0.0:
+        return np.array([proportional * lag + derivative, proportional]), np.array([lag, 1.0])
     control = np.array([proportional * lag + derivative, proportional + integral * lag, integral])
     return control, np.array([lag, 1.0, 0.0])
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from cncgen.arguments import expect, expect_fields, expect_path, undrawn
+from cncgen.diagnostics import Diagnostic, ProgramError, Span
 from cncgen.pipeline.reading import PLANNED, PREDICTED, read, sound
 from cncgen.shown import html_of
 from cncgen.toolpath.reading import ReadOptions
@@ -19,6 +21,16 @@ if TYPE_CHECKING:
     from cncgen.report.summary import Summary
     from cncgen.setpoints.stream import SetpointStream
     from cncgen.toolpath.record import Program, Toolpath
+
+#: Pieces of motion that a plan may have where the options do not say, of 10 to 50 µs each, and those of each line beyond a number of
+#: them (a long program is not an endless one) and of a step that the options allow. So many setpoints take as long as a piece.
+MOST_PIECES, PIECES_OF_A_LINE, FREE_LINES, PIECES_OF_A_STEP, SETPOINTS_OF_A_PIECE = (
+    200_000,
+    800,
+    500,
+    1000,
+    100,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,12 +137,10 @@ def plan(
         NoPlanError: No plan exists within the limits; travel is one of them. Raised, as the one before it, as the plan
             is drawn.
     """
-    from cncgen import planner
-
     where, how = machine_of(machine), _asked_for(options, asked)
     program = program_of(program, where)
     how = as_read(how, program)
-    return Plan(program, where, planner.plan(sound_for(program, how), where, how), how.keeps_limits, how)
+    return Plan(program, where, trajectories_of(sound_for(program, how), where, how), how.keeps_limits, how)
 
 
 def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOptions:
@@ -155,6 +165,42 @@ def as_read(options: PlanOptions, program: Program) -> PlanOptions:
 def sound_for(program: Program, options: PlanOptions) -> Iterator[Toolpath]:
     """Yield the toolpaths of a program, as many as these options can plan in a bounded time (`cncgen.pipeline.reading.sound`)."""
     return sound(program, PREDICTED if options.feedrate == "ild" else PLANNED)
+
+
+def trajectories_of(
+    toolpaths: Iterable[Toolpath], machine: Machine, options: PlanOptions
+) -> Iterator[Trajectory]:
+    """Plan the toolpaths of a program, as long as its plan is no longer than its lines and the options let it be.
+
+    Raises:
+        ProgramError: It is: the program loops, or something is in a wrong unit. Else as `cncgen.planner.plan`.
+    """
+    from cncgen import planner
+
+    return _bounded(planner.plan(toolpaths, machine, options), machine.period_s, options.max_steps or 0)
+
+
+def _bounded(plan: Iterator[Trajectory], period_s: float, steps: int) -> Iterator[Trajectory]:
+    """Yield a plan as far as it is not too long for its program; see `trajectories_of`."""
+    anyway, pieces, last = max(MOST_PIECES, PIECES_OF_A_STEP * steps), 0, 0
+    for trajectory in plan:
+        profile, rows = trajectory.profile, trajectory.toolpath
+        last = max(int(rows.line.max(initial=0)), last)
+        pieces += len(profile.v)
+        setpoints = float(profile.t[-1]) / period_s
+        bound = anyway + PIECES_OF_A_LINE * max(last - FREE_LINES, 0)
+        if pieces + setpoints / SETPOINTS_OF_A_PIECE > bound:
+            row = min(bisect_left(trajectory.row_s, float(profile.s[-1]), 1), len(rows)) - 1
+            raise ProgramError(
+                Diagnostic(
+                    "long-plan",
+                    f"{pieces} pieces of motion and {setpoints:.0f} setpoints come of {last} lines: the plan counts as endless",
+                    span=Span(rows.sources[int(rows.source[row])], int(rows.line[row])),
+                    hint="look for a long loop, and a feed or dwell in the wrong unit; --max-steps allows more",
+                    values={"pieces": pieces, "setpoints": setpoints},
+                )
+            )
+        yield trajectory
 
 
 def output_axes(program: Program) -> str:
@@ -261,13 +307,11 @@ def plan_with_summary(
     Raises:
         UsageError, ProgramError, NoPlanError: As `plan` and `sample`.
     """
-    from cncgen import planner
-
     where, how = machine_of(machine), _asked_for(options, asked)
     program = program_of(program, where)
     how = as_read(how, program)
     summary = summary_of(program, where, how, line_times)
-    trajectories = planner.plan(summary.over_toolpaths(sound_for(program, how)), where, how)
+    trajectories = trajectories_of(summary.over_toolpaths(sound_for(program, how)), where, how)
     stream = sample(
         Plan(program, where, summary.over_trajectories(trajectories), how.keeps_limits, how), signals
     )

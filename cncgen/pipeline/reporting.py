@@ -20,6 +20,7 @@ from cncgen.pipeline.planning import (
     sample,
     sound_for,
     summary_of,
+    trajectories_of,
 )
 from cncgen.pipeline.reading import read, sound
 from cncgen.pipeline.using import simulate, why
@@ -361,7 +362,7 @@ class _Run:
         axes = output_axes(program)
         self.summary: Summary = summary_of(program, machine, how)
         self.recording: Recording = Recording(machine, axes, machine.period_s)
-        trajectories = planner.plan(self.summary.over_toolpaths(sound_for(program, how)), machine, how)
+        trajectories = trajectories_of(self.summary.over_toolpaths(sound_for(program, how)), machine, how)
         watched = self.recording.over_trajectories(self.summary.over_trajectories(trajectories))
         stream = sample(Plan(program, machine, watched, how.keeps_limits, how), SIGNALS)
         self._chunks = self.recording.over_setpoints(self.summary.over_setpoints(stream.chunks))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import warnings
 from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -118,6 +119,8 @@ def begin_worker(bundles: Sequence[Bundle]) -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, leave)
+    # As in the driver's process, warnings of libraries are none of the user's; faults are in the rows.
+    warnings.showwarning = lambda *_, **__: None
     take_bundles(bundles)
     parent = parent_process()
     if parent is not None:

@@ -194,7 +194,8 @@ def check_on_machines(
 def _check_on(reader: SweepReader, quantity: Varied, name: str, tables: Tables) -> None:
     path, pattern = f"vary.{quantity.key}", machine_pattern(quantity.key)
     if isinstance(quantity, UncertainServo):
-        _check_tables(reader, path, name, with_values(tables, quantity, quantity.extremes()))
+        hint = f"give {name} the servo table that `cncgen identify` prints, with its gains: a sweep varies the rest of it"
+        _check_tables(reader, path, name, with_values(tables, quantity, quantity.extremes()), hint)
         return
     paths = matched(pattern, tables)
     absent = not paths or (quantity.relative and value_at(tables, paths[0]) is None)
@@ -207,13 +208,13 @@ def _check_on(reader: SweepReader, quantity: Varied, name: str, tables: Tables) 
             return
 
 
-def _check_tables(reader: SweepReader, path: str, name: str, tables: Tables) -> bool:
-    """Note the first fault of a machine's tables; tell whether they have none."""
+def _check_tables(reader: SweepReader, path: str, name: str, tables: Tables, hint: str = "") -> bool:
+    """Note the first fault of a machine's tables, with a hint where it has none of its own; tell whether they have none."""
     try:
         machine_from_tables(tables, "", name)
     except CncgenError as error:
         item = error.diagnostics[0]
-        reader.fault("sweep-value", path, f"{path}: {item.message}", item.hint)
+        reader.fault("sweep-value", path, f"{path}: {item.message}", item.hint or hint)
         return False
     return True
 

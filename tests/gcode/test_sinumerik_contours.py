@@ -112,6 +112,8 @@ def test_facing(moves: Any) -> None:
         (MILL.format('"WAY",20,0,2,,0,0,0,300,100,1,41,1,10', SQUARE), "cycle-depth", 4),
         (MILL.format('"WAY",20,0,2,-5,0,0,0,300,100,1,41,1,10', "PROC WAY\nG1 X0 Y0\nM17\n"), "profile-length", 4),
         (MILL.format('"WAY",20,0,2,-5,0,0,0,300,100,1,41,1,10', "PROC WAY\nG1 X0 Y0\nX5\nY5\nX0\nY0\nM17\n"), "profile-corner", 4),
+        (MILL.format('"WAY",20,0,2,-5,0,0,0,300,100,1,41,1,10', "PROC WAY\nT1 D1\nG41 G1 X0 Y0\nX5\nM17\n"), "not-read", 4),
+        (TURN.format("2,0,0,0,300,0,150,1", f"T1 D1\nG42\n{SHAFT}"), "not-read", 3),
         (TURN.format("0,0,0,0,300,0,150,1", SHAFT), "cycle-words", 3),
         (TURN.format("2,0,0,0,300,0,150,13", SHAFT), "cycle-words", 3),
         (TURN.format("2,-1,0,0,300,0,150,1", SHAFT), "cycle-words", 3),

@@ -90,6 +90,19 @@ def test_steady_lag_and_circle(bounded_table: Machine) -> None:
     assert straight[1][-1] == pytest.approx(lag * v, rel=1e-6)
 
 
+@pytest.mark.parametrize("gain", [343.5776758778177, 100.0, 7.3])
+def test_a_plant_under_p_control_lags_by_its_gain(gain: float) -> None:
+    """g/(τ s² + s) under K: E/R = (τ s² + s)/(τ s² + s + g K) = s/(g K) + (τ − 1/(g K)) s²/(g K) + …; no integral is no pole at 0."""
+    tau, g = 0.026566103592593933, 0.02738969582688182
+    table = {"numerator": [g], "denominator": [tau, 1.0, 0.0], "position_gain_1_mm": gain}
+    loop = closed_loop(Servo("plant", table), "X")
+    first, second = 1.0 / (g * gain), (tau - 1.0 / (g * gain)) / (g * gain)
+    assert static_coefficients(loop.numerator, loop.denominator) == pytest.approx(
+        (first, abs(second + first**2 / 2.0)), rel=1e-12
+    )
+    error_filter(loop.numerator, loop.denominator, T)
+
+
 def test_parts_go_on_and_snapshots_return(bounded_table: Machine) -> None:
     """Two halves are the whole; a restored snapshot answers again as it did."""
     rng = np.random.default_rng(1)

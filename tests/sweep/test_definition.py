@@ -126,6 +126,22 @@ def test_the_key_tells_program_machine_options_and_figures_apart(with_sweep: Wri
     assert len(others - {usual}) == 4
 
 
+def test_an_identified_plant_wants_a_machine_with_its_gains(with_sweep: Write) -> None:
+    """xy-table has another model of servo; the message says which table is missing, and where to take it."""
+    found = {"gain": 0.03, "time_constant_s": 0.03}
+    covariance = {"parameters": list(found), "logarithm": [True, True], "matrix": [[1e-4, 0], [0, 1e-4]]}
+    axis = {"parameters": found, "covariance": covariance}
+    Path("x.json").write_text(json.dumps({"model": "velocity-loop", "axes": {"x": axis}}))
+    text = (
+        f'{HEAD}[vary]\n"axes.x.servo" = {{ identified = "x.json" }}\n[draw]\ndesign = "sobol"\npoints = 4\n'
+    )
+    with pytest.raises(UsageError) as caught:
+        load_sweep(with_sweep(text))
+    (fault,) = caught.value.diagnostics
+    assert "position_gain_1_mm: missing" in fault.message
+    assert "cncgen identify" in fault.hint
+
+
 def test_a_covariance_is_drawn_as_it_was_found(with_sweep: Write) -> None:
     """Of many draws, the logarithms have the mean and the covariance of the summary (law of large numbers, 4 σ/√n)."""
     matrix = [[0.04, 0.01], [0.01, 0.09]]

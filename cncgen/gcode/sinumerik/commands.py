@@ -12,6 +12,7 @@ from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.codes import rotary_paths, tool_point
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.offsets import use_system
+from cncgen.gcode.codes.turning_profiles import Recorder
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.expressions import Scalar, number
 from cncgen.gcode.state.systems import MORE_COUNT, SYSTEM_COUNT
@@ -367,6 +368,8 @@ def _compensate(motions: Motions, code: int) -> None:
     if code == 40:
         motions.emit({}, (400,))
         return
+    if isinstance(ip.sink, Recorder):
+        raise _not_read(f"G{code}", "the cycle keeps the tool beside its contour")
     if motions.edge == 0:
         raise BlockError(
             "comp-diameter",
