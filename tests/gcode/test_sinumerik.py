@@ -454,3 +454,8 @@ def test_frames_that_leave_no_digits_are_refused(run: Any, lines: str) -> None:
     assert "number-range" in [
         code for code, _, _ in run(f"{lines}G1 X1 F100\nM30", dialect="sinumerik").errors
     ]
+
+
+def test_an_m_function_that_is_not_the_controls_is_the_builders(run: Any) -> None:
+    out = run("G71 G90\nG1 X5 F100\nM180\nM30\n", dialect="sinumerik")
+    assert [(d.severity, d.code, d.span.line) for d in out.diagnostics] == [("warning", "builders-code", 3)]

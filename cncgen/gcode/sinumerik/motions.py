@@ -478,7 +478,7 @@ class Motions:
             elif ("M", code * 10) in self.ip.codes and code < 60:
                 self.emit({}, (), (code * 10,))
             elif code not in (40, 41, 42, 43, 44, 45):
-                of_builder(code * 10).run(self.ip, Block({}, m=(code * 10,)))
+                of_builder(code * 10, "").run(self.ip, Block({}, m=(code * 10,)))
         return ended or "RET" in words.commands
 
     def _dwell(self, words: Words) -> None:
