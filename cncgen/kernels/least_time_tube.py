@@ -13,7 +13,7 @@ Functions take the number of axes as an argument: `solve` hands on 2 and 3 as co
 import cython
 from cython.cimports.libc.math import fabs, log, sqrt
 
-#: Weight of the squares of what is held by dual regularisation: places across the planes, and the state at the end.
+#: Weight of the squares of residuals under dual regularisation: places across the planes, and the state at the end.
 _RHO = cython.declare(cython.double, 1e7)
 #: Part of the way to a bound that a step may go.
 _TAU = cython.declare(cython.double, 0.99)
@@ -41,7 +41,7 @@ _CONVEX = cython.declare(cython.double, 10.0)
 _FLAT = cython.declare(cython.double, 1e-6)
 _CLOSING = cython.declare(cython.int, 12)
 _CLOSING_DAMPING = cython.declare(cython.double, 1.0)
-#: How many times what the first point misses any other may, and the least miss that counts: what is exact at first has to be left.
+#: Largest residual as a multiple of that of the first point, and the least residual that counts: an exact first point must be left.
 _WORSE = cython.declare(cython.double, 4.0)
 _LEAST_MISS = cython.declare(cython.double, 1.0)
 #: Cost of a step of mean length.
@@ -52,7 +52,7 @@ _BEYOND = cython.declare(cython.double, 1e300)
 
 @cython.cclass
 class Tube:
-    """The problem, its solution so far, and what an iteration works on. `n` axes (9 at most), `steps` intervals.
+    """The problem, its current solution, and the working arrays of an iteration. `n` axes (9 at most), `steps` intervals.
 
     `x` and `u` are the first guess and then the solution. Rows of node k are ``first[k]`` to ``first[k + 1]`` of `rows`, each
     an offset o = (r_k - c)/unit, a direction d (0 for a point) and unit/ρ: |(1 - d dᵀ)(p + o)| unit ≤ ρ. Where `between` is
@@ -223,7 +223,8 @@ _Measure = cython.struct(cost=cython.double, logs=cython.double, missed=cython.d
 def _measure(
     tube: Tube, n: cython.Py_ssize_t, x: cython.double[:, ::1], u: cython.double[:, ::1]
 ) -> _Measure:
-    """Return the cost of a point, the sum of the logarithms of its slacks, the sum of what it misses, and the largest of that, planes left out."""
+    """Return the cost of a point, the sum of the logarithms of its slacks, the sum of its residuals, and the largest of them without
+    planes."""
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     m: cython.Py_ssize_t
@@ -291,7 +292,7 @@ def _missed(
     u: cython.double[:, ::1],
     F: cython.p_double,
 ) -> cython.void:
-    """Write what the motion of an interval misses node k + 1 by: f."""
+    """Write the residual f of the motion of an interval at node k + 1."""
     i: cython.Py_ssize_t
     h: cython.double = u[k, n] * tube.h0[k]
     ha: cython.double
@@ -796,7 +797,7 @@ _Steps = cython.struct(primal=cython.double, dual=cython.double, size=cython.dou
 @cython.nogil
 @cython.exceptval(check=False)
 def _dual(z: cython.double, dz: cython.double, dual: cython.double) -> cython.double:
-    """Return what the step of multipliers is divided by, once one of them stays above 0."""
+    """Return the divisor of the step of multipliers, raised so that this multiplier stays above 0."""
     return -dz / z if -dz > dual * z else dual
 
 
@@ -815,7 +816,7 @@ def _box(
     mu: cython.double,
     steps: _Steps,
 ) -> _Steps:
-    """Work out the steps of the multipliers of two bounds, and what the step is divided by."""
+    """Compute the steps of the multipliers of two bounds, and the divisor of the step."""
     y: cython.double = 1.0 / (low * high)
     a: cython.double = (mu - z[k, at] * d) * high * y - z[k, at]
     b: cython.double = (mu + z[k, at + 1] * d) * low * y - z[k, at + 1]
@@ -836,7 +837,7 @@ def _box(
 @cython.nogil
 @cython.exceptval(check=False)
 def _curve(s: cython.double, g: cython.double, c: cython.double, primal: cython.double) -> cython.double:
-    """Return what a step is divided by so that s + g α - c α² keeps (1 - τ) s."""
+    """Return the divisor of a step for which s + g α - c α² keeps (1 - τ) s."""
     left: cython.double = _TAU * s
     part: cython.double = _TAU / primal
     if left + part * (g - c * part) >= 0.0:
@@ -1117,7 +1118,7 @@ def _solved(
         closing |= it >= most - _CLOSING
         damping = delta
         if closing:
-            # Steps become those of the least change, so that what is missed falls with their squares.
+            # Steps become those of the least change, so that residuals fall with their squares.
             damping = calming
             calming *= _CHANGE
         tube.curvature = 1.0

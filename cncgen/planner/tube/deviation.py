@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.kernels import free_space as kernel
-from cncgen.planner.tube.programmed import RowLines
+from cncgen.planner.tube.programmed import USED, RowLines
 from cncgen.planner.tube.window_problem import Solved
 
 Floats = NDArray[np.float64]
@@ -22,36 +22,39 @@ Ints = NDArray[np.int64]
 _CHORD, _PHASES = 0.004, 12
 #: Factors on the tolerance that are tried if it is exceeded: doublings, and then bisections between the last two.
 _DOUBLINGS, _HALVINGS = 6, 5
-#: A line is done to its end, except for rounding.
-_END = 1e-9
+#: Part of a period within which times are the same.
+_SAME = 1e-6
+#: Part of the tolerance within which places are the same, and how far from rows the plan is, in parts of its own tolerance.
+_SAME_PLACE, _PLAN = 1e-3, 1.001
 
 
 @dataclass(frozen=True, slots=True)
 class Reached:
-    """Places at which a motion may be: intervals on lines that follow one another, by their keys (`RowLines`).
+    """Places that a setpoint may be at: intervals on lines that follow one another, by their keys (`RowLines`).
 
     Attributes:
+        point: Shape (n,), the setpoint.
         line: Key of where the first line begins.
         low, high: Shape (k,): an interval each; none where low is above high.
     """
 
+    point: Floats
     line: float
     low: Floats
     high: Floats
 
     @classmethod
-    def at(cls, path: RowLines, key: float) -> Reached:
-        """Return one place."""
-        on = int(np.clip(np.searchsorted(path.key, key, side="right") - 1, 0, len(path.tolerance) - 1))
-        return cls(float(path.key[on]), np.array([key]), np.array([key]))
+    def at(cls, point: Floats, key: float, line: float | None = None) -> Reached:
+        """Return one place, of a line that begins there if no other is given."""
+        return cls(point, key if line is None else line, np.array([key]), np.array([key]))
 
 
 class _Walk(NamedTuple):
-    """How a motion and the rows go along each other.
+    """How setpoints and the rows go along each other.
 
     Attributes:
-        chords: How many of the motion's chords are done.
-        whole: Whether all of both are.
+        chords: How many of the chords are done.
+        whole: Whether all are, and the goal may be gone on from.
         out, line: Shape (points,): distance of each point from the lines that it reaches, and which one that is from.
         back, at: Shape (vertices,): distance of each vertex from the chords that reach it, and which one that is from.
         space: Its last state.
@@ -66,16 +69,24 @@ class _Walk(NamedTuple):
     space: kernel.FreeSpace
 
 
-def excess(path: RowLines, entry: Reached, motion: Solved, period_s: float, passed: float) -> Floats:
-    """Return by how much setpoints of a motion, whatever their phase, are over the tolerance before each node, shape (k,), mm.
+def excess(
+    path: RowLines,
+    ends: tuple[Reached, Reached],
+    motion: Solved,
+    first_s: float,
+    period_s: float,
+    passed: float,
+) -> Floats:
+    """Return by how much setpoints of a motion, of their own phase and others, are over the tolerance before each node, shape (k,), mm.
 
     −∞ where they are not, or by no more than a part of it that may be passed. Where they go along the rows in order only with more
     than twice the tolerance, it may be less than that. Where every place is near enough, but not in order, it is what more of it would do.
 
     Args:
-        path: The rows from where the motion begins to where it ends.
-        entry: Where on them it begins.
+        path: The rows from where the motion begins to where it ends, or beyond.
+        ends: Where on them the setpoint before it is, and places that all have to be reached at its end: what follows goes on from one.
         motion: Over all axes.
+        first_s: Time of its first setpoint.
         period_s: Time between setpoints.
         passed: Part of the tolerance by which they may be over it.
     """
@@ -83,20 +94,21 @@ def excess(path: RowLines, entry: Reached, motion: Solved, period_s: float, pass
     over = np.full(len(end), -np.inf)
     allowed = (1.0 + passed) * path.tolerance
     beside = np.maximum(np.append(path.tolerance, 0.0), np.insert(path.tolerance, 0, 0.0))
-    for t in _phases(motion, end, period_s, float(path.tolerance.min())):
+    for t in _phases(_bends(motion), motion.step, first_s, period_s, float(path.tolerance.min())):
         points = _at(motion, end, t)
-        first = _walk(path, points, allowed, entry)
+        points[0] = ends[0].point
+        first = _walk(path, points, allowed, *ends)
         if first.whole:
             continue
         node = np.minimum(np.searchsorted(end, t), len(end) - 1)
         found, factor = first, 1.0
         for _ in range(_DOUBLINGS):
             factor *= 2.0
-            found = _walk(path, points, factor * allowed, entry)
+            found = _walk(path, points, factor * allowed, *ends)
             if found.whole:
                 break
         np.maximum.at(over, node[1:], (found.out - path.tolerance[found.line])[1:])
-        seen = np.flatnonzero(np.isfinite(found.back))
+        seen = np.flatnonzero(np.isfinite(found.back) & (path.key <= max(ends[1].high)))
         chord = found.at[seen]
         way = points[chord + 1] - points[chord]
         part = ((path.points[seen] - points[chord]) * way).sum(axis=1) / np.maximum(
@@ -111,7 +123,7 @@ def excess(path: RowLines, entry: Reached, motion: Solved, period_s: float, pass
             for _ in range(_HALVINGS):
                 half = 0.5 * (less + factor)
                 less, factor = (
-                    (less, half) if _walk(path, points, half * allowed, entry).whole else (half, factor)
+                    (less, half) if _walk(path, points, half * allowed, *ends).whole else (half, factor)
                 )
             stuck = node[min(first.chords + 1, len(node) - 1)]
             over[stuck] = (factor * (1.0 + passed) - 1.0) * path.tolerance.max()
@@ -119,35 +131,95 @@ def excess(path: RowLines, entry: Reached, motion: Solved, period_s: float, pass
 
 
 def reached(
-    path: RowLines, entry: Reached, motion: Solved, period_s: float, passed: float, count: int
-) -> Reached:
-    """Return where a motion may be at its node `count`, by setpoints of one phase; the arguments are those of `excess`."""
+    path: RowLines, entry: Reached, motion: Solved, first_s: float, period_s: float, passed: float, count: int
+) -> Reached | None:
+    """Return where its last setpoint before node `count` of a motion may be; the arguments are those of `excess`."""
     end = np.cumsum(motion.step)
-    t = next(_phases(motion, end, period_s, float(path.tolerance.min())))
-    t = np.append(t[t < end[count - 1]], end[count - 1])
-    first, low, high = _walk(
-        path, _at(motion, end, t), (1.0 + passed) * path.tolerance, entry
-    ).space.reached()
-    begin, width = path.key[first : first + len(low)], np.diff(path.key[first : first + len(low) + 1])
-    return Reached(float(begin[0]), begin + low * width, begin + high * width)
+    t = next(_phases(_bends(motion), motion.step, first_s, period_s, float(path.tolerance.min())))
+    last = first_s + period_s * np.floor((end[count - 1] - first_s) / period_s + _SAME)
+    t = np.append(t[t < last - _SAME * period_s], last) if last > 0.0 else t[:1]
+    allowed = (1.0 + passed) * path.tolerance
+    return _gone(path, entry, _at(motion, end, t), allowed, allowed)
 
 
-def _phases(motion: Solved, end: Floats, period_s: float, tolerance: float) -> Iterator[Floats]:
-    """Yield times of setpoints of a motion, of one phase after the other, its ends among them; further apart where chords show less."""
-    bend = np.sqrt((motion.acceleration**2).sum(axis=1))
-    with np.errstate(divide="ignore"):
-        fine = np.sqrt(8.0 * _CHORD * tolerance / np.maximum(bend[1:], bend[:-1]))
-    count = np.concatenate(
-        [[0.0], np.cumsum(motion.step / np.maximum(np.minimum(fine, motion.step), period_s))]
+def followed(
+    path: RowLines,
+    entry: Reached,
+    plan: tuple[Floats, Floats, Callable[[Floats], Floats]],
+    first_s: float,
+    period_s: float,
+    passed: float,
+    chord_mm: float,
+) -> Reached | None:
+    """Return where the end of a stretch of the plan may be, None where it is too far from the rows.
+
+    Args:
+        path, entry, first_s, period_s, passed: As of `excess`.
+        plan: Shape (k, n) and (k,), velocities at times from its start to its end, s; what gives positions at times.
+        chord_mm: By which chords of the plan may leave the rows where their tolerance is less.
+    """
+    velocity, t, position = plan
+    step = np.diff(t)
+    bend = np.sqrt((np.diff(velocity, axis=0) ** 2).sum(axis=1)) / np.maximum(step, 1e-12)
+    at = next(_phases(bend, step, first_s, period_s, float(path.tolerance.min())))
+    allowed = _PLAN * np.maximum(path.tolerance / USED, chord_mm)
+    return _gone(path, entry, position(at), allowed, (1.0 + passed) * path.tolerance)
+
+
+def _gone(path: RowLines, entry: Reached, points: Floats, allowed: Floats, there: Floats) -> Reached | None:
+    """Return where the last of points may be within what is allowed on the way and there."""
+    points[0] = entry.point
+    walk = _walk(path, points, allowed, entry)
+    if walk.chords < len(points) - 1:
+        return None
+    first, low, high = walk.space.reached()
+    own = slice(first, first + len(low))
+    begin, way = path.points[own], np.diff(path.points[first : own.stop + 1], axis=0)
+    size = np.maximum((way**2).sum(axis=1), 1e-300)
+    foot = ((points[-1] - begin) * way).sum(axis=1) / size
+    away = ((points[-1] - begin - foot[:, None] * way) ** 2).sum(axis=1)
+    half = np.sqrt(np.maximum(there[own] ** 2 - away, 0.0) / size)
+    width = np.diff(path.key[first : own.stop + 1])
+    ends = (
+        np.maximum(low, foot - half),
+        np.where(away <= there[own] ** 2, np.minimum(high, foot + half), -1.0),
     )
+    if not (ends[0] <= ends[1]).any():
+        return None
+    key = path.key[own]
+    return Reached(points[-1], float(key[0]), key + ends[0] * width, key + ends[1] * width)
+
+
+def _bends(motion: Solved) -> Floats:
+    """Return the largest acceleration of each interval, shape (k,)."""
+    size = np.sqrt((motion.acceleration**2).sum(axis=1))
+    return np.maximum(size[1:], size[:-1])
+
+
+def _phases(
+    bend: Floats, step: Floats, first_s: float, period_s: float, tolerance: float
+) -> Iterator[Floats]:
+    """Yield times of setpoints of a motion and those of its ends, of their own phase and of others; further apart where chords show less.
+
+    Of other phases, the start is there twice: once for the setpoint before it.
+    """
+    end = np.cumsum(step)
+    with np.errstate(divide="ignore"):
+        fine = np.sqrt(8.0 * _CHORD * tolerance / bend)
+    apart = period_s * np.maximum(np.floor(np.minimum(fine, step) / period_s + _SAME), 1.0)
+    count = np.concatenate([[0.0], np.cumsum(step / apart)])
     number = int(np.clip(np.ceil(period_s / fine.min()), 1, _PHASES))
-    clock = np.concatenate([[0.0], end])
+    near = np.interp(np.arange(count[-1] + 1.0), count, np.concatenate([[0.0], end])) / period_s
     for phase in range(number):
-        inner = np.arange(phase / number, count[-1])
-        yield np.concatenate([[0.0], np.interp(inner[inner > 0.0], count, clock), end[-1:]])
+        own = first_s / period_s + phase / number
+        inner = period_s * (own + np.unique(np.ceil(near - own - _SAME)))
+        inner = inner[(inner > 0.0) & (inner < end[-1])]
+        yield np.concatenate([[0.0] * (2 if phase else 1), inner, end[-1:]])
 
 
-def _walk(path: RowLines, points: Floats, allowed: Floats, entry: Reached) -> _Walk:
+def _walk(
+    path: RowLines, points: Floats, allowed: Floats, entry: Reached, goal: Reached | None = None
+) -> _Walk:
     """Go along points and rows with what each line allows, mm."""
     lines, count = len(allowed), len(points)
     back, at, during = np.full(lines + 1, np.inf), np.zeros(lines + 1, np.int64), np.full((lines + 1, 2), -1)
@@ -161,9 +233,24 @@ def _walk(path: RowLines, points: Floats, allowed: Floats, entry: Reached) -> _W
     low, high = ((each[: len(begin)] - begin) / size for each in (entry.low, entry.high))
     space.enter(first, low.tolist(), np.minimum(high, 1.0).tolist())
     done, why = space.run(points, 0, count - 1, 1.0, count, 0, out, line)
-    first, low, high = space.reached()
-    whole = why == kernel.DONE and first + len(low) == lines and high[-1] >= 1.0 - _END
+    whole = why == kernel.DONE and (goal is None or _covers(path, space, goal))
     return _Walk(done, whole, out, line, back, at, space)
+
+
+def _covers(path: RowLines, space: kernel.FreeSpace, goal: Reached) -> bool:
+    """Tell whether all places of a goal are reached, but for intervals too short to tell."""
+    first, low, high = space.reached()
+    begin = int(np.searchsorted(path.key, goal.line))
+    reached = np.tile([[np.inf], [-np.inf]], len(path.tolerance))
+    some = np.array(low) <= np.array(high)
+    reached[:, first : first + len(low)] = np.where(some, [low, high], reached[:, :1])
+    own = slice(begin, begin + len(goal.low))
+    width = np.diff(path.key)[own]
+    length = np.sqrt((np.diff(path.points[begin : own.stop + 1], axis=0) ** 2).sum(axis=1))
+    same = _SAME_PLACE * path.tolerance[own] / np.maximum(length, 1e-300)
+    from_, to = ((each - path.key[own]) / np.where(width > 0.0, width, 1.0) for each in (goal.low, goal.high))
+    there = (reached[0, own] <= from_ + same) & (reached[1, own] >= from_ - same)
+    return bool((there | (to - from_ <= same)).all() and (there & (to >= from_)).any())
 
 
 def _at(motion: Solved, end: Floats, t: Floats) -> Floats:

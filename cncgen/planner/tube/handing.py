@@ -185,7 +185,15 @@ class Hand:
         """Return how long a motion that leaves a rest waits for a setpoint there: the plan's wait is for its own way off, s."""
         if not self._phased or (found.velocity[0] != 0.0).any():
             return 0.0
-        periods = (begin + self.later) / self.period_s
+        return self.until_setpoint(begin)
+
+    def first_setpoint(self, begin: float, found: Solved) -> float:
+        """Return how long after the start of a motion in the place of the plan its first setpoint is, s."""
+        return self.until_setpoint(begin + self.standing(begin, found))
+
+    def until_setpoint(self, time: float) -> float:
+        """Return how long after a time of the plan the next setpoint is, s."""
+        periods = (time + self.later) / self.period_s
         return float(np.ceil(periods - 1e-9) - periods) * self.period_s
 
     @property
@@ -193,8 +201,7 @@ class Hand:
         """The time missing to a whole number of periods that the motion is earlier than the plan, s; 0 where that does not matter."""
         if not self._phased:
             return 0.0
-        late = self.later / self.period_s
-        wait = float(np.ceil(late - 1e-9) - late) * self.period_s
+        wait = self.until_setpoint(0.0)
         return wait if wait > 1e-12 else 0.0
 
     def _trajectory(

@@ -21,8 +21,8 @@ Bools = NDArray[np.bool_]
 #: Lines stand for a curve within this part of its tolerance.
 _CHORD = 0.002
 #: Part of the tolerance that is planned with: with what motions may pass it by, and lines and phases of setpoints miss, it is all.
-USED = 0.99
-#: cos of the turn beyond which a corner is a stop.
+USED = 0.994
+#: cos of the turn beyond which the plan rests in a corner.
 _BACK = -0.97
 #: A joint where the tangent turns by less, rad, and where curvature changes by less than this part of it, is one row cut in parts.
 _STRAIGHT, _SAME_BEND = 1e-5, 1e-3
@@ -50,17 +50,6 @@ class RowLines:
     points: Floats
     key: Floats
     tolerance: Floats
-
-    def until(self, key: float) -> RowLines:
-        """Return the lines up to a place."""
-        last = max(int(np.searchsorted(self.key, key)), 1)
-        part = (key - self.key[last - 1]) / (self.key[last] - self.key[last - 1])
-        end = self.points[last - 1] + part * (self.points[last] - self.points[last - 1])
-        return RowLines(
-            np.concatenate([self.points[:last], end[None]]),
-            np.append(self.key[:last], key),
-            self.tolerance[:last],
-        )
 
 
 class Programmed:
@@ -155,13 +144,13 @@ class Programmed:
                 mode == FeedMode.INVERSE_TIME, length[rows], path.per_feed[rows]
             )
         tolerance = toolpath.tolerance[rows]
+        exact = (toolpath.path_mode[rows] != PathMode.CONTINUOUS) | (tolerance < LEAST_TOLERANCE)
+        exact |= mode == FeedMode.RAPID
+        # The plan keeps to the tolerance of rows in inverse time as well, on the path that it has.
+        within = ~exact & path.moves_xyz[rows]
         free = (
-            (toolpath.path_mode[rows] == PathMode.CONTINUOUS)
-            & (tolerance >= LEAST_TOLERANCE)
-            & (mode != FeedMode.RAPID)
-            & (mode != FeedMode.INVERSE_TIME)
+            within & (mode != FeedMode.INVERSE_TIME) & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0)
         )
-        free &= path.moves_xyz[rows] & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0)
         columns = {
             "line": toolpath.line[rows],
             "source": toolpath.source[rows],
@@ -169,12 +158,10 @@ class Programmed:
             "curved": toolpath.kind[rows] != Kind.LINE,
             "feed": feed,
             "free": free,
-            "exact": (toolpath.path_mode[rows] != PathMode.CONTINUOUS)
-            | (tolerance < LEAST_TOLERANCE)
-            | (mode == FeedMode.RAPID),
+            "exact": exact,
             "stop": stop,
             "rest": stop.copy(),
-            "tolerance": np.where(free, USED * tolerance, self._chord),
+            "tolerance": np.where(within, USED * tolerance, self._chord),
             "entry": entry,
             "leave": leave,
             "bent": bent,
@@ -187,12 +174,10 @@ class Programmed:
             one = self.column(name)[-1:] if len(self) else columns[name][:1]
             return np.concatenate([one, columns[name][:-1]])
 
-        turn = np.einsum("ij,ij->i", before_it("leave"), entry)
         # The plan meets its places exactly: it is smoothed beside neither exact rows nor turns back.
         linear = np.einsum("ij,ij->i", before_it("leave")[:, :3], entry[:, :3])
         long = np.minimum(before_it("length"), columns["length"]) > STANDSTILL
         columns["met"] = stop | columns["exact"] | before_it("exact") | (long & (linear < _BACK))
-        stop |= turn < _BACK
         stop[:1] |= not len(self)
         larger = np.maximum(np.abs(bend), np.abs(before_it("bent"))).max(axis=1)
         joint = stop | (np.abs(entry - before_it("leave")).max(axis=1) > _STRAIGHT)
@@ -237,10 +222,8 @@ class Programmed:
         key = np.append(rows[order] + parts[order], float(stop))
         return RowLines(vertices, key, tolerance[rows[order] - first])
 
-    def nearest(self, points: Floats, row: Ints, part: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the places on given rows nearest to points, shape (k, axes), the unit tangents there, all scaled, and how far on each row they are.
-
-        That is 0 at its start and 1 at its end, and between them as its parameter.
+    def nearest(self, points: Floats, row: Ints, part: Floats) -> tuple[Floats, Floats]:
+        """Return the places on given rows nearest to points, shape (k, axes), and the unit tangents there, all scaled.
 
         Args:
             points: Shape (k, axes), scaled.
@@ -251,7 +234,7 @@ class Programmed:
         way = self.column("end")[row - self.base] - start
         size = np.maximum((way**2).sum(axis=1), 1e-300)
         u = np.clip(((points - start) * way).sum(axis=1) / size, 0.0, 1.0)
-        place, tangent, far = start + u[:, None] * way, way / np.sqrt(size)[:, None], u
+        place, tangent = start + u[:, None] * way, way / np.sqrt(size)[:, None]
         curved = np.flatnonzero(self.column("curved")[row - self.base])
         first = np.array([chunk.first for chunk in self._chunks])
         owner = np.searchsorted(first, row[curved], side="right") - 1
@@ -284,8 +267,7 @@ class Programmed:
             end = np.flatnonzero(inside != u)
             x[1, end] = path.evaluate_parameter(local[end], inside[end], 1)[1]
             place[at], tangent[at] = x[0] * self.scale, self._unit(x[1])
-            far[at] = (u - first_u) / (last_u - first_u)
-        return place, tangent, far
+        return place, tangent
 
     @staticmethod
     def _ends(path: Path, local: Ints) -> tuple[Floats, Floats]:

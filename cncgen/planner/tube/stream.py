@@ -1,4 +1,4 @@
-"""A plan that streams by is improved within the tolerance, window by window."""
+"""Improves a streamed plan within the tolerance, window by window."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cncgen.kernels import tube_places
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.record import Trajectory
-from cncgen.planner.tube.deviation import Reached, excess, reached
+from cncgen.planner.tube.deviation import Reached, excess, followed, reached
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
@@ -31,26 +31,27 @@ WINDOW, FIRST, OVERLAP = 900, 450, 300
 #: Nodes to which a window is shortened where none of its motions holds, a quarter of them each time. Of the tolerance, parts that such a
 #: short one tries as its room before the plan stands: the motion for less is one for more as well.
 _SMALLEST, _LESS_ROOM = 100, (0.4, 0.1)
-#: Runs of fewer nodes have closer ones, at most so many times: what a few nodes lose, others of a narrower tolerance do not.
+#: Runs of fewer nodes have closer nodes, at most by this factor: a few nodes lose time that closer nodes of a narrower tolerance do
+#: not.
 _CLOSEST = 8.0
 #: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of v/A + A/J.
 _FELT = 1.2
 #: Times that the room is narrowed where the motion leaves the tolerance between nodes, and by how much more than that.
-_ROUNDS, _MORE = 9, 1.25
-#: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there. What
-#: is left of the room at least, as a part of the tolerance.
+_ROUNDS, _MORE = 9, 1.1
+#: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there.
+#: Least room, as a part of the tolerance.
 _LOCAL, _NARROWEST = 2, 0.1
 #: Part of the tolerance that is planned with by which a motion may be over it.
 _PASSED = 0.004
 #: A motion that is not faster by this part stays as it was.
 _LESS = 1e-5
-#: A row takes this part of its length on the plan at least, but for some tolerances.
+#: A row takes at least this part of its length on the plan, except for some tolerances.
 _AS_LONG = 0.8
 #: A row that takes less than this part of its length on the plan is not found.
 _HARDLY = 0.1
 #: A way on which nothing moves, mm.
 _SAME_PLACE = 1e-9
-#: The plan meets a place exactly but for rounding, mm.
+#: Rounding within which the plan meets a place exactly, mm.
 _EXACT = 1e-7
 #: Periods by which a run is planned from inside of its ends where the plan is moving.
 _INSIDE = 5.0
@@ -64,8 +65,8 @@ _PHASES, _SEEN, _REST = 8, 1.0005, 1e-9
 _APART = 0.05
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
-#: Units of search, of some 10 µs each: of a round of it beside its lines and nodes, of a whole plan where nothing is said, of each
-#: line of the program beyond a number of them (a long program is not an endless one), and of a step that the options allow.
+#: Units of search, of some 10 µs each: of a round beside its lines and nodes, of a whole plan by default, of each line of the program
+#: beyond a number of lines (a long program is not an endless one), and of a step that the options allow.
 _ROUND, _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 120, 400_000, 1000, 500, 400
 
 
@@ -75,13 +76,13 @@ class _Run:
 
     Attributes:
         first: Its first row.
-        row: The row from which on there are no nodes yet.
+        row: The first row without nodes.
         nodes: Those not yet handed on, without the one where the motion is.
         state: Shape (3, axes), the state there.
         s, t: Its place and time on the reference.
         at, part: The row there, and the part of it that is behind.
         closed: Whether all nodes of the run are there.
-        entry: Where on the rows the motion may be there; not yet known where it goes on from the plan.
+        entry: Where on the rows the motion may be there; None where the plan is too far from them to tell.
         tail: A motion from there on to the reference that is known: solved intervals, and how many nodes they reach over.
     """
 
@@ -127,7 +128,7 @@ class Tube:
         self.lost = False
 
     def take(self, trajectory: Trajectory, last: bool) -> Iterator[Trajectory]:
-        """Add a trajectory of the plan; yield what is final."""
+        """Add a trajectory of the plan; yield the final part."""
         if self.ended:
             self.reference.trajectories.append(trajectory)
             self.program.leave()
@@ -138,7 +139,7 @@ class Tube:
         yield from self.advance(last)
 
     def advance(self, last: bool) -> Iterator[Trajectory]:
-        """Yield what is final."""
+        """Yield the final part."""
         self._match(last)
         while not self.ended:
             if self.run is None and not self._open(last):
@@ -149,13 +150,17 @@ class Tube:
                 if self.run is not None:
                     break
         if last or self.ended:
+            run = self.run
+            if run is not None and run.tail is not None and run.nodes is not None:
+                # Rows after it are not found on the plan: the known motion leads back to that.
+                yield from self.hand.improved(run.t, (run.at, run.part), run.nodes, *run.tail)
             yield from self.hand.rest()
         else:
             yield from self.hand.until(self._safe())
         self._forget()
 
     def _safe(self) -> float:
-        """Return the time up to which the plan stands as it is."""
+        """Return the time up to which the plan is kept."""
         if self.run is not None:
             return self.hand.time
         grid = self.reference.grid
@@ -215,7 +220,7 @@ class Tube:
         ends = ends[have : have + found]
         s[ends] = grid.s[at[ends] + (place[:found][ends] - at[ends] > 0.5)]
         s = np.maximum.accumulate(np.maximum(s, start))
-        # A rest where the path has been before may be taken for that: from there on the plan stands as it is.
+        # A rest where the path has been before may be mistaken for it: from there on the plan is kept.
         way = np.diff(s, prepend=start)
         if last:
             # There is no way on which the end could be taken for another rest.
@@ -240,7 +245,10 @@ class Tube:
                 i = self._smooth(int(np.searchsorted(grid.s, s, side="right") - 1), 1)
                 s, t = float(grid.s[i]), float(grid.t[i])
                 state = self.reference.state(s, t)
-                self.run = _Run(self.row, self.row, None, state, s, t, self.row)
+                self.run = run = _Run(self.row, self.row, None, state, s, t, self.row)
+                begin = Reached.at(program.column("start")[self.row - program.base], float(self.row))
+                since = float(grid.t[np.searchsorted(grid.s, self._place(self.row), side="right") - 1])
+                run.entry = self._followed(program.lines(self.row, self.row + 1), begin, since, t)
                 return True
             self.row += 1
         return False
@@ -264,7 +272,7 @@ class Tube:
         return int(np.clip(i, 0, len(grid) - 1))
 
     def _extend(self, last: bool) -> None:
-        """Add the nodes of what is known of the run."""
+        """Add the nodes of the known part of the run."""
         run, program = self.run, self.program
         assert run is not None
         if run.closed:
@@ -349,12 +357,15 @@ class Tube:
         if not whole:
             felt = np.searchsorted(nodes.t, end - self._felt(float(nodes.feed[-OVERLAP:].max())))
             final = int(np.clip(felt, max(count - OVERLAP, count // 3), count - 1))
-        goal = self.reference.state(float(nodes.s[-1]), end)
-        path, entry = self._rows(run, nodes, goal)
+        # When its setpoints are depends on all that is before it.
+        yield from self.hand.plain(run.t)
+        path, goals = self._rows(run, nodes, whole)
         columns = np.flatnonzero(np.ptp(np.concatenate([run.state[:1], nodes.point]), axis=0) > _STILL)
-        # A straight line along an axis has no room that matters, nor has a path whose nodes no setpoint can show.
+        # One way along one axis has no room that matters, nor has a path whose nodes no setpoint can show.
+        turns = bool(np.ptp(np.sign(nodes.tangent[:, columns]), axis=0).any())
         shown = (end - run.t) * _SHOWN > count * self.machine.period_s
-        tried = len(columns) > 1 and shown and self._searches(nodes)
+        free = len(columns) > 1 or turns
+        tried = goals is not None and free and shown and self._searches(nodes)
         alone = whole and tail is None and run.part == 0.0
         found: Solved | None = None
         for part in (1.0, *_LESS_ROOM) if tried else ():
@@ -362,7 +373,8 @@ class Tube:
                 close = min(max(_SMALLEST / count, 1.0), _CLOSEST) if part == 1.0 else 1.0
                 nodes = self._nodes_again(run, nodes, whole, replace(self.scales, part=part, close=close))
                 final, whole = len(nodes), True
-            found = self._solved(run, nodes, (path, entry), goal, columns)
+            assert goals is not None
+            found = self._solved(run, nodes, (path, goals), columns)
             better = (
                 found is not None
                 and float(found.step.sum()) + self.hand.standing(run.t, found) < (1.0 - _LESS) * before
@@ -375,49 +387,77 @@ class Tube:
                 return
         else:
             self.size = min(2 * max(self.size, count), WINDOW)
-        self.hand.windows += len(columns) > 1
-        if found is not None and better:
-            yield from self.hand.improved(run.t, (run.at, run.part), nodes, found, final)
+        self.hand.windows += free
+        held = found if found is not None and better else None if tail is None else tail[0]
+        if tail is not None and held is tail[0]:
+            final = tail[1]
+        entry, until = run.entry, float(nodes.t[final - 1])
+        if held is not None:
+            if entry is not None:
+                entry = self._reached(path, entry, run.t, held, final)
+            yield from self.hand.improved(run.t, (run.at, run.part), nodes, held, final)
+        else:
+            self.hand.kept += free
+            # The plan goes on to a place where the next window may begin.
+            yield from self.hand.plain(until)
+            entry = self._followed(path, entry, run.t, until)
+        run.entry, run.tail = entry, None
+        if held is not None and held is found:
             run.tail = None if whole else (_rest(found, final), count - final)
-            period = self.machine.period_s
-            run.entry = None if whole else reached(path, entry, found, period, _PASSED, final)
             run.state = np.stack([found.position[final], found.velocity[final], found.acceleration[final]])
         else:
-            self.hand.kept += tail is None and len(columns) > 1
-            if tail is not None:
-                yield from self.hand.improved(run.t, (run.at, run.part), nodes, tail[0], tail[1])
-                final = tail[1]
-            elif not whole:
-                # The plan goes on to a place where the next window may begin.
-                yield from self.hand.plain(float(nodes.t[final - 1]))
-            else:
-                yield from self.hand.plain(end)
-            run.tail = run.entry = None
-            run.state = self.reference.state(float(nodes.s[final - 1]), float(nodes.t[final - 1]))
+            run.state = self.reference.state(float(nodes.s[final - 1]), until)
         run.s, run.t = float(nodes.s[final - 1]), float(nodes.t[final - 1])
         run.at, run.part = int(nodes.row[final - 1]), float(nodes.part[final - 1])
         # Nodes of less room are others, but they reach as far.
         run.nodes = run.nodes.nodes(int(np.searchsorted(run.nodes.s, run.s, side="right")), len(run.nodes))
 
-    def _rows(self, run: _Run, nodes: Nodes, goal: Floats) -> tuple[RowLines, Reached]:
-        """Return the rows from where a run is up to the last one of its nodes, as lines, and where on them it is."""
-        entry, first = run.entry, 0.0
-        if entry is None:
-            first = self._on(run, run.s, run.state[0])
-        last = self._on(run, float(nodes.s[-1]), goal[0])
-        # A window that ends where it begins has the row that ends there, or the first one.
-        stop = max(int(np.ceil(last)), self.program.base + 1)
-        path = self.program.lines(min(int(entry.line if entry else first), stop - 1), stop).until(last)
-        return path, entry or Reached.at(path, first)
+    def _rows(self, run: _Run, nodes: Nodes, whole: bool) -> tuple[RowLines, tuple[Reached, Reached] | None]:
+        """Return the rows from where a run is to where it is at the last one of its nodes, as lines, and both places.
 
-    def _on(self, run: _Run, s: float, point: Floats) -> float:
-        """Return the place on the rows that a place of the plan is near, by its key."""
-        self._place(run.first)
-        base = self.program.base
-        row = max(int(np.searchsorted(self.places[0], s)) - 1, run.first - base)
-        begin, end = self.places[0][row : row + 2].tolist()
-        part = np.array([(s - begin) / max(end - begin, _SAME_PLACE)])
-        return float(base + row + self.program.nearest(point[None], np.array([base + row]), part)[2][0])
+        At the end, these are all places where the motion that is known may be, since the plan goes on from one of them.
+        """
+        program, entry = self.program, run.entry
+        stop, known = int(nodes.row[-1]) + 1, program.base + len(program)
+        end = self.reference.state(float(nodes.s[-1]), float(nodes.t[-1]))
+        while True:
+            first = run.at if entry is None else int(entry.line)
+            path = program.lines(min(first, stop - 1), stop)
+            if entry is None:
+                return path, None
+            if whole and not end[1].any():
+                return path, (entry, Reached.at(end[0], float(stop), float(path.key[-2])))
+            goal: Reached | None = entry
+            t = run.t
+            if run.tail is not None:
+                goal = self._reached(path, entry, t, *run.tail)
+                t = float(nodes.t[run.tail[1] - 1])
+            goal = self._followed(path, goal, t, float(nodes.t[-1]))
+            if stop >= known or (goal is not None and goal.high[-1] < path.key[-1]):
+                return path, None if goal is None else (entry, goal)
+            stop = min(stop + max(stop - first, 1), known)
+
+    def _reached(
+        self, path: RowLines, entry: Reached | None, t: float, motion: Solved, count: int
+    ) -> Reached | None:
+        """Return where the first intervals of a motion in the place of the plan end on the rows."""
+        first = self.hand.first_setpoint(t, motion)
+        return entry and reached(path, entry, motion, first, self.machine.period_s, _PASSED, count)
+
+    def _followed(self, path: RowLines, entry: Reached | None, begin: float, end: float) -> Reached | None:
+        """Return where the plan between two times ends on the rows."""
+        grid, reference = self.reference.grid, self.reference
+        assert grid is not None
+        if entry is None or end <= begin:
+            return entry
+        first, stop = np.searchsorted(grid.t, begin, side="right"), np.searchsorted(grid.t, end, side="left")
+        at = grid.rows(slice(max(int(first) - 1, 0), int(stop) + 1))
+        t = np.clip(at.t, begin, end) - begin
+        t[0], t[-1] = 0.0, end - begin
+        plan = at.v[:, None] * at.tangent, t, lambda times: reference.positions(begin + times)
+        period = self.machine.period_s
+        first_s = self.hand.until_setpoint(begin)
+        return followed(path, entry, plan, first_s, period, _PASSED, self.machine.chord_tolerance_mm)
 
     def _nodes_again(self, run: _Run, nodes: Nodes, whole: bool, scales: Scales) -> Nodes:
         """Return nodes from where a run is up to the last one of others, of other scales."""
@@ -435,14 +475,14 @@ class Tube:
         )  # fmt: skip
 
     def _felt(self, feed: float) -> float:
-        """Return the time over which the end of a window is felt at a feed, which linear axes are no faster than."""
+        """Return the time over which the end of a window has influence, at a feed that bounds linear axes."""
         speed = np.where(np.arange(len(self.scale)) < 3, np.minimum(self.velocity, feed), self.velocity)
         limited = np.isfinite(self.jerk)
         times = speed[limited] / self.acceleration[limited] + self.acceleration[limited] / self.jerk[limited]
         return _FELT * float(times.max())
 
     def _searches(self, nodes: Nodes) -> bool:
-        """Tell whether there are units left for a window; say it once where there are none, from there on the plan stands."""
+        """Tell whether units are left for a window; report once if they are used up, from there on the plan is kept."""
         rows = nodes.row - self.program.base
         line = self.program.column("line")[rows]
         self.last_line = max(self.last_line, int(line.max()))
@@ -462,9 +502,10 @@ class Tube:
         return False
 
     def _solved(
-        self, run: _Run, nodes: Nodes, rows: tuple[RowLines, Reached], goal: Floats, columns: Ints
+        self, run: _Run, nodes: Nodes, rows: tuple[RowLines, tuple[Reached, Reached]], columns: Ints
     ) -> Solved | None:
         """Return a motion within all limits and the tolerance, or None where none is found."""
+        goal = self.reference.state(float(nodes.s[-1]), float(nodes.t[-1]))
         radius = nodes.radius.copy()
         owner = np.repeat(np.arange(len(nodes)), nodes.count)
         guess: Solved | None = None
@@ -481,8 +522,9 @@ class Tube:
                 return None
             feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
             fast = too_fast(found, self.velocity[columns], feed, columns < 3)
-            lifted = _spread(found, columns, run.state, len(self.scale))
-            over = excess(*rows, lifted, self.machine.period_s, _PASSED)
+            lifted = _spread(found, columns, run.state, goal[0])
+            first = self.hand.first_setpoint(run.t, found)
+            over = excess(*rows, lifted, first, self.machine.period_s, _PASSED)
             allowed = self.program.column("tolerance")[nodes.row - self.program.base]
             if not (over > -np.inf).any() and not fast.any():
                 ends, period = (run.state, goal), self.machine.period_s
@@ -566,7 +608,7 @@ class Tube:
         )
 
     def _forget(self) -> None:
-        """Forget what lies behind what has been handed on."""
+        """Drop everything before the end of the handed-on motion."""
         grid = self.reference.grid
         if grid is None:
             return
@@ -586,6 +628,8 @@ class Tube:
         keep = min(keep, self.program.base + max(self.matched - 2, 0))
         if self.run is not None:
             keep = min(keep, self.run.row, self.run.at)
+            if self.run.entry is not None:
+                keep = min(keep, int(self.run.entry.line))
             self.run.first = max(self.run.first, keep)
         drop = keep - self.program.base
         if drop > 256 and self.places:
@@ -645,36 +689,26 @@ def _around(values: Floats, t: Floats, reach: float) -> Floats:
 
 def _rest(found: Solved, first: int) -> Solved:
     """Return a motion from a node on."""
-    return Solved(
-        found.position[first:],
-        found.velocity[first:],
-        found.acceleration[first:],
-        found.jerk[first:],
-        found.step[first:],
-        found.status,
-        found.iterations,
-        found.residual,
-    )
+    names = ("position", "velocity", "acceleration", "jerk", "step")
+    return replace(found, **{name: getattr(found, name)[first:] for name in names})
 
 
-def _spread(found: Solved, columns: Ints, state: Floats, axes: int) -> Solved:
-    """Return a motion over all axes, of which the others stand."""
-    count = len(found.step)
+def _spread(found: Solved, columns: Ints, state: Floats, end: Floats) -> Solved:
+    """Return a motion over all axes, of which the others stand, whose last interval comes to its end exactly.
+
+    Nodes are met within the resolution of setpoints; the last one is where the motion rests or the plan goes on.
+    """
+    count, axes = len(found.step), len(end)
     position = np.broadcast_to(state[0], (count + 1, axes)).copy()
-    velocity, acceleration, jerk = (
-        np.zeros((count + 1, axes)),
-        np.zeros((count + 1, axes)),
-        np.zeros((count, axes)),
-    )
-    position[:, columns], velocity[:, columns], acceleration[:, columns], jerk[:, columns] = (
-        found.position,
-        found.velocity,
-        found.acceleration,
-        found.jerk,
-    )
-    return Solved(
-        position, velocity, acceleration, jerk, found.step, found.status, found.iterations, found.residual
-    )
+    velocity, acceleration, jerk = (np.zeros((rows, axes)) for rows in (count + 1, count + 1, count))
+    for whole, part in (
+        (position, found.position), (velocity, found.velocity), (acceleration, found.acceleration), (jerk, found.jerk)
+    ):  # fmt: skip
+        whole[:, columns] = part
+    h = found.step[-1]
+    way = h * (velocity[-2] + h * (acceleration[-2] / 2.0 + h * jerk[-1] / 6.0))
+    position[-2:] = end - way, end
+    return replace(found, position=position, velocity=velocity, acceleration=acceleration, jerk=jerk)
 
 
 def improve(

@@ -1,4 +1,4 @@
-"""Where nodes stand on the reference, and the room around each."""
+"""The nodes on the reference, and the room around each."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Bools = NDArray[np.bool_]
 
 #: Time between nodes, as a part of (P/J)^(1/3), the time in which full jerk crosses the tolerance; beside corners the second part.
 SPACING = 0.7, 0.34
-#: Growth of the spacing with the time from what is close.
+#: Growth of the spacing with the time from close nodes.
 _GROWTH = 0.12
 #: The path turns by at most so much between nodes, rad.
 _TURN = 0.25
@@ -28,8 +28,6 @@ _CALM = 8.0
 _BENT = 1e-4
 #: A corner has a node where it leaves the chord between nodes by more than this part of the tolerance, or turns by more, rad.
 _SHOWS, _SHARP = 0.1, 0.35
-#: Parts of the tolerance that are planned with: at nodes, and at corners.
-ROOM = 0.985, 0.955
 #: Times between nodes for which those beside the ends of a run are spaced by the time of the plan: it gathers speed within that.
 _BESIDE_REST = 128.0
 #: Below this turn, rad, a disc about the corner stands for the two bands.
@@ -253,7 +251,7 @@ class _Clock:
         where = np.searchsorted(s, seen)
         blocks = where[np.flatnonzero(border[joint])]
         slow = [0, len(s)]
-        # A crawling feed takes hours; its nodes are counted by the way like all others but for the start and the end.
+        # A crawling feed takes hours; its nodes are counted by the way like all others, except at the start and the end.
         if ends[0]:
             middle = np.searchsorted(s, 0.5 * (s[blocks[0]] + s[blocks[1]]))
             slow[0] = min(int(middle), int(np.searchsorted(free, free[0] + _BESIDE_REST * usual)))
@@ -330,14 +328,16 @@ def _turned(
         turn[0] = 0.0
     if ends[1]:
         turn[-1] = 0.0
-    # A path that goes back on itself has no middle between its tangents, and planes of its nodes are parallel.
+    # A path that goes back on itself has no middle between its tangents: where it turns there is no plane, and those beside are parallel.
     half = before + after
     size = np.sqrt((half**2).sum(axis=1))
-    turn[size < _BACK] = 0.0
+    back = size < _BACK
     if not (turn > _JUMP).any():
         return tangent
-    half /= np.maximum(size, _BACK)[:, None]
     out = tangent.copy()
+    out[np.isin(node, at[back & (turn > 0.0)])] = 0.0
+    turn[back] = 0.0
+    half /= np.maximum(size, _BACK)[:, None]
     block = np.searchsorted(at, node, side="left") - 1
     for side in (0, 1):
         border = np.minimum(block + side, len(at) - 1)
@@ -345,7 +345,7 @@ def _turned(
         part = 1.0 - np.abs(node - at[border]) / np.maximum(reach, 1e-300)
         part = np.where((turn[border] > _JUMP) & (part > 0.0), part, 0.0)
         out += part[:, None] * (half[border] - tangent)
-    return out / np.sqrt((out**2).sum(axis=1))[:, None]
+    return out / np.maximum(np.sqrt((out**2).sum(axis=1)), _BACK)[:, None]
 
 
 def _rooms(
@@ -364,10 +364,10 @@ def _rooms(
     """Return how many rows of room each node has, and their centres, directions, radii and tolerances."""
     count, total = len(places) - 1, len(node)
     own = slice(first - program.base, first - program.base + len(tolerance))
-    centre, direction, _ = program.nearest(point, first + found, part)
-    radius = ROOM[0] * tolerance[found]
+    centre, direction = program.nearest(point, first + found, part)
+    radius = tolerance[found]
     allowed = tolerance[found].copy()
-    # Corners without a node: the room about the middle of what they leave the line by.
+    # Corners without a node: the room about the middle of their deviations from the line.
     joint = np.arange(1, count)
     interval = np.searchsorted(node, places[1:-1], side="left")
     between = interval < total
@@ -404,14 +404,14 @@ def _rooms(
         centre, direction, radius = centre.copy(), direction.copy(), radius.copy()
         smooth = turn < 1e-3
         disc = corners[~smooth]
-        centre[disc], direction[disc], radius[disc] = at[~smooth], 0.0, ROOM[1] * narrow[~smooth]
+        centre[disc], direction[disc], radius[disc] = at[~smooth], 0.0, narrow[~smooth]
         radius[disc] *= np.where(slight[~smooth], np.cos(0.5 * turn[~smooth]), 1.0)
         allowed[disc] = narrow[~smooth]
         parts[0] = (centre, direction, radius, allowed)
         sharp = ~slight
         for tangents in (leave[m], entry[m + 1]):
             order.append(corners[sharp])
-            parts.append((at[sharp], tangents[sharp], ROOM[0] * narrow[sharp], narrow[sharp]))
+            parts.append((at[sharp], tangents[sharp], narrow[sharp], narrow[sharp]))
         counts[corners[sharp]] += 2
     key = np.argsort(np.concatenate(order), kind="stable")
     centres, directions, radii, tolerances = (

@@ -29,6 +29,9 @@ OPTIMA = {
     "corner20": (0.3373, 0.2900, 0.2873),
     "corner90": (0.3487, 0.3302, 0.3200),
     "corner135": (0.3277, 0.3206, 0.3186),
+    "corner175": (0.3342, 0.3333, 0.3323),
+    "needle": (0.4264, 0.4254, 0.4241),
+    "retrace": (0.5368, 0.5350, 0.5327),
     "zigzag": (0.7417, 0.5907, 0.5731),
     "stairs": (0.6123, 0.5055, 0.4769),
     "pocket": (0.8226, 0.7554, 0.7396),
@@ -60,6 +63,9 @@ ROWS = {
     "corner20": corner(20),
     "corner90": corner(90),
     "corner135": corner(135),
+    "corner175": corner(175),
+    "needle": polyline([(0, 0), (8, 0), (0.5, 0.6), (9, 1.0)]),
+    "retrace": polyline([(0, 0), (10, 0), (4, 0), (9, 0), (1, 0)]),
     "zigzag": polyline([(2 * i, 1.5 * (i % 2)) for i in range(9)]),
     "stairs": polyline([(0, 0)] + [((i + 1) // 2, i // 2) for i in range(1, 11)]),
     "pocket": [
@@ -308,6 +314,16 @@ def test_a_window_that_begins_and_ends_at_feed_is_solved() -> None:
     assert found["tolerance_windows_kept"] == 0
 
 
+def test_rows_in_inverse_time_end_a_run_that_is_planned_in_windows() -> None:
+    """Corners of G93 leave their rows by P too; they were not found on the plan, and the motion jumped back to that: no plan."""
+    rows = polyline([(2 * i, 1.5 * (i % 2)) for i in range(60)])
+    slow = ["G93 G1 X125 Y0 F60", "X125 Y6 F60", "X120 Y7 F60", "G94 G1 X110 Y3 F6000", "X100 Y9"]
+    text = "\n".join(["G21 G90 G94 G17 G64 P0.05 F6000", *rows, *slow, "M2", ""])
+    best, broken = planned(text, machine())
+    assert not broken
+    assert best < planned(text, machine(), effort="fast")[0]
+
+
 def test_a_tolerance_below_that_of_chords_is_kept() -> None:
     """Of 90 nm, beside 1 µm for chords: once the motion was 3 nm over on the arc of this program."""
     text = "\n".join(
@@ -359,6 +375,22 @@ G90 X-0.1183 Y0.0235 A-0.0855
 M2
 """,
     ),
+    # Rows that fold within P: a stretch of the plan that was kept was taken for a later row.
+    "fold": (
+        dict.fromkeys("XYZ", (184.725, 3594.9, 888522.0)),
+        (0.004, 0.0001, 0.01),
+        """G21 G90 G17 G94 G64 P0.2314 F2849
+G3 R0.1351 X0.0549 Y0.0920
+G1 X-0.1512 Y-0.2530
+G1 X0.5077 Y0.8498 Z1.351
+G1 X0.4231 Y0.6905
+G1 X0.5674 Y0.6066 Z-1.314
+G1 X0.4148 Y0.6950
+G1 X0.1411 Y0.5976 Z0.334
+G1 X1.4690 Y1.0670
+M2
+""",
+    ),
     # Several bends within a period: 5 nm over 135 nm beside the middles of chords.
     "bends": (
         {"X": (0.6, 200.0, 7e4), "Y": (20.0, 6000.0, 2e6), "Z": (0.06, 20.0, 7000.0), "A": (0.7, 200.0, 8e4)},
@@ -376,11 +408,9 @@ M2
 }
 
 
-@pytest.mark.parametrize("name", OUT_OF_ORDER)
-def test_the_order_of_rows_is_kept(name: str) -> None:
-    limits, (period, chord, path), text = OUT_OF_ORDER[name]
+def quick(limits: dict[str, Sequence[float]], period: float, chord: float, path: float) -> Machine:
     lines = [
-        f"name = '{name}'",
+        "name = 'quick'",
         f"period_s = {period}",
         f"chord_tolerance_mm = {chord}",
         f"path_tolerance_mm = {path}",
@@ -391,8 +421,26 @@ def test_the_order_of_rows_is_kept(name: str) -> None:
         for key, value in zip(("velocity", "acceleration", "jerk"), values, strict=True):
             power = {"velocity": "s", "acceleration": "s2", "jerk": "s3"}[key]
             lines.append(f"max_{key}_{unit}_{power} = {value!r}")
-    quick = machine_from_toml("\n".join(lines).encode(), name)
-    verdict = cncgen.judge(
-        cncgen.sample(cncgen.plan(cncgen.read_text(text), quick)), cncgen.read_text(text), quick
-    )
+    return machine_from_toml("\n".join(lines).encode(), "quick")
+
+
+@pytest.mark.parametrize("name", OUT_OF_ORDER)
+def test_the_order_of_rows_is_kept(name: str) -> None:
+    limits, given, text = OUT_OF_ORDER[name]
+    on = quick(limits, *given)
+    verdict = cncgen.judge(cncgen.sample(cncgen.plan(cncgen.read_text(text), on)), cncgen.read_text(text), on)
     assert [fault.message for fault in verdict.breaches] == []
+
+
+def test_the_last_setpoint_is_the_end_of_the_program() -> None:
+    """Nodes are met within the resolution of setpoints, and the end once was 0.01 nm beside the last one."""
+    limits = {"X": (84.65, 29150.0, 8.407e8), "Y": (92.61, 31890.0, 9.198e8), "Z": (163.3, 56240.0, 1.622e9)}
+    text = """G21 G17 G90 G94
+G64
+G17 G5 X-0.1733223 Y-0.2770875 I0.0125980 J0.1331937 P-0.0501236 Q0.1958049 F7803.8299861
+G1 X-0.1733223 Y-0.2770875 Z0.0000000 F6893.2912565
+M2
+"""
+    on = quick(limits, 7.9e-5, 0.001, 0.314)
+    x = cncgen.sample(cncgen.plan(cncgen.read_text(text), on)).collect().position
+    np.testing.assert_allclose(x[-1, :2], [-0.1733223, -0.2770875], rtol=0, atol=1e-12)
