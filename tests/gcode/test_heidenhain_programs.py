@@ -14,6 +14,15 @@ DRILL = "CYCL DEF 200 DRILLING ~\n Q200=2 ~\n Q201=-10 ~\n Q206=150 ~\n Q202=10 
 HOLE = [(0, 0, 2), (0, 0, -10), (0, 0, 20)]
 MILL = " Q215=0 ~\n Q368=0 ~\n Q207=500 ~\n Q351=1 ~\n Q201=-4 ~\n Q202=4 ~\n Q369=0 ~\n Q206=100 ~\n Q338=0 ~\n Q200=2 ~\n Q203=0 ~\n Q204=20 ~\n Q370=1 ~\n Q366=0"
 THREAD = "CYCL DEF 262 THREAD MILLING ~\n Q335=10 ~\n Q201=-6 ~\n Q253=750 ~\n Q200=2 ~\n Q203=0 ~\n Q204=20 ~\n Q207=500 ~\n"
+DRILL_MILL = (
+    THREAD.replace("262 THREAD", "264 THREAD DRILLING").strip()
+    + "\n Q206=150 ~\n Q356=-8 ~\n Q258=.5 ~\n Q256=.5 ~\n Q239=1.5 ~\n Q351=1 ~\n Q358=-1 ~\n Q359=1.5 ~\n"
+)
+HELIX = (
+    THREAD.replace("262 THREAD", "265 HELICAL THREAD").strip() + "\n Q254=150 ~\n Q358=-1 ~\n Q359=1.5 ~\n"
+)
+#: Out by Q359, around, and back.
+FRONT = [(1.5, 0, -1), (1.5, 0, -1), (0, 0, -1)]
 K = 2.0 - math.sqrt(2.0)
 
 #: Program, and where its motions end. Tool 1 has the radius 2 and no length.
@@ -64,6 +73,14 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
                      [(0, 0, 2), (0, 0, -6.75), (3, 0, -6), (3, 0, -4.5), (0, 0, -3.75), (3, 0, -3), (3, 0, -1.5), (0, 0, -0.75), (0, 0, 20)]),
     "262 left-hand": (f"{THREAD} Q239=-1.5 ~\n Q355=0 ~\n Q351=1\nCYCL CALL",
                       [(0, 0, 2), (0, 0, -3.75), (3, 0, -4.5), (3, 0, -6), (0, 0, -6.75), (0, 0, 20)]),
+    "264": (f"{DRILL_MILL} Q202=4 ~\n Q257=0\nCYCL CALL",
+            [*[(0, 0, z) for z in (2, -4, 2, -3.5, -8, 2, -1)], *FRONT, (0, 0, -6.75), (3, 0, -6), (3, 0, -4.5), (0, 0, -3.75), (0, 0, 20)]),
+    "264 with chips broken": (f"{DRILL_MILL} Q202=8 ~\n Q257=3 ~\n Q358=0\nCYCL CALL",
+                              [*[(0, 0, z) for z in (2, -3, -2.5, -6, -5.5, -8, 2, -6.75)], (3, 0, -6), (3, 0, -4.5), (0, 0, -3.75), (0, 0, 20)]),
+    "265": (f"{HELIX} Q239=1.5 ~\n Q360=0\nCYCL CALL",
+            [(0, 0, 2), (0, 0, -1), *FRONT, (0, 0, 0.75), (3, 0, 0), (3, 0, -6), (0, 0, -6.75), (0, 0, 20)]),
+    "265 countersunk last": (f"{HELIX} Q239=-1.5 ~\n Q360=1\nCYCL CALL",
+                             [(0, 0, 2), (0, 0, 0.75), (3, 0, 0), (3, 0, -6), (0, 0, -6.75), (0, 0, -1), *FRONT, (0, 0, 20)]),
     "FN 18": ("L X+3 Y+4 FMAX\nFN 18: SYSREAD Q1 = ID20 NR1\nFN 18: SYSREAD Q2 = ID50 NR2 IDX1\nFN 18: SYSREAD Q3 = ID270 NR1 IDX2\n"
               "FN 18: SYSREAD Q4 = ID20 NR4\nL X+Q1 Y+Q2 FMAX\nL X+Q3 Y+Q4 FMAX", [(3, 4), (1, 2), (4, 1000)]),
     "comments in parentheses": ("(A HEAD)\nL X+3 FMAX (THERE)\nQ1 = ( 1 + 1 )\nL X+Q1 FMAX (BACK) ; AND ON", [(3,), (2,)]),

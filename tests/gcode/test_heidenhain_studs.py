@@ -1,4 +1,4 @@
-"""Studs and faces of Heidenhain, 256, 257 and 232: motions worked out by hand; tool 1 has the radius 4."""
+"""Studs and faces of Heidenhain, 256, 257, 232 and 233: motions worked out by hand; tool 1 has the radius 4."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _stud(loop: list[tuple[float, float]], beside: tuple[float, float], depth: f
         (CIRCLE.format(depth=3, blank=36),
          _stud([(r * x, r * y) for r in (18, 14) for x, y in ((1, 0), (0, -1), (-1, 0), (0, 1), (1, 0))], (24, 0), 3)),
         # Two levels of 232 to and fro: 1 mm, then the last 0 at the same; rows of 4 mm at 0 and 4, ends 4 + 1 beyond.
-        (FACE.format(way=0, last=0), [(0, 0, 21, 0), (-5, 0, 21, 0), (-5, 0, 3, 0), (-5, 0, 0, 500), (35, 0, 0, 300), (35, 4, 0, 300), (-5, 4, 0, 300),
+        (FACE.format(way=0, last=0), [(0, 0, 21, 0), (-5, 0, 21, 0), (-5, 0, 3, 0), (-5, 0, 0, 500), (35, 0, 0, 300), (35, 4, 0, 500), (-5, 4, 0, 300),
                                       (-5, 4, 3, 0), (-5, 4, 21, 0)]),
         (FACE.format(way=1, last=0), [(0, 0, 21, 0), (0, 0, 3, 0), (0, 0, 0, 500), (30, 0, 0, 300), (30, 4, 0, 300), (0, 4, 0, 300), (0, 4, 3, 0), (0, 4, 21, 0)]),
         (FACE.format(way=2, last=0.5), [(0, 0, 21, 0), (-5, 0, 21, 0), (-5, 0, 3, 0), (-5, 0, 0.5, 500), (35, 0, 0.5, 300), (35, 0, 2.5, 500), (-5, 4, 2.5, 500),
@@ -54,6 +54,38 @@ def _stud(loop: list[tuple[float, float]], beside: tuple[float, float], depth: f
 )  # fmt: skip
 def test_motions(moves: Any, body: str, expected: list[Any]) -> None:
     assert moves(f"{PLAIN}{body}\nCYCL CALL\n9 END PGM T MM\n") == expected
+
+
+HERE = (
+    FACE.replace("232", "233")
+    .replace(" Q225=+0 ~\n Q226=+0 ~\n", "")
+    .replace("Q389", "Q350={along} ~\n{place} Q389")
+)
+
+
+@pytest.mark.parametrize(
+    ("way", "along", "place", "rows"),
+    [
+        # From the corner (10, 20): rows at 20 and 24, which end 4 + 1 beyond the face or at its edge.
+        (0, 1, "", [(5, 20), (45, 20), (45, 24), (5, 24)]),
+        (1, 1, " Q367=1 ~\n", [(10, 20), (40, 20), (40, 24), (10, 24)]),
+        (3, 1, "", [(10, 20), (40, 20), (10, 24), (40, 24)]),
+        # About the middle (10, 20), rows along Y: 30 wide, 8 rows of 3.75.
+        (1, 2, " Q367=0 ~\n", [(x, y) for k in range(8) for x, y in [(-5 + 3.75 * (k + 1) - 4, 16), (-5 + 3.75 * (k + 1) - 4, 24)][:: 1 - 2 * (k % 2)]]),
+        # From the upper right corner.
+        (1, 1, " Q367=3 ~\n", [(-20, 12), (10, 12), (10, 16), (-20, 16)]),
+    ],
+)  # fmt: skip
+def test_a_face_from_the_tools_place(moves: Any, way: int, along: int, place: str, rows: list[Any]) -> None:
+    body = HERE.format(way=way, along=along, place=place, last=0)
+    found = moves(f"{PLAIN}L X+10 Y+20 FMAX\n{body}\nCYCL CALL\n9 END PGM T MM\n")
+    cut = [move[:2] for move in found[1:] if move[2] == 0.0]
+    assert list(dict.fromkeys(cut)) == [pytest.approx(row) for row in rows]
+
+
+def test_walls_of_a_face_are_not_read(run: Any) -> None:
+    body = HERE.format(way=0, along=1, place=" Q347=+1 ~\n", last=0)
+    assert run(f"{PLAIN}{body}\nCYCL CALL\n9 END PGM T MM\n").errors[0][0] == "unsupported-block"
 
 
 def test_levels_of_a_stud(moves: Any) -> None:

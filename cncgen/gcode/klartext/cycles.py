@@ -15,7 +15,7 @@ from cncgen.gcode.block import CYCLE_CALL, Block
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import contour_cycles, slots, studs
+from cncgen.gcode.klartext import contour_cycles, slots, studs, threads
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
 
 _MOST_STEPS = 10_000
@@ -186,46 +186,6 @@ def _bore_milling(cycle: HoleCycle) -> None:
         ip.sink.arc_feed(end, middle[0], middle[1], sense * count, 17)
         ip.state.position = end
     cycle.to([*middle[:2], cycle.bottom, *middle[3:]], rapid=False)
-    cycle.end()
-
-
-def _thread(cycle: HoleCycle) -> None:
-    """262: a thread of diameter Q335 and pitch Q239 (below 0: left-hand), in one turn of the helix (Q355 = 0), in all of them (1), or
-    in turns Q355 threads apart; half a turn leads to the wall and away from it."""
-    ip, q, tool = cycle.ip, cycle.q, cycle.ip.tool_radius()
-    pitch, radius = abs(q[239]), q[335] / 2.0 - tool
-    if radius <= 0.0 or pitch == 0.0 or q[355] < 0.0:
-        message = f"Q335 = {q[335]:g}, Q239 = {q[239]:g} and Q355 = {q[355]:g} do not make a thread for a tool of diameter {2.0 * tool:g}"
-        hint = "Q335 is wider than the tool, Q239 the pitch, Q355 the threads of one step"
-        raise BlockError("cycle-tool", message, "CYCL", hint=hint)
-    climb = q[351] >= 0.0
-    upwards, sense = (q[239] > 0.0) == climb, 1 if climb else -1
-    threads = round(q[355])
-    way = pitch if upwards else -pitch
-    turns = math.ceil(-q[201] / pitch - 1e-9) if threads == 1 else 1
-    count = math.ceil(-q[201] / (threads * pitch) - 1e-9) if threads > 1 else 1
-    if max(turns, count) > _MOST_STEPS:
-        message = f"Q239 = {q[239]:g} makes {max(turns, count)} turns"
-        raise BlockError("cycle-infeed", message, "CYCL", hint="Q239 is the pitch")
-    first = cycle.bottom if upwards else cycle.bottom + pitch * turns + (count - 1) * threads * pitch
-    middle = ip.state.position.copy()
-    wall, hub = middle[0] + radius, middle[0] + radius / 2.0
-
-    def arc(x: float, z: float, centre: float, turns: int) -> None:
-        end = [x, middle[1], z, *middle[3:]]
-        ip.sink.arc_feed(end, centre, middle[1], sense * turns, 17)
-        ip.state.position = end
-
-    cycle.go(cycle.start, rapid=True)
-    for k in range(count):
-        begin = first + k * math.copysign(threads * pitch, way)
-        cycle.feed(q[253] or q[206] or q[207], "Q253")
-        cycle.go(begin - way / 2.0, rapid=False)
-        cycle.feed(q[207], "Q207")
-        arc(wall, begin, hub, 1)
-        arc(wall, begin + turns * way, middle[0], turns)
-        arc(middle[0], begin + (turns + 0.5) * way, hub, 1)
-    ip.state.moved = True
     cycle.end()
 
 
@@ -453,7 +413,7 @@ def _single_lip(cycle: HoleCycle) -> None:
 
 
 _RUN: dict[int, Callable[[HoleCycle], None]] = {
-    202: _bore, 203: _universal, 204: _back_bore, 241: _single_lip, 254: slots.bows, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling, 209: _tap_breaking, 240: _centre, 251: _rectangle, 252: _round, 253: _slot, 262: _thread,
+    202: _bore, 203: _universal, 204: _back_bore, 241: _single_lip, 254: slots.bows, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling, 209: _tap_breaking, 240: _centre, 251: _rectangle, 252: _round, 253: _slot, **threads.RUN,
 }  # fmt: skip
 #: Cycles that are run by the interpreter's own code, and patterns, which run at once.
 _OWN, PATTERNS = (200, 201), (220, 221)
@@ -473,6 +433,9 @@ def define(ip: Interpreter, number: int) -> None:
     if number in contour_cycles.DATA:
         return
     Plain.of(ip).cycle = 0
+    # A control without Q367 counts a face from the tool's place.
+    if number == studs.FACE:
+        ip.parameters.set_number(367.0, -1.0)
     if number not in READ:
         message = f"cycle {number} is not read ({', '.join(map(str, READ))} are)"
         raise BlockError("unsupported-block", message, "CYCL", hint="write its moves as L blocks")

@@ -1,4 +1,4 @@
-"""Cycles of Heidenhain's plain language that mill from outside: 256 and 257 studs, 232 faces (TNC 640, user's manual for cycles).
+"""Cycles of Heidenhain's plain language that mill from outside: 256 and 257 studs, 232 and 233 faces (TNC 640, user's manual for cycles).
 
 The finished wall, the blank, levels, feeds, and the way to them, 2 mm to the right of the blank, are the cycle's; loops and rows are our own.
 """
@@ -12,6 +12,8 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext.hole_cycle import HoleCycle
 
+#: The cycle that mills a face from the tool's place on.
+FACE = 233
 _MOST = 10_000
 _TINY = 1e-9
 #: How far beside the blank cycles 256 and 257 go down, mm.
@@ -86,44 +88,72 @@ def circle(ip: Interpreter, name: str) -> None:
 def face(ip: Interpreter, name: str) -> None:
     """232: Q218 by Q219 from Q225 Q226 on, from Q227 down to Q386 in steps of Q202, the last one Q369.
 
-    Q389: rows to and fro with steps aside outside (0) or at the edge (1), or all in one direction (2).
+    Q389: rows to and fro with steps aside outside, at Q253 (0), or at the edge, at Q207 (1), or all in one direction (2).
     """
+    q = ip.parameters.numbers
+    _face(ip, name, (q[225], q[226]), 0, round(q[389]))
+
+
+def face_from_here(ip: Interpreter, name: str) -> None:
+    """233: as 232 from the tool's place on, which Q367 = 1 to 4 name a corner of the face and 0 its middle; Q350 = 2: rows along Y.
+
+    Q389 = 3 has rows in one direction that end at the edge. 4, from outside to inside, is milled in rows to and fro.
+    """
+    q = ip.parameters.numbers
+    way, place = round(q[389]), round(q[367])
+    if way not in range(5) or place not in range(-1, 5) or any(q[limit] for limit in (347, 348, 349)):
+        message = f"Q389 = {way}, Q367 = {place} or walls of {name} (Q347, Q348, Q349) are not read"
+        hint = "Q389 is 0 to 4, Q367 -1 to 4, and Q347 to Q349 are 0"
+        raise BlockError("unsupported-block", message, "CYCL", hint=hint)
+    back = {0: (0.5, 0.5), 2: (1.0, 0.0), 3: (1.0, 1.0), 4: (0.0, 1.0)}.get(place, (0.0, 0.0))
+    x, y = ip.state.position[:2]
+    corner = (x - back[0] * q[218], y - back[1] * q[219])
+    _face(ip, name, corner, 1 if round(q[350]) == 2 else 0, 0 if way == 4 else way)
+
+
+def _face(ip: Interpreter, name: str, corner: tuple[float, float], along: int, way: int) -> None:
+    """Mill a face in rows along X (0) or Y (1)."""
     q, radius = ip.parameters.numbers, _radius(ip, name)
-    way = round(q[389])
-    if way not in (0, 1, 2) or q[227] < q[386]:
+    if way not in (0, 1, 2, *((3,) if name == f"cycle {FACE}" else ())) or q[227] < q[386]:
         message = f"Q389 = {q[389]:g}, Q227 = {q[227]:g} and Q386 = {q[386]:g} do not make {name}"
         raise BlockError("cycle-words", message, "CYCL", hint="Q389 is 0, 1 or 2; Q386 lies below Q227")
     cycle = HoleCycle(ip, name, (q[227], q[386] - q[227]))
-    count = _count(abs(q[219]), (q[370] or 1.0) * radius, name)
-    sense, across = math.copysign(1.0, q[218]), math.copysign(1.0, q[219])
-    over = radius + q[357] if way != 1 else 0.0
-    ends = (q[225] - sense * over, q[225] + q[218] + sense * over)
+    length, width = (q[218], q[219]) if along == 0 else (q[219], q[218])
+    count = _count(abs(width), (q[370] or 1.0) * radius, name)
+    sense, across = math.copysign(1.0, length), math.copysign(1.0, width)
+    over = radius + q[357] if way in (0, 2) else 0.0
+    ends = (corner[along] - sense * over, corner[along] + length + sense * over)
     levels = levels_of(q[227], q[386] + q[369], abs(q[202]), name)
+    one_way = way in (2, 3)
 
-    def to(x: float, k: int, *, rapid: bool) -> None:
-        aside = q[226] + across * (abs(q[219]) * (k + 1) / count - radius)
-        cycle.to([x, aside, *ip.state.position[2:]], rapid=rapid)
+    def to(at: float, k: int, *, rapid: bool) -> None:
+        end = ip.state.position.copy()
+        end[along], end[1 - along] = at, corner[1 - along] + across * (abs(width) * (k + 1) / count - radius)
+        cycle.to(end, rapid=rapid)
 
     cycle.go(cycle.back, rapid=True)
     for level in (*levels, *((q[386],) if q[369] > 0.0 else ())):
-        if level == levels[0] or way != 2:
+        cutting = q[207] if level in levels else q[385] or q[207]
+        if level == levels[0] or not one_way:
             to(ends[0], 0, rapid=True)
             cycle.go(max(cycle.start, level), rapid=True)
         for k in range(count):
-            first, last = ends if way == 2 or k % 2 == 0 else ends[::-1]
+            first, last = ends if one_way or k % 2 == 0 else ends[::-1]
             cycle.feed(q[253] or q[207], "Q253")
-            if way == 2 and (k or level != levels[0]):
+            if one_way and (k or level != levels[0]):
                 cycle.go(level + q[200], rapid=False)
                 to(first, k, rapid=False)
-            if k == 0 or way == 2:
+            if k == 0 or one_way:
                 cycle.go(level, rapid=False)
-            cycle.feed(q[207] if level in levels else q[385] or q[207], "Q207")
-            if k and way != 2:
+            elif way == 0:
+                to(first, k, rapid=False)
+            cycle.feed(cutting, "Q207")
+            if k and way == 1:
                 to(first, k, rapid=False)
             to(last, k, rapid=False)
-        if way != 2:
+        if not one_way:
             cycle.go(cycle.start, rapid=True)
     cycle.end()
 
 
-RUN = {232: face, 256: rectangle, 257: circle}
+RUN = {232: face, FACE: face_from_here, 256: rectangle, 257: circle}
