@@ -24,8 +24,10 @@ _LENGTH = rb"(?<![A-Za-z#<])[XYZxyz][ \t]*[-+]?(?P<number>\d++\.?+\d*+|\.\d+)"
 _FEED = rb"(?<![A-Za-z#<])[Ff][ \t]*(?P<number>\d++\.?+\d*+|\.\d+)"
 #: G20, in tenths.
 _INCHES = 200
-#: A text in inches has numbers of four decimals, as many at least and none with more, small coordinates, and slow feeds.
-_INCH_DECIMALS, _INCH_COUNT, _INCH_LENGTH, _INCH_FEED = 4, 3, 100.0, 200.0
+#: A text in inches has numbers of four decimals, as many at least and none with more, coordinates and feeds up to these; or of three,
+#: and as many without a zero before the point.
+_INCH_COUNT = 3
+_INCH_MOST = {4: (100.0, 200.0), 3: (30.0, 60.0)}
 
 
 def assumed_units(
@@ -48,7 +50,7 @@ def assumed_units(
     message, code, severity = "neither G20 nor G21: lengths are taken as mm", "units-assumed", Severity.NOTE
     values: dict[str, float] = {}
     if (feed := _inch_feed(text)) is not None:
-        message += f", but four decimals and feeds up to F{feed:g} look like inches"
+        message += f", but its decimals and feeds up to F{feed:g} look like inches"
         code, severity, values = "units-doubtful", Severity.WARNING, {"feed": feed}
     yield (
         Cursor(0, begin, text[:begin].count(b"\n") + 1),
@@ -89,11 +91,14 @@ def _inch_feed(text: bytes) -> float | None:
     lengths = [match["number"] for match in re.finditer(_LENGTH, text)]
     feeds = [float(match["number"]) for match in re.finditer(_FEED, text)]
     decimals = [len(number.partition(b".")[2]) for number in lengths]
-    looks = (
-        bool(feeds)
-        and max(decimals) == _INCH_DECIMALS
-        and decimals.count(_INCH_DECIMALS) >= _INCH_COUNT
-        and max(map(float, lengths)) <= _INCH_LENGTH
-        and max(feeds) <= _INCH_FEED
-    )
-    return max(feeds) if looks else None
+    most = max(decimals)
+    bare = sum(number.startswith(b".") for number in lengths)
+    if (
+        not feeds
+        or decimals.count(most) < _INCH_COUNT
+        or most not in _INCH_MOST
+        or (most == 3 and bare < _INCH_COUNT)
+    ):
+        return None
+    length, feed = _INCH_MOST[most]
+    return max(feeds) if max(map(float, lengths)) <= length and max(feeds) <= feed else None

@@ -6,6 +6,7 @@ of lines is the business of `cncgen.gcode.flow`. Methods here serve several hand
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from cncgen.diagnostics import Severity
@@ -39,6 +40,9 @@ if TYPE_CHECKING:
     from cncgen.gcode.codes.saved import Saved
     from cncgen.gcode.flow.calls import Frame
     from cncgen.gcode.flow.o_words import FlowControl
+
+#: The radius of a tool that no table describes, for cycles that step aside by a part of it, mm.
+_CUTTING_MM = 5.0
 
 
 class Interpreter:
@@ -260,6 +264,20 @@ class Interpreter:
         """Return the radius of the tool in the spindle, in program units; 0 where no table gives it."""
         tool = self.tools.find(self.state.tool)
         return tool.diameter * self.table_scale() / 2.0 if tool else 0.0
+
+    def cutting_radius(self, name: str, half: float = math.inf) -> float:
+        """Return the radius of the tool in the spindle for a cycle that steps aside by a part of it.
+
+        Without a tool table it is 5 mm, or four fifths of half the width of a pocket or slot, with a warning.
+        """
+        radius = self.tool_radius()
+        if radius > 0.0 or self.tools.given:
+            return radius
+        radius = min(_CUTTING_MM / (INCH if self.state.inches else 1.0), 0.8 * half)
+        message = f"{name} is worked out for a tool {2.0 * radius:g} wide: no tool table gives its diameter"
+        hint = "--tool-table gives it; the loops that clear depend on it"
+        self.warn_once(BlockError("tool-assumed", message, hint=hint))
+        return radius
 
     def increment(self) -> float:
         """Return the least increment, which a number without a decimal point counts in (FANUC), in program units."""

@@ -62,6 +62,14 @@ def test_numbers_that_look_like_inches_are_warned_of(run: Any) -> None:
         assert [code for code, _, _ in said(run, other)] == ["units-assumed"]
 
 
+def test_numbers_without_a_zero_before_the_point_look_like_inches(run: Any) -> None:
+    """As programs by hand have them; three decimals with zeros are usual in mm."""
+    text = "F50\nG1 X-.750 Y.125\nX4.750 Y-.500\nM2\n"
+    assert [code for code, _, _ in said(run, text)] == ["units-doubtful"]
+    for other in (text.replace(".", "0."), text.replace("F50", "F90"), text.replace("4.750", "47.500")):
+        assert [code for code, _, _ in said(run, other)] == ["units-assumed"]
+
+
 @pytest.mark.parametrize(("units", "factor"), [("mm", 1.0), ("inch", INCH)])
 def test_a_unit_that_is_named_holds_until_the_program_says_another(
     run: Any, units: str, factor: float

@@ -112,6 +112,26 @@ def test_wrong_ones(run: Any, tmp_path: Path, body: str, code: str) -> None:
     assert run(text, tool_table=table).errors[0][:2] == (code, len(text.splitlines()) - 1)
 
 
-def test_a_tool_without_a_radius(run: Any) -> None:
-    text = f"{PLAIN}{CIRCLE.format(depth=3, blank=36)}\nCYCL CALL\n9 END PGM T MM\n"
-    assert run(text).errors[0][0] == "cycle-tool"
+def test_a_tool_without_a_radius(run: Any, tmp_path: Path) -> None:
+    """A table without the tool's diameter is an error; without a table the tool is taken as 10 mm wide, so loops at 20 and 15."""
+    text = f"{PLAIN}{CIRCLE.format(depth=3, blank=40)}\nCYCL CALL\n9 END PGM T MM\n"
+    table = tmp_path / "tool.tbl"
+    table.write_text("T1 P1\n")
+    assert run(text, tool_table=table).errors[0][0] == "cycle-tool"
+    out = run(text)
+    assert out.errors == []
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["tool-assumed"]
+    cut = out.path.end[(out.path.kind < 3) & (out.path.end[:, 2] < -2.9)]
+    assert sorted({round(float(x), 6) for x in cut[:, 0] if x > 1}) == [15.0, 20.0, 27.0]
+
+
+def test_a_slot_without_a_table_is_milled_by_a_narrower_tool(run: Any) -> None:
+    """A slot 6 wide and 30 long by a tool of 4.8: one loop, 0.6 beside the middle line and 12.6 to its ends."""
+    slot = (
+        "CYCL DEF 253 SLOT ~\n Q215=0 ~\n Q218=30 ~\n Q219=6 ~\n Q374=0 ~\n Q367=0 ~\n Q207=300 ~\n Q351=1 ~\n"
+        " Q201=-3 ~\n Q202=3 ~\n Q206=100 ~\n Q200=2 ~\n Q203=0 ~\n Q204=20"
+    )
+    out = run(f"{PLAIN}{slot}\nCYCL CALL\n9 END PGM T MM\n")
+    assert out.errors == []
+    cut = out.path.end[(out.path.kind < 3) & (out.path.end[:, 2] < -2.9)]
+    assert (cut[:, 0].max(), cut[:, 1].max()) == pytest.approx((12.6, 0.6))

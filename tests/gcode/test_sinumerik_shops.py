@@ -216,7 +216,9 @@ def test_pockets_of_older_controls(run: Run, ten: Path) -> None:
     assert (found[:, 1].min(), found[:, 1].max()) == (95.0, 105.0)
 
 
-def test_slots_that_cannot_be(run: Run) -> None:
+def test_slots_that_cannot_be(run: Run, tmp_path: Path) -> None:
     slot = "G54 T1 D1\nSLOT2(2,0,2,-8,,3,{angle},15,60,60,42,,120,100,300,6,2,0.5,0)\nM30"
+    (tmp_path / "t.tbl").write_text("T1 P1\n")
     for angle, code in ((400, "cycle-words"), (70, "cycle-tool")):
-        assert [found for found, _, _ in run(slot.format(angle=angle), dialect="sinumerik").errors] == [code]
+        out = run(slot.format(angle=angle), dialect="sinumerik", tool_table=tmp_path / "t.tbl")
+        assert [found for found, _, _ in out.errors] == [code]

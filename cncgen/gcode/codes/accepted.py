@@ -21,7 +21,9 @@ def nothing(ip: Interpreter, block: Block) -> None:
 def forbid(ip: Interpreter, block: Block) -> None:
     """G22: a zone that the tool must not enter, which is not checked here."""
     hint = "travel_mm of the machine file is checked"
-    ip.warn(BlockError("zone-not-checked", "the zone of G22 is not checked", "G22", hint=hint), Severity.NOTE)
+    ip.warn_once(
+        BlockError("zone-not-checked", "the zone of G22 is not checked", "G22", hint=hint), Severity.NOTE
+    )
 
 
 def cancelled(ip: Interpreter, block: Block) -> None:

@@ -87,7 +87,7 @@ def _radius_counts(ip: Interpreter, name: str) -> None:
     message = f"{name} has both a centre (I J K) and a radius (R)"
     if ip.dialect != "fanuc":
         raise BlockError("arc-centre", message, "R")
-    ip.warn(BlockError("arc-centre", f"{message}: R counts", "R", hint="write one of them"), Severity.WARNING)
+    ip.warn_once(BlockError("arc-centre", f"{message}: R counts", "R", hint="write one of them"))
 
 
 def _length(ip: Interpreter, end: list[float], centre: tuple[float, float], turns: int) -> float:

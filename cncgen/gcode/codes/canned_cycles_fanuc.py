@@ -291,9 +291,7 @@ def _step(ip: Interpreter, block: Block, depth: float) -> float:
     if value <= depth or step > depth or not is_written(ip, block, r"Q[ \t]*[0-9]+(?![\d.])"):
         return value
     message = f"Q{value:g}, deeper than the hole, is read as {step:g} (least increments)"
-    ip.warn(
-        BlockError("cycle-peck", message, "Q", hint="a length has a decimal point: Q2.0"), Severity.WARNING
-    )
+    ip.warn_once(BlockError("cycle-peck", message, "Q", hint="a length has a decimal point: Q2.0"))
     return step
 
 
@@ -327,7 +325,7 @@ def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, fl
 
 
 def _doubt(ip: Interpreter, text: str, hint: str) -> None:
-    ip.warn(BlockError("cycle-words", text, f"G{ip.state.motion // 10}", hint=hint), Severity.WARNING)
+    ip.warn_once(BlockError("cycle-words", text, f"G{ip.state.motion // 10}", hint=hint))
 
 
 def _repeats(block: Block, sticky: Sticky) -> int:

@@ -130,7 +130,7 @@ def _number_in_force(ip: Interpreter, block: Block, name: str) -> int:
     if number is None and "h" in block.words and ip.dialect == "fanuc" and not {430, 440} & set(block.g):
         number = whole(block, "h", name)
         message = f"H{number} of {name} is read as the number of the radius, as controls without D have it"
-        ip.warn(BlockError("radius-by-h", message, "H", hint="write D for the radius"), Severity.NOTE)
+        ip.warn_once(BlockError("radius-by-h", message, "H", hint="write D for the radius"), Severity.NOTE)
     if ip.dialect != "fanuc":
         return number or ip.state.tool
     if number is not None:

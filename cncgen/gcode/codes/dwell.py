@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
@@ -59,7 +58,7 @@ def seconds_of(ip: Interpreter, block: Block) -> float:
     if number > 0.0 and (point or number < _LEAST_WAIT):
         message = f"P{number:g} {'with' if point else 'without'} a decimal point is read as {seconds:g} s"
         hint = "X0.5 and P500 of G4 wait half a second; FANUC's controls refuse P with a point, Haas's count seconds with it"
-        ip.warn(BlockError("dwell-point", message, "P", hint=hint), Severity.WARNING)
+        ip.warn_once(BlockError("dwell-point", message, "P", hint=hint))
     return seconds
 
 

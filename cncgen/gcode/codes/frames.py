@@ -187,7 +187,7 @@ def _factor(ip: Interpreter, letter: str, value: float) -> float:
     if abs(value) < _THOUSANDTHS:
         return value
     message = f"{letter.upper()}{value:g} of G51 is read as thousandths: a factor of {value / 1000.0:g}"
-    ip.warn(
+    ip.warn_once(
         BlockError("scale-thousandths", message, letter.upper(), hint="factors below 100 are as written"),
         Severity.NOTE,
     )

@@ -76,7 +76,7 @@ def _named_axes(ip: Interpreter, block: Block, name: str, first: int) -> None:
                 "axis-missing", f"{name} has no axis word", name, hint=f"G91 {name} Z0 moves Z alone"
             )
         message = "G28 without an axis word sends all axes, as on Haas's controls; FANUC's do not take it"
-        ip.warn(BlockError("axis-missing", message, name, hint="G91 G28 Z0 moves Z alone"), Severity.WARNING)
+        ip.warn_once(BlockError("axis-missing", message, name, hint="G91 G28 Z0 moves Z alone"))
         axes = {0, 2} if ip.lathe else set(range(len(AXES)))
     ip.state.between = ip.end_point(block)
     _by_way(ip, block, axes, first)

@@ -7,7 +7,6 @@ warning. W (U of holes along X) is the distance from R to the bottom. G83 and G8
 
 from __future__ import annotations
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes.canned_cycles import Hole, Sticky
 from cncgen.gcode.codes.canned_cycles_fanuc import HOLES
@@ -66,9 +65,7 @@ def _step(ip: Interpreter, block: Block) -> float:
     if step == value or step * (25.4 if ip.state.inches else 1.0) >= _LEAST_STEP_MM:
         return step
     message = f"Q{value:g} of G83 is read as {value:g}, not as {step:g} (least increments)"
-    ip.warn(
-        BlockError("cycle-peck", message, "Q", hint="FANUC's Q5000 is 5 mm, Haas's Q5. too"), Severity.WARNING
-    )
+    ip.warn_once(BlockError("cycle-peck", message, "Q", hint="FANUC's Q5000 is 5 mm, Haas's Q5. too"))
     return value
 
 

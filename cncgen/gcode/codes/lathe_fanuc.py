@@ -8,7 +8,6 @@ Source: FANUC 0i-TD operator's manual B-64304EN-1, sections 4.1 (threads), 8.4 (
 
 from __future__ import annotations
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.feeds import per_minute, per_revolution
 from cncgen.gcode.codes.lathe_words import X, Z
@@ -93,7 +92,7 @@ def depth_of(ip: Interpreter, block: Block, name: str) -> float:
     depth = abs(increments(ip, block, "d"))
     message = f"D{value:g} of {name} is read as {depth:g} (least increments), not as {value:g}"
     hint = "a length has a decimal point: D2.0"
-    ip.warn(BlockError("profile-step", message, "D", hint=hint), Severity.WARNING)
+    ip.warn_once(BlockError("profile-step", message, "D", hint=hint))
     return depth
 
 

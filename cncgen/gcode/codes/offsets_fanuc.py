@@ -81,7 +81,7 @@ def set_data(ip: Interpreter, block: Block) -> None:
 
 def _begin_data(ip: Interpreter, kind: int) -> None:
     """Skip the blocks up to G11: they set data that this machine lacks."""
-    ip.warn(
+    ip.warn_once(
         BlockError(
             "control-data",
             f"G10 L{kind} sets {_DATA[kind]}: passed over up to G11",

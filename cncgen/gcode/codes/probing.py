@@ -48,7 +48,7 @@ def _probe(tenths: int) -> Handler:
             raise BlockError("probe-short", f"{name} starts where it ends", name)
         # Where contact is demanded, the program goes on only after it was made; `rs274` reports a probe without contact.
         touched = tenths in _DEMANDING and not ip.options.stand_alone
-        ip.warn(
+        ip.warn_once(
             BlockError(
                 "probe-not-run", f"{name} is planned to the programmed point", name, hint=_HINT[touched]
             ),
@@ -73,7 +73,7 @@ def skip(ip: Interpreter, block: Block) -> None:
         raise BlockError("probe-mode", "G31 does not go with cutter compensation", "G31", hint="use G40")
     check_feed(ip, block, "G31")
     end = ip.end_point(block)
-    ip.warn(BlockError("probe-not-run", "G31 is planned to the programmed point", "G31"), Severity.NOTE)
+    ip.warn_once(BlockError("probe-not-run", "G31 is planned to the programmed point", "G31"), Severity.NOTE)
     ip.sink.straight_feed(end)
     state.position, state.moved = end, True
     ip.parameters.numbers[PROBE : PROBE + 9] = array("d", end)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lathe_fanuc import ONLY, check_spindle, depth_of, increments, turning_of
 from cncgen.gcode.codes.lathe_words import X, Z
@@ -45,7 +44,7 @@ def _set(ip: Interpreter, block: Block) -> None:
         if kept.passes == 0 and kept.angle in _ANGLES:
             kept.passes = 1
             message, hint = f"P{digits:06d} of G76 counts no last passes: one is made", "P01… says so"
-            ip.warn(BlockError("thread-words", message, "P", hint=hint), Severity.WARNING)
+            ip.warn_once(BlockError("thread-words", message, "P", hint=hint))
         if not 1 <= kept.passes <= 99 or kept.angle not in _ANGLES:
             angles = ", ".join(f"{angle:02d}" for angle in _ANGLES)
             message = (

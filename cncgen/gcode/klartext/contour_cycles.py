@@ -30,7 +30,7 @@ class Contours:
         """
         q = ip.parameters.numbers
         self.cycle = HoleCycle(ip, name, (q[5], q[1]))
-        self.ip, self.q, self.name, self.radius = ip, q, name, ip.tool_radius()
+        self.ip, self.q, self.name, self.radius = ip, q, name, ip.cutting_radius(name)
         self.start = q[5] + q[6]
         self.contours: list[tuple[list[Segment], bool]] = []
         if not labels:

@@ -19,7 +19,7 @@ def pocket(
     cycle: HoleCycle, length: float, width: float, corner: float, angle: float, middle: complex | None = None
 ) -> None:
     """Clear a pocket at the tool's place, or about a middle that lies elsewhere."""
-    ip, q, tool = cycle.ip, cycle.q, cycle.ip.tool_radius()
+    ip, q, tool = cycle.ip, cycle.q, cycle.ip.cutting_radius(cycle.name, min(length, width) / 2.0)
     side, floor = allowances(cycle)
     place = ip.state.position
     middle = complex(place[0], place[1]) if middle is None else middle
@@ -45,7 +45,7 @@ def allowances(cycle: HoleCycle) -> tuple[float, float]:
 
 def bows(cycle: HoleCycle) -> None:
     """254: Q377 slots of width Q219 along the circle Q375 about Q216 Q217, from Q376 over Q248, Q378 from one to the next."""
-    q, ip, tool = cycle.q, cycle.ip, cycle.ip.tool_radius()
+    q, ip, tool = cycle.q, cycle.ip, cycle.ip.cutting_radius(cycle.name, cycle.q[219] / 2.0)
     side, floor = allowances(cycle)
     count = round(q[377] or 1.0)
     if round(q[367]) or not 1 <= count <= _MOST or not 0.0 < abs(q[248]) <= 360.0:
@@ -64,7 +64,8 @@ def bows(cycle: HoleCycle) -> None:
 
 def rectangle(cycle: HoleCycle, values: dict[str, float]) -> None:
     """4: X by Y about the tool's place, corners of RADIUS (the tool's, where it is left out); the length may lie along Y."""
-    corner, angle = max(values["RADIUS"], cycle.ip.tool_radius()), 90.0 * values["FIRST"]
+    tool = cycle.ip.cutting_radius(cycle.name, min(abs(values["X"]), abs(values["Y"])) / 2.0)
+    corner, angle = max(values["RADIUS"], tool), 90.0 * values["FIRST"]
     pocket(cycle, abs(values["X"]), abs(values["Y"]), corner, angle)
 
 
@@ -78,6 +79,7 @@ def slot(cycle: HoleCycle, values: dict[str, float]) -> None:
     ip: Interpreter = cycle.ip
     along = 1.0 + 0j if values["FIRST"] == 0.0 else 1j
     length, width = values["X"], values["Y"]
-    way = along * (math.copysign(abs(length) / 2.0 - ip.tool_radius(), length))
+    tool = ip.cutting_radius(cycle.name, min(abs(length), abs(width)) / 2.0)
+    way = along * (math.copysign(abs(length) / 2.0 - tool, length))
     middle = complex(*ip.state.position[:2]) + way
     pocket(cycle, abs(length), abs(width), abs(width) / 2.0, 0.0 if along == 1.0 else 90.0, middle)

@@ -21,7 +21,7 @@ _BESIDE = 2.0
 
 
 def _radius(ip: Interpreter, name: str) -> float:
-    radius = ip.tool_radius()
+    radius = ip.cutting_radius(name)
     if radius <= 0.0:
         message = f"{name} goes around at the radius of the tool, which has none"
         raise BlockError("cycle-tool", message, "CYCL", hint="--tool-table gives the diameter of the tool")

@@ -108,7 +108,7 @@ def mill(motions: Motions, name: str, values: Values) -> None:
     depth = v[2] - abs(v[4]) if modes[5] == 1.0 else given(values, 4)
     hole = Hole.of(motions, name, [v[1], v[2], v[3], depth])
     ip, rough = motions.ip, vari % 10 == 1
-    radius = ip.tool_radius()
+    radius = ip.cutting_radius(name) if side != 40 else 0.0
     before = ip.state.feed
     feed, plunge, between = v[8] or before, v[9] or v[8] or before, v[14] or v[8] or before
     if (side != 40 and radius <= 0.0) or feed <= 0.0:

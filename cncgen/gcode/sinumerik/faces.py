@@ -60,7 +60,7 @@ class _Mill:
                 name,
                 hint="use G17",
             )
-        radius = motions.ip.tool_radius()
+        radius = motions.ip.cutting_radius(name)
         if radius <= 0.0:
             raise BlockError(
                 "cycle-tool",

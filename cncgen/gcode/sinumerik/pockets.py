@@ -34,7 +34,7 @@ def _levels(name: str, motions: Motions, values: Values, depth: float) -> Hole:
 
 def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[str, float]) -> None:
     """Clear a pocket from the reference plane down, roughing or finishing as VARI says, and go to the retraction plane."""
-    radius = motions.ip.tool_radius()
+    radius = motions.ip.cutting_radius(name, min(pocket.length, pocket.width))
     if how["vari"] % 10 not in (0.0, 1.0, 2.0):
         message = f"VARI = {how['vari']:g} of {name} (finishing an edge, or chamfering) is not read"
         raise BlockError("not-read", message, name, hint="VARI = 1 roughs, 2 finishes")
@@ -135,7 +135,7 @@ def bows(motions: Motions, name: str, values: Values) -> None:
             name,
             hint="NUM counts the slots, AFSL is the angle of one, VARI is 0 to 2; in G17",
         )
-    radius = ip.tool_radius()
+    radius = ip.cutting_radius(name, v[7] / 2.0)
     feed = v[14] or ip.state.feed
     if feed <= 0.0:
         raise BlockError(
@@ -190,7 +190,7 @@ def slots(motions: Motions, name: str, values: Values) -> None:
 def long_holes(motions: Motions, name: str, values: Values) -> None:
     """LONGHOLE(RTP, RFP, SDIS, DP, DPR, NUM, LENG, CPA, CPO, RAD, STA1, INDA, FFD, FFP1, MID): slots as wide as the tool."""
     v = [filled(values, k) for k in range(15)]
-    radius = motions.ip.tool_radius()
+    radius = motions.ip.cutting_radius(name)
     how = {"mid": v[14], "fal": 0.0, "fald": 0.0, "feed": v[13], "plunge": v[12], "cdir": 0.0, "vari": 0.0, "step": 0.0}  # fmt: skip
     _rays(motions, name, values, [*v[:7], 2.0 * radius, *v[7:12]], radius, how)
 
