@@ -31,8 +31,6 @@ SHARED = "cncgen.kernels._shared"
 CALLING = ("cncgen.kernels.gcode_", SHARED)
 #: What goes through each byte and block of a program: a twentieth of reading is saved for 2 s of compiling.
 READING = tuple(f"cncgen.kernels.gcode_{each}" for each in ("scan", "shapes", "motion"))
-#: Copies of a function for constant arguments were half of the time of compiling this kernel, and made no plan faster.
-CLONED = "cncgen.kernels.least_time_tube"
 KERNELS = sorted(p for p in Path("cncgen/kernels").glob("*.py") if p.name != "__init__.py")
 
 
@@ -52,9 +50,7 @@ def kernel_extensions() -> list[Extension]:
             name,
             [path],
             optional=True,
-            extra_compile_args=FLAGS
-            + ["-O2" if name in READING else "-O1"] * name.startswith(CALLING)
-            + ["-fno-ipa-cp-clone"] * (name == CLONED and sys.platform == "linux"),
+            extra_compile_args=FLAGS + ["-O2" if name in READING else "-O1"] * name.startswith(CALLING),
             extra_link_args=LINK,
         )
         for name, path in (sources | {SHARED: "cncgen/kernels/_shared.c"}).items()

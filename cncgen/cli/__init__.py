@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Objects made before the garbage collector looks for circles: of imports nothing is thrown away.
 _COLLECTED_AFTER = 50_000
+#: Time for which a thread may run while others wait, s. The planner's threads come back from kernels often, and waited 5 ms each time.
+_TURN_S = 0.0005
 #: The function that takes the signal's number where one ends the process amid an import, once `main` has imported it.
 _last_words: list[Callable[[int], None]] = []
 
@@ -30,6 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         import gc
 
         gc.set_threshold(_COLLECTED_AFTER, *gc.get_threshold()[1:])
+        sys.setswitchinterval(_TURN_S)
         # Matrices are small here, and the cores are the planner's: threads of the linear algebra would spin beside it.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         from cncgen.cli.app import last_words, run

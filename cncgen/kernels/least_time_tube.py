@@ -17,8 +17,10 @@ from cython.cimports.libc.math import fabs, log, sqrt
 _RHO = cython.declare(cython.double, 1e7)
 #: Part of the way to a bound that a step may go.
 _TAU = cython.declare(cython.double, 0.99)
-#: Largest ratio of a multiplier to its central value, and of that to it (Wächter and Biegler (2006), eq. 16).
+#: Largest ratio of a multiplier to its central value, and of that to it (Wächter and Biegler (2006), eq. 16); and where a search goes on
+#: after its problem has changed.
 _OFF = cython.declare(cython.double, 1e10)
+_OFF_AGAIN = cython.declare(cython.double, 10.0)
 #: A step is halved so often at most.
 _HALVINGS = cython.declare(cython.int, 6)
 #: The barrier parameter µ falls to µ^(11/8), at most this part of itself, once the residual and, in parts of the
@@ -557,13 +559,14 @@ def _carried(
     _linear(tube, n, k, A, B, C)
     _missed(tube, n, k, tube.x, tube.u, F)
     for i in range(N):
-        p0 = tube.q[k + 1, i]
-        p1 = 0.0
-        for j in range(N):
-            p0 += P[k + 1, i * N + j] * F[j]
-            p1 += P[k + 1, i * N + j] * C[j]
-        y[i] = p0
-        PC[i] = p1
+        y[i] = tube.q[k + 1, i]
+        PC[i] = 0.0
+    for j in range(N):
+        p0 = F[j]
+        p1 = C[j]
+        for i in range(N):
+            y[i] += P[k + 1, j * N + i] * p0
+            PC[i] += P[k + 1, j * N + i] * p1
     for i in range(n):
         # P B of this axis, and with it the rows of its jerk.
         for j in range(N):
@@ -661,10 +664,7 @@ def _to_go(
                 R[3 + e] += A[3 * i] * R[e]
             for e in range(3):
                 for f in range(3):
-                    z = R[3 * e + f]
-                    for o in range(U):
-                        z -= S[o * (N + 1) + 3 * i + e] * S[o * (N + 1) + 3 * j + f]
-                    P[k, (3 * i + e) * N + 3 * j + f] += z
+                    P[k, (3 * i + e) * N + 3 * j + f] += R[3 * e + f]
         tube.q[k, 3 * i] += y[3 * i]
         tube.q[k, 3 * i + 1] += A[3 * i] * y[3 * i] + y[3 * i + 1]
         tube.q[k, 3 * i + 2] += A[3 * i + 1] * y[3 * i] + A[3 * i + 2] * y[3 * i + 1] + y[3 * i + 2]
@@ -673,8 +673,12 @@ def _to_go(
         for o in range(U):
             z -= S[o * (N + 1) + i] * S[o * (N + 1) + N]
         tube.q[k, i] = z
-        for j in range(i):
-            P[k, j * N + i] = P[k, i * N + j]
+        for j in range(i + 1):
+            z = P[k, i * N + j]
+            for o in range(U):
+                z -= S[o * (N + 1) + i] * S[o * (N + 1) + j]
+            P[k, i * N + j] = z
+            P[k, j * N + i] = z
 
 
 @cython.cfunc
@@ -966,17 +970,17 @@ def _limits(tube: Tube, n: cython.Py_ssize_t) -> _Steps:
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _kept(z: cython.double, s: cython.double, mu: cython.double) -> cython.double:
+def _kept(z: cython.double, s: cython.double, mu: cython.double, most: cython.double) -> cython.double:
     """Return a multiplier, kept near its central value."""
-    return mu / _OFF / s if z * s < mu / _OFF else mu * _OFF / s if z * s > mu * _OFF else z
+    return mu / most / s if z * s < mu / most else mu * most / s if z * s > mu * most else z
 
 
 @cython.cfunc
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _multipliers(tube: Tube, n: cython.Py_ssize_t, part: cython.double, reset: cython.bint) -> cython.double:
-    """Move the multipliers by a part of their step (or set them on the central path); return how far products are off mu."""
+def _multipliers(tube: Tube, n: cython.Py_ssize_t, part: cython.double, most: cython.double) -> cython.double:
+    """Move the multipliers by a part of their step, within a factor of their central values; return how far products are off mu."""
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     m: cython.Py_ssize_t
@@ -993,30 +997,30 @@ def _multipliers(tube: Tube, n: cython.Py_ssize_t, part: cython.double, reset: c
                 s = 1.0 + y if i % 2 == 0 else 1.0 - y
             else:
                 s = tube.u[k, n] - tube.hlow[k] if i % 2 == 0 else tube.hhigh[k] - tube.u[k, n]
-            y = mu / s if reset else _kept(tube.zu[k, i] + part * tube.dzu[k, i], s, mu)
+            y = _kept(tube.zu[k, i] + part * tube.dzu[k, i], s, mu, most)
             tube.zu[k, i] = y
             off = max(off, fabs(y * s - mu))
         if tube.between[k] > 0.0:
             y = _middles(tube, n, k, tube.x, tube.u, g, c)
             for i in range(2 * n + 1):
                 s = y if i == 2 * n else 1.0 + g[i // 2] if i % 2 == 0 else 1.0 - g[i // 2]
-                tube.zm[k, i] = mu / s if reset else _kept(tube.zm[k, i] + part * tube.dzm[k, i], s, mu)
+                tube.zm[k, i] = _kept(tube.zm[k, i] + part * tube.dzm[k, i], s, mu, most)
                 off = max(off, fabs(tube.zm[k, i] * s - mu))
         if k == 0:
             continue
         for i in range(4 * n):
             y = tube.x[k, 3 * (i // 4) + 1 + (i % 4) // 2]
             s = 1.0 + y if i % 2 == 0 else 1.0 - y
-            y = mu / s if reset else _kept(tube.zx[k, i] + part * tube.dzx[k, i], s, mu)
+            y = _kept(tube.zx[k, i] + part * tube.dzx[k, i], s, mu, most)
             tube.zx[k, i] = y
             off = max(off, fabs(y * s - mu))
         for m in range(tube.first[k], tube.first[k + 1]):
             s = _row(tube, n, m, k, tube.x, g)
-            tube.zr[m] = mu / s if reset else _kept(tube.zr[m] + part * tube.dzr[m], s, mu)
+            tube.zr[m] = _kept(tube.zr[m] + part * tube.dzr[m], s, mu, most)
             off = max(off, fabs(tube.zr[m] * s - mu))
         if tube.feed[k] > 0.0:
             s = _feed(tube, n, k, tube.x, c, g)
-            tube.zf[k] = mu / s if reset else _kept(tube.zf[k] + part * tube.dzf[k], s, mu)
+            tube.zf[k] = _kept(tube.zf[k] + part * tube.dzf[k], s, mu, most)
             off = max(off, fabs(tube.zf[k] * s - mu))
     return off
 
@@ -1081,7 +1085,13 @@ Found = cython.struct(status=cython.int, iterations=cython.int, residual=cython.
 @cython.nogil
 @cython.exceptval(check=False)
 def _solved(
-    tube: Tube, n: cython.Py_ssize_t, mu: cython.double, mu_end: cython.double, most: cython.int
+    tube: Tube,
+    n: cython.Py_ssize_t,
+    mu: cython.double,
+    mu_end: cython.double,
+    most: cython.int,
+    near: cython.bint,
+    again: cython.bint,
 ) -> Found:
     it: cython.int
     back: cython.int
@@ -1101,7 +1111,7 @@ def _solved(
     steps: _Steps
     here: _Measure
     tube.mu = mu
-    off = _multipliers(tube, n, 0.0, True)
+    off = _multipliers(tube, n, 0.0, _OFF_AGAIN if again else 1.0)
     here = _measure(tube, n, tube.x, tube.u)
     # No point that misses much more than the first one passes the filter: on long intervals, steps in h miss by a thousand times that.
     tube.seen[0, 0] = -_BEYOND
@@ -1111,10 +1121,13 @@ def _solved(
         if it > 0:
             if residual < tube.exact and (closing or (tube.mu <= mu_end and off < tube.mu and size < 1e-3)):
                 return Found(1, it, residual, off)
-            if residual < _NEAR and off < _OFF_NEAR * tube.mu and tube.mu > mu_end and part > 0.5:
+            if residual < _NEAR and off < _OFF_NEAR * tube.mu and part > 0.5:
+                if near and tube.mu <= mu_end:
+                    return Found(1, it, residual, off)
                 fourth = sqrt(sqrt(tube.mu))
-                tube.mu = max(mu_end, min(_FALL * tube.mu, tube.mu * fourth * sqrt(fourth)))
-                count = 1
+                if tube.mu > mu_end:
+                    tube.mu = max(mu_end, min(_FALL * tube.mu, tube.mu * fourth * sqrt(fourth)))
+                    count = 1
         closing |= it >= most - _CLOSING
         damping = delta
         if closing:
@@ -1157,20 +1170,30 @@ def _solved(
         else:
             delta = damping / _CHANGE if damping > _LEAST_DAMPING else 0.0
         _accept(tube, n, part)
-        off = _multipliers(tube, n, steps.dual, False)
+        off = _multipliers(tube, n, steps.dual, _OFF)
         if not off < 1e300:
             return Found(-1, it, residual, off)
     return Found(here.most < tube.exact, most, here.most, off)
 
 
-def solve(tube: Tube, mu: cython.double, mu_end: cython.double, most: cython.int) -> Found:
-    """Solve; 1 means that the motion is exact, 0 that `most` iterations were not enough for that, -1 that no step was found."""
+def solve(
+    tube: Tube,
+    mu: cython.double,
+    mu_end: cython.double,
+    most: cython.int,
+    near: cython.bint = False,
+    again: cython.bint = False,
+):
+    """Solve; 1 means that the motion is exact, 0 that `most` iterations were not enough for that, -1 that no step was found.
+
+    `near` ends the search where the barrier parameter would fall below `mu_end`; `again` goes on with the multipliers of the search before.
+    """
     found: Found
     with cython.nogil:
         if tube.n == 2:
-            found = _solved(tube, 2, mu, mu_end, most)
+            found = _solved(tube, 2, mu, mu_end, most, near, again)
         elif tube.n == 3:
-            found = _solved(tube, 3, mu, mu_end, most)
+            found = _solved(tube, 3, mu, mu_end, most, near, again)
         else:
-            found = _solved(tube, tube.n, mu, mu_end, most)
+            found = _solved(tube, tube.n, mu, mu_end, most, near, again)
     return found

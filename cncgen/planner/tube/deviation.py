@@ -19,7 +19,7 @@ Ints = NDArray[np.int64]
 
 #: Part of the tolerance that chords of the motion may leave it by where they are longer than those of setpoints, or two phases of
 #: setpoints differ by; and how many phases are looked at, at most.
-_CHORD, _PHASES = 0.004, 12
+_CHORD, PHASES = 0.004, 12
 #: Factors on the tolerance that are tried if it is exceeded: doublings, and then bisections between the last two.
 _DOUBLINGS, _HALVINGS = 6, 5
 #: Part of a period within which times are the same.
@@ -76,6 +76,7 @@ def excess(
     first_s: float,
     period_s: float,
     passed: float,
+    most: int = PHASES,
 ) -> Floats:
     """Return by how much setpoints of a motion, of their own phase and others, are over the tolerance before each node, shape (k,), mm.
 
@@ -89,12 +90,13 @@ def excess(
         first_s: Time of its first setpoint.
         period_s: Time between setpoints.
         passed: Part of the tolerance by which they may be over it.
+        most: Phases that are looked at, at most.
     """
     end = np.cumsum(motion.step)
     over = np.full(len(end), -np.inf)
     allowed = (1.0 + passed) * path.tolerance
     beside = np.maximum(np.append(path.tolerance, 0.0), np.insert(path.tolerance, 0, 0.0))
-    for t in _phases(_bends(motion), motion.step, first_s, period_s, float(path.tolerance.min())):
+    for t in _phases(_bends(motion), motion.step, first_s, period_s, float(path.tolerance.min()), most):
         points = _at(motion, end, t)
         points[0] = ends[0].point
         first = _walk(path, points, allowed, *ends)
@@ -197,7 +199,7 @@ def _bends(motion: Solved) -> Floats:
 
 
 def _phases(
-    bend: Floats, step: Floats, first_s: float, period_s: float, tolerance: float
+    bend: Floats, step: Floats, first_s: float, period_s: float, tolerance: float, most: int = PHASES
 ) -> Iterator[Floats]:
     """Yield times of setpoints of a motion and those of its ends, of their own phase and of others; further apart where chords show less.
 
@@ -208,7 +210,7 @@ def _phases(
         fine = np.sqrt(8.0 * _CHORD * tolerance / bend)
     apart = period_s * np.maximum(np.floor(np.minimum(fine, step) / period_s + _SAME), 1.0)
     count = np.concatenate([[0.0], np.cumsum(step / apart)])
-    number = int(np.clip(np.ceil(period_s / fine.min()), 1, _PHASES))
+    number = int(np.clip(np.ceil(period_s / fine.min()), 1, most))
     near = np.interp(np.arange(count[-1] + 1.0), count, np.concatenate([[0.0], end])) / period_s
     for phase in range(number):
         own = first_s / period_s + phase / number

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
 
@@ -14,14 +15,14 @@ from cncgen.kernels import tube_places
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.record import Trajectory
-from cncgen.planner.tube.deviation import Reached, excess, followed, reached
+from cncgen.planner.tube.deviation import PHASES, Reached, excess, followed, reached
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
 from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
 from cncgen.planner.tube.window_judge import holds, too_fast
-from cncgen.planner.tube.window_problem import Problem, Solved, solve
-from cncgen.planner.tube.window_start import starts
+from cncgen.planner.tube.window_problem import Problem, Search, Solved
+from cncgen.planner.tube.window_start import again, begun
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -99,6 +100,28 @@ class _Run:
     tail: tuple[Solved, int] | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class _Ahead:
+    """The search of the window that is expected next, from where the motion is likely to be at its beginning.
+
+    Attributes:
+        nodes, columns: Those of the window, and the axes that move there.
+        found: What will be near the solution.
+    """
+
+    nodes: Nodes
+    columns: Ints
+    found: Future[tuple[Search, Solved] | None]
+
+    def taken(self, nodes: Nodes, columns: Ints, state: Floats) -> tuple[Search, Solved] | None:
+        """Return the search and what it found, from another state near its own, if this is its window."""
+        ends = (0, -1)
+        if len(nodes) != len(self.nodes) or any(nodes.s[k] != self.nodes.s[k] for k in ends):
+            return None
+        got = self.found.result() if np.array_equal(columns, self.columns) else None
+        return got and (got[0], got[0].begin(state[:, columns]))
+
+
 class Tube:
     """The work under way: the programmed rows, the plan, and where on it each row begins."""
 
@@ -126,6 +149,12 @@ class Tube:
         self.run: _Run | None = None
         self.size = FIRST
         self.lost = False
+        self.pool = ThreadPoolExecutor(1, "tube")
+        self.ahead: _Ahead | None = None
+
+    def close(self) -> None:
+        """End its thread."""
+        self.pool.shutdown(cancel_futures=True)
 
     def take(self, trajectory: Trajectory, last: bool) -> Iterator[Trajectory]:
         """Add a trajectory of the plan; yield the final part."""
@@ -335,15 +364,23 @@ class Tube:
         run = self.run
         assert run is not None
         while run.nodes is not None and len(run.nodes):
-            count = len(run.nodes)
-            whole = run.closed and count <= 1.3 * self.size
-            if not whole and count < self.size:
+            # Those of the next window as well, so that its search can begin.
+            if not run.closed and self.size == WINDOW and len(run.nodes) < 2 * WINDOW:
                 return
-            yield from self._window(run, count if whole else _stop(run.nodes, self.size), whole)
+            window = self._next(run, run.nodes, self.size)
+            if window is None:
+                return
+            yield from self._window(run, *window)
             if self.ended:
                 return
         if run.closed:
             self.row, self.run = run.row, None
+
+    def _next(self, run: _Run, nodes: Nodes, size: int) -> tuple[int, bool] | None:
+        """Return how many of the nodes of a run are those of a window, and whether it ends the run; None where there are too few."""
+        if run.closed and len(nodes) <= 1.3 * size:
+            return len(nodes), True
+        return (_stop(nodes, size), False) if len(nodes) >= size else None
 
     def _window(self, run: _Run, count: int, whole: bool) -> Iterator[Trajectory]:
         assert run.nodes is not None
@@ -360,7 +397,7 @@ class Tube:
         # When its setpoints are depends on all that is before it.
         yield from self.hand.plain(run.t)
         path, goals = self._rows(run, nodes, whole)
-        columns = np.flatnonzero(np.ptp(np.concatenate([run.state[:1], nodes.point]), axis=0) > _STILL)
+        columns = _moving(run.state, nodes)
         # One way along one axis has no room that matters, nor has a path whose nodes no setpoint can show.
         turns = bool(np.ptp(np.sign(nodes.tangent[:, columns]), axis=0).any())
         shown = (end - run.t) * _SHOWN > count * self.machine.period_s
@@ -374,13 +411,15 @@ class Tube:
                 nodes = self._nodes_again(run, nodes, whole, replace(self.scales, part=part, close=close))
                 final, whole = len(nodes), True
             assert goals is not None
-            found = self._solved(run, nodes, (path, goals), columns)
+            found = self._solved(run, nodes, (path, goals), columns, 0 if whole else final)
             better = (
                 found is not None
                 and float(found.step.sum()) + self.hand.standing(run.t, found) < (1.0 - _LESS) * before
             )
             if tail is not None or better or not (alone or (count <= _SMALLEST and found is None)):
                 break
+        if found is None or not better or part < 1.0:
+            self.ahead = None
         if tried and found is None and count > _SMALLEST:
             self.size = max(count // 4, _SMALLEST // 2)
             if tail is None:
@@ -502,52 +541,86 @@ class Tube:
         return False
 
     def _solved(
-        self, run: _Run, nodes: Nodes, rows: tuple[RowLines, tuple[Reached, Reached]], columns: Ints
+        self,
+        run: _Run,
+        nodes: Nodes,
+        rows: tuple[RowLines, tuple[Reached, Reached]],
+        columns: Ints,
+        final: int,
     ) -> Solved | None:
-        """Return a motion within all limits and the tolerance, or None where none is found."""
+        """Return a motion within all limits and the tolerance, or None where none is found.
+
+        Args:
+            run, nodes, rows, columns: The window, and the axes that move there.
+            final: Nodes after which the next one begins, if there is one.
+        """
         goal = self.reference.state(float(nodes.s[-1]), float(nodes.t[-1]))
-        radius = nodes.radius.copy()
-        owner = np.repeat(np.arange(len(nodes)), nodes.count)
-        guess: Solved | None = None
-        held = np.zeros(len(nodes), bool)
+        radius, held = nodes.radius, np.zeros(len(nodes), bool)
+        got = None if self.ahead is None else self.ahead.taken(nodes, columns, run.state)
+        self.ahead = None
         for number in range(_ROUNDS):
             # Steps of Newton's method grow with the cube of the axes, a node of two is a unit; so is a line that is gone along.
             self.units += _ROUND + int(len(nodes) * (len(columns) / 2.0) ** 3) + len(rows[0].tolerance)
-            given = self._given(run, nodes, goal, columns, held)
+            given = self._given(run.state, nodes, goal, columns, held)
             given = replace(given, radius=radius[: len(given.radius)])
-            found = next(
-                (found for start in starts(given, nodes, guess) if (found := solve(*start)).status == 1), None
-            )
-            if found is None:
+            # The first round shows where room has to be less, which needs no exact motion.
+            near = number == 0
+            if got is not None and not near:
+                found = got[0].narrower(given, *again(given, got[1]))
+                got = (got[0], found) if found.status == 1 else None
+            got = got or begun(given, nodes, near)
+            if got is None:
                 return None
+            found = got[1]
             feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
             fast = too_fast(found, self.velocity[columns], feed, columns < 3)
             lifted = _spread(found, columns, run.state, goal[0])
+            if near and final:
+                self._go_ahead(run, nodes, final, lifted)
             first = self.hand.first_setpoint(run.t, found)
-            over = excess(*rows, lifted, first, self.machine.period_s, _PASSED)
-            allowed = self.program.column("tolerance")[nodes.row - self.program.base]
-            if not (over > -np.inf).any() and not fast.any():
+            over = excess(*rows, lifted, first, self.machine.period_s, _PASSED, 1 if near else PHASES)
+            if not near and not (over > -np.inf).any() and not fast.any():
                 ends, period = (run.state, goal), self.machine.period_s
                 kept = holds(lifted, ends, self.acceleration, self.jerk, period) and self._joins(
                     run, lifted, float(nodes.t[-1])
                 )
                 return lifted if kept else None
-            guess = found
-            known = int(held.sum())
+            known, before = int(held.sum()), radius
             if fast.any():
                 # The neighbours soon are, once these are held.
                 held |= np.convolve(fast, np.ones(9))[4:-4] > 0
                 # A motion that begins or ends at a limit has the middle ordinate beside that at the limit as well.
                 held[0] = held[-1] = False
-            more = np.maximum(over, np.append(over[1:], -1.0))
-            if number >= _LOCAL:
-                more = _around(more, np.cumsum(found.step), 0.5 * self.machine.period_s)
-            less = np.where(more > 0.0, _MORE * more + 1e-3 * 2.0**number * allowed, 0.0)
-            narrower = np.maximum(radius - less[owner], np.minimum(radius, _NARROWEST * nodes.allowed))
-            if (narrower == radius).all() and int(held.sum()) == known:
+            radius = self._narrowed(nodes, radius, over, found.step, number)
+            if not near and (radius == before).all() and int(held.sum()) == known:
                 return None
-            radius = narrower
         return None
+
+    def _narrowed(self, nodes: Nodes, radius: Floats, over: Floats, step: Floats, number: int) -> Floats:
+        """Return the room of nodes after a round, less where setpoints are over the tolerance before a node and beside that."""
+        allowed = self.program.column("tolerance")[nodes.row - self.program.base]
+        more = np.maximum(over, np.append(over[1:], -1.0))
+        if number >= _LOCAL:
+            more = _around(more, np.cumsum(step), 0.5 * self.machine.period_s)
+        less = np.where(more > 0.0, _MORE * more + 1e-3 * 2.0**number * allowed, 0.0)
+        out: Floats = np.maximum(
+            radius - np.repeat(less, nodes.count), np.minimum(radius, _NARROWEST * nodes.allowed)
+        )
+        return out
+
+    def _go_ahead(self, run: _Run, nodes: Nodes, final: int, motion: Solved) -> None:
+        """Begin the search of the next window, from where a motion near that of this one is after its final nodes."""
+        assert run.nodes is not None
+        rest = run.nodes.nodes(final, len(run.nodes))
+        window = self._next(run, rest, min(2 * max(self.size, len(nodes)), WINDOW))
+        if window is None:
+            return
+        rest = rest.nodes(0, window[0])
+        state = np.stack([motion.position[final], motion.velocity[final], motion.acceleration[final]])
+        columns = _moving(state, rest)
+        goal = self.reference.state(float(rest.s[-1]), float(rest.t[-1]))
+        given = self._given(state, rest, goal, columns, np.zeros(len(rest), bool))
+        self.ahead = _Ahead(rest, columns, self.pool.submit(begun, given, rest, True))
 
     def _joins(self, run: _Run, found: Solved, end: float) -> bool:
         """Tell whether differences of setpoints hold the limits over both ends of a motion, where the plan goes on.
@@ -578,10 +651,10 @@ class Tube:
         return True
 
     def _given(
-        self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints, held: NDArray[np.bool_]
+        self, start: Floats, nodes: Nodes, goal: Floats, columns: Ints, held: NDArray[np.bool_]
     ) -> Problem:
         """Return the problem of a window, with the room of its nodes as it was first."""
-        point = np.concatenate([run.state[:1], nodes.point])[:, columns]
+        point = np.concatenate([start[:1], nodes.point])[:, columns]
         tangent = np.concatenate([nodes.tangent[:1], nodes.tangent])[:, columns]
         tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), 1e-300)[:, None]
         # The state at the end is given: it needs no room.
@@ -602,7 +675,7 @@ class Tube:
             radius=nodes.radius[rooms],
             feed=feed,
             between=np.where(held, np.maximum(feed[1:], feed[:-1]), np.inf),
-            start=run.state[:, columns],
+            start=start[:, columns],
             goal=goal[:, columns],
             period_s=self.machine.period_s,
         )
@@ -647,6 +720,11 @@ class Tube:
             )
             - 2
         )
+
+
+def _moving(start: Floats, nodes: Nodes) -> Ints:
+    """Return the axes that move from a state over nodes."""
+    return np.flatnonzero(np.ptp(np.concatenate([start[:1], nodes.point]), axis=0) > _STILL)
 
 
 def _stop(nodes: Nodes, size: int) -> int:
@@ -731,12 +809,16 @@ def improve(
     tube: Tube | None = None
     held: Trajectory | None = None
     with closing(plan):
-        for trajectory in plan:
+        try:
+            for trajectory in plan:
+                if held is not None:
+                    tube = tube or Tube(program, machine, max_steps)
+                    yield from tube.take(held, False)
+                held = trajectory
             if held is not None:
                 tube = tube or Tube(program, machine, max_steps)
-                yield from tube.take(held, False)
-            held = trajectory
-        if held is not None:
-            tube = tube or Tube(program, machine, max_steps)
-            program.ended = True
-            yield from tube.take(held, True)
+                program.ended = True
+                yield from tube.take(held, True)
+        finally:
+            if tube is not None:
+                tube.close()

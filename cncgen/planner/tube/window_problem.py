@@ -13,10 +13,10 @@ from cncgen.kernels import least_time_tube as kernel
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: Barrier parameter at the start and at the end, and iterations at most.
-_START, _END, _MOST = 1e-3, 1e-6, 120
-#: Barrier parameter at the start from the solution of a similar problem, and iterations at most.
-_AGAIN, _MOST_AGAIN = 1e-5, 40
+#: Barrier parameter at the start, near the solution and at the end, and iterations at most.
+_START, _NEAR, _END, _MOST = 1e-3, 1e-5, 1e-6, 120
+#: Barrier parameter where a search goes on with a narrower problem, and iterations at most.
+_AGAIN, _MOST_AGAIN = 3e-6, 40
 #: Part of the jerk limit that what nodes are missed by may make of a third difference; the most and, in parts of what doubles
 #: can tell, the least that is asked of the scaled states.
 _SHOWS, _MISSED, _TOLD = 1e-4, 1e-7, 4.0
@@ -80,76 +80,118 @@ class Solved:
     residual: float
 
 
-def solve(
-    given: Problem,
-    velocity: Floats,
-    acceleration: Floats | None = None,
-    offset: Floats | None = None,
-    jerk: Floats | None = None,
-) -> Solved:
-    """Solve a problem.
+class Search:
+    """A search for the motion of a problem, which goes on from where it is when the problem gets narrower."""
 
-    Args:
-        given: The problem.
-        velocity, acceleration, offset: Shape (N + 1, n), first guess at the nodes; strictly within the limits and the room.
-        jerk: Shape (N, n), strictly within the limits, where the guess solves a problem that is nearly this one.
-    """
-    n, steps = len(given.velocity), len(given.step)
-    unit = float(np.min(given.radius)) if len(given.radius) else 0.01
-    x, u = np.zeros((steps + 1, n, 3)), np.zeros((steps, n + 1))
-    if offset is not None:
-        x[:, :, 0] = offset / unit
-    x[:, :, 1] = velocity / given.velocity
-    if acceleration is not None:
-        x[:, :, 2] = acceleration / given.acceleration
-    scale = np.stack([np.full(n, unit), given.velocity, given.acceleration])
-    for at, state in ((0, given.start), (-1, given.goal)):
-        x[at] = ((state - np.stack([given.point[at], np.zeros(n), np.zeros(n)])) / scale).T
-    if jerk is not None:
-        u[:, :n] = jerk / given.jerk
-    u[:, n] = 1.0
-    state = x.reshape(steps + 1, 3 * n)
-    node = np.repeat(np.arange(steps + 1), np.diff(given.first))
-    rows = np.concatenate(
-        [(given.point[node] - given.centre) / unit, given.direction, (unit / given.radius)[:, None]], axis=1
-    )
-    tangent = given.tangent.copy()
-    with np.errstate(divide="ignore"):
+    def __init__(
+        self,
+        given: Problem,
+        velocity: Floats,
+        acceleration: Floats | None = None,
+        offset: Floats | None = None,
+    ) -> None:
+        """Begin a search.
+
+        Args:
+            given: The problem.
+            velocity, acceleration, offset: Shape (N + 1, n), first guess at the nodes; strictly within the limits and the room.
+        """
+        n, steps = len(given.velocity), len(given.step)
+        unit = float(np.min(given.radius)) if len(given.radius) else 0.01
+        self.given, self.unit = given, unit
+        self.x, self.u = np.zeros((steps + 1, n, 3)), np.zeros((steps, n + 1))
+        self.scale = np.stack([np.full(n, unit), given.velocity, given.acceleration])
+        for at, state in ((0, given.start), (-1, given.goal)):
+            self.x[at] = ((state - np.stack([given.point[at], np.zeros(n), np.zeros(n)])) / self.scale).T
+        still = np.zeros((steps + 1, n))
+        self._move(
+            given.step, velocity, still if acceleration is None else acceleration, still if offset is None else offset, None
+        )  # fmt: skip
+        node = np.repeat(np.arange(steps + 1), np.diff(given.first))
+        self.rows = np.concatenate(
+            [(given.point[node] - given.centre) / unit, given.direction, (unit / given.radius)[:, None]],
+            axis=1,
+        )
+        state = self.x.reshape(steps + 1, 3 * n)
+        with np.errstate(divide="ignore"):
+            feed, self.between = unit / given.feed, unit / given.between
         problem = SimpleNamespace(
             V=given.velocity / unit,
             A=given.acceleration / unit,
             J=given.jerk / unit,
             weight=given.weight,
             r=np.ascontiguousarray(given.point / unit),
-            t=tangent,
+            t=given.tangent.copy(),
             h0=given.step,
             first=given.first,
-            rows=np.ascontiguousarray(rows),
-            feed=unit / given.feed,
-            between=unit / given.between,
+            rows=self.rows,
+            feed=feed,
+            between=self.between,
             hlow=np.full(steps, 0.05),
             hhigh=np.full(steps, 8.0),
             goal=state[-1].copy(),
             x=state,
-            u=u,
+            u=self.u,
             calm=_CALM,
             exact=_exact(given, unit),
         )
-    work = workspace(n, steps, len(rows))
-    tube = kernel.Tube(problem, work)
-    mu, most = (_START, _MOST) if jerk is None else (_AGAIN, _MOST_AGAIN)
-    found = kernel.solve(tube, mu, _END, most)
-    p, v, a = (x * scale.T).transpose(2, 0, 1)
-    return Solved(
-        given.point + p,
-        v,
-        a,
-        u[:, :n] * given.jerk,
-        u[:, n] * given.step,
-        found["status"],
-        found["iterations"],
-        found["residual"],
-    )
+        self.tube = kernel.Tube(problem, workspace(n, steps, len(self.rows)))
+
+    def begin(self, state: Floats) -> Solved:
+        """Return what has been found, but beginning in another state near its own, shape (3, n)."""
+        position = self.given.point[0] + 0.0
+        self.x[0] = ((state - np.stack([position, 0.0 * position, 0.0 * position])) / self.scale).T
+        return self._solved(self.last)
+
+    def solve(self, near: bool = False) -> Solved:
+        """Return the solution, or what is near it: then with less of the room, and nodes missed by up to a thousandth of it."""
+        return self._solved(kernel.solve(self.tube, _START, _NEAR if near else _END, _MOST, near))
+
+    def narrower(
+        self,
+        given: Problem,
+        step: Floats,
+        velocity: Floats,
+        acceleration: Floats,
+        offset: Floats,
+        jerk: Floats,
+    ) -> Solved:
+        """Return the solution of a problem that differs in `radius` and `between`, from a guess strictly within it.
+
+        Args:
+            given: That problem.
+            step: Shape (N,), times of the guess, s.
+            velocity, acceleration, offset: Shape (N + 1, n), the guess at the nodes.
+            jerk: Shape (N, n), between them.
+        """
+        self._move(step, velocity, acceleration, offset, jerk)
+        self.rows[:, -1] = self.unit / given.radius
+        with np.errstate(divide="ignore"):
+            self.between[:] = self.unit / given.between
+        return self._solved(kernel.solve(self.tube, _AGAIN, _END, _MOST_AGAIN, False, True))
+
+    def _move(
+        self, step: Floats, velocity: Floats, acceleration: Floats, offset: Floats, jerk: Floats | None
+    ) -> None:
+        for order, each in enumerate((offset, velocity, acceleration)):
+            self.x[1:-1, :, order] = each[1:-1] / self.scale[order]
+        if jerk is not None:
+            self.u[:, :-1] = jerk / self.given.jerk
+        self.u[:, -1] = step / self.given.step
+
+    def _solved(self, found: kernel.Found) -> Solved:
+        self.last = found
+        p, v, a = (self.x * self.scale.T).transpose(2, 0, 1)
+        return Solved(
+            self.given.point + p,
+            v,
+            a,
+            self.u[:, :-1] * self.given.jerk,
+            self.u[:, -1] * self.given.step,
+            found["status"],
+            found["iterations"],
+            found["residual"],
+        )
 
 
 def workspace(n: int, steps: int, rows: int) -> SimpleNamespace:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.planner.tube.tube_nodes import Nodes
-from cncgen.planner.tube.window_problem import Problem, Solved
+from cncgen.planner.tube.window_problem import Problem, Search, Solved
 
 Floats = NDArray[np.float64]
-#: A problem with steps in time; velocities, accelerations and offsets at its nodes; jerks between them.
-Start = tuple[Problem, Floats, Floats | None, Floats, Floats | None]
+#: A problem with steps in time; velocities, accelerations and offsets at its nodes.
+Start = tuple[Problem, Floats, Floats | None, Floats]
+#: Times, velocities, accelerations, offsets and jerks.
+Again = tuple[Floats, Floats, Floats, Floats, Floats]
 
 #: Parts of the speed that guesses have, one after the other, and whether one goes on steadily, at the pace of corners at least, or as
 #: the plan does.
@@ -24,21 +25,23 @@ _WITHIN = 0.9
 _PULLED = 0.001
 
 
-def starts(given: Problem, nodes: Nodes, before: Solved | None) -> Iterator[Start]:
-    """Return guesses, the best one first.
+def begun(given: Problem, nodes: Nodes, near: bool) -> tuple[Search, Solved] | None:
+    """Return a search and what it found from the first of all guesses that leads to a solution.
 
     Args:
         given: The problem.
         nodes: Those after the first one.
-        before: The solution of a similar problem, if there is one.
+        near: Whether to go near the solution only.
     """
-    if before is not None:
-        yield _again(given, before)
     for part, steady in _STARTS:
-        yield _along(given, nodes, part, steady)
+        search = Search(*_along(given, nodes, part, steady))
+        found = search.solve(near)
+        if found.status == 1:
+            return search, found
+    return None
 
 
-def _again(given: Problem, before: Solved) -> Start:
+def again(given: Problem, before: Solved) -> Again:
     """Return a solution, moved into limits and room: the same motion in more time where intervals are held that it is too fast on."""
     within = 1.0 - _PULLED
     slower = max(1.0, _between(given, before) / within)
@@ -52,7 +55,7 @@ def _again(given: Problem, before: Solved) -> Start:
     speed *= _down(given, speed, within)
     offset = before.position - given.point
     offset += _inside(given, offset, within, 0.0)
-    return replace(given, step=slower * before.step), speed, bent, offset, jerk
+    return slower * before.step, speed, bent, offset, jerk
 
 
 def _between(given: Problem, before: Solved) -> float:
@@ -83,7 +86,7 @@ def _along(given: Problem, nodes: Nodes, part: float, steady: bool) -> Start:
         over = (np.abs(middle) > 0.5 * (1.0 + _WITHIN) * given.velocity).any(axis=1)
         over |= np.sqrt((middle**2 * given.weight).sum(axis=1)) > 0.5 * (1.0 + _WITHIN) * given.between
         rate[:-1][over] = 0.0
-    return replace(given, step=steps), speed, rate, _inside(given, np.zeros_like(given.point)), None
+    return replace(given, step=steps), speed, rate, _inside(given, np.zeros_like(given.point))
 
 
 def _down(given: Problem, speed: Floats, within: float) -> Floats:

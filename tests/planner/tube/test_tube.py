@@ -16,7 +16,7 @@ from cncgen.kernels import tube_places
 from cncgen.machine.reading import machine_from_toml
 from cncgen.machine.record import Machine
 from cncgen.planner.tube.window_judge import holds, too_fast
-from cncgen.planner.tube.window_problem import Problem, Solved, solve
+from cncgen.planner.tube.window_problem import Problem, Search, Solved
 
 ROOT = Path(__file__).resolve().parents[3]
 Floats = NDArray[np.float64]
@@ -217,7 +217,7 @@ def test_a_straight_line_takes_the_time_of_the_seven_phase_profile() -> None:
     """Each axis goes L/√2; A and V are not reached: four phases of (L/2/J)^(1/3) (Biagiotti and Melchiorri (2008), 3.4)."""
     length = 4.0
     given, velocity = straight(length, 200)
-    found = solve(given, velocity)
+    found = Search(given, velocity).solve()
     least = 4.0 * np.cbrt(length * np.sqrt(0.5) / 2.0 / J)
     assert (J * least / 4.0) < A
     assert found.status == 1
@@ -227,7 +227,7 @@ def test_a_straight_line_takes_the_time_of_the_seven_phase_profile() -> None:
 
 def test_motion_between_nodes_is_that_of_constant_jerk() -> None:
     given, velocity = straight(4.0, 60)
-    found = solve(given, velocity)
+    found = Search(given, velocity).solve()
     h, x, v, a = found.step[:, None], found.position, found.velocity, found.acceleration
     assert np.abs(x[:-1] + h * (v[:-1] + h * (a[:-1] / 2 + h * found.jerk / 6)) - x[1:]).max() < 1e-9
     assert np.abs(v[:-1] + h * (a[:-1] + h * found.jerk / 2) - v[1:]).max() < 1e-5
@@ -238,7 +238,7 @@ def test_motion_between_nodes_is_that_of_constant_jerk() -> None:
 def diagonal(period_s: float) -> tuple[Problem, Solved]:
     given, velocity = straight(4.0, 60)
     given = replace(given, period_s=period_s)
-    return given, solve(given, velocity)
+    return given, Search(given, velocity).solve()
 
 
 @pytest.mark.parametrize("period_s", [1e-3, 1e-4])
