@@ -55,8 +55,9 @@ _TimesEntry = float | Mapping[str, float] | Sequence[Sequence[float]]
 Floats = NDArray[np.float64]
 #: Lines and tools named for each quantity.
 _PLACES = 3
-#: A saving below this part of the cycle counts as none: two plans of a program agree to so much.
-_NOISE = 1e-6
+#: A saving below this part of the cycle counts as none: two plans on the rows agree to so much. Two plans of path and speed together
+#: may differ by more of their time where nothing that binds differs (docs/times.md).
+_NOISE, _JUMPS = 1e-6, 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,12 +90,23 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class PlannedTimes:
-    """Times of one plan: the cycle, its parts, of each line, of each tool."""
+    """Times of one plan: the cycle, its parts, of each line, of each tool; and that of path and speed planned together."""
 
     cycle_s: float
     parts: dict[str, float]
     lines: dict[tuple[str, int], float]
     tools: dict[str, float]
+    together_s: float
+
+    @property
+    def noise_s(self) -> float:
+        """A saving below it counts as none."""
+        return _NOISE * self.cycle_s
+
+    @property
+    def agreement_s(self) -> float:
+        """Seconds to which plans agree that differ in nothing that binds."""
+        return max(self.noise_s, _JUMPS * self.together_s)
 
 
 class SlopeKind(StrEnum):
@@ -106,6 +118,8 @@ class SlopeKind(StrEnum):
     SLACK = "does not bind"
     #: The plans scatter by more than a derivative may be off: it is known to a bound.
     SCATTER = "scatter"
+    #: Differences of ±2 % and ±5 % differ by more than that: it is known to a bound.
+    BEND = "bend"
     #: The derivatives to both sides differ.
     KINK = "kink"
 
@@ -116,8 +130,9 @@ class Slope:
 
     Attributes:
         kind: How far it is known.
-        seconds: Saving of the whole change by it; the best estimate where it scatters.
-        bound: Of the error, in seconds: 97.5 % of one sign; 99.95 % where it scatters.
+        seconds: Saving of the whole change by it; the best estimate where it scatters or bends.
+        bound: Of the error, in seconds: 97.5 % of one sign; 99.95 % where it scatters or bends. Of what has no effect or does not
+            bind, to what plans agree.
         sides: The saving of the whole change by the derivative to its side, and what its opposite costs by the other, where they differ.
     """
 
@@ -202,15 +217,17 @@ def planned_times(case: Case) -> PlannedTimes:
     Raises:
         NoPlanError, ProgramError: As `cncgen.planner.plan`.
     """
-    split, lines, tools = TimeSplit(), LineTimes(), _ToolTimes()
+    split, lines, tools, together_s = TimeSplit(), LineTimes(), _ToolTimes(), 0.0
     for trajectory in plan(case.chunks(), case.machine, case.options):
+        if trajectory.cubics is not None:
+            together_s += float(np.ptp(trajectory.profile.t))
         split.add(trajectory)
         lines.add(trajectory)
         tools.add(trajectory)
     found = split.as_json()
     tools.end(found["cycle_time_s"])
     every = {(line.source, line.line): line.time_s for line in lines.longest(lines.lines)}
-    return PlannedTimes(found["cycle_time_s"], found["cycle_time_split_s"], every, tools.seconds)
+    return PlannedTimes(found["cycle_time_s"], found["cycle_time_split_s"], every, tools.seconds, together_s)
 
 
 def quantities(case: Case, axes: str) -> list[Quantity]:
@@ -307,13 +324,13 @@ class _Savings:
 
     def worth(self) -> Shortening:
         """Return the savings of the quantity."""
-        quantity, now, noise = self.quantity, self.now, _NOISE * self.now.cycle_s
+        quantity, now, noise = self.quantity, self.now, self.now.noise_s
         whole = self(WHOLE)
         # If the whole change has no effect, a smaller one has none either.
         if max(abs(whole), abs(self(-WHOLE))) <= noise:
-            slope, sides = Slope(SlopeKind.NO_EFFECT), (0.0, 0.0)
+            slope, sides = Slope(SlopeKind.NO_EFFECT, bound=now.agreement_s), (0.0, 0.0)
         else:
-            slope = derivative(self, noise)
+            slope = derivative(self, noise, now.agreement_s)
             sides = slope.sides or (slope.seconds, slope.seconds)
         found = Shortening(quantity.name, quantity.value, quantity.sign * CHANGE, slope, sides, whole)
         if abs(whole) < noise:
@@ -327,12 +344,13 @@ class _Savings:
         )
 
 
-def derivative(saved: Callable[[int], float], noise: float) -> Slope:
+def derivative(saved: Callable[[int], float], noise: float, agreement: float = 0.0) -> Slope:
     """Return the saving of a whole change by the derivative, or the reason why it is missing.
 
     Args:
         saved: Returns the seconds that so many 32nds of the change save; asked for up to 32 of them to both sides.
         noise: A saving below it is 0.
+        agreement: Seconds to which plans agree.
     """
     found = _five_point(saved, WHOLE // 2)
     if max(abs(found.seconds), found.bound) <= noise:
@@ -340,14 +358,14 @@ def derivative(saved: Callable[[int], float], noise: float) -> Slope:
     if found.bound <= _SURE * abs(found.seconds):
         return found
     if all(max(abs(saved(k)), abs(saved(-k))) <= noise for k in (8, 6, 4, 2)):
-        return Slope(SlopeKind.SLACK)
+        return Slope(SlopeKind.SLACK, bound=agreement)
     found = _five_point(saved, WHOLE // 4)
     if noise < abs(found.seconds) and found.bound <= _SURE_NEAR * abs(found.seconds):
         return found
     for pairs in _KNOWN:
         found = _fitted(saved, pairs)
         hopeless = pairs == _OTHERS and found.bound > _HOPED * abs(found.seconds)
-        if found.kind is not SlopeKind.SCATTER or hopeless:
+        if found.kind not in (SlopeKind.SCATTER, SlopeKind.BEND) or hopeless:
             break
     return found
 
@@ -402,7 +420,8 @@ def _fitted(saved: Callable[[int], float], pairs: int) -> Slope:
         return Slope(SlopeKind.KINK, float(slope), float(bound), (float(first + bend), float(first - bend)))
     if bound <= _KNOWN[pairs] * abs(slope):
         return Slope(SlopeKind.SMOOTH, float(slope), float(bound))
-    return Slope(SlopeKind.SCATTER, float(slope), float(np.hypot(away, _STUDENT_SURE[one] * scatter)))
+    kind = SlopeKind.BEND if away > _STUDENT[one] * scatter else SlopeKind.SCATTER
+    return Slope(kind, float(slope), float(np.hypot(away, _STUDENT_SURE[one] * scatter)))
 
 
 def _in_series(rest: Floats) -> float:
@@ -549,7 +568,8 @@ def as_text(now: PlannedTimes, found: list[Shortening]) -> str:
         "of cycle, %",
         "lines that save most, s",
     ]
-    notes = [_MEANINGS[kind] for kind in _MEANINGS if any(each.slope.kind == kind for each in found)]
+    kinds = {each.slope.kind for each in found}
+    notes = [meaning.format(now.agreement_s) for kind, meaning in _MEANINGS.items() if kind in kinds]
     return "\n".join([f"cycle time {duration(now.cycle_s)}", text_table(head, rows), *notes])
 
 
@@ -557,7 +577,9 @@ def as_text(now: PlannedTimes, found: list[Shortening]) -> str:
 _MEANINGS = {
     SlopeKind.KINK: "a | b: the time has a kink there; a change saves a at first, and its opposite costs b",
     SlopeKind.SCATTER: "a ± b: plans scatter by b",
-    SlopeKind.SLACK: "does not bind: a small change does nothing; one of 10 % up or down does",
+    SlopeKind.BEND: "a ± b bends: by differences of ±2 and ±5 % it differs by b",
+    SlopeKind.NO_EFFECT: "no effect: 10 % up or down changes nothing, to {:.1g} s",
+    SlopeKind.SLACK: "does not bind: a small change does nothing, to {:.1g} s; one of 10 % up or down does",
 }
 
 
@@ -568,8 +590,9 @@ def by_derivative(each: Shortening) -> str:
         return f"{slope.seconds:z.4f}"
     if slope.kind is SlopeKind.KINK:
         return " | ".join(f"{side:z.4f}" for side in each.sides_s)
-    if slope.kind is SlopeKind.SCATTER:
+    if slope.kind in (SlopeKind.SCATTER, SlopeKind.BEND):
         # A bound has one digit at least.
         digits = max(4, math.ceil(-math.log10(slope.bound))) if slope.bound else 4
-        return f"{slope.seconds:z.{digits}f} ± {slope.bound:.{digits}f}"
+        bends = " bends" if slope.kind is SlopeKind.BEND else ""
+        return f"{slope.seconds:z.{digits}f} ± {slope.bound:.{digits}f}{bends}"
     return str(slope.kind)

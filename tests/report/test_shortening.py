@@ -77,6 +77,26 @@ def test_where_the_second_derivative_jumps_differences_of_2_to_5_percent_agree_t
         assert found.derivative == pytest.approx(1.0 + 0.08 * step, rel=0.02)
 
 
+def test_a_slope_that_changes_within_5_percent_is_told_with_its_differences() -> None:
+    """x + 0.5 x² above the value alone: a difference of the steps ±h is 1 + 0.25 h, which is 1.05 at 2 % and 1.125 at 5 %."""
+    found = derivative(lambda k: k / WHOLE + 0.5 * max(k / WHOLE, 0.0) ** 2, 1e-9)
+    assert found.kind is SlopeKind.BEND
+    assert found.derivative is None
+    assert found.seconds == pytest.approx(1.0875, rel=1e-6)
+    assert found.bound == pytest.approx(0.0375, rel=1e-6)
+
+
+def test_no_effect_is_told_with_what_plans_agree_to(tmp_path: Path) -> None:
+    """On the rows 10⁻⁶ of the cycle; within a tolerance 10⁻⁴ of the time in which path and speed are planned together."""
+    for mode, part in (("G61", 1e-6), ("G64 P0.05", 1e-4)):
+        (tmp_path / "a.nc").write_text(f"G21 G90 {mode} F3000\nG1 X40\nX45 Y20\nX80 Y25\nM2\n")
+        now, found = why(tmp_path / "a.nc", load("xy-table"))
+        slope = {each.name: each for each in found}["X velocity"].slope
+        assert slope.kind is SlopeKind.NO_EFFECT
+        assert slope.bound == pytest.approx(part * now.cycle_s, rel=0.01)
+        assert f"no effect: 10 % up or down changes nothing, to {slope.bound:.1g} s" in as_text(now, found)
+
+
 def test_one_plan_that_jumps_is_left_out() -> None:
     """Of a straight line with scatter of 0.1 %, one plan takes a tenth longer: by chance a trial of random programs met such plans."""
     rng = np.random.default_rng(11)
