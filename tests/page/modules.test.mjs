@@ -7,7 +7,7 @@ import { deflateSync } from "node:zlib";
 const from = new URL("../../cncgen/report/page/", import.meta.url);
 const load = (name) => import(new URL(name, from));
 const { band, bytesOf, integers, runAt, runs, summed } = await load("decode.js");
-const { brief, duration, rounded, stepped, ticks } = await load("format.js");
+const { brief, duration, partly, rounded, stepped, ticks } = await load("format.js");
 const { along, lineKey, rowsByLine, rowsByValue, stretches, toolRuns } = await load("lines.js");
 const { CHUNK, chunked, pick, significance } = await load("levels.js");
 const { Camera } = await load("camera.js");
@@ -78,6 +78,8 @@ test("numbers are written to the digit of their step", () => {
   assert.equal(duration(4.102), "4.102 s");
   assert.equal(duration(7384.04), "2:03:04.0 h");
   assert.deepEqual([0.0021, 0.25, 12.3456, 150].map(brief), ["2.1 ms", "250 ms", "12.35 s", "2:30 min"]);
+  assert.deepEqual([0.0021, 0.25, 12.3456, 150].map((part) => partly(part, 150)), ["<0.01 s", "0.25 s", "12.35 s", "2:30 min"]);
+  assert.deepEqual([0, 0.0021, 0.25].map((part) => partly(part, 0.25)), ["0", "2.1 ms", "250 ms"]);
   assert.deepEqual([0, 2450, 50000, 1.5e7].map(rounded), ["0", "2450", "50k", "15M"]);
   assert.deepEqual(ticks(-525, 525, 4), [-500, 0, 500]);
   assert.deepEqual(ticks(0, 0.042, 5), [0, 0.01, 0.02, 0.03, 0.04]);
@@ -177,8 +179,8 @@ test("a limit of axes names the axis that is near its own, block by block", () =
   const band = (low, high) => ({ low, high, block: 2, step: 10 });
   part.bands = { x_jerk_mm_s3: band([0, -5, -1, 0], [0, 1, 1, 0]), y_jerk_mm_s3: band([0, 0, 0, -2], [0, 1, 2, 0]) };
   const found = [...part.heldRuns()].map(({ value, start, stop }) => [value, start, stop]);
-  assert.deepEqual(found, [["feed", 0, 1], ["jerk", 1, 2], ["X jerk", 2, 4], ["Y jerk", 4, 6], ["Y jerk", 6, 7], ["feed", 7, 8]]);
-  assert.deepEqual([0, 1, 3, 5].map((row) => part.limit(row)), ["feed", "jerk", "X jerk", "Y jerk"]);
+  assert.deepEqual(found, [["feed", 0, 1], ["axis jerk", 1, 2], ["X jerk", 2, 4], ["Y jerk", 4, 6], ["Y jerk", 6, 7], ["feed", 7, 8]]);
+  assert.deepEqual([0, 1, 3, 5].map((row) => part.limit(row)), ["feed", "axis jerk", "X jerk", "Y jerk"]);
 });
 
 

@@ -314,7 +314,7 @@ def test_the_ranking_of_changes_is_that_of_why_and_leads_to_lines(browser: Brows
     browser.open(tmp_path / "page.html")
     browser.click("#tab-time")
     table = "table[aria-label='What would shorten it']"
-    cells = f"return [...document.querySelectorAll(`{table} tbody tr`)].map((row) => row.cells[0].firstChild.data)"
+    cells = f"return [...document.querySelectorAll(`{table} tbody tr`)].map((row) => row.cells[0].firstChild.textContent)"
     assert browser.run(cells) == [each["name"] for each in found]
     assert browser.run(
         f"const t = document.querySelector(`{table}`); return t.scrollWidth <= t.parentElement.clientWidth"

@@ -35,6 +35,12 @@ export function brief(seconds) {
   return `${(seconds / 3600).toFixed(2)} h`;
 }
 
+/** Return a part of a time as text, with no unit smaller than that of the largest part beside it. */
+export function partly(seconds, most) {
+  if (most < 0.9995 || seconds >= 0.9995 || seconds === 0) return brief(seconds);
+  return seconds < 0.005 ? "<0.01 s" : `${seconds.toFixed(2)} s`;
+}
+
 /** Return a part of one as per cent. */
 export function share(part) {
   const percent = 100 * part;

@@ -1,7 +1,7 @@
 // The legend: colours with how much time each has.
 
 import { colourOf, css, scaleText } from "./colouring.js";
-import { brief, share } from "./format.js";
+import { partly, share } from "./format.js";
 import { sheet } from "./sheet.js";
 import { element } from "./tables.js";
 
@@ -12,10 +12,11 @@ export function legend(box, colouring, theme, whole) {
   // On paper, where the choice of colours is not to be seen.
   box.append(element("strong", {}, colouring.label));
   if (colouring.kinds) {
+    const most = Math.max(...colouring.kinds.map((kind) => kind.seconds));
     const items = colouring.kinds.slice(0, 12).map((kind, k) => {
       const swatch = element("span", { class: "swatch" });
       swatch.style.background = css(colourOf(colouring, k, theme));
-      return element("li", {}, swatch, element("span", { class: "name" }, kind.name), element("span", { class: "value" }, `${brief(kind.seconds)} · ${share(kind.seconds / whole)}`));
+      return element("li", {}, swatch, element("span", { class: "name" }, kind.name), element("span", { class: "value" }, `${partly(kind.seconds, most)} · ${share(kind.seconds / whole)}`));
     });
     if (colouring.note) items.push(element("li", {}, colouring.note));
     box.append(element("ul", {}, ...items));

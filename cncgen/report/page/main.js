@@ -2,7 +2,7 @@
 
 import { Charts } from "./charts.js";
 import { choices, colouring, palette } from "./colouring.js";
-import { brief, duration, share } from "./format.js";
+import { duration, partly, share } from "./format.js";
 import { heed, tell } from "./host.js";
 import { legend } from "./legend.js";
 import { lineKey, toolName } from "./lines.js";
@@ -198,13 +198,14 @@ class Page {
 
   split() {
     const items = timeSplit(this.part), whole = items.reduce((sum, item) => sum + item.seconds, 0) || 1;
+    const most = Math.max(...items.map((item) => item.seconds));
     const strip = element("div", { class: "strip" });
     const names = element("div", { class: "names" });
     for (const item of items) {
       const piece = element("span", { class: `kind-${item.kind}`, title: `${item.name}: ${duration(item.seconds)}` });
       piece.style.flexGrow = String(Math.max(item.seconds / whole, 0.004));
       strip.append(piece);
-      names.append(element("span", { class: `kind-${item.kind}` }, `${item.name} ${brief(item.seconds)}`, element("small", {}, share(item.seconds / whole))));
+      names.append(element("span", { class: `kind-${item.kind}` }, `${item.name} ${partly(item.seconds, most)}`, element("small", {}, share(item.seconds / whole))));
     }
     $("split").setAttribute("aria-label", items.map((item) => `${item.name} ${duration(item.seconds)}`).join(", "));
     $("split").replaceChildren(strip, names);

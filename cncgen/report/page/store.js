@@ -101,14 +101,14 @@ export class Part {
     return this.runValue("source", row) ?? 0;
   }
 
-  /** Return what holds the speed back at a row: "feed", or "X jerk" where it is the limit of an axis; "" where nobody knows. */
+  /** Return what holds the speed back at a row: "feed", or "X jerk" where it is the limit of an axis, "axis jerk" where none is near its own; "" where nobody knows. */
   limit(row) {
     const found = this.runValue("limit", row);
     return found === undefined ? "" : this.held(found, row);
   }
 
   held(limit, row, bounds = this.bounds(limit)) {
-    let most = HELD, held = "";
+    let most = HELD, held = bounds.length ? "axis " : "";
     for (const { letter, signal, bound } of bounds) {
       const k = Math.floor(row / signal.block), part = (Math.max(Math.abs(signal.low[k]), Math.abs(signal.high[k])) * signal.step) / bound;
       if (part > most) [most, held] = [part, `${letter} `];

@@ -2,7 +2,7 @@
 
 import { colouring } from "./colouring.js";
 import { along, lineKey, rowsByValue, toolName } from "./lines.js";
-import { brief, duration, rounded, share } from "./format.js";
+import { brief, duration, partly, rounded, share } from "./format.js";
 
 /** Return an element with attributes and children; texts are never markup. */
 export function element(name, attributes = {}, ...children) {
@@ -16,9 +16,12 @@ export function element(name, attributes = {}, ...children) {
   return found;
 }
 
+/** A key or a name of a plan, which a browser may end a line in behind its signs. */
+const breakable = (name) => name.split(/(?<=[._=,/])(?!\d)/).flatMap((word) => [element("wbr"), word]).slice(1);
+
 function table(label, header, rows) {
   const cells = rows[0]?.children ?? [];
-  const head = element("tr", {}, ...header.map((text, k) => element("th", { scope: "col", class: cells[k]?.className || null }, text)));
+  const head = element("tr", {}, ...header.map((text, k) => element("th", { scope: "col", class: cells[k]?.className || null }, ...breakable(text))));
   return element("table", { "aria-label": label }, element("thead", {}, head), element("tbody", {}, ...rows));
 }
 
@@ -153,12 +156,13 @@ export function timeSplit(part) {
 }
 
 function shares(title, items, whole) {
+  const most = Math.max(...items.map((item) => item.seconds));
   const rows = items.map((item) =>
     element(
       "tr",
       {},
       element("td", {}, item.name),
-      element("td", { class: "number" }, brief(item.seconds)),
+      element("td", { class: "number" }, partly(item.seconds, most)),
       element("td", { class: "number" }, share(item.seconds / whole), bar(item.seconds / whole)),
     ),
   );
@@ -215,7 +219,7 @@ function why(part, go) {
     return element(
       "tr",
       {},
-      element("td", {}, item.name, element("small", {}, item.value ? `${item.value}, ${change}` : change), ...saving(part, item.lines, go)),
+      element("td", {}, element("span", {}, ...breakable(item.name)), element("small", {}, item.value ? `${item.value}, ${change}` : change), ...saving(part, item.lines, go)),
       element("td", { class: "number" }, brief(item.saved_s), bar(item.saved_s / most)),
       element("td", { class: "number" }, first),
     );
@@ -321,16 +325,20 @@ function remarks(diagnostics) {
 /** What differs between the plan and another one: times, and the lines with the largest differences. */
 export function differences(part, others, go) {
   const rows = [part, ...others].map((one) => {
-    const { label, machine, summary } = one.header, number = (text) => element("td", { class: "number" }, text);
+    const { label, machine, summary } = one.header, change = one.seconds - part.seconds;
     const about = element("small", {}, [machine, summary.feedrate].filter((text) => text && text !== label).join(", "));
     const length = summary.path_length_mm === undefined ? "" : `${summary.path_length_mm.toFixed(3)} mm`;
-    return element("tr", {}, element("td", {}, label, about), number(duration(one.seconds)), number(one === part ? "" : signed(one.seconds - part.seconds)), number(length));
+    const time = element("td", { class: "number" }, duration(one.seconds));
+    if (one !== part) time.append(element("small", { class: changeClass(change) }, signed(change)));
+    return element("tr", {}, element("td", {}, ...breakable(label), about), time, element("td", { class: "number" }, length));
   });
-  const found = [element("section", {}, element("h3", {}, "Side by side"), table("Plans side by side", ["", "Time", "Difference", "Path"], rows))];
+  const found = [element("section", {}, element("h3", {}, "Side by side"), table("Plans side by side", ["", "Time", "Path"], rows))];
   if (others.some((other) => other.borrows)) found.push(element("p", { class: "note" }, "Setpoints without lines are matched with the plan by the length of the path."));
   for (const other of others) if (part.lineRows && other.lineRows) found.push(byDifference(part, other, go));
   return element("div", {}, ...found);
 }
+
+const changeClass = (seconds) => (seconds > 0 ? "slower" : seconds < 0 ? "faster" : "");
 
 function signed(seconds) {
   return `${seconds > 0 ? "+" : seconds < 0 ? "−" : ""}${brief(Math.abs(seconds))}`;
@@ -347,7 +355,7 @@ function byDifference(part, other, go) {
     const visit = part.stretches.visits.get(key);
     const button = element("button", { class: "link", type: "button", disabled: !visit }, keyName(part, key));
     if (visit) button.addEventListener("click", () => go(part.stretches.starts[visit[0]]));
-    const cell = element("td", { class: `number ${change > 0 ? "slower" : "faster"}` }, signed(change));
+    const cell = element("td", { class: `number ${changeClass(change)}` }, signed(change));
     return element("tr", {}, element("td", {}, button), element("td", { class: "number" }, brief(here)), element("td", { class: "number" }, brief(there)), cell);
   });
   const title = `Lines that ${other.header.label} changes most`;
