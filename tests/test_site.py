@@ -247,17 +247,31 @@ def test_manual_page_and_completions_are_up_to_date(generate: ModuleType) -> Non
         assert (DOCS / "shell" / name).read_text(encoding="utf-8") == text, "python docs/generate.py"
 
 
+#: What a shell does when a key is pressed behind words, the last of which is begun: it prints what completes that.
+SHELLS = {
+    "bash": """compopt() { :; }; source {file}; COMP_WORDS=({words}); COMP_CWORD=$((${#COMP_WORDS[@]} - 1))
+        _cncgen_completion cncgen; printf '%s\\n' "${COMPREPLY[@]}" """,
+    "zsh": """compdef() { : }; _path_files() { : }; compadd() { print -l $completions }
+        _describe() { print -l ${completions_with_descriptions%%:*} }
+        source {file}; words=({words}); CURRENT=$#words; _cncgen_completion""",
+    "fish": "source {file}; complete -C '{words}'",
+}
+
+
+@pytest.mark.parametrize("shell", SHELLS)
 @pytest.mark.parametrize(
-    ("shell", "script"),
+    ("words", "expected"),
     [
-        (
-            "bash",
-            "COMP_WORDS=(cncgen pl); COMP_CWORD=1; _cncgen_completion cncgen; printf '%s\\n' \"${COMPREPLY[@]}\"",
-        ),
-        ("fish", "complete -C 'cncgen pl'"),
+        ("cncgen pl", ["plan", "plot"]),
+        ("cncgen plan -m xy", ["xy-table"]),
+        ("cncgen machines ge", ["generic-mill"]),
+        ("cncgen explain no-tool", ["no-tool-table"]),
+        ("cncgen plan --as g", ["grbl"]),
     ],
 )
-def test_the_completions_that_ship_complete(tmp_path: Path, shell: str, script: str) -> None:
+def test_the_completions_that_ship_complete(
+    tmp_path: Path, shell: str, words: str, expected: list[str]
+) -> None:
     """In the shell itself, where it is installed, with a command of that name on the path."""
     program = shutil.which(shell)
     if program is None:
@@ -265,11 +279,19 @@ def test_the_completions_that_ship_complete(tmp_path: Path, shell: str, script: 
     command = tmp_path / "cncgen"
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m cncgen "$@"\n', encoding="utf-8")
     command.chmod(0o755)
-    words = [program, "-c", f"source '{DOCS / 'shell' / f'cncgen.{shell}'}'\n{script}"]
+    file = DOCS / "shell" / {"zsh": "_cncgen"}.get(shell, f"cncgen.{shell}")
+    script = SHELLS[shell].replace("{file}", f"'{file}'").replace("{words}", words)
     about = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}", "HOME": str(tmp_path)}
-    run = subprocess.run(words, capture_output=True, text=True, env=about, timeout=120, check=False)
-    found = [line.partition("\t")[0] for line in run.stdout.splitlines()]
-    assert found == ["plan", "plot"], run.stderr
+    run = subprocess.run(
+        [program, "-c", script],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env=about,
+        timeout=120,
+        check=False,
+    )
+    assert [line.partition("\t")[0] for line in run.stdout.splitlines()] == expected, run.stderr
 
 
 def test_the_manual_page_names_every_option(generate: ModuleType) -> None:

@@ -11,6 +11,8 @@ from cncgen.cli.options import message_options
 from cncgen.cli.types import MACHINE
 
 if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
     from cncgen.machine import Machine
 
 
@@ -23,6 +25,15 @@ class _ShowByName(OnceGroup):
         if self.get_command(ctx, args[0]) is None and not args[0].startswith("-"):
             args = ["show", *args]
         return super().resolve_command(ctx, args)
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Return the commands and the profiles that begin so."""
+        from click.shell_completion import CompletionItem
+
+        from cncgen.machine import profile_names
+
+        names = [CompletionItem(name) for name in profile_names() if name.startswith(incomplete)]
+        return super().shell_complete(ctx, incomplete) + names
 
 
 @click.group("machines", cls=_ShowByName, invoke_without_command=True)

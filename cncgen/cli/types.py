@@ -134,7 +134,8 @@ class MachineName(FileName):
         from cncgen.machine import profile_names
 
         names = [CompletionItem(name) for name in profile_names() if name.startswith(incomplete)]
-        return names + super().shell_complete(ctx, param, incomplete)
+        # What precedes an entry that asks bash for files is forgotten.
+        return super().shell_complete(ctx, param, incomplete) + names
 
 
 class NamedChoice(click.Choice[str]):
