@@ -22,7 +22,7 @@ from cncgen.planner.tube.reference_path import Reference
 from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
 from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Problem, Search, Solved
-from cncgen.planner.tube.window_start import again, begun
+from cncgen.planner.tube.window_start import again, begun, faster
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -31,7 +31,7 @@ Ints = NDArray[np.int64]
 WINDOW, FIRST, OVERLAP = 900, 450, 300
 #: Nodes to which a window is shortened where none of its motions holds, a quarter of them each time. Of the tolerance, parts that such a
 #: short one tries as its room before the plan stands: the motion for less is one for more as well.
-_SMALLEST, _LESS_ROOM = 100, (0.4, 0.1)
+_SMALLEST, _ATTEMPTS = 100, ((1.0, 1.0), (1.0, 2.0), (0.4, 1.0), (0.1, 1.0))
 #: Runs of fewer nodes have closer nodes, at most by this factor: a few nodes lose time that closer nodes of a narrower tolerance do
 #: not.
 _CLOSEST = 8.0
@@ -39,6 +39,8 @@ _CLOSEST = 8.0
 _FELT = 1.2
 #: Times that the room is narrowed where the motion leaves the tolerance between nodes, and by how much more than that.
 _ROUNDS, _MORE = 9, 1.1
+#: Iterations of a round after which the search is begun anew as well.
+_LONG = 25
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there.
 #: Least room, as a part of the tolerance.
 _LOCAL, _NARROWEST = 2, 0.1
@@ -405,10 +407,10 @@ class Tube:
         tried = goals is not None and free and shown and self._searches(nodes)
         alone = whole and tail is None and run.part == 0.0
         found: Solved | None = None
-        for part in (1.0, *_LESS_ROOM) if tried else ():
-            if part < 1.0 or (alone and count < _SMALLEST):
-                close = min(max(_SMALLEST / count, 1.0), _CLOSEST) if part == 1.0 else 1.0
-                nodes = self._nodes_again(run, nodes, whole, replace(self.scales, part=part, close=close))
+        for number, (part, close) in enumerate(_ATTEMPTS if tried else ()):
+            if number or (alone and count < _SMALLEST):
+                near = min(max(close, close * _SMALLEST / count), _CLOSEST) if part == 1.0 else 1.0
+                nodes = self._nodes_again(run, nodes, whole, replace(self.scales, part=part, close=near))
                 final, whole = len(nodes), True
             assert goals is not None
             found = self._solved(run, nodes, (path, goals), columns, 0 if whole else final)
@@ -418,7 +420,7 @@ class Tube:
             )
             if tail is not None or better or not (alone or (count <= _SMALLEST and found is None)):
                 break
-        if found is None or not better or part < 1.0:
+        if found is None or not better or number:
             self.ahead = None
         if tried and found is None and count > _SMALLEST:
             self.size = max(count // 4, _SMALLEST // 2)
@@ -566,9 +568,10 @@ class Tube:
             # The first round shows where room has to be less, which needs no exact motion.
             near = number == 0
             if got is not None and not near:
-                found = got[0].narrower(given, *again(given, got[1]))
-                got = (got[0], found) if found.status == 1 else None
-            got = got or begun(given, nodes, near)
+                got = got[0], got[0].narrower(given, *again(given, got[1]))
+            if got is None or got[1].status != 1 or got[1].iterations > _LONG:
+                # What ends because iterations run out is a motion, but not the fastest one.
+                got = faster(got, begun(given, nodes, near))
             if got is None:
                 return None
             found = got[1]

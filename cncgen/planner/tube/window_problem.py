@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,6 +17,8 @@ Ints = NDArray[np.int64]
 _START, _NEAR, _END, _MOST = 1e-3, 1e-5, 1e-6, 120
 #: Barrier parameter where a search goes on with a narrower problem, and iterations at most.
 _AGAIN, _MOST_AGAIN = 3e-6, 40
+#: Barrier parameter where it goes on with a wider one.
+_WIDER = 1e-4
 #: Part of the jerk limit that what nodes are missed by may make of a third difference; the most and, in parts of what doubles
 #: can tell, the least that is asked of the scaled states.
 _SHOWS, _MISSED, _TOLD = 1e-4, 1e-7, 4.0
@@ -146,6 +148,12 @@ class Search:
     def solve(self, near: bool = False) -> Solved:
         """Return the solution, or what is near it: then with less of the room, and nodes missed by up to a thousandth of it."""
         return self._solved(kernel.solve(self.tube, _START, _NEAR if near else _END, _MOST, near))
+
+    def wider(self, radius: Floats, near: bool) -> Solved:
+        """Return the solution, or what is near it, with more room: `radius` has shape (rows,), mm."""
+        self.given = replace(self.given, radius=radius)
+        self.rows[:, -1] = self.unit / radius
+        return self._solved(kernel.solve(self.tube, _WIDER, _NEAR if near else _END, _MOST, near, True))
 
     def narrower(
         self,

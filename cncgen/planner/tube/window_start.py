@@ -19,6 +19,8 @@ Again = tuple[Floats, Floats, Floats, Floats, Floats]
 #: Parts of the speed that guesses have, one after the other, and whether one goes on steadily, at the pace of corners at least, or as
 #: the plan does.
 _STARTS = ((0.9, False), (0.6, True), (0.4, True))
+#: Iterations after which a solution is looked for with this part of the room as well.
+_LONG, _ROOM = 50, 0.3
 #: Part of limits and room that a guess uses.
 _WITHIN = 0.9
 #: Part of its limits by which the solution of a round is moved inside them to start the next one.
@@ -28,17 +30,37 @@ _PULLED = 0.001
 def begun(given: Problem, nodes: Nodes, near: bool) -> tuple[Search, Solved] | None:
     """Return a search and what it found from the first of all guesses that leads to a solution.
 
+    Where that took long, the room may be as wide as moves are long, and the solution a poor one among many: then it is found with a
+    part of the room as well, and from there with all of it, and the faster one counts.
+
     Args:
         given: The problem.
         nodes: Those after the first one.
         near: Whether to go near the solution only.
     """
+    first = _first(given, nodes, near)
+    if first is not None and first[1].iterations <= _LONG:
+        return first
+    less = _first(replace(given, radius=_ROOM * given.radius), nodes, True)
+    return faster(first, less and (less[0], less[0].wider(given.radius, near)))
+
+
+def _first(given: Problem, nodes: Nodes, near: bool) -> tuple[Search, Solved] | None:
+    """Return a search and what it found from the first guess that leads to a solution."""
     for part, steady in _STARTS:
         search = Search(*_along(given, nodes, part, steady))
         found = search.solve(near)
         if found.status == 1:
             return search, found
     return None
+
+
+def faster(
+    one: tuple[Search, Solved] | None, other: tuple[Search, Solved] | None
+) -> tuple[Search, Solved] | None:
+    """Return the search that found the faster motion, of those that found one."""
+    found = [each for each in (one, other) if each is not None and each[1].status == 1]
+    return min(found, key=lambda each: float(each[1].step.sum()), default=None)
 
 
 def again(given: Problem, before: Solved) -> Again:
