@@ -63,6 +63,9 @@ class Summary:
         )
         self._lines: int | None = None
         self._line: int | None = 0
+        #: Length of the planned path, and of the whole one, in the path's coordinate.
+        self._gone = 0.0
+        self._way: float | None = None
         self._corners: list[SharpCorner] = []
         self._corner_count = self._motions = 0
         self._split = TimeSplit()
@@ -123,8 +126,18 @@ class Summary:
         return self._slow.worst()
 
     def done(self) -> float | None:
-        """Return the part of the program's lines that are planned, 0 to 1; None where a loop or a call leads back."""
-        return self._line / self._lines if self._line is not None and self._lines else None
+        """Return the part of the program that is planned, 0 to 1; None before the first motion.
+
+        It is that of the lines. Where these come in another order or are not counted, it is that of the path, for whose length the
+        program is read once more.
+        """
+        if self._line is not None and self._lines:
+            return self._line / self._lines
+        if not self._gone:
+            return None
+        if self._way is None:
+            self._way = sum(chunk.path.length for chunk in self._program.chunks())
+        return min(self._gone / self._way, 1.0) if self._way else None
 
     def _follow(self, trajectory: Trajectory) -> None:
         """Take how far the lines have come, as long as they come one after the other."""
@@ -155,6 +168,7 @@ class Summary:
                 # Until the first motion a plan may wait for a setpoint that meets it well.
                 self._stood_s = float(time[0])
             self._length_mm += float(length.sum())
+            self._gone += float(np.ptp(profile.s))
             self._max_feed = max(self._max_feed, float(top.max(initial=0.0)))
         if len(profile.t):
             self._end_s = float(profile.t[-1])

@@ -165,7 +165,7 @@ def test_the_largest_speed_of_a_piece(time: float, v: float, a: float, j: float)
 
 
 def test_how_much_of_a_program_is_planned() -> None:
-    """By the line that the plan has come to; a loop leads back, and then nobody knows."""
+    """By the line that the plan has come to; a loop leads back, and then by the length of the path."""
     options = PlanOptions(feedrate="constant")
     lines = "".join(f"G1 X{k % 2} F6000\n" for k in range(400))
     stream, summary = plan_with_summary(read_text(f"G21 G90\n{lines}M2\n"), "generic-mill", options)
@@ -184,6 +184,8 @@ def test_how_much_of_a_program_is_planned() -> None:
     assert summary.done() == pytest.approx(1.0, abs=2 / 3000)
     loop = "G21 G91 F6000\no1 repeat [9000]\nG1 X1\nG1 X-1\no1 endrepeat\nM2\n"
     stream, summary = plan_with_summary(read_text(loop), "generic-mill", options)
-    for _ in stream.chunks:
-        pass
-    assert summary.done() is None
+    found = [(chunk.first + len(chunk) - 1, summary.done()) for chunk in stream.chunks]
+    # At 0.1 mm a setpoint; the plan is ahead of the setpoints.
+    assert all(done is not None and done >= row * 0.1 / 18000.0 - 1e-9 for row, done in found)
+    assert found[0][1] == pytest.approx(0.91, abs=0.05)
+    assert summary.done() == pytest.approx(1.0, abs=1e-9)
