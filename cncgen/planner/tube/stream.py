@@ -466,7 +466,7 @@ class Tube:
             path = program.lines(min(first, stop - 1), stop)
             if entry is None:
                 return path, None
-            if whole and not end[1].any():
+            if whole and float(np.abs(end[1]).max()) <= _REST:
                 return path, (entry, Reached.at(end[0], float(stop), float(path.key[-2])))
             goal: Reached | None = entry
             t = run.t

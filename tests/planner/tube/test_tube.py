@@ -211,6 +211,27 @@ def test_a_last_row_shorter_than_the_tolerance_loses_no_window() -> None:
     assert best < 0.9 * planned(text, on, effort="fast")[0]
 
 
+def test_an_end_is_a_rest_whatever_rounding_leaves_of_its_velocity() -> None:
+    """1e-17 mm/s at the end counted as motion, whose places the window could not all reach: it stood as it was, 4 % slower."""
+    rows = [
+        "G2 X0.6960901216709344 Y-0.1644814700047609 Z1 I0.367478 J-0.00000000000000004500307564570711",
+        "G2 X1.3921802433418689 Y-0.3289629400095218 Z2 I0.367478 J-0.00000000000000004500307564570711",
+    ]
+    text = "\n".join(["G21 G90 G94 G17 G64 P0.01 F7294.33", *rows, "M30", ""])
+    seconds = []
+    for factor in (1.0, 1.5):
+        slow = {"max_velocity": 1.34263, "max_acceleration": 30.0, "max_jerk": 218.83}
+        axes = {letter: replace(machine().axes[letter], **slow) for letter in "XY"}
+        axes["X"] = replace(axes["X"], max_acceleration=30.0 * factor)
+        axes["Z"] = replace(
+            machine().axes["Z"], max_velocity=44.7544, max_acceleration=1000.0, max_jerk=7294.33
+        )
+        time, broken = planned(text, replace(machine(), axes=axes))
+        assert not broken
+        seconds.append(time)
+    assert seconds[1] <= 1.001 * seconds[0]
+
+
 def straight(length: float, nodes: int) -> tuple[Problem, Floats]:
     """Return the problem of a diagonal from rest to rest with next to no room, and a slow first guess."""
     # Nodes where the seven-phase profile of the way has them at even times.
