@@ -75,10 +75,14 @@ def _sample(
     path: Path | None = None
     current: Trajectory | None = None
     waiting: list[tuple[float, int, Event]] = []
+    lasting: list[tuple[float, int, Event]] = []
     for trajectory in trajectories:
         if path is None or current is None or trajectory.toolpath is not current.toolpath:
             path = trajectory.toolpath.path
-        current = trajectory
+        # An event may last beyond the stretch that hands it on.
+        lasting = [each for each in lasting if each[0] + each[2].wait_s > first * period_s]
+        current = replace(trajectory, events=(*lasting, *trajectory.events))
+        lasting += [each for each in trajectory.events if each[2].wait_s]
         waiting += trajectory.events
         # The last tick is left to the next stretch: a stretch that ends on a tick hands that tick on.
         periods = float(np.ceil(trajectory.profile.t[-1] / period_s - _ROUNDING))

@@ -203,9 +203,13 @@ def test_a_motion_that_never_ends_is_refused_at_its_line(block: str, line: int) 
 
 
 @pytest.mark.parametrize("feedrate", ["optimal", "ild"])
-def test_while_an_event_lasts_the_line_is_its_own(feedrate: str) -> None:
-    """Dwells of 0.3 and 0.2 s on lines 3 and 5, at 1 ms; the motions about them are on lines 2 and 4."""
-    program = cncgen.read_text("G21 G90 G61 F3000\nG1 X5\nG4 P0.3\nX10\nG4 P0.2\nM2\n")
+@pytest.mark.parametrize("mode", ["G61", "G64 P0.05"])
+def test_while_an_event_lasts_the_line_is_its_own(feedrate: str, mode: str) -> None:
+    """Dwells of 0.3 and 0.2 s on lines 3 and 5, at 1 ms; the motions about them are on lines 2 and 4.
+
+    Within the tolerance, path and speed of line 2 are planned together, and the dwell is in the next stretch.
+    """
+    program = cncgen.read_text(f"G21 G90 {mode} F3000\nG1 X5\nG4 P0.3\nX10\nG4 P0.2\nM2\n")
     stream = cncgen.sample(cncgen.plan(program, "xy-table", feedrate=feedrate), ["line"])
     line = np.concatenate([chunk.signals["line"] for chunk in stream.chunks])
     assert [line[k] for k in np.flatnonzero(np.diff(line, prepend=-1))] in ([2, 3, 4, 5], [2, 3, 4, 5, 4])
