@@ -36,8 +36,12 @@ MAX_ALIKE = 10
 #: Characters of a source line that a diagnostic keeps (a line may be 100 MB long).
 MAX_EXCERPT = 200
 
-#: Control characters are replaced by pictures, so that the text of a program cannot control the terminal.
-CONTROLS = {code: 0x2400 + code for code in range(0x20)} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
+#: Control characters are replaced by pictures, so that the text of a program cannot control the terminal. Those of the direction of
+#: writing would show words in another order than they are read (Unicode Standard Annex #9, table 4).
+_DIRECTIONS = (0x061C, 0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A))
+CONTROLS = {code: 0x2400 + code for code in range(0x20)} | dict.fromkeys(
+    (*range(0x7F, 0xA0), *_DIRECTIONS), 0xFFFD
+)
 
 
 class Severity(StrEnum):

@@ -59,6 +59,8 @@ def test_a_long_line_is_cut_around_its_fault(column: int) -> None:
 def test_a_line_that_fits_is_whole() -> None:
     assert excerpt_of("x" * MAX_EXCERPT + "\n", 150) == ("x" * MAX_EXCERPT, 0)
     assert excerpt_of("G1\tX\x1b[1m\x00\x7f", 3) == ("G1 X␛[1m␀�", 0)
+    # An override of the direction of writing would show "; G0 1X" as what moves.
+    assert excerpt_of("X1 ; \u202e1X 0G\u2066", 1) == ("X1 ; �1X 0G�", 0)
 
 
 def test_what_says_the_same_is_kept_some_times() -> None:

@@ -471,7 +471,7 @@ def test_what_a_program_and_a_machine_say_stays_text(
     bad = "</script><img src=x onerror=\"document.title='broken'\"><script>document.title='broken'</script>"
     program = tmp_path / "a<b>&'\" é漢.nc"
     program.write_text(
-        f"(MSG, {bad.replace('(', '[').replace(')', ']')})\nG21 G90 F600\nG1 X5 Y2 ; {bad} {{{{script}}}}\nX0\nM2\n",
+        f"(MSG, {bad.replace('(', '[').replace(')', ']')})\nG21 G90 F600\nG1 X5 Y2 ; {bad} {{{{script}}}}\nX0 ; \u202e1X 0G\nM2\n",
         encoding="utf-8",
     )
     machine = (
@@ -486,6 +486,10 @@ def test_what_a_program_and_a_machine_say_stays_text(
     assert browser.run("return document.querySelectorAll('img:not(#printed)').length") == 0
     assert browser.run("return document.title").startswith(program.name + " on </script>")
     assert bad in browser.run("return document.querySelector('.row[data-line=\"3\"] .code').textContent")
+    # What is written from right to left would be shown as G0 X1.
+    assert "X0 ; \ufffd1X 0G" in browser.run(
+        "return document.querySelector('.row[data-line=\"4\"]').textContent"
+    )
     for tab in ("losses", "time", "checks"):
         browser.click(f"#tab-{tab}")
     assert browser.run("return document.title") != "broken"

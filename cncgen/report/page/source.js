@@ -121,7 +121,8 @@ export class SourceView {
     found.append(number, time, part);
     if (this.other) found.append(this.difference(line, rows ?? 0));
     const code = cell("code", "");
-    code.append(...this.coloured(text.length > 400 ? `${text.slice(0, 400)}…` : text));
+    const shown = text.replace(DIRECTIONS, "\ufffd");
+    code.append(...this.coloured(shown.length > 400 ? `${shown.slice(0, 400)}…` : shown));
     found.append(code);
     return found;
   }
@@ -201,6 +202,9 @@ function cell(kind, text) {
   found.textContent = text;
   return found;
 }
+
+/** Controls of the direction of writing, which would show words in another order than they are read. */
+const DIRECTIONS = /[\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]/g;
 
 const TOKENS = /(\([^)]*\)|;.*$)|([Gg]\s*\d+(?:\.\d+)?)|([MmTtSs]\s*\d+(?:\.\d+)?)|([Ff]\s*[-+]?[\d.]+)|([XYZABCUVWIJKPQRxyzabcuvwijkpqr](?=\s*[-+]?[\d.#[]))/g;
 const CLASSES = ["comment", "code-g", "code-m", "code-f", "code-axis"];
