@@ -317,13 +317,14 @@ def test_the_command_names_its_version() -> None:
     [
         ("cncgen pl", ["plain,plan", "plain,plot"]),
         ("cncgen plan --feedrate a", ["plain,adaptive"]),
-        ("cncgen plan -m xy", ["plain,xy-table", "file,xy"]),
+        ("cncgen plan -m xy", ["file,xy", "plain,xy-table"]),
         ("cncgen plan part", ["file,part"]),
-        ("cncgen machines show die", ["plain,die-bonder", "file,die"]),
+        ("cncgen machines show die", ["file,die", "plain,die-bonder"]),
         ("cncgen check --include lib", ["dir,lib"]),
     ],
 )
 def test_the_shell_completes_words_machines_and_files(words: str, found: list[str]) -> None:
+    """Files come first: bash forgets what precedes them, and offers them where nothing else begins so."""
     asked = {
         "COMP_WORDS": words,
         "COMP_CWORD": str(len(words.split()) - 1),

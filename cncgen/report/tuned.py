@@ -21,7 +21,7 @@ from cncgen.servo.tuning.analysis import (
     linear_loop,
     open_loops,
 )
-from cncgen.servo.tuning.search import Search
+from cncgen.servo.tuning.search import BestGains
 from cncgen.servo.uncertainty import Perturbation
 
 
@@ -89,7 +89,7 @@ def bounds_text(letter: str, gamma: float, found: BoundCheck, rows: int = 16) ->
     return f"{head}\n{text_table(header, table)}"
 
 
-def search_text(found: Search) -> str:
+def search_text(found: BestGains) -> str:
     """Return the result of a search in one line."""
     before = f"{1e3 * found.start_rms_mm:.3f}" if math.isfinite(found.start_rms_mm) else "refused"
     return (
@@ -114,7 +114,7 @@ def summary_of(
     servos: Mapping[str, Servo],
     coupling: Mapping[str, float],
     loops: Iterable[OpenLoop],
-    found: Search | None,
+    found: BestGains | None,
     worst: Iterable[WorstMargins] = (),
 ) -> dict[str, Any]:
     """Return gains, margins and the search as plain values."""

@@ -17,7 +17,7 @@ from cncgen.report.comparison import Demand, Fluctuation, StrategyFigures
 from cncgen.servo.controllers.hinf_servo import BoundCheck
 from cncgen.servo.named_schemes import Settings
 from cncgen.servo.tuning.analysis import OpenLoop
-from cncgen.servo.tuning.search import Search
+from cncgen.servo.tuning.search import BestGains
 from cncgen.setpoints.record import Setpoints
 from cncgen.verify.verdict import Peak, Verdict
 
@@ -221,7 +221,7 @@ def test_bounds_of_a_design(sensitivity: float, complementary: float, missed: in
 def test_a_search_and_its_gains(tmp_path: Path) -> None:
     """A start that is refused has no error; tables are read back as the gains that they were."""
     servos = {"X": Servo("first-order", {"position_gain_1_s": 50.0, "time_constant_s": 0.01})}
-    found = Search(servos, Settings(), 0.0015, math.inf, 12, 3)
+    found = BestGains(servos, Settings(), 0.0015, math.inf, 12, 3)
     assert tuned.search_text(found) == (
         "12 gain sets, 3 refused: contour error rms refused -> 1.500 µm"
     )  # fmt: skip

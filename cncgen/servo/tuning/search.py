@@ -46,7 +46,7 @@ _COUPLING = {
 
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class BestGains:
     """The best gain set of a search.
 
     Attributes:
@@ -147,7 +147,7 @@ def search(
     seed: int = 0,
     workers: int | None = None,
     perturbation: Perturbation | None = None,
-) -> Search:
+) -> BestGains:
     """Try random gain sets round the given ones and keep the one with the least rms contour error.
 
     Args:
@@ -184,7 +184,7 @@ def search(
         )  # fmt: skip
     refused = int(np.isinf(results).sum())
     draw = draws[best] if results[best] < start else np.zeros(len(trials.names))
-    return Search(*trials.gains(draw), min(start, float(results[best])), start, sets, refused)
+    return BestGains(*trials.gains(draw), min(start, float(results[best])), start, sets, refused)
 
 
 def _run(trials: _Trials, draws: Floats, workers: int) -> Floats:
