@@ -21,8 +21,8 @@ from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
 from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
 from cncgen.planner.tube.window_judge import holds, too_fast
-from cncgen.planner.tube.window_problem import Problem, Search, Solved
-from cncgen.planner.tube.window_start import again, begun, faster
+from cncgen.planner.tube.window_problem import Problem, Solved
+from cncgen.planner.tube.window_start import Found, again, begun, faster
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -68,9 +68,10 @@ _PHASES, _SEEN, _REST = 8, 1.0005, 1e-9
 _APART = 0.05
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
-#: Units of search, of some 10 µs each: of a round beside its lines and nodes, of a whole plan by default, of each line of the program
-#: beyond a number of lines (a long program is not an endless one), and of a step that the options allow.
-_ROUND, _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 120, 400_000, 1000, 500, 400
+#: Units of search, of some 10 µs each: of a round beside its lines and steps, of a step of Newton's method at a node of two axes, of a
+#: whole plan by default, of each line of the program beyond a number of lines (a long program is not an endless one), and of a step
+#: that the options allow.
+_ROUND, _STEP, _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 120, 0.03, 400_000, 1000, 500, 400
 
 
 @dataclass(slots=True)
@@ -113,15 +114,15 @@ class _Ahead:
 
     nodes: Nodes
     columns: Ints
-    found: Future[tuple[Search, Solved] | None]
+    found: Future[tuple[Found | None, int]]
 
-    def taken(self, nodes: Nodes, columns: Ints, state: Floats) -> tuple[Search, Solved] | None:
-        """Return the search and what it found, from another state near its own, if this is its window."""
-        ends = (0, -1)
-        if len(nodes) != len(self.nodes) or any(nodes.s[k] != self.nodes.s[k] for k in ends):
-            return None
-        got = self.found.result() if np.array_equal(columns, self.columns) else None
-        return got and (got[0], got[0].begin(state[:, columns]))
+    def taken(self, nodes: Nodes, columns: Ints, state: Floats) -> tuple[Found | None, int]:
+        """Return the search and what it found, from another state near its own, if this is its window; and its iterations."""
+        same = len(nodes) == len(self.nodes) and all(nodes.s[k] == self.nodes.s[k] for k in (0, -1))
+        if not (same and np.array_equal(columns, self.columns)):
+            return None, 0
+        got, spent = self.found.result()
+        return got and (got[0], got[0].begin(state[:, columns])), spent
 
 
 class Tube:
@@ -534,7 +535,7 @@ class Tube:
         self.hand.remark(
             Diagnostic(
                 "search-ends",
-                f"the search for a faster way within the tolerance ends after {self.units} units of 10 µs",
+                f"the search for a faster way within the tolerance ends here, after about {1e-5 * self.units:.0f} s of computing",
                 Severity.WARNING,
                 Span(source, int(line[0])),
                 hint="the rest is planned as by --effort fast; --max-steps sets the bound",
@@ -558,20 +559,23 @@ class Tube:
         """
         goal = self.reference.state(float(nodes.s[-1]), float(nodes.t[-1]))
         radius, held = nodes.radius, np.zeros(len(nodes), bool)
-        got = None if self.ahead is None else self.ahead.taken(nodes, columns, run.state)
+        got, spent = (None, 0) if self.ahead is None else self.ahead.taken(nodes, columns, run.state)
         self.ahead = None
+        # Steps of Newton's method grow with the cube of the axes.
+        step = _STEP * len(nodes) * (len(columns) / 2.0) ** 3
         for number in range(_ROUNDS):
-            # Steps of Newton's method grow with the cube of the axes, a node of two is a unit; so is a line that is gone along.
-            self.units += _ROUND + int(len(nodes) * (len(columns) / 2.0) ** 3) + len(rows[0].tolerance)
             given = self._given(run.state, nodes, goal, columns, held)
             given = replace(given, radius=radius[: len(given.radius)])
             # The first round shows where room has to be less, which needs no exact motion.
             near = number == 0
             if got is not None and not near:
                 got = got[0], got[0].narrower(given, *again(given, got[1]))
+                spent = got[1].iterations
             if got is None or got[1].status != 1 or got[1].iterations > _LONG:
                 # What ends because iterations run out is a motion, but not the fastest one.
-                got = faster(got, begun(given, nodes, near))
+                anew, more = begun(given, nodes, near)
+                got, spent = faster(got, anew), spent + more
+            self.units += _ROUND + int(step * spent) + len(rows[0].tolerance)
             if got is None:
                 return None
             found = got[1]

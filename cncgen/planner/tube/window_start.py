@@ -13,6 +13,8 @@ from cncgen.planner.tube.window_problem import Problem, Search, Solved
 Floats = NDArray[np.float64]
 #: A problem with steps in time; velocities, accelerations and offsets at its nodes.
 Start = tuple[Problem, Floats, Floats | None, Floats]
+#: A search, and what it found.
+Found = tuple[Search, Solved]
 #: Times, velocities, accelerations, offsets and jerks.
 Again = tuple[Floats, Floats, Floats, Floats, Floats]
 
@@ -27,8 +29,8 @@ _WITHIN = 0.9
 _PULLED = 0.001
 
 
-def begun(given: Problem, nodes: Nodes, near: bool) -> tuple[Search, Solved] | None:
-    """Return a search and what it found from the first of all guesses that leads to a solution.
+def begun(given: Problem, nodes: Nodes, near: bool) -> tuple[Found | None, int]:
+    """Return a search and what it found from the first of all guesses that leads to a solution, and the iterations of all of them.
 
     Where that took long, the room may be as wide as moves are long, and the solution a poor one among many: then it is found with a
     part of the room as well, and from there with all of it, and the faster one counts.
@@ -38,26 +40,29 @@ def begun(given: Problem, nodes: Nodes, near: bool) -> tuple[Search, Solved] | N
         nodes: Those after the first one.
         near: Whether to go near the solution only.
     """
-    first = _first(given, nodes, near)
+    first, spent = _first(given, nodes, near)
     if first is not None and first[1].iterations <= _LONG:
-        return first
-    less = _first(replace(given, radius=_ROOM * given.radius), nodes, True)
-    return faster(first, less and (less[0], less[0].wider(given.radius, near)))
+        return first, spent
+    less, more = _first(replace(given, radius=_ROOM * given.radius), nodes, True)
+    if less is not None:
+        wider = less[0].wider(given.radius, near)
+        less, more = (less[0], wider), more + wider.iterations
+    return faster(first, less), spent + more
 
 
-def _first(given: Problem, nodes: Nodes, near: bool) -> tuple[Search, Solved] | None:
-    """Return a search and what it found from the first guess that leads to a solution."""
+def _first(given: Problem, nodes: Nodes, near: bool) -> tuple[Found | None, int]:
+    """Return a search and what it found from the first guess that leads to a solution, and the iterations of all searches."""
+    spent = 0
     for part, steady in _STARTS:
         search = Search(*_along(given, nodes, part, steady))
         found = search.solve(near)
+        spent += found.iterations
         if found.status == 1:
-            return search, found
-    return None
+            return (search, found), spent
+    return None, spent
 
 
-def faster(
-    one: tuple[Search, Solved] | None, other: tuple[Search, Solved] | None
-) -> tuple[Search, Solved] | None:
+def faster(one: Found | None, other: Found | None) -> Found | None:
     """Return the search that found the faster motion, of those that found one."""
     found = [each for each in (one, other) if each is not None and each[1].status == 1]
     return min(found, key=lambda each: float(each[1].step.sum()), default=None)
