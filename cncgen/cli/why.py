@@ -52,7 +52,7 @@ def command(
         counted_progress(f"{program}: plan") as watch,
     ):
         now, found = why(read, where, plan_options(planning), watch=watch)
-    write_text(output, as_text(now, found) + "\n")
+    write_text(output, as_text(now, found, program) + "\n")
     values = {
         "schema_version": 1,
         "program": program,

@@ -545,8 +545,8 @@ def _scaled_tolerance(case: Case, factor: float) -> Case:
     return Case(chunks, machine, options)
 
 
-def as_text(now: PlannedTimes, found: list[Shortening]) -> str:
-    """Return the ranking as a table, and where the three largest savings are."""
+def as_text(now: PlannedTimes, found: list[Shortening], program: str) -> str:
+    """Return the ranking as a table, and where the three largest savings are; lines of other files than the program with their file."""
     rows = [
         [
             each.name,
@@ -555,7 +555,10 @@ def as_text(now: PlannedTimes, found: list[Shortening]) -> str:
             by_derivative(each),
             f"{each.saved_s:z.4f}",
             f"{100 * each.saved_s / now.cycle_s:z.2f}" if now.cycle_s else "0",
-            ", ".join(f"{number}: {seconds:z.4f}" for _, number, seconds in each.lines),
+            ", ".join(
+                f"{number}{'' if source == program else f' of {source}'}: {seconds:z.4f}"
+                for source, number, seconds in each.lines
+            ),
         ]
         for each in found
     ]

@@ -94,7 +94,9 @@ def test_no_effect_is_told_with_what_plans_agree_to(tmp_path: Path) -> None:
         slope = {each.name: each for each in found}["X velocity"].slope
         assert slope.kind is SlopeKind.NO_EFFECT
         assert slope.bound == pytest.approx(part * now.cycle_s, rel=0.01)
-        assert f"no effect: 10 % up or down changes nothing, to {slope.bound:.1g} s" in as_text(now, found)
+        assert f"no effect: 10 % up or down changes nothing, to {slope.bound:.1g} s" in as_text(
+            now, found, "part.nc"
+        )
 
 
 def test_one_plan_that_jumps_is_left_out() -> None:
@@ -201,8 +203,8 @@ def test_a_rapid_at_45_degrees_has_no_derivative_to_one_axis(tmp_path: Path) -> 
     assert first == pytest.approx(0.0, abs=1e-5)
     assert opposite > 1e-3 * now.cycle_s
     assert worth["X jerk"].slope.kind is SlopeKind.KINK
-    assert "0.0000 | " in as_text(now, found)
-    assert "a | b: the time has a kink there" in as_text(now, found)
+    assert "0.0000 | " in as_text(now, found, "part.nc")
+    assert "a | b: the time has a kink there" in as_text(now, found, "part.nc")
 
 
 def test_times_of_the_machine_are_exact(tmp_path: Path) -> None:
@@ -244,3 +246,16 @@ def test_the_command_ranks_and_writes_json(tmp_path: Path, capsys: pytest.Captur
     assert saved == sorted(saved, reverse=True)
     keys = "name value change derivative_s kind estimate_s bound_s sides_s saved_s lines tools"
     assert set(keys.split()) == set(values["quantities"][0])
+
+
+def test_lines_of_called_files_are_named_with_their_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    called = "o<part> sub\nG1 X50 Y0\nG1 X50 Y50\nG1 X0 Y30\no<part> endsub\nM2\n"
+    (tmp_path / "part.ngc").write_text(called)
+    main = tmp_path / "main.ngc"
+    main.write_text("G21 G90 G94 G61 F6000\nG0 X0 Y0\no<part> call\nG1 X0 Y0\nM2\n")
+    assert run(["why", str(main), "-m", "xy-table"]) == 0
+    feed = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("| feed"))
+    # Two lines of the called file and one of the other have the same number.
+    assert f" 3 of {tmp_path / 'part.ngc'}: " in feed
