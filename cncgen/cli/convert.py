@@ -80,13 +80,14 @@ def command(
         if target == "stepnc":
             import io
 
+            from cncgen.cli import messages
             from cncgen.stepnc import write_ap238
             from cncgen.toolpath.lines import lines_alone
 
             if linearize is not None:
                 chunks = lines_alone(chunks, linearize)
             stream = io.StringIO()
-            write_ap238(chunks, stream, source.name, stock=piece)
+            messages.show(write_ap238(chunks, stream, source.name, stock=piece))
             text = stream.getvalue()
         else:
             from cncgen.stepnc import gcode_lines

@@ -1,5 +1,6 @@
 """Several raw pieces in a STEP-NC file: each workpiece has its own, and stands where its setup places it."""
 
+import io
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from cncgen.diagnostics import UsageError
 from cncgen.pipeline.removing import coarse_findings, cut, raw_stock
+from cncgen.stepnc import read, write_ap238
 from cncgen.stepnc.geometry.frames import translation
 from cncgen.stepnc.geometry.solids import Solid
 from cncgen.toolpath.reading import ReadOptions
@@ -305,3 +307,35 @@ def test_ap238_workpieces_made_of_one_another_in_a_ring_or_a_long_row(length):
     plan = aim.plan(aim.hole(pieces[0], 30, 20))
     found = run(aim.text(aim.setup(plan, (pieces[0], (0, 0, 0)))))[1]
     assert ("part21-cycle" if ring else "stepnc-nesting") in codes(found, "error")
+
+
+def test_ap238_is_written_with_one_raw_piece_and_says_which_are_left_out(tmp_path):
+    """The second one was left out without a word."""
+    part = Pieces()
+    one, two = block(part), block(part, high=(70, 40, 0))
+    setup = part.setup("vices", (one, (0, 0, 0)), (two, (100, 10, 0)))
+    part.project(part.plan(part.pocketed(one, 6.0, "one"), part.pocketed(two, 9.0, "two"), setup=setup))
+    program = read(written(part, tmp_path), options=ReadOptions(workingsteps=True))
+    (told,) = write_ap238(program.chunks(), io.StringIO())
+    assert told.code == "stepnc-raw-pieces"
+    assert "has 2 raw pieces" in told.message
+
+
+def test_ap238_a_raw_piece_that_stands_elsewhere_in_the_next_setup_is_told(tmp_path):
+    part = Pieces()
+    piece = block(part)
+    first = part.plan(part.pocketed(piece, 6.0, "one"), setup=part.setup("a", (piece, (0, 0, 0))))
+    second = part.plan(part.pocketed(piece, 6.0, "two"), setup=part.setup("b", (piece, (5, 0, 0))))
+    part.project(part.plan(first, second))
+    program = read(written(part, tmp_path), options=ReadOptions(workingsteps=True))
+    (told,) = write_ap238(program.chunks(), io.StringIO())
+    assert "has a raw piece that is another or stands elsewhere" in told.message
+
+
+def test_ap238_the_same_raw_piece_in_all_workingsteps_is_no_fault(tmp_path):
+    part = Pieces()
+    piece = block(part)
+    setup = part.setup("a", (piece, (0, 0, 0)))
+    part.project(part.plan(part.pocketed(piece, 6.0, "one"), part.pocketed(piece, 9.0, "two"), setup=setup))
+    program = read(written(part, tmp_path), options=ReadOptions(workingsteps=True))
+    assert write_ap238(program.chunks(), io.StringIO()) == []

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.diagnostics import Diagnostic, Severity, UsageError
 from cncgen.geometry import elementary
 from cncgen.stepnc.ap238.aim_file import AimFile, E
 from cncgen.stepnc.motion_lengths import motion_length
@@ -46,7 +46,7 @@ def write_ap238(
     name: str = "",
     inches: bool = False,
     stock: Mapping[str, Any] | None = None,
-) -> None:
+) -> list[Diagnostic]:
     """Write a program as an AP238 file.
 
     Args:
@@ -55,6 +55,9 @@ def write_ap238(
         name: Of the project.
         inches: Whether lengths are written in inches.
         stock: The raw piece (`AimFile.project`), before that of workingsteps.
+
+    Returns:
+        Warnings of what the file leaves out.
 
     Raises:
         UsageError: where the program has other axes, which AP238 has no place for.
@@ -74,6 +77,7 @@ def write_ap238(
         writer.chunk(chunk)
     writer.close()
     stream.write("ENDSEC;\nEND-ISO-10303-21;\n")
+    return writer.left_out()
 
 
 def _all(first: Toolpath | None, rest: Iterator[Toolpath]) -> Iterator[Toolpath]:
@@ -105,6 +109,7 @@ class _Writer:
     file: AimFile
     name: str
     stock: Mapping[str, Any] | None = None
+    other_stock: Event | None = None
     state: _State = field(default_factory=_State)
     _plan: Ref | None = None
     _operation: Ref | None = None
@@ -123,6 +128,17 @@ class _Writer:
             self._sizes(self.file.add("MACHINING_TOOL", tool, form, tuple(users), kind), values)
         if self._plan is not None:
             self.file.project(self._plan, self.name or "program", self.stock)
+
+    def left_out(self) -> list[Diagnostic]:
+        """Return warnings of what the file leaves out."""
+        if self.other_stock is None:
+            return []
+        values = self.other_stock.values
+        several, label = values.get("raw_pieces", 1), values.get("label", "")
+        has = f"{several} raw pieces" if several > 1 else "a raw piece that is another or stands elsewhere"
+        text = f"the file has {'no' if self.stock is None else 'one'} raw piece; workingstep {label} (#{values['entity']}) has {has}, which is left out"
+        hint = "convert each setup to a file of its own, or give the raw piece of all with --stock"
+        return [Diagnostic("stepnc-raw-pieces", text, Severity.WARNING, hint=hint)]
 
     def _sizes(self, tool: Ref, values: Mapping[str, Any]) -> None:
         """Write the sizes of a tool that are known, as properties of its body."""
@@ -311,7 +327,11 @@ class _Writer:
             known.values.update(values)
         elif event.name == "workingstep":
             self._label, self._operation = str(values.get("label", "")), None
-            self.stock = self.stock or values.get("stock")
+            raw = values.get("stock")
+            self.stock = self.stock or raw
+            other = raw is not None and self.stock is not None and not _same_solid(raw, self.stock)
+            if other or values.get("raw_pieces", 1) > 1:
+                self.other_stock = self.other_stock or event
         elif event.name == "spindle" and "direction" in values:
             direction, speed = int(values["direction"]), float(values["speed_rpm"])
             self.state.spindle = -direction * speed / 60.0 if direction else 0.0
@@ -340,3 +360,10 @@ class _Writer:
             self.file.words(function, "message", text)
         self._child(function)
         self._operation = None
+
+
+def _same_solid(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Tell whether two raw pieces are the same one, to a nanometre."""
+    return one["kind"] == other["kind"] and all(
+        np.allclose(one[key], other[key], rtol=0.0, atol=1e-6) for key in ("frame", "size")
+    )

@@ -242,8 +242,8 @@ class Columns(Canon):
 class StepColumns(Columns):
     """Collects rows as `Columns` does, with an event at the beginning of each workingstep.
 
-    The event has the name of the workingstep, its raw piece where that is another than the one before, and how a turning tool stands
-    whose toolpaths are made here.
+    The event has the name of the workingstep, its raw piece where that is another than the one before, how many there are in its setup
+    where there are several, and how a turning tool stands whose toolpaths are made here.
 
     Attributes:
         steps: The workingsteps executed, in their order.
@@ -263,6 +263,8 @@ class StepColumns(Columns):
         raw = step.raw if step.raw is not None and not step.raw.same(self._raw) else None
         self._raw = step.raw or self._raw
         values: dict[str, Any] = {"label": step.label or f"#{step.ident}", "entity": step.ident}
+        if len(step.pieces) > 1:
+            values["raw_pieces"] = len(step.pieces)
         with suppress(Skip):  # a fault of the feature is reported when its toolpaths are made
             if (
                 step.operation.paths is None
