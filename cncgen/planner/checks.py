@@ -120,18 +120,24 @@ def _start_beyond_travel(chunk: Toolpath, machine: Machine, found: Diagnostics) 
 
 
 def _beyond_travel(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
-    """Name the motions that leave the travel: the furthest place of each, on each axis."""
+    """Name the lines whose motions leave the travel: the furthest place of each, on each axis."""
     low, high = _travel(chunk, machine)
     if not np.isfinite([low, high]).any():
         return
     lowest, highest = _reach(chunk, low, high)
     under, over = low - lowest, highest - high
-    outside = np.greater(np.maximum(under, over), 0.0) & (chunk.kind != Kind.EVENT)[:, None]
-    for row, column in np.argwhere(outside):
-        place = int(row), int(column)
-        furthest = float(highest[place] if over[place] >= under[place] else lowest[place])
-        verb = "is sent to" if furthest == chunk.end[place] else "reaches"
-        found.add(_beyond(chunk, machine, *place, furthest, verb))
+    beyond = np.maximum(under, over)
+    outside = np.argwhere((beyond > 0.0) & (chunk.kind != Kind.EVENT)[:, None])
+    # A loop runs a line many times.
+    furthest: dict[tuple[int, int, int], tuple[int, int]] = {}
+    for row, column in outside.tolist():
+        key = int(chunk.source[row]), int(chunk.line[row]), column
+        if key not in furthest or beyond[row, column] > beyond[furthest[key]]:
+            furthest[key] = row, column
+    for place in furthest.values():
+        position = float(highest[place] if over[place] >= under[place] else lowest[place])
+        verb = "is sent to" if position == chunk.end[place] else "reaches"
+        found.add(_beyond(chunk, machine, *place, position, verb))
 
 
 def _reach(chunk: Toolpath, low: Floats, high: Floats) -> tuple[Floats, Floats]:

@@ -60,3 +60,12 @@ def test_an_arc_of_ten_million_turns_is_refused_before_anything_is_made_of_it() 
     assert fault.code == "motion-endless"
     assert fault.span is not None
     assert fault.span.line == 2
+
+
+def test_a_line_of_a_loop_is_named_once_with_its_furthest_place() -> None:
+    """It was named a thousand times."""
+    text = "G21 G90 F3000\n#1=0\no1 repeat [100]\n#1=[#1+1]\nG1 X[10*#1] Y[-2*#1]\no1 endrepeat\nM2\n"
+    with pytest.raises(NoPlanError) as caught:
+        list(cncgen.plan(cncgen.read_text(text, "loop.ngc"), "xy-table"))
+    (fault,) = caught.value.diagnostics
+    assert "axis X is sent to 1000.0000 mm" in fault.message
