@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import reduce
 
@@ -17,13 +18,37 @@ _COMPARE: dict[str, Callable[[float, float], bool]] = {
     "COMPARISON_GREATER": lambda a, b: a > b,
     "COMPARISON_GREATER_EQUAL": lambda a, b: a >= b,
 }
+#: Of two numbers or more, from the first on. Angles are in radians.
 _COMBINE: dict[str, Callable[[float, float], float]] = {
     "PLUS_EXPRESSION": lambda a, b: a + b,
     "MINUS_EXPRESSION": lambda a, b: a - b,
     "MULT_EXPRESSION": lambda a, b: a * b,
+    "SLASH_EXPRESSION": lambda a, b: a / b,
+    "POWER_EXPRESSION": math.pow,
+    "MAXIMUM_FUNCTION": max,
+    "MINIMUM_FUNCTION": min,
+    # The angle whose tangent is a/b, where b may be 0.
+    "ATAN_FUNCTION": lambda a, b: math.atan(a / b) if b or not a else math.copysign(math.pi / 2.0, a),
 }
+_FUNCTIONS: dict[str, Callable[[float], float]] = {
+    "MINUS_FUNCTION": lambda a: -a,
+    "ABS_FUNCTION": abs,
+    "SQUARE_ROOT_FUNCTION": math.sqrt,
+    "SIN_FUNCTION": math.sin,
+    "COS_FUNCTION": math.cos,
+    "TAN_FUNCTION": math.tan,
+    "ASIN_FUNCTION": math.asin,
+    "ACOS_FUNCTION": math.acos,
+    "EXP_FUNCTION": math.exp,
+    "LOG_FUNCTION": math.log,
+    "LOG2_FUNCTION": math.log2,
+    "LOG10_FUNCTION": math.log10,
+}
+#: How many operands arithmetic of two numbers has, where not one or more.
+_PAIRS = frozenset(["SLASH_EXPRESSION", "POWER_EXPRESSION", "ATAN_FUNCTION"])
 COMPARISONS = frozenset(_COMPARE)
-ARITHMETIC = frozenset(_COMBINE)
+#: How many operands an expression of numbers has; 0 for one or more.
+ARITHMETIC = {kind: 2 if kind in _PAIRS else 0 for kind in _COMBINE} | dict.fromkeys(_FUNCTIONS, 1)
 #: How many operands an expression of truth values has; 0 for one or more.
 CONNECTIVES = {"NOT_EXPRESSION": 1, "XOR_EXPRESSION": 2, "AND_EXPRESSION": 0, "OR_EXPRESSION": 0}
 #: Levels and terms of one condition.
@@ -46,10 +71,23 @@ def connected(kind: str, operands: Sequence[Condition]) -> Condition:
     return lambda variables: every(operand(variables) for operand in operands)
 
 
-def combined(kind: str, numbers: Sequence[Number]) -> Number:
-    """Return the sum, difference or product of numbers, from the first on; `kind` is one of `ARITHMETIC`."""
-    operate = _COMBINE[kind]
-    return lambda variables: reduce(operate, (number(variables) for number in numbers))
+def combined(kind: str, numbers: Sequence[Number], undefined: Callable[[str], Exception]) -> Number:
+    """Return an expression of numbers; `kind` is one of `ARITHMETIC` (of ISO 13584-20).
+
+    Its evaluation raises what `undefined` makes of a message where the numbers have no such result.
+    """
+
+    def value(variables: Variables) -> float:
+        given = [number(variables) for number in numbers]
+        try:
+            found = float(_FUNCTIONS[kind](given[0]) if kind in _FUNCTIONS else reduce(_COMBINE[kind], given))
+        except (ArithmeticError, ValueError):
+            found = math.nan
+        if not math.isfinite(found):
+            raise undefined(f"{kind} of {', '.join(f'{each:g}' for each in given)} has no value")
+        return found
+
+    return value
 
 
 def variable(name: str, missing: Callable[[str], Exception]) -> Number:

@@ -801,6 +801,39 @@ def test_if_takes_the_branch_of_its_condition_and_while_runs_until_it_is_false(e
     assert [v for v in path.end[motions(path), 0].tolist() if v] == [5, 5, 5, 7, 11]
 
 
+@pytest.mark.parametrize(
+    ("kind", "operands", "value"),
+    [
+        ("MINUS_EXPRESSION", (7, 2), 5), ("MULT_EXPRESSION", (7, 2), 14), ("SLASH_EXPRESSION", (7, 2), 3.5),
+        ("POWER_EXPRESSION", (2, 3), 8), ("MAXIMUM_FUNCTION", (3, 9, 4), 9), ("MINIMUM_FUNCTION", (3, 9, 4), 3),
+        ("ATAN_FUNCTION", (1, 0), math.pi / 2), ("ATAN_FUNCTION", (1, 1), math.pi / 4), ("MINUS_FUNCTION", (3,), -3), ("ABS_FUNCTION", (-3,), 3),
+        ("SQUARE_ROOT_FUNCTION", (16,), 4), ("SIN_FUNCTION", (math.pi / 6,), 0.5), ("COS_FUNCTION", (math.pi / 3,), 0.5),
+        ("TAN_FUNCTION", (math.pi / 4,), 1), ("ASIN_FUNCTION", (1,), math.pi / 2), ("ACOS_FUNCTION", (0,), math.pi / 2),
+        ("EXP_FUNCTION", (1,), math.e), ("LOG_FUNCTION", (math.e,), 1), ("LOG2_FUNCTION", (8,), 3), ("LOG10_FUNCTION", (1000,), 3),
+        ("SLASH_EXPRESSION", (7, 0), None), ("SQUARE_ROOT_FUNCTION", (-1,), None), ("LOG_FUNCTION", (0,), None),
+        ("EXP_FUNCTION", (1e6,), None), ("ATAN_FUNCTION", (0, 0), None), ("POWER_EXPRESSION", (-8, 0.5), None),
+    ],
+)  # fmt: skip
+def test_arithmetic_of_the_aim_has_the_value_of_its_function(kind, operands, value):
+    """Values by hand; where a function has none, the statement is left out with a diagnostic that names it."""
+    aim = Aim()
+    logic = Logic(aim, 4)
+    arity = {1: "UNARY", 2: "BINARY"}.get(len(operands), "MULTIPLE_ARITY")
+    terms = tuple(logic.literal(float(each)) for each in operands)
+    own = (terms[0],) if arity == "UNARY" else (terms,)
+    made = logic.expression(kind, (f"{arity}_GENERIC_EXPRESSION", own))
+    wanted = 0.0 if value is None else value
+    low, high = (logic.literal(wanted + off) for off in (-1e-9, 1e-9))
+    between = (logic.compared("GREATER", made, low), logic.compared("LESS", made, high))
+    both = logic.expression("AND_EXPRESSION", ("MULTIPLE_ARITY_GENERIC_EXPRESSION", (between,)))
+    choice = logic.statement("if statement", condition=both)
+    aim.file.add("MACHINING_PROCESS_BRANCH_RELATIONSHIP", "true branch", "", choice, one_step(aim, 7))
+    path, found = aim.read(aim.plan(choice, one_step(aim, 9)))
+    assert codes(found, "error") == ([] if value is not None else ["stepnc-range"])
+    assert path.end[motions(path), 0].tolist()[-1] == 9
+    assert (7 in path.end[motions(path), 0].tolist()) == (value is not None)
+
+
 def test_a_variable_of_the_aim_has_its_initial_value():
     aim = Aim()
     logic = Logic(aim, 4)

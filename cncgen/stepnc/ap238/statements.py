@@ -96,7 +96,7 @@ class ControlStatements:
                     if isinstance(value, Enumeration) and value in ("T", "F"):
                         truth = value == "T"
                         return lambda variables: truth
-        raise entity.fault("stepnc-unsupported", "the condition cannot be evaluated")
+        raise entity.fault("stepnc-unsupported", f"a condition cannot be evaluated as {self._called(kinds)}")
 
     def _number(self, item: Entity, depth: int = 0) -> Number:
         entity = self._held(item)
@@ -108,10 +108,18 @@ class ControlStatements:
                 for value in part.parameters:
                     if isinstance(value, int | float) and not isinstance(value, Ref):
                         return nc_expressions.constant(entity.within("the number", value))
-        for kind in sorted(kinds & nc_expressions.ARITHMETIC):
-            numbers = [self._number(o, depth + 1) for o in self._operands(entity, 0)]
-            return nc_expressions.combined(kind, numbers)
-        raise entity.fault("stepnc-unsupported", "the number cannot be evaluated")
+        for kind in sorted(kinds & nc_expressions.ARITHMETIC.keys()):
+            operands = self._operands(entity, nc_expressions.ARITHMETIC[kind])
+            numbers = [self._number(o, depth + 1) for o in operands]
+            return nc_expressions.combined(kind, numbers, lambda text: entity.fault("stepnc-range", text))
+        raise entity.fault("stepnc-unsupported", f"a number cannot be evaluated as {self._called(kinds)}")
+
+    @staticmethod
+    def _called(kinds: set[str]) -> str:
+        """Return what says most of the kinds of an expression."""
+        return " ".join(
+            sorted(kind for kind in kinds if "GENERIC" not in kind and "REPRESENTATION" not in kind)
+        )
 
     def _held(self, item: Entity) -> Entity:
         """Return the expression that an item of a representation holds; an expression itself as it is."""
