@@ -230,7 +230,7 @@ def test_the_search_of_a_short_program_ends_with_a_warning(
     loop = "G21 G90 F3000\no1 repeat [200]\nG1 X3 Y0.4\nX0.4 Y2\no1 endrepeat\nM2\n"
     (tmp_path / "p.nc").write_text(loop)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("cncgen.planner.tube.stream._MOST", 20_000)
+    monkeypatch.setattr("cncgen.planner.tube.stream._MOST", 10_000)
     code, said = said_of(("plan", "p.nc", "-m", "xy-table", "-o", "o.csv"), capfd)
     assert code == 0
     assert said.count("warning[search-ends]") == 1
