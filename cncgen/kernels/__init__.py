@@ -10,7 +10,7 @@ A ``.pxd`` file beside a kernel declares the functions that other kernels call a
     smoothing, smoothing_lengths                                splines within a tolerance
     along_path                                                  what a path allows at given places
     least_time and least_time_*                                 the least-time problem (interior point)
-    least_time_tube, tube_places                                least time within a tolerance, and where rows begin on a plan
+    least_time_tube, tube_motion, tube_places                   least time within a tolerance, the motion, rows on the plan
     seven_phase, profile, step_limit                            profiles of the papers, exact evaluation, limited steps
     filters, servo_loop, servo_stateline, servo_contour         servo axes, and their contour error
     removal, dexel_sweeps                                       material that tools cut, upright and leaning

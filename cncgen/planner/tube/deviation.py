@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.kernels import free_space as kernel
+from cncgen.kernels import tube_motion
 from cncgen.planner.tube.programmed import USED, RowLines
 from cncgen.planner.tube.window_problem import Solved
 
@@ -96,17 +97,17 @@ def excess(
     over = np.full(len(end), -np.inf)
     allowed = (1.0 + passed) * path.tolerance
     beside = np.maximum(np.append(path.tolerance, 0.0), np.insert(path.tolerance, 0, 0.0))
+    walker = _Walker(path, *ends)
     for t in _phases(_bends(motion), motion.step, first_s, period_s, float(path.tolerance.min()), most):
-        points = _at(motion, end, t)
+        points, node = _at(motion, t)
         points[0] = ends[0].point
-        first = _walk(path, points, allowed, *ends)
+        first = walker.walk(points, allowed)
         if first.whole:
             continue
-        node = np.minimum(np.searchsorted(end, t), len(end) - 1)
         found, factor = first, 1.0
         for _ in range(_DOUBLINGS):
             factor *= 2.0
-            found = _walk(path, points, factor * allowed, *ends)
+            found = walker.walk(points, factor * allowed)
             if found.whole:
                 break
         np.maximum.at(over, node[1:], (found.out - path.tolerance[found.line])[1:])
@@ -124,9 +125,7 @@ def excess(
             less = 0.5 * factor
             for _ in range(_HALVINGS):
                 half = 0.5 * (less + factor)
-                less, factor = (
-                    (less, half) if _walk(path, points, half * allowed, *ends).whole else (half, factor)
-                )
+                less, factor = (less, half) if walker.walk(points, half * allowed).whole else (half, factor)
             stuck = node[min(first.chords + 1, len(node) - 1)]
             over[stuck] = (factor * (1.0 + passed) - 1.0) * path.tolerance.max()
     return over
@@ -141,7 +140,7 @@ def reached(
     last = first_s + period_s * np.floor((end[count - 1] - first_s) / period_s + _SAME)
     t = np.append(t[t < last - _SAME * period_s], last) if last > 0.0 else t[:1]
     allowed = (1.0 + passed) * path.tolerance
-    return _gone(path, entry, _at(motion, end, t), allowed, allowed)
+    return _gone(path, entry, _at(motion, t)[0], allowed, allowed)
 
 
 def followed(
@@ -171,7 +170,7 @@ def followed(
 def _gone(path: RowLines, entry: Reached, points: Floats, allowed: Floats, there: Floats) -> Reached | None:
     """Return where the last of points may be within what is allowed on the way and there."""
     points[0] = entry.point
-    walk = _walk(path, points, allowed, entry)
+    walk = _Walker(path, entry).walk(points, allowed)
     if walk.chords < len(points) - 1:
         return None
     first, low, high = walk.space.reached()
@@ -214,52 +213,67 @@ def _phases(
     near = np.interp(np.arange(count[-1] + 1.0), count, np.concatenate([[0.0], end])) / period_s
     for phase in range(number):
         own = first_s / period_s + phase / number
-        inner = period_s * (own + np.unique(np.ceil(near - own - _SAME)))
-        inner = inner[(inner > 0.0) & (inner < end[-1])]
+        whole = np.ceil(near - own - _SAME)
+        inner = period_s * (own + whole[np.append(True, whole[1:] > whole[:-1])])
+        inner = inner[np.searchsorted(inner, 0.0, side="right") : np.searchsorted(inner, end[-1])]
         yield np.concatenate([[0.0] * (2 if phase else 1), inner, end[-1:]])
 
 
-def _walk(
-    path: RowLines, points: Floats, allowed: Floats, entry: Reached, goal: Reached | None = None
-) -> _Walk:
-    """Go along points and rows with what each line allows, mm."""
-    lines, count = len(allowed), len(points)
-    back, at, during = np.full(lines + 1, np.inf), np.zeros(lines + 1, np.int64), np.full((lines + 1, 2), -1)
-    out, line = np.zeros(count), np.zeros(count, np.int64)
-    space = kernel.FreeSpace(path.points, allowed, True, back, at, during, np.empty((4, lines)))
-    first = int(np.searchsorted(path.key, entry.line))
-    own = slice(first, min(first + len(entry.low), lines))
-    begin, width = path.key[own], np.diff(path.key)[own]
-    # A line without length is begun and ended at once.
-    size = np.where(width > 0.0, width, 1.0)
-    low, high = ((each[: len(begin)] - begin) / size for each in (entry.low, entry.high))
-    space.enter(first, low.tolist(), np.minimum(high, 1.0).tolist())
-    done, why = space.run(points, 0, count - 1, 1.0, count, 0, out, line)
-    whole = why == kernel.DONE and (goal is None or _covers(path, space, goal))
-    return _Walk(done, whole, out, line, back, at, space)
+class _Walker:
+    """Goes along points and rows from where the points begin on these."""
+
+    def __init__(self, path: RowLines, entry: Reached, goal: Reached | None = None) -> None:
+        """Take the rows, where the first point is on them, and what the last one has to reach."""
+        self.path, self.goal = path, goal
+        self.first, self.entry = self._within(entry)
+        if goal is not None:
+            self.begin, (self.low, self.high) = self._within(goal)
+            own = slice(self.begin, self.begin + len(self.low) + 1)
+            length = np.sqrt((np.diff(path.points[own], axis=0) ** 2).sum(axis=1))
+            self.same = _SAME_PLACE * path.tolerance[own][: len(length)] / np.maximum(length, 1e-300)
+
+    def _within(self, place: Reached) -> tuple[int, Floats]:
+        """Return the first line of places, and where on their lines they begin and end, shape (2, k)."""
+        first = int(np.searchsorted(self.path.key, place.line))
+        key = self.path.key[first : first + len(place.low) + 1]
+        width = key[1:] - key[:-1]
+        ends = np.stack([place.low, place.high])[:, : len(width)] - key[:-1]
+        # A line without length is begun and ended at once.
+        return first, ends / np.where(width > 0.0, width, 1.0)
+
+    def walk(self, points: Floats, allowed: Floats) -> _Walk:
+        """Go along points, with what each line allows, mm."""
+        lines, count = len(allowed), len(points)
+        back, at, during = (
+            np.full(lines + 1, np.inf),
+            np.zeros(lines + 1, np.int64),
+            np.full((lines + 1, 2), -1),
+        )
+        out, line = np.zeros(count), np.zeros(count, np.int64)
+        space = kernel.FreeSpace(self.path.points, allowed, True, back, at, during, np.empty((4, lines)))
+        space.enter(self.first, self.entry[0].tolist(), np.minimum(self.entry[1], 1.0).tolist())
+        done, why = space.run(points, 0, count - 1, 1.0, count, 0, out, line)
+        return _Walk(done, why == kernel.DONE and self._covers(space), out, line, back, at, space)
+
+    def _covers(self, space: kernel.FreeSpace) -> bool:
+        """Tell whether all places of the goal are reached, but for intervals too short to tell."""
+        if self.goal is None:
+            return True
+        first, low, high = space.reached()
+        reached = np.full((2, max(self.begin + len(self.low), first + len(low))), np.nan)
+        some = np.array(low) <= np.array(high)
+        reached[:, first : first + len(low)] = np.where(some, [low, high], np.nan)
+        own, same = reached[:, self.begin : self.begin + len(self.low)], self.same
+        there = (own[0] <= self.low + same) & (own[1] >= self.low - same)
+        return bool(
+            (there | (self.high - self.low <= same)).all() and (there & (self.high >= self.low)).any()
+        )
 
 
-def _covers(path: RowLines, space: kernel.FreeSpace, goal: Reached) -> bool:
-    """Tell whether all places of a goal are reached, but for intervals too short to tell."""
-    first, low, high = space.reached()
-    begin = int(np.searchsorted(path.key, goal.line))
-    reached = np.tile([[np.inf], [-np.inf]], len(path.tolerance))
-    some = np.array(low) <= np.array(high)
-    reached[:, first : first + len(low)] = np.where(some, [low, high], reached[:, :1])
-    own = slice(begin, begin + len(goal.low))
-    width = np.diff(path.key)[own]
-    length = np.sqrt((np.diff(path.points[begin : own.stop + 1], axis=0) ** 2).sum(axis=1))
-    same = _SAME_PLACE * path.tolerance[own] / np.maximum(length, 1e-300)
-    from_, to = ((each - path.key[own]) / np.where(width > 0.0, width, 1.0) for each in (goal.low, goal.high))
-    there = (reached[0, own] <= from_ + same) & (reached[1, own] >= from_ - same)
-    return bool((there | (to - from_ <= same)).all() and (there & (to >= from_)).any())
-
-
-def _at(motion: Solved, end: Floats, t: Floats) -> Floats:
-    """Return positions at times, shape (k, n), of intervals that end at `end`."""
-    k = np.minimum(np.searchsorted(end, t), len(end) - 1)
-    h = (t - end[k] + motion.step[k])[:, None]
-    parts = (motion.position, motion.velocity, motion.acceleration / 2.0, motion.jerk / 6.0)
-    x, v, a, j = (each[k] for each in parts)
-    out: Floats = x + h * (v + h * (a + h * j))
-    return out
+def _at(motion: Solved, t: Floats) -> tuple[Floats, Ints]:
+    """Return positions at ascending times, shape (k, n), and the interval of each, which ends no earlier than it."""
+    points, node = np.empty((len(t), motion.position.shape[1])), np.empty(len(t), np.int64)
+    tube_motion.positions(
+        motion.position, motion.velocity, motion.acceleration, motion.jerk, motion.step, t, node, points
+    )
+    return points, node

@@ -580,7 +580,7 @@ class Tube:
                 return None
             found = got[1]
             feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
-            fast = too_fast(found, self.velocity[columns], feed, columns < 3)
+            fast = too_fast(found, self.velocity[columns], feed, int((columns < 3).sum()))
             lifted = _spread(found, columns, run.state, goal[0])
             if near and final:
                 self._go_ahead(run, nodes, final, lifted)
@@ -661,8 +661,8 @@ class Tube:
         self, start: Floats, nodes: Nodes, goal: Floats, columns: Ints, held: NDArray[np.bool_]
     ) -> Problem:
         """Return the problem of a window, with the room of its nodes as it was first."""
-        point = np.concatenate([start[:1], nodes.point])[:, columns]
-        tangent = np.concatenate([nodes.tangent[:1], nodes.tangent])[:, columns]
+        point = np.concatenate([start[:1], nodes.point]).take(columns, axis=1)
+        tangent = np.concatenate([nodes.tangent[:1], nodes.tangent]).take(columns, axis=1)
         tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), 1e-300)[:, None]
         # The state at the end is given: it needs no room.
         rooms = slice(len(nodes.radius) - int(nodes.count[-1]))
@@ -677,8 +677,8 @@ class Tube:
             tangent=tangent,
             step=nodes.step,
             first=np.concatenate([[0, 0], np.cumsum(nodes.count[:-1]), [rooms.stop]]).astype(np.int64),
-            centre=nodes.centre[rooms][:, columns],
-            direction=nodes.direction[rooms][:, columns],
+            centre=nodes.centre[rooms].take(columns, axis=1),
+            direction=nodes.direction[rooms].take(columns, axis=1),
             radius=nodes.radius[rooms],
             feed=feed,
             between=np.where(held, np.maximum(feed[1:], feed[:-1]), np.inf),
@@ -767,9 +767,13 @@ def _apart(border: NDArray[np.bool_], places: Floats, tolerance: Floats) -> NDAr
 
 
 def _around(values: Floats, t: Floats, reach: float) -> Floats:
-    """Return the largest of values within a time of each, shape (k,)."""
+    """Return the largest of values, and of those above 0 within a time of each, shape (k,)."""
     first, stop = np.searchsorted(t, t - reach), np.searchsorted(t, t + reach, side="right")
-    return np.array([values[i:j].max() for i, j in zip(first.tolist(), stop.tolist(), strict=True)])
+    out = values.copy()
+    # Most are below all that counts.
+    for k in np.flatnonzero(values > 0.0).tolist():
+        out[first[k] : stop[k]] = np.maximum(out[first[k] : stop[k]], values[k])
+    return out
 
 
 def _rest(found: Solved, first: int) -> Solved:

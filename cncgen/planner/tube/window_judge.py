@@ -5,49 +5,32 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.kernels import tube_motion
 from cncgen.planner.tube.window_problem import Solved
 
 Floats = NDArray[np.float64]
 
 #: Part by which a velocity may be over its limit between nodes, and an acceleration or jerk at all.
 _OVER, _ROUNDED = 5e-5, 1e-6
-#: Parts of an interval whose hulls bound the speed.
-_PARTS = 32
 #: Part of the limits of jerk and acceleration that steps at a node may make of a difference of setpoints.
 _STEPS = 2e-4
 
 
-def too_fast(found: Solved, velocity: Floats, feed: Floats, linear: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def too_fast(found: Solved, velocity: Floats, feed: Floats, linear: int) -> NDArray[np.bool_]:
     """Tell on which intervals an axis is over its velocity, or the motion over the feed, shape (k,).
-
-    Between nodes the velocity of an axis is a parabola: largest at an end or at its top. The speed is bounded from above.
 
     Args:
         found: The motion, of n axes.
         velocity: Shape (n,), limits.
         feed: Shape (k,).
-        linear: Shape (n,): axes over which the feed is meant.
+        linear: How many axes the feed is meant over: the first ones.
     """
-    v, a, j, h = found.velocity[:-1], found.acceleration[:-1], found.jerk, found.step[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        top = np.where(j != 0.0, -a / j, 0.0)
-    top = np.clip(top, 0.0, h)
-    most = np.maximum(np.abs(v + top * (a + 0.5 * top * j)), np.abs(found.velocity[1:]))
-    most = np.maximum(most, np.abs(v))
-    out: NDArray[np.bool_] = np.any(most > (1.0 + _OVER) * velocity, axis=1)
-    allowed = (1.0 + _OVER) * feed
-    doubtful = np.flatnonzero(~out)
-    for parts in (1, _PARTS):
-        # The speed is convex, so on each part of a parabola it is at most that of an ordinate of its hull.
-        begin = np.arange(parts) / parts * h[doubtful]
-        v0, a0, j0 = (each[doubtful][:, None, linear] for each in (v, a, j))
-        t, half = begin[..., None], 0.5 / parts * h[doubtful][..., None]
-        first, slope = v0 + t * (a0 + 0.5 * t * j0), a0 + t * j0
-        hull = np.stack([first, first + half * slope, first + 2.0 * half * (slope + half * j0)])
-        speed = np.sqrt((hull**2).sum(axis=3)).max(axis=(0, 2))
-        doubtful = doubtful[speed > allowed[doubtful]]
-    out[doubtful] = True
-    return out
+    out = np.empty(len(found.step), np.int8)
+    most, allowed = ((1.0 + _OVER) * each for each in (velocity, feed))
+    tube_motion.too_fast(
+        found.velocity, found.acceleration, found.jerk, found.step, most, allowed, linear, out
+    )
+    return out.astype(bool)
 
 
 def holds(

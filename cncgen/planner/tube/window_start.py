@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.kernels import tube_motion
 from cncgen.planner.tube.tube_nodes import Nodes
 from cncgen.planner.tube.window_problem import Problem, Search, Solved
 
@@ -23,8 +24,8 @@ Again = tuple[Floats, Floats, Floats, Floats, Floats]
 _STARTS = ((0.9, False), (0.6, True), (0.4, True))
 #: Iterations after which a solution is looked for with this part of the room as well.
 _LONG, _ROOM = 50, 0.3
-#: Part of limits and room that a guess uses.
-_WITHIN = 0.9
+#: Part of limits and room that a guess uses, and that of the room where a node comes to that is beyond it.
+_WITHIN, _TO = 0.9, 0.4
 #: Part of its limits by which the solution of a round is moved inside them to start the next one.
 _PULLED = 0.001
 
@@ -80,8 +81,7 @@ def again(given: Problem, before: Solved) -> Again:
         )
     )
     speed *= _down(given, speed, within)
-    offset = before.position - given.point
-    offset += _inside(given, offset, within, 0.0)
+    offset = _inside(given, before.position - given.point, within, within)
     return slower * before.step, speed, bent, offset, jerk
 
 
@@ -123,22 +123,9 @@ def _down(given: Problem, speed: Floats, within: float) -> Floats:
     return out
 
 
-def _inside(given: Problem, offset: Floats, part: float = _WITHIN, deep: float = 0.5) -> Floats:
-    """Return further offsets, shape (nodes, n), that bring nodes within a part of the room, and those beyond that deeper by so much of the rest."""
-    point = given.point + offset
-    out = np.zeros_like(point)
-    owner = np.repeat(np.arange(len(point)), np.diff(given.first))
-    for number in range(8):
-        away = point[owner] + out[owner] - given.centre
-        away -= (away * given.direction).sum(axis=1)[:, None] * given.direction
-        size = np.sqrt((away**2).sum(axis=1))
-        over = np.flatnonzero(size > (part + 1e-9) * given.radius)
-        if not len(over):
-            break
-        push = -away[over] * (1.0 - (part - deep) * given.radius[over] / size[over])[:, None]
-        if number < 4:
-            # Within the plane of the node, if that is enough.
-            t = given.tangent[owner[over]]
-            push -= (push * t).sum(axis=1)[:, None] * t
-        out[owner[over]] += push
+def _inside(given: Problem, offset: Floats, within: float = _WITHIN, to: float = _TO) -> Floats:
+    """Return offsets, shape (N + 1, n), that bring nodes within a part of their room: those beyond it to another part."""
+    out = offset.copy()
+    rows = given.centre, given.direction, given.radius
+    tube_motion.move_inside(given.point, given.tangent, given.first, *rows, within, to, out)
     return out
