@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from types import ModuleType
 from typing import Any
@@ -126,6 +127,37 @@ def _fmin(x: float, y: float) -> float:
     return y if math.isnan(x) or y < x else x
 
 
+def _of_c(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of `math` as C has it: a double, infinite or NaN (Annex F) where Python raises, and −0 rounded to −0."""
+
+    def computed(*values: float) -> Any:
+        try:
+            value = function(*values)
+        except OverflowError:
+            # Only a power is negative there, of a negative number to an odd one.
+            negative = len(values) == 2 and values[0] < 0.0 and math.fmod(values[1], 2.0) != 0.0
+            return values[0] if math.isinf(values[0]) else -math.inf if negative else math.inf
+        except ValueError:
+            return math.nan
+        return (
+            math.copysign(value, values[0]) if function in (math.floor, math.ceil) and value == 0 else value
+        )
+
+    return computed
+
+
+def math_of_c() -> ModuleType:
+    """Return the functions of ``libc.math``."""
+    functions: Any = ModuleType("cython.cimports.libc.math")
+    known = {name: each for name, each in vars(math).items() if not name.startswith("_")}
+    functions.__dict__.update(
+        {name: _of_c(each) if callable(each) else each for name, each in known.items()},
+        fmax=_fmax,
+        fmin=_fmin,
+    )
+    return functions  # type: ignore[no-any-return]
+
+
 _INTEGERS = ("char", "schar", "uchar", "short", "int", "uint", "longlong", "ulonglong", "Py_ssize_t")
 _DECORATORS = ("cclass", "cfunc", "ccall", "inline", "final", "nogil", "exceptval", "locals", "freelist")
 
@@ -146,9 +178,7 @@ def install() -> None:
     sys.modules["cython"] = module
     for path in ("cimports", "cimports.libc", "cimports.cncgen", "cimports.cncgen.kernels"):
         sys.modules[f"cython.{path}"] = _Cimports(f"cython.{path}")
-    functions: Any = ModuleType("cython.cimports.libc.math")
-    functions.__dict__.update(vars(math), fmax=_fmax, fmin=_fmin)
-    sys.modules["cython.cimports.libc.math"] = functions
+    sys.modules["cython.cimports.libc.math"] = math_of_c()
     sys.meta_path.append(_Finder())
 
 
