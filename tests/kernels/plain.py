@@ -8,6 +8,8 @@ from pathlib import Path
 from types import ModuleType
 from unittest.mock import patch
 
+import cython  # noqa: F401 - it puts its own functions of C in place when it is first imported
+
 from cncgen.kernels.plain import math_of_c
 
 _KERNELS = Path(__file__).resolve().parents[2] / "cncgen" / "kernels"
