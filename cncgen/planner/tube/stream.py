@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Severity, Span
-from cncgen.kernels import tube_places
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.record import Trajectory
@@ -19,8 +18,9 @@ from cncgen.planner.tube.deviation import PHASES, Reached, excess, followed, rea
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
+from cncgen.planner.tube.row_places import RowPlaces
 from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
-from cncgen.planner.tube.window_judge import holds, too_fast
+from cncgen.planner.tube.window_judge import REST, holds, joins, too_fast
 from cncgen.planner.tube.window_problem import Problem, Solved
 from cncgen.planner.tube.window_start import Found, again, begun, faster
 
@@ -48,22 +48,14 @@ _LOCAL, _NARROWEST = 2, 0.1
 _PASSED = 0.004
 #: A motion that is not faster by this part stays as it was.
 _LESS = 1e-5
-#: A row takes at least this part of its length on the plan, except for some tolerances.
-_AS_LONG = 0.8
-#: A row that takes less than this part of its length on the plan is not found.
-_HARDLY = 0.1
 #: A way on which nothing moves, mm.
 _SAME_PLACE = 1e-9
-#: Rounding within which the plan meets a place exactly, mm.
-_EXACT = 1e-7
 #: Periods by which a run is planned from inside of its ends where the plan is moving.
 _INSIDE = 5.0
 #: Nodes in a period, on the average of a window, above which it is not searched: that takes long and gains next to nothing.
 _SHOWN = 6
 #: Time without a border, in times between nodes, after which one is made.
 _WAITED = 256
-#: Phases of setpoints that are looked at over the ends of a motion, the part of a limit that they may reach, and a speed of rest.
-_PHASES, _SEEN, _REST = 8, 1.0005, 1e-9
 #: Borders are apart by this part of the narrower tolerance at least.
 _APART = 0.05
 #: An axis that moves less stands still, mm.
@@ -103,6 +95,27 @@ class _Run:
     tail: tuple[Solved, int] | None = None
 
 
+@dataclass(slots=True)
+class _Window:
+    """Nodes that are planned at once.
+
+    Attributes:
+        nodes: Those after where the run is.
+        final: After how many of them the next window begins; all where none does.
+        path, goals: The rows, and where on them its setpoints begin and have to end; None where that cannot be told.
+    """
+
+    nodes: Nodes
+    final: int
+    path: RowLines
+    goals: tuple[Reached, Reached] | None
+
+    @property
+    def whole(self) -> bool:
+        """Whether no other window begins within it."""
+        return self.final == len(self.nodes)
+
+
 @dataclass(frozen=True, slots=True)
 class _Ahead:
     """The search of the window that is expected next, from where the motion is likely to be at its beginning.
@@ -131,6 +144,7 @@ class Tube:
     def __init__(self, program: Programmed, machine: Machine, max_steps: int | None) -> None:
         self.program, self.machine = program, machine
         self.units, self.most = 0, max(_MOST, _OF_A_STEP * (max_steps or 0))
+        self.bound = self.most
         self.last_line = 0
         self.ended = False
         program.draw()
@@ -145,13 +159,10 @@ class Tube:
         self.reference = Reference(self.scale, near, 5.0 * machine.period_s)
         limited = (self.velocity, self.acceleration, self.jerk)
         self.hand = Hand(self.reference, program, limited, machine)
-        self.places: list[Floats] = []
-        self.matched = 0
-        self.reached = 0.0
+        self.places = RowPlaces(program, self.reference)
         self.row = 0
         self.run: _Run | None = None
         self.size = FIRST
-        self.lost = False
         self.pool = ThreadPoolExecutor(1, "tube")
         self.ahead: _Ahead | None = None
 
@@ -172,7 +183,7 @@ class Tube:
 
     def advance(self, last: bool) -> Iterator[Trajectory]:
         """Yield the final part."""
-        self._match(last)
+        self.places.match(last)
         while not self.ended:
             if self.run is None and not self._open(last):
                 break
@@ -198,79 +209,16 @@ class Tube:
         grid = self.reference.grid
         if grid is None:
             return -np.inf
-        s = self._place(self.row) if self.row < self.program.base + self.matched else grid.s[0]
+        s = self.places.at(self.row) if self.row < self.places.stop else grid.s[0]
         return float(grid.t[np.searchsorted(grid.s, s, side="left")])
-
-    def _place(self, row: int) -> float:
-        if len(self.places) > 1:
-            self.places[:] = [np.concatenate(self.places)]
-        return float(self.places[0][row - self.program.base])
-
-    def _match(self, last: bool) -> None:
-        """Find where on the reference rows begin."""
-        grid, program = self.reference.grid, self.program
-        count = len(program)
-        if grid is None or not count or self.lost:
-            return
-        have = self.matched
-        tolerance = program.column("tolerance")
-        points = np.concatenate([program.column("start")[have:], program.column("end")[-1:]])
-        # Where rows meet the plan is within the tolerance of either.
-        both = np.minimum(np.append(tolerance, np.inf), np.concatenate([[np.inf], tolerance]))[have:]
-        # The plan is hardly shorter than the rows.
-        length = np.concatenate([[0.0], program.column("length")])[have:]
-        least = np.maximum(_AS_LONG * length - 8.0 * both, 0.0)
-        if not have:
-            least[0] = 0.0
-            self.reached = float(grid.s[0])
-        start = self._place(program.base + have - 1) if have else float(grid.s[0])
-        begin = max(int(np.searchsorted(grid.s, self.reached, side="right")) - 1, 0)
-        entry, place = np.zeros(len(points)), np.zeros(len(points))
-        leaving = np.zeros(len(points), np.int64)
-        # The plan meets some places exactly: in a room that is larger than the path any other place would be near as well.
-        rest, met = (np.append(program.column(name), last)[have:].astype(bool) for name in ("rest", "met"))
-        within = np.where(met, _EXACT + 8.0 * np.spacing(np.abs(points).max()), 1.3 * both + 1e-6)
-        found = tube_places.match(
-            grid.x[begin:], grid.s[begin:], points, within, least, self.reached, start, last,
-            entry, leaving, place, np.zeros(1),
-        )  # fmt: skip
-        place += begin
-        if have + found > count:
-            # The end of the last row: whether more rows follow is not known before the end.
-            found = count - have + (1 if last else 0)
-        if found:
-            self.reached = float(entry[found - 1])
-        at = np.minimum(place[:found].astype(np.int64), len(grid) - 2)
-        s = grid.s[at] + (place[:found] - at) * (grid.s[np.minimum(at + 1, len(grid) - 1)] - grid.s[at])
-        # Places that the plan meets exactly are samples of it: there it may rest, and time be no function of the place.
-        for i in (at, np.minimum(at + 1, len(grid) - 1)):
-            exact = np.abs(grid.x[i] - points[:found]).max(axis=1, initial=0.0) < _EXACT
-            s = np.where(exact, grid.s[i], s)
-        # So are the ends of runs.
-        free = np.concatenate([[False], program.column("free"), [False]]).astype(bool)
-        ends = (free[1:] != free[:-1]) | np.append(program.column("stop"), True).astype(bool)
-        ends = ends[have : have + found]
-        s[ends] = grid.s[at[ends] + (place[:found][ends] - at[ends] > 0.5)]
-        s = np.maximum.accumulate(np.maximum(s, start))
-        # A rest where the path has been before may be mistaken for it: from there on the plan is kept.
-        way = np.diff(s, prepend=start)
-        if last:
-            # There is no way on which the end could be taken for another rest.
-            rest[-1] = False
-        wrong = np.flatnonzero(rest[:found] & (way < _HARDLY * (length[:found] - 2.0 * _EXACT)))
-        if len(wrong):
-            found, self.lost = int(wrong[0]), True
-            s = s[:found]
-        self.places.append(s)
-        self.matched += found
 
     def _open(self, last: bool) -> bool:
         """Go on to the next run; return whether there is one whose start is known."""
         program = self.program
         free = program.column("free")
-        while self.row + 1 < program.base + self.matched:
+        while self.row + 1 < self.places.stop:
             if free[self.row - program.base]:
-                s = self._place(self.row)
+                s = self.places.at(self.row)
                 grid = self.reference.grid
                 assert grid is not None
                 # After a rest, if there is one.
@@ -279,7 +227,7 @@ class Tube:
                 state = self.reference.state(s, t)
                 self.run = run = _Run(self.row, self.row, None, state, s, t, self.row)
                 begin = Reached.at(program.column("start")[self.row - program.base], float(self.row))
-                since = float(grid.t[np.searchsorted(grid.s, self._place(self.row), side="right") - 1])
+                since = float(grid.t[np.searchsorted(grid.s, self.places.at(self.row), side="right") - 1])
                 run.entry = self._followed(program.lines(self.row, self.row + 1), begin, since, t)
                 return True
             self.row += 1
@@ -315,11 +263,11 @@ class Tube:
         end = int(breaks[0]) + run.first + 1 if len(breaks) else base + len(program)
         known = bool(len(breaks)) or last
         # Rows whose ends are matched.
-        until = min(end, base + self.matched - 1)
+        until = min(end, self.places.stop - 1)
         if until <= run.row:
             run.closed = known and run.row == end
             return
-        places = np.array([self._place(row) for row in range(run.row, until + 1)])
+        places = np.array([self.places.at(row) for row in range(run.row, until + 1)])
         grid = self.reference.grid
         assert grid is not None
         if run.row == run.first:
@@ -386,42 +334,18 @@ class Tube:
         return (_stop(nodes, size), False) if len(nodes) >= size else None
 
     def _window(self, run: _Run, count: int, whole: bool) -> Iterator[Trajectory]:
+        """Plan over the first nodes of a run; yield the motion up to where the next window begins."""
         assert run.nodes is not None
-        nodes = run.nodes.nodes(0, count)
-        end = float(nodes.t[-1])
-        before = end - run.t
-        tail = run.tail
-        if tail is not None:
-            before = float(tail[0].step.sum()) + end - float(nodes.t[tail[1] - 1])
-        final = count
-        if not whole:
-            felt = np.searchsorted(nodes.t, end - self._felt(float(nodes.feed[-OVERLAP:].max())))
-            final = int(np.clip(felt, max(count - OVERLAP, count // 3), count - 1))
+        nodes, tail = run.nodes.nodes(0, count), run.tail
         # When its setpoints are depends on all that is before it.
         yield from self.hand.plain(run.t)
-        path, goals = self._rows(run, nodes, whole)
-        columns = _moving(run.state, nodes)
-        # One way along one axis has no room that matters, nor has a path whose nodes no setpoint can show.
-        turns = bool(np.ptp(np.sign(nodes.tangent[:, columns]), axis=0).any())
-        shown = (end - run.t) * _SHOWN > count * self.machine.period_s
-        free = len(columns) > 1 or turns
-        tried = goals is not None and free and shown and self._searches(nodes)
-        alone = whole and tail is None and run.part == 0.0
-        found: Solved | None = None
-        for number, (part, close) in enumerate(_ATTEMPTS if tried else ()):
-            if number or (alone and count < _SMALLEST):
-                near = min(max(close, close * _SMALLEST / count), _CLOSEST) if part == 1.0 else 1.0
-                nodes = self._nodes_again(run, nodes, whole, replace(self.scales, part=part, close=near))
-                final, whole = len(nodes), True
-            assert goals is not None
-            found = self._solved(run, nodes, (path, goals), columns, 0 if whole else final)
-            better = (
-                found is not None
-                and float(found.step.sum()) + self.hand.standing(run.t, found) < (1.0 - _LESS) * before
-            )
-            if tail is not None or better or not (alone or (count <= _SMALLEST and found is None)):
-                break
-        if found is None or not better or number:
+        window = _Window(nodes, count if whole else self._final(nodes), *self._rows(run, nodes, whole))
+        free = _has_room(run.state, nodes)
+        # A path whose nodes no setpoint can show has no room that matters.
+        shown = (float(nodes.t[-1]) - run.t) * _SHOWN > count * self.machine.period_s
+        tried = window.goals is not None and free and shown and self._searches(nodes)
+        found, better = self._fastest(run, window) if tried else (None, False)
+        if not better:
             self.ahead = None
         if tried and found is None and count > _SMALLEST:
             self.size = max(count // 4, _SMALLEST // 2)
@@ -430,27 +354,69 @@ class Tube:
         else:
             self.size = min(2 * max(self.size, count), WINDOW)
         self.hand.windows += free
-        held = found if found is not None and better else None if tail is None else tail[0]
-        if tail is not None and held is tail[0]:
-            final = tail[1]
-        entry, until = run.entry, float(nodes.t[final - 1])
-        if held is not None:
-            if entry is not None:
-                entry = self._reached(path, entry, run.t, held, final)
-            yield from self.hand.improved(run.t, (run.at, run.part), nodes, held, final)
-        else:
+        held, final = (found, window.final) if better or tail is None else tail
+        if not better and tail is None:
+            held = None
             self.hand.kept += free
+        nodes = window.nodes
+        until = float(nodes.t[final - 1])
+        if held is None:
             # The plan goes on to a place where the next window may begin.
             yield from self.hand.plain(until)
-            entry = self._followed(path, entry, run.t, until)
-        run.entry, run.tail = entry, None
-        if held is not None and held is found:
-            run.tail = None if whole else (_rest(found, final), count - final)
-            run.state = np.stack([found.position[final], found.velocity[final], found.acceleration[final]])
+            run.entry = self._followed(window.path, run.entry, run.t, until)
         else:
-            run.state = self.reference.state(float(nodes.s[final - 1]), until)
-        run.s, run.t = float(nodes.s[final - 1]), float(nodes.t[final - 1])
-        run.at, run.part = int(nodes.row[final - 1]), float(nodes.part[final - 1])
+            # When its setpoints are changes as it is handed on.
+            entry = self._reached(window.path, run.entry, run.t, held, final)
+            yield from self.hand.improved(run.t, (run.at, run.part), nodes, held, final)
+            run.entry = entry
+        self._go_on(run, nodes, final, found if better else None)
+
+    def _final(self, nodes: Nodes) -> int:
+        """Return the number of nodes of a window after which its end is not felt."""
+        count, end = len(nodes), float(nodes.t[-1])
+        felt = np.searchsorted(nodes.t, end - self._felt(float(nodes.feed[-OVERLAP:].max())))
+        return int(np.clip(felt, max(count - OVERLAP, count // 3), count - 1))
+
+    def _fastest(self, run: _Run, window: _Window) -> tuple[Solved | None, bool]:
+        """Return a motion over a window, and whether it is faster than what is known; None where none is found.
+
+        Where the window is a run of its own, or as short as they get, others of its nodes are tried as well, which it has then.
+        """
+        nodes, tail = window.nodes, run.tail
+        count, whole = len(nodes), window.whole
+        before = float(nodes.t[-1]) - run.t
+        if tail is not None:
+            before = float(tail[0].step.sum()) + float(nodes.t[-1]) - float(nodes.t[tail[1] - 1])
+        alone = whole and tail is None and run.part == 0.0
+        found, better = None, False
+        for number, (part, close) in enumerate(_ATTEMPTS):
+            if number and not self._searches(nodes):
+                break
+            if number or (alone and count < _SMALLEST):
+                near = min(max(close, close * _SMALLEST / count), _CLOSEST) if part == 1.0 else 1.0
+                again = self._nodes_again(
+                    run, window.nodes, whole, replace(self.scales, part=part, close=near)
+                )
+                window.nodes, window.final, self.ahead = again, len(again), None
+            found = self._solved(run, window)
+            if found is not None:
+                took = float(found.step.sum()) + self.hand.standing(run.t, found)
+                better = took < (1.0 - _LESS) * before
+            if tail is not None or better or not (alone or (count <= _SMALLEST and found is None)):
+                break
+        return found, better
+
+    def _go_on(self, run: _Run, nodes: Nodes, final: int, found: Solved | None) -> None:
+        """Move a run to after the final nodes of a window, on a motion that was found or on the plan."""
+        last = final - 1
+        run.s, run.t = float(nodes.s[last]), float(nodes.t[last])
+        run.at, run.part = int(nodes.row[last]), float(nodes.part[last])
+        if found is None:
+            run.tail, run.state = None, self.reference.state(run.s, run.t)
+        else:
+            run.tail = (_rest(found, final), len(nodes) - final) if final < len(nodes) else None
+            run.state = np.stack([found.position[final], found.velocity[final], found.acceleration[final]])
+        assert run.nodes is not None
         # Nodes of less room are others, but they reach as far.
         run.nodes = run.nodes.nodes(int(np.searchsorted(run.nodes.s, run.s, side="right")), len(run.nodes))
 
@@ -467,7 +433,7 @@ class Tube:
             path = program.lines(min(first, stop - 1), stop)
             if entry is None:
                 return path, None
-            if whole and float(np.abs(end[1]).max()) <= _REST:
+            if whole and float(np.abs(end[1]).max()) <= REST:
                 return path, (entry, Reached.at(end[0], float(stop), float(path.key[-2])))
             goal: Reached | None = entry
             t = run.t
@@ -506,7 +472,7 @@ class Tube:
         program, grid, first = self.program, self.reference.grid, run.at + (run.part >= 1.0)
         assert grid is not None
         stop = int(nodes.row[-1]) + 1
-        places = np.clip([self._place(row) for row in range(first, stop + 1)], run.s, nodes.s[-1])
+        places = np.clip([self.places.at(row) for row in range(first, stop + 1)], run.s, nodes.s[-1])
         border = np.ones(len(places), bool)
         border[1:-1] = borders_of(program, first, places, np.interp(places, grid.s, grid.v), scales)
         tolerance = scales.part * program.column("tolerance")[first - program.base : stop - program.base]
@@ -528,7 +494,8 @@ class Tube:
         rows = nodes.row - self.program.base
         line = self.program.column("line")[rows]
         self.last_line = max(self.last_line, int(line.max()))
-        if self.ended or self.units <= self.most + _OF_A_LINE * max(self.last_line - _LINES, 0):
+        self.bound = self.most + _OF_A_LINE * max(self.last_line - _LINES, 0)
+        if self.ended or self.units <= self.bound:
             return not self.ended
         self.ended = True
         source = self.program.sources[int(self.program.column("source")[rows[0]])]
@@ -543,20 +510,11 @@ class Tube:
         )
         return False
 
-    def _solved(
-        self,
-        run: _Run,
-        nodes: Nodes,
-        rows: tuple[RowLines, tuple[Reached, Reached]],
-        columns: Ints,
-        final: int,
-    ) -> Solved | None:
-        """Return a motion within all limits and the tolerance, or None where none is found.
-
-        Args:
-            run, nodes, rows, columns: The window, and the axes that move there.
-            final: Nodes after which the next one begins, if there is one.
-        """
+    def _solved(self, run: _Run, window: _Window) -> Solved | None:
+        """Return a motion within all limits and the tolerance, or None where none is found."""
+        nodes, path, goals = window.nodes, window.path, window.goals
+        assert goals is not None
+        columns = _moving(run.state, nodes)
         goal = self.reference.state(float(nodes.s[-1]), float(nodes.t[-1]))
         radius, held = nodes.radius, np.zeros(len(nodes), bool)
         got, spent = (None, 0) if self.ahead is None else self.ahead.taken(nodes, columns, run.state)
@@ -564,6 +522,8 @@ class Tube:
         # Steps of Newton's method grow with the cube of the axes.
         step = _STEP * len(nodes) * (len(columns) / 2.0) ** 3
         for number in range(_ROUNDS):
+            if self.units > self.bound:
+                return None
             given = self._given(run.state, nodes, goal, columns, held)
             given = replace(given, radius=radius[: len(given.radius)])
             # The first round shows where room has to be less, which needs no exact motion.
@@ -575,23 +535,21 @@ class Tube:
                 # What ends because iterations run out is a motion, but not the fastest one.
                 anew, more = begun(given, nodes, near)
                 got, spent = faster(got, anew), spent + more
-            self.units += _ROUND + int(step * spent) + len(rows[0].tolerance)
+            self.units += _ROUND + int(step * spent) + len(path.tolerance)
             if got is None:
                 return None
             found = got[1]
             feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
             fast = too_fast(found, self.velocity[columns], feed, int((columns < 3).sum()))
             lifted = _spread(found, columns, run.state, goal[0])
-            if near and final:
-                self._go_ahead(run, nodes, final, lifted)
+            if near and not window.whole:
+                self._go_ahead(run, nodes, window.final, lifted)
             first = self.hand.first_setpoint(run.t, found)
-            over = excess(*rows, lifted, first, self.machine.period_s, _PASSED, 1 if near else PHASES)
+            over = excess(path, goals, lifted, first, self.machine.period_s, _PASSED, 1 if near else PHASES)
             if not near and not (over > -np.inf).any() and not fast.any():
                 ends, period = (run.state, goal), self.machine.period_s
-                kept = holds(lifted, ends, self.acceleration, self.jerk, period) and self._joins(
-                    run, lifted, float(nodes.t[-1])
-                )
-                return lifted if kept else None
+                kept = holds(lifted, ends, self.acceleration, self.jerk, period)
+                return lifted if kept and self._joins(run, lifted, float(nodes.t[-1])) else None
             known, before = int(held.sum()), radius
             if fast.any():
                 # The neighbours soon are, once these are held.
@@ -630,32 +588,13 @@ class Tube:
         self.ahead = _Ahead(rest, columns, self.pool.submit(begun, given, rest, True))
 
     def _joins(self, run: _Run, found: Solved, end: float) -> bool:
-        """Tell whether differences of setpoints hold the limits over both ends of a motion, where the plan goes on.
-
-        The plan may step within what the period allows, as long as all of a period is its own.
-        """
+        """Tell whether differences of setpoints hold the limits over both ends of a motion, where the plan goes on."""
         grid, period = self.reference.grid, self.machine.period_s
         assert grid is not None
-        t = np.concatenate([[0.0], np.cumsum(found.step)])
-        apart = period * (np.arange(-3, 4)[:, None] + np.arange(_PHASES) / _PHASES)
-        joints = [0.0] if run.tail is None else []
-        if grid.t[-1] >= end + 4.0 * period or grid.v[-1] <= _REST:
-            joints.append(float(t[-1]))
-        for joint in joints:
-            at = joint + apart.ravel()
-            k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(found.step) - 1)
-            u = (at - t[k])[:, None]
-            x = found.position[k] + u * (
-                found.velocity[k] + u * (found.acceleration[k] / 2.0 + u * found.jerk[k] / 6.0)
-            )
-            outside = np.flatnonzero((at < 0.0) | (at > t[-1]))
-            x[outside] = self.reference.positions(np.where(at < 0.0, run.t + at, end + at - t[-1])[outside])
-            x = x.reshape(*apart.shape, -1)
-            for order, limit in ((1, self.velocity), (2, self.acceleration), (3, self.jerk)):
-                most = _SEEN * limit * period**order + 2.0**order * np.spacing(np.abs(x).max())
-                if (np.abs(np.diff(x, order, axis=0)) > most).any():
-                    return False
-        return True
+        known = grid.t[-1] >= end + 4.0 * period or grid.v[-1] <= REST
+        limits = (self.velocity, self.acceleration, self.jerk)
+        beside = (run.tail is None, bool(known))
+        return joins(found, (run.t, end), beside, self.reference.positions, limits, period)
 
     def _given(
         self, start: Floats, nodes: Nodes, goal: Floats, columns: Ints, held: NDArray[np.bool_]
@@ -695,8 +634,8 @@ class Tube:
         place = (
             self.run.s
             if self.run is not None
-            else self._place(self.row)
-            if self.row < self.program.base + self.matched
+            else self.places.at(self.row)
+            if self.row < self.places.stop
             else grid.s[0]
         )
         row = (
@@ -705,33 +644,26 @@ class Tube:
             else int(self.run.nodes.row[0])
         )
         keep = max(min(row, self.run.row if self.run else row) - 6, self.program.base)
-        keep = min(keep, self.program.base + max(self.matched - 2, 0))
+        keep = min(keep, max(self.places.stop - 2, self.program.base))
         if self.run is not None:
             keep = min(keep, self.run.row, self.run.at)
             if self.run.entry is not None:
                 keep = min(keep, int(self.run.entry.line))
             self.run.first = max(self.run.first, keep)
-        drop = keep - self.program.base
-        if drop > 256 and self.places:
-            self._place(self.program.base)
-            self.places[0] = self.places[0][drop:].copy()
-            self.matched -= drop
-            self.program.forget(keep)
-        self.reference.forget(
-            int(
-                np.searchsorted(
-                    grid.s,
-                    min(place, self.reached if self.matched else place),
-                    side="left",
-                )
-            )
-            - 2
-        )
+        self.places.forget(keep)
+        place = min(place, self.places.reached) if self.places.stop > self.program.base else place
+        self.reference.forget(int(np.searchsorted(grid.s, place, side="left")) - 2)
 
 
 def _moving(start: Floats, nodes: Nodes) -> Ints:
     """Return the axes that move from a state over nodes."""
     return np.flatnonzero(np.ptp(np.concatenate([start[:1], nodes.point]), axis=0) > _STILL)
+
+
+def _has_room(start: Floats, nodes: Nodes) -> bool:
+    """Tell whether a motion has room that matters: one way along one axis has none."""
+    columns = _moving(start, nodes)
+    return len(columns) > 1 or bool(np.ptp(np.sign(nodes.tangent[:, columns]), axis=0).any())
 
 
 def _stop(nodes: Nodes, size: int) -> int:

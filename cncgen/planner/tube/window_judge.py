@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,10 @@ Floats = NDArray[np.float64]
 _OVER, _ROUNDED = 5e-5, 1e-6
 #: Part of the limits of jerk and acceleration that steps at a node may make of a difference of setpoints.
 _STEPS = 2e-4
+#: Phases of setpoints that are looked at over the ends of a motion, and the part of a limit that they may reach.
+_PHASES, _SEEN = 8, 1.0005
+#: A speed of rest, mm/s.
+REST = 1e-9
 
 
 def too_fast(found: Solved, velocity: Floats, feed: Floats, linear: int) -> NDArray[np.bool_]:
@@ -64,4 +70,51 @@ def holds(
         shown = sum(weight * step for weight, step in zip(weights, steps, strict=True))
         if not np.all(shown <= _STEPS * limit + rounding):
             return False
+    return True
+
+
+def joins(
+    found: Solved,
+    ends: tuple[float, float],
+    beside: tuple[bool, bool],
+    plan: Callable[[Floats], Floats],
+    limits: tuple[Floats, Floats, Floats],
+    period_s: float,
+) -> bool:
+    """Tell whether differences of setpoints hold the limits over both ends of a motion, where the plan goes on.
+
+    The plan may step within what the period allows, as long as all of a period is its own.
+
+    Args:
+        found: The motion, over all axes.
+        ends: Times of the plan where it begins and ends, s.
+        beside: Whether the plan is known before it, and after it; elsewhere nothing is asked.
+        plan: What gives positions of the plan at times.
+        limits: Shape (n,) each: velocity, acceleration and jerk.
+        period_s: Time between setpoints.
+    """
+    end = float(np.cumsum(found.step)[-1])
+    apart = period_s * (np.arange(-3, 4)[:, None] + np.arange(_PHASES) / _PHASES)
+    for joint, known in zip((0.0, end), beside, strict=True):
+        if not known:
+            continue
+        at = (joint + apart).ravel()
+        x = np.empty((len(at), found.position.shape[1]))
+        tube_motion.positions(
+            found.position,
+            found.velocity,
+            found.acceleration,
+            found.jerk,
+            found.step,
+            at,
+            np.empty(len(at), np.int64),
+            x,
+        )
+        outside = np.flatnonzero((at < 0.0) | (at > end))
+        x[outside] = plan(np.where(at < 0.0, ends[0] + at, ends[1] + at - end)[outside])
+        x = x.reshape(*apart.shape, -1)
+        for order, limit in enumerate(limits, 1):
+            most = _SEEN * limit * period_s**order + 2.0**order * np.spacing(np.abs(x).max())
+            if (np.abs(np.diff(x, order, axis=0)) > most).any():
+                return False
     return True

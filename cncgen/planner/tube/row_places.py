@@ -1,0 +1,109 @@
+"""Where on a plan the rows of the program begin."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.kernels import tube_places
+from cncgen.planner.tube.programmed import Programmed
+from cncgen.planner.tube.reference_path import Reference
+
+Floats = NDArray[np.float64]
+
+#: A row takes at least this part of its length on the plan, except for some tolerances.
+_AS_LONG = 0.8
+#: A row that takes less than this part of its length on the plan is not found.
+_HARDLY = 0.1
+#: Rounding within which the plan meets a place exactly, mm.
+_EXACT = 1e-7
+#: Rows that are dropped at once, at least.
+_DROPPED = 256
+
+
+class RowPlaces:
+    """The places of rows on the reference, found in order, as far as nothing that follows can change them.
+
+    Attributes:
+        stop: Number of the first row that has no place yet; the end of the last row counts as the start of one.
+        reached: Where the reference came near the last point that has a place.
+    """
+
+    def __init__(self, program: Programmed, reference: Reference) -> None:
+        self.program, self.reference = program, reference
+        self.stop = program.base
+        self.reached = -np.inf
+        self._places: list[Floats] = []
+        self._lost = False
+
+    def at(self, row: int) -> float:
+        """Return where a row begins."""
+        if len(self._places) > 1:
+            self._places[:] = [np.concatenate(self._places)]
+        return float(self._places[0][row - self.program.base])
+
+    def forget(self, keep: int) -> None:
+        """Drop the rows before one, of the program as well, once they are many."""
+        drop = keep - self.program.base
+        if drop > _DROPPED and self._places:
+            self.at(self.program.base)
+            self._places[0] = self._places[0][drop:].copy()
+            self.program.forget(keep)
+
+    def match(self, last: bool) -> None:
+        """Find where more rows begin; `last` tells that program and reference end."""
+        grid, program = self.reference.grid, self.program
+        count = len(program)
+        if grid is None or not count or self._lost:
+            return
+        have = self.stop - program.base
+        tolerance = program.column("tolerance")
+        points = np.concatenate([program.column("start")[have:], program.column("end")[-1:]])
+        # Where rows meet the plan is within the tolerance of either.
+        both = np.minimum(np.append(tolerance, np.inf), np.concatenate([[np.inf], tolerance]))[have:]
+        # The plan is hardly shorter than the rows.
+        length = np.concatenate([[0.0], program.column("length")])[have:]
+        least = np.maximum(_AS_LONG * length - 8.0 * both, 0.0)
+        if not have:
+            least[0] = 0.0
+            self.reached = float(grid.s[0])
+        start = self.at(self.stop - 1) if have else float(grid.s[0])
+        begin = max(int(np.searchsorted(grid.s, self.reached, side="right")) - 1, 0)
+        entry, place = np.zeros(len(points)), np.zeros(len(points))
+        leaving = np.zeros(len(points), np.int64)
+        # The plan meets some places exactly: in a room that is larger than the path any other place would be near as well.
+        rest, met = (np.append(program.column(name), last)[have:].astype(bool) for name in ("rest", "met"))
+        within = np.where(met, _EXACT + 8.0 * np.spacing(np.abs(points).max()), 1.3 * both + 1e-6)
+        found = tube_places.match(
+            grid.x[begin:], grid.s[begin:], points, within, least, self.reached, start, last,
+            entry, leaving, place, np.zeros(1),
+        )  # fmt: skip
+        place += begin
+        if have + found > count:
+            # The end of the last row: whether more rows follow is not known before the end.
+            found = count - have + (1 if last else 0)
+        if found:
+            self.reached = float(entry[found - 1])
+        at = np.minimum(place[:found].astype(np.int64), len(grid) - 2)
+        s = grid.s[at] + (place[:found] - at) * (grid.s[np.minimum(at + 1, len(grid) - 1)] - grid.s[at])
+        # Places that the plan meets exactly are samples of it: there it may rest, and time be no function of the place.
+        for i in (at, np.minimum(at + 1, len(grid) - 1)):
+            exact = np.abs(grid.x[i] - points[:found]).max(axis=1, initial=0.0) < _EXACT
+            s = np.where(exact, grid.s[i], s)
+        # So are the ends of runs.
+        free = np.concatenate([[False], program.column("free"), [False]]).astype(bool)
+        ends = (free[1:] != free[:-1]) | np.append(program.column("stop"), True).astype(bool)
+        ends = ends[have : have + found]
+        s[ends] = grid.s[at[ends] + (place[:found][ends] - at[ends] > 0.5)]
+        s = np.maximum.accumulate(np.maximum(s, start))
+        # A rest where the path has been before may be mistaken for it: from there on the plan is kept.
+        way = np.diff(s, prepend=start)
+        if last:
+            # There is no way on which the end could be taken for another rest.
+            rest[-1] = False
+        wrong = np.flatnonzero(rest[:found] & (way < _HARDLY * (length[:found] - 2.0 * _EXACT)))
+        if len(wrong):
+            found, self._lost = int(wrong[0]), True
+            s = s[:found]
+        self._places.append(s)
+        self.stop += found
