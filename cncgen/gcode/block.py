@@ -157,7 +157,7 @@ def gather(pairs: list[tuple[str, float]]) -> Block:
             if not -LARGEST <= value <= LARGEST:
                 raise BlockError(
                     "number-range",
-                    f"{letter.upper()}{value:g} is not a finite number within ±{LARGEST:g}",
+                    f"{letter.upper()}{value:.15g} is not a finite number within ±{LARGEST:g}",
                     letter.upper(),
                     values={"value": str(value)},
                 )
