@@ -54,6 +54,8 @@ _SAME_PLACE = 1e-9
 _INSIDE = 5.0
 #: Nodes in a period, on the average of a window, above which it is not searched: that takes long and gains next to nothing.
 _SHOWN = 6
+#: Samples of the plan in a period, at most: nodes that are closer are not searched.
+_FINEST = 16.0
 #: Time without a border, in times between nodes, after which one is made.
 _WAITED = 256
 #: Borders are apart by this part of the narrower tolerance at least.
@@ -156,6 +158,7 @@ class Tube:
         finite = np.isfinite(self.jerk)
         self.scales = Scales(float(self.jerk[finite].max()), float(self.acceleration[finite].max()))
         self.spacing_s, near = self.scales.spacing(machine.path_tolerance_mm)
+        near = max(near, machine.period_s / _FINEST)
         self.reference = Reference(self.scale, near, 5.0 * machine.period_s)
         limited = (self.velocity, self.acceleration, self.jerk)
         self.hand = Hand(self.reference, program, limited, machine)
