@@ -39,6 +39,9 @@ _CLOSER, _CLOSE = 3, 8
 #: Chords are looked for that begin in this many periods at the end of an interval: earlier ones lie within the interval, where
 #: only its own speed changes.
 _LATE = 2.0
+#: Periods that a bend from rest to rest is made to take where the chord from one end to the other is too long: less than one, and no
+#: setpoint may be on it.
+_BRIEF = 1.05
 #: Largest ratio of curvatures along a chord for which x'' is taken to be one parabola along it.
 _SMOOTH = 1.3
 #: Turns of the direction, rad: at a node up to which it is rounding; and around a node from which the node itself, too, is
@@ -112,6 +115,11 @@ def held(
     scene = _Scene.of(given, course, pieces, q, count)
     if scene.calm():
         return None
+    begin, end = scene.brief(count == len(given))
+    if len(begin):
+        # Once they take a period, their chords are measured like all others.
+        slower = (scene.time(begin, end) / (_BRIEF * scene.period)) ** 2
+        return _lowered(given, scene.s, q, (begin, 0.5 * (begin + end), end), slower)
     start = scene.too_long(scene.suspects())
     if not len(start):
         return None
@@ -237,6 +245,33 @@ class _Scene:
         last = np.minimum(np.searchsorted(self.t, self.t[at + 1] + self.period), len(self.speed))
         length = self.period * _over(self.speed, first, last)
         return not np.any(length**2 * self.sharpest[at] > -part * _over(-self.tolerance, first, last))
+
+    def brief(self, rests: bool) -> tuple[Floats, Floats]:
+        """Return between which ways the motion goes from rest to rest in less than a period, too far from the chord, shape (k,) each.
+
+        Args:
+            rests: Whether it rests at its end.
+        """
+        nodes = np.append(0 if self.profile.v[0] == 0.0 else self.end[0], np.unique(self.end))
+        first, last = nodes[:-1], nodes[1:]
+        if not rests:
+            first, last = first[:-1], last[:-1]
+        length = self.s[last] - self.s[first]
+        soon = (last > first) & (self.t[last] - self.t[first] < self.period)
+        first, last, length = first[soon], last[soon], length[soon]
+        at = np.flatnonzero(self._may_pass(length, first, last, _over(self.sharpest, first, last)))
+        far = [k for k in at.tolist() if self._is_far(int(first[k]), int(last[k]))]
+        return self.s[first[far]], self.s[last[far]]
+
+    def _is_far(self, first: int, last: int) -> bool:
+        """Tell whether the path over intervals is further than allowed from the chord over all of them."""
+        part = np.arange(_CLOSE) / _CLOSE
+        interval = np.repeat(np.arange(first, last), _CLOSE)
+        along = (np.diff(self.s)[first:last, None] * part).ravel()
+        x = self.course.positions(interval, along)
+        end = self.course.positions(np.array([last - 1]), np.diff(self.s)[last - 1 : last])
+        away = distances_from_chords(x, np.repeat(x[:1], len(x), axis=0), np.repeat(end, len(x), axis=0))
+        return bool((away > (1.0 + _OVER) * self.tolerance[interval]).any())
 
     def suspects(self) -> Floats:
         """Return when chords begin that may be too long by the largest speed and curvature in reach, shape (k,), ascending."""

@@ -38,16 +38,19 @@ class RowPlaces:
 
     def at(self, row: int) -> float:
         """Return where a row begins."""
+        return float(self.between(row, row + 1)[0])
+
+    def between(self, first: int, stop: int) -> Floats:
+        """Return where rows `first` … stop − 1 begin."""
         if len(self._places) > 1:
             self._places[:] = [np.concatenate(self._places)]
-        return float(self._places[0][row - self.program.base])
+        return self._places[0][first - self.program.base : stop - self.program.base]
 
     def forget(self, keep: int) -> None:
         """Drop the rows before one, of the program as well, once they are many."""
         drop = keep - self.program.base
         if drop > _DROPPED and self._places:
-            self.at(self.program.base)
-            self._places[0] = self._places[0][drop:].copy()
+            self._places[:] = [self.between(keep, self.stop).copy()]
             self.program.forget(keep)
 
     def match(self, last: bool) -> None:

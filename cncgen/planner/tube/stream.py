@@ -270,7 +270,7 @@ class Tube:
         if until <= run.row:
             run.closed = known and run.row == end
             return
-        places = np.array([self.places.at(row) for row in range(run.row, until + 1)])
+        places = self.places.between(run.row, until + 1)
         grid = self.reference.grid
         assert grid is not None
         if run.row == run.first:
@@ -475,7 +475,7 @@ class Tube:
         program, grid, first = self.program, self.reference.grid, run.at + (run.part >= 1.0)
         assert grid is not None
         stop = int(nodes.row[-1]) + 1
-        places = np.clip([self.places.at(row) for row in range(first, stop + 1)], run.s, nodes.s[-1])
+        places = np.clip(self.places.between(first, stop + 1), run.s, nodes.s[-1])
         border = np.ones(len(places), bool)
         border[1:-1] = borders_of(program, first, places, np.interp(places, grid.s, grid.v), scales)
         tolerance = scales.part * program.column("tolerance")[first - program.base : stop - program.base]
