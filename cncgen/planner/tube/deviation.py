@@ -78,11 +78,12 @@ def excess(
     period_s: float,
     passed: float,
     most: int = PHASES,
-) -> Floats:
-    """Return by how much setpoints of a motion, of their own phase and others, are over the tolerance before each node, shape (k,), mm.
+) -> tuple[Floats, int]:
+    """Return by how much setpoints of a motion, of their own phase and others, are over the tolerance before each node, and the work.
 
-    −∞ where they are not, or by no more than a part of it that may be passed. Where they go along the rows in order only with more
-    than twice the tolerance, it may be less than that. Where every place is near enough, but not in order, it is what more of it would do.
+    The distances have shape (k,), mm, the work is pairs of a chord and a line that were looked at. −∞ stands where they are not, or by
+    no more than a part of it that may be passed. Where they go along the rows in order only with more than twice the tolerance, it may
+    be less than that. Where every place is near enough, but not in order, it is what more of it would do.
 
     Args:
         path: The rows from where the motion begins to where it ends, or beyond.
@@ -128,7 +129,7 @@ def excess(
                 less, factor = (less, half) if walker.walk(points, half * allowed).whole else (half, factor)
             stuck = node[min(first.chords + 1, len(node) - 1)]
             over[stuck] = (factor * (1.0 + passed) - 1.0) * path.tolerance.max()
-    return over
+    return over, walker.cells
 
 
 def reached(
@@ -224,7 +225,7 @@ class _Walker:
 
     def __init__(self, path: RowLines, entry: Reached, goal: Reached | None = None) -> None:
         """Take the rows, where the first point is on them, and what the last one has to reach."""
-        self.path, self.goal = path, goal
+        self.path, self.goal, self.cells = path, goal, 0
         self.first, self.entry = self._within(entry)
         if goal is not None:
             self.begin, (self.low, self.high) = self._within(goal)
@@ -253,6 +254,7 @@ class _Walker:
         space = kernel.FreeSpace(self.path.points, allowed, True, back, at, during, np.empty((4, lines)))
         space.enter(self.first, self.entry[0].tolist(), np.minimum(self.entry[1], 1.0).tolist())
         done, why = space.run(points, 0, count - 1, 1.0, count, 0, out, line)
+        self.cells += space.cells
         return _Walk(done, why == kernel.DONE and self._covers(space), out, line, back, at, space)
 
     def _covers(self, space: kernel.FreeSpace) -> bool:

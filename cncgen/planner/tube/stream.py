@@ -62,10 +62,10 @@ _WAITED = 256
 _APART = 0.05
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
-#: Units of search, of some 10 µs each: of a round beside its lines and steps, of a step of Newton's method at a node of two axes, of a
-#: whole plan by default, of each line of the program beyond a number of lines (a long program is not an endless one), and of a step
+#: Units of search, of some 10 µs each: of a round beside its steps, of a step of Newton's method at a node of two axes, of a chord and a
+#: line that are compared, of a whole plan by default, of each line of the program beyond a number of lines (a long program is not an endless one), and of a step
 #: that the options allow.
-_ROUND, _STEP, _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 120, 0.03, 400_000, 1000, 500, 400
+_ROUND, _STEP, _CELL, _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 120, 0.03, 0.004, 300_000, 1000, 500, 400
 
 
 @dataclass(slots=True)
@@ -538,7 +538,7 @@ class Tube:
                 # What ends because iterations run out is a motion, but not the fastest one.
                 anew, more = begun(given, nodes, near)
                 got, spent = faster(got, anew), spent + more
-            self.units += _ROUND + int(step * spent) + len(path.tolerance)
+            self.units += _ROUND + int(step * spent)
             if got is None:
                 return None
             found = got[1]
@@ -548,7 +548,9 @@ class Tube:
             if near and not window.whole:
                 self._go_ahead(run, nodes, window.final, lifted)
             first = self.hand.first_setpoint(run.t, found)
-            over = excess(path, goals, lifted, first, self.machine.period_s, _PASSED, 1 if near else PHASES)
+            phases = 1 if near else PHASES
+            over, cells = excess(path, goals, lifted, first, self.machine.period_s, _PASSED, phases)
+            self.units += int(_CELL * cells)
             if not near and not (over > -np.inf).any() and not fast.any():
                 ends, period = (run.state, goal), self.machine.period_s
                 kept = holds(lifted, ends, self.acceleration, self.jerk, period)

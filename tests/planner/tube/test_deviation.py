@@ -43,7 +43,7 @@ def ends(path: RowLines, found: Solved) -> tuple[Reached, Reached]:
 
 
 def over(path: RowLines, found: Solved, period_s: float = 1e-3, first_s: float = 0.0) -> Floats:
-    return excess(path, ends(path, found), found, first_s, period_s, 0.0)
+    return excess(path, ends(path, found), found, first_s, period_s, 0.0)[0]
 
 
 def test_a_motion_beside_a_line_is_over_by_what_it_is_apart() -> None:
@@ -144,6 +144,6 @@ def test_a_motion_goes_on_from_where_it_may_be() -> None:
         0.0,
     )
     goal = ends(path, whole)[1]
-    assert (excess(path, (there, goal), rest, 0.0, 1e-3, 0.0) <= 0.0).all()
+    assert (excess(path, (there, goal), rest, 0.0, 1e-3, 0.0)[0] <= 0.0).all()
     # From there a way that leaves out the turn is not in order.
-    assert excess(path, (there, goal), steady((0.75, 0), (1.5, 0)), 0.0, 1e-3, 0.0).max() > 0.1
+    assert excess(path, (there, goal), steady((0.75, 0), (1.5, 0)), 0.0, 1e-3, 0.0)[0].max() > 0.1
