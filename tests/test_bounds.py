@@ -13,6 +13,7 @@ import pytest
 from cncgen import ranges
 from cncgen.cli import app, memory
 from cncgen.gcode import budget
+from cncgen.machine.reading import TOP_NUMBERS
 from cncgen.pipeline import planning, reading
 from cncgen.planner.record import MOST_ROWS
 from cncgen.planner.tube import stream
@@ -179,10 +180,11 @@ def test_bounds_of_security_are_those_of_the_code() -> None:
         for line in table.splitlines()
         if len(cells := [c.strip() for c in line.strip("| ").split("|")]) > 1
     }
-    low, high = ranges.PERIOD_S
+    periods = (TOP_NUMBERS["period_s"].low, TOP_NUMBERS["period_s"].high, *ranges.PERIOD_S)
     assert row["memory of a run beside what it has at its start (Linux)"] == f"{memory.DEFAULT_MIB} MiB"
     assert row["nested calls"] == str(ReadOptions().max_call_depth)
-    assert row["period of setpoints"] == f"{low:g} to {high:g} s".replace("1e-07", "1e-7")
+    stated = "{:g} to {:g} s of a machine, {:g} to {:g} s of a file".format(*periods).replace("e-0", "e-")
+    assert row["time between setpoints"] == stated
     assert float(row["setpoints of one motion"]) == MOST_ROWS
     assert row["numbers of words, coordinates"] == f"±{ranges.POSITION:g}, mm or rad".replace("1e+08", "1e8")
     assert tuple(map(float, row["factors of frames, all together"].split(" to "))) == ranges.FACTORS

@@ -46,6 +46,8 @@ def match(
     points: cython.double[:, ::1],
     within: cython.double[::1],
     least: cython.double[::1],
+    rests: cython.char[::1],
+    still: cython.char[::1],
     reached: cython.double,
     start: cython.double,
     last: cython.bint,
@@ -65,6 +67,8 @@ def match(
         points: Shape (k, n).
         within: Shape (k,): how near the polyline passes each point.
         least: Shape (k,): the way at least from where it comes near the point before.
+        rests: Shape (k,): 1 for points where the motion along the polyline rests.
+        still: Shape (m,): 1 for vertices where it does.
         reached: The way where it came near the last point that has a place.
         start: The way at that place.
         last: Whether the polyline and the points end here; if not, points whose places depend on what follows are left for later.
@@ -93,7 +97,9 @@ def match(
                     if way[i] < first and way[i + 1] > way[i]
                     else 0.0
                 )
-                if _nearest(line, i, from_part, points[p], part) <= within[p]:
+                if (not rests[p] or still[i] or still[i + 1]) and (
+                    _nearest(line, i, from_part, points[p], part) <= within[p]
+                ):
                     break
             i += 1
         if i >= m - 1:

@@ -16,8 +16,12 @@ def matched(
     last: bool = True,
     least: float = 0.0,
     kernel=tube_places,
+    rests: tuple[int, int] | None = None,
 ) -> np.ndarray:
-    """Return the places of points in order, as many as there are."""
+    """Return the places of points in order, as many as there are; `rests` is a point, and the vertex where the motion rests there."""
+    resting, still = np.zeros(len(points), np.int8), np.zeros(len(line), np.int8)
+    if rests is not None:
+        resting[rests[0]], still[rests[1]] = 1, 1
     way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
     place = np.full(len(points), np.nan)
     count = len(points)
@@ -28,6 +32,8 @@ def matched(
         points,
         np.full(count, within),
         np.full(count, least),
+        resting,
+        still,
         0.0,
         0.0,
         last,
@@ -93,3 +99,13 @@ def test_points_that_are_too_far_or_near_an_open_end_wait() -> None:
     np.testing.assert_allclose(matched(line, points, 0.1, last=False), [2.0, 4.5], atol=1e-12)
     # The second is farther from it than the polyline passes by any point.
     np.testing.assert_allclose(matched(line, points, 0.04), [2.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("kernel", [tube_places, uncompiled("tube_places")], ids=["compiled", "plain"])
+def test_a_point_of_rest_is_where_the_motion_rests(kernel) -> None:
+    """Two turns of a square of 1 mm pass their start three times; the motion rests there at the end of the second."""
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    line = np.vstack([square, square, [[0.0, 0.0], [5.0, 0.0]]])
+    points = np.array([[1.0, 1.0], [0.0, 0.0], [5.0, 0.0]])
+    assert matched(line, points, 1e-3, kernel=kernel).tolist() == [2.0, 4.0, 9.0]
+    assert matched(line, points, 1e-3, kernel=kernel, rests=(1, 8)).tolist() == [2.0, 8.0, 9.0]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from cncgen.kernels import tube_places
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.reference_path import Reference
+from cncgen.planner.tube.window_judge import REST
 
 Floats = NDArray[np.float64]
 
@@ -77,8 +78,9 @@ class RowPlaces:
         # The plan meets some places exactly: in a room that is larger than the path any other place would be near as well.
         rest, met = (np.append(program.column(name), last)[have:].astype(bool) for name in ("rest", "met"))
         within = np.where(met, _EXACT + 8.0 * np.spacing(np.abs(points).max()), 1.3 * both + 1e-6)
+        still = (grid.v[begin:] <= REST).astype(np.int8)
         found = tube_places.match(
-            grid.x[begin:], grid.s[begin:], points, within, least, self.reached, start, last,
+            grid.x[begin:], grid.s[begin:], points, within, least, rest.astype(np.int8), still, self.reached, start, last,
             entry, leaving, place, np.zeros(1),
         )  # fmt: skip
         place += begin

@@ -328,8 +328,9 @@ def test_places_of_points_on_a_closed_line_are_in_order() -> None:
     least = np.concatenate([[0.0], 0.8 * np.diff(asked)])
     entry, leaving = np.zeros(len(points)), np.zeros(len(points), np.int64)
     near = np.full(len(points), 2e-3)
+    rests, still = np.zeros(len(points), np.int8), np.zeros(len(line), np.int8)
     found = tube_places.match(
-        line, way, points, near, least, 0.0, 0.0, True, entry, leaving, place, np.zeros(1)
+        line, way, points, near, least, rests, still, 0.0, 0.0, True, entry, leaving, place, np.zeros(1)
     )
     assert found == len(points)
     assert np.abs(np.interp(place, np.arange(len(way)), way) - asked).max() < 1e-3
