@@ -25,6 +25,8 @@ _CHORD, PHASES = 0.004, 12
 _DOUBLINGS, _HALVINGS = 6, 5
 #: Part of a period within which times are the same.
 _SAME = 1e-6
+#: Work of a walk beside its pairs, in pairs.
+_WALK = 4000
 #: Part of the tolerance within which places are the same, and how far from rows the plan is, in parts of its own tolerance.
 _SAME_PLACE, _PLAN = 1e-3, 1.001
 
@@ -81,9 +83,9 @@ def excess(
 ) -> tuple[Floats, int]:
     """Return by how much setpoints of a motion, of their own phase and others, are over the tolerance before each node, and the work.
 
-    The distances have shape (k,), mm, the work is pairs of a chord and a line that were looked at. −∞ stands where they are not, or by
-    no more than a part of it that may be passed. Where they go along the rows in order only with more than twice the tolerance, it may
-    be less than that. Where every place is near enough, but not in order, it is what more of it would do.
+    The distances have shape (k,), mm, the work is about the pairs of a chord and a line that were looked at. −∞ stands where they are
+    not, or by no more than a part of it that may be passed. Where they go along the rows in order only with more than twice the
+    tolerance, it may be less than that. Where every place is near enough, but not in order, it is what more of it would do.
 
     Args:
         path: The rows from where the motion begins to where it ends, or beyond.
@@ -254,7 +256,7 @@ class _Walker:
         space = kernel.FreeSpace(self.path.points, allowed, True, back, at, during, np.empty((4, lines)))
         space.enter(self.first, self.entry[0].tolist(), np.minimum(self.entry[1], 1.0).tolist())
         done, why = space.run(points, 0, count - 1, 1.0, count, 0, out, line)
-        self.cells += space.cells
+        self.cells += space.cells + _WALK
         return _Walk(done, why == kernel.DONE and self._covers(space), out, line, back, at, space)
 
     def _covers(self, space: kernel.FreeSpace) -> bool:
