@@ -2,6 +2,7 @@
 
 programmed       the rows of the program, from which the tolerance is measured
 reference_path   the plan that is improved, sampled
+row_places       where on it the rows begin
 tube_nodes       where nodes stand on it, and the room around each
 window_problem   the least-time problem on a window of nodes (kernel ``least_time_tube``)
 window_start     first guesses of its solution

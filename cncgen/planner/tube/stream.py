@@ -62,10 +62,12 @@ _WAITED = 256
 _APART = 0.05
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
-#: Units of search, of some 10 µs each: of a round beside its steps, of a step of Newton's method at a node of two axes, of a chord and a
-#: line that are compared, of a whole plan by default, of each line of the program beyond a number of lines (a long program is not an endless one), and of a step
-#: that the options allow.
-_ROUND, _STEP, _CELL, _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 120, 0.03, 0.004, 300_000, 1000, 500, 400
+#: Units of search, of some 10 µs each, that a round takes beside its steps, a step of Newton's method at a node of two axes, and the
+#: comparison of a chord with a line.
+_ROUND, _STEP, _CELL = 120, 0.03, 0.004
+#: Units that a plan has by default, more for each line of the program beyond a number of them (a long program is not an endless one),
+#: and units that a step of --max-steps allows.
+_MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 300_000, 1000, 500, 400
 
 
 @dataclass(slots=True)
@@ -124,7 +126,7 @@ class _Ahead:
 
     Attributes:
         nodes, columns: Those of the window, and the axes that move there.
-        found: What will be near the solution.
+        found: A motion near the solution, once it is there.
     """
 
     nodes: Nodes
@@ -340,7 +342,7 @@ class Tube:
         """Plan over the first nodes of a run; yield the motion up to where the next window begins."""
         assert run.nodes is not None
         nodes, tail = run.nodes.nodes(0, count), run.tail
-        # When its setpoints are depends on all that is before it.
+        # The times of its setpoints depend on all the motion before it.
         yield from self.hand.plain(run.t)
         window = _Window(nodes, count if whole else self._final(nodes), *self._rows(run, nodes, whole))
         free = _has_room(run.state, nodes)
@@ -368,7 +370,7 @@ class Tube:
             yield from self.hand.plain(until)
             run.entry = self._followed(window.path, run.entry, run.t, until)
         else:
-            # When its setpoints are changes as it is handed on.
+            # Handing it on moves its setpoints in time.
             entry = self._reached(window.path, run.entry, run.t, held, final)
             yield from self.hand.improved(run.t, (run.at, run.part), nodes, held, final)
             run.entry = entry
