@@ -67,7 +67,7 @@ _STILL = 1e-7
 _ROUND, _STEP, _CELL = 120, 0.03, 0.004
 #: Units that a plan has by default, more for each line of the program beyond a number of them (a long program is not an endless one),
 #: and units that a step of --max-steps allows.
-_MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 300_000, 1000, 500, 400
+_MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 200_000, 1000, 500, 400
 
 
 @dataclass(slots=True)
