@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -59,11 +60,18 @@ def new_figure(
     Raises:
         UsageError: matplotlib is not installed (``plot-missing``).
     """
+    locale = os.environ.get("LC_ALL")
+    # fc-list, which matplotlib may ask for fonts, prints a warning of a locale that does not exist.
+    os.environ["LC_ALL"] = "C"
     try:
         from matplotlib.figure import Figure
     except ImportError as error:
         hint = "install it: pip install 'cncgen[plot]'"
         raise UsageError(Diagnostic("plot-missing", "pictures need matplotlib", hint=hint)) from error
+    finally:
+        os.environ.pop("LC_ALL")
+        if locale is not None:
+            os.environ["LC_ALL"] = locale
     figure = Figure(figsize=(width, max(2.6, height * rows + 0.5)), layout="constrained")
     figure.suptitle(title, fontsize=11)
     parts = figure.subplots(rows, columns, squeeze=False, sharex=share)
