@@ -13,7 +13,7 @@ A ``.pxd`` file beside a kernel declares the functions that other kernels call a
     least_time_tube, tube_motion, tube_places                   least time within a tolerance, the motion, rows on the plan
     seven_phase, profile, step_limit                            profiles of the papers, exact evaluation, limited steps
     filters, servo_loop, servo_stateline, servo_contour         servo axes, and their contour error
-    removal, dexel_sweeps                                       material that tools cut, upright and leaning
+    removal, dexel_sweeps, swept_body                           material that tools cut, upright and leaning
     free_space                                                  matching two polylines (Fréchet distance)
     decimal_rows                                                numbers to text and back
     elementary                                                  cbrt, exp, log … of the C library

@@ -1,10 +1,7 @@
-"""Material removal on dexels: the swept volume of a tool that leans, cut from lines of material along one direction.
+"""Material removal on dexels: a tool that leans cuts lines of material along one direction.
 
-A field of dexels is a grid of lines along w over places (u, v); each holds the stretches of it that are material. A tool that moves
-straight while its axis keeps its direction sweeps a convex body: the tool of `removal`, convex and without an end upwards, drawn
-along a segment. So a line meets it in one interval. In the frame of the tool (z along its axis, x along its way across it) the
-body is the points above the envelope of `removal`, over a stadium round the way. On the stretch of a line that is over the
-stadium, the envelope less the height is convex, and Newton's method from either end goes to the interval's ends without passing them.
+A field of dexels is a grid of lines along w over places (u, v); each holds the stretches of it that are material. A straight motion
+cuts from each the interval in which the line meets the body that the tool sweeps (`swept_body`).
 
 Most of the lines under a tool have been cut by the motions before. So a square of lines keeps a gap that all of them have, between two
 planes over (u, v), which only grows as more is cut. The envelope less the height, and beside the stadium the distance from it, are convex
@@ -15,9 +12,9 @@ import cython
 from cython.cimports.libc.math import ceil, fabs, floor, sqrt
 
 if cython.compiled:
-    from cython.cimports.cncgen.kernels.removal import lift, lowest_at
+    from cython.cimports.cncgen.kernels.swept_body import CLOSE, ENDLESS, SweptBody
 else:
-    from cncgen.kernels.removal import lift, lowest_at
+    from cncgen.kernels.swept_body import CLOSE, ENDLESS, SweptBody
 
 #: Columns of the result of `cut_lines`.
 COLUMNS = 11
@@ -26,491 +23,10 @@ COLUMNS = 11
 SQUARE = 8
 GAP = 6
 _SQUARE = cython.declare(cython.Py_ssize_t, SQUARE)
-#: A height without end, and one that is not known.
-_ENDLESS = cython.declare(cython.double, 1e299)
 #: Planes of gaps are not steeper.
 _STEEPEST = cython.declare(cython.double, 8.0)
-#: Steps of Newton's method, at most, the distance at which it ends, and its least step, mm.
-_STEPS = cython.declare(cython.int, 60)
-_CLOSE = cython.declare(cython.double, 1e-8)
-#: A shorter way across the axis counts as 0, mm: along the axis a rise by it would be without end.
-_ACROSS = cython.declare(cython.double, 1e-4)
 #: Shorter stretches of material are dropped, mm.
 _NOTHING = cython.declare(cython.double, 1e-9)
-
-
-@cython.final
-@cython.cclass
-class _Sweep:
-    """A straight motion of a tool whose axis keeps its direction."""
-
-    radius: cython.double
-    flat: cython.double
-    edge: cython.double
-    slope: cython.double
-    # The frame of the tool at the start of the motion: its origin, and x, y, z seen from the field.
-    ou: cython.double
-    ov: cython.double
-    ow: cython.double
-    xu: cython.double
-    xv: cython.double
-    xw: cython.double
-    yu: cython.double
-    yv: cython.double
-    yw: cython.double
-    zu: cython.double
-    zv: cython.double
-    zw: cython.double
-    # Its way across the axis, how far it rises along the axis a mm of that, and the lowest place of one that goes nowhere else.
-    length: cython.double
-    rise: cython.double
-    base: cython.double
-    # How far a line of the field goes across the axis a mm, squared, 1 over that, and 1 over its parts along x and y; 0 for without end.
-    across: cython.double
-    per_across: cython.double
-    per_x: cython.double
-    per_y: cython.double
-    # The squares of the distances from the way that count as beside the tool, and as clear of it.
-    beside: cython.double
-    clear_of: cython.double
-    # The line at hand: its point at w = 0 in the frame.
-    x: cython.double
-    y: cython.double
-    z: cython.double
-    enter: cython.double
-    leave: cython.double
-    # Results: of `_clear` the envelope above a point, whose w is `known`, and its change along w, x and y, of `_between` the ends.
-    known: cython.double
-    # The last of the places that `_misses` looked at, with the two of `_clear` there.
-    seen: cython.double
-    seen_over: cython.double
-    seen_change: cython.double
-    over: cython.double
-    change: cython.double
-    gx: cython.double
-    gy: cython.double
-    # Least and largest w of the body, where it ends.
-    lowest: cython.double
-    highest: cython.double
-    # Of `_tangent` the value at a point and its changes along u, v and w.
-    value: cython.double
-    fu: cython.double
-    fv: cython.double
-    fw: cython.double
-    low: cython.double
-    high: cython.double
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _take(
-        self,
-        lines: cython.double[:, ::1],
-        axes: cython.double[:, ::1],
-        k: cython.Py_ssize_t,
-        tool: cython.double[::1],
-        side: cython.double,
-        tip: cython.double,
-    ) -> cython.void:
-        """Take a motion, of a tool that is smaller by a margin at its side, and higher by one at its tip."""
-        self.radius = tool[0] - side
-        self.beside = self.radius * self.radius * (1.0 - 2e-9)
-        self.clear_of = (self.radius + 2.0 * _CLOSE) * (self.radius + 2.0 * _CLOSE)
-        self.flat = tool[1] if tool[1] < self.radius else self.radius
-        self.edge = tool[2]
-        self.slope = tool[3]
-        self.zu, self.zv, self.zw = axes[k, 0], axes[k, 1], axes[k, 2]
-        self.ou = lines[k, 0] + tip * self.zu
-        self.ov = lines[k, 1] + tip * self.zv
-        self.ow = lines[k, 2] + tip * self.zw
-        tu: cython.double = lines[k, 3] - lines[k, 0]
-        tv: cython.double = lines[k, 4] - lines[k, 1]
-        tw: cython.double = lines[k, 5] - lines[k, 2]
-        along: cython.double = tu * self.zu + tv * self.zv + tw * self.zw
-        tu, tv, tw = tu - along * self.zu, tv - along * self.zv, tw - along * self.zw
-        self.length = sqrt(tu * tu + tv * tv + tw * tw)
-        self.base = 0.0
-        self.rise = 0.0
-        if self.length > _ACROSS:
-            self.rise = along / self.length
-            self.xu, self.xv, self.xw = tu / self.length, tv / self.length, tw / self.length
-        else:
-            self.length = 0.0
-            self.base = along if along < 0.0 else 0.0
-            # Any direction across the axis.
-            if fabs(self.zw) < 0.9:
-                tu, tv, tw = self.zv, -self.zu, 0.0
-            else:
-                tu, tv, tw = 0.0, self.zw, -self.zv
-            along = sqrt(tu * tu + tv * tv + tw * tw)
-            self.xu, self.xv, self.xw = tu / along, tv / along, tw / along
-        self.yu = self.zv * self.xw - self.zw * self.xv
-        self.yv = self.zw * self.xu - self.zu * self.xw
-        self.yw = self.zu * self.xv - self.zv * self.xu
-        self.across = self.xw * self.xw + self.yw * self.yw
-        self.per_across = 1.0 / self.across if self.across > 1e-18 else 0.0
-        self.per_x = 1.0 / self.xw if fabs(self.xw) > 1e-12 else 0.0
-        self.per_y = 1.0 / self.yw if fabs(self.yw) > 1e-12 else 0.0
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _disc(self, x: cython.double, y: cython.double) -> cython.void:
-        """Widen `enter` to `leave` to where the line at hand, whose distance from a disc's middle is (x, y) at w = 0, is over the disc."""
-        middle: cython.double = -(x * self.xw + y * self.yw) * self.per_across
-        apart: cython.double = x * self.yw - y * self.xw
-        wide: cython.double = self.radius * self.radius * self.across - apart * apart
-        if wide <= 0.0:
-            return
-        wide = sqrt(wide) * self.per_across
-        self.enter = middle - wide if middle - wide < self.enter else self.enter
-        self.leave = middle + wide if middle + wide > self.leave else self.leave
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _clear(self, w: cython.double) -> cython.void:
-        """Find how far the envelope is above the line at hand at w (below it: negative), and how that changes along w."""
-        if w == self.known:
-            return
-        self.known = w
-        x: cython.double = self.x + w * self.xw
-        y: cython.double = self.y + w * self.yw
-        m: cython.double = self.rise
-        s: cython.double
-        gx: cython.double = 0.0
-        gy: cython.double = 0.0
-        rho: cython.double = self.radius * self.radius - y * y
-        over: cython.double
-        steep: cython.double
-        if self.flat >= self.radius and rho > 0.0:
-            # A flat disc touches with its rear or front, at its rim where it is upright.
-            rho = sqrt(rho)
-            s = x - rho if m > 0.0 else (x + rho if m < 0.0 else x)
-            if (s > 0.0 or x >= 0.0 or m >= 0.0) and (s < self.length or x <= self.length or m <= 0.0):
-                if m != 0.0 and 0.0 < s < self.length:
-                    gx = m
-                    gy = fabs(m) * y / (rho if rho > 1e-9 else 1e-9)
-                s = 0.0 if s < 0.0 else (self.length if s > self.length else s)
-                self.over = self.base + m * s - (self.z + w * self.zw)
-                self.gx, self.gy = gx, gy
-                self.change = gx * self.xw + gy * self.yw - self.zw
-                return
-        s = lowest_at(x, fabs(y), self.length, m, self.radius, self.flat, self.edge, self.slope)
-        rho = sqrt(y * y + (x - s) * (x - s))
-        rho = self.radius if rho > self.radius else rho
-        self.over = self.base + m * s + lift(rho, self.flat, self.edge, self.slope) - (self.z + w * self.zw)
-        if m != 0.0 and 0.0 < s < self.length:
-            # The tool touches ahead of or behind the foot, where it rises as its way does; at its rim it is upright.
-            over = fabs(x - s)
-            gx = m
-            gy = fabs(m) * y / (over if over > 1e-9 else 1e-9)
-        elif rho > 0.0:
-            over = rho - self.flat
-            if over <= 0.0:
-                steep = 0.0
-            elif self.edge > 0.0:
-                over = over if over < self.edge * (1.0 - 1e-12) else self.edge * (1.0 - 1e-12)
-                steep = over / sqrt(self.edge * self.edge - over * over)
-            else:
-                steep = self.slope
-            # Beyond the upper end of the way the tool's rim is as steep as the way.
-            over = (x - s if s > 0.0 else 0.0) if m > 0.0 else (-x if s <= 0.0 else 0.0)
-            if over > 0.0 and steep * over < fabs(m) * rho:
-                steep = fabs(m) * rho / (over if over > 1e-9 else 1e-9)
-            gx = steep * (x - s) / rho
-            gy = steep * y / rho
-        self.gx, self.gy = gx, gy
-        self.change = gx * self.xw + gy * self.yw - self.zw
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _place(self, u: cython.double, v: cython.double) -> cython.void:
-        """Take a line of the field."""
-        self.known = self.seen = 1e301
-        u, v = u - self.ou, v - self.ov
-        self.x = self.xu * u + self.xv * v - self.xw * self.ow
-        self.y = self.yu * u + self.yv * v - self.yw * self.ow
-        self.z = self.zu * u + self.zv * v - self.zw * self.ow
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _tangent(self, w: cython.double) -> cython.void:
-        """Find a plane over space that is positive beyond the body's boundary alone: its value on the line at hand, and its changes."""
-        x: cython.double = self.x + w * self.xw
-        y: cython.double = self.y + w * self.yw
-        gz: cython.double = -1.0
-        rho: cython.double
-        x = x if x < 0.0 else (x - self.length if x > self.length else 0.0)
-        rho = sqrt(x * x + y * y)
-        if rho * rho >= self.beside:
-            # Beside the stadium.
-            self.value = rho - self.radius
-            self.gx, self.gy, gz = x / rho, y / rho, 0.0
-            self.known = 1e301
-        else:
-            self._clear(w)
-            self.value = self.over
-        self.fu = self.gx * self.xu + self.gy * self.yu + gz * self.zu
-        self.fv = self.gx * self.xv + self.gy * self.yv + gz * self.zv
-        self.fw = self.gx * self.xw + self.gy * self.yw + gz * self.zw
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _beyond(
-        self,
-        w: cython.double,
-        a: cython.double,
-        b: cython.double,
-        half: cython.double,
-        side: cython.double,
-    ) -> cython.bint:
-        """Tell whether all above (`side` 1) or below (-1) a plane is outside of the body, in a square about the line at hand.
-
-        The plane is w high there, with the slopes a and b; the square reaches `half` to each side.
-        """
-        if side * w > _ENDLESS:
-            return True
-        self._tangent(w)
-        if side * self.fw < 0.0:
-            return False
-        return self.value - (fabs(self.fu + self.fw * a) + fabs(self.fv + self.fw * b)) * half > 2.0 * _CLOSE
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _misses(self, start: cython.double, end: cython.double) -> cython.bint:
-        """Tell whether the body is sure to miss a stretch of the line at hand, by its tangent plane at one end of it or the other."""
-        x: cython.double
-        y: cython.double
-        w: cython.double = start
-        sense: cython.double = 1.0
-        if end < self.lowest or start > self.highest:
-            return True
-        if start + end < self.lowest + self.highest:
-            w, sense = end, -1.0
-        # As `_tangent` has it, without the changes along u and v.
-        x = self.x + w * self.xw
-        y = self.y + w * self.yw
-        x = x if x < 0.0 else (x - self.length if x > self.length else 0.0)
-        if x * x + y * y >= self.beside:
-            return x * x + y * y > self.clear_of and sense * (x * self.xw + y * self.yw) >= 0.0
-        self._clear(w)
-        self.seen, self.seen_over, self.seen_change = w, self.over, self.change
-        return self.over > 2.0 * _CLOSE and sense * self.change >= 0.0
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _line(self) -> cython.bint:
-        """Find where the line at hand is over the stadium (`enter` to `leave`), and tell whether it is anywhere."""
-        a: cython.double
-        b: cython.double
-        low: cython.double = -1e300
-        high: cython.double = 1e300
-        if self.per_across == 0.0:
-            self.enter, self.leave = low, high
-            a = self.x - (0.0 if self.x < 0.0 else (self.length if self.x > self.length else self.x))
-            return a * a + self.y * self.y <= self.radius * self.radius
-        self.enter, self.leave = 1e300, -1e300
-        self._disc(self.x, self.y)
-        self._disc(self.x - self.length, self.y)
-        # Between the discs.
-        if self.per_x != 0.0:
-            a, b = -self.x * self.per_x, (self.length - self.x) * self.per_x
-            low, high = (a, b) if a < b else (b, a)
-        elif self.x < 0.0 or self.x > self.length:
-            high = -2e300
-        if self.per_y != 0.0:
-            a, b = (-self.radius - self.y) * self.per_y, (self.radius - self.y) * self.per_y
-            if a > b:
-                a, b = b, a
-            low, high = low if low > a else a, high if high < b else b
-        elif fabs(self.y) > self.radius:
-            high = -2e300
-        if low < high:
-            self.enter = low if low < self.enter else self.enter
-            self.leave = high if high > self.leave else self.leave
-        return self.enter < self.leave
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _nearer(self, w: cython.double, sense: cython.double) -> cython.double:
-        """Return a place nearer to a tool with a rounded edge than w, outside of it, on the line at hand; endless where it misses it.
-
-        Where the edge is upright Newton's method makes small steps. The distance from the way is convex, so no less than its tangent,
-        and the tool is nowhere higher over the line than at the lowest end of its way: with the two the edge is a circle, which the
-        line meets in closed form.
-        """
-        x: cython.double = self.x + w * self.xw
-        y: cython.double = self.y + w * self.yw
-        a: cython.double
-        b: cython.double
-        da: cython.double
-        db: cython.double = -sense * self.zw
-        size: cython.double
-        half: cython.double
-        t: cython.double = 1e300
-        found: cython.double
-        x = x if x < 0.0 else (x - self.length if x > self.length else 0.0)
-        a = sqrt(x * x + y * y)
-        if a < 1e-9:
-            return w
-        da = sense * (x * self.xw + y * self.yw) / a
-        # Beyond the flat, and below the upper end of the edge.
-        a -= self.flat
-        b = self.edge - (self.z + w * self.zw - self.base)
-        b += self.rise * self.length if self.rise < 0.0 else 0.0
-        if (
-            (a <= self.edge and b <= 0.0)
-            or (a <= 0.0 and b <= self.edge)
-            or (a > 0.0 < b and a * a + b * b <= self.edge * self.edge)
-        ):
-            return w
-        size = da * da + db * db
-        if size <= 1e-18:
-            return 1e300
-        half = a * da + b * db
-        found = half * half - size * (a * a + b * b - self.edge * self.edge)
-        if found >= 0.0:
-            found = (-half - sqrt(found)) / size
-            if found >= 0.0 and a + found * da >= 0.0 and b + found * db >= 0.0:
-                t = found
-        if da < 0.0 and a > self.edge:
-            found = (self.edge - a) / da
-            if b + found * db <= 0.0:
-                t = found if found < t else t
-        if db < 0.0 and b > self.edge:
-            found = (self.edge - b) / db
-            if a + found * da <= 0.0:
-                t = found if found < t else t
-        # Slightly before it, because of rounding.
-        t = t - 1e-9 if t > 1e-9 else 0.0
-        return w + sense * t if t < _ENDLESS else sense * 1e300
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _root(self, w: cython.double, last: cython.double) -> cython.double:
-        """Return where the line at hand goes into the body, from w, outside of it, towards a last place; 1e300 if nowhere before."""
-        step: cython.double
-        k: cython.int
-        up: cython.bint = last > w
-        if self.edge > 0.0:
-            w = self._nearer(w, 1.0 if up else -1.0)
-            if w >= last if up else w <= last:
-                return 1e300
-        for k in range(_STEPS):
-            self._clear(w)
-            if self.over <= _CLOSE:
-                break
-            if self.change >= 0.0 if up else self.change <= 0.0:
-                return 1e300
-            # Where the tool is upright the change is infinite, and a step is nothing.
-            step = self.over / fabs(self.change)
-            step = step if step > _CLOSE else _CLOSE
-            w = w + step if up else w - step
-            if w >= last if up else w <= last:
-                return 1e300
-        return w
-
-    @cython.cfunc
-    @cython.inline
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _look(self, w: cython.double) -> cython.void:
-        """Find what `_clear` does, but for the changes along x and y, without computing it again where `_misses` has."""
-        if w == self.seen and w < 1e300:
-            self.known = 1e301
-            self.over, self.change = self.seen_over, self.seen_change
-        else:
-            self._clear(w)
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _between(self, low: cython.double, high: cython.double) -> cython.bint:
-        """Find where the line at hand is within the body between two places (`low` to `high`); tell whether it is anywhere."""
-        over: cython.double
-        change: cython.double
-        w: cython.double
-        low = low if low > self.enter else self.enter
-        high = high if high < self.leave else self.leave
-        if low >= high:
-            return False
-        # Most lines have been cut by the motions before and miss the body at one end, where the envelope rises away from it.
-        self._look(high)
-        over, change = self.over, self.change
-        if over > _CLOSE and change <= 0.0:
-            return False
-        if over <= _CLOSE and change < 0.0 and high - over / change > low:
-            # The envelope is above the tangent, so the line below is outside.
-            self.low, self.high = self._root(high - over / change, high), high
-            return self.low < high
-        self._look(low)
-        if self.over > _CLOSE:
-            if self.change >= 0.0:
-                return False
-            # The envelope is above both tangents, so nowhere below where they meet.
-            if over > _CLOSE:
-                w = (over - self.over - change * (high - low)) / (self.change - change)
-                if self.over + self.change * w > _CLOSE:
-                    return False
-            self.low = self._root(low, high)
-        else:
-            self.low = low
-        if over > _CLOSE:
-            # From within, a step goes beyond the end.
-            w = low - self.over / self.change if self.low == low and self.change > 0.0 else high
-            self.high = self._root(w if w < high else high, low)
-        else:
-            self.high = high
-        return self.low < self.high < 1e300
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _narrow(
-        self,
-        du: cython.double,
-        dv: cython.double,
-        pu: cython.double,
-        pv: cython.double,
-        qu: cython.double,
-        qv: cython.double,
-        far: cython.double,
-        v: cython.double,
-    ) -> cython.void:
-        """Narrow the result, places u of a row at v, to the strip along a direction that holds the tool on its way from p to q."""
-        size: cython.double = sqrt(du * du + dv * dv)
-        if size < 1e-9 or fabs(dv) < 1e-9 * size:
-            return
-        nu: cython.double = -dv / size
-        nv: cython.double = du / size
-        start: cython.double = nu * pu + nv * pv
-        end: cython.double = nu * qu + nv * qv
-        shank: cython.double = far * (nu * self.zu + nv * self.zv)
-        if start > end:
-            start, end = end, start
-        start = (start - self.radius + (shank if shank < 0.0 else 0.0) - nv * v) / nu
-        end = (end + self.radius + (shank if shank > 0.0 else 0.0) - nv * v) / nu
-        if start > end:
-            start, end = end, start
-        self.low = start if start > self.low else self.low
-        self.high = end if end < self.high else self.high
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _above(self, w: cython.double) -> cython.double:
-        """Return how far the line at hand is above the tip, along the axis, when the tool passes it."""
-        x: cython.double = self.x + w * self.xw
-        x = 0.0 if x < 0.0 else (self.length if x > self.length else x)
-        return self.z + w * self.zw - self.base - self.rise * x
 
 
 @cython.final
@@ -564,7 +80,7 @@ class _Field:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def _take(self, lines: cython.double[:, ::1], k: cython.Py_ssize_t, whole: _Sweep) -> cython.bint:
+    def _take(self, lines: cython.double[:, ::1], k: cython.Py_ssize_t, whole: SweptBody) -> cython.bint:
         """Take a line; tell whether it may reach any dexel."""
         rows: cython.Py_ssize_t = self.counts.shape[0]
         radius: cython.double = whole.radius
@@ -631,14 +147,14 @@ class _Field:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def _columns(self, j: cython.Py_ssize_t, whole: _Sweep) -> cython.void:
+    def _columns(self, j: cython.Py_ssize_t, whole: SweptBody) -> cython.void:
         """Find the columns of a row that the line may reach: `first` to `last`."""
         columns: cython.Py_ssize_t = self.counts.shape[1]
         v: cython.double = j * self.cell
         whole.low, whole.high = self.lowest, self.highest
         # Strips along the way of the shank, and along that of the tip.
-        whole._narrow(whole.zu, whole.zv, self.pu, self.pv, self.qu, self.qv, self.far, v)
-        whole._narrow(self.qu - self.pu, self.qv - self.pv, self.pu, self.pv, self.qu, self.qv, self.far, v)
+        whole.narrow(whole.zu, whole.zv, self.pu, self.pv, self.qu, self.qv, self.far, v)
+        whole.narrow(self.qu - self.pu, self.qv - self.pv, self.pu, self.pv, self.qu, self.qv, self.far, v)
         self.first, self.last = 0, -1
         if whole.high < 0.0 or whole.low > (columns - 1) * self.cell or whole.high < whole.low:
             return
@@ -656,8 +172,8 @@ class _Field:
         lines: cython.double[:, ::1],
         k: cython.Py_ssize_t,
         judged: cython.bint,
-        whole: _Sweep,
-        inner: _Sweep,
+        whole: SweptBody,
+        inner: SweptBody,
         out: cython.double[:, ::1],
     ) -> cython.bint:
         """Cut along one line, a square after the other; tell whether all dexels had places enough."""
@@ -691,26 +207,24 @@ class _Field:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def _clears(self, row: cython.Py_ssize_t, column: cython.Py_ssize_t, whole: _Sweep) -> cython.bint:
+    def _clears(self, row: cython.Py_ssize_t, column: cython.Py_ssize_t, whole: SweptBody) -> cython.bint:
         """Tell whether the tool stays within the gap of a square, and keep the planes that would tell it of one dexel."""
         half: cython.double = 0.5 * (_SQUARE - 1) * self.cell
         below: cython.bint
         above: cython.bint
         self.low = self.high = -1.0
         self.low_u = self.low_v = self.low_w = self.high_u = self.high_v = self.high_w = 0.0
-        if self.gaps[row, column, 0] > _ENDLESS:
+        if self.gaps[row, column, 0] > ENDLESS:
             return False
-        whole._place(
-            self.u0 + column * _SQUARE * self.cell + half, self.v0 + row * _SQUARE * self.cell + half
-        )
+        whole.place(self.u0 + column * _SQUARE * self.cell + half, self.v0 + row * _SQUARE * self.cell + half)
         low: cython.double = self.gaps[row, column, 0]
         high: cython.double = self.gaps[row, column, 3]
-        below = whole._beyond(low, self.gaps[row, column, 1], self.gaps[row, column, 2], half, -1.0)
-        if low >= -_ENDLESS and whole.fw <= 0.0:
+        below = whole.beyond(low, self.gaps[row, column, 1], self.gaps[row, column, 2], half, -1.0)
+        if low >= -ENDLESS and whole.fw <= 0.0:
             self.low = whole.value - whole.fw * low
             self.low_u, self.low_v, self.low_w = whole.fu, whole.fv, whole.fw
-        above = whole._beyond(high, self.gaps[row, column, 4], self.gaps[row, column, 5], half, 1.0)
-        if high <= _ENDLESS and whole.fw >= 0.0:
+        above = whole.beyond(high, self.gaps[row, column, 4], self.gaps[row, column, 5], half, 1.0)
+        if high <= ENDLESS and whole.fw >= 0.0:
             self.high = whole.value - whole.fw * high
             self.high_u, self.high_v, self.high_w = whole.fu, whole.fv, whole.fw
         return below and above
@@ -724,8 +238,8 @@ class _Field:
         row: cython.Py_ssize_t,
         column: cython.Py_ssize_t,
         judged: cython.bint,
-        whole: _Sweep,
-        inner: _Sweep,
+        whole: SweptBody,
+        inner: SweptBody,
         out: cython.double[:, ::1],
     ) -> cython.bint:
         """Cut the dexels of a square; tell whether all had places enough."""
@@ -744,11 +258,11 @@ class _Field:
             # The planes over this row: at the square's middle u, and their changes from one dexel to the next.
             du = self.cell * (first - column * _SQUARE - 0.5 * (_SQUARE - 1))
             dv = self.cell * (j - 0.5 * (_SQUARE - 1))
-            low = self.low + du * self.low_u + dv * self.low_v - 2.0 * _CLOSE
-            high = self.high + du * self.high_u + dv * self.high_v - 2.0 * _CLOSE
+            low = self.low + du * self.low_u + dv * self.low_v - 2.0 * CLOSE
+            high = self.high + du * self.high_u + dv * self.high_v - 2.0 * CLOSE
             for i in range(first, last + 1):
                 if not self._missed(row * _SQUARE + j, i, low, high, whole) and (
-                    whole._line() and not self._dexel(k, row * _SQUARE + j, i, judged, whole, inner, out)
+                    whole.line() and not self._dexel(k, row * _SQUARE + j, i, judged, whole, inner, out)
                 ):
                     return False
                 low += self.cell * self.low_u
@@ -764,7 +278,7 @@ class _Field:
         i: cython.Py_ssize_t,
         low: cython.double,
         high: cython.double,
-        whole: _Sweep,
+        whole: SweptBody,
     ) -> cython.bint:
         """Take a dexel as the line at hand; tell whether the body is sure to miss all of it.
 
@@ -780,8 +294,8 @@ class _Field:
                 continue
             if not placed:
                 placed = True
-                whole._place(self.u0 + i * self.cell, self.v0 + j * self.cell)
-            if not whole._misses(start, end):
+                whole.place(self.u0 + i * self.cell, self.v0 + j * self.cell)
+            if not whole.misses(start, end):
                 return False
         return True
 
@@ -794,8 +308,8 @@ class _Field:
         j: cython.Py_ssize_t,
         i: cython.Py_ssize_t,
         judged: cython.bint,
-        whole: _Sweep,
-        inner: _Sweep,
+        whole: SweptBody,
+        inner: SweptBody,
         out: cython.double[:, ::1],
     ) -> cython.bint:
         """Cut the dexel on the line at hand; tell whether it had places enough."""
@@ -812,7 +326,7 @@ class _Field:
         self.above = self.at = -1e300
         while a < self.counts[j, i]:
             start, end = self.ends[j, i, 2 * a], self.ends[j, i, 2 * a + 1]
-            if not whole._between(start, end) or whole.high - whole.low <= _NOTHING:
+            if not whole.between(start, end) or whole.high - whole.low <= _NOTHING:
                 a += 1
                 continue
             lo, hi = whole.low, whole.high
@@ -824,9 +338,9 @@ class _Field:
             ):
                 if not lined:
                     lined = True
-                    inner._place(self.u0 + i * self.cell, self.v0 + j * self.cell)
-                    touched = inner._line()
-                if touched and inner._between(lo, hi):
+                    inner.place(self.u0 + i * self.cell, self.v0 + j * self.cell)
+                    touched = inner.line()
+                if touched and inner.between(lo, hi):
                     self._judge(j, i, lo, hi, inner)
             if self.dry:
                 a += 1
@@ -846,7 +360,7 @@ class _Field:
         i: cython.Py_ssize_t,
         lo: cython.double,
         hi: cython.double,
-        inner: _Sweep,
+        inner: SweptBody,
     ) -> cython.void:
         """Judge the cut of a dexel between two places: the touch of the smaller tool counts as far as the whole tool cuts."""
         size: cython.double
@@ -854,9 +368,9 @@ class _Field:
         until: cython.double
         b: cython.int
         self.at = inner.low if self.at < -1e299 else self.at
-        size = inner._above(inner.low)
+        size = inner.above(inner.low)
         self.above = size if size > self.above else self.above
-        size = inner._above(inner.high)
+        size = inner.above(inner.high)
         self.above = size if size > self.above else self.above
         self.deep += hi - lo
         if self.part_counts.shape[0]:
@@ -885,7 +399,7 @@ class _Field:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def _note_gap(self, row: cython.Py_ssize_t, column: cython.Py_ssize_t, whole: _Sweep) -> cython.void:
+    def _note_gap(self, row: cython.Py_ssize_t, column: cython.Py_ssize_t, whole: SweptBody) -> cython.void:
         """Note the gap of a square where the tool is, between planes as steep as the tool is over its middle."""
         half: cython.double = 0.5 * (_SQUARE - 1) * self.cell
         low_a: cython.double = 0.0
@@ -912,16 +426,14 @@ class _Field:
             place = self.top
         elif whole.zw < -0.5:
             place = self.bottom
-        whole._place(
-            self.u0 + column * _SQUARE * self.cell + half, self.v0 + row * _SQUARE * self.cell + half
-        )
-        if whole._line() and whole._between(self.bottom, self.top):
+        whole.place(self.u0 + column * _SQUARE * self.cell + half, self.v0 + row * _SQUARE * self.cell + half)
+        if whole.line() and whole.between(self.bottom, self.top):
             begin, end = whole.low, whole.high
             place = end if whole.zw > 0.5 else (begin if whole.zw < -0.5 else 0.5 * (begin + end))
-            whole._tangent(begin)
+            whole.tangent(begin)
             if whole.fw < -1e-3:
                 low_a, low_b = _bounded(-whole.fu / whole.fw), _bounded(-whole.fv / whole.fw)
-            whole._tangent(end)
+            whole.tangent(end)
             if whole.fw > 1e-3:
                 high_a, high_b = _bounded(-whole.fu / whole.fw), _bounded(-whole.fv / whole.fw)
         for j in range(row * _SQUARE, last_row):
@@ -939,10 +451,10 @@ class _Field:
                         # Not a gap of this dexel.
                         self.gaps[row, column, 0] = 1e300
                         return
-                if begin > -_ENDLESS:
+                if begin > -ENDLESS:
                     begin -= low_a * du + low_b * dv
                     low = begin if begin > low else low
-                if end < _ENDLESS:
+                if end < ENDLESS:
                     end -= high_a * du + high_b * dv
                     high = end if end < high else high
         self.gaps[row, column, 0] = low
@@ -1001,8 +513,8 @@ def cut_lines(
     n: cython.Py_ssize_t = lines.shape[0]
     k: cython.Py_ssize_t
     done: cython.Py_ssize_t = n
-    whole: _Sweep = _Sweep()
-    inner: _Sweep = _Sweep()
+    whole: SweptBody = SweptBody()
+    inner: SweptBody = SweptBody()
     field: _Field = _Field()
     field.ends, field.counts, field.parts, field.part_counts = ends, counts, parts, part_counts
     field.gaps, field.reached = gaps, reached
@@ -1011,9 +523,9 @@ def cut_lines(
     field.edge_length, field.dry = tool[4], dry
     with cython.nogil:
         for k in range(first, n):
-            whole._take(lines, axes, k, tool, 0.0, 0.0)
+            whole.take(lines, axes, k, tool, 0.0, 0.0)
             if judged[k]:
-                inner._take(lines, axes, k, tool, margins[k, 0], margins[k, 1])
+                inner.take(lines, axes, k, tool, margins[k, 0], margins[k, 1])
             if not field._cut(lines, k, judged[k], whole, inner, out):
                 done = k
                 break
