@@ -150,7 +150,6 @@ class Tube:
         self.units, self.most = 0, max(_MOST, _OF_A_STEP * (max_steps or 0))
         self.bound = self.most
         self.last_line = 0
-        self.ended = False
         program.draw()
         limits = AxisLimits.of(machine, program.axes)
         self.scale = program.scale
@@ -158,7 +157,10 @@ class Tube:
             each * self.scale for each in (limits.velocity, limits.acceleration, limits.jerk)
         )
         finite = np.isfinite(self.jerk)
-        self.scales = Scales(float(self.jerk[finite].max()), float(self.acceleration[finite].max()))
+        # On a machine that has none of the axes nothing moves, and there is nothing to search.
+        self.ended = not finite.any()
+        jerk, acceleration = (each[finite | self.ended].max() for each in (self.jerk, self.acceleration))
+        self.scales = Scales(float(jerk), float(acceleration))
         self.spacing_s, near = self.scales.spacing(machine.path_tolerance_mm)
         near = max(near, machine.period_s / _FINEST)
         self.reference = Reference(self.scale, near, 5.0 * machine.period_s)

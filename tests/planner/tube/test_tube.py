@@ -485,3 +485,12 @@ M2
     on = quick(limits, 7.9e-5, 0.001, 0.314)
     x = cncgen.sample(cncgen.plan(cncgen.read_text(text), on)).collect().position
     np.testing.assert_allclose(x[-1, :2], [-0.1733223, -0.2770875], rtol=0, atol=1e-12)
+
+
+def test_a_machine_without_the_axes_of_a_program_that_does_not_move() -> None:
+    """There is no limit to take the distance of nodes from."""
+    on = quick({"U": (218.7, 12060.0, 8.915e6)}, 1.7e-4, 1e-5, 0.105)
+    assert (
+        len(cncgen.sample(cncgen.plan(cncgen.read_text("G21 G90 G94\nG61\nM2\n"), on)).collect().position)
+        == 1
+    )
