@@ -89,6 +89,7 @@ _READ = (_L, _F, _T, _B, _C, _H, _S)
 #: Controls that are recognised and not read, and how a diagnostic calls their language.
 _OKUMA, _DIN, _PRINTER, _FADAL = "okuma", "heidenhain-iso", "printer", "fadal"
 _OLD_S, _MAHO, _FAGOR = "sinumerik-800", "maho", "fagor"
+_NUM, _BROTHER, _EDING = "num", "brother", "eding"
 UNREAD = {
     _OKUMA: "Okuma's OSP controls",
     _DIN: "Heidenhain's DIN/ISO",
@@ -97,6 +98,9 @@ UNREAD = {
     _OLD_S: "SINUMERIK 810 to 880 (system 800)",
     _MAHO: "Philips' controls (MAHO)",
     _FAGOR: "Fagor's controls (8035 to 8070)",
+    _NUM: "NUM's controls",
+    _BROTHER: "Brother's controls",
+    _EDING: "Eding CNC",
 }
 #: A value behind a letter.
 _V = rb"[-+.\d#\[]"
@@ -169,12 +173,23 @@ _BARE = (
     _sign("a head with G70 or G71", _all(12, _DIN), rb"^%\w+?G7[01]\*?$", b"G70", b"G71"),
     _sign("an extruder", _all(8, _PRINTER), rb"^G0?[01](?=[XYZF])[^\n]*E-?[.\d]", b"E"),
     _sign("an extruder set to 0", _all(12, _PRINTER), rb"^G92E0", b"G92E"),
+    _sign("a value in braces", _all(12, _PRINTER), rb"(?<![A-Z_])[EFXYZ]\{[^\n]*\}", b"{"),
     _sign("a temperature", _all(10, _PRINTER), rb"^M(?:104|109|140|190)S\d", b"M1"),
     _sign("a fixture offset E", {_FADAL: 12}, rb"^(?:G\d+(?:\.\d)?)*X[-+.\d]+Y[-+.\d]+E\d{1,2}(?:[MZ][-+.\d]+)*$", b"E"),
     _sign("a tool length by H alone", {_FADAL: 6}, rb"^(?:G90)?H\d{1,2}Z[-+.\d]+$|^(?:G90)?E0X", b"H", b"E0"),
     _sign("a command @ of SINUMERIK's system 800", {_OLD_S: 12}, rb"(?:^|\d)@\d{3}(?:[RKP]|$)", b"@"),
     _sign("the head of a file of SINUMERIK's system 800", {_OLD_S: 12}, rb"^%(?:MPF|SPF)\d+$", b"%MPF", b"%SPF"),
     _sign("the head of a file of Philips' controls", {_MAHO: 30}, rb"^%PM\d*$", b"%PM"),
+    _sign("a call of NUM by G77", {_NUM: 20}, rb"(?<![A-Z_])G77(?:H\d|N\d+(?:N\d|S\d|$))", b"G77"),
+    _sign("a jump of NUM by G79", {_NUM: 15}, rb"(?<![A-Z_])G79(?:[LE]\d+[=<>][^N\n]*)?N\d", b"G79"),
+    _sign("a parameter of NUM", {_NUM: 12}, rb"^(?:L\d{1,3}|E[1-9]\d{4})=", b"="),
+    _sign("a tool axis of NUM", {_NUM: 15}, rb"(?<![A-Z_])G16[PQR][-+](?=[A-Z]|$)", b"G16"),
+    _sign("a cycle's approach by ER", {_NUM: 12}, rb"(?<![A-Z_])G8[1-9](?![\d.])[^\n]*E[RH][-+.\d]", b"G8"),
+    _sign("tool and edge T D before M6", {_NUM: 3}, rb"^T\d+D\d+M0?6(?!\d)", b"M6", b"M06"),
+    _sign("machine coordinates of NUM by G52", {_NUM: 6}, rb"(?<![A-Z_])(?:G0?[01]G52|G52G0?[01](?![\d.])|G52Z[-+.\d]+(?:[MD]\d+)*$)", b"G52"),
+    _sign("a program number behind % alone", {_NUM: 4}, rb"^%\d{1,5}$", *(b"%%%d" % digit for digit in range(10))),
+    _sign("a tool change of Brother by G100", {_BROTHER: 20}, rb"(?<![A-Z_])G100T\d", b"G100T"),
+    _sign("a loop or condition of Eding CNC", {_EDING: 20}, rb"^(?:WHILE|IF)\[[^\n]*\]$", b"ENDWHILE", b"ENDIF"),
     # Of FANUC, mill or lathe.
     _sign("two tools before M6", _all(8, _F), rb"T\d+T\d+M0?6(?!\d)", b"M6", b"M06"),
     _sign("a program number", _all(8, _F, _T), rb"^%?[O:]\d{1,8}$", b"O", b":"),
