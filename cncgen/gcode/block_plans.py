@@ -154,7 +154,7 @@ class BlockPlans:
     def _code(self, letter: str, number: int, block: Block) -> Code:
         """Return a code of the table, or raise."""
         code = self.codes.get((letter, number))
-        if code is None and letter == "M" and (self.dialect == "fanuc" or self._plain):
+        if code is None and letter == "M" and (self.dialect != "linuxcnc" or self._plain):
             from cncgen.gcode.codes.subprograms import of_builder
 
             # By itself in a block, it may have words of any letter that is no axis.

@@ -222,3 +222,20 @@ def test_signs_are_the_same_in_all_lines_and_in_those_that_differ(data: st.DataO
         patch.setattr(dialects, "different_lines", each_line)
         expected = choose(source)
     assert choose(source) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [
+        ("O1\nG21\nM60\nM70\nG0 X1 M72\nM50\nM30", [60, 70, 72, 50]),
+        ("BEGIN PGM A MM\nM11 M16\nL X+10 FMAX M62\nM70\nM72\nEND PGM A MM", [11, 16, 62, 70, 72]),
+        ('T="A"\nM62\nG0 X1 M72\nM30', [62, 72]),
+    ],
+    ids=["fanuc", "heidenhain", "sinumerik"],
+)
+def test_codes_of_linuxcnc_are_the_builders_on_other_controls(text: str, numbers: list[int]) -> None:
+    """M70 to M73 saved and restored modal states, M50 to M53 switched overrides, and M11 was refused."""
+    program = read(io.BytesIO(text.encode()), "t.nc")
+    events = [event for chunk in program.chunks() for event in chunk.events if event.name == "user"]
+    assert [event.values["m"] for event in events] == numbers
+    assert {d.code for d in program.diagnostics if d.severity == "error"} == set()

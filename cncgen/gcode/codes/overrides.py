@@ -34,11 +34,13 @@ def _one(what: str) -> Handler:
     return run
 
 
+#: Other controls leave them to the machine's builder.
+_OWN = ("linuxcnc",)
 CODES = (
     Code("M", 480, "override", Stage.OVERRIDE, _both(True), "feed and speed overrides on"),
     Code("M", 490, "override", Stage.OVERRIDE, _both(False), "feed and speed overrides off"),
-    Code("M", 500, "override", Stage.OVERRIDE, _one("FEED_OVERRIDE"), "feed override on, off with P0", "p"),
-    Code("M", 510, "override", Stage.OVERRIDE, _one("SPEED_OVERRIDE"), "speed override on, off with P0", "p$"),
-    Code("M", 520, "override", Stage.OVERRIDE, _one("ADAPTIVE_FEED"), "adaptive feed on, off with P0", "p"),
-    Code("M", 530, "override", Stage.OVERRIDE, _one("FEED_HOLD"), "feed hold on, off with P0", "p"),
+    Code("M", 500, "override", Stage.OVERRIDE, _one("FEED_OVERRIDE"), "feed override on, off with P0", "p", dialects=_OWN),
+    Code("M", 510, "override", Stage.OVERRIDE, _one("SPEED_OVERRIDE"), "speed override on, off with P0", "p$", dialects=_OWN),
+    Code("M", 520, "override", Stage.OVERRIDE, _one("ADAPTIVE_FEED"), "adaptive feed on, off with P0", "p", dialects=_OWN),
+    Code("M", 530, "override", Stage.OVERRIDE, _one("FEED_HOLD"), "feed hold on, off with P0", "p", dialects=_OWN),
 )  # fmt: skip

@@ -62,7 +62,8 @@ def reset(ip: Interpreter) -> None:
 CODES = (
     Code("M", 0, "stop", Stage.STOP, _stop("PROGRAM_STOP()", "stop"), "stop"),
     Code("M", 10, "stop", Stage.STOP, _stop("OPTIONAL_PROGRAM_STOP()", "optional"), "stop where the switch says so"),
-    Code("M", 600, "stop", Stage.STOP, _stop("PALLET_SHUTTLE() PROGRAM_STOP()", "pallet"), "change pallets and stop"),
+    Code("M", 600, "stop", Stage.STOP, _stop("PALLET_SHUTTLE() PROGRAM_STOP()", "pallet"), "change pallets and stop",
+        dialects=("linuxcnc",)),
     Code("M", 20, "stop", Stage.STOP, _end(pallet=False), "end of the program"),
     Code("M", 300, "stop", Stage.STOP, _end(pallet=True), "end of the program, change pallets"),
 )  # fmt: skip

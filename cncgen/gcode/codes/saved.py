@@ -189,9 +189,19 @@ def save_for_sub(ip: Interpreter, block: Block) -> None:
     frame.saved, frame.restore = snapshot(ip), True
 
 
+#: Other controls leave them to the machine's builder.
+_OWN = ("linuxcnc",)
 CODES = (
-    Code("M", 700, "save", Stage.SAVE, save, "save the modal state"),
-    Code("M", 710, "save", Stage.SAVE, forget, "forget the saved modal state"),
-    Code("M", 720, "save", Stage.SAVE, bring_back, "restore the modal state"),
-    Code("M", 730, "save", Stage.SAVE, save_for_sub, "save the modal state until the subroutine ends"),
+    Code("M", 700, "save", Stage.SAVE, save, "save the modal state", dialects=_OWN),
+    Code("M", 710, "save", Stage.SAVE, forget, "forget the saved modal state", dialects=_OWN),
+    Code("M", 720, "save", Stage.SAVE, bring_back, "restore the modal state", dialects=_OWN),
+    Code(
+        "M",
+        730,
+        "save",
+        Stage.SAVE,
+        save_for_sub,
+        "save the modal state until the subroutine ends",
+        dialects=_OWN,
+    ),
 )

@@ -100,6 +100,9 @@ _OF_MILLS = frozenset(
     | {("G", n) for n in (331, 431, 432, 434, 501, 511, 541, 842, 843, 980, 990, 1000, 1010)}
 )
 
+#: M codes, in tenths, of LinuxCNC, which other controls leave to the machine's builder. (SINUMERIK's tools are put in by M61.)
+_OF_LINUXCNC = frozenset(("M", 10 * n) for n in (*range(50, 54), 60, *range(62, 69), *range(70, 74)))
+
 
 def language_of(dialect: str) -> str:
     """Return whose words, jumps and arithmetic a dialect has."""
@@ -184,7 +187,7 @@ class Codes(Mapping[tuple[str, int], Code]):
         self.family = LATHE if dialect in LATHES else dialect
         # Plain language has the M functions and modes of LinuxCNC, and motions of its own.
         self._base = language_of(dialect) if language_of(dialect) in BOTH else BOTH[0]
-        self._without = _OF_MILLS if dialect in LATHES else frozenset()
+        self._without = _OF_MILLS if dialect in LATHES else frozenset() if dialect in BOTH else _OF_LINUXCNC
         self._found: dict[tuple[str, int], Code] = {}
         self._waiting = list(reversed(_MODULES))
 
