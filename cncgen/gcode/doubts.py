@@ -97,6 +97,12 @@ _GRBL = _Doubt(
     "leave them out of the program",
     (b"$", b"?", b"~", b"!"),
 )
+_DENFORD = _Doubt(
+    rb"^[ \t]*(?P<word>\[(?:BILLET|EDGEMOVE|TOOLDEF|STEP|CLEAR)\b)",
+    "lines to the simulator of Denford and Boxford ([BILLET, [TOOLDEF) are passed over",
+    "the stock stands in the machine file, the tools in a tool table",
+    (b"[BILLET", b"[EDGEMOVE", b"[TOOLDEF"),
+)
 _HEIDENHAIN = _Doubt(
     _BEFORE + rb"[A-Z][ \t]*[-+]?[\d.]+[ \t]*(?P<word>\*)[ \t]*\r?$",
     "blocks that end in * are of Heidenhain's DIN/ISO, which is not read",
@@ -209,7 +215,7 @@ def _doubts(
     """Yield doubts about a text, with their lines."""
     head = source.data[:_HEAD]
     capitals = head.upper()
-    asked = [*((_SIEMENS, _HEIDENHAIN, _GRBL) if language_of(dialect) in BOTH else ())]
+    asked = [*((_SIEMENS, _HEIDENHAIN, _GRBL, _DENFORD) if language_of(dialect) in BOTH else ())]
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
         pointless = language_of(dialect) == "fanuc" and re.search(_LENGTH_WITH_POINT, capitals) is None

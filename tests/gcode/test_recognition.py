@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cncgen.diagnostics import Diagnostics
 from cncgen.gcode import check, read
 from cncgen.gcode.source import open_source
-from cncgen.gcode.text import dialects
+from cncgen.gcode.text import dialects, signs
 from cncgen.gcode.text.dialects import choose
 from cncgen.toolpath.reading import ReadOptions
 
@@ -159,6 +159,32 @@ UNREAD = [
     ("G21\n#1 = 10\nwhile [#1 > 0]\nG1 X#1 F100\n#1 = [#1 - 1]\nendwhile\nM30", "Eding"),
     ("G28\nG1 X10 Y10 F6000\nvar a = 5\nG1 X{var.a} F6000\nM30", "3D printers"),
     ("%PM\nN9000 (TURNED)\nN10 G54\nN20 G99 X105 Z1237\nN60 G1 Z-4 F0.4\nN950 M30", "Philips"),
+    ("%1234\nN10 G0 G52 Z0\nN20 T1 D1 M6\nN30 S1500 M3 M40\nN40 G0 X10 Y20\nN50 G1 Z-5 F200\nN90 G77 N40 N50 S3\nN110 M2", "NUM"),
+    ("%12\nN10 G0 G52 Z0\nN20 G0 X10 Y20\nN30 G1 Z-5 F200\nN40 M2", "NUM"),
+    ("%1\nN10 L1=10\nN20 G79 L1>5 N50\nN50 G1 X10 EB5 F100\nN70 M2", "NUM"),
+    ("%1\nN10 G52 X0 Z0\nN70 G64 N150 N90 I0.4 K0.1 P2\nN80 G1 X0 Z0 F.3\nN90 M2", "NUM"),
+    ('(UAO,1)\n(DIS,"START")\nG0 X0 Y0\nT1.1 M6\n(RPT,5)\nG91 G1 X10 F200\n(ERP)\nM30', "OSAI"),
+    ("N1 G17\nN3 G98 X0 Y0 Z-20 I100 J100 K20\nN4 G0 X10\nM30", "Philips"),
+    ("N1 G17\nN2 G0 X1\nN9 G14 N1=2 N2=2 J2\nN10 M30", "Philips"),
+    ("G21\n#1 = 5\nwhile [#1 > 0]\nG1 X[#1] F200\nendwhile\ngosub change\nM30\nsub change\nendsub", "Eding"),
+    ("G90\nM3 S1000\nG1 Z-1 F100\nM98 P\"macro.g\"\nM5", "3D printers"),
+    ("G90\nG28 X Y\nM106 S255\nG1 X10 F600\nM107\nM400\nM84", "3D printers"),
+    ('{"gc":"G0 X10"}\nG1 X10 F100\nM2', "TinyG"),
+    ("%MAIN\nN20 #CONTOUR MODE ON [DEV PATH_DEV 0.01]\nN40 $IF P1 > 3\nN50 G1 X5 F1000\nN60 $ENDIF\nM30", "Beckhoff"),
+    ("%@MACRO\n@1 := 5;\nG1 X10 F100;\nM30", "Syntec"),
+    (":N10 G0 G70 G90 T1 M6\nN20 X1 Y1 S1000 M3\nN50 M2", "Acramatic"),
+    ("N0001(9)M06$\nN0002(0)X1Y1$\nN0004(E)$", "Dynapath"),
+    ("G06A1.2B0\nG92X1270.Y1270.\nX100.Y100.T201\nG50", "Amada"),
+    ("C000 = 0006 015 2215 000 240\nH000 = +000000.0100\nG54\nG42H000\nG01X5.Y0\nM02", "Sodick"),
+    ("M48\nMETRIC,TZ\nT1C0.800\n%\nT1\nX1000Y1000\nM30", "Excellon"),
+    ("M25 G49\nG17 G40\nT1 M6\nM225 #100 \"Press start\"\nM2", "Centroid"),
+    ("SA\nMS,2,1\nJZ,0.5\nM3,2,2,-0.1", "ShopBot"),
+    ("IN;SP1;PU0,0;PD1000,0;PU;", "HP-GL"),
+    ("PARTNO/TEST\nLOADTL/1\nGOTO/10,10,0\nFINI", "APT"),
+    ("Dim Abs\nRapid X 0 Y 0\nLine X 1 Y 1", "Anilam"),
+    ("IMF_PBL V1.0\nFASTABS X10000 Y10000\nMOVEABS Z-500", "isel"),
+    ("    N  G   X    Z   F  H\n    00 M03\n    01 00 -200  0000", "EMCO"),
+    ("N10G90\n#1\nN70G1X1.F10.\n$\n=#1\nN90M2", "BOSS"),
 ]  # fmt: skip
 
 
@@ -178,6 +204,22 @@ def test_a_dialect_that_is_given_reads_it_all_the_same() -> None:
     assert [one.code for one in found if one.severity == "error"] == []
 
 
+def test_brothers_tool_change_is_no_end_of_a_mirror_image() -> None:
+    found = Diagnostics()
+    text = b"O1\nG21 G54\nG100 T1 X10. Y10. Z50.\nG100\nG1 Z-2. F300\nM30"
+    check(io.BytesIO(text), "t.nc", ReadOptions(dialect="fanuc"), diagnostics=found)
+    assert [(one.code, one.span.line) for one in found if one.severity == "error" and one.span] == [
+        ("not-read", 3)
+    ]
+
+
+def test_lines_to_a_simulator_are_passed_over() -> None:
+    found = Diagnostics()
+    text = b"[BILLET X100 Y60 Z20\n[TOOLDEF T1 D6\nO0001\nG21 G90\nG0 X10 Y10\nM30"
+    check(io.BytesIO(text), "t.nc", diagnostics=found)
+    assert [one.code for one in found if one.severity != "note"] == ["other-control"]
+
+
 def test_mazaks_exact_path_is_not_of_linuxcnc_alone() -> None:
     text = (
         "(WNO 1)\nG0G90G40G80G17G94\nG61.1\nT01T02M6\nG54X10.Y10.\nG43Z50.H1\nG05P2\nG1Z-5.F200.\nG05P0\nM30"
@@ -192,7 +234,7 @@ def test_words_of_sinumerik_in_comments_do_not_count() -> None:
 
 
 #: Signs of the table, by their place in it, for messages of a test that fails.
-SIGNS = [*dialects._WRITTEN, *dialects._SPOKEN, *dialects._BARE]
+SIGNS = [*signs.WRITTEN, *signs.SPOKEN, *signs.BARE]
 
 
 @given(st.data())

@@ -37,9 +37,9 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
     if dialect == "fanuc" and (cut := _cut(reader, data)):
         return parse(data[:cut].decode("utf-8", "surrogateescape"), dialect, increments)
     if reader.error >= 0:
-        from cncgen.gcode.text.syntax_errors import is_to_grbl, syntax_error
+        from cncgen.gcode.text.syntax_errors import is_passed, syntax_error
 
-        if is_to_grbl(text):
+        if is_passed(text):
             return Parsed()
         raise syntax_error(data, reader)
     parsed = _Values(reader, data, expressions.FANUC if dialect == "fanuc" else expressions.LINUXCNC).parsed()

@@ -67,14 +67,18 @@ _OUTSIDE = (
     "COMMA",
     "$END",
 )
-#: Commands to grbl: ``$H``, ``$110=500``, and those of one character, which are passed over; ``$J=G91 X1``, which moves the machine.
-_TO_GRBL = re.compile(r"\s*(?:\$(?:[$#GgIiNnCcHhXx]\s*(?:;|\Z)|[0-9]+\s*=)|[?~!]\s*(?:;|\Z))")
+#: Lines that are passed over: commands to grbl (``$H``, ``$110=500``, those of one character), and ``[BILLET X100`` to Denford's simulator.
+_PASSED = re.compile(
+    r"\s*(?:\$(?:[$#GINCHX]\s*(?:;|\Z)|[0-9]+\s*=)|[?~!]\s*(?:;|\Z)|\[(?:BILLET|EDGEMOVE|TOOLDEF|STEP|CLEAR)\b)",
+    re.IGNORECASE,
+)
+#: A command to grbl that moves the machine: ``$J=G91 X1``.
 _JOG = re.compile(r"\s*\$[Jj]\s*=")
 
 
-def is_to_grbl(text: str) -> bool:
-    """Tell whether a line is a command to grbl that does not jog: a question, a setting, ``$H``."""
-    return _TO_GRBL.match(text) is not None
+def is_passed(text: str) -> bool:
+    """Tell whether a line is no block, and is passed over: a command to grbl that does not jog, or one to Denford's simulator."""
+    return _PASSED.match(text) is not None
 
 
 def syntax_error(data: bytes, reader: Parser) -> BlockError:
