@@ -27,7 +27,7 @@ from cncgen.toolpath.slicing import join
 #: Control points of the first block, for which the first setpoints wait, and of a block at most (`fixed_blocks`): 128 and 2048 rows that
 #: are straight.
 FIRST, MOST = 512, 8192
-#: Items that wait while each stage makes another and the next one works: smoothed blocks, meshes, trajectories.
+#: Meshes that wait while another is made and windows are solved.
 PREFETCHED = 1
 
 
@@ -51,7 +51,7 @@ def plan_blocks(
     """Plan the least time of blocks as they are, each maybe under a cap of its speed.
 
     Args:
-        source: Blocks and their caps; drawn in a thread of its own, as meshes are made and windows solved in others.
+        source: Blocks and their caps; drawn in a thread of its own, as windows are solved in another.
         machine: Limits, period, chord tolerance.
         contour_centripetal: See `AxisLimits.of`.
         coarse: The plan is where the search for a better path within the tolerance starts, and has few nodes where there is one.
@@ -68,7 +68,7 @@ def plan_blocks(
         return AxisLimits.of(machine, axes, contour_centripetal)
 
     timeline = Timeline()
-    with closing(prefetch(_solved(source, bounds_of, coarse), PREFETCHED)) as solved:
+    with closing(_solved(source, bounds_of, coarse)) as solved:
         for each in solved:
             if isinstance(each, Toolpath):
                 yield _standing(each, timeline.t_s)
@@ -78,7 +78,7 @@ def plan_blocks(
 
 def _solved(
     source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits], coarse: bool
-) -> Iterator[SolvedWindow | Toolpath]:
+) -> Generator[SolvedWindow | Toolpath, None, None]:
     """Yield the final parts, window by window, and toolpaths that stand still."""
     window: RollingWindow | None = None
     with closing(prefetch(_meshes(source, bounds_of, coarse), PREFETCHED)) as meshes:
@@ -104,20 +104,19 @@ def _meshes(
     still: list[Toolpath] = []
     bounds: AxisLimits | None = None
 
-    with closing(prefetch(source, PREFETCHED)) as ready:
-        for block, cap in ready:
-            still.append(block)
-            if not _moves(block):
-                continue
-            toolpath = join(still)
-            still = []
-            path = toolpath.path
-            bounds = bounds or bounds_of(toolpath.axes)
-            if held is not None:
-                after = ends_of(toolpath, path, bounds)[0]
-                yield mesh_of(*held[:2], bounds, before, after, held[2], coarse), False
-                before = ends_of(*held[:2], bounds)[1]
-            held = toolpath, path, cap
+    for block, cap in source:
+        still.append(block)
+        if not _moves(block):
+            continue
+        toolpath = join(still)
+        still = []
+        path = toolpath.path
+        bounds = bounds or bounds_of(toolpath.axes)
+        if held is not None:
+            after = ends_of(toolpath, path, bounds)[0]
+            yield mesh_of(*held[:2], bounds, before, after, held[2], coarse), False
+            before = ends_of(*held[:2], bounds)[1]
+        held = toolpath, path, cap
     if held is not None and bounds is not None:
         yield mesh_of(*held[:2], bounds, before, None, held[2], coarse), True
     if still:
