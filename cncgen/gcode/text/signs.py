@@ -107,7 +107,7 @@ _ELSEWHERE_BARE = (
     _of("boss", 20, "a macro of BOSS", rb"^=#\d", b"=#"),
     _of("brother", 20, "a tool change by G100", _W + rb"G100T\d", b"G100T"),
     _of("centroid", 12, "the head of a program of Centroid", rb"^M25G49$", b"M25G49"),
-    _of("eding", 20, "a loop or condition of Eding CNC", rb"^(?:WHILE|IF)\[[^\n]*\]$", b"ENDWHILE", b"ENDIF"),
+    _of("eding", 20, "a loop or condition of Eding CNC", rb"^(?:WHILE|IF)\[[^\n]*\]$", b"WHILE[", b"IF["),
     _of("fadal", 12, "a fixture offset E", rb"^(?:G\d+(?:\.\d)?)*X[-+.\d]+Y[-+.\d]+E\d{1,2}(?:[MZ][-+.\d]+)*$", b"E"),
     _of("fadal", 6, "a tool length by H alone", rb"^(?:G90)?H\d{1,2}Z[-+.\d]+$|^(?:G90)?E0X", b"H", b"E0"),
     _of("heidenhain-iso", 20, "a block that ends in *", rb"^[^\n]*[A-Z][-+]?[.\d]+\*$", b"*"),
