@@ -1,4 +1,4 @@
-"""Studs and faces of Heidenhain, 256, 257, 232 and 233: motions worked out by hand; tool 1 has the radius 4."""
+"""Studs, faces and ruled surfaces of Heidenhain, 256, 257, 232, 233 and 231: motions worked out by hand; tool 1 has the radius 4."""
 
 from __future__ import annotations
 
@@ -17,6 +17,10 @@ RECTANGLE = (
 CIRCLE = "CYCL DEF 257 STUD ~\n Q223=+20 ~\n Q222=+{blank} ~\n Q369=+0 ~\n " + COMMON
 FACE = ("CYCL DEF 232 FACE ~\n Q389={way} ~\n Q225=+0 ~\n Q226=+0 ~\n Q227=+1 ~\n Q386=+0 ~\n Q218=+30 ~\n Q219=+8 ~\n Q202=+1 ~\n"
         " Q369=+{last} ~\n Q370=+1 ~\n Q207=+300 ~\n Q385=+200 ~\n Q253=+500 ~\n Q200=+2 ~\n Q357=+1 ~\n Q204=+20")  # fmt: skip
+RULED = (
+    "CYCL DEF 231 RULED ~\n Q225=+0 ~\n Q226=+5 ~\n Q227=-2 ~\n Q228=+100 ~\n Q229=+15 ~\n Q230=+5 ~\n Q231=+90 ~\n Q232=+125 ~\n Q233=+25 ~\n \
+Q234=+15 ~\n Q235=+125 ~\n Q236=+26 ~\n Q240={count} ~\n Q207=+300"
+)
 #: Once around at the tool's radius, clockwise from the right: the corners are those of the stud, rounded by the tool.
 AROUND = [(24, 0), (24, -10), (20, -14), (-20, -14), (-24, -10), (-24, 10), (-20, 14), (20, 14), (24, 10), (24, 0)]  # fmt: skip
 
@@ -101,6 +105,7 @@ def test_levels_of_a_stud(moves: Any) -> None:
         (RECTANGLE.format(depth=3, turn=0).replace("Q367=+0", "Q367=+1"), "unsupported-block"),
         (RECTANGLE.format(depth=-3, turn=0), "cycle-depth"),
         (CIRCLE.format(depth=3, blank=36).replace("Q207=+300", "Q207=+0"), "feed-missing"),
+        (RULED.format(count=1), "cycle-infeed"),
         (FACE.format(way=3, last=0), "cycle-words"),
         (FACE.format(way=0, last=0).replace("Q386=+0", "Q386=+2"), "cycle-words"),
     ],
@@ -135,3 +140,13 @@ def test_a_slot_without_a_table_is_milled_by_a_narrower_tool(run: Any) -> None:
     assert out.errors == []
     cut = out.path.end[(out.path.kind < 3) & (out.path.end[:, 2] < -2.9)]
     assert (cut[:, 0].max(), cut[:, 1].max()) == pytest.approx((12.6, 0.6))
+
+
+def test_a_ruled_surface(moves: Any) -> None:
+    """Lines 1-2, half-way and 4-3, the first at half the feed; back over them higher by the diameter 8, at the end over Z26."""
+    text = f"{PLAIN}{RULED.format(count=3)}\nCYCL CALL\n9 END PGM T MM\n"
+    assert moves(text) == [
+        (0, 5, -2, 0), (100, 15, 5, 150), (100, 15, 13, 0), (0, 5, 6, 0), (0, 5, -2, 0),
+        (7.5, 65, 12, 300), (95, 70, 15, 300), (95, 70, 23, 0), (7.5, 65, 20, 0), (7.5, 65, 12, 0),
+        (15, 125, 26, 300), (90, 125, 25, 300), (90, 125, 33, 0), (90, 125, 34, 0),
+    ]  # fmt: skip

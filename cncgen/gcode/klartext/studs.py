@@ -1,4 +1,5 @@
-"""Cycles of Heidenhain's plain language that mill from outside: 256 and 257 studs, 232 and 233 faces (TNC 640, user's manual for cycles).
+"""Cycles of Heidenhain's plain language that mill from outside: 256 and 257 studs, 232 and 233 faces (TNC 640, user's manual for cycles),
+231 ruled surfaces (TNC 410, 426 and 430, user's manual, 8.8).
 
 The finished wall, the blank, levels, feeds, and the way to them, 2 mm to the right of the blank, are the cycle's; loops and rows are our own.
 """
@@ -156,4 +157,41 @@ def _face(ip: Interpreter, name: str, corner: tuple[float, float], along: int, w
     cycle.end()
 
 
-RUN = {232: face, FACE: face_from_here, 256: rectangle, 257: circle}
+def ruled(ip: Interpreter, name: str) -> None:
+    """231: Q240 lines from the side between points 1 and 4 to that between 2 and 3, the first at half of Q207.
+
+    The points are Q225 to Q236, X Y Z of each. After a line the tool goes up by its diameter, back to where the line began, down there,
+    and on to the next line; at the end, that far above the highest point.
+    """
+    q, lift = ip.parameters.numbers, 2.0 * _radius(ip, name)
+    first, second, third, fourth = ([q[225 + 3 * k + axis] for axis in range(3)] for k in range(4))
+    count = round(q[240])
+    if not 2 <= count <= _MOST:
+        message = f"Q240 = {q[240]:g} of {name} is not a number of lines from 2 to {_MOST}"
+        raise BlockError(
+            "cycle-infeed", message, "CYCL", hint="the first line joins points 1 and 2, the last one 4 and 3"
+        )
+    cycle = HoleCycle(ip, name, (0.0, 0.0))
+
+    def to(place: list[float], *, up: float = 0.0, rapid: bool = False) -> None:
+        cycle.to([place[0], place[1], place[2] + up, *ip.state.position[3:]], rapid=rapid)
+
+    to(first, rapid=True)
+    for k in range(count):
+        begin, end = (
+            [a + (b - a) * k / (count - 1) for a, b in zip(*side, strict=True)]
+            for side in ((first, fourth), (second, third))
+        )
+        cycle.feed(q[207] * (1.0 if k else 0.5), "Q207")
+        if k:
+            to(begin)
+        to(end)
+        to(end, up=lift, rapid=True)
+        if k < count - 1:
+            to(begin, up=lift, rapid=True)
+            to(begin, rapid=True)
+    cycle.go(max(point[2] for point in (first, second, third, fourth)) + lift, rapid=True)
+    ip.sink.set_feed_rate(ip.state.feed)
+
+
+RUN = {231: ruled, 232: face, FACE: face_from_here, 256: rectangle, 257: circle}
