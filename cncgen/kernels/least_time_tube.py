@@ -46,8 +46,6 @@ _CLOSING_DAMPING = cython.declare(cython.double, 1.0)
 #: Largest residual as a multiple of that of the first point, and the least residual that counts: an exact first point must be left.
 _WORSE = cython.declare(cython.double, 4.0)
 _LEAST_MISS = cython.declare(cython.double, 1.0)
-#: Cost of a step of mean length.
-_COST = cython.declare(cython.double, 0.02)
 #: A barrier function of a point beyond its bounds.
 _BEYOND = cython.declare(cython.double, 1e300)
 
@@ -128,7 +126,7 @@ class Tube:
         self.P, self.q, self.K, self.seen = work.P, work.q, work.K, work.seen
         self.n = len(self.V)
         self.steps = len(self.h0)
-        self.cost = _COST * self.steps / sum(self.h0)
+        self.cost = problem.cost
         self.mu = 1e-3
         self.curvature = 1.0
         self.rho = _RHO

@@ -50,7 +50,7 @@ def random_problem(seed: int, n: int, steps: int, held: bool) -> tuple[SimpleNam
         feed=np.where(rng.random(steps + 1) < 0.7, 1.0 / fast, 0.0),
         between=np.where((rng.random(steps) < 0.6) & held, 0.2 / fast, 0.0),
         hlow=np.full(steps, 0.05), hhigh=np.full(steps, 8.0), goal=rng.uniform(-0.2, 0.2, 3 * n),
-        x=x.reshape(steps + 1, 3 * n), u=u, calm=0.01, exact=1e-7,
+        x=x.reshape(steps + 1, 3 * n), u=u, calm=0.01, cost=1.4, exact=1e-7,
     )  # fmt: skip
     if held:
         problem.x[:, 2::3] *= 0.1
@@ -256,7 +256,8 @@ def test_compiled_finds_the_same_as_plain_python(plain: ModuleType) -> None:
     problem = SimpleNamespace(
         V=np.full(2, 100.0 / unit), A=np.full(2, 2000.0 / unit), J=np.full(2, 5e4 / unit), weight=np.ones(2), r=point / unit, t=tangent,
         h0=np.full(steps, 0.016), first=first, rows=rows, feed=np.full(steps + 1, unit / 100.0), between=np.zeros(steps),
-        hlow=np.full(steps, 0.05), hhigh=np.full(steps, 8.0), goal=np.zeros(6), x=x.reshape(steps + 1, 6), u=u, calm=0.01, exact=1e-7,
+        hlow=np.full(steps, 0.05), hhigh=np.full(steps, 8.0), goal=np.zeros(6), x=x.reshape(steps + 1, 6), u=u, calm=0.01, cost=1.25,
+        exact=1e-7,
     )  # fmt: skip
     same = copy.deepcopy(problem)
     slow, fast = (

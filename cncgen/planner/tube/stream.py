@@ -39,6 +39,8 @@ _CLOSEST = 8.0
 _FELT = 1.2
 #: Times that the room is narrowed where the motion leaves the tolerance between nodes, and by how much more than that.
 _ROUNDS, _MORE = 9, 1.1
+#: Parts of `_FELT` on both sides of what a round changes that are searched again, and of the window from which on all of it is.
+_BESIDE, _MOSTLY = 1.0, 0.6
 #: Iterations of a round after which the search is begun anew as well.
 _LONG = 25
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there.
@@ -523,7 +525,7 @@ class Tube:
         assert goals is not None
         columns = _moving(run.state, nodes)
         goal = self.reference.state(float(nodes.s[-1]), float(nodes.t[-1]))
-        radius, held = nodes.radius, np.zeros(len(nodes), bool)
+        radius, held, parts = nodes.radius, np.zeros(len(nodes), bool), [(0, len(nodes))]
         got, spent = (None, 0) if self.ahead is None else self.ahead.taken(nodes, columns, run.state)
         self.ahead = None
         # Steps of Newton's method grow with the cube of the axes.
@@ -536,8 +538,7 @@ class Tube:
             # The first round shows where room has to be less, which needs no exact motion.
             near = number == 0
             if got is not None and not near:
-                got = got[0], got[0].narrower(given, *again(given, got[1]))
-                spent = got[1].iterations
+                got, spent = _narrower(got, given, parts)
             if got is None or got[1].status != 1 or got[1].iterations > _LONG:
                 # What ends because iterations run out is a motion, but not the fastest one.
                 anew, more = begun(given, nodes, near)
@@ -559,15 +560,21 @@ class Tube:
                 ends, period = (run.state, goal), self.machine.period_s
                 kept = holds(lifted, ends, self.acceleration, self.jerk, period)
                 return lifted if kept and self._joins(run, lifted, float(nodes.t[-1])) else None
-            known, before = int(held.sum()), radius
+            known, before = held.copy(), radius
             if fast.any():
                 # The neighbours soon are, once these are held.
                 held |= np.convolve(fast, np.ones(9))[4:-4] > 0
                 # A motion that begins or ends at a limit has the middle ordinate beside that at the limit as well.
                 held[0] = held[-1] = False
             radius = self._narrowed(nodes, radius, over, found.step, number)
-            if not near and (radius == before).all() and int(held.sum()) == known:
-                return None
+            changed = (
+                np.bincount(np.repeat(np.arange(len(nodes)), nodes.count), radius != before, len(nodes)) > 0
+            )
+            changed |= held != known
+            if not near:
+                if not changed.any():
+                    return None
+                parts = _parts(changed, np.cumsum(found.step), _BESIDE * self._felt(float(nodes.feed.max())))
         return None
 
     def _narrowed(self, nodes: Nodes, radius: Floats, over: Floats, step: Floats, number: int) -> Floats:
@@ -715,6 +722,28 @@ def _around(values: Floats, t: Floats, reach: float) -> Floats:
     for k in np.flatnonzero(values > 0.0).tolist():
         out[first[k] : stop[k]] = np.maximum(out[first[k] : stop[k]], values[k])
     return out
+
+
+def _parts(changed: NDArray[np.bool_], t: Floats, reach: float) -> list[tuple[int, int]]:
+    """Return the first and last nodes of the parts of a window within a time of what has changed before nodes 1 and on, at times `t`."""
+    beside = np.flatnonzero(np.diff(np.r_[0.0, _around(changed.astype(float), t, reach), 0.0]))
+    parts = [(int(first), int(last)) for first, last in beside.reshape(-1, 2)]
+    long = sum(last - first for first, last in parts) > _MOSTLY * len(t)
+    return [(0, len(t))] if long else parts
+
+
+def _narrower(got: Found, given: Problem, parts: list[tuple[int, int]]) -> tuple[Found, int]:
+    """Return a search that goes on with less room, in all of a window where parts of it are not enough; and the iterations over all."""
+    search, before = got
+    whole, spent = [(0, len(given.step))], 0
+    guess = again(given, before)
+    if parts != whole:
+        found = search.narrower(given, *guess, parts)
+        spent = found.iterations * sum(last - first for first, last in parts) // len(given.step) + 1
+        if found.status == 1:
+            return (search, found), spent
+    found = search.narrower(given, *guess, whole)
+    return (search, found), spent + found.iterations
 
 
 def _rest(found: Solved, first: int) -> Solved:

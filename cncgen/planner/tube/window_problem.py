@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -22,8 +23,12 @@ _WIDER = 1e-4
 #: Part of the jerk limit that what nodes are missed by may make of a third difference; the most and, in parts of what doubles
 #: can tell, the least that is asked of the scaled states.
 _SHOWS, _MISSED, _TOLD = 1e-4, 1e-7, 4.0
-#: Weight of jerk squared: calms where the feed alone binds.
-_CALM = 0.01
+#: Weight of jerk squared: calms where the feed alone binds. Cost of a step of mean length.
+_CALM, _COST = 0.01, 0.02
+#: Arrays of a problem and of its workspace that have a row for each node, for each step between two, and for each row of room.
+_OF_NODES = ["r", "t", "feed", "x", "x2", "dx", "nu", "nu2", "zx", "dzx", "zf", "dzf", "P", "q"]
+_OF_STEPS = ["h0", "between", "hlow", "hhigh", "u", "u2", "du", "lam", "lam2", "zu", "dzu", "zm", "dzm", "K"]
+_OF_ROWS = ["rows", "zr", "dzr"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +122,8 @@ class Search:
         state = self.x.reshape(steps + 1, 3 * n)
         with np.errstate(divide="ignore"):
             feed, self.between = unit / given.feed, unit / given.between
-        problem = SimpleNamespace(
+        self.arrays = SimpleNamespace(
+            **vars(workspace(n, steps, len(self.rows))),
             V=given.velocity / unit,
             A=given.acceleration / unit,
             J=given.jerk / unit,
@@ -135,9 +141,10 @@ class Search:
             x=state,
             u=self.u,
             calm=_CALM,
+            cost=_COST / float(given.step.mean()),
             exact=_exact(given, unit),
         )
-        self.tube = kernel.Tube(problem, workspace(n, steps, len(self.rows)))
+        self.tube = kernel.Tube(self.arrays, self.arrays)
 
     def begin(self, state: Floats) -> Solved:
         """Return what has been found, but beginning in another state near its own, shape (3, n)."""
@@ -163,6 +170,7 @@ class Search:
         acceleration: Floats,
         offset: Floats,
         jerk: Floats,
+        parts: Sequence[tuple[int, int]],
     ) -> Solved:
         """Return the solution of a problem that differs in `radius` and `between`, from a guess strictly within it.
 
@@ -171,21 +179,61 @@ class Search:
             step: Shape (N,), times of the guess, s.
             velocity, acceleration, offset: Shape (N + 1, n), the guess at the nodes.
             jerk: Shape (N, n), between them.
+            parts: First and last nodes, between which the motion is searched anew; the states there stay, and all beside them.
         """
-        self._move(step, velocity, acceleration, offset, jerk)
         self.rows[:, -1] = self.unit / given.radius
         with np.errstate(divide="ignore"):
             self.between[:] = self.unit / given.between
-        return self._solved(kernel.solve(self.tube, _AGAIN, _END, _MOST_AGAIN, False, True))
+        found = []
+        for first, last in parts:
+            self._move(step, velocity, acceleration, offset, jerk, first, last)
+            end = self.arrays.x[last].copy()
+            tube = self.tube if last - first == len(step) else self._part(first, last)
+            found.append(kernel.solve(tube, _AGAIN, _END, _MOST_AGAIN, False, True))
+            if last < len(step):
+                # The step before is missed by at most both halves of what counts as exact, the one behind by no more than before.
+                self.arrays.x[last] = end
+        return self._solved(
+            {
+                "status": min(each["status"] for each in found),
+                "iterations": max(each["iterations"] for each in found),
+                "residual": max(each["residual"] for each in found),
+            }
+        )
+
+    def _part(self, first: int, last: int) -> kernel.Tube:
+        """Return the search from a node to another one, which works on the same arrays, so goes on with their multipliers."""
+        whole = self.arrays
+        part, row = SimpleNamespace(**vars(whole)), int(whole.first[first])
+        for names, begin, stop in (
+            (_OF_NODES, first, last + 1), (_OF_STEPS, first, last), (_OF_ROWS, row, None)
+        ):  # fmt: skip
+            for name in names:
+                setattr(part, name, getattr(whole, name)[begin:stop])
+        part.first = whole.first[first : last + 2] - row
+        if last < len(whole.h0):
+            # What the motion of the last step is multiplied by is the multiplier of the state that it ends in.
+            part.goal, part.exact = whole.x[last].copy(), 0.5 * whole.exact
+            part.lamT, part.lamT2 = whole.lam[last - 1].copy(), whole.lamT2.copy()
+        return kernel.Tube(part, part)
 
     def _move(
-        self, step: Floats, velocity: Floats, acceleration: Floats, offset: Floats, jerk: Floats | None
+        self,
+        step: Floats,
+        velocity: Floats,
+        acceleration: Floats,
+        offset: Floats,
+        jerk: Floats | None,
+        first: int = 0,
+        last: int | None = None,
     ) -> None:
+        """Take a guess between two nodes."""
+        nodes, steps = slice(first + 1, len(step) if last is None else last), slice(first, last)
         for order, each in enumerate((offset, velocity, acceleration)):
-            self.x[1:-1, :, order] = each[1:-1] / self.scale[order]
+            self.x[nodes, :, order] = each[nodes] / self.scale[order]
         if jerk is not None:
-            self.u[:, :-1] = jerk / self.given.jerk
-        self.u[:, -1] = step / self.given.step
+            self.u[steps, :-1] = jerk[steps] / self.given.jerk
+        self.u[steps, -1] = step[steps] / self.given.step[steps]
 
     def _solved(self, found: kernel.Found) -> Solved:
         self.last = found

@@ -15,6 +15,7 @@ import cncgen
 from cncgen.kernels import tube_places
 from cncgen.machine.reading import machine_from_toml
 from cncgen.machine.record import Machine
+from cncgen.planner.tube import stream
 from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Problem, Search, Solved
 
@@ -494,3 +495,31 @@ def test_a_machine_without_the_axes_of_a_program_that_does_not_move() -> None:
         len(cncgen.sample(cncgen.plan(cncgen.read_text("G21 G90 G94\nG61\nM2\n"), on)).collect().position)
         == 1
     )
+
+
+def test_parts_that_are_searched_again_are_those_of_the_whole_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rounds from the third one on change little: the same motion, whether all of the window is searched or the parts beside the change."""
+    rng = np.random.default_rng(96)
+    angle = np.cumsum(rng.normal(0.0, 0.25, 3000))
+    points = np.cumsum(0.2 * np.stack([np.cos(angle), np.sin(angle)], axis=1), axis=0)
+    text = "G21 G90 G94 F6000\nG64 P0.01\n" + "\n".join(polyline([(0.0, 0.0), *points])) + "\nM2\n"
+    searched: list[list[tuple[int, int]]] = []
+    narrower = Search.narrower
+
+    def seen(self: Search, *given: object) -> Solved:
+        searched.append(given[-1])  # type: ignore[arg-type]
+        return narrower(self, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Search, "narrower", seen)
+
+    def seconds() -> float:
+        searched.clear()
+        setpoints, summary = cncgen.plan_with_summary(cncgen.read_text(text), machine())
+        setpoints.collect()
+        return float(summary.as_json()["motion_time_s"])
+
+    by_parts = seconds()
+    assert any(len(parts) > 1 or parts[0][0] > 0 for parts in searched)
+    monkeypatch.setattr(stream, "_MOSTLY", 0.0)
+    assert by_parts == pytest.approx(seconds(), rel=2e-4)
+    assert all(len(parts) == 1 and parts[0][0] == 0 for parts in searched)
