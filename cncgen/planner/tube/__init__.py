@@ -9,6 +9,7 @@ window_start     first guesses of its solution
 deviation        how far a solution leaves the rows between its nodes
 window_judge     whether it holds limits at and between its nodes, and meets its neighbours
 handing          trajectories: improved stretches, and stretches that stand as they were
+window_search    rounds of a window's search, each with less room where the one before left the tolerance
 stream           runs all of this, window by window
 """
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,18 +14,17 @@ from cncgen.diagnostics import Diagnostic, Severity, Span
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.record import Trajectory
-from cncgen.planner.tube.deviation import PHASES, Reached, excess, followed, reached
+from cncgen.planner.tube.deviation import Reached, followed, reached
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
 from cncgen.planner.tube.row_places import RowPlaces
 from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
-from cncgen.planner.tube.window_judge import REST, holds, joins, too_fast
-from cncgen.planner.tube.window_problem import Problem, Solved
-from cncgen.planner.tube.window_start import Found, again, begun, faster
+from cncgen.planner.tube.window_judge import REST
+from cncgen.planner.tube.window_problem import Solved
+from cncgen.planner.tube.window_search import PASSED, Window, WindowSearch, moving
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 #: Nodes of a window, of the first one, for which the first setpoints wait, and those over which the end of one is felt, at most.
 WINDOW, FIRST, OVERLAP = 900, 450, 300
@@ -35,19 +34,6 @@ _SMALLEST, _ATTEMPTS = 100, ((1.0, 1.0), (1.0, 2.0), (0.4, 1.0), (0.1, 1.0))
 #: Runs of fewer nodes have closer nodes, at most by this factor: a few nodes lose time that closer nodes of a narrower tolerance do
 #: not.
 _CLOSEST = 8.0
-#: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of v/A + A/J.
-_FELT = 1.2
-#: Times that the room is narrowed where the motion leaves the tolerance between nodes, and by how much more than that.
-_ROUNDS, _MORE = 9, 1.1
-#: Parts of `_FELT` on both sides of what a round changes that are searched again, and of the window from which on all of it is.
-_BESIDE, _MOSTLY = 1.0, 0.6
-#: Iterations of a round after which the search is begun anew as well.
-_LONG = 25
-#: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there.
-#: Least room, as a part of the tolerance.
-_LOCAL, _NARROWEST = 2, 0.1
-#: Part of the tolerance that is planned with by which a motion may be over it.
-_PASSED = 0.004
 #: A motion that is not faster by this part stays as it was.
 _LESS = 1e-5
 #: A way on which nothing moves, mm.
@@ -62,11 +48,6 @@ _FINEST = 16.0
 _WAITED = 256
 #: Borders are apart by this part of the narrower tolerance at least.
 _APART = 0.05
-#: An axis that moves less stands still, mm.
-_STILL = 1e-7
-#: Units of search, of some 10 µs each, that a round takes beside its steps, a step of Newton's method at a node of two axes, and the
-#: comparison of a chord with a line.
-_ROUND, _STEP, _CELL = 120, 0.03, 0.004
 #: Units that a plan has by default, more for each line of the program beyond a number of them (a long program is not an endless one),
 #: and units that a step of --max-steps allows.
 _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 200_000, 1000, 500, 400
@@ -101,83 +82,38 @@ class _Run:
     tail: tuple[Solved, int] | None = None
 
 
-@dataclass(slots=True)
-class _Window:
-    """Nodes that are planned at once.
-
-    Attributes:
-        nodes: Those after where the run is.
-        final: After how many of them the next window begins; all where none does.
-        path, goals: The rows, and where on them its setpoints begin and have to end; None where that cannot be told.
-    """
-
-    nodes: Nodes
-    final: int
-    path: RowLines
-    goals: tuple[Reached, Reached] | None
-
-    @property
-    def whole(self) -> bool:
-        """Whether no other window begins within it."""
-        return self.final == len(self.nodes)
-
-
-@dataclass(frozen=True, slots=True)
-class _Ahead:
-    """The search of the window that is expected next, from where the motion is likely to be at its beginning.
-
-    Attributes:
-        nodes, columns: Those of the window, and the axes that move there.
-        found: A motion near the solution, once it is there.
-    """
-
-    nodes: Nodes
-    columns: Ints
-    found: Future[tuple[Found | None, int]]
-
-    def taken(self, nodes: Nodes, columns: Ints, state: Floats) -> tuple[Found | None, int]:
-        """Return the search and what it found, from another state near its own, if this is its window; and its iterations."""
-        same = len(nodes) == len(self.nodes) and all(nodes.s[k] == self.nodes.s[k] for k in (0, -1))
-        if not (same and np.array_equal(columns, self.columns)):
-            return None, 0
-        got, spent = self.found.result()
-        return got and (got[0], got[0].begin(state[:, columns])), spent
-
-
 class Tube:
     """The work under way: the programmed rows, the plan, and where on it each row begins."""
 
     def __init__(self, program: Programmed, machine: Machine, max_steps: int | None) -> None:
         self.program, self.machine = program, machine
-        self.units, self.most = 0, max(_MOST, _OF_A_STEP * (max_steps or 0))
-        self.bound = self.most
+        self.most = max(_MOST, _OF_A_STEP * (max_steps or 0))
         self.last_line = 0
         program.draw()
         limits = AxisLimits.of(machine, program.axes)
         self.scale = program.scale
-        self.velocity, self.acceleration, self.jerk = (
-            each * self.scale for each in (limits.velocity, limits.acceleration, limits.jerk)
-        )
-        finite = np.isfinite(self.jerk)
+        limited = (each * self.scale for each in (limits.velocity, limits.acceleration, limits.jerk))
+        velocity, acceleration, jerk = limited
+        finite = np.isfinite(jerk)
         # On a machine that has none of the axes nothing moves, and there is nothing to search.
         self.ended = not finite.any()
-        jerk, acceleration = (each[finite | self.ended].max() for each in (self.jerk, self.acceleration))
-        self.scales = Scales(float(jerk), float(acceleration))
+        highest = (float(each[finite | self.ended].max()) for each in (jerk, acceleration))
+        self.scales = Scales(*highest)
         self.spacing_s, near = self.scales.spacing(machine.path_tolerance_mm)
         near = max(near, machine.period_s / _FINEST)
         self.reference = Reference(self.scale, near, 5.0 * machine.period_s)
-        limited = (self.velocity, self.acceleration, self.jerk)
-        self.hand = Hand(self.reference, program, limited, machine)
+        self.hand = Hand(self.reference, program, (velocity, acceleration, jerk), machine)
         self.places = RowPlaces(program, self.reference)
         self.row = 0
         self.run: _Run | None = None
         self.size = FIRST
-        self.pool = ThreadPoolExecutor(1, "tube")
-        self.ahead: _Ahead | None = None
+        self.search = WindowSearch(
+            program, machine, self.reference, self.hand, (velocity, acceleration, jerk)
+        )
 
     def close(self) -> None:
         """End its thread."""
-        self.pool.shutdown(cancel_futures=True)
+        self.search.close()
 
     def take(self, trajectory: Trajectory, last: bool) -> Iterator[Trajectory]:
         """Add a trajectory of the plan; yield the final part."""
@@ -342,20 +278,28 @@ class Tube:
             return len(nodes), True
         return (_stop(nodes, size), False) if len(nodes) >= size else None
 
+    def _following(self, run: _Run, planned: int, final: int) -> Nodes | None:
+        """Return the nodes of the window after the final ones of one that is being planned; None where there are too few."""
+        assert run.nodes is not None
+        rest = run.nodes.nodes(final, len(run.nodes))
+        window = self._next(run, rest, min(2 * max(self.size, planned), WINDOW))
+        return window and rest.nodes(0, window[0])
+
     def _window(self, run: _Run, count: int, whole: bool) -> Iterator[Trajectory]:
         """Plan over the first nodes of a run; yield the motion up to where the next window begins."""
         assert run.nodes is not None
         nodes, tail = run.nodes.nodes(0, count), run.tail
         # The times of its setpoints depend on all the motion before it.
         yield from self.hand.plain(run.t)
-        window = _Window(nodes, count if whole else self._final(nodes), *self._rows(run, nodes, whole))
+        final = count if whole else self._final(nodes)
+        window = Window(nodes, final, run.state, run.t, tail is None, *self._rows(run, nodes, whole))
         free = _has_room(run.state, nodes)
         # A path whose nodes no setpoint can show has no room that matters.
         shown = (float(nodes.t[-1]) - run.t) * _SHOWN > count * self.machine.period_s
         tried = window.goals is not None and free and shown and self._searches(nodes)
         found, better = self._fastest(run, window) if tried else (None, False)
         if not better:
-            self.ahead = None
+            self.search.ahead = None
         if tried and found is None and count > _SMALLEST:
             self.size = max(count // 4, _SMALLEST // 2)
             if tail is None:
@@ -383,10 +327,10 @@ class Tube:
     def _final(self, nodes: Nodes) -> int:
         """Return the number of nodes of a window after which its end is not felt."""
         count, end = len(nodes), float(nodes.t[-1])
-        felt = np.searchsorted(nodes.t, end - self._felt(float(nodes.feed[-OVERLAP:].max())))
+        felt = np.searchsorted(nodes.t, end - self.search.felt(float(nodes.feed[-OVERLAP:].max())))
         return int(np.clip(felt, max(count - OVERLAP, count // 3), count - 1))
 
-    def _fastest(self, run: _Run, window: _Window) -> tuple[Solved | None, bool]:
+    def _fastest(self, run: _Run, window: Window) -> tuple[Solved | None, bool]:
         """Return a motion over a window, and whether it is faster than what is known; None where none is found.
 
         Where the window is a run of its own, or as short as they get, others of its nodes are tried as well, which it has then.
@@ -406,8 +350,8 @@ class Tube:
                 again = self._nodes_again(
                     run, window.nodes, whole, replace(self.scales, part=part, close=near)
                 )
-                window.nodes, window.final, self.ahead = again, len(again), None
-            found = self._solved(run, window)
+                window.nodes, window.final, self.search.ahead = again, len(again), None
+            found = self.search.solved(window, partial(self._following, run, len(window.nodes)))
             if found is not None:
                 took = float(found.step.sum()) + self.hand.standing(run.t, found)
                 better = took < (1.0 - _LESS) * before
@@ -459,7 +403,7 @@ class Tube:
     ) -> Reached | None:
         """Return where the first intervals of a motion in the place of the plan end on the rows."""
         first = self.hand.first_setpoint(t, motion)
-        return entry and reached(path, entry, motion, first, self.machine.period_s, _PASSED, count)
+        return entry and reached(path, entry, motion, first, self.machine.period_s, PASSED, count)
 
     def _followed(self, path: RowLines, entry: Reached | None, begin: float, end: float) -> Reached | None:
         """Return where the plan between two times ends on the rows."""
@@ -474,7 +418,7 @@ class Tube:
         plan = at.v[:, None] * at.tangent, t, lambda times: reference.positions(begin + times)
         period = self.machine.period_s
         first_s = self.hand.until_setpoint(begin)
-        return followed(path, entry, plan, first_s, period, _PASSED, self.machine.chord_tolerance_mm)
+        return followed(path, entry, plan, first_s, period, PASSED, self.machine.chord_tolerance_mm)
 
     def _nodes_again(self, run: _Run, nodes: Nodes, whole: bool, scales: Scales) -> Nodes:
         """Return nodes from where a run is up to the last one of others, of other scales."""
@@ -491,156 +435,26 @@ class Tube:
             (begun, float(nodes.part[-1])),
         )  # fmt: skip
 
-    def _felt(self, feed: float) -> float:
-        """Return the time over which the end of a window has influence, at a feed that bounds linear axes."""
-        speed = np.where(np.arange(len(self.scale)) < 3, np.minimum(self.velocity, feed), self.velocity)
-        limited = np.isfinite(self.jerk)
-        times = speed[limited] / self.acceleration[limited] + self.acceleration[limited] / self.jerk[limited]
-        return _FELT * float(times.max())
-
     def _searches(self, nodes: Nodes) -> bool:
         """Tell whether units are left for a window; report once if they are used up, from there on the plan is kept."""
         rows = nodes.row - self.program.base
         line = self.program.column("line")[rows]
         self.last_line = max(self.last_line, int(line.max()))
-        self.bound = self.most + _OF_A_LINE * max(self.last_line - _LINES, 0)
-        if self.ended or self.units <= self.bound:
+        self.search.bound = self.most + _OF_A_LINE * max(self.last_line - _LINES, 0)
+        if self.ended or self.search.units <= self.search.bound:
             return not self.ended
         self.ended = True
         source = self.program.sources[int(self.program.column("source")[rows[0]])]
         self.hand.remark(
             Diagnostic(
                 "search-ends",
-                f"the search for a faster way within the tolerance ends here, after about {1e-5 * self.units:.0f} s of computing",
+                f"the search for a faster way within the tolerance ends here, after about {1e-5 * self.search.units:.0f} s of computing",
                 Severity.WARNING,
                 Span(source, int(line[0])),
                 hint="the rest is planned as by --effort fast; --max-steps sets the bound",
             )
         )
         return False
-
-    def _solved(self, run: _Run, window: _Window) -> Solved | None:
-        """Return a motion within all limits and the tolerance, or None where none is found."""
-        nodes, path, goals = window.nodes, window.path, window.goals
-        assert goals is not None
-        columns = _moving(run.state, nodes)
-        goal = self.reference.state(float(nodes.s[-1]), float(nodes.t[-1]))
-        radius, held, parts = nodes.radius, np.zeros(len(nodes), bool), [(0, len(nodes))]
-        got, spent = (None, 0) if self.ahead is None else self.ahead.taken(nodes, columns, run.state)
-        self.ahead = None
-        # Steps of Newton's method grow with the cube of the axes.
-        step = _STEP * len(nodes) * (len(columns) / 2.0) ** 3
-        for number in range(_ROUNDS):
-            if self.units > self.bound:
-                return None
-            given = self._given(run.state, nodes, goal, columns, held)
-            given = replace(given, radius=radius[: len(given.radius)])
-            # The first round shows where room has to be less, which needs no exact motion.
-            near = number == 0
-            if got is not None and not near:
-                got, spent = _narrower(got, given, parts)
-            if got is None or got[1].status != 1 or got[1].iterations > _LONG:
-                # What ends because iterations run out is a motion, but not the fastest one.
-                anew, more = begun(given, nodes, near)
-                got, spent = faster(got, anew), spent + more
-            self.units += _ROUND + int(step * spent)
-            if got is None:
-                return None
-            found = got[1]
-            feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
-            fast = too_fast(found, self.velocity[columns], feed, int((columns < 3).sum()))
-            lifted = _spread(found, columns, run.state, goal[0])
-            if near and not window.whole:
-                self._go_ahead(run, nodes, window.final, lifted)
-            first = self.hand.first_setpoint(run.t, found)
-            phases = 1 if near else PHASES
-            over, cells = excess(path, goals, lifted, first, self.machine.period_s, _PASSED, phases)
-            self.units += int(_CELL * cells)
-            if not near and not (over > -np.inf).any() and not fast.any():
-                ends, period = (run.state, goal), self.machine.period_s
-                kept = holds(lifted, ends, self.acceleration, self.jerk, period)
-                return lifted if kept and self._joins(run, lifted, float(nodes.t[-1])) else None
-            known, before = held.copy(), radius
-            if fast.any():
-                # The neighbours soon are, once these are held.
-                held |= np.convolve(fast, np.ones(9))[4:-4] > 0
-                # A motion that begins or ends at a limit has the middle ordinate beside that at the limit as well.
-                held[0] = held[-1] = False
-            radius = self._narrowed(nodes, radius, over, found.step, number)
-            changed = (
-                np.bincount(np.repeat(np.arange(len(nodes)), nodes.count), radius != before, len(nodes)) > 0
-            )
-            changed |= held != known
-            if not near:
-                if not changed.any():
-                    return None
-                parts = _parts(changed, np.cumsum(found.step), _BESIDE * self._felt(float(nodes.feed.max())))
-        return None
-
-    def _narrowed(self, nodes: Nodes, radius: Floats, over: Floats, step: Floats, number: int) -> Floats:
-        """Return the room of nodes after a round, less where setpoints are over the tolerance before a node and beside that."""
-        allowed = self.program.column("tolerance")[nodes.row - self.program.base]
-        more = np.maximum(over, np.append(over[1:], -1.0))
-        if number >= _LOCAL:
-            more = _around(more, np.cumsum(step), 0.5 * self.machine.period_s)
-        less = np.where(more > 0.0, _MORE * more + 1e-3 * 2.0**number * allowed, 0.0)
-        out: Floats = np.maximum(
-            radius - np.repeat(less, nodes.count), np.minimum(radius, _NARROWEST * nodes.allowed)
-        )
-        return out
-
-    def _go_ahead(self, run: _Run, nodes: Nodes, final: int, motion: Solved) -> None:
-        """Begin the search of the next window, from where a motion near that of this one is after its final nodes."""
-        assert run.nodes is not None
-        rest = run.nodes.nodes(final, len(run.nodes))
-        window = self._next(run, rest, min(2 * max(self.size, len(nodes)), WINDOW))
-        if window is None:
-            return
-        rest = rest.nodes(0, window[0])
-        state = np.stack([motion.position[final], motion.velocity[final], motion.acceleration[final]])
-        columns = _moving(state, rest)
-        goal = self.reference.state(float(rest.s[-1]), float(rest.t[-1]))
-        given = self._given(state, rest, goal, columns, np.zeros(len(rest), bool))
-        self.ahead = _Ahead(rest, columns, self.pool.submit(begun, given, rest, True))
-
-    def _joins(self, run: _Run, found: Solved, end: float) -> bool:
-        """Tell whether differences of setpoints hold the limits over both ends of a motion, where the plan goes on."""
-        grid, period = self.reference.grid, self.machine.period_s
-        assert grid is not None
-        known = grid.t[-1] >= end + 4.0 * period or grid.v[-1] <= REST
-        limits = (self.velocity, self.acceleration, self.jerk)
-        beside = (run.tail is None, bool(known))
-        return joins(found, (run.t, end), beside, self.reference.positions, limits, period)
-
-    def _given(
-        self, start: Floats, nodes: Nodes, goal: Floats, columns: Ints, held: NDArray[np.bool_]
-    ) -> Problem:
-        """Return the problem of a window, with the room of its nodes as it was first."""
-        point = np.concatenate([start[:1], nodes.point]).take(columns, axis=1)
-        tangent = np.concatenate([nodes.tangent[:1], nodes.tangent]).take(columns, axis=1)
-        tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), 1e-300)[:, None]
-        # The state at the end is given: it needs no room.
-        rooms = slice(len(nodes.radius) - int(nodes.count[-1]))
-        feed = 0.9999 * np.append(nodes.feed[:1], nodes.feed)
-        margin = 1.0 - 1e-6
-        return Problem(
-            velocity=margin * self.velocity[columns],
-            acceleration=margin * self.acceleration[columns],
-            jerk=margin * self.jerk[columns],
-            weight=(columns < 3).astype(float),
-            point=point,
-            tangent=tangent,
-            step=nodes.step,
-            first=np.concatenate([[0, 0], np.cumsum(nodes.count[:-1]), [rooms.stop]]).astype(np.int64),
-            centre=nodes.centre[rooms].take(columns, axis=1),
-            direction=nodes.direction[rooms].take(columns, axis=1),
-            radius=nodes.radius[rooms],
-            feed=feed,
-            between=np.where(held, np.maximum(feed[1:], feed[:-1]), np.inf),
-            start=start[:, columns],
-            goal=goal[:, columns],
-            period_s=self.machine.period_s,
-        )
 
     def _forget(self) -> None:
         """Drop everything before the end of the handed-on motion."""
@@ -671,14 +485,9 @@ class Tube:
         self.reference.forget(int(np.searchsorted(grid.s, place, side="left")) - 2)
 
 
-def _moving(start: Floats, nodes: Nodes) -> Ints:
-    """Return the axes that move from a state over nodes."""
-    return np.flatnonzero(np.ptp(np.concatenate([start[:1], nodes.point]), axis=0) > _STILL)
-
-
 def _has_room(start: Floats, nodes: Nodes) -> bool:
     """Tell whether a motion has room that matters: one way along one axis has none."""
-    columns = _moving(start, nodes)
+    columns = moving(start, nodes)
     return len(columns) > 1 or bool(np.ptp(np.sign(nodes.tangent[:, columns]), axis=0).any())
 
 
@@ -714,60 +523,10 @@ def _apart(border: NDArray[np.bool_], places: Floats, tolerance: Floats) -> NDAr
     return out
 
 
-def _around(values: Floats, t: Floats, reach: float) -> Floats:
-    """Return the largest of values, and of those above 0 within a time of each, shape (k,)."""
-    first, stop = np.searchsorted(t, t - reach), np.searchsorted(t, t + reach, side="right")
-    out = values.copy()
-    # Most are below all that counts.
-    for k in np.flatnonzero(values > 0.0).tolist():
-        out[first[k] : stop[k]] = np.maximum(out[first[k] : stop[k]], values[k])
-    return out
-
-
-def _parts(changed: NDArray[np.bool_], t: Floats, reach: float) -> list[tuple[int, int]]:
-    """Return the first and last nodes of the parts of a window within a time of what has changed before nodes 1 and on, at times `t`."""
-    beside = np.flatnonzero(np.diff(np.r_[0.0, _around(changed.astype(float), t, reach), 0.0]))
-    parts = [(int(first), int(last)) for first, last in beside.reshape(-1, 2)]
-    long = sum(last - first for first, last in parts) > _MOSTLY * len(t)
-    return [(0, len(t))] if long else parts
-
-
-def _narrower(got: Found, given: Problem, parts: list[tuple[int, int]]) -> tuple[Found, int]:
-    """Return a search that goes on with less room, in all of a window where parts of it are not enough; and the iterations over all."""
-    search, before = got
-    whole, spent = [(0, len(given.step))], 0
-    guess = again(given, before)
-    if parts != whole:
-        found = search.narrower(given, *guess, parts)
-        spent = found.iterations * sum(last - first for first, last in parts) // len(given.step) + 1
-        if found.status == 1:
-            return (search, found), spent
-    found = search.narrower(given, *guess, whole)
-    return (search, found), spent + found.iterations
-
-
 def _rest(found: Solved, first: int) -> Solved:
     """Return a motion from a node on."""
     names = ("position", "velocity", "acceleration", "jerk", "step")
     return replace(found, **{name: getattr(found, name)[first:] for name in names})
-
-
-def _spread(found: Solved, columns: Ints, state: Floats, end: Floats) -> Solved:
-    """Return a motion over all axes, of which the others stand, whose last interval comes to its end exactly.
-
-    Nodes are met within the resolution of setpoints; the last one is where the motion rests or the plan goes on.
-    """
-    count, axes = len(found.step), len(end)
-    position = np.broadcast_to(state[0], (count + 1, axes)).copy()
-    velocity, acceleration, jerk = (np.zeros((rows, axes)) for rows in (count + 1, count + 1, count))
-    for whole, part in (
-        (position, found.position), (velocity, found.velocity), (acceleration, found.acceleration), (jerk, found.jerk)
-    ):  # fmt: skip
-        whole[:, columns] = part
-    h = found.step[-1]
-    way = h * (velocity[-2] + h * (acceleration[-2] / 2.0 + h * jerk[-1] / 6.0))
-    position[-2:] = end - way, end
-    return replace(found, position=position, velocity=velocity, acceleration=acceleration, jerk=jerk)
 
 
 def improve(
