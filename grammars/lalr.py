@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 HERE = Path(__file__).parent
-KERNEL = HERE.parent / "cncgen" / "kernels" / "gcode_parse.py"
+KERNEL = HERE.parent / "cncgen" / "kernels" / "gcode_codes.py"
 #: The kernel that reads plain blocks by itself, and names the terminals that it does so for.
 SCANNER = KERNEL.with_name("gcode_scan.py")
 #: Grammar files by the name of their tables.

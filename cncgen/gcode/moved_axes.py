@@ -19,7 +19,7 @@ from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.gcode.text.parsers import parser
 from cncgen.gcode.text.search import candidates, leaves_path
-from cncgen.kernels import gcode_parse
+from cncgen.kernels import gcode_codes
 from cncgen.records import dataclass
 from cncgen.units import AXIS_LETTERS
 
@@ -89,7 +89,7 @@ def _moved(texts: list[_Text], letters: str, plane: int) -> Iterator[str]:
     for code in codes:
         if code.moves != "plane":
             yield from code.moves
-    if any(found.bits & gcode_parse.COMPUTED for found in texts):
+    if any(found.bits & gcode_codes.COMPUTED for found in texts):
         yield from "XYZ"
     if not any(code.moves == "plane" for code in codes):
         return
@@ -111,7 +111,7 @@ def _begins_without(main: _Text) -> bool:
 
 def _named(text: Source, dialect: str) -> _Text:
     """Return the axes that a text names."""
-    count = 2 * gcode_parse.CODE_NUMBERS
+    count = 2 * gcode_codes.CODE_NUMBERS
     first, calls = array("i", bytes(8 * count)), bytearray(count)
     read = parser(language_of(dialect), False).named
     bits, line, programs = read(text.bytes, first, calls)
@@ -119,14 +119,14 @@ def _named(text: Source, dialect: str) -> _Text:
     codes: dict[Code, int] = {}
     alone: set[Code] = set()
     for place in compress(range(count), first):
-        letter, number = divmod(place, gcode_parse.CODE_NUMBERS)
+        letter, number = divmod(place, gcode_codes.CODE_NUMBERS)
         code = rows.get(("GM"[letter], renamed.get(number, number) if letter == 0 else number))
         if code is not None:
             codes[code] = first[place]
             if first[place + count]:
                 alone.add(code)
             if code.calls:
-                calls[place] = ord(code.calls) + (0 if code.words else gcode_parse.ARGUMENTS)
+                calls[place] = ord(code.calls) + (0 if code.words else gcode_codes.ARGUMENTS)
     if any(calls):
         bits, line, programs = read(text.bytes, first, calls)
     if language_of(dialect) == "fanuc":

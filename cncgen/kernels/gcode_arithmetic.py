@@ -25,7 +25,7 @@ from cython.cimports.libc.math import (
     tan,
 )
 
-from cncgen.kernels.gcode_parse import LITERALS
+from cncgen.kernels.gcode_codes import LITERALS
 
 #: Equal in comparisons (`expressions.EQUAL`).
 _EQUAL = cython.declare(cython.double, 1e-4)

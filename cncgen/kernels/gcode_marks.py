@@ -6,7 +6,7 @@ are made, as a row could lead to the wrong line. `gcode_run` follows the rows; `
 
 import cython
 
-from cncgen.kernels.gcode_parse import COMPUTED_LABEL, LITERALS, OPERATIONS, REFUSED
+from cncgen.kernels.gcode_codes import COMPUTED_LABEL, LITERALS, OPERATIONS, REFUSED
 
 #: Columns of a row: byte offset and number of its line, the rows that `gcode_run` has of it and of the next line (-1 for none yet),
 #: keyword, label, and the rows that it leads to (-1 where it leads nowhere for certain).

@@ -12,7 +12,12 @@ every error, executes that one.
 """
 
 import cython
-from cython.cimports.libc.math import asin, atan2, cos, fabs, floor, hypot, sin
+from cython.cimports.libc.math import fabs, floor, hypot
+
+if cython.compiled:
+    from cython.cimports.cncgen.kernels.arc_centres import centre_from_radius
+else:
+    from cncgen.kernels.arc_centres import centre_from_radius
 
 #: Places in the array `modes`.
 #: SILENT: the sink prints nothing, so comments, changes of mode and asides pass without a text.
@@ -40,9 +45,6 @@ _ACTIVE = cython.declare(cython.int, 4)
 
 #: Larger numbers are faults (`cncgen.gcode.block.LARGEST`).
 _LARGEST = cython.declare(cython.double, 1e8)
-_QUARTER = cython.declare(cython.double, 1.5707963267948966)
-#: A radius this much (relative) above half the chord is a semicircle.
-_SEMICIRCLE = cython.declare(cython.double, 1e-7)
 
 #: The bits and places by names of C.
 _GIVEN_R = cython.declare(cython.int, GIVEN_R)
@@ -166,54 +168,18 @@ _Block = cython.struct(
     uncompensated=cython.bint,
 )
 
-#: A centre in the plane, and whether it is certain.
-_Centre = cython.struct(x=cython.double, y=cython.double, certain=cython.bint)
+#: The words of a drilling cycle: which of them are given, as bits, where the row of holes began, R, P, Q and the bottom.
+_Hole = cython.struct(
+    given=cython.int,
+    level=cython.double,
+    retract=cython.double,
+    pause=cython.double,
+    step=cython.double,
+    depth=cython.double,
+)
 
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _centre_from_radius(
-    x0: cython.double,
-    y0: cython.double,
-    x1: cython.double,
-    y1: cython.double,
-    radius: cython.double,
-    clockwise: cython.bint,
-    tolerance: cython.double,
-) -> _Centre:
-    """See `centre_from_radius`."""
-    mx: cython.double = (x0 + x1) / 2.0
-    my: cython.double = (y0 + y1) / 2.0
-    half: cython.double = hypot(mx - x1, my - y1)
-    r: cython.double = fabs(radius)
-    if half - r > tolerance or half == 0.0:
-        return _Centre(x=mx, y=my, certain=False)
-    if r / half < 1.0 + _SEMICIRCLE:
-        r = half
-    # The centre lies left of the chord for a counter-clockwise arc of less than half a turn.
-    normal: cython.double = atan2(y1 - y0, x1 - x0)
-    normal += -_QUARTER if clockwise == (radius > 0.0) else _QUARTER
-    distance: cython.double = r * cos(asin(half / r))
-    return _Centre(x=mx + distance * cos(normal), y=my + distance * sin(normal), certain=True)
-
-
-def centre_from_radius(
-    x0: cython.double,
-    y0: cython.double,
-    x1: cython.double,
-    y1: cython.double,
-    radius: cython.double,
-    clockwise: cython.bint,
-    tolerance: cython.double,
-) -> tuple:
-    """Return centre and whether it exists, of the arc of `radius` between two points of a plane.
-
-    A negative radius asks for the arc of more than half a turn (RS274/NGC, 3.5.3.1). A radius shorter than half the
-    chord by at most `tolerance` counts as half the chord.
-    """
-    centre: _Centre = _centre_from_radius(x0, y0, x1, y1, radius, clockwise, tolerance)
-    return centre.x, centre.y, centre.certain
+#: A centre in the plane.
+_Centre = cython.struct(x=cython.double, y=cython.double)
 
 
 @cython.cfunc
@@ -287,13 +253,15 @@ class Advance:
     outcome = cython.declare(cython.int)
     force = cython.declare(_Modes)
     block = cython.declare(_Block)
+    hole = cython.declare(_Hole)
     word = cython.declare(cython.double[19])
     target = cython.declare(cython.double[9])
     centre_at = cython.declare(_Centre)
 
     def __init__(self, blocks, position, modes, levels, motions, asides):
         if not cython.compiled:
-            self.force, self.block, self.word, self.target = _Modes(), _Block(), [0.0] * 19, [0.0] * 9
+            self.force, self.block, self.hole, self.centre_at = _Modes(), _Block(), _Hole(), _Centre()
+            self.word, self.target = [0.0] * 19, [0.0] * 9
         self.block_line, self.block_offset, self.block_flags = blocks[:3]
         self.word_end, self.letters, self.values = blocks[3:]
         self.position, self.modes, self.levels = position, modes, levels
@@ -656,10 +624,11 @@ class Advance:
         if self.block.given & _RADIUS:
             if self.word[_R] == 0.0 or (x1 == x0 and y1 == y0):
                 return False
-            self.centre_at = _centre_from_radius(
+            found: cython.doublecomplex = centre_from_radius(
                 x0, y0, x1, y1, self.word[_R], motion == 2, self.force.radius_tolerance
             )
-            return self.centre_at.certain
+            self.centre_at.x, self.centre_at.y = found.real, found.imag
+            return found.real == found.real
         self.centre_at.x, self.centre_at.y = x0, y0
         if self.block.given & (cython.cast(cython.uint, 1) << (_I + self.force.first)):
             self.centre_at.x += self.word[_I + self.force.first]
@@ -752,58 +721,16 @@ class Advance:
         old_level: cython.bint,
     ) -> cython.void:
         """Make the holes of a block of drilling cycle n."""
-        normal: cython.int = 3 - self.force.first - self.force.second
-        fresh: cython.bint = self.force.motion <= 3
-        # The words of a row of cycles are kept: R, P, Q and the bottom, by bits.
-        given: cython.int = (
-            0 if fresh or self.modes[_CYCLE] != n else cython.cast(cython.int, self.modes[_GIVEN])
-        )
-        level: cython.double = self.position[normal] if fresh else self.levels[_LEVEL]
-        retract: cython.double = self.levels[_RETRACT]
-        pause: cython.double = self.levels[_PAUSE]
-        step: cython.double = self.levels[_STEP]
-        depth: cython.double = self.levels[_BOTTOM]
-        bottom: cython.double
-        times: cython.int = 1
-        pecks: cython.int = 0
-        if self.block.given & _RADIUS:
-            retract = self.word[_R]
-            given |= _GIVEN_R
-        if self.block.given & _WAIT:
-            pause = self.word[_P]
-            given |= _GIVEN_P
-        if self.block.given & _PECK:
-            step = self.word[_Q]
-            given |= _GIVEN_Q
-        if self.block.given >> normal & 1:
-            depth = self.word[normal]
-            given |= _GIVEN_DEPTH
+        self._take_words(n)
         self.outcome = _LEFT
-        needs: cython.int = _NEEDS[n] | _GIVEN_R | _GIVEN_DEPTH
-        if self.modes[_CYCLE] < 0 or given & needs != needs or not self.block.given & _ANY_HOLE:
+        times: cython.int = self._times(n, feed)
+        top: cython.double = self.hole.retract if absolute else self.hole.level + self.hole.retract
+        bottom: cython.double = self.hole.depth if absolute else top + self.hole.depth
+        if times == 0 or bottom > top:
             return
-        if (
-            self.force.inverse_time
-            or feed <= 0.0
-            or self.block.given & (_ANY_OFFSET | (_ANY_AXIS & ~_ANY_HOLE))
-        ):
+        pecks: cython.int = self._pecks(top, bottom, self.hole.step) if _NEEDS[n] & _GIVEN_Q else 0
+        if pecks < 0:
             return
-        if given & _GIVEN_P and pause < 0.0:
-            return
-        if self.block.given & _TIMES:
-            if not 1.0 <= self.word[_L] <= _MOST_REPEATS or self.word[_L] != cython.cast(
-                cython.int, self.word[_L]
-            ):
-                return
-            times = cython.cast(cython.int, self.word[_L])
-        top: cython.double = retract if absolute else level + retract
-        bottom = depth if absolute else top + depth
-        if bottom > top:
-            return
-        if needs & _GIVEN_Q:
-            pecks = self._pecks(top, bottom, step)
-            if pecks < 0:
-                return
         rows: cython.Py_ssize_t = 1 + times * (2 + _length(_LAST_MOVES[n]) + pecks * _length(_PECK_MOVES[n]))
         if rows > self.line.shape[0] // 2 or times + _MOST_ASIDES > self.aside_row.shape[0] // 2:
             return
@@ -816,17 +743,63 @@ class Advance:
         self.outcome = _MADE
         self._say(b)
         rows = self.rows
-        self._drill(b, n, feed, absolute, old_level, level, top, bottom, step, pause, times)
+        self._drill(b, n, feed, absolute, old_level, top, bottom, times)
         self.drilled += self.rows - rows
         self.modes[_CYCLE] = n
-        self.modes[_GIVEN] = given
-        self.levels[_LEVEL] = level
-        self.levels[_RETRACT] = retract
-        self.levels[_PAUSE] = pause
-        self.levels[_STEP] = step
-        self.levels[_BOTTOM] = depth
-        if given & _GIVEN_P:
-            self.levels[_DWELL] = pause
+        self.modes[_GIVEN] = self.hole.given
+        self.levels[_LEVEL] = self.hole.level
+        self.levels[_RETRACT] = self.hole.retract
+        self.levels[_PAUSE] = self.hole.pause
+        self.levels[_STEP] = self.hole.step
+        self.levels[_BOTTOM] = self.hole.depth
+        if self.hole.given & _GIVEN_P:
+            self.levels[_DWELL] = self.hole.pause
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _take_words(self, n: cython.int) -> cython.void:
+        """Take the words of cycle n: those of the row of cycles before, and those of the block."""
+        normal: cython.int = 3 - self.force.first - self.force.second
+        fresh: cython.bint = self.force.motion <= 3
+        self.hole.given = (
+            0 if fresh or self.modes[_CYCLE] != n else cython.cast(cython.int, self.modes[_GIVEN])
+        )
+        self.hole.level = self.position[normal] if fresh else self.levels[_LEVEL]
+        self.hole.retract = self.levels[_RETRACT]
+        self.hole.pause = self.levels[_PAUSE]
+        self.hole.step = self.levels[_STEP]
+        self.hole.depth = self.levels[_BOTTOM]
+        if self.block.given & _RADIUS:
+            self.hole.retract = self.word[_R]
+            self.hole.given |= _GIVEN_R
+        if self.block.given & _WAIT:
+            self.hole.pause = self.word[_P]
+            self.hole.given |= _GIVEN_P
+        if self.block.given & _PECK:
+            self.hole.step = self.word[_Q]
+            self.hole.given |= _GIVEN_Q
+        if self.block.given >> normal & 1:
+            self.hole.depth = self.word[normal]
+            self.hole.given |= _GIVEN_DEPTH
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _times(self, n: cython.int, feed: cython.double) -> cython.int:
+        """Return how often the block makes its hole; 0 where it is left to the interpreter."""
+        given: cython.uint = self.block.given
+        needs: cython.int = _NEEDS[n] | _GIVEN_R | _GIVEN_DEPTH
+        if self.modes[_CYCLE] < 0 or self.hole.given & needs != needs or not given & _ANY_HOLE:
+            return 0
+        if self.force.inverse_time or feed <= 0.0 or given & (_ANY_OFFSET | (_ANY_AXIS & ~_ANY_HOLE)):
+            return 0
+        if self.hole.given & _GIVEN_P and self.hole.pause < 0.0:
+            return 0
+        if not given & _TIMES:
+            return 1
+        if not 1.0 <= self.word[_L] <= _MOST_REPEATS:
+            return 0
+        times: cython.int = cython.cast(cython.int, self.word[_L])
+        return times if times == self.word[_L] else 0
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -852,20 +825,17 @@ class Advance:
         feed: cython.double,
         absolute: cython.bint,
         old_level: cython.bint,
-        level: cython.double,
         top: cython.double,
         bottom: cython.double,
-        step: cython.double,
-        pause: cython.double,
         times: cython.int,
     ) -> cython.void:
         """Make a hole so many times: across, down to R, and the moves of its cycle."""
         normal: cython.int = 3 - self.force.first - self.force.second
-        clear: cython.double = max(level, top) if old_level else top
+        clear: cython.double = max(self.hole.level, top) if old_level else top
         place: cython.double
         high: cython.double
         k: cython.int
-        if level < top:
+        if self.hole.level < top:
             self._along(b, feed, normal, top, False)
         if not self.force.exact:
             self._aside(b, _ASIDE_EXACT, 0.0, False)
@@ -878,11 +848,11 @@ class Advance:
             if high != top:
                 self._along(b, feed, normal, top, False)
             if _MOVES[_PECK_MOVES[n]]:
-                place = top - step
+                place = top - self.hole.step
                 while place > bottom:
-                    self._moves(b, feed, _PECK_MOVES[n], top, bottom, clear, place, pause)
-                    place -= step
-            self._moves(b, feed, _LAST_MOVES[n], top, bottom, clear, bottom, pause)
+                    self._moves(b, feed, _PECK_MOVES[n], top, bottom, clear, place)
+                    place -= self.hole.step
+            self._moves(b, feed, _LAST_MOVES[n], top, bottom, clear, bottom)
         if not self.force.exact:
             self._aside(b, _ASIDE_PATH, 0.0, False)
 
@@ -897,7 +867,6 @@ class Advance:
         bottom: cython.double,
         clear: cython.double,
         place: cython.double,
-        pause: cython.double,
     ) -> cython.void:
         """Make the moves whose letters stand from `first` on (`take_cycles`)."""
         c: cython.int
@@ -909,7 +878,7 @@ class Advance:
             lower = c | 32
             first += 1
             if c == 112:
-                self._aside(b, _ASIDE_PAUSE, pause, True)
+                self._aside(b, _ASIDE_PAUSE, self.hole.pause, True)
                 continue
             to = bottom
             if lower == 114:

@@ -1,7 +1,7 @@
 """Read lines of G-code by the tables of their grammar (``grammars/lalr.py``) into small programs for `gcode_run`.
 
 One pass over the bytes of a line: a DFA finds the tokens that the parser's state allows, the LALR automaton shifts and reduces
-them, and each rule's action (`ACTIONS`) writes instructions to `Parser.code`. Nothing is judged: where the grammar has no
+them, and each rule's action (`gcode_codes.ACTIONS`) writes instructions to `Parser.code`. Nothing is judged: where the grammar has no
 token the line is refused, and the place and the parser's stack show the expected tokens.
 
     NUMBER k       push constant k of the line       WORD letter     pop a value: a word of the block
@@ -20,195 +20,49 @@ from mmap import mmap
 
 import cython
 
+from cncgen.kernels.gcode_codes import (
+    ARGUMENTS,
+    CODE_NUMBERS,
+    COMPUTED,
+    LITERALS,
+    MAX_LINE,
+    MOST,
+    OPERATIONS,
+    REFUSED,
+)
+
 if cython.compiled:
     from cython.cimports.cncgen.kernels.gcode_shapes import Shapes
 else:
     from cncgen.kernels.gcode_shapes import Shapes
 
-#: Work of the kernel where a rule (by its alias, else by its name) is reduced.
-ACTIONS = {
-    "number": 1,
-    "name": 2,
-    "parameter": 3,
-    "exists": 4,
-    "negative": 5,
-    "unary": 6,
-    "binary": 7,
-    "function": 8,
-    "arc_tangent": 9,
-    "slope": 10,
-    "power_of": 11,
-    "plain_word": 12,
-    "word": 13,
-    "word_of_function": 14,
-    "bspline": 15,
-    "corner": 13,
-    "setting": 16,
-    "comment": 17,
-    "message": 18,
-    "numbered_label": 19,
-    "named_label": 20,
-    "o_word": 21,
-    "program_number": 22,
-    "if_goto": 23,
-    "goto": 24,
-    "while_do": 25,
-    "end_do": 26,
-    "then": 27,
-    "output": 28,
-    "computed_label": 29,
-    # Rules that leave the values of their parts.
-    "start": 0,
-    "content": 0,
-    "flow": 0,
-    "if_then": 0,
-    "named_call": 0,
-    "bracket": 0,
-}
-#: Names of the literals of terminals: operators, functions, keywords, letters of words of more than one.
-LITERALS = {
-    "and": 1,
-    "or": 2,
-    "xor": 3,
-    "eq": 4,
-    "ne": 5,
-    "gt": 6,
-    "ge": 7,
-    "lt": 8,
-    "le": 9,
-    "+": 10,
-    "-": 11,
-    "*": 12,
-    "/": 13,
-    "mod": 14,
-    "**": 15,
-    "abs": 20,
-    "acos": 21,
-    "asin": 22,
-    "cos": 23,
-    "exp": 24,
-    "fix": 25,
-    "fup": 26,
-    "ln": 27,
-    "round": 28,
-    "sin": 29,
-    "sqrt": 30,
-    "tan": 31,
-    "bin": 32,
-    "bcd": 33,
-    "sqr": 34,
-    "rnd": 35,
-    "ifix[": 25,
-    "ifup[": 26,
-    "if": 40,
-    "while": 41,
-    "repeat": 42,
-    "do": 43,
-    "elseif": 44,
-    "else": 45,
-    "endif": 46,
-    "endwhile": 47,
-    "endrepeat": 48,
-    "break": 49,
-    "continue": 50,
-    "sub": 51,
-    "endsub": 52,
-    "return": 53,
-    "call": 54,
-    "program": 55,
-    "goto": 56,
-    "while-do": 57,
-    "end-do": 58,
-    "pw=": 128,
-    "pl=": 129,
-    "sd=": 130,
-    ",c": 131,
-    ",r": 132,
-    ",a": 133,
-}
-#: Operations.
-OPERATIONS = {
-    "END": 0,
-    "NUMBER": 1,
-    "WORD": 2,
-    "STORED": 3,
-    "BINARY": 4,
-    "SET": 5,
-    "PARAMETER": 6,
-    "NAMED": 7,
-    "NAME": 8,
-    "SET_NAMED": 9,
-    "NEGATIVE": 10,
-    "FUNCTION": 11,
-    "ARC_TANGENT": 12,
-    "SLOPE": 13,
-    "EXISTS": 14,
-    "EXISTS_NAMED": 15,
-    "COMMENT": 16,
-    "MESSAGE": 17,
-    "FLOW": 18,
-    "THEN": 19,
-    "INCREMENTS": 20,
-    "OUTPUT": 21,
-}
-#: Bit of `Parser.named`, behind those of A to Z: a G or M number is computed.
-COMPUTED = 1 << 26
-#: Codes that `Parser.named` tells apart, in tenths: those of G, then those of M.
-CODE_NUMBERS = 4000
-#: Of its `calls`: the words beside the program's number are arguments and name no axis.
-ARGUMENTS = 128
-#: Numbers of each table, at most: they stand in the parser itself, where each is found in one step.
-MOST = {
-    "action": 16_384,
-    "goto": 8_192,
-    "lead": 32_768,
-    "again": 16_384,
-    "move": 32_768,
-    "token": 32_768,
-    "to": 512,
-    "length": 256,
-    "origin": 256,
-    "made": 256,
-    "classes": 256,
-    "mode": 256,
-    "literal": 512,
-}
-#: Longest line (`source.MAX_LINE`).
-MAX_LINE = 65_536
-#: Marks of a line, beside its code, and columns of the row of one that is kept.
-DELETED = 1
-NUMBERED = 2
-REFUSED = 4
-COMPUTED_LABEL = 8
-ROW = 8
-
-_END = cython.declare(cython.int, 0)
-_NUMBER = cython.declare(cython.int, 1)
-_WORD = cython.declare(cython.int, 2)
-_STORED = cython.declare(cython.int, 3)
-_BINARY = cython.declare(cython.int, 4)
-_SET = cython.declare(cython.int, 5)
-_PARAMETER = cython.declare(cython.int, 6)
-_NAMED = cython.declare(cython.int, 7)
-_NAME = cython.declare(cython.int, 8)
-_SET_NAMED = cython.declare(cython.int, 9)
-_NEGATIVE = cython.declare(cython.int, 10)
-_FUNCTION = cython.declare(cython.int, 11)
-_ARC_TANGENT = cython.declare(cython.int, 12)
-_SLOPE = cython.declare(cython.int, 13)
-_EXISTS = cython.declare(cython.int, 14)
-_EXISTS_NAMED = cython.declare(cython.int, 15)
-_COMMENT = cython.declare(cython.int, 16)
-_MESSAGE = cython.declare(cython.int, 17)
-_FLOW = cython.declare(cython.int, 18)
-_THEN = cython.declare(cython.int, 19)
-_INCREMENTS = cython.declare(cython.int, 20)
-_OUTPUT = cython.declare(cython.int, 21)
+_END = cython.declare(cython.int, OPERATIONS["END"])
+_NUMBER = cython.declare(cython.int, OPERATIONS["NUMBER"])
+_WORD = cython.declare(cython.int, OPERATIONS["WORD"])
+_STORED = cython.declare(cython.int, OPERATIONS["STORED"])
+_BINARY = cython.declare(cython.int, OPERATIONS["BINARY"])
+_SET = cython.declare(cython.int, OPERATIONS["SET"])
+_PARAMETER = cython.declare(cython.int, OPERATIONS["PARAMETER"])
+_NAMED = cython.declare(cython.int, OPERATIONS["NAMED"])
+_NAME = cython.declare(cython.int, OPERATIONS["NAME"])
+_SET_NAMED = cython.declare(cython.int, OPERATIONS["SET_NAMED"])
+_NEGATIVE = cython.declare(cython.int, OPERATIONS["NEGATIVE"])
+_FUNCTION = cython.declare(cython.int, OPERATIONS["FUNCTION"])
+_ARC_TANGENT = cython.declare(cython.int, OPERATIONS["ARC_TANGENT"])
+_SLOPE = cython.declare(cython.int, OPERATIONS["SLOPE"])
+_EXISTS = cython.declare(cython.int, OPERATIONS["EXISTS"])
+_EXISTS_NAMED = cython.declare(cython.int, OPERATIONS["EXISTS_NAMED"])
+_COMMENT = cython.declare(cython.int, OPERATIONS["COMMENT"])
+_MESSAGE = cython.declare(cython.int, OPERATIONS["MESSAGE"])
+_FLOW = cython.declare(cython.int, OPERATIONS["FLOW"])
+_THEN = cython.declare(cython.int, OPERATIONS["THEN"])
+_INCREMENTS = cython.declare(cython.int, OPERATIONS["INCREMENTS"])
+_OUTPUT = cython.declare(cython.int, OPERATIONS["OUTPUT"])
 
 #: Keywords and operators that actions name.
-_MINUS = cython.declare(cython.int, 11)
-_POWER = cython.declare(cython.int, 15)
-_CALL = cython.declare(cython.int, 54)
+_MINUS = cython.declare(cython.int, LITERALS["-"])
+_POWER = cython.declare(cython.int, LITERALS["**"])
+_CALL = cython.declare(cython.int, LITERALS["call"])
 _COMPUTED = cython.declare(cython.uint, COMPUTED)
 _CODE_NUMBERS = cython.declare(cython.int, CODE_NUMBERS)
 _ARGUMENTS = cython.declare(cython.int, ARGUMENTS)
@@ -216,10 +70,10 @@ _ARGUMENTS = cython.declare(cython.int, ARGUMENTS)
 _WORDS = cython.declare(cython.ulonglong, (1 << 32) - 1)
 _AXES = cython.declare(cython.ulonglong, sum(1 << (ord(letter) - 97) for letter in "xyzabcuvw"))
 _POLAR = cython.declare(cython.uint, 1 << 23 | 1 << 24)
-_PROGRAM = cython.declare(cython.int, 55)
-_GOTO = cython.declare(cython.int, 56)
-_WHILE_DO = cython.declare(cython.int, 57)
-_END_DO = cython.declare(cython.int, 58)
+_PROGRAM = cython.declare(cython.int, LITERALS["program"])
+_GOTO = cython.declare(cython.int, LITERALS["goto"])
+_WHILE_DO = cython.declare(cython.int, LITERALS["while-do"])
+_END_DO = cython.declare(cython.int, LITERALS["end-do"])
 #: Number of BSPLINE of Siemens among the G codes (`cncgen.gcode.block`).
 _BSPLINE = cython.declare(cython.double, 1060.0)
 
@@ -412,8 +266,6 @@ class Parser:
         kind: cython.int
         literal: cython.int
         step: cython.int
-        rule: cython.int
-        count: cython.int
         state: cython.int = self.start
         self.lines += 1
         self.begin = offset
@@ -457,22 +309,10 @@ class Parser:
                     self._plain_word(at, taken)
                     at = taken
                     continue
-            # Reduce until the token can be shifted, is the accepted end, or is refused.
-            while True:
+            step = self.action[state << 6 | kind]
+            if step < 0:
+                state = self._reduced(state, kind, step)
                 step = self.action[state << 6 | kind]
-                if step >= 0 or (kind == self.end and state == self.accept):
-                    break
-                rule = -step - 1
-                count = self.length[rule]
-                if self.made[rule] != 0:
-                    self._act(self.made[rule], count)
-                self.top -= count
-                step = self.goto[self.symbol[self.top << 3] << 5 | self.origin[rule]]
-                self.top += 1
-                if count == 0:
-                    self._push(self.begin, self.begin, 0)
-                state = self.lead[step << 6 | kind]
-                self.symbol[self.top << 3] = state
             if kind == self.end:
                 if state != self.accept:
                     break
@@ -495,6 +335,28 @@ class Parser:
         while at < self.text.shape[0] and self.text[at] != 10:
             at += 1
         return at
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(-1, check=False)
+    def _reduced(self, state: cython.int, kind: cython.int, step: cython.int) -> cython.int:
+        """Reduce, by `step` first, until a token can be shifted, is the accepted end, or is refused; return the state."""
+        rule: cython.int
+        count: cython.int
+        while step < 0 and (kind != self.end or state != self.accept):
+            rule = -step - 1
+            count = self.length[rule]
+            if self.made[rule] != 0:
+                self._act(self.made[rule], count)
+            self.top -= count
+            step = self.goto[self.symbol[self.top << 3] << 5 | self.origin[rule]]
+            self.top += 1
+            if count == 0:
+                self._push(self.begin, self.begin, 0)
+            state = self.lead[step << 6 | kind]
+            self.symbol[self.top << 3] = state
+            step = self.action[state << 6 | kind]
+        return state
 
     def take(self, text: cython.const[cython.uchar][::1], rows: cython.longlong[:, ::1]) -> None:
         """Take a text whose lines are to be kept, and their rows.

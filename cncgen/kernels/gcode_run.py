@@ -4,7 +4,7 @@ A line is parsed once, by the tables of the grammar, and kept as instructions; l
 judges nothing. A line that it does not take for certain is left to the interpreter, which knows the whole language and every
 error: a value that the machine's state enters, an unknown name, a division by zero, any code but those of plain motions.
 
-    offset of a line ──► row of `gcode_parse.ROW` ──► instructions ─┬► words: a block in the columns
+    offset of a line ──► row of `gcode_codes.ROW` ──► instructions ─┬► words: a block in the columns
        ▲                                                           ├► settings, done at the end of the line
        └──── row of the line that an O-word leads to ◄─────────────┴► an O-word, by the rows of `gcode_marks`
 """
@@ -18,6 +18,7 @@ if cython.compiled:
     from cython.cimports.cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined
 else:
     from cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined
+from cncgen.kernels.gcode_codes import DELETED, NUMBERED, OPERATIONS, REFUSED, ROW
 from cncgen.kernels.gcode_marks import (
     BEHIND,
     HERE,
@@ -30,7 +31,6 @@ from cncgen.kernels.gcode_marks import (
     TARGET,
     Marks,
 )
-from cncgen.kernels.gcode_parse import DELETED, NUMBERED, OPERATIONS, REFUSED, ROW
 
 #: Flags of a block (`gcode_scan`).
 _COMMENT = cython.declare(cython.int, 2)

@@ -8,12 +8,81 @@ import cython
 _COORDINATES = cython.declare(cython.uint, sum(1 << (ord(letter) - 65) for letter in "XYZIJK"))
 
 
+#: A number of a text: its end, whether it has a point, and whether something other than its value counts.
+_Number = cython.struct(to=cython.Py_ssize_t, dotted=cython.bint, alike=cython.bint)
+#: A line: its end in the text, and its length as it is kept.
+_Line = cython.struct(to=cython.Py_ssize_t, used=cython.Py_ssize_t)
+
+
 @cython.cfunc
 @cython.inline
 @cython.exceptval(check=False)
-def _goes_on(c: cython.int) -> cython.bint:
-    """Tell whether a byte is a blank or a letter."""
-    return c == 32 or c == 9 or 97 <= (c | 32) <= 122
+def _number(
+    text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, letter: cython.int, operand: cython.bint
+) -> _Number:
+    """Return the number at a place, behind a coordinate's letter, F, N or O, or as an operand."""
+    to: cython.Py_ssize_t = at
+    size: cython.Py_ssize_t = len(text)
+    dotted: cython.bint = False
+    large: cython.bint = False
+    while to < size and (48 <= text[to] <= 57 or (text[to] == 46 and not dotted)):
+        if text[to] == 46:
+            dotted = True
+        elif text[to] != 48 and not dotted:
+            large = True
+        to += 1
+    if operand:
+        return _Number(to=to, dotted=dotted and letter != 70, alike=True)
+    if letter == 70:
+        return _Number(to=to, dotted=False, alike=large)
+    if letter == 78 or letter == 79:
+        # N, and O with a keyword behind its number, which a blank or a letter begins.
+        ends: cython.bint = letter == 78 or (
+            to < size and (text[to] == 32 or text[to] == 9 or 97 <= (text[to] | 32) <= 122)
+        )
+        return _Number(to=to, dotted=False, alike=ends and not dotted)
+    return _Number(to=to, dotted=dotted, alike=dotted)
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _kept(text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, line: cython.uchar[::1]) -> _Line:
+    """Write the line at a place as it is kept."""
+    size: cython.Py_ssize_t = len(text)
+    used: cython.Py_ssize_t = 0
+    letter: cython.int = 0
+    inside: cython.int = 0
+    operand: cython.bint = False
+    c: cython.int
+    number: _Number
+    while at < size and text[at] != 10:
+        c = text[at]
+        if 97 <= c <= 122:
+            c -= 32
+        if (letter != 0 or operand) and (48 <= c <= 57 or c == 46):
+            number = _number(text, at, letter, operand)
+            letter = 0
+            if number.alike:
+                line[used] = 49
+                used += 1
+                if number.dotted:
+                    line[used] = 46
+                    used += 1
+                at = number.to
+                operand = False
+                continue
+        line[used] = c
+        used += 1
+        at += 1
+        if 65 <= c <= 90:
+            letter = c if c == 70 or _COORDINATES >> (c - 65) & 1 or (78 <= c <= 79 and used == 1) else 0
+        elif c != 32 and c != 9 and c != 43 and c != 45:
+            letter = 0
+        inside += (c == 91) - (c == 93)
+        # Behind a bracket, a blank or an operator stands a number by itself.
+        operand = inside > 0 and (c == 91 or c == 32 or c == 42 or c == 43 or c == 45 or c == 47)
+    return _Line(to=at, used=used)
 
 
 def different_lines(text: cython.const[cython.uchar][::1], stand: list | None = None) -> tuple:
@@ -30,63 +99,14 @@ def different_lines(text: cython.const[cython.uchar][::1], stand: list | None = 
     numbers: list = []
     counts: list = []
     number: cython.longlong = 0
-    used: cython.Py_ssize_t
     place: cython.Py_ssize_t
-    to: cython.Py_ssize_t
     i: cython.Py_ssize_t = 0
-    c: cython.int
-    letter: cython.int
-    inside: cython.int
-    operand: cython.bint
-    dotted: cython.bint
-    large: cython.bint
+    kept: _Line
     while i < size:
         number += 1
-        used = 0
-        letter = inside = 0
-        operand = False
-        while i < size and text[i] != 10:
-            c = text[i]
-            if 97 <= c <= 122:
-                c -= 32
-            if (letter != 0 or operand) and (48 <= c <= 57 or c == 46):
-                to = i
-                dotted = large = False
-                while to < size and (48 <= text[to] <= 57 or (text[to] == 46 and not dotted)):
-                    if text[to] == 46:
-                        dotted = True
-                    elif text[to] != 48 and not dotted:
-                        large = True
-                    to += 1
-                if letter == 78 or letter == 79:
-                    # N, and O with a keyword behind its number.
-                    large = not dotted and (letter == 78 or (to < size and _goes_on(text[to])))
-                if operand or (large if letter == 70 or letter == 78 or letter == 79 else dotted):
-                    line[used] = 49
-                    used += 1
-                    if dotted and letter != 70:
-                        line[used] = 46
-                        used += 1
-                    i = to
-                    letter = 0
-                    operand = False
-                    continue
-                letter = 0
-            line[used] = c
-            used += 1
-            i += 1
-            if 65 <= c <= 90:
-                letter = c if c == 70 or _COORDINATES >> (c - 65) & 1 or (78 <= c <= 79 and used == 1) else 0
-            elif c != 32 and c != 9 and c != 43 and c != 45:
-                letter = 0
-            if c == 91:
-                inside += 1
-            elif c == 93:
-                inside -= 1
-            # Behind a bracket, a blank or an operator stands a number by itself.
-            operand = inside > 0 and (c == 91 or c == 32 or c == 42 or c == 43 or c == 45 or c == 47)
-        i += 1
-        key = bytes(store[:used])
+        kept = _kept(text, i, line)
+        i = kept.to + 1
+        key = bytes(store[: kept.used])
         found = places.get(key)
         if found is None:
             places[key] = len(numbers)

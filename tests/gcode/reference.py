@@ -12,11 +12,11 @@ from lark import Lark, Token, Transformer
 from lark.exceptions import UnexpectedInput
 
 from cncgen.gcode.text import grammar, parsers
-from cncgen.kernels import gcode_parse
+from cncgen.kernels import gcode_codes, gcode_parse
 
 Instruction = tuple[Any, ...]
-_OPERATIONS = {number: name for name, number in gcode_parse.OPERATIONS.items()}
-_LITERALS = {number: text for text, number in gcode_parse.LITERALS.items() if "[" not in text}
+_OPERATIONS = {number: name for name, number in gcode_codes.OPERATIONS.items()}
+_LITERALS = {number: text for text, number in gcode_codes.LITERALS.items() if "[" not in text}
 
 
 def by_tables(text: str, dialect: str) -> tuple[list[Instruction], int] | int:
@@ -33,14 +33,14 @@ def by_tables(text: str, dialect: str) -> tuple[list[Instruction], int] | int:
 def by_shapes(texts: list[str], parser: gcode_parse.Parser) -> list[tuple[list[Instruction], int] | int]:
     """Return the same of lines that a parser keeps, one after the other, by their shapes; -1 where one is refused."""
     data = "\n".join(texts).encode()
-    rows = memoryview(bytearray(8 * gcode_parse.ROW * (len(texts) + 1))).cast(
-        "q", [len(texts) + 1, gcode_parse.ROW]
+    rows = memoryview(bytearray(8 * gcode_codes.ROW * (len(texts) + 1))).cast(
+        "q", [len(texts) + 1, gcode_codes.ROW]
     )
     parser.take(memoryview(data), rows)
     assert parser.compile(0, 1, 0, len(texts), len(data) + 1) == len(texts)
     found: list[tuple[list[Instruction], int] | int] = []
     for offset, _, at, after, _, marks, _, first in rows[: len(texts)].tolist():
-        if marks & gcode_parse.REFUSED:
+        if marks & gcode_codes.REFUSED:
             found.append(-1)
         else:
             found.append((instructions(parser, data[offset:after], at, first), marks & 3))
@@ -192,7 +192,7 @@ class _Postfix(Transformer):
 
     def start(self, c: list[Any]) -> Any:
         kinds = {getattr(t, "type", "").rpartition("__")[2] for t in c}
-        flags = gcode_parse.DELETED * ("DELETE" in kinds) | gcode_parse.NUMBERED * ("LINE_NUMBER" in kinds)
+        flags = gcode_codes.DELETED * ("DELETE" in kinds) | gcode_codes.NUMBERED * ("LINE_NUMBER" in kinds)
         return _unmarked(_joined(c)), flags
 
 

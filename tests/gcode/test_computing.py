@@ -29,7 +29,7 @@ from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.lanes import PlainBlocks, column
 from cncgen.gcode.text.parsers import new_parser
 from cncgen.kernels import gcode_arithmetic, gcode_marks, gcode_run
-from cncgen.kernels.gcode_parse import ROW
+from cncgen.kernels.gcode_codes import ROW
 from cncgen.toolpath.reading import ReadOptions
 from trials.generators.gcode_bodies import body, ways
 from trials.peer_cases import peer_cases

@@ -19,6 +19,7 @@ from cncgen.gcode.sinks.columns import ColumnsSink
 from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import Source
 from cncgen.kernels import gcode_motion
+from cncgen.kernels.arc_centres import centre_from_radius
 from cncgen.toolpath.building import ToolpathBuilder
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
@@ -238,10 +239,9 @@ def test_the_centre_from_a_radius_is_the_circles_centre(
     start = (x + radius, y)
     end = (x + radius * math.cos(turn), y + radius * math.sin(turn))
     given_radius = -radius if large else radius
-    cx, cy, found = gcode_motion.centre_from_radius(*start, *end, given_radius, clockwise, 1e-3)
-    assert found
+    centre = centre_from_radius(*start, *end, given_radius, clockwise, 1e-3)
     # The closer to half a turn, the worse the centre is determined.
-    assert math.hypot(cx - x, cy - y) < 1e-5 * radius + 1e-9
+    assert abs(centre - complex(x, y)) < 1e-5 * radius + 1e-9
 
 
 def test_rows_of_a_small_program(run: Any) -> None:

@@ -18,8 +18,8 @@ from cncgen.gcode.sinumerik import reading as sinumerik
 from cncgen.gcode.source import MAX_LINE, open_source
 from cncgen.gcode.text.dialects import choose
 from cncgen.gcode.text.parsers import STORED, new_parser, parser
-from cncgen.kernels import gcode_parse
-from cncgen.kernels.gcode_parse import ROW
+from cncgen.kernels import gcode_codes, gcode_parse
+from cncgen.kernels.gcode_codes import ROW
 from tests.kernels.plain import uncompiled
 from trials.peer_cases import peer_cases
 
@@ -208,14 +208,14 @@ def test_the_kernel_runs_uncompiled() -> None:
     named = []
     for module in (gcode_parse, slow):
         parser = module.Parser(tables, 5000)
-        first = array("i", bytes(16 * module.CODE_NUMBERS))
+        first = array("i", bytes(16 * gcode_codes.CODE_NUMBERS))
         calls = bytearray(len(first) // 2)
-        calls[module.CODE_NUMBERS + 980] = ord("p")
+        calls[gcode_codes.CODE_NUMBERS + 980] = ord("p")
         named.append((*parser.named(text, first, calls), {k: line for k, line in enumerate(first) if line}))
     letters = sum(1 << (ord(letter) - 65) for letter in "PXY")
-    n = gcode_parse.CODE_NUMBERS
+    n = gcode_codes.CODE_NUMBERS
     codes = {180: 1, 10: 1, n + 980: 2}
-    assert named[0] == named[1] == (letters | gcode_parse.COMPUTED, 2, {7.0, "a", 9.0}, codes)
+    assert named[0] == named[1] == (letters | gcode_codes.COMPUTED, 2, {7.0, "a", 9.0}, codes)
 
 
 @pytest.mark.parametrize("line", ["G1 X" + "[" * 300_000, "X1" * 300_000, "(" + "a" * 300_000 + ")"])

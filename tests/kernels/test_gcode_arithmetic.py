@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text.expressions import BINARY, UNARY
 from cncgen.kernels import gcode_arithmetic
-from cncgen.kernels.gcode_parse import LITERALS
+from cncgen.kernels.gcode_codes import LITERALS
 
 from .plain import uncompiled
 

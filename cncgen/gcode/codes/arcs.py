@@ -17,7 +17,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import FULL_CIRCLE_MM
 from cncgen.gcode.state.modal import Stage
-from cncgen.kernels.gcode_motion import centre_from_radius
+from cncgen.kernels.arc_centres import centre_from_radius
 
 #: Lengths are given for mm and inch programs, as LinuxCNC's interpreter has them (measured on it).
 #: Half a chord may exceed R by this, and no radius may be shorter.
@@ -135,7 +135,7 @@ def _centre_by_radius(
             "R",
             hint="a full circle needs its centre (I J K)",
         )
-    x, y, found = centre_from_radius(
+    centre = centre_from_radius(
         start[first],
         start[second],
         end[first],
@@ -144,7 +144,7 @@ def _centre_by_radius(
         clockwise,
         RADIUS_TOLERANCE[state.inches],
     )
-    if not found:
+    if math.isnan(centre.real):
         raise BlockError(
             "arc-radius",
             f"R{radius:g} is too small: the end is {chord:.4f} away, and 2 R is {2 * abs(radius):.4f}",
@@ -152,7 +152,7 @@ def _centre_by_radius(
             hint=f"R must be at least {chord / 2:.4f}",
             values={"radius": radius, "chord": chord},
         )
-    return x, y
+    return centre.real, centre.imag
 
 
 def _centre_by_offset(ip: Interpreter, block: Block, end: list[float], name: str) -> tuple[float, float]:

@@ -390,9 +390,15 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
         CYCLES[number].run(hole)
     state.moved = True
     if not exact:
-        ip.sink.set_motion_control_mode(state.path_mode, state.tolerance, state.naive)
-        if state.path_mode is PathMode.EXACT_STOP:
-            ip.sink.call(f"SET_NAIVECAM_TOLERANCE({state.naive or 0.0:.4f})")
+        path_again(ip)
+
+
+def path_again(ip: Interpreter) -> None:
+    """Put the path mode in force again behind a row of holes, whose path is exact."""
+    state = ip.state
+    ip.sink.set_motion_control_mode(state.path_mode, state.tolerance, state.naive)
+    if state.path_mode is PathMode.EXACT_STOP:
+        ip.sink.call(f"SET_NAIVECAM_TOLERANCE({state.naive or 0.0:.4f})")
 
 
 CODES = tuple(

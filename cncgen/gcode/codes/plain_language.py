@@ -37,7 +37,7 @@ from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
-from cncgen.kernels.gcode_motion import centre_from_radius
+from cncgen.kernels.arc_centres import centre_from_radius
 from cncgen.records import dataclass, field
 from cncgen.toolpath.record import Event
 
@@ -153,12 +153,12 @@ def radius_arc(ip: Interpreter, block: Block) -> None:
     turns, radius = round(_sense(block, "CR")), block.words["r"]
     start, end = ip.state.position, ip.end_point(block)
     tolerance = RADIUS_TOLERANCE[ip.state.inches]
-    x, y, found = centre_from_radius(start[0], start[1], end[0], end[1], radius, turns < 0, tolerance)
-    if not found:
+    centre = centre_from_radius(start[0], start[1], end[0], end[1], radius, turns < 0, tolerance)
+    if math.isnan(centre.real):
         chord = math.dist(start[:2], end[:2])
         message = f"R{radius:g} does not reach: the end is {chord:.4f} away"
         raise BlockError("arc-radius", message, "CR", hint="2 R is at least the way from start to end")
-    _arc(ip, end, complex(x, y), turns, 17, "CR")
+    _arc(ip, end, centre, turns, 17, "CR")
 
 
 def polar_arc(ip: Interpreter, block: Block) -> None:

@@ -200,14 +200,16 @@ class Batches:
 
     def _tell(self, k: int) -> None:
         """Execute an aside, as the handler of its code does."""
-        ip, state, sink = self._ip, self._ip.state, self._ip.sink
+        ip, sink = self._ip, self._ip.sink
         kind, value, index = self._asides[1][k], self._asides[2][k], self._asides[3][k]
         here = self._plain.cursor(index)
         block = sink.block = Block({}, source=here.source, line=here.line, offset=here.offset)
         if kind == gcode_motion.ASIDE_EXACT:
             sink.set_motion_control_mode(PathMode.EXACT_PATH, None, None)
         elif kind == gcode_motion.ASIDE_PATH:
-            sink.set_motion_control_mode(state.path_mode, state.tolerance, state.naive)
+            from cncgen.gcode.codes.canned_cycles import path_again
+
+            path_again(ip)
         elif kind == gcode_motion.ASIDE_PAUSE:
             from cncgen.gcode.codes.canned_cycles import wait
 

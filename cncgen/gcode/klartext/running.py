@@ -24,7 +24,6 @@ from cncgen.gcode.block import (
     gather,
 )
 from cncgen.gcode.budget import LINE
-from cncgen.gcode.codes import affine
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.turning_profiles import Recorder, Segment
@@ -42,6 +41,7 @@ from cncgen.gcode.klartext import (
     q_formulas,
     system_data,
 )
+from cncgen.gcode.klartext.datums import Datums
 from cncgen.gcode.klartext.hole_cycle import FASTEST
 from cncgen.gcode.sinks.sink import Point, Sink
 from cncgen.gcode.source import Source, open_source
@@ -83,16 +83,12 @@ _TANGENT = re.compile(r"CT(?=[\sXYZI])(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
 _PLACE = re.compile(r"CYCL\s+CALL\s+POS\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _PATTERN = re.compile(r"CYCL\s+CALL\s+PAT\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _VALUE = re.compile(r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))")
-#: The number of a tilted plane among the frames.
-_TILTED = 19
 _END_OF_PROGRAM = re.compile(r"END\s+PGM\b|(?:L\s+)?(?:M0?2|M30)\s*\Z", re.IGNORECASE)
 #: The cycle that names contours.
 _CONTOUR_LABELS = 14
 _FRAMES = (7, 8, 9, 10, 11, 19, 26, 247)
-#: A frame of TNC 7.
-_TRANS = re.compile(
-    r"TRANS\s+(?P<kind>DATUM|MIRROR|ROTATION|SCALE)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
-)
+#: The axes of a mirror image, which without them is ended.
+_MIRRORED = re.compile(r"CYCL\s+DEF\s+8\.1\s*\S", re.IGNORECASE)
 #: Where a subprogram leads back to that is read as a contour.
 _END_OF_CONTOUR = -1
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
@@ -140,9 +136,8 @@ class HeidenhainRunner:
         self._calls: list[int] = []
         self._repeats: dict[int, int] = {}
         self._parsed: dict[str, Parsed] = {}
-        self._frames: dict[int, affine.Frame] = {}
+        self._datums = Datums(self.ip, self._value)
         self._modal = False
-        self._angle = 0.0
         self._points: list[points.Place] = []
         self._beyond = 0
         #: The side of a contour that is read and not run, None where lines are run.
@@ -272,10 +267,8 @@ class HeidenhainRunner:
         elif head.startswith("CT") and _TANGENT.match(body):
             self._tangent(at, body)
         elif head == "PLAN":
-            before = self._frames.get(_TILTED, affine.Frame()).matrix
             machine = self._options.kinematics
-            carriers = machine.axes if machine is not None else ()
-            self._tilt(planes.matrix(body, self._value, before, carriers))
+            self._datums.plane(body, machine.axes if machine is not None else ())
         elif head == "PATT" and points.BEGINS.match(body):
             self._take_pattern(at, body)
         elif head == "FUNC":
@@ -724,87 +717,23 @@ class HeidenhainRunner:
             cycles.pattern(self.ip, number, before, Block({}, (), (), None, 0, here.line, here.offset))
 
     def _frame(self, at: int, number: int, part: str | None, rest: str) -> None:
-        """7 datum shift, 8 mirror, 10 rotation, 11 scaling: frames in the order in which they were given; 9 dwell; 247 preset."""
+        """Frames (`datums`), 9 dwell, 247 preset."""
+        here = self._lines[at]
         if number == 247:
             self._preset(at)
-            return
-        if number == 9:
-            seconds = (
-                _VALUE.search(re.sub(r"(?!Q\d)[A-Z][A-Z.]*", " ", rest, flags=re.IGNORECASE))
-                if part == "1"
-                else None
-            )
+        elif number == 9:
+            numbers = re.sub(r"(?!Q\d)[A-Z][A-Z.]*", " ", rest, flags=re.IGNORECASE)
+            seconds = _VALUE.search(numbers) if part == "1" else None
             if seconds:
                 self._execute(
-                    Block(
-                        {"p": self._value(seconds[1])},
-                        (40,),
-                        (),
-                        None,
-                        0,
-                        self._lines[at].line,
-                        self._lines[at].offset,
-                    )
+                    Block({"p": self._value(seconds[1])}, (40,), (), None, 0, here.line, here.offset)
                 )
-            return
-        if number == 19:
-            if part == "1":
-                self._tilt(planes.spatial(planes.of_cycle(rest, self._value)))
-            return
-        if part in (None, "0"):
-            if number == 8:
-                following = self._following(at)
-                if following is None or not re.match(
-                    r"CYCL\s+DEF\s+8\.1\s*\S", self._bodies[following], re.IGNORECASE
-                ):
-                    self._take(8, None)
-            return
-        if number == 7:
-            self._shift(rest)
-        elif number == 26:
-            self._take(26, _scaled(rest, self._value))
+        elif part == "1" or (part not in (None, "0") and number != 19):
+            self._datums.set(number, rest)
         elif number == 8:
-            letters = [letter for letter in rest.upper() if letter in "XYZ"]
-            self._take(8, _mirror(letters) if letters else None)
-        elif number == 10:
-            found = re.search(r"(I?)ROT" + _VALUE.pattern, rest, re.IGNORECASE)
-            if found is None:
-                raise BlockError(
-                    "rotation-angle", "cycle 10 has no angle ROT", "CYCL", hint="CYCL DEF 10.1 ROT+35"
-                )
-            self._angle = self._value(found[2]) + (self._angle if found[1] else 0.0)
-            self._take(10, affine.Frame(affine.turn(2, self._angle)) if self._angle else None)
-        else:
-            found = re.search(r"SCL" + _VALUE.pattern, rest, re.IGNORECASE)
-            factor = self._value(found[1]) if found else 0.0
-            if factor <= 0.0:
-                raise BlockError(
-                    "scale-missing",
-                    f"cycle 11 has the factor {factor:g}",
-                    "CYCL",
-                    hint="CYCL DEF 11.1 SCL 0.75; SCL 1 ends it",
-                )
-            self._take(
-                11,
-                affine.Frame(((factor, 0.0, 0.0), (0.0, factor, 0.0), (0.0, 0.0, factor)))
-                if factor != 1.0
-                else None,
-            )
-
-    def _shift(self, rest: str) -> None:
-        if "#" in rest:
-            raise BlockError(
-                "unsupported-block",
-                "a datum shift by a line of a table is not read",
-                "CYCL",
-                hint="CYCL DEF 7.1 X+10 gives it",
-            )
-        old = self._frames.get(7, affine.Frame()).shift
-        shift = list(old)
-        for word in re.finditer(r"(I?)([XYZ])" + _VALUE.pattern, rest, re.IGNORECASE):
-            column = "XYZ".index(word[2].upper())
-            shift[column] = self._value(word[3]) + (old[column] if word[1] else 0.0)
-        self._take(7, affine.Frame(shift=(shift[0], shift[1], shift[2])) if any(shift) else None)
+            following = self._following(at)
+            if following is None or not _MIRRORED.match(self._bodies[following]):
+                self._datums.take(8, None)
 
     def _function(self, body: str) -> None:
         """FUNCTION TCPM puts M128 in force, FUNCTION RESET TCPM ends it; others change nothing, or are not read."""
@@ -821,52 +750,13 @@ class HeidenhainRunner:
         if table:
             self._points = self._table(programs.bare(table["name"]))
             return True
-        match = _TRANS.match(body)
-        if match is None:
-            return False
-        kind, rest = match["kind"].upper(), match["rest"]
-        number = {"DATUM": 7, "MIRROR": 8, "ROTATION": 10, "SCALE": 11}[kind]
-        if re.match(r"\s*RESET\b", rest, re.IGNORECASE):
-            self._angle = 0.0 if number == 10 else self._angle
-            self._take(number, None)
-        elif kind == "DATUM" and re.match(r"\s*TABLE\b", rest, re.IGNORECASE):
-            self._shift("#")
-        else:
-            self._frame(self._at - 1, number, "1", re.sub(r"^\s*AXIS\b", "", rest, flags=re.IGNORECASE))
-        return True
+        return self._datums.transform(body)
 
     def _table(self, name: str) -> list[points.Place]:
         """Return the points of a table that SEL PATTERN names."""
         found = self._file(name, f"table of points {name}", "SEL")
         text = bytes(open_source(found, str(found)).data[:]).decode("utf-8", "replace")
         return points.of_table(text, found.name)
-
-    def _tilt(self, matrix: affine.Matrix | None) -> None:
-        """Put a tilted plane in force, or end it; the machine's rotary axes are not moved, and Q120 to Q122 are 0."""
-        frame = None if matrix is None else affine.Frame(matrix)
-        for number in (120, 121, 122):
-            self.ip.parameters.set_number(float(number), 0.0)
-        if frame is not None:
-            message = (
-                "the tilted plane turns the coordinates; the rotary axes of the machine are not moved here"
-            )
-            self.ip.warn_once(
-                BlockError("swivel-frame", message, "PLANE", hint="write A B C where the machine has them")
-            )
-        self._take(_TILTED, frame)
-
-    def _take(self, number: int, frame: affine.Frame | None) -> None:
-        """Put a frame in force, or end it."""
-        wanted = dict(self._frames)
-        if frame is None:
-            wanted.pop(number, None)
-        else:
-            wanted[number] = frame
-        whole = affine.Frame()
-        for part in wanted.values():
-            whole = whole.then(part)
-        affine.change(self.ip, whole)
-        self._frames = wanted
 
     def _preset(self, at: int) -> None:
         """247: the preset Q339; numbers 1 to 9 are the origins G54 to G59.3 of the parameter file."""
@@ -886,30 +776,6 @@ class HeidenhainRunner:
             self.ip.warn(BlockError("preset-unknown", message, "CYCL", hint=hint), Severity.WARNING)
 
 
-def _scaled(rest: str, value: Callable[[str], float]) -> affine.Frame | None:
-    """Return the frame of cycle 26: a factor of each axis about CCX, CCY; None where they change nothing.
-
-    Raises:
-        BlockError: A factor is 0 or less.
-    """
-    factors, centre = [1.0, 1.0, 1.0], [0.0, 0.0, 0.0]
-    for word in re.finditer(r"(CC)?([XYZ])" + _VALUE.pattern, rest, re.IGNORECASE):
-        (centre if word[1] else factors)["XYZ".index(word[2].upper())] = value(word[3])
-    if min(factors) <= 0.0:
-        message = f"cycle 26 has the factor {min(factors):g}"
-        raise BlockError("scale-missing", message, "CYCL", hint="CYCL DEF 26.1 X1.2 Y0.8; 1 ends it")
-    if factors == [1.0, 1.0, 1.0]:
-        return None
-    a, b, c = factors
-    x, y, z = (middle * (1.0 - factor) for middle, factor in zip(centre, factors, strict=True))
-    return affine.Frame(((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c)), (x, y, z))
-
-
 def _labels(rest: str) -> list[str]:
     """Return the labels of cycle 14: CONTOUR LABEL 1 /2 /"ISLAND"."""
     return [name or number for name, number in re.findall(r"\"([^\"]*)\"|(\d+)", rest)]
-
-
-def _mirror(letters: list[str]) -> affine.Frame:
-    factors = [-1.0 if axis in letters else 1.0 for axis in "XYZ"]
-    return affine.Frame(((factors[0], 0.0, 0.0), (0.0, factors[1], 0.0), (0.0, 0.0, factors[2])))

@@ -12,11 +12,11 @@ from cncgen.gcode.state.predefined import asks_state
 from cncgen.gcode.text import expressions
 from cncgen.gcode.text.normal_text import normalise
 from cncgen.gcode.text.parsers import parser
-from cncgen.kernels import gcode_parse
+from cncgen.kernels import gcode_codes, gcode_parse
 
 _KEYWORD = re.compile(r"[A-Za-z]+")
-_OPERATIONS = {number: name for name, number in gcode_parse.OPERATIONS.items()}
-_LITERALS = {number: text for text, number in gcode_parse.LITERALS.items() if "[" not in text}
+_OPERATIONS = {number: name for name, number in gcode_codes.OPERATIONS.items()}
+_LITERALS = {number: text for text, number in gcode_codes.LITERALS.items() if "[" not in text}
 
 
 def letter_of(code: int) -> str:
@@ -43,8 +43,8 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
             return Parsed()
         raise syntax_error(data, reader)
     parsed = _Values(reader, data, expressions.FANUC if dialect == "fanuc" else expressions.LINUXCNC).parsed()
-    parsed.deletable = bool(reader.flags & gcode_parse.DELETED)
-    if reader.flags & gcode_parse.NUMBERED:
+    parsed.deletable = bool(reader.flags & gcode_codes.DELETED)
+    if reader.flags & gcode_codes.NUMBERED:
         parsed.number = normalise(data[reader.number_begin : reader.number_end].decode())[1:]
     return parsed
 

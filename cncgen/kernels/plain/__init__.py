@@ -172,7 +172,7 @@ def install() -> None:
     for name in _DECORATORS:
         setattr(module, name, _Unchanged())
     module.double, module.bint, module.void, module.p_double = _Type(float), _Type(bool), _Type(), _Type()
-    module.const = _Type()
+    module.const, module.doublecomplex = _Type(), _Type(complex)
     for function in (struct, cast, declare, typedef):
         setattr(module, function.__name__, function)
     sys.modules["cython"] = module
