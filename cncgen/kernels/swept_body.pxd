@@ -14,6 +14,8 @@ cdef class SweptBody:
     cdef double flat
     cdef double edge
     cdef double slope
+    # Whether the tool is a ball.
+    cdef bint ball
     # The frame of the tool at the start of the motion: its origin, and x, y, z seen from the field.
     cdef double ou
     cdef double ov
@@ -30,6 +32,8 @@ cdef class SweptBody:
     # Its way across the axis, how far it rises along the axis a mm of that, and the lowest place of one that goes nowhere else.
     cdef double length
     cdef double rise
+    # That of the angle between its way and the plane across the axis.
+    cdef double cosine
     cdef double base
     # How far a line of the field goes across the axis a mm, squared, 1 over that, and 1 over its parts along x and y; 0 for without end.
     cdef double across
@@ -77,6 +81,7 @@ cdef class SweptBody:
     cdef bint misses(self, double start, double end) noexcept nogil
     cdef bint line(self) noexcept nogil
     cdef double _nearer(self, double w, double sense) noexcept nogil
+    cdef double _onto_ball(self, double w, double sense) noexcept nogil
     cdef double _root(self, double w, double last) noexcept nogil
     cdef void _look(self, double w) noexcept nogil
     cdef bint between(self, double low, double high) noexcept nogil

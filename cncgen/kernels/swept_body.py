@@ -19,6 +19,8 @@ else:
 
 #: Steps of Newton's method, at most.
 _STEPS = cython.declare(cython.int, 60)
+#: Below this part of its radius, squared, a ball counts as upright.
+_UPRIGHT = cython.declare(cython.double, 1e-6)
 #: A shorter way across the axis counts as 0, mm: along the axis a rise by it would be without end.
 _ACROSS = cython.declare(cython.double, 1e-4)
 
@@ -47,6 +49,7 @@ class SweptBody:
         self.flat = tool[1] if tool[1] < self.radius else self.radius
         self.edge = tool[2]
         self.slope = tool[3]
+        self.ball = self.flat == 0.0 and self.edge == self.radius
         self.zu, self.zv, self.zw = axes[k, 0], axes[k, 1], axes[k, 2]
         self.ou = lines[k, 0] + tip * self.zu
         self.ov = lines[k, 1] + tip * self.zv
@@ -72,6 +75,7 @@ class SweptBody:
                 tu, tv, tw = 0.0, self.zw, -self.zv
             along = sqrt(tu * tu + tv * tv + tw * tw)
             self.xu, self.xv, self.xw = tu / along, tv / along, tw / along
+        self.cosine = 1.0 / sqrt(1.0 + self.rise * self.rise)
         self.yu = self.zv * self.xw - self.zw * self.xv
         self.yv = self.zw * self.xu - self.zu * self.xw
         self.yw = self.zu * self.xv - self.zv * self.xu
@@ -111,6 +115,27 @@ class SweptBody:
         rho: cython.double = self.radius * self.radius - y * y
         over: cython.double
         steep: cython.double
+        if self.ball and rho > _UPRIGHT * self.radius * self.radius:
+            # The ball touches where it is as steep as its way, or at an end of that.
+            over = sqrt(rho)
+            steep = over / self.cosine
+            s = x - m * over * self.cosine
+            if s < 0.0 or s > self.length:
+                s = 0.0 if s < 0.0 else self.length
+                rho -= (x - s) * (x - s)
+                steep = 0.0
+            if steep > 0.0:
+                self.over = self.base + m * x + self.radius - steep - (self.z + w * self.zw)
+                self.gx, self.gy = m, y * steep / (over * over)
+                self.change = self.gx * self.xw + self.gy * self.yw - self.zw
+                return
+            if rho > _UPRIGHT * self.radius * self.radius:
+                over = sqrt(rho)
+                self.over = self.base + m * s + self.radius - over - (self.z + w * self.zw)
+                self.gx, self.gy = (x - s) / over, y / over
+                self.change = self.gx * self.xw + self.gy * self.yw - self.zw
+                return
+            rho = self.radius * self.radius - y * y
         if self.flat >= self.radius and rho > 0.0:
             # A flat disc touches with its rear or front, at its rim where it is upright.
             rho = sqrt(rho)
@@ -323,15 +348,66 @@ class SweptBody:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
+    def _onto_ball(self, w: cython.double, sense: cython.double) -> cython.double:
+        """Return where the line at hand meets a ball's body from w, outside of it; endless where it misses it.
+
+        The ball's middle goes along a segment. From below, the line meets what is within the radius of that: of a cylinder round it
+        and of the balls at its ends, the one that has the place at which the line meets the cylinder.
+        """
+        x: cython.double = self.x + w * self.xw
+        y: cython.double = self.y + w * self.yw
+        z: cython.double = self.z + w * self.zw - self.base - self.radius
+        dx: cython.double = sense * self.xw
+        dy: cython.double = sense * self.yw
+        dz: cython.double = sense * self.zw
+        # The direction of the segment is (ex, 0, ez).
+        ex: cython.double = self.cosine
+        ez: cython.double = self.rise * ex
+        far: cython.double = self.length / ex
+        along: cython.double = x * ex + z * ez
+        turn: cython.double = dx * ex + dz * ez
+        size: cython.double = 1.0 - turn * turn
+        half: cython.double = x * dx + y * dy + z * dz
+        c: cython.double = x * x + y * y + z * z - self.radius * self.radius
+        t: cython.double
+        root: cython.double
+        if size > 1e-12:
+            t = half - along * turn
+            root = t * t - size * (c - along * along)
+            if root < 0.0:
+                return sense * 1e300
+            t = (-t - sqrt(root)) / size
+            along += t * turn
+            if 0.0 <= along <= far:
+                return w + sense * t if t > 0.0 else w
+        elif turn < 0.0:
+            along = far + 1.0
+        else:
+            along = -1.0
+        if along > far:
+            # The ball at the end, whose middle is far along the segment.
+            half -= far * turn
+            c += far * (far - 2.0 * (x * ex + z * ez))
+        root = half * half - c
+        if root < 0.0:
+            return sense * 1e300
+        t = -half - sqrt(root)
+        return w + sense * t if t > 0.0 else w
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
     def _root(self, w: cython.double, last: cython.double) -> cython.double:
         """Return where the line at hand goes into the body, from w, outside of it, towards a last place; 1e300 if nowhere before."""
         step: cython.double
         k: cython.int
         up: cython.bint = last > w
         if self.edge > 0.0:
-            w = self._nearer(w, 1.0 if up else -1.0)
+            w = self._onto_ball(w, 1.0 if up else -1.0) if self.ball else self._nearer(w, 1.0 if up else -1.0)
             if w >= last if up else w <= last:
                 return 1e300
+            if self.ball:
+                return w
         for k in range(_STEPS):
             self._clear(w)
             if self.over <= CLOSE:
