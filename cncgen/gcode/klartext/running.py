@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from cncgen.diagnostics import Diagnostics, Severity
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import (
     AXIS_INDEX,
     CIRCLE,
@@ -27,10 +26,8 @@ from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.turning_profiles import Recorder, Segment
-from cncgen.gcode.doubts import tell
-from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
-from cncgen.gcode.flow.faults import Faults
-from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.errors import Astray, BlockError, Stop
+from cncgen.gcode.flow.language_run import LanguageRun
 from cncgen.gcode.klartext import (
     contours,
     cycles,
@@ -43,15 +40,13 @@ from cncgen.gcode.klartext import (
 )
 from cncgen.gcode.klartext.datums import Datums
 from cncgen.gcode.klartext.hole_cycle import FASTEST
-from cncgen.gcode.sinks.sink import Point, Sink
+from cncgen.gcode.sinks.sink import Point
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.state.systems import SYSTEM_COUNT
 from cncgen.gcode.text import plain_language
-from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.search import search_path
-from cncgen.toolpath.reading import ReadOptions
 
 #: Signs of a program whose lines lead from one to another, or whose cycles are run here.
 _NEEDS = re.compile(
@@ -111,25 +106,12 @@ def _apart(body: str) -> list[str]:
     return _GIVEN.split(body)
 
 
-class HeidenhainRunner:
-    """One run of a program on a sink; it is used as `cncgen.gcode.flow.running.Runner` is."""
+class HeidenhainRunner(LanguageRun):
+    """One run of a program in plain language."""
 
-    def __init__(
-        self,
-        source: Source,
-        options: ReadOptions,
-        sink: Sink,
-        diagnostics: Diagnostics,
-        *,
-        path: str | os.PathLike[str] | None = None,
-        choice: Choice | None = None,
-    ) -> None:
-        self.reporter = Reporter(diagnostics)
-        self.sources = [source]
-        self._options = options
-        self._choice = choice or chosen(source, options.dialect)
-        self._faults = Faults(self.sources, sink, self.reporter)
-        self.ip = Interpreter(sink, options, self._faults.remark, "heidenhain")
+    dialect, ends_with = "heidenhain", "END PGM or M30"
+
+    def _prepare(self) -> None:
         self._lines: list[Cursor] = []
         self._bodies: list[str] = []
         self._labels: dict[str, int] = {}
@@ -143,7 +125,6 @@ class HeidenhainRunner:
         #: The side of a contour that is read and not run, None where lines are run.
         self._side: int | None = None
         self._at = 0
-        self._path = path
         #: Programs that CALL PGM left, and the line where they go on.
         self._called: list[
             tuple[list[Cursor], list[str], dict[str, int], list[int], dict[int, int], int]
@@ -151,9 +132,9 @@ class HeidenhainRunner:
 
     def run(self) -> Iterator[None]:
         """Run to the end; yields now and then, so that rows can be taken away."""
-        source = self.sources[0]
-        tell(self.reporter, source, self._choice)
-        self._read(source)
+        if not self._open():
+            return
+        self._read(self.sources[0])
         self.ip.begin()
         try:
             yield from self._run()
@@ -162,15 +143,8 @@ class HeidenhainRunner:
             self._faults.here(stop.error)
         except BlockError as error:
             self._faults.here(error)
-        if not self.ip.state.ended and not self._faults.found and self._lines:
-            here = self._lines[-1]
-            self.ip.base.block = Block({}, line=here.line, offset=here.offset)
-            self._faults.remark(
-                BlockError(
-                    "no-program-end", "the program ends without END PGM or M30", hint="END PGM ends it"
-                ),
-                Severity.WARNING,
-            )
+        if self._lines:
+            self._check_end(self._lines[-1])
 
     def _read(self, source: Source, index: int = 0) -> None:
         """Take the lines, their text without numbers and comments, and the labels."""

@@ -55,6 +55,22 @@ def filled(values: Values, index: int, usual: float = 0.0) -> float:
     return usual if value is None else value
 
 
+def check_plane(motions: Motions, name: str) -> None:
+    """Refuse a cycle that works in G17 in another plane."""
+    if motions.ip.state.plane != 17:
+        message = f"{name} works in plane G17, not in G{motions.ip.state.plane}"
+        raise BlockError("cycle-plane", message, name, hint="use G17")
+
+
+def milling_feed(motions: Motions, name: str, value: float) -> float:
+    """Return the feed of a milling cycle: its own, or F of the program where it gives none."""
+    feed = value or motions.ip.state.feed
+    if feed <= 0.0:
+        message = f"{name} has no feed: FFP1 and F are not given"
+        raise BlockError("feed-missing", message, name, hint="FFP1 mills, FFD plunges")
+    return feed
+
+
 @dataclass(slots=True)
 class Hole:
     """Levels along the axis beside the plane: retraction, start and depth."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.pockets import levels_of
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik.cycles import Hole, Values, depth_of, filled
+from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, milling_feed
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -53,13 +53,7 @@ class _Mill:
         Raises:
             BlockError: It has no radius or no feed, or the plane is not G17.
         """
-        if motions.ip.state.plane != 17:
-            raise BlockError(
-                "cycle-plane",
-                f"{name} works in plane G17, not in G{motions.ip.state.plane}",
-                name,
-                hint="use G17",
-            )
+        check_plane(motions, name)
         radius = motions.ip.cutting_radius(name)
         if radius <= 0.0:
             raise BlockError(
@@ -68,14 +62,7 @@ class _Mill:
                 name,
                 hint="--tool-table gives the diameter of the tool",
             )
-        feed, plunge = (value or motions.ip.state.feed for value in feeds)
-        if feed <= 0.0:
-            raise BlockError(
-                "feed-missing",
-                f"{name} has no feed: FFP1 and F are not given",
-                name,
-                hint="FFP1 mills, FFD plunges",
-            )
+        feed, plunge = milling_feed(motions, name, feeds[0]), feeds[1] or motions.ip.state.feed
         return cls(
             motions,
             name,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow, levels_of
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik.cycles import Hole, Values, depth_of, filled
+from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, milling_feed
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -22,13 +22,7 @@ _USUAL_STEP = 0.8
 
 def _levels(name: str, motions: Motions, values: Values, depth: float) -> Hole:
     """Return the heights of a pocket, whose depth is its fourth parameter."""
-    if motions.ip.state.plane != 17:
-        raise BlockError(
-            "cycle-plane",
-            f"{name} works in plane G17, not in G{motions.ip.state.plane}",
-            name,
-            hint="use G17",
-        )
+    check_plane(motions, name)
     return Hole.of(motions, name, [*values[:3], depth])
 
 
@@ -44,14 +38,8 @@ def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[
         pocket.centre, pocket.length - side, pocket.width - side, max(pocket.corner - side, 0.0), pocket.angle
     )
     levels = levels_of(hole.reference, hole.depth + floor, how["mid"], name)
-    feed, plunge = how["feed"] or motions.ip.state.feed, how["plunge"] or how["feed"] or motions.ip.state.feed
-    if feed <= 0.0:
-        raise BlockError(
-            "feed-missing",
-            f"{name} has no feed: FFP1 and F are not given",
-            name,
-            hint="FFP1 mills, FFD plunges",
-        )
+    feed = milling_feed(motions, name, how["feed"])
+    plunge = how["plunge"] or feed
     motions.move({"Z": hole.back}, rapid=True)
     motions.ip.state.motion = 10
     step = how["step"] or _USUAL_STEP * 2.0 * radius
@@ -136,14 +124,7 @@ def bows(motions: Motions, name: str, values: Values) -> None:
             hint="NUM counts the slots, AFSL is the angle of one, VARI is 0 to 2; in G17",
         )
     radius = ip.cutting_radius(name, v[7] / 2.0)
-    feed = v[14] or ip.state.feed
-    if feed <= 0.0:
-        raise BlockError(
-            "feed-missing",
-            f"{name} has no feed: FFP1 and F are not given",
-            name,
-            hint="FFP1 mills, FFD plunges",
-        )
+    feed = milling_feed(motions, name, v[14])
     levels = levels_of(hole.reference, hole.depth, v[15], name)
     how = Clearing(
         radius, _USUAL_STEP * 2.0 * radius, levels, hole.start, feed, v[13] or feed, 1 if v[16] == 3.0 else -1
@@ -199,9 +180,7 @@ def _rays(
     motions: Motions, name: str, values: Values, v: list[float], half: float, how: dict[str, float]
 ) -> None:
     """Clear NUM slots (v[5]) of LENG (v[6]) and half a width about CPA CPO (v[8:10]), from RAD (v[10]) on at STA1 (v[11]) and INDA (v[12])."""
-    if motions.ip.state.plane != 17:
-        message = f"{name} works in plane G17, not in G{motions.ip.state.plane}"
-        raise BlockError("cycle-plane", message, name, hint="use G17")
+    check_plane(motions, name)
     hole = Hole.of(motions, name, values)
     count = round(v[5])
     if not 1 <= count <= 10_000:

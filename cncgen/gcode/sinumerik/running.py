@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from cncgen.diagnostics import Diagnostics, Severity, UsageError
+from cncgen.diagnostics import UsageError
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes.turning_profiles import MAX_MOVES, Recorder, Segment
-from cncgen.gcode.doubts import tell
-from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
-from cncgen.gcode.flow.faults import Faults
-from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinks.sink import Sink
+from cncgen.gcode.errors import Astray, BlockError, Stop
+from cncgen.gcode.flow.language_run import LanguageRun
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
 from cncgen.gcode.sinumerik.motions import Motions
 from cncgen.gcode.sinumerik.programs import Line, Program, programs_of, turns
 from cncgen.gcode.sinumerik.reading import Item
 from cncgen.gcode.sinumerik.variables import Store, Variable
-from cncgen.gcode.source import Source, open_source
-from cncgen.gcode.text.dialects import Choice, chosen
+from cncgen.gcode.source import open_source
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.search import candidates, leaves_path, search_path
-from cncgen.toolpath.reading import ReadOptions
 
 _YIELD = 512
 _ENDS = {2.0, 30.0, 17.0}
@@ -48,47 +42,27 @@ class Frame:
     results: list[tuple[str, tuple[Any, ...]]] = field(default_factory=list)
 
 
-class SinumerikRunner:
-    """One run of a program on a sink; it is used as `cncgen.gcode.flow.running.Runner` is."""
+class SinumerikRunner(LanguageRun):
+    """One run of a program of SINUMERIK."""
 
-    def __init__(
-        self,
-        source: Source,
-        options: ReadOptions,
-        sink: Sink,
-        diagnostics: Diagnostics,
-        *,
-        path: str | os.PathLike[str] | None = None,
-        choice: Choice | None = None,
-    ) -> None:
-        self.reporter = Reporter(diagnostics)
-        self.sources = [source]
-        self._options = options
-        self._choice = choice or chosen(source, options.dialect)
-        self._faults = Faults(self.sources, sink, self.reporter)
-        self.ip = Interpreter(sink, options, self._faults.remark, "sinumerik")
+    dialect, ends_with = "sinumerik", "M30, M2 or M17"
+
+    def _prepare(self) -> None:
         self.ip.state.motion = 10
         self.store = Store(self.ip)
         self.motions = Motions(self.ip, self.store, self._begin_call, self._contour)
-        self._folders = search_path(path, options.include)
+        self._folders = search_path(self._path, self._options.include)
         self._programs: dict[str, Program] = {}
         self._frames: list[Frame] = []
 
     def run(self) -> Iterator[None]:
         """Run to the end; yields now and then, so that rows can be taken away."""
-        source = self.sources[0]
-        if source.is_binary():
-            message = f"{source.name} is not text: it holds NUL bytes"
-            self._faults.at(
-                Cursor(0, 0, 1),
-                BlockError("binary-file", message, hint="is it UTF-16? save it as UTF-8 or ASCII"),
-            )
+        if not self._open():
             return
-        tell(self.reporter, source, self._choice)
         self.ip.begin()
-        self.motions.begin(turns=turns(source.data))
+        self.motions.begin(turns=turns(self.sources[0].data))
         main = self._load(0, "")
-        self.motions.turret = _TOOL_CHANGE.search(source.data) is None
+        self.motions.turret = _TOOL_CHANGE.search(self.sources[0].data) is None
         self._frames = [Frame(main)]
         self.ip.budget.forward = len(main.lines)
         try:
@@ -118,14 +92,8 @@ class SinumerikRunner:
             self._faults.at(here, error)
         if last is None and not any(line.fault for line in main.lines):
             self._faults.at(here, BlockError("empty-program", f"{self.sources[0].name} has no block"))
-        elif not self.ip.state.ended and not self._faults.found:
-            self.ip.base.block = Block({}, line=here.line, offset=here.offset)
-            self._faults.remark(
-                BlockError(
-                    "no-program-end", "the program ends without M30, M2 or M17", hint="end it with M30"
-                ),
-                Severity.WARNING,
-            )
+        else:
+            self._check_end(here)
 
     def _run(self) -> Iterator[None]:
         while self._frames and not self.ip.state.ended:

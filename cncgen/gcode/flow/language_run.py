@@ -1,0 +1,66 @@
+"""What runs of the languages of their own, SINUMERIK's and Heidenhain's plain language, have in common with each other."""
+
+from __future__ import annotations
+
+import os
+
+from cncgen.diagnostics import Diagnostics, Severity
+from cncgen.gcode.block import Block
+from cncgen.gcode.doubts import tell
+from cncgen.gcode.errors import BlockError, Reporter
+from cncgen.gcode.flow.faults import Faults
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Sink
+from cncgen.gcode.source import Source
+from cncgen.gcode.text.dialects import Choice, chosen
+from cncgen.gcode.text.labels import Cursor
+from cncgen.toolpath.reading import ReadOptions
+
+
+class LanguageRun:
+    """One run of a program on a sink; it is used as `cncgen.gcode.flow.running.Runner` is, whose arguments it takes."""
+
+    #: The dialect of the interpreter, and how a program ends.
+    dialect, ends_with = "", ""
+
+    def __init__(
+        self,
+        source: Source,
+        options: ReadOptions,
+        sink: Sink,
+        diagnostics: Diagnostics,
+        *,
+        path: str | os.PathLike[str] | None = None,
+        choice: Choice | None = None,
+    ) -> None:
+        self.reporter = Reporter(diagnostics)
+        self.sources = [source]
+        self._options, self._path = options, path
+        self._choice = choice or chosen(source, options.dialect)
+        self._faults = Faults(self.sources, sink, self.reporter)
+        self.ip = Interpreter(sink, options, self._faults.remark, self.dialect)
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """Make what the language needs."""
+
+    def _open(self) -> bool:
+        """Tell of the dialect and of doubts; tell whether the program is text."""
+        source = self.sources[0]
+        if source.is_binary():
+            message = f"{source.name} is not text: it holds NUL bytes"
+            hint = "is it UTF-16? save it as UTF-8 or ASCII"
+            self._faults.at(Cursor(0, 0, 1), BlockError("binary-file", message, hint=hint))
+            return False
+        tell(self.reporter, source, self._choice)
+        return True
+
+    def _check_end(self, last: Cursor) -> None:
+        """Warn of a program that its last line does not end."""
+        if not self.ip.state.ended and not self._faults.found:
+            self.ip.base.block = Block({}, line=last.line, offset=last.offset)
+            names = self.ends_with
+            error = BlockError(
+                "no-program-end", f"the program ends without {names}", hint=f"{names.split()[0]} ends it"
+            )
+            self._faults.remark(error, Severity.WARNING)
