@@ -309,7 +309,7 @@ def test_ap238_workpieces_made_of_one_another_in_a_ring_or_a_long_row(length):
     assert ("part21-cycle" if ring else "stepnc-nesting") in codes(found, "error")
 
 
-def test_ap238_is_written_with_one_raw_piece_and_says_which_are_left_out(tmp_path):
+def test_ap238_says_which_raw_pieces_of_one_setup_are_left_out(tmp_path):
     """The second one was left out without a word."""
     part = Pieces()
     one, two = block(part), block(part, high=(70, 40, 0))
@@ -321,15 +321,58 @@ def test_ap238_is_written_with_one_raw_piece_and_says_which_are_left_out(tmp_pat
     assert "has 2 raw pieces" in told.message
 
 
-def test_ap238_a_raw_piece_that_stands_elsewhere_in_the_next_setup_is_told(tmp_path):
-    part = Pieces()
+def setups(part, other):
+    """A pocket in each of two setups, of a piece that stands elsewhere in the second one, or of another piece."""
     piece = block(part)
+    second = block(part, high=(70, 40, 0)) if other else piece
     first = part.plan(part.pocketed(piece, 6.0, "one"), setup=part.setup("a", (piece, (0, 0, 0))))
-    second = part.plan(part.pocketed(piece, 6.0, "two"), setup=part.setup("b", (piece, (5, 0, 0))))
-    part.project(part.plan(first, second))
+    last = part.plan(part.pocketed(second, 6.0, "two"), setup=part.setup("b", (second, (5, 0, 0))))
+    part.project(part.plan(first, last))
+
+
+@pytest.mark.parametrize("other", [False, True], ids=["elsewhere", "another"])
+def test_ap238_has_the_raw_piece_of_each_setup(tmp_path, other):
+    """One was written, and a warning said that the next one is left out."""
+    part = Pieces()
+    setups(part, other)
+    source = written(part, tmp_path)
+    program = read(source, options=ReadOptions(workingsteps=True))
+    stream = io.StringIO()
+    assert write_ap238(program.chunks(), stream) == []
+    (tmp_path / "aim.stp").write_text(stream.getvalue())
+    again = read(str(tmp_path / "aim.stp"), options=ReadOptions(workingsteps=True))
+    before, after = (
+        [
+            event.values["stock"]
+            for chunk in each.chunks()
+            for event in chunk.events
+            if event.name == "workingstep" and "stock" in event.values
+        ]
+        for each in (read(source, options=ReadOptions(workingsteps=True)), again)
+    )
+    assert len(before) == len(after) == 2
+    for one, two in zip(before, after, strict=True):
+        assert one["kind"] == two["kind"]
+        np.testing.assert_allclose(two["size"], one["size"], rtol=0, atol=1e-9)
+        np.testing.assert_allclose(two["frame"], one["frame"], rtol=0, atol=1e-9)
+    files = (source, str(tmp_path / "aim.stp"))
+    if other:
+        for file in files:
+            with pytest.raises(UsageError, match="have different raw pieces"):
+                cut(file)
+    else:
+        # The second pocket is at the place of the first one in the piece, which went with it.
+        assert [removed(cut(file, cell_mm=0.5)) for file in files] == [pytest.approx([3519, 0], abs=40)] * 2
+
+
+def test_ap238_a_raw_piece_that_is_given_is_that_of_all(tmp_path):
+    part = Pieces()
+    setups(part, True)
     program = read(written(part, tmp_path), options=ReadOptions(workingsteps=True))
-    (told,) = write_ap238(program.chunks(), io.StringIO())
-    assert "has a raw piece that is another or stands elsewhere" in told.message
+    stream = io.StringIO()
+    given = {"kind": "block", "frame": np.eye(4), "size": (200.0, 100.0, 20.0)}
+    assert write_ap238(program.chunks(), stream, stock=given) == []
+    assert stream.getvalue().count("BLOCK_SHAPE_REPRESENTATION") == 1
 
 
 def test_ap238_the_same_raw_piece_in_all_workingsteps_is_no_fault(tmp_path):

@@ -12,6 +12,8 @@ from cncgen.stepnc.part21 import DERIVED, Enumeration, Instance, Record, Ref, Ty
 from cncgen.stepnc.part21.writer import format_real
 
 Floats = NDArray[np.float64]
+#: The kind, frame and size of a raw piece, as events have them.
+Stock = Mapping[str, Any]
 E = Enumeration
 
 
@@ -145,7 +147,13 @@ class AimFile:
         given = Typed("COUNT_MEASURE", float(number))
         return self.add("MEASURE_REPRESENTATION_ITEM", name, given, self.tooth)
 
-    def project(self, workplan: Ref, name: str, stock: Mapping[str, Any] | None = None) -> None:
+    def project(
+        self,
+        workplan: Ref,
+        name: str,
+        stock: Stock | None = None,
+        setups: Sequence[tuple[Ref, Stock]] = (),
+    ) -> None:
         """Write the project that the workplan is the process of, with its workpiece where the raw piece is known.
 
         Args:
@@ -153,6 +161,8 @@ class AimFile:
             name: Of the project.
             stock: ``kind`` (``block`` or ``cylinder``), ``frame`` (4 x 4, mm) and ``size`` (mm) of the raw piece, as
                 `cncgen.stepnc.geometry.solids.Solid` has them.
+            setups: Workplans within it, and the raw piece in each. One of the same size as one before is of the same workpiece, which
+                stands elsewhere.
         """
         application = self.add("APPLICATION_CONTEXT", "application protocol for the control of CNC machines")
         context = self.add("PRODUCT_CONTEXT", "CNC machining", application, "manufacturing")
@@ -162,20 +172,49 @@ class AimFile:
         definition = self.add("PRODUCT_DEFINITION", "", "", formation, stage)
         process = self.add("PRODUCT_DEFINITION_PROCESS", "machining", "", workplan, "")
         self.add("PROCESS_PRODUCT_ASSOCIATION", "", "", definition, process)
+        pieces: list[tuple[Stock, Ref]] = []
         if stock is not None:
-            piece, raw = (self._definition(n, context, stage) for n in ("workpiece", "raw piece"))
-            self.add("MACHINING_PROJECT_WORKPIECE_RELATIONSHIP", "", "", "", definition, piece)
-            one = self.add("MEASURE_WITH_UNIT", Typed("COUNT_MEASURE", 1.0), self.tooth)
-            self.add("MAKE_FROM_USAGE_OPTION", "", "", "", piece, raw, 1, "", one)
-            shape = self.add("PRODUCT_DEFINITION_SHAPE", "", "", raw)
-            self.add("SHAPE_DEFINITION_REPRESENTATION", shape, self._solid(stock))
+            pieces.append((stock, self._workpiece(stock, context, stage)))
+            self.add("MACHINING_PROJECT_WORKPIECE_RELATIONSHIP", "", "", "", definition, pieces[0][1])
+            setups = [(workplan, stock), *setups] if setups else ()
+        for plan, standing in setups:
+            setup = self._definition("setup", context, stage)
+            process = self.add("PRODUCT_DEFINITION_PROCESS", "setup", "", plan, "")
+            self.add("PROCESS_PRODUCT_ASSOCIATION", "", "", setup, process)
+            alike = [p for p in pieces if _alike(p[0], standing)] or [
+                (standing, self._workpiece(standing, context, stage))
+            ]
+            pieces += [] if alike[0] in pieces else alike
+            relation = self.add("MACHINING_SETUP_WORKPIECE_RELATIONSHIP", "", "", "", setup, alike[0][1])
+            self._place(relation, np.asarray(alike[0][0]["frame"]), np.asarray(standing["frame"]))
+
+    def _workpiece(self, stock: Stock, context: Ref, stage: Ref) -> Ref:
+        """Write a workpiece and what it is made of."""
+        piece, raw = (self._definition(n, context, stage) for n in ("workpiece", "raw piece"))
+        one = self.add("MEASURE_WITH_UNIT", Typed("COUNT_MEASURE", 1.0), self.tooth)
+        self.add("MAKE_FROM_USAGE_OPTION", "", "", "", piece, raw, 1, "", one)
+        shape = self.add("PRODUCT_DEFINITION_SHAPE", "", "", raw)
+        self.add("SHAPE_DEFINITION_REPRESENTATION", shape, self._solid(stock))
+        return piece
+
+    def _place(self, relation: Ref, own: Floats, standing: Floats) -> None:
+        """Write that what a workpiece has at one frame stands at another one in a setup."""
+        shape = self.add("PRODUCT_DEFINITION_SHAPE", "", "", relation)
+        places = [self.placement(f[:3, 3], f[:3, 2], f[:3, 0], "orientation") for f in (own, standing)]
+        change = self.add("ITEM_DEFINED_TRANSFORMATION", "", "", *places)
+        link = self.add_complex(
+            ("REPRESENTATION_RELATIONSHIP", ("", "", None, None)),
+            ("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION", (change,)),
+            ("SHAPE_REPRESENTATION_RELATIONSHIP", ()),
+        )
+        self.add("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", link, shape)
 
     def _definition(self, name: str, context: Ref, stage: Ref) -> Ref:
         product = self.add("PRODUCT", name, name, "", (context,))
         formation = self.add("PRODUCT_DEFINITION_FORMATION", "", "", product)
         return self.add("PRODUCT_DEFINITION", "", "", formation, stage)
 
-    def _solid(self, stock: Mapping[str, Any]) -> Ref:
+    def _solid(self, stock: Stock) -> Ref:
         """Write the shape of a raw piece as ISO 10303-238 has that of ITS_RAWPIECE."""
         frame, size = np.asarray(stock["frame"], float), stock["size"]
         place = self.placement(frame[:3, 3], frame[:3, 2], frame[:3, 0], "orientation")
@@ -186,3 +225,8 @@ class AimFile:
             size = (2 * size[0], size[2])
         items = [self.size(name, float(value)) for name, value in zip(names, size, strict=True)]
         return self.add(keyword, "raw piece", (*items, place), self.context)
+
+
+def _alike(one: Stock, other: Stock) -> bool:
+    """Tell whether two raw pieces have the same shape, to a nanometre."""
+    return one["kind"] == other["kind"] and np.allclose(one["size"], other["size"], rtol=0.0, atol=1e-6)

@@ -1,5 +1,5 @@
 """Toolpaths to an AP238 file: one workplan, a workingstep a tool (or as the program has them), a toolpath for every stretch
-of alike motions; tools with their sizes, and the raw piece.
+of alike motions; tools with their sizes, and the raw piece of each setup.
 
 Lines become polylines, arcs trimmed circles, helices trimmed HELIX curves (of ISO 14649-11; the AIM has none of its
 own), splines B-splines with their knots and weights. A comment before the header states the first position of the tool. Numbers have
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Severity, UsageError
 from cncgen.geometry import elementary
-from cncgen.stepnc.ap238.aim_file import AimFile, E
+from cncgen.stepnc.ap238.aim_file import AimFile, E, Stock
 from cncgen.stepnc.motion_lengths import motion_length
 from cncgen.stepnc.part21 import Ref
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
@@ -45,7 +45,7 @@ def write_ap238(
     stream: TextIO,
     name: str = "",
     inches: bool = False,
-    stock: Mapping[str, Any] | None = None,
+    stock: Stock | None = None,
 ) -> list[Diagnostic]:
     """Write a program as an AP238 file.
 
@@ -72,7 +72,7 @@ def write_ap238(
     stream.write(
         f"FILE_NAME('','',(''),(''),'cncgen','cncgen','');\nFILE_SCHEMA(('{SCHEMA}'));\nENDSEC;\nDATA;\n"
     )
-    writer = _Writer(AimFile(stream, inches), name, stock)
+    writer = _Writer(AimFile(stream, inches), name, stock, stock is not None)
     for chunk in _all(first, iterator):
         writer.chunk(chunk)
     writer.close()
@@ -108,13 +108,17 @@ class _Users(NamedTuple):
 class _Writer:
     file: AimFile
     name: str
-    stock: Mapping[str, Any] | None = None
-    other_stock: Event | None = None
+    stock: Stock | None = None
+    of_all: bool = False
+    several: Event | None = None
     state: _State = field(default_factory=_State)
     _plan: Ref | None = None
     _operation: Ref | None = None
     _paths: int = 0
     _steps: int = 0
+    _setups: list[tuple[Ref, Stock]] = field(default_factory=list)
+    _within: Ref | None = None
+    _steps_within: int = 0
     _label: str = ""
     _tools: dict[str, _Users] = field(default_factory=dict)
     _technologies: dict[tuple[float | None, float | None, float | None], Ref] = field(default_factory=dict)
@@ -127,17 +131,15 @@ class _Writer:
             form = str(values.get("form") or "milling cutting tool")
             self._sizes(self.file.add("MACHINING_TOOL", tool, form, tuple(users), kind), values)
         if self._plan is not None:
-            self.file.project(self._plan, self.name or "program", self.stock)
+            self.file.project(self._plan, self.name or "program", self.stock, self._setups)
 
     def left_out(self) -> list[Diagnostic]:
         """Return warnings of what the file leaves out."""
-        if self.other_stock is None:
+        if self.several is None:
             return []
-        values = self.other_stock.values
-        several, label = values.get("raw_pieces", 1), values.get("label", "")
-        has = f"{several} raw pieces" if several > 1 else "a raw piece that is another or stands elsewhere"
-        text = f"the file has {'no' if self.stock is None else 'one'} raw piece; workingstep {label} (#{values['entity']}) has {has}, which is left out"
-        hint = "convert each setup to a file of its own, or give the raw piece of all with --stock"
+        values = self.several.values
+        text = f"workingstep {values.get('label', '')} (#{values['entity']}) has {values['raw_pieces']} raw pieces in its setup, of which one is written"
+        hint = "convert each of them to a file of its own, or give the raw piece of all with --stock"
         return [Diagnostic("stepnc-raw-pieces", text, Severity.WARNING, hint=hint)]
 
     def _sizes(self, tool: Ref, values: Mapping[str, Any]) -> None:
@@ -156,11 +158,33 @@ class _Writer:
 
     # Structure
 
-    def _child(self, child: Ref) -> None:
-        if self._plan is None:
-            self._plan = self.file.method("MACHINING_WORKPLAN", self.name or "program")
+    def _standing(self, stock: Stock) -> None:
+        """Begin a workplan with a setup of its own where the raw piece is another one than before, or stands elsewhere."""
+        if self.of_all:
+            return
+        if self.stock is None and self._plan is None:
+            self.stock = stock
+            return
+        self._within = self.file.method("MACHINING_WORKPLAN", f"setup {len(self._setups) + 2}")
+        self._setups.append((self._within, stock))
         self._steps += 1
-        self.file.relate("MACHINING_PROCESS_SEQUENCE_RELATIONSHIP", self._plan, child, self._steps)
+        self._sequence(self._main(), self._within, self._steps)
+        self._steps_within = 0
+
+    def _main(self) -> Ref:
+        self._plan = self._plan or self.file.method("MACHINING_WORKPLAN", self.name or "program")
+        return self._plan
+
+    def _child(self, child: Ref) -> None:
+        if self._within is None:
+            self._steps += 1
+            self._sequence(self._main(), child, self._steps)
+        else:
+            self._steps_within += 1
+            self._sequence(self._within, child, self._steps_within)
+
+    def _sequence(self, plan: Ref, child: Ref, number: int) -> None:
+        self.file.relate("MACHINING_PROCESS_SEQUENCE_RELATIONSHIP", plan, child, number)
 
     def _begin_operation(self) -> Ref:
         if self._operation is None:
@@ -327,11 +351,10 @@ class _Writer:
             known.values.update(values)
         elif event.name == "workingstep":
             self._label, self._operation = str(values.get("label", "")), None
-            raw = values.get("stock")
-            self.stock = self.stock or raw
-            other = raw is not None and self.stock is not None and not _same_solid(raw, self.stock)
-            if other or values.get("raw_pieces", 1) > 1:
-                self.other_stock = self.other_stock or event
+            if "stock" in values:
+                self._standing(values["stock"])
+            if values.get("raw_pieces", 1) > 1:
+                self.several = self.several or event
         elif event.name == "spindle" and "direction" in values:
             direction, speed = int(values["direction"]), float(values["speed_rpm"])
             self.state.spindle = -direction * speed / 60.0 if direction else 0.0
@@ -360,10 +383,3 @@ class _Writer:
             self.file.words(function, "message", text)
         self._child(function)
         self._operation = None
-
-
-def _same_solid(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    """Tell whether two raw pieces are the same one, to a nanometre."""
-    return one["kind"] == other["kind"] and all(
-        np.allclose(one[key], other[key], rtol=0.0, atol=1e-6) for key in ("frame", "size")
-    )
