@@ -235,9 +235,12 @@ def test_lines_end_as_any_system_ends_them(begin: bytes, end: bytes, last: bytes
     assert out.path.line.tolist()[:3] == [2, 5, 5]
 
 
-def test_wide_text_is_named(run: Any) -> None:
+@pytest.mark.parametrize("dialect", ["auto", "linuxcnc", "sinumerik", "heidenhain"])
+def test_wide_text_is_named(dialect: str) -> None:
     for coding in ("utf-16", "utf-16-le"):
-        (fault,) = run("G0 X1\nM2\n".encode(coding)).diagnostics
+        found = Diagnostics()
+        check(io.BytesIO("G0 X1\nM2\n".encode(coding)), "a", ReadOptions(dialect=dialect), found)
+        (fault,) = [d for d in found if d.code != "dialect"]
         assert fault.code == "binary-file"
         assert ("UTF-16" in fault.hint) == (coding == "utf-16")
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cncgen.geometry.tables import ArcTable
-from cncgen.toolpath.record import Kind
+from cncgen.toolpath.record import FeedMode, Kind
 
 #: Program, and where its motions end (X Y Z, as far as one is not 0), G0 and G1 as points, arcs as ends too.
 MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
@@ -88,6 +88,12 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
         "CYCLE83(10,0,1,-25,,-10,,2,,,1,1)",
         [(0, 0, z) for z in (1, -10, 1, -9.4, -18, 1, -17.4, -24, 1, -23.4, -25, 10)],
     ),
+    "CYCLE83 with steps in percent": ("F100\nCYCLE83(10,0,1,-20,,-10,,50,0,0,50,1,0,2,0,0,1,0,1,12221112)",
+                                      [(0, 0, z) for z in (1, -10, 1, -9, -15, 1, -14, -17.5, 1, -16.5, -19.5, 1, -18.5, -20, 10)]),
+    "CYCLE83 with distances": ("CYCLE83(10,0,1,-50,12,-30,6,2,0,0,1,1,0,2,0,0,5,0,1,1110011)",
+                               [(0, 0, z) for z in (1, -6, 1, -5.4, -10, 1, -9.4, -12, 10)]),
+    "CYCLE83 in inches": ("G70\nCYCLE83(1,0,0.1,-2,,-1)", [(0, 0, z) for z in (2.54, -25.4, -24.4, -50.8, 25.4)]),
+    "CYCLE82 with a distance": ("CYCLE82(10,0,2,-8,5,0,0,1,11)", [(0, 0, z) for z in (2, -5, 10)]),
     "CYCLE83 breaks": ("CYCLE83(10,0,1,-15,,,10,5,,,,0)", [(0, 0, z) for z in (1, -10, -9, -15, 10)]),
     "CYCLE84": ("S100\nCYCLE84(10,0,2,-10,,,5,,1.5,,200,400)", [(0, 0, z) for z in (2, -10, 2, 10)]),
     "CYCLE840": ("S100 M3\nCYCLE840(10,0,2,-10,,0,4,3,0,,1)", [(0, 0, z) for z in (2, -10, 2, 10)]),
@@ -254,6 +260,20 @@ def test_an_arc_in_a_turned_plane_is_a_spline_of_the_same_points(run: Any) -> No
     assert points[-1, 2] == pytest.approx(20.0)
 
 
+@pytest.mark.parametrize(("mode", "wait"), [(0, 0.5), (1, 0.5), (2, 0.06)])
+def test_modes_of_a_cycle_choose_units(run: Any, mode: int, wait: float) -> None:
+    """DTB of 0.5 is seconds or half a turn; FRF is a factor, or a percentage."""
+    drill = f"S500 M3 F100\nCYCLE82(10,0,2,-8,,0.5,0,1,{mode}2)\nM30"
+    events = run(drill, dialect="sinumerik").path.events
+    assert [event.dwell_s for event in events if event.name == "dwell"] == pytest.approx([wait])
+    for factor, digit in ((0.5, 0), (50, 1)):
+        out = run(
+            f"F100\nCYCLE83(10,0,2,-8,,-4,,,,,{factor},1,,,,,,,,{digit}0000000)\nM30", dialect="sinumerik"
+        )
+        cuts = out.path.feed_mode != FeedMode.RAPID
+        assert out.path.feed[cuts] * 60.0 == pytest.approx([50, 100])
+
+
 def test_it_is_recognised(run: Any) -> None:
     out = run('N10 G17 G54\nN20 T="MILL 10" D1\nN30 M6\nN40 G0 X1\nN50 CYCLE81(10,0,2,-5)\nN60 M30')
     assert any(d.message.startswith("read as sinumerik") for d in out.diagnostics)
@@ -316,6 +336,10 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "an inclined axis": ("TRAANG(45)", ("not-read", 1, 1)),
     "a lead in inches": ("CYCLE84(10,0,2,-8,,0,3,,1,0,200,200,0,3)", ("not-read", 1, 1)),
     "a depth of the shank": ("CYCLE81(10,0,2,-8,,0,10)", ("not-read", 1, 1)),
+    "a first depth of the shank": ("CYCLE83(10,0,2,-8,,-4,,,,,,,,,,,,10)", ("not-read", 1, 1)),
+    "a mode of a cycle": ("CYCLE83(10,0,2,-8,,-4,,,,,,,,,,,,,,3)", ("not-read", 1, 1)),
+    "a depth that its mode chooses": ("CYCLE81(10,0,2,-8,,0,0,0,1)", ("cycle-depth", 1, 1)),
+    "a parameter beyond the mode": ("CYCLE82(10,0,2,-8,,0,0,1,12,1)", ("not-read", 1, 1)),
     "a face of corners": ("F100\nCYCLE61(20,0,2,-4,0,0,30,20,2,100,0,500,31,0,1,1010)", ("not-read", 2, 1)),
     "a face that neither roughs nor finishes": ("F100\nT1 M6\nCYCLE71(20,0,2,-4,0,0,30,20,0,2,4,0,0,500,33,0)", ("not-read", 3, 1)),
     "a spigot with a chamfer": ("F100\nCYCLE77(20,0,2,-4,,20,50,10,2,0,0,500,100,0,1,26,1)", ("not-read", 2, 1)),

@@ -39,6 +39,15 @@ class Faults:
         self.found = True
         self._reporter.report(self._sources[here.source], here.line, here.offset, error)
 
+    def refuses(self, source: Source) -> bool:
+        """Report a source that is no text; tell whether it is none."""
+        if not source.is_binary():
+            return False
+        hint = "is it UTF-16? save it as UTF-8 or ASCII" if source.is_wide() else ""
+        message = f"{source.name} is not text: it holds NUL bytes"
+        self.at(Cursor(0, 0, 1), BlockError("binary-file", message, hint=hint))
+        return True
+
     def here(self, error: BlockError) -> None:
         """Report the fault of the executed block."""
         block = self._sink.block

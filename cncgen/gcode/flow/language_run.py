@@ -47,10 +47,7 @@ class LanguageRun:
     def _open(self) -> bool:
         """Tell of the dialect and of doubts; tell whether the program is text."""
         source = self.sources[0]
-        if source.is_binary():
-            message = f"{source.name} is not text: it holds NUL bytes"
-            hint = "is it UTF-16? save it as UTF-8 or ASCII"
-            self._faults.at(Cursor(0, 0, 1), BlockError("binary-file", message, hint=hint))
+        if self._faults.refuses(source):
             return False
         tell(self.reporter, source, self._choice)
         return True

@@ -68,10 +68,7 @@ class Runner:
     def run(self) -> Iterator[None]:
         """Run to the end; yields now and then, so that rows can be taken away."""
         source, faults = self.sources[0], self._parts.faults
-        if source.is_binary():
-            hint = "is it UTF-16? save it as UTF-8 or ASCII" if source.is_wide() else ""
-            message = f"{source.name} is not text: it holds NUL bytes"
-            faults.at(Cursor(0, 0, 1), BlockError("binary-file", message, hint=hint))
+        if faults.refuses(source):
             return
         try:
             self._say_dialect()

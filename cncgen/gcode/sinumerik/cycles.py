@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
+import operator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -129,24 +130,34 @@ class Hole:
         if time:
             self.motions.emit({"p": time}, (40,))
 
+    def mm(self, length: float) -> float:
+        """Return a length in the unit of the program."""
+        return length / INCH if self.motions.ip.state.inches else length
+
     def feed(self, feed: float | None) -> None:
         """Take a feed."""
         if feed:
             self.motions.emit({"f": feed})
 
 
-def _drill(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE81, CYCLE82 (with DTB); GMODE tells whether the tip or the full diameter reaches the depth."""
-    hole = Hole.of(motions, name, values)
-    if round(filled(values, 6)) // 10 % 10:
+def _check_shank(name: str, values: Values, index: int) -> None:
+    """Refuse GMODE where another point than the tip reaches the depth."""
+    if round(filled(values, index)) // 10 % 10:
         message = (
-            f"GMODE = {filled(values, 6):g} of {name} (a depth of the shank or by a diameter) is not read"
+            f"GMODE = {filled(values, index):g} of {name} (a depth of the shank or by a diameter) is not read"
         )
         raise BlockError("not-read", message, name, hint="GMODE = 0 is the depth of the tip")
+
+
+def _drill(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE81, CYCLE82: DTB GMODE DMODE AMODE, whose ones choose DP or DPR (of CYCLE81 DP, a depth or a diameter) and tens the unit of DTB."""
+    end, each = _digits(name, values, 8, (2, 2))
+    _check_shank(name, values, 6)
+    hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
     hole.go(hole.start, rapid=True)
     hole.go(hole.depth, rapid=False)
     if name == "CYCLE82":
-        hole.dwell(filled(values, 5))
+        hole.dwell(_waits(filled(values, 5), each))
     hole.go(hole.back, rapid=True)
 
 
@@ -241,10 +252,46 @@ def _turned_thread(motions: Motions, name: str, values: Values) -> None:
         motions.move({"Z": first}, rapid=True)
 
 
+def _digits(name: str, values: Values, index: int, most: Sequence[int]) -> list[int]:
+    """Return the digits of AMODE, the last parameter that is read, ones first and none above its `most`: they choose what others mean."""
+    mode = round(filled(values, index))
+    digits = [mode // 10**place % 10 for place in range(len(most))]
+    if mode < 0 or mode >= 10 ** len(most) or any(map(operator.gt, digits, most)):
+        message = f"AMODE = {mode} of {name} is not read"
+        raise BlockError("not-read", message, name, hint="its digits choose what parameters mean; 0 is usual")
+    for k in range(index + 1, len(values)):
+        if filled(values, k):
+            message = f"parameter {k + 1} of {name} is not read"
+            raise BlockError("not-read", message, name, hint=f"those up to AMODE, its {index + 1}th, are")
+    return digits
+
+
+def _of_two(name: str, values: Values, index: int, digit: int) -> tuple[float | None, float | None]:
+    """Return a depth as a coordinate and as a distance, of which a digit of AMODE chooses: 0 the one that is given, 1 the distance, 2 the coordinate."""
+    absolute, relative = given(values, index), given(values, index + 1)
+    if digit and (relative, absolute)[digit - 1] is None:
+        message = f"AMODE of {name} chooses a depth that is not given"
+        raise BlockError(
+            "cycle-depth", message, name, hint="the digit 1 chooses the distance, 2 the coordinate"
+        )
+    return (None, relative) if digit == 1 else (absolute, None if digit else relative)
+
+
+def _waits(time: float, digit: int) -> float:
+    """Return a time of dwell whose unit a digit of AMODE tells: 0 its sign, 1 seconds, 2 revolutions (negative here)."""
+    return (time, abs(time), -abs(time))[digit]
+
+
 def _deep(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE83: FDEP FDPR DAM DTB DTS FRF VARI (0 breaks chips, 1 clears them) AXN MDEP VRT DTD DIS1."""
-    hole = Hole.of(motions, name, values)
-    absolute, relative = given(values, 5), given(values, 6)
+    """CYCLE83: FDEP FDPR DAM DTB DTS FRF VARI (0 breaks chips, 1 clears them) AXN MDEP VRT DTD DIS1 GMODE DMODE AMODE.
+
+    Digits of AMODE, ones first: DP or DPR, units of DTB, DTS and DTD, FDEP or FDPR, DAM as amount (1) or percent (2), the distance ahead as
+    usual (1) or DIS1 (2), FRF in percent (1).
+    """
+    end, each, out, last, begin, less, near, percent = _digits(name, values, 19, (2, 2, 2, 2, 2, 2, 2, 1))
+    _check_shank(name, values, 17)
+    hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
+    absolute, relative = _of_two(name, values, 5, begin)
     first = hole.reference - abs(relative) if absolute is None and relative is not None else absolute
     if first is None:
         raise BlockError(
@@ -254,22 +301,25 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
             hint="the sixth parameter is the first depth, the seventh its distance from RFP",
         )
     degression = filled(values, 7)
+    degression = (degression, abs(degression), -abs(degression) / 100.0)[less]
     depths = _depths(hole, first, degression, abs(filled(values, 13)), name)
-    back, ahead = abs(filled(values, 14)) or _BREAK, abs(filled(values, 16)) or _AHEAD
-    feed, factor = motions.ip.state.feed, filled(values, 10, 1.0) or 1.0
+    back, ahead = abs(filled(values, 14)) or hole.mm(_BREAK), abs(filled(values, 16))
+    if near == 1 or (near == 0 and not ahead):
+        ahead = hole.mm(_AHEAD)
+    feed, factor = motions.ip.state.feed, (filled(values, 10) / (100.0 if percent else 1.0)) or 1.0
     hole.go(hole.start, rapid=True)
     for k, depth in enumerate(depths):
         hole.feed(feed * factor if k == 0 and factor != 1.0 else None)
         hole.go(depth, rapid=False)
         if k == 0 and factor != 1.0:
             hole.feed(feed)
-        at_end = filled(values, 15) if depth == depths[-1] else 0.0
-        hole.dwell(at_end or filled(values, 8))
+        at_end = _waits(filled(values, 15), last) if depth == depths[-1] else 0.0
+        hole.dwell(at_end or _waits(filled(values, 8), each))
         if depth == depths[-1]:
             break
         if filled(values, 11):
             hole.go(hole.start, rapid=True)
-            hole.dwell(filled(values, 9))
+            hole.dwell(_waits(filled(values, 9), out))
             hole.go(depth + ahead, rapid=True)
         else:
             hole.go(depth + back, rapid=False)
@@ -310,7 +360,7 @@ def _tap(motions: Motions, name: str, values: Values) -> None:
             message = f"DAM = {infeed:g} of {name} makes {count} steps"
             raise BlockError("cycle-infeed", message, name, hint=f"at most {_MOST_STEPS} are made")
         steps = [*(hole.reference - infeed * k for k in range(1, count)), hole.depth]
-    back = (abs(filled(values, 17)) or _BREAK) if how == 1 else None
+    back = (abs(filled(values, 17)) or hole.mm(_BREAK)) if how == 1 else None
     _tapped(hole, name, values, lead, (speed, filled(values, 11) or speed), left, 6, steps, back)
 
 
