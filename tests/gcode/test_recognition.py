@@ -281,3 +281,13 @@ def test_codes_of_linuxcnc_are_the_builders_on_other_controls(text: str, numbers
     events = [event for chunk in program.chunks() for event in chunk.events if event.name == "user"]
     assert [event.values["m"] for event in events] == numbers
     assert {d.code for d in program.diagnostics if d.severity == "error"} == set()
+
+
+@pytest.mark.parametrize(
+    "text", ["G21 G90\nG1 X1e F100\nG1 Y= F100\nM2", "G21 G90\nT1M6(ER20 COLLET)\nG0 X1\nM2"]
+)
+def test_a_spoilt_number_or_a_collet_is_not_of_num(text: str) -> None:
+    """``E F100`` without its blank was a word EF, as a collet's ER20 was a word ER."""
+    found = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", diagnostics=found)
+    assert "control-unread" not in {one.code for one in found}

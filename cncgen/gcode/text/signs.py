@@ -125,7 +125,6 @@ _ELSEWHERE_BARE = (
     _of("num", 4, "a program number behind % alone", rb"^%\d{1,5}$", *(b"%%%d" % digit for digit in range(10))),
     _of("num", 12, "a parameter of NUM", rb"(?:^|[\d.])(?:L\d{1,3}|E[1-9]\d{4})=", b"="),
     _of("num", 15, "a tool's axis by G16", _W + rb"G16[PQR][-+](?=[A-Z]|$)", b"G16"),
-    _of("num", 10, "a word EA to ET", _W + rb"E[ABFGHRST][-+]?[.\d]", b"E"),
     _of("num", 3, "tool and edge T D before M6", rb"^T\d+D\d+M0?6(?!\d)", b"M6", b"M06"),
     _of("okuma", 20, "a coordinate system by G15 H or G16 H", _W + rb"G1[56]H\d", b"G15H", b"G16H"),
     _of("okuma", 15, "a variable of Okuma", rb"(?<![A-Z])V(?:C\d+|S\d+|ZOF[XYZC]|ETF|TOFH|TLN)(?:\[\d+\])?=", b"="),
@@ -170,6 +169,8 @@ _COMMANDS = (
 ).split()
 #: Words of the language, which comments have as well: they are looked for beside comments alone.
 SPOKEN = (
+    # With their blanks: in ``X1E F100`` a number is spoilt. Not enough alone: comments have such words as well (ER20).
+    _of("num", 9, "a word EA to ET", _W + rb"E[ABFGHRST][-+]?[.\d]", b"E"),
     _sign("a jump of SINUMERIK", _all(15, _S), rb"\bGOTO[FBC]?[ \t]+[A-Z_]{2}", b"GOTO"),
     _sign("a loop or condition of SINUMERIK", _all(12, _S),
           rb"^[ \t]*(?:N\d+[ \t]*)?(?:ENDIF|ENDWHILE|ENDFOR|ENDLOOP|LOOP|REPEAT(?:[ \t]+[A-Z_]\w+)?|UNTIL[ \t(][^\n]*|FOR[ \t]+[^\n]*\bTO\b[^\n]*|(?:IF|WHILE)[ \t]*[\(A-Z$][^\[\n]*(?:==|<>|[<>])[^\n]*)[ \t]*(?:;[^\n]*)?$", b"IF", b"WHILE", b"FOR", b"LOOP", b"REPEAT", b"UNTIL"),
