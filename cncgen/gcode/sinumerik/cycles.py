@@ -140,19 +140,9 @@ class Hole:
             self.motions.emit({"f": feed})
 
 
-def _check_shank(name: str, values: Values, index: int) -> None:
-    """Refuse GMODE where another point than the tip reaches the depth."""
-    if round(filled(values, index)) // 10 % 10:
-        message = (
-            f"GMODE = {filled(values, index):g} of {name} (a depth of the shank or by a diameter) is not read"
-        )
-        raise BlockError("not-read", message, name, hint="GMODE = 0 is the depth of the tip")
-
-
 def _drill(motions: Motions, name: str, values: Values) -> None:
     """CYCLE81, CYCLE82: DTB GMODE DMODE AMODE, whose ones choose DP or DPR (of CYCLE81 DP, a depth or a diameter) and tens the unit of DTB."""
-    end, each = _digits(name, values, 8, (2, 2))
-    _check_shank(name, values, 6)
+    end, each = _modes(motions, name, values, 6, (2, 2))
     hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
     hole.go(hole.start, rapid=True)
     hole.go(hole.depth, rapid=False)
@@ -252,18 +242,36 @@ def _turned_thread(motions: Motions, name: str, values: Values) -> None:
         motions.move({"Z": first}, rapid=True)
 
 
-def _digits(name: str, values: Values, index: int, most: Sequence[int]) -> list[int]:
-    """Return the digits of AMODE, the last parameter that is read, ones first and none above its `most`: they choose what others mean."""
-    mode = round(filled(values, index))
+def _modes(motions: Motions, name: str, values: Values, index: int, most: Sequence[int]) -> list[int]:
+    """Return the digits of AMODE, ones first and none above its `most`: they choose what other parameters mean. It is the last one of a cycle.
+
+    GMODE, at `index`, and DMODE, whose ones are the plane (1 to 3; 0 the one in force), stand before it.
+    """
+    shape, plane, mode = (round(filled(values, index + k)) for k in range(3))
     digits = [mode // 10**place % 10 for place in range(len(most))]
-    if mode < 0 or mode >= 10 ** len(most) or any(map(operator.gt, digits, most)):
+    beyond = next((k for k in range(index + 3, len(values)) if filled(values, k)), None)
+    hint = "0 is the usual value of each"
+    if shape:
+        message, hint = f"GMODE = {shape} of {name} is not read", "GMODE = 0 is the depth of the tip"
+    elif plane % 10 not in (0, motions.ip.state.plane - 16):
+        message = f"DMODE = {plane} of {name} chooses another plane than G{motions.ip.state.plane}, which is in force"
+        raise BlockError(
+            "cycle-plane", message, name, hint="1 is G17, 2 is G18, 3 is G19, 0 the plane in force"
+        )
+    elif not 0 <= mode < 10 ** len(most) or any(map(operator.gt, digits, most)):
         message = f"AMODE = {mode} of {name} is not read"
-        raise BlockError("not-read", message, name, hint="its digits choose what parameters mean; 0 is usual")
-    for k in range(index + 1, len(values)):
-        if filled(values, k):
-            message = f"parameter {k + 1} of {name} is not read"
-            raise BlockError("not-read", message, name, hint=f"those up to AMODE, its {index + 1}th, are")
-    return digits
+    elif beyond is not None:
+        message = f"parameter {beyond + 1} of {name} is not read"
+    else:
+        return digits
+    raise BlockError("not-read", message, name, hint=hint)
+
+
+def _check_axis(name: str, values: Values) -> None:
+    """Refuse AXN, the thirteenth parameter, where it chooses another axis than the one beside the plane."""
+    if filled(values, 12) not in (0.0, 3.0):
+        message = f"AXN = {filled(values, 12):g} of {name} (a hole along an axis of the plane) is not read"
+        raise BlockError("not-read", message, name, hint="AXN = 3, or none, is the axis beside the plane")
 
 
 def _of_two(name: str, values: Values, index: int, digit: int) -> tuple[float | None, float | None]:
@@ -288,8 +296,10 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
     Digits of AMODE, ones first: DP or DPR, units of DTB, DTS and DTD, FDEP or FDPR, DAM as amount (1) or percent (2), the distance ahead as
     usual (1) or DIS1 (2), FRF in percent (1).
     """
-    end, each, out, last, begin, less, near, percent = _digits(name, values, 19, (2, 2, 2, 2, 2, 2, 2, 1))
-    _check_shank(name, values, 17)
+    end, each, out, last, begin, less, near, percent = _modes(
+        motions, name, values, 17, (2, 2, 2, 2, 2, 2, 2, 1)
+    )
+    _check_axis(name, values)
     hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
     absolute, relative = _of_two(name, values, 5, begin)
     first = hole.reference - abs(relative) if absolute is None and relative is not None else absolute
@@ -345,6 +355,7 @@ def _pitch(name: str, size: float | None, pitch: float | None) -> float:
 
 def _tap(motions: Motions, name: str, values: Values) -> None:
     """CYCLE84, rigid: DTB SDAC MPIT PIT POSS SST SST1 AXN PITA TECHNO VARI (1 breaks chips, 2 clears them) DAM VRT."""
+    _check_axis(name, values)
     hole = Hole.of(motions, name, values)
     unit = filled(values, 13)
     if unit not in (0.0, 1.0):
@@ -410,13 +421,14 @@ def _tapped(
 
 
 def _ream(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE85: DTB, FFR in, RFF out."""
-    hole = Hole.of(motions, name, values)
+    """CYCLE85: DTB, FFR in, RFF out, GMODE DMODE AMODE (ones for the depth, tens for DTB)."""
+    end, each = _modes(motions, name, values, 8, (2, 2))
+    hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
     feed = motions.ip.state.feed
     hole.go(hole.start, rapid=True)
     hole.feed(given(values, 6))
     hole.go(hole.depth, rapid=False)
-    hole.dwell(filled(values, 5))
+    hole.dwell(_waits(filled(values, 5), each))
     hole.feed(given(values, 7))
     hole.go(hole.start, rapid=False)
     hole.feed(feed)
@@ -424,8 +436,9 @@ def _ream(motions: Motions, name: str, values: Values) -> None:
 
 
 def _bore(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE86: DTB, SDIR, the way off the wall RPA RPO RPAP, POSS."""
-    hole = Hole.of(motions, name, values)
+    """CYCLE86: DTB, SDIR, the way off the wall RPA RPO RPAP, POSS, and modes as of CYCLE85."""
+    end, each = _modes(motions, name, values, 11, (2, 2))
+    hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
     first, second, normal = motions.plane()
     direction = filled(values, 6)
     if direction not in (3.0, 4.0):
@@ -438,7 +451,7 @@ def _bore(motions: Motions, name: str, values: Values) -> None:
     motions.emit({}, (), (30 if direction == 3.0 else 40,))
     hole.go(hole.start, rapid=True)
     hole.go(hole.depth, rapid=False)
-    hole.dwell(filled(values, 5))
+    hole.dwell(_waits(filled(values, 5), each))
     motions.emit({}, (), (50,))
     place = motions.ip.state.position
     steps = {AXES[k]: place[k] + filled(values, 7 + j) for j, k in enumerate((first, second, normal))}
