@@ -222,3 +222,17 @@ def test_slots_that_cannot_be(run: Run, tmp_path: Path) -> None:
     for angle, code in ((400, "cycle-words"), (70, "cycle-tool")):
         out = run(slot.format(angle=angle), dialect="sinumerik", tool_table=tmp_path / "t.tbl")
         assert [found for found, _, _ in out.errors] == [code]
+
+
+@pytest.mark.parametrize(
+    ("cycle", "said"),
+    [
+        ("CYCLE87(5,0,2,-10,,3)", []),
+        ("CYCLE87(5,0,2,-10,,3,,,)", []),
+        ("CYCLE87(5,0,2,-10,,3,,,1)", ["cycle-parameters"]),
+        ('CYCLE84(15,0,5,-12,,0,3,,1.25,0,500,600,0,1,0,0,,1.4,"ISO_METRIC","M8")', ["cycle-parameters"]),
+    ],
+)
+def test_parameters_that_a_cycle_does_not_look_at_are_told(run: Run, cycle: str, said: list[str]) -> None:
+    """They were passed over without a word, whatever they choose."""
+    assert codes(run, f"G710 G90 S1000 M3 F200\nG0 X0 Y0 Z20\n{cycle}\nM30") == said

@@ -10,9 +10,9 @@ from __future__ import annotations
 import cmath
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes import affine as frames
@@ -36,6 +36,40 @@ _MOST_STEPS = 10_000
 _AHEAD, _BREAK = 0.6, 1.0
 #: How far CYCLE97 leaves its thread, mm.
 _OFF_THREAD = 1.0
+
+
+class Parameters(list[Scalar | None]):
+    """The parameters of a cycle, which keep how many of them have been looked at."""
+
+    looked = 0
+
+    def __getitem__(self, place: Any) -> Any:
+        """Return one or some."""
+        last = place.indices(len(self))[1] if isinstance(place, slice) else place + 1
+        self.looked = max(self.looked, last)
+        return super().__getitem__(place)
+
+    def __iter__(self) -> Iterator[Scalar | None]:
+        """Go through all."""
+        self.looked = len(self)
+        return super().__iter__()
+
+    def tell_beyond(self, motions: Motions, name: str) -> None:
+        """Warn of parameters behind the last one that the cycle has looked at."""
+        beyond = [
+            k + 1
+            for k in range(self.looked, len(self))
+            if super(Parameters, self).__getitem__(k) not in (None, 0.0, "")
+        ]
+        if beyond:
+            several = (
+                f"s {beyond[0]} to {beyond[-1]} of {name} are"
+                if len(beyond) > 1
+                else f" {beyond[0]} of {name} is"
+            )
+            message = f"parameter{several} not read; the cycle is made as without"
+            hint = f"docs/sinumerik.md says what is read; {name} has it in the first {beyond[0] - 1}"
+            motions.ip.warn_once(BlockError("cycle-parameters", message, name, hint=hint))
 
 
 def given(values: Values, index: int) -> float | None:

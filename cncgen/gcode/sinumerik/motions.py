@@ -362,8 +362,12 @@ class Motions:
         if commands.CALLS.get(name) is commands.nothing:
             return
         if name in _CYCLES or name in commands.CALLS:
-            values = [None if node is None else evaluate(node, self.store) for node in arguments or ()]
-            (commands.CALLS.get(name) or _CYCLES[name])(self, name, values)
+            parameters = cycles.Parameters(
+                None if node is None else evaluate(node, self.store) for node in arguments or ()
+            )
+            (commands.CALLS.get(name) or _CYCLES[name])(self, name, parameters)
+            if name in _CYCLES:
+                parameters.tell_beyond(self, name)
         elif name in cycles.NOT_READ or name.startswith(("CYCLE", "LONGHOLE", "SLOT", "POCKET")):
             raise BlockError(
                 "not-read",
