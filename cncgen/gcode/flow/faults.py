@@ -40,7 +40,7 @@ class Faults:
         self._reporter.report(self._sources[here.source], here.line, here.offset, error)
 
     def refuses(self, source: Source) -> bool:
-        """Report a source that is no text; tell whether it is none."""
+        """Report a binary source; tell whether it is one."""
         if not source.is_binary():
             return False
         hint = "is it UTF-16? save it as UTF-8 or ASCII" if source.is_wide() else ""

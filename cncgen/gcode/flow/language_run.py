@@ -1,4 +1,4 @@
-"""What runs of the languages of their own, SINUMERIK's and Heidenhain's plain language, have in common with each other."""
+"""The common part of the runs of SINUMERIK's language and of Heidenhain's plain language."""
 
 from __future__ import annotations
 
