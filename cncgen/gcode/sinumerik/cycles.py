@@ -38,7 +38,7 @@ _AHEAD, _BREAK = 0.6, 1.0
 _OFF_THREAD = 1.0
 
 
-class Parameters(list[Scalar | None]):
+class CycleParameters(list[Scalar | None]):
     """The parameters of a cycle, which keep how many of them have been looked at."""
 
     looked = 0
@@ -59,7 +59,7 @@ class Parameters(list[Scalar | None]):
         beyond = [
             k + 1
             for k in range(self.looked, len(self))
-            if super(Parameters, self).__getitem__(k) not in (None, 0.0, "")
+            if super(CycleParameters, self).__getitem__(k) not in (None, 0.0, "")
         ]
         if beyond:
             several = (

@@ -362,7 +362,7 @@ class Motions:
         if commands.CALLS.get(name) is commands.nothing:
             return
         if name in _CYCLES or name in commands.CALLS:
-            parameters = cycles.Parameters(
+            parameters = cycles.CycleParameters(
                 None if node is None else evaluate(node, self.store) for node in arguments or ()
             )
             (commands.CALLS.get(name) or _CYCLES[name])(self, name, parameters)
