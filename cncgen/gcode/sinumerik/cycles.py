@@ -12,7 +12,7 @@ import math
 import operator
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, SupportsIndex, overload
 
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes import affine as frames
@@ -43,9 +43,15 @@ class CycleParameters(list[Scalar | None]):
 
     looked = 0
 
-    def __getitem__(self, place: Any) -> Any:
+    @overload
+    def __getitem__(self, place: SupportsIndex) -> Scalar | None: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> list[Scalar | None]: ...
+
+    def __getitem__(self, place: SupportsIndex | slice) -> Scalar | list[Scalar | None] | None:
         """Return one or some."""
-        last = place.indices(len(self))[1] if isinstance(place, slice) else place + 1
+        last = place.indices(len(self))[1] if isinstance(place, slice) else int(place) + 1
         self.looked = max(self.looked, last)
         return super().__getitem__(place)
 
