@@ -300,6 +300,34 @@ def test_a_face_one_way_lifts_between_its_lines():
     assert (path.end[feeds, 1] > path.starts[feeds, 1]).all()
 
 
+@pytest.mark.parametrize("turn", ["profile", "course"])
+def test_the_profile_of_a_face_lies_along_the_x_of_its_own_placement(turn):
+    """A course along X with a profile turned onto Y is the face that a course along Y with a profile along X is: 30 by 40 mm."""
+    part = Features()
+    course = (1, 0, 0) if turn == "profile" else (0, 1, 0)
+    long, wide = (30.0, 40.0) if turn == "profile" else (40.0, 30.0)
+    place = part.placement((0, 0, 0), (0, 0, 1), (0, 1, 0)) if turn == "profile" else None
+    travel = part.add("LINEAR_PATH", None, part.size(long), part.direction(*course))
+    width = part.add("LINEAR_PROFILE", place, part.add("NUMERIC_PARAMETER", "w", wide, "MM"))
+    face = part.add("PLANAR_FACE", *part.head(4.0), travel, width, None, ())
+    part.mill(face, part.operation("PLANE_ROUGH_MILLING", 2.0, 1.0))
+    heights, found = part.heights(4.0)
+    points, shape = cells()
+    inside = shapely.contains(box(0, 0, 30, 40).buffer(-GRID), points).reshape(shape)
+    assert codes(found, "error") == []
+    np.testing.assert_allclose(heights[inside], -3.0)
+
+
+def test_a_face_whose_profile_lies_along_its_course_has_no_area():
+    part = Features()
+    travel = part.add("LINEAR_PATH", None, part.size(40.0), part.direction(1, 0, 0))
+    width = part.add("LINEAR_PROFILE", None, part.add("NUMERIC_PARAMETER", "w", 30.0, "MM"))
+    face = part.add("PLANAR_FACE", *part.head(4.0), travel, width, None, ())
+    path, found = part.mill(face, part.operation("PLANE_ROUGH_MILLING", 2.0, 1.0)).read()
+    assert codes(found, "error") == ["stepnc-geometry"]
+    assert not len(motions(path))
+
+
 @pytest.mark.parametrize(
     ("cutmode", "spindle", "sense"),
     [

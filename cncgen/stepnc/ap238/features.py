@@ -384,13 +384,11 @@ class Features:
             raise entity.fault("stepnc-missing", "the face has no length or no width")
         path = self.profiles.path(course, _Y)
         enclosed = profile_of(components, CLOSED)
-        along = path[-1].end - path[0].start
-        side = np.array([width, 0.0, 0.0])
-        corners = [np.zeros(3), side, side + along, along]
-        outline: list[Piece] = [profile_shapes.polygon(corners)]
+        profile = profile_shapes.linear_path(np.array([width, 0.0, 0.0]))
+        outline: list[Piece] = [profile_shapes.swept(entity, profile, path)]
         if enclosed is not None:
             outline = self.profiles.closed(enclosed)
-        return Shape(depth, outline=outline, course=path, width=width)
+        return Shape(depth, outline=outline, course=path)
 
     def tilted(self, feature: Feature) -> bool:
         """Tell whether the Z of a feature, or of one that belongs to it, leaves that of the part.

@@ -62,6 +62,24 @@ def circular_path(radius: float, sweep: float) -> Arc:
     return Arc(start, end, np.zeros(3), np.array([0.0, 0.0, math.copysign(1.0, sweep)]), abs(sweep))
 
 
+def swept(entity: Entity, profile: Piece, course: list[Piece]) -> Polyline:
+    """Return the outline of the area that a straight profile sweeps along the chord of a course (ISO 14649-10, planar_face).
+
+    Raises:
+        Skip: where it has no area.
+    """
+    begin = course[0].start + profile.start
+    side, along = profile.end - profile.start, course[-1].end - course[0].start
+    area = abs(float(side[0] * along[1] - side[1] * along[0]))
+    if not area > 1e-9 * float(elementary.length(side)) * float(elementary.length(along)):
+        text = (
+            f"the profile goes X{side[0]:g} Y{side[1]:g} and the course of travel X{along[0]:g} Y{along[1]:g} mm: "
+            "they enclose no area; a linear profile lies along its own X, and the course goes across it"
+        )
+        raise entity.fault("stepnc-geometry", text)
+    return polygon([begin, begin + side, begin + side + along, begin + along])
+
+
 def arc_path(entity: Entity, radius: float, sweep: float) -> Arc:
     """Return `circular_path` of an entity's radius (mm) and angle (rad).
 

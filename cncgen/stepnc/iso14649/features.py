@@ -129,16 +129,11 @@ class Features:
         return _BOTTOMS[bottom.keyword], bottom
 
     def _planar_face(self, entity: Entity) -> Shape:
-        course, width = self.profiles.face_sweep(entity)
         boundary = entity.ref("face_boundary")
-        outline = (
-            self.profiles.closed(boundary, entity)
-            if boundary is not None
-            else self.profiles.rectangle(course, width)
-        )
-        return Shape(
-            self.depth(entity), outline=outline, course=course, width=width, bosses=self._bosses(entity)
-        )
+        course, outline = self.profiles.face_sweep(entity)
+        if boundary is not None:
+            outline = self.profiles.closed(boundary, entity)
+        return Shape(self.depth(entity), outline=outline, course=course, bosses=self._bosses(entity))
 
     def _bosses(self, entity: Entity) -> tuple[Boss, ...]:
         out = []

@@ -196,27 +196,17 @@ class Profiles:
             to_right = side
         return (course if to_right > 0 else reverse(course)), (slope if abs(slope) > 1e-9 else 0.0)
 
-    def face_sweep(self, entity: Entity) -> tuple[list[Piece], float]:
-        """Return the course of travel of a planar face, and its width across it (along the profile).
+    def face_sweep(self, entity: Entity) -> tuple[list[Piece], list[Piece]]:
+        """Return the course of travel of a planar face, and the outline of what its profile sweeps along it.
 
         Raises:
-            Skip: where they are not straight.
+            Skip: where they are not straight, or enclose no area.
         """
         course = self.path(entity.entity("course_of_travel", "LINEAR_PATH"))
         boundary = entity.entity("removal_boundary", "LINEAR_PROFILE")
-        return course, self.length(boundary, "profile_length")
-
-    def rectangle(self, course: list[Piece], width: float) -> list[Piece]:
-        """Return the rectangle that a profile of a width sweeps: from the origin along X, moved along the course."""
-        along = course[-1].end - course[0].start
-        side = np.array([width, 0.0, 0.0])
-        corners = [
-            course[0].start,
-            course[0].start + side,
-            course[0].start + side + along,
-            course[0].start + along,
-        ]
-        return [profile_shapes.polygon(corners)]
+        width = np.array([self.size(boundary, "profile_length"), 0.0, 0.0])
+        (profile,) = self.placed(boundary, [profile_shapes.linear_path(width)])
+        return course, [profile_shapes.swept(entity, profile, course)]
 
     def open_outline(
         self, boundary: Entity, wall: int | None, owner: Entity
