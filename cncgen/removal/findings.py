@@ -34,7 +34,7 @@ _TEXTS = {
 
 @dataclass(slots=True)
 class _CutFault:
-    """A fault of one source line, or of one operation."""
+    """A fault of one source line, or of one operation: from its first line to its last."""
 
     line: int
     operation: str
@@ -43,6 +43,7 @@ class _CutFault:
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
     volume: float = 0.0
     motions: int = 0
+    last: int = 0
 
 
 @dataclass(slots=True)
@@ -94,8 +95,10 @@ class Findings:
             wrong = np.flatnonzero(bites & ~lines.rapid)
             if len(wrong):
                 k = int(wrong[met.depth[wrong].argmax()])
-                volume = float(met.volume[wrong].sum())
-                self._note(code, operation.line, operation, met.depth[k], met.at[k], volume, len(wrong))
+                volume, first, last = float(met.volume[wrong].sum()), line[wrong[0]], line[wrong[-1]]
+                found = self._note(code, first, operation, met.depth[k], met.at[k], volume, operation.line)
+                found.motions += len(wrong) - 1
+                found.last = last
 
     def beside(
         self, lines: Lines, heights: Floats, places: Floats, operation: OperationCut, what: str
@@ -112,16 +115,19 @@ class Findings:
         depth: float,
         place: Floats,
         volume: float = 0.0,
-        motions: int = 1,
-    ) -> None:
+        owner: int | None = None,
+    ) -> _CutFault:
+        """Add a motion to the fault of its line, or of the operation whose line is the owner; return the fault."""
         fault = self._faults.setdefault(
-            (code, line, operation.name), _CutFault(line, operation.name, operation.tool)
+            (code, line if owner is None else owner, operation.name),
+            _CutFault(line, operation.name, operation.tool),
         )
-        fault.motions += motions
+        fault.motions += 1
         fault.volume += float(volume)
         if depth > fault.depth:
             fault.depth = float(depth)
             fault.place = (float(place[0]), float(place[1]), float(place[2]))
+        return fault
 
     def left(self, stock: Field, target: Target, allowed: float) -> None:
         """Note where more is left than a target demands, place by place."""
@@ -181,7 +187,7 @@ class Findings:
         """Make diagnostics of the faults, those of a line together."""
         told: dict[str, int] = {}
         first = []
-        for (code, _, _), fault in sorted(self._faults.items(), key=lambda item: (item[0][0], item[0][1])):
+        for (code, *_), fault in sorted(self._faults.items(), key=lambda item: (item[0][0], item[1].line)):
             told[code] = told.get(code, 0) + 1
             if told[code] <= MAX_TOLD:
                 first.append(self._diagnostic(code, fault))
@@ -199,7 +205,8 @@ class Findings:
         text = f"{_TEXTS[code]}, {fault.depth:.3f} mm deep at {_at(fault.place)}"
         text += f", {fault.volume:.3g} mm³" if fault.volume > 0 else ""
         text += f" ({fault.operation!r}, tool {fault.tool!r}"
-        text += f", {fault.motions} motions)" if fault.motions > 1 else ")"
+        text += f", {fault.motions} motions" if fault.motions > 1 else ""
+        text += f" to line {fault.last})" if fault.last > fault.line else ")"
         values = {
             "depth_mm": fault.depth,
             "volume_mm3": fault.volume,

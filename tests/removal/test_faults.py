@@ -64,6 +64,18 @@ def test_a_cut_with_the_spindle_standing_or_turning_wrong(direction, code):
     assert codes(found) == [code]
 
 
+def test_a_standing_spindle_is_told_where_it_first_cuts(tmp_path, cncgen):
+    """M5 stands between cuts; lines 8 and 9 cut with a standing spindle, 10 with it turning, and 12 stands again."""
+    lines = "G21 G90|T1 M6|S3000 M3|G0 X-10 Y20 Z5|G0 Z-2|G1 X20 F600|M5|G1 X30|X40|M3 X50|M5|X60|M2"
+    program = tmp_path / "stands.ngc"
+    program.write_text(lines.replace("|", "\n"))
+    done = cncgen("cut", program, "--stock", "box:0,0,-20,100,40,0", "--tool", "1=flat:10", "--json")
+    (found,) = [f for f in map(json.loads, done.stderr.splitlines()) if f["code"] == "cut-spindle"]
+    assert (found["line"], found["values"]["motions"]) == (8, 3)
+    assert "3 motions to line 12" in found["message"]
+    assert found["values"]["volume_mm3"] == pytest.approx(30 * 10 * 2, rel=0.01)
+
+
 def test_a_gouge_of_the_part():
     """The part is 2 mm below the top; the tool is 3 mm deep: 1 mm over its width from x = 20 on."""
     found = run(line(-20, 15, -3), line(30, 15, -3), target=Flat(-2.0)).findings

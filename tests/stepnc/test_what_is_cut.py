@@ -189,6 +189,27 @@ def test_a_notch_narrower_than_the_tool_is_told():
         assert ("stepnc-uncut" in codes(found)) == told
 
 
+@pytest.mark.parametrize(
+    ("notch", "told"),
+    [
+        (((30, 2), (33, 2), (33, -2), (30, -2)), True),  # 4 mm wide and 3 deep
+        (
+            ((30, 8), (33, 8), (33, -8), (30, -8)),
+            False,
+        ),  # as deep, and twice as wide as the tool: two corners
+        (((30, -20),), False),
+        (((60, -20),), False),  # corners of 34 and 146 degrees, which the tool rounds
+    ],
+)
+def test_a_pocket_with_a_notch_narrower_than_its_tool_of_8_mm_is_told(notch, told):
+    part = Features()
+    corners = [(-30, -20), (-30, 20), (30, 20), *notch]
+    corners += [(30, -20)] if len(notch) > 1 else []
+    found = part.mill(part.pocket(part.polygon(*corners[::-1])), pocket_operation(part)).read()[1]
+    assert codes(found, "error") == []
+    assert ("stepnc-uncut" in codes(found)) == told
+
+
 def test_radial_depths_above_the_diameter_are_refused():
     part = Features()
     operation = pocket_operation(part, radial=9.0)

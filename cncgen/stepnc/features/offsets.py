@@ -165,20 +165,29 @@ def filled(
     return polygons(closed.difference(union_all(list(walls)))), closed.buffer(2 * radius).difference(closed)
 
 
-def is_notch(place: Polygon, reached: BaseGeometry, radius: float) -> bool:
-    """Tell whether a place that a tool leaves is more than the corner that it rounds.
+def notches(places: Sequence[Polygon], reached: BaseGeometry, radius: float) -> list[Polygon]:
+    """Return the places that a tool of a radius leaves, mm, which are more than the corners that it rounds.
 
     Material left in a corner comes to a point: less than a third of it is farther from the tool than half of its depth. A
     notch with walls side by side has about half of itself there. A place that holds a circle of half the radius is always
-    reported.
+    reported. `reached` is what the tool cuts, near the places at least.
     """
-    from shapely import points
+    from shapely import box, distance, get_coordinates, points, prepare
 
-    if holds_circle(place, radius / 2):
-        return True
-    depth = float(reached.distance(points(np.array(place.exterior.coords))).max())
-    far = place.difference(reached.buffer(depth / 2))
-    return depth > 0.1 * radius and bool(far.area > place.area / 3)
+    corners, owners = get_coordinates(places, return_index=True)
+    prepare(reached)
+    depths = np.zeros(len(places))
+    np.maximum.at(depths, owners, distance(reached, points(corners)))
+
+    def is_notch(place: Polygon, depth: float) -> bool:
+        if holds_circle(place, radius / 2):
+            return True
+        if depth <= 0.1 * radius:
+            return False
+        about = reached.intersection(box(*place.buffer(depth).bounds))
+        return bool(place.difference(about.buffer(depth / 2)).area > place.area / 3)
+
+    return [place for place, depth in zip(places, depths.tolist(), strict=True) if is_notch(place, depth)]
 
 
 def polygons(geometry: BaseGeometry) -> list[Polygon]:

@@ -37,8 +37,6 @@ RIDGE = 0.02
 #: Regions times depths, and lines of all depths, of one pocket.
 MAX_PASSES = 100_000
 MAX_LINES = 5_000_000
-#: Material left over a larger width is more than a rounded corner, in radii: corners of 39 degrees leave as much.
-NARROW = 1.0
 #: Lines of a turn of a spiral, at least.
 SPIRAL_PIECES = 360
 
@@ -174,9 +172,9 @@ def _clear(job: Job, closed: Polygon, passes: list[Layer]) -> tuple[CutterPath, 
 def _check_reach(job: Job, closed: Polygon, layer: Layer, rings: list[Ring], corner: float) -> None:
     """Warn of places too narrow for the tool, others than the corners that it rounds: a necking, a gap at a boss."""
     wall = layer.moved(-job.radius).region(closed, corner, 0.0)
-    left = offsets.not_swept(wall, [r.polygon for r in rings], job.radius)
-    places = [p for p in left if offsets.holds_circle(p, NARROW * job.radius / 2)]
-    narrow = [2 * offsets.inradius(p)[0] for p in places]
+    axis = [r.polygon for r in rings]
+    left, reached = offsets.not_swept(wall, axis, job.radius), offsets.swept(axis, job.radius)
+    narrow = [2 * offsets.inradius(p)[0] for p in offsets.notches(left, reached, job.radius)]
     if narrow:
         text = f"the tool of {2 * job.radius:g} mm does not reach {len(narrow)} places up to {max(narrow):.3g} mm wide"
         job.warn("stepnc-uncut", f"{text}; material stays there")

@@ -104,7 +104,7 @@ def _check_notches(job: Job, whole: Polygon, layer: Layer, corner: float, outsid
     else:
         walls = layer.moved(-radius).region(whole, corner, 0.0)
         left, reached = offsets.not_swept(walls, axis, radius), offsets.swept(axis, radius)
-    widths = [2 * offsets.inradius(p)[0] for p in left if offsets.is_notch(p, reached, radius)]
+    widths = [2 * offsets.inradius(p)[0] for p in offsets.notches(left, reached, radius)]
     if widths:
         text = f"the tool of {2 * radius:g} mm does not reach {len(widths)} notches up to {max(widths):.3g} mm wide"
         job.warn("stepnc-uncut", f"{text}; material stays there")
