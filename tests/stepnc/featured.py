@@ -111,11 +111,12 @@ def hole_part(
     diameter=10.0,
     bottom="THROUGH_BOTTOM_CONDITION",
     drilling=None,
+    feed=0.01,
     **tool,
 ):
     part = Features()
     hole = part.add("ROUND_HOLE", *part.head(depth), part.size(diameter), None, part.add(bottom))
-    head = (None, None, "op", 5.0, None, part.tool("T", diameter, **tool), part.technology(0.01, -10.0), None)
+    head = (None, None, "op", 5.0, None, part.tool("T", diameter, **tool), part.technology(feed, -10.0), None)
     plan = part.add("DRILLING_TYPE_STRATEGY", *strategy) if strategy else None
     operation = part.add(kind, *head, *(drilling or (None,) * 5), plan, *own)
     part.mill(hole, operation)

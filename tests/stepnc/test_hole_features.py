@@ -121,6 +121,16 @@ def test_tapping_is_in_step_with_the_spindle():
     np.testing.assert_allclose(back.feed[motions(back)][-2:], 10.0)
 
 
+@pytest.mark.parametrize(
+    ("feed", "told"),
+    [(0.005, False), (0.0125, False), (0.002, False), (0.001, True), (0.06, True)],
+)
+def test_a_pitch_that_no_thread_of_10_mm_has_is_told(feed, told):
+    """At 10 turns a second 0.5, 1.25 (M10) and 0.2 mm (the finest pitch of ISO 261); 0.1 mm is none, and 6 mm neither."""
+    found = hole_part("TAPPING", E("F"), body="TAP", feed=feed).read()[1]
+    assert ("stepnc-pitch" in codes(found)) == told
+
+
 def taken(text, control="linuxcnc"):
     """Return the toolpath of G-code that says nothing wrong."""
     source = read(io.BytesIO(text.encode()), "tap.ngc", replace(WHOLE, dialect=control))

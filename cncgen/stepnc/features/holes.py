@@ -34,10 +34,12 @@ def tip_length(tool: CuttingTool) -> float:
 SAME_SIZE = 1e-3
 #: More steps of one hole than this are a slip of the pen.
 MAX_STEPS = 100_000
-#: Operations that give the hole the diameter of their tool.
 #: Turns of a milled thread, at most.
 MAX_TURNS = 10_000
+#: Operations that give the hole the diameter of their tool.
 _SIZING = ("boring", "reaming")
+#: Finest pitch of ISO 261, mm (M1 x 0.2), the finest in diameters (M300 x 4), and what is coarser than trapezoidal threads.
+_FINEST, _FINE, _COARSE = 0.2, 0.012, 0.5
 
 
 def check_hole(job: Job) -> None:
@@ -350,6 +352,11 @@ def tap(job: Job) -> tuple[CutterPath, ...]:
         pitch = from_feed if pitch is None else pitch
     if pitch is None or not pitch > 0:
         raise job.fault("stepnc-missing", "tapping needs a feed, or the pitch of the tap or thread, above 0")
+    size = 2 * job.radius
+    least, most = max(_FINE * size, min(_FINEST, _FINEST * size)), _COARSE * size
+    if size and not least <= pitch * (1 + SAME_SIZE) <= most:
+        text = f"a tap of {size:g} mm has a pitch of {pitch:.4g} mm; threads of this size have {least:.3g} to {most:.3g} mm"
+        job.warn("stepnc-pitch", f"{text}; is the feed or the speed another?")
     if job.value("dwell_time_bottom", 0.0) > 0:
         job.warn(
             "stepnc-dwell", "a tap in step with the spindle turns back at once; dwell_time_bottom is left out"
