@@ -151,7 +151,7 @@ def _tap(cycle: HoleCycle) -> None:
 def _bore_milling(cycle: HoleCycle) -> None:
     """208: a helix of Q334 a turn to the diameter Q335, one turn at the bottom, out by the middle."""
     ip, q = cycle.ip, cycle.q
-    tool = ip.tool_radius()
+    tool = ip.cutting_radius(cycle.name, q[335] / 2.0)
     radius = q[335] / 2.0 - tool
     if radius <= 0.0:
         raise BlockError(

@@ -1,4 +1,4 @@
-"""Cycles of Heidenhain's plain language that mill inside threads: 262, 264 with its drilling, 265 downwards in one helix.
+"""Cycles of Heidenhain's plain language that mill threads: 262, 263 countersunk, 264 drilled before, 265 downwards in one helix, 267 outside.
 
 Half a turn leads to the wall and away from it, as the manual has it (TNC 640, user's manual for cycles); its height, half a pitch, is ours.
 """
@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.klartext.hole_cycle import HoleCycle
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
+from cncgen.records import dataclass
 
 _MOST = 10_000
 
@@ -21,16 +22,37 @@ def _arc(cycle: HoleCycle, x: float, z: float, centre: float, turns: int) -> Non
     ip.state.position, ip.state.moved = end, True
 
 
-def _helix(cycle: HoleCycle, climb: bool, threads: int) -> None:
-    """Mill the thread of diameter Q335 and pitch Q239 (below 0: left-hand) in one turn (0), in all (1), or in turns some threads apart."""
-    ip, q, tool = cycle.ip, cycle.q, cycle.ip.tool_radius()
-    pitch, radius = abs(q[239]), q[335] / 2.0 - tool
-    if radius <= 0.0 or pitch == 0.0 or threads < 0:
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """Where the tool stands beside or in the thread, X of its middle and of that place, and on which side of the wall it mills."""
+
+    middle: float
+    place: float
+    outside: bool = False
+
+    def half_turn(self, cycle: HoleCycle, x: float, z: float, sense: int) -> None:
+        """Go half a turn from the place out to a circle about the middle, which runs tangentially into its sense, or back from there."""
+        here = cycle.ip.state.position[0]
+        edge = x if here == self.place else here
+        _arc(cycle, x, z, (here + x) / 2.0, -sense if self.place > edge else sense)
+
+
+def _helix(cycle: HoleCycle, way: _Way, climb: bool, threads: int) -> None:
+    """Mill the thread of diameter Q335 and pitch Q239 (below 0: left-hand) in one turn (0), in all (1), or in turns some threads apart.
+
+    Q207 is the feed of the tooth at the thread's diameter, the middle of the tool is slower inside and faster outside (ibid., "Fundamentals
+    of thread milling"); Q512 is the feed of the way to the wall.
+    """
+    q, pitch, wall = cycle.q, abs(cycle.q[239]), cycle.q[335] / 2.0
+    tool = cycle.ip.cutting_radius(cycle.name, wall)
+    radius = wall + tool if way.outside else wall - tool
+    if min(wall, radius) <= 0.0 or pitch == 0.0 or threads < 0:
         message = f"Q335 = {q[335]:g}, Q239 = {q[239]:g} and Q355 = {threads} do not make a thread for a tool of diameter {2.0 * tool:g}"
         hint = "Q335 is wider than the tool, Q239 the pitch, Q355 the threads of one step"
         raise BlockError("cycle-tool", message, "CYCL", hint=hint)
-    upwards, sense = (q[239] > 0.0) == climb, 1 if climb else -1
-    way = pitch if upwards else -pitch
+    anticlockwise = climb != way.outside
+    upwards, sense = (q[239] > 0.0) == anticlockwise, 1 if anticlockwise else -1
+    step = pitch if upwards else -pitch
     turns = math.ceil(-q[201] / pitch - 1e-9) if threads == 1 else 1
     count = math.ceil(-q[201] / (threads * pitch) - 1e-9) if threads > 1 else 1
     if max(turns, count) > _MOST:
@@ -38,30 +60,35 @@ def _helix(cycle: HoleCycle, climb: bool, threads: int) -> None:
         raise BlockError("cycle-infeed", message, "CYCL", hint="Q239 is the pitch")
     bottom = q[203] + q[201]
     first = bottom if upwards else bottom + pitch * turns + (count - 1) * threads * pitch
-    middle = ip.state.position[0]
     for k in range(count):
-        begin = first + k * math.copysign(threads * pitch, way)
+        begin = first + k * math.copysign(threads * pitch, step)
         cycle.feed(q[253] or q[206] or q[207], "Q253")
-        cycle.go(begin - way / 2.0, rapid=False)
-        cycle.feed(q[207], "Q207")
-        _arc(cycle, middle + radius, begin, middle + radius / 2.0, sense)
-        _arc(cycle, middle + radius, begin + turns * way, middle, sense * turns)
-        _arc(cycle, middle, begin + (turns + 0.5) * way, middle + radius / 2.0, sense)
+        cycle.go(begin - step / 2.0, rapid=False)
+        cycle.feed(q[512] or q[207] * radius / wall, "Q207")
+        way.half_turn(cycle, way.middle + radius, begin, sense)
+        cycle.feed(q[207] * radius / wall, "Q207")
+        _arc(cycle, way.middle + radius, begin + turns * step, way.middle, sense * turns)
+        way.half_turn(cycle, way.place, begin + (turns + 0.5) * step, sense)
 
 
-def _front(cycle: HoleCycle, feed: float, what: str) -> None:
+def _circle(cycle: HoleCycle, way: _Way, radius: float) -> None:
+    """Go half a turn out to a circle about the middle, once around, and back."""
+    z, sense = cycle.ip.state.position[Z], -1 if way.outside else 1
+    way.half_turn(cycle, way.middle + radius, z, sense)
+    _arc(cycle, way.middle + radius, z, way.middle, sense)
+    way.half_turn(cycle, way.place, z, sense)
+
+
+def _front(cycle: HoleCycle, way: _Way, feed: float, what: str) -> None:
     """Countersink with the tool's front at Q358: half a turn out to Q359 beside the middle, a turn, half a turn back."""
-    q, ip = cycle.q, cycle.ip
+    q = cycle.q
     if not q[358]:
         return
-    middle, z = ip.state.position[0], q[203] + q[358]
     cycle.feed(q[253] or feed, "Q253")
-    cycle.go(z, rapid=False)
-    if q[359] > 0.0:
+    cycle.go(q[203] + q[358], rapid=False)
+    if q[359] > 0.0 and way.middle + q[359] != way.place:
         cycle.feed(feed, what)
-        edge, hub = middle + q[359], middle + q[359] / 2.0
-        for x, centre in ((edge, hub), (edge, middle), (middle, hub)):
-            _arc(cycle, x, z, centre, 1)
+        _circle(cycle, way, q[359])
 
 
 def _drill(cycle: HoleCycle) -> None:
@@ -86,31 +113,66 @@ def _drill(cycle: HoleCycle) -> None:
             cycle.go(at + q[258], rapid=True)
 
 
+def _inside(cycle: HoleCycle) -> _Way:
+    """Go to the set-up clearance above the hole, whose middle is the tool's place."""
+    cycle.go(cycle.start, rapid=True)
+    middle = cycle.ip.state.position[0]
+    return _Way(middle, middle)
+
+
 def _mill(cycle: HoleCycle) -> None:
     """262."""
-    cycle.go(cycle.start, rapid=True)
-    _helix(cycle, cycle.q[351] >= 0.0, round(cycle.q[355]))
+    _helix(cycle, _inside(cycle), cycle.q[351] >= 0.0, round(cycle.q[355]))
+    cycle.end()
+
+
+def _countersink_and_mill(cycle: HoleCycle) -> None:
+    """263: countersink at Q356, slowly from Q200 above it on, or, Q357 from the wall, once around; at the front; mill the thread in one turn."""
+    q, way = cycle.q, _inside(cycle)
+    if q[356]:
+        cycle.feed(q[253] or q[254], "Q253")
+        if q[357] <= 0.0:
+            cycle.go(q[203] + q[356] + q[200], rapid=False)
+            cycle.feed(q[254], "Q254")
+        cycle.go(q[203] + q[356], rapid=False)
+        if q[357] > 0.0:
+            cycle.feed(q[254], "Q254")
+            _circle(cycle, way, q[357])
+    _front(cycle, way, q[254], "Q254")
+    _helix(cycle, way, q[351] >= 0.0, 0)
     cycle.end()
 
 
 def _drill_and_mill(cycle: HoleCycle) -> None:
     """264: drill, countersink at the front, mill the thread in one turn."""
-    cycle.go(cycle.start, rapid=True)
+    way = _inside(cycle)
     _drill(cycle)
-    _front(cycle, cycle.q[207], "Q207")
-    _helix(cycle, cycle.q[351] >= 0.0, 0)
+    _front(cycle, way, cycle.q[207], "Q207")
+    _helix(cycle, way, cycle.q[351] >= 0.0, 0)
     cycle.end()
 
 
 def _downwards(cycle: HoleCycle) -> None:
     """265: mill the thread downwards in one helix; countersink at the front before it (Q360 = 0) or after it (1)."""
-    cycle.go(cycle.start, rapid=True)
+    way = _inside(cycle)
     if not round(cycle.q[360]):
-        _front(cycle, cycle.q[254], "Q254")
-    _helix(cycle, cycle.q[239] < 0.0, 1)
+        _front(cycle, way, cycle.q[254], "Q254")
+    _helix(cycle, way, cycle.q[239] < 0.0, 1)
     if round(cycle.q[360]):
-        _front(cycle, cycle.q[254], "Q254")
+        _front(cycle, way, cycle.q[254], "Q254")
     cycle.end()
 
 
-RUN = {262: _mill, 264: _drill_and_mill, 265: _downwards}
+def _mill_outside(cycle: HoleCycle) -> None:
+    """267: a thread on a stud about the tool's place, from a place along X that the radii and the pitch give; countersink at the front first."""
+    ip, q = cycle.ip, cycle.q
+    cycle.go(cycle.start, rapid=True)
+    middle, tool = ip.state.position[0], ip.cutting_radius(cycle.name)
+    way = _Way(middle, middle + q[335] / 2.0 + tool + abs(q[239]), outside=True)
+    cycle.to([way.place, *ip.state.position[1:]], rapid=True)
+    _front(cycle, way, q[254], "Q254")
+    _helix(cycle, way, q[351] >= 0.0, round(q[355]))
+    cycle.end()
+
+
+RUN = {262: _mill, 263: _countersink_and_mill, 264: _drill_and_mill, 265: _downwards, 267: _mill_outside}
