@@ -15,7 +15,7 @@ from cncgen.gcode.block import CYCLE_CALL, Block
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import contour_cycles, slots, studs, threads
+from cncgen.gcode.klartext import contour_cycles, finishing, slots, studs, threads
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
 
 _MOST_STEPS = 10_000
@@ -413,7 +413,7 @@ def _single_lip(cycle: HoleCycle) -> None:
 
 
 _RUN: dict[int, Callable[[HoleCycle], None]] = {
-    202: _bore, 203: _universal, 204: _back_bore, 241: _single_lip, 254: slots.bows, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling, 209: _tap_breaking, 240: _centre, 251: _rectangle, 252: _round, 253: _slot, **threads.RUN,
+    202: _bore, 203: _universal, 204: _back_bore, 241: _single_lip, 254: slots.bows, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling, 209: _tap_breaking, 240: _centre, 251: _rectangle, 252: _round, 253: _slot, **threads.RUN, **finishing.RUN,
 }  # fmt: skip
 #: Cycles that are run by the interpreter's own code, and patterns, which run at once.
 _OWN, PATTERNS = (200, 201), (220, 221)

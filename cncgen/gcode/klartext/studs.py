@@ -1,5 +1,5 @@
 """Cycles of Heidenhain's plain language that mill from outside: 256 and 257 studs, 232 and 233 faces (TNC 640, user's manual for cycles),
-231 ruled surfaces (TNC 410, 426 and 430, user's manual, 8.8).
+230 faces and 231 ruled surfaces (TNC 410, 426 and 430, user's manual, 8.8).
 
 The finished wall, the blank, levels, feeds, and the way to them, 2 mm to the right of the blank, are the cycle's; loops and rows are our own.
 """
@@ -157,6 +157,42 @@ def _face(ip: Interpreter, name: str, corner: tuple[float, float], along: int, w
     cycle.end()
 
 
+def multipass(ip: Interpreter, name: str) -> None:
+    """230: Q218 by Q219 from Q225 Q226 on at the height Q227, in Q240 rows to and fro, the tool's radius beyond both ends.
+
+    Down at Q206, along the rows at Q207, from one to the next at Q209. The first and the last row end at the edges of the face.
+    """
+    q, radius = ip.parameters.numbers, _radius(ip, name)
+    count, length, width = round(q[240]), q[218], q[219]
+    if not 1 <= count <= _MOST or length == 0.0 or width == 0.0:
+        message = f"{name} has Q240 = {q[240]:g} rows on a face of {length:g} by {width:g}"
+        raise BlockError(
+            "cycle-infeed", message, "CYCL", hint=f"1 to {_MOST} rows; Q218 and Q219 are the sides"
+        )
+    over, across = math.copysign(radius, length), math.copysign(1.0, width)
+    ends = (q[225] - over, q[225] + length + over)
+    reach = max(abs(width) - 2.0 * radius, 0.0)
+    cycle = HoleCycle(ip, name, (q[227], 0.0))
+
+    def to(x: float, k: int, *, rapid: bool = False) -> None:
+        aside = (abs(width) - reach) / 2.0 + (k * reach / (count - 1) if count > 1 else reach / 2.0)
+        cycle.to([x, q[226] + across * aside, *ip.state.position[2:]], rapid=rapid)
+
+    to(ends[0], 0, rapid=True)
+    cycle.go(cycle.start, rapid=True)
+    cycle.feed(q[206], "Q206")
+    cycle.go(q[227], rapid=False)
+    for k in range(count):
+        first, last = ends if k % 2 == 0 else ends[::-1]
+        if k:
+            cycle.feed(q[209], "Q209")
+            to(first, k)
+        cycle.feed(q[207], "Q207")
+        to(last, k)
+    cycle.go(cycle.start, rapid=True)
+    ip.sink.set_feed_rate(ip.state.feed)
+
+
 def ruled(ip: Interpreter, name: str) -> None:
     """231: Q240 lines from the side between points 1 and 4 to that between 2 and 3, the first at half of Q207.
 
@@ -194,4 +230,4 @@ def ruled(ip: Interpreter, name: str) -> None:
     ip.sink.set_feed_rate(ip.state.feed)
 
 
-RUN = {231: ruled, 232: face, FACE: face_from_here, 256: rectangle, 257: circle}
+RUN = {230: multipass, 231: ruled, 232: face, FACE: face_from_here, 256: rectangle, 257: circle}
