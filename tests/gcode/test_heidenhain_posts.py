@@ -115,6 +115,44 @@ def test_a_program_calls_another_one_with_labels_of_its_own(run: Any, tmp_path: 
 
 
 @pytest.mark.parametrize(
+    ("calls", "expected"),
+    [
+        # Cycle 12 (iTNC 530, user's manual, 8.9): the program is a cycle, which M99 and CYCL CALL run from where the tool is.
+        ("CYCL DEF 12.0 PGM CALL\nCYCL DEF 12.1 PGM TNC:\\KLAR35\\SUB.H\nL Y+5 FMAX M99\nL Y+9 FMAX\nCYCL CALL",
+         [(0, 5), (1, 5), (1, 9), (2, 9)]),
+        ("CYCL DEF 12.0 PGM CALL\nCYCL DEF 12.1 SUB\nCYCL CALL POS X+3 Y+4", [(3, 4), (4, 4)]),
+        ('SEL PGM "SUB.H"\nCALL SELECTED PGM\nL Y+2 FMAX\nCALL SELECTED PGM', [(1,), (1, 2), (2, 2)]),
+    ],
+)  # fmt: skip
+def test_a_program_is_called_that_is_named_before(
+    run: Any, tmp_path: Path, calls: str, expected: list[tuple[float, ...]]
+) -> None:
+    (tmp_path / "SUB.H").write_text("0 BEGIN PGM SUB MM\n1 L IX+1 FMAX\n2 END PGM SUB MM\n")
+    out = outcome(run, tmp_path, calls, include=(tmp_path,))
+    assert out.errors == []
+    assert ends(out.path.end[out.path.kind < 3][:, :2]) == ends(expected)
+
+
+@pytest.mark.parametrize(
+    ("calls", "code"),
+    [
+        ("CALL SELECTED PGM", "sub-missing"),
+        ("CYCL DEF 12.0 PGM CALL\nCYCL DEF 12.1 PGM NOWHERE\nCYCL CALL", "sub-missing"),
+        ("CYCL DEF 12.0 PGM CALL\nCYCL CALL", "sub-missing"),
+        ("CYCL DEF 12.0 PGM CALL\nCYCL DEF 12.1 PGM SUB\nL X+1 FMAX M89", "unsupported-block"),
+    ],
+)
+def test_a_program_that_is_not_there(run: Any, tmp_path: Path, calls: str, code: str) -> None:
+    assert outcome(run, tmp_path, calls).errors[0][0] == code
+
+
+def test_a_program_of_cycle_12_has_its_columns(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "SUB.H").write_text("0 BEGIN PGM SUB MM\n1 L IC+10 FMAX\n2 END PGM SUB MM\n")
+    text = "CYCL DEF 12.0 PGM CALL\nCYCL DEF 12.1 PGM SUB\nL X+5 FMAX M99"
+    assert outcome(run, tmp_path, text, include=(tmp_path,)).moving_axes == "XYZC"
+
+
+@pytest.mark.parametrize(
     ("text", "code"),
     [
         ("0 BEGIN PGM T INCH\n1 L X+1 F10\n", "feed-inch"),

@@ -15,7 +15,7 @@ from cncgen.gcode.block import CYCLE_CALL, Block
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import contour_cycles, finishing, slots, studs, threads
+from cncgen.gcode.klartext import contour_cycles, finishing, programs, slots, studs, threads
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
 
 _MOST_STEPS = 10_000
@@ -418,7 +418,9 @@ _RUN: dict[int, Callable[[HoleCycle], None]] = {
 #: Cycles that are run by the interpreter's own code, and patterns, which run at once.
 _OWN, PATTERNS = (200, 201), (220, 221)
 _CONTOURS = (*contour_cycles.RUN, contour_cycles.TRAIN)
-READ = tuple(sorted((*_OLD, *_RUN, *_OWN, *studs.RUN, *PATTERNS, *contour_cycles.DATA, *_CONTOURS)))
+READ = tuple(
+    sorted((*_OLD, *_RUN, *_OWN, programs.CYCLE, *studs.RUN, *PATTERNS, *contour_cycles.DATA, *_CONTOURS))
+)
 
 
 def define(ip: Interpreter, number: int) -> None:
@@ -447,6 +449,9 @@ def call(ip: Interpreter, here: Block) -> None:
     plain = Plain.of(ip)
     number, q = plain.cycle, ip.parameters.numbers
     ip.sink.block = here
+    if number == programs.CYCLE:
+        message = "cycle 12 calls a program at the points of a pattern, or under M89: not read"
+        raise BlockError("unsupported-block", message, "CYCL", hint="CYCL CALL and M99 call it")
     if number in _CONTOURS:
         read = plain.contour or (lambda label: ([], 0))
         if number == contour_cycles.TRAIN:

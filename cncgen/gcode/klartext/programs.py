@@ -1,4 +1,4 @@
-"""Programs that CALL PGM of Heidenhain's plain language names: their files."""
+"""Programs that CALL PGM, SEL PGM and cycle 12 of Heidenhain's plain language name: their files."""
 
 from __future__ import annotations
 
@@ -8,8 +8,13 @@ from pathlib import Path
 
 #: CALL PGM and the name, which may be a path of the control.
 CALL = re.compile(r"CALL\s+PGM\s*(?P<name>\S[^;\n]*?)\s*\Z", re.IGNORECASE)
+#: The program that CALL SELECTED PGM runs, and the one that the calls of cycle 12 run.
+SELECT = re.compile(r"SEL\s+PGM\s*(?P<name>\S[^;\n]*?)\s*\Z", re.IGNORECASE)
+SELECTED = re.compile(r"CALL\s+SELECTED\s+PGM\s*\Z", re.IGNORECASE)
+CYCLE = 12
+_OF_CYCLE = re.compile(r"\s*(?:PGM\b)?\s*(?P<name>\S[^;\n]*?)\s*\Z", re.IGNORECASE)
 _CALLS = re.compile(
-    rb"^[ \t]*(?:\d+[ \t]+)?CALL[ \t]+PGM[ \t]*(\S[^;\r\n]*?)[ \t]*(?:;[^\n]*)?\r?$",
+    rb"^[ \t]*(?:\d+[ \t]+)?(?:(?:CALL|SEL)[ \t]+PGM|CYCL[ \t]+DEF[ \t]*12[ \t]*\.[ \t]*1(?:[ \t]+PGM)?)[ \t]*(\S[^;\r\n]*?)[ \t]*(?:;[^\n]*)?\r?$",
     re.MULTILINE | re.IGNORECASE,
 )
 _SUFFIXES = ("", ".h", ".nc")
@@ -17,7 +22,13 @@ _SUFFIXES = ("", ".h", ".nc")
 
 def bare(name: str) -> str:
     """Return a name without quotes and the folders of the control."""
-    return name.strip("\"'").replace("\\", "/").rsplit("/", 1)[-1]
+    return name.strip("\"' ").replace("\\", "/").rsplit("/", 1)[-1]
+
+
+def of_cycle(rest: str) -> str:
+    """Return the name of CYCL DEF 12.1 PGM NAME, empty where there is none."""
+    match = _OF_CYCLE.match(rest)
+    return bare(match["name"]) if match else ""
 
 
 def file_of(name: str, folders: Sequence[Path]) -> Path | None:

@@ -50,7 +50,7 @@ from cncgen.gcode.text.search import search_path
 
 #: Signs of a program whose lines lead from one to another, or whose cycles are run here.
 _NEEDS = re.compile(
-    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CT\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
+    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM|SELECTED)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CT\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
     rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+DEF[ \t]*7[ \t]*\.\d[ \t]*[I#]|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|Q\d+[ \t]*=[ \t]*F?(?:AUTO|MAX)\b)|Q1(?:08|09|13|14)(?!\d)"
     rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
     rb"|\bR[LR]\b(?![\w.])|\bM89\b|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$",
@@ -121,6 +121,8 @@ class HeidenhainRunner(LanguageRun):
         self._datums = Datums(self.ip, self._value)
         self._modal = False
         self._points: list[points.Place] = []
+        #: The programs that SEL PGM and cycle 12 name.
+        self._selected = self._program = ""
         self._beyond = 0
         #: The side of a contour that is read and not run, None where lines are run.
         self._side: int | None = None
@@ -249,8 +251,8 @@ class HeidenhainRunner(LanguageRun):
             self._function(body)
         elif head in ("TRAN", "SEL ") and self._transformed(body):
             return
-        elif head == "CALL" and programs.CALL.match(body):
-            self._call_program(at, body)
+        elif head == "CALL" and (name := self._program_of(body)) is not None:
+            self._call_program(at, name)
         elif self._called and _END_OF_PROGRAM.match(body):
             self._at = len(self._lines)
         else:
@@ -338,11 +340,21 @@ class HeidenhainRunner(LanguageRun):
             hint="FN 0 to FN 14, FN 18 and formulas of Q are read",
         )
 
-    def _call_program(self, at: int, body: str) -> None:
-        """CALL PGM: another file, beside the program or in a folder of --include; its labels are its own."""
+    def _program_of(self, body: str) -> str | None:
+        """Return the name of the program that CALL PGM or CALL SELECTED PGM calls, None where the line is neither."""
         match = programs.CALL.match(body)
-        assert match
-        name = programs.bare(match["name"])
+        if match:
+            return programs.bare(match["name"])
+        return self._selected if programs.SELECTED.match(body) else None
+
+    def _call_program(self, at: int, name: str) -> None:
+        """CALL PGM: another file, beside the program or in a folder of --include; its labels are its own."""
+        if not name:
+            message, hint = (
+                "no program is named that is called",
+                'SEL PGM "PART.H", or CYCL DEF 12.1 PGM PART.H, names it',
+            )
+            raise BlockError("sub-missing", message, "PGM", hint=hint)
         if len(self._called) >= self._options.max_call_depth:
             message = f"programs call each other more than {self._options.max_call_depth} deep"
             raise Stop(BlockError("call-depth", message, "CALL", hint="is the recursion without end?"))
@@ -446,6 +458,13 @@ class HeidenhainRunner(LanguageRun):
         if "t" in block.words:
             self._tell_tool()
         if called or (self._modal and moves):
+            self._call_cycle(at, block)
+
+    def _call_cycle(self, at: int, block: Block) -> None:
+        """Run the cycle at the tool's place, or the program of cycle 12 from there on."""
+        if Plain.of(self.ip).cycle == programs.CYCLE and not self._modal:
+            self._call_program(at, self._program)
+        else:
             cycles.call(self.ip, Block({}, (), (), None, 0, block.line, block.offset))
 
     def _tell_tool(self) -> None:
@@ -654,7 +673,7 @@ class HeidenhainRunner(LanguageRun):
         if place:
             block = self._block(at, f"L {place['rest']} FMAX")
             self._move(block)
-            cycles.call(self.ip, Block({}, (), (), None, 0, block.line, block.offset))
+            self._call_cycle(at, block)
             return
         match = _DEFINITION.match(body)
         number = int(match["number"]) if match else 0
@@ -664,6 +683,9 @@ class HeidenhainRunner(LanguageRun):
             plain = Plain.of(self.ip)
             plain.contour = self._contour
             plain.labels = [] if match["part"] in (None, "0") else [*plain.labels, *_labels(match["rest"])]
+        elif number == programs.CYCLE:
+            Plain.of(self.ip).cycle = number
+            self._program = programs.of_cycle(match["rest"]) if match["part"] == "1" else ""
         elif number in _FRAMES:
             self._frame(at, number, match["part"], match["rest"])
         elif match["part"] is not None:
@@ -719,7 +741,11 @@ class HeidenhainRunner(LanguageRun):
         planes.idle(body)
 
     def _transformed(self, body: str) -> bool:
-        """Do TRANS DATUM, MIRROR, ROTATION, SCALE of TNC 7 and SEL PATTERN; tell whether the line is one of them."""
+        """Do TRANS DATUM, MIRROR, ROTATION, SCALE of TNC 7, SEL PATTERN and SEL PGM; tell whether the line is one of them."""
+        selected = programs.SELECT.match(body)
+        if selected:
+            self._selected = programs.bare(selected["name"])
+            return True
         table = points.TABLE.match(body)
         if table:
             self._points = self._table(programs.bare(table["name"]))
