@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from array import array
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import compress
 from pathlib import Path
 
@@ -113,8 +114,9 @@ def _named(text: Source, dialect: str) -> _Text:
     """Return the axes that a text names."""
     count = 2 * gcode_codes.CODE_NUMBERS
     first, calls = array("i", bytes(8 * count)), bytearray(count)
-    read = parser(language_of(dialect), False).named
-    bits, line, programs = read(text.bytes, first, calls)
+    language = language_of(dialect)
+    read = partial(parser(language, False).named, text.bytes, first, calls, language == "fanuc")
+    bits, line, programs = read()
     rows, renamed = table(dialect), LATHES.get(dialect, {})
     codes: dict[Code, int] = {}
     alone: set[Code] = set()
@@ -128,8 +130,8 @@ def _named(text: Source, dialect: str) -> _Text:
             if code.calls:
                 calls[place] = ord(code.calls) + (0 if code.words else gcode_codes.ARGUMENTS)
     if any(calls):
-        bits, line, programs = read(text.bytes, first, calls)
-    if language_of(dialect) == "fanuc":
+        bits, line, programs = read()
+    if language == "fanuc":
         for name in _NAMED_CALL.findall(text.data):
             programs.add(b"".join(name.split()).decode("utf-8", "replace").lower())
     return _Text(bits, codes, line, alone, programs)

@@ -242,6 +242,20 @@ class Parser:
                 found.append(self.terminals[terminal])
         return found
 
+    @cython.ccall
+    @cython.exceptval(check=False)
+    def cut(self) -> cython.Py_ssize_t:
+        """Return the offset of the slash that the last line was refused for behind its words, not within brackets; else 0."""
+        at: cython.Py_ssize_t
+        inside: cython.Py_ssize_t = 0
+        written: cython.bint = False
+        if self.error < 0 or self.error >= self.text.shape[0] or self.text[self.error] != 47:
+            return 0
+        for at in range(self.begin, self.error):
+            inside += (self.text[at] == 91) - (self.text[at] == 93)
+            written = written or self.text[at] > 32
+        return self.error if written and inside == 0 else 0
+
     def parse(self, text: cython.const[cython.uchar][::1], offset: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Read the line at `offset` of a text, its code into `code` from `used` on; return the offset of its end.
 
@@ -447,6 +461,7 @@ class Parser:
         text: cython.const[cython.uchar][::1],
         first: cython.int[::1],
         calls: cython.const[cython.uchar][::1],
+        slashes: cython.bint,
     ) -> tuple:
         """Read all lines of a text and return the names in their words; lines that the grammar refuses give none.
 
@@ -456,12 +471,15 @@ class Parser:
                 half with that on which it stands first in a block that names no axis.
             calls: Of half the length: of a code that calls a program, the letter (small) whose number names it, with `ARGUMENTS`
                 where the block has its arguments; else 0.
+            slashes: Whether blocks end at a slash within them (`cut`).
 
         Returns:
             Letters of words as bits from A at bit 0 (``@`` and ``^`` are X and Y), with `COMPUTED`; the line of the first call,
             0 without one; and the numbers and names of the programs that are called.
         """
         at: cython.Py_ssize_t = 0
+        begin: cython.Py_ssize_t
+        cut: cython.Py_ssize_t
         line: cython.int = 0
         first_call: cython.int = 0
         call: cython.int
@@ -472,7 +490,13 @@ class Parser:
         while at < text.shape[0]:
             line += 1
             self.used = self.numbers = 0
+            begin = at
             at = self._parse(at) + 1
+            cut = self.cut() if slashes else 0
+            if cut > 0:
+                self.text = text[begin:cut]
+                self._parse(0)
+                self.text = text
             if self.error >= 0:
                 continue
             bits = self._words_named(first, calls, line)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from io import BytesIO
 from pathlib import Path
 
@@ -152,6 +153,18 @@ def test_an_axis_that_moves_without_a_column_is_an_error(
     ((code, message, place),) = [(d.code, d.message, d.span) for d in program.diagnostics]
     assert place is not None
     assert (code, message[0], place.line) == ("late-axis", axis, line)
+
+
+@pytest.mark.parametrize("block", ["G1 A90. /B10. F100", "G1 ATAN[45.]/[2] F100"])
+def test_words_before_a_slash_within_a_block_of_fanuc_have_columns(block: str) -> None:
+    """What stands before the slash is read (`cut`, B-63324EN 13.2), so its axes are named: A moved without a column, an error."""
+    program = read(
+        BytesIO(f"O1\nG21 G90\nG1 X1. F100\n{block}\nM30\n".encode()), "t", ReadOptions(dialect="fanuc")
+    )
+    (chunk,) = program.chunks()
+    assert [d.code for d in program.diagnostics if d.code != "other-control"] == []
+    turned = {"A90.": math.radians(90.0), "ATAN[45.]/[2]": math.radians(1.0)}[block.split()[1]]
+    assert (program.moving_axes, chunk.end[-1, 3]) == ("XA", pytest.approx(turned))
 
 
 def test_arcs_in_planes_of_u_v_w_are_refused() -> None:

@@ -204,15 +204,17 @@ def test_the_kernel_runs_uncompiled() -> None:
                 )
             )
         assert found[0] == found[1]
-    text = memoryview(b"G18 G1 X-1.5 Y[2]\nM98 P7 G#1 @3\no<a> call (Z1)\no9 call [1]\n)X1\n")
+    text = memoryview(b"G18 G1 X-1.5 Y[2]\nM98 P7 G#1 @3\no<a> call (Z1)\no9 call [1]\n)X1\nC1/B2\n")
     named = []
     for module in (gcode_parse, slow):
         parser = module.Parser(tables, 5000)
         first = array("i", bytes(16 * gcode_codes.CODE_NUMBERS))
         calls = bytearray(len(first) // 2)
         calls[gcode_codes.CODE_NUMBERS + 980] = ord("p")
-        named.append((*parser.named(text, first, calls), {k: line for k, line in enumerate(first) if line}))
-    letters = sum(1 << (ord(letter) - 65) for letter in "PXY")
+        named.append(
+            (*parser.named(text, first, calls, True), {k: line for k, line in enumerate(first) if line})
+        )
+    letters = sum(1 << (ord(letter) - 65) for letter in "CPXY")
     n = gcode_codes.CODE_NUMBERS
     codes = {180: 1, 10: 1, n + 980: 2}
     assert named[0] == named[1] == (letters | gcode_codes.COMPUTED, 2, {7.0, "a", 9.0}, codes)

@@ -34,7 +34,7 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
     reader = parser(dialect, increments)
     reader.used = reader.numbers = 0
     reader.parse(memoryview(data), 0)
-    if dialect == "fanuc" and (cut := _cut(reader, data)):
+    if dialect == "fanuc" and (cut := reader.cut()):
         return parse(data[:cut].decode("utf-8", "surrogateescape"), dialect, increments)
     if reader.error >= 0:
         from cncgen.gcode.text.syntax_errors import is_passed, syntax_error
@@ -49,19 +49,12 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
     return parsed
 
 
-def _cut(reader: gcode_parse.Parser, data: bytes) -> int:
-    """Return where a slash stands behind words of a block that was read up to it, else 0."""
-    before = data[: max(reader.error, 0)]
-    cut = data[len(before) : len(before) + 1] == b"/" and before.strip()
-    return len(before) if cut and before.count(b"[") == before.count(b"]") else 0
-
-
 def cut_of(data: bytes) -> int:
     """Return where the slash of a block of FANUC's stands whose rest is passed over, of which a remark tells; else 0."""
     reader = parser("fanuc", False)
     reader.used = reader.numbers = 0
     reader.parse(memoryview(data), 0)
-    return _cut(reader, data)
+    return reader.cut()
 
 
 class _Values:
