@@ -88,6 +88,9 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
         "CYCLE83(10,0,1,-25,,-10,,2,,,1,1)",
         [(0, 0, z) for z in (1, -10, 1, -9.4, -18, 1, -17.4, -24, 1, -23.4, -25, 10)],
     ),
+    # Down to 30 mm the distance ahead is 0.6; beyond, a fiftieth of the way from RFP + SDIS, and 7 at most.
+    "CYCLE83 in a deep hole": ("CYCLE83(10,0,1,-500,,-240,,9,,,1,1)",
+                               [(0, 0, z) for z in (1, -240, 1, -235.18, -471, 1, -464, -500, 10)]),
     "CYCLE83 with steps in percent": ("F100\nCYCLE83(10,0,1,-20,,-10,,50,0,0,50,1,0,2,0,0,1,0,1,12221112)",
                                       [(0, 0, z) for z in (1, -10, 1, -9, -15, 1, -14, -17.5, 1, -16.5, -19.5, 1, -18.5, -20, 10)]),
     "CYCLE83 with distances": ("CYCLE83(10,0,1,-50,12,-30,6,2,0,0,1,1,0,2,0,0,5,0,1,1110011)",

@@ -114,7 +114,8 @@ def name_tool(ip: Interpreter, block: Block) -> None:
     number = whole(block, "q", "M61")
     _tool(ip, number, "Q")
     ip.state.fetched = number
-    if not ip.options.stand_alone:
+    # LinuxCNC's stand-alone interpreter keeps the tool that it had.
+    if not ip.options.stand_alone or ip.dialect != "linuxcnc":
         ip.state.tool = ip.state.selected = number
         load_tool_parameters(ip)
     ip.sink.call(f"CHANGE_TOOL_NUMBER({ip.tools.place_of(number)})", Event("tool", values=_sizes(ip, number)))

@@ -32,8 +32,9 @@ NOT_READ = frozenset(
 )  # fmt: skip
 #: Steps of one hole beyond which a step counts as a mistake.
 _MOST_STEPS = 10_000
-#: The distance that CYCLE83 keeps from the last depth, and how far it goes back to break chips, mm.
-_AHEAD, _BREAK = 0.6, 1.0
+#: The distance that CYCLE83 keeps from the last depth, mm: that part of the way down to it, within bounds; how far it goes back to
+#: break chips, mm.
+_AHEAD, _LEAST_AHEAD, _MOST_AHEAD, _BREAK = 1.0 / 50.0, 0.6, 7.0, 1.0
 #: How far CYCLE97 leaves its thread, mm.
 _OFF_THREAD = 1.0
 
@@ -173,6 +174,10 @@ class Hole:
     def mm(self, length: float) -> float:
         """Return a length in the unit of the program."""
         return length / INCH if self.motions.ip.state.inches else length
+
+    def ahead_of(self, depth: float) -> float:
+        """Return how far above a depth traverse ends, as the control works it out (840D, Programming Guide, Cycles, CYCLE83, DIS1)."""
+        return max(self.mm(_LEAST_AHEAD), min((self.start - depth) * _AHEAD, self.mm(_MOST_AHEAD)))
 
     def feed(self, feed: float | None) -> None:
         """Take a feed."""
@@ -354,8 +359,7 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
     degression = (degression, abs(degression), -abs(degression) / 100.0)[less]
     depths = _depths(hole, first, degression, abs(filled(values, 13)), name)
     back, ahead = abs(filled(values, 14)) or hole.mm(_BREAK), abs(filled(values, 16))
-    if near == 1 or (near == 0 and not ahead):
-        ahead = hole.mm(_AHEAD)
+    usual = near == 1 or (near == 0 and not ahead)
     feed, factor = motions.ip.state.feed, (filled(values, 10) / (100.0 if percent else 1.0)) or 1.0
     hole.go(hole.start, rapid=True)
     for k, depth in enumerate(depths):
@@ -370,7 +374,7 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
         if filled(values, 11):
             hole.go(hole.start, rapid=True)
             hole.dwell(_waits(filled(values, 9), out))
-            hole.go(depth + ahead, rapid=True)
+            hole.go(depth + (hole.ahead_of(depth) if usual else ahead), rapid=True)
         else:
             hole.go(depth + back, rapid=False)
     hole.go(hole.back, rapid=True)

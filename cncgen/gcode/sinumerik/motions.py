@@ -26,6 +26,7 @@ from cncgen.gcode.sinumerik import (
     faces,
     frame_variables,
     pockets,
+    thread_milling,
 )
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
 from cncgen.gcode.sinumerik.reading import Item, Node
@@ -51,6 +52,7 @@ _CYCLES = {
     "POCKET1": pockets.old_rectangle,
     "POCKET2": pockets.old_circle,
     "SLOT2": pockets.bows,
+    "CYCLE90": thread_milling.thread,
     **contour_cycles.CYCLES,
 }
 

@@ -1,0 +1,106 @@
+"""CYCLE90 of SINUMERIK: a thread inside or outside, milled downwards in one helix (840D/840Di/810D, Programming Guide, Cycles, 3.2).
+
+The order of the moves, which circle leads on and off the thread in which sense, and how far below the thread and before it that is, are the
+manual's. The size of these circles, and the angle at which the thread begins, X+ of its middle, are ours.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, filled, milling_feed
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions
+
+_MOST = 10_000
+_TINY = 1e-9
+
+
+def thread(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE90(RTP, RFP, SDIS, DP, DPR, DIATH, KDIAM, PIT, FFR, CDIR, TYPTH, CPA, CPO).
+
+    From SDIS above RFP to DP: CDIR 2 clockwise, 3 counter-clockwise, TYPTH 0 inside, at the nominal diameter DIATH, 1 outside, at the core's
+    KDIAM. The tool gets as far beyond the thread as PIT / 4 (2 WR + RDIFF) / DIATH, with its radius WR and RDIFF = DIATH / 2 ∓ WR.
+    """
+    v = [filled(values, k) for k in range(13)]
+    outer, core, pitch, sense, kind = v[5], v[6], v[7], round(v[9]), round(v[10])
+    check_plane(motions, name)
+    hole = Hole.of(motions, name, values)
+    half = core / 2.0 if kind == 1 else outer / 2.0
+    tool = motions.ip.cutting_radius(name, math.inf if kind == 1 else half)
+    radius = half + tool if kind == 1 else half - tool
+    hint = "DIATH and KDIAM are the diameters, PIT the lead, CDIR 2 or 3, TYPTH 0 inside or 1 outside"
+    for wrong, message in (
+        (sense not in (2, 3) or kind not in (0, 1), f"CDIR = {v[9]:g} or TYPTH = {v[10]:g} of {name} has no meaning"),
+        (pitch <= 0.0 or min(outer, half) <= 0.0 or 0.0 < outer < core, f"{name} has the diameters {outer:g} and {core:g} and the lead {pitch:g}"),
+        (radius <= 0.0 or tool <= 0.0, f"{name} is {2.0 * half:g} wide, and the tool has the diameter {2.0 * tool:g}"),
+        (kind == 0 and 0.0 < core < 2.0 * tool - _TINY, f"the tool, {2.0 * tool:g} wide, does not go into the core of {name}, {core:g}"),
+        ((hole.start - hole.depth) / max(pitch, _TINY) > _MOST, f"PIT = {pitch:g} of {name} makes more than {_MOST} turns"),
+    ):  # fmt: skip
+        if wrong:
+            raise BlockError("cycle-tool", message, name, hint=hint)
+    beyond = pitch / 4.0 * (2.0 * tool + (outer / 2.0 + tool if kind == 1 else outer / 2.0 - tool)) / outer
+    middle, before = complex(v[11], v[12]), motions.ip.state.feed
+    hole.go(hole.back, rapid=True)
+    path = _Path(motions, middle, radius, -1 if sense == 2 else 1, tool if kind == 1 else 0.0)
+    path.lead_begins()
+    hole.go(hole.start, rapid=True)
+    hole.feed(milling_feed(motions, name, v[8]))
+    path.lead(1.0 + 0j, hole.start - beyond, on=True)
+    end = path.helix(hole.start - beyond, hole.depth, pitch)
+    path.lead(end, hole.depth - beyond, on=False)
+    hole.feed(before)
+    if kind == 0:
+        motions.move({"X": middle.real, "Y": middle.imag}, rapid=True)
+    hole.go(hole.back, rapid=True)
+
+
+class _Path:
+    """The tool's path about the middle of a thread: places are relative to it, in units of the radius of the path.
+
+    Outside, a quarter of a circle of the tool's radius leads to the path and away from it, against its sense; inside, half a circle from the
+    middle, in its sense.
+    """
+
+    def __init__(self, motions: Motions, middle: complex, radius: float, sense: int, lead: float) -> None:
+        self.motions, self.middle, self.radius, self.sense, self._lead = motions, middle, radius, sense, lead
+
+    def _aside(self, spoke: complex, *, on: bool) -> tuple[complex, complex, int]:
+        """Return where the way to or from a place of the path is farthest from it, the centre of its arc and its sense."""
+        if not self._lead:
+            return 0j, spoke * self.radius / 2.0, self.sense
+        centre = spoke * (self.radius + self._lead)
+        # Clockwise, the way comes from the first quadrant to X+, and leads on into the fourth.
+        back = 1.0 if on else -1.0
+        return centre - back * self.sense * 1j * spoke * self._lead, centre, -self.sense
+
+    def lead_begins(self) -> None:
+        """Go to where the way to the thread begins."""
+        place = self.middle + self._aside(1.0 + 0j, on=True)[0]
+        self.motions.move({"X": place.real, "Y": place.imag}, rapid=True)
+
+    def lead(self, spoke: complex, level: float, *, on: bool) -> None:
+        """Go on the thread at a direction from its middle, or off it."""
+        aside, centre, sense = self._aside(spoke, on=on)
+        self._arc(self.middle + (spoke * self.radius if on else aside), self.middle + centre, level, sense, 1)
+
+    def helix(self, top: float, bottom: float, pitch: float) -> complex:
+        """Go down the thread from X+ on; return the direction in which it ends."""
+        turn = 2.0 * math.pi * (top - bottom) / pitch
+        count = math.ceil(turn / (2.0 * math.pi) - _TINY)
+        spoke = cmath.rect(1.0, self.sense * turn)
+        if abs(spoke - 1.0) < _TINY:
+            spoke = 1.0 + 0j
+        self._arc(self.middle + spoke * self.radius, self.middle, bottom, self.sense, count)
+        return spoke
+
+    def _arc(self, end: complex, centre: complex, level: float, sense: int, turns: int) -> None:
+        at = self.motions.ip.state.position
+        words = {"x": end.real, "y": end.imag, "z": level, "i": centre.real - at[0], "j": centre.imag - at[1]}
+        if turns > 1:
+            words["p"] = float(turns)
+        self.motions.emit(words, (30 if sense > 0 else 20,))

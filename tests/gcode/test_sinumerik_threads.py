@@ -1,0 +1,98 @@
+"""CYCLE90 of SINUMERIK mills threads: motions worked out by hand from the Programming Guide, Cycles; tool 1 has the radius 4."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+#: RTP RFP SDIS DP DPR, then the diameters, lead, feed, sense, kind and middle.
+INSIDE = "G17 G90 G0 X0 Y0 Z20 S500 M3 T1 D1 F100\nM6\nCYCLE90(10,0,1,-11,,{outer},{core},{lead},200,{sense},{kind},50,40)\nM30\n"
+#: The manual's way beyond a thread of M16: 2 / 4 (2 4 + 8 - 4) / 16 inside, 2 / 4 (2 4 + 8 + 4) / 16 outside.
+BEYOND_INSIDE, BEYOND_OUTSIDE = 0.375, 0.625
+
+
+@pytest.fixture
+def rows(run: Any, tmp_path: Any) -> Any:
+    """Return the path of a program, with tool 1."""
+    table = tmp_path / "tool.tbl"
+    table.write_text("T1 P1 D8\n")
+    return lambda text: run(text, dialect="sinumerik", tool_table=table)
+
+
+def test_inside(moves: Any) -> None:
+    """From 0.625 to -11 are 5.8125 turns at the lead 2; they end at 292.5 degrees counter-clockwise, 4 from the middle."""
+    found = moves(INSIDE.format(outer=16, core=13, lead=2, sense=3, kind=0), dialect="sinumerik", units="mm")
+    angle = math.radians(360 * 5.8125)
+    end = (pytest.approx(50 + 4 * math.cos(angle)), pytest.approx(40 + 4 * math.sin(angle)))
+    assert found[1:] == [
+        (0, 0, 10, 0), (50, 40, 10, 0), (50, 40, 1, 0), (54, 40, 1 - BEYOND_INSIDE, 200), (*end, -11, 200),
+        (50, 40, -11 - BEYOND_INSIDE, 200), (50, 40, 10, 0),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("sense", "side"), [(2, 1), (3, -1)])
+def test_outside(moves: Any, sense: int, side: int) -> None:
+    """At the core's 13 / 2 + 4, from the first quadrant clockwise, from the fourth counter-clockwise, on a quarter of a circle."""
+    text = INSIDE.format(outer=16, core=13, lead=2, sense=sense, kind=1)
+    found = moves(text, dialect="sinumerik", units="mm")
+    turns = (12 - BEYOND_OUTSIDE) / 2
+    spoke = complex(math.cos(2 * math.pi * turns), -side * math.sin(2 * math.pi * turns))
+    end = 50 + 40j + 10.5 * spoke
+    # Off into the sense in which it goes: 14.5 along the spoke and 4 beside it.
+    off = 50 + 40j + spoke * (14.5 - side * 4j)
+    assert found[1:] == [
+        (0, 0, 10, 0), (64.5, 40 + side * 4, 10, 0), (64.5, 40 + side * 4, 1, 0), (60.5, 40, 1 - BEYOND_OUTSIDE, 200),
+        (pytest.approx(end.real), pytest.approx(end.imag), -11, 200),
+        (pytest.approx(off.real), pytest.approx(off.imag), -11 - BEYOND_OUTSIDE, 200),
+        (pytest.approx(off.real), pytest.approx(off.imag), 10, 0),
+    ]  # fmt: skip
+
+
+def test_the_manuals_example(calls: Any) -> None:
+    """An inside thread at X60 Y50, M60 with the lead 2, from its variables; tool 5 is 20 wide."""
+    text = (
+        "DEF REAL RTP=48, RFP=40, SDIS=5, DP=0, DPR=40, DIATH=60, KDIAM=50\nDEF REAL PIT=2, FFR=500, CPA=60,CPO=50\n"
+        "DEF INT CDIR=2, TYPTH=0\nN10 G90 G0 G17 X0 Y0 Z80 S200 M3\nN20 T5 D1\nN25 $TC_DP6[5,1]=10\n"
+        "N30 CYCLE90(RTP, RFP, SDIS, DP, DPR, DIATH, KDIAM, PIT, FFR, CDIR, TYPTH, CPA, CPO)\nN40 G0 G90 Z100\nN50 M02\n"
+    )
+    arcs = [call for call in calls(text, dialect="sinumerik") if call.startswith("ARC_FEED")]
+    assert [call.split("(")[1][:44] for call in arcs] == [
+        "80.0000, 50.0000, 70.0000, 50.0000, -1, 44.6",
+        "50.0000, 32.6795, 60.0000, 50.0000, -23, 0.0",
+        "60.0000, 50.0000, 55.0000, 41.3397, -1, -0.3",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ({"core": 7}, "cycle-tool"),
+        ({"outer": 8}, "cycle-tool"),
+        ({"outer": 12}, "cycle-tool"),
+        ({"lead": 0}, "cycle-tool"),
+        ({"lead": 0.0001}, "cycle-tool"),
+        ({"sense": 4}, "cycle-tool"),
+        ({"kind": 2}, "cycle-tool"),
+        ({"kind": 1, "core": 0}, "cycle-tool"),
+    ],
+)
+def test_what_is_wrong(rows: Any, words: dict[str, float], code: str) -> None:
+    values = {"outer": 16, "core": 13, "lead": 2, "sense": 2, "kind": 0, **words}
+    assert [e[0] for e in rows(INSIDE.format(**values)).errors] == [code]
+
+
+def test_a_thread_upwards_is_not_read(rows: Any) -> None:
+    text = INSIDE.format(outer=16, core=13, lead=2, sense=2, kind=0).replace("10,0,1,-11", "-20,0,1,-11")
+    assert [e[0] for e in rows(text).errors] == ["cycle-depth"]
+
+
+def test_a_tool_that_t_changes_has_its_size_in_canon(calls: Any, tmp_path: Path) -> None:
+    """LinuxCNC's stand-alone interpreter keeps the tool before M61; that is no habit of SINUMERIK, whose T changes the tool at once."""
+    table = tmp_path / "tool.tbl"
+    table.write_text("T1 P1 D8\n")
+    text = INSIDE.replace("\nM6\n", "\n").format(outer=16, core=13, lead=2, sense=3, kind=0)
+    found = calls(text, dialect="sinumerik", tool_table=table)
+    assert any(call.startswith("ARC_FEED(54.0000, 40.0000, 52.0000") for call in found)
