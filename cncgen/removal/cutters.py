@@ -94,11 +94,17 @@ def cutter_of_option(text: str) -> Cutter | Insert:
     if kind == "ball":
         values["edge_radius_mm"] = numbers[0] / 2
     elif kind == "bull":
+        if numbers[1] > numbers[0] / 2:
+            raise _wrong(text, f"the corner's radius is more than half of the diameter of {numbers[0]:g} mm")
         values["edge_radius_mm"] = numbers[1]
     elif kind == "drill":
         values["point_angle_deg"] = numbers[1] if len(numbers) > 1 else POINT
     elif kind == "chamfer":
         values |= {"point_angle_deg": numbers[1], "tip_diameter_mm": numbers[2] if len(numbers) > 2 else 0.0}
+    if not 0 < values.get("point_angle_deg", 90.0) <= 180:
+        raise _wrong(text, "the angle is not above 0 and at most 180 degrees")
+    if values.get("tip_diameter_mm", 0.0) > numbers[0]:
+        raise _wrong(text, f"the tip is wider than the diameter of {numbers[0]:g} mm")
     shank, holder = None, None
     for extra in extras:
         key, _, value = extra.partition("=")
@@ -129,6 +135,6 @@ def _numbers(text: str, whole: str) -> list[float]:
     return numbers
 
 
-def _wrong(text: str) -> UsageError:
+def _wrong(text: str, why: str = "") -> UsageError:
     hint = f"NAME=FORM with a form of {FORMS}; then ;length=L ;shank=D ;holder=D,HEIGHT as far as they are known, mm and degrees"
-    return UsageError(Diagnostic("cut-tool", f"{text!r} names no tool", hint=hint))
+    return UsageError(Diagnostic("cut-tool", f"{text!r} names no tool{why and f': {why}'}", hint=hint))

@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 MAX_COLUMNS, COLUMN_BYTES = 100_000_000, 56
 #: Sides of a cylinder as a mesh.
 SIDES = 720
-#: Columns along the longer side where no cell is given.
-USUAL_COLUMNS = 500
+#: Columns along the longer side where no cell is given, and along the shorter one at least.
+USUAL_COLUMNS, FEWEST_COLUMNS = 500, 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,11 +64,16 @@ class Stock:
             cell: Width of a column, mm; None: so that the longer side has `USUAL_COLUMNS`.
 
         Raises:
-            UsageError: There would be too many columns, or none.
+            UsageError: There would be too many columns, or one is wider than the stock.
         """
         size = self.high[:2] - self.low[:2]
-        width = float(size.max()) / USUAL_COLUMNS if cell is None else checked_cell(cell)
-        counts = counts_of(size, width, "columns", MAX_COLUMNS, lambda x, y: COLUMN_BYTES * x * y)
+        width = _fitting_width(size) if cell is None else checked_cell(cell)
+        if width > size.min():
+            text = f"a column of {width:g} mm is wider than the stock of {size[0]:g} x {size[1]:g} mm"
+            raise UsageError(Diagnostic("cut-grid", text, hint="a smaller --cell"))
+        # As many as come nearest to the stock's sides: over all columns its volume is neither more nor less.
+        covered = np.round(size / width) * width
+        counts = counts_of(covered, width, "columns", MAX_COLUMNS, lambda x, y: COLUMN_BYTES * x * y)
         # The grid is centred on the stock, so that both of its sides are cut alike.
         origin = (self.low[:2] + self.high[:2]) / 2 - width * (counts - 1) / 2
         shape = (int(counts[1]), int(counts[0]))
@@ -85,6 +90,16 @@ class Stock:
             outside = (x[None, :] - middle[0]) ** 2 + (y[:, None] - middle[1]) ** 2 > radius**2
             top[outside] = bottom[outside]
         return top, bottom
+
+
+def _fitting_width(size: Floats) -> float:
+    """Return a width of columns, of which some `USUAL_COLUMNS` fill the longer side, shape (2,), and the shorter one with little left."""
+    longer, shorter = float(size.max()), float(size.min())
+    counts = np.arange(USUAL_COLUMNS, USUAL_COLUMNS * 21 // 20) * max(
+        1, math.ceil(FEWEST_COLUMNS * longer / shorter / USUAL_COLUMNS)
+    )
+    other = shorter * counts / longer
+    return longer / int(counts[np.abs(other - np.round(other)).round(6).argmin()])
 
 
 def checked_cell(cell: float) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cncgen.cli.app import run as command
+from cncgen.diagnostics import UsageError
 from cncgen.pipeline.removing import cut, cut_toolpaths
 from cncgen.removal.cutters import cutter_of_option
 from cncgen.removal.stock import box, read_stl
@@ -466,3 +467,17 @@ def test_the_explicit_toolpaths_of_nist_cut_what_their_features_do(programs):
     difference = np.abs(both[0].stock.heights - both[1].stock.heights)
     assert (difference < 1e-3).mean() > 0.9995
     assert both[0].stock.volume == pytest.approx(both[1].stock.volume, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("form", "why"),
+    [
+        ("bull:10,6", "more than half of the diameter"),
+        ("chamfer:10,190", "at most 180 degrees"),
+        ("chamfer:10,90,12", "the tip is wider"),
+        ("drill:10,0", "the angle is not above 0"),
+    ],
+)
+def test_forms_that_no_tool_has_are_refused_with_the_reason(form, why):
+    with pytest.raises(UsageError, match=why):
+        cutter_of_option(f"1={form}")

@@ -8,6 +8,7 @@ import pytest
 
 from cncgen.diagnostics import UsageError
 from cncgen.pipeline.removing import coarse_findings, cut, raw_stock
+from cncgen.removal.stock import box
 from cncgen.stepnc import read, write_ap238
 from cncgen.stepnc.geometry.frames import translation
 from cncgen.stepnc.geometry.solids import Solid
@@ -382,3 +383,22 @@ def test_ap238_the_same_raw_piece_in_all_workingsteps_is_no_fault(tmp_path):
     part.project(part.plan(part.pocketed(piece, 6.0, "one"), part.pocketed(piece, 9.0, "two"), setup=setup))
     program = read(written(part, tmp_path), options=ReadOptions(workingsteps=True))
     assert write_ap238(program.chunks(), io.StringIO()) == []
+
+
+@pytest.mark.parametrize(("x", "y"), [(120.0, 80.0), (100.0, 60.0), (77.0, 33.3), (500.0, 3.0), (40.0, 40.0)])
+def test_columns_fill_a_box_without_a_rest(x, y):
+    """Without a width given, columns as wide as they are many along both sides: their volume is the box's."""
+    field = box((0, 0, -10), (x, y, 0)).field()
+    assert field.raw_volume == pytest.approx(x * y * 10, rel=2e-3)
+    assert min(len(field.x), len(field.y)) >= 10
+
+
+@pytest.mark.parametrize("cell", [7.0, 0.7, 1.1])
+def test_columns_of_a_given_width_are_as_many_as_come_nearest(cell):
+    field = box((0, 0, -10), (100, 60, 0)).field(cell)
+    assert (len(field.x), len(field.y)) == (round(100 / cell), round(60 / cell))
+
+
+def test_a_column_wider_than_the_stock_is_refused():
+    with pytest.raises(UsageError, match="wider than the stock of 100 x 60 mm"):
+        box((0, 0, -10), (100, 60, 0)).field(61.0)
