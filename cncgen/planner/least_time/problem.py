@@ -16,10 +16,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.geometry import elementary
-from cncgen.geometry.columns import anywhere, max_over_axes, min_over_axes
-from cncgen.kernels import least_time, least_time_problem, least_time_rows
-from cncgen.planner.least_time.mesh import ENTER, LEAVE, LINE, SPLINE, Mesh
+from cncgen.kernels import least_time, least_time_intervals, least_time_problem, least_time_rows
+from cncgen.planner.least_time.mesh import ENTER, LINE, SPLINE, Mesh
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
@@ -38,10 +36,6 @@ _STARTS = (0.9, 0.1, 0.8, 0.01, 1e-4, 1e-7)
 _FIRST = 2
 #: Factor on the q of an earlier plan that is tried as a start after that plan itself.
 _SLOWER = 0.9
-#: Two bounds of q, or two parts of a limit, that differ by less than this part are taken to be equal.
-_ALIKE = 1e-6
-#: A jump of the acceleration of an axis, as a part of its limit, for which both sides of a node are looked at.
-_JUMP = 1e-4
 #: How often the starting profile is averaged over three neighbours, which rounds its edges off.
 _ROUNDINGS = 48
 #: Factor by which averaging may raise q: a slow place beside one a million times as fast would else end far above its limits.
@@ -243,15 +237,34 @@ def profile(given: Intervals) -> tuple[Floats, Floats]:
 def spline_columns(given: Intervals, state: tuple[float, float] | None) -> SplineColumns:
     """Return the spline intervals of a row that starts at rest or in a state of motion."""
     at = np.flatnonzero(given.kind == SPLINE)
-    h, ends, extra = _spline(given, at, state is not None)
-    box, edge = _boxes(given, at, _rest_tops(given))
+    count = len(at)
+    ends, extra, box, edge = (np.empty((count, columns)) for columns in (4, 2, 3, 2))
+    sway, held_right = np.empty((count, 2)), np.empty(count, np.int8)
+    least_time_intervals.ends(given.kind, given.h, at, state is not None, ends, extra)
+    least_time_intervals.bounds(
+        given.kind,
+        given.h,
+        given.x1,
+        given.x2,
+        given.x3,
+        given.top,
+        given.factor,
+        given.node_top,
+        given.node_acceleration,
+        given.limits,
+        at,
+        box,
+        edge,
+        sway,
+        held_right,
+    )
     if state is not None:
         edge[0, 0] = state[0]
     # If they lie side by side, a slice spares copying them.
-    pick = slice(at[0], at[-1] + 1) if at[-1] - at[0] < len(at) else at
+    pick = slice(at[0], at[-1] + 1) if at[-1] - at[0] < count else at
     shape = (given.x1[pick], given.x2[pick], given.x3[pick], given.limits, given.factor[pick])
     return SplineColumns(
-        at, h, ends, extra, box, _sways(given, at), edge, _outer(given, at), given.x3_excess[pick], shape
+        at, given.h[pick], ends, extra, box, sway, edge, held_right, given.x3_excess[pick], shape
     )
 
 
@@ -400,120 +413,10 @@ def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
     return int(spline[np.argmax(change > _FELT * largest)]) if largest > 0.0 else 0
 
 
-def _spline(given: Intervals, spline: NDArray[np.int64], moving: bool) -> tuple[Floats, Floats, Floats]:
-    """Return lengths, end ordinates by unknowns, and further weights of the spline intervals (docs/least-time.md).
-
-    The ordinate at a node between two intervals of lengths h and h' follows from C¹ of the quadratic spline, whose middle
-    ordinates are the unknowns: (h' c + h c')/(h + h') (Piegl and Tiller, The NURBS Book (1997), section 5.2: inserting the
-    node as a double knot). Beside a rest q' must match that of constant jerk, q ~ s^(4/3), so q' = 4 q/(3 h).
-
-    Args:
-        given: The intervals.
-        spline: Shape (k,), numbers of the spline intervals.
-        moving: Whether the motion is under way at the start.
-
-    Returns:
-        Shape (k,) and (k, 4) and (k, 2), see `cncgen.kernels.least_time_problem`.
-    """
-    h = given.h
-    before = h[spline - 1]
-    after = h[np.minimum(spline + 1, len(h) - 1)]
-    leaves, enters = given.kind[spline - 1] == LEAVE, given.kind[(spline + 1) % len(h)] == ENTER
-    mine = h[spline]
-    ends = np.stack(
-        [mine / (before + mine), before / (before + mine), after / (after + mine), mine / (after + mine)], 1
-    )
-    ends[leaves, 0], ends[leaves, 1] = 0.0, 1.0 / (1.0 + 2.0 * mine[leaves] / (3.0 * before[leaves]))
-    ends[enters, 3], ends[enters, 2] = 0.0, 1.0 / (1.0 + 2.0 * mine[enters] / (3.0 * after[enters]))
-    extra = np.stack([np.where(leaves, 3.0 * before, 0.0), np.where(enters, 3.0 * after, 0.0)], 1)
-    if moving:
-        ends[0, :2], extra[0, 0] = (1.0, 0.0), 0.0
-    return np.ascontiguousarray(mine), ends, extra
-
-
-def _rest_tops(given: Intervals) -> Floats:
-    """Return the largest q at the moving end of the intervals that leave or enter rest, shape (n,); infinite elsewhere.
-
-    With constant jerk j from rest, s = j t³/6: q = (9/2 j s²)^(2/3), and an axis has at most the acceleration
-    |x'| (6 j² s)^(1/3) + |x''| q and the jerk j (|x'| + 9 |x''| s + 9/2 |x'''| s²). Held in the middle and at the moving
-    end: at the rest itself, where a curve may be infinitely sharp, |x'| alone counts.
-    """
-    leaves = given.kind == LEAVE
-    rest = np.flatnonzero(leaves | (given.kind == ENTER))
-    moving = np.where(leaves[rest], 2, 0)
-    h = given.h[rest]
-    steep = np.abs(given.x1[rest]).max(axis=1)
-    j, top = np.full(len(rest), np.inf), np.full(len(rest), np.inf)
-    for at, part in ((np.ones_like(moving), 0.5), (moving, 1.0)):
-        s = part * h[:, None]
-        x2, x3 = np.abs(given.x2[rest, at]), np.abs(given.x3[rest, at])
-        with np.errstate(divide="ignore", over="ignore"):
-            jerk = given.limits[1] * given.factor[rest, 1] / (steep + 9.0 * x2 * s + 4.5 * x3 * s * s)
-            slow = elementary.power(
-                given.limits[0]
-                * given.factor[rest, 0]
-                / (steep * elementary.cbrt(6.0 * s) + x2 * elementary.cbrt(4.5 * s * s) ** 2),
-                1.5,
-            )
-        j = np.minimum(j, np.minimum(jerk, slow).min(axis=1))
-        top = np.minimum(top, given.top[rest, at] / elementary.power(part, 4.0 / 3.0))
-    out = np.full(len(given), np.inf)
-    out[rest] = np.minimum(elementary.cbrt(4.5 * j * h**2) ** 2, top)
-    return out
-
-
-def _boxes(given: Intervals, spline: NDArray[np.int64], rest: Floats) -> tuple[Floats, Floats]:
-    """Return the bounds of the ordinates that are rows, and the bounds of q at both ends, of the spline intervals."""
-    top = given.top
-    left = np.minimum(np.minimum(top[:, 0], np.roll(top[:, 2], 1)), given.node_top)
-    right = np.roll(left, -1)
-    edge = np.stack([np.minimum(left, np.roll(rest, 1)), np.minimum(right, np.roll(rest, -1))], 1)[spline]
-    # A convex bound is met by the parabola through its three values, a concave one, maybe with an edge, by its chords.
-    middle = np.minimum(2.0 * top[:, 1] - 0.5 * (top[:, 0] + top[:, 2]), top[:, 1])
-    middle = np.maximum(middle, 0.5 * min_over_axes(top))
-    box = np.stack([edge[:, 0], middle[spline], np.full(len(spline), np.inf)], 1)
-    # An ordinate between two bounded ones is bounded as they are: it needs no row of its own if all three bounds are equal.
-    # Equal within a tolerance, as rounding, which differs from one unit of length to another, must not change the problem.
-    level = _ALIKE * edge[:, 0]
-    same = (
-        (np.abs(middle[spline] - edge[:, 0]) <= level)
-        & (np.abs(middle[spline - 1] - edge[:, 0]) <= level)
-        & (given.kind[spline - 1] == SPLINE)
-    )
-    same[0] = False
-    box[same, 0] = np.inf
-    enters = given.kind[(spline + 1) % len(given)] == ENTER
-    box[enters, 2] = edge[enters, 1]
-    return box, np.ascontiguousarray(edge)
-
-
-def _sways(given: Intervals, spline: NDArray[np.int64]) -> Floats:
-    """Return the bounds of |q'| / 2 at both ends of the spline intervals, infinite where their neighbour has them."""
-    after = (spline + 1) % len(given)
-    right = np.where(given.kind[after] == ENTER, given.node_acceleration[after], np.inf)
-    return np.stack([given.node_acceleration[spline], right], 1)
-
-
-def _outer(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:
-    """Tell which spline intervals need their acceleration held at the right end too."""
-    turn = max_over_axes(np.abs(given.x1[1:, 0] - given.x1[:-1, 2]))
-    bend = np.abs(given.x2[1:, 0] - given.x2[:-1, 2]) * given.top[:-1, 2, None] / given.limits[0]
-    # Beside a corner that takes a part of the limit, the next interval may have more of it left than this one.
-    more = anywhere(given.factor[1:, 0] > (1.0 + _ALIKE) * given.factor[:-1, 0])
-    jump = (turn > 1e-9) | (max_over_axes(bend) > _JUMP) | more | (given.kind[1:] == ENTER)
-    # The last interval of all enters rest, so each on the spline has one after it.
-    return jump[spline].astype(np.int8)
-
-
 def ordinates(given: Intervals, spline: NDArray[np.int64], ends: Floats, c: Floats) -> Floats:
-    """Return the ordinates of q on all intervals."""
+    """Return the ordinates of q on all intervals, shape (n, 3)."""
     q = np.zeros((len(given), 3))
-    q[spline, 0] = ends[:, 0] * c[:-2] + ends[:, 1] * c[1:-1]
-    q[spline, 1] = c[1:-1]
-    q[spline, 2] = ends[:, 2] * c[1:-1] + ends[:, 3] * c[2:]
-    leaves, enters = np.flatnonzero(given.kind == LEAVE), np.flatnonzero(given.kind == ENTER)
-    q[leaves, 2] = q[leaves + 1, 0]
-    q[enters, 0] = q[enters - 1, 2]
+    least_time_intervals.ordinates(given.kind, spline, ends, c, q)
     return q
 
 
