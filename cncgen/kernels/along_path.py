@@ -204,14 +204,25 @@ def chord_speed(
             out[n] = _chord_speed(bend[n], tolerance[n], period)
 
 
-def across(
+def chords_of_rows(
     x1: cython.const[cython.double][:, ::1],
     x2: cython.const[cython.double][:, ::1],
     scale: cython.const[cython.double][::1],
+    tolerance: cython.const[cython.double][::1],
+    before: cython.const[cython.longlong][::1],
+    after: cython.const[cython.longlong][::1],
+    period: cython.double,
     out: cython.double[::1],
 ):
-    """Fill `out` with the size of the part of x'' across x', columns multiplied by `scale`."""
+    """Fill `out` with the speed whose chord stays within the ``tolerance[row]`` of the rows before and after each place.
+
+    As `chord_speed` says, by the part of x'' across x' with columns multiplied by `scale`; infinite where the tolerance is.
+    """
     n: cython.Py_ssize_t
+    d: cython.double
     with cython.nogil:
         for n in range(out.shape[0]):
-            out[n] = _across(x1, x2, scale, n)
+            d = min(tolerance[before[n]], tolerance[after[n]])
+            out[n] = _INFINITE
+            if d < _INFINITE:
+                out[n] = _chord_speed(_across(x1, x2, scale, n), d, period)

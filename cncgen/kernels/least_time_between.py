@@ -215,6 +215,8 @@ def tighten(
     for block in range(problem.blocks):
         _inside(problem, problem.c, problem.motion, problem.sums, block)
         for a in range(problem.d1.shape[2]):
+            if not problem.moves[a]:
+                continue
             _sizes(problem, problem.d1, problem.d2, problem.d3, problem.motion, problem.sums, block, a)
             for which in range(2):
                 worst = max(

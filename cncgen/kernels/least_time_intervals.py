@@ -167,9 +167,7 @@ def bounds(
             edge[i, 1] = min(min(top[k + 1, 0], top[k, 2]), node_top[k + 1])
             sway[i, 0], sway[i, 1] = node_acceleration[k], _INFINITE
             if enters:
-                edge[i, 1] = min(
-                    edge[i, 1], _rest_top(k + 1, 0, h[k + 1], x1, x2, x3, top, factor, limits)
-                )
+                edge[i, 1] = min(edge[i, 1], _rest_top(k + 1, 0, h[k + 1], x1, x2, x3, top, factor, limits))
                 sway[i, 1] = node_acceleration[k + 1]
             middle = _middle(top, k)
             box[i, 0], box[i, 1], box[i, 2] = edge[i, 0], middle, edge[i, 1] if enters else _INFINITE

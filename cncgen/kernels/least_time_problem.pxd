@@ -1,12 +1,12 @@
 # How the numbers of a least-time problem lie in memory, and the record that holds them (see `least_time_problem`).
 
-# Return types, none, of functions that a compiler makes twice, for four numbers at once where the processor has AVX2, and for
-# two; and of loops that are part of such a function. The results are the same to the bit: nothing is added in another order, and no
+# Return types, none, of functions that a compiler makes three times, for eight numbers at once where the processor has AVX-512, for
+# four with AVX2, and for two; and of loops that are part of such a function. The results are the same to the bit: nothing is added in another order, and no
 # product is fused with a sum.
 cdef extern from *:
     """
     #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
-    #define CNCGEN_VECTORIZED __attribute__((target_clones("avx2", "default"))) void
+    #define CNCGEN_VECTORIZED __attribute__((target_clones("avx512f", "avx2", "default"))) void
     #define CNCGEN_INLINED inline __attribute__((always_inline)) void
     #else
     #define CNCGEN_VECTORIZED void
@@ -105,6 +105,7 @@ cdef class Problem:
     cdef public double[:, ::1] limits
     cdef public double[:, :, ::1] factor
     cdef public double[:, ::1] x3_excess
+    cdef public char[::1] moves
     cdef public double[:, :, ::1] share
     cdef public double[::1] fixed
     cdef public double[::1] motion

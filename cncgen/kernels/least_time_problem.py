@@ -73,6 +73,7 @@ class Problem:
         limits: Shape (2, axes): acceleration, jerk.
         factor: Shape (n, 2, axes): parts of acceleration and jerk limits that the interval may use.
         x3_excess: Shape (n, axes), what d3 may be more at the quarter points than the parabola through its values shows.
+        moves: Shape (axes,): whether an axis does not stand all along.
         share: Shape (n, 2, axes): parts of acceleration and jerk limits at the ends that hold them between.
         fixed, motion: The blocks' columns, one block after the other.
         sums: Columns of sums, of one block at a time.
@@ -106,6 +107,8 @@ class Problem:
         axes: cython.Py_ssize_t = d1.shape[2]
         k: cython.Py_ssize_t
         at: cython.Py_ssize_t
+        a: cython.Py_ssize_t
+        e: cython.Py_ssize_t
         import numpy
 
         self.n, self.free, self.blocks = n, free, (n + LANES - 1) // LANES
@@ -118,6 +121,16 @@ class Problem:
         self.rows, self.batches = numpy.empty(most * ROWS), numpy.empty((most, 4), numpy.int64)
         self.state, self.count = numpy.zeros((most, LANES), numpy.int8), 0
         self.awake, self.asleep = Runs(most, self.blocks), Runs(most, self.blocks)
+        self.moves = numpy.zeros(axes, numpy.int8)
+        for a in range(axes):
+            for k in range(n):
+                for e in range(3):
+                    if d1[k, e, a] != 0.0 or d2[k, e, a] != 0.0 or d3[k, e, a] != 0.0:
+                        self.moves[a] = 1
+                if x3_excess[k, a] != 0.0:
+                    self.moves[a] = 1
+                if self.moves[a]:
+                    break
         for k in range(n):
             at = k // LANES * FIXED + k % LANES
             self.fixed[at + E0] = ends[k, 0]

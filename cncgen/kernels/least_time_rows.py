@@ -444,21 +444,20 @@ def start(problem: Problem, top: cython.double[:, ::1], part: cython.double) -> 
 
 
 def rounded(problem: Problem, times: cython.int, raised: cython.double) -> cython.void:
-    """Average the free unknowns over three neighbours, but the outermost, so many `times`, twice at least; to `raised` times what they were at most."""
+    """Average the free unknowns over three neighbours, but the outermost, so many `times`; to `raised` times what they were at most."""
     c: cython.double[::1] = problem.c
     k: cython.Py_ssize_t
     _: cython.int
     import numpy
 
     most: cython.double[::1] = raised * numpy.asarray(c)
-    other: cython.double[::1] = numpy.array(c)
+    # Into another array, for a compiler to do several at once.
+    out: cython.double[::1] = numpy.array(c)
     with cython.nogil:
-        for _ in range((times + 1) // 2):
-            # From one array to the other and back, for a compiler to do several at once.
+        for _ in range(times):
             for k in range(problem.free + 1, problem.n):
-                other[k] = 0.25 * (c[k - 1] + c[k + 1]) + 0.5 * c[k]
-            for k in range(problem.free + 1, problem.n):
-                c[k] = 0.25 * (other[k - 1] + other[k + 1]) + 0.5 * other[k]
+                out[k] = 0.25 * (c[k - 1] + c[k + 1]) + 0.5 * c[k]
+            c[:] = out
         for k in range(problem.free, problem.n + 1):
             c[k] = min(c[k], most[k])
 

@@ -41,7 +41,7 @@ def results(kernel: ModuleType, x1: Floats, x2: Floats, x3: Floats) -> tuple[Flo
     n, axes = x1.shape
     velocity, acceleration, jerk = LIMITS[:, :axes].copy()
     feed = np.where(np.arange(n) % 3 == 0, np.inf, 80.0)
-    weakest, q, chord, across, turning = *np.empty((4, n)), np.empty((5, n))
+    weakest, q, chord, turning = *np.empty((3, n)), np.empty((5, n))
     kind = np.empty(n, np.int8)
     kernel.weakest(velocity, x1, weakest)
     kernel.top(
@@ -49,9 +49,11 @@ def results(kernel: ModuleType, x1: Floats, x2: Floats, x3: Floats) -> tuple[Flo
         np.array([VELOCITY, CHORD, CENTRIPETAL], np.int8), x1, x2, q, kind,
     )  # fmt: skip
     kernel.turning(acceleration, jerk, x1, x2, x3, turning)
-    kernel.across(x1, x2, SCALE[:axes].copy(), across)
-    kernel.chord_speed(across, np.full(n, TOLERANCE), PERIOD, chord)
-    return weakest, q, kind, across, chord, turning
+    # Of both rows beside a place, the narrower one counts.
+    before, after = np.arange(n) % 2, (np.arange(n) + 1) % 2
+    tolerance = np.array([TOLERANCE, np.inf])
+    kernel.chords_of_rows(x1, x2, SCALE[:axes].copy(), tolerance, before, after, PERIOD, chord)
+    return weakest, q, kind, chord, turning
 
 
 def formulas(x1: Floats, x2: Floats, x3: Floats) -> tuple[Floats, ...]:
@@ -86,7 +88,6 @@ def formulas(x1: Floats, x2: Floats, x3: Floats) -> tuple[Floats, ...]:
             weakest,
             np.min(speeds, axis=0) ** 2,
             1 + np.argmin(speeds, axis=0),
-            across,
             chord_of(across),
             turning,
         )
@@ -98,13 +99,14 @@ def test_the_kernel_says_what_the_formulas_do(axes: int) -> None:
     found, expected = results(along_path, *x), formulas(*x)
     assert len(set(found[2].tolist())) == 4
     # What is across is a difference: it has digits of what lies along.
-    size = np.linalg.norm(x[1] * SCALE[:axes], axis=1)
-    np.testing.assert_allclose(found[3] / (size + 1e-300), expected[3] / (size + 1e-300), atol=1e-14)
-    clear = expected[3] > 1e-3 * size
-    for which in (0, 1, 4):
+    y1, y2 = x[0] * SCALE[:axes], x[1] * SCALE[:axes]
+    clear = np.abs((y1 * y2).sum(axis=1)) < (1.0 - 1e-6) * np.linalg.norm(y1, axis=1) * np.linalg.norm(
+        y2, axis=1
+    )
+    for which in (0, 1, 3):
         np.testing.assert_allclose(found[which][clear], expected[which][clear], rtol=1e-10)
     np.testing.assert_array_equal(found[2][clear], expected[2][clear])
-    np.testing.assert_allclose(found[5], expected[5], rtol=1e-13)
+    np.testing.assert_allclose(found[4], expected[4], rtol=1e-13)
 
 
 @pytest.mark.parametrize("axes", [3, 4])
@@ -112,6 +114,13 @@ def test_plain_python_says_the_same(axes: int) -> None:
     x = places(axes, 7)[:, :120].copy()
     for ours, theirs in zip(results(along_path, *x), results(uncompiled("along_path"), *x), strict=True):
         np.testing.assert_array_equal(ours, theirs)
+
+
+def test_rows_without_a_tolerance_bound_no_speed() -> None:
+    x1, x2 = np.eye(3)[:1], np.eye(3)[1:2]
+    speed, rows = np.zeros(1), np.zeros(1, np.int64)
+    along_path.chords_of_rows(x1, x2, np.ones(3), np.array([np.inf]), rows, rows, PERIOD, speed)
+    assert speed[0] == np.inf
 
 
 def test_the_chord_of_an_arc() -> None:

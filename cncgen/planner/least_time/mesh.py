@@ -6,20 +6,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
-from cncgen.geometry import elementary
 from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import Path
+from cncgen.kernels import node_places
 from cncgen.planner.least_time.corners import BlockEnd, Corners, corners_of, distinct, nearest, rows_beside
 from cncgen.planner.least_time.crawling import crawling
 from cncgen.planner.least_time.mesh_spacing import MOST, TooManyNodesError, placed
 from cncgen.planner.least_time.speed_caps import SpeedCap
-from cncgen.planner.limits.axis_limits import JUMP_SHARE, SWAY_SHARE, AxisLimits, along_path
+from cncgen.planner.limits.axis_limits import JUMP_SHARE, SWAY_SHARE, AxisLimits
 from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 
@@ -228,22 +227,21 @@ class Section:
         except TooManyNodesError as many:
             raise NoPlanError(_too_many(toolpath, path, many)) from None
         n = len(s) - 1
-        middle = 0.5 * (s[:-1] + s[1:])
-        right = path.evaluate(s[:-1], 3)
+        places = np.empty((n, 2))
+        places[:, 0], places[:, 1] = s[:-1], 0.5 * (s[:-1] + s[1:])
+        seen = path.evaluate(places.ravel(), 3).reshape(4, n, 2, -1)
         node = nearest(s, corners.s)
-        left = np.empty_like(right)
-        left[:, :-1] = right[:, 1:]
+        x = np.empty((4, n, 3, seen.shape[3]))
+        x[:, :, :2], x[:, :-1, 2] = seen, seen[:, 1:, 0]
         # Breakpoints that no setpoint can tell apart are one node, whose sides are those of the first and of the last.
-        left[:, node[1:] - 1] = sides[0][:, 1:]
-        right[:, node[:-1]] = sides[1][:, :-1]
-        x = np.stack([right, path.evaluate(middle, 3), left], axis=2)
-        row = path.row_of(middle)
-        tops = [
-            bounds.top(feeds.speed[row], feeds.limit[row], np.ascontiguousarray(x[1, :, e]), x[2, :, e])
-            for e in range(3)
-        ]
-        top3 = np.stack([t for t, _ in tops], axis=1)
-        which = np.stack([limit for _, limit in tops], axis=1)
+        x[:, node[1:] - 1, 2] = sides[0][:, 1:]
+        x[:, node[:-1], 0] = sides[1][:, :-1]
+        row = path.row_of(places[:, 1])
+        flat = np.repeat(row, 3)
+        top, limit = bounds.top(
+            feeds.speed[flat], feeds.limit[flat], *(each.reshape(3 * n, -1) for each in x[1:3])
+        )
+        top3, which = top.reshape(n, 3), limit.reshape(n, 3)
         stop, corner, cuts = np.zeros((3, n + 1), bool)
         stop[node], corner[node], cuts[node] = corners.stop, corners.corner, corners.cuts
         if cap:
@@ -263,9 +261,9 @@ class Section:
             path=path,
             s=s,
             kind=kind,
-            x1=np.ascontiguousarray(x[1]),
-            x2=np.ascontiguousarray(x[2]),
-            x3=np.ascontiguousarray(x[3]),
+            x1=x[1],
+            x2=x[2],
+            x3=x[3],
             top=top3,
             top_limit=which[np.arange(n), top3.argmin(axis=1)],
             node_top=node_top,
@@ -367,19 +365,7 @@ def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
         h: Shape (n,), lengths, mm.
         spline: Shape (n,), which intervals are of the spline.
     """
-    size = max_over_axes(max_over_axes(np.abs(x[1])))
-    sharp = np.zeros(len(h), bool)
-    for order in (2, 3):
-        bound = _SHARP * size / elementary.power(h, order - 1.0)
-        at = np.flatnonzero(max_over_axes(max_over_axes(np.abs(x[order]))) > bound)
-        x[order, at] = np.clip(x[order, at], -bound[at, None, None], bound[at, None, None])
-        sharp[at] = True
-    # Where the direction does not change in any digit, x'' and x''' are rounding, as at a cusp that lies on a line.
-    places = [x[1, :, place] for place in range(3)]
-    change = max_over_axes(reduce(np.maximum, places) - reduce(np.minimum, places))
-    x[2:, change <= _LAST_DIGITS * size] = 0.0
-    at = np.flatnonzero(sharp & spline)
-    x[1:, at, 1] = 0.5 * (x[1:, at, 0] + x[1:, at, 2])
+    node_places.calm(x, h, spline.view(np.int8), _SHARP, _LAST_DIGITS)
 
 
 def _factors(s: Floats, corners: Corners) -> Floats:
@@ -414,10 +400,8 @@ def _x3_excess(
         jerk: Shape (axes,), limits.
     """
     out = np.zeros((len(x3), x3.shape[2]))
-    size = reduce(np.maximum, (np.abs(x3[:, place]) for place in range(3)))
-    cube = np.minimum(elementary.power(max_over_axes(top), 1.5), _MOST * along_path(jerk, size))
-    with np.errstate(invalid="ignore"):
-        bend = max_over_axes(np.abs(x3[:, 0] - 2.0 * x3[:, 1] + x3[:, 2]) / jerk) * cube
+    bend = np.empty(len(x3))
+    node_places.bulging(x3, top, jerk, _MOST, bend)
     at = np.flatnonzero((bend > _BEND) & (kind == SPLINE))
     if not len(at):
         return out

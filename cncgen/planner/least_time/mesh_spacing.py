@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import Path
 from cncgen.kernels import along_path as kernel
+from cncgen.kernels import node_places
 from cncgen.planner.least_time.corners import Corners, nearest
 from cncgen.planner.limits.axis_limits import AxisLimits, along_path, lowered, resolution
-from cncgen.planner.limits.speed_changes import change_time, rise_time
+from cncgen.planner.limits.speed_changes import change_time
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
@@ -84,22 +84,11 @@ _NEXT = 0.25
 _STRETCH = 1.0 / 100.0
 #: A breakpoint that is passed more slowly than this part of the largest speed counts as a rest.
 _LOW = 0.2
-#: Duration A/J of a ramp of the acceleration, in periods, and the spacing in time, in periods, that is then close enough;
-#: interpolated between. The jerk in a third difference is weighed with at most 3/(4 T), so that difference is at most 3/2 A/T:
-#: ramps shorter than 2/3 T do not show in setpoints at all, and slightly longer ones hardly.
-_UNSEEN = (2.0 / 3.0, 1.25), (0.5, 0.25)
-#: The path counts as straight where following it at top speed takes at most this part of the limits. There the motion cruises,
-#: except within the distance from other places that it needs to reach that speed.
-_CALM = 0.01
 #: A bend slows the motion down if its speed is below this part of what is reached from the rest before it; and a bound of the
 #: logarithms of speeds, by which `_bends` keeps rests apart.
 _LOWER, _LOGS = 0.7, 100.0
-#: AxisLimits of q, and ratios of spacings, that differ by less than this part are taken to be equal.
+#: Bounds of q that differ by less than this part are taken to be equal.
 _ALIKE = 1e-6
-#: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
-_NO_TURN = 1e-9
-#: Where the spacings at neighbouring places differ by more than this factor, they are not interpolated linearly (`graded`).
-_STEEP = 1.5
 #: A block that has fewer nodes than this gets closer ones, and by which factor at most.
 AMPLE, CLOSEST = 3000, 4.0
 #: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each. A block of 2048 butterflies has 1.2 million.
@@ -200,12 +189,7 @@ def placed(
 def _place(survey: _Survey, density: Density) -> Floats:
     """Return the nodes of a block in a density."""
     corners, probes, shape = survey.corners, survey.probes, survey.shape
-    spacing = _spacing(shape, probes, corners, density, survey.bounds.period_s)
-    spacing = np.minimum(spacing, _change(survey, density.change))
-    # Panels follow the parameter, too: where a straight curve stands still, they are tiny and independent of the path.
-    with np.errstate(invalid="ignore"):
-        turns = shape[3] * survey.panels + shape[4] * survey.panels**2 > _NO_TURN
-    spacing = np.where(turns, np.minimum(spacing, density.panel * survey.panels), spacing)
+    spacing = _spacing(survey, density)
     rests = corners.s[corners.stop]
     if len(rests) > 1:
         # BlockEnd the outermost ones it is the distance to a rest in another block.
@@ -265,66 +249,35 @@ def _seen(bounds: AxisLimits, x1: Floats, s: Floats) -> Floats:
     return np.maximum(resolution(bounds, x1), _ROUNDING * (s[-1] - s[0]))
 
 
-def _change(survey: _Survey, part: float) -> Floats:
-    """Return the distance on which x''' v³ of an axis changes by `part` times its jerk limit, shape (n,), mm.
-
-    v is the largest speed at which acceleration and jerk hold in steady motion. Differences are taken within a panel of the
-    path, from its start to its end, as x''' may jump at its borders; at a border the larger of both sides counts.
-    """
-    acceleration, _, bend, *_, top = survey.shape
-    jerk, s = survey.bounds.jerk, survey.probes
+def _spacing(survey: _Survey, density: Density) -> Floats:
+    """Return the largest spacing at the places of a block by the shape of the path and the speed that it allows, shape (n,), mm."""
+    shape, s, corners = survey.shape, survey.probes, survey.corners
+    acceleration, _, bend, turn, twist, top = shape
+    speed, out = np.empty((2, len(s)))
+    node_places.top_speeds(acceleration, bend, top, speed)
+    at = np.searchsorted(s, corners.s)
+    gained = gained_square(s, speed, acceleration, corners)
+    slow = at[corners.stop | np.isfinite(corners.speed)]
+    parts = np.array([density.bend, density.twist, density.ramp, density.growth, density.brief])
+    node_places.spacing(*shape, s, speed, gained, slow, parts, survey.bounds.period_s, out)
     before = survey.x3.copy()
-    before[np.searchsorted(s, survey.corners.s)] = survey.sides[0][3]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        steady = elementary.power(np.minimum(top, acceleration / bend), 1.5)
-        # Each side of a border has its own: where a curve stands at its end, x''' is infinite on that side alone.
-        cube, last = (
-            np.minimum(steady, 1.0 / max_over_axes(np.abs(side) / jerk)) for side in (survey.x3, before)
-        )
-        x3, cube, s = (
-            np.concatenate([each[:-1].reshape(-1, 4, *each.shape[1:]), end[4::4, None]], axis=1)
-            for each, end in ((survey.x3, before), (cube, last), (s, s))
-        )
-        step, apart = np.abs(np.diff(x3, axis=1)), np.diff(s, axis=1)
-        # About a place where a curve stands, x''' is rounding.
-        step[step * apart[..., None] ** 2 < _NO_TURN] = 0.0
-        change = max_over_axes(step / jerk) * np.minimum(cube[:, :-1], cube[:, 1:])
-        rate = np.nan_to_num(change / apart)
-        there = np.maximum(rate, np.roll(rate, 1, axis=1))
-        there[0, 0] = rate[0, 0]
-        there[1:, 0] = np.maximum(rate[1:, 0], rate[:-1, 3])
-        return part / np.append(there.ravel(), rate[-1, 3])
-
-
-def _spacing(
-    shape: tuple[Floats, ...], s: Floats, corners: Corners, density: Density, period_s: float
-) -> Floats:
-    """Return the largest spacing at the places `s` by the shape of the path and the speed that it allows there."""
-    acceleration, jerk, bend, turn, twist, top = shape
-    ramp = acceleration / jerk
-    with np.errstate(divide="ignore"):
-        speed = np.sqrt(np.minimum(top, acceleration / bend))
-        fastest = acceleration * ramp + np.sqrt(acceleration * (s[-1] - s[0]))
-        calm = (bend * top < _CALM * acceleration) & (twist * top * speed < _CALM * jerk)
-        # Equal within a tolerance: rounding differs from one unit of length to another, and must not change the nodes.
-        level = np.abs(np.diff(top)) <= _ALIKE * top[1:]
-        calm[1:-1] &= level[:-1] & level[1:]
-        calm[np.searchsorted(s, corners.s[corners.stop | np.isfinite(corners.speed)])] = False
-        step = np.maximum(
-            density.ramp * rise_time(speed, acceleration, jerk),
-            period_s * np.interp(ramp / period_s, *_UNSEEN, right=0.0),
-        )
-        beyond = np.maximum(
-            distance_to_others(s, calm) - 1.1 * (0.5 * change_time(speed, acceleration, jerk)) * speed, 0.0
-        )
-        brief = density.brief * gained_square(s, speed, acceleration, corners) / acceleration
-        return np.minimum.reduce(
-            [
-                np.maximum(step * np.minimum(speed, fastest), brief) + density.growth * beyond,
-                density.bend / turn,
-                density.twist / np.sqrt(twist),
-            ]
-        )
+    before[at] = survey.sides[0][3]
+    node_places.change(
+        acceleration,
+        bend,
+        turn,
+        twist,
+        top,
+        s,
+        survey.x3,
+        before,
+        survey.bounds.jerk,
+        survey.panels,
+        density.change,
+        density.panel,
+        out,
+    )
+    return out
 
 
 def gained_square(s: Floats, speed: Floats, acceleration: Floats, corners: Corners) -> Floats:
@@ -342,13 +295,6 @@ def gained_square(s: Floats, speed: Floats, acceleration: Floats, corners: Corne
     rise = 2.0 * np.maximum(acceleration[:-1], acceleration[1:]) * np.diff(s)
     way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, q.max()))])
     return np.maximum(lowered(q, way), 0.0)
-
-
-def distance_to_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:
-    """Return the distance of each place to the nearest one that is not `mine`; 0 there, and finite everywhere."""
-    before = np.maximum.accumulate(np.where(mine, s[0], s))
-    after = np.minimum.accumulate(np.where(mine, s[-1], s)[::-1])[::-1]
-    return np.minimum(s - before, after - s)
 
 
 def _bends(shape: tuple[Floats, ...], s: Floats, corners: Corners) -> tuple[Floats, Floats]:
@@ -467,6 +413,8 @@ def clear_ends(
     An interval from rest knows the path at its middle and its far end alone: no place within may want nodes that stand
     nearer to each other than the interval is long.
     """
+    if not np.isfinite(first).any():
+        return first
     stretch = np.searchsorted(s, probes) - 1
     inside = np.flatnonzero(s[np.minimum(stretch + 1, len(s) - 1)] != probes)
     left = stretch[inside]
@@ -548,20 +496,9 @@ def graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]:
         Places, those inserted among them, and the spacing there.
     """
     grown = np.concatenate([[0.0], np.cumsum(growth * np.diff(s))])
-    low = lowered(spacing, grown)
-    top = np.maximum(spacing[:-1], spacing[1:])
-    # BlockEnd rounding: beside a rest spacings at quarters of a panel are as 1 to 2 to 3.
-    steep = np.flatnonzero(top > (1.0 + _ALIKE) * _STEEP * np.minimum(low[:-1], low[1:]))
-    left, right, top, rate = s[steep], s[steep + 1], top[steep], growth[steep]
-    # Where growth from both ends meets, if it does so below the top.
-    met = 0.5 * (left + right + (low[steep + 1] - low[steep]) / rate)
-    up = np.minimum(left + (top - low[steep]) / rate, met)
-    down = np.maximum(right - (top - low[steep + 1]) / rate, met)
-    height = np.minimum(top, low[steep] + rate * (met - left))
-    at, values = np.concatenate([up, down]), np.concatenate([height, height])
-    inside = (at > np.tile(left, 2)) & (at < np.tile(right, 2))
-    fine, first = np.unique(np.concatenate([s, at[inside]]), return_index=True)
-    return fine, np.concatenate([low, values[inside]])[first]
+    fine, out = np.empty((2, 3 * len(s)))
+    count = node_places.graded(s, spacing, lowered(spacing, grown), growth, fine, out)
+    return fine[:count], out[:count]
 
 
 def _borders(corners: Corners, before: Floats, after: Floats, lines: NDArray[np.bool_]) -> Floats:
@@ -602,46 +539,9 @@ def spread_nodes(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.
     Raises:
         TooManyNodesError: They are more than `MOST`.
     """
-    slope, measure = _measure(s, spacing)
-
-    def place_of(values: Floats, among: Floats) -> NDArray[np.int64]:
-        return np.clip(np.searchsorted(among, values, side="right") - 1, 0, len(slope) - 1)
-
-    k = place_of(borders, s)
-    at = measure[k] + slope_log(slope[k], (borders - s[k]) / spacing[k])
-    count = np.maximum(np.ceil(np.diff(at) - 1e-9), 1.0)
-    count[whole] = 1
+    up_to, at, count = np.empty(len(s)), np.empty(len(borders)), np.empty(len(whole))
+    node_places.measure(s, spacing, borders, whole.view(np.int8), up_to, at, count)
     if not count.sum() <= MOST:
         raise TooManyNodesError(float(count.sum()), float(borders[np.argmax(count)]))
-    count = count.astype(np.int64)
-    stretch = np.repeat(np.arange(len(count)), count)
-    step = np.arange(len(stretch)) - np.repeat(np.cumsum(count) - count, count)
-    inner = at[stretch] + (at[stretch + 1] - at[stretch]) * step / count[stretch]
-    k = place_of(inner, measure)
-    nodes = s[k] + spacing[k] * slope_exp(slope[k], inner - measure[k])
-    nodes[step == 0] = borders[:-1]
-    # Beside a rest they may be as near to each other as coordinates are round.
-    return np.unique(np.append(nodes, borders[-1]))
-
-
-def _measure(s: Floats, spacing: Floats) -> tuple[Floats, Floats]:
-    """Return the slopes between places of a spacing that is linear there, shape (n − 1,), and ∫ ds / spacing up to each place, (n,).
-
-    From one of them, where it is h and its slope g, the measure over a distance x is log(1 + g x/h) / g.
-    """
-    slope = np.diff(spacing) / np.diff(s)
-    return slope, np.concatenate([[0.0], np.cumsum(slope_log(slope, np.diff(s) / spacing[:-1]))])
-
-
-def slope_log(slope: Floats, x: Floats) -> Floats:
-    """Return log(1 + slope x) / slope, x where the slope is 0."""
-    product = slope * x
-    flat = np.abs(product) < 1e-9
-    return np.where(flat, x, elementary.log1p(product) / np.where(flat, 1.0, slope))
-
-
-def slope_exp(slope: Floats, x: Floats) -> Floats:
-    """Return (exp(slope x) − 1) / slope, x where the slope is 0: the inverse of `slope_log`."""
-    product = slope * x
-    flat = np.abs(product) < 1e-9
-    return np.where(flat, x, elementary.expm1(product) / np.where(flat, 1.0, slope))
+    nodes = np.empty(int(count.sum()) + 1)
+    return nodes[: node_places.spread(s, spacing, borders, up_to, at, count, nodes)]

@@ -50,8 +50,9 @@ class SpeedCap:
             leaves, enters: Shape (n,), intervals that leave and enter rest.
         """
         inside = 1e-6 * np.diff(s)
-        places = (s[:-1] + inside, 0.5 * (s[:-1] + s[1:]), s[1:] - inside)
-        q = np.stack([self.speed(at, x[:, :, k]) ** 2 for k, at in enumerate(places)], axis=1)
+        places = np.stack([s[:-1] + inside, 0.5 * (s[:-1] + s[1:]), s[1:] - inside], axis=1)
+        speed = self.speed(places.ravel(), x.reshape(len(x), places.size, -1))
+        q = speed.reshape(places.shape) ** 2
         q[leaves] = q[leaves, 2:]
         q[enters] = q[enters, :1]
         return q

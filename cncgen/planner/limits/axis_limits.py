@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.columns import min_over_axes
 from cncgen.geometry.path import metric_columns
 from cncgen.kernels import along_path as kernel
+from cncgen.kernels import node_places
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
 from cncgen.units import DEGREE
@@ -227,8 +228,6 @@ def lowered(values: Floats, way: Floats) -> Floats:
         values: Shape (n,).
         way: Shape (n,), ascending.
     """
-    up, down = values - way, (values + way)[::-1]
-    from_before, from_after = np.minimum.accumulate(up), np.minimum.accumulate(down)[::-1]
-    after = np.where(up <= from_before, values, from_before + way)
-    before = np.where(down[::-1] <= from_after, values, from_after - way)
-    return np.minimum(np.minimum(after, before), values)
+    out = np.empty(len(values))
+    node_places.lowered(values, way, out)
+    return out

@@ -27,16 +27,6 @@ def chord_speed(curvature: Floats, tolerance_mm: Floats | float, period_s: float
     return out
 
 
-def across(x1: Floats, x2: Floats, scale: Floats) -> Floats:
-    """Return the size of the part of x'' across x', columns multiplied by `scale`, shape (n,): the part along it does not bend chords.
-
-    Over X Y Z alone all of x'' is across x'; where further axes count, |x'| is not 1.
-    """
-    out = np.empty(len(x1))
-    along_path.across(np.ascontiguousarray(x1), np.ascontiguousarray(x2), scale, out)
-    return out
-
-
 def curvature_speed(curvature: Floats, feed_mm_s: float | Floats, kbar_per_mm: float) -> Floats:
     """Return V_cf = κ̄ V_max / (κ + κ̄) (Tsai 2010, eq. 25), mm/s, of curvatures κ (1/mm), shape (n,): half the feed at κ = κ̄."""
     return kbar_per_mm * feed_mm_s / (curvature + kbar_per_mm)

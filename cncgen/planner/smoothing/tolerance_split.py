@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
+from cncgen.kernels import along_path
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import JUMP_SHARE, STOP_SPEED, AxisLimits, axis_scale
-from cncgen.planner.limits.bend_speeds import across, chord_speed
 from cncgen.toolpath.record import PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -129,8 +129,10 @@ def chord_speed_within(
     path = toolpath.path
 
     def speed(s: Floats, x: Floats) -> Floats:
+        out = np.empty(len(s))
+        x1, x2 = (np.ascontiguousarray(each) for each in x[1:3])
         # The end of a row is the start of the next one.
-        chord = np.minimum(left[path.row_of(s, -1)], left[path.row_of(s, 1)])
-        return np.where(chord < np.inf, chord_speed(across(x[1], x[2], scale), chord, period_s), np.inf)
+        along_path.chords_of_rows(x1, x2, scale, left, path.row_of(s, -1), path.row_of(s, 1), period_s, out)
+        return out
 
     return speed

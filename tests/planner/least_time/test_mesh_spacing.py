@@ -14,6 +14,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from cncgen.diagnostics import NoPlanError
+from cncgen.kernels import node_places
 from cncgen.machine import load
 from cncgen.machine.record import Axis, Machine
 from cncgen.pipeline import plan as plan_program
@@ -34,11 +35,10 @@ from tests.planner.smoothing.programs import chunked, facets
 
 @given(st.floats(-0.9, 5.0), st.floats(1e-9, 1e3))
 def test_the_measure_is_the_integral_of_one_over_the_spacing(growth: float, h: float) -> None:
-    slope = np.array([growth])
     expected, _ = quad(lambda x: 1.0 / (h + growth * x), 0.0, h)
-    got = mesh_spacing.slope_log(slope, np.ones(1))
-    assert got[0] == pytest.approx(expected, rel=1e-6)
-    assert mesh_spacing.slope_exp(slope, got)[0] == pytest.approx(1.0, rel=1e-9)
+    got = node_places.slope_log(growth, 1.0)
+    assert got == pytest.approx(expected, rel=1e-6)
+    assert node_places.slope_exp(growth, got) == pytest.approx(1.0, rel=1e-9)
 
 
 def test_nodes_grow_from_a_tiny_interval_without_more_than_its_logarithm() -> None:
@@ -80,7 +80,9 @@ def test_spacing_grows_back_from_a_place_that_is_fine_for_the_sake_of_the_next()
 def test_distance_to_the_nearest_other_place() -> None:
     s = np.arange(8.0)
     mine = np.array([True, True, False, True, True, True, True, False])
-    assert mesh_spacing.distance_to_others(s, mine).tolist() == [0, 1, 0, 1, 2, 2, 1, 0]
+    found = np.empty(8)
+    node_places.distance_to_others(s, mine.view(np.int8), found)
+    assert found.tolist() == [0, 1, 0, 1, 2, 2, 1, 0]
 
 
 def test_speed_that_acceleration_leads_to_from_slow_places() -> None:

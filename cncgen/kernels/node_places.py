@@ -1,0 +1,506 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
+"""The spacing of the nodes of a mesh at places of a path, and nodes spread by it, place by place.
+
+Called by `cncgen.planner.least_time.mesh_spacing`, which says what the numbers mean.
+"""
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import ceil, expm1, fabs, log1p, pow, sqrt
+
+#: The path counts as straight where following it at top speed takes at most this part of the limits.
+_CALM = cython.declare(cython.double, 0.01)
+#: Bounds of q, and ratios of spacings, that differ by less than this part are taken to be equal.
+_ALIKE = cython.declare(cython.double, 1e-6)
+#: Duration A/J of a ramp of the acceleration, in periods, and the spacing in time, in periods, that is then close enough;
+#: linear between. The jerk in a third difference is weighed with at most 3/(4 T), so that difference is at most 3/2 A/T:
+#: ramps shorter than 2/3 T do not show in setpoints at all, and slightly longer ones hardly.
+_SHORT = cython.declare(cython.double, 2.0 / 3.0)
+_LONG = cython.declare(cython.double, 1.25)
+_WIDE = cython.declare(cython.double, 0.5)
+_CLOSE = cython.declare(cython.double, 0.25)
+#: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
+_NO_TURN = cython.declare(cython.double, 1e-9)
+#: Where the spacings at neighbouring places differ by more than this factor, they are not interpolated linearly (`graded`).
+_STEEP = cython.declare(cython.double, 1.5)
+_INFINITE = cython.declare(cython.double, float("inf"))
+_LARGEST = cython.declare(cython.double, float(np.finfo(float).max))
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _over(a: cython.double, b: cython.double) -> cython.double:
+    """a / b for a > 0 and b >= 0; infinite where b is 0."""
+    return a / b if b > 0.0 else _INFINITE
+
+
+def lowered(
+    values: cython.const[cython.double][::1], way: cython.const[cython.double][::1], out: cython.double[::1]
+) -> None:
+    """Fill `out` with the largest values, none above `values`, that differ between two places by the way between them at most.
+
+    A value that no other one lowers is the same to the last digit, however large the way is beside it.
+    """
+    n: cython.Py_ssize_t
+    up: cython.double
+    least: cython.double = _INFINITE
+    with cython.nogil:
+        for n in range(out.shape[0]):
+            up = values[n] - way[n]
+            out[n] = values[n]
+            if up <= least:
+                least = up
+            else:
+                out[n] = min(least + way[n], values[n])
+        least = _INFINITE
+        for n in range(out.shape[0] - 1, -1, -1):
+            up = values[n] + way[n]
+            if up <= least:
+                least = up
+            else:
+                out[n] = min(out[n], least - way[n])
+
+
+def distance_to_others(
+    s: cython.const[cython.double][::1], mine: cython.const[cython.char][::1], out: cython.double[::1]
+) -> None:
+    """Fill `out` with the distance of each place to the nearest one that is not `mine`; 0 there, and finite everywhere."""
+    n: cython.Py_ssize_t
+    last: cython.Py_ssize_t = s.shape[0] - 1
+    there: cython.double
+    with cython.nogil:
+        there = s[0]
+        for n in range(last + 1):
+            if not mine[n]:
+                there = s[n]
+            out[n] = s[n] - there
+        there = s[last]
+        for n in range(last, -1, -1):
+            if not mine[n]:
+                there = s[n]
+            out[n] = min(out[n], there - s[n])
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _unseen(ramp: cython.double) -> cython.double:
+    """Return the spacing in periods that is close enough where a ramp of the acceleration lasts so many periods."""
+    if ramp > _LONG:
+        return 0.0
+    if ramp <= _SHORT:
+        return _WIDE
+    return (_CLOSE - _WIDE) / (_LONG - _SHORT) * (ramp - _SHORT) + _WIDE
+
+
+def top_speeds(
+    acceleration: cython.const[cython.double][::1],
+    bend: cython.const[cython.double][::1],
+    top: cython.const[cython.double][::1],
+    out: cython.double[::1],
+) -> None:
+    """Fill `out` with the largest speed at places by the bound of q and by the acceleration across a bend."""
+    n: cython.Py_ssize_t
+    with cython.nogil:
+        for n in range(out.shape[0]):
+            out[n] = sqrt(min(top[n], _over(acceleration[n], bend[n])))
+
+
+def spacing(
+    acceleration: cython.const[cython.double][::1],
+    jerk: cython.const[cython.double][::1],
+    bend: cython.const[cython.double][::1],
+    turn: cython.const[cython.double][::1],
+    twist: cython.const[cython.double][::1],
+    top: cython.const[cython.double][::1],
+    s: cython.const[cython.double][::1],
+    speed: cython.const[cython.double][::1],
+    gained: cython.const[cython.double][::1],
+    slow: cython.const[cython.longlong][::1],
+    density: cython.const[cython.double][::1],
+    period: cython.double,
+    out: cython.double[::1],
+) -> None:
+    """Fill `out` with the largest spacing at places by the shape of the path and the speed that it allows there.
+
+    Args:
+        acceleration, jerk, bend, turn, twist, top: Shape (n,), see `cncgen.planner.least_time.mesh_spacing.along`, and the largest q.
+        s, speed, gained: Shape (n,), places, ascending; the largest speed there, and the q that full acceleration leads to.
+        slow: Shape (k,), places that count as bends whatever they are.
+        density: Parts of the radius of curvature, of |x'''|^(-1/2), of a ramp; growth; and of v/A.
+        period: T.
+        out: See above.
+    """
+    n: cython.Py_ssize_t
+    last: cython.Py_ssize_t = s.shape[0] - 1
+    a: cython.double
+    j: cython.double
+    v: cython.double
+    ramp: cython.double
+    step: cython.double
+    time: cython.double
+    beyond: cython.double
+    calm: cython.char[::1] = np.zeros(last + 1, np.int8)
+    with cython.nogil:
+        for n in range(last + 1):
+            calm[n] = bend[n] * top[n] < _CALM * acceleration[n] and twist[n] * top[n] * speed[n] < (
+                _CALM * jerk[n]
+            )
+            # Equal within a tolerance: rounding differs from one unit of length to another, and must not change the nodes.
+            if 0 < n < last:
+                calm[n] = (
+                    calm[n]
+                    and fabs(top[n] - top[n - 1]) <= _ALIKE * top[n]
+                    and fabs(top[n + 1] - top[n]) <= _ALIKE * top[n + 1]
+                )
+        for n in range(slow.shape[0]):
+            calm[slow[n]] = 0
+    distance_to_others(s, calm, out)
+    with cython.nogil:
+        for n in range(last + 1):
+            a = acceleration[n]
+            j = jerk[n]
+            v = speed[n]
+            ramp = a / j
+            time = 2.0 * sqrt(v / j) if v < a * a / j else v / a + ramp
+            beyond = max(out[n] - 1.1 * (0.5 * time) * v, 0.0)
+            step = max(density[2] * min(ramp, sqrt(v / j)), period * _unseen(ramp / period))
+            step *= min(v, a * ramp + sqrt(a * (s[last] - s[0])))
+            step = max(step, density[4] * gained[n] / a) + density[3] * beyond
+            out[n] = min(min(step, _over(density[0], turn[n])), _over(density[1], sqrt(twist[n])))
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _cube(
+    steady: cython.double,
+    x3: cython.const[cython.double][:, ::1],
+    n: cython.Py_ssize_t,
+    jerk: cython.const[cython.double][::1],
+) -> cython.double:
+    """Return the cube of the speed at a place that the jerk of steady motion allows, `steady` at most."""
+    d: cython.Py_ssize_t
+    most: cython.double = 0.0
+    for d in range(jerk.shape[0]):
+        most = max(most, fabs(x3[n, d]) / jerk[d])
+    return min(steady, _over(1.0, most))
+
+
+def change(
+    acceleration: cython.const[cython.double][::1],
+    bend: cython.const[cython.double][::1],
+    turn: cython.const[cython.double][::1],
+    twist: cython.const[cython.double][::1],
+    top: cython.const[cython.double][::1],
+    s: cython.const[cython.double][::1],
+    x3: cython.const[cython.double][:, ::1],
+    before: cython.const[cython.double][:, ::1],
+    jerk: cython.const[cython.double][::1],
+    panels: cython.const[cython.double][::1],
+    part: cython.double,
+    panel: cython.double,
+    out: cython.double[::1],
+) -> None:
+    """Lower a spacing to the distance on which x''' v^3 of an axis changes by `part` times its jerk limit, and to parts of panels.
+
+    v is the largest speed at which acceleration and jerk hold in steady motion. Differences are taken within a panel of the
+    path, from its start to its end, as x''' may jump at its borders; at a border the larger of both sides counts.
+
+    Args:
+        acceleration, bend, turn, twist, top, s: See `spacing`; four places a panel, and the end.
+        x3, before: Shape (n, axes), third derivatives after and before the places.
+        jerk: Shape (axes,).
+        panels: Shape (n,), length of the panel there.
+        part: See above.
+        panel: The part of a panel, where the path turns on it.
+        out: Shape (n,), lowered.
+    """
+    n: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    last: cython.Py_ssize_t = s.shape[0] - 1
+    end: cython.const[cython.double][:, ::1]
+    apart: cython.double
+    step: cython.double
+    x: cython.double
+    rate: cython.double = 0.0
+    left: cython.double = 0.0
+    steady: cython.double
+    other: cython.double
+    cube: cython.double
+    next: cython.double
+    known: cython.bint
+    with cython.nogil:
+        steady = pow(min(top[0], _over(acceleration[0], bend[0])), 1.5)
+        for n in range(last + 1):
+            # rate: over the stretch after this place; left: over that before.
+            left = rate
+            rate = 0.0
+            if n < last:
+                end = before if n % 4 == 3 else x3
+                other = pow(min(top[n + 1], _over(acceleration[n + 1], bend[n + 1])), 1.5)
+                cube = _cube(steady, x3, n, jerk)
+                next = _cube(other, end, n + 1, jerk)
+                steady = other
+                apart = s[n + 1] - s[n]
+                step = 0.0
+                known = True
+                for d in range(jerk.shape[0]):
+                    x = fabs(end[n + 1, d] - x3[n, d])
+                    # About a place where a curve stands, x''' is rounding.
+                    if x * (apart * apart) >= _NO_TURN:
+                        step = max(step, x / jerk[d])
+                    known = known and x == x
+                rate = step * min(cube, next) / apart if known else 0.0
+                rate = min(rate, _LARGEST) if rate == rate else 0.0
+            out[n] = min(out[n], _over(part, max(left, rate)))
+            # Panels follow the parameter, too: where a straight curve stands still, they are tiny and independent of the path.
+            if turn[n] * panels[n] + twist[n] * (panels[n] * panels[n]) > _NO_TURN:
+                out[n] = min(out[n], panel * panels[n])
+
+
+def graded(
+    s: cython.const[cython.double][::1],
+    spacing: cython.const[cython.double][::1],
+    low: cython.const[cython.double][::1],
+    growth: cython.const[cython.double][::1],
+    fine: cython.double[::1],
+    out: cython.double[::1],
+) -> int:
+    """Insert places where the lowered spacing `low` grows less than it may; return how many there are in `fine`, with `out` there.
+
+    Args:
+        s, spacing, low: Shape (n,), places, ascending, the spacing there and the lowered one.
+        growth: Shape (n - 1,), of the spacing between them.
+        fine, out: Room for 3 n.
+    """
+    n: cython.Py_ssize_t
+    count: cython.Py_ssize_t = 0
+    top: cython.double
+    met: cython.double
+    up: cython.double
+    down: cython.double
+    height: cython.double
+    with cython.nogil:
+        for n in range(s.shape[0]):
+            if n > 0 and not s[n] > s[n - 1]:
+                continue
+            fine[count] = s[n]
+            out[count] = low[n]
+            count += 1
+            if n == s.shape[0] - 1:
+                break
+            top = max(spacing[n], spacing[n + 1])
+            # Beside rounding: next to a rest spacings at quarters of a panel are as 1 to 2 to 3.
+            if top <= (1.0 + _ALIKE) * _STEEP * min(low[n], low[n + 1]):
+                continue
+            # Where growth from both ends meets, if it does so below the top.
+            met = 0.5 * (s[n] + s[n + 1] + (low[n + 1] - low[n]) / growth[n])
+            up = min(s[n] + (top - low[n]) / growth[n], met)
+            down = max(s[n + 1] - (top - low[n + 1]) / growth[n], met)
+            height = min(top, low[n] + growth[n] * (met - s[n]))
+            if s[n] < up < s[n + 1]:
+                fine[count] = up
+                out[count] = height
+                count += 1
+            if s[n] < down < s[n + 1] and down != up:
+                fine[count] = down
+                out[count] = height
+                count += 1
+    return count
+
+
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def slope_log(slope: cython.double, x: cython.double) -> cython.double:
+    """Return log(1 + slope x) / slope, x where the slope is 0."""
+    return x if fabs(slope * x) < 1e-9 else log1p(slope * x) / slope
+
+
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def slope_exp(slope: cython.double, x: cython.double) -> cython.double:
+    """Return (exp(slope x) - 1) / slope, x where the slope is 0: the inverse of `slope_log`."""
+    return x if fabs(slope * x) < 1e-9 else expm1(slope * x) / slope
+
+
+def measure(
+    s: cython.const[cython.double][::1],
+    spacing: cython.const[cython.double][::1],
+    borders: cython.const[cython.double][::1],
+    whole: cython.const[cython.char][::1],
+    up_to: cython.double[::1],
+    at: cython.double[::1],
+    count: cython.double[::1],
+) -> None:
+    """Fill how many intervals each stretch between borders has in the measure ds / spacing, `whole` stretches one.
+
+    From a place where the spacing is h and its slope g, the measure over a distance x is log(1 + g x/h) / g.
+
+    Args:
+        s, spacing: Shape (n,), places, ascending, and the spacing there, linear between.
+        borders: Shape (m,), ascending.
+        whole: Shape (m - 1,).
+        up_to: Shape (n,), becomes the measure up to each place.
+        at: Shape (m,), becomes that up to each border.
+        count: Shape (m - 1,).
+    """
+    n: cython.Py_ssize_t
+    k: cython.Py_ssize_t = 0
+    slope: cython.double
+    with cython.nogil:
+        up_to[0] = 0.0
+        for n in range(s.shape[0] - 1):
+            slope = (spacing[n + 1] - spacing[n]) / (s[n + 1] - s[n])
+            up_to[n + 1] = up_to[n] + slope_log(slope, (s[n + 1] - s[n]) / spacing[n])
+        for n in range(borders.shape[0]):
+            while k < s.shape[0] - 2 and s[k + 1] <= borders[n]:
+                k += 1
+            slope = (spacing[k + 1] - spacing[k]) / (s[k + 1] - s[k])
+            at[n] = up_to[k] + slope_log(slope, (borders[n] - s[k]) / spacing[k])
+            if n > 0:
+                count[n - 1] = 1.0 if whole[n - 1] else max(ceil(at[n] - at[n - 1] - 1e-9), 1.0)
+
+
+def spread(
+    s: cython.const[cython.double][::1],
+    spacing: cython.const[cython.double][::1],
+    borders: cython.const[cython.double][::1],
+    up_to: cython.const[cython.double][::1],
+    at: cython.const[cython.double][::1],
+    count: cython.const[cython.double][::1],
+    out: cython.double[::1],
+) -> int:
+    """Fill `out` with the borders and the nodes between them, as `measure` has counted them; return how many differ."""
+    n: cython.Py_ssize_t
+    k: cython.Py_ssize_t = 0
+    step: cython.Py_ssize_t
+    filled: cython.Py_ssize_t = 0
+    place: cython.double
+    node: cython.double
+    slope: cython.double
+    with cython.nogil:
+        for n in range(count.shape[0] + 1):
+            for step in range(cython.cast(cython.Py_ssize_t, count[n]) if n < count.shape[0] else 1):
+                node = borders[n]
+                if step > 0:
+                    place = at[n] + (at[n + 1] - at[n]) * step / count[n]
+                    while k < s.shape[0] - 2 and up_to[k + 1] <= place:
+                        k += 1
+                    slope = (spacing[k + 1] - spacing[k]) / (s[k + 1] - s[k])
+                    node = s[k] + spacing[k] * slope_exp(slope, place - up_to[k])
+                # Beside a rest they may be as near to each other as coordinates are round.
+                if filled == 0 or node > out[filled - 1]:
+                    out[filled] = node
+                    filled += 1
+    return filled
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _largest(x: cython.double[:, :, :, ::1], order: cython.Py_ssize_t, n: cython.Py_ssize_t) -> cython.double:
+    """Return the largest size of a derivative at three places of an interval; what is not a number where one of them is not."""
+    e: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    most: cython.double = 0.0
+    for e in range(3):
+        for d in range(x.shape[3]):
+            if not fabs(x[order, n, e, d]) <= most:
+                most = fabs(x[order, n, e, d])
+                if most != most:
+                    return most
+    return most
+
+
+def calm(
+    x: cython.double[:, :, :, ::1],
+    h: cython.const[cython.double][::1],
+    spline: cython.const[cython.char][::1],
+    sharp: cython.double,
+    digits: cython.double,
+) -> None:
+    """Bound the derivatives on intervals that bend more than nodes are placed for, in place; see `cncgen.planner.least_time.mesh`.
+
+    Args:
+        x: Shape (4, n, 3, axes), position and derivatives at three places of each interval.
+        h: Shape (n,), lengths.
+        spline: Shape (n,), where bounded derivatives are made linear.
+        sharp: Largest turn of the direction over an interval.
+        digits: A change of the direction by this part of it is rounding.
+    """
+    n: cython.Py_ssize_t
+    e: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    order: cython.Py_ssize_t
+    size: cython.double
+    bound: cython.double
+    change: cython.double
+    bent: cython.bint
+    with cython.nogil:
+        for n in range(h.shape[0]):
+            size = _largest(x, 1, n)
+            bent = False
+            for order in range(2, 4):
+                bound = sharp * size / (h[n] if order == 2 else pow(h[n], 2.0))
+                if _largest(x, order, n) > bound:
+                    bent = True
+                    for e in range(3):
+                        for d in range(x.shape[3]):
+                            x[order, n, e, d] = min(max(x[order, n, e, d], -bound), bound)
+            # Where the direction does not change in any digit, x'' and x''' are rounding, as at a cusp that lies on a line.
+            change = 0.0
+            for d in range(x.shape[3]):
+                change = max(
+                    change,
+                    max(x[1, n, 0, d], max(x[1, n, 1, d], x[1, n, 2, d]))
+                    - min(x[1, n, 0, d], min(x[1, n, 1, d], x[1, n, 2, d])),
+                )
+            for order in range(2, 4):
+                if change <= digits * size:
+                    for e in range(3):
+                        for d in range(x.shape[3]):
+                            x[order, n, e, d] = 0.0
+            if bent and spline[n]:
+                for order in range(1, 4):
+                    for d in range(x.shape[3]):
+                        x[order, n, 1, d] = 0.5 * (x[order, n, 0, d] + x[order, n, 2, d])
+
+
+def bulging(
+    x3: cython.const[cython.double][:, :, ::1],
+    top: cython.const[cython.double][:, ::1],
+    jerk: cython.const[cython.double][::1],
+    most: cython.double,
+    out: cython.double[::1],
+) -> None:
+    """Fill `out` with the second difference of x''' v^3 over intervals as a part of the jerk limits.
+
+    Args:
+        x3: Shape (n, 3, axes), third derivatives at three places of each.
+        top: Shape (n, 3), the largest v^2 there.
+        jerk: Shape (axes,), limits.
+        most: The largest part of the jerk limit of an axis that x''' v^3 has.
+        out: Shape (n,).
+    """
+    n: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    size: cython.double
+    held: cython.double
+    bend: cython.double
+    with cython.nogil:
+        for n in range(out.shape[0]):
+            held = _INFINITE
+            bend = 0.0
+            for d in range(jerk.shape[0]):
+                size = max(fabs(x3[n, 0, d]), max(fabs(x3[n, 1, d]), fabs(x3[n, 2, d])))
+                held = min(held, _over(jerk[d], size))
+                bend = max(bend, fabs(x3[n, 0, d] - 2.0 * x3[n, 1, d] + x3[n, 2, d]) / jerk[d])
+            out[n] = bend * min(pow(max(top[n, 0], max(top[n, 1], top[n, 2])), 1.5), most * held)
