@@ -15,8 +15,9 @@ else:
     from operator import attrgetter
 
     _NONE = object()
-    #: Instances of a class that are made before a function of its own is compiled.
-    _FEW = 8
+    _set = object.__setattr__
+    #: Instances of a class that are made before a function of its own is compiled, which takes as long as 100 to 200 of them.
+    _FEW = 150
 
     class field:
         """A field: its default, or a function that makes one for each instance; whether it is an argument, and is shown."""
@@ -27,11 +28,13 @@ else:
     class _Late:
         """An attribute of a record's class that `dataclasses` makes when it is looked up."""
 
-        def __set_name__(self, owner, name):
+        def __init__(self, name):
             self._name = name
 
         def __get__(self, instance, owner):
             return getattr(_twin(owner), self._name)
+
+    _LATE = {name: _Late(name) for name in ("__dataclass_fields__", "__dataclass_params__", "__signature__")}
 
     def dataclass(*, slots, frozen=False, eq=True, repr=True):
         """Return a decorator that makes a record of a class; `slots` stands for the reader and is always True."""
@@ -47,11 +50,8 @@ else:
             body["__slots__"] = names = tuple(fields)
             body["__match_args__"] = tuple(name for name, each in fields.items() if each.init)
             body["__record__"] = fields, frozen
-            body["__dataclass_fields__"], body["__dataclass_params__"], body["__signature__"] = (
-                _Late() for _ in range(3)
-            )
-            body["__made__"] = 0
-            body.setdefault("__init__", _init)
+            body.update(_LATE)
+            body.setdefault("__init__", _initialiser(fields))
             if repr:
                 body.setdefault("__repr__", _repr)
             if eq:
@@ -67,37 +67,40 @@ else:
         """Return the names of the fields of a class, whose annotations are texts."""
         return [name for name, kind in cls.__annotations__.items() if not kind.startswith("ClassVar")]
 
-    def _init(self, *values, **named):
-        """Initialise one of the first instances of a class: most classes have few, and a function of their own takes time to compile."""
-        cls = next(cls for cls in type(self).__mro__ if "__record__" in cls.__dict__)
-        fields, frozen = cls.__record__
-        cls.__made__ += 1
-        if cls.__made__ > _FEW:
-            cls.__init__ = _compiled_init(cls, fields, frozen)
-            cls.__init__(self, *values, **named)
-            return
-        asked = [name for name, each in fields.items() if each.init]
-        given = dict(zip(asked, values, strict=False))
-        twice, unknown = given.keys() & named.keys(), named.keys() - asked
-        if len(values) > len(asked) or twice or unknown:
-            raise TypeError(f"{cls.__qualname__}() takes {', '.join(asked)}, each once")
-        given.update(named)
-        for name, each in fields.items():
-            if name in given:
-                value = given[name]
-            elif each.maker is not None:
-                value = each.maker()
-            elif each.default is not _NONE:
-                value = each.default
-            else:
-                raise TypeError(f"{cls.__qualname__}() misses {name}")
-            object.__setattr__(self, name, value)
-        if hasattr(cls, "__post_init__"):
-            self.__post_init__()
+    def _initialiser(fields):
+        """Return the function that initialises the first instances of a class, until one of its own is worth its compiling."""
+        asked = dict.fromkeys(name for name, each in fields.items() if each.init)
+        most, made = len(asked), 0
+
+        def __init__(self, *values, **named):
+            nonlocal made
+            made += 1
+            if made > _FEW:
+                cls = next(cls for cls in type(self).__mro__ if "__record__" in cls.__dict__)
+                cls.__init__ = _compiled_init(cls, *cls.__record__)
+                cls.__init__(self, *values, **named)
+                return
+            given = dict(zip(asked, values))  # noqa: B905
+            given.update(named)
+            if (
+                len(values) > most
+                or len(given) < len(values) + len(named)
+                or not named.keys() <= asked.keys()
+            ):
+                raise TypeError(f"{type(self).__qualname__}() takes {', '.join(asked)}, each once")
+            for name, each in fields.items():
+                value = given[name] if name in given else each.default if each.maker is None else each.maker()
+                if value is _NONE:
+                    raise TypeError(f"{type(self).__qualname__}() misses {name}")
+                _set(self, name, value)
+            if hasattr(self, "__post_init__"):
+                self.__post_init__()
+
+        return __init__
 
     def _compiled_init(cls, fields, frozen):
         """Return the function that initialises instances of a class."""
-        known = {"_none": _NONE, "_set": object.__setattr__}
+        known = {"_none": _NONE, "_set": _set}
         arguments, body = ["self"], []
         for name, each in fields.items():
             known["_default_" + name] = each.default if each.maker is None else each.maker

@@ -38,7 +38,7 @@ def both(**how: bool) -> list[Any]:
 @pytest.mark.parametrize("how", [{}, {"frozen": True}, {"eq": False}, {"repr": False}], ids=str)
 def test_a_record_does_what_a_dataclass_does(how: dict[str, bool]) -> None:
     record, expected = both(**how)
-    for made_before in (0, 20):  # the first are made without a function of their class
+    for made_before in (0, 200):  # the first are made without a function of their class
         for _ in range(made_before):
             record(1)
         compare(record, expected, how)

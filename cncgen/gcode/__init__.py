@@ -7,7 +7,7 @@ The rooms; each knows only the rooms before it:
 
 - `state`: the state in force from block to block: modes, parameters, coordinate systems, tools;
 - `text`: from text to blocks, by the tables of the grammars. `lanes` turns runs of plain blocks into columns, `grammar` any
-  other line into a block; `labels` has the targets of jumps;
+  other line into a block; `marked_lines` has the targets of jumps;
 - `sinks`: where canonical calls go;
 - `codes`: a module a concern, with the handlers of its codes and its rows of the `table`;
 - `flow`: the order in which lines are executed, with loops, branches, subroutines and macros: `running` opens and closes a

@@ -23,7 +23,6 @@ from cncgen.gcode.codes.table import (
     language_of,
     table,
 )
-from cncgen.gcode.codes.unsupported import ON_LATHES, ON_MILLS, WITHOUT, shown
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION, PLAIN_MOTIONS, Stage
 from cncgen.records import dataclass
@@ -162,6 +161,8 @@ class BlockPlans:
                 number, "pq" if block.g or not _AXIS_LETTERS.isdisjoint(block.words) else _PLAIN_LETTERS
             )
         if code is None:
+            from cncgen.gcode.codes.unsupported import ON_LATHES, ON_MILLS, WITHOUT, shown
+
             name = f"{letter}{number / 10:g}"
             hint = WITHOUT.get((letter, number), "`cncgen codes` lists all that are read")
             others = (*BOTH, LATHE) if self._table == "linuxcnc" else (LATHE, *reversed(BOTH))

@@ -13,7 +13,6 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.block_plans import G53, BlockPlan, BlockPlans
 from cncgen.gcode.budget import Budget
-from cncgen.gcode.codes.polar import plane_polar_end, polar_end
 from cncgen.gcode.codes.table import LATHES, Handler, language_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Sink
@@ -221,10 +220,14 @@ class Interpreter:
                 if index is not None:
                     end[index] += value
         if "@" in words or "^" in words:
+            from cncgen.gcode.codes.polar import polar_end
+
             polar_end(state, block, end)
         if G53 in block.g:
             return self._in_machine(block, end)
         if state.polar is not None:
+            from cncgen.gcode.codes.polar import plane_polar_end
+
             plane_polar_end(state, words, end)
         return end
 

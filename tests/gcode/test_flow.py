@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cncgen.gcode.source import Source
-from cncgen.gcode.text.labels import Labels
+from cncgen.gcode.text.marked_lines import Labels
 from trials.generators.gcode_bodies import body, ways
 
 

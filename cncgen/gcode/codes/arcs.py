@@ -6,7 +6,6 @@ kernel `gcode_motion` to the same effect.
 
 from __future__ import annotations
 
-import cmath
 import math
 
 from cncgen.diagnostics import Severity
@@ -96,7 +95,8 @@ def _length(ip: Interpreter, end: list[float], centre: tuple[float, float], turn
     start = ip.state.position
     begin = complex(start[first] - centre[0], start[second] - centre[1])
     finish = complex(end[first] - centre[0], end[second] - centre[1])
-    angle = cmath.phase(finish / begin) * (1 if turns > 0 else -1)
+    turn = finish / begin
+    angle = math.atan2(turn.imag, turn.real) * (1 if turns > 0 else -1)
     if abs(finish - begin) < FULL_CIRCLE_MM:
         angle = 2 * math.pi
     elif angle <= 0.0:

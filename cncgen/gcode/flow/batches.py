@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from array import array
-from struct import Struct
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import BATCH, MOTION
@@ -21,9 +20,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.codes.canned_cycles import Sticky
 
-#: The arrays of the state in force, written at once.
-_FORCE_MODES, _FORCE_LEVELS = Struct(f"{gcode_motion.MODES}q"), Struct(f"{gcode_motion.LEVELS}d")
-_POSITION = Struct("9d")
 _BITS = {"r": gcode_motion.GIVEN_R, "p": gcode_motion.GIVEN_P, "q": gcode_motion.GIVEN_Q}
 
 
@@ -63,7 +59,7 @@ class Batches:
         """Run blocks from one on; return the first block that was not taken."""
         ip, state, kernel = self._ip, self._ip.state, self._kernel
         while index < count and ip.batchable(self._cycles):
-            _POSITION.pack_into(self._position, 0, *state.position)
+            self._position[:] = array("d", state.position)
             self._give_modes()
             index = kernel.run(index, count)
             if kernel.rows or kernel.asides:
@@ -81,9 +77,7 @@ class Batches:
         ip, state, inches = self._ip, self._ip.state, self._ip.state.inches
         if state.cycle is not self._cycle or (self._cycles and self._under != (state.plane, inches)):
             self._give_cycle()
-        _FORCE_MODES.pack_into(
-            self._modes,
-            0,
+        modes = (
             -1 if state.motion == NO_MOTION else state.motion // 10,
             state.absolute,
             state.arc_absolute,
@@ -100,11 +94,9 @@ class Batches:
             state.retract_old,
             state.path_mode is PathMode.EXACT_PATH,
             ip.dialect == "linuxcnc" and not ip.tools.given,
-            *self._modes[gcode_motion.CYCLE :],
         )
-        _FORCE_LEVELS.pack_into(
-            self._levels,
-            0,
+        self._modes[: gcode_motion.CYCLE] = array("q", modes)
+        levels = (
             state.feed,
             RADIUS_TOLERANCE[inches],
             CENTRE_TOLERANCE[inches],
@@ -114,8 +106,8 @@ class Batches:
             state.speed,
             SYSTEM_CODES[state.system - 1] / 10 if state.system <= len(SYSTEM_CODES) else -1.0,
             state.selected,
-            *self._levels[gcode_motion.PECK_CLEARANCE :],
         )
+        self._levels[: gcode_motion.PECK_CLEARANCE] = array("d", levels)
 
     def _give_cycle(self) -> None:
         """Tell the kernel the words of the cycle in force; the first one of a run tells it which cycles there are."""

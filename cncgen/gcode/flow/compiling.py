@@ -7,7 +7,6 @@ from collections.abc import Callable
 from cncgen.gcode.block import LARGEST, Block, Computed, Flow, Parsed, Value, gather
 from cncgen.gcode.block_plans import BlockPlan
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.flow import macros
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.parameters import Parameters
@@ -174,6 +173,8 @@ class Compiler:
 
             return call
         if len(parsed.settings) == 1 and parsed.settings[0][0] in (3000.0, 3006.0):
+            from cncgen.gcode.flow import macros
+
             target, value = parsed.settings[0]
             effect = macros.alarm if target == 3000.0 else macros.message
 
@@ -189,6 +190,8 @@ class Compiler:
         code = next((value for letter, value in pairs if letter == "g" and value in _CALLS), None)
         if code is None:
             return False
+        from cncgen.gcode.flow import macros
+
         number, times, values = macros.arguments([pair for pair in pairs if pair[1] == pair[1]])
         if code == 66.0:
             self.ip.modal_macros.append((number, times, values))

@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from cncgen.gcode.block import Flow
 from cncgen.gcode.budget import LINE, PAUSE
 from cncgen.gcode.errors import Astray, BlockError
-from cncgen.gcode.flow import sub_words
 from cncgen.gcode.flow.parts import Parts
 from cncgen.gcode.flow.reading import first_line
 from cncgen.gcode.text.evaluation import too_deep
@@ -116,7 +115,7 @@ class Course:
         self._here = self.reached
         if place is not None:
             try:
-                self._here = sub_words.follow_jump(parts.control, place, self.reached) or self.reached
+                self._here = parts.control.follow_jump(place, self.reached) or self.reached
             except BlockError as error:
                 parts.faults.fail(place, error)
         return why
@@ -224,7 +223,7 @@ class Course:
         def effect() -> Cursor | None:
             parts.pending.flush()
             run()
-            return sub_words.follow_jump(parts.control, here, after) if parts.ip.jump is not None else None
+            return parts.control.follow_jump(here, after) if parts.ip.jump is not None else None
 
         return effect, False
 

@@ -7,20 +7,23 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from functools import cached_property
 
 from cncgen.gcode.block import Block, Flow, nearest
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.flow import macros, sub_words
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.flow.subroutines import Subroutines
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.evaluation import EQUAL, evaluate
-from cncgen.gcode.text.labels import LOOP_END, Cursor, Label, Marked, shown
+from cncgen.gcode.text.labels import Cursor, Label, shown
 from cncgen.records import dataclass
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
+    from cncgen.gcode.text.marked_lines import Marked
+
+    Method = Callable[["FlowControl", Flow, Cursor, Cursor], Cursor | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +36,8 @@ class _Looks:
 
 
 _LOOP_ENDS = ("endwhile", "endrepeat", "while")
+#: What BREAK and CONTINUE look for.
+_LOOP_END = "the loop's end"
 _BRANCHES = {
     "if": _Looks((), ("elseif", "else", "endif"), "endif"),
     **dict.fromkeys(("elseif", "else"), _Looks(("if",), ("endif",), "endif")),
@@ -42,7 +47,7 @@ _BRANCHES = {
     "do": _Looks(),
     "repeat": _Looks((), ("endrepeat",), "endrepeat"),
     "endrepeat": _Looks(("repeat",)),
-    **dict.fromkeys(("break", "continue"), _Looks((), _LOOP_ENDS, LOOP_END)),
+    **dict.fromkeys(("break", "continue"), _Looks((), _LOOP_ENDS, _LOOP_END)),
 }
 #: Keywords that begin a branch or loop, and claim its label.
 _BEGINNING = ("if", "while", "do", "repeat")
@@ -74,8 +79,10 @@ class FlowControl:
     def run(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         """Execute an O-word; return where to go on, or None for the next line."""
         if flow.keyword in ("goto", "while-do", "end-do") and self.ip.dialect == "fanuc":
+            from cncgen.gcode.flow import macros
+
             return macros.run(self, flow, here)
-        method = _METHODS.get(flow.keyword)
+        method = self._methods.get(flow.keyword)
         if method is None or (self.ip.dialect == "fanuc" and flow.keyword != "program"):
             other = "linuxcnc" if self.ip.dialect == "fanuc" else "fanuc"
             raise BlockError(
@@ -95,9 +102,22 @@ class FlowControl:
             )
         return method(self, flow, here, after)
 
+    @cached_property
+    def _methods(self) -> dict[str, Method]:
+        """What executes each keyword; most programs have no O-word, and do not import it."""
+        from cncgen.gcode.flow import sub_words
+
+        return {
+            **dict.fromkeys(_BRANCHES, FlowControl._branch),
+            "sub": sub_words.define,
+            "endsub": sub_words.end_sub,
+            "return": sub_words.give_back,
+            "call": sub_words.call,
+            "program": sub_words.pass_program_number,
+        }
+
     def _branch(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         """Handle an O-word of a branch or loop: IF ELSEIF ELSE ENDIF, WHILE ENDWHILE, DO WHILE, REPEAT ENDREPEAT, BREAK, CONTINUE."""
-        # Most programs have no O-word.
         from cncgen.kernels import gcode_marks, gcode_run
 
         keyword, looks, frame = flow.keyword, _BRANCHES[flow.keyword], self.calls.frame
@@ -138,12 +158,20 @@ class FlowControl:
                 return mark
             here = mark.cursor
 
+    def follow_jump(self, here: Cursor, after: Cursor) -> Cursor | None:
+        """Execute the jump of a block (`Interpreter.jump`); return where to go on, or None for the next line."""
+        from cncgen.gcode.flow import sub_words
+
+        return sub_words.follow_jump(self, here, after)
+
     def flush(self) -> None:
         """Run the blocks that wait."""
         self.calls.flush()
 
     def line_numbered(self, here: Cursor, number: int, word: str) -> Cursor:
         """Return the line of a FANUC program that has an N word, which `word` of another line names."""
+        from cncgen.gcode.flow import macros
+
         return macros.line_numbered(self, here, number, word)
 
     # Values.
@@ -205,7 +233,7 @@ class FlowControl:
         mark = labels.next(here.offset, label, keywords, self.subroutines.resolved, over_borders=False)
         if mark is not None:
             return mark
-        if wanted == LOOP_END:
+        if wanted == _LOOP_END:
             raise BlockError(
                 "oword-unmatched",
                 f"o{shown(label)} stands in no loop",
@@ -257,14 +285,3 @@ class FlowControl:
 def _with_article(keyword: str) -> str:
     """Return ``a WHILE``, ``an IF``."""
     return f"{'an' if keyword == 'if' else 'a'} {keyword.upper()}"
-
-
-Method = Callable[[FlowControl, Flow, Cursor, Cursor], Cursor | None]
-_METHODS: dict[str, Method] = {
-    **dict.fromkeys(_BRANCHES, FlowControl._branch),
-    "sub": sub_words.define,
-    "endsub": sub_words.end_sub,
-    "return": sub_words.give_back,
-    "call": sub_words.call,
-    "program": sub_words.pass_program_number,
-}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from functools import partial
 
 from cncgen.gcode.codes.table import language_of
@@ -12,13 +13,17 @@ from cncgen.gcode.flow.executing import Executor
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.flow.pending import PendingBlocks
-from cncgen.gcode.flow.profile_blocks import profile_blocks
 from cncgen.gcode.flow.reading import LineReader, Percent
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
 from cncgen.records import dataclass
 from cncgen.toolpath.reading import ReadOptions
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from cncgen.gcode.block import Block
+    from cncgen.gcode.text.labels import Cursor, Label
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -66,7 +71,7 @@ def assemble(
     pending = PendingBlocks(ip, sources, compiler, executor, faults, batches=batches)
     control.calls.flush = faults.flush = pending.flush
     lines = LineReader(sources, language, increments=increments)
-    control.profile_blocks = partial(profile_blocks, control, lines)
+    control.profile_blocks = partial(_profile_blocks, control, lines)
     faults.recover = partial(_recover, ip)
     return Parts(
         sources=sources,
@@ -80,6 +85,13 @@ def assemble(
         pending=pending,
         by_line=increments or dialect == "heidenhain",
     )
+
+
+def _profile_blocks(control: FlowControl, lines: LineReader, label: Label, after: Cursor) -> Iterator[Block]:
+    """Yield the blocks that the subroutine of a profile executes; only programs of turning cycles import the module."""
+    from cncgen.gcode.flow.profile_blocks import profile_blocks
+
+    return profile_blocks(control, lines, label, after)
 
 
 def _recover(ip: Interpreter, text: str) -> None:

@@ -9,12 +9,13 @@ from cncgen.gcode.block import Value
 from cncgen.gcode.budget import LINE
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source, open_source
-from cncgen.gcode.text.labels import Cursor, Label, Labels, Marked, shown
+from cncgen.gcode.text.labels import Cursor, Label, shown
 from cncgen.gcode.text.search import candidates, leaves_path, search_path
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
+    from cncgen.gcode.text.marked_lines import Labels, Marked
 
 
 class Subroutines:
@@ -39,6 +40,8 @@ class Subroutines:
     def labels(self, source: int) -> Labels:
         """Return the lines of a source that jumps may lead to."""
         if source not in self._labels:
+            from cncgen.gcode.text.marked_lines import Labels
+
             self._labels[source] = Labels(self.sources[source], source, self.ip.dialect)
         return self._labels[source]
 
@@ -122,5 +125,7 @@ class Subroutines:
 
 def _whole(label: Label, source: int) -> Marked:
     """Return the beginning of a file that is one program without a number."""
+    from cncgen.gcode.text.marked_lines import Marked
+
     first = Cursor(source, 0, 1)
     return Marked(label, "program", first, first)

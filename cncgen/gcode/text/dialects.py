@@ -91,8 +91,15 @@ def bare(text: bytes) -> bytes:
 
     A slash with a number, ``/2``, is a NUL and the number.
     """
-    blocks = re.sub(_COMMENTS, b"", text.upper()).translate(None, _BLANKS)
+    blocks = _without(_COMMENTS, text.upper()).translate(None, _BLANKS)
+    if b"N" not in blocks and b"/" not in blocks:
+        return blocks
     return re.sub(_NUMBERS, lambda m: b"\x00" + (m[1] or m[2]) if m[1] or m[2] else b"", blocks)
+
+
+def _without(comments: bytes, text: bytes) -> bytes:
+    """Return a text without what a pattern of comments finds, which is compiled for a text that may have any."""
+    return re.sub(comments, b"", text) if b"(" in text or b";" in text else text
 
 
 def choose(source: Source) -> Choice:
@@ -104,7 +111,7 @@ def choose(source: Source) -> Choice:
     blocks = _blocks(written)
     found = [
         *_found(signs.WRITTEN, written),
-        *_found(signs.SPOKEN, replace(written, text=re.sub(_REMARKS, b"", written.text))),
+        *_found(signs.SPOKEN, replace(written, text=_without(_REMARKS, written.text))),
         *_found(signs.BARE, blocks),
         *_of_feeds(blocks),
         *_of_name(source.name),
@@ -127,12 +134,13 @@ _Found = tuple[str, dict[str, float], int]
 
 def _found(wanted: Iterable[Sign], lines: _Lines) -> Iterable[_Found]:
     """Yield the signs that a text has: reason, weights, line."""
-    for sign in wanted:
-        if sign.texts and not any(literal in lines.text for literal in sign.texts):
-            continue
-        match = lines.search(sign.pattern)
-        if match:
-            yield sign.reason, sign.weights, lines.number(match)
+    for reason, weights, pattern, texts in wanted:
+        for text in texts:
+            if text in lines.text:
+                match = lines.search(pattern)
+                if match:
+                    yield reason, weights, lines.number(match)
+                break
 
 
 def _of_name(name: str) -> Iterable[_Found]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-import struct
+from array import array
 from mmap import mmap
 
 from cncgen.gcode.block import Block, gather
@@ -20,7 +20,7 @@ _COMMENT = r"\(([^()]*)\)|;.*"
 
 
 def column(kind: str, count: int, width: int = 0) -> memoryview:
-    """Return zeros as a buffer that kernels fill: `count` values (rows of `width` values) of a format of `struct`.
+    """Return zeros as a buffer that kernels fill: `count` values (rows of `width` values) of a type of `array`.
 
     Reading needs only a few functions of arrays, so a check need not import numpy. Pages come as they are touched: those of a
     short program are few.
@@ -29,7 +29,7 @@ def column(kind: str, count: int, width: int = 0) -> memoryview:
         MemoryError: There is not enough.
     """
     try:
-        zeros = memoryview(mmap(-1, count * max(width, 1) * struct.calcsize(kind)))
+        zeros = memoryview(mmap(-1, count * max(width, 1) * array(kind).itemsize))
     except OSError as error:
         raise MemoryError from error
     return zeros.cast(kind, [count, width]) if width else zeros.cast(kind)  # type: ignore[call-overload]

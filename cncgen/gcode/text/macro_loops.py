@@ -13,7 +13,8 @@ from cncgen.gcode.errors import BlockError
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.flow.o_words import FlowControl
-    from cncgen.gcode.text.labels import Cursor, Marked
+    from cncgen.gcode.text.labels import Cursor
+    from cncgen.gcode.text.marked_lines import Marked
 
 
 class Loops:

@@ -5,24 +5,13 @@
 
 from __future__ import annotations
 
-from cncgen.records import dataclass
-
-
-@dataclass(frozen=True, slots=True)
-class Sign:
-    """Evidence for dialects, with its weight.
-
-    `texts`: one of them stands in each such line. Most programs have none, so that most patterns are never compiled.
-    """
-
-    reason: str
-    weights: dict[str, float]
-    pattern: bytes
-    texts: tuple[bytes, ...]
+#: Evidence for dialects: what it is called, its weights, the pattern of its lines, and texts one of which stands in each such line.
+#: Most programs have none, so that most patterns are never compiled. (Records of as many take twice as long to make.)
+Sign = tuple[str, dict[str, float], bytes, tuple[bytes, ...]]
 
 
 def _sign(reason: str, weights: dict[str, float], pattern: bytes, *texts: bytes) -> Sign:
-    return Sign(reason, weights, pattern, texts)
+    return reason, weights, pattern, texts
 
 
 def _all(weight: float, *dialects: str) -> dict[str, float]:
@@ -71,7 +60,7 @@ UNREAD = {
 
 
 def _of(control: str, weight: float, reason: str, pattern: bytes, *texts: bytes) -> Sign:
-    return Sign(reason, {control: weight}, pattern, texts)
+    return reason, {control: weight}, pattern, texts
 
 
 _ELSEWHERE = (
@@ -83,7 +72,7 @@ _ELSEWHERE = (
     _of("centroid", 12, "conditions joined by || or &&", _AT + rb"IF[ \t][^\n]*(?:\|\||&&)[^\n]*THEN", b"||", b"&&"),
     _of("dynapath", 20, "a block of Dynapath", rb"^N\d+\([\dA-Z]\)[^\n]*\$[ \t\r]*$", b"$"),
     _of("eding", 30, "a macro of Eding CNC", rb"^[ \t]*(?:(?:GOSUB|SUB)[ \t]+[A-Z_]|ENDSUB|(?:DLGMSG|MSG|ERRMSG|WARNMSG|LOGMSG)[ \t]+\")", b"GOSUB", b"SUB", b"MSG"),
-    _of("emco", 20, "columns N G X Z", rb"^[ \t]+N[ \t]+G[ \t]+X[ \t]+(?:Y[ \t]+)?Z[ \t]+F", b"N"),
+    _of("emco", 20, "columns N G X Z", rb"^[ \t]+N[ \t]+G[ \t]+X[ \t]+(?:Y[ \t]+)?Z[ \t]+F", b"N G", b"N  ", b"N\t"),
     _of("excellon", 20, "the unit of a drill file", rb"^(?:METRIC|INCH)(?:,[LT]Z)?(?:,0+\.0+)?[ \t\r]*$|^FMAT,[12]", b"METRIC", b"INCH", b"FMAT"),
     _of("fagor", 30, "the head of a file of Fagor", rb"^%[^\n,]*,[ \t]*M?[ \t]*[MX][ \t]*[X-]*[ \t]*,", b"%"),
     _of("fagor", 12, "a block of Fagor's language", _AT + rb"\((?:RET|CALL[ \t]+\d+|PCALL[ \t]+\d+[^)\n]*|RPT[ \t]+N?\d[^)\n]*|IF[ \t]+P\d+[^)\n]*)\)", b"(RET", b"CALL", b"(RPT", b"(IF"),
@@ -140,7 +129,7 @@ _ELSEWHERE_BARE = (
     _of("printer", 8, "homing of axes without a value", rb"^G28(?=[XYZ])X?Y?Z?$", b"G28"),
     _of("printer", 6, "a fan", rb"^M106(?:[PS]\d+)*$", b"M106"),
     _of("printer", 6, "motors switched off, or moves waited for", rb"^M(?:84|400)$", b"M84", b"M400"),
-    _of("printer", 12, "a tool or drive of RepRapFirmware", rb"^M(?:563|569|584|950)[PSXYZE]", b"M5", b"M950"),
+    _of("printer", 12, "a tool or drive of RepRapFirmware", rb"^M(?:563|569|584|950)[PSXYZE]", b"M563", b"M569", b"M584", b"M950"),
     _of("sinumerik-800", 12, "a command @ of SINUMERIK's system 800", rb"(?:^|\d)@\d{3}(?:[RKP]|$)", b"@"),
     _of("sinumerik-800", 12, "the head of a file of SINUMERIK's system 800", rb"^%(?:MPF|SPF)\d+$", b"%MPF", b"%SPF"),
 )  # fmt: skip
@@ -226,7 +215,7 @@ BARE = (
     # Of FANUC's mills.
     _sign("a mirror, rotation, scaling or polar code", {_F: 10, _T: 2},
           _W + rb"G(?:51\.1|68(?:\.2)?|51|16)(?![\d.])|^G(?:50\.1|69|15)(?![\d.])", b"G50.1", b"G51", b"G68", b"G69", b"G15", b"G16"),
-    _sign("a code of FANUC's mills", {_F: 10, _T: 4}, rb"G(?:43\.4(?!\d)|54\.1P|54P\d|10L1[23](?!\d))", b"G43.4", b"G54", b"G10L1"),
+    _sign("a code of FANUC's mills", {_F: 10, _T: 4}, rb"G(?:43\.4(?!\d)|54\.1P|54P\d|10L1[23](?!\d))", b"G43.4", b"G54.1P", b"G54P", b"G10L1"),
     _sign("a spindle's bound by G92 S", {_F: 4, _B: 8}, _W + rb"G92S", b"G92S"),
     _sign("tool lengths G43 H", {_F: 1, _L: 1, _T: -12}, rb"G43(?![\d.])[^\n]*H\d", b"G43"),
     _sign("words of Y", {_T: -5}, rb"Y" + _V, b"Y"),
