@@ -101,7 +101,7 @@ def test_canonical_calls_of_other_controls_take_tools_without_a_table(calls: Any
         # G26 bounds the speed of the spindle and G25 a working area: neither is a speed or a way.
         ("G95 S1000 M3 F0.1\nG26 S3000\nG25 X-50 Z-50\nG1 X10", [(10, 0, 0, 100)]),
         # Without M6 in the program T changes the tool at once: its radius is 4.
-        ("T1 D1\nG1 G41 Z10\nX20\nG40 Z30", [(4, 0, 6, 100), (20, 0, 6, 100), (20, 0, 30, 100)]),
+        ("T1 D1\nG1 G41 Z10\nX20\nG40 Z30", [(0, 0, 6, 100), (20, 0, 6, 100), (20, 0, 30, 100)]),
         ("T1=1 M1=4\nT2=\"CUT\" M2=3\nG1 X5", [(5, 0, 0, 100)]),
     ],
 )  # fmt: skip

@@ -58,6 +58,7 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "an array of the caller": ("DEF REAL ORT[2]=SET(1,2)\nEXTERN WEITER(VAR REAL[2], REAL)\nWEITER(ORT,5)\nG0 X=ORT[0] Y=ORT[1]\nM30\n"
                                "PROC WEITER(VAR REAL FELD[2], REAL STUECK)\nFELD[1]=FELD[0]+STUECK\nRET", [(1, 6)]),
     "an array's copy": ("DEF REAL ORT[2]=SET(1,2)\nWEITER(ORT)\nG0 X=ORT[0]\nM30\nPROC WEITER(REAL FELD[2])\nFELD[0]=9\nG0 Y=FELD[0]\nRET", [(0, 9), (1, 9)]),
+    "macros": ('DEFINE TASCHE AS G1 X5 F100 ; nothing\nN5 DEFINE HOCH AS G0 Z9\nTASCHE Y3 ; TASCHE\nMSG("HOCH")\nHOCH\nhoch X1', [(5, 3), (5, 3, 9), (1, 3, 9)]),
     "EXTERN": ("EXTERN WEG(REAL)\nWEG(2)\nM30\nPROC WEG(REAL A)\nG0 X=A\nRET", [(2,)]),
     "TRANS": ("TRANS X10 Y5\nG0 X1 Y1\nATRANS X1\nX1\nTRANS\nX1 Y1", [(11, 6), (12, 6), (1, 1)]),
     "ROT": ("ROT RPL=90\nG0 X5\nY2\nROT\nX0 Y0", [(0, 5), (-2, 5), (0, 0)]),
@@ -206,14 +207,15 @@ def table_of(tmp_path: Path) -> Path:
 
 
 def test_tools_and_compensation(run: Any, tmp_path: Path) -> None:
-    """The length counts from M6 on; G41 takes the radius of 2; G451 goes to where the paths cross, G450 around."""
+    """The length counts from M6 on; G41 takes the radius of 2 and leads straight to beside the first point; G451 goes to where the paths
+    cross, G450 around."""
     text = "T1 M6\nG0 X0 Y0 Z5\nG41 G1 X10 F100\n{}Y10\nX20\nY0\nG40 X0\nD0 Z5\nM30"
     table = table_of(tmp_path)
     around = ends(run(text.format("G450 "), dialect="sinumerik", tool_table=table))
     assert around == trimmed(
         [
             (0, 0, 15),
-            (8, 2, 15),
+            (8, 0, 15),
             (8, 10, 15),
             (10, 12, 15),
             (20, 12, 15),
@@ -225,8 +227,28 @@ def test_tools_and_compensation(run: Any, tmp_path: Path) -> None:
     )
     across = ends(run(text.format("G451 "), dialect="sinumerik", tool_table=table))
     assert across == trimmed(
-        [(0, 0, 15), (8, 2, 15), (8, 12, 15), (22, 12, 15), (22, 0, 15), (0, 0, 15), (0, 0, 5)]
+        [(0, 0, 15), (8, 0, 15), (8, 12, 15), (22, 12, 15), (22, 0, 15), (0, 0, 15), (0, 0, 5)]
     )
+
+
+@pytest.mark.parametrize(
+    ("entry", "first"),
+    [("X10 Y5", (10, 7)), ("X10 Y-5", (10, -3)), ("X-10 Y0", (-10, 2)), ("X10 Y0", (10, 2))],
+)
+def test_the_way_to_a_contour_is_straight(
+    run: Any, tmp_path: Path, entry: str, first: tuple[float, float]
+) -> None:
+    """NORM: straight to beside the first point, square to the contour there, whatever the angle; the contour goes along X, the radius is 2."""
+    text = f"T1 M6\nG0 X0 Y0\nG41 G1 {entry} F100\nX30\nG40 Y30\nM30"
+    assert ends(run(text, dialect="sinumerik", tool_table=table_of(tmp_path)))[0][:2] == first
+
+
+def test_other_ways_to_a_contour_are_told(run: Any, tmp_path: Path) -> None:
+    text = "T1 M6\nG0 X0 Y0\nKONT G41 G1 X10 F100\nX30\nG40 Y30\nM30"
+    out = run(text, dialect="sinumerik", tool_table=table_of(tmp_path))
+    assert [(d.code, d.span.line) for d in out.diagnostics if d.severity == "warning"] == [
+        ("comp-approach", 3)
+    ]
 
 
 @pytest.mark.parametrize("kind", ["ASPLINE", "CSPLINE"])
@@ -289,6 +311,8 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "no value": ("G1 X=", ("syntax", 1, 6)),
     "a sign": ("G1 X10 = 5", ("variable-unknown", 1, 4)),
     "an open bracket": ("X=(1+2", ("syntax", 1, 7)),
+    "a synchronous action": ("WHEN $AA_IW[X]>3 DO M7\nG0 X1", ("not-read", 1, 1)),
+    "a synchronous action by its number": ("N5 ID=1 WHENEVER $AA_IW[X]>3 DO $AC_OVR=50", ("not-read", 1, 4)),
     "an unknown name": ("G1 X=TIEFE F100", ("variable-unknown", 1, 6)),
     "an unknown word": ("TIEFE=5", ("variable-unknown", 1, 1)),
     "an unknown subprogram": ("G0 X1\nTASCHE", ("sub-missing", 2, 1)),

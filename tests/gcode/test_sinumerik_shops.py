@@ -132,6 +132,7 @@ def test_axes_that_move_by_themselves(run: Run) -> None:
 
 def test_limits_of_axes_are_the_machines(run: Run) -> None:
     assert codes(run, "ACC[X]=50 VELOLIM[Y]=20\nG0 X1\nM30") == ["limit-kept"]
+    assert codes(run, "FL[X]=100\nG0 X1\nM30") == ["limit-kept"]
     assert codes(run, "ACC[X]=100\nG0 X1\nM30") == []
 
 

@@ -55,7 +55,7 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
             *(radius, left, start, orientation, unit),
             growth=growth,
             least_entry=least,
-            square_entry=ip.dialect == "fanuc",
+            square_entry=ip.dialect not in _STRICT,
         )
         ip.sink.call(f'COMMENT("interpreter: cutter radius compensation on {"left" if side else "right"}")')
         state.compensation = 41 if side else 42

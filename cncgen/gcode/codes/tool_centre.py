@@ -126,8 +126,9 @@ class ToolCentre:
         least_roll: Outside corners around which the tool would roll by less than this along the real axis are cut
             straight on instead, to where the offset paths cross.
         least_entry: The first move must be longer than this; None: than the radius.
-        square_entry: Whether a straight first move leads beside the beginning of the second one, square to it (start-up of type A,
-            B-64484EN, "Tool Movement in Start-up"); else beside its own end.
+        square_entry: Whether a straight first move leads beside the beginning of the second one, square to it (FANUC, start-up of type A,
+            B-64484EN, "Tool Movement in Start-up"; NORM of SINUMERIK, 840D, Programming Guide Fundamentals, 8.2; RL and RR of Heidenhain,
+            iTNC 530, user's manual, 5.3); else beside its own end.
     """
 
     def __init__(

@@ -107,9 +107,6 @@ _ACCEPTED = frozenset(
         "COMPOF",
         "COMPSURF",
         "NORM",
-        "KONT",
-        "KONTC",
-        "KONTT",
         "STOPRE",
         "ORIWKS",
         "ORIMKS",
@@ -165,6 +162,8 @@ _ACCEPTED = frozenset(
         "CUTMODOF",
     ]
 )
+#: Ways to a contour around its first point, where that lies between.
+_APPROACHES = ("KONT", "KONTC", "KONTT")
 _MOTIONS = ("ASPLINE", "CSPLINE", "BSPLINE", "POLY", "CIP", "CT")
 _FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
 #: G functions that are accepted: they choose how corners stop or come close.
@@ -245,6 +244,10 @@ def run(motions: Motions, words: Words) -> None:
         elif name in _SWITCHES:
             motions.end()
             _SWITCHES[name](motions)
+        elif name in _APPROACHES:
+            message = f"{name} is taken as NORM: the tool goes straight to beside the first point of the contour, and away from beside the last"
+            hint = "a first point that the tool need not go around makes no difference"
+            motions.ip.warn_once(BlockError("comp-approach", message, name, hint=hint))
         elif name not in _ACCEPTED and name not in ("SUPA", "RET", "RNDM"):
             times = words.named.pop("P", ("", 1.0))[1]
             motions.run_call(name, None, round(times))
@@ -464,8 +467,8 @@ def _spindle_place(motions: Motions, words: Words, name: str, at: Scalar, mode: 
 
 
 def _limit(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
-    """ACC[X]= and kin: limits of an axis in percent, which the machine file has."""
-    if value != 100.0:
+    """ACC[X]= and kin, in percent, FL[X]= in mm a minute: limits of an axis, which the machine file has."""
+    if value != 100.0 or name == "FL":
         message = (
             f"{name}={value:g} changes a limit of an axis: the limits of the machine file are planned with"
         )
@@ -478,7 +481,7 @@ INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = 
     **dict.fromkeys(("POS", "POSA"), _own_position),
     "FA": _own_feed,
     **dict.fromkeys(("SPOS", "SPOSA"), _spindle_place),
-    **dict.fromkeys(("ACC", "OVRA", "VELOLIM", "ACCLIM", "JERKLIM"), _limit),
+    **dict.fromkeys(("ACC", "FL", "OVRA", "VELOLIM", "ACCLIM", "JERKLIM"), _limit),
 }
 #: The largest OVR, in percent.
 _MOST_OVERRIDE = 200.0

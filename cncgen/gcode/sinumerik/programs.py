@@ -21,6 +21,12 @@ _CLOSES = {
     "until": "repeat",
 }
 _OPENS = ("if", "loop", "for", "while", "repeat")
+#: Characters of a block, and of a macro's text, beyond which neither is expanded (840D: 512).
+_MOST_EXPANDED = 512
+#: A macro: a name for a text (840D, Programming Guide Job Planning, "Macro technique").
+_DEFINE = re.compile(r"\s*(?:N\d+\s*)?DEFINE\s+(\w+)\s+AS\b(.*)\Z", re.IGNORECASE)
+#: Parts of a line that macros leave as they are, and names.
+_NAMES = re.compile(r'"[^"]*"?|(?<![\w$])[A-Za-z_]\w*')
 #: Lines of a text with a word each are often alike.
 _MAX_TEXTS = 4096
 
@@ -62,6 +68,7 @@ def programs_of(
     found = [Program(name)]
     known: dict[str, Statement] = {}
     faults: list[tuple[Cursor, BlockError]] = []
+    macros: dict[str, str] = {}
     offset, number = 0, 1
     while offset < len(source):
         end = source.line_end(offset)
@@ -70,7 +77,7 @@ def programs_of(
         header = _HEADER.match(text)
         if header:
             _begin(found, header[1].upper())
-        line = _line(text, here, known, end - offset)
+        line = _line(_expanded(text, macros), here, known, end - offset)
         if line.statement.kind == "proc":
             _begin(found, line.statement.data[0])
             found[-1].formals, found[-1].saves = line.statement.data[1], "SAVE" in line.statement.data[2]
@@ -79,6 +86,18 @@ def programs_of(
     for program in found:
         faults += _connect(program)
     return found, faults
+
+
+def _expanded(text: str, macros: dict[str, str]) -> str:
+    """Take a macro that a line defines, or return the line with the texts of its macros; a macro calls no macro."""
+    code, mark, remark = text.partition(";")
+    defined = _DEFINE.match(code)
+    if defined and len(defined[2]) <= _MOST_EXPANDED:
+        macros[defined[1].upper()] = defined[2].strip()
+        return ""
+    if not macros or len(code) > _MOST_EXPANDED:
+        return text
+    return _NAMES.sub(lambda m: macros.get(m[0].upper(), m[0]), code) + mark + remark
 
 
 def _begin(found: list[Program], name: str) -> None:

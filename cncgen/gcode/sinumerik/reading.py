@@ -23,6 +23,9 @@ _PREFIX = re.compile(
 )
 _PLAIN_LINE = re.compile(r"(?:\s*[A-Z][+-]?(?:\d++\.?+\d*+|\.\d+))+\s*\Z")
 _PLAIN_WORD = re.compile(r"([A-Z])([+-]?[\d.]+)")
+_SYNCHRONOUS = re.compile(
+    r"\s*(?:(?:IDS?\s*=\s*\w+\s*)?(?:WHENEVER|WHEN|EVERY|FROM)\b|(?:IDS?\s*=\s*\w+\s*)?DO\s+\S)"
+)
 _HEADER = re.compile(r"%_N_(\w+?)_(MPF|SPF)\b|;\$PATH")
 #: Common names of the grammar's tokens.
 _NAMES = {
@@ -82,6 +85,10 @@ def parse(text: str) -> Statement:
     if _PLAIN_LINE.match(body):
         head.items = [("word", m[1], ("n", float(m[2]))) for m in _PLAIN_WORD.finditer(body)]
         return head
+    if _SYNCHRONOUS.match(body):
+        message = "a synchronous action, which acts while other blocks move, is not read"
+        hint = "leave it out, or write what it does as blocks"
+        raise BlockError("not-read", message, column=prefix.end() + 1, hint=hint)
     found = _parsed(body, prefix.end())
     head.kind, head.data = found[0], tuple(found[1:])
     head.items = found[1] if head.kind == "block" else []
