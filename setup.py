@@ -30,7 +30,7 @@ SHARED = "cncgen.kernels._shared"
 #: What calls and compares more than it computes is as fast with less optimising, which takes half of the time of compiling.
 CALLING = ("cncgen.kernels.gcode_", SHARED)
 #: What goes through each byte and block of a program: a twentieth of reading is saved for 2 s of compiling.
-READING = tuple(f"cncgen.kernels.gcode_{each}" for each in ("scan", "shapes", "motion"))
+READING = tuple(f"cncgen.kernels.gcode_{each}" for each in ("scan", "lines", "words", "motion", "run"))
 KERNELS = sorted(p for p in Path("cncgen/kernels").glob("*.py") if p.name != "__init__.py")
 
 

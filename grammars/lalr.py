@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import runpy
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -211,7 +212,7 @@ def _alike(moves: list[list[int]], ends: list[list[_Label]]) -> list[int]:
 
 
 def _shaped(scanner: _Scanner) -> bool:
-    """Tell whether no terminal hangs on which digits stand in a number, or on how many (`gcode_shapes`)."""
+    """Tell whether no terminal hangs on which digits stand in a number, or on how many (`gcode_lines`)."""
     moves, classes = scanner.moves, _alike(scanner.moves, scanner.ends)
     digits = range(ord("0"), ord("9") + 1)
     if any(len({row[digit] for digit in digits}) > 1 for row in moves):
@@ -437,16 +438,28 @@ def _tokens(
 
 
 def write_all() -> None:
-    """Write the tables of all grammars that are not up to date.
+    """Write the tables of all grammars, and the kernels' constants, that are not up to date.
 
     Raises:
         GrammarError: The kernel does not know a rule or a literal of one.
     """
+    constants = KERNEL.with_suffix(".pxd")
+    if not constants.exists() or constants.read_text("utf-8") != _constants_of_c():
+        constants.write_text(_constants_of_c(), "utf-8")
     for name in GRAMMARS:
         path = HERE / f"tables_{name}.py"
         wanted = digest(name)
         if not path.exists() or f'DIGEST = "{wanted}"' not in path.read_text("utf-8"):
             path.write_text(_module(name, wanted), "utf-8")
+
+
+def _constants_of_c() -> str:
+    """Return the declaration of the constants that kernels share."""
+    constants = runpy.run_path(str(KERNEL))["CONSTANTS"]
+    lines = [f"    {name} = {number}" for name, number in constants.items()]
+    return "\n".join(
+        ["# Made of the module beside it by lalr.py: not to be edited.", "", "cdef enum:", *lines, ""]
+    )
 
 
 def _module(name: str, wanted: str) -> str:

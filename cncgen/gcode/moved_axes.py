@@ -21,6 +21,7 @@ from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.gcode.text.parsers import parser
 from cncgen.gcode.text.search import candidates, leaves_path
 from cncgen.kernels import gcode_codes
+from cncgen.kernels.gcode_names import named
 from cncgen.records import dataclass
 from cncgen.units import AXIS_LETTERS
 
@@ -115,7 +116,7 @@ def _named(text: Source, dialect: str) -> _Text:
     count = 2 * gcode_codes.CODE_NUMBERS
     first, calls = array("i", bytes(8 * count)), bytearray(count)
     language = language_of(dialect)
-    read = partial(parser(language, False).named, text.bytes, first, calls, language == "fanuc")
+    read = partial(named, parser(language, False), text.bytes, first, calls, language == "fanuc")
     bits, line, programs = read()
     rows, renamed = table(dialect), LATHES.get(dialect, {})
     codes: dict[Code, int] = {}

@@ -3,8 +3,9 @@
 A ``.pxd`` file beside a kernel declares the functions that other kernels call as C. Each module runs compiled or as plain Python;
 `warn_if_uncompiled` warns once, when a command starts work, if it is the slow way.
 
-    gcode_codes, gcode_parse, gcode_shapes, gcode_scan, gcode_signs   reading G-code
-    gcode_run, gcode_marks, gcode_arithmetic, gcode_motion, arc_centres   executing it
+    gcode_codes, gcode_parse, gcode_lines, gcode_names, gcode_scan, gcode_signs   reading G-code
+    gcode_run, gcode_frames, gcode_marks, gcode_arithmetic      executing lines
+    gcode_motion, gcode_words, arc_centres                      executing blocks
     part21_scan, part21_graph                                   reading STEP-NC
     bspline, arc_length, path_derivatives                       curves, and paths by their length
     smoothing, smoothing_lengths                                splines within a tolerance

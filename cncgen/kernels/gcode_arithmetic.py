@@ -7,6 +7,10 @@ expression without a value (a division by zero, a root of a negative number) giv
 """
 
 import cython
+from cython.cimports.cncgen.kernels.gcode_codes import (
+    ABS, ACOS, ADD, AND, ASIN, COS, DIVIDE, EQ, EXP, FIX, FUP, GE, GT, LE, LN, LT, MOD, MULTIPLY, NE, OR, POWER, ROUND, SIN, SQRT,
+    SUBTRACT, TAN,
+)  # fmt: skip
 from cython.cimports.libc.math import (
     acos,
     asin,
@@ -25,8 +29,6 @@ from cython.cimports.libc.math import (
     tan,
 )
 
-from cncgen.kernels.gcode_codes import LITERALS
-
 #: Equal in comparisons (`expressions.EQUAL`).
 _EQUAL = cython.declare(cython.double, 1e-4)
 _NAN = cython.declare(cython.double, float("nan"))
@@ -44,34 +46,6 @@ _LARGEST_ANGLE = cython.declare(cython.double, LARGEST_ANGLE)
 #: Beyond this argument the exponential function overflows.
 _LARGEST_EXPONENT = cython.declare(cython.double, 709.782712893384)
 _STEEP = cython.declare(cython.double, 1e6)
-
-#: Operators and functions by the numbers of their literals.
-_AND = cython.declare(cython.int, LITERALS["and"])
-_OR = cython.declare(cython.int, LITERALS["or"])
-_EQ = cython.declare(cython.int, LITERALS["eq"])
-_NE = cython.declare(cython.int, LITERALS["ne"])
-_GT = cython.declare(cython.int, LITERALS["gt"])
-_GE = cython.declare(cython.int, LITERALS["ge"])
-_LT = cython.declare(cython.int, LITERALS["lt"])
-_LE = cython.declare(cython.int, LITERALS["le"])
-_ADD = cython.declare(cython.int, LITERALS["+"])
-_SUBTRACT = cython.declare(cython.int, LITERALS["-"])
-_MULTIPLY = cython.declare(cython.int, LITERALS["*"])
-_DIVIDE = cython.declare(cython.int, LITERALS["/"])
-_MODULO = cython.declare(cython.int, LITERALS["mod"])
-_POWER = cython.declare(cython.int, LITERALS["**"])
-_ABS = cython.declare(cython.int, LITERALS["abs"])
-_ACOS = cython.declare(cython.int, LITERALS["acos"])
-_ASIN = cython.declare(cython.int, LITERALS["asin"])
-_COS = cython.declare(cython.int, LITERALS["cos"])
-_EXP = cython.declare(cython.int, LITERALS["exp"])
-_FIX = cython.declare(cython.int, LITERALS["fix"])
-_FUP = cython.declare(cython.int, LITERALS["fup"])
-_LN = cython.declare(cython.int, LITERALS["ln"])
-_ROUND = cython.declare(cython.int, LITERALS["round"])
-_SIN = cython.declare(cython.int, LITERALS["sin"])
-_SQRT = cython.declare(cython.int, LITERALS["sqrt"])
-_TAN = cython.declare(cython.int, LITERALS["tan"])
 
 #: An angle in radians, and what its rounding left.
 _Angle = cython.struct(value=cython.double, rest=cython.double)
@@ -150,24 +124,24 @@ def arc_tangent(y: cython.double, x: cython.double) -> cython.double:
 def function_of(name: cython.int, a: cython.double) -> cython.double:
     """Return the value of a function of one argument, by its number; NaN outside its domain."""
     value: cython.double = _NAN
-    if name == _ABS:
+    if name == ABS:
         value = fabs(a)
-    elif name == _FIX:
+    elif name == FIX:
         value = floor(a)
-    elif name == _FUP:
+    elif name == FUP:
         value = ceil(a)
-    elif name == _ROUND:
+    elif name == ROUND:
         value = floor(fabs(a) + 0.5) * (-1.0 if a < 0.0 else 1.0)
-    elif name == _SQRT and a >= 0.0:
+    elif name == SQRT and a >= 0.0:
         value = sqrt(a)
-    elif name == _EXP:
+    elif name == EXP:
         if a <= _LARGEST_EXPONENT:
             value = exp(a)
-    elif name == _LN and a > 0.0:
+    elif name == LN and a > 0.0:
         value = log(a)
-    elif name == _ASIN or name == _ACOS:
+    elif name == ASIN or name == ACOS:
         if -1.0 <= a <= 1.0:
-            value = arc_sine(a) if name == _ASIN else arc_cosine(a)
+            value = arc_sine(a) if name == ASIN else arc_cosine(a)
     elif fabs(a) < _LARGEST_ANGLE:
         value = _function_of_angle(name, a)
     return value if isfinite(value) else _NAN
@@ -178,11 +152,11 @@ def function_of(name: cython.int, a: cython.double) -> cython.double:
 @cython.exceptval(check=False)
 def _function_of_angle(name: cython.int, a: cython.double) -> cython.double:
     """Return SIN, COS or TAN of an angle in degrees; NaN where the name is another one."""
-    if name == _SIN:
+    if name == SIN:
         return sine(a)
-    if name == _COS:
+    if name == COS:
         return cosine(a)
-    return tangent(a) if name == _TAN else _NAN
+    return tangent(a) if name == TAN else _NAN
 
 
 # Operators.
@@ -192,13 +166,13 @@ def _function_of_angle(name: cython.int, a: cython.double) -> cython.double:
 @cython.exceptval(check=False)
 def joined(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
     """Return ``a operator b``; NaN where it has no value."""
-    if operator == _ADD:
+    if operator == ADD:
         return a + b
-    if operator == _SUBTRACT:
+    if operator == SUBTRACT:
         return a - b
-    if operator == _MULTIPLY:
+    if operator == MULTIPLY:
         return a * b
-    if operator == _DIVIDE or operator == _MODULO or operator == _POWER:
+    if operator == DIVIDE or operator == MOD or operator == POWER:
         return _divided(operator, a, b)
     return 1.0 if _holds(operator, a, b) else 0.0
 
@@ -208,14 +182,14 @@ def joined(operator: cython.int, a: cython.double, b: cython.double) -> cython.d
 def _divided(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
     """Return ``a / b``, ``a MOD b`` or ``a ** b``."""
     value: cython.double
-    if operator == _POWER:
+    if operator == POWER:
         if (a < 0.0 and b != floor(b)) or (a == 0.0 and b < 0.0):
             return _NAN
         value = pow(a, b)
         return value if isfinite(value) else _NAN
     if b == 0.0:
         return _NAN
-    if operator == _DIVIDE:
+    if operator == DIVIDE:
         return a / b
     value = fmod(a, b)
     return value + fabs(b) if value < 0.0 else value
@@ -225,21 +199,21 @@ def _divided(operator: cython.int, a: cython.double, b: cython.double) -> cython
 @cython.exceptval(check=False)
 def _holds(operator: cython.int, a: cython.double, b: cython.double) -> cython.bint:
     """Tell whether a relation or a connection of truth values holds."""
-    if operator == _LT:
+    if operator == LT:
         return a < b
-    if operator == _LE:
+    if operator == LE:
         return a <= b
-    if operator == _GT:
+    if operator == GT:
         return a > b
-    if operator == _GE:
+    if operator == GE:
         return a >= b
-    if operator == _EQ:
+    if operator == EQ:
         return fabs(a - b) < _EQUAL
-    if operator == _NE:
+    if operator == NE:
         return not fabs(a - b) < _EQUAL
-    if operator == _AND:
+    if operator == AND:
         return a != 0.0 and b != 0.0
-    if operator == _OR:
+    if operator == OR:
         return a != 0.0 or b != 0.0
     return (a != 0.0) != (b != 0.0)
 

@@ -1,6 +1,7 @@
-"""Numbers of what the tables of a grammar and the kernels `gcode_parse`, `gcode_marks`, `gcode_run` and `gcode_arithmetic` say to each other.
+"""Numbers of what the tables of a grammar and the kernels that read and run G-code say to each other.
 
-``grammars/lalr.py`` writes those of actions and literals into the tables; `gcode_parse` writes operations.
+``grammars/lalr.py`` writes those of actions and literals into the tables, and all of `CONSTANTS` into ``gcode_codes.pxd``, as constants of
+C; `gcode_parse` writes operations.
 """
 
 #: Work of the kernel where a rule (by its alias, else by its name) is reduced.
@@ -129,12 +130,6 @@ OPERATIONS = {
     "INCREMENTS": 20,
     "OUTPUT": 21,
 }
-#: Bit of `Parser.named`, behind those of A to Z: a G or M number is computed.
-COMPUTED = 1 << 26
-#: Codes that `Parser.named` tells apart, in tenths: those of G, then those of M.
-CODE_NUMBERS = 4000
-#: Of its `calls`: the words beside the program's number are arguments and name no axis.
-ARGUMENTS = 128
 #: Numbers of each table, at most: they stand in the parser itself, where each is found in one step.
 MOST = {
     "action": 16_384,
@@ -151,11 +146,106 @@ MOST = {
     "mode": 256,
     "literal": 512,
 }
-#: Longest line (`source.MAX_LINE`).
-MAX_LINE = 65_536
-#: Marks of a line, beside its code, and columns of the row of one that is kept.
-DELETED = 1
-NUMBERED = 2
-REFUSED = 4
-COMPUTED_LABEL = 8
-ROW = 8
+#: Numbers by themselves.
+#: MAX_LINE: the longest line (`source.MAX_LINE`).
+#: DELETED, NUMBERED, REFUSED, COMPUTED_LABEL: marks of a line, beside its code.
+#: COMPUTED: bit of `gcode_names.named`, behind those of A to Z: a G or M number is computed.
+#: CODE_NUMBERS: codes that it tells apart, in tenths: those of G, then those of M.
+#: ARGUMENTS: of its `calls`: the words beside the program's number are arguments and name no axis.
+#: ROW: columns of the row of a line that is kept.
+NUMBERS = {
+    "MAX_LINE": 65_536,
+    "DELETED": 1,
+    "NUMBERED": 2,
+    "REFUSED": 4,
+    "COMPUTED_LABEL": 8,
+    "COMPUTED": 1 << 26,
+    "CODE_NUMBERS": 4000,
+    "ARGUMENTS": 128,
+    "ROW": 8,
+}
+#: Columns of the row of a line that is kept (`gcode_lines.Lines`): offset and number of the line, where its code begins, offset of the next
+#: line, the row of that (-1 for none yet), its marks, the row of its O-word (-1 for none yet), and where its constants begin.
+LINE_COLUMNS = ("AT", "NUMBER_OF_LINE", "CODE", "AFTER", "FOLLOWING", "MARKS", "MARK", "FIRST_CONSTANT")
+#: Columns of the row of an O-word (`gcode_marks.Marks`): byte offset and number of its line, the rows of the line and of the next one (-1
+#: for none yet), keyword, label, and the O-words that it leads to (-1 where it leads nowhere for certain).
+MARK_COLUMNS = ("OFFSET", "LINE", "HERE", "BEHIND", "KEYWORD", "LABEL", "TARGET", "OTHER")
+#: Where an O-word of a branch or loop leads (`gcode_frames.Frame.lead`).
+WAYS = ("STAY", "AT_NEXT", "PAST_NEXT", "AT_PREVIOUS", "PAST_PREVIOUS")
+#: Places in the array `modes` of `gcode_motion`.
+#: SILENT: the sink prints nothing, so comments, changes of mode and asides pass without a text.
+#: FREE_SPINDLE: no feed hangs on the spindle. HOLES: the dialect has LinuxCNC's dwell, G80 and cycles. IN_CYCLE: G80 would end one.
+#: DIRECTION, MIST, FLOOD: of spindle and coolant. OLD_LEVEL: G98. EXACT: G61.
+#: TOOLS: any tool may be changed in. CYCLE, GIVEN: the cycle whose words are kept, and a bit for each (0: none; -1: with words that are
+#: not taken here).
+MODE_PLACES = (
+    "MOTION", "ABSOLUTE", "ARC_ABSOLUTE", "PLANE", "INVERSE_TIME", "SKIP_SLASH", "SILENT", "FREE_SPINDLE", "HOLES", "IN_CYCLE",
+    "DIRECTION", "MIST", "FLOOD", "OLD_LEVEL", "EXACT", "TOOLS", "CYCLE", "GIVEN", "MODES",
+)  # fmt: skip
+#: Places in its array `levels`; SYSTEM is the G code of the coordinate system in force, TOOL the one of T; from LEVEL on of the cycle:
+#: where the row of holes began, the last dwell, R, P, Q and the bottom.
+LEVEL_PLACES = (
+    "FEED", "RADIUS_TOLERANCE", "CENTRE_TOLERANCE", "CENTRE_RELATIVE", "CENTRE_LIMIT", "LEAST_FEED", "MOST_FEED", "SPEED", "SYSTEM",
+    "TOOL", "PECK_CLEARANCE", "LEVEL", "DWELL", "RETRACT", "PAUSE", "STEP", "BOTTOM", "LEVELS",
+)  # fmt: skip
+#: Words of a cycle as bits of `modes[GIVEN]`, in the order of `levels`.
+WORDS_OF_CYCLES = {"GIVEN_R": 1, "GIVEN_P": 2, "GIVEN_Q": 4, "GIVEN_DEPTH": 8}
+#: Its asides that are no M code by their number: S, G4, the wait of a cycle, exact path around a hole and its end, T.
+ASIDES = {
+    "ASIDE_SPEED": 1,
+    "ASIDE_DWELL": 2,
+    "ASIDE_PAUSE": 10,
+    "ASIDE_EXACT": 11,
+    "ASIDE_PATH": 12,
+    "ASIDE_TOOL": 13,
+}
+#: Slots of the words of a block (`gcode_words`): axes, offsets, R, F, and behind those of plain motions S P Q L T; G and M have none.
+SLOTS = "xyzabcuvwijkrfspqltgm"
+#: Sets of slots, a bit each.
+SETS_OF_WORDS = {
+    "ANY_AXIS": "xyzabcuvw",
+    "ANY_HOLE": "xyz",
+    "ANY_OFFSET": "ijk",
+    "WITH_R": "r",
+    "WITH_F": "f",
+    "WITH_S": "s",
+    "WITH_P": "p",
+    "WITH_Q": "q",
+    "WITH_L": "l",
+    "WITH_T": "t",
+    "RARE": "spqlt",
+}
+#: The keywords of O-words by their literals in the grammar; the first four begin something, and claim their label.
+KEYWORDS = {name: number for name, number in LITERALS.items() if LITERALS["if"] <= number <= LITERALS["call"]}
+
+#: Names of operators and keywords of O-words in kernels; other literals have their own in capitals.
+_NAMES = {
+    "+": "ADD",
+    "-": "SUBTRACT",
+    "*": "MULTIPLY",
+    "/": "DIVIDE",
+    "**": "POWER",
+    **{name: f"O_{name}" for name in KEYWORDS},
+}
+#: All of them by the names that kernels have for them.
+CONSTANTS = {
+    **NUMBERS,
+    **OPERATIONS,
+    **{f"RULE_{name.upper()}": number for name, number in ACTIONS.items() if number},
+    **{
+        _NAMES.get(name, name).upper().replace("-", "_"): number
+        for name, number in LITERALS.items()
+        if number < 128 and "[" not in name
+    },
+    **{
+        name: number
+        for names in (LINE_COLUMNS, MARK_COLUMNS, WAYS, MODE_PLACES, LEVEL_PLACES)
+        for number, name in enumerate(names)
+    },
+    **WORDS_OF_CYCLES,
+    **ASIDES,
+    **{f"SLOT_{letter.upper()}": slot for slot, letter in enumerate(SLOTS)},
+    **{name: sum(1 << SLOTS.index(letter) for letter in letters) for name, letters in SETS_OF_WORDS.items()},
+}
+# Python finds them here, and so do kernels that run uncompiled.
+globals().update(CONSTANTS)

@@ -5,45 +5,58 @@ are made, as a row could lead to the wrong line. `gcode_run` follows the rows; `
 """
 
 import cython
+from cython.cimports.cncgen.kernels.gcode_codes import (
+    AT, BEHIND, CODE, COMMENT, COMPUTED_LABEL, FIRST_CONSTANT, FLOW, HERE, KEYWORD, LABEL, LINE, MARK, MARKS, MESSAGE, NAME,
+    NUMBER_OF_LINE, OFFSET, OTHER, O_BREAK, O_CALL, O_CONTINUE, O_DO, O_ELSE, O_ELSEIF, O_ENDIF, O_ENDREPEAT, O_ENDSUB,
+    O_ENDWHILE, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, REFUSED, TARGET,
+)  # fmt: skip
 
-from cncgen.kernels.gcode_codes import COMPUTED_LABEL, LITERALS, OPERATIONS, REFUSED
+from cncgen.kernels.gcode_lines import zeros
 
-#: Columns of a row: byte offset and number of its line, the rows that `gcode_run` has of it and of the next line (-1 for none yet),
-#: keyword, label, and the rows that it leads to (-1 where it leads nowhere for certain).
-OFFSET, LINE, HERE, BEHIND, KEYWORD, LABEL, TARGET, OTHER = range(8)
-WIDTH = 8
-_OFFSET = cython.declare(cython.int, OFFSET)
-_LINE = cython.declare(cython.int, LINE)
-_HERE = cython.declare(cython.int, HERE)
-_BEHIND = cython.declare(cython.int, BEHIND)
-_KEYWORD = cython.declare(cython.int, KEYWORD)
-_LABEL = cython.declare(cython.int, LABEL)
-_TARGET = cython.declare(cython.int, TARGET)
-_OTHER = cython.declare(cython.int, OTHER)
+_WIDTH = 8
+#: Bytes of a text that has room for one row to begin with, and rows then, at most; those that are not filled take no time.
+_BYTES, _ROWS = 16, 65_536
 
-#: The keywords by their literals in the grammar; the first four begin something, and claim their label.
-KEYWORDS = {name: number for name, number in LITERALS.items() if LITERALS["if"] <= number <= LITERALS["call"]}
-_IF = cython.declare(cython.int, KEYWORDS["if"])
-_WHILE = cython.declare(cython.int, KEYWORDS["while"])
-_REPEAT = cython.declare(cython.int, KEYWORDS["repeat"])
-_DO = cython.declare(cython.int, KEYWORDS["do"])
-_ELSEIF = cython.declare(cython.int, KEYWORDS["elseif"])
-_ELSE = cython.declare(cython.int, KEYWORDS["else"])
-_ENDIF = cython.declare(cython.int, KEYWORDS["endif"])
-_ENDWHILE = cython.declare(cython.int, KEYWORDS["endwhile"])
-_ENDREPEAT = cython.declare(cython.int, KEYWORDS["endrepeat"])
-_BREAK = cython.declare(cython.int, KEYWORDS["break"])
-_CONTINUE = cython.declare(cython.int, KEYWORDS["continue"])
-_SUB = cython.declare(cython.int, KEYWORDS["sub"])
-_ENDSUB = cython.declare(cython.int, KEYWORDS["endsub"])
-_RETURN = cython.declare(cython.int, KEYWORDS["return"])
-_CALL = cython.declare(cython.int, KEYWORDS["call"])
-_FLOW = cython.declare(cython.int, OPERATIONS["FLOW"])
-_NAME = cython.declare(cython.int, OPERATIONS["NAME"])
-_COMMENT = cython.declare(cython.int, OPERATIONS["COMMENT"])
-_MESSAGE = cython.declare(cython.int, OPERATIONS["MESSAGE"])
-_REFUSED = cython.declare(cython.int, REFUSED)
-_COMPUTED_LABEL = cython.declare(cython.int, COMPUTED_LABEL)
+#: Kinds of O-words that another one leads to: the next branch, ENDIF, ENDWHILE, ENDREPEAT, the end of a loop, ENDSUB; and the subroutine.
+_BRANCH = cython.declare(cython.int, 0)
+_END_OF_BRANCHES = cython.declare(cython.int, 1)
+_END_OF_WHILE = cython.declare(cython.int, 2)
+_END_OF_REPEAT = cython.declare(cython.int, 3)
+_END_OF_LOOP = cython.declare(cython.int, 4)
+_END_OF_SUB = cython.declare(cython.int, 5)
+_SUBROUTINE = cython.declare(cython.int, 6)
+#: By keyword from IF on: the kind that it leads to (-1 for none), and the kinds that it is, as bits.
+_SOUGHT = cython.declare(cython.int[15])
+_OFFERED = cython.declare(cython.int[15])
+
+
+@cython.cfunc
+def _fill_tables() -> cython.void:
+    """Fill the tables of keywords, once."""
+    k: cython.int
+    for k in range(15):
+        _SOUGHT[k], _OFFERED[k] = -1, 0
+    _SOUGHT[O_IF - O_IF] = _BRANCH
+    _SOUGHT[O_ELSE - O_IF] = _SOUGHT[O_ELSEIF - O_IF] = _END_OF_BRANCHES
+    _SOUGHT[O_WHILE - O_IF], _SOUGHT[O_REPEAT - O_IF] = _END_OF_WHILE, _END_OF_REPEAT
+    _SOUGHT[O_BREAK - O_IF] = _SOUGHT[O_CONTINUE - O_IF] = _END_OF_LOOP
+    _OFFERED[O_ELSE - O_IF] = _OFFERED[O_ELSEIF - O_IF] = 1 << _BRANCH
+    _OFFERED[O_ENDIF - O_IF] = 1 << _BRANCH | 1 << _END_OF_BRANCHES
+    _OFFERED[O_WHILE - O_IF] = 1 << _END_OF_LOOP
+    _OFFERED[O_ENDWHILE - O_IF] = 1 << _END_OF_LOOP | 1 << _END_OF_WHILE
+    _OFFERED[O_ENDREPEAT - O_IF] = 1 << _END_OF_LOOP | 1 << _END_OF_REPEAT
+    _OFFERED[O_ENDSUB - O_IF] = 1 << _END_OF_SUB
+
+
+_fill_tables()
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _within(found: cython.longlong, border: cython.Py_ssize_t) -> cython.longlong:
+    """Return a row that was found below, -1 where it is not within the border of the subroutine."""
+    return found if found < border else -1
 
 
 @cython.cclass
@@ -51,7 +64,8 @@ class Marks:
     """The O-words of a text.
 
     Args:
-        parser: A `gcode_parse.Parser` of LinuxCNC's grammar that has taken a text and `kept`, the rows of its lines.
+        lines: The lines of the text (`gcode_lines.Lines`), by LinuxCNC's grammar.
+        size: Bytes of the text.
 
     Attributes:
         rows, count: The rows, and how many there are.
@@ -64,8 +78,7 @@ class Marks:
     constants: cython.const[cython.double][::1]
     kept: cython.longlong[:, ::1]
     table: cython.longlong[:, ::1]
-    parser = cython.declare(object)
-    store = cython.declare(object)
+    lines = cython.declare(object)
     rows = cython.declare(object, visibility="public")
     count = cython.declare(cython.Py_ssize_t, visibility="public")
     used = cython.declare(cython.Py_ssize_t, visibility="public")
@@ -74,31 +87,33 @@ class Marks:
     computed = cython.declare(cython.bint, visibility="public")
     numbers = cython.declare(dict)
 
-    def __init__(self, parser, kept, size):
-        self.code, self.constants, self.kept, self.parser = parser.code, parser.constants, kept, parser
-        self.store = bytearray(8 * WIDTH * 64)
+    def __init__(self, lines, size):
+        self.lines, self.kept = lines, lines.rows
+        self.code, self.constants = lines.code.code, lines.code.constants
         self.count = self.used = 0
         self.labels = []
         self.numbers = {}
         self.certain = True
         self.computed = False
-        self._grow()
+        self._make_room(max(64, min(size // _BYTES, _ROWS)))
         self._find(size)
         if self.certain:
             self._lead_back()
             self._lead_on()
 
     @cython.cfunc
-    def _grow(self) -> cython.void:
-        """Make room for twice as many rows."""
-        self.store = self.store + bytes(len(self.store))
-        self.rows = memoryview(self.store).cast("q", [len(self.store) // (8 * WIDTH), WIDTH])
+    def _make_room(self, most: cython.Py_ssize_t) -> cython.void:
+        """Make room for so many rows; those that are there stay."""
+        before = self.rows
+        self.rows = zeros(8 * _WIDTH * most).cast("q", [most, _WIDTH])
+        if before is not None:
+            self.rows.cast("B")[: 8 * _WIDTH * self.count] = before.cast("B")[: 8 * _WIDTH * self.count]
         self.table = self.rows
 
     @cython.cfunc
     def _find(self, size: cython.Py_ssize_t) -> cython.void:
         """Find the lines with an O-word; half of the rows at most stay with them."""
-        parser = self.parser
+        lines = self.lines
         most: cython.Py_ssize_t = self.kept.shape[0] // 2
         offset: cython.Py_ssize_t = 0
         line: cython.longlong = 1
@@ -106,49 +121,49 @@ class Marks:
         m: cython.Py_ssize_t
         while offset < size and self.certain:
             first = self.used
-            self.used, offset, line = parser.compile_o_words(offset, line, first, most)
+            self.used, offset, line = lines.compile_o_words(offset, line, first, most)
             for m in range(first, self.used):
                 self._read(m)
-            if self.used == most or not parser.room():
+            if self.used == most or not lines.code.room():
                 self.used = 0
-                parser.forget()
+                lines.forget()
                 for m in range(self.count):
-                    self.table[m, _HERE] = -1
+                    self.table[m, HERE] = -1
 
     @cython.cfunc
     def _read(self, r: cython.Py_ssize_t) -> cython.void:
         """Make a row of a line that is kept where it is an O-word."""
-        at: cython.Py_ssize_t = self.kept[r, 2]
+        at: cython.Py_ssize_t = self.kept[r, CODE]
         first: cython.int = self.code[at]
-        if self.kept[r, 5] & _REFUSED:
+        if self.kept[r, MARKS] & REFUSED:
             # Whether it is one, nobody can tell.
             self.certain = False
             return
-        while self.code[at] != 0 and self.code[at] & 255 != _FLOW:
-            at += 1 if self.code[at] & 255 != _COMMENT and self.code[at] & 255 != _MESSAGE else 2
-        if self.code[at] == 0 or self.code[at] >> 8 > _CALL:
+        while self.code[at] != 0 and self.code[at] & 255 != FLOW:
+            at += 1 if self.code[at] & 255 != COMMENT and self.code[at] & 255 != MESSAGE else 2
+        if self.code[at] == 0 or self.code[at] >> 8 > O_CALL:
             return
-        if self.kept[r, 5] & _COMPUTED_LABEL:
+        if self.kept[r, MARKS] & COMPUTED_LABEL:
             self.computed = True
             return
         if self.count == self.table.shape[0]:
-            self._grow()
+            self._make_room(2 * self.count)
         rows: cython.longlong[:, ::1] = self.table
-        rows[self.count, _OFFSET] = self.kept[r, 0]
-        rows[self.count, _LINE] = self.kept[r, 1]
-        rows[self.count, _KEYWORD] = self.code[at] >> 8
-        rows[self.count, _LABEL] = self._label(first, self.kept[r, 7])
-        rows[self.count, _HERE] = r
-        rows[self.count, _BEHIND] = rows[self.count, _TARGET] = rows[self.count, _OTHER] = -1
-        self.kept[r, 6] = self.count
+        rows[self.count, OFFSET] = self.kept[r, AT]
+        rows[self.count, LINE] = self.kept[r, NUMBER_OF_LINE]
+        rows[self.count, KEYWORD] = self.code[at] >> 8
+        rows[self.count, LABEL] = self._label(first, self.kept[r, FIRST_CONSTANT])
+        rows[self.count, HERE] = r
+        rows[self.count, BEHIND] = rows[self.count, TARGET] = rows[self.count, OTHER] = -1
+        self.kept[r, MARK] = self.count
         self.count += 1
 
     @cython.cfunc
     def _label(self, first: cython.int, constants: cython.longlong) -> cython.Py_ssize_t:
         """Return the number of a label, which an instruction pushes; the constants of the line begin at `constants`."""
         label = (
-            self.parser.names[first >> 8]
-            if first & 255 == _NAME
+            self.lines.code.names[first >> 8]
+            if first & 255 == NAME
             else self.constants[constants + (first >> 8)]
         )
         number = self.numbers.get(label)
@@ -172,99 +187,94 @@ class Marks:
         opened: cython.longlong
         place: cython.int
         for e in range(self.count):
-            keyword, label = rows[e, _KEYWORD], rows[e, _LABEL]
-            if keyword == _SUB or keyword == _ENDSUB:
+            keyword, label = rows[e, KEYWORD], rows[e, LABEL]
+            if keyword == O_SUB or keyword == O_ENDSUB:
                 begin = e
-                owner = label + 1 if keyword == _SUB else 0
-            elif keyword <= _DO:
-                if keyword == _WHILE and last[label, _DO - _IF] > begin:
-                    rows[e, _OTHER] = last[label, _DO - _IF] - 1
+                owner = label + 1 if keyword == O_SUB else 0
+            elif keyword <= O_DO:
+                if keyword == O_WHILE and last[label, O_DO - O_IF] > begin:
+                    rows[e, OTHER] = last[label, O_DO - O_IF] - 1
                 place = 5 if owner else 4
                 if owner and last[label, 6] != owner:
                     last[label, 5], last[label, 6] = 0, owner
                 if last[label, place] == 0:
                     last[label, place] = e + 1
                 opened = last[label, place] - 1
-                if opened != e and not (keyword == _WHILE and rows[e, _OTHER] == opened):
+                if opened != e and not (keyword == O_WHILE and rows[e, OTHER] == opened):
                     # Two begin with the same label: whether that is a fault hangs on whether both run. Neither is followed.
-                    rows[e, _OTHER] = rows[opened, _OTHER] = -1
-                    rows[e, _TARGET] = rows[opened, _TARGET] = -2
-                last[label, keyword - _IF] = e + 1
-            elif keyword == _ENDIF or keyword == _ELSE or keyword == _ELSEIF:
-                rows[e, _TARGET] = last[label, _IF - _IF] - 1 if last[label, _IF - _IF] > begin else -1
-            elif keyword == _ENDWHILE:
-                rows[e, _TARGET] = last[label, _WHILE - _IF] - 1 if last[label, _WHILE - _IF] > begin else -1
-            elif keyword == _ENDREPEAT:
-                rows[e, _TARGET] = (
-                    last[label, _REPEAT - _IF] - 1 if last[label, _REPEAT - _IF] > begin else -1
+                    rows[e, OTHER] = rows[opened, OTHER] = -1
+                    rows[e, TARGET] = rows[opened, TARGET] = -2
+                last[label, keyword - O_IF] = e + 1
+            elif keyword == O_ENDIF or keyword == O_ELSE or keyword == O_ELSEIF:
+                rows[e, TARGET] = last[label, O_IF - O_IF] - 1 if last[label, O_IF - O_IF] > begin else -1
+            elif keyword == O_ENDWHILE:
+                rows[e, TARGET] = (
+                    last[label, O_WHILE - O_IF] - 1 if last[label, O_WHILE - O_IF] > begin else -1
+                )
+            elif keyword == O_ENDREPEAT:
+                rows[e, TARGET] = (
+                    last[label, O_REPEAT - O_IF] - 1 if last[label, O_REPEAT - O_IF] > begin else -1
                 )
 
     @cython.cfunc
     def _lead_on(self) -> cython.void:
         """Lead each O-word to the next one of its label and subroutine that it goes with, CALL to its subroutine."""
         rows: cython.longlong[:, ::1] = self.table
-        # By label, plus one: the next branch, ENDIF, ENDWHILE, ENDREPEAT, end of a loop, ENDSUB, and the subroutine.
-        branch: cython.longlong[:, ::1] = self._by_label()
+        # By label, plus one: the next O-word of each kind.
+        following: cython.longlong[:, ::1] = self._by_label()
         border: cython.Py_ssize_t = self.count
         e: cython.Py_ssize_t
+        kind: cython.int
         label: cython.longlong
         keyword: cython.longlong
-        found: cython.longlong
-        kind: cython.int
         for e in range(self.count - 1, -1, -1):
-            keyword, label = rows[e, _KEYWORD], rows[e, _LABEL]
-            kind = -1
-            if keyword == _IF:
-                kind = 0
-            elif keyword == _ELSE or keyword == _ELSEIF:
-                kind = 1
-                if branch[label, 0] and branch[label, 0] - 1 < border:
-                    rows[e, _OTHER] = branch[label, 0] - 1
-            elif keyword == _WHILE:
-                kind = 2
-            elif keyword == _REPEAT:
-                kind = 3
-            elif keyword == _BREAK or keyword == _CONTINUE:
-                kind = 4
-            elif rows[e, _TARGET] == -1 and (keyword == _DO or keyword == _ENDSUB or keyword == _RETURN):
-                rows[e, _TARGET] = e
+            keyword, label = rows[e, KEYWORD], rows[e, LABEL]
+            kind = _SOUGHT[keyword - O_IF]
             if kind >= 0:
-                found = branch[label, kind] - 1
-                if found >= border:
-                    found = -1
-                if keyword <= _DO and rows[e, _TARGET] == -2:
-                    found = -1
-                elif (keyword == _ELSE or keyword == _ELSEIF) and rows[e, _TARGET] < 0:
-                    found = -1
-                rows[e, _TARGET] = found
-            if keyword == _SUB and border < self.count and rows[border, _KEYWORD] == _ENDSUB:
-                rows[e, _OTHER] = border if rows[border, _LABEL] == label else -1
-            if keyword == _SUB or keyword == _ENDSUB:
-                border = e
-            if keyword == _SUB:
+                self._lead_to(e, following[label, kind] - 1, border)
+                if kind == _END_OF_BRANCHES:
+                    rows[e, OTHER] = _within(following[label, _BRANCH] - 1, border)
+            elif rows[e, TARGET] == -1 and (keyword == O_DO or keyword == O_ENDSUB or keyword == O_RETURN):
+                rows[e, TARGET] = e
+            if keyword == O_SUB:
+                if border < self.count and rows[border, KEYWORD] == O_ENDSUB:
+                    rows[e, OTHER] = border if rows[border, LABEL] == label else -1
                 # The first one of its label counts, where its end stands below.
-                branch[label, 6] = e + 1 if branch[label, 5] else 0
-            elif keyword == _ENDSUB:
-                branch[label, 5] = e + 1
-            elif keyword == _ELSEIF or keyword == _ELSE or keyword == _ENDIF:
-                branch[label, 0] = e + 1
-                if keyword == _ENDIF:
-                    branch[label, 1] = e + 1
-            elif keyword == _ENDWHILE or keyword == _ENDREPEAT or keyword == _WHILE:
-                branch[label, 4] = e + 1
-                if keyword == _ENDWHILE:
-                    branch[label, 2] = e + 1
-                elif keyword == _ENDREPEAT:
-                    branch[label, 3] = e + 1
+                following[label, _SUBROUTINE] = e + 1 if following[label, _END_OF_SUB] else 0
+            if keyword == O_SUB or keyword == O_ENDSUB:
+                border = e
+            for kind in range(_SUBROUTINE):
+                if _OFFERED[keyword - O_IF] >> kind & 1:
+                    following[label, kind] = e + 1
+        self._lead_to_subroutines(following)
+
+    @cython.cfunc
+    def _lead_to(
+        self, e: cython.Py_ssize_t, found: cython.longlong, border: cython.Py_ssize_t
+    ) -> cython.void:
+        """Lead an O-word to the one found below, -1 for none, before the border of its subroutine."""
+        keyword: cython.longlong = self.table[e, KEYWORD]
+        # Neither one of two that begin with the same label, nor a branch without its IF, is followed.
+        if keyword <= O_DO and self.table[e, TARGET] == -2:
+            found = -1
+        elif (keyword == O_ELSE or keyword == O_ELSEIF) and self.table[e, TARGET] < 0:
+            found = -1
+        self.table[e, TARGET] = _within(found, border)
+
+    @cython.cfunc
+    def _lead_to_subroutines(self, following: cython.longlong[:, ::1]) -> cython.void:
+        """Lead CALL to its subroutine, and SUB behind it."""
+        rows: cython.longlong[:, ::1] = self.table
+        e: cython.Py_ssize_t
         for e in range(self.count):
-            if rows[e, _KEYWORD] == _CALL:
-                rows[e, _TARGET] = branch[rows[e, _LABEL], 6] - 1
-            elif rows[e, _KEYWORD] == _SUB and branch[rows[e, _LABEL], 6] - 1 == e:
+            if rows[e, KEYWORD] == O_CALL:
+                rows[e, TARGET] = following[rows[e, LABEL], _SUBROUTINE] - 1
+            elif rows[e, KEYWORD] == O_SUB and following[rows[e, LABEL], _SUBROUTINE] - 1 == e:
                 # A definition is skipped: the first one of its label, with no other one within it.
-                rows[e, _TARGET] = rows[e, _OTHER]
+                rows[e, TARGET] = rows[e, OTHER]
 
     @cython.cfunc
     def _by_label(self):
         """Return a table with a row of zeros for each label."""
         count = max(1, len(self.labels))
-        return memoryview(bytearray(8 * WIDTH * count)).cast("q", [count, WIDTH])
+        return memoryview(bytearray(8 * _WIDTH * count)).cast("q", [count, _WIDTH])

@@ -4,33 +4,23 @@ A line is parsed once, by the tables of the grammar, and kept as instructions; l
 judges nothing. A line that it does not take for certain is left to the interpreter, which knows the whole language and every
 error: a value that the machine's state enters, an unknown name, a division by zero, any code but those of plain motions.
 
-    offset of a line ──► row of `gcode_codes.ROW` ──► instructions ─┬► words: a block in the columns
+    offset of a line ──► row of `gcode_lines.Lines` ──► instructions ─┬► words: a block in the columns
        ▲                                                           ├► settings, done at the end of the line
        └──── row of the line that an O-word leads to ◄─────────────┴► an O-word, by the rows of `gcode_marks`
 """
 
-from mmap import mmap
-
 import cython
+from cython.cimports.cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined
+from cython.cimports.cncgen.kernels.gcode_codes import (
+    AFTER, ARC_TANGENT, AT, AT_NEXT, AT_PREVIOUS, BEHIND, BINARY, CODE, COMMENT, DELETED, END, FIRST_CONSTANT, FLOW, FOLLOWING,
+    FUNCTION, HERE, KEYWORD, LABEL, LINE, MARK, MARKS, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED, NUMBER_OF_LINE, OFFSET, OTHER,
+    O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, REFUSED, ROW, SET, SET_NAMED, STAY, STORED,
+    TARGET, WORD,
+)  # fmt: skip
+from cython.cimports.cncgen.kernels.gcode_frames import Frame
 from cython.cimports.libc.math import fabs, floor, isfinite
 
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined
-else:
-    from cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined
-from cncgen.kernels.gcode_codes import DELETED, NUMBERED, OPERATIONS, REFUSED, ROW
-from cncgen.kernels.gcode_marks import (
-    BEHIND,
-    HERE,
-    KEYWORD,
-    KEYWORDS,
-    LABEL,
-    LINE,
-    OFFSET,
-    OTHER,
-    TARGET,
-    Marks,
-)
+from cncgen.kernels.gcode_lines import Lines, zeros
 
 #: Flags of a block (`gcode_scan`).
 _COMMENT = cython.declare(cython.int, 2)
@@ -52,224 +42,19 @@ _SHORT = cython.declare(cython.Py_ssize_t, 1024)
 
 #: Letters of words that are taken, as bits (A is bit 0): not D E H N O T, which tools, parameters and jumps hang on.
 _LETTERS = cython.declare(cython.uint, sum(1 << (ord(letter) - 97) for letter in "abcfgijklmpqrsuvwxyz"))
-#: Letters that may stand more than once in a block: G and M.
-_CODES = cython.declare(cython.uint, 1 << 6 | 1 << 12)
 #: Codes beyond are not taken.
 _MOST_CODE = cython.declare(cython.int, 100)
 
 #: Local numbered parameters of a subroutine, from #1 on, and units of work of a call (`budget.CALL`).
 _LOCALS = cython.declare(cython.int, 30)
 _CALL_UNITS = cython.declare(cython.int, 12)
-#: Where an O-word of a branch or loop leads (`Frame.lead`).
-STAY, AT_NEXT, PAST_NEXT, AT_PREVIOUS, PAST_PREVIOUS = range(5)
-_STAY = cython.declare(cython.int, STAY)
-_AT_NEXT = cython.declare(cython.int, AT_NEXT)
-_PAST_NEXT = cython.declare(cython.int, PAST_NEXT)
-_AT_PREVIOUS = cython.declare(cython.int, AT_PREVIOUS)
-_PAST_PREVIOUS = cython.declare(cython.int, PAST_PREVIOUS)
-#: Columns of a row of `gcode_marks`, and its keywords.
-_OFFSET = cython.declare(cython.int, OFFSET)
-_LINE = cython.declare(cython.int, LINE)
-_HERE = cython.declare(cython.int, HERE)
-_BEHIND = cython.declare(cython.int, BEHIND)
-_KEYWORD = cython.declare(cython.int, KEYWORD)
-_LABEL = cython.declare(cython.int, LABEL)
-_TARGET = cython.declare(cython.int, TARGET)
-_OTHER = cython.declare(cython.int, OTHER)
-_IF = cython.declare(cython.int, KEYWORDS["if"])
-_WHILE = cython.declare(cython.int, KEYWORDS["while"])
-_REPEAT = cython.declare(cython.int, KEYWORDS["repeat"])
-_DO = cython.declare(cython.int, KEYWORDS["do"])
-_ELSEIF = cython.declare(cython.int, KEYWORDS["elseif"])
-_ELSE = cython.declare(cython.int, KEYWORDS["else"])
-_ENDIF = cython.declare(cython.int, KEYWORDS["endif"])
-_ENDWHILE = cython.declare(cython.int, KEYWORDS["endwhile"])
-_ENDREPEAT = cython.declare(cython.int, KEYWORDS["endrepeat"])
-_BREAK = cython.declare(cython.int, KEYWORDS["break"])
-_CONTINUE = cython.declare(cython.int, KEYWORDS["continue"])
-_SUB = cython.declare(cython.int, KEYWORDS["sub"])
-_ENDSUB = cython.declare(cython.int, KEYWORDS["endsub"])
-_RETURN = cython.declare(cython.int, KEYWORDS["return"])
-_CALL = cython.declare(cython.int, KEYWORDS["call"])
-#: Operations of `gcode_parse`, and marks of its rows.
-_END = cython.declare(cython.int, OPERATIONS["END"])
-_NUMBER = cython.declare(cython.int, OPERATIONS["NUMBER"])
-_WORD = cython.declare(cython.int, OPERATIONS["WORD"])
-_STORED = cython.declare(cython.int, OPERATIONS["STORED"])
-_BINARY = cython.declare(cython.int, OPERATIONS["BINARY"])
-_SET = cython.declare(cython.int, OPERATIONS["SET"])
-_PARAMETER = cython.declare(cython.int, OPERATIONS["PARAMETER"])
-_NAMED = cython.declare(cython.int, OPERATIONS["NAMED"])
-_NAME = cython.declare(cython.int, OPERATIONS["NAME"])
-_SET_NAMED = cython.declare(cython.int, OPERATIONS["SET_NAMED"])
-_NEGATIVE = cython.declare(cython.int, OPERATIONS["NEGATIVE"])
-_FUNCTION = cython.declare(cython.int, OPERATIONS["FUNCTION"])
-_ARC_TANGENT = cython.declare(cython.int, OPERATIONS["ARC_TANGENT"])
-_REMARK = cython.declare(cython.int, OPERATIONS["COMMENT"])
-_FLOW = cython.declare(cython.int, OPERATIONS["FLOW"])
+#: Lines that are not run here.
 _LEFT_OUT = cython.declare(cython.int, DELETED | REFUSED)
-_NUMBERED = cython.declare(cython.int, NUMBERED)
-#: Columns of a row of a line that is kept (`gcode_parse.Parser.take`); the mark is that of its O-word.
-_AT = cython.declare(cython.int, 0)
-_NUMBER_OF_LINE = cython.declare(cython.int, 1)
-_CODE = cython.declare(cython.int, 2)
-_AFTER = cython.declare(cython.int, 3)
-_FOLLOWING = cython.declare(cython.int, 4)
-_MARKS = cython.declare(cython.int, 5)
-_MARK = cython.declare(cython.int, 6)
-_CONSTANTS = cython.declare(cython.int, 7)
 #: Kinds of lines: uncertain, a block or settings; else the number of its keyword.
 _UNCERTAIN = cython.declare(cython.int, -1)
 _PLAIN = cython.declare(cython.int, 0)
-#: Of names: those of the call in progress, of all, and those that cannot be set.
-_OF_ALL = cython.declare(cython.int, 1)
+#: The sort of names that cannot be set; 0 and 1 are those of the call in progress and of all.
 _RESERVED = cython.declare(cython.int, 2)
-
-
-@cython.freelist(64)
-@cython.cclass
-class Frame:
-    """A call in progress.
-
-    Attributes:
-        label: Of the subroutine called.
-        named: Local named parameters of the caller.
-        count: How many numbered ones of the caller, from #1 on, are kept and put back; 0 where they go on.
-        values: Numbered parameters that each time of several begins with, or None.
-        again: Where a program called by its number begins, and how often it is still to run after this time; None for a subroutine.
-        doing: Labels of DO loops under way, or None.
-        left: Rounds left of REPEAT loops, by label, or None.
-        saved, restore: Modal state that M70 or M73 kept here; whether the end of the call brings it back.
-        modal: Whether G66 called it.
-    """
-
-    source = cython.declare(cython.longlong)
-    offset = cython.declare(cython.longlong)
-    line = cython.declare(cython.longlong)
-    count = cython.declare(cython.int, visibility="public")
-    kept = cython.declare(cython.double[33])
-    row = cython.declare(cython.Py_ssize_t)
-    label = cython.declare(object, visibility="public")
-    named = cython.declare(dict, visibility="public")
-    values = cython.declare(object, visibility="public")
-    again = cython.declare(object, visibility="public")
-    doing = cython.declare(set, visibility="public")
-    left = cython.declare(dict, visibility="public")
-    saved = cython.declare(object, visibility="public")
-    restore = cython.declare(cython.bint, visibility="public")
-    modal = cython.declare(cython.bint, visibility="public")
-
-    def __init__(self, label, named):
-        if not cython.compiled:
-            self.kept = [0.0] * 33
-        self.label = label
-        self.named = named
-        self.source = self.offset = self.line = 0
-        self.row = -1
-        self.count = 0
-        self.values = self.again = self.saved = self.doing = self.left = None
-        self.restore = self.modal = False
-
-    @property
-    def back(self):
-        """The line that the call goes back to: source, offset and number."""
-        return self.source, self.offset, self.line
-
-    @back.setter
-    def back(self, line):
-        self.source, self.offset, self.line = line
-
-    @cython.ccall
-    @cython.exceptval(check=False)
-    def keep(self, numbers: cython.double[::1], count: cython.int) -> cython.void:
-        """Keep numbered parameters, #1 and on."""
-        k: cython.int
-        self.count = count
-        for k in range(count):
-            self.kept[k] = numbers[k + 1]
-
-    @cython.ccall
-    @cython.exceptval(check=False)
-    def put_back(self, numbers: cython.double[::1]) -> cython.void:
-        """Give the caller its numbered parameters again."""
-        k: cython.int
-        for k in range(self.count):
-            numbers[k + 1] = self.kept[k]
-
-    def __reduce__(self):
-        """Return the whole state of a call, in the form that the search for recurring states compares."""
-        numbers = [self.kept[k] for k in range(self.count)]
-        begun = (self.label, self.named)
-        return (
-            Frame,
-            begun,
-            (
-                self.back,
-                numbers,
-                self.values,
-                self.again,
-                self.doing,
-                self.left,
-                self.saved,
-                self.restore,
-                self.modal,
-            ),
-        )
-
-    @cython.ccall
-    def repeats(self, label) -> cython.bint:
-        """Tell whether REPEAT of a label goes round, so that its count is not asked for."""
-        return self.left is not None and label in self.left
-
-    @cython.ccall
-    def lead(self, keyword: cython.longlong, label, value: cython.double) -> cython.int:
-        """Return where an O-word of a branch or loop leads, and keep which loops go round.
-
-        It leads on (`STAY`), or to or behind the O-word of its label that it looks for below or above (`AT_NEXT` …).
-
-        A REPEAT that is met while it goes round, as CONTINUE of a loop around had left it, counts as the end of that round (seen on
-        LinuxCNC's interpreter).
-
-        Args:
-            keyword: As in `gcode_marks.KEYWORDS`.
-            label: Its label.
-            value: The value of its condition, or the whole count of REPEAT; 0 where it has none.
-        """
-        rounds: cython.longlong
-        if keyword == _IF:
-            return _STAY if value != 0.0 else _PAST_NEXT
-        if keyword == _WHILE:
-            if self.doing is None or label not in self.doing:
-                return _STAY if value != 0.0 else _PAST_NEXT
-            if value != 0.0:
-                return _PAST_PREVIOUS
-            self.doing.discard(label)
-        elif keyword == _ELSE or keyword == _ELSEIF:
-            return _PAST_NEXT
-        elif keyword == _ENDWHILE:
-            return _AT_PREVIOUS
-        elif keyword == _CONTINUE:
-            return _AT_NEXT
-        elif keyword == _DO:
-            if self.doing is None:
-                self.doing = set()
-            self.doing.add(label)
-        elif keyword == _REPEAT or keyword == _ENDREPEAT:
-            rounds = self.left[label] - 1 if self.repeats(label) else cython.cast(cython.longlong, value)
-            if rounds > 0:
-                self.left = self.left or {}
-                self.left[label] = rounds
-            elif self.left is not None:
-                self.left.pop(label, None)
-            if (rounds > 0) != (keyword == _REPEAT):
-                return _PAST_NEXT if keyword == _REPEAT else _PAST_PREVIOUS
-        elif keyword == _BREAK:
-            if self.doing is not None:
-                self.doing.discard(label)
-            if self.left is not None:
-                self.left.pop(label, None)
-            return _PAST_NEXT
-        return _STAY
 
 
 @cython.cclass
@@ -311,7 +96,7 @@ class Computer:
     argument: cython.double[::1]
     target: cython.longlong[::1]
     set_to: cython.double[::1]
-    parser = cython.declare(object)
+    store = cython.declare(object)
     named = cython.declare(dict)
     local = cython.declare(dict)
     reserved = cython.declare(frozenset)
@@ -355,12 +140,7 @@ class Computer:
             self.taken = [0] * (2 * _MOST_CODE)
         self.waits, self.pause = waits, pause
         self.text = text
-        self.parser, self.code, self.constants, self.names = (
-            parser,
-            parser.code,
-            parser.constants,
-            parser.names,
-        )
+        self.code, self.constants, self.names = parser.code, parser.constants, parser.names
         self.numbers = numbers
         self.named = named
         self.local = {}
@@ -368,8 +148,8 @@ class Computer:
         self.sorts = bytearray()
         self.block_line, self.block_offset, self.block_flags = columns[:3]
         self.word_end, self.letters, self.values = columns[3:]
-        self.kept = memoryview(mmap(-1, 8 * ROW * _KEPT)).cast("q", [_KEPT, ROW])
-        parser.take(text, self.kept)
+        self.kept = zeros(8 * ROW * _KEPT).cast("q", [_KEPT, ROW])
+        self.store = Lines(parser, text, self.kept)
         self.argument = memoryview(bytearray(8 * _STACK)).cast("d")
         self.target = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("q")
         self.set_to = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("d")
@@ -384,8 +164,11 @@ class Computer:
 
     def find_marks(self):
         """Return the O-words of the text."""
+        # Most programs have none.
+        from cncgen.kernels.gcode_marks import Marks
+
         self._forget()
-        found = Marks(self.parser, self.kept, self.text.shape[0])
+        found = Marks(self.store, self.text.shape[0])
         self.used = found.used
         return found
 
@@ -419,7 +202,7 @@ class Computer:
         self.back = self.away = None
         r = self._row(offset, line)
         while r >= 0 and self.blocks < self.block_line.shape[0]:
-            offset, line, after = self.kept[r, _AT], self.kept[r, _NUMBER_OF_LINE], self.kept[r, _AFTER]
+            offset, line, after = self.kept[r, AT], self.kept[r, NUMBER_OF_LINE], self.kept[r, AFTER]
             self.last = r
             self.words = self.word_end[self.blocks - 1] if self.blocks > 0 else 0
             keyword = self._execute(r)
@@ -446,11 +229,11 @@ class Computer:
             else:
                 if (
                     keyword != _PLAIN
-                    and self.kept[self.next, _AT] <= offset
+                    and self.kept[self.next, AT] <= offset
                     and self.since + self.lines >= self.pause
                 ):
                     self.back = (offset, line)
-                offset, line = self.kept[self.next, _AT], self.kept[self.next, _NUMBER_OF_LINE]
+                offset, line = self.kept[self.next, AT], self.kept[self.next, NUMBER_OF_LINE]
             r = self.next
             if offset > self.reached and len(self.frames) == 0:
                 self.reached, self.reached_line = offset, line
@@ -470,9 +253,9 @@ class Computer:
         self.used = self.last = 0
         self.thrown += 1
         self.entries = {}
-        self.parser.forget()
+        self.store.forget()
         for m in range(self.count):
-            self.marks[m, _HERE] = self.marks[m, _BEHIND] = -1
+            self.marks[m, HERE] = self.marks[m, BEHIND] = -1
 
     @cython.cfunc
     def _row(self, offset: cython.Py_ssize_t, line: cython.longlong) -> cython.Py_ssize_t:
@@ -481,8 +264,8 @@ class Computer:
         if offset >= self.text.shape[0]:
             return -1 - offset
         if self.last < self.used:
-            following = self.kept[self.last, _FOLLOWING]
-            if following >= 0 and self.kept[following, _AT] == offset:
+            following = self.kept[self.last, FOLLOWING]
+            if following >= 0 and self.kept[following, AT] == offset:
                 return following
         found = self.entries.get(offset)
         if found is None:
@@ -504,20 +287,20 @@ class Computer:
         if self.count > 0:
             if (
                 m >= self.count
-                or self.marks[m, _OFFSET] < offset
-                or (m > 0 and self.marks[m - 1, _OFFSET] >= offset)
+                or self.marks[m, OFFSET] < offset
+                or (m > 0 and self.marks[m - 1, OFFSET] >= offset)
             ):
                 m = self._mark_behind(offset)
-            if m < self.count and self.marks[m, _HERE] >= 0:
+            if m < self.count and self.marks[m, HERE] >= 0:
                 # Lines of O-words are compiled when they are found.
-                if self.marks[m, _OFFSET] == offset:
-                    return self.marks[m, _HERE]
-                end = self.marks[m, _OFFSET]
-        if first == _KEPT or not self.parser.room() or (self.count == 0 and first > _SHORT):
+                if self.marks[m, OFFSET] == offset:
+                    return self.marks[m, HERE]
+                end = self.marks[m, OFFSET]
+        if first == _KEPT or not self.store.code.room() or (self.count == 0 and first > _SHORT):
             # Without O-words, no line comes again.
             self._forget()
             first = 0
-        self.used = self.parser.compile(offset, line, first, min(first + self.ahead, _KEPT), end)
+        self.used = self.store.compile(offset, line, first, min(first + self.ahead, _KEPT), end)
         self.ahead = min(2 * self.ahead, _TOGETHER)
         return first
 
@@ -525,20 +308,20 @@ class Computer:
     @cython.inline
     def _following(self, r: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Return the row of the line behind that of a row; below 0 at the end of the text."""
-        found: cython.Py_ssize_t = self.kept[r, _FOLLOWING]
+        found: cython.Py_ssize_t = self.kept[r, FOLLOWING]
         return found if found >= 0 else self._led_on(r)
 
     @cython.cfunc
     def _led_on(self, r: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Do the same where it is not known yet."""
-        offset: cython.Py_ssize_t = self.kept[r, _AFTER]
+        offset: cython.Py_ssize_t = self.kept[r, AFTER]
         thrown: cython.Py_ssize_t = self.thrown
         found: cython.Py_ssize_t
         if offset >= self.text.shape[0]:
             return -1 - offset
-        found = self._compiled(offset, self.kept[r, _NUMBER_OF_LINE] + 1, self.kept[r, _MARK] + 1)
+        found = self._compiled(offset, self.kept[r, NUMBER_OF_LINE] + 1, self.kept[r, MARK] + 1)
         if thrown == self.thrown:
-            self.kept[r, _FOLLOWING] = found
+            self.kept[r, FOLLOWING] = found
         return found
 
     # Instructions.
@@ -551,67 +334,67 @@ class Computer:
         """
         stack = cython.declare(cython.double[100])
         depth: cython.int = 0
-        at: cython.Py_ssize_t = self.kept[r, _CODE]
-        constants: cython.Py_ssize_t = self.kept[r, _CONSTANTS]
+        at: cython.Py_ssize_t = self.kept[r, CODE]
+        constants: cython.Py_ssize_t = self.kept[r, FIRST_CONSTANT]
         operation: cython.int
         operand: cython.int
         k: cython.int
         self.given = 0
         self.settings = 0
-        self.flags = _NUMBERED_BLOCK if self.kept[r, _MARKS] & _NUMBERED else 0
-        if self.kept[r, _MARKS] & _LEFT_OUT:
+        self.flags = _NUMBERED_BLOCK if self.kept[r, MARKS] & NUMBERED else 0
+        if self.kept[r, MARKS] & _LEFT_OUT:
             return _UNCERTAIN
         while True:
             operation, operand = self.code[at] & 255, self.code[at] >> 8
             at += 1
-            if operation == _NUMBER:
+            if operation == NUMBER:
                 if depth == _STACK:
                     return _UNCERTAIN
                 stack[depth] = self.constants[constants + operand]
                 depth += 1
-            elif operation == _WORD:
+            elif operation == WORD:
                 depth -= 1
                 if not self._word(operand, stack[depth]):
                     return _UNCERTAIN
-            elif operation == _BINARY:
+            elif operation == BINARY:
                 depth -= 1
                 stack[depth - 1] = joined(operand, stack[depth - 1], stack[depth])
                 if stack[depth - 1] != stack[depth - 1]:
                     return _UNCERTAIN
-            elif operation == _STORED:
+            elif operation == STORED:
                 if depth == _STACK:
                     return _UNCERTAIN
                 stack[depth] = self.numbers[operand]
                 depth += 1
-            elif operation == _END:
+            elif operation == END:
                 return _PLAIN
-            elif operation == _SET or operation == _SET_NAMED:
+            elif operation == SET or operation == SET_NAMED:
                 depth -= 2
-                if not self._set_later(operation == _SET_NAMED, stack[depth], stack[depth + 1]):
+                if not self._set_later(operation == SET_NAMED, stack[depth], stack[depth + 1]):
                     return _UNCERTAIN
-            elif operation == _FUNCTION:
+            elif operation == FUNCTION:
                 stack[depth - 1] = function_of(operand, stack[depth - 1])
                 if not isfinite(stack[depth - 1]):
                     return _UNCERTAIN
-            elif operation == _NAMED or operation == _NAME:
-                if depth == _STACK or (operation == _NAMED and not self._has(operand)):
+            elif operation == NAMED or operation == NAME:
+                if depth == _STACK or (operation == NAMED and not self._has(operand)):
                     return _UNCERTAIN
-                stack[depth] = self.found if operation == _NAMED else operand
+                stack[depth] = self.found if operation == NAMED else operand
                 depth += 1
-            elif operation == _REMARK:
+            elif operation == COMMENT:
                 self.flags |= _COMMENT
                 at += 1
-            elif operation == _NEGATIVE:
+            elif operation == NEGATIVE:
                 stack[depth - 1] = -stack[depth - 1]
-            elif operation == _PARAMETER:
+            elif operation == PARAMETER:
                 k = self._index(stack[depth - 1])
                 if k < 0:
                     return _UNCERTAIN
                 stack[depth - 1] = self.numbers[k]
-            elif operation == _ARC_TANGENT:
+            elif operation == ARC_TANGENT:
                 depth -= 1
                 stack[depth - 1] = arc_tangent(stack[depth - 1], stack[depth])
-            elif operation == _FLOW and operand <= _CALL:
+            elif operation == FLOW and operand <= O_CALL:
                 self.arguments = self.code[at]
                 depth -= self.arguments
                 for k in range(self.arguments):
@@ -664,8 +447,8 @@ class Computer:
                 name = self.names[-1 - self.target[k]]
                 (self.named if self.sorts[-1 - self.target[k]] else self.local)[name] = self.set_to[k]
         if self.words > (self.word_end[self.blocks - 1] if self.blocks > 0 else 0) or self.flags & _COMMENT:
-            self.block_line[self.blocks] = self.kept[r, _NUMBER_OF_LINE]
-            self.block_offset[self.blocks] = self.kept[r, _AT]
+            self.block_line[self.blocks] = self.kept[r, NUMBER_OF_LINE]
+            self.block_offset[self.blocks] = self.kept[r, AT]
             self.block_flags[self.blocks] = self.flags
             self.word_end[self.blocks] = self.words
             self.blocks += 1
@@ -734,46 +517,46 @@ class Computer:
         target: cython.longlong
         value: cython.double = self.argument[0] if self.arguments else 0.0
         way: cython.int
-        m: cython.Py_ssize_t = self.kept[r, _MARK]
+        m: cython.Py_ssize_t = self.kept[r, MARK]
         if m < 0:
-            m = self.kept[r, _MARK] = self._mark_behind(self.kept[r, _AT])
-        if m >= self.count or self.marks[m, _OFFSET] != self.kept[r, _AT]:
+            m = self.kept[r, MARK] = self._mark_behind(self.kept[r, AT])
+        if m >= self.count or self.marks[m, OFFSET] != self.kept[r, AT]:
             return False
-        target = self.marks[m, _TARGET]
-        if target < 0 and not (keyword == _WHILE and self.marks[m, _OTHER] >= 0):
+        target = self.marks[m, TARGET]
+        if target < 0 and not (keyword == O_WHILE and self.marks[m, OTHER] >= 0):
             return False
-        if keyword == _CALL:
+        if keyword == O_CALL:
             return self._call(r, m)
         if self.arguments > 1:
             return False
-        if keyword == _ENDSUB or keyword == _RETURN:
-            return self._leave(m, keyword == _RETURN)
+        if keyword == O_ENDSUB or keyword == O_RETURN:
+            return self._leave(m, keyword == O_RETURN)
         if (self.arguments == 1) != (
-            keyword == _IF or keyword == _ELSEIF or keyword == _WHILE or keyword == _REPEAT
+            keyword == O_IF or keyword == O_ELSEIF or keyword == O_WHILE or keyword == O_REPEAT
         ):
             return False
-        if keyword == _SUB:
+        if keyword == O_SUB:
             self.next = self._behind(target)
             return True
         frame: Frame = self.frames[len(self.frames) - 1] if self.frames else self.outermost
-        label = self.labels[self.marks[m, _LABEL]]
-        if keyword == _WHILE:
+        label = self.labels[self.marks[m, LABEL]]
+        if keyword == O_WHILE:
             # The foot of a loop that DO began, or the head of one.
             if frame.doing is not None and label in frame.doing:
-                target = self.marks[m, _OTHER]
-            elif self.marks[m, _OTHER] >= 0:
+                target = self.marks[m, OTHER]
+            elif self.marks[m, OTHER] >= 0:
                 return False
             if target < 0:
                 return False
-        elif keyword == _REPEAT and not frame.repeats(label):
+        elif keyword == O_REPEAT and not frame.repeats(label):
             if value != floor(value) or not fabs(value) <= _LARGEST:
                 return False
         way = frame.lead(keyword, label, value)
-        if way == _STAY:
+        if way == STAY:
             self.next = self._behind(m)
-        elif keyword == _IF:
+        elif keyword == O_IF:
             return self._branch(target)
-        elif way == _AT_NEXT or way == _AT_PREVIOUS:
+        elif way == AT_NEXT or way == AT_PREVIOUS:
             self.next = self._at(target)
         else:
             self.next = self._behind(target)
@@ -782,12 +565,12 @@ class Computer:
     @cython.cfunc
     def _branch(self, target: cython.longlong) -> cython.bint:
         """Go into the first branch behind an IF that does not hold whose condition does."""
-        while self.marks[target, _KEYWORD] == _ELSEIF:
-            if self._execute(self._at(target)) != _ELSEIF or self.arguments != 1:
+        while self.marks[target, KEYWORD] == O_ELSEIF:
+            if self._execute(self._at(target)) != O_ELSEIF or self.arguments != 1:
                 return False
             if self.argument[0] != 0.0:
                 break
-            target = self.marks[target, _OTHER]
+            target = self.marks[target, OTHER]
             if target < 0:
                 return False
         self.next = self._behind(target)
@@ -799,11 +582,11 @@ class Computer:
         k: cython.Py_ssize_t
         if self.arguments > _LOCALS or len(self.frames) >= self.deepest:
             return False
-        frame: Frame = Frame(self.labels[self.marks[m, _LABEL]], self.local)
+        frame: Frame = Frame(self.labels[self.marks[m, LABEL]], self.local)
         frame.source, frame.offset, frame.line = (
             self.source,
-            self.kept[r, _AFTER],
-            self.kept[r, _NUMBER_OF_LINE] + 1,
+            self.kept[r, AFTER],
+            self.kept[r, NUMBER_OF_LINE] + 1,
         )
         frame.row = r
         frame.keep(self.numbers, _LOCALS)
@@ -812,7 +595,7 @@ class Computer:
             self.numbers[k + 1] = self.argument[k] if k < self.arguments else 0.0
         self.parameters.local = self.local = {}
         self.units += _CALL_UNITS
-        self.next = self._behind(self.marks[m, _TARGET])
+        self.next = self._behind(self.marks[m, TARGET])
         return True
 
     @cython.cfunc
@@ -824,7 +607,7 @@ class Computer:
         frame: Frame = self.frames[len(self.frames) - 1]
         if frame.again is not None or frame.restore or frame.count != _LOCALS:
             return False
-        if not anywhere and frame.label != self.labels[self.marks[m, _LABEL]]:
+        if not anywhere and frame.label != self.labels[self.marks[m, LABEL]]:
             return False
         self.frames.pop()
         frame.put_back(self.numbers)
@@ -833,7 +616,7 @@ class Computer:
         self.named["_value_returned"] = 1.0 if given else 0.0
         if frame.source != self.source:
             self.away = frame.back
-        elif 0 <= frame.row < self.used and self.kept[frame.row, _AFTER] == frame.offset:
+        elif 0 <= frame.row < self.used and self.kept[frame.row, AFTER] == frame.offset:
             self.next = self._following(frame.row)
         else:
             self.next = self._row(frame.offset, frame.line)
@@ -848,7 +631,7 @@ class Computer:
         middle: cython.Py_ssize_t
         while low < high:
             middle = (low + high) // 2
-            if self.marks[middle, _OFFSET] < offset:
+            if self.marks[middle, OFFSET] < offset:
                 low = middle + 1
             else:
                 high = middle
@@ -857,15 +640,15 @@ class Computer:
     @cython.cfunc
     def _at(self, m: cython.longlong) -> cython.Py_ssize_t:
         """Return the row of the line of a mark."""
-        if self.marks[m, _HERE] < 0:
-            self.marks[m, _HERE] = self._row(self.marks[m, _OFFSET], self.marks[m, _LINE])
-        return self.marks[m, _HERE]
+        if self.marks[m, HERE] < 0:
+            self.marks[m, HERE] = self._row(self.marks[m, OFFSET], self.marks[m, LINE])
+        return self.marks[m, HERE]
 
     @cython.cfunc
     def _behind(self, m: cython.longlong) -> cython.Py_ssize_t:
         """Return the row of the line behind that of a mark; below 0 at the end of the text."""
         r: cython.Py_ssize_t
-        if self.marks[m, _BEHIND] < 0:
+        if self.marks[m, BEHIND] < 0:
             r = self._following(self._at(m))
-            self.marks[m, _BEHIND] = r
-        return self.marks[m, _BEHIND]
+            self.marks[m, BEHIND] = r
+        return self.marks[m, BEHIND]

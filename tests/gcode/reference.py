@@ -12,7 +12,7 @@ from lark import Lark, Token, Transformer
 from lark.exceptions import UnexpectedInput
 
 from cncgen.gcode.text import grammar, parsers
-from cncgen.kernels import gcode_codes, gcode_parse
+from cncgen.kernels import gcode_codes, gcode_lines, gcode_parse
 
 Instruction = tuple[Any, ...]
 _OPERATIONS = {number: name for name, number in gcode_codes.OPERATIONS.items()}
@@ -30,14 +30,16 @@ def by_tables(text: str, dialect: str) -> tuple[list[Instruction], int] | int:
     return instructions(parser, data, 0, 0), parser.flags & 3
 
 
-def by_shapes(texts: list[str], parser: gcode_parse.Parser) -> list[tuple[list[Instruction], int] | int]:
+def by_shapes(
+    texts: list[str], parser: gcode_parse.Parser, kernel: Any = gcode_lines
+) -> list[tuple[list[Instruction], int] | int]:
     """Return the same of lines that a parser keeps, one after the other, by their shapes; -1 where one is refused."""
     data = "\n".join(texts).encode()
     rows = memoryview(bytearray(8 * gcode_codes.ROW * (len(texts) + 1))).cast(
         "q", [len(texts) + 1, gcode_codes.ROW]
     )
-    parser.take(memoryview(data), rows)
-    assert parser.compile(0, 1, 0, len(texts), len(data) + 1) == len(texts)
+    lines = kernel.Lines(parser, memoryview(data), rows)
+    assert lines.compile(0, 1, 0, len(texts), len(data) + 1) == len(texts)
     found: list[tuple[list[Instruction], int] | int] = []
     for offset, _, at, after, _, marks, _, first in rows[: len(texts)].tolist():
         if marks & gcode_codes.REFUSED:

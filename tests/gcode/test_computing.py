@@ -28,7 +28,7 @@ from cncgen.gcode.text import grammar
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.lanes import PlainBlocks, column
 from cncgen.gcode.text.parsers import new_parser
-from cncgen.kernels import gcode_arithmetic, gcode_marks, gcode_run
+from cncgen.kernels import gcode_arithmetic, gcode_lines, gcode_marks, gcode_run
 from cncgen.kernels.gcode_codes import ROW
 from cncgen.toolpath.reading import ReadOptions
 from trials.generators.gcode_bodies import body, ways
@@ -155,7 +155,7 @@ def test_the_kernel_runs_uncompiled(text: str) -> None:
     assert (compiled[0].numbers, compiled[0].local) == (plain[0].numbers, plain[0].local)
 
 
-PLAIN = uncompiled("gcode_run")
+PLAIN = uncompiled("gcode_run", "gcode_frames")
 
 
 def test_lines_of_programs_agree_with_the_grammar() -> None:
@@ -308,8 +308,7 @@ PLAIN_MARKS = uncompiled("gcode_marks")
 def marks(data: bytes, kernel: Any) -> Any:
     """Return the O-words of a text."""
     parser, kept = new_parser("linuxcnc"), column("q", 4096, ROW)
-    parser.take(memoryview(data), kept)
-    return kernel.Marks(parser, kept, len(data))
+    return kernel.Marks(gcode_lines.Lines(parser, memoryview(data), kept), len(data))
 
 
 def test_codes_that_touch_parameters_or_lead_elsewhere_do_not_wait() -> None:

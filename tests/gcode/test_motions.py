@@ -216,7 +216,7 @@ def test_the_batch_kernel_runs_uncompiled(lines: list[str]) -> None:
     text = "F100 G1 X0 Y0\n" + "\n".join(lines) + "\n"
     compiled, said = toolpath(text, batches=True)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(gcode_motion, "Advance", uncompiled("gcode_motion").Advance)
+        patch.setattr(gcode_motion, "Advance", uncompiled("gcode_motion", "gcode_words").Advance)
         plain, plain_said = toolpath(text, batches=True)
     same(compiled, plain)
     assert said == plain_said

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import random
-import sys
 from array import array
 from importlib import import_module
 from pathlib import Path
@@ -18,7 +17,7 @@ from cncgen.gcode.sinumerik import reading as sinumerik
 from cncgen.gcode.source import MAX_LINE, open_source
 from cncgen.gcode.text.dialects import choose
 from cncgen.gcode.text.parsers import STORED, new_parser, parser
-from cncgen.kernels import gcode_codes, gcode_parse
+from cncgen.kernels import gcode_codes, gcode_lines, gcode_names, gcode_parse
 from cncgen.kernels.gcode_codes import ROW
 from tests.kernels.plain import uncompiled
 from trials.peer_cases import peer_cases
@@ -60,12 +59,11 @@ def test_many_random_blocks(dialect: str) -> None:
 
 
 @pytest.mark.parametrize(("count", "plain"), [(1500, False), (100, True)])
-def test_lines_of_one_shape(count: int, plain: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lines_of_one_shape(count: int, plain: bool) -> None:
     """Lines that are read by the shape of another one have the instructions that the tables give."""
-    kernel = gcode_parse
+    kernel, kept = gcode_parse, gcode_lines
     if plain:
-        monkeypatch.setitem(sys.modules, "cncgen.kernels.gcode_shapes", uncompiled("gcode_shapes"))
-        kernel = uncompiled("gcode_parse")
+        kernel, kept = uncompiled("gcode_parse", "gcode_lines"), uncompiled("gcode_lines")
     parser = kernel.Parser(import_module("cncgen.grammars.tables_linuxcnc"), STORED["linuxcnc"])
     seed = random.SystemRandom().randrange(1 << 32)
     dice = random.Random(seed)
@@ -73,15 +71,14 @@ def test_lines_of_one_shape(count: int, plain: bool, monkeypatch: pytest.MonkeyP
     while len(texts) < count:
         block = random_block("linuxcnc", dice).replace("\n", "")
         texts += [block, *(spread(renumbered(block, dice), dice) for _ in range(dice.randint(1, 3)))]
-    for text, shaped in zip(texts, by_shapes(texts, parser), strict=True):
+    for text, shaped in zip(texts, by_shapes(texts, parser, kept), strict=True):
         expected = by_tables(text, "linuxcnc")
         assert shaped == (-1 if isinstance(expected, int) else expected), f"seed {seed}: {text!r}"
     # The tables read the first one alone.
     before = parser.lines
     many = "\n".join(f"g1 x[{k} + 2 * sin[{k}.5]] y-.{k}" for k in range(200)).encode()
     rows = memoryview(bytearray(8 * ROW * 201)).cast("q", [201, ROW])
-    parser.take(memoryview(many), rows)
-    parser.compile(0, 1, 0, 200, len(many) + 1)
+    kept.Lines(parser, memoryview(many), rows).compile(0, 1, 0, 200, len(many) + 1)
     assert parser.lines == before + 1
 
 
@@ -185,7 +182,7 @@ def test_lines_of_programs(folder: str) -> None:
 
 
 def test_the_kernel_runs_uncompiled() -> None:
-    slow = uncompiled("gcode_parse")
+    slow = uncompiled("gcode_parse", "gcode_lines")
     tables = import_module("cncgen.grammars.tables_linuxcnc")
     for text in ("N10 G1 X-1.5 Y[#1+2*SIN[30]] (note)", "o<a b> call [1] [2]", "#<x>=-#5 ; tail", "X1..2"):
         found = []
@@ -206,13 +203,16 @@ def test_the_kernel_runs_uncompiled() -> None:
         assert found[0] == found[1]
     text = memoryview(b"G18 G1 X-1.5 Y[2]\nM98 P7 G#1 @3\no<a> call (Z1)\no9 call [1]\n)X1\nC1/B2\n")
     named = []
-    for module in (gcode_parse, slow):
+    for module, names in ((gcode_parse, gcode_names), (slow, uncompiled("gcode_names", "gcode_lines"))):
         parser = module.Parser(tables, 5000)
         first = array("i", bytes(16 * gcode_codes.CODE_NUMBERS))
         calls = bytearray(len(first) // 2)
         calls[gcode_codes.CODE_NUMBERS + 980] = ord("p")
         named.append(
-            (*parser.named(text, first, calls, True), {k: line for k, line in enumerate(first) if line})
+            (
+                *names.named(parser, text, first, calls, True),
+                {k: line for k, line in enumerate(first) if line},
+            )
         )
     letters = sum(1 << (ord(letter) - 65) for letter in "CPXY")
     n = gcode_codes.CODE_NUMBERS

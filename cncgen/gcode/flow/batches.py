@@ -13,14 +13,14 @@ from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.sinks.sink import MotionBatch
 from cncgen.gcode.state.modal import NO_MOTION, SYSTEM_CODES
 from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, column
-from cncgen.kernels import gcode_motion
+from cncgen.kernels import gcode_codes, gcode_motion
 from cncgen.toolpath.record import PathMode
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.codes.canned_cycles import Sticky
 
-_BITS = {"r": gcode_motion.GIVEN_R, "p": gcode_motion.GIVEN_P, "q": gcode_motion.GIVEN_Q}
+_BITS = {"r": gcode_codes.GIVEN_R, "p": gcode_codes.GIVEN_P, "q": gcode_codes.GIVEN_Q}
 
 
 class Batches:
@@ -30,10 +30,10 @@ class Batches:
         self._ip = ip
         self._plain = plain
         self._position = array("d", [0.0] * 9)
-        self._modes = array("q", [0] * gcode_motion.MODES)
-        self._levels = array("d", [0.0] * gcode_motion.LEVELS)
+        self._modes = array("q", [0] * gcode_codes.MODES)
+        self._levels = array("d", [0.0] * gcode_codes.LEVELS)
         # No cycle is taken before the words of the one in force are known.
-        self._modes[gcode_motion.CYCLE] = -1
+        self._modes[gcode_codes.CYCLE] = -1
         self._line = column("q", BLOCKS)
         self._offset = column("q", BLOCKS)
         self._motion = column("b", BLOCKS)
@@ -95,7 +95,7 @@ class Batches:
             state.path_mode is PathMode.EXACT_PATH,
             ip.dialect == "linuxcnc" and not ip.tools.given,
         )
-        self._modes[: gcode_motion.CYCLE] = array("q", modes)
+        self._modes[: gcode_codes.CYCLE] = array("q", modes)
         levels = (
             state.feed,
             RADIUS_TOLERANCE[inches],
@@ -107,7 +107,7 @@ class Batches:
             SYSTEM_CODES[state.system - 1] / 10 if state.system <= len(SYSTEM_CODES) else -1.0,
             state.selected,
         )
-        self._levels[: gcode_motion.PECK_CLEARANCE] = array("d", levels)
+        self._levels[: gcode_codes.PECK_CLEARANCE] = array("d", levels)
 
     def _give_cycle(self) -> None:
         """Tell the kernel the words of the cycle in force; the first one of a run tells it which cycles there are."""
@@ -125,20 +125,20 @@ class Batches:
         sticky = state.cycle if isinstance(state.cycle, Sticky) else Sticky()
         depth = AXES[state.plane_axes()[2]]
         taken = sticky.words.keys() <= {"r", "p", "q", depth}
-        bits = {**_BITS, depth: gcode_motion.GIVEN_DEPTH}
-        self._modes[gcode_motion.CYCLE] = sticky.number // 10 if taken else -1
-        self._modes[gcode_motion.GIVEN] = sum(bits[letter] for letter in sticky.words) if taken else 0
+        bits = {**_BITS, depth: gcode_codes.GIVEN_DEPTH}
+        self._modes[gcode_codes.CYCLE] = sticky.number // 10 if taken else -1
+        self._modes[gcode_codes.GIVEN] = sum(bits[letter] for letter in sticky.words) if taken else 0
         words = (sticky.words.get(letter, 0.0) for letter in ("r", "p", "q", depth))
         clearance = PECK_CLEARANCE[state.inches]
-        levels[gcode_motion.PECK_CLEARANCE :] = array("d", (clearance, sticky.level, sticky.dwell, *words))
+        levels[gcode_codes.PECK_CLEARANCE :] = array("d", (clearance, sticky.level, sticky.dwell, *words))
         self._cycle, self._under = state.cycle, (state.plane, state.inches)
 
     def _take_modes(self) -> None:
         """Apply the changes of the blocks."""
         state, sink, modes, levels = self._ip.state, self._ip.sink, self._modes, self._levels
-        motion = modes[gcode_motion.MOTION]
+        motion = modes[gcode_codes.MOTION]
         state.motion = NO_MOTION if motion < 0 else 10 * motion
-        state.absolute = bool(modes[gcode_motion.ABSOLUTE])
+        state.absolute = bool(modes[gcode_codes.ABSOLUTE])
         if self._kernel.drilled:
             self._take_cycle()
         if self._kernel.changed >= 0.0:
@@ -147,12 +147,12 @@ class Batches:
             put_in(self._ip, int(self._kernel.changed))
             state.position = sink.where(state.position)
         if self._kernel.asides:
-            state.plane = modes[gcode_motion.PLANE]
-            state.speed, state.direction = levels[gcode_motion.SPEED], modes[gcode_motion.DIRECTION]
-            state.selected = int(levels[gcode_motion.TOOL])
-            state.mist, state.flood = bool(modes[gcode_motion.MIST]), bool(modes[gcode_motion.FLOOD])
-        state.retract_old = bool(modes[gcode_motion.OLD_LEVEL])
-        feed = levels[gcode_motion.FEED]
+            state.plane = modes[gcode_codes.PLANE]
+            state.speed, state.direction = levels[gcode_codes.SPEED], modes[gcode_codes.DIRECTION]
+            state.selected = int(levels[gcode_codes.TOOL])
+            state.mist, state.flood = bool(modes[gcode_codes.MIST]), bool(modes[gcode_codes.FLOOD])
+        state.retract_old = bool(modes[gcode_codes.OLD_LEVEL])
+        feed = levels[gcode_codes.FEED]
         if feed != state.feed:
             state.feed = feed
             if not sink.wants_comments:
@@ -162,13 +162,13 @@ class Batches:
         """Take over the words of the cycle in force."""
         from cncgen.gcode.codes.canned_cycles import Sticky
 
-        state, given = self._ip.state, self._modes[gcode_motion.GIVEN]
-        level, dwell, *values = self._levels[gcode_motion.LEVEL :]
+        state, given = self._ip.state, self._modes[gcode_codes.GIVEN]
+        level, dwell, *values = self._levels[gcode_codes.LEVEL :]
         letters = ("r", "p", "q", AXES[state.plane_axes()[2]])
         words = {
             letter: v for k, (letter, v) in enumerate(zip(letters, values, strict=True)) if given >> k & 1
         }
-        state.cycle = Sticky(10 * self._modes[gcode_motion.CYCLE], words, level, dwell)
+        state.cycle = Sticky(10 * self._modes[gcode_codes.CYCLE], words, level, dwell)
         self._cycle = state.cycle
 
     def _hand_on(self) -> None:
@@ -177,9 +177,7 @@ class Batches:
         if isinstance(sink, CountingSink):
             sink.count_events(kernel.events)
             kinds, values = self._asides[1], self._asides[2]
-            sink.waited += sum(
-                values[k] for k in range(kernel.asides) if kinds[k] == gcode_motion.ASIDE_DWELL
-            )
+            sink.waited += sum(values[k] for k in range(kernel.asides) if kinds[k] == gcode_codes.ASIDE_DWELL)
             self._hand_rows(0, kernel.rows)
             return
         begin = 0
@@ -196,23 +194,23 @@ class Batches:
         kind, value, index = self._asides[1][k], self._asides[2][k], self._asides[3][k]
         here = self._plain.cursor(index)
         block = sink.block = Block({}, source=here.source, line=here.line, offset=here.offset)
-        if kind == gcode_motion.ASIDE_EXACT:
+        if kind == gcode_codes.ASIDE_EXACT:
             sink.set_motion_control_mode(PathMode.EXACT_PATH, None, None)
-        elif kind == gcode_motion.ASIDE_PATH:
+        elif kind == gcode_codes.ASIDE_PATH:
             from cncgen.gcode.codes.canned_cycles import path_again
 
             path_again(ip)
-        elif kind == gcode_motion.ASIDE_PAUSE:
+        elif kind == gcode_codes.ASIDE_PAUSE:
             from cncgen.gcode.codes.canned_cycles import wait
 
             wait(ip, value)
-        elif kind == gcode_motion.ASIDE_SPEED:
+        elif kind == gcode_codes.ASIDE_SPEED:
             block.words["s"] = value
             ip.codes["S", 0].run(ip, block)
-        elif kind == gcode_motion.ASIDE_TOOL:
+        elif kind == gcode_codes.ASIDE_TOOL:
             block.words["t"] = value
             ip.codes["T", 0].run(ip, block)
-        elif kind == gcode_motion.ASIDE_DWELL:
+        elif kind == gcode_codes.ASIDE_DWELL:
             block.words["p"] = value
             ip.codes["G", 40].run(ip, block)
         else:

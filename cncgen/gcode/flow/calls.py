@@ -14,7 +14,7 @@ from cncgen.gcode.text.labels import Cursor, Label
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
-    from cncgen.kernels.gcode_run import Frame
+    from cncgen.kernels.gcode_frames import Frame
 
 #: Local numbered parameters: the arguments of a subroutine, #1 to #30, of a macro, #1 to #33.
 LOCALS = 30
@@ -45,7 +45,7 @@ class Calls:
 
     @staticmethod
     def _record(label: Label, named: dict[str, float]) -> Frame:
-        from cncgen.kernels.gcode_run import Frame
+        from cncgen.kernels.gcode_frames import Frame
 
         return Frame(label, named)
 

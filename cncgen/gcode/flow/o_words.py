@@ -118,7 +118,7 @@ class FlowControl:
 
     def _branch(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         """Handle an O-word of a branch or loop: IF ELSEIF ELSE ENDIF, WHILE ENDWHILE, DO WHILE, REPEAT ENDREPEAT, BREAK, CONTINUE."""
-        from cncgen.kernels import gcode_marks, gcode_run
+        from cncgen.kernels import gcode_codes
 
         keyword, looks, frame = flow.keyword, _BRANCHES[flow.keyword], self.calls.frame
         label = self.label_of(flow)
@@ -132,15 +132,15 @@ class FlowControl:
             value = float(nearest(self.value_of(flow), "the count of REPEAT"))
         elif keyword in ("break", "continue"):
             mark = self.next_mark(here, label, looks.below, looks.wanted)
-        way = frame.lead(gcode_marks.KEYWORDS[keyword], label, value)
-        if way == gcode_run.STAY:
+        way = frame.lead(gcode_codes.KEYWORDS[keyword], label, value)
+        if way == gcode_codes.STAY:
             return None
-        if way == gcode_run.PAST_PREVIOUS and keyword == "while":
+        if way == gcode_codes.PAST_PREVIOUS and keyword == "while":
             mark = self.previous_mark(here, label, ("do",), "while")
-        elif way == gcode_run.PAST_NEXT and keyword != "break":
+        elif way == gcode_codes.PAST_NEXT and keyword != "break":
             mark = self._next_branch(here, label, looks)
         assert mark is not None
-        return mark.after if way in (gcode_run.PAST_NEXT, gcode_run.PAST_PREVIOUS) else mark.cursor
+        return mark.after if way in (gcode_codes.PAST_NEXT, gcode_codes.PAST_PREVIOUS) else mark.cursor
 
     def _next_branch(self, here: Cursor, label: Label, looks: _Looks) -> Marked:
         """Return the O-word below that is looked for: of branches, the first ELSEIF whose condition holds."""

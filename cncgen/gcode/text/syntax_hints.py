@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 
-from cncgen.kernels.gcode_codes import LITERALS
-from cncgen.kernels.gcode_marks import KEYWORDS
+from cncgen.kernels.gcode_codes import KEYWORDS, LITERALS
 
 #: Patterns of the text before the place (matched at its end) and of the text there, and the help.
 _HINTS = tuple(

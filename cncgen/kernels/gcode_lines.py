@@ -1,11 +1,16 @@
-"""Lines of G-code by their shape, which is their text without the numbers: ``g1x#[#+#*sin[#]]`` of ``G1 X[5 + 3.2 * SIN[30]]``.
+"""Lines that are kept as instructions, by their shape: their text without numbers, ``g1x#[#+#*sin[#]]`` of ``G1 X[5 + 3.2 * SIN[30]]``.
 
 To the tables of a grammar all digits are one, and it does not matter how many stand together (``lalr.py`` sees to that). So lines of
-one shape have the same instructions, and push other numbers. `gcode_parse` reads the first line of a shape by the tables, and of
-those that follow the numbers alone, which takes a sixth of the time.
+one shape have the same instructions, and push other numbers. The first line of a shape is read by the tables (`gcode_parse.Parser`), and
+of those that follow the numbers alone, which takes a sixth of the time.
 """
 
+from mmap import mmap
+
 import cython
+from cython.cimports.cncgen.kernels.gcode_codes import (
+    AFTER, AT, CODE, FIRST_CONSTANT, FOLLOWING, MARK, MARKS, MAX_LINE, NUMBER_OF_LINE, REFUSED,
+)  # fmt: skip
 from cython.cimports.libc.math import copysign, fabs
 
 #: Longest line, shapes, and bytes of them that are kept.
@@ -19,8 +24,8 @@ _ALL = cython.declare(cython.uint, 0xFFFFFFFF)
 _SUM = cython.declare(cython.int, 0)
 _PLACE = cython.declare(cython.int, 1)
 _LENGTH = cython.declare(cython.int, 2)
-_CODE = cython.declare(cython.int, 3)
-_MARKS = cython.declare(cython.int, 4)
+_CODE_OF_SHAPE = cython.declare(cython.int, 3)
+_MARKS_OF_SHAPE = cython.declare(cython.int, 4)
 _WIDTH = 5
 
 #: Kinds of bytes: those that stand for themselves in a shape as small letters, and these.
@@ -97,10 +102,91 @@ def _number(text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, size: 
     return _Number(value=value, form=form, after=at)
 
 
+def zeros(size):
+    """Return a buffer; pages of it that are not filled take no time.
+
+    Raises:
+        MemoryError: There is not enough.
+    """
+    try:
+        return memoryview(mmap(-1, size))
+    except OSError as error:
+        raise MemoryError from error
+
+
+@cython.cclass
+class Code:
+    """Instructions of lines, the numbers that they push, and what there is to say of the line read last: what a parser fills.
+
+    Attributes:
+        text: The text of the line read last, which begins at `begin`.
+        code, constants: Instructions, and the numbers that they push.
+        used, numbers: How much of them is in use; whoever keeps a line begins the next one behind it. Those of a line are numbered
+            from its first one on.
+        names: Names of parameters and labels by their number, small letters without blanks.
+        flags: `DELETED`, `NUMBERED`, of the line read last.
+        number_begin, number_end: Where its N word stands.
+        error: Offset where the grammar refused it, -1 where it did not.
+        lines: How many lines were read.
+        shaped: Whether lines of one shape have one code.
+        alike: Whether the code of the line read last is that of its shape, where it was set before.
+    """
+
+    def __init__(self):
+        self.code = zeros(4 << 20).cast("i")
+        self.constants = zeros(8 << 19).cast("d")
+        self.names = []
+        self.used = self.numbers = self.lines = self.flags = 0
+        self.begin = self.number_begin = self.number_end = 0
+        self.error = -1
+        self.shaped = self.alike = False
+
+    @cython.ccall
+    @cython.exceptval(check=False)
+    def room(self) -> cython.bint:
+        """Tell whether another line has room for its code."""
+        return (
+            self.used + 4 * MAX_LINE < self.code.shape[0]
+            and self.numbers + MAX_LINE < self.constants.shape[0]
+        )
+
+    @cython.ccall
+    @cython.exceptval(-1, check=False)
+    def read(self, offset: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Read the line at `offset` of `text`, its code into `code` from `used` on; return the offset of its end.
+
+        `error` tells whether it is one of the grammar. Where it is, `used` and `numbers` stand behind its code.
+        """
+        raise NotImplementedError
+
+    @cython.ccall
+    @cython.exceptval(check=False)
+    def cut(self) -> cython.Py_ssize_t:
+        """Return the offset of the slash that the last line was refused for behind its words, not within brackets; else 0."""
+        at: cython.Py_ssize_t
+        inside: cython.Py_ssize_t = 0
+        written: cython.bint = False
+        if self.error < 0 or self.error >= self.text.shape[0] or self.text[self.error] != 47:
+            return 0
+        for at in range(self.begin, self.error):
+            inside += (self.text[at] == 91) - (self.text[at] == 93)
+            written = written or self.text[at] > 32
+        return self.error if written and inside == 0 else 0
+
+
 @cython.final
 @cython.cclass
 class Shapes:
     """The shapes that are known, and the line that was looked at last."""
+
+    shape = cython.declare(cython.uchar[256])
+    value = cython.declare(cython.double[256])
+    sum = cython.declare(cython.uint)
+    length = cython.declare(cython.Py_ssize_t)
+    count = cython.declare(cython.Py_ssize_t)
+    stored = cython.declare(cython.Py_ssize_t)
+    store: cython.uchar[::1]
+    table: cython.longlong[:, ::1]
 
     def __init__(self):
         if not cython.compiled:
@@ -109,7 +195,7 @@ class Shapes:
         self.table = memoryview(bytearray(8 * _WIDTH * _SHAPES)).cast("q", [_SHAPES, _WIDTH])
         self.forget()
 
-    @cython.ccall
+    @cython.cfunc
     @cython.exceptval(check=False)
     def forget(self) -> cython.void:
         """Forget all shapes."""
@@ -118,7 +204,7 @@ class Shapes:
         for k in range(_SHAPES):
             self.table[k, _PLACE] = -1
 
-    @cython.ccall
+    @cython.cfunc
     @cython.exceptval(check=False)
     def read(self, text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Take shape and numbers of the line at `at`; return the offset of its end, -1 where they are not certain.
@@ -169,7 +255,7 @@ class Shapes:
         self.sum, self.length, self.count = total & _ALL, length, count
         return at
 
-    @cython.ccall
+    @cython.cfunc
     @cython.exceptval(check=False)
     def find(self) -> cython.Py_ssize_t:
         """Return the row of the shape of the line; -1 where it is not known."""
@@ -183,7 +269,7 @@ class Shapes:
                 return -1
         return row
 
-    @cython.ccall
+    @cython.cfunc
     @cython.exceptval(check=False)
     def put(
         self, row: cython.Py_ssize_t, constants: cython.double[::1], first: cython.Py_ssize_t
@@ -195,7 +281,7 @@ class Shapes:
             constants[first + k] = -self.value[k] if self.store[signs + k] else self.value[k]
         return self.count
 
-    @cython.ccall
+    @cython.cfunc
     @cython.exceptval(check=False)
     def keep(
         self,
@@ -227,4 +313,105 @@ class Shapes:
             self.store[place + self.length + k] = copysign(1.0, constants[first + k]) < 0.0
         self.stored = place + self.length + self.count
         self.table[row, _SUM], self.table[row, _PLACE] = self.sum, place
-        self.table[row, _LENGTH], self.table[row, _CODE], self.table[row, _MARKS] = self.length, code, marks
+        self.table[row, _LENGTH], self.table[row, _CODE_OF_SHAPE], self.table[row, _MARKS_OF_SHAPE] = (
+            self.length,
+            code,
+            marks,
+        )
+
+
+@cython.final
+@cython.cclass
+class Lines:
+    """The lines of a text that are kept, in rows of `gcode_codes.LINE_COLUMNS`. Lines of one shape have their code in common.
+
+    Args:
+        code: Reads lines, and holds the code of them all; nobody else uses it.
+        text: The text.
+        rows: The rows, filled.
+    """
+
+    code = cython.declare(Code, visibility="public")
+    rows = cython.declare(cython.longlong[:, ::1], visibility="public")
+    text: cython.const[cython.uchar][::1]
+    shapes = cython.declare(Shapes)
+
+    def __init__(self, code, text, rows):
+        self.code, self.text, self.rows = code, text, rows
+        self.code.text = text
+        self.shapes = Shapes()
+        self.forget()
+
+    @cython.ccall
+    def forget(self):
+        """Begin again with code, constants and shapes; rows that are kept are worth nothing from now on."""
+        self.code.used = self.code.numbers = 0
+        self.shapes.forget()
+
+    def compile(
+        self,
+        offset: cython.Py_ssize_t,
+        line: cython.longlong,
+        first: cython.Py_ssize_t,
+        last: cython.Py_ssize_t,
+        end: cython.Py_ssize_t,
+    ) -> cython.Py_ssize_t:
+        """Keep lines from `offset` on, not beyond `end`, in rows from `first` to `last`, while there is room; return the next row."""
+        r: cython.Py_ssize_t = first
+        while r < last and offset < end and self.code.room():
+            offset = self._keep(r, offset, line)
+            self.rows[r, FOLLOWING] = r + 1
+            line += 1
+            r += 1
+        if r > first:
+            self.rows[r - 1, FOLLOWING] = -1
+        return r
+
+    def compile_o_words(
+        self,
+        offset: cython.Py_ssize_t,
+        line: cython.longlong,
+        first: cython.Py_ssize_t,
+        last: cython.Py_ssize_t,
+    ) -> tuple:
+        """Keep lines that hold an O: O-words, refused ones and some others. Return the next row, the offset and line that come next."""
+        at: cython.Py_ssize_t = offset
+        size: cython.Py_ssize_t = self.text.shape[0]
+        r: cython.Py_ssize_t = first
+        while at < size and r < last and self.code.room():
+            if self.text[at] == 10:
+                offset = at + 1
+                line += 1
+            elif self.text[at] | 32 == 111:
+                at = self._keep(r, offset, line) - 1
+                offset = at + 1
+                line += 1
+                r += 1
+            at += 1
+        return r, (offset if at < size else size), line
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _keep(
+        self, r: cython.Py_ssize_t, offset: cython.Py_ssize_t, line: cython.longlong
+    ) -> cython.Py_ssize_t:
+        """Keep a line in a row; return the offset of the next one."""
+        first: cython.int = self.code.numbers
+        begin: cython.int = self.code.used
+        end: cython.Py_ssize_t = self.shapes.read(self.text, offset) if self.code.shaped else -1
+        shape: cython.Py_ssize_t = self.shapes.find() if end >= 0 else -1
+        self.rows[r, AT], self.rows[r, NUMBER_OF_LINE], self.rows[r, FIRST_CONSTANT] = offset, line, first
+        self.rows[r, FOLLOWING] = self.rows[r, MARK] = -1
+        if shape >= 0:
+            self.rows[r, CODE] = self.shapes.table[shape, _CODE_OF_SHAPE]
+            self.rows[r, MARKS] = self.shapes.table[shape, _MARKS_OF_SHAPE]
+            self.code.numbers += self.shapes.put(shape, self.code.constants, first)
+        else:
+            self.code.alike = end >= 0
+            end = self.code.read(offset)
+            self.rows[r, CODE] = begin
+            self.rows[r, MARKS] = self.code.flags | (REFUSED if self.code.error >= 0 else 0)
+            if self.code.alike and self.code.error < 0:
+                self.shapes.keep(begin, self.code.flags, self.code.constants, first, self.code.numbers)
+        self.rows[r, AFTER] = end + 1
+        return end + 1
