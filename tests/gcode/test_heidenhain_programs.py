@@ -49,8 +49,9 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "RR": ("L X+10 Z-1 RR F100\nL Y+10\nL R0 Y+30", [(12, 0, -1), (12, 10, -1), (10, 30, -1)]),
     "APPR LT DEP LT": ("L X-30 F100\nAPPR LT X+0 Y+0 LEN15 RL\nL Y+10\nDEP LT LEN5", [(-30,), (-2, -15), (-2,), (-2, 10), (-2, 15)]),
     "APPR LN DEP LN": ("L X-30 F100\nAPPR LN X+0 Y+0 LEN15 RL\nL Y+10\nDEP LN LEN5", [(-30,), (-17,), (-2,), (-2, 10), (-7, 10)]),
-    "APPR CT DEP CT": ("L X-30 F100\nAPPR CT X+0 Y+0 CCA90 R+10 RL\nL Y+20\nDEP CT CCA90 R+10", [(-30,), (-10, -8), (-2,), (-2, 20), (-10, 28)]),
-    "APPR LCT": ("L X-30 Y-8 F100\nAPPR LCT X+0 Y+0 R10 RL\nL Y+20\nDEP LCT X-30 Y+28 R10", [(-30, -8), (-10, -8), (-2,), (-2, 20), (-10, 28), (-30, 28)]),
+    "APPR CT DEP CT": ("L X-30 F100\nAPPR CT X+0 Y+0 CCA90 R+10 RL\nL Y+20\nDEP CT CCA90 R+10", [(-30,), (-12, -10), (-2,), (-2, 20), (-12, 30)]),
+    "APPR CT on the side of the part": ("L X-30 F100\nAPPR CT X+0 Y+0 CCA90 R-10 RL\nL Y+20\nDEP CT CCA90 R-10", [(-30,), (8, -10), (-2,), (-2, 20), (8, 30)]),
+    "APPR LCT": ("L X-30 Y-10 F100\nAPPR LCT X+0 Y+0 R10 RL\nL Y+20\nDEP LCT X-30 Y+30 R10", [(-30, -10), (-12, -10), (-2,), (-2, 20), (-12, 30), (-30, 30)]),
     "APPR LT with RR": ("L X+30 F100\nAPPR LT X+0 Y+0 LEN15 RR\nL Y+10\nDEP LT LEN5", [(30,), (2, -15), (2,), (2, 10), (2, 15)]),
     "200 with M99": (f"{DRILL}L X+0 Y+5 FMAX M99", [(0, 5), *[(0, 5, z) for _, _, z in HOLE]]),
     "CYCL CALL POS": (f"{DRILL}CYCL CALL POS X+5 Y+0 Z+0", [(5,), *[(5, 0, z) for _, _, z in HOLE]]),
@@ -127,6 +128,29 @@ def test_motions(run: Any, tmp_path: Path, name: str) -> None:
     assert ends(out.path.end[out.path.kind < 3][:, :3]) == ends(expected)
 
 
+def test_the_manuals_circular_movements(run: Any, tmp_path: Path) -> None:
+    """iTNC 530, "Circular movements with Cartesian coordinates": R5 of APPR and DEP is the arc of the middle of a tool of radius 10."""
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 D20\n")
+    text = (
+        "0 BEGIN PGM CIRCULAR MM\n1 BLK FORM 0.1 Z X+0 Y+0 Z-20\n2 BLK FORM 0.2 X+100 Y+100 Z+0\n3 TOOL CALL 1 Z S4000\n4 L Z+250 R0 FMAX\n"
+        "5 L X-10 Y-10 R0 FMAX\n6 L Z-5 R0 F1000 M3\n7 APPR LCT X+5 Y+5 R5 RL F300\n8 L X+5 Y+85\n9 RND R10 F150\n10 L X+30 Y+85\n"
+        "11 CR X+70 Y+95 R+30 DR-\n12 L X+95\n13 L X+95 Y+40\n14 CT X+40 Y+5\n15 L X+5\n16 DEP LCT X-20 Y-20 R5 F1000\n17 L Z+250 R0 FMAX M2\n"
+        "18 END PGM CIRCULAR MM\n"
+    )
+    out = run(text, tool_table=table)
+    assert out.errors == []
+    arcs = ends(out.path.end[out.path.kind == 1][:, :2])
+    # On to (5 - 10, 5) beside the first point; off from (5, 5 - 10) beside the last one.
+    assert arcs[0] == (-5, 5)
+    points = ends(out.path.end[out.path.kind < 3][:, :2])
+    assert points[-2] == (-20, -20)
+    assert points[-4] == (5, -5)
+    # The arcs of the way on and off touch lines to (-10, -10) and (-20, -20): 5 from their middles.
+    assert abs(complex(*points[3]) - (-10 + 5j)) == pytest.approx(5)
+    assert abs(complex(*points[-3]) - (5 - 10j)) == pytest.approx(5)
+
+
 def test_a_pocket_stays_within_its_wall(run: Any, tmp_path: Path) -> None:
     """30 by 20, the tool's radius 2: its centre reaches 13 and 8, and steps aside by 2 at most."""
     text = (
@@ -158,7 +182,7 @@ WRONG: dict[str, tuple[str, tuple[str, int]]] = {
     "APPR to nothing": ("L X-30 F100\nAPPR LT X+0 Y+0 LEN5 RL\nM30", ("approach-words", 4)),
     "APPR to a pole": ("L X-30 F100\nAPPR LT X+0 Y+0 LEN5 RL\nCC X+0 Y+0", ("approach-words", 4)),
     "APPR to an axis alone": ("L X-30 F100\nAPPR LT X+0 Y+0 LEN5\nL Z+5 FMAX M92", ("approach-words", 4)),
-    "APPR with a small radius": ("L X-30 F100\nAPPR CT X+0 Y+0 CCA90 R1 RL\nL Y+10", ("comp-radius", 4)),
+    "APPR without a radius": ("L X-30 F100\nAPPR CT X+0 Y+0 CCA90 R+0 RL\nL Y+10", ("comp-radius", 4)),
     "DEP from nothing": ("DEP LT LEN5 F100", ("approach-words", 3)),
     "CT from nothing": ("CT X+5 Y+5 F100", ("arc-tangent", 3)),
     "an unknown cycle": ("CYCL DEF 258 STUD", ("unsupported-block", 3)),

@@ -1,8 +1,9 @@
 """Contours of Heidenhain's plain language: arcs that go on (CT), ways to a contour (APPR) and from it (DEP).
 
 A contour is approached at the point A with the direction t of its first element, the tool on the side n of RL or RR. All ways are
-worked out for the tool's centre, so that compensation begins and ends beside A and E without a move of its own; radii of arcs are
-those of the contour, as RL and RR have them (iTNC 530, "Contour approach and departure").
+worked out for the tool's centre, so that compensation begins and ends beside A and E without a move of its own (iTNC 530, "Contour
+approach and departure"). Radii of arcs are those of the tool's centre: the manual's examples, "Circular movements" among them, have R5
+for a tool of radius 10. Below 0, the arc lies on the side of the part.
 """
 
 from __future__ import annotations
@@ -157,17 +158,13 @@ def _radius(ip: Interpreter, side: int) -> float:
     return ip.tool_radius() if side else 0.0
 
 
-def _circle(way: ContourWay, tool: float) -> float:
-    """Return the radius of the tool centre's arc."""
+def _circle(way: ContourWay) -> float:
+    """Return the radius of the tool centre's arc, below 0 on the side of the part."""
     radius = way.value("R")
-    if radius <= tool:
-        raise BlockError(
-            "comp-radius",
-            f"R{radius:g} of {way.kind} {way.form} is not above the tool's radius, {tool:g}",
-            way.kind,
-            hint="take a larger R or a smaller tool",
-        )
-    return radius - tool
+    if radius == 0.0:
+        message = f"{way.kind} {way.form} has an arc of R0"
+        raise BlockError("comp-radius", message, way.kind, hint="R5, or R-5 for the side of the part")
+    return radius
 
 
 def _touch(place: complex, centre: complex, radius: float, sense: int, *, leaving: bool) -> complex:
@@ -242,8 +239,9 @@ def approach(
         )
         _line(ip, beside)
     else:
-        radius = _circle(way, tool)
+        radius = _circle(way)
         centre = beside + normal * radius
+        sense, radius = (sense if radius > 0.0 else -sense), abs(radius)
         if way.form == "CT":
             at = centre + (beside - centre) * cmath.rect(1.0, -sense * math.radians(way.value("CCA")))
         else:
@@ -285,8 +283,9 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
     elif way.form == "LN":
         _line(ip, beside + normal * way.value("LEN"))
     else:
-        radius = _circle(way, tool)
+        radius = _circle(way)
         centre = beside + normal * radius
+        sense, radius = (sense if radius > 0.0 else -sense), abs(radius)
         if way.form == "CT":
             _arc(
                 ip,
