@@ -39,9 +39,9 @@ DRILL_203 = "CYCL DEF 203 UNIVERSAL DRILLING ~\n Q200=+2 ~\n Q201=-10 ~\n Q206=+
         (DRILL_203.format(out="+0"), [(0, 0, 2, 0), (0, 0, -6, 100), (0, 0, 2, 100), (0, 0, -4, 0), (0, 0, -10, 100), (0, 0, 2, 100), (0, 0, 20, 0)]),
         (DRILL_203.format(out=" MAX"), [(0, 0, 2, 0), (0, 0, -6, 100), (0, 0, 2, 0), (0, 0, -4, 0), (0, 0, -10, 100), (0, 0, 2, 0), (0, 0, 20, 0)]),
         (DRILL_203.format(out="FAUTO"), [(0, 0, 2, 0), (0, 0, -6, 100), (0, 0, 2, 350), (0, 0, -4, 0), (0, 0, -10, 100), (0, 0, 2, 350), (0, 0, 20, 0)]),
-        # The feed of APPR may be a Q parameter, or that of TOOL CALL.
+        # The feed of APPR, from its own beginning on, may be a Q parameter, or that of TOOL CALL.
         ("L X-30 F100\nQ5 = 80\nAPPR LT X+0 Y+0 LEN10 RL FQ5\nL X+10\nDEP LT LEN5 FAUTO",
-         [(-30, 0, 0, 100), (-10, 4, 0, 80), (0, 4, 0, 80), (10, 4, 0, 80), (15, 4, 0, 350)]),
+         [(-30, 0, 0, 100), (-10, 4, 0, 100), (0, 4, 0, 80), (10, 4, 0, 80), (15, 4, 0, 350)]),
     ],
 )  # fmt: skip
 def test_plain_language(moves: Any, body: str, expected: list[Move]) -> None:

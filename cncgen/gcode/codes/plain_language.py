@@ -26,6 +26,7 @@ from cncgen.gcode.block import (
     TIP,
     TIP_OFF,
     TOOL_FEED,
+    TOOL_SIZES,
     Block,
 )
 from cncgen.gcode.codes import tool_point
@@ -61,6 +62,7 @@ class Plain:
         heading: In which direction the last motion ended, in XY.
         parts: Values of a cycle that has them in parts, by their names (1 to 5, 17).
         sizes: Length and diameter, before oversizes, of the tools that had some.
+        defined: The tools whose sizes TOOL DEF gave.
         labels: The contours of cycle 14, and `contour`, what reads one: its segments, and the side of the tool.
         tool_feed: The feed of the last TOOL CALL with one, in the program's units a minute, which FAUTO takes.
     """
@@ -71,6 +73,7 @@ class Plain:
     heading: complex | None = None
     parts: dict[str, float] = field(default_factory=dict)
     sizes: dict[int, tuple[float, float]] = field(default_factory=dict)
+    defined: set[int] = field(default_factory=set)
     tool_feed: float = 0.0
     labels: list[str] = field(default_factory=list)
     contour: Callable[[str], tuple[list[Segment], int]] | None = None
@@ -286,6 +289,21 @@ def oversize(ip: Interpreter, block: Block) -> None:
     tool.diameter = diameter + 2.0 * wider / ip.table_scale()
 
 
+def tool_sizes(ip: Interpreter, block: Block) -> None:
+    """TOOL DEF n L R: length and radius of a tool, where --tool-table does not have it."""
+    number, words = round(block.words["tool"]), block.words
+    defined = Plain.of(ip).defined
+    if ip.tools.given and number in ip.tools.tools and number not in defined:
+        message = f"TOOL DEF {number} gives sizes of a tool that the tool table has: the table's are taken"
+        ip.warn_once(BlockError("tool-defined", message, "TOOL", hint="leave one of them out"), Severity.NOTE)
+        return
+    defined.add(number)
+    Plain.of(ip).sizes.pop(number, None)
+    tool = ip.tools.made(number)
+    tool.offset[_Z] = words.get("l_size", 0.0) / ip.table_scale()
+    tool.diameter = 2.0 * words.get("r_size", 0.0) / ip.table_scale()
+
+
 def tool_feed(ip: Interpreter, block: Block) -> None:
     """Keep F of TOOL CALL, which FAUTO takes."""
     Plain.of(ip).tool_feed = block.words["f"]
@@ -365,6 +383,8 @@ CODES = (
         dialects=(DIALECT,)),
     Code("G", OVERSIZE, "oversize", Stage.TOOL, oversize, "oversizes of the tool: length, radius", "t", title="DL DR", named=("dl", "dr_"),
         dialects=(DIALECT,)),
+    Code("G", TOOL_SIZES, "tool sizes", Stage.TOOL, tool_sizes, "length and radius of a tool", title="TOOL DEF",
+        named=("tool", "l_size", "r_size"), dialects=(DIALECT,)),
     Code("G", TOOL_FEED, "tool feed", Stage.TOOL, tool_feed, "the feed of TOOL CALL, which FAUTO takes", title="FAUTO",
         dialects=(DIALECT,)),
     Code("G", TIP, "tip", Stage.TOOL_LENGTH, tip_on, "the tip goes where the program says (TCPM)", title="M128", dialects=(DIALECT,),

@@ -147,6 +147,9 @@ class ToolCentre:
         self.radius = abs(radius)
         self._least_entry = self.radius if least_entry is None else least_entry
         self._square_entry = square_entry
+        #: Whether a move that stands still in the plane may come before the entry, as the controls with a square entry have it.
+        self._waits_for_entry = square_entry
+        self._stands = False
         self._renewed: tuple[float, int] | None = None
         self.unit = unit
         self._smooth = smooth
@@ -179,7 +182,7 @@ class ToolCentre:
         """
         step = end - self._programmed
         length = abs(step)
-        if length < STILL and self._curve:
+        if length < STILL and (self._curve or self._waits_for_entry):
             self._wait(CentreMove(self._actual, None, 0, block, rapid))
             return []
         self._check_entry(length)
@@ -195,8 +198,8 @@ class ToolCentre:
         self._least_roll = math.inf if on else 0.0
 
     def stand(self, programmed: complex) -> None:
-        """Take a programmed point that the tool stands beside already: its first move begins there."""
-        self._programmed = programmed
+        """Take a programmed point that the tool stands beside already: its first move begins there, and is no entry."""
+        self._programmed, self._stands, self._square_entry = programmed, True, False
 
     def renew(self, radius: float, left: bool) -> None:
         """Take another radius or side from the next move on, which must be straight.
@@ -249,7 +252,7 @@ class ToolCentre:
                 "the move after another radius or side of cutter compensation is an arc; it must be straight",
                 "change D, or the side, before a straight move",
             )
-        if self._curve is None:
+        if self._curve is None and not self._stands:
             return self._entry_arc(end, centre, turns, block)
         if offset_radius <= 0.0:
             raise CompensationError(
@@ -385,7 +388,7 @@ class ToolCentre:
         old, self._programmed = self._curve, end
         done: list[CentreMove | Any] = []
         if old is None:
-            curve.start, curve.entry = self._actual, True
+            curve.start, curve.entry = self._actual, not self._stands
             done += self._settle()
         else:
             done += self._join(old, curve, start, block, rapid)

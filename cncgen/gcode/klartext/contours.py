@@ -137,13 +137,13 @@ def first_heading(ip: Interpreter, start: Point, block: Block) -> complex | None
     return trying.first
 
 
-def _line(ip: Interpreter, at: complex, z: float | None = None) -> None:
+def _line(ip: Interpreter, at: complex, z: float | None = None, *, rapid: bool = False) -> None:
     end = ip.state.position.copy()
     end[0], end[1] = at.real, at.imag
     if z is not None:
         end[2] = z
     if end != ip.state.position:
-        ip.sink.straight_feed(end)
+        (ip.sink.straight_traverse if rapid else ip.sink.straight_feed)(end)
         ip.state.position, ip.state.moved = end, True
 
 
@@ -191,6 +191,15 @@ def _take_feed(ip: Interpreter, way: ContourWay, here: Block) -> None:
     check_feed(ip, here, way.kind)
 
 
+def _polar(ip: Interpreter, way: ContourWay) -> complex:
+    """Return the place of PR and PA about the pole."""
+    pole = Plain.of(ip).pole
+    if pole is None:
+        message = f"{way.kind} in polar coordinates has no pole"
+        raise BlockError("pole-missing", message, way.kind, hint="CC gives it before")
+    return pole + cmath.rect(way.value("PR"), math.radians(way.value("PA")))
+
+
 def approach(
     ip: Interpreter, way: ContourWay, here: Block, leads: Callable[[Point], complex | None] | None
 ) -> None:
@@ -209,12 +218,7 @@ def approach(
         elif "I" + name in way.values:
             start[index] += way.values["I" + name]
     if "PR" in way.values or "PA" in way.values:
-        pole = Plain.of(ip).pole
-        if pole is None:
-            raise BlockError(
-                "pole-missing", "APPR in polar coordinates has no pole", "APPR", hint="CC gives it before"
-            )
-        point = pole + cmath.rect(way.value("PR"), math.radians(way.value("PA")))
+        point = _polar(ip, way)
         start[0], start[1] = point.real, point.imag
     tangent = leads(start) if leads is not None else None
     if tangent is None:
@@ -229,14 +233,15 @@ def approach(
     normal = tangent * (-1j if side < 0 else 1j)
     beside = a + normal * tool
     ip.sink.block = here
-    _take_feed(ip, way, here)
+    # LCT has one feed all the way; to where the other forms begin, the tool goes as it went before.
+    rapid = ip.state.motion == 0 and way.form != "LCT"
+    if way.form == "LCT" or ip.state.feed <= 0.0:
+        _take_feed(ip, way, here)
     sense = -1 if side < 0 else 1
     if way.form in ("LT", "LN"):
-        _line(
-            ip,
-            beside - tangent * way.value("LEN") if way.form == "LT" else beside + normal * way.value("LEN"),
-            start[2],
-        )
+        along = -tangent if way.form == "LT" else normal
+        _line(ip, beside + along * way.value("LEN"), start[2], rapid=rapid)
+        _take_feed(ip, way, here)
         _line(ip, beside)
     else:
         radius = _circle(way)
@@ -248,7 +253,9 @@ def approach(
             at = _touch(
                 complex(ip.state.position[0], ip.state.position[1]), centre, radius, sense, leaving=False
             )
-        _line(ip, at, start[2])
+        _line(ip, at, start[2], rapid=rapid)
+        if way.form != "LCT":
+            _take_feed(ip, way, here)
         _arc(ip, beside, centre, sense)
     if side:
         ip.execute(Block({}, (410 if side > 0 else 420,), (), None, here.source, here.line, here.offset))
@@ -294,7 +301,9 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
                 sense,
             )
         else:
+            polar = "PR" in way.values or "PA" in way.values
             end = complex(way.values.get("X", beside.real), way.values.get("Y", beside.imag))
+            end = _polar(ip, way) if polar else end
             _arc(ip, _touch(end, centre, radius, sense, leaving=True), centre, sense)
             _line(ip, end, way.values.get("Z"))
 

@@ -64,7 +64,7 @@ _SLASH = re.compile(r"\s*(?:\d+\s+)?/")
 _REMARK = re.compile(r"\s*(?:\d+\s*)?[;*]")
 _LABEL = re.compile(r"LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))\s*\Z", re.IGNORECASE)
 _CALL = re.compile(
-    r"CALL\s+LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?P<times>\d{1,99})(?:/\d+)?)?\s*\Z",
+    r"CALL\s+LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?P<times>\d{1,99}|Q\d+)(?:/\d+)?)?\s*\Z",
     re.IGNORECASE,
 )
 _CORNER = re.compile(
@@ -284,7 +284,7 @@ class HeidenhainRunner(LanguageRun):
         name = (match["name"] if match["name"] is not None else match["number"]).upper()
         target = self._target(name)
         if match["times"] is not None:
-            left = self._repeats.get(at, int(match["times"]))
+            left = self._repeats.get(at, round(self._value(match["times"])))
             if left > 0:
                 self._repeats[at] = left - 1
                 self._at = target + 1
@@ -583,7 +583,7 @@ class HeidenhainRunner(LanguageRun):
                 return partial(free_contours.first_heading, self._elements(following))
             if re.match(r"CC\b", body, re.IGNORECASE):
                 self._plain(following, body)
-            elif not _CORNER.match(body):
+            elif not (_CORNER.match(body) or _LABEL.match(body)):
                 if not re.match(r"(?:L|C|CR|CP|LP)\b", body, re.IGNORECASE):
                     return None
                 block = self._block(following, body)

@@ -35,6 +35,7 @@ from cncgen.gcode.block import (
     TIP,
     TIP_OFF,
     TOOL_FEED,
+    TOOL_SIZES,
     Computed,
     Parsed,
     Value,
@@ -103,6 +104,8 @@ _HINT = "--dialect reads other texts as G-code"
 _WORDS_HINT = "a word is letters with a value: X+10, IY-2.5, X+Q1, DR-, R0, F200, FMAX, M3"
 #: Words of TOOL CALL that add to a tool's length, radius and radius of its corner.
 _OVERSIZE = re.compile(rf"(?P<kind>D(?:L|R2|R)(?!2)){_VALUE}", re.IGNORECASE)
+#: Words of TOOL DEF.
+_SIZES = re.compile(rf"(?<![A-Z0-9])(?P<kind>[LR]){_VALUE}", re.IGNORECASE)
 #: Words of LN: the normal of the surface, the direction of the tool's axis.
 _NORMAL = re.compile(rf"\bN[XYZ]{_VALUE}", re.IGNORECASE)
 _ORIENTATION = re.compile(rf"\bT[XYZ]{_VALUE}", re.IGNORECASE)
@@ -329,6 +332,15 @@ def _tool_call(body: str, at: int) -> Words:
     return [("t", number), ("m", 6.0), ("g", 43.0), ("g", OVERSIZE / 10.0), *sizes, *rest]
 
 
+def _tool_sizes(body: str, at: int) -> Words:
+    """TOOL DEF: length and radius of a tool; without them, it makes the tool ready."""
+    sizes = {size["kind"].lower() + "_size": _value(size["value"]) for size in _SIZES.finditer(body, at)}
+    number = _TOOL.match(body, at)
+    if not sizes or number is None or number["number"] is None:
+        return []
+    return [("g", TOOL_SIZES / 10.0), ("tool", _value(number["number"])), *sizes.items()]
+
+
 def _tool_named(name: str) -> Computed:
     """Return the number of the tool that the table has under a name, 0 for none."""
     return lambda p: float(p.interpreter.tools.named(name) or 0)
@@ -391,7 +403,8 @@ _BLOCKS: tuple[tuple[re.Pattern[str], _Reader], ...] = tuple(
     for head, read in (
         (r"BEGIN\s+PGM\b", _begin_program),
         (r"END\s+PGM\b", _before(("m", 2.0), plain=False)),
-        (r"BLK\s+FORM\b|TOOL\s+DEF(?![A-Z])|DECLARE\s+STRING\b", _nothing),
+        (r"BLK\s+FORM\b|DECLARE\s+STRING\b", _nothing),
+        (r"TOOL\s+DEF(?![A-Z])", _tool_sizes),
         (r"TOOL\s+CALL(?![A-Z])", _tool_call),
         (r"CYCL\s+DEF(?![A-Z])", _cycle),
         (r"CYCL\s+CALL\b", _before(("g", CYCLE_CALL / 10.0))),
