@@ -127,6 +127,34 @@ def test_a_table_is_stronger_than_a_definition(run: Any, tmp_path: Any) -> None:
     assert out.path.end[out.path.kind < 3][0, :2] == pytest.approx([8, 0])
 
 
+def test_a_polar_arc_that_goes_on(moves: Any) -> None:
+    """CTP ends 30 from the pole at 30 degrees (iTNC 530, "CTP"); it leaves 25 at 120 degrees along the line before."""
+    text = program("CC X+40 Y+35\nL X+0 Y+35 F250\nLP PR+25 PA+120\nCTP PR+30 PA+30\n", 2)
+    end = moves(text)[2]
+    assert end[:2] == (pytest.approx(40 + 30 * math.cos(math.pi / 6)), pytest.approx(50))
+
+
+def test_a_thread_is_cut_from_where_the_tool_is(moves: Any, run: Any) -> None:
+    """18: to the depth at the pitch, where the spindle stops; ways on and off are the program's."""
+    text = program(
+        "L Z-5 R0 FMAX\nCYCL DEF 18.0 THREAD CUTTING\nCYCL DEF 18.1 DEPTH -20\nCYCL DEF 18.2 PITCH {}\nCYCL CALL\n",
+        2,
+    )
+    assert moves(text.format("+1"))[:2] == [(0, 0, -5, 0), (0, 0, -25, 4000)]
+    assert [e[0] for e in run(text.format("+0")).errors] == ["cycle-words"]
+
+
+@pytest.mark.parametrize("number", [200, 203, 262])
+def test_a_cycle_without_depth_is_not_made(run: Any, number: int) -> None:
+    text = program(
+        f"CYCL DEF {number} C ~\n Q200=2 ~\n Q201=+0 ~\n Q206=100 ~\n Q335=20 ~\n Q239=1\nL X+5 FMAX M99\n", 2
+    )
+    out = run(text)
+    assert out.errors == []
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["cycle-depth"]
+    assert out.path.end[out.path.kind < 3][:, 2].max() == 250
+
+
 @pytest.mark.parametrize("dialect", ["fanuc", "sinumerik"])
 def test_a_move_beside_the_plane_may_come_before_the_entry(run: Any, tmp_path: Any, dialect: str) -> None:
     """G41, down, then to the contour: the entry is the first move of the plane; the tool has the radius 4."""

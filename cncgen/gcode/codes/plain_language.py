@@ -215,6 +215,12 @@ def define(ip: Interpreter, block: Block) -> None:
     plain.cycle = number
 
 
+def tell_no_depth(ip: Interpreter, number: int) -> None:
+    """Warn of a cycle without depth ("if you program the depth = 0, the cycle will not be executed")."""
+    message = f"cycle {number} has the depth Q201 = 0: it is not made"
+    ip.warn(BlockError("cycle-depth", message, "CYCL", hint="Q201 is below 0"), Severity.WARNING)
+
+
 def run_cycle(ip: Interpreter, block: Block) -> None:
     """CYCL CALL, M99: the cycle where the tool is, by Q200 to Q211."""
     number = Plain.of(ip).cycle
@@ -222,6 +228,9 @@ def run_cycle(ip: Interpreter, block: Block) -> None:
         raise BlockError("cycle-missing", "no cycle to call", "M99", hint="CYCL DEF gives it before")
     q = ip.parameters.numbers
     top, bottom = q[203] + q[200], q[203] + q[201]
+    if q[201] == 0.0:
+        tell_no_depth(ip, number)
+        return
     if q[206] <= 0.0:
         raise BlockError("feed-missing", f"the feed of the cycle, Q206 = {q[206]:g}, is not above 0", "M99")
     _move(ip, top, rapid=True)

@@ -308,6 +308,18 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
             _line(ip, end, way.values.get("Z"))
 
 
+def take_polar_end(ip: Interpreter, words: dict[str, float]) -> None:
+    """Put X and Y in the place of PR, PA, IPR and IPA of CTP; a radius or angle that is missing stays."""
+    pole = Plain.of(ip).pole
+    if pole is None:
+        raise BlockError("pole-missing", "CTP has no pole", "CTP", hint="CC gives it before")
+    spoke = complex(*ip.state.position[:2]) - pole
+    radius = words.pop("pr", abs(spoke)) + words.pop("ipr", 0.0)
+    angle = words.pop("pa", math.degrees(cmath.phase(spoke)) if spoke else 0.0) + words.pop("ipa", 0.0)
+    end = pole + cmath.rect(radius, math.radians(angle))
+    words["x"], words["y"] = end.real, end.imag
+
+
 def tangent_arc(ip: Interpreter, words: dict[str, float]) -> tuple[list[float], complex, int]:
     """Return end, centre and sense of CT: the arc to a point in the direction of the element before."""
     heading = Plain.of(ip).heading

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import CYCLE_CALL, Block
-from cncgen.gcode.codes.plain_language import Plain
+from cncgen.gcode.codes.plain_language import Plain, tell_no_depth
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import contour_cycles, finishing, programs, slots, studs, threads
@@ -277,7 +277,9 @@ _OLD: dict[int, tuple[str, ...]] = {
     4: ("SETUP", "DEPTH", "PECKG", "X", "Y", "F"),
     5: ("SETUP", "DEPTH", "PECKG", "RADIUS", "F"),
     17: ("SETUP", "DEPTH", "PITCH"),
+    18: ("DEPTH", "PITCH"),
 }
+_THREAD = 18
 _OLD_POCKETS = {3: slots.slot, 4: slots.rectangle, 5: slots.circle}
 #: Words in a part: a name and its value; DR has a sign alone.
 _PART_WORD = re.compile(
@@ -314,13 +316,16 @@ def take_part(ip: Interpreter, number: int, part: int, text: str, value: Callabl
 
 def _old(ip: Interpreter, number: int) -> None:
     """1 pecks, 2 taps with a floating chuck, 17 taps in step with the spindle, 3 to 5 clear a slot or a pocket: from where the tool is,
-    the set-up clearance above."""
+    the set-up clearance above. 18 cuts a thread from there on."""
     names, parts = _OLD[number], Plain.of(ip).parts
     missing = [f"{number}.{k} {names[k - 1]}" for k in range(1, len(names) + 1) if names[k - 1] not in parts]
     if missing:
         message = f"cycle {number} has no {missing[0]}"
         raise BlockError("cycle-words", message, "CYCL", hint=f"CYCL DEF {missing[0]} gives it")
     values = {"RADIUS": 0.0, "FIRST": 0.0, **parts}
+    if number == _THREAD:
+        _cut_thread(ip, values["DEPTH"], values["PITCH"])
+        return
     top = ip.state.position[Z]
     surface = top - abs(values["SETUP"])
     q, feed = ip.parameters.numbers, values.get("F", 0.0)
@@ -339,6 +344,24 @@ def _old(ip: Interpreter, number: int) -> None:
     finally:
         for key, value in kept.items():
             q[key] = value
+
+
+def _cut_thread(ip: Interpreter, depth: float, pitch: float) -> None:
+    """18: to a depth from where the tool is, in step with the spindle, which then stands; ways to and from it are the program's."""
+    if not depth or not pitch or ip.state.speed <= 0.0:
+        message = f"cycle 18 has DEPTH = {depth:g}, PITCH = {pitch:g} and a spindle of S{ip.state.speed:g}"
+        raise BlockError(
+            "cycle-words", message, "CYCL", hint="DEPTH below 0 leads downwards; TOOL CALL gives S"
+        )
+    end = ip.state.position.copy()
+    end[Z] += depth
+    turn = 1 if (depth < 0.0) == (pitch > 0.0) else -1
+    ip.sink.set_spindle(ip.state.speed, turn)
+    ip.sink.set_feed_rate(abs(pitch) * ip.state.speed)
+    ip.sink.straight_feed(end)
+    ip.state.position, ip.state.moved, ip.state.direction = end, True, 0
+    ip.sink.set_spindle(ip.state.speed, 0)
+    ip.sink.set_feed_rate(ip.state.feed)
 
 
 def _peck_old(cycle: HoleCycle) -> None:
@@ -423,6 +446,10 @@ READ = tuple(
 )
 
 
+#: Cycles that do nothing without a depth Q201.
+_NO_DEPTH = (202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 240, 241, 251, 252, 253, 254, 256, 257, 262, 265, 267)  # fmt: skip
+
+
 def define(ip: Interpreter, number: int) -> None:
     """CYCL DEF: take the cycle that the calls run."""
     if number in _IDLE:
@@ -460,6 +487,8 @@ def call(ip: Interpreter, here: Block) -> None:
             contour_cycles.RUN[number](contour_cycles.Contours(ip, f"cycle {number}", plain.labels, read))
     elif number in _OLD:
         _old(ip, number)
+    elif number in _NO_DEPTH and q[201] == 0.0:
+        tell_no_depth(ip, number)
     elif number in _RUN:
         levels = (q[203], -q[250]) if number == 204 else None
         _RUN[number](HoleCycle(ip, f"cycle {number}", levels))

@@ -50,7 +50,7 @@ from cncgen.gcode.text.search import search_path
 
 #: Signs of a program whose lines lead from one to another, or whose cycles are run here.
 _NEEDS = re.compile(
-    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM|SELECTED)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CT\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
+    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM|SELECTED)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CTP?\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
     rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+DEF[ \t]*7[ \t]*\.\d[ \t]*[I#]|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|Q\d+[ \t]*=[ \t]*F?(?:AUTO|MAX)\b)|Q1(?:08|09|13|14)(?!\d)"
     rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
     rb"|\bR[LR]\b(?![\w.])|\bM89\b|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$",
@@ -74,7 +74,7 @@ _CORNER = re.compile(
 _DEFINITION = re.compile(
     r"CYCL\s+DEF\s*(?P<number>\d{1,99})(?:\s*\.(?P<part>\d{1,99}))?(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
 )
-_TANGENT = re.compile(r"CT(?=[\sXYZI])(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
+_TANGENT = re.compile(r"CT(?:(?P<polar>P(?=[\sPI]))|(?=[\sXYZI]))(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _PLACE = re.compile(r"CYCL\s+CALL\s+POS\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _PATTERN = re.compile(r"CYCL\s+CALL\s+PAT\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _VALUE = re.compile(r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))")
@@ -502,10 +502,12 @@ class HeidenhainRunner(LanguageRun):
             self.ip.execute(block)
 
     def _tangent(self, at: int, body: str) -> None:
-        """CT X Y: an arc that goes on in the direction before."""
+        """CT X Y, CTP PR PA: an arc that goes on in the direction before."""
         match = _TANGENT.match(body)
         assert match
-        block = self._block(at, f"L {match['rest']}")
+        block = self._block(at, f"{'LP' if match['polar'] else 'L'} {match['rest']}")
+        if match["polar"]:
+            contours.take_polar_end(self.ip, block.words)
         side = tuple(number for number in block.g if number in (410, 420))
         corner = self._corner_after(at)
         if side or self.ip.guard is not None:
