@@ -339,7 +339,7 @@ WRONG = {
     "no feed": ("G90 X20. Z-5.", ("feed-missing", 3, 1)),
     "a thread in the air": ("G0 X20. Z2.\nG76 X20. Z-5. P1000 Q300 F1.", ("thread-words", 4, 5)),
     "a thread of no height": ("G0 X30. Z2.\nG76 X20. Z-5. P0 Q300 F1.", ("thread-words", 4, 15)),
-    "a finish of all": ("G0 X30. Z2.\nG76 P010060 Q50 R50\nG76 X20. Z-5. P1000 Q300 F1.", ("thread-words", 5, 15)),
+    "a finish of all": ("G0 X30. Z2.\nG76 P010060 Q50 R1.\nG76 X20. Z-5. P1000 Q300 F1.", ("thread-words", 5, 15)),
     "no words": ("G76 X20. Z-5. F1.", ("thread-words", 3, 1)),
     "digits": ("G76 P123 Q1", ("thread-words", 3, 5)),
     "a short thread": ("G0 X30. Z2.\nG76 P019960 Q50\nG76 X20. Z-5. P1000 Q300 F1.", ("thread-words", 5, 10)),
@@ -434,6 +434,70 @@ def test_a_depth_of_cut_in_least_increments(run: Any) -> None:
     assert whole.path.end.tolist() == length.path.end.tolist()
     assert [d.code for d in whole.diagnostics if d.severity == "warning"] == ["profile-step"]
     assert not [d for d in length.diagnostics if d.severity == "warning"]
+
+
+#: Cycles as shops write them, lengths in least increments, and the same with decimal points.
+INCREMENTS = [
+    ("G21", "G71 U1250 R500\nG71 P10 Q20 U300 W50 F.25", "G71 U1.25 R.5\nG71 P10 Q20 U.3 W.05 F.25", "UUWR"),
+    (
+        "G20",
+        "G71 U1250 R50\nG71 P10 Q20 U500 W25 F.01",
+        "G71 U.125 R.005\nG71 P10 Q20 U.05 W.0025 F.01",
+        "UUWR",
+    ),
+    ("G21", "G72 W1000 R200\nG72 P30 Q40 U300 W100 F.25", "G72 W1. R.2\nG72 P30 Q40 U.3 W.1 F.25", "UWWR"),
+    (
+        "G21",
+        "G73 U6000 W500 R3\nG73 P10 Q20 U300 W100 F.25",
+        "G73 U6. W.5 R3\nG73 P10 Q20 U.3 W.1 F.25",
+        "UUWW",
+    ),
+    ("G20", "G75 R25\nG75 X1. P500 F.01", "G75 R.0025\nG75 X1. P500 F.01", "R"),
+    (
+        "G21",
+        "G76 P040060 Q30 R30\nG76 X46. Z-20. P920 Q250 F1.5",
+        "G76 P040060 Q30 R.03\nG76 X46. Z-20. P920 Q250 F1.5",
+        "R",
+    ),
+    # What is short enough is a length, and so is what has a point.
+    ("G21", "G71 U2 R1\nG71 P10 Q20 U1 W0 F.25", "G71 U2. R1.\nG71 P10 Q20 U1. W0. F.25", ""),
+    (
+        "G21",
+        "G73 U60. W0. R3\nG73 P10 Q20 U12. W0. F.25",
+        "G73 U60.00 W0. R3\nG73 P10 Q20 U12.00 W0. F.25",
+        "",
+    ),
+    ("G21", "G75 R.5\nG75 X40. P2. F.1", "G75 R.5\nG75 X40. P2000 F.1", ""),
+]
+
+
+@pytest.mark.parametrize(("unit", "written", "meant", "said"), INCREMENTS)
+def test_lengths_of_cycles_in_least_increments(
+    run: Any, unit: str, written: str, meant: str, said: str
+) -> None:
+    """B-64304EN-1, 1.6: without a decimal point 1 is a least increment, 0.001 mm or 0.0001 inch.
+
+    G71 U1250 of a shop's program in inches was a single cut at full depth, 1250 inch below, with an allowance of 250 inch.
+    """
+    scale = 1.0 if unit == "G21" else 1.0 / 25.0
+    lines = (
+        ("N10 G0", "X", 20.5), ("G1", "Z", -20.5), ("N20 G1", "X", 52.5),
+        ("N30 G0", "Z", -20.5), ("G1", "X", 20.5), ("N40 G1", "Z", 2.5),
+    )  # fmt: skip
+    # G75 and G76 have no profile.
+    profile = "".join(
+        f"{begin} {axis}{place * scale:g}\n" for begin, axis, place in lines if written[2] in "123"
+    )
+    texts = (
+        f"{unit} G97 S500 M3\nG0 X{52.5 * scale:g} Z{2.5 * scale:g}\n{cycle}\n{profile}M30"
+        for cycle in (written, meant)
+    )
+    found, expected = (run(text, dialect="fanuc-lathe") for text in texts)
+    assert found.errors == expected.errors == []
+    np.testing.assert_allclose(found.path.end, expected.path.end, atol=1e-9)
+    remarks = [d for d in found.diagnostics if d.code == "profile-step"]
+    assert sorted(d.message[0] for d in remarks) == sorted(said)
+    assert not [d for d in expected.diagnostics if d.code == "profile-step"]
 
 
 @pytest.mark.parametrize(

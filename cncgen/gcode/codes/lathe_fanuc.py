@@ -9,6 +9,7 @@ Source: FANUC 0i-TD operator's manual B-64304EN-1, sections 4.1 (threads), 8.4 (
 from __future__ import annotations
 
 from cncgen.gcode.block import Block
+from cncgen.gcode.codes.dwell import is_written
 from cncgen.gcode.codes.feeds import per_minute, per_revolution
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import has_axis
@@ -62,8 +63,9 @@ class Turning:
     compensation: int = 0
 
 
-#: Whole numbers of D from here on are least increments.
-_LEAST_WHOLE = 50.0
+#: Lengths in mm from which on a whole number without a decimal point cannot be meant as a length: the depth of a cut and the way of all
+#: passes, how far a tool lifts off, an allowance, and what the last pass of a thread takes.
+DEEP, LIFT, ALLOWANCE, THREAD_FINISH = 50.0, 20.0, 10.0, 2.0
 
 
 def turning_of(ip: Interpreter) -> Turning:
@@ -76,24 +78,46 @@ def turning_of(ip: Interpreter) -> Turning:
 
 
 def increments(ip: Interpreter, block: Block, letter: str) -> float:
-    """Return P or Q of a cycle, whose whole numbers count in least increments, as a length; others are lengths."""
+    """Return P or Q of a cycle, whose whole numbers count in least increments, as a length; others are lengths.
+
+    So is a whole number with a decimal point, which FANUC's controls refuse, where it can be meant as one: ``P2.`` is not ``P4000.0``.
+    """
     value = block.words[letter]
     scaled = letter == "q" and ip.options.least_increment is not None
     if scaled or value != round(value):
         return value
+    short = abs(value) * (25.4 if ip.state.inches else 1.0) < DEEP
+    if short and is_written(ip, block, rf"{letter}[ \t]*[-+]?[0-9]*[.]"):
+        return value
+    return _of_increments(ip, value)
+
+
+def _of_increments(ip: Interpreter, value: float) -> float:
     return value * (ip.options.least_increment or _INCREMENT) / (10.0 if ip.state.inches else 1.0)
 
 
-def depth_of(ip: Interpreter, block: Block, name: str) -> float:
-    """Return the depth D of a cut as a length; large whole numbers count in least increments, as D2000 of 2 mm."""
-    value = abs(block.words["d"])
-    if value < _LEAST_WHOLE or value != round(value):
+def length_of(ip: Interpreter, block: Block, letter: str, name: str, least_mm: float) -> float:
+    """Return a word of a cycle as a length.
+
+    Controls count a number without a decimal point in least increments: ``G71 U1250 R500`` are 1.25 and 0.5 mm, 0.125 and 0.05 inch.
+    A whole number below `least_mm` is a length all the same, as ``U2 R1``.
+    """
+    value = block.words[letter]
+    size = abs(value) * (25.4 if ip.state.inches else 1.0)
+    if size < least_mm or value != round(value) or ip.options.least_increment is not None:
         return value
-    depth = abs(increments(ip, block, "d"))
-    message = f"D{value:g} of {name} is read as {depth:g} (least increments), not as {value:g}"
-    hint = "a length has a decimal point: D2.0"
-    ip.warn_once(BlockError("profile-step", message, "D", hint=hint))
-    return depth
+    if not is_written(ip, block, rf"{letter}[ \t]*[-+]?[0-9]+(?![\d.])"):
+        return value
+    length, word = _of_increments(ip, value), letter.upper()
+    message = f"{word}{value:g} of {name} is read as {length:g} (least increments), not as {value:g}"
+    hint = f"a length has a decimal point: {word}{length:g}{'' if length % 1.0 else '.'}"
+    ip.warn_once(BlockError("profile-step", message, word, hint=hint))
+    return length
+
+
+def depth_of(ip: Interpreter, block: Block, name: str) -> float:
+    """Return the depth D of a cut as a length."""
+    return abs(length_of(ip, block, "d", name, DEEP))
 
 
 def check_spindle(ip: Interpreter, name: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.lathe_fanuc import ONLY, increments, turning_of
+from cncgen.gcode.codes.lathe_fanuc import LIFT, ONLY, increments, length_of, turning_of
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
@@ -50,7 +50,8 @@ def _pecking(name: str, deep: int, aside: int) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         words, kept = block.words, turning_of(ip)
         if words.keys().isdisjoint("xz"):
-            kept.back = abs(words.get("r", kept.back))
+            if "r" in words:
+                kept.back = abs(length_of(ip, block, "r", name, LIFT))
             return
         if _PLACE[deep] not in words:
             letter = _PLACE[deep].upper()

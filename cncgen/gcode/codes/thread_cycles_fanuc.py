@@ -10,7 +10,16 @@ import math
 from collections.abc import Iterator
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.lathe_fanuc import ONLY, check_spindle, depth_of, increments, turning_of
+from cncgen.gcode.codes.lathe_fanuc import (
+    DEEP,
+    ONLY,
+    THREAD_FINISH,
+    check_spindle,
+    depth_of,
+    increments,
+    length_of,
+    turning_of,
+)
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.simple_cycles_fanuc import go, thread_pass
 from cncgen.gcode.codes.table import Code
@@ -55,7 +64,7 @@ def _set(ip: Interpreter, block: Block) -> None:
     if "q" in words:
         kept.least = abs(increments(ip, block, "q"))
     if "r" in words:
-        kept.finish = abs(words["r"])
+        kept.finish = abs(length_of(ip, block, "r", "G76", THREAD_FINISH))
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +111,8 @@ def _thread_of(ip: Interpreter, block: Block) -> _Thread:
         raise BlockError("thread-words", f"G76 has no {' and no '.join(missing)}", "G76", hint=hint)
     sizes = [words["k"], depth_of(ip, block, "G76")] if of_haas else [increments(ip, block, k) for k in "pq"]
     depths = _Depths(sizes[0], sizes[1], kept.least, kept.finish, kept.passes)
-    taper, angle = words.get("i" if of_haas else "r", 0.0), words.get("a", kept.angle)
+    slope, angle = "i" if of_haas else "r", words.get("a", kept.angle)
+    taper = length_of(ip, block, slope, "G76", DEEP) if slope in words else 0.0
     start_x, start_z = ip.state.position[X], ip.state.position[Z]
     high, first = high.upper(), first.upper()
     many = min(depths.full / max(depths.first, _TINY), 1e9) ** 2 > _PASSES

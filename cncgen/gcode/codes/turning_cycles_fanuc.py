@@ -16,7 +16,16 @@ from itertools import pairwise
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.budget import LINE
-from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, depth_of, turning_of
+from cncgen.gcode.codes.lathe_fanuc import (
+    ALLOWANCE,
+    DEEP,
+    LIFT,
+    ONLY,
+    Turning,
+    depth_of,
+    length_of,
+    turning_of,
+)
 from cncgen.gcode.codes.lathe_words import X, Z, turned
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
@@ -165,6 +174,14 @@ def advances(segment: Segment) -> bool:
     return min(places) >= segment.start.real - TINY and max(places) <= segment.end.real + TINY
 
 
+def _allowance(ip: Interpreter, block: Block, name: str) -> complex:
+    """Return the allowances W and U, this one a diameter, along Z and X."""
+    along, across = (
+        length_of(ip, block, letter, name, ALLOWANCE) if letter in block.words else 0.0 for letter in "wu"
+    )
+    return complex(along, 0.5 * across)
+
+
 def _contour(
     ip: Interpreter, block: Block, name: str, swap: bool
 ) -> tuple[complex, complex, complex, list[Segment], bool]:
@@ -174,11 +191,11 @@ def _contour(
     Traverses at its end that go back lead away from the part, and are left out.
     """
     moves, rapid, away, both = _profile(ip, block, name)
-    words, position = block.words, ip.state.position
+    allowance, position = _allowance(ip, block, name), ip.state.position
     start = complex(position[Z], position[X])
     for left_out in (0, away) if 0 < away < len(moves) - 1 else (0,):
         part = moves[: len(moves) - left_out]
-        profile = shifted(part[1:], complex(words.get("w", 0.0), 0.5 * words.get("u", 0.0)))
+        profile = shifted(part[1:], allowance)
         way, above = part[-1].end - part[0].end, start - part[0].end
         travel, height = (way.imag, above.real) if swap else (way.real, above.imag)
         across = complex(_sign(travel), _sign(height))
@@ -235,7 +252,10 @@ def _rough(name: str, swap: bool) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         words, kept = block.words, turning_of(ip)
         if "p" not in words and "q" not in words:
-            kept.depth, kept.escape = abs(words.get(depth_word, kept.depth)), abs(words.get("r", kept.escape))
+            if depth_word in words:
+                kept.depth = abs(length_of(ip, block, depth_word, name, DEEP))
+            if "r" in words:
+                kept.escape = abs(length_of(ip, block, "r", name, LIFT))
             return
         check_feed(ip, block, name)
         _without_compensation(ip, name)
@@ -333,14 +353,18 @@ def like_it(ip: Interpreter, block: Block) -> None:
         count = whole(block, "r", "G73") if "r" in words else count
         if not 1 <= count <= MAX_CUTS:
             raise BlockError("profile-passes", f"R{count} of G73 must be from 1 to {MAX_CUTS}", "R")
-        kept.pattern = words.get("u", x), words.get("w", z), count
+        x, z = (
+            length_of(ip, block, letter, "G73", DEEP) if letter in words else before
+            for letter, before in (("u", x), ("w", z))
+        )
+        kept.pattern = x, z, count
         return
     check_feed(ip, block, "G73")
     _without_compensation(ip, "G73")
     moves, *_ = _profile(ip, block, "G73")
     x, z, count = kept.pattern
     start = complex(ip.state.position[Z], ip.state.position[X])
-    allowance, way = complex(words.get("w", 0.0), 0.5 * words.get("u", 0.0)), complex(z, x)
+    allowance, way = _allowance(ip, block, "G73"), complex(z, x)
     lathe = Lathe(ip, complex(1.0, 1.0), False)
     for index in range(count):
         left = 1.0 - index / (count - 1) if count > 1 else 1.0
