@@ -101,6 +101,7 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "CYCLE82 with a distance": ("CYCLE82(10,0,2,-8,5,0,0,1,11)", [(0, 0, z) for z in (2, -5, 10)]),
     "CYCLE83 breaks": ("CYCLE83(10,0,1,-15,,,10,5,,,,0)", [(0, 0, z) for z in (1, -10, -9, -15, 10)]),
     "CYCLE84": ("S100\nCYCLE84(10,0,2,-10,,,5,,1.5,,200,400)", [(0, 0, z) for z in (2, -10, 2, 10)]),
+    "CYCLE84 with a distance": ('S100\nCYCLE84(10,0,2,-10,7,,5,,1.5,,200,400,,1,,,,,"","","",0,1,1001001)', [(0, 0, z) for z in (2, -7, 2, 10)]),
     "CYCLE840": ("S100 M3\nCYCLE840(10,0,2,-10,,0,4,3,0,,1)", [(0, 0, z) for z in (2, -10, 2, 10)]),
     "CYCLE85": ("CYCLE85(10,0,2,-10,,0,100,200)", [(0, 0, z) for z in (2, -10, 2, 10)]),
     "CYCLE86": (
@@ -300,6 +301,21 @@ def test_modes_of_a_cycle_choose_units(run: Any, mode: int, wait: float) -> None
         assert out.path.feed[cuts] * 60.0 == pytest.approx([50, 100])
 
 
+@pytest.mark.parametrize(
+    ("pitch", "mode", "left"),
+    [(1, 0, False), (-1, 0, True), (1, 1001002, False), (1, 1002002, True), (-1, 1001002, False)],
+)
+def test_the_hand_of_a_tap(calls: Any, pitch: int, mode: int, left: bool) -> None:
+    """The sign of PIT, or the fourth digit of AMODE (1 right, 2 left), as posts write it for taps; out it turns the other way."""
+    tap = f'G0 Z10\nCYCLE84(10,0,2,-8,,0,5,,{pitch},0,200,200,0,1,0,0,,1.4,"","","",0,0,{mode})\nM30'
+    turns = [
+        call.split("_")[2].split("(")[0]
+        for call in calls(tap, dialect="sinumerik")
+        if call.startswith("START_SPINDLE")
+    ]
+    assert turns == (["COUNTERCLOCKWISE", "CLOCKWISE"] if left else ["CLOCKWISE", "COUNTERCLOCKWISE"])
+
+
 def test_it_is_recognised(run: Any) -> None:
     out = run('N10 G17 G54\nN20 T="MILL 10" D1\nN30 M6\nN40 G0 X1\nN50 CYCLE81(10,0,2,-5)\nN60 M30')
     assert any(d.message.startswith("read as sinumerik") for d in out.diagnostics)
@@ -369,6 +385,7 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "a depth that its mode chooses": ("CYCLE81(10,0,2,-8,,0,0,0,1)", ("cycle-depth", 1, 1)),
     "a plane that a mode chooses": ("CYCLE86(10,0,2,-8,,0,3,0,0,0,0,0,2,10)", ("cycle-plane", 1, 1)),
     "a lift that is not read": ("CYCLE86(10,0,2,-8,,0,3,0,0,0,0,1)", ("not-read", 1, 1)),
+    "a mode of a tap": ('CYCLE84(10,0,2,-8,,0,3,,1,0,200,200,,1,,,,,"","","",0,1,3)', ("not-read", 1, 1)),
     "a hole along X": ("CYCLE84(10,0,2,-8,,0,3,,1,0,200,200,1)", ("not-read", 1, 1)),
     "a parameter beyond the mode": ("CYCLE82(10,0,2,-8,,0,0,1,12,1)", ("not-read", 1, 1)),
     "a face of corners": ("F100\nCYCLE61(20,0,2,-4,0,0,30,20,2,100,0,500,31,0,1,1010)", ("not-read", 2, 1)),

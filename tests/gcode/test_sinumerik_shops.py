@@ -231,7 +231,8 @@ def test_slots_that_cannot_be(run: Run, tmp_path: Path) -> None:
         ("CYCLE87(5,0,2,-10,,3)", []),
         ("CYCLE87(5,0,2,-10,,3,,,)", []),
         ("CYCLE87(5,0,2,-10,,3,,,1)", ["cycle-parameters"]),
-        ('CYCLE84(15,0,5,-12,,0,3,,1.25,0,500,600,0,1,0,0,,1.4,"ISO_METRIC","M8")', ["cycle-parameters"]),
+        ('CYCLE84(15,0,5,-12,,0,3,,1.25,0,500,600,0,1,0,0,,1.4,"","ISO_METRIC","M8",0,1,1001002)', []),
+        ('CYCLE84(15,0,5,-12,,0,3,,1.25,0,500,600,0,1,0,0,,1.4,"","ISO_METRIC","M8",0,1,1001002,,5)', []),
     ],
 )
 def test_parameters_that_a_cycle_does_not_look_at_are_told(run: Run, cycle: str, said: list[str]) -> None:

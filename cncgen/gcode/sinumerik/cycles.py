@@ -398,14 +398,20 @@ def _pitch(name: str, size: float | None, pitch: float | None) -> float:
 
 
 def _tap(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE84, rigid: DTB SDAC MPIT PIT POSS SST SST1 AXN PITA TECHNO VARI (1 breaks chips, 2 clears them) DAM VRT."""
+    """CYCLE84, rigid: DTB SDAC MPIT PIT POSS SST SST1 AXN PITA TECHNO VARI (1 breaks chips, 2 clears them) DAM VRT PITM PTAB PTABA GMODE
+    DMODE AMODE.
+
+    Digits of AMODE, ones first: DP or DPR, units of DTB, none, a thread to the right (1) or left (2), and three that move nothing.
+    """
+    end, each, _, hand, *_ = _modes(motions, name, values, 21, (2, 2, 0, 2, 0, 0, 1))
     _check_axis(name, values)
-    hole = Hole.of(motions, name, values)
+    hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
+    wait = _waits(filled(values, 5), each)
     unit = filled(values, 13)
     if unit not in (0.0, 1.0):
         message = f"PITA = {unit:g} of {name} (a lead in inches or threads an inch) is not read"
         raise BlockError("not-read", message, name, hint="PITA = 1 is a lead in mm")
-    left = (given(values, 7) or given(values, 8) or 0.0) < 0.0
+    left = hand == 2 or (hand == 0 and (given(values, 7) or given(values, 8) or 0.0) < 0.0)
     lead, speed = _pitch(name, given(values, 7), given(values, 8)), filled(values, 10)
     steps, infeed = [hole.depth], abs(filled(values, 16))
     how = round(filled(values, 15)) % 10
@@ -416,7 +422,8 @@ def _tap(motions: Motions, name: str, values: Values) -> None:
             raise BlockError("cycle-infeed", message, name, hint=f"at most {_MOST_STEPS} are made")
         steps = [*(hole.reference - infeed * k for k in range(1, count)), hole.depth]
     back = (abs(filled(values, 17)) or hole.mm(_BREAK)) if how == 1 else None
-    _tapped(hole, name, values, lead, (speed, filled(values, 11) or speed), left, 6, steps, back)
+    speeds = (speed, filled(values, 11) or speed)
+    _tapped(hole, name, [*values[:5], wait, *values[6:]], lead, speeds, left, 6, steps, back)
 
 
 def _tap_floating(motions: Motions, name: str, values: Values) -> None:
