@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
 from cncgen.geometry.columns import max_over_axes
+from cncgen.kernels import planned_motion
 from cncgen.planner.least_time.mesh import LINE, SPLINE, Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces
 from cncgen.planner.least_time.problem import Intervals
@@ -204,14 +205,9 @@ class _Scene:
         s = np.concatenate([[0.0], np.cumsum(given.h[:n])])
         time = np.concatenate([[0.0], np.cumsum(pieces.duration[:count])])
         place = np.append(s[owner] + pieces.place[:count], s[-1])
-        x1, x2 = given.x1[:n], given.x2[:n]
-        if (course.bounds.scale != 1.0).any():
-            x1, x2 = x1 * course.bounds.scale, x2 * course.bounds.scale
-        # About a cusp |x''| is bounded by what nodes resolve; that the direction turns is seen at their ends.
-        inner = _size(x1[:, 2] - x1[:, 0]) / given.h[:n]
-        bend = np.maximum(_size(x2.reshape(-1, x2.shape[2])).reshape(n, 3), inner[:, None])
-        corner = np.zeros(n)
-        corner[1:] = _size(x1[1:, 0] - x1[:-1, 2])
+        seen = np.empty((6, n))
+        planned_motion.bends(given.h[:n], given.x1, given.x2, course.bounds.scale, q, v, offset, seen)
+        speed, sharpest, corner, *bend = seen
         corner[corner < _NO_TURN] = 0.0
         stands = v[offset[:-1]] == 0.0
         rest = np.append(np.flatnonzero(stands & (corner > 0.0)), n)
@@ -221,9 +217,9 @@ class _Scene:
             owner=owner,
             s=s,
             t=time[offset],
-            speed=np.maximum(np.sqrt(max_over_axes(q[:n])), np.maximum.reduceat(v, offset[:-1])),
-            bend=bend,
-            sharpest=max_over_axes(bend),
+            speed=speed,
+            bend=np.stack(bend, axis=1),
+            sharpest=sharpest,
             corner=corner,
             passed=bool(np.any(corner[~stands])),
             end=rest[np.searchsorted(rest, np.arange(n), side="right")],

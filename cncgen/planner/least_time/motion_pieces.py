@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.geometry import elementary
-from cncgen.planner.least_time.mesh import ENTER, LEAVE, LINE
+from cncgen.kernels import planned_motion
+from cncgen.planner.least_time.mesh import LINE
 from cncgen.planner.least_time.problem import Intervals
 from cncgen.planner.limits.axis_limits import along_path
 from cncgen.planner.limits.speed_changes import peak_speed, rise_time
@@ -55,26 +55,16 @@ def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> MotionPie
     """
     n, h, kind = len(given), given.h, given.kind
     lines = np.flatnonzero(kind == LINE)
-    b0, b1, b2 = q.T
-    total = np.sqrt(b0) + np.sqrt(b2)
-    total[lines] = 1.0
-    bend = b0 - 2.0 * b1 + b2
-    duration = 2.0 * h / total * parabola_time(bend / total**2)
-    a, j, c = (b1 - b0) / h, np.zeros(n), bend / h**2
-    rest = (kind == LEAVE) | (kind == ENTER)
-    if np.any(rest):
-        duration = np.where(rest, 3.0 * h / total, duration)
-        constant = 2.0 * total / duration**2
-        j, c = np.where(rest, constant, 0.0), np.where(rest, 0.0, c)
-        a = np.where(kind == LEAVE, 0.0, np.where(kind == ENTER, -constant * duration, a))
+    out = np.zeros((6, n))
+    planned_motion.pieces(kind, h, q, out[1:])
     count = np.ones(n, np.int64)
-    place, v = np.zeros(n), np.sqrt(b0)
     if not len(lines):
+        place, duration, v, a, j, c = out
         return MotionPieces(np.arange(n + 1), place, duration, v, a, j, c, limit)
     line_count, columns = seven_phases(given, lines)
     count[lines] = line_count
     offset = np.concatenate([[0], np.cumsum(count)])
-    merged = [np.repeat(column, count) for column in (place, duration, v, a, j, c, limit)]
+    merged = [np.repeat(column, count) for column in (*out, limit)]
     where = np.repeat(kind == LINE, count)
     for mine, theirs in zip(merged, columns, strict=True):
         mine[where] = theirs
@@ -118,15 +108,3 @@ def seven_phases(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np
         np.zeros(len(place)),
         limit[there],
     )
-
-
-def parabola_time(x: Floats) -> Floats:
-    """Return artanh(√x)/√x for x > 0 and arctan(√−x)/√−x for x < 0, which are one function; near 0 by its series."""
-    root = np.sqrt(np.abs(x))
-    near = np.abs(x) < 1e-3
-    safe = np.where(near, 0.5, root)
-    closed = (
-        np.where(x > 0.0, elementary.arctanh(np.minimum(safe, 1.0 - 1e-16)), elementary.arctan(safe)) / safe
-    )
-    series = 1.0 + x * (1 / 3 + x * (1 / 5 + x * (1 / 7 + x * (1 / 9 + x / 11))))
-    return np.where(near, series, closed)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.kernels import planned_motion
 from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.least_time.chord_refinement import MeshPath
 from cncgen.planner.least_time.corners import nearest
@@ -193,7 +194,9 @@ def slow_nodes(
     """
     jumps = np.flatnonzero(mesh.corner[first : first + len(q)])
     s = mesh.s[first : first + len(q)]
-    minima = _minima(s, q, limit, period_s)
+    minima = np.empty(len(q), np.int64)
+    minima = minima[: planned_motion.minima(s, q, period_s, minima)]
+    minima = minima[~np.isin(limit[minima], (Limit.NONE, Limit.FEED, Limit.STOP))]
     if len(jumps) and len(minima):
         beside = jumps[nearest(s[jumps], s[minima])]
         way = _NEAR * period_s * np.sqrt(np.maximum(q[beside], q[minima]))
@@ -221,45 +224,3 @@ def corners_at(
         )
         for i, k in enumerate(at)
     )
-
-
-def _minima(s: Floats, q: Floats, limit: NDArray[np.int8], period_s: float) -> NDArray[np.int64]:
-    """Return where q has a minimum a fifth below the maxima on both sides, for another reason than the feed.
-
-    The time that it costs, beside going through at the lower of these maxima, is a period at least.
-    """
-    rise = np.sign(np.diff(q))
-    turn = np.flatnonzero(rise[1:] * rise[:-1] < 0) + 1
-    if not len(turn):
-        return turn
-    edges = np.concatenate([[0], turn, [len(q) - 1]])
-    low = turn[rise[turn] > 0]
-    k = np.searchsorted(edges, low)
-    before, after = edges[k - 1], edges[k + 1]
-    level = np.minimum(q[before], q[after])
-    named = np.flatnonzero(
-        (q[low] < 0.8 * level) & ~np.isin(limit[low], (Limit.NONE, Limit.FEED, Limit.STOP))
-    )
-    first, last = before[named], after[named]
-    return low[named[_time_below(s, np.sqrt(q), first, last, np.sqrt(level[named])) >= period_s]]
-
-
-def _time_below(
-    s: Floats, v: Floats, first: NDArray[np.int64], last: NDArray[np.int64], level: Floats
-) -> Floats:
-    """Return what ways take more where the speed is below a level than they would at that, shape (k,), s.
-
-    Args:
-        s, v: Shape (n,), places and the speed there.
-        first, last: Shape (k,), where each way begins and ends, further on.
-        level: Shape (k,), mm/s.
-    """
-    count = last - first
-    begin = np.cumsum(count) - count
-    at = np.arange(count.sum()) + np.repeat(first - begin, count)
-    top = np.repeat(level, count)
-    # A line from rest to rest has no speed at its nodes: it counts as slow.
-    with np.errstate(divide="ignore"):
-        time = 2.0 * (s[at + 1] - s[at]) / (np.minimum(v[at + 1], top) + np.minimum(v[at], top))
-    spent: Floats = np.add.reduceat(time, begin) if len(time) else np.zeros(0)
-    return spent - (s[last] - s[first]) / level

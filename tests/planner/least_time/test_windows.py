@@ -9,12 +9,13 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
+from cncgen.kernels import planned_motion
 from cncgen.machine import Axis, Machine, load
 from cncgen.pipeline import read_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import problem, rolling_window
 from cncgen.planner.least_time.mesh import LINE
-from cncgen.planner.least_time.motion_pieces import parabola_time, seven_phases
+from cncgen.planner.least_time.motion_pieces import seven_phases
 from cncgen.planner.least_time.problem import Intervals
 from cncgen.setpoints import sample
 from cncgen.toolpath.reading import ReadOptions
@@ -188,7 +189,7 @@ def test_stretched_is_the_time_on_a_parabola(x: float) -> None:
     """artanh(√x)/√x = ∫ du / (1 − x u²) over 0 … 1."""
     u, weight = np.polynomial.legendre.leggauss(60)
     u, weight = 0.5 + 0.5 * u, 0.5 * weight
-    assert parabola_time(np.array([x]))[0] == pytest.approx(np.sum(weight / (1.0 - x * u * u)), rel=1e-12)
+    assert planned_motion.parabola_time(x) == pytest.approx(np.sum(weight / (1.0 - x * u * u)), rel=1e-12)
 
 
 @pytest.mark.parametrize(
