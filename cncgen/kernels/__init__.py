@@ -9,9 +9,10 @@ A ``.pxd`` file beside a kernel declares the functions that other kernels call a
     part21_scan, part21_graph                                   reading STEP-NC
     bspline, arc_length, path_derivatives                       curves, and paths by their length
     smoothing, smoothing_lengths                                splines within a tolerance
-    along_path                                                  what a path allows at given places
-    least_time and least_time_*                                 the least-time problem (interior point)
-    least_time_tube, tube_motion, tube_places                   least time within a tolerance, the motion, rows on the plan
+    along_path, node_places                                     what a path allows at given places, nodes spread over them
+    least_time and least_time_*, planned_motion                 the least-time problem (interior point), and its motion
+    least_time_tube, tube_point, tube_step                      least time within a tolerance (interior point)
+    tube_motion, tube_places                                    its motion, rows on the plan
     seven_phase, profile, step_limit                            profiles of the papers, exact evaluation, limited steps
     filters, servo_loop, servo_stateline, servo_contour         servo axes, and their contour error
     removal, dexel_sweeps, swept_body                           material that tools cut, upright and leaning

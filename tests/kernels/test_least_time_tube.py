@@ -1,17 +1,20 @@
-"""The interior point of `least_time_tube`: its step beside a dense solution of the whole system with numbers of complex steps."""
+"""The interior point of `least_time_tube`, with `tube_point` and `tube_step`: its step beside a dense solution of the whole system with numbers of complex steps."""
 
 from __future__ import annotations
 
 import copy
+import sys
 from collections.abc import Callable
 from types import ModuleType, SimpleNamespace
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from cncgen.kernels import least_time_tube as compiled
+from cncgen.kernels import tube_point
 from cncgen.planner.tube.window_problem import workspace
 from tests.kernels.plain import uncompiled
 
@@ -21,8 +24,16 @@ RHO = 1e7
 
 
 @pytest.fixture(scope="module")
-def plain() -> ModuleType:
-    return uncompiled("least_time_tube")
+def plain() -> SimpleNamespace:
+    """What the three kernels have, as plain Python that works on plain Python."""
+    found: dict[str, ModuleType] = {}
+    for name in ("tube_point", "tube_step", "least_time_tube"):
+        with patch.dict(sys.modules, found):
+            found[f"cncgen.kernels.{name}"] = uncompiled(name)
+    point, step, search = found.values()
+    return SimpleNamespace(
+        **vars(point), backward=step.backward, forward=step.forward, limits=search._limits, solve=search.solve
+    )
 
 
 def random_problem(seed: int, n: int, steps: int, held: bool) -> tuple[SimpleNamespace, SimpleNamespace]:
@@ -162,12 +173,13 @@ def hessian(function: Callable[[np.ndarray], np.ndarray], y: Floats) -> Floats:
 
 
 @pytest.mark.parametrize(("n", "held"), [(2, False), (2, True), (3, False), (3, True), (4, False)])
-def test_step_solves_the_whole_system(plain: ModuleType, n: int, held: bool) -> None:
+def test_step_solves_the_whole_system(plain: SimpleNamespace, n: int, held: bool) -> None:
     problem, work = random_problem(10 * n + held, n, 4, held)
     tube = plain.Tube(problem, work)
     tube.mu, delta = 0.05, 3.0
-    assert plain._backward(tube, n, delta)
-    plain._forward(tube, n)
+    plain.measure(tube, False)
+    assert plain.backward(tube, delta)
+    plain.forward(tube)
     dense = Dense(problem, tube.cost)
     y = dense.vector(problem.x, problem.u)
     z, s, slopes = dense.multipliers(work), dense.slacks(y), jacobian(dense.slacks, y)
@@ -202,28 +214,29 @@ def test_step_solves_the_whole_system(plain: ModuleType, n: int, held: bool) -> 
 
 
 @pytest.mark.parametrize(("n", "held"), [(2, False), (2, True), (3, True)])
-def test_measures(plain: ModuleType, n: int, held: bool) -> None:
+def test_measures(plain: SimpleNamespace, n: int, held: bool) -> None:
     problem, work = random_problem(70 + n, n, 5, held)
     tube = plain.Tube(problem, work)
-    found = plain._measure(tube, n, problem.x, problem.u)
+    plain.measure(tube, False)
     dense = Dense(problem, tube.cost)
     y = dense.vector(problem.x, problem.u)
     slacks = dense.slacks(y)
     missed = np.abs(np.concatenate([dense.motion(y), dense.regular(y)]))
-    assert found.cost == pytest.approx(dense.objective(y)[0], rel=1e-12)
-    assert found.logs == pytest.approx(np.log(slacks).sum(), rel=1e-12)
-    assert found.missed == pytest.approx(missed.sum(), rel=1e-9)
+    assert tube.value == pytest.approx(dense.objective(y)[0], rel=1e-12)
+    assert tube.logs == pytest.approx(np.log(slacks).sum(), rel=1e-12)
+    assert tube.missed == pytest.approx(missed.sum(), rel=1e-9)
 
 
 @pytest.mark.parametrize("n", [2, 3])
-def test_longest_step_leaves_a_hundredth_of_every_slack(plain: ModuleType, n: int) -> None:
+def test_longest_step_leaves_a_hundredth_of_every_slack(plain: SimpleNamespace, n: int) -> None:
     for seed in range(20):
         problem, work = random_problem(100 + seed, n, 4, False)
         tube = plain.Tube(problem, work)
         tube.mu = 0.05
-        assert plain._backward(tube, n, 3.0)
-        plain._forward(tube, n)
-        steps = plain._limits(tube, n)
+        plain.measure(tube, False)
+        assert plain.backward(tube, 3.0)
+        plain.forward(tube)
+        steps = plain.limits(tube, n)
         dense = Dense(problem, tube.cost)
         y, step = dense.vector(problem.x, problem.u), dense.vector(work.dx, work.du)
 
@@ -237,7 +250,7 @@ def test_longest_step_leaves_a_hundredth_of_every_slack(plain: ModuleType, n: in
         assert steps.primal == pytest.approx(low, rel=1e-9)
 
 
-def test_compiled_finds_the_same_as_plain_python(plain: ModuleType) -> None:
+def test_compiled_finds_the_same_as_plain_python(plain: SimpleNamespace) -> None:
     # A corner of 90° between two states at rest, in the middle of which one node is near its vertex.
     steps, unit = 12, 0.01
     way = np.linspace(-1.0, 1.0, steps + 1)
@@ -262,7 +275,7 @@ def test_compiled_finds_the_same_as_plain_python(plain: ModuleType) -> None:
     same = copy.deepcopy(problem)
     slow, fast = (
         plain.Tube(problem, workspace(2, steps, len(rows))),
-        compiled.Tube(same, workspace(2, steps, len(rows))),
+        tube_point.Tube(same, workspace(2, steps, len(rows))),
     )
     ours, theirs = plain.solve(slow, 1e-3, 1e-6, 120), compiled.solve(fast, 1e-3, 1e-6, 120)
     assert ours.status == theirs["status"] == 1

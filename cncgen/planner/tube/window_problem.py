@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.kernels import least_time_tube as kernel
+from cncgen.kernels import tube_point
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -26,9 +27,44 @@ _SHOWS, _MISSED, _TOLD = 1e-4, 1e-7, 4.0
 #: Weight of jerk squared: calms where the feed alone binds. Cost of a step of mean length.
 _CALM, _COST = 0.01, 0.02
 #: Arrays of a problem and of its workspace that have a row for each node, for each step between two, and for each row of room.
-_OF_NODES = ["r", "t", "feed", "x", "x2", "dx", "nu", "nu2", "zx", "dzx", "zf", "dzf", "P", "q"]
-_OF_STEPS = ["h0", "between", "hlow", "hhigh", "u", "u2", "du", "lam", "lam2", "zu", "dzu", "zm", "dzm", "K"]
-_OF_ROWS = ["rows", "zr", "dzr"]
+_OF_NODES = [
+    "r",
+    "t",
+    "feed",
+    "x",
+    "x2",
+    "dx",
+    "nu",
+    "nu2",
+    "zx",
+    "dzx",
+    "zf",
+    "dzf",
+    "P",
+    "q",
+    "feed_slack",
+    "feed_slope",
+]
+_OF_STEPS = [
+    "h0",
+    "between",
+    "hlow",
+    "hhigh",
+    "u",
+    "u2",
+    "du",
+    "lam",
+    "lam2",
+    "zu",
+    "dzu",
+    "zm",
+    "dzm",
+    "K",
+    "middle_slack",
+    "middle",
+    "miss",
+]
+_OF_ROWS = ["rows", "zr", "dzr", "row_slack", "row_slope"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +180,7 @@ class Search:
             cost=_COST / float(given.step.mean()),
             exact=_exact(given, unit),
         )
-        self.tube = kernel.Tube(self.arrays, self.arrays)
+        self.tube = tube_point.Tube(self.arrays, self.arrays)
 
     def begin(self, state: Floats) -> Solved:
         """Return what has been found, but beginning in another state near its own, shape (3, n)."""
@@ -201,7 +237,7 @@ class Search:
             }
         )
 
-    def _part(self, first: int, last: int) -> kernel.Tube:
+    def _part(self, first: int, last: int) -> tube_point.Tube:
         """Return the search from a node to another one, which works on the same arrays, so goes on with their multipliers."""
         whole = self.arrays
         part, row = SimpleNamespace(**vars(whole)), int(whole.first[first])
@@ -215,7 +251,7 @@ class Search:
             # What the motion of the last step is multiplied by is the multiplier of the state that it ends in.
             part.goal, part.exact = whole.x[last].copy(), 0.5 * whole.exact
             part.lamT, part.lamT2 = whole.lam[last - 1].copy(), whole.lamT2.copy()
-        return kernel.Tube(part, part)
+        return tube_point.Tube(part, part)
 
     def _move(
         self,
@@ -258,7 +294,8 @@ def workspace(n: int, steps: int, rows: int) -> SimpleNamespace:
         "nu": (steps + 1,), "nu2": (steps + 1,), "lamT": (N,), "lamT2": (N,), "zx": (steps + 1, 4 * n), "dzx": (steps + 1, 4 * n),
         "zu": (steps, 2 * U), "dzu": (steps, 2 * U), "zr": (rows + 1,), "dzr": (rows + 1,), "zf": (steps + 1,), "dzf": (steps + 1,),
         "zm": (steps, 2 * n + 1), "dzm": (steps, 2 * n + 1), "P": (steps + 1, N * N), "q": (steps + 1, N), "K": (steps, U * (N + 1)),
-        "seen": (_MOST + 2, 2),
+        "seen": (_MOST + 2, 2), "row_slack": (rows + 1,), "row_slope": (rows + 1, n), "feed_slack": (steps + 1,),
+        "feed_slope": (steps + 1, n), "middle_slack": (steps,), "middle": (steps, n), "miss": (steps, N),
     }  # fmt: skip
     return SimpleNamespace(**{name: np.zeros(shape) for name, shape in shapes.items()})
 
