@@ -97,3 +97,11 @@ def test_wrong_ones(run: Any, tmp_path: Path, body: str, code: str) -> None:
     out = run(f"{PLAIN}{body}\n9 END PGM T MM\n", tool_table=table)
     assert out.errors[0][0] == code
     assert next(d for d in out.diagnostics if d.severity == "error").hint
+
+
+@pytest.mark.parametrize("floor", [0, 1])
+def test_levels_of_a_pocket(moves: Any, floor: int) -> None:
+    """Q202 is the infeed per cut, the last one what is left (iTNC 530, cycle 251); roughing alone leaves Q369."""
+    body = f"CYCL DEF 252 POCKET ~\n Q215={floor} ~\n Q223=30 ~\n Q368=0 ~\n Q207=500 ~\n Q351=1 ~\n Q201=-12 ~\n Q202=5 ~\n Q369={floor} ~\n Q206=100 ~\n Q200=2 ~\n Q203=0 ~\n Q204=20 ~\n Q370=1\n"
+    found = moves(f"0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000\n{body}CYCL CALL\n9 END PGM T MM\n")
+    assert [z for _, _, z, feed in found if feed == 100] == [-5, -10, -12 + floor]

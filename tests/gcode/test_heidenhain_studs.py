@@ -93,9 +93,9 @@ def test_walls_of_a_face_are_not_read(run: Any) -> None:
 
 
 def test_levels_of_a_stud(moves: Any) -> None:
-    """A depth of 12 in infeeds of 5 at most is three levels of 4."""
+    """Q202 is the infeed per cut: a depth of 12 in infeeds of 5 ends in one of 2."""
     found = moves(f"{PLAIN}{CIRCLE.format(depth=12, blank=20)}\nCYCL CALL\n9 END PGM T MM\n")
-    assert [z for _, _, z, feed in found if feed == 100] == [-4, -8, -12]
+    assert [z for _, _, z, feed in found if feed == 100] == [-5, -10, -12]
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cncgen.gcode.codes.contour_pockets import FlatCutter, area, around, check, clear, closed, rows, walls
-from cncgen.gcode.codes.pockets import Clearing, levels_of
+from cncgen.gcode.codes.pockets import Clearing
 from cncgen.gcode.codes.turning_profiles import Segment, moved_aside
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext.hole_cycle import HoleCycle
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
 
 #: Returns the contour of a label: its segments, and the side of the tool (1 left, -1 right, 0 none).
 Read = Callable[[str], tuple[list[Segment], int]]
@@ -61,8 +61,8 @@ class Contours:
         check(self.contours, name)
 
     def levels(self, floor: float) -> tuple[float, ...]:
-        """Return the levels down to an allowance above the floor, Q10 apart at most."""
-        return levels_of(self.q[5], self.q[5] + self.q[1] + floor, abs(self.q[10]), self.name)
+        """Return the levels down to an allowance above the floor, Q10 apart."""
+        return infeeds(self.q[5], self.q[5] + self.q[1] + floor, abs(self.q[10]), self.name, "Q10")
 
     def how(self, levels: tuple[float, ...]) -> Clearing:
         """Return how the tool goes: feeds Q12 and Q11."""
@@ -148,7 +148,7 @@ def train(ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
     path = moved_aside(contour, radius + q[3], where > 0) if where else contour
     way = FlatCutter(ip)
     way.height(max(ip.state.position[2], q[7]), rapid=True)
-    for k, level in enumerate(levels_of(q[5], q[5] + q[1], abs(q[10]), name)):
+    for k, level in enumerate(infeeds(q[5], q[5] + q[1], abs(q[10]), name, "Q10")):
         back = k % 2 == 1 and q[15] == 0.0
         run = [Segment(s.end, s.start, s.centre, -s.spin) for s in reversed(path)] if back else path
         if k == 0 or q[15] != 0.0:

@@ -11,22 +11,11 @@ import math
 
 from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, PocketPath
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.klartext.hole_cycle import HoleCycle
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
 
-_MOST = 10_000
 _TINY = 1e-9
 #: How far beside a stud the way to its wall begins, in radii of the tool.
 _BESIDE = 3.5
-
-
-def _infeeds(cycle: HoleCycle, step: float, word: str) -> list[float]:
-    """Return the levels from the surface down, each one infeed below the other; the whole depth where that is 0."""
-    surface, depth = cycle.q[203], cycle.q[203] - cycle.bottom
-    count = max(1, math.ceil(depth / step - _TINY)) if step > 0.0 else 1
-    if count > _MOST:
-        message = f"{word} = {step:g} makes {count} infeeds of {cycle.name}"
-        raise BlockError("cycle-infeed", message, "CYCL", hint=f"{word} is the depth of one infeed")
-    return [*(surface - k * step for k in range(1, count)), cycle.bottom]
 
 
 def _radius(cycle: HoleCycle, half: float = math.inf) -> float:
@@ -46,12 +35,12 @@ def _finish(cycle: HoleCycle, wall: Pocket, allowance: float, outside: bool) -> 
     An allowance says how far from the wall of a pocket the tool goes down; below 0 that is its middle.
     """
     q, radius = cycle.q, _radius(cycle, math.inf if outside else min(wall.length, wall.width))
-    levels = _infeeds(cycle, abs(q[202]), "Q202")
+    levels = infeeds(q[203], cycle.bottom, abs(q[202]), cycle.name)
     if min(q[206], q[207]) <= 0.0:
         message = f"{cycle.name} has no feed: Q207 = {q[207]:g}, Q206 = {q[206]:g}"
         raise BlockError("feed-missing", message, "CYCL", hint="Q207 mills, Q206 plunges")
     how = Clearing(
-        -radius if outside else radius, 1.0, tuple(levels), cycle.start, q[207], q[206], -1 if outside else 1
+        -radius if outside else radius, 1.0, levels, cycle.start, q[207], q[206], -1 if outside else 1
     )
     path = PocketPath(cycle.ip, wall, how)
     edge = path.begin(0.0)
@@ -155,7 +144,7 @@ def _plunge(cycle: HoleCycle, begin: complex, end: complex, along: Bow | None) -
 
     cycle.feed(q[207], "Q207")
     cycle.go(q[203], rapid=False)
-    levels = _infeeds(cycle, abs(q[202]) / 2.0, "Q202")
+    levels = infeeds(q[203], cycle.bottom, abs(q[202]) / 2.0, cycle.name)
     for k, level in enumerate(levels):
         to((k + 1) % 2, level)
     to((len(levels) + 1) % 2, cycle.bottom)
@@ -192,7 +181,7 @@ def _finish_slot(
     """
     q = cycle.q
     edge = loop[0][0]
-    for level in _infeeds(cycle, abs(q[338]), "Q338"):
+    for level in infeeds(q[203], cycle.bottom, abs(q[338]), cycle.name, "Q338"):
         cycle.feed(q[207], "Q207")
         _to_begin(cycle, begin, along)
         cycle.feed(q[206] or q[207], "Q206")

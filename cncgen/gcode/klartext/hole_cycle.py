@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.toolpath.record import Event
@@ -9,6 +11,21 @@ from cncgen.toolpath.record import Event
 Z = 2
 #: A feed that cycles are given as MAX, or above which they mean it, mm a minute.
 FASTEST = 99_999.0
+#: Infeeds beyond which their depth counts as a mistake.
+_MOST = 10_000
+
+
+def infeeds(surface: float, bottom: float, step: float, name: str, word: str = "Q202") -> tuple[float, ...]:
+    """Return the levels from a surface down, a step below each other, and the bottom; it alone where the step is 0.
+
+    Raises:
+        BlockError: They are too many.
+    """
+    count = max(1, math.ceil((surface - bottom) / step - 1e-9)) if step > 0.0 else 1
+    if count > _MOST:
+        message = f"{word} = {step:g} makes {count} infeeds of {name}"
+        raise BlockError("cycle-infeed", message, "CYCL", hint=f"{word} is the depth of one infeed")
+    return (*(surface - k * step for k in range(1, count)), bottom)
 
 
 class HoleCycle:

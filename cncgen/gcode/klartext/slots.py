@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import math
 
-from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow, levels_of
+from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext.hole_cycle import HoleCycle
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
 
 _MOST = 10_000
 
@@ -24,7 +24,7 @@ def pocket(
     place = ip.state.position
     middle = complex(place[0], place[1]) if middle is None else middle
     inside = Pocket(middle, length / 2.0 - side, width / 2.0 - side, corner, angle)
-    levels = levels_of(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
+    levels = infeeds(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
     step, sense = (q[370] or 1.0) * tool, -1 if q[351] < 0.0 else 1
     clear(ip, inside, Clearing(tool, step, levels, cycle.start, q[207], q[206], sense), cycle.name)
     cycle.end()
@@ -52,7 +52,7 @@ def bows(cycle: HoleCycle) -> None:
         message = f"Q367 = {q[367]:g}, Q377 = {q[377]:g} or Q248 = {q[248]:g} of {cycle.name} is not read"
         hint = "Q367=0 has the centre Q216 Q217, Q377 counts the slots, Q248 is the angle of one"
         raise BlockError("unsupported-block", message, "CYCL", hint=hint)
-    levels = levels_of(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
+    levels = infeeds(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
     how = Clearing(tool, tool, levels, cycle.start, q[207], q[206], -1 if q[351] < 0.0 else 1)
     for k in range(count):
         begin = q[376] + k * q[378]

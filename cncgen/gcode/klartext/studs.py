@@ -11,7 +11,7 @@ import math
 from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath, levels_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext.hole_cycle import HoleCycle
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
 
 #: The cycle that mills a face from the tool's place on.
 FACE = 233
@@ -51,7 +51,7 @@ def _stud(ip: Interpreter, name: str, size: complex, blank: complex, corner: flo
     place = complex(*ip.state.position[:2])
     # Seen with its length along Y, so that loops begin at the side to the right.
     pocket = Pocket(place, size.imag / 2.0, size.real / 2.0, corner, angle + 90.0)
-    levels = levels_of(q[203], cycle.bottom + (q[369] if name == "cycle 257" else 0.0), abs(q[202]), name)
+    levels = infeeds(q[203], cycle.bottom + (q[369] if name == "cycle 257" else 0.0), abs(q[202]), name)
     how = Clearing(-radius, step, levels, cycle.start, q[207], q[206], 1 if q[351] < 0.0 else -1)
     path = PocketPath(ip, pocket, how)
     beside = complex(0.0, -(blank.real / 2.0 + radius + _BESIDE / (25.4 if ip.state.inches else 1.0)))
