@@ -102,7 +102,7 @@ def test_levels_of_a_stud(moves: Any) -> None:
     ("body", "code"),
     [
         (RECTANGLE.format(depth=3, turn=0).replace("Q424=+48", "Q424=+39").replace("Q425=+28", "Q425=+19"), "cycle-words"),
-        (RECTANGLE.format(depth=3, turn=0).replace("Q367=+0", "Q367=+1"), "unsupported-block"),
+        (RECTANGLE.format(depth=3, turn=0).replace("Q367=+0", "Q367=+5"), "cycle-words"),
         (RECTANGLE.format(depth=-3, turn=0), "cycle-depth"),
         (CIRCLE.format(depth=3, blank=36).replace("Q207=+300", "Q207=+0"), "feed-missing"),
         (RULED.format(count=1), "cycle-infeed"),
@@ -150,3 +150,29 @@ def test_a_ruled_surface(moves: Any) -> None:
         (7.5, 65, 12, 300), (95, 70, 15, 300), (95, 70, 23, 0), (7.5, 65, 20, 0), (7.5, 65, 12, 0),
         (15, 125, 26, 300), (90, 125, 25, 300), (90, 125, 33, 0), (90, 125, 34, 0),
     ]  # fmt: skip
+
+
+POCKET = "CYCL DEF 251 POCKET ~\n Q215=0 ~\n Q218=40 ~\n Q219=20 ~\n Q220=5 ~\n Q224={turn} ~\n Q367={place} ~\n Q207=300 ~\n Q351=1 ~\n Q201=-3 ~\n Q202=5 ~\n Q206=100 ~\n Q200=2 ~\n Q203=0 ~\n Q204=20 ~\n Q370=1"
+GROOVE = POCKET.replace("251", "253").replace("Q224", "Q374").replace("Q219=20", "Q219=12")
+STUD = RECTANGLE.format(depth=3, turn="{turn}").replace("Q367=+0", "Q367={place}")
+
+
+@pytest.mark.parametrize(
+    ("cycle", "place", "way"),
+    [
+        # The tool is in the middle, or at a corner from the lower left one on.
+        *[(cycle, k, way) for cycle in (POCKET, STUD) for k, way in enumerate((0j, -20 - 10j, 20 - 10j, 20 + 10j, -20 + 10j))],
+        # At the left end, in the left circle, in the right one, at the right end: half of 40, less half of 12.
+        *[(GROOVE, k, way) for k, way in enumerate((0j, -20 + 0j, -14 + 0j, 14 + 0j, 20 + 0j))],
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("turn", [0, 90])
+def test_places_of_the_tool(moves: Any, cycle: str, place: int, way: complex, turn: int) -> None:
+    """Q367 names where the tool stands, about which the rectangle or slot is turned; it is the one about a middle that lies elsewhere."""
+    text = "{}L X{} Y{} FMAX M99\n9 END PGM T MM\n"
+    middle = 50 + 40j - way * (1j if turn else 1)
+    there = moves(text.format(PLAIN + cycle.format(turn=turn, place=place) + "\n", 50, 40))
+    usual = moves(text.format(PLAIN + cycle.format(turn=turn, place=0) + "\n", middle.real, middle.imag))
+    cuts = [move for move in there if move[3]]
+    assert cuts == [move for move in usual if move[3]]
+    assert there[-1][:2] == (50, 40)

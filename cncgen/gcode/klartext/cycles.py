@@ -190,10 +190,10 @@ def _bore_milling(cycle: HoleCycle) -> None:
 
 
 def _rectangle(cycle: HoleCycle) -> None:
-    """251: Q218 by Q219, corners Q220, turned by Q224; the place is the middle (Q367 = 0)."""
+    """251: Q218 by Q219, corners Q220, turned by Q224 about the tool's place, which Q367 names."""
     q = cycle.q
-    _at_middle(cycle)
-    slots.pocket(cycle, q[218], q[219], q[220], q[224])
+    middle = slots.middle_of(cycle, (q[218], q[219]), q[224])
+    slots.pocket(cycle, q[218], q[219], q[220], q[224], middle)
 
 
 def _round(cycle: HoleCycle) -> None:
@@ -202,20 +202,10 @@ def _round(cycle: HoleCycle) -> None:
 
 
 def _slot(cycle: HoleCycle) -> None:
-    """253: a slot of length Q218 and width Q219, turned by Q374."""
+    """253: a slot of length Q218 and width Q219, turned by Q374 about the tool's place, which Q367 names."""
     q = cycle.q
-    _at_middle(cycle)
-    slots.pocket(cycle, q[218], q[219], q[219] / 2.0, q[374])
-
-
-def _at_middle(cycle: HoleCycle) -> None:
-    if round(cycle.q[367]):
-        raise BlockError(
-            "unsupported-block",
-            f"Q367 = {cycle.q[367]:g} of {cycle.name} is not read: its place is its middle",
-            "CYCL",
-            hint="Q367=0",
-        )
+    middle = slots.middle_of_slot(cycle, q[218], q[219], q[374])
+    slots.pocket(cycle, q[218], q[219], q[219] / 2.0, q[374], middle)
 
 
 def _centre(cycle: HoleCycle) -> None:

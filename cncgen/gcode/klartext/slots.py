@@ -5,6 +5,7 @@ Walls, levels and feeds are the cycle's (iTNC 530, user's manual for cycles; TNC
 
 from __future__ import annotations
 
+import cmath
 import math
 
 from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow
@@ -29,6 +30,34 @@ def pocket(
     clear(ip, inside, Clearing(tool, step, levels, cycle.start, q[207], q[206], sense), cycle.name)
     cycle.end()
     cycle.to([place[0], place[1], *ip.state.position[2:]], rapid=True)
+
+
+def _turned(cycle: HoleCycle, way: complex, angle: float) -> complex:
+    """Return the place that lies a way, turned by an angle, from the tool."""
+    return complex(*cycle.ip.state.position[:2]) + way * cmath.rect(1.0, math.radians(angle))
+
+
+def _refuse(cycle: HoleCycle) -> BlockError:
+    message = f"Q367 = {cycle.q[367]:g} of {cycle.name} names no place: it is 0 to 4"
+    return BlockError("cycle-words", message, "CYCL", hint="Q367=0 has the tool in the middle")
+
+
+def middle_of(cycle: HoleCycle, size: tuple[float, float], angle: float) -> complex:
+    """Return the middle of a rectangle, in which the tool stands (Q367 = 0), or of which it is a corner: 1 to 4 from the lower left one on."""
+    sides = {0: (0, 0), 1: (1, 1), 2: (-1, 1), 3: (-1, -1), 4: (1, -1)}.get(round(cycle.q[367]))
+    if sides is None:
+        raise _refuse(cycle)
+    return _turned(cycle, complex(sides[0] * size[0], sides[1] * size[1]) / 2.0, angle)
+
+
+def middle_of_slot(cycle: HoleCycle, length: float, width: float, angle: float) -> complex:
+    """Return the middle of a slot, in which the tool stands (Q367 = 0), or at its left end (1), in the middle of the left (2) or right circle
+    (3), or at its right end (4)."""
+    ways = (0.0, length / 2.0, (length - width) / 2.0, (width - length) / 2.0, -length / 2.0)
+    kind = round(cycle.q[367])
+    if not 0 <= kind < len(ways):
+        raise _refuse(cycle)
+    return _turned(cycle, complex(ways[kind], 0.0), angle)
 
 
 def allowances(cycle: HoleCycle) -> tuple[float, float]:

@@ -11,6 +11,7 @@ import math
 from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath, levels_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.klartext import slots
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
 
 #: The cycle that mills a face from the tool's place on.
@@ -38,17 +39,18 @@ def _count(way: float, step: float, name: str) -> int:
     return count
 
 
-def _stud(ip: Interpreter, name: str, size: complex, blank: complex, corner: float, angle: float) -> None:
-    """Mill a stud free about the tool's place: loops from the blank in to the finished wall, at each level."""
-    cycle = HoleCycle(ip, name)
-    q, radius = cycle.q, _radius(ip, name)
+def _stud(
+    cycle: HoleCycle, place: complex, size: complex, blank: complex, corner: float, angle: float
+) -> None:
+    """Mill a stud free about its middle: loops from the blank in to the finished wall, at each level; back to where the tool was."""
+    ip, name, q = cycle.ip, cycle.name, cycle.q
+    radius, before = _radius(ip, name), ip.state.position[:2]
     excess = max(blank.real - size.real, blank.imag - size.imag) / 2.0
     if min(size.real, size.imag) <= 0.0 or excess < -_TINY:
         message = f"{name} has a blank of {blank.real:g} by {blank.imag:g} and a stud of {size.real:g} by {size.imag:g}"
         raise BlockError("cycle-words", message, "CYCL", hint="the blank is not smaller than the stud")
     side, step = q[368], (q[370] or 1.0) * radius
     count = _count(excess - side, step, name)
-    place = complex(*ip.state.position[:2])
     # Seen with its length along Y, so that loops begin at the side to the right.
     pocket = Pocket(place, size.imag / 2.0, size.real / 2.0, corner, angle + 90.0)
     levels = infeeds(q[203], cycle.bottom + (q[369] if name == "cycle 257" else 0.0), abs(q[202]), name)
@@ -68,22 +70,22 @@ def _stud(ip: Interpreter, name: str, size: complex, blank: complex, corner: flo
         path.go(beside, None, rapid=False)
         cycle.go(cycle.start, rapid=True)
     cycle.end()
-    path.go(0j, None, rapid=True)
+    cycle.to([*before, *ip.state.position[2:]], rapid=True)
 
 
 def rectangle(ip: Interpreter, name: str) -> None:
-    """256: Q218 by Q219 out of Q424 by Q425, corners Q220, turned by Q224; the place is the middle (Q367 = 0)."""
+    """256: Q218 by Q219 out of Q424 by Q425, corners Q220, turned by Q224 about the tool's place, which Q367 names."""
     q = ip.parameters.numbers
-    if round(q[367]):
-        message = f"Q367 = {q[367]:g} of {name} is not read: its place is its middle"
-        raise BlockError("unsupported-block", message, "CYCL", hint="Q367=0")
-    _stud(ip, name, complex(q[218], q[219]), complex(q[424], q[425]), q[220], q[224])
+    cycle = HoleCycle(ip, name)
+    middle = slots.middle_of(cycle, (q[218], q[219]), q[224])
+    _stud(cycle, middle, complex(q[218], q[219]), complex(q[424], q[425]), q[220], q[224])
 
 
 def circle(ip: Interpreter, name: str) -> None:
     """257: the diameter Q223 out of Q222."""
     q = ip.parameters.numbers
-    _stud(ip, name, complex(q[223], q[223]), complex(q[222], q[222]), q[223] / 2.0, 0.0)
+    cycle, middle = HoleCycle(ip, name), complex(*ip.state.position[:2])
+    _stud(cycle, middle, complex(q[223], q[223]), complex(q[222], q[222]), q[223] / 2.0, 0.0)
 
 
 def face(ip: Interpreter, name: str) -> None:
