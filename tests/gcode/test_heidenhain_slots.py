@@ -105,3 +105,56 @@ def test_levels_of_a_pocket(moves: Any, floor: int) -> None:
     body = f"CYCL DEF 252 POCKET ~\n Q215={floor} ~\n Q223=30 ~\n Q368=0 ~\n Q207=500 ~\n Q351=1 ~\n Q201=-12 ~\n Q202=5 ~\n Q369={floor} ~\n Q206=100 ~\n Q200=2 ~\n Q203=0 ~\n Q204=20 ~\n Q370=1\n"
     found = moves(f"0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000\n{body}CYCL CALL\n9 END PGM T MM\n")
     assert [z for _, _, z, feed in found if feed == 100] == [-5, -10, -12 + floor]
+
+
+FINISH = (
+    "CYCL DEF {cycle} ~\n Q215={kind} ~\n Q368={side} ~\n Q369={floor} ~\n Q207=300 ~\n Q385=250 ~\n Q351={climb} ~\n Q201=-3 ~\n Q202=5 ~\n"
+    " Q338=2 ~\n Q206=100 ~\n Q200=2 ~\n Q203=0 ~\n Q204=20 ~\n Q370=1 ~\n"
+)
+POCKET = FINISH.replace("{cycle}", "251 POCKET") + " Q218=40 ~\n Q219=20 ~\n Q220=5 ~\n Q224=0 ~\n Q367=0"
+ARC = FINISH.replace("{cycle}", "254 SLOT") + " Q219=12 ~\n Q375=80 ~\n Q367=0 ~\n Q216=0 ~\n Q217=0 ~\n Q376=0 ~\n Q248=90 ~\n Q378=0 ~\n Q377=1"  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("kind", "side", "floor", "downs"),
+    [
+        (0, 0, 0, [(-3, 300)]),
+        # Roughed to 0.2 above the floor; the wall in infeeds of 2, then the floor, at Q385.
+        (0, 0.5, 0.2, [(-2.8, 300), (-2, 250), (-3, 250), (-3, 250)]),
+        (0, 0.5, 0, [(-3, 300), (-2, 250), (-3, 250)]),
+        (1, 0.5, 0.2, [(-2.8, 300)]),
+        (2, 0.5, 0, [(-2, 250), (-3, 250)]),
+        (2, 0, 0.2, [(-3, 250)]),
+    ],
+)
+@pytest.mark.parametrize("cycle", [POCKET, ARC])
+def test_roughing_and_finishing(
+    moves: Any, cycle: str, kind: int, side: float, floor: float, downs: list[Any]
+) -> None:
+    """Q215: 0 both, 1 rough, 2 finish, what has an allowance (iTNC 530, cycle 251)."""
+    body = cycle.format(kind=kind, side=side, floor=floor, climb=1)
+    found = moves(f"{PLAIN}{body}\nCYCL CALL\n9 END PGM T MM\n")
+    assert [(z, found[k + 1][3]) for k, (_, _, z, feed) in enumerate(found) if feed == 100] == downs
+    far = max(x for x, _, _, feed in found if feed in (300, 250))
+    wall = 16 if cycle == POCKET else 42
+    assert far == pytest.approx(wall - (side if kind == 1 else 0))
+
+
+@pytest.mark.parametrize(("climb", "side"), [(1, 1), (-1, -1)])
+def test_the_way_round_a_wall(moves: Any, climb: int, side: int) -> None:
+    """Climb milling goes counter-clockwise; on and off it goes half a circle, from 0.5 and the radius of the tool beside the wall."""
+    body = POCKET.format(kind=2, side=0.5, floor=0, climb=climb)
+    found = [
+        move for move in moves(f"{PLAIN}{body}\nCYCL CALL\n9 END PGM T MM\n") if move[2] == -3 and move[3]
+    ]
+    around = [(15, -6), (16, -5), (16, 5), (15, 6), (-15, 6), (-16, 5), (-16, -5), (-15, -6)]
+    around = [(side * x, y) for x, y in around]
+    assert [move[:2] for move in found] == [(0, -1.5), (0, -6), *around, (0, -6), (0, -1.5)]
+
+
+def test_finishing_without_an_allowance_is_told(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "t.tbl").write_text("T1 P1 D8\n")
+    body = POCKET.format(kind=2, side=0, floor=0, climb=1)
+    out = run(f"{PLAIN}{body}\nCYCL CALL\n9 END PGM T MM\n", tool_table=tmp_path / "t.tbl")
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["cycle-idle"]
+    assert out.path.end[out.path.kind < 3][:, 2].min() >= 0

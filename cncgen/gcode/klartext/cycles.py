@@ -320,7 +320,7 @@ def _old(ip: Interpreter, number: int) -> None:
     surface = top - abs(values["SETUP"])
     q, feed = ip.parameters.numbers, values.get("F", 0.0)
     given = {200: abs(values["SETUP"]), 201: -abs(values["DEPTH"]), 203: surface, 204: 0.0, 202: abs(values.get("PECKG", 0.0)), 210: 0.0,
-             206: values.get("PLUNGE", feed), 207: feed, 211: values.get("DWELL", 0.0), 239: values.get("PITCH", 0.0), 215: 0.0, 370: 1.0,
+             206: values.get("PLUNGE", feed), 207: feed, 211: values.get("DWELL", 0.0), 239: values.get("PITCH", 0.0), 215: 0.0, 368: 0.0, 369: 0.0, 370: 1.0,
              351: values.get("SENSE", 1.0)}  # fmt: skip
     kept = {key: q[key] for key in given}
     for key, value in given.items():

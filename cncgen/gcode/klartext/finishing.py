@@ -53,21 +53,38 @@ def _finish(cycle: HoleCycle, wall: Pocket, allowance: float, outside: bool) -> 
     path.go(0j, None, rapid=True)
     path.go(place, None, rapid=True)
     cycle.go(cycle.start, rapid=True)
-    for level in levels:
-        cycle.feed(q[206], "Q206")
-        cycle.go(level, rapid=False)
-        cycle.feed(q[207], "Q207")
-        _half_turn(cycle, path, place, edge)
-        path.loop(0.0)
-        _half_turn(cycle, path, edge, place)
+    _around(cycle, path, place, edge, 1)
     cycle.end()
     path.go(0j, None, rapid=True)
 
 
-def _half_turn(cycle: HoleCycle, path: PocketPath, begin: complex, end: complex) -> None:
-    """Go half a circle counter-clockwise from one place of a pocket to another."""
+def _around(cycle: HoleCycle, path: PocketPath, place: complex, edge: complex, sense: int) -> None:
+    """Go down at a place, on the wall in half a circle, once around, and off it, at each level."""
+    for level in path.how.levels:
+        cycle.feed(path.how.plunge, "Q206")
+        cycle.go(level, rapid=False)
+        cycle.feed(path.how.feed, "Q207")
+        _half_turn(cycle, path, place, edge, sense)
+        path.loop(0.0)
+        _half_turn(cycle, path, edge, place, sense)
+
+
+def wall_of_pocket(cycle: HoleCycle, wall: Pocket, how: Clearing, allowance: float) -> None:
+    """Finish the wall of a pocket at each level, from its allowance and the tool's radius away; end at the start's height."""
+    path = PocketPath(cycle.ip, wall, how)
+    edge = path.begin(0.0)
+    reach = min(wall.length, wall.width) - how.radius
+    place = edge + complex(0.0, min(reach, allowance + how.radius))
+    path.go(place, None, rapid=True)
+    cycle.go(cycle.start, rapid=True)
+    _around(cycle, path, place, edge, how.sense)
+    cycle.go(cycle.start, rapid=True)
+
+
+def _half_turn(cycle: HoleCycle, path: PocketPath, begin: complex, end: complex, sense: int) -> None:
+    """Go half a circle from one place of a pocket to another."""
     turn, centre = cmath.rect(1.0, math.radians(path.pocket.angle)), path.pocket.centre
-    _arc(cycle, centre + end * turn, centre + (begin + end) / 2.0 * turn, 1)
+    _arc(cycle, centre + end * turn, centre + (begin + end) / 2.0 * turn, sense)
 
 
 def _arc(cycle: HoleCycle, end: complex, centre: complex, sense: int, z: float | None = None) -> None:

@@ -8,9 +8,11 @@ from __future__ import annotations
 import cmath
 import math
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.klartext import finishing
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
 
 _MOST = 10_000
@@ -19,15 +21,24 @@ _MOST = 10_000
 def pocket(
     cycle: HoleCycle, length: float, width: float, corner: float, angle: float, middle: complex | None = None
 ) -> None:
-    """Clear a pocket at the tool's place, or about a middle that lies elsewhere."""
+    """Rough and finish a pocket at the tool's place, or about a middle that lies elsewhere."""
     ip, q, tool = cycle.ip, cycle.q, cycle.ip.cutting_radius(cycle.name, min(length, width) / 2.0)
-    side, floor = allowances(cycle)
+    roughs, finishes, side, floor = works(cycle)
     place = ip.state.position
     middle = complex(place[0], place[1]) if middle is None else middle
-    inside = Pocket(middle, length / 2.0 - side, width / 2.0 - side, corner, angle)
-    levels = infeeds(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
     step, sense = (q[370] or 1.0) * tool, -1 if q[351] < 0.0 else 1
-    clear(ip, inside, Clearing(tool, step, levels, cycle.start, q[207], q[206], sense), cycle.name)
+    wall = Pocket(middle, length / 2.0, width / 2.0, corner, angle)
+    if roughs:
+        inside = Pocket(middle, length / 2.0 - side, width / 2.0 - side, max(corner - side, 0.0), angle)
+        levels = infeeds(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
+        clear(ip, inside, Clearing(tool, step, levels, cycle.start, q[207], q[206], sense), cycle.name)
+    if finishes and side > 0.0:
+        levels = infeeds(q[203], cycle.bottom, abs(q[338]), cycle.name, "Q338")
+        how = Clearing(tool, step, levels, cycle.start, q[385] or q[207], q[206], sense)
+        finishing.wall_of_pocket(cycle, wall, how, side)
+    if finishes and floor > 0.0:
+        how = Clearing(tool, step, (cycle.bottom,), cycle.start, q[385] or q[207], q[206], sense)
+        clear(ip, wall, how, cycle.name)
     cycle.end()
     cycle.to([place[0], place[1], *ip.state.position[2:]], rapid=True)
 
@@ -60,34 +71,52 @@ def middle_of_slot(cycle: HoleCycle, length: float, width: float, angle: float) 
     return _turned(cycle, complex(ways[kind], 0.0), angle)
 
 
-def allowances(cycle: HoleCycle) -> tuple[float, float]:
-    """Return what roughing alone (Q215 = 1) leaves at the side and the floor; raise where feeds are missing or it finishes alone."""
-    q = cycle.q
+def works(cycle: HoleCycle) -> tuple[bool, bool, float, float]:
+    """Return whether the cycle roughs and finishes (Q215), and the allowances between the two, Q368 at the side and Q369 at the floor.
+
+    Finishing makes the wall or the floor that has an allowance (iTNC 530, cycle 251).
+    """
+    q, kind = cycle.q, round(cycle.q[215])
     if q[207] <= 0.0 or q[206] <= 0.0:
         message = f"{cycle.name} has no feed: Q207 = {q[207]:g}, Q206 = {q[206]:g}"
         raise BlockError("feed-missing", message, "CYCL", hint="Q207 mills, Q206 plunges")
-    if round(q[215]) == 2:
-        message = f"Q215 = 2 of {cycle.name} (finishing alone) is not read"
-        raise BlockError("unsupported-block", message, "CYCL", hint="0 roughs and finishes, 1 roughs")
-    return (q[368], q[369]) if round(q[215]) == 1 else (0.0, 0.0)
+    if kind not in (0, 1, 2):
+        message = f"Q215 = {q[215]:g} of {cycle.name} is not 0, 1 or 2"
+        raise BlockError("cycle-words", message, "CYCL", hint="0 roughs and finishes, 1 roughs, 2 finishes")
+    side, floor = max(q[368], 0.0), max(q[369], 0.0)
+    if kind == 2 and not side and not floor:
+        message = f"{cycle.name} finishes (Q215 = 2) and has no allowance Q368 or Q369: it is not made"
+        cycle.ip.warn(
+            BlockError("cycle-idle", message, "CYCL", hint="allowances say what is left"), Severity.WARNING
+        )
+    return kind != 2, kind != 1, side, floor
 
 
 def bows(cycle: HoleCycle) -> None:
     """254: Q377 slots of width Q219 along the circle Q375 about Q216 Q217, from Q376 over Q248, Q378 from one to the next."""
     q, ip, tool = cycle.q, cycle.ip, cycle.ip.cutting_radius(cycle.name, cycle.q[219] / 2.0)
-    side, floor = allowances(cycle)
+    roughs, finishes, side, floor = works(cycle)
     count = round(q[377] or 1.0)
     if round(q[367]) or not 1 <= count <= _MOST or not 0.0 < abs(q[248]) <= 360.0:
         message = f"Q367 = {q[367]:g}, Q377 = {q[377]:g} or Q248 = {q[248]:g} of {cycle.name} is not read"
         hint = "Q367=0 has the centre Q216 Q217, Q377 counts the slots, Q248 is the angle of one"
         raise BlockError("unsupported-block", message, "CYCL", hint=hint)
-    levels = infeeds(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
-    how = Clearing(tool, tool, levels, cycle.start, q[207], q[206], -1 if q[351] < 0.0 else 1)
+    sense, feed = -1 if q[351] < 0.0 else 1, q[385] or q[207]
+    runs = []
+    if roughs:
+        levels = infeeds(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
+        runs.append((side, Clearing(tool, tool, levels, cycle.start, q[207], q[206], sense)))
+    if finishes and side > 0.0:
+        levels = infeeds(q[203], cycle.bottom, abs(q[338]), cycle.name, "Q338")
+        runs.append((0.0, Clearing(tool, q[219], levels, cycle.start, feed, q[206], sense)))
+    if finishes and floor > 0.0:
+        runs.append((0.0, Clearing(tool, tool, (cycle.bottom,), cycle.start, feed, q[206], sense)))
     for k in range(count):
         begin = q[376] + k * q[378]
         cycle.go(cycle.back if k else cycle.start, rapid=True)
         bow = Bow(complex(q[216], q[217]), q[375] / 2.0, *sorted((begin, begin + q[248])))
-        clear_bow(ip, bow, q[219] / 2.0 - side, how, cycle.name)
+        for left, how in runs:
+            clear_bow(ip, bow, q[219] / 2.0 - left, how, cycle.name)
     cycle.end()
 
 
