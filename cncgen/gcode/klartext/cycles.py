@@ -455,6 +455,9 @@ def define(ip: Interpreter, number: int) -> None:
     # A control without Q367 counts a face from the tool's place.
     if number == studs.FACE:
         ip.parameters.set_number(367.0, -1.0)
+    # One without Q301 goes from place to place at the second clearance.
+    if number in PATTERNS:
+        ip.parameters.set_number(301.0, 1.0)
     if number not in READ:
         message = f"cycle {number} is not read ({', '.join(map(str, READ))} are)"
         raise BlockError("unsupported-block", message, "CYCL", hint="write its moves as L blocks")
@@ -489,7 +492,10 @@ def call(ip: Interpreter, here: Block) -> None:
 
 
 def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
-    """220 on a circle, 221 on lines: run the cycle that was defined before at each place."""
+    """220 on a circle, 221 on lines: run the cycle that was defined before at each place.
+
+    From one place to the next the tool goes at the set-up clearance (Q301 = 0) or at the second one (1).
+    """
     if not cycle:
         raise BlockError(
             "cycle-missing",
@@ -508,7 +514,9 @@ def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
         )
     across, down = round(columns), round(lines)
     if number == 220:
-        step = q[247] or (q[246] - q[245]) / across
+        # The stopping angle is that of the last place, but of a whole circle.
+        whole = abs(q[246] - q[245]) >= 360.0
+        step = q[247] or (q[246] - q[245]) / max(1, across if whole else across - 1)
         turn = [math.radians(q[245] + k * step) for k in range(across)]
         places = [complex(q[216], q[217]) + cmath.rect(q[244] / 2.0, angle) for angle in turn]
     else:
@@ -519,10 +527,15 @@ def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
         ]
         places = [origin + way * complex(k * q[237], line * q[238]) for k, line in order]
     Plain.of(ip).cycle = cycle
-    for place in places:
+    second = q[204]
+    for k, place in enumerate(places):
         end = ip.state.position.copy()
         end[0], end[1] = place.real, place.imag
         ip.sink.block = here
         ip.sink.straight_traverse(end)
         ip.state.position, ip.state.moved = end, True
-        call(ip, here)
+        q[204] = 0.0 if round(q[301]) == 0 and k < len(places) - 1 else second
+        try:
+            call(ip, here)
+        finally:
+            q[204] = second
