@@ -37,7 +37,6 @@ from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import LONG_S, CountingSink
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.text.dialects import Choice, chosen
-from cncgen.gcode.text.search import search_path
 from cncgen.records import replace
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
@@ -77,7 +76,7 @@ def read(
     diagnostics = Diagnostics()
     path = source if isinstance(source, str | os.PathLike) else None
     choice = chosen(text, options.dialect)
-    moving = _moving_axes(text, choice.dialect, search_path(path, options.include))
+    moving = _moving_axes(text, choice.dialect, _folders(path, options))
     axes = "".join(letter for letter in AXIS_LETTERS if letter in "XYZ" or letter in moving)
 
     def chunks() -> Iterator[Toolpath]:
@@ -129,6 +128,13 @@ def _report_unforeseen(
     )
     hint = f"write a block that sends {axis} where it stands already"
     reporter.report(sources[source], line, offset, BlockError("late-axis", message, hint=hint))
+
+
+def _folders(path: str | os.PathLike[str] | None, options: ReadOptions) -> list[Path]:
+    """Return the folders in which subprograms are looked for."""
+    from cncgen.gcode.text.search import search_path
+
+    return search_path(path, options.include)
 
 
 def _moving_axes(text: Source, dialect: str, folders: list[Path]) -> str:
@@ -195,13 +201,13 @@ def check(
     sink = CountingSink()
     for _ in _runner(text, options, sink, found, path=path, choice=choice).run():
         pass
-    known = _moving_axes(text, choice.dialect, search_path(path, options.include)) if sink.unnamed else ""
+    known = _moving_axes(text, choice.dialect, _folders(path, options)) if sink.unnamed else ""
     late = any(AXIS_LETTERS[k] not in known for k in sink.unnamed)
     if (late or sink.slow or sink.far or sink.waited > LONG_S) and not found.has_errors:
         from cncgen.toolpath.gate import beyond_numbers
 
         # Whether the machine's axes moved, and where to, which offsets and rotations decide, and for how long, the columns tell.
-        program = read(text, name, replace(options, include=tuple(search_path(path, options.include))))
+        program = read(text, name, replace(options, include=tuple(_folders(path, options))))
         for chunk in program.chunks():
             if not found.has_errors:
                 found.extend(beyond_numbers(chunk))

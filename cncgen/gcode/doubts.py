@@ -12,7 +12,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.table import BOTH, language_of
 from cncgen.gcode.errors import BlockError, Reporter
 from cncgen.gcode.source import Source
-from cncgen.gcode.text.dialects import Choice
+from cncgen.gcode.text.dialects import Choice, different
 from cncgen.gcode.text.labels import Cursor
 from cncgen.records import dataclass, replace
 
@@ -35,9 +35,9 @@ class _Doubt:
     texts: tuple[bytes, ...]
     within: bytes = b""
 
-    def found(self, text: bytes, capitals: bytes) -> re.Match[bytes] | None:
-        """Return the first place in a text, which is given in capitals too."""
-        if not any(literal in capitals for literal in self.texts) or not re.search(self.within, capitals):
+    def found(self, text: bytes, lines: bytes) -> re.Match[bytes] | None:
+        """Return the first place in a text, whose different lines are given in capitals too."""
+        if not any(literal in lines for literal in self.texts) or not re.search(self.within, lines):
             return None
         return re.search(self.sign, text, re.MULTILINE | re.IGNORECASE)
 
@@ -214,13 +214,13 @@ def _doubts(
 ) -> Iterator[tuple[Cursor, BlockError]]:
     """Yield doubts about a text, with their lines."""
     head = source.data[:_HEAD]
-    capitals = head.upper()
+    lines = different(source)[0]
     asked = [*((_SIEMENS, _HEIDENHAIN, _GRBL, _DENFORD) if language_of(dialect) in BOTH else ())]
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
-        pointless = language_of(dialect) == "fanuc" and re.search(_LENGTH_WITH_POINT, capitals) is None
+        pointless = language_of(dialect) == "fanuc" and re.search(_LENGTH_WITH_POINT, lines) is None
         asked.append(_NO_POINTS if pointless else _INCREMENTS)
-    found = [(doubt, doubt.found(head, capitals)) for doubt in asked]
+    found = [(doubt, doubt.found(head, lines)) for doubt in asked]
     if language_of(dialect) == "fanuc":
         slashes = re.finditer(_SLASH.sign, source.data)
         found.append((_SLASH, next((one for one in slashes if _within(source, one.start())), None)))

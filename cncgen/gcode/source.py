@@ -29,12 +29,17 @@ _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 class Source:
-    """The bytes of one file, mapped, not read; `name` is how diagnostics call it."""
+    """The bytes of one file, mapped, not read; `name` is how diagnostics call it.
+
+    Attributes:
+        different: What `dialects.different` found, once it was asked.
+    """
 
     def __init__(self, data: bytes | mmap.mmap, name: str) -> None:
         self.name = name
         self.data = _with_newlines(data)
         self.bytes = memoryview(self.data)
+        self.different: tuple[bytes, list[int], list[int]] | None = None
 
     def __len__(self) -> int:
         return len(self.data)

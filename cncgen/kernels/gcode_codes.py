@@ -167,6 +167,14 @@ NUMBERS = {
 #: Columns of the row of a line that is kept (`gcode_lines.Lines`): offset and number of the line, where its code begins, offset of the next
 #: line, the row of that (-1 for none yet), its marks, the row of its O-word (-1 for none yet), and where its constants begin.
 LINE_COLUMNS = ("AT", "NUMBER_OF_LINE", "CODE", "AFTER", "FOLLOWING", "MARKS", "MARK", "FIRST_CONSTANT")
+#: Kinds of bytes of a shape (`gcode_lines.Shapes`) beside those that stand for themselves: what is not taken, blanks, the end of the line,
+#: digits; and the forms of numbers, 1, 1.5 and .5, which stand in shapes.
+SHAPE_BYTES = (
+    "SHAPE_UNKNOWN", "SHAPE_BLANK", "SHAPE_LINE_END", "SHAPE_DIGIT", "SHAPE_WHOLE", "SHAPE_DOTTED", "SHAPE_POINT_FIRST",
+)  # fmt: skip
+#: Columns of the row of a shape: its sum, where it stands in the store (-1: nowhere) with the signs of its numbers behind it, its length,
+#: and common data of its lines: the begin of their code, and their marks.
+SHAPE_COLUMNS = ("SHAPE_SUM", "SHAPE_PLACE", "SHAPE_LENGTH", "SHAPE_CODE", "SHAPE_MARKS", "SHAPE_ROW")
 #: Columns of the row of an O-word (`gcode_marks.Marks`): byte offset and number of its line, the rows of the line and of the next one (-1
 #: for none yet), keyword, label, and the O-words that it leads to (-1 where it leads nowhere for certain).
 MARK_COLUMNS = ("OFFSET", "LINE", "HERE", "BEHIND", "KEYWORD", "LABEL", "TARGET", "OTHER")
@@ -239,7 +247,7 @@ CONSTANTS = {
     },
     **{
         name: number
-        for names in (LINE_COLUMNS, MARK_COLUMNS, WAYS, MODE_PLACES, LEVEL_PLACES)
+        for names in (LINE_COLUMNS, SHAPE_BYTES, SHAPE_COLUMNS, MARK_COLUMNS, WAYS, MODE_PLACES, LEVEL_PLACES)
         for number, name in enumerate(names)
     },
     **WORDS_OF_CYCLES,

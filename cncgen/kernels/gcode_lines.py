@@ -9,7 +9,9 @@ from mmap import mmap
 
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AFTER, AT, CODE, FIRST_CONSTANT, FOLLOWING, MARK, MARKS, MAX_LINE, NUMBER_OF_LINE, REFUSED,
+    AFTER, AT, CODE, FIRST_CONSTANT, FOLLOWING, MARK, MARKS, MAX_LINE, NUMBER_OF_LINE, REFUSED, SHAPE_BLANK, SHAPE_CODE,
+    SHAPE_DIGIT, SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_PLACE, SHAPE_POINT_FIRST, SHAPE_ROW, SHAPE_SUM,
+    SHAPE_UNKNOWN, SHAPE_WHOLE,
 )  # fmt: skip
 from cython.cimports.libc.math import copysign, fabs
 
@@ -19,24 +21,7 @@ _SHAPES = cython.declare(cython.Py_ssize_t, 512)
 _STORE = cython.declare(cython.Py_ssize_t, 1 << 16)
 #: Sums have 32 bits.
 _ALL = cython.declare(cython.uint, 0xFFFFFFFF)
-#: Columns of the table: sum of the shape, where it stands in the store (-1: nowhere) with the signs of its numbers behind it, its
-#: length, and common data of its lines: the begin of their code, and their marks.
-_SUM = cython.declare(cython.int, 0)
-_PLACE = cython.declare(cython.int, 1)
-_LENGTH = cython.declare(cython.int, 2)
-_CODE_OF_SHAPE = cython.declare(cython.int, 3)
-_MARKS_OF_SHAPE = cython.declare(cython.int, 4)
-_WIDTH = 5
-
-#: Kinds of bytes: those that stand for themselves in a shape as small letters, and these.
-_UNKNOWN = cython.declare(cython.int, 0)
-_BLANK = cython.declare(cython.int, 1)
-_LINE_END = cython.declare(cython.int, 2)
-_DIGIT = cython.declare(cython.int, 3)
-#: Forms of numbers in a shape: 1, 1.5 and .5.
-_WHOLE = cython.declare(cython.int, 4)
-_DOTTED = cython.declare(cython.int, 5)
-_POINT_FIRST = cython.declare(cython.int, 6)
+#: By byte: what it is in a shape, small letters and signs themselves.
 _FOLD = cython.declare(cython.uchar[256])
 _POWERS = cython.declare(cython.double[23])
 #: Digits that a mantissa of 64 bits holds, and the integer up to which doubles have no gaps.
@@ -50,56 +35,19 @@ def _fill_tables() -> cython.void:
     c: cython.int
     for c in range(256):
         # Comments and bytes beyond ASCII are not taken.
-        _FOLD[c] = c if 32 < c < 127 and c != 40 and c != 41 and c != 59 else _UNKNOWN
+        _FOLD[c] = c if 32 < c < 127 and c != 40 and c != 41 and c != 59 else SHAPE_UNKNOWN
     for c in range(65, 91):
         _FOLD[c] = c + 32
     for c in b"0123456789.":
-        _FOLD[c] = _DIGIT
+        _FOLD[c] = SHAPE_DIGIT
     for c in b" \t\r":
-        _FOLD[c] = _BLANK
-    _FOLD[10] = _LINE_END
+        _FOLD[c] = SHAPE_BLANK
+    _FOLD[10] = SHAPE_LINE_END
     for c in range(23):
         _POWERS[c] = 10.0**c
 
 
 _fill_tables()
-
-
-#: A number, its form (0 where it is not certain), and the offset behind it.
-_Number = cython.struct(value=cython.double, form=cython.int, after=cython.Py_ssize_t)
-
-
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _number(text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, size: cython.Py_ssize_t) -> _Number:
-    """Read the number without a sign at `at`, with blanks anywhere in it."""
-    mantissa: cython.ulonglong = 0
-    digits: cython.int = 0
-    decimals: cython.int = -1
-    form: cython.int = _POINT_FIRST if text[at] == 46 else _WHOLE
-    value: cython.double
-    c: cython.int
-    while at < size:
-        c = text[at]
-        if 48 <= c <= 57:
-            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
-            digits += 1
-        elif c == 46 and decimals < 0:
-            # Digits up to here are none of the decimals.
-            decimals = digits
-        elif _FOLD[c] != _BLANK:
-            break
-        at += 1
-    if digits == 0 or digits > _DIGITS or mantissa > _EXACT or (at < size and text[at] == 46):
-        return _Number(value=0.0, form=0, after=at)
-    value = cython.cast(cython.double, mantissa)
-    if decimals >= 0:
-        if form == _WHOLE:
-            form = _DOTTED
-        # Both are doubles without error, so the quotient is rounded once (Clinger, as in `part21_scan.points`).
-        value /= _POWERS[digits - decimals]
-    return _Number(value=value, form=form, after=at)
 
 
 def zeros(size):
@@ -177,8 +125,10 @@ class Code:
 @cython.final
 @cython.cclass
 class Shapes:
-    """The shapes that are known, and the line that was looked at last."""
+    """The shapes of a text that are known, and the line that was looked at last."""
 
+    text: cython.const[cython.uchar][::1]
+    form = cython.declare(cython.int)
     shape = cython.declare(cython.uchar[256])
     value = cython.declare(cython.double[256])
     sum = cython.declare(cython.uint)
@@ -188,11 +138,12 @@ class Shapes:
     store: cython.uchar[::1]
     table: cython.longlong[:, ::1]
 
-    def __init__(self):
+    def __init__(self, text):
+        self.text = text
         if not cython.compiled:
             self.shape, self.value = bytearray(256), [0.0] * 256
         self.store = bytearray(_STORE)
-        self.table = memoryview(bytearray(8 * _WIDTH * _SHAPES)).cast("q", [_SHAPES, _WIDTH])
+        self.table = memoryview(bytearray(8 * SHAPE_ROW * _SHAPES)).cast("q", [_SHAPES, SHAPE_ROW])
         self.forget()
 
     @cython.cfunc
@@ -202,57 +153,92 @@ class Shapes:
         k: cython.Py_ssize_t
         self.sum = self.length = self.count = self.stored = 0
         for k in range(_SHAPES):
-            self.table[k, _PLACE] = -1
+            self.table[k, SHAPE_PLACE] = -1
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def read(self, text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t) -> cython.Py_ssize_t:
+    def read(self, at: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Take shape and numbers of the line at `at`; return the offset of its end, -1 where they are not certain.
 
         Names and the numbers of parameters (#1) belong to the shape. That of the line is none that is pushed.
         """
-        size: cython.Py_ssize_t = min(text.shape[0], at + _LONGEST)
+        end: cython.Py_ssize_t = self.text.shape[0]
+        size: cython.Py_ssize_t = min(end, at + _LONGEST)
         length: cython.Py_ssize_t = 0
         count: cython.Py_ssize_t = 0
         total: cython.uint = 0
         last: cython.int = 0
         named: cython.bint = False
-        number: _Number
         c: cython.int
         while at < size:
-            c = _FOLD[text[at]]
-            if c > _POINT_FIRST:
+            c = _FOLD[self.text[at]]
+            if c > SHAPE_POINT_FIRST:
                 at += 1
                 last = c
                 if c | 2 == 62:
                     # A name begins with < and ends with >.
                     named = c == 60
-            elif c == _BLANK:
+            elif c == SHAPE_BLANK:
                 at += 1
                 continue
-            elif c == _LINE_END:
+            elif c == SHAPE_LINE_END:
                 break
-            elif c == _UNKNOWN:
+            elif c == SHAPE_UNKNOWN:
                 return -1
             elif named or last == 35:
-                c = text[at]
+                c = self.text[at]
                 at += 1
             else:
-                number = _number(text, at, size)
-                if number.form == 0:
+                at = self._number(at, size, count)
+                c = self.form
+                if c == 0:
                     return -1
-                c = number.form
-                at = number.after
-                if last != 110:
-                    self.value[count] = number.value
-                    count += 1
+                count += last != 110
                 last = c
             total = total * 33 + c
             self.shape[length] = c
             length += 1
-        if at == size and at < text.shape[0] and text[at] != 10:
+        if at == size and at < end and self.text[at] != 10:
             return -1
         self.sum, self.length, self.count = total & _ALL, length, count
+        return at
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _number(
+        self, at: cython.Py_ssize_t, size: cython.Py_ssize_t, count: cython.Py_ssize_t
+    ) -> cython.Py_ssize_t:
+        """Take the number without a sign at `at`, with blanks anywhere in it, as the value `count`; return the offset behind it.
+
+        `form` is 0 where it is not certain.
+        """
+        mantissa: cython.ulonglong = 0
+        digits: cython.int = 0
+        decimals: cython.int = -1
+        c: cython.int = self.text[at]
+        form: cython.int = SHAPE_POINT_FIRST if c == 46 else SHAPE_WHOLE
+        while at < size:
+            c = self.text[at]
+            if 48 <= c <= 57:
+                mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
+                digits += 1
+            elif c == 46 and decimals < 0:
+                # Digits up to here are none of the decimals.
+                decimals = digits
+            elif _FOLD[c] != SHAPE_BLANK:
+                break
+            at += 1
+        if digits == 0 or digits > _DIGITS or mantissa > _EXACT or (at < size and c == 46):
+            self.form = 0
+            return at
+        self.value[count] = cython.cast(cython.double, mantissa)
+        if decimals >= 0:
+            if form == SHAPE_WHOLE:
+                form = SHAPE_DOTTED
+            # Both are doubles without error, so the quotient is rounded once (Clinger, as in `part21_scan.points`).
+            self.value[count] /= _POWERS[digits - decimals]
+        self.form = form
         return at
 
     @cython.cfunc
@@ -260,9 +246,13 @@ class Shapes:
     def find(self) -> cython.Py_ssize_t:
         """Return the row of the shape of the line; -1 where it is not known."""
         row: cython.Py_ssize_t = self.sum % _SHAPES
-        place: cython.Py_ssize_t = self.table[row, _PLACE]
+        place: cython.Py_ssize_t = self.table[row, SHAPE_PLACE]
         k: cython.Py_ssize_t
-        if place < 0 or self.table[row, _SUM] != self.sum or self.table[row, _LENGTH] != self.length:
+        if (
+            place < 0
+            or self.table[row, SHAPE_SUM] != self.sum
+            or self.table[row, SHAPE_LENGTH] != self.length
+        ):
             return -1
         for k in range(self.length):
             if self.store[place + k] != self.shape[k]:
@@ -275,7 +265,7 @@ class Shapes:
         self, row: cython.Py_ssize_t, constants: cython.double[::1], first: cython.Py_ssize_t
     ) -> cython.Py_ssize_t:
         """Write the numbers of the line, whose shape is that of a row, as constants from `first` on; return how many."""
-        signs: cython.Py_ssize_t = self.table[row, _PLACE] + self.length
+        signs: cython.Py_ssize_t = self.table[row, SHAPE_PLACE] + self.length
         k: cython.Py_ssize_t
         for k in range(self.count):
             constants[first + k] = -self.value[k] if self.store[signs + k] else self.value[k]
@@ -306,14 +296,14 @@ class Shapes:
         if place + self.length + self.count > _STORE:
             self.stored = place = 0
             for k in range(_SHAPES):
-                self.table[k, _PLACE] = -1
+                self.table[k, SHAPE_PLACE] = -1
         for k in range(self.length):
             self.store[place + k] = self.shape[k]
         for k in range(self.count):
             self.store[place + self.length + k] = copysign(1.0, constants[first + k]) < 0.0
         self.stored = place + self.length + self.count
-        self.table[row, _SUM], self.table[row, _PLACE] = self.sum, place
-        self.table[row, _LENGTH], self.table[row, _CODE_OF_SHAPE], self.table[row, _MARKS_OF_SHAPE] = (
+        self.table[row, SHAPE_SUM], self.table[row, SHAPE_PLACE] = self.sum, place
+        self.table[row, SHAPE_LENGTH], self.table[row, SHAPE_CODE], self.table[row, SHAPE_MARKS] = (
             self.length,
             code,
             marks,
@@ -339,7 +329,7 @@ class Lines:
     def __init__(self, code, text, rows):
         self.code, self.text, self.rows = code, text, rows
         self.code.text = text
-        self.shapes = Shapes()
+        self.shapes = Shapes(text)
         self.forget()
 
     @cython.ccall
@@ -398,13 +388,13 @@ class Lines:
         """Keep a line in a row; return the offset of the next one."""
         first: cython.int = self.code.numbers
         begin: cython.int = self.code.used
-        end: cython.Py_ssize_t = self.shapes.read(self.text, offset) if self.code.shaped else -1
+        end: cython.Py_ssize_t = self.shapes.read(offset) if self.code.shaped else -1
         shape: cython.Py_ssize_t = self.shapes.find() if end >= 0 else -1
         self.rows[r, AT], self.rows[r, NUMBER_OF_LINE], self.rows[r, FIRST_CONSTANT] = offset, line, first
         self.rows[r, FOLLOWING] = self.rows[r, MARK] = -1
         if shape >= 0:
-            self.rows[r, CODE] = self.shapes.table[shape, _CODE_OF_SHAPE]
-            self.rows[r, MARKS] = self.shapes.table[shape, _MARKS_OF_SHAPE]
+            self.rows[r, CODE] = self.shapes.table[shape, SHAPE_CODE]
+            self.rows[r, MARKS] = self.shapes.table[shape, SHAPE_MARKS]
             self.code.numbers += self.shapes.put(shape, self.code.constants, first)
         else:
             self.code.alike = end >= 0

@@ -230,3 +230,24 @@ def test_lines_that_are_longer_than_any_are_refused(dialect: str, line: str) -> 
     assert 0 <= reader.error <= MAX_LINE
     reader.parse(text, len(line) + 1)
     assert reader.error < 0
+
+
+def test_constants_of_kernels_have_names_of_their_own() -> None:
+    """Of two with one name the kernels would have one number for both."""
+    codes = gcode_codes
+    groups = (
+        *(
+            codes.NUMBERS,
+            codes.OPERATIONS,
+            codes.WORDS_OF_CYCLES,
+            codes.ASIDES,
+            codes.SETS_OF_WORDS,
+            codes.SLOTS,
+        ),
+        *(codes.LINE_COLUMNS, codes.SHAPE_BYTES, codes.SHAPE_COLUMNS, codes.MARK_COLUMNS, codes.WAYS),
+        *(codes.MODE_PLACES, codes.LEVEL_PLACES),
+        [name for name, number in codes.ACTIONS.items() if number],
+        [name for name, number in codes.LITERALS.items() if number < 128 and "[" not in name],
+    )
+    assert len(codes.CONSTANTS) == sum(len(group) for group in groups)
+    assert all(getattr(codes, name) == number for name, number in codes.CONSTANTS.items())

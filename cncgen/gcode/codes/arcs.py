@@ -14,19 +14,15 @@ from cncgen.gcode.codes.lines import check_feed, has_axis
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinks.sink import FULL_CIRCLE_MM
+from cncgen.gcode.sinks.sink import (
+    CENTRE_FACTOR,
+    CENTRE_RELATIVE,
+    CENTRE_TOLERANCE,
+    FULL_CIRCLE_MM,
+    RADIUS_TOLERANCE,
+)
 from cncgen.gcode.state.modal import Stage
 from cncgen.kernels.arc_centres import centre_from_radius
-
-#: Lengths are given for mm and inch programs, as LinuxCNC's interpreter has them (measured on it).
-#: Half a chord may exceed R by this, and no radius may be shorter.
-RADIUS_TOLERANCE = {False: 0.00127, True: 0.00005}
-#: The radii at start and end of an arc by centre may differ by this …
-CENTRE_TOLERANCE = {False: 0.02 * math.sqrt(2.0), True: 0.002 * math.sqrt(2.0)}
-#: … or by this part of the larger one …
-CENTRE_RELATIVE = 0.001
-#: … but never by more than this many times the tolerance.
-CENTRE_FACTOR = 100.0
 
 _OFFSETS = "ijk"
 _POLAR = {"@", "^"}

@@ -30,13 +30,14 @@ from cncgen.gcode.block import (
     Block,
 )
 from cncgen.gcode.codes import tool_point
-from cncgen.gcode.codes.arcs import RADIUS_TOLERANCE, check_radii
+from cncgen.gcode.codes.arcs import check_radii
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import table_offset, use_offset
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import RADIUS_TOLERANCE
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
 from cncgen.kernels.arc_centres import centre_from_radius
 from cncgen.records import dataclass, field

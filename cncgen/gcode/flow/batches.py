@@ -6,11 +6,16 @@ from array import array
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import BATCH, MOTION
-from cncgen.gcode.codes.arcs import CENTRE_FACTOR, CENTRE_RELATIVE, CENTRE_TOLERANCE, RADIUS_TOLERANCE
 from cncgen.gcode.codes.feeds import feeds_meant
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.counting import CountingSink
-from cncgen.gcode.sinks.sink import MotionBatch
+from cncgen.gcode.sinks.sink import (
+    CENTRE_FACTOR,
+    CENTRE_RELATIVE,
+    CENTRE_TOLERANCE,
+    RADIUS_TOLERANCE,
+    MotionBatch,
+)
 from cncgen.gcode.state.modal import NO_MOTION, SYSTEM_CODES
 from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, column
 from cncgen.kernels import gcode_codes, gcode_motion

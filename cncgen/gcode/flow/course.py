@@ -215,9 +215,9 @@ class Course:
         if parsed.flow is not None and parsed.flow.then is None:
             return self._o_word(parsed.flow, here, after), True
         run = (
-            parts.compiler.action(parsed, here)
+            parts.compiler().action(parsed, here)
             if parsed.flow is None
-            else parts.compiler.then(parsed.flow, here)
+            else parts.compiler().then(parsed.flow, here)
         )
 
         def effect() -> Cursor | None:

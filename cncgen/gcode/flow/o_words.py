@@ -12,7 +12,6 @@ from functools import cached_property
 from cncgen.gcode.block import Block, Flow, nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.calls import Calls
-from cncgen.gcode.flow.subroutines import Subroutines
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.evaluation import EQUAL, evaluate
 from cncgen.gcode.text.labels import Cursor, Label, shown
@@ -20,6 +19,7 @@ from cncgen.records import dataclass
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from cncgen.gcode.flow.subroutines import Subroutines
     from cncgen.gcode.interpreter import Interpreter
     from cncgen.gcode.text.marked_lines import Marked
 
@@ -60,7 +60,6 @@ class FlowControl:
 
     Attributes:
         calls: The calls in progress.
-        subroutines: The texts, and the lines of each that jumps lead to.
         begun: Whether a program number of FANUC was passed, which the main program begins with.
         profile_blocks: Yields the blocks that the subroutine of a profile executes (`profiles`), set by whoever has the lines.
     """
@@ -70,7 +69,7 @@ class FlowControl:
     ) -> None:
         self.ip = ip
         self.calls = Calls(ip)
-        self.subroutines = Subroutines(ip, sources, program)
+        self._sources, self._program = sources, program
         self.begun = False
         self.profile_blocks: Callable[[Label, Cursor], Iterator[Block]]
         #: Where a label of a branch or loop was met first, and its keyword, by the subroutine that it is local to.
@@ -101,6 +100,13 @@ class FlowControl:
                 else "IF, WHILE and REPEAT have one value in brackets, a call one for each argument",
             )
         return method(self, flow, here, after)
+
+    @cached_property
+    def subroutines(self) -> Subroutines:
+        """The texts, and the lines of each that jumps lead to."""
+        from cncgen.gcode.flow.subroutines import Subroutines
+
+        return Subroutines(self.ip, self._sources, self._program)
 
     @cached_property
     def _methods(self) -> dict[str, Method]:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from functools import partial
+from collections.abc import Callable, Iterator
+from functools import cache, partial
 
 from cncgen.gcode.codes.table import language_of
 from cncgen.gcode.errors import Reporter
-from cncgen.gcode.flow.compiling import Compiler
 from cncgen.gcode.flow.executing import Executor
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.flow.o_words import FlowControl
@@ -23,6 +22,7 @@ from cncgen.toolpath.reading import ReadOptions
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.block import Block
+    from cncgen.gcode.flow.compiling import Compiler
     from cncgen.gcode.text.labels import Cursor, Label
 
 
@@ -32,6 +32,7 @@ class Parts:
 
     Attributes:
         sources: The texts: the main program, then files in the order in which they were called.
+        compiler: Gives the maker of actions.
         by_line: Whether the scanner cannot read the dialect's plain blocks, so that every line is parsed.
     """
 
@@ -42,7 +43,7 @@ class Parts:
     percent: Percent
     faults: Faults
     executor: Executor
-    compiler: Compiler
+    compiler: Callable[[], Compiler]
     pending: PendingBlocks
     by_line: bool
 
@@ -67,8 +68,8 @@ def assemble(
     ip = Interpreter(sink, options, faults.remark, dialect, plain=plain)
     control = ip.flow = FlowControl(ip, sources, path)
     executor = Executor(ip, control.calls, faults)
-    compiler = Compiler(ip, control, executor.execute)
-    pending = PendingBlocks(ip, sources, compiler, executor, faults, batches=batches)
+    compiler = cache(partial(_compiler, control, executor))
+    pending = PendingBlocks(control, sources, compiler, executor, faults, batches=batches)
     control.calls.flush = faults.flush = pending.flush
     lines = LineReader(sources, language, increments=increments)
     control.profile_blocks = partial(_profile_blocks, control, lines)
@@ -85,6 +86,13 @@ def assemble(
         pending=pending,
         by_line=increments or dialect == "heidenhain",
     )
+
+
+def _compiler(control: FlowControl, executor: Executor) -> Compiler:
+    """Return what makes actions of parsed blocks; programs whose lines are all plain or computed do not import the module."""
+    from cncgen.gcode.flow.compiling import Compiler
+
+    return Compiler(control.ip, control, executor.execute)
 
 
 def _profile_blocks(control: FlowControl, lines: LineReader, label: Label, after: Cursor) -> Iterator[Block]:

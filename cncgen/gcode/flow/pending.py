@@ -6,13 +6,13 @@ because motions do not change the parameters of later lines.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from cncgen.gcode.budget import LINE
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.batches import Batches
-from cncgen.gcode.flow.compiling import Compiler
 from cncgen.gcode.flow.executing import Executor
 from cncgen.gcode.flow.faults import Faults
-from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, comment_of, empty_block
@@ -20,7 +20,9 @@ from cncgen.kernels import gcode_scan
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from cncgen.gcode.flow.compiling import Compiler
     from cncgen.gcode.flow.computing import Computing, LinesRead
+    from cncgen.gcode.flow.o_words import FlowControl
 
 
 class PendingBlocks:
@@ -31,22 +33,22 @@ class PendingBlocks:
 
     def __init__(
         self,
-        ip: Interpreter,
+        control: FlowControl,
         sources: list[Source],
-        compiler: Compiler,
+        compiler: Callable[[], Compiler],
         executor: Executor,
         faults: Faults,
         *,
         batches: bool,
     ) -> None:
-        self._ip = ip
+        self._control, self._ip = control, control.ip
         self._sources = sources
         self._compiler = compiler
         self._executor = executor
         self._faults = faults
         self._plain = PlainBlocks()
-        self._batches = Batches(ip, self._plain) if batches else None
-        self._computes = batches and ip.dialect == "linuxcnc"
+        self._batches = Batches(self._ip, self._plain) if batches else None
+        self._computes = batches and self._ip.dialect == "linuxcnc"
         self._computing: Computing | None = None
 
     @property
@@ -70,7 +72,7 @@ class PendingBlocks:
             # Most programs have no line that is computed.
             from cncgen.gcode.flow.computing import Computing
 
-            self._computing = Computing(self._compiler.flow, self._sources, self._plain)
+            self._computing = Computing(self._control, self._sources, self._plain)
         plain = self._plain
         if plain.count and (plain.source != here.source or plain.count == BLOCKS):
             self.flush()
@@ -120,7 +122,7 @@ class PendingBlocks:
             comment = None
             if flags & gcode_scan.ACTIVE or (flags & gcode_scan.COMMENT and ip.base.wants_comments):
                 comment = comment_of(self._sources[here.source].text_at(here.offset))
-            if ip.dialect == "fanuc" and self._compiler.call_macro(plain.pairs(index)):
+            if ip.dialect == "fanuc" and self._compiler().call_macro(plain.pairs(index)):
                 return
             block = plain.block(index)
             block.comment = comment

@@ -6,6 +6,7 @@ their own. A sink either prints the calls (`printing`) or builds a toolpath in m
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from cncgen.gcode.block import Block
@@ -26,6 +27,15 @@ Point = list[float]
 LEAST_RADIUS_MM = 0.01
 #: Start and end of an arc closer than this in the plane, mm: whole turns. The rounding of coordinates is less.
 FULL_CIRCLE_MM = 1e-9
+#: Tolerances of arcs for mm and inch programs, as LinuxCNC's interpreter has them (measured on it).
+#: Half a chord may exceed R by this, and no radius may be shorter.
+RADIUS_TOLERANCE = {False: 0.00127, True: 0.00005}
+#: The radii at start and end of an arc by centre may differ by this …
+CENTRE_TOLERANCE = {False: 0.02 * math.sqrt(2.0), True: 0.002 * math.sqrt(2.0)}
+#: … or by this part of the larger one …
+CENTRE_RELATIVE = 0.001
+#: … but never by more than this many times the tolerance.
+CENTRE_FACTOR = 100.0
 
 
 @dataclass(frozen=True, slots=True)

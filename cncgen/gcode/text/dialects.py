@@ -102,12 +102,19 @@ def _without(comments: bytes, text: bytes) -> bytes:
     return re.sub(comments, b"", text) if b"(" in text or b";" in text else text
 
 
+def different(source: Source) -> tuple[bytes, list[int], list[int]]:
+    """Return the different lines of the beginning and the end of a text (`different_lines`)."""
+    if source.different is None:
+        head = source.data[:_HEAD]
+        if len(source.data) > _HEAD:
+            head += source.data[max(_HEAD, len(source.data) - _TAIL) :]
+        source.different = different_lines(head)
+    return source.different
+
+
 def choose(source: Source) -> Choice:
     """Return the dialect that the signs in a text speak for; without any sign, LinuxCNC's."""
-    head = source.data[:_HEAD]
-    if len(source.data) > _HEAD:
-        head += source.data[max(_HEAD, len(source.data) - _TAIL) :]
-    written = _Lines(*different_lines(head))
+    written = _Lines(*different(source))
     blocks = _blocks(written)
     found = [
         *_found(signs.WRITTEN, written),
