@@ -228,6 +228,7 @@ def test_slots_that_cannot_be(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("cycle", "said"),
     [
+        ("CYCLE86(10,0,2,-8,,0,3,-1,-1,1,45)", []),
         ("CYCLE87(5,0,2,-10,,3)", []),
         ("CYCLE87(5,0,2,-10,,3,,,)", []),
         ("CYCLE87(5,0,2,-10,,3,,,1)", ["cycle-parameters"]),

@@ -487,7 +487,8 @@ def _ream(motions: Motions, name: str, values: Values) -> None:
 
 
 def _bore(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE86: DTB, SDIR, the way off the wall RPA RPO RPAP, POSS, and modes as of CYCLE85."""
+    """CYCLE86: DTB, SDIR, the way off the wall RPA RPO RPAP, POSS (where the spindle stands, which moves no axis), and modes as of CYCLE85."""
+    filled(values, 10)
     end, each = _modes(motions, name, values, 11, (2, 2))
     hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
     first, second, normal = motions.plane()
