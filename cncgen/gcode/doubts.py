@@ -129,6 +129,8 @@ _LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?\d*\."
 #: A program number, and the codes that end a subprogram and a main program.
 _PROGRAM = rb"(?im)^[ \t]*(?P<word>[O:][ \t]*\d+)"
 _BACK = rb"(?i)(?<![A-Z])M[ \t]*99(?![\d.]|[ \t]*P)"
+_BACK_TO = rb"(?i)(?<![A-Z])M[ \t]*99[ \t]*P"
+_CALL = rb"(?i)(?<![A-Z])(?:M[ \t]*98|G[ \t]*65)[ \t]*P[ \t]*"
 _END = rb"(?i)(?<![A-Z])M[ \t]*(?:0?2|30)(?![\d.])"
 _BRACKETS = rb"\([^)\n]*\)"
 #: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
@@ -188,12 +190,16 @@ def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
         )
         for i, one in enumerate(programs)
     ]
-    if len(programs) < 2 or re.search(_END, bodies[0]) or not re.search(_BACK, bodies[0]):
+    if len(programs) < 2 or re.search(_END, bodies[0]):
         return None
+    first = b"".join(programs[0]["word"].split())
+    returns = re.search(_BACK, bodies[0])
+    # M99 P goes to a line of the program that called this one, or repeats it where none did.
+    calls = re.compile(_CALL + rb"0*" + first[1:].lstrip(b"0") + rb"(?!\d)")
     for program, body in zip(programs[1:], bodies[1:], strict=True):
-        if re.search(_END, body):
-            first, own = (b"".join(one["word"].split()).decode() for one in (programs[0], program))
-            message = f"the program begins with {own}, a main program behind the subprogram {first}"
+        if re.search(_END, body) and (returns or (re.search(_BACK_TO, bodies[0]) and calls.search(body))):
+            own = b"".join(program["word"].split()).decode()
+            message = f"the program begins with {own}, a main program behind the subprogram {first.decode()}"
             here = Cursor(0, program.start(), text[: program.start()].count(b"\n") + 1)
             return here, BlockError("main-behind", message, hint="put the main program first")
     return None

@@ -33,7 +33,7 @@ WRONG = {
     "a frame under compensation": ("F10\nG41.1 D1\nG1 X9\nG68 X0 Y0 R30", ("frame-compensation", 4, 1)),
     "a corner at a point": ("F10\nG1 X9 ,R1\nX9\nX20", ("corner-size", 2, 7)),
     "a corner larger than its arc": ("F10\nG2 X2 R1 ,C5\nG1 X9", ("corner-size", 2, 10)),
-    "a corner before a wrong arc": ("F10\nG1 X9 ,R1\nG2 X3", ("corner-next", 2, 7)),
+    "a corner before a wrong arc": ("F10\nG1 X9 ,R1\nG2 X3 J1 R0.1", ("corner-next", 2, 7)),
     "a negative corner": ("F10\nG1 X9 ,R-1\nY4", ("corner-size", 2, 7)),
     "a pitch of no thread": ("S10 M3\nG33 Z-5 F0", ("pitch-missing", 2, 9)),
     "a turn in a plane of U V W": ("G17.1\nG68 X0 R5", ("rotation-plane", 2, 1)),

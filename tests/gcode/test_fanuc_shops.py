@@ -13,6 +13,7 @@ import pytest
 from cncgen.diagnostics import Diagnostics
 from cncgen.gcode import check, read
 from cncgen.toolpath.reading import ReadOptions
+from cncgen.toolpath.record import Kind
 
 Run = Callable[..., Any]
 
@@ -196,3 +197,52 @@ def test_the_mirror_of_haas(run: Run) -> None:
     text = "O1\nG21 G54\nG52 X10. Y5.\nG101 Y0.\nG0 X1. Y2.\nG101 X0\nG0 X - [ 1. + 1. ] Y2.\nG100 Y0.\nG0 X1. Y2.\nG100\nG0 X1. Y3.\nM30"
     assert [p[:2] for p in ends(run, text)] == [[11, 3], [12, 3], [9, 7], [11, 8]]
     assert ("error", "not-read") in codes(run, "O1\nG21 G54\nG101 X5.\nM30")
+
+
+@pytest.mark.parametrize("dialect", ["fanuc", "fanuc-lathe"])
+def test_an_arc_without_centre_and_radius_is_a_straight_line(run: Run, dialect: str) -> None:
+    """B-64310EN, parameter CIR (3403#5) = 0: "the tool moves to an end point by linear interpolation". G2 stays in force."""
+    text = "G21 G18 G98 G0 X0 Z0\nG2 X20. Z-10. R20. F100\nZ-30.\nX40. Z-40. R20.\nM30"
+    x = 2.0 if dialect == "fanuc" else 1.0
+    assert ends(run, text, dialect) == [[10 * x, 0, -10], [10 * x, 0, -30], [20 * x, 0, -40]]
+    assert codes(run, text, dialect)[-1] == ("warning", "arc-centre")
+    path = run(text, dialect=dialect).path
+    arcs = [int(line) for kind, line in zip(path.kind, path.line, strict=True) if kind == Kind.ARC]
+    assert arcs == [2, 4]
+    assert ("error", "arc-centre") in codes(run, text.replace("G98 ", ""), "linuxcnc")
+
+
+def test_a_circular_pocket_takes_the_d_in_force(run: Run) -> None:
+    """Haas: D is optional for G12 and G13; here it stands beside the tool change."""
+    text = "G21 T2 D0 M6\nG0 X0 Y0 Z5.\nG13 {}I5. F100 Z-1.\nM30"
+    assert ends(run, text.format("")) == ends(run, text.format("D0 "))
+    assert ("error", "comp-diameter") in codes(run, text.format("").replace("D0 ", ""))
+
+
+def test_an_m_code_of_the_builder_calls_a_macro_of_a_probe(run: Run) -> None:
+    """M165P9810Z-.5F50. of a shop's machines was a traverse to Z-.5, without a word, and M165P9814D.453 an error."""
+    text = "G20 G90 G0 Z1.\n{0}P9832(START)\n{0}P9810Z-.5F50.\n{0} P9814 D.453 S2.\n{0}P9810Z1.F100.\nM30"
+    found, expected = (run(text.format(call), dialect="fanuc") for call in ("M165", "G65"))
+    assert found.errors == expected.errors == []
+    assert found.path.end.tolist() == expected.path.end.tolist()
+    np.testing.assert_array_equal(found.path.feed, expected.path.feed)
+    assert [(d.code, d.span.line) for d in found.diagnostics if d.code == "builders-code"] == [
+        ("builders-code", 2)
+    ]
+
+
+def test_a_main_program_behind_a_subprogram_that_returns_to_a_line(run: Run) -> None:
+    """M99 P30 goes on at N30 of the program that called O2."""
+    text = "%\nO0002\nX2.\nM99 P30\nO1\nG21 G0 X1.\nM98 P2\nX9.\nN30 Y7.\nM30\n%"
+    assert ends(run, text) == [[1, 0, 0], [2, 0, 0], [2, 7, 0]]
+    assert codes(run, text) == [("warning", "main-behind")]
+    # Nothing calls it: it is a main program that repeats itself.
+    alone = "%\nO2\nN30 G21 G0 X2.\nM99 P30\nO1\nG21 G0 X1.\nM30\n%"
+    assert ("warning", "main-behind") not in codes(run, alone)
+
+
+def test_cycles_of_lathes_end_at_r_in_g99_of_system_b(run: Run) -> None:
+    text = "G94 G0 X0 Z5.\n{} G83 Z-6. R-3. F100\nG80 G0 X10.\nM30"
+    for dialect in ("fanuc-lathe-b", "fanuc-lathe-c"):
+        assert [end[2] for end in ends(run, text.format("G99"), dialect)][-2:] == [2, 2]
+        assert [end[2] for end in ends(run, text.format("G98"), dialect)][-2:] == [5, 5]

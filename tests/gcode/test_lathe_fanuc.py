@@ -329,7 +329,7 @@ WRONG = {
     "a call": ("F.2\nN1 G0 X20.\nM98 P5\nN2 G1 Z-5. F.1\nG70 P1 Q2", ("sub-missing", 5, 5)),
     "itself": ("F.2\nN1 G0 X20.\nN2 G70 P1 Q2", ("profile-flow", 5, 8)),
     "one move": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nN2 M8", ("profile-length", 5, 5)),
-    "a fault in the profile": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nN2 G2 Z-5.", ("arc-centre", 5, 5)),
+    "a fault in the profile": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nN2 G2 Z-5. R1.", ("arc-radius", 5, 5)),
     "too many cuts": ("G0 X60. Z2. F.1\nG71 U.00001 R1.\nG71 P1 Q2\nN1 G0 X20.\nN2 G1 Z-5.", ("profile-step", 5, 1)),
     "no passes": ("G73 U1. W1. R0", ("profile-passes", 3, 13)),
     "no lead": ("G32 Z-5.", ("pitch-missing", 3, 1)),

@@ -19,7 +19,14 @@ BOUNDS = {"max_steps": 2_000, "max_call_depth": 8}
 
 
 def consume(data: bytes, **options: Any) -> list[str]:
-    """Read bytes to the end both ways; return the codes of what was said, but that no unit is."""
+    """Read bytes to the end both ways; return the codes of what was said, but that no unit is.
+
+    Where no sign tells the control, reading takes codes that LinuxCNC refuses, and canonical calls do not, as `rs274`.
+    """
+    if "dialect" not in options:
+        for _ in read(io.BytesIO(data), "t", ReadOptions(**BOUNDS, **options)).chunks():
+            pass
+        options["dialect"] = "linuxcnc"
     program = read(io.BytesIO(data), "t", ReadOptions(**BOUNDS, **options))
     for _ in program.chunks():
         pass

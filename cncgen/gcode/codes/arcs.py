@@ -10,7 +10,7 @@ import math
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.codes.lines import check_feed, has_axis
+from cncgen.gcode.codes.lines import check_feed, feed, has_axis
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -45,12 +45,12 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
     words = block.words
     has_offset = not set(_OFFSETS).isdisjoint(words)
     if not has_offset and "r" not in words:
-        raise BlockError(
-            "arc-centre",
-            f"{name} has neither a centre (I J K) nor a radius (R)",
-            name,
-            hint="I J K lead from the start to the centre; R does not make full circles",
-        )
+        message = f"{name} has neither a centre (I J K) nor a radius (R)"
+        if ip.dialect == "fanuc" and has_axis(block):
+            _line(ip, block, name, message)
+            return
+        hint = "I J K lead from the start to the centre; R does not make full circles"
+        raise BlockError("arc-centre", message, name, hint=hint)
     if has_offset and "r" in words:
         _radius_counts(ip, name)
     check_feed(ip, block, name)
@@ -71,6 +71,17 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
     ip.sink.arc_feed(end, x, y, -turns if clockwise else turns, state.plane)
     state.position = end
     state.moved = True
+
+
+def _line(ip: Interpreter, block: Block, name: str, message: str) -> None:
+    """Move straight, as FANUC's controls do where an arc has no centre and no radius (parameter CIR, 3403#5 = 0, B-64310EN)."""
+    state, motion = ip.state, ip.state.motion
+    hint = (
+        f"write G1 for a line; controls with CIR (3403#5) = 1, and Haas's, refuse {name} without I J K and R"
+    )
+    ip.warn_once(BlockError("arc-centre", f"{message}: it is a straight line", name, hint=hint))
+    feed(ip, block)
+    state.motion = motion
 
 
 def _radius_counts(ip: Interpreter, name: str) -> None:

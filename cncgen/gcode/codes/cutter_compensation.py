@@ -113,7 +113,7 @@ def _programmed(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
 
 def _of_the_tool(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
     """Return radius (program units) and orientation of the tool of D, or of the one in the spindle."""
-    number = _number_in_force(ip, block, name)
+    number = radius_number_in_force(ip, block, name)
     tool = ip.tools.find(number)
     if tool is None:
         raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "D")
@@ -121,7 +121,7 @@ def _of_the_tool(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
     return tool.diameter * ip.table_scale() / 2.0, tool.orientation
 
 
-def _number_in_force(ip: Interpreter, block: Block, name: str) -> int:
+def radius_number_in_force(ip: Interpreter, block: Block, name: str) -> int:
     """Return the D of a block, else the tool in the spindle, which D0 of LinuxCNC is too.
 
     FANUC's D stays in force, and D0 names no tool.

@@ -1,6 +1,6 @@
 """G12 and G13 of Haas's mills: a circular pocket about the place where the tool stands (Haas mill operator's manual, "G12, G13").
 
-I is the radius of the first circle, K that of the finished one, Q the step between them; D takes the tool's radius off. With L the depth Z
+I is the radius of the first circle, K that of the finished one, Q the step between them; D, which stays in force, takes the tool's radius off. With L the depth Z
 is cut in as many steps in G91. The tool goes out from the middle and back to it along X: this way is our own choice, the circles are
 those of the cycle.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.block import Block
+from cncgen.gcode.codes.cutter_compensation import radius_number_in_force
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import whole
@@ -76,7 +77,7 @@ def _pocket(name: str, sense: int) -> Handler:
             raise BlockError(
                 "cycle-plane", f"{name} works in G17 and G40", name, hint="use G17 and G40 before it"
             )
-        if "d" not in block.words:
+        if "d" not in block.words and state.radius_number is None:
             raise BlockError(
                 "comp-diameter",
                 f"{name} has no D",
@@ -84,7 +85,7 @@ def _pocket(name: str, sense: int) -> Handler:
                 hint="D is the number of the tool's radius, D0 none",
             )
         check_feed(ip, block, name)
-        number = whole(block, "d", name)
+        number = radius_number_in_force(ip, block, name)
         tool = ip.tools.find(number)
         if tool is None:
             raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "D")

@@ -125,7 +125,8 @@ def _cycle(number: int) -> Handler:
             raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
         placed = {letter: value for letter, value in block.words.items() if letter in _PLACES[axis]}
         end = ip.end_point(Block(placed, block.g))
-        hole = Hole(ip, block, normal, retract, bottom, sticky.level, words, 0)
+        clear = sticky.level if state.retract_old else retract
+        hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
         hole.across({AXIS_INDEX[letter]: end[AXIS_INDEX[letter]] for letter in _PLACES[axis]})
         hole.traverse(retract)
         run_hole(hole)

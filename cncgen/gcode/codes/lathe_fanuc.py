@@ -15,7 +15,15 @@ from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.offsets_fanuc import preset_position
 from cncgen.gcode.codes.offsets_fanuc import set_data as set_mill_data
-from cncgen.gcode.codes.table import LATHE, LATHE_ABSOLUTE, LATHE_STEPS, LATHE_TO_START, LATHES, Code
+from cncgen.gcode.codes.table import (
+    LATHE,
+    LATHE_ABSOLUTE,
+    LATHE_STEPS,
+    LATHE_TO_R,
+    LATHE_TO_START,
+    LATHES,
+    Code,
+)
 from cncgen.gcode.codes.tools import load_tool_parameters, table_offset, use_offset, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -248,6 +256,16 @@ def nothing(ip: Interpreter, block: Block) -> None:
     """Do nothing: the words of a block say it (`lathe_words`), or it is so always."""
 
 
+def to_start(ip: Interpreter, block: Block) -> None:
+    """G98 of systems B and C: cycles of holes end where they began."""
+    ip.state.retract_old = True
+
+
+def to_r(ip: Interpreter, block: Block) -> None:
+    """G99 of systems B and C: cycles of holes end at R."""
+    ip.state.retract_old = False
+
+
 CODES = (
     Code("T", 0, "T", Stage.TOOL, turret, "tool and its offset: T0102 is tool 1 with offset 2", "t", dialects=ONLY),
     Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwfq", "motion", dialects=ONLY,
@@ -259,11 +277,12 @@ CODES = (
     Code("G", 980, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", dialects=ONLY),
     Code("G", 990, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle", dialects=ONLY),
     *(
-        Code("G", number, group, Stage.DISTANCE, nothing, text, dialects=_OTHER_SYSTEMS)
-        for number, group, text in (
-            (LATHE_ABSOLUTE, "distance", "axis words are coordinates"),
-            (LATHE_STEPS, "distance", "axis words are distances"),
-            (LATHE_TO_START, "retract", "drilling cycles go back to where they began"),
+        Code("G", number, group, Stage.DISTANCE, run, text, dialects=_OTHER_SYSTEMS)
+        for number, group, run, text in (
+            (LATHE_ABSOLUTE, "distance", nothing, "axis words are coordinates"),
+            (LATHE_STEPS, "distance", nothing, "axis words are distances"),
+            (LATHE_TO_START, "retract", to_start, "drilling cycles go back to where they began"),
+            (LATHE_TO_R, "retract", to_r, "drilling cycles go back to R"),
         )
     ),
 )  # fmt: skip

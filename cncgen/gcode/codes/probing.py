@@ -81,7 +81,7 @@ def skip(ip: Interpreter, block: Block) -> None:
 
 #: Programs of the makers of probes, which the control has and the text has not: Renishaw's Inspection Plus, Haas's VPS; and
 #: the one of Renishaw's that moves to a place, stopping where something is touched.
-_MEASURING = (*range(9800, 9900), 9023, 9995, 9996)
+MEASURING = frozenset((*range(9800, 9900), 9023, 9995, 9996))
 POSITIONING = 9810
 #: Arguments of that one: axes by the number of their parameter, and the feed.
 _PLACE = {24: "x", 25: "y", 26: "z", 9: "f"}
@@ -92,7 +92,7 @@ def measures(ip: Interpreter, block: Block, number: int, values: list[float]) ->
 
     Measuring leads back to its start, and its results are unknown: it is ignored with a warning.
     """
-    if number not in _MEASURING:
+    if number not in MEASURING:
         return False
     if number == POSITIONING:
         words = {letter: values[k - 1] for k, letter in _PLACE.items() if values[k - 1] == values[k - 1]}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from cncgen.gcode.block import LARGEST, Block, Computed, Flow, Parsed, Value, gather
 from cncgen.gcode.block_plans import BlockPlan
@@ -16,8 +16,8 @@ from cncgen.gcode.text.labels import Cursor
 from cncgen.records import replace
 
 Action = Callable[[], None]
-#: Codes of macro calls.
-_CALLS = (65.0, 66.0)
+#: Codes of macro calls, the first M code that a builder may give a macro, and the first number of the macros of builders.
+_CALLS, _OF_BUILDERS, _BUILT = (65.0, 66.0), 100.0, 9000.0
 #: G7 and G8, in tenths.
 _DIAMETERS = frozenset((70, 80))
 #: Numbered parameters below this are plain storage.
@@ -166,10 +166,11 @@ class Compiler:
     def _macro(self, parsed: Parsed, cursor: Cursor) -> Action | None:
         """Return what a macro call (G65, G66) or a setting of #3000 or #3006 does; None for other blocks."""
         ip, parameters = self.ip, self.ip.parameters
-        if any(letter == "g" and value in _CALLS for letter, value in parsed.words):
+        if _called(parsed.words):
 
             def call() -> None:
-                self.call_macro([(x, evaluated(x, value, parameters)) for x, value in parsed.words])
+                pairs = [(x, evaluated(x, value, parameters)) for x, value in parsed.words]
+                self.call_macro(pairs, cursor)
 
             return call
         if len(parsed.settings) == 1 and parsed.settings[0][0] in (3000.0, 3006.0):
@@ -185,19 +186,38 @@ class Compiler:
             return raise_it
         return None
 
-    def call_macro(self, pairs: list[tuple[str, float]]) -> bool:
+    def call_macro(self, pairs: list[tuple[str, float]], cursor: Cursor) -> bool:
         """Ask for the macro that G65 or G66 names; tell whether the block is such a call."""
-        code = next((value for letter, value in pairs if letter == "g" and value in _CALLS), None)
-        if code is None:
+        code = _called(pairs)
+        if not code:
             return False
         from cncgen.gcode.flow import macros
 
+        if code == "m":
+            self.ip.base.block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
+            pairs = macros.by_m_code(self.ip, pairs)
         number, times, values = macros.arguments([pair for pair in pairs if pair[1] == pair[1]])
-        if code == 66.0:
+        if code == "g66":
             self.ip.modal_macros.append((number, times, values))
         else:
             self.ip.jump, self.ip.macro_values = ("macro", number, times), values
         return True
+
+
+def _called(pairs: Sequence[tuple[str, Value]]) -> str:
+    """Return by which code a block calls a macro: ``g65``, ``g66``, ``m`` (an M code of the builder, to a probe's program), or ""."""
+    by_m = False
+    for letter, value in pairs:
+        if letter == "g" and value in _CALLS:
+            return f"g{value:g}"
+        by_m = by_m or (letter == "m" and isinstance(value, float) and value >= _OF_BUILDERS)
+    if not by_m or not any(
+        letter == "p" and isinstance(value, float) and value >= _BUILT for letter, value in pairs
+    ):
+        return ""
+    from cncgen.gcode.codes.probing import MEASURING
+
+    return "m" if any(letter == "p" and value in MEASURING for letter, value in pairs) else ""
 
 
 def _has_computed_code(parsed: Parsed) -> bool:

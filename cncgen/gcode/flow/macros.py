@@ -33,6 +33,14 @@ ARGUMENTS = dict(
 _WHOLE = 1e-4
 
 
+def by_m_code(ip: Interpreter, pairs: list[tuple[str, float]]) -> list[tuple[str, float]]:
+    """Return the words of a block as those of G65, with a remark: the parameters 6080 to 6089 of the control name such M codes."""
+    name, number = (next(f"{value:g}" for letter, value in pairs if letter == wanted) for wanted in "mp")
+    message = f"M{name} P{number} is read as the call of a probe's macro, G65 P{number}: the other words are its arguments"
+    ip.warn_once(BlockError("builders-code", message, f"M{name}", hint="write G65 for it"))
+    return [pair for pair in pairs if pair[0] != "m"]
+
+
 def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
     """Return program number (below 0 that of a name), repeats and local parameters of a G65 or G66 block."""
     number, times = None, 1

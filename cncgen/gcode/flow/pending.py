@@ -122,7 +122,7 @@ class PendingBlocks:
             comment = None
             if flags & gcode_scan.ACTIVE or (flags & gcode_scan.COMMENT and ip.base.wants_comments):
                 comment = comment_of(self._sources[here.source].text_at(here.offset))
-            if ip.dialect == "fanuc" and self._compiler().call_macro(plain.pairs(index)):
+            if ip.dialect == "fanuc" and self._compiler().call_macro(plain.pairs(index), here):
                 return
             block = plain.block(index)
             block.comment = comment

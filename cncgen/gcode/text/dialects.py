@@ -187,8 +187,12 @@ def _decided(found: list[_Found], totals: dict[str, float]) -> Choice:
     """Return the dialect of the greatest weight, its signs, and the next dialect if it is close."""
     own = {dialect for _, weights, _ in found for dialect in (_B, _C) if weights.get(dialect, 0.0) > 0.0}
     for dialect in own:
-        # The signs of all lathes, which are less than those that system A alone has.
-        shared = (w[_T] for _, w, _ in found if w.get(_T, math.inf) < _SHARED and dialect not in w)
+        # The signs of all lathes, which are less than those that system A alone has, and those that it has in common with this one.
+        shared = (
+            w[_T]
+            for _, w, _ in found
+            if (dialect not in w and w.get(_T, math.inf) < _SHARED) or w.get(dialect) == 0.0
+        )
         totals[dialect] += sum(shared)
     for dialect in {_B, _C} - own:
         totals[dialect] = -math.inf
