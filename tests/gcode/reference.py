@@ -11,12 +11,19 @@ from cncgen.grammars import lalr
 from lark import Lark, Token, Transformer
 from lark.exceptions import UnexpectedInput
 
+from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.text import grammar, parsers
 from cncgen.kernels import gcode_codes, gcode_lines, gcode_parse
 
 Instruction = tuple[Any, ...]
 _OPERATIONS = {number: name for name, number in gcode_codes.OPERATIONS.items()}
 _LITERALS = {number: text for text, number in gcode_codes.LITERALS.items() if "[" not in text}
+
+
+class OneByOne(Runner):
+    """A run in which every block goes through its handlers, none through arrays."""
+
+    batches = False
 
 
 def by_tables(text: str, dialect: str) -> tuple[list[Instruction], int] | int:

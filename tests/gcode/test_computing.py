@@ -35,6 +35,7 @@ from trials.generators.gcode_bodies import body, ways
 from trials.peer_cases import peer_cases
 
 from ..kernels.plain import uncompiled
+from .reference import OneByOne
 from .test_blocks import ITEMS, SIGNS, VALUES
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -193,7 +194,9 @@ def test_angles_are_those_of_the_library_to_an_ulp_or_the_angle_s_rounding(a: fl
 def count_of(text: str, *, batches: bool) -> tuple[int, list[str]]:
     """Count the motions of a program and list what is said about it."""
     sink, found = CountingSink(), Diagnostics()
-    runner = Runner(Source(text.encode(), "t"), ReadOptions(dialect="linuxcnc"), sink, found, batches=batches)
+    runner = (Runner if batches else OneByOne)(
+        Source(text.encode(), "t"), ReadOptions(dialect="linuxcnc"), sink, found
+    )
     for _ in runner.run():
         pass
     return sink.count, [diagnostic.render() for diagnostic in found]
@@ -240,7 +243,7 @@ def printed(text: str, *, batches: bool) -> list[str]:
     """Return the canonical calls of a program, with lines, and what is said about it."""
     source, found = Source(text.encode(), "t"), Diagnostics()
     sink = PrintingSink(lambda index, offset: source.text_at(offset))
-    for _ in Runner(source, ReadOptions(dialect="linuxcnc"), sink, found, batches=batches).run():
+    for _ in (Runner if batches else OneByOne)(source, ReadOptions(dialect="linuxcnc"), sink, found).run():
         pass
     return [*sink.take(), *(diagnostic.render() for diagnostic in found)]
 

@@ -25,6 +25,8 @@ from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from tests.kernels.plain import uncompiled
 
+from .reference import OneByOne
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 
 
@@ -33,7 +35,9 @@ def toolpath(text: str, batches: bool) -> tuple[Toolpath, list[str]]:
     builder = ToolpathBuilder("XYZABCUVW", np.zeros(9), ["t"])
     sink = ColumnsSink(builder)
     diagnostics = Diagnostics()
-    for _ in Runner(Source(text.encode(), "t"), ReadOptions(), sink, diagnostics, batches=batches).run():
+    for _ in (Runner if batches else OneByOne)(
+        Source(text.encode(), "t"), ReadOptions(), sink, diagnostics
+    ).run():
         pass
     sink.flush()
     return builder.take(), [d.render() for d in diagnostics]
@@ -42,7 +46,9 @@ def toolpath(text: str, batches: bool) -> tuple[Toolpath, list[str]]:
 def counted(text: str, batches: bool) -> tuple[int, list[str]]:
     """Count the motions and events of a text as a check does."""
     sink, diagnostics = CountingSink(), Diagnostics()
-    for _ in Runner(Source(text.encode(), "t"), ReadOptions(), sink, diagnostics, batches=batches).run():
+    for _ in (Runner if batches else OneByOne)(
+        Source(text.encode(), "t"), ReadOptions(), sink, diagnostics
+    ).run():
         pass
     return sink.count, [d.render() for d in diagnostics]
 

@@ -15,11 +15,12 @@ from collections.abc import Callable, Iterator
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import MOTION
+from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, REFUSED, FollowedSink, Path
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
-from cncgen.gcode.state.modal import PLANE_AXES, Stage
+from cncgen.gcode.sinks.sink import Point, Sink
+from cncgen.gcode.state.modal import Stage
 from cncgen.gcode.text.dialects import bare
 from cncgen.records import replace
 from cncgen.units import INCH
@@ -28,15 +29,10 @@ _X, _Y = 0, 1
 #: How far lines of the axes may be from the path, mm, and halvings of a step until they are.
 _TOLERANCE_MM = 0.001
 _MAX_DEPTH = 20
-#: Steps of an arc that are looked at, degrees.
-_LOOK_DEGREES = 10.0
 _REFUSED = {
-    **dict.fromkeys((280, 281, 300, 301), "goes by way of a reference point"),
-    **dict.fromkeys((540, 541, 550, 560, 570, 580, 590, 1540), "changes the coordinate system"),
-    **dict.fromkeys((100, 500, 520, 920, 921), "changes an offset"),
-    **dict.fromkeys((200, 210), "changes the units"),
-    530: "takes machine coordinates",
-    310: "ends at a signal",
+    **REFUSED,
+    1540: "changes the coordinate system",
+    500: "changes an offset",
     330: "cuts a thread",
 }
 #: Codes with a sense of turning and the ones of the other sense: on the cylinder of G18 the second axis of the plane comes first here.
@@ -48,14 +44,15 @@ _OFF = re.compile(rb"G1(?:13|3\.1)(?!\d)")
 Shown = Callable[[Point, float], Point]
 
 
-class RotarySink(PassingSink):
+class RotarySink(FollowedSink):
     """Passes motions in the part's plane on as motions of the axes.
 
     Attributes:
-        name: The code that is in force.
         rotary: Column of the rotary axis.
         rewritten: Takes the words of a block as those of the plane.
     """
+
+    fault, remedy, refused = "rotary-refused", "end it before", _REFUSED
 
     def __init__(
         self,
@@ -66,31 +63,16 @@ class RotarySink(PassingSink):
         shown: Shown,
         seen: Callable[[Point], Point],
     ) -> None:
-        super().__init__(inner)
-        self.name, self.rotary = name, rotary
+        super().__init__(inner, ip, name)
+        self.rotary = rotary
         self.plane_before = ip.state.plane
-        self._ip, self._shown, self._seen = ip, shown, seen
-        self._start = ip.state.position.copy()
-        self._at = ip.state.position.copy()
+        self._shown, self._seen = shown, seen
         self._angle = self._at[rotary]
-        self._rate = 0.0
 
-    @property
-    def block(self) -> Block:
-        """The block that calls come from."""
-        return self.inner.block
-
-    @block.setter
-    def block(self, block: Block) -> None:
-        self.inner.block = block
-        number = next((number for number in block.g if number in _REFUSED), None)
-        if number is not None or "t" in block.words:
-            word, why = (
-                ("T", "changes the tool") if number is None else (f"G{number / 10:g}", _REFUSED[number])
-            )
-            raise BlockError(
-                "rotary-refused", f"{word} {why}: not under {self.name}", word, hint="end it before"
-            )
+    def _check(self, block: Block) -> None:
+        """Refuse another tool."""
+        if "t" in block.words:
+            self._refuse("T changes the tool: not", "T")
 
     def axes(self) -> Point:
         """Return program coordinates of where the axes stand."""
@@ -114,66 +96,17 @@ class RotarySink(PassingSink):
         self._angle = shown[self.rotary]
         self.inner.straight_traverse(shown)
 
-    def straight_feed(self, end: Point) -> None:
-        """Move on a straight line of the part."""
-        start = self._at
-
-        def path(t: float) -> Point:
-            return [a + (b - a) * t for a, b in zip(start, end, strict=True)]
-
-        self._follow(path, math.dist(start[:3], end[:3]), 0.0)
-        self._at = list(end)
-
-    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Move on an arc or helix of the part."""
-        a, b, normal = PLANE_AXES[plane]
-        start, centre = self._at, complex(first, second)
-        spoke, last = complex(start[a], start[b]) - centre, complex(end[a], end[b]) - centre
-        spin = 1.0 if turns > 0 else -1.0
-        sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
-        sweep = spin * ((sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1))
-
-        def path(t: float) -> Point:
-            if t == 1.0:
-                return list(end)
-            point = [p + (q - p) * t for p, q in zip(start, end, strict=True)]
-            place = centre + cmath.rect(
-                abs(spoke) + (abs(last) - abs(spoke)) * t, cmath.phase(spoke) + sweep * t
-            )
-            point[a], point[b] = place.real, place.imag
-            return point
-
-        length = math.hypot(abs(spoke) * sweep, end[normal] - start[normal])
-        self._follow(path, length, math.degrees(abs(sweep)))
-        self._at = list(end)
-
-    def straight_probe(self, end: Point) -> None:
-        """Refuse."""
-        raise BlockError("rotary-refused", f"no probing under {self.name}", hint="end it before")
-
-    def rigid_tap(self, end: Point, pitch: float) -> None:
-        """Refuse."""
-        raise BlockError("rotary-refused", f"no tapping under {self.name}", hint="end it before")
-
-    def nurbs_feed(self, curve: Curve) -> None:
-        """Refuse."""
-        raise BlockError("rotary-refused", f"no splines under {self.name}", hint="end it before")
-
-    def set_inverse_time(self, rate: float, length: float) -> None:
-        """Keep the rate of the next motion (1/min)."""
-        self._rate = rate
-
-    def _follow(self, path: Callable[[float], Point], length: float, sweep: float) -> None:
+    def _follow(self, path: Path, length: float, sweep: float) -> None:
         """Pass a path on in lines of the axes, each with its share of the time."""
-        state = self._ip.state
+        state = self.ip.state
         timed = state.feed_mode != 93
         feed = state.feed * (state.speed if state.feed_mode == 95 else 1.0)
         rate = (feed / length if length else 0.0) if timed else self._rate
         if timed and rate:
             self.inner.set_feed_mode(93, synched=False)
         done, before = 0.0, self._shown(path(0.0), self._angle)
-        for t, point in self._pieces(path, before, max(1, math.ceil(sweep / _LOOK_DEGREES))):
-            self._ip.budget.spend(MOTION)
+        for t, point in self._pieces(path, before, max(1, math.ceil(sweep / LOOK_DEGREES))):
+            self.ip.budget.spend(MOTION)
             if rate:
                 self.inner.set_inverse_time(rate / (t - done), math.dist(point[:3], before[:3]))
             self.inner.straight_feed(point)
@@ -183,9 +116,7 @@ class RotarySink(PassingSink):
             self.inner.set_feed_mode(state.feed_mode, synched=False)
             self.inner.set_feed_rate(state.feed)
 
-    def _pieces(
-        self, path: Callable[[float], Point], begin: Point, count: int
-    ) -> Iterator[tuple[float, Point]]:
+    def _pieces(self, path: Path, begin: Point, count: int) -> Iterator[tuple[float, Point]]:
         """Yield place on the path (0 to 1) and program coordinates of the ends of the axes' lines."""
         done = 0.0
         for k in range(1, count + 1):
@@ -194,13 +125,13 @@ class RotarySink(PassingSink):
                 done, begin = t, point
 
     def _halved(
-        self, path: Callable[[float], Point], t0: float, before: Point, t1: float, depth: int
+        self, path: Path, t0: float, before: Point, t1: float, depth: int
     ) -> Iterator[tuple[float, Point]]:
         """Yield a step, or its halves where the middle of the axes' line is farther from the path than the tolerance."""
         after = self._shown(path(t1), before[self.rotary])
         middle = (t0 + t1) / 2.0
         there = self._seen([(p + q) / 2.0 for p, q in zip(before, after, strict=True)])
-        off = math.dist(there[:3], path(middle)[:3]) * (INCH if self._ip.state.inches else 1.0)
+        off = math.dist(there[:3], path(middle)[:3]) * (INCH if self.ip.state.inches else 1.0)
         if depth and off > _TOLERANCE_MM:
             left = before
             for t, point in self._halved(path, t0, before, middle, depth - 1):

@@ -8,67 +8,47 @@ workpiece, so each line has a time of its own, and is passed on in inverse time.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import MOTION
+from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, REFUSED, FollowedSink, Path
 from cncgen.gcode.codes.frames import FramedSink
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.codes.tools import number_in_force, table_offset
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
-from cncgen.gcode.state.modal import PLANE_AXES, Stage, to_machine, to_program, zeros
+from cncgen.gcode.sinks.sink import Point, Sink
+from cncgen.gcode.state.modal import Stage, to_machine, to_program, zeros
 from cncgen.machine.kinematics import Kinematics
 from cncgen.units import INCH
 
-#: A path is looked at in steps of at most this turn of a rotary axis or arc, and of this part of itself.
-_LOOK_DEGREES = 10.0
+#: A path is looked at in at least so many parts.
 _LOOK_PARTS = 2
 #: Halvings of such a step.
 _MAX_DEPTH = 12
 _REFUSED = {
-    **dict.fromkeys((280, 281, 300, 301), "goes by way of a reference point"),
-    **dict.fromkeys((540, 541, 550, 560, 570, 580, 590), "changes the coordinate system"),
-    **dict.fromkeys((100, 520, 920, 921, 922, 923), "changes an offset"),
-    **dict.fromkeys((200, 210), "changes the units"),
+    **REFUSED,
+    **dict.fromkeys((922, 923), "changes an offset"),
     **dict.fromkeys((410, 411, 420, 421), "offsets the path"),
-    530: "takes machine coordinates",
+    **dict.fromkeys((430, 440), "changes the tool offset"),
     950: "feeds per revolution",
-    430: "changes the tool offset",
-    440: "changes the tool offset",
-    310: "ends at a signal",
 }
 
-Path = Callable[[float], Point]
 
-
-class ToolPointSink(PassingSink):
+class ToolPointSink(FollowedSink):
     """Passes motions of the tip on as motions of the machine; other calls go through."""
 
+    fault, remedy, refused = "tcp-refused", "use G49", _REFUSED
+
     def __init__(self, inner: Sink, ip: Interpreter, kinematics: Kinematics) -> None:
-        super().__init__(inner)
-        self.ip = ip
+        super().__init__(inner, ip, "G43.4")
         self.kinematics = kinematics
-        self._at = ip.state.position.copy()
-        self._rate = 0.0
 
-    @property
-    def block(self) -> Block:
-        """The block that calls come from."""
-        return self.inner.block
-
-    @block.setter
-    def block(self, block: Block) -> None:
-        self.inner.block = block
-        for number in block.g:
-            if number in _REFUSED:
-                name = f"G{number / 10:g}"
-                raise BlockError(
-                    "tcp-refused", f"{name} {_REFUSED[number]}: not under G43.4", name, hint="use G49"
-                )
+    def _check(self, block: Block) -> None:
+        """Refuse another tool."""
         if 60 in block.m:
-            raise BlockError("tcp-refused", "M6 changes the tool: not under G43.4", "M6", hint="use G49")
+            self._refuse("M6 changes the tool: not", "M6")
 
     # Between the tip and the machine.
 
@@ -107,53 +87,6 @@ class ToolPointSink(PassingSink):
         self.inner.straight_traverse(self.shown(end))
         self._at = list(end)
 
-    def straight_feed(self, end: Point) -> None:
-        """Move the tip in a straight line."""
-        start = self._at
-
-        def path(t: float) -> Point:
-            return [a + (b - a) * t for a, b in zip(start, end, strict=True)]
-
-        self._follow(path, math.dist(start[:3], end[:3]), 0.0)
-        self._at = list(end)
-
-    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Move the tip on an arc or helix."""
-        a, b, normal = PLANE_AXES[plane]
-        start = self._at
-        spoke, last = complex(start[a] - first, start[b] - second), complex(end[a] - first, end[b] - second)
-        begin, spin = math.atan2(spoke.imag, spoke.real), 1.0 if turns > 0 else -1.0
-        sweep = (spin * (math.atan2(last.imag, last.real) - begin)) % (2.0 * math.pi) or 2.0 * math.pi
-        sweep = spin * (sweep + 2.0 * math.pi * (abs(turns) - 1))
-
-        def path(t: float) -> Point:
-            if t == 1.0:
-                return list(end)
-            point = [p + (q - p) * t for p, q in zip(start, end, strict=True)]
-            radius, angle = abs(spoke) + (abs(last) - abs(spoke)) * t, begin + sweep * t
-            point[a], point[b] = first + radius * math.cos(angle), second + radius * math.sin(angle)
-            return point
-
-        length = math.hypot(abs(spoke) * sweep, end[normal] - start[normal])
-        self._follow(path, length, math.degrees(abs(sweep)))
-        self._at = list(end)
-
-    def straight_probe(self, end: Point) -> None:
-        """Refuse."""
-        raise BlockError("tcp-refused", "no probing under G43.4", hint="use G49")
-
-    def rigid_tap(self, end: Point, pitch: float) -> None:
-        """Refuse."""
-        raise BlockError("tcp-refused", "no tapping under G43.4", hint="use G49")
-
-    def nurbs_feed(self, curve: Curve) -> None:
-        """Refuse."""
-        raise BlockError("tcp-refused", "no splines under G43.4", hint="use G49")
-
-    def set_inverse_time(self, rate: float, length: float) -> None:
-        """Keep the rate of the next motion (1/min)."""
-        self._rate = rate
-
     def place(self, position: Point) -> None:
         """Stand somewhere."""
         self.inner.place(self.shown(position))
@@ -185,7 +118,7 @@ class ToolPointSink(PassingSink):
     def _pieces(self, path: Path, sweep: float) -> Iterator[tuple[float, Point]]:
         """Yield place on the path (0 to 1) and program coordinates of the machine's lines' ends."""
         turn = max([sweep, *(abs(a - b) for a, b in zip(path(0.0)[3:6], path(1.0)[3:6], strict=True))])
-        count = max(_LOOK_PARTS, math.ceil(turn / _LOOK_DEGREES)) if turn else 1
+        count = max(_LOOK_PARTS, math.ceil(turn / LOOK_DEGREES)) if turn else 1
         self.ip.budget.spend(MOTION * count)
         before = self.shown(path(0.0))
         for k in range(1, count + 1):

@@ -1,4 +1,4 @@
-"""The common part of the runs of SINUMERIK's language and of Heidenhain's plain language."""
+"""The common parts of the runs of all languages, and of SINUMERIK's and Heidenhain's plain language."""
 
 from __future__ import annotations
 
@@ -17,11 +17,24 @@ from cncgen.gcode.text.labels import Cursor
 from cncgen.toolpath.reading import ReadOptions
 
 
-class LanguageRun:
-    """One run of a program on a sink; it is used as `cncgen.gcode.flow.running.Runner` is, whose arguments it takes."""
+class Run:
+    """One run of a program on a sink.
 
-    #: The dialect of the interpreter, and how a program ends.
-    dialect, ends_with = "", ""
+    Args:
+        source: The text of the main program.
+        options: How it is read.
+        sink: Takes the canonical calls.
+        diagnostics: Receives the faults.
+        path: Where the program stands; subprograms are looked for beside it.
+        choice: The dialect, if it was chosen before.
+
+    Attributes:
+        reporter: Takes the faults.
+        sources: The texts: the main program, then files in the order in which they were called.
+        ip: The interpreter.
+    """
+
+    ip: Interpreter
 
     def __init__(
         self,
@@ -38,7 +51,22 @@ class LanguageRun:
         self._options, self._path = options, path
         self._choice = choice or chosen(source, options.dialect)
         self._faults = Faults(self.sources, sink, self.reporter)
-        self.ip = Interpreter(sink, options, self._faults.remark, self.dialect)
+        self._assemble(sink)
+
+    def _assemble(self, sink: Sink) -> None:
+        """Make the interpreter, and what leads it through the program."""
+        raise NotImplementedError
+
+
+class LanguageRun(Run):
+    """A run of a language that leads through a program by itself."""
+
+    #: The dialect of the interpreter, and how a program ends.
+    dialect, ends_with = "", ""
+
+    def _assemble(self, sink: Sink) -> None:
+        """Make the interpreter."""
+        self.ip = Interpreter(sink, self._options, self._faults.remark, self.dialect)
         self._prepare()
 
     def _prepare(self) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from functools import cache, partial
 
 from cncgen.gcode.codes.table import language_of
-from cncgen.gcode.errors import Reporter
 from cncgen.gcode.flow.executing import Executor
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.flow.o_words import FlowControl
@@ -49,22 +48,20 @@ class Parts:
 
 
 def assemble(
-    source: Source,
+    sources: list[Source],
     dialect: str,
     options: ReadOptions,
     sink: Sink,
-    reporter: Reporter,
+    faults: Faults,
     *,
     path: str | os.PathLike[str] | None,
     batches: bool,
     plain: bool,
 ) -> Parts:
-    """Put the parts of a run together; the arguments are those of `running.Runner`."""
-    sources = [source]
+    """Put the parts of a run together, which begins with the first of the texts; the arguments are those of `running.Runner`."""
     # The scanner does not tell 10 from 10. where the former counts in least increments.
     language = language_of(dialect)
     increments = language == "fanuc" and options.least_increment is not None
-    faults = Faults(sources, sink, reporter)
     ip = Interpreter(sink, options, faults.remark, dialect, plain=plain)
     control = ip.flow = FlowControl(ip, sources, path)
     executor = Executor(ip, control.calls, faults)
@@ -79,7 +76,7 @@ def assemble(
         ip=ip,
         control=control,
         lines=lines,
-        percent=Percent(ip, source),
+        percent=Percent(ip, sources[0]),
         faults=faults,
         executor=executor,
         compiler=compiler,

@@ -2,72 +2,53 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 
-from cncgen.diagnostics import Diagnostics, Severity
+from cncgen.diagnostics import Severity
 from cncgen.gcode.assumed_units import assumed_units
 from cncgen.gcode.block import Block
 from cncgen.gcode.doubts import tell
-from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
+from cncgen.gcode.errors import Astray, BlockError, Stop
 from cncgen.gcode.flow.course import Course
+from cncgen.gcode.flow.language_run import Run
 from cncgen.gcode.flow.parts import assemble
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.parameters import write_parameters
-from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.gcode.text.labels import Cursor
-from cncgen.toolpath.reading import ReadOptions
 
 
-class Runner:
-    """One run of a program on a sink.
+class Runner(Run):
+    """A run from line to line, wherever O-words, jumps and calls lead.
 
-    Args:
-        source: The text of the main program.
-        options: How it is read.
-        sink: Takes the canonical calls.
-        diagnostics: Receives the faults.
-        path: Where the program stands; subprograms are looked for beside it.
-        batches: Whether plain motions are interpreted in arrays. Without that every block goes through its handlers one by one,
-            which is slower and gives the same.
-        choice: The dialect, if it was chosen before.
+    Attributes:
+        batches: Whether plain motions are interpreted in arrays. Without that every block goes through its handlers one by one, which is
+            slower and gives the same.
     """
 
-    def __init__(
-        self,
-        source: Source,
-        options: ReadOptions,
-        sink: Sink,
-        diagnostics: Diagnostics,
-        *,
-        path: str | os.PathLike[str] | None = None,
-        batches: bool = True,
-        choice: Choice | None = None,
-    ) -> None:
-        self.reporter = Reporter(diagnostics)
-        self._options = options
-        self._choice = choice or chosen(source, options.dialect)
-        choice = self._choice
+    batches = True
+
+    def _assemble(self, sink: Sink) -> None:
+        """Put the parts of the run together."""
+        choice, options = self._choice, self._options
         self._parts = assemble(
-            source,
+            self.sources,
             choice.dialect,
             options,
             sink,
-            self.reporter,
-            path=path,
-            batches=batches,
+            self._faults,
+            path=self._path,
+            batches=self.batches,
             plain=options.dialect == "auto"
             and not options.stand_alone
             and (choice.dialect, choice.reason) == ("linuxcnc", ""),
         )
-        self.sources = self._parts.sources
         self.ip = self._parts.ip
         self._course = Course(self._parts)
 
     def run(self) -> Iterator[None]:
         """Run to the end; yields now and then, so that rows can be taken away."""
-        source, faults = self.sources[0], self._parts.faults
+        source, faults = self.sources[0], self._faults
         if faults.refuses(source):
             return
         try:
@@ -89,7 +70,7 @@ class Runner:
             except Astray as astray:
                 self._parts.pending.flush()
                 if astray.error is not None:
-                    self._parts.faults.here(astray.error)
+                    self._faults.here(astray.error)
                 self._course.resume()
 
     def _say_dialect(self) -> None:
@@ -107,14 +88,14 @@ class Runner:
         try:
             self.ip.end_compensation()
         except BlockError as error:
-            parts.faults.at(last, error)
+            self._faults.at(last, error)
         if self.ip.guard is not None:
             parts.executor.guarded(Block({}, m=(20,), line=last.line, offset=last.offset))
         if not parts.percent.seen:
-            parts.faults.at(Cursor(0, 0, 1), BlockError("empty-program", f"{source.name} has no block"))
+            self._faults.at(Cursor(0, 0, 1), BlockError("empty-program", f"{source.name} has no block"))
         elif not self.ip.state.ended:
             self.ip.base.block = Block({}, line=last.line, offset=last.offset)
-            parts.faults.remark(
+            self._faults.remark(
                 BlockError("no-program-end", "the program ends without M2, M30 or a closing %"),
                 Severity.ERROR if self._options.stand_alone else Severity.WARNING,
             )

@@ -1,0 +1,121 @@
+"""Motions of the part that a sink passes on as lines of the axes, as many as a tolerance needs: lines and arcs as paths, and what is
+refused meanwhile.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Mapping
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
+from cncgen.gcode.state.modal import PLANE_AXES
+
+#: A point of the part by the place on a path, 0 to 1.
+Path = Callable[[float], Point]
+#: A path is looked at in steps of at most this turn of an arc or a rotary axis, degrees.
+LOOK_DEGREES = 10.0
+#: Codes that both kinds of such sinks refuse, in tenths, and why.
+REFUSED = {
+    **dict.fromkeys((280, 281, 300, 301), "goes by way of a reference point"),
+    **dict.fromkeys((540, 541, 550, 560, 570, 580, 590), "changes the coordinate system"),
+    **dict.fromkeys((100, 520, 920, 921), "changes an offset"),
+    **dict.fromkeys((200, 210), "changes the units"),
+    530: "takes machine coordinates",
+    310: "ends at a signal",
+}
+
+
+class FollowedSink(PassingSink):
+    """Gives straight lines and arcs as paths to `_follow` of its subclass.
+
+    Attributes:
+        name: The code that is in force.
+        fault, remedy: Code and help of the diagnostics of what is refused.
+        refused: Codes that are, in tenths, and why.
+    """
+
+    fault, remedy = "", ""
+    refused: Mapping[int, str] = REFUSED
+
+    def __init__(self, inner: Sink, ip: Interpreter, name: str) -> None:
+        super().__init__(inner)
+        self.ip, self.name = ip, name
+        self._at = ip.state.position.copy()
+        self._rate = 0.0
+
+    @property
+    def block(self) -> Block:
+        """The block that calls come from."""
+        return self.inner.block
+
+    @block.setter
+    def block(self, block: Block) -> None:
+        self.inner.block = block
+        number = next((number for number in block.g if number in self.refused), None)
+        if number is not None:
+            word = f"G{number / 10:g}"
+            self._refuse(f"{word} {self.refused[number]}: not", word)
+        self._check(block)
+
+    def _check(self, block: Block) -> None:
+        """Refuse a block that does not go with the code in force for another reason."""
+
+    def _refuse(self, what: str, word: str = "") -> None:
+        raise BlockError(self.fault, f"{what} under {self.name}", word, hint=self.remedy)
+
+    def straight_feed(self, end: Point) -> None:
+        """Move on a straight line of the part."""
+        start = self._at
+
+        def path(t: float) -> Point:
+            return [a + (b - a) * t for a, b in zip(start, end, strict=True)]
+
+        self._follow(path, math.dist(start[:3], end[:3]), 0.0)
+        self._at = list(end)
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Move on an arc or helix of the part."""
+        a, b, normal = PLANE_AXES[plane]
+        start, centre = self._at, complex(first, second)
+        spoke, last = complex(start[a], start[b]) - centre, complex(end[a], end[b]) - centre
+        spin = 1.0 if turns > 0 else -1.0
+        sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
+        sweep = spin * ((sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1))
+
+        def path(t: float) -> Point:
+            if t == 1.0:
+                return list(end)
+            point = [p + (q - p) * t for p, q in zip(start, end, strict=True)]
+            place = centre + cmath.rect(
+                abs(spoke) + (abs(last) - abs(spoke)) * t, cmath.phase(spoke) + sweep * t
+            )
+            point[a], point[b] = place.real, place.imag
+            return point
+
+        length = math.hypot(abs(spoke) * sweep, end[normal] - start[normal])
+        self._follow(path, length, math.degrees(abs(sweep)))
+        self._at = list(end)
+
+    def _follow(self, path: Path, length: float, sweep: float) -> None:
+        """Pass a path of a length on in lines of the axes; an arc has a sweep in degrees, else it is 0."""
+        raise NotImplementedError
+
+    def straight_probe(self, end: Point) -> None:
+        """Refuse."""
+        self._refuse("no probing")
+
+    def rigid_tap(self, end: Point, pitch: float) -> None:
+        """Refuse."""
+        self._refuse("no tapping")
+
+    def nurbs_feed(self, curve: Curve) -> None:
+        """Refuse."""
+        self._refuse("no splines")
+
+    def set_inverse_time(self, rate: float, length: float) -> None:
+        """Keep the rate of the next motion (1/min)."""
+        self._rate = rate
