@@ -144,10 +144,11 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """The frames in force: that of CYCLE800, and the programmable one within it."""
+    """The frames in force: that of CYCLE800, and the programmable one within it, of whose shift ATRANS and G59 made `added`."""
 
     swivelled: Frame = field(default_factory=Frame)
     programmable: Frame = field(default_factory=Frame)
+    added: Vector = NO_SHIFT
 
     def copy(self) -> Frames:
         """Return the same: frames do not change."""
@@ -156,6 +157,15 @@ class Frames:
     def whole(self) -> Frame:
         """Return both as one."""
         return self.swivelled.then(self.programmable)
+
+    def shifted(self, column: int, value: float, *, added: bool) -> Frames:
+        """Return frames with another shift of one axis: of the part that is added, or of the other one."""
+        shift, parts = list(self.programmable.shift), list(self.added)
+        shift[column] = value + (shift[column] - parts[column] if added else parts[column])
+        if added:
+            parts[column] = value
+        frame = Frame(self.programmable.matrix, (shift[0], shift[1], shift[2]))
+        return Frames(self.swivelled, frame, (parts[0], parts[1], parts[2]))
 
 
 class AffineSink(FramedSink):

@@ -196,7 +196,7 @@ _FEED_MODES = {93: 930, 94: 940, 95: 950}
 _NOT_READ = {
     147: "smooth approach", 148: "smooth retraction", 247: "smooth approach", 248: "smooth retraction", 347: "smooth approach",
     348: "smooth retraction", 291: "the ISO dialect (--dialect fanuc reads it)", 34: "threads of growing lead", 35: "threads of falling lead",
-    5: "inclined plunge", 7: "inclined plunge", 58: "a fine offset", 59: "a fine offset", 931: "the feed as a time",
+    5: "inclined plunge", 7: "inclined plunge", 931: "the feed as a time",
     942: "frozen feed", 952: "frozen feed", 961: "surface speed by minute", 962: "surface speed", 971: "frozen speed", 972: "frozen speed",
     973: "speed without a bound",
 }  # fmt: skip
@@ -268,8 +268,25 @@ def _modal_call(motions: Motions, words: Words) -> None:
 def _frame(motions: Motions, name: str, words: Words) -> None:
     """TRANS ROT SCALE MIRROR set the programmable frame anew, ATRANS … add to it."""
     motions.end()
+    values = _frame_values(motions, name, words, kind_of(name) == "TRANS")
+    rpl = words.named.pop("RPL", None)
+    step = _step(motions, kind_of(name), values, None if rpl is None else rpl[1])
+    now = motions.frames
+    if not name.startswith("A"):
+        take_frames(motions, frames.Frames(now.swivelled, step))
+        return
+    whole, added = now.programmable.then(step), now.added
+    if name == "ATRANS":
+        moved = zip(added, whole.shift, now.programmable.shift, strict=True)
+        x, y, z = (one + new - old for one, new, old in moved)
+        added = x, y, z
+    take_frames(motions, frames.Frames(now.swivelled, whole, added))
+
+
+def _frame_values(motions: Motions, name: str, words: Words, shifts: bool) -> dict[str, float]:
+    """Take the values of X Y Z of a frame out of a block."""
     values = {axis: value for axis, (_, value) in words.axes.items() if axis in "XYZ"}
-    if motions.diameter.startswith("G90") and kind_of(name) == "TRANS" and values.get("X"):
+    if motions.diameter.startswith("G90") and shifts and values.get("X"):
         message = f"X{values['X']:g} of {name} is taken as a radius: offsets are, whatever DIAMON says"
         hint = "X0 is both"
         motions.ip.warn(BlockError("frame-diameter", message, "X", hint=hint), Severity.WARNING)
@@ -277,10 +294,17 @@ def _frame(motions: Motions, name: str, words: Words) -> None:
     if other:
         raise _not_read(f"{name} of {other[0]}", "frames are of X Y Z")
     words.axes.clear()
-    rpl = words.named.pop("RPL", None)
-    step = _step(motions, kind_of(name), values, None if rpl is None else rpl[1])
-    before = motions.frames.programmable if name.startswith("A") else frames.Frame()
-    take_frames(motions, frames.Frames(motions.frames.swivelled, before.then(step)))
+    return values
+
+
+def _part_of_shift(motions: Motions, code: int, words: Words) -> None:
+    """G58 sets the shift of TRANS of the axes it names, G59 that of ATRANS (Fundamentals, "Axial work offset")."""
+    motions.end()
+    values = _frame_values(motions, f"G{code}", words, shifts=True)
+    wanted = motions.frames
+    for axis, value in values.items():
+        wanted = wanted.shifted("XYZ".index(axis), value, added=code == 59)
+    take_frames(motions, wanted)
 
 
 def kind_of(name: str) -> str:
@@ -324,6 +348,8 @@ def mode(motions: Motions, code: int, words: Words) -> None:
         _surface(motions, code, words)
     elif code in (110, 111, 112):
         _pole(motions, code, words)
+    elif code in (58, 59):
+        _part_of_shift(motions, code, words)
     elif 54 <= code <= 57 or 505 <= code <= 599 or code == 500:
         _system(motions, code)
     elif code in (450, 451):

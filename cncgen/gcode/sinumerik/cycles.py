@@ -666,7 +666,7 @@ def _swivel(motions: Motions, name: str, values: Values) -> None:
     motions.end()
     if not any(numbers[3:13]):
         if motions.frames.swivelled != frames.Frame():
-            _take(motions, frames.Frames(frames.Frame(), motions.frames.programmable))
+            _take(motions, frames.Frames(frames.Frame(), motions.frames.programmable, motions.frames.added))
         return
     mode = round(numbers[3] or 0.0) if len(numbers) > 3 else 0
     origin, angles, shift = (
@@ -696,7 +696,7 @@ def _swivel(motions: Motions, name: str, values: Values) -> None:
         if len(numbers) > 2 and round(numbers[2] or 0.0) % 10 == 1
         else frames.Frame()
     )
-    _take(motions, frames.Frames(before.then(whole), motions.frames.programmable))
+    _take(motions, frames.Frames(before.then(whole), motions.frames.programmable, motions.frames.added))
 
 
 def _take(motions: Motions, wanted: frames.Frames) -> None:

@@ -67,7 +67,7 @@ def set_frame(motions: Motions, name: str, at: list[Scalar], node: Node) -> None
     motions.end()
     made = _frame(motions, node)
     if name == PROGRAMMABLE and not at:
-        _take(motions, made)
+        _take(motions, frames.Frames(motions.frames.swivelled, made))
         return
     if name != ORIGINS or len(at) != 1:
         raise _refused(name, "a frame variable")
@@ -90,8 +90,7 @@ def _axes_of(motions: Motions, node: Node) -> dict[int, float]:
     return {column: value for column, value in found.items() if column > 2}
 
 
-def _take(motions: Motions, programmable: frames.Frame) -> None:
-    wanted = frames.Frames(motions.frames.swivelled, programmable)
+def _take(motions: Motions, wanted: frames.Frames) -> None:
     frames.change(motions.ip, wanted.whole())
     motions.frames = wanted
 
@@ -128,10 +127,10 @@ def _part(name: str, at: list[Scalar]) -> tuple[int, int, str]:
 
 
 def set_part(motions: Motions, name: str, at: list[Scalar], value: float) -> None:
-    """Set one part of a frame variable: its shift, or another part to its neutral value."""
+    """Set one part of a frame variable: a shift of it, or another part to its neutral value."""
     system, column, part = _part(name, at)
     neutral = 1.0 if part == "SC" else 0.0
-    if part != "TR":
+    if part != "TR" and (system or part != "FI"):
         if value != neutral:
             raise _refused(f"{name}[…,{part}]", "a part beside the shift, TR")
         return
@@ -141,12 +140,9 @@ def set_part(motions: Motions, name: str, at: list[Scalar], value: float) -> Non
         origin[column] = value
         _set_origin(motions.ip, system, origin)
         return
-    before = motions.frames.programmable
     if column > 2:
-        raise _refused(f"{name}[{AXES[column].upper()},TR]", "frames are of X Y Z")
-    shift = list(before.shift)
-    shift[column] = value
-    _take(motions, frames.Frame(before.matrix, (shift[0], shift[1], shift[2])))
+        raise _refused(f"{name}[{AXES[column].upper()},{part}]", "frames are of X Y Z")
+    _take(motions, motions.frames.shifted(column, value, added=part == "FI"))
 
 
 def part(ip: Interpreter, at: list[Scalar]) -> float:
