@@ -154,6 +154,7 @@ _ACCEPTED = frozenset(
         "SAVE",
         "ACTBLOCNO",
         "DELAYFSTON",
+        "PCALL",
         "DELAYFSTOF",
         "TOROTOF",
         "PAROTOF",
@@ -211,6 +212,8 @@ _NAMED_NOT_READ = {
     **dict.fromkeys(("CUT3DC", "CUT3DF", "CUT3DFF", "CUT3DFS"), "cutter compensation in space"),
     **dict.fromkeys(("TOROT", "TOFRAME", "TCARR", "TCOABS", "TCOFR", "PAROT"), "an oriented tool carrier"),
     **dict.fromkeys(("WHENEVER", "WHEN", "EVERY", "DO", "ID", "IDS"), "a synchronous action"),
+    **dict.fromkeys(("ROTS", "AROTS", "CROTS"), "a rotation by solid angles"),
+    "PRESETON": "another position of an axis",
     **dict.fromkeys(("MEAS", "MEAW", "MEASA", "MEAC"), "measuring"),
     **dict.fromkeys(("LEADON", "COUPON", "TRAILON", "EGON"), "coupled axes"),
 }  # fmt: skip

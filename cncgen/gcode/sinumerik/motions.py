@@ -288,6 +288,9 @@ class Motions:
         elif kind == "text" and words.commands[-1:] in (["EXTCALL"], ["CALL"]):
             words.calls.append(("EXTCALL", (("s", item[1]),)))
             words.commands.pop()
+        elif kind == "name" and words.commands[-1:] == ["CALL"]:
+            words.calls.append(("EXTCALL", (("var", item[1], ()),)))
+            words.commands.pop()
         elif kind == "name":
             words.commands.append(item[1])
         elif kind == "call":
@@ -380,6 +383,8 @@ class Motions:
         elif name == "EXTCALL":
             values = [None if node is None else evaluate(node, self.store) for node in arguments or ()]
             file = str(values[0] if values else "").replace("\\", "/").rsplit("/", 1)[-1].upper()
+            if file.startswith("_N_"):
+                file = file.removeprefix("_N_").removesuffix("_SPF").removesuffix("_MPF")
             self.begin_call(file.removesuffix(".SPF").removesuffix(".MPF"), None, times)
         else:
             commands.check_name(name)

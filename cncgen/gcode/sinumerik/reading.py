@@ -31,7 +31,7 @@ _HEADER = re.compile(r"%_N_(\w+?)_(MPF|SPF)\b|;\$PATH")
 _NAMES = {
     "PLAIN": "a word", "NAME": "a name", "PLAIN_NUMBER": "a number", "EXPONENT": "a number", "STRING": "a text", "EQUAL": "=",
     "LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]", "COMMA": "a comma", "SIGN": "a sign", "TIMES": "an operator",
-    "RELATION": "a comparison", "GOTO": "a jump", "TYPE": "a type", "$END": "the end of the block",
+    "RELATION": "a comparison", "GOTO": "a jump", "GOTOS": "a jump", "TYPE": "a type", "$END": "the end of the block",
 }  # fmt: skip
 
 
@@ -194,6 +194,7 @@ VALUES: dict[str, Callable[..., Any]] = {
     "or_": lambda a, b: ("bin", "OR", a, b),
     "xor": lambda a, b: ("bin", "XOR", a, b),
     "jump": lambda goto, target: ("jump", str(goto), str(target).strip("\"'")),
+    "begin": lambda goto: ("jump", str(goto), ""),
     "if_jump": lambda *c: ("if-jump", tuple(zip(c[::2], c[1::2], strict=True))),
     "if_": lambda condition: ("if", condition),
     "while_": lambda condition: ("while", condition),

@@ -236,7 +236,10 @@ class SinumerikRunner(LanguageRun):
         """Go to a label: forward (GOTOF), back (GOTOB), either (GOTO, GOTOC; GOTOC goes on where the label is missing)."""
         _, how, label = jump
         if how == "GOTOS":
-            frame.at = 0
+            frame.at, frame.loops = 0, {}
+            parameters = {formal[2] for formal in frame.program.formals}
+            scopes = self.store.scopes
+            scopes[-1] = {name: value for name, value in scopes[-1].items() if name in parameters}
             return
         if label in frame.program.labels or not self.store.has(label):
             target = label
