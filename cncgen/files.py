@@ -21,11 +21,8 @@ if TYPE_CHECKING:
 
     _T = TypeVar("_T")
 
-try:
-    import fcntl
-except ImportError:  # Windows has no such locks
-    fcntl = None  # type: ignore[assignment]
-
+#: Whether the system locks files; Windows does not. (The module `fcntl` is imported with the first lock.)
+_HAS_LOCKS = os.name == "posix"
 #: Name of standard input and output wherever a file is asked for.
 STANDARD = "-"
 #: Where Linux shows a process the files that it has open.
@@ -368,8 +365,10 @@ def _unused_beside(target: Path) -> str:
 
 def _locked(handle: int) -> int | None:
     """Lock a file for this process; return the descriptor that holds the lock, or None where the system has no locks."""
-    if fcntl is None:
+    if not _HAS_LOCKS:
         return None
+    import fcntl
+
     holder = os.dup(handle)
     try:
         fcntl.flock(holder, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -402,7 +401,7 @@ def scratch_folder() -> Iterator[str]:
     for name in _stale_folders(tempfile.gettempdir()):
         shutil.rmtree(name, ignore_errors=True)
     with tempfile.TemporaryDirectory(prefix=_SCRATCH) as name:
-        handle = None if fcntl is None else os.open(name, os.O_RDONLY)
+        handle = os.open(name, os.O_RDONLY) if _HAS_LOCKS else None
         lock = None if handle is None else _locked(handle)
         try:
             yield name
@@ -418,7 +417,7 @@ _SCRATCH, _STALE_S = "cncgen-scratch-", 60.0
 
 def _stale_folders(place: str) -> Iterator[str]:
     """Yield folders of this user's killed processes."""
-    if fcntl is None:
+    if not _HAS_LOCKS:
         return
     with suppress(OSError), os.scandir(place) as entries:
         for entry in entries:

@@ -216,14 +216,3 @@ def _holds(operator: cython.int, a: cython.double, b: cython.double) -> cython.b
     if operator == OR:
         return a != 0.0 or b != 0.0
     return (a != 0.0) != (b != 0.0)
-
-
-def within(values: cython.double[:, ::1], bound: cython.double) -> bool:
-    """Tell whether all entries are within a bound, both ways."""
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    for i in range(values.shape[0]):
-        for j in range(values.shape[1]):
-            if not -bound <= values[i, j] <= bound:
-                return False
-    return True

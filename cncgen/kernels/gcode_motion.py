@@ -66,6 +66,18 @@ def _length(first: cython.int) -> cython.int:
     return count
 
 
+def within(values: cython.const[cython.double][:, ::1], bound: cython.double) -> bool:
+    """Tell whether all entries are within a bound, both ways."""
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    beyond: cython.Py_ssize_t = 0
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            # All are looked at, which a processor does without a guess.
+            beyond += not fabs(values[i, j]) <= bound
+    return beyond == 0
+
+
 #: Results of a block: it was made, it is left to the interpreter, or the columns have no room for it.
 _MADE = cython.declare(cython.int, 0)
 _LEFT = cython.declare(cython.int, 1)

@@ -6,7 +6,7 @@ from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import CALL, MOTION, Budget
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, refuse_uvw
 from cncgen.gcode.state.modal import PLANE_AXES
-from cncgen.kernels.gcode_arithmetic import within
+from cncgen.kernels.gcode_motion import within
 from cncgen.toolpath.record import Event
 
 #: Time at slow feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow here, units a minute.
