@@ -73,6 +73,13 @@ def test_vacant_parameters(run: Any) -> None:
     assert fanuc(run, text) == [[5, 0, 0], [5, 1, 0], [2, 1, 0]]
 
 
+def test_a_condition_sets_a_parameter_without_then(run: Any) -> None:
+    """As programs of shops write it: IF[#9GT0]#12=#9."""
+    text = "#9=2\n#12=1\nIF[#9GT0]#12=#9(SET)\nIF[#9LT0]#12=7\nN8IF[#9EQ2]##9=[#12+1]\nG0 X#12 Y#2\nM30"
+    assert fanuc(run, text) == [[2, 3, 0]]
+    assert [each[0] for each in run("IF[#1EQ0]G0 X5\nM30", dialect="fanuc").errors] == ["syntax"]
+
+
 def test_macro_calls_have_arguments_and_locals_of_their_own(run: Any) -> None:
     text = "#1=4\nG65 P9001 A1.5 B2 X7 L2\nX#1\nM30\nO9001\nG0 X#1 Y#2 Z#24\n#1=9\nM99"
     assert fanuc(run, "G0\n" + text)[-1] == [4, 2, 7]

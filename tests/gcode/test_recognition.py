@@ -84,6 +84,7 @@ def test_signs_in_comments_do_not_count() -> None:
         ("G0 X50 Z2\nS600 M3\nG1 Z-30 F0.3\nM30", "linuxcnc", "fanuc-lathe"),
         ("G0 X50. Z2.\nG1 Z-30. F100.\nX52. W-1.\nM30", "fanuc-lathe", "linuxcnc"),
         ("O1\nG0 X50. Z2.\nG0 T0101\nG43 Z5. H1\nG1 Z-30. F100.\nM30", "fanuc", ""),
+        ("G31 Z-50 F100\nG92 Z0\nG0 Z5\nM30", "fanuc", ""),
     ],
 )
 def test_weak_signs_name_both(text: str, dialect: str, rival: str) -> None:
