@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cncgen.diagnostics import Diagnostics, UsageError
@@ -167,8 +167,10 @@ def test_words_in_any_order(lines: list[list[str]], dialect: str) -> None:
 
 @settings(max_examples=200)
 @given(st.binary(max_size=200))
+@example(b"M10")
 def test_any_bytes(data: bytes) -> None:
-    assert consume(data) or data.strip()
+    """In LinuxCNC's dialect: without a sign of any, `read` leaves M10 to the machine's builder, which `canon` refuses as the peer does."""
+    assert consume(data, dialect="linuxcnc") or data.strip()
 
 
 @pytest.mark.parametrize(

@@ -18,10 +18,8 @@ from cncgen.gcode.text import grammar, plain_language
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.normal_text import normalise
 
-#: Modes that a line sets by a code alone, numbers in tenths: planes, units, distances, meaning of F.
-_MODES = frozenset((170, 180, 190, 200, 210, 900, 910, 901, 911, 930, 940, 950))
-#: On lathes some of these are cycles, or mean something else.
-_MODES_OF_LATHES = frozenset((170, 180, 190, 200, 210))
+#: Modal groups of what a line sets by a code alone.
+_MODES = frozenset(("plane", "units", "distance", "arc distance", "feed mode"))
 _WORD = re.compile(r"([a-z])([+-]?(?:\d++\.?+\d*+|\.\d+))")
 
 
@@ -37,7 +35,8 @@ def recover(ip: Interpreter, text: str) -> None:
         _take_up_plain(ip, text)
         return
     words, codes = _said(ip, text)
-    modes = _MODES_OF_LATHES if ip.lathe else _MODES
+    rows = {number: ip.codes.get(("G", number)) for number in codes}
+    modes = [number for number, row in rows.items() if row is not None and row.group in _MODES]
     motions = [number for number in codes if number in PLAIN_MOTIONS]
     if motions:
         ip.state.motion = motions[-1]
@@ -45,9 +44,9 @@ def recover(ip: Interpreter, text: str) -> None:
         # Cutter compensation holds moves back, and knows by itself where it is.
         return
     feed = {"f": words["f"]} if words.get("f", 0.0) > 0.0 else {}
-    for block in (*(Block({}, (number,)) for number in codes if number in modes), Block(feed)):
+    for block in (*(Block({}, (number,)) for number in modes), Block(feed)):
         _try(ip, block)
-    plain = ip.state.motion in PLAIN_MOTIONS and modes.union(PLAIN_MOTIONS).issuperset(codes)
+    plain = ip.state.motion in PLAIN_MOTIONS and rows.keys() <= {*modes, *PLAIN_MOTIONS}
     if plain and ip.state.absolute:
         _stand(ip, Block({letter: v for letter, v in words.items() if letter in AXIS_INDEX}))
 
