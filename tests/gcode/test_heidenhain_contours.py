@@ -111,11 +111,14 @@ def test_free_contours_that_leave_a_choice_are_refused(run: Run, lines: str, cod
     assert codes(run, lines)[0] == code
 
 
-def test_a_free_contour_is_approached(run: Run, tools: Path) -> None:
-    """The tool goes on 2 left of the first line, which leads along Y."""
+@pytest.mark.parametrize(
+    "first", ["FL AN+90 LEN30", "FPOL X+10 Y+10\nL Y+30", "FPOL X+0 Y+0\nFL PR+30 PA+90"]
+)
+def test_a_free_contour_is_approached(run: Run, tools: Path, first: str) -> None:
+    """The tool goes on 2 left of the first line, which leads along Y; a pole leads nowhere."""
     found = ends(
         run,
-        "TOOL CALL 1 Z S500\nL X-20 Y-20 R0 FMAX\nAPPR LT X+0 Y+0 LEN10 RL F100\nFL AN+90 LEN30\nDEP LN LEN5",
+        f"TOOL CALL 1 Z S500\nL X-20 Y-20 R0 FMAX\nAPPR LT X+0 Y+0 LEN10 RL F100\n{first}\nDEP LN LEN5",
         tool_table=tools,
     )
     assert [p[:2] for p in found[1:]] == [[-2, -10], [-2, 0], [-2, 30], [-7, 30]]

@@ -582,8 +582,10 @@ class HeidenhainRunner(LanguageRun):
         while following is not None:
             body = self._bodies[following]
             if free_contours.BEGINS.match(body):
-                return partial(free_contours.first_heading, self._elements(following))
-            if re.match(r"CC\b", body, re.IGNORECASE):
+                elements = self._elements(following)
+                if elements:
+                    return partial(free_contours.first_heading, elements)
+            elif re.match(r"CC\b", body, re.IGNORECASE):
                 self._plain(following, body)
             elif not (_CORNER.match(body) or _LABEL.match(body)):
                 if not re.match(r"(?:L|C|CR|CP|LP)\b", body, re.IGNORECASE):
