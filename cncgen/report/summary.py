@@ -61,6 +61,12 @@ class Summary:
         self._feeds = FeedCurve(
             [k for k, letter in enumerate(self._axes) if letter in fed[0]], machine.period_s
         )
+        #: Of the axes that move: their place among those of the program, and name and unit in files.
+        self._columns = [
+            (k, position_column(letter), to_file(letter))
+            for k, letter in enumerate(program.axes)
+            if letter in self._axes
+        ]
         self._lines: int | None = None
         self._line: int | None = 0
         #: Length of the planned path, and of the whole one, in the path's coordinate.
@@ -250,11 +256,7 @@ class Summary:
 
     def _position(self, position: Sequence[float]) -> dict[str, float]:
         """Return a position of all axes by column, in the units of files, of the axes that move."""
-        return {
-            position_column(letter): value * to_file(letter)
-            for letter, value in zip(self._program.axes, position, strict=False)
-            if letter in self._axes
-        }
+        return {name: position[k] * factor for k, name, factor in self._columns if k < len(position)}
 
     def _peak(self, column: int, letter: str) -> dict[str, Any]:
         """Return the peaks of an axis in the units of files, and each as a fraction of its limit."""

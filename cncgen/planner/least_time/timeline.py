@@ -211,16 +211,11 @@ def corners_at(
     if not len(at):
         return ()
     s = mesh.s[first + at]
-    position = mesh.path.evaluate(s, 0)[0]
-    line = mesh.toolpath.line[mesh.path.row_of(s)]
-    which = np.where(mesh.corner[first + at], np.int8(Limit.CORNER), limit[at])
+    position = mesh.path.evaluate(s, 0)[0].tolist()
+    line = mesh.toolpath.line[mesh.path.row_of(s)].tolist()
+    which = np.where(mesh.corner[first + at], np.int8(Limit.CORNER), limit[at]).tolist()
+    speed, when = np.sqrt(q[at]).tolist(), arrival[at].tolist()
     return tuple(
-        SharpCorner(
-            int(line[i]),
-            tuple(position[i].tolist()),
-            float(np.sqrt(q[k])),
-            Limit(int(which[i])),
-            float(arrival[k]),
-        )
-        for i, k in enumerate(at)
+        SharpCorner(row, tuple(place), v, Limit(name), t)
+        for row, place, v, name, t in zip(line, position, speed, which, when, strict=True)
     )
