@@ -99,7 +99,7 @@ def _meshes(
     source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits], coarse: bool
 ) -> Iterator[tuple[Mesh | Toolpath, bool]]:
     """Yield the meshes of a program and whether each is the last one; after it, maybe, a toolpath that stands still."""
-    held: tuple[Toolpath, Path, SpeedCap | None] | None = None
+    held: tuple[Toolpath, Path, SpeedCap | None, tuple[BlockEnd, BlockEnd]] | None = None
     before: BlockEnd | None = None
     still: list[Toolpath] = []
     bounds: AxisLimits | None = None
@@ -112,11 +112,11 @@ def _meshes(
         still = []
         path = toolpath.path
         bounds = bounds or bounds_of(toolpath.axes)
+        ends = ends_of(toolpath, path, bounds)
         if held is not None:
-            after = ends_of(toolpath, path, bounds)[0]
-            yield mesh_of(*held[:2], bounds, before, after, held[2], coarse), False
-            before = ends_of(*held[:2], bounds)[1]
-        held = toolpath, path, cap
+            yield mesh_of(*held[:2], bounds, before, ends[0], held[2], coarse), False
+            before = held[3][1]
+        held = toolpath, path, cap, ends
     if held is not None and bounds is not None:
         yield mesh_of(*held[:2], bounds, before, None, held[2], coarse), True
     if still:
