@@ -28,6 +28,8 @@ _BACK = -0.97
 _STRAIGHT, _SAME_BEND = 1e-5, 1e-3
 #: A place on a curve is found once a step goes less far, mm: its distance is then good to 10⁻¹² mm.
 _FOUND = 1e-7
+#: Steps that are gone for it at most; and by which part more a square of a distance may be and still be the same but for rounding.
+_STEPS, _ROUNDED = 12, 1e-6
 
 
 @dataclass(slots=True)
@@ -251,17 +253,26 @@ class Programmed:
             u[free] = path.parameter_after(
                 local[free], np.clip(part[at[free]], 0.0, 1.0) * path.row_length[local[free]]
             )
+            # Newton's method, from the nearest place yet: half way back to that where a step leads away, as where a curve nearly stands.
+            best, reach = u.copy(), np.full(len(at), np.inf)
             left = np.arange(len(at))
-            for _ in range(4):
+            for _ in range(_STEPS):
                 x0, x1 = path.evaluate_parameter(local[left], u[left], 1) * self.scale
+                away = points[at[left]] - x0
+                square = (away**2).sum(axis=1)
+                nearer = square <= reach[left] * (1.0 + _ROUNDED) + _FOUND**2
                 size = np.maximum((x1**2).sum(axis=1), 1e-300)
-                found = u[left] + ((points[at[left]] - x0) * x1).sum(axis=1) / size
+                found = np.where(
+                    nearer, u[left] + (away * x1).sum(axis=1) / size, 0.5 * (u[left] + best[left])
+                )
                 found = np.clip(found, low[left], high[left])
-                far_off = (found - u[left]) ** 2 * size > _FOUND**2
+                best[left[nearer]], reach[left[nearer]] = u[left[nearer]], square[nearer]
+                far_off = ~nearer | ((found - u[left]) ** 2 * size > _FOUND**2)
                 u[left] = found
                 left = left[far_off]
                 if not len(left):
                     break
+            u[left] = best[left]
             x = path.evaluate_parameter(local, u, 1)
             inside = np.clip(u, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
             end = np.flatnonzero(inside != u)
