@@ -33,6 +33,28 @@ def test_the_direction_of_a_shift_is_stated_once(run: Run) -> None:
     assert not said(run(BORE.format(85, 2), dialect="fanuc"), "cycle-shift")
 
 
+@pytest.mark.parametrize(
+    ("q", "units", "beside", "doubts"),
+    [
+        ("100", 21, 10.1, 1),
+        ("100.", 21, 110.0, 0),
+        ("1", 21, 11.0, 0),
+        ("100", 20, 254.254, 1),
+        (".5", 21, 10.5, 0),
+    ],
+)
+def test_a_shift_too_far_for_a_bore_counts_in_least_increments(
+    run: Run, q: str, units: int, beside: float, doubts: int
+) -> None:
+    """Q100 of G76 is 0.1 mm on FANUC's controls (IS-B); it was 100 mm, through the wall."""
+    out = run(
+        f"G{units} G90 G17 S1000 M3\nG98 G76 X10. Y0. Z-1. R.2 Q{q} F100\nX20.\nG80\nM30", dialect="fanuc"
+    )
+    xs = sorted({round(float(x), 6) for x in out.path.end[:, 0]})
+    assert beside in xs
+    assert [severity for severity, *_ in said(out, "cycle-shift")].count("warning") == doubts
+
+
 def test_arcs_around_outside_corners_are_stated_once(run: Run) -> None:
     """CCC (19607#2) = 0 joins the moves by straight lines; inside corners are the same for both."""
     assert said(run(CORNER.format(-20), dialect="fanuc"), "comp-corners") == [("note", 5, 1)]

@@ -80,6 +80,20 @@ def test_the_entry_may_be_short(run: Any, tmp_path: Path) -> None:
     assert ends(run, tmp_path, "G0X0Y0\nG41D1G1X1F100\nY10\nG40X0\nM30")[:2] == [(-1, 0), (-1, 10)]
 
 
+@pytest.mark.parametrize(("dialect", "lines"), [("fanuc", [3]), ("linuxcnc", [])])
+def test_an_entry_on_an_arc_is_said(run: Any, tmp_path: Path, dialect: str, lines: list[int]) -> None:
+    """FANUC's alarm PS0034: no circle in the start-up block; LinuxCNC enters on arcs."""
+    table = tmp_path / "tools.tbl"
+    table.write_text(TOOLS)
+    out = run(
+        "G21G17G90F100\nG0X0Y0\nG42D1G3X20Y0R10\nG3X0Y0R10\nG1G40X-20Y-20\nM30",
+        dialect=dialect,
+        tool_table=table,
+    )
+    assert out.errors == []
+    assert [d.span.line for d in out.diagnostics if d.code == "comp-entry" and d.span] == lines
+
+
 def test_an_arc_with_another_radius_is_refused(run: Any, tmp_path: Path) -> None:
     table = tmp_path / "tools.tbl"
     table.write_text(TOOLS)

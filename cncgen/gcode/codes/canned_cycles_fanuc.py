@@ -25,6 +25,8 @@ from cncgen.records import replace
 from cncgen.toolpath.record import Event
 
 _LETTERS = "rpq"
+#: Q as a whole number without a decimal point, and the way off the wall of a bore that Q cannot mean, in mm.
+_WHOLE_Q, _FAR = r"Q[ \t]*[0-9]+(?![\d.])", 5.0
 
 
 def _pecks(hole: Hole) -> list[float]:
@@ -231,7 +233,7 @@ HOLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
     880: (_bore_by_hand, False, "bore, dwell for P, stop for the operator"),
     890: (_bore_wait, False, "bore, dwell for P, feed out"),
 }
-_BACK = 870
+_FINE, _BACK = 760, 870
 #: Codes that are turning cycles on lathes.
 _TURNING = (730, 740, 760)
 #: Words that Haas's controls have besides: steps of drilling, the speed of a tap on its way out.
@@ -279,6 +281,8 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     if number in (730, 830) and "q" in given and AXES[normal] in words:
         level = 0.0 if AXES[normal] in relative else words.get("r", sticky.level)
         words["q"] = _step(ip, block, abs(words[AXES[normal]] - level))
+    elif number in (_FINE, _BACK) and "q" in given:
+        words["q"] = _off_wall(ip, block, number)
     state.cycle = Sticky(number, words, sticky.level, relative=relative)
     state.motion = number
     return state.cycle
@@ -288,11 +292,22 @@ def _step(ip: Interpreter, block: Block, depth: float) -> float:
     """Return the step Q of a hole: a whole number that is deeper than the hole counts in least increments, as Q2000 of 2 mm."""
     value = block.words["q"]
     step = increments(ip, block, "q")
-    if value <= depth or step > depth or not is_written(ip, block, r"Q[ \t]*[0-9]+(?![\d.])"):
+    if value <= depth or step > depth or not is_written(ip, block, _WHOLE_Q):
         return value
     message = f"Q{value:g}, deeper than the hole, is read as {step:g} (least increments)"
     ip.warn_once(BlockError("cycle-peck", message, "Q", hint="a length has a decimal point: Q2.0"))
     return step
+
+
+def _off_wall(ip: Interpreter, block: Block, number: int) -> float:
+    """Return how far G76 or G87 steps off the wall: a whole number too long for it counts in least increments, as Q100 of 0.1 mm."""
+    value = block.words["q"]
+    length = increments(ip, block, "q")
+    if value * (25.4 if ip.state.inches else 1.0) < _FAR or not is_written(ip, block, _WHOLE_Q):
+        return value
+    message = f"Q{value:g} of G{number // 10}, too far to step off the wall of a bore, is read as {length:g} (least increments)"
+    ip.warn_once(BlockError("cycle-shift", message, "Q", hint="a length has a decimal point: Q0.5"))
+    return length
 
 
 def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, float]) -> None:

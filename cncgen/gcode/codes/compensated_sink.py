@@ -156,7 +156,10 @@ class CompensatedSink:
         self._take(lambda: self.centre.line(self._in_plane(end), move, rapid))
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Offset an arc."""
+        """Offset an arc; say where it is the entry, which the controls that are not strict refuse."""
+        if self._lenient and self.centre.begins:
+            message = "cutter compensation begins on an arc, which FANUC's controls refuse (alarm 34)"
+            self._warn(BlockError("comp-entry", message, hint="enter on a G0 or G1"), Severity.WARNING)
         move = _Move(self._block, list(end), plane, True)
         centre = complex(first, second)
         self._take(lambda: self.centre.arc(self._in_plane(end), centre, turns, move))

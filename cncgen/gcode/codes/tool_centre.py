@@ -339,6 +339,11 @@ class ToolCentre:
         """Return the last of the moves that wait."""
         return next((item for item in reversed(self._queue) if isinstance(item, CentreMove)), None)
 
+    @property
+    def begins(self) -> bool:
+        """Tell whether no move has been taken yet: the next one is the entry."""
+        return self._curve is None
+
     def finish(self) -> list[CentreMove | Any]:
         """Return the waiting moves (G40, or the end of the program)."""
         return self._settle()
