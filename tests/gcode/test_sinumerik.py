@@ -88,6 +88,7 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "CYCLE88": ("CYCLE88(10,0,2,,10,0,4)", [(0, 0, z) for z in (2, -10, 10)]),
     "CYCLE89": ("F100\nCYCLE89(10,0,2,-10,,1)", [(0, 0, z) for z in (2, -10, 2, 10)]),
     "GOTOS": ("DEF REAL ORT=5\nR1=R1+1\nG0 X=R1\nIF R1<3 GOTOS\nY1", [(1,), (2,), (3,), (3, 1)]),
+    "CALL BLOCK": ("CALL BLOCK ANF TO ENDE\nG0 Y1\nM30\nANF: G0 X1\nX2\nENDE: X3\nX4", [(1,), (2,), (3,), (3, 1)]),
     "paths of calls": ('DEF STRING[20] WO="/_N_SPF_DIR/_N_UP1_SPF"\nCALL "/_N_SPF_DIR/_N_UP1_SPF"\nEXTCALL("/_N_EXT_DIR/_N_UP1_SPF")\nCALL WO\nPCALL L7\nM30\n%_N_UP1_SPF\nG91 G0 X1\nM17\n%_N_L7_SPF\nG0 Y1\nM17', [(1,), (2,), (3,), (3, 1)]),
     "EXTCALL": ('EXTCALL "UP1"\nEXTCALL("/_N_WKS_DIR/UP1.SPF")\nM30\n%_N_UP1_SPF\nG91 G0 X1\nM17', [(1,), (2,)]),
     "CYCLE83 clears": (
@@ -382,6 +383,9 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "holes without a cycle": ("HOLES2(0,0,10,0,0,4)", ("cycle-missing", 1, 1)),
     "a scale of nothing": ("SCALE X0", ("scale-missing", 1, 1)),
     "ROTS": ("ROTS X10 Y20", ("not-read", 1, 1)),
+    "a part of another program": ('CALL "UP1" BLOCK ANF TO ENDE', ("not-read", 1, 12)),
+    "CALL BLOCK of no label": ("CALL BLOCK ANF TO ENDE", ("label-missing", 1, 1)),
+    "ISOCALL": ("ISOCALL L100", ("not-read", 1, 1)),
     "PRESETON": ("PRESETON(X,0)", ("not-read", 1, 1)),
     "GOTOF without a label": ("GOTOF", ("syntax", 1, 6)),
     "CALL of no text": ("DEF REAL WO=1\nCALL WO", ("sub-missing", 2, 1)),

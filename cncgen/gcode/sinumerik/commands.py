@@ -214,6 +214,8 @@ _NAMED_NOT_READ = {
     **dict.fromkeys(("WHENEVER", "WHEN", "EVERY", "DO", "ID", "IDS"), "a synchronous action"),
     **dict.fromkeys(("ROTS", "AROTS", "CROTS"), "a rotation by solid angles"),
     "PRESETON": "another position of an axis",
+    "BLOCK": "a part of another program",
+    "ISOCALL": "a subprogram of the ISO dialect",
     **dict.fromkeys(("MEAS", "MEAW", "MEASA", "MEAC"), "measuring"),
     **dict.fromkeys(("LEADON", "COUPON", "TRAILON", "EGON"), "coupled axes"),
 }  # fmt: skip
