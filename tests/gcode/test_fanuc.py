@@ -80,6 +80,25 @@ def test_a_condition_sets_a_parameter_without_then(run: Any) -> None:
     assert [each[0] for each in run("IF[#1EQ0]G0 X5\nM30", dialect="fanuc").errors] == ["syntax"]
 
 
+@pytest.mark.parametrize(
+    ("word", "seconds", "said"), [("X1500", 1.5, 1), ("U500", 0.5, 1), ("X2", 2, 0), ("X150.", 150, 0)]
+)
+def test_a_dwell_without_a_decimal_point_counts_milliseconds(
+    run: Any, word: str, seconds: float, said: int
+) -> None:
+    """G04 X1500 waits 1.5 s where least increments count (B-64484EN, "Dwell"); it was 25 minutes."""
+    out = run(f"G21\nG0X1.\nG4{word}\nM30", dialect="fanuc")
+    assert [each.values["seconds"] for each in out.path.events if "seconds" in each.values] == [seconds]
+    assert [d.code for d in out.diagnostics].count("dwell-point") == said
+
+
+def test_an_angle_without_a_decimal_point_counts_thousandths(run: Any) -> None:
+    """R90000 of G68 was 250 turns, which is none."""
+    assert fanuc(run, "G21\nG68X0Y0R90000\nG0X10.Y0.\nG69\nM30") == [[0, 10, 0]]
+    assert fanuc(run, "G21\nG68X0Y0R450.\nG0X10.Y0.\nG69\nM30") == [[0, 10, 0]]
+    assert fanuc(run, "G21\nG68X0Y0R90\nG0X10.Y0.\nG69\nM30") == [[0, 10, 0]]
+
+
 def test_macro_calls_have_arguments_and_locals_of_their_own(run: Any) -> None:
     text = "#1=4\nG65 P9001 A1.5 B2 X7 L2\nX#1\nM30\nO9001\nG0 X#1 Y#2 Z#24\n#1=9\nM99"
     assert fanuc(run, "G0\n" + text)[-1] == [4, 2, 7]

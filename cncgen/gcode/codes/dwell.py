@@ -15,6 +15,8 @@ from cncgen.toolpath.record import Event
 _BEFORE = r"(?:\([^)]*\)|[^(;])*?"
 #: From which number on a word P with a decimal point counts milliseconds, and below which one without a point is doubtful.
 _LEAST_MS, _LEAST_WAIT = 50.0, 10.0
+#: From which whole number without a decimal point on X and U of a dwell count milliseconds.
+_LONG = 100.0
 
 
 def dwell(ip: Interpreter, block: Block) -> None:
@@ -30,7 +32,7 @@ def dwell(ip: Interpreter, block: Block) -> None:
 def dwell_fanuc(ip: Interpreter, block: Block) -> None:
     """G04 of FANUC: X or U seconds, or P milliseconds."""
     words = block.words
-    seconds = next((words[letter] for letter in "xu" if letter in words), None)
+    seconds = next((_unhurried(ip, block, letter) for letter in "xu" if letter in words), None)
     if "p" in words:
         seconds = seconds_of(ip, block)
     if seconds is None:
@@ -38,6 +40,20 @@ def dwell_fanuc(ip: Interpreter, block: Block) -> None:
     if seconds < 0.0:
         raise BlockError("dwell-time", f"a dwell of {seconds:g} s is negative", "P" if "p" in words else "X")
     ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
+
+
+def _unhurried(ip: Interpreter, block: Block, letter: str) -> float:
+    """Return X or U of a dwell in seconds; a great whole number without a decimal point counts in milliseconds, as X1500."""
+    number = block.words[letter]
+    whole_number = rf"{letter}[ \t]*[0-9]+(?![\d.])"
+    if number < _LONG or ip.options.least_increment is not None or not is_written(ip, block, whole_number):
+        return number
+    name = letter.upper()
+    message = (
+        f"{name}{number:g} of G4 without a decimal point is read as {number / 1000.0:g} s (least increments)"
+    )
+    ip.warn_once(BlockError("dwell-point", message, name, hint="X1.5 of G4 waits one second and a half"))
+    return number / 1000.0
 
 
 def is_written(ip: Interpreter, block: Block, word: str) -> bool:

@@ -10,6 +10,7 @@ import math
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.codes.dwell import is_written
 from cncgen.gcode.codes.polar import polar_from
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
@@ -194,6 +195,20 @@ def _factor(ip: Interpreter, letter: str, value: float) -> float:
     return value / 1000.0
 
 
+def _angle(ip: Interpreter, block: Block) -> float:
+    """Return the angle of G68; whole turns and more without a decimal point are thousandths of a degree, as R45000."""
+    angle = block.words["r"]
+    if (
+        abs(angle) <= 360.0
+        or ip.options.least_increment is not None
+        or not is_written(ip, block, r"R[ \t]*[-+]?[0-9]+(?![\d.])")
+    ):
+        return angle
+    message = f"R{angle:g} of G68 is read as thousandths of a degree: {angle / 1000.0:g} degrees"
+    ip.warn_once(BlockError("scale-thousandths", message, "R", hint="an angle has a decimal point: R45."))
+    return angle / 1000.0
+
+
 def check_factors(factors: list[float], word: str) -> None:
     """Raise where a frame scales by more, or by less, than leaves digits on the way there and back.
 
@@ -300,7 +315,7 @@ def rotation(ip: Interpreter, block: Block) -> None:
             hint="choose G17, G18 or G19",
         )
     frame = _current(ip)
-    frame.angle, frame.turn_centre, frame.plane = block.words["r"], _point(ip, block), ip.state.plane
+    frame.angle, frame.turn_centre, frame.plane = _angle(ip, block), _point(ip, block), ip.state.plane
     _change(ip, frame)
 
 
