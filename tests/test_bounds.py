@@ -80,8 +80,8 @@ CASES: dict[str, tuple[dict[str, str | bytes], tuple[str, ...], int, str]] = {
         {"o.nc": "G21 G64 F3000\no1 repeat [4000]\nG1 X1\nX0\no1 endrepeat\nM2\n"},
         ("plan", "o.nc", "-m", "generic-mill", "--feedrate", "ild", "-o", "o.csv"), 1, "more than 5600 motions",
     ),
-    "a loop of corners that would be planned for minutes": (
-        {"o.nc": "G21 G64 P0.01 F3000\no1 repeat [40000]\nG1 X3 Y0.4\nX0.4 Y2\no1 endrepeat\nM2\n"},
+    "a loop of corners of seven hours": (
+        {"o.nc": "G21 G64 P0.01 F1000\no1 repeat [40000]\nG1 X3 Y0.4\nX0.4 Y2\no1 endrepeat\nM2\n"},
         ("plan", "o.nc", "--effort", "fast", *PLAN), 1, "error[long-plan]",
     ),
     "a feed of which setpoints would fill a disk": (

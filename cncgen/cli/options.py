@@ -407,7 +407,7 @@ stock_options = _all_of(
         "--cell",
         metavar="MM",
         type=FiniteRange(min=0, min_open=True),
-        help="Width of a column of the stock [default: a 500th of its longer side].",
+        help="Width of a column of the stock [default: some 500th of its longer side].",
     ),
 )
 

@@ -44,7 +44,7 @@ def cut(
         stock: The raw piece, or text as of ``--stock``; None: that of a STEP-NC file.
         tools: Tools as texts of ``--tool``; they count before those of the program.
         target: STL file of the finished part; None takes the features.
-        cell_mm: Width of a column, None: a 500th of the stock.
+        cell_mm: Width of a column, None: some 500th of the stock.
         language: ``gcode`` or ``stepnc``; None: by content and suffix.
         options: How it is read.
         diagnostics: Receives the diagnostics of the program.

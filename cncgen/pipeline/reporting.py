@@ -80,7 +80,7 @@ class ShownPart:
     Attributes:
         stock: The raw piece, as text of ``--stock``; None: that of a STEP-NC file.
         tools: Tools as texts of ``--tool``.
-        cell_mm: Width of a column; None: a 500th of the stock.
+        cell_mm: Width of a column; None: some 500th of the stock.
     """
 
     stock: str | None = None

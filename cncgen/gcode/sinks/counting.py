@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import CALL, MOTION, Budget
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, refuse_uvw
 from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.kernels.gcode_motion import within
-from cncgen.toolpath.record import Event
+from cncgen.toolpath.record import Event, PathMode
 
 #: Time at slow feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow here, units a minute.
 LONG_S = 36_000.0
 _SLOW = 5.0
 #: Places and offsets up to this, in units of the program, add up to places within `cncgen.ranges.POSITION`.
 _NEAR = 1e6
+#: Tolerances up to this, in units of the program, are within `cncgen.ranges.TOLERANCE_MM`.
+_WIDE = 1e4
 
 
 class CountingSink:
@@ -27,7 +31,7 @@ class CountingSink:
         self.count = 0
         #: Whether a feed below 5 units a minute was seen, and for how long the program waits, s: both may make it longer than is meant.
         self.slow, self.waited = False, 0.0
-        #: Whether a place or an offset is so far away that their sum may be beyond `cncgen.ranges.POSITION`.
+        #: Whether a place, a centre or an offset is so far away that their sum may be beyond `cncgen.ranges.POSITION`, or a tolerance so wide.
         self.far = False
         self._rest: list[float] = []
         self._named: set[int] = set()
@@ -43,7 +47,7 @@ class CountingSink:
         """Count a run of motions; their ends and some of their feeds are looked at."""
         count = len(batch.motion)
         self.count += count
-        self.far = self.far or not within(batch.end, _NEAR)
+        self.far = self.far or not (within(batch.end, _NEAR) and within(batch.centre, _NEAR))
         for k in {0, count // 2, count - 1}:
             self.set_feed_rate(batch.feed[k])
 
@@ -55,6 +59,7 @@ class CountingSink:
         """
         refuse_uvw(plane)
         self._one(end)
+        self._reach((first, second))
         self.unnamed.update(set(PLANE_AXES[plane][:2]) - self._named)
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
@@ -104,12 +109,14 @@ class CountingSink:
         self._rest = list(end)
         self._reach(end)
 
-    def _reach(self, point: Point) -> None:
+    def _reach(self, point: Sequence[float]) -> None:
         """Look at a place or an offset."""
         self.far = self.far or not all(-_NEAR <= value <= _NEAR for value in point)
 
     def nurbs_feed(self, curve: Curve) -> None:
-        """Count a curve."""
+        """Count a curve, and look at its points."""
+        for point in curve.points:
+            self._reach(point)
         self._one(list(curve.points[-1]))
 
     def set_xy_rotation(self, degrees: float) -> None:
@@ -126,6 +133,10 @@ class CountingSink:
         """Look at an origin."""
         self._reach(offset)
 
+    def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
+        """Look at a tolerance."""
+        self.far = self.far or not (tolerance or 0.0) <= _WIDE
+
     place = use_tool_length_offset = set_g92_offset = _reach
     use_length_units = select_plane = set_inverse_time = set_surface_speed = _nothing
-    set_feed_mode = set_spindle = set_motion_control_mode = _nothing
+    set_feed_mode = set_spindle = _nothing
