@@ -22,9 +22,10 @@ if TYPE_CHECKING:
     from cncgen.setpoints.stream import SetpointStream
     from cncgen.toolpath.record import Program, Toolpath
 
-#: Pieces of motion that a plan may have where the options do not say, of 5 to 20 µs each, and those of each line beyond a number of
-#: them (a long program is not an endless one) and of a step that the options allow. So many setpoints take as long as a piece. Of real
-#: programs of a hundred lines, two hours of facing are a million pieces, and four hours of thread milling 15 million setpoints.
+#: Pieces of motion that a plan may have where the options do not say, of 5 to 20 µs each. Each line beyond a number of them allows more,
+#: as a long program is not an endless one, and so does each step that the options allow. Last, how many setpoints take as long as a
+#: piece. Of real programs of a hundred lines, two hours of facing are a million pieces, and four hours of thread milling 15 million
+#: setpoints.
 MOST_PIECES, PIECES_OF_A_LINE, FREE_LINES, PIECES_OF_A_STEP, SETPOINTS_OF_A_PIECE = (
     1_800_000,
     800,
