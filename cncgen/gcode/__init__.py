@@ -76,7 +76,7 @@ def read(
     diagnostics = Diagnostics()
     path = source if isinstance(source, str | os.PathLike) else None
     choice = chosen(text, options.dialect)
-    moving = _moving_axes(text, choice.dialect, _folders(path, options))
+    moving = _moving_axes(text, choice.dialect, _folders(path, options), options)
     axes = "".join(letter for letter in AXIS_LETTERS if letter in "XYZ" or letter in moving)
 
     def chunks() -> Iterator[Toolpath]:
@@ -137,12 +137,13 @@ def _folders(path: str | os.PathLike[str] | None, options: ReadOptions) -> list[
     return search_path(path, options.include)
 
 
-def _moving_axes(text: Source, dialect: str, folders: list[Path]) -> str:
+def _moving_axes(text: Source, dialect: str, folders: list[Path], options: ReadOptions) -> str:
     """Return the letters of the axes that a program names."""
     if dialect == SINUMERIK:
         from cncgen.gcode.sinumerik import axes as sinumerik_axes
 
-        return sinumerik_axes.moving_axes(text, folders)
+        rotary = options.kinematics.axes if options.kinematics else ()
+        return sinumerik_axes.moving_axes(text, folders, "".join(AXIS_LETTERS[k] for k in rotary))
     if dialect == HEIDENHAIN:
         from cncgen.gcode.klartext import axes as plain_axes
 
@@ -201,7 +202,7 @@ def check(
     sink = CountingSink()
     for _ in _runner(text, options, sink, found, path=path, choice=choice).run():
         pass
-    known = _moving_axes(text, choice.dialect, _folders(path, options)) if sink.unnamed else ""
+    known = _moving_axes(text, choice.dialect, _folders(path, options), options) if sink.unnamed else ""
     late = any(AXIS_LETTERS[k] not in known for k in sink.unnamed)
     if (late or sink.slow or sink.far or sink.waited > LONG_S) and not found.has_errors:
         from cncgen.toolpath.gate import beyond_numbers

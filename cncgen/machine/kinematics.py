@@ -30,6 +30,12 @@ from cncgen.machine.settings_schema import check
 
 Vector = tuple[float, float, float]
 _TOLERANCE_MM = 0.001
+_SPINDLE: Vector = (0.0, 0.0, 1.0)
+#: Columns of A and C, and the axes of the planes in which A, B and C turn.
+_A, _C = 3, 5
+_PLANES = ((1, 2), (2, 0), (0, 1))
+#: Directions nearer than this to an axis lie along it.
+_TINY = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +76,58 @@ class Kinematics:
         x, y, z = _turn(_turn(away, outer, angles[0]), inner, angles[1])
         return c[0] + x, c[1] + y, c[2] + z
 
+    def direction(self, angles: tuple[float, float]) -> Vector:
+        """Return the direction from the tool's tip to its spindle, in the coordinates of the table."""
+        if self.heads:
+            return self._turned(_SPINDLE, angles)
+        outer, inner = self.axes
+        return _turn(_turn(_SPINDLE, outer, angles[0]), inner, angles[1])
+
+    def angles_of(self, direction: Vector, near: tuple[float, float]) -> tuple[float, float] | None:
+        """Return the angles, in degrees, that give the tool a direction: of the two pairs the one with the least way from `near`.
+
+        An axis that lies along the direction stays. None where the axis that turns the spindle first is C: then no angle tilts it.
+        """
+        # d = R(last) R(tilt) z: the component of d along the last axis is that of R(tilt) z, which gives the tilt.
+        tilt, last = self.axes[::-1] if self.heads else self.axes
+        if tilt == _C:
+            return None
+        x, y, z = wanted = unit_vector(direction)
+        if last == _C:
+            steep = math.degrees(math.atan2(math.hypot(x, y), z))
+            tilts = (steep, -steep)
+        else:
+            steep = math.degrees(
+                math.atan2(x, math.hypot(y, z)) if last == _A else -math.atan2(y, math.hypot(x, z))
+            )
+            tilts = (steep, 180.0 - steep)
+        a, b = _PLANES[last - _A]
+        now = near[::-1] if self.heads else near
+        pairs = []
+        for angle in tilts:
+            bent = _turn(_SPINDLE, tilt, angle)
+            turn = now[1]
+            if math.hypot(wanted[a], wanted[b]) > _TINY:
+                turn = math.degrees(math.atan2(wanted[b], wanted[a]) - math.atan2(bent[b], bent[a]))
+            pairs.append((_nearest(angle, now[0]), _nearest(turn, now[1])))
+        found = min(pairs, key=lambda pair: round(abs(pair[0] - now[0]) + abs(pair[1] - now[1]), 6))
+        return (found[1], found[0]) if self.heads else found
+
     def _turned(self, vector: Vector, angles: tuple[float, float]) -> Vector:
         """Return R1 R2 v."""
         outer, inner = self.axes
         return _turn(_turn(vector, inner, angles[1]), outer, angles[0])
+
+
+def unit_vector(vector: Vector) -> Vector:
+    """Return a vector of length 1."""
+    length = math.hypot(*vector)
+    return vector[0] / length, vector[1] / length, vector[2] / length
+
+
+def _nearest(degrees: float, near: float) -> float:
+    """Return an angle by the number of whole turns that brings it nearest."""
+    return degrees + 360.0 * round((near - degrees) / 360.0)
 
 
 def _less(a: Vector, b: Vector) -> Vector:
@@ -83,7 +137,7 @@ def _less(a: Vector, b: Vector) -> Vector:
 def _turn(vector: Vector, column: int, degrees: float) -> Vector:
     """Turn a vector about X, Y or Z (columns 3, 4, 5)."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    first, second = ((1, 2), (2, 0), (0, 1))[column - 3]
+    first, second = _PLANES[column - _A]
     out = list(vector)
     out[first], out[second] = c * vector[first] - s * vector[second], s * vector[first] + c * vector[second]
     return out[0], out[1], out[2]

@@ -17,6 +17,8 @@ _STRINGS = re.compile(r'"[^"\n]*"')
 _AXIS = re.compile(
     r"(?<![A-Z_$0-9.])([XYZABCUVW])(?=[-+]?[.\d]|\s*=(?!=))|(?<=\d)([XYZABCUVW])(?=[-+]?[.\d])|\[([XYZABCUVW])\]"
 )
+#: A component of the tool's direction, which the machine's rotary axes have together.
+_VECTOR = re.compile(r"(?<![A-Z_$0-9.])[ABC]3(?=\s*=(?!=))")
 _PLANE = re.compile(r"(?<![A-Z_$])(?:[IJK]1?|AP|RP|CR|AR|ANG)(?=[-+]?[.\d]|\s*=(?!=))")
 _CYCLES = re.compile(r"\b(?:CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE|HOLES\d|TRAORI|A?ROT)\b")
 _ROTARY = re.compile(r"\b(?:TRANSMIT|TRACYL)\b")
@@ -24,13 +26,14 @@ _CALLS = re.compile(r"(?:^|\s)([A-Z_][A-Z0-9_]{2,}|L\d+)\b")
 _MOST_FILES = 1000
 
 
-def moving_axes(text: Source, folders: Sequence[Path] = ()) -> str:
-    """Return the letters of the axes that a program and its subprograms name, in the order of ``XYZABCUVW``."""
+def moving_axes(text: Source, folders: Sequence[Path] = (), rotary: str = "") -> str:
+    """Return the letters of the axes that a program and its subprograms name, in the order of ``XYZABCUVW``; directions move `rotary`."""
     named: set[str] = set()
     waiting, seen, files = [text], set[str](), 0
     plane = "XZ" if turns(text.data) else "XY"
     while waiting:
-        code = _STRINGS.sub("", capitals_of(waiting.pop()))
+        code, vectors = _VECTOR.subn("", _STRINGS.sub("", capitals_of(waiting.pop())))
+        named |= set(rotary if vectors else "")
         named |= {next(group for group in match.groups() if group) for match in _AXIS.finditer(code)}
         if _PLANE.search(code):
             named |= (

@@ -14,6 +14,7 @@ from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.turning_profiles import Recorder
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik import orientation
 from cncgen.gcode.sinumerik.expressions import Scalar, number
 from cncgen.gcode.state.systems import MORE_COUNT, SYSTEM_COUNT
 from cncgen.toolpath.record import Event
@@ -26,172 +27,30 @@ if TYPE_CHECKING:
 _MACHINE_AXES = ("X1", "Y1", "Z1", "A1", "B1", "C1")
 #: Names of words that take a value by =.
 NAMED = frozenset(
-    [
-        "AP",
-        "RP",
-        "FP",
-        *_MACHINE_AXES,
-        "CR",
-        "AR",
-        "ANG",
-        "TURN",
-        "I1",
-        "J1",
-        "K1",
-        "RND",
-        "RNDM",
-        "CHF",
-        "CHR",
-        "FRC",
-        "FRCM",
-        "ADIS",
-        "ADISPOS",
-        "CTOL",
-        "OTOL",
-        "PW",
-        "PL",
-        "SD",
-        "RPL",
-        "S1",
-        "S2",
-        "S3",
-        "M1",
-        "M2",
-        "M3",
-        "SPOS",
-        "SPOSA",
-        "SF",
-        "PO",
-        "DISC",
-        "DISR",
-        "DISCL",
-        "OFFN",
-        "OVR",
-        "PIT",
-        "DITS",
-        "DITE",
-        "FB",
-        "FZ",
-        "FAD",
-        "SCC",
-        "LIMS",
-        "H1",
-        "H2",
-        "D1",
-        "T1",
-        "T2",
-        "T3",
-    ]
-)
+    [*_MACHINE_AXES, *orientation.VECTOR,
+     "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
+     "CTOL", "OTOL", "PW", "PL", "SD", "RPL", "S1", "S2", "S3", "M1", "M2", "M3", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL",
+     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "H1", "H2", "D1", "T1", "T2", "T3",]
+)  # fmt: skip
 #: Words that change how the control moves, not where to: accepted.
 _ACCEPTED = frozenset(
     [
-        "SOFT",
-        "BRISK",
-        "DRIVE",
-        "SOFTA",
-        "BRISKA",
-        "FFWON",
-        "FFWOF",
-        "CFC",
-        "CFTCP",
-        "CFIN",
-        "FIFOCTRL",
-        "STARTFIFO",
-        "STOPFIFO",
-        "UPATH",
-        "SPATH",
-        "COMPON",
-        "COMPCURV",
-        "COMPCAD",
-        "COMPOF",
-        "COMPSURF",
-        "NORM",
-        "STOPRE",
-        "ORIWKS",
-        "ORIMKS",
-        "ORIAXES",
-        "ORISON",
-        "ORISOF",
-        "RTLION",
-        "RTLIOF",
-        "CDOF",
-        "CDOF2",
-        "CDON",
-        "CUT2D",
-        "CUT2DF",
-        "WALIMON",
-        "WALIMOF",
-        "DYNNORM",
-        "DYNPOS",
-        "DYNROUGH",
-        "DYNSEMIFIN",
-        "DYNFINISH",
-        "DYNPREC",
-        "SBLON",
-        "SBLOF",
-        "DISPLOF",
-        "DISPLON",
-        "FNORM",
-        "FLIN",
-        "FCUB",
-        "CPRECON",
-        "CPRECOF",
-        "POLYPATH",
-        "BAUTO",
-        "BNAT",
-        "BTAN",
-        "EAUTO",
-        "ENAT",
-        "ETAN",
-        "NEWCONF",
-        "WAITP",
-        "FPRAOFF",
-        "LFON",
-        "LFOF",
-        "SPCON",
-        "SPCOF",
-        "SAVE",
-        "ACTBLOCNO",
-        "DELAYFSTON",
-        "PCALL",
-        "DELAYFSTOF",
-        "TOROTOF",
-        "PAROTOF",
-        "TOFFOF",
-        "TOFRAMEOF",
-        "CUTMODOF",
+     "SOFT", "BRISK", "DRIVE", "SOFTA", "BRISKA", "FFWON", "FFWOF", "CFC", "CFTCP", "CFIN", "FIFOCTRL", "STARTFIFO", "STOPFIFO",
+     "UPATH", "SPATH", "COMPON", "COMPCURV", "COMPCAD", "COMPOF", "COMPSURF", "NORM", "STOPRE", "ORISON", "ORISOF", "RTLION", "RTLIOF",
+     "CDOF", "CDOF2", "CDON", "CUT2D", "CUT2DF", "WALIMON", "WALIMOF", "DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",
+     "DYNPREC", "SBLON", "SBLOF", "DISPLOF", "DISPLON", "FNORM", "FLIN", "FCUB", "CPRECON", "CPRECOF", "POLYPATH", "BAUTO", "BNAT",
+     "BTAN", "EAUTO", "ENAT", "ETAN", "NEWCONF", "WAITP", "FPRAOFF", "LFON", "LFOF", "SPCON", "SPCOF", "SAVE", "ACTBLOCNO",
+     "DELAYFSTON", "PCALL", "DELAYFSTOF", "TOROTOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "ORIEULER", "ORIRPY", "ORIRPY2",
+     "ORIVIRT1", "ORIVIRT2",
     ]
-)
+)  # fmt: skip
 #: Ways to a contour around its first point, where that lies between.
 _APPROACHES = ("KONT", "KONTC", "KONTT")
 _MOTIONS = ("ASPLINE", "CSPLINE", "BSPLINE", "POLY", "CIP", "CT")
 _FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
 #: G functions that are accepted: they choose how corners stop or come close.
 _PLAIN = frozenset(
-    (
-        9,
-        60,
-        601,
-        602,
-        603,
-        62,
-        621,
-        63,
-        290,
-        140,
-        141,
-        142,
-        143,
-        340,
-        341,
-        460,
-        461,
-        462,
-        810,
-        820,
-        830,
-    )
+    (9, 60, 601, 602, 603, 62, 621, 63, 290, 140, 141, 142, 143, 340, 341, 460, 461, 462, 810, 820, 830)
 )
 _FEED_MODES = {93: 930, 94: 940, 95: 950}
 _NOT_READ = {
@@ -207,8 +66,8 @@ _NOT_READ = {
 _NAMED_NOT_READ = {
     **dict.fromkeys(("TRAANG", "TRACON"), "a transformation of inclined axes"),
     **dict.fromkeys(("DIAMCYCOF", "DIAMONA", "DIAMOFA", "DIAM90A"), "diameters of lathes"),
-    **dict.fromkeys(("ORIRPY", "ORIEULER", "ORIVIRT1", "ORIVIRT2", "ORIPATH", "ORIPLANE", "ORIVECT", "ORICONCW", "ORICONCCW", "ORICURVE"),
-                    "an orientation of the tool by vectors or angles"),
+    **dict.fromkeys(("ORIPATH", "ORIPATHS", "ORICONCW", "ORICONCCW", "ORICONIO", "ORICONTO", "ORICURVE"), "a turn of the tool on a cone or a curve"),
+    **orientation.NOT_READ,
     **dict.fromkeys(("CUT3DC", "CUT3DF", "CUT3DFF", "CUT3DFS"), "cutter compensation in space"),
     **dict.fromkeys(("TOROT", "TOFRAME", "TCARR", "TCOABS", "TCOFR", "PAROT"), "an oriented tool carrier"),
     **dict.fromkeys(("WHENEVER", "WHEN", "EVERY", "DO", "ID", "IDS"), "a synchronous action"),
@@ -712,7 +571,29 @@ def _diameters(kind: str) -> Callable[[Motions], None]:
     return run
 
 
+def _turning(kind: str) -> Callable[[Motions], None]:
+    """Return what ORIAXES (rotary axes turn evenly) and ORIVECT (the tool turns in a plane) do."""
+
+    def run(motions: Motions) -> None:
+        motions.turning = kind
+
+    return run
+
+
+def _vectors_of_machine(*, machine: bool) -> Callable[[Motions], None]:
+    """Return what ORIMKS and ORIWKS do: directions are those of the machine's table, or of the program."""
+
+    def run(motions: Motions) -> None:
+        motions.machine_vectors = machine
+
+    return run
+
+
 _SWITCHES: dict[str, Callable[[Motions], None]] = {
+    "ORIAXES": _turning("axes"),
+    **dict.fromkeys(("ORIVECT", "ORIPLANE"), _turning("plane")),
+    "ORIWKS": _vectors_of_machine(machine=False),
+    "ORIMKS": _vectors_of_machine(machine=True),
     "TRAORI": _traori,
     "TRAFOOF": _trafoof,
     "TRANSMIT": _transmit,

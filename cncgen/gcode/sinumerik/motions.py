@@ -25,6 +25,7 @@ from cncgen.gcode.sinumerik import (
     cycles,
     faces,
     frame_variables,
+    orientation,
     pockets,
     thread_milling,
 )
@@ -138,6 +139,9 @@ class Motions:
         self.curve: curves.OpenCurve | None = None
         self.here = Cursor(0, 0, 1)
         self.heading: list[float] | None = None
+        #: How the tool turns in one block, "axes", "plane" or unsaid, and whether its directions are those of the machine.
+        self.turning = ""
+        self.machine_vectors = False
 
     # State shared by handlers.
 
@@ -353,6 +357,8 @@ class Motions:
                 name,
                 hint="axes are X Y Z A B C U V W",
             )
+        if name in orientation.NOT_READ and not self.store.has(name):
+            commands.check_name(name)
         self.assign(name, at, evaluate(node, self.store))
 
     # Calls.
@@ -525,6 +531,7 @@ class Motions:
         if 74 in words.g or 75 in words.g:
             commands.home(self, words)
             return False
+        orientation.take(self, words)
         polar = {"AP", "RP"} & words.named.keys()
         arc = {"I", "J", "K", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1"} & words.named.keys()
         if words.positions:
@@ -666,7 +673,8 @@ class Motions:
         start = self.ip.state.position.copy()
         if self.motion in ("G0", "G1"):
             corner = self.corner(words) if self.motion == "G1" else {}
-            self.emit({**given, **corner}, (0 if self.motion == "G0" else 10,))
+            for point in orientation.lines(self, given):
+                self.emit({**point, **corner}, (0 if self.motion == "G0" else 10,))
             self.heading = [b - a for a, b in zip(start, self.ip.state.position, strict=True)]
         elif self.motion in ("G2", "G3", "CT", "CIP"):
             arcs.make(self, words, given, end, polar)

@@ -1,0 +1,171 @@
+"""Directions of the tool under TRAORI: A3 B3 C3 to positions of the rotary axes, and ORIVECT, which turns the tool in a plane.
+
+A3 B3 C3 is a vector from the tip to the spindle, of any length, in the coordinates of the program (ORIWKS) or of the machine's table
+(ORIMKS). Two pairs of positions point the tool there: the nearer one is taken (840D sl, Function Manual, Multi-axis transformations).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import AXES
+from cncgen.gcode.codes.affine import applied
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.state.modal import to_machine, zeros
+from cncgen.machine.kinematics import Vector, unit_vector
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions, Words
+    from cncgen.machine.kinematics import Kinematics
+
+#: Components of the direction.
+VECTOR = ("A3", "B3", "C3")
+#: Words that tell the tool's direction otherwise.
+NOT_READ = {
+    **dict.fromkeys(("A2", "B2", "C2"), "Euler or RPY angles of the tool"),
+    **dict.fromkeys(("A4", "B4", "C4", "A5", "B5", "C5"), "a normal of the surface"),
+    **dict.fromkeys(("A6", "B6", "C6", "A7", "B7", "C7", "NUT", "XH", "YH", "ZH"), "a turn of the tool on a cone"),
+    **dict.fromkeys(("LEAD", "TILT", "THETA"), "an angle of the tool to the path"),
+    **dict.fromkeys(("AN3", "BN3", "CN3"), "a second direction of the tool"),
+}  # fmt: skip
+#: How far lines of the axes may lead the tool off its plane, degrees; above the second one a warning says so.
+_OFF_PLANE, _TOLD = 0.01, 0.1
+#: Turns of the rotary axes below which no line leads it farther off, degrees.
+_SMALL = 1.0
+#: Lines of one block at most.
+_MOST_LINES = 256
+
+
+def _kinematics(motions: Motions) -> Kinematics | None:
+    """Return the machine's kinematics where TRAORI is in force and they are known."""
+    return motions.ip.options.kinematics if motions.ip.state.length_code == 43.4 else None
+
+
+def _angles(motions: Motions, at: list[float], kinematics: Kinematics) -> tuple[float, float]:
+    """Return the positions of the machine's rotary axes at program coordinates."""
+    origin, rotation, g92, _ = motions.ip.state.offsets()
+    machine = to_machine(at, origin, rotation, g92, zeros())
+    outer, inner = kinematics.axes
+    return machine[outer], machine[inner]
+
+
+def take(motions: Motions, words: Words) -> None:
+    """Take A3 B3 C3 of a block as positions of the rotary axes; a missing component is 0.
+
+    Raises:
+        BlockError: No TRAORI is in force, or the direction has no length or stands beside a rotary axis.
+    """
+    if not words.named.keys() & {*VECTOR}:
+        return
+    first = next(name for name in VECTOR if name in words.named)
+    x, y, z = (words.named.pop(name, ("", 0.0))[1] for name in VECTOR)
+    if motions.ip.state.length_code != 43.4:
+        message = f"{first} is a direction of the tool, and TRAORI is not in force"
+        raise BlockError("unused-word", message, first, hint="TRAORI stands before the first A3 B3 C3")
+    beside = next((axis for axis in words.axes if axis in "ABC"), None)
+    if beside or math.hypot(x, y, z) == 0.0:
+        what = f"stands beside {beside}" if beside else "has no length"
+        message = f"the direction of the tool, A3={x:g} B3={y:g} C3={z:g}, {what}"
+        raise BlockError("orientation-vector", message, first, hint="A3=0 B3=0 C3=1 is along Z")
+    kinematics = _kinematics(motions)
+    if kinematics is None:
+        return
+    direction: Vector = (x, y, z)
+    if not motions.machine_vectors:
+        direction = applied(motions.frames.whole().matrix, direction)
+    position = motions.ip.state.position
+    now = _angles(motions, position, kinematics)
+    found = kinematics.angles_of(direction, now)
+    if found is None:
+        names = " and ".join(AXES[k].upper() for k in kinematics.axes)
+        message = f"{names} of the machine do not turn the tool to any direction"
+        raise BlockError(
+            "orientation-vector",
+            message,
+            first,
+            hint="the axis next to the tool is A or B, or that of the table's frame",
+        )
+    for column, before, angle in zip(kinematics.axes, now, found, strict=True):
+        words.axes[AXES[column].upper()] = "AC", position[column] + angle - before
+
+
+def lines(motions: Motions, given: dict[str, float]) -> Iterator[dict[str, float]]:
+    """Yield the ends of lines of the axes that make one block: several where ORIVECT turns the tool in a plane meanwhile."""
+    kinematics = _kinematics(motions)
+    start = motions.ip.state.position.copy()
+    if kinematics is None or motions.motion != "G1" or not _turns(start, given, kinematics):
+        yield given
+        return
+    end = [given.get(AXES[k], value) for k, value in enumerate(start)]
+    first, last = _angles(motions, start, kinematics), _angles(motions, end, kinematics)
+    if motions.turning == "axes":
+        yield given
+        return
+    plane = _Plane(kinematics, first, last)
+    if motions.turning == "plane" and motions.ip.state.feed_mode != 93:
+        count = 1
+        while count < _MOST_LINES and plane.off(count) > _OFF_PLANE:
+            count *= 2
+        for t, angles in plane.parts(count)[:-1]:
+            point = {
+                axis: start[AXES.index(axis)] + t * (value - start[AXES.index(axis)])
+                for axis, value in given.items()
+            }
+            for column, before, angle in zip(kinematics.axes, first, angles, strict=True):
+                point[AXES[column]] = start[column] + angle - before
+            yield point
+    else:
+        count = 1
+    off = plane.off(count)
+    if off > _TOLD:
+        message = f"the rotary axes turn evenly, which leads the tool up to {off:.2g} degrees off the plane of its two directions"
+        hint = "ORIAXES says that they do, ORIVECT (with G94) that the tool stays in the plane"
+        motions.ip.warn_once(BlockError("orientation-path", message, hint=hint))
+    yield given
+
+
+def _turns(start: list[float], given: dict[str, float], kinematics: Kinematics) -> bool:
+    return sum(abs(given.get(AXES[k], start[k]) - start[k]) for k in kinematics.axes) > _SMALL
+
+
+class _Plane:
+    """The directions between two, in their plane, in even steps of the angle."""
+
+    def __init__(self, kinematics: Kinematics, first: tuple[float, float], last: tuple[float, float]) -> None:
+        self._kinematics, self._first, self._last = kinematics, first, last
+        self._a, self._b = kinematics.direction(first), kinematics.direction(last)
+        self._angle = _between(self._a, self._b)
+
+    def _direction(self, t: float) -> Vector:
+        s = math.sin(self._angle)
+        if s < 1e-9:
+            return self._a
+        p, q = math.sin((1.0 - t) * self._angle) / s, math.sin(t * self._angle) / s
+        x, y, z = (p * a + q * b for a, b in zip(self._a, self._b, strict=True))
+        return x, y, z
+
+    def parts(self, count: int) -> list[tuple[float, tuple[float, float]]]:
+        """Return the ends of equal parts: place from 0 to 1, and positions of the axes."""
+        found, near = [], self._first
+        for k in range(1, count):
+            near = self._kinematics.angles_of(self._direction(k / count), near) or near
+            found.append((k / count, near))
+        return [*found, (1.0, self._last)]
+
+    def off(self, count: int) -> float:
+        """Return how far lines of the axes lead the tool off, in the middle of the worst of them, degrees."""
+        worst, t, before = 0.0, 0.0, self._first
+        for end, angles in self.parts(count):
+            middle = ((before[0] + angles[0]) / 2.0, (before[1] + angles[1]) / 2.0)
+            worst = max(worst, _between(self._kinematics.direction(middle), self._direction((t + end) / 2.0)))
+            t, before = end, angles
+        return math.degrees(worst)
+
+
+def _between(a: Vector, b: Vector) -> float:
+    """Return the angle between two directions, rad."""
+    p, q = unit_vector(a), unit_vector(b)
+    apart = math.dist(p, q)
+    return 2.0 * math.asin(min(1.0, apart / 2.0))

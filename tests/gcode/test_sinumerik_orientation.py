@@ -1,0 +1,140 @@
+"""SINUMERIK: directions of the tool under TRAORI (A3 B3 C3) and its turn in a plane (ORIVECT), by closed forms."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cncgen.machine.kinematics import Kinematics, unit_vector
+
+CENTRE = (0.0, 0.0, -100.0)
+#: A carries C in the table of a trunnion; C carries A in a fork head.
+TRUNNION, FORK = Kinematics(False, (3, 5), CENTRE), Kinematics(True, (5, 3), pivot=50.0)
+
+
+def angles(run: Any, text: str, kinematics: Kinematics) -> list[list[float]]:
+    """Return the positions of the rotary axes at the ends of the motions, degrees, in the order of the columns."""
+    out = run(f"TRAORI\n{text}\nTRAFOOF\nM30", dialect="sinumerik", kinematics=kinematics)
+    assert out.errors == []
+    rows = out.path.kind < 3
+    return np.degrees(out.path.end[rows, 3:]).round(6).tolist()  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize("kinematics", [TRUNNION, FORK])
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        # About X, z becomes (0, -sin A, cos A); C then turns it about Z.
+        ("X1 C3=1", [0, 0]),
+        ("A3=0 B3=-1 C3=1", [45, 0]),
+        ("A3=0 B3=-2 C3=2", [45, 0]),
+        # The nearer of A45 C90 and A-45 C-90 is either; the one with A above 0 comes first.
+        ("A3=1 B3=0 C3=1", [45, 90]),
+        ("A3=0 B3=1 C3=1", [-45, 0]),
+        ("A3=1 B3=-1 C3=0", [90, 45]),
+        # An axis along the tool stays where it is.
+        ("A3=0 B3=-1 C3=1\nG0 A3=0 B3=0 C3=1", [0, 0]),
+        ("A3=1 B3=0 C3=1\nG0 A3=0 B3=0 C3=1", [0, 90]),
+    ],
+)
+def test_directions_are_positions_of_the_axes(
+    run: Any, kinematics: Kinematics, words: str, expected: list[float]
+) -> None:
+    assert angles(run, f"G0 {words}", kinematics)[-1] == expected
+
+
+def test_positions_follow_on_over_a_turn(run: Any) -> None:
+    """The direction goes round the cone of 45 degrees in steps of 60: C goes on, and back at the nearer side."""
+    steps = [
+        f"G0 A3={math.sin(math.radians(c)):.15f} B3={-math.cos(math.radians(c)):.15f} C3=1"
+        for c in range(0, 421, 60)
+    ]
+    assert [c for _, c in angles(run, "\n".join(steps), TRUNNION)] == pytest.approx(
+        [60 * k for k in range(8)]
+    )
+
+
+def test_frames_turn_directions_but_those_of_the_machine(run: Any) -> None:
+    """ROT Z90 takes (0, -1, 1) to (1, 0, 1)."""
+    text = "ROT Z90\n{}\nG0 A3=0 B3=-1 C3=1"
+    assert angles(run, text.format("ORIWKS"), TRUNNION)[-1] == [45, 90]
+    assert angles(run, text.format("ORIMKS"), TRUNNION)[-1] == [45, 0]
+
+
+def directions(run: Any, words: str) -> list[tuple[float, float, float]]:
+    """Return the directions in which the tool comes, from (0, -1, 1) to (1, 0, 1)."""
+    text = f"G0 X0 Y0 Z0 A3=0 B3=-1 C3=1\n{words}\nG1 X20 A3=1 B3=0 C3=1 F1000"
+    return [TRUNNION.direction((a, c)) for a, c in angles(run, text, TRUNNION)]
+
+
+def test_the_tool_stays_in_the_plane_of_its_directions(run: Any) -> None:
+    """ORIVECT: the normal of the plane is (0, -1, 1) x (1, 0, 1); ORIAXES leads off it, by 35.26 degrees of A against 45 at half way."""
+    normal = np.array(unit_vector((-1.0, 1.0, 1.0)))
+    assert np.abs(np.array(directions(run, "ORIVECT")) @ normal).max() < math.radians(0.011)
+    off = np.abs(np.array(directions(run, "ORIAXES")) @ normal).max()
+    assert math.degrees(math.asin(off)) == pytest.approx(
+        45.0 - math.degrees(math.atan(math.sqrt(0.5))), abs=0.01
+    )
+
+
+def test_a_turn_that_nothing_states_is_said(run: Any) -> None:
+    text = "TRAORI\nG0 A3=0 B3=-1 C3=1\n{}G1 X20 A3=1 B3=0 C3=1 F1000\nTRAFOOF\nM30"
+    for words, said in (("", ["orientation-path"]), ("ORIAXES\n", []), ("ORIVECT\n", [])):
+        found = run(text.format(words), dialect="sinumerik", kinematics=TRUNNION).diagnostics
+        assert [d.code for d in found if d.severity.value == "warning"] == said
+
+
+def test_only_the_machines_axes_have_columns(run: Any) -> None:
+    """A3 B3 C3 name no axes: a trunnion of A and C has no column of B."""
+    assert (
+        run("TRAORI\nG0 X1 B3=-1 C3=1\nM30", dialect="sinumerik", kinematics=TRUNNION).moving_axes == "XYZAC"
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "part"),
+    [
+        ("G0 A3=0 B3=0 C3=0", "orientation-vector", "has no length"),
+        ("G0 A3=1 C5", "orientation-vector", "beside C"),
+        ("TRAFOOF\nG0 A3=1", "unused-word", "TRAORI"),
+        ("G0 A2=10 B2=5", "not-read", "Euler or RPY"),
+        ("G1 LEAD=5 X1 F100", "not-read", "angle of the tool"),
+        ("ORICURVE", "not-read", "cone or a curve"),
+    ],
+)
+def test_faults(run: Any, line: str, code: str, part: str) -> None:
+    found = run(f"TRAORI\n{line}\nM30", dialect="sinumerik", kinematics=TRUNNION).diagnostics
+    error = next(d for d in found if d.severity == "error")
+    assert error.code == code
+    assert part in error.message
+
+
+def test_axes_that_cannot_tilt_the_tool(run: Any) -> None:
+    """With C next to the tool nothing tilts it."""
+    found = run(
+        "TRAORI\nG0 A3=1\nM30", dialect="sinumerik", kinematics=Kinematics(True, (3, 5), pivot=50.0)
+    ).diagnostics
+    assert [d.code for d in found if d.severity == "error"] == ["orientation-vector"]
+
+
+def test_angles_are_the_inverse_of_the_direction() -> None:
+    """On random directions and kinds of machines: back to the direction, and no pair found is farther than a half turn of both."""
+    random = np.random.default_rng(21)
+    for heads, axes in (
+        (False, (3, 5)),
+        (False, (4, 5)),
+        (False, (3, 4)),
+        (True, (5, 3)),
+        (True, (5, 4)),
+        (True, (3, 4)),
+    ):
+        kinematics = Kinematics(heads, axes)
+        for _ in range(200):
+            wanted, near = unit_vector(tuple(random.normal(size=3))), tuple(random.uniform(-720, 720, 2))
+            found = kinematics.angles_of(wanted, near)
+            assert found is not None
+            assert kinematics.direction(found) == pytest.approx(wanted, abs=1e-9)
+            assert max(abs(a - b) for a, b in zip(found, near, strict=True)) <= 180.0 + 1e-9
