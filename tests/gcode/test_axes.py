@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from cncgen.gcode import read
+from cncgen.gcode import canon, read
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import dwell
 from cncgen.gcode.codes.reference import rows
-from cncgen.gcode.codes.table import Code, table
+from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, STRICT_COMPENSATION, TOOL_POINT, Code, table
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.machine.kinematics import Kinematics
@@ -174,26 +176,85 @@ def test_arcs_in_planes_of_u_v_w_are_refused() -> None:
     assert [d.code for d in program.diagnostics] == ["arc-plane"]
 
 
-def test_a_code_is_added_in_one_file(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A row in the CODES of one module is enough: the code is read, runs, has its columns, and stands in the list of codes."""
+class MadeUp:
+    """G321, of LinuxCNC and FANUC, and an M321, by a row each in one module; a kinematics for what it is refused under."""
 
+    TABLE = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
+
+    @staticmethod
     def aside(ip: Interpreter, block: Block) -> None:
+        """Go to X, and in Y twice as far."""
         end = ip.end_point(block)
         end[1] = 2.0 * end[0]
         ip.sink.straight_traverse(end)
-        ip.state.position = end
+        ip.state.position, ip.state.motion = end, 3210
 
-    code = Code(
-        "G", 3210, "motion", Stage.MOTION, aside, "to X, and Y twice as far", "x", "motion", moves="Y"
-    )
-    monkeypatch.setattr(dwell, "CODES", (*dwell.CODES, code))
+    ROWS = (
+        Code("G", 3210, "motion", Stage.MOTION, aside, "to X, and Y twice as far", "x", "motion", moves="Y",
+            refused=("goes aside", COMPENSATION | ROTARY_PATH | TOOL_POINT)),
+        Code("M", 3210, "doors", Stage.PINS, lambda ip, block: ip.sink.call("DOOR()"), "the door opens", dialects=("linuxcnc",),
+            without="others", refused=("opens the door", STRICT_COMPENSATION)),
+    )  # fmt: skip
+
+
+@pytest.fixture
+def made_up(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setattr(dwell, "CODES", (*dwell.CODES, *MadeUp.ROWS))
     table.cache_clear()
-    try:
-        program = read(BytesIO(b"G321 X5\nM2\n"), "t", ReadOptions(dialect="linuxcnc"))
-        (chunk,) = program.chunks()
-        assert not program.diagnostics.has_errors
-        assert program.moving_axes == "XY"
-        assert chunk.end[0].tolist() == [5.0, 10.0, 0.0]
-        assert ("G321", "X", "linuxcnc fanuc fanuc-lathe", "to X, and Y twice as far") in rows()
-    finally:
-        table.cache_clear()
+    yield
+    table.cache_clear()
+
+
+def read_text(
+    text: str, dialect: str, **options: Any
+) -> tuple[str, list[list[float]], list[tuple[str, str]]]:
+    """Return the moving axes of a text, the ends of its motions, and its errors."""
+    program = read(BytesIO(text.encode()), "t", ReadOptions(dialect=dialect, units="mm", **options))
+    ends = [end for chunk in program.chunks() for end in chunk.end[chunk.kind != Kind.EVENT].tolist()]
+    errors = [(d.code, d.message) for d in program.diagnostics if d.severity == "error"]
+    return program.moving_axes, ends, errors
+
+
+@pytest.mark.usefixtures("made_up")
+def test_a_code_is_added_in_one_file(tmp_path: Path) -> None:
+    """A row in the CODES of one module is enough: the code is read, runs, has its columns, and stands in the list of codes."""
+    for dialect in ("linuxcnc", "fanuc"):
+        assert read_text("G321 X5\nX6\nM2\n", dialect) == ("XY", [[5.0, 10.0, 0.0], [6.0, 12.0, 0.0]], [])
+    (tmp_path / "aside.ngc").write_text("o<aside> sub\nG321 X5\no<aside> endsub\n")
+    assert read_text("o<aside> call\nM2\n", "linuxcnc", include=(tmp_path,))[0] == "XY"
+    printed = list(canon(BytesIO(b"M321\nM2\n"), "t", ReadOptions(dialect="linuxcnc")))
+    assert any(line.endswith("DOOR()") for line in printed)
+    listed = list(rows())
+    assert ("G321", "X", "linuxcnc fanuc fanuc-lathe", "to X, and Y twice as far") in listed
+    assert ("M321", "", "linuxcnc", "the door opens") in listed
+    # Of lathes it is too: X is a diameter there.
+    assert read_text("G321 X5\nM2\n", "fanuc-lathe") == ("XY", [[2.5, 5.0, 0.0]], [])
+    # Other languages leave the M code to the machine's builder.
+    assert ("M", 3210) in table("linuxcnc")
+    assert ("M", 3210) not in table("sinumerik")
+    assert ("G", 3210) in table("sinumerik")
+
+
+@pytest.mark.usefixtures("made_up")
+@pytest.mark.parametrize(
+    ("dialect", "before", "code", "message"),
+    [
+        ("linuxcnc", "F10 G41.1 D1\nG1 X9", "comp-refused", "G321 goes aside, and cutter compensation is on"),
+        ("fanuc", "F10 G41.1 D1\nG1 X9", "comp-refused", "G321 goes aside, and cutter compensation is on"),
+        ("fanuc", "G0 X20 C0\nG12.1", "rotary-refused", "G321 goes aside: not under G12.1"),
+        ("fanuc", "G10 L10 P1 R50.\nG43.4 H1", "tcp-refused", "G321 goes aside: not under G43.4"),
+    ],
+)
+def test_an_added_code_is_refused_where_its_row_says_so(
+    dialect: str, before: str, code: str, message: str
+) -> None:
+    _, _, errors = read_text(f"{before}\nG321 X12\nM2", dialect, kinematics=MadeUp.TABLE)
+    assert errors[0] == (code, message)
+
+
+@pytest.mark.usefixtures("made_up")
+def test_an_added_code_is_refused_under_one_kind_of_compensation_alone() -> None:
+    text = "F10 G41.1 D1\nG1 X9\nM321\nX20\nG40 G0 X30\nM2"
+    assert read_text(text, "linuxcnc")[2] == [
+        ("comp-refused", "M321 opens the door, and cutter compensation is on")
+    ]

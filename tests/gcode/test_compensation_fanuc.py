@@ -30,6 +30,13 @@ def test_the_same_again_changes_nothing(run: Any, tmp_path: Path) -> None:
     assert ends(run, tmp_path, f"{ENTER}D1\n{rest}") == plain
 
 
+@pytest.mark.parametrize("line", ["G5.1Q1", "G5P10000", "G61.1"])
+def test_modes_of_looking_ahead_go_with_it(run: Any, tmp_path: Path, line: str) -> None:
+    """They are no splines and no path modes of LinuxCNC, whose numbers they have, and change no path."""
+    rest = "X20\nY0\nG40X0\nM30"
+    assert ends(run, tmp_path, f"{ENTER}{line}\n{rest}") == ends(run, tmp_path, f"{ENTER}{rest}")
+
+
 @pytest.mark.parametrize("word", ["D2", "G41D2"])
 def test_another_number_counts_at_the_end_of_its_move(run: Any, tmp_path: Path, word: str) -> None:
     """The move begins at the radius of 2, and ends at 3 beside its end; the corner after it is rolled around with 3."""

@@ -29,7 +29,7 @@ WRONG = {
     "back in no axis": ("G28 X1\nG29", ("axis-missing", 2, 1)),
     "a third reference point": ("G30 P3 X1", ("reference-point", 1, 5)),
     "a skip in no axis": ("F10\nG31", ("axis-missing", 2, 1)),
-    "a skip under compensation": ("F10\nG41.1 D1\nG1 X9\nG31 X12", ("probe-mode", 4, 1)),
+    "a skip under compensation": ("F10\nG41.1 D1\nG1 X9\nG31 X12", ("comp-refused", 4, 1)),
     "a frame under compensation": ("F10\nG41.1 D1\nG1 X9\nG68 X0 Y0 R30", ("frame-compensation", 4, 1)),
     "a corner at a point": ("F10\nG1 X9 ,R1\nX9\nX20", ("corner-size", 2, 7)),
     "a corner larger than its arc": ("F10\nG2 X2 R1 ,C5\nG1 X9", ("corner-size", 2, 10)),

@@ -197,7 +197,8 @@ def test_a_mill_unrolls_a_cylinder_about_x(run: Any) -> None:
 @pytest.mark.parametrize(
     ("line", "code"),
     [("G28 U0 W0", "rotary-refused"), ("T0202", "rotary-refused"), ("G54", "rotary-refused"), ("G18", "rotary-refused"),
-     ("G12.1", "rotary-refused"), ("G7.1 C10.", "rotary-refused")],
+     ("G12.1", "rotary-refused"), ("G7.1 C10.", "rotary-refused"), ("G32 X10. F1.", "rotary-refused"),
+     ("G92 X10. Z-5. F1.", "rotary-refused"), ("G76 X10. Z-5. P1000 Q100 F1.", "rotary-refused")],
 )  # fmt: skip
 def test_what_does_not_go_with_it(run: Any, line: str, code: str) -> None:
     out = run(f"G98 G0 X20. C0 Z0\nG12.1\n{line}\nG13.1\nM30", dialect="fanuc-lathe")

@@ -85,6 +85,8 @@ def test_the_inverse_kinematics(kinematics: Kinematics, tip: Any, angles: Any) -
         ("G41 D1", "tcp-refused"),
         ("G28 X0", "tcp-refused"),
         ("G55", "tcp-refused"),
+        ("G154 P2", "tcp-refused"),
+        ("G111", "tcp-refused"),
         ("G92 X0", "tcp-refused"),
         ("T2 M6", "tcp-refused"),
         ("G38.2 X0 F100", "tcp-refused"),

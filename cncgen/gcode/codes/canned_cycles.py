@@ -13,7 +13,7 @@ from collections.abc import Callable, Set
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -403,6 +403,7 @@ def path_again(ip: Interpreter) -> None:
 
 CODES = tuple(
     Code("G", number, "motion", Stage.MOTION, _cycle(number), cycle.help, AXES + "@^rl" + cycle.needs + cycle.takes, "motion",
-        dialects=("linuxcnc",), moves="plane" if "i" in cycle.takes else "", waits=isinstance(cycle.run, HoleMoves))
+        dialects=("linuxcnc",), moves="plane" if "i" in cycle.takes else "", waits=isinstance(cycle.run, HoleMoves),
+        refused=IS_CYCLE)
     for number, cycle in CYCLES.items()
 )  # fmt: skip

@@ -17,7 +17,7 @@ from cncgen.gcode.codes.canned_cycles import CYCLES, MAX_REPEATS, PECK_CLEARANCE
 from cncgen.gcode.codes.dwell import is_written, seconds_of
 from cncgen.gcode.codes.lathe_fanuc import increments
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import ARMED, IN_ROW, PLAIN_MOTIONS, Stage
@@ -424,10 +424,11 @@ def _pattern(ip: Interpreter, block: Block) -> None:
 #: Patterns of Haas's mills, G numbers in tenths.
 _PATTERNS = frozenset((700, 710))
 CODES = tuple(
-    Code("G", number, "non-modal", Stage.STOP, _pattern, f"cycle in force on {text} (Haas)", "ijklpq", dialects=("fanuc",), moves="XYZ")
+    Code("G", number, "non-modal", Stage.STOP, _pattern, f"cycle in force on {text} (Haas)", "ijklpq", dialects=("fanuc",), moves="XYZ",
+        refused=IS_CYCLE, without="lathes")
     for number, text in ((700, "a circle"), (710, "an arc"))
 ) + tuple(
     Code("G", number, "motion", Stage.MOTION, _cycle(number), text, AXES + "rpqkl" + _HAAS.get(number, ""), "motion", summons=AXES + "r",
-        dialects=("fanuc",), moves="plane" if run in (_fine_bore, _back_bore) else "")
+        dialects=("fanuc",), moves="plane" if run in (_fine_bore, _back_bore) else "", refused=IS_CYCLE, without="lathes")
     for number, (run, _, text) in HOLES.items()
 )  # fmt: skip

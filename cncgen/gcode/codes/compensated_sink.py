@@ -14,10 +14,11 @@ from collections.abc import Callable
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import MOTION
+from cncgen.gcode.codes.table import COMPENSATION, COMPENSATION_PLANE, STRICT_COMPENSATION, Codes
 from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, ToolCentre
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, Sink
-from cncgen.gcode.state.modal import PLANE_AXES, PLANE_CODES
+from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.records import dataclass
 from cncgen.toolpath.record import Event, PathMode
 from cncgen.units import INCH
@@ -25,36 +26,6 @@ from cncgen.units import INCH
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
-
-
-#: Codes that no block may have while compensation is on, in tenths, and the reason.
-_REFUSED_G = {
-    **dict.fromkeys((280, 281, 300, 301), "goes by way of a reference point"),
-    **dict.fromkeys((330, 331, 760), "is synchronised with the spindle"),
-    **dict.fromkeys((382, 383, 384, 385), "probes"),
-    **dict.fromkeys((410, 411, 420, 421), "begins cutter compensation"),
-    **dict.fromkeys((430, 431, 432, 490), "changes the tool's offset"),
-    # G5.2 and G6.2 refuse by themselves (`splines`, `nurbs`), and pass over the other blocks of their curve.
-    **dict.fromkeys((50, 51), "is a spline"),
-    **dict.fromkeys((520, 920), "changes the origin"),
-    530: "moves in machine coordinates",
-    **dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), "changes the coordinate system"),
-    **dict.fromkeys((610, 611, 640), "changes the path mode"),
-    **dict.fromkeys((710, 711, 712, 720, 721, 722), "is a roughing cycle"),
-    **dict.fromkeys((730, 740, 810, 820, 830, 840, 850, 860, 870, 880, 890), "is a canned cycle"),
-    **dict.fromkeys((980, 990), "changes how canned cycles retract"),
-}
-_REFUSED_M = {
-    60: "changes the tool",
-    **dict.fromkeys((480, 490, 500, 510, 520, 530), "changes an override"),
-    **dict.fromkeys((620, 630, 640, 650, 670, 680), "sets an output"),
-    660: "waits for an input",
-}
-#: Of those, what FANUC's controls do while compensation is on; G28 and G30 of the axis beside the plane alone.
-_OF_FANUC = frozenset({410, 420, 430, 440, 490, 610, 640, 980, 990})
-_HOMING = frozenset({280, 300})
-#: Roughing cycles of FANUC's lathes, which end compensation themselves (`turning_cycles_fanuc`), and the plane of lathes.
-_ROUGHING, _LATHES_PLANE = frozenset({710, 720, 730}), 18
 
 
 @dataclass(slots=True)
@@ -84,6 +55,7 @@ class CompensatedSink:
         plane: Plane in which the tool is offset.
         start: Where the tool stands, program coordinates.
         inches: Whether program units are inches.
+        codes: The rows of the dialect's codes, which say what is refused meanwhile.
         warn: Takes a gouge that the tool path makes and that LinuxCNC does not refuse.
         tool_offset: The tool's offset in force; None where it cannot change meanwhile.
         lenient: Whether blocks are refused as FANUC's controls do, not as LinuxCNC does.
@@ -97,6 +69,7 @@ class CompensatedSink:
         plane: int,
         start: Point,
         inches: bool,
+        codes: Codes,
         warn: Callable[[BlockError, Severity], None],
         *,
         tool_offset: Point | None = None,
@@ -104,7 +77,7 @@ class CompensatedSink:
         on_roll: Callable[[], None] | None = None,
     ) -> None:
         self.inner = inner
-        self._lenient = lenient
+        self._codes, self._lenient = codes, lenient
         self._on_roll = on_roll
         self._offset = tool_offset
         self.centre = centre
@@ -126,7 +99,7 @@ class CompensatedSink:
     @block.setter
     def block(self, block: Block) -> None:
         self._block = self.inner.block = block
-        _refuse(block, self.plane, lenient=self._lenient)
+        _refuse(block, self._codes, self.plane, lenient=self._lenient)
 
     def snapshot(self) -> tuple[Any, ...] | None:
         """Return a key of this state, or None if waiting blocks cannot be compared."""
@@ -353,24 +326,20 @@ def _or_fault(step: Callable[[], list[CentreMove | _Call]]) -> list[CentreMove |
         raise BlockError(error.code, str(error), hint=error.hint, values=error.values) from None
 
 
-def _refuse(block: Block, plane: int, *, lenient: bool) -> None:
+def _refuse(block: Block, codes: Codes, plane: int, *, lenient: bool) -> None:
     """Raise if a block is not allowed while compensation is on."""
     beside = AXES[PLANE_AXES[plane][2]]
-    homes_beside = lenient and not block.words.keys() & (set("xyz") - {beside})
-    for letter, numbers, refused in (("G", block.g, _REFUSED_G), ("M", block.m, _REFUSED_M)):
-        for number in numbers:
-            what = refused.get(number)
-            if letter == "G" and lenient and (number in _OF_FANUC or (homes_beside and number in _HOMING)):
-                what = None
-            if letter == "G" and lenient and plane == _LATHES_PLANE and number in _ROUGHING:
-                what = None
-            if what is None and letter == "G" and PLANE_CODES.get(number, plane) != plane:
-                what = "changes the plane"
-            if what is not None:
-                name = f"{letter}{number / 10:g}"
-                raise BlockError(
-                    "comp-refused",
-                    f"{name} {what}, and cutter compensation is on",
-                    name,
-                    hint="turn it off before (G40 and a straight move)",
-                )
+    refuses = COMPENSATION
+    if not lenient:
+        refuses |= STRICT_COMPENSATION | COMPENSATION_PLANE
+    elif block.words.keys() & (set("xyz") - {beside}):
+        refuses |= COMPENSATION_PLANE
+    for code in codes.of(block):
+        what, under = code.refused
+        if not under & refuses:
+            what = "changes the plane" if code.plane not in (0, plane) else ""
+        if what:
+            message = f"{code.name} {what}, and cutter compensation is on"
+            raise BlockError(
+                "comp-refused", message, code.name, hint="turn it off before (G40 and a straight move)"
+            )

@@ -6,7 +6,7 @@ from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, STRICT_COMPENSATION, TOOL_POINT, Code, Handler
 from cncgen.gcode.codes.tools import tell_unknown, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
@@ -65,6 +65,7 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
             state.plane,
             state.position,
             state.inches,
+            ip.codes,
             ip.warn,
             tool_offset=list(state.tool_offset),
             lenient=ip.dialect not in _STRICT,
@@ -195,11 +196,16 @@ def _check_leaving(ip: Interpreter, block: Block) -> bool:
 
 _GROUP = "cutter compensation"
 _STAGE = Stage.RADIUS_COMPENSATION
+_BEGINS = "begins cutter compensation"
 CODES = (
     Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off"),
-    Code("G", 410, _GROUP, _STAGE, _turn_on(True, False), "cutter compensation, tool left of the path", "d", takes="d", moves="plane"),
-    Code("G", 420, _GROUP, _STAGE, _turn_on(False, False), "cutter compensation, tool right of the path", "d", takes="d", moves="plane"),
-    Code("G", 411, _GROUP, _STAGE, _turn_on(True, True), "as G41, for the diameter D", "dl", takes="d", moves="plane"),
-    Code("G", 421, _GROUP, _STAGE, _turn_on(False, True), "as G42, for the diameter D", "dl", takes="d", moves="plane"),
-    Code("D", 0, "D", _STAGE, radius_number, "number of the tool radius", "d", dialects=("fanuc",)),
+    Code("G", 410, _GROUP, _STAGE, _turn_on(True, False), "cutter compensation, tool left of the path", "d", takes="d", moves="plane",
+        refused=(_BEGINS, STRICT_COMPENSATION | TOOL_POINT)),
+    Code("G", 420, _GROUP, _STAGE, _turn_on(False, False), "cutter compensation, tool right of the path", "d", takes="d", moves="plane",
+        refused=(_BEGINS, STRICT_COMPENSATION | TOOL_POINT)),
+    Code("G", 411, _GROUP, _STAGE, _turn_on(True, True), "as G41, for the diameter D", "dl", takes="d", moves="plane",
+        refused=(_BEGINS, COMPENSATION | TOOL_POINT)),
+    Code("G", 421, _GROUP, _STAGE, _turn_on(False, True), "as G42, for the diameter D", "dl", takes="d", moves="plane",
+        refused=(_BEGINS, COMPENSATION | TOOL_POINT)),
+    Code("D", 0, "D", _STAGE, radius_number, "number of the tool radius", "d", dialects=("fanuc",), without="lathes"),
 )  # fmt: skip

@@ -9,7 +9,7 @@ import math
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import BOTH, Code
+from cncgen.gcode.codes.table import BOTH, TOOL_POINT, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -97,7 +97,8 @@ def per_revolution(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("F", 0, "F", Stage.FEED, set_feed, "feed rate", "f"),
-    Code("G", 930, "feed mode", Stage.FEED_MODE, inverse_time, "F is moves per minute (inverse time)", waits=True),
-    Code("G", 940, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", waits=True),
-    Code("G", 950, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle"),
+    Code("G", 930, "feed mode", Stage.FEED_MODE, inverse_time, "F is moves per minute (inverse time)", waits=True, without="lathes"),
+    Code("G", 940, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", waits=True, without="lathes"),
+    Code("G", 950, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle",
+        refused=("feeds per revolution", TOOL_POINT), without="lathes"),
 )  # fmt: skip

@@ -1,12 +1,10 @@
-"""Motions of the part that a sink passes on as lines of the axes, as many as a tolerance needs: lines and arcs as paths, and what is
-refused meanwhile.
-"""
+"""Motions of the part that a sink passes on as lines of the axes, as many as a tolerance needs: lines and arcs as paths."""
 
 from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.errors import BlockError
@@ -18,15 +16,6 @@ from cncgen.gcode.state.modal import PLANE_AXES
 Path = Callable[[float], Point]
 #: A path is looked at in steps of at most this turn of an arc or a rotary axis, degrees.
 LOOK_DEGREES = 10.0
-#: Codes that both kinds of such sinks refuse, in tenths, and why.
-REFUSED = {
-    **dict.fromkeys((280, 281, 300, 301), "goes by way of a reference point"),
-    **dict.fromkeys((540, 541, 550, 560, 570, 580, 590), "changes the coordinate system"),
-    **dict.fromkeys((100, 520, 920, 921), "changes an offset"),
-    **dict.fromkeys((200, 210), "changes the units"),
-    530: "takes machine coordinates",
-    310: "ends at a signal",
-}
 
 
 class FollowedSink(PassingSink):
@@ -35,11 +24,10 @@ class FollowedSink(PassingSink):
     Attributes:
         name: The code that is in force.
         fault, remedy: Code and help of the diagnostics of what is refused.
-        refused: Codes that are, in tenths, and why.
+        under: The bit of `Code.refused` that says which codes are.
     """
 
-    fault, remedy = "", ""
-    refused: Mapping[int, str] = REFUSED
+    fault, remedy, under = "", "", 0
 
     def __init__(self, inner: Sink, ip: Interpreter, name: str) -> None:
         super().__init__(inner)
@@ -55,14 +43,10 @@ class FollowedSink(PassingSink):
     @block.setter
     def block(self, block: Block) -> None:
         self.inner.block = block
-        number = next((number for number in block.g if number in self.refused), None)
-        if number is not None:
-            word = f"G{number / 10:g}"
-            self._refuse(f"{word} {self.refused[number]}: not", word)
-        self._check(block)
-
-    def _check(self, block: Block) -> None:
-        """Refuse a block that does not go with the code in force for another reason."""
+        for code in self.ip.codes.of(block):
+            what, under = code.refused
+            if under & self.under:
+                self._refuse(f"{code.name} {what}: not", code.name)
 
     def _refuse(self, what: str, word: str = "") -> None:
         raise BlockError(self.fault, f"{what} under {self.name}", word, hint=self.remedy)

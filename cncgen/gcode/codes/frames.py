@@ -12,7 +12,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes.dwell import is_written
 from cncgen.gcode.codes.polar import polar_from
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import ROTARY_PATH, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
@@ -340,14 +340,17 @@ def polar_off(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("G", 500, "scaling", Stage.COORDINATES, no_scaling, "no scaling", dialects=_FANUC),
-    Code("G", 510, "scaling", Stage.REFERENCE, scaling, "scaling by P, or I J K", "xyzpijk", "own", dialects=_FANUC),
-    Code("G", 501, "mirror", Stage.REFERENCE, no_mirror, "no mirror image", "xyz", "own", dialects=_FANUC),
-    Code("G", 1000, "mirror", Stage.REFERENCE, no_mirror, "no mirror image (Haas)", "xyz", "own", dialects=_FANUC),
-    Code("G", 1010, "mirror", Stage.REFERENCE, mirror_of_haas, "mirror image about 0 (Haas)", "xyz", "own", dialects=_FANUC),
-    Code("G", 511, "mirror", Stage.REFERENCE, mirror, "mirror image", "xyz", "own", dialects=_FANUC),
-    Code("G", 680, "rotation", Stage.REFERENCE, rotation, "rotation by R degrees", "xyzabr", "own", dialects=_FANUC, moves="plane"),
-    Code("G", 690, "rotation", Stage.COORDINATES, no_rotation, "no rotation", dialects=_FANUC),
-    Code("G", 160, "polar", Stage.DISTANCE, polar_on, "polar coordinates", dialects=_FANUC, moves="plane"),
-    Code("G", 150, "polar", Stage.DISTANCE, polar_off, "no polar coordinates", dialects=_FANUC),
+    Code("G", 500, "scaling", Stage.COORDINATES, no_scaling, "no scaling", dialects=_FANUC, refused=("changes the frame", ROTARY_PATH),
+        without="lathes"),
+    Code("G", 510, "scaling", Stage.REFERENCE, scaling, "scaling by P, or I J K", "xyzpijk", "own", dialects=_FANUC, without="lathes"),
+    Code("G", 501, "mirror", Stage.REFERENCE, no_mirror, "no mirror image", "xyz", "own", dialects=_FANUC, without="lathes"),
+    Code("G", 1000, "mirror", Stage.REFERENCE, no_mirror, "no mirror image (Haas)", "xyz", "own", dialects=_FANUC, without="lathes"),
+    Code("G", 1010, "mirror", Stage.REFERENCE, mirror_of_haas, "mirror image about 0 (Haas)", "xyz", "own", dialects=_FANUC,
+        without="lathes"),
+    Code("G", 511, "mirror", Stage.REFERENCE, mirror, "mirror image", "xyz", "own", dialects=_FANUC, without="lathes"),
+    Code("G", 680, "rotation", Stage.REFERENCE, rotation, "rotation by R degrees", "xyzabr", "own", dialects=_FANUC, moves="plane",
+        without="lathes"),
+    Code("G", 690, "rotation", Stage.COORDINATES, no_rotation, "no rotation", dialects=_FANUC, without="lathes"),
+    Code("G", 160, "polar", Stage.DISTANCE, polar_on, "polar coordinates", dialects=_FANUC, moves="plane", without="lathes"),
+    Code("G", 150, "polar", Stage.DISTANCE, polar_off, "no polar coordinates", dialects=_FANUC, without="lathes"),
 )  # fmt: skip

@@ -111,6 +111,6 @@ def _pocket(name: str, sense: int) -> Handler:
 
 CODES = tuple(
     Code("G", number, "non-modal", Stage.MOTION, _pocket(name, sense), f"circular pocket, {way} (Haas)", "zikqld", "own",
-        dialects=("fanuc",), takes="d", moves="plane")
+        dialects=("fanuc",), takes="d", moves="plane", without="lathes")
     for number, name, sense, way in ((120, "G12", -1, "clockwise"), (130, "G13", 1, "counter-clockwise"))
 )  # fmt: skip

@@ -9,7 +9,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.offsets import given_axes
-from cncgen.gcode.codes.table import LATHE, Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, GOES_HOME, LATHE, ROTARY_PATH, TOOL_POINT, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -128,21 +128,22 @@ def _placed(ip: Interpreter, block: Block, name: str) -> None:
 
 
 _LINUXCNC, _FANUC = ("linuxcnc",), ("fanuc",)
+_SETS_HOME = ("sets a reference point", COMPENSATION | ROTARY_PATH | TOOL_POINT)
 CODES = (
     Code("G", 280, "non-modal", Stage.REFERENCE, _go(HOME_28), "to reference point 1", AXES, "own", dialects=_LINUXCNC, moves="XYZ",
-        moves_alone=True),
+        moves_alone=True, refused=GOES_HOME),
     Code("G", 280, "non-modal", Stage.REFERENCE, first_point, "to reference point 1", AXES, "own", dialects=_FANUC, moves="XYZ",
-        moves_alone=True),
+        moves_alone=True, refused=GOES_HOME),
     Code("G", 280, "non-modal", Stage.REFERENCE, first_point, "to reference point 1", AXES, "own", dialects=(LATHE,), moves="XZ",
-        moves_alone=True),
-    Code("G", 281, "non-modal", Stage.REFERENCE, _set(HOME_28), "set reference point 1"),
+        moves_alone=True, refused=GOES_HOME),
+    Code("G", 281, "non-modal", Stage.REFERENCE, _set(HOME_28), "set reference point 1", refused=_SETS_HOME),
     Code("G", 290, "non-modal", Stage.REFERENCE, from_reference, "by way of the point of the last G28 or G30", AXES, "own",
         dialects=_FANUC),
     Code("G", 300, "non-modal", Stage.REFERENCE, _go(HOME_30), "to reference point 2", AXES, "own", dialects=_LINUXCNC, moves="XYZ",
-        moves_alone=True),
+        moves_alone=True, refused=GOES_HOME),
     Code("G", 300, "non-modal", Stage.REFERENCE, other_point, "to reference point P (2 where it is left out)", AXES + "p", "own",
-        dialects=_FANUC),
-    Code("G", 301, "non-modal", Stage.REFERENCE, _set(HOME_30), "set reference point 2"),
+        dialects=_FANUC, refused=GOES_HOME),
+    Code("G", 301, "non-modal", Stage.REFERENCE, _set(HOME_30), "set reference point 2", refused=_SETS_HOME),
     Code("G", 270, "non-modal", Stage.REFERENCE, checked, "to the axis words, where reference point 1 should be", AXES, "own",
         dialects=_FANUC),
     Code("G", 600, "non-modal", Stage.REFERENCE, from_one_side, "to the axis words, which the control comes to from one side", AXES, "own",

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import SYNCHRONISED, Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -214,5 +214,5 @@ CODES = (
     Code("G", 70, "diameter", Stage.DIAMETER, _diameter(True), "X is a diameter", dialects=("linuxcnc",)),
     Code("G", 80, "diameter", Stage.DIAMETER, _diameter(False), "X is a radius", dialects=("linuxcnc",)),
     Code("G", _G76, "motion", Stage.MOTION, thread, "cut a thread of pitch P to Z in passes", "xyzabcuvwpijkrqhel$", "motion",
-        dialects=("linuxcnc",), moves="XZ"),
+        dialects=("linuxcnc",), moves="XZ", refused=SYNCHRONISED),
 )  # fmt: skip

@@ -13,7 +13,7 @@ from cncgen.gcode.codes.canned_cycles_fanuc import HOLES
 from cncgen.gcode.codes.dwell import seconds_of
 from cncgen.gcode.codes.lathe_fanuc import ONLY, increments
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -137,6 +137,6 @@ def _cycle(number: int) -> Handler:
 
 CODES = tuple(
     Code("G", number, "motion", Stage.MOTION, _cycle(number), f"{HOLES[moves][2]}, along {axis.upper()}", "xyzuvwcrpqk", "motion", summons="xyzuvwcr",
-        dialects=ONLY, moves=axis.upper())
+        dialects=ONLY, moves=axis.upper(), refused=IS_CYCLE)
     for number, (moves, axis) in _MOVES.items()
 )  # fmt: skip

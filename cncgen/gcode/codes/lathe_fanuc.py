@@ -16,12 +16,14 @@ from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.offsets_fanuc import preset_position
 from cncgen.gcode.codes.offsets_fanuc import set_data as set_mill_data
 from cncgen.gcode.codes.table import (
+    CHANGES_OFFSETS,
     LATHE,
     LATHE_ABSOLUTE,
     LATHE_STEPS,
     LATHE_TO_R,
     LATHE_TO_START,
     LATHES,
+    ROTARY_PATH,
     Code,
 )
 from cncgen.gcode.codes.tools import load_tool_parameters, table_offset, use_offset, whole
@@ -267,13 +269,14 @@ def to_r(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("T", 0, "T", Stage.TOOL, turret, "tool and its offset: T0102 is tool 1 with offset 2", "t", dialects=ONLY),
+    Code("T", 0, "T", Stage.TOOL, turret, "tool and its offset: T0102 is tool 1 with offset 2", "t", dialects=ONLY,
+        refused=("changes the tool", ROTARY_PATH)),
     Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwfq", "motion", dialects=ONLY,
-        takes="f"),
+        takes="f", refused=("cuts a thread", ROTARY_PATH)),
     Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a tool's offset, or a coordinate system", "xyzuvwcrqlp", "own",
-        dialects=ONLY),
+        dialects=ONLY, refused=CHANGES_OFFSETS),
     Code("G", 500, "non-modal", Stage.REFERENCE, name_position, "S is the largest speed of G96; X Z U W name the position", "xyzuvws",
-        "own", dialects=ONLY, takes="s"),
+        "own", dialects=ONLY, takes="s", refused=CHANGES_OFFSETS),
     Code("G", 980, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", dialects=ONLY),
     Code("G", 990, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle", dialects=ONLY),
     *(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import IN_MACHINE, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import NO_MOTION, Stage
@@ -92,7 +92,7 @@ def machine_coordinates(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("G", 530, "non-modal", Stage.REFERENCE, machine_coordinates, "axis words are machine coordinates"),
+    Code("G", 530, "non-modal", Stage.REFERENCE, machine_coordinates, "axis words are machine coordinates", refused=IN_MACHINE),
     Code("G", 0, "motion", Stage.MOTION, traverse, "traverse at the machine's own speed", _WORDS, "motion", waits=True),
     Code("G", 10, "motion", Stage.MOTION, feed, "straight feed", _WORDS, "motion", waits=True),
     Code("G", 800, "motion", Stage.MOTION, cancel, "no motion mode: end of a canned cycle", "", "motion", dialects=("linuxcnc",),

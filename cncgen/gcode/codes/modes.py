@@ -6,7 +6,7 @@ Source: Kramer et al. (2000), sections 3.5.6, 3.5.7, 3.5.14, 3.5.17 and 3.5.20; 
 from __future__ import annotations
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import CHANGES_PATH_MODE, CHANGES_UNITS, STRICT_COMPENSATION, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLANE_CODES, Stage
@@ -107,6 +107,7 @@ def _retract(old: bool) -> Handler:
     return run
 
 
+_RETRACTS = ("changes how canned cycles retract", STRICT_COMPENSATION)
 CODES = (
     *(
         Code("G", number, "plane", Stage.PLANE, _plane(plane), f"plane {name}", plane=plane)
@@ -114,19 +115,24 @@ CODES = (
             PLANE_CODES.items(), ("XY", "ZX", "YZ", "UV", "WU", "VW"), strict=True
         )
     ),
-    Code("G", 200, "units", Stage.UNITS, _units(True), "lengths in inches"),
-    Code("G", 210, "units", Stage.UNITS, _units(False), "lengths in millimetres"),
-    Code("G", 900, "distance", Stage.DISTANCE, _distance(True), "axis words are coordinates", waits=True),
-    Code("G", 910, "distance", Stage.DISTANCE, _distance(False), "axis words are distances from the last point", waits=True),
+    Code("G", 200, "units", Stage.UNITS, _units(True), "lengths in inches", refused=CHANGES_UNITS),
+    Code("G", 210, "units", Stage.UNITS, _units(False), "lengths in millimetres", refused=CHANGES_UNITS),
+    Code("G", 900, "distance", Stage.DISTANCE, _distance(True), "axis words are coordinates", waits=True, without="lathes"),
+    Code("G", 910, "distance", Stage.DISTANCE, _distance(False), "axis words are distances from the last point", waits=True,
+        without="lathes"),
     Code("G", 901, "arc distance", Stage.DISTANCE, _arc_distance(True), "I J K are coordinates"),
     Code("G", 911, "arc distance", Stage.DISTANCE, _arc_distance(False), "I J K are distances from the start"),
-    Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_PATH), "exact path", dialects=("linuxcnc",), waits=True),
-    Code("G", 611, "path", Stage.PATH, _exact(PathMode.EXACT_STOP), "exact stop at the end of each motion", dialects=("linuxcnc",)),
+    Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_PATH), "exact path", dialects=("linuxcnc",), waits=True,
+        refused=CHANGES_PATH_MODE),
+    Code("G", 611, "path", Stage.PATH, _exact(PathMode.EXACT_STOP), "exact stop at the end of each motion", dialects=("linuxcnc",),
+        refused=CHANGES_PATH_MODE),
     Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_STOP), "exact stop at the end of each motion", dialects=("fanuc",)),
     Code("G", 620, "path", Stage.PATH, cutting, "automatic corner override: as G64", dialects=("fanuc",)),
     Code("G", 630, "path", Stage.PATH, cutting, "tapping mode: as G64", dialects=("fanuc",)),
     Code("G", 90, "exact stop", Stage.PATH, stop_once, "exact stop at the end of this block", dialects=("fanuc",), after=go_on),
-    Code("G", 640, "path", Stage.PATH, continuous, "continuous path within P", "pq", waits=True),
-    Code("G", 980, "retract", Stage.RETRACT, _retract(True), "canned cycles retract to where they began", waits=True),
-    Code("G", 990, "retract", Stage.RETRACT, _retract(False), "canned cycles retract to R", waits=True),
+    Code("G", 640, "path", Stage.PATH, continuous, "continuous path within P", "pq", waits=True, refused=CHANGES_PATH_MODE),
+    Code("G", 980, "retract", Stage.RETRACT, _retract(True), "canned cycles retract to where they began", waits=True, refused=_RETRACTS,
+        without="lathes"),
+    Code("G", 990, "retract", Stage.RETRACT, _retract(False), "canned cycles retract to R", waits=True, refused=_RETRACTS,
+        without="lathes"),
 )  # fmt: skip

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
-from cncgen.gcode.codes.table import BOTH, Code, Handler
+from cncgen.gcode.codes.table import BOTH, CHANGES_OFFSETS, CHANGES_ORIGIN, CHANGES_SYSTEM, Code, Handler
 from cncgen.gcode.codes.tools import load_tool_parameters, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -217,14 +217,15 @@ def resume_position(ip: Interpreter, block: Block) -> None:
 CODES = (
     *(
         Code("G", number, "coordinates", Stage.COORDINATES, _select(k + 1), f"work coordinate system {k + 1}",
-            dialects=BOTH if k else ("linuxcnc",))
+            dialects=BOTH if k else ("linuxcnc",), refused=CHANGES_SYSTEM)
         for k, number in enumerate(SYSTEM_CODES)
     ),
     Code("G", 100, "non-modal", Stage.REFERENCE, table, "set a coordinate system or tool", _TABLE_WORDS, "own", dialects=("linuxcnc",),
         moves="XY", moves_with="r"),
-    Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=("linuxcnc",)),
-    Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position", AXES, "own", dialects=("linuxcnc",)),
+    Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=("linuxcnc",), refused=CHANGES_ORIGIN),
+    Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position", AXES, "own", dialects=("linuxcnc",),
+        refused=CHANGES_ORIGIN),
     Code("G", 921, "non-modal", Stage.REFERENCE, clear_position, "forget the offset of G92", "", "own", dialects=("linuxcnc",)),
-    Code("G", 922, "non-modal", Stage.REFERENCE, suspend_position, "suspend the offset of G92", "", "own"),
-    Code("G", 923, "non-modal", Stage.REFERENCE, resume_position, "take up the offset of G92", "", "own"),
+    Code("G", 922, "non-modal", Stage.REFERENCE, suspend_position, "suspend the offset of G92", "", "own", refused=CHANGES_OFFSETS),
+    Code("G", 923, "non-modal", Stage.REFERENCE, resume_position, "take up the offset of G92", "", "own", refused=CHANGES_OFFSETS),
 )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.offsets import given_axes, set_g92, use_system
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import CHANGES_OFFSETS, CHANGES_ORIGIN, CHANGES_SYSTEM, Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -199,20 +199,24 @@ def preset(ip: Interpreter, block: Block) -> None:
 
 _FANUC = ("fanuc",)
 CODES = (
-    Code("G", 540, "coordinates", Stage.COORDINATES, first_system, "work coordinate system 1; with P as G54.1", "p", dialects=_FANUC),
-    Code("G", 541, "coordinates", Stage.COORDINATES, use_additional, "additional system P", "p", dialects=_FANUC),
-    Code("G", 1540, "coordinates", Stage.COORDINATES, use_additional, "additional system P (Haas)", "p", dialects=_FANUC),
+    Code("G", 540, "coordinates", Stage.COORDINATES, first_system, "work coordinate system 1; with P as G54.1", "p", dialects=_FANUC,
+        refused=CHANGES_SYSTEM),
+    Code("G", 541, "coordinates", Stage.COORDINATES, use_additional, "additional system P", "p", dialects=_FANUC, refused=CHANGES_SYSTEM,
+        without="lathes"),
+    Code("G", 1540, "coordinates", Stage.COORDINATES, use_additional, "additional system P (Haas)", "p", dialects=_FANUC,
+        refused=CHANGES_SYSTEM),
     Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a coordinate system, or a tool's length or radius", AXES + "lprq", "own",
-        dialects=_FANUC),
+        dialects=_FANUC, refused=CHANGES_OFFSETS, without="lathes"),
     Code("G", 110, "non-modal", Stage.REFERENCE, end_data, "end of the data of G10", dialects=_FANUC),
-    Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=_FANUC),
+    Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=_FANUC, refused=CHANGES_ORIGIN),
     Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position; S is the largest speed of G96", AXES + "s", "own",
-        dialects=_FANUC, takes="s"),
+        dialects=_FANUC, takes="s", refused=CHANGES_ORIGIN, without="lathes"),
     Code("G", 921, "non-modal", Stage.REFERENCE, preset, "forget the offsets of G92 and G52, of the axes given", AXES, "own",
-        dialects=_FANUC),
+        dialects=_FANUC, refused=CHANGES_OFFSETS),
     # G112 and G113 are those of Haas as well; on FANUC's controls they are polar coordinate interpolation.
     *(
-        Code("G", 10 * (109 + n), "coordinates", Stage.COORDINATES, _of_haas(n), f"additional system {n} (Haas)", dialects=_FANUC)
+        Code("G", 10 * (109 + n), "coordinates", Stage.COORDINATES, _of_haas(n), f"additional system {n} (Haas)", dialects=_FANUC,
+            refused=CHANGES_SYSTEM)
         for n in (1, 2, *range(5, 21))
     ),
 )  # fmt: skip

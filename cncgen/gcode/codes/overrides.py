@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.spindle import spindle_of
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, Code, Handler
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.toolpath.record import Event
@@ -36,11 +36,16 @@ def _one(what: str) -> Handler:
 
 #: Other controls leave them to the machine's builder.
 _OWN = ("linuxcnc",)
+_CHANGES = ("changes an override", COMPENSATION)
 CODES = (
-    Code("M", 480, "override", Stage.OVERRIDE, _both(True), "feed and speed overrides on"),
-    Code("M", 490, "override", Stage.OVERRIDE, _both(False), "feed and speed overrides off"),
-    Code("M", 500, "override", Stage.OVERRIDE, _one("FEED_OVERRIDE"), "feed override on, off with P0", "p", dialects=_OWN),
-    Code("M", 510, "override", Stage.OVERRIDE, _one("SPEED_OVERRIDE"), "speed override on, off with P0", "p$", dialects=_OWN),
-    Code("M", 520, "override", Stage.OVERRIDE, _one("ADAPTIVE_FEED"), "adaptive feed on, off with P0", "p", dialects=_OWN),
-    Code("M", 530, "override", Stage.OVERRIDE, _one("FEED_HOLD"), "feed hold on, off with P0", "p", dialects=_OWN),
+    Code("M", 480, "override", Stage.OVERRIDE, _both(True), "feed and speed overrides on", refused=_CHANGES),
+    Code("M", 490, "override", Stage.OVERRIDE, _both(False), "feed and speed overrides off", refused=_CHANGES),
+    Code("M", 500, "override", Stage.OVERRIDE, _one("FEED_OVERRIDE"), "feed override on, off with P0", "p", dialects=_OWN,
+        refused=_CHANGES, without="others"),
+    Code("M", 510, "override", Stage.OVERRIDE, _one("SPEED_OVERRIDE"), "speed override on, off with P0", "p$", dialects=_OWN,
+        refused=_CHANGES, without="others"),
+    Code("M", 520, "override", Stage.OVERRIDE, _one("ADAPTIVE_FEED"), "adaptive feed on, off with P0", "p", dialects=_OWN,
+        refused=_CHANGES, without="others"),
+    Code("M", 530, "override", Stage.OVERRIDE, _one("FEED_HOLD"), "feed hold on, off with P0", "p", dialects=_OWN, refused=_CHANGES,
+        without="others"),
 )  # fmt: skip

@@ -8,7 +8,7 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lathe_fanuc import LIFT, ONLY, increments, length_of, turning_of
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -96,7 +96,8 @@ def _go(ip: Interpreter, axis: int, place: float, *, feed: bool) -> None:
 
 
 CODES = tuple(
-    Code("G", number, "non-modal", Stage.MOTION, _pecking(name, deep, aside), text, "xzuwrpqik", "own", dialects=ONLY, moves="XZ")
+    Code("G", number, "non-modal", Stage.MOTION, _pecking(name, deep, aside), text, "xzuwrpqik", "own", dialects=ONLY, moves="XZ",
+        refused=IS_CYCLE)
     for number, name, deep, aside, text in (
         (740, "G74", Z, X, "groove or drill along Z in steps of Q, cuts P apart; R alone: how far it goes back"),
         (750, "G75", X, Z, "groove along X in steps of P, cuts Q apart; R alone: how far it goes back"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -62,7 +62,8 @@ def wait(ip: Interpreter, block: Block) -> None:
 
 _OWN = ("linuxcnc",)
 CODES = tuple(
-    Code("M", number, "pins", Stage.PINS, run, text, words, dialects=_OWN)
+    Code("M", number, "pins", Stage.PINS, run, text, words, dialects=_OWN,
+        refused=("waits for an input" if run is wait else "sets an output", COMPENSATION), without="others")
     for number, run, text, words in (
         (620, _digital(620), "set output P with the next motion", "p"),
         (630, _digital(630), "clear output P with the next motion", "p"),
@@ -72,4 +73,4 @@ CODES = tuple(
         (670, _analog(670, "SET_MOTION"), "set analog output E with the next motion", "eq"),
         (680, _analog(680, "SET_AUX"), "set analog output E at once", "eq"),
     )
-)
+)  # fmt: skip

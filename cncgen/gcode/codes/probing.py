@@ -11,7 +11,7 @@ from array import array
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed, has_axis
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, TOOL_POINT, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -38,8 +38,6 @@ def _probe(tenths: int) -> Handler:
         state.motion = tenths
         if not has_axis(block):
             raise BlockError("axis-missing", f"{name} has no axis word", name)
-        if state.compensation != 40:
-            raise BlockError("probe-mode", f"{name} does not go with cutter compensation", name)
         if state.feed_mode != 94:
             raise BlockError("probe-mode", f"{name} does not go with G{state.feed_mode}", name)
         check_feed(ip, block, name)
@@ -69,8 +67,6 @@ def skip(ip: Interpreter, block: Block) -> None:
     state = ip.state
     if not has_axis(block):
         raise BlockError("axis-missing", "G31 has no axis word", "G31")
-    if state.compensation != 40:
-        raise BlockError("probe-mode", "G31 does not go with cutter compensation", "G31", hint="use G40")
     check_feed(ip, block, "G31")
     end = ip.end_point(block)
     ip.warn_once(BlockError("probe-not-run", "G31 is planned to the programmed point", "G31"), Severity.NOTE)
@@ -107,24 +103,15 @@ def measures(ip: Interpreter, block: Block, number: int, values: list[float]) ->
     return True
 
 
-_SKIP = Code(
-    "G",
-    310,
-    "non-modal",
-    Stage.MOTION,
-    skip,
-    "line that the skip signal ends",
-    "xyzabcuvwpq",
-    "own",
-    dialects=("fanuc",),
-)
+_SKIP = Code("G", 310, "non-modal", Stage.MOTION, skip, "line that the skip signal ends", "xyzabcuvwpq", "own", dialects=("fanuc",),
+    refused=("ends at a signal", COMPENSATION | ROTARY_PATH | TOOL_POINT))  # fmt: skip
 _PROBES = tuple(
-    Code("G", tenths, "motion", Stage.MOTION, _probe(tenths), f"probe {text}", _WORDS, "motion")
+    Code("G", tenths, "motion", Stage.MOTION, _probe(tenths), f"probe {text}", _WORDS, "motion", refused=("probes", COMPENSATION))
     for tenths, text in (
         (382, "towards the part, with an error where nothing is touched"),
         (383, "towards the part"),
         (384, "away from the part, with an error where contact is not lost"),
         (385, "away from the part"),
     )
-)
+)  # fmt: skip
 CODES = (_SKIP, *_PROBES)

@@ -63,7 +63,7 @@ CODES = (
     Code("M", 0, "stop", Stage.STOP, _stop("PROGRAM_STOP()", "stop"), "stop"),
     Code("M", 10, "stop", Stage.STOP, _stop("OPTIONAL_PROGRAM_STOP()", "optional"), "stop where the switch says so"),
     Code("M", 600, "stop", Stage.STOP, _stop("PALLET_SHUTTLE() PROGRAM_STOP()", "pallet"), "change pallets and stop",
-        dialects=("linuxcnc",)),
+        dialects=("linuxcnc",), without="others"),
     Code("M", 20, "stop", Stage.STOP, _end(pallet=False), "end of the program"),
     Code("M", 300, "stop", Stage.STOP, _end(pallet=True), "end of the program, change pallets"),
 )  # fmt: skip

@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterator
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import MOTION
-from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, REFUSED, FollowedSink, Path
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, FollowedSink, Path
+from cncgen.gcode.codes.table import ROTARY_PATH, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point, Sink
@@ -29,12 +29,6 @@ _X, _Y = 0, 1
 #: How far lines of the axes may be from the path, mm, and halvings of a step until they are.
 _TOLERANCE_MM = 0.001
 _MAX_DEPTH = 20
-_REFUSED = {
-    **REFUSED,
-    1540: "changes the coordinate system",
-    500: "changes an offset",
-    330: "cuts a thread",
-}
 #: Codes with a sense of turning and the ones of the other sense: on the cylinder of G18 the second axis of the plane comes first here.
 _TURNED = {20: 30, 30: 20, 410: 420, 420: 410}
 _OWN_Y = re.compile(rb"Y[-+.\d#\[]")
@@ -52,7 +46,7 @@ class RotarySink(FollowedSink):
         rewritten: Takes the words of a block as those of the plane.
     """
 
-    fault, remedy, refused = "rotary-refused", "end it before", _REFUSED
+    fault, remedy, under = "rotary-refused", "end it before", ROTARY_PATH
 
     def __init__(
         self,
@@ -68,11 +62,6 @@ class RotarySink(FollowedSink):
         self.plane_before = ip.state.plane
         self._shown, self._seen = shown, seen
         self._angle = self._at[rotary]
-
-    def _check(self, block: Block) -> None:
-        """Refuse another tool."""
-        if "t" in block.words:
-            self._refuse("T changes the tool: not", "T")
 
     def axes(self) -> Point:
         """Return program coordinates of where the axes stand."""

@@ -189,19 +189,12 @@ def save_for_sub(ip: Interpreter, block: Block) -> None:
     frame.saved, frame.restore = snapshot(ip), True
 
 
-#: Other controls leave them to the machine's builder.
-_OWN = ("linuxcnc",)
-CODES = (
-    Code("M", 700, "save", Stage.SAVE, save, "save the modal state", dialects=_OWN),
-    Code("M", 710, "save", Stage.SAVE, forget, "forget the saved modal state", dialects=_OWN),
-    Code("M", 720, "save", Stage.SAVE, bring_back, "restore the modal state", dialects=_OWN),
-    Code(
-        "M",
-        730,
-        "save",
-        Stage.SAVE,
-        save_for_sub,
-        "save the modal state until the subroutine ends",
-        dialects=_OWN,
-    ),
+CODES = tuple(
+    Code("M", number, "save", Stage.SAVE, run, text, dialects=("linuxcnc",), without="others")
+    for number, run, text in (
+        (700, save, "save the modal state"),
+        (710, forget, "forget the saved modal state"),
+        (720, bring_back, "restore the modal state"),
+        (730, save_for_sub, "save the modal state until the subroutine ends"),
+    )
 )

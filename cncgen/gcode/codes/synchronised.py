@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import has_axis
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import SYNCHRONISED, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -86,8 +86,9 @@ def tap(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("G", 330, "motion", Stage.MOTION, thread, "line in step with the spindle, K a revolution", _WORDS, "motion",
-        dialects=("linuxcnc",), waits=True),
+        dialects=("linuxcnc",), waits=True, refused=SYNCHRONISED),
     Code("G", 330, "motion", Stage.MOTION, thread_fanuc, "line in step with the spindle, F a revolution", _WORDS + "fq", "motion",
-        dialects=("fanuc",), takes="f"),
-    Code("G", 331, "motion", Stage.MOTION, tap, "rigid tapping, K a revolution", _WORDS + "i", "motion"),
+        dialects=("fanuc",), takes="f", refused=SYNCHRONISED, without="lathes"),
+    Code("G", 331, "motion", Stage.MOTION, tap, "rigid tapping, K a revolution", _WORDS + "i", "motion", refused=SYNCHRONISED,
+        without="lathes"),
 )  # fmt: skip

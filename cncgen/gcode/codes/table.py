@@ -87,21 +87,22 @@ LATHES: dict[str, dict[int, int]] = {
         200: 900, 210: 920, 240: 940, 700: 200, 710: 210, **{number: number - 20 for number in range(720, 790, 10)},
     },
 }  # fmt: skip
-#: Codes, in tenths, that FANUC's mills have and its lathes have not, or with another meaning.
-_OF_MILLS = frozenset(
-    {
-        *((letter, 0) for letter in ("T", *OFFSET_NUMBERS)),
-        ("G", 100),
-        *(
-            ("G", 10 * n)
-            for n in (12, 13, 15, 16, 33, 43, 44, 49, 50, 51, 68, 69, 70, 71, *range(73, 80), *range(81, 96))
-        ),
-    }
-    | {("G", n) for n in (331, 431, 432, 434, 501, 511, 541, 842, 843, 980, 990, 1000, 1010)}
-)
-
-#: M codes, in tenths, of LinuxCNC, which other controls leave to the machine's builder. (SINUMERIK's tools are put in by M61.)
-_OF_LINUXCNC = frozenset(("M", 10 * n) for n in (*range(50, 54), 60, *range(62, 69), *range(70, 74)))
+#: What may be in force while a code is refused (`Code.refused`), in bits: cutter compensation, that of LinuxCNC alone, and that of other
+#: controls where the block moves in its plane too; paths of a linear and a rotary axis (G12.1); tool centre point control (G43.4).
+COMPENSATION, STRICT_COMPENSATION, COMPENSATION_PLANE, ROTARY_PATH, TOOL_POINT = 1, 2, 4, 8, 16
+_FOLLOWED = ROTARY_PATH | TOOL_POINT
+#: What codes of several modules do that is refused under these.
+CHANGES_SYSTEM = ("changes the coordinate system", COMPENSATION | _FOLLOWED)
+CHANGES_ORIGIN = ("changes the origin", COMPENSATION | _FOLLOWED)
+CHANGES_OFFSETS = ("changes offsets", _FOLLOWED)
+CHANGES_UNITS = ("changes the units", _FOLLOWED)
+CHANGES_TOOL = ("changes the tool", COMPENSATION | TOOL_POINT)
+CHANGES_TOOL_OFFSET = ("changes the tool's offset", STRICT_COMPENSATION | TOOL_POINT)
+CHANGES_PATH_MODE = ("changes the path mode", STRICT_COMPENSATION)
+GOES_HOME = ("goes by way of a reference point", COMPENSATION_PLANE | _FOLLOWED)
+IN_MACHINE = ("moves in machine coordinates", COMPENSATION | _FOLLOWED)
+SYNCHRONISED = ("is synchronised with the spindle", COMPENSATION | _FOLLOWED)
+IS_CYCLE = ("is a canned cycle", COMPENSATION)
 
 
 def language_of(dialect: str) -> str:
@@ -129,7 +130,8 @@ class Code:
         help: One line.
         axes: ``none``, ``motion`` (a modal motion), ``own`` (uses axis words itself).
         summons: Letters that bring this modal motion into a block that does not name it.
-        dialects: Where it means this.
+        dialects: Where it means this; dialects that build on these have it too, FANUC's lathes on its mills, others on LinuxCNC.
+        without: Which of those have it not, or have another one: ``lathes``, or ``others``, which leave an M code to the machine's builder.
         title: How it is written, where that is not letter and number.
         named: Words of several letters that it uses.
         after: Its handler for the time when all else of the block is done, or None.
@@ -139,6 +141,7 @@ class Code:
         moves_alone: Whether that holds in blocks without an axis word only.
         plane: The plane that it chooses, a key of `modal.PLANE_AXES`, or 0.
         waits: Whether blocks with it may wait while lines behind them are computed: it reads and sets no parameter, and leads nowhere.
+        refused: What it does that does not go with other codes: ``changes the units``; and under which it is refused, in bits.
         calls: Letter whose number names the program that it calls; where it has no `words`, all others are arguments.
     """
 
@@ -152,6 +155,7 @@ class Code:
     axes: str = "none"
     summons: str = AXES + "@^"
     dialects: tuple[str, ...] = BOTH
+    without: str = ""
     title: str = ""
     named: tuple[str, ...] = ()
     after: Handler | None = None
@@ -161,6 +165,7 @@ class Code:
     moves_alone: bool = False
     plane: int = 0
     calls: str = ""
+    refused: tuple[str, int] = ("", 0)
     waits: bool = False
 
     @property
@@ -187,22 +192,27 @@ class Codes(Mapping[tuple[str, int], Code]):
         self.family = LATHE if dialect in LATHES else dialect
         # Plain language has the M functions and modes of LinuxCNC, and motions of its own.
         self._base = language_of(dialect) if language_of(dialect) in BOTH else BOTH[0]
-        self._without = _OF_MILLS if dialect in LATHES else frozenset() if dialect in BOTH else _OF_LINUXCNC
+        self._heir = "lathes" if dialect in LATHES else "" if dialect in BOTH else "others"
         self._found: dict[tuple[str, int], Code] = {}
         self._waiting = list(reversed(_MODULES))
 
     def _import_next(self) -> None:
         for code in import_module(f"cncgen.gcode.{self._waiting.pop()}").CODES:
-            key = code.letter, code.number
-            if {self._dialect, self.family} & set(code.dialects) or (
-                self._base in code.dialects and key not in self._without
-            ):
-                self._found[key] = code
+            named = not {self._dialect, self.family}.isdisjoint(code.dialects)
+            if named or (self._base in code.dialects and not (self._heir and code.without == self._heir)):
+                self._found[code.letter, code.number] = code
 
     def __getitem__(self, key: tuple[str, int]) -> Code:
         while key not in self._found and self._waiting:
             self._import_next()
         return self._found[key]
+
+    def of(self, block: Block) -> Iterator[Code]:
+        """Yield the rows of the G and M codes of a block, and of its words that act by themselves."""
+        keys = [("G", number) for number in block.g] + [("M", number) for number in block.m]
+        for key in (*keys, *((letter, 0) for letter in ALONE if letter.lower() in block.words)):
+            if key in self:
+                yield self[key]
 
     def __iter__(self) -> Iterator[tuple[str, int]]:
         while self._waiting:

@@ -22,7 +22,7 @@ from cncgen.gcode.codes.lathe_fanuc import (
 )
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.simple_cycles_fanuc import go, thread_pass
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import SYNCHRONISED, Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -151,5 +151,5 @@ def _cut(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("G", 760, "non-modal", Stage.MOTION, cut, "cut a thread of height P and lead F in passes; first P Q R alone (Haas: K D A)",
-        "xzuwrpqfkdia", "own", dialects=ONLY, takes="f", moves="XZ"),
+        "xzuwrpqfkdia", "own", dialects=ONLY, takes="f", moves="XZ", refused=SYNCHRONISED),
 )  # fmt: skip

@@ -12,9 +12,9 @@ from collections.abc import Iterator
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import MOTION
-from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, REFUSED, FollowedSink, Path
+from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, FollowedSink, Path
 from cncgen.gcode.codes.frames import FramedSink
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.codes.tools import number_in_force, table_offset
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -27,28 +27,16 @@ from cncgen.units import INCH
 _LOOK_PARTS = 2
 #: Halvings of such a step.
 _MAX_DEPTH = 12
-_REFUSED = {
-    **REFUSED,
-    **dict.fromkeys((922, 923), "changes an offset"),
-    **dict.fromkeys((410, 411, 420, 421), "offsets the path"),
-    **dict.fromkeys((430, 440), "changes the tool offset"),
-    950: "feeds per revolution",
-}
 
 
 class ToolPointSink(FollowedSink):
     """Passes motions of the tip on as motions of the machine; other calls go through."""
 
-    fault, remedy, refused = "tcp-refused", "use G49", _REFUSED
+    fault, remedy, under = "tcp-refused", "use G49", TOOL_POINT
 
     def __init__(self, inner: Sink, ip: Interpreter, kinematics: Kinematics) -> None:
         super().__init__(inner, ip, "G43.4")
         self.kinematics = kinematics
-
-    def _check(self, block: Block) -> None:
-        """Refuse another tool."""
-        if 60 in block.m:
-            self._refuse("M6 changes the tool: not", "M6")
 
     # Between the tip and the machine.
 
@@ -209,6 +197,7 @@ def length_off(ip: Interpreter, block: Block) -> None:
 _FANUC = ("fanuc",)
 CODES = (
     Code("G", 434, "tool length", Stage.TOOL_LENGTH, turn_on, "tool centre point control with the length H", "h", dialects=_FANUC,
-        takes="h", moves="XYZ"),
-    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset, no tool centre point control", dialects=_FANUC),
+        takes="h", moves="XYZ", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
+    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset, no tool centre point control", dialects=_FANUC,
+        without="lathes"),
 )  # fmt: skip

@@ -6,7 +6,14 @@ from array import array
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, LARGEST, NEXT_TOOL, Block, repeated
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import (
+    CHANGES_TOOL,
+    CHANGES_TOOL_OFFSET,
+    COMPENSATION,
+    ROTARY_PATH,
+    TOOL_POINT,
+    Code,
+)
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import Stage, zeros
 from cncgen.gcode.state.parameters import TOOL
@@ -242,15 +249,22 @@ def length_off(ip: Interpreter, block: Block) -> None:
     use_offset(ip, zeros())
 
 
+_BY_NUMBER = ("changes the tool's offset", TOOL_POINT)
+_GIVEN = ("changes the tool's offset", COMPENSATION | TOOL_POINT)
 CODES = (
-    Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t"),
-    Code("H", 0, "H", Stage.TOOL_LENGTH, length_number, "number of the tool offset", "h", dialects=("fanuc",)),
-    Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", named=(NEXT_TOOL,), after=take_position),
+    Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t", refused=("changes the tool", ROTARY_PATH), without="lathes"),
+    Code("H", 0, "H", Stage.TOOL_LENGTH, length_number, "number of the tool offset", "h", dialects=("fanuc",), without="lathes"),
+    Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", named=(NEXT_TOOL,), after=take_position,
+        refused=CHANGES_TOOL),
     Code("M", _M61, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q", dialects=("linuxcnc",)),
-    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length, "tool offset of tool H", "h", dialects=("linuxcnc",)),
-    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length_fanuc, "tool offset H", "h", dialects=("fanuc",), takes="h"),
-    Code("G", 440, "tool length", Stage.TOOL_LENGTH, length_back, "tool offset H, negative", "h", dialects=("fanuc",), takes="h"),
-    Code("G", 431, "tool length", Stage.TOOL_LENGTH, length_given, "tool offset in axis words", AXES, "own"),
-    Code("G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", AXES + "h", "own", takes="h"),
-    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", dialects=("linuxcnc",)),
+    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length, "tool offset of tool H", "h", dialects=("linuxcnc",), refused=CHANGES_TOOL_OFFSET),
+    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length_fanuc, "tool offset H", "h", dialects=("fanuc",), takes="h",
+        refused=_BY_NUMBER, without="lathes"),
+    Code("G", 440, "tool length", Stage.TOOL_LENGTH, length_back, "tool offset H, negative", "h", dialects=("fanuc",), takes="h",
+        refused=_BY_NUMBER, without="lathes"),
+    Code("G", 431, "tool length", Stage.TOOL_LENGTH, length_given, "tool offset in axis words", AXES, "own", refused=_GIVEN,
+        without="lathes"),
+    Code("G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", AXES + "h", "own", takes="h", refused=_GIVEN,
+        without="lathes"),
+    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", dialects=("linuxcnc",), refused=CHANGES_TOOL_OFFSET),
 )  # fmt: skip

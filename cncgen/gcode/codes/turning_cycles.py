@@ -15,7 +15,7 @@ import math
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.codes.turning_profiles import MAX_CUTS, TINY, Segment, check_cuts, moved_aside, read_profile
 from cncgen.gcode.errors import BlockError
@@ -305,7 +305,7 @@ CODES = (
         calls="q"),
     *(
         Code("G", number, "non-modal", Stage.MOTION, _rough(number >= 720, kind), text, _WORDS, "own", dialects=("linuxcnc",), moves="XZ",
-            calls="q")
+            calls="q", refused=("is a roughing cycle", COMPENSATION))
         for number, kind, text in (
             (710, 0, "rough the profile of o-Q along Z"),
             (711, 1, "as G71, leaving pockets out"),
