@@ -246,3 +246,34 @@ def test_cycles_of_lathes_end_at_r_in_g99_of_system_b(run: Run) -> None:
     for dialect in ("fanuc-lathe-b", "fanuc-lathe-c"):
         assert [end[2] for end in ends(run, text.format("G99"), dialect)][-2:] == [2, 2]
         assert [end[2] for end in ends(run, text.format("G98"), dialect)][-2:] == [5, 5]
+
+
+@pytest.mark.parametrize(
+    ("expression", "value"),
+    [
+        # AND is of the rank of *, OR and XOR of that of +, from the left; comparisons come last (B-64484EN, 16.4, "Priority of operations").
+        ("#1AND4EQ4", 1),
+        ("#1AND1EQ1", 0),
+        ("4EQ#1AND4", 1),
+        ("2*3AND3", 2),
+        ("4OR1*2", 6),
+        ("1OR4-1", 4),
+        ("8-1XOR2", 5),
+        ("1+2AND2", 3),
+    ],
+)
+def test_and_binds_before_comparisons(run: Run, expression: str, value: int) -> None:
+    """With #1 = 6. LinuxCNC's logic binds loosest: 6 AND [4 EQ 4] was 0 here, which took the other branch without a word."""
+    assert ends(run, f"#1=6\n#2=[{expression}]\nG0X#2Y9\nM30") == [[value, 9, 0]]
+
+
+def test_comparisons_in_a_row_stand_in_brackets(run: Run) -> None:
+    """#1 EQ 1 AND #2 EQ 2 is #1 EQ [1 AND #2] EQ 2, which nobody means."""
+    text = "#1=1\n#2=2\nIF[#1EQ1AND#2EQ2]GOTO5\nG0X1\nN5\nM30"
+    (error,) = [d for d in run(text, dialect="fanuc").diagnostics if d.severity == "error"]
+    assert (error.code, error.span.line, error.hint) == (
+        "syntax",
+        3,
+        "AND and OR bind before comparisons: [[#1 EQ 1] AND [#2 EQ 2]]",
+    )
+    assert ends(run, text.replace("#1EQ1AND#2EQ2", "[#1EQ1]AND[#2EQ2]")) == []

@@ -404,7 +404,7 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "a parameter beyond the mode": ("CYCLE82(10,0,2,-8,,0,0,1,12,1)", ("not-read", 1, 1)),
     "a face of corners": ("F100\nCYCLE61(20,0,2,-4,0,0,30,20,2,100,0,500,31,0,1,1010)", ("not-read", 2, 1)),
     "a face that neither roughs nor finishes": ("F100\nT1 M6\nCYCLE71(20,0,2,-4,0,0,30,20,0,2,4,0,0,500,33,0)", ("not-read", 3, 1)),
-    "a spigot with a chamfer": ("F100\nCYCLE77(20,0,2,-4,,20,50,10,2,0,0,500,100,0,1,26,1)", ("not-read", 2, 1)),
+    "a spigot with a chamfer": ("F100\nCYCLE77(20,0,2,-4,,20,50,10,2,0,0,500,100,0,5,26,1)", ("not-read", 2, 1)),
     "an edge alone": ("F100\nPOCKET4(20,0,2,-4,10,0,0,2,0,0,500,100,0,4)", ("not-read", 2, 1)),
     "a pocket that is cut in part": ("F100\nPOCKET3(20,0,2,-4,30,20,5,0,0,0,2,0,0,500,100,0,1,,10,5)", ("not-read", 2, 1)),
     "a slot on a cylinder": ("TRACYL(40,1,2)", ("not-read", 1, 1)),

@@ -104,9 +104,14 @@ class PocketPath:
         return self.pocket.length - self.how.radius, self.pocket.width - self.how.radius
 
     def _offsets(self, name: str) -> list[float]:
-        """Return how far inside the last loop each one lies, the innermost first."""
-        reach = min(self._half())
-        count = math.floor(reach / self.how.step + _TINY)
+        """Return how far inside the last loop each one lies, the innermost first, so that the tool leaves nothing between them.
+
+        Corners of loops that are not rounded lie farther apart than their sides, and the innermost loop has a middle of its own.
+        """
+        reach, step = min(self._half()), self.how.step
+        if self.pocket.corner < min(self.pocket.length, self.pocket.width) - _TINY:
+            step = min(step, math.sqrt(2.0) * self.how.radius)
+        count = math.floor(reach / step + _TINY)
         if count > _MOST:
             raise BlockError(
                 "cycle-tool",
@@ -114,7 +119,8 @@ class PocketPath:
                 name,
                 hint=f"at most {_MOST} are made: is the step aside too small?",
             )
-        return [self.how.step * k for k in range(count, -1, -1)]
+        inner = [reach] if reach - step * count > self.how.radius + _TINY else []
+        return [*inner, *(step * k for k in range(count, -1, -1))]
 
     def begin(self, offset: float) -> complex:
         """Return where a loop begins: in the middle of the long side."""
@@ -210,6 +216,8 @@ def clear_bow(ip: Interpreter, bow: Bow, half: float, how: Clearing, name: str) 
         raise BlockError("cycle-tool", message, name, hint="--tool-table gives the diameter of the tool")
     steps = max(1, math.ceil(reach / how.step - _TINY)) if reach > _TINY else 0
     offsets = [reach * k / steps for k in range(1, steps + 1)] or [0.0]
+    if offsets[0] > how.radius + _TINY:
+        offsets.insert(0, 0.0)
     path = PocketPath(ip, Pocket(0j, 0.0, 0.0, 0.0), how)
     begin = bow.place(bow.radius, bow.begin)
     path.go(begin, None, rapid=True)

@@ -17,6 +17,7 @@ from cncgen.gcode.codes.turning_cycles import Lathe
 from cncgen.gcode.codes.turning_cycles_fanuc import advances, levels, shifted
 from cncgen.gcode.codes.turning_profiles import Segment, check_cuts, moved_aside
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik.cycle_modes import MillingModes
 from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
 from cncgen.units import INCH
 
@@ -90,13 +91,12 @@ class _Beside:
 
 
 def mill(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE72(KNAME, RTP, RFP, SDIS, DP, MID, FAL, FALD, FFP1, FFD, VARI, RL, AS1, LP1, FF3, AS2, LP2)."""
+    """CYCLE72(KNAME, RTP, RFP, SDIS, DP, MID, FAL, FALD, FFP1, FFD, VARI, RL, AS1, LP1, FF3, AS2, LP2), then UMODE FS ZFS GMODE DMODE AMODE."""
     v = [0.0, *(filled(values, k) for k in range(1, 17))]
-    modes = [filled(values, k) for k in range(17, 23)]
+    modes = MillingModes.of(motions, name, values, 20)
     vari, side = round(v[10]), round(v[11])
     if (
-        any(modes[:5])
-        or modes[5] not in (0.0, 1.0)
+        filled(values, 17)
         or vari % 10 not in (1, 2)
         or vari // 10 % 10 > 1
         or vari >= 400
@@ -105,8 +105,8 @@ def mill(motions: Motions, name: str, values: Values) -> None:
         message = f"VARI = {vari}, RL = {side} or a parameter behind LP2 of {name} is not read"
         hint = "VARI is 1 or 2, 10 more for G1 between, 0 to 300 more for the way up; RL is 40, 41 or 42"
         raise BlockError("not-read", message, name, hint=hint)
-    depth = v[2] - abs(v[4]) if modes[5] == 1.0 else given(values, 4)
-    hole = Hole.of(motions, name, [v[1], v[2], v[3], depth])
+    depth = given(values, 4)
+    hole = Hole.of(motions, name, [v[1], v[2], v[3], None if depth is None else modes.depth_of(depth, v[2])])
     ip, rough = motions.ip, vari % 10 == 1
     radius = ip.cutting_radius(name) if side != 40 else 0.0
     before = ip.state.feed

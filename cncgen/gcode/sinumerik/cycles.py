@@ -188,7 +188,7 @@ class Hole:
 def _drill(motions: Motions, name: str, values: Values) -> None:
     """CYCLE81, CYCLE82: DTB GMODE DMODE AMODE, whose ones choose DP or DPR (of CYCLE81 DP, a depth or a diameter) and tens the unit of DTB."""
     end, each = _modes(motions, name, values, 6, (2, 2))
-    hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
+    hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
     hole.go(hole.start, rapid=True)
     hole.go(hole.depth, rapid=False)
     if name == "CYCLE82":
@@ -319,7 +319,7 @@ def _check_axis(name: str, values: Values) -> None:
         raise BlockError("not-read", message, name, hint="AXN = 3, or none, is the axis beside the plane")
 
 
-def _of_two(name: str, values: Values, index: int, digit: int) -> tuple[float | None, float | None]:
+def of_two(name: str, values: Values, index: int, digit: int) -> tuple[float | None, float | None]:
     """Return a depth as a coordinate and as a distance, of which a digit of AMODE chooses: 0 the one that is given, 1 the distance, 2 the coordinate."""
     absolute, relative = given(values, index), given(values, index + 1)
     if digit and (relative, absolute)[digit - 1] is None:
@@ -345,8 +345,8 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
         motions, name, values, 17, (2, 2, 2, 2, 2, 2, 2, 1)
     )
     _check_axis(name, values)
-    hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
-    absolute, relative = _of_two(name, values, 5, begin)
+    hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
+    absolute, relative = of_two(name, values, 5, begin)
     first = hole.reference - abs(relative) if absolute is None and relative is not None else absolute
     if first is None:
         raise BlockError(
@@ -405,7 +405,7 @@ def _tap(motions: Motions, name: str, values: Values) -> None:
     """
     end, each, _, hand, *_ = _modes(motions, name, values, 21, (2, 2, 0, 2, 0, 0, 1))
     _check_axis(name, values)
-    hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
+    hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
     wait = _waits(filled(values, 5), each)
     unit = filled(values, 13)
     if unit not in (0.0, 1.0):
@@ -474,7 +474,7 @@ def _tapped(
 def _ream(motions: Motions, name: str, values: Values) -> None:
     """CYCLE85: DTB, FFR in, RFF out, GMODE DMODE AMODE (ones for the depth, tens for DTB)."""
     end, each = _modes(motions, name, values, 8, (2, 2))
-    hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
+    hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
     feed = motions.ip.state.feed
     hole.go(hole.start, rapid=True)
     hole.feed(given(values, 6))
@@ -490,7 +490,7 @@ def _bore(motions: Motions, name: str, values: Values) -> None:
     """CYCLE86: DTB, SDIR, the way off the wall RPA RPO RPAP, POSS (where the spindle stands, which moves no axis), and modes as of CYCLE85."""
     filled(values, 10)
     end, each = _modes(motions, name, values, 11, (2, 2))
-    hole = Hole.of(motions, name, [*values[:3], *_of_two(name, values, 3, end)])
+    hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
     first, second, normal = motions.plane()
     direction = filled(values, 6)
     if direction not in (3.0, 4.0):

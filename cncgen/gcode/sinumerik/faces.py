@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.pockets import levels_of
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik.cycle_modes import CORNERS, MillingModes
 from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, milling_feed
 
 if TYPE_CHECKING:
@@ -257,16 +258,18 @@ def _how(v: list[float], first: int) -> dict[str, float]:
 
 
 def rectangle(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE76(RTP, RFP, SDIS, DP, DPR, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, AP1, AP2)."""
+    """CYCLE76(RTP, RFP, SDIS, DP, DPR, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, AP1, AP2), then FS ZFS GMODE DMODE AMODE."""
     v = [filled(values, k) for k in range(20)]
     how = _how(v, 11)
-    _check_modes(name, values, 20)
+    modes = MillingModes.of(motions, name, values, 22, CORNERS)
+    x, y = modes.corner
     mill = _Mill.of(
         motions,
         name,
-        Hole.of(motions, name, values),
+        modes.hole(motions, name, values),
         (how["feed"], how["plunge"] or how["feed"]),
-        complex(v[8], v[9]),
+        complex(v[8], v[9])
+        + complex(x * abs(v[5]), y * abs(v[6])) / 2.0 * cmath.rect(1.0, math.radians(v[10])),
         v[10],
     )
     excess = max(0.0, v[18] - v[5], v[19] - v[6]) / 2.0
@@ -274,33 +277,16 @@ def rectangle(motions: Motions, name: str, values: Values) -> None:
 
 
 def circle(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE77(RTP, RFP, SDIS, DP, DPR, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, AP1); PRAD and AP1 are diameters."""
+    """CYCLE77(RTP, RFP, SDIS, DP, DPR, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, AP1), then FS ZFS GMODE DMODE AMODE; PRAD and AP1 are diameters."""
     v = [filled(values, k) for k in range(16)]
     how, radius = _how(v, 8), abs(v[5]) / 2.0
-    _check_modes(name, values, 16)
+    modes = MillingModes.of(motions, name, values, 18)
     mill = _Mill.of(
         motions,
         name,
-        Hole.of(motions, name, values),
+        modes.hole(motions, name, values),
         (how["feed"], how["plunge"] or how["feed"]),
         complex(v[6], v[7]),
         0.0,
     )
     _round(mill, _Spigot(radius, radius, radius, max(0.0, v[15] / 2.0 - radius)), how)
-
-
-def _check_modes(name: str, values: Values, first: int) -> None:
-    """Raise where a chamfer is milled or sizes mean something else (FS, ZFS, GMODE, AMODE)."""
-    numbers = [filled(values, k) for k in range(first, min(first + 5, len(values)))]
-    if (
-        any(numbers[:2])
-        or any(n % 10 > 1 or n >= 10 for n in numbers[2:3])
-        or any(n not in (0.0, 2.0) for n in numbers[4:])
-    ):
-        message = f"{name} with a chamfer, or other values of GMODE and AMODE, is not read"
-        raise BlockError(
-            "not-read",
-            message,
-            name,
-            hint="leave the parameters behind AP1 and AP2 out: DP is a coordinate then",
-        )

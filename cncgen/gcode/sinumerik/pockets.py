@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow, levels_of
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, milling_feed
+from cncgen.gcode.sinumerik.cycle_modes import CORNERS, MillingModes
+from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, given, milling_feed
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
 
 #: Part of the tool's diameter by which loops step aside where MIDA is left out (ibid.: 80 %).
 _USUAL_STEP = 0.8
+#: The reference point of slots on a circle: they begin at RAD.
+_FROM_RAD = CORNERS[:1]
 
 
 def _levels(name: str, motions: Motions, values: Values, depth: float) -> Hole:
@@ -50,21 +53,45 @@ def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[
     motions.move({"Z": hole.back}, rapid=True)
 
 
+def _place(motions: Motions, values: Values, index: int) -> complex:
+    """Return the reference point of a cycle: two parameters, or where the motion that called it (MCALL) has led, where both are left out."""
+    if motions.in_modal and given(values, index) is None and given(values, index + 1) is None:
+        first, second, _ = motions.plane()
+        return complex(motions.ip.state.position[first], motions.ip.state.position[second])
+    return complex(filled(values, index), filled(values, index + 1))
+
+
 def rectangle(motions: Motions, name: str, values: Values) -> None:
-    """POCKET3(RTP, RFP, SDIS, DP, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA)."""
+    """POCKET3(RTP, RFP, SDIS, DP, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA).
+
+    Then AP1 AP2 AD RAD1 DP1 UMODE FS ZFS GMODE DMODE AMODE. The thousands of GMODE choose the reference point: 0 and 1 the centre, 2 to 5 a
+    corner, from which the pocket lies towards +LENG +WID, -LENG +WID, +LENG -WID, -LENG -WID.
+    """
     v = [filled(values, k) for k in range(18)]
-    hole = _levels(name, motions, values, depth_of(name, values))
-    _check_whole(name, values, (18, 19, 20))
-    pocket = Pocket(complex(v[7], v[8]), abs(v[4]) / 2.0, abs(v[5]) / 2.0, v[6], v[9])
-    _cleared(motions, name, hole, pocket, _how(v, 10))
+    modes = MillingModes.of(motions, name, values, 26, CORNERS)
+    hole = _levels(name, motions, values, modes.depth_of(depth_of(name, values), v[1]))
+    modes.check_whole(name, values, (18, 19, 20))
+    half, turn = complex(abs(v[4]), abs(v[5])) / 2.0, cmath.rect(1.0, math.radians(v[9]))
+    x, y = modes.corner
+    middle = _place(motions, values, 7) + complex(x * half.real, y * half.imag) * turn
+    how = _how(v, 10)
+    how["step"] = modes.step(how["step"], motions, name, min(half.real, half.imag))
+    _cleared(motions, name, hole, Pocket(middle, half.real, half.imag, v[6], v[9]), how)
 
 
 def circle(motions: Motions, name: str, values: Values) -> None:
-    """POCKET4(RTP, RFP, SDIS, DP, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA)."""
+    """POCKET4(RTP, RFP, SDIS, DP, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA), then AP1 AD RAD1 DP1 UMODE FS ZFS GMODE DMODE AMODE.
+
+    The hundreds of DMODE choose what PRAD is: 0 the radius, 1 the diameter.
+    """
     v = [filled(values, k) for k in range(15)]
-    hole = _levels(name, motions, values, depth_of(name, values))
-    _check_whole(name, values, (15, 16))
-    _cleared(motions, name, hole, Pocket(complex(v[5], v[6]), v[4], v[4], v[4]), _how(v, 7))
+    modes = MillingModes.of(motions, name, values, 22)
+    hole = _levels(name, motions, values, modes.depth_of(depth_of(name, values), v[1]))
+    modes.check_whole(name, values, (15, 16))
+    radius = v[4] / 2.0 if modes.diameter else v[4]
+    how = _how(v, 7)
+    how["step"] = modes.step(how["step"], motions, name, radius)
+    _cleared(motions, name, hole, Pocket(_place(motions, values, 5), radius, radius, radius), how)
 
 
 def old_rectangle(motions: Motions, name: str, values: Values) -> None:
@@ -143,15 +170,6 @@ def bows(motions: Motions, name: str, values: Values) -> None:
     motions.move({"Z": hole.back}, rapid=True)
 
 
-def _check_whole(name: str, values: Values, sizes: tuple[int, ...]) -> None:
-    """Raise where parameters say that a pocket is cut in part already (AP1, AP2, AD)."""
-    if any(filled(values, k) for k in sizes):
-        message = f"{name} of a pocket that is cut already in part (AP1, AP2, AD) is not read"
-        raise BlockError(
-            "not-read", message, name, hint="leave AP1, AP2 and AD out: the whole pocket is cleared"
-        )
-
-
 def _how(v: list[float], first: int) -> dict[str, float]:
     """Return MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA from a parameter on."""
     names = ("mid", "fal", "fald", "feed", "plunge", "cdir", "vari", "step")
@@ -161,27 +179,40 @@ def _how(v: list[float], first: int) -> dict[str, float]:
 def slots(motions: Motions, name: str, values: Values) -> None:
     """SLOT1(RTP, RFP, SDIS, DP, DPR, NUM, LENG, WID, CPA, CPO, RAD, STA1, INDA, FFD, FFP1, MID, CDIR, FAL, VARI).
 
+    Then MIDF FFP2 SSF FALD STA2 DP1 UMODE FS ZFS GMODE DMODE AMODE; FFP2 is the feed of finishing, FALD the allowance of the floor.
     Slots lie along rays from the centre, beginning at the distance RAD.
     """
-    v = [filled(values, k) for k in range(19)]
-    how = {"mid": v[15], "fal": v[17], "fald": 0.0, "feed": v[14], "plunge": v[13], "cdir": v[16], "vari": v[18], "step": 0.0}  # fmt: skip
-    _rays(motions, name, values, v, v[7] / 2.0, how)
+    v = [filled(values, k) for k in range(25)]
+    modes = MillingModes.of(motions, name, values, 28, _FROM_RAD)
+    feed = v[20] or v[14] if v[18] % 10 == 2.0 else v[14]
+    how = {"mid": v[15], "fal": v[17], "fald": v[22], "feed": feed, "plunge": v[13], "cdir": v[16], "vari": v[18], "step": 0.0}  # fmt: skip
+    _rays(motions, name, values, modes, v, v[7] / 2.0, how)
 
 
 def long_holes(motions: Motions, name: str, values: Values) -> None:
-    """LONGHOLE(RTP, RFP, SDIS, DP, DPR, NUM, LENG, CPA, CPO, RAD, STA1, INDA, FFD, FFP1, MID): slots as wide as the tool."""
-    v = [filled(values, k) for k in range(15)]
+    """LONGHOLE(RTP, RFP, SDIS, DP, DPR, NUM, LENG, CPA, CPO, RAD, STA1, INDA, FFD, FFP1, MID): slots as wide as the tool.
+
+    Then VARI UMODE GMODE DMODE AMODE; the way in that VARI chooses is our own.
+    """
+    v = [filled(values, k) for k in range(16)]
+    modes = MillingModes.of(motions, name, values, 17, _FROM_RAD)
     radius = motions.ip.cutting_radius(name)
     how = {"mid": v[14], "fal": 0.0, "fald": 0.0, "feed": v[13], "plunge": v[12], "cdir": 0.0, "vari": 0.0, "step": 0.0}  # fmt: skip
-    _rays(motions, name, values, [*v[:7], 2.0 * radius, *v[7:12]], radius, how)
+    _rays(motions, name, values, modes, [*v[:7], 2.0 * radius, *v[7:12]], radius, how)
 
 
 def _rays(
-    motions: Motions, name: str, values: Values, v: list[float], half: float, how: dict[str, float]
+    motions: Motions,
+    name: str,
+    values: Values,
+    modes: MillingModes,
+    v: list[float],
+    half: float,
+    how: dict[str, float],
 ) -> None:
     """Clear NUM slots (v[5]) of LENG (v[6]) and half a width about CPA CPO (v[8:10]), from RAD (v[10]) on at STA1 (v[11]) and INDA (v[12])."""
     check_plane(motions, name)
-    hole = Hole.of(motions, name, values)
+    hole = modes.hole(motions, name, values)
     count = round(v[5])
     if not 1 <= count <= 10_000:
         message = f"NUM = {count} of {name} is not within 1 to 10000"

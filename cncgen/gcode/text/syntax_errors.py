@@ -25,7 +25,7 @@ _NAMES = {
     "FUNCTION": "a function",
     "ATAN": "a function",
     "EXISTS": "a function",
-    "LOGIC": "an operator",
+    **dict.fromkeys(("LOGIC", "BOTH", "EITHER"), "an operator"),
     "RELATION": "an operator",
     "TIMES": "an operator",
     "POWER": "an operator",

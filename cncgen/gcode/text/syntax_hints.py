@@ -60,6 +60,7 @@ _IN_BRACKETS = tuple(
     (re.compile(there), text)
     for there, text in (
         (r"[<>=!]", "comparisons are words: EQ NE GT GE LT LE"),
+        (r"eq|ne|g[te]|l[te]", "AND and OR bind before comparisons: [[#1 EQ 1] AND [#2 EQ 2]]"),
         (r"\^", "a power is **: [2**3]"),
         (r"%", "the remainder is MOD: [5 MOD 2]"),
         (r"[&|]", "logic is words: AND OR XOR"),

@@ -1,0 +1,187 @@
+"""SINUMERIK: milling cycles leave nothing within their walls, and GMODE, DMODE, AMODE of programs that are made at the control.
+
+What a cycle must clear is known in closed form: where the tool's disc fits between the walls. Digits are those of the manual (840D sl,
+"Programming cycles externally", POCKET3, POCKET4).
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cncgen.toolpath.record import FeedMode, Kind
+
+Run = Callable[..., Any]
+TOOL = "$TC_DP6[1,1]={}\nT1 D1 M6\nS1000 M3\n"
+
+
+def cut(run: Run, cycle: str, radius: float) -> np.ndarray:
+    """Return places of the tool's middle, close to each other, on its cutting moves in the plane."""
+    out = run(f"{TOOL.format(radius)}{cycle}\nM30", dialect="sinumerik")
+    assert out.errors == []
+    rows = np.flatnonzero(
+        (out.path.kind != Kind.EVENT) & (out.path.feed_mode != FeedMode.RAPID) & (out.path.end[:, 2] < 0.0)
+    )
+    begins = out.path.path.row_s
+    places = []
+    for row in rows:
+        s = np.linspace(begins[row], begins[row + 1], 2 + int((begins[row + 1] - begins[row]) / 0.02))
+        points = out.path.path.evaluate(s)[0]
+        places.append(points[:, 0] + 1j * points[:, 1])
+    return np.concatenate(places)
+
+
+def left(places: np.ndarray, wanted: np.ndarray, radius: float) -> float:
+    """Return how far the worst of the places that must be cut is from the tool's disc."""
+    worst = max(float(np.abs(places - w).min()) for w in wanted)
+    return worst - radius
+
+
+def rectangle(
+    length: float, width: float, corner: float, angle: float = 0.0, middle: complex = 0j
+) -> np.ndarray:
+    """Return places of a rectangle with rounded corners, 0.5 apart."""
+    x, y = np.meshgrid(
+        np.arange(-length / 2, length / 2 + 1e-9, 0.5), np.arange(-width / 2, width / 2 + 1e-9, 0.5)
+    )
+    off = np.hypot(
+        np.maximum(np.abs(x) - length / 2 + corner, 0.0), np.maximum(np.abs(y) - width / 2 + corner, 0.0)
+    )
+    return middle + (x + 1j * y)[off <= corner + 1e-9] * cmath.rect(1.0, math.radians(angle))
+
+
+@pytest.mark.parametrize("step", ["", "8", "9.9", "4"])
+@pytest.mark.parametrize(("length", "width"), [(50, 40), (50, 30), (36, 36), (60, 11), (80, 27)])
+def test_nothing_is_left_in_a_rectangle(run: Run, length: float, width: float, step: str) -> None:
+    """Loops 8 apart left a strip in the middle of 50 x 40, and slivers at the corners of the loops."""
+    places = cut(run, f"POCKET3(10,0,1,-5,{length},{width},5,3,-2,20,5,0,0,500,100,0,11,{step})", 5.0)
+    assert left(places, rectangle(length, width, 5.0, 20.0, 3 - 2j), 5.0) < 0.01
+
+
+@pytest.mark.parametrize("radius", [6, 11, 17.5, 30])
+def test_nothing_is_left_in_a_circle(run: Run, radius: float) -> None:
+    places = cut(run, f"POCKET4(10,0,1,-5,{radius},0,0,5,0,0,500,100,0,11,9)", 5.0)
+    wanted = rectangle(2 * radius, 2 * radius, 0.0)
+    assert left(places, wanted[np.abs(wanted) <= radius], 5.0) < 0.01
+
+
+@pytest.mark.parametrize("width", [10, 14, 20, 26])
+def test_nothing_is_left_in_slots(run: Run, width: float) -> None:
+    """A slot straight along X from 20 on, and one on the circle of 50 over 60 degrees."""
+    places = cut(run, f"SLOT1(10,0,1,-5,,1,60,{width},0,0,20,0,,100,500,5,2,0,1)", 5.0)
+    assert left(places, rectangle(60, width, width / 2, 0.0, 50 + 0j), 5.0) < 0.01
+    places = cut(run, f"SLOT2(10,0,1,-5,,1,60,{width},0,0,50,-30,,100,500,5,2,0,1)", 5.0)
+    r, t = np.meshgrid(
+        np.arange(50 - width / 2, 50 + width / 2 + 1e-9, 0.5), np.radians(np.arange(-30, 30.1, 0.5))
+    )
+    assert left(places, (r * np.exp(1j * t)).ravel(), 5.0) < 0.01
+
+
+def sizes(run: Run, cycle: str, radius: float = 5.0) -> tuple[float, ...]:
+    """Return what a cycle cuts: least and greatest X and Y of the walls, and the depth."""
+    out = run(f"{TOOL.format(radius)}{cycle}\nM30", dialect="sinumerik")
+    assert out.errors == []
+    places = cut(run, cycle, radius)
+    ends = (
+        places.real.min() - radius,
+        places.real.max() + radius,
+        places.imag.min() - radius,
+        places.imag.max() + radius,
+    )
+    return tuple(round(float(x), 2) + 0.0 for x in (*ends, out.path.end[:, 2].min()))
+
+
+@pytest.mark.parametrize(
+    ("cycle", "expected"),
+    [
+        # As programGUIDE writes it: AMODE 111, the depth is a distance and the step in percent; AP1 AP2 AD belong to GMODE 2xxxx alone.
+        (
+            "POCKET3(100,0,1,20,50,40,5,10,0,0,20,0,0,500,100,0,21,80,8,3,15,10,2,0,1,2,11100,11,111)",
+            (-15, 35, -20, 20, -20),
+        ),
+        (
+            "POCKET3(100,-3,1,20,50,40,5,0,0,0,20,0,0,500,100,0,21,4,0,0,0,10,2,0,1,2,1100,11,1)",
+            (-25, 25, -20, 20, -23),
+        ),
+        (
+            "POCKET3(100,-3,1,-20,50,40,5,0,0,0,20,0,0,500,100,0,21,4,0,0,0,10,2,0,1,2,1100,11,2)",
+            (-25, 25, -20, 20, -20),
+        ),
+        # The thousands of GMODE: the reference point is a corner.
+        ("POCKET3(10,0,1,-5,50,40,5,0,0,0,5,0,0,500,100,0,11,4,,,,,,,,,2000,1,0)", (0, 50, 0, 40, -5)),
+        ("POCKET3(10,0,1,-5,50,40,5,0,0,0,5,0,0,500,100,0,11,4,,,,,,,,,3000,1,0)", (-50, 0, 0, 40, -5)),
+        ("POCKET3(10,0,1,-5,50,40,5,0,0,0,5,0,0,500,100,0,11,4,,,,,,,,,4000,1,0)", (0, 50, -40, 0, -5)),
+        ("POCKET3(10,0,1,-5,50,40,5,0,0,0,5,0,0,500,100,0,11,4,,,,,,,,,5000,1,0)", (-50, 0, -40, 0, -5)),
+        # The hundreds of DMODE: the size of POCKET4 is its diameter.
+        (
+            "POCKET4(100,0,1,20,30,0,0,20,0,0,500,100,0,21,80,9,15,10,2,0,1,2,10100,111,111)",
+            (-15, 15, -15, 15, -20),
+        ),
+        (
+            "POCKET4(100,0,1,-20,30,0,0,20,0,0,500,100,0,21,4,0,0,10,2,0,1,2,100,11,0)",
+            (-30, 30, -30, 30, -20),
+        ),
+        # A slot beside X20, its depth a distance though DP is given too.
+        (
+            "SLOT1(10,0,1,-9,5,1,60,20,0,0,20,0,,100,500,5,2,0,11,,,,,,,0,1,2,100,1011,1)",
+            (20, 80, -10, 10, -5),
+        ),
+        ("LONGHOLE(10,0,1,-5,9,1,60,0,0,20,0,,100,500,5,1,0,0,1,2)", (20, 80, -5, 5, -5)),
+        # MCALL and no reference point: where the motion leads.
+        ("MCALL POCKET4(100,0,1,-5,10,,,20,0,0,500,100,0,11)\nF100\nG0 X50 Y7\nMCALL", (40, 60, -3, 17, -5)),
+        (
+            "MCALL POCKET3(100,0,1,-5,30,20,5,,,0,20,0,0,500,100,0,11)\nF100\nG0 X50 Y7\nMCALL",
+            (35, 65, -3, 17, -5),
+        ),
+    ],
+)
+def test_digits_say_what_parameters_mean(run: Run, cycle: str, expected: tuple[float, ...]) -> None:
+    assert sizes(run, cycle) == expected
+
+
+@pytest.mark.parametrize(
+    ("cycle", "expected"),
+    [
+        ("CYCLE76(10,0,1,,5,40,30,5,0,0,0,5,0,0,500,100,2,1,40,30,1,2,1100,1,1)", (-30, -25, 25, -5)),
+        ("CYCLE76(10,0,1,-5,9,40,30,5,20,15,0,5,0,0,500,100,2,1,40,30,1,2,2100,1,2)", (10, 5, 55, -5)),
+        ("CYCLE77(10,0,1,-5,9,40,0,0,5,0,0,500,100,2,1,40,1,2,1100,1,2)", (-30, -30, 30, -5)),
+    ],
+)
+def test_digits_of_spigots(run: Run, cycle: str, expected: tuple[float, ...]) -> None:
+    """A tool of 10 beside spigots of 40 x 30 and 40; where it comes from, beyond X+, is our own. GMODE 2xxx: from its corner at 20, 15."""
+    found = sizes(run, cycle)
+    assert (found[0], *found[2:]) == expected
+
+
+def test_finishing_feed_and_floor_of_a_slot(moves: Callable[..., list[tuple[float, ...]]]) -> None:
+    """FFP2 is the feed of VARI 2, FALD what VARI 1 leaves on the floor; the tool is 8 wide."""
+    text = "T1 D1 M6\nS1000 M3\nSLOT1(10,0,1,-5,,1,60,20,0,0,20,0,,100,500,5,2,0.2,{},,300,,0.5)\nM30"
+    rough, finish = (moves(text.format(vari), dialect="sinumerik") for vari in (1, 2))
+    assert (min(m[2] for m in rough), {m[3] for m in rough}) == (-4.5, {0.0, 100.0, 500.0})
+    assert (min(m[2] for m in finish), {m[3] for m in finish}) == (-5.0, {0.0, 100.0, 300.0})
+
+
+@pytest.mark.parametrize(
+    ("tail", "code", "part"),
+    [
+        ("21,4,8,3,15,10,2,0,1,2,20100,11,111", "not-read", "GMODE = 20100"),
+        ("21,4,8,3,15,10,2,0,1,2,0,0,1", "not-read", "AP1, AP2, AD"),
+        ("21,4,0,0,0,10,2,0,1,2,200,11,111", "not-read", "GMODE = 200"),
+        ("21,4,0,0,0,10,2,0,1,2,6000,11,111", "not-read", "GMODE = 6000"),
+        ("21,4,0,0,0,10,2,0,1,2,100,12,111", "cycle-plane", "DMODE = 12"),
+        ("21,4,0,0,0,10,2,0,1,2,100,11,113", "not-read", "AMODE = 113"),
+        ("5,4,0,0,0,10,2,0,1,2,100,11,111", "not-read", "VARI = 5"),
+    ],
+)
+def test_digits_that_are_not_read(run: Run, tail: str, code: str, part: str) -> None:
+    found = run(
+        f"{TOOL.format(5)}POCKET3(100,0,1,20,50,40,5,0,0,0,5,0,0,500,100,0,{tail})\nM30", dialect="sinumerik"
+    ).diagnostics
+    error = next(d for d in found if d.severity == "error")
+    assert error.code == code
+    assert part in error.message
