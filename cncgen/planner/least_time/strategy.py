@@ -38,8 +38,9 @@ def plan_least_time(
 
         program = Programmed(machine.chord_tolerance_mm)
         plan = plan_blocks(smooth_blocks(program.over(chunks), machine), machine, coarse=True)
-        # On a second core beside sampling and writing.
-        return prefetch(improve(plan, program, machine, options.max_steps), PREFETCHED)
+        # The search beside the plan that it starts from, and both beside sampling and writing.
+        ahead = prefetch(plan, PREFETCHED)
+        return prefetch(improve(ahead, program, machine, options.max_steps), PREFETCHED)
     from cncgen.planner.least_time.contour_bound import plan_bounded
 
     return plan_bounded(chunks, machine, options, options.max_contour_error_mm)
