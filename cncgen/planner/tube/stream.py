@@ -22,7 +22,8 @@ from cncgen.planner.tube.row_places import RowPlaces
 from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
 from cncgen.planner.tube.window_judge import REST
 from cncgen.planner.tube.window_problem import Solved
-from cncgen.planner.tube.window_search import PASSED, Window, WindowSearch, moving
+from cncgen.planner.tube.window_rounds import PASSED, Window, moving
+from cncgen.planner.tube.window_search import WindowSearch
 
 Floats = NDArray[np.float64]
 
@@ -327,7 +328,7 @@ class Tube:
     def _final(self, nodes: Nodes) -> int:
         """Return the number of nodes of a window after which its end is not felt."""
         count, end = len(nodes), float(nodes.t[-1])
-        felt = np.searchsorted(nodes.t, end - self.search.felt(float(nodes.feed[-OVERLAP:].max())))
+        felt = np.searchsorted(nodes.t, end - self.search.bounds.felt(float(nodes.feed[-OVERLAP:].max())))
         return int(np.clip(felt, max(count - OVERLAP, count // 3), count - 1))
 
     def _fastest(self, run: _Run, window: Window) -> tuple[Solved | None, bool]:

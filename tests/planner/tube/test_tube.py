@@ -15,7 +15,7 @@ import cncgen
 from cncgen.kernels import tube_places
 from cncgen.machine.reading import machine_from_toml
 from cncgen.machine.record import Machine
-from cncgen.planner.tube import window_search
+from cncgen.planner.tube import window_rounds
 from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Problem, Search, Solved
 
@@ -520,6 +520,6 @@ def test_parts_that_are_searched_again_are_those_of_the_whole_window(monkeypatch
 
     by_parts = seconds()
     assert any(len(parts) > 1 or parts[0][0] > 0 for parts in searched)
-    monkeypatch.setattr(window_search, "_MOSTLY", 0.0)
+    monkeypatch.setattr(window_rounds, "_MOSTLY", 0.0)
     assert by_parts == pytest.approx(seconds(), rel=2e-4)
     assert all(len(parts) == 1 and parts[0][0] == 0 for parts in searched)

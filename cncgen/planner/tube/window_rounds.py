@@ -1,0 +1,296 @@
+"""The rounds of a window's search, each with less room or held speeds where the one before broke what is asked of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.tube.deviation import Reached, excess
+from cncgen.planner.tube.programmed import RowLines
+from cncgen.planner.tube.tube_nodes import Nodes
+from cncgen.planner.tube.window_judge import too_fast
+from cncgen.planner.tube.window_problem import Problem, Solved
+from cncgen.planner.tube.window_start import Found, again, begun, faster
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of v/A + A/J.
+_FELT = 1.2
+#: By how much more than it is too much room is narrowed where the motion leaves the tolerance between nodes.
+_MORE = 1.1
+#: Parts of `_FELT` on both sides of what a round changes that are searched again, and of the window from which on all of it is.
+_BESIDE, _MOSTLY = 1.0, 0.6
+#: Iterations of a round after which the search is begun anew as well.
+_LONG = 25
+#: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there.
+#: Least room, as a part of the tolerance.
+_LOCAL, _NARROWEST = 2, 0.1
+#: Part of the tolerance that is planned with by which a motion may be over it.
+PASSED = 0.004
+#: An axis that moves less stands still, mm.
+_STILL = 1e-7
+#: Nodes after the beginning of a window that keep their room ahead: the state that is expected there may be over the tolerance itself.
+_BEGIN = 10
+#: Part of a period at which the first setpoint is where that is not known yet.
+_PHASE = 0.5
+#: Units of search, of some 10 µs each, that a round takes beside its steps, a step of Newton's method at a node of two axes, and the
+#: comparison of a chord with a line.
+_ROUND, _STEP, _CELL = 120, 0.03, 0.004
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What windows are searched within: velocity, acceleration and jerk of the axes, shape (axes,) each, scaled, and the period."""
+
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+    period_s: float
+
+    def felt(self, feed: float) -> float:
+        """Return the time over which the end of a window has influence, at a feed that bounds linear axes."""
+        speed = np.where(np.arange(len(self.velocity)) < 3, np.minimum(self.velocity, feed), self.velocity)
+        limited = np.isfinite(self.jerk)
+        times = speed[limited] / self.acceleration[limited] + self.acceleration[limited] / self.jerk[limited]
+        return _FELT * float(times.max())
+
+
+@dataclass(slots=True)
+class Window:
+    """Nodes that are planned at once.
+
+    Attributes:
+        nodes: Those after where the run is.
+        final: After how many of them the next window begins; all where none does.
+        state, t: Shape (3, axes), the state where it begins, and when on the reference.
+        first: Whether the plan, and no motion in its place, goes before it.
+        path, goals: The rows, and where on them its setpoints begin and have to end; None where that cannot be told.
+    """
+
+    nodes: Nodes
+    final: int
+    state: Floats
+    t: float
+    first: bool
+    path: RowLines
+    goals: tuple[Reached, Reached] | None
+
+    @property
+    def whole(self) -> bool:
+        """Whether no other window begins within it."""
+        return self.final == len(self.nodes)
+
+
+class Rounds:
+    """The rounds of a window: each searches, and narrows the room or holds speeds where what it found breaks something.
+
+    Attributes:
+        window: The window; as it is expected, where its rounds have begun ahead.
+        number: Of the last round; -1 before the first.
+        motion: What that found, over all axes.
+        exact: Whether it holds all that the search is given, from where the window begins.
+        early: Whether where it begins is only expected.
+        changed: Whether judging it has changed what the next one is given.
+        units: What the rounds have taken that is not counted yet.
+    """
+
+    def __init__(self, window: Window, bounds: Bounds, goal: Floats, allowed: Floats) -> None:
+        """Begin with none.
+
+        Args:
+            window: The window.
+            bounds: The limits.
+            goal: Shape (3, axes), the state where it ends.
+            allowed: Shape (nodes,), the tolerance at them.
+        """
+        nodes = window.nodes
+        self.window, self.bounds, self.goal, self.allowed = window, bounds, goal, allowed
+        self.columns = moving(window.state, nodes)
+        self.number, self.units, self.exact, self.changed, self.early = -1, 0, False, False, False
+        self._radius, self._held = nodes.radius, np.zeros(len(nodes), bool)
+        self._parts = [(0, len(nodes))]
+        self._got: Found | None = None
+        # Steps of Newton's method grow with the cube of the axes.
+        self._step = _STEP * len(nodes) * (len(self.columns) / 2.0) ** 3
+
+    def search(self) -> bool:
+        """Make the next round; return whether it finds a motion."""
+        nodes = self.window.nodes
+        self.number += 1
+        # The first round shows where room has to be less, which needs no exact motion.
+        near = self.number == 0
+        given, spent = self._given(), 0
+        if self._got is not None:
+            self._got, spent = _narrower(self._got, given, self._parts)
+        if self._got is None or self._got[1].status != 1 or self._got[1].iterations > _LONG:
+            # What ends because iterations run out is a motion, but not the fastest one.
+            anew, more = begun(given, nodes, near) if near or not self.early else (None, 0)
+            self._got, spent = faster(self._got, anew), spent + more
+        self.units += _ROUND + int(self._step * spent)
+        self.exact = not near
+        if self._got is None:
+            return False
+        self.motion = _spread(self._got[1], self.columns, self.window.state, self.goal[0])
+        return True
+
+    def judge(self, first_s: float, phases: int) -> bool:
+        """Tell whether the motion breaks tolerance, velocity or feed, which the next round is then given less of.
+
+        Args:
+            first_s: Time of its first setpoint.
+            phases: Phases of setpoints that are looked at.
+        """
+        window, nodes, columns = self.window, self.window.nodes, self.columns
+        assert window.goals is not None
+        assert self._got is not None
+        found = self._got[1]
+        over, cells = excess(
+            window.path, window.goals, self.motion, first_s, self.bounds.period_s, PASSED, phases
+        )
+        self.units += int(_CELL * cells)
+        if self.early:
+            over[:_BEGIN] = -np.inf
+        feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
+        fast = too_fast(found, self.bounds.velocity[columns], feed, int((columns < 3).sum()))
+        known, before = self._held.copy(), self._radius
+        if fast.any():
+            # The neighbours soon are, once these are held.
+            self._held |= np.convolve(fast, np.ones(9))[4:-4] > 0
+            # A motion that begins or ends at a limit has the middle ordinate beside that at the limit as well.
+            self._held[0] = self._held[-1] = False
+        self._radius = self._narrowed(over, found.step)
+        changed = (
+            np.bincount(np.repeat(np.arange(len(nodes)), nodes.count), self._radius != before, len(nodes)) > 0
+        )
+        changed |= self._held != known
+        self.changed = bool(changed.any())
+        if self.number:
+            # What begins elsewhere than it was searched from is made to meet that.
+            changed[0] |= not self.exact
+            reach = _BESIDE * self.bounds.felt(float(nodes.feed.max()))
+            self._parts = _parts(changed, np.cumsum(found.step), reach)
+        return bool((over > -np.inf).any() or fast.any())
+
+    def ahead(self) -> None:
+        """Make the first two rounds, or one where it is not known where on the rows the window begins."""
+        self.early = True
+        if self.search() and self.window.goals is not None:
+            self.judge(_PHASE * self.bounds.period_s, 1)
+            self.search()
+        self.early = False
+
+    def expects(self, window: Window) -> bool:
+        """Tell whether a window is the one whose rounds have begun ahead."""
+        nodes, expected = window.nodes, self.window.nodes
+        same = len(nodes) == len(expected) and all(nodes.s[k] == expected.s[k] for k in (0, -1))
+        return same and np.array_equal(self.columns, moving(window.state, nodes))
+
+    def taken(self, window: Window) -> bool:
+        """Go on with that window as it is, from another state near the one expected; return whether there is a motion."""
+        if self._got is None:
+            return False
+        search = self._got[0]
+        self.window, self.exact = window, False
+        self._got = search, search.begin(window.state[:, self.columns])
+        self.motion = _spread(self._got[1], self.columns, window.state, self.goal[0])
+        return True
+
+    def _narrowed(self, over: Floats, step: Floats) -> Floats:
+        """Return the room of nodes, less where setpoints are over the tolerance before a node and beside that."""
+        nodes = self.window.nodes
+        more = np.maximum(over, np.append(over[1:], -1.0))
+        if self.number >= _LOCAL:
+            more = _around(more, np.cumsum(step), 0.5 * self.bounds.period_s)
+        less = np.where(more > 0.0, _MORE * more + 1e-3 * 2.0**self.number * self.allowed, 0.0)
+        out: Floats = np.maximum(
+            self._radius - np.repeat(less, nodes.count),
+            np.minimum(self._radius, _NARROWEST * nodes.allowed),
+        )
+        return out
+
+    def _given(self) -> Problem:
+        """Return the problem of the next round."""
+        start, nodes, columns, bounds = self.window.state, self.window.nodes, self.columns, self.bounds
+        point = np.concatenate([start[:1], nodes.point]).take(columns, axis=1)
+        tangent = np.concatenate([nodes.tangent[:1], nodes.tangent]).take(columns, axis=1)
+        tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), 1e-300)[:, None]
+        # The state at the end is given: it needs no room.
+        rooms = slice(len(nodes.radius) - int(nodes.count[-1]))
+        feed = 0.9999 * np.append(nodes.feed[:1], nodes.feed)
+        margin = 1.0 - 1e-6
+        return Problem(
+            velocity=margin * bounds.velocity[columns],
+            acceleration=margin * bounds.acceleration[columns],
+            jerk=margin * bounds.jerk[columns],
+            weight=(columns < 3).astype(float),
+            point=point,
+            tangent=tangent,
+            step=nodes.step,
+            first=np.concatenate([[0, 0], np.cumsum(nodes.count[:-1]), [rooms.stop]]).astype(np.int64),
+            centre=nodes.centre[rooms].take(columns, axis=1),
+            direction=nodes.direction[rooms].take(columns, axis=1),
+            radius=self._radius[rooms],
+            feed=feed,
+            between=np.where(self._held, np.maximum(feed[1:], feed[:-1]), np.inf),
+            start=start[:, columns],
+            goal=self.goal[:, columns],
+            period_s=bounds.period_s,
+        )
+
+
+def moving(start: Floats, nodes: Nodes) -> Ints:
+    """Return the axes that move from a state over nodes."""
+    return np.flatnonzero(np.ptp(np.concatenate([start[:1], nodes.point]), axis=0) > _STILL)
+
+
+def _around(values: Floats, t: Floats, reach: float) -> Floats:
+    """Return the largest of values, and of those above 0 within a time of each, shape (k,)."""
+    first, stop = np.searchsorted(t, t - reach), np.searchsorted(t, t + reach, side="right")
+    out = values.copy()
+    # Most are below all that counts.
+    for k in np.flatnonzero(values > 0.0).tolist():
+        out[first[k] : stop[k]] = np.maximum(out[first[k] : stop[k]], values[k])
+    return out
+
+
+def _parts(changed: NDArray[np.bool_], t: Floats, reach: float) -> list[tuple[int, int]]:
+    """Return the first and last nodes of the parts of a window within a time of what has changed before nodes 1 and on, at times `t`."""
+    beside = np.flatnonzero(np.diff(np.r_[0.0, _around(changed.astype(float), t, reach), 0.0]))
+    parts = [(int(first), int(last)) for first, last in beside.reshape(-1, 2)]
+    long = sum(last - first for first, last in parts) > _MOSTLY * len(t)
+    return [(0, len(t))] if long else parts
+
+
+def _narrower(got: Found, given: Problem, parts: list[tuple[int, int]]) -> tuple[Found, int]:
+    """Return a search that goes on with less room, in all of a window where parts of it are not enough; and the iterations over all."""
+    search, before = got
+    whole, spent = [(0, len(given.step))], 0
+    guess = again(given, before)
+    if parts != whole:
+        found = search.narrower(given, *guess, parts)
+        spent = found.iterations * sum(last - first for first, last in parts) // len(given.step) + 1
+        if found.status == 1:
+            return (search, found), spent
+    found = search.narrower(given, *guess, whole)
+    return (search, found), spent + found.iterations
+
+
+def _spread(found: Solved, columns: Ints, state: Floats, end: Floats) -> Solved:
+    """Return a motion over all axes, of which the others stand, whose last interval comes to its end exactly.
+
+    Nodes are met within the resolution of setpoints; the last one is where the motion rests or the plan goes on.
+    """
+    count, axes = len(found.step), len(end)
+    position = np.broadcast_to(state[0], (count + 1, axes)).copy()
+    velocity, acceleration, jerk = (np.zeros((rows, axes)) for rows in (count + 1, count + 1, count))
+    for whole, part in (
+        (position, found.position), (velocity, found.velocity), (acceleration, found.acceleration), (jerk, found.jerk)
+    ):  # fmt: skip
+        whole[:, columns] = part
+    h = found.step[-1]
+    way = h * (velocity[-2] + h * (acceleration[-2] / 2.0 + h * jerk[-1] / 6.0))
+    position[-2:] = end - way, end
+    return replace(found, position=position, velocity=velocity, acceleration=acceleration, jerk=jerk)
