@@ -169,9 +169,13 @@ def _runner(
 
         return SinumerikRunner(source, options, sink, diagnostics, path=path, choice=choice)
     if choice.dialect == HEIDENHAIN:
-        from cncgen.gcode.klartext.running import HeidenhainRunner, needs
+        from cncgen.gcode.klartext import lines
+        from cncgen.gcode.klartext.din_iso import IsoRunner, is_iso
+        from cncgen.gcode.klartext.running import HeidenhainRunner
 
-        if needs(source):
+        if is_iso(source):
+            return IsoRunner(source, options, sink, diagnostics, path=path, choice=choice)
+        if lines.needs(source):
             return HeidenhainRunner(source, options, sink, diagnostics, path=path, choice=choice)
     return Runner(source, options, sink, diagnostics, path=path, choice=choice)
 

@@ -14,6 +14,7 @@ from cncgen.gcode.errors import BlockError, Reporter
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.dialects import Choice, different
 from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.signs import UNREAD
 from cncgen.records import dataclass, replace
 
 #: Bytes that are searched for signs that occur early in a text, if at all.
@@ -105,8 +106,8 @@ _DENFORD = _Doubt(
 )
 _HEIDENHAIN = _Doubt(
     _BEFORE + rb"[A-Z][ \t]*[-+]?[\d.]+[ \t]*(?P<word>\*)[ \t]*\r?$",
-    "blocks that end in * are of Heidenhain's DIN/ISO, which is not read",
-    "post the program as Heidenhain's plain language, or for FANUC or LinuxCNC",
+    "blocks that end in * are of Heidenhain's DIN/ISO",
+    "--dialect heidenhain reads it",
     (b"*",),
     rb"(?m)\*[ \t]*\r?$",
 )
@@ -172,6 +173,9 @@ def _remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
     if rival:
         message = f"read as {dialect}, but it may as well be of {rival}, where it moves otherwise"
         hint = f"--dialect {dialect} or --dialect {rival} says which"
+        if rival in UNREAD.values():
+            message = f"read as {dialect}, but it may as well be of {rival}, whose language is not read, and where it moves otherwise"
+            hint = f"--dialect {dialect} says that it is not"
         yield BlockError("dialect-doubtful", message, hint=hint), Severity.WARNING
 
 

@@ -72,10 +72,12 @@ WRONG: dict[str, tuple[str, tuple[str, int]]] = {
     "untilted points": ("L X+1 FMAX M130", ("unsupported-block", 3)),
     "a plane by vectors": ("PLANE VECTOR BX0 BY0 BZ1 NX0 NY0 NZ1 STAY", ("plane-points", 3)),
     "the tool's direction": ("LN X+1 NX0 NY0 NZ1 TX0.1 TY0 TZ0.99 F100", ("unsupported-block", 3)),
-    "a corner's oversize": ("TOOL CALL 1 Z S500 DR2+0.1", ("unsupported-block", 3)),
     "a program that is missing": ("CALL PGM NOWHERE", ("sub-missing", 3)),
     "a cycle without a part": ("CYCL DEF 1.0 PECKING\nCYCL DEF 1.1 SETUP 2\nCYCL CALL", ("cycle-words", 5)),
-    "a depth by the diameter": ("CYCL DEF 240 CENTERING ~\n Q343=1 ~\n Q201=-1\nCYCL CALL", ("unsupported-block", 6)),
+    "a diameter that is missing": ("CYCL DEF 240 CENTERING ~\n Q343=1 ~\n Q206=100 ~\n Q344=0\nCYCL CALL", ("cycle-words", 7)),
+    "a start below the bottom": ("CYCL DEF 205 PECK ~\n Q200=2 ~\n Q201=-10 ~\n Q206=100 ~\n Q253=500 ~\n Q379=12\nCYCL CALL", ("cycle-words", 9)),
+    "a slot without an angle": ("CYCL DEF 254 SLOT ~\n Q200=2 ~\n Q201=-5 ~\n Q206=100 ~\n Q207=100 ~\n Q219=12 ~\n Q375=60 ~\n Q248=0\nCYCL CALL",
+        ("cycle-words", 11)),
 }  # fmt: skip
 
 

@@ -189,3 +189,31 @@ def test_without_kinematics_the_tip_goes_where_the_program_says(run: Run) -> Non
         ("tcp-machine", "warning")
     ]
     assert out.path.end[out.path.kind != 3][:, [0, 2]].tolist() == [[10.0, 0.0], [10.0, 5.0]]
+
+
+def test_a_comment_goes_on_behind_a_tilde(run: Run) -> None:
+    """Behind words, too, as TNCs wrap a long one; a parameter of a cycle is none of it."""
+    body = "1 Q1 = 5 + 1 ; the half of a key~\n width minus the cutter's)\n2 L X+Q1 F100 ;to it~\n - as said\n3 L Y+2"
+    assert ends(run, body) == [[6, 0, 0], [6, 2, 0]]
+    cycle = DRILL.replace("Q200=2 ~", "Q200=2 ;CLEARANCE ~").replace("Q201=-5 ~", "Q201=-5 ;DEPTH ~")
+    assert ends(run, f"{cycle}\nL X+1 FMAX M99")[1:3] == [[1, 0, 2], [1, 0, -5]]
+
+
+def test_words_of_a_block_in_lines_of_their_own(run: Run) -> None:
+    """TNC 145 to 155 put them so; an indented block of a program without numbers is one of its own."""
+    body = "1 TOOL DEF 1 L+0,000\n            R+5,000\n2 TOOL CALL 1 Z\n               S 1000\n3 L X+10,000 Y+20,000\n            R0 F900 M03\n4 L\n            Z+1"
+    out = run(program(body), dialect="heidenhain")
+    assert out.errors == []
+    rows = out.path.kind != 3
+    assert (out.path.end[rows, :3].tolist(), (out.path.feed[rows] * 60.0).tolist()) == (
+        [[10, 20, 0], [10, 20, 1]],
+        [900, 900],
+    )
+    assert ends(run, "L X+5 FMAX\n    L Y+5 FMAX") == [[5, 0, 0], [5, 5, 0]]
+
+
+def test_an_increment_behind_appr_counts_from_the_contour(moves: Callable[..., Any]) -> None:
+    """It counted from where the tool stood before: the way on was square to (-1, -1), though the first element leads to (1, 1)."""
+    head = "0 BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nL X-10 Y-10 FMAX M3\nAPPR LT X+5 Y+5 LEN2 RL F100\n"
+    tail = "L X+50 Y+90\nDEP LT LEN2\nEND PGM A MM\n"
+    assert moves(f"{head}L IX+10 IY+10\n{tail}") == moves(f"{head}L X+15 Y+15\n{tail}")

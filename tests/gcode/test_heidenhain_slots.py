@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -97,6 +98,58 @@ def test_wrong_ones(run: Any, tmp_path: Path, body: str, code: str) -> None:
     out = run(f"{PLAIN}{body}\n9 END PGM T MM\n", tool_table=table)
     assert out.errors[0][0] == code
     assert next(d for d in out.diagnostics if d.severity == "error").hint
+
+
+def test_a_bow_about_the_tool_is_that_about_its_centre(moves: Any) -> None:
+    """Q367 = 2: the tool in the middle of the slot, at the angle Q376. (30, 0) at 0 degrees of a circle of radius 30 about 0, over 90
+    degrees, is the slot from -45 degrees on."""
+    about = BOW.format(width=12, count=2, sense=1)
+    values = dict(
+        word.split("=") for word in about.replace("~", " ").split() if word.startswith("Q") and "=" in word
+    )
+    half = float(values["Q248"]) / 2.0
+    radius, start = float(values["Q375"]) / 2.0, math.radians(float(values["Q376"]) + half)
+    centre = complex(float(values["Q216"]), float(values["Q217"]))
+    place = centre + radius * complex(math.cos(start), math.sin(start))
+    by_tool = about.replace(f"Q376={values['Q376']}", f"Q376={math.degrees(start):+.9f}").replace(
+        "Q367=+0", "Q367=+2"
+    )
+    by_tool = by_tool.replace(f"Q216={values['Q216']}", "Q216=+999")
+    head = f"{PLAIN}L X{place.real:+.9f} Y{place.imag:+.9f} FMAX\n"
+    wanted, found = (moves(f"{head}{body}\nCYCL CALL\n9 END PGM T MM\n") for body in (about, by_tool))
+    assert found == [pytest.approx(move, abs=1e-5) for move in wanted]
+
+
+def test_a_deepened_start(moves: Any) -> None:
+    """205 with Q379 = 10, Q200 = 2: at Q253 to a fifth of Q379, at most Q200, above the start, then infeeds of 5 from -10 on, out to the
+    set-up clearance as ever (TNC 640, "Position behavior when working with Q379")."""
+    body = (
+        "CYCL DEF 205 PECK ~\n Q200=2 ~\n Q201=-20 ~\n Q206=100 ~\n Q202=5 ~\n Q203=0 ~\n Q204=20 ~\n Q212=0 ~\n Q205=0 ~\n Q258=0.5 ~\n"
+        " Q259=0.5 ~\n Q257=0 ~\n Q256=0 ~\n Q211=0 ~\n Q379={start} ~\n Q253=700"
+    )
+    found = moves(f"{PLAIN}{body.format(start=10)}\nCYCL CALL\n9 END PGM T MM\n")
+    assert found == [
+        (0, 0, 2, 0),
+        (0, 0, -8, 700),
+        (0, 0, -15, 100),
+        (0, 0, 2, 0),
+        (0, 0, -14.5, 0),
+        (0, 0, -20, 100),
+        (0, 0, 20, 0),
+    ]
+    assert moves(f"{PLAIN}{body.format(start=5)}\nCYCL CALL\n9 END PGM T MM\n")[1] == (0, 0, -4, 700)
+
+
+def test_a_depth_by_the_diameter_is_told(run: Any, tmp_path: Path) -> None:
+    """240 with Q343 = 1: a point of 90 degrees is 6 wide at the depth 3."""
+    (tmp_path / "t.tbl").write_text("T1 P1 D8\n")
+    body = "CYCL DEF 240 CENTERING ~\n Q200=2 ~\n Q343=1 ~\n Q201=0 ~\n Q344=-6 ~\n Q206=100 ~\n Q211=0 ~\n Q203=0 ~\n Q204=20"
+    out = run(f"{PLAIN}{body}\nCYCL CALL\n9 END PGM T MM\n", tool_table=tmp_path / "t.tbl")
+    assert out.errors == []
+    assert out.path.end[out.path.kind < 3][:, 2].min() == pytest.approx(-3)
+    (said,) = [d for d in out.diagnostics if d.severity == "warning"]
+    assert said.code == "tool-assumed"
+    assert "depth 3" in said.message
 
 
 @pytest.mark.parametrize("floor", [0, 1])

@@ -155,12 +155,14 @@ def test_a_refused_line_leads_where_it_says(run: Any) -> None:
 
 
 def test_oversizes_of_a_tool(run: Any) -> None:
-    """Length and radius of TOOL CALL are added; that of the corner is refused, and so are those of other blocks."""
+    """Length and radius of TOOL CALL are added; that of the corner, which LN alone counts, is noted; those of other blocks are refused."""
     plain(run, "TOOL CALL 1 Z S1000 DL+0.0 DR0 DR2+0,00 F200\nL X5")
     plain(run, "TOOL CALL 1 Z S1000 DL+0.5 DR-0,25 F200\nL X5")
-    for block, at in (("TOOL CALL 1 Z S1000 DR2+0.1", 21), ("L X5 DL+1", 6)):
-        out = run(HEAD + f"{block} F200\nL X5 F100" + TAIL)
-        assert [(code, column) for code, _, column in out.errors] == [("unsupported-block", at)]
+    out = run(HEAD + "TOOL CALL 1 Z S1000 DR2+0.1 F200\nL X5 F100" + TAIL)
+    assert [d.code for d in out.diagnostics if d.code == "surface-normal"] == ["surface-normal"]
+    assert out.errors == []
+    out = run(HEAD + "L X5 DL+1 F200\nL X5 F100" + TAIL)
+    assert [(code, column) for code, _, column in out.errors] == [("unsupported-block", 6)]
 
 
 @pytest.mark.parametrize("block", ["L X5 Foo", "CC X5 Y0\nC X5 Y6 DR+ F100", "CC Z5 Y0\nC Z5 Y6 DR+ F100"])

@@ -61,6 +61,12 @@ CERTAIN = [
     ("0 BEGIN PGM A MM\n1 L X+10 R0 FMAX\n2 END PGM A MM", "heidenhain"),
     ("1 TOOL CALL 3 Z S4850\n2 L X+10 Y+0 R0 FMAX M3\n3 L X+20 F200", "heidenhain"),
     ("L X1,5 Y0.5 FMAX\nL Z-0.2 F100\nL Y9.5", "heidenhain"),
+    # Heidenhain's DIN/ISO.
+    ("%PART G71 *\nN10 G30 G17 X+0 Y+0 Z-40 *\nN20 G00 G40 G90 Z+250 *\nN30 G01 X-5 F200 *\n", "heidenhain"),
+    ("%1 G71\nN10 G99 T1 L+0 R+5\nN20 T1 G17 S500\nN30 G00 G40 G90 Z+50 M3\nN50 G200 BORE Q200=2 Q201=-15\nN60 G79", "heidenhain"),
+    ("N10 D00 Q1 P01 +5\nN20 G98 L1\nN30 G01 X+Q1 F100\nN40 L1,3\nN50 M30", "heidenhain"),
+    # Tool and edge before M6, as SINUMERIK's milling programs have them.
+    ("N10 G90 G54 G17\nN20 T1 D1 M6\nN30 S1000 M3\nN40 G0 X0 Y0 Z50\nN50 G1 Z-5 F200\nN70 M30", "sinumerik"),
 ]  # fmt: skip
 
 
@@ -151,7 +157,6 @@ UNREAD = [
     ("$SHAFT.MIN%\nO0001\nG50 S2000\nG00 X800 Z800\nT010101\nG96 S200 M03\nG85 NLAP1 D4 F0.3\nM02", "Okuma"),
     ("O1001\nG16 H0\nG0 Z9999\nM6 T1\nG15 H1\nG0 X10. Y20.\nG56 Z15. H1\nG1 Z-5. F333.\nM2", "Okuma"),
     ("O1\nVC1=10\nVC2=VC1+5\nG0 X=VC2\nM2", "Okuma"),
-    ("%PART G71 *\nN10 G30 G17 X+0 Y+0 Z-40 *\nN20 G00 G40 G90 Z+250 *\nN30 G01 X-5 F200 *\n", "DIN/ISO"),
     (";FLAVOR:Marlin\nM104 S200\nG28\nG92 E0\nG1 X10 Y20 E1.5 F1500\nM84", "3D printers"),
     ("N1 O3 (EDGES)\nN2 G0 G90 M6 T7\nN4 G90 G0 X-40. Y0 E1\nN5 H7 Z5.\nN9 G0 Z50.\nN39 G90 H0 Z0.\nN40 E0 X0. Y250.\nN41 M2", "Fadal"),
     ("%MPF  90\nR11=384.5 R12=213.\nN1 @371 R52 K2 K0\nN2 @122 R52 K0 K10\nN10 G0 G17 G40 Z631.6 D0\nN670 M30", "SINUMERIK 810"),
@@ -189,6 +194,13 @@ UNREAD = [
     ("IMF_PBL V1.0\nFASTABS X10000 Y10000\nMOVEABS Z-500", "isel"),
     ("    N  G   X    Z   F  H\n    00 M03\n    01 00 -200  0000", "EMCO"),
     ("N10G90\n#1\nN70G1X1.F10.\n$\n=#1\nN90M2", "BOSS"),
+    ("N10 G90 G54 G17\nN20 T1 D1\nN30 M6\nN40 S2000 M3\nN60 G69 G98 Z2 I-20 B5 D2 F150\nN70 X30\nN90 M30", "Fagor"),
+    ("N10 G0 X10 Y10 Z50\nN20 G81 G98 Z2 I-10 F100\nN30 G80\nN40 M30", "Fagor"),
+    ("N10 G0 X0 Y0 Z10\nN20 (P1=10)\nN30 (P2=P1+5)\nN40 G1 XP1 F200\nN50 (GOTO N80)\nN80 M30", "Fagor"),
+    ("N1T1M6\nN3G0G90S2000M3X0Y0E1\nN4H1Z.1M8\nN5G1Z-.1F10.\nN8M2", "Fadal"),
+    ("N1 G17\nN4 S800 M3 F100\nN5 G81 Y2 Z-10 B10 F80\nN6 G79 X10 Y10 Z0\nN9 M30", "Philips"),
+    ("N10 G0 X0 Y0\n10 @5=20\nN60 G1 X@5 F100\nN70 BRANCH STRT\nN80 M30", "Rexroth"),
+    ("N0030 G95 G97\nN0050 G00 X40.000 Z2.000\nN0060 G84 X30. Z-20. P0=0 P2=0 D0=1000 D3=500 F200\nN0070 M30", "EMCO"),
 ]  # fmt: skip
 
 
@@ -199,6 +211,28 @@ def test_a_control_that_is_not_read_is_named_in_one_error(text: str, control: st
     errors = [one for one in found if one.severity == "error"]
     assert [one.code for one in errors] == ["control-unread"]
     assert control in errors[0].message
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "line"),
+    [
+        # On NUM's controls G52 is of machine coordinates; here, and on FANUC's, it shifts the origin.
+        ("N10 G0 X0\nN20 G52 Z-10\nN30 G1 X5 F100\nN40 M2", "linuxcnc", 2),
+        ("N10 G21\nN20 G0 X0 Y0\nN30 H1 Z5.\nN40 G1 X5 F100\nN50 M2", "linuxcnc", 3),
+    ],
+)
+def test_weak_signs_of_a_control_that_is_not_read_are_said(text: str, dialect: str, line: int) -> None:
+    found = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", diagnostics=found)
+    doubts = [one for one in found if one.code == "dialect-doubtful"]
+    assert [one.span.line for one in doubts if one.span] == [line]
+    assert dialect in doubts[0].message
+    assert "not read" in doubts[0].message
+    assert f"--dialect {dialect}" in doubts[0].hint
+    # With signs of its own the text is beyond doubt.
+    found = Diagnostics()
+    check(io.BytesIO(b"O1\nG28 G91 Z0\nG5.1 Q1\n" + text.encode()), "t.nc", diagnostics=found)
+    assert [one for one in found if one.code == "dialect-doubtful"] == []
 
 
 def test_a_dialect_that_is_given_reads_it_all_the_same() -> None:

@@ -348,6 +348,8 @@ _REMARKS = {
         "a remark in --tool-table, or TOOL CALL with a number, finds it", Severity.NOTE),
     _NORMALS: ("surface-normal", "NX NY NZ of LN are passed over: DL and DR of the tool do not shift the point along the normal", "LN",
         "write the points for the tool with its oversizes", Severity.WARNING),
+    5: ("surface-normal", "DR2, the oversize of the corner's radius, is passed over: it counts for LN alone, whose points are not shifted",
+        "TOOL", "without LN it changes nothing", Severity.NOTE),
     20: ("feed-inch", "F of a program in INCH is read as inches a minute; TNCs may count it in tenths of an inch a minute", "INCH",
          "compare a feed with what is meant", Severity.WARNING),
     40: ("probe-not-run", "TCH PROBE measures on the machine: passed over, and datums and Q parameters stay as they are", "TCH",

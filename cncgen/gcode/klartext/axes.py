@@ -26,10 +26,12 @@ _AXIS = re.compile(
     re.IGNORECASE,
 )
 _PLANE = re.compile(
-    rb"(?<![A-Z])(?:I?P[RA][ \t]*[-+\dQ]|(?:APPR|DEP|RND|CTP|CP|LP|FPOL|FLT?|FCT?)\b)", re.IGNORECASE
+    rb"(?<![A-Z])(?:I?P[RA][ \t]*[-+\dQ]|(?:APPR|DEP|RND|CTP|CP|LP|FPOL|FLT?|FCT?|G1[0-6]|G2[67])\b)",
+    re.IGNORECASE,
 )
 _CYCLES = re.compile(
-    rb"(?<![A-Z])(?:CYCL\b|PLANE[ \t]+SPATIAL\b|M99\b|M89\b|M140\b|M128\b|TCPM\b|TRANS\b)", re.IGNORECASE
+    rb"(?<![A-Z])(?:CYCL\b|PLANE[ \t]+SPATIAL\b|M99\b|M89\b|M140\b|M128\b|TCPM\b|TRANS\b|G79\b|G2\d\d\b)",
+    re.IGNORECASE,
 )
 
 

@@ -110,14 +110,15 @@ class Heading(TryingSink):
             self.first = (1j if turns > 0 else -1j) * spoke / abs(spoke)
 
 
-def first_heading(ip: Interpreter, start: Point, block: Block) -> complex | None:
-    """Return the direction in which a block would leave a point."""
+def first_heading(ip: Interpreter, start: Point, read: Callable[[], Block]) -> complex | None:
+    """Return the direction in which a block would leave a point, from which its increments count too."""
     plain, state, sink = Plain.of(ip), ip.state, ip.sink
     kept = replace(plain)
     trying = Heading(sink)
     trying.at = list(start)
     ip.state, ip.sink = replace(state, position=list(start), feed=1.0, feed_mode=94, compensation=40), trying
     try:
+        block = read()
         ip.execute(
             Block(
                 dict(block.words),

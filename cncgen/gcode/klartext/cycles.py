@@ -8,7 +8,7 @@ from __future__ import annotations
 import cmath
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import CYCLE_CALL, Block
@@ -21,6 +21,8 @@ from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
 _MOST_STEPS = 10_000
 #: How far cycle 202 steps off the wall, mm, and by Q214 where to.
 _OFF = 0.2
+#: The angle of the point of a centring tool, degrees, where its diameter says how deep it goes.
+_POINT_DEG = 90.0
 _WAYS = {0: 0j, 1: -1 + 0j, 2: -1j, 3: 1 + 0j, 4: 1j}
 
 
@@ -51,9 +53,9 @@ def _bore(cycle: HoleCycle) -> None:
         cycle.to([place[0], place[1], *ip.state.position[2:]], rapid=True)
 
 
-def _steps(cycle: HoleCycle) -> list[float]:
-    """Return the depths of 203 and 205: Q202, less by Q212 each time, at least Q205."""
-    q, depths, at = cycle.q, list[float](), cycle.q[203]
+def _steps(cycle: HoleCycle, begin: float | None = None) -> list[float]:
+    """Return the depths of 203 and 205 from the surface, or a start, on: Q202, less by Q212 each time, at least Q205."""
+    q, depths, at = cycle.q, list[float](), cycle.q[203] if begin is None else begin
     step = abs(q[202]) or abs(q[201])
     while at > cycle.bottom:
         if len(depths) >= _MOST_STEPS:
@@ -98,18 +100,21 @@ def _universal(cycle: HoleCycle) -> None:
 
 
 def _peck(cycle: HoleCycle) -> None:
-    """205: out after each infeed, back to Q258 (to Q259 at the end) above; every Q257 a chip break of Q256."""
+    """205: out after each infeed, back to Q258 (to Q259 at the end) above; every Q257 a chip break of Q256. Below a deepened start Q379,
+    before which the tool goes at Q253 to a fifth of that, at most Q200, above it, infeeds count from there (TNC 640, "Position behavior
+    when working with Q379"); the way out is the same."""
     q = cycle.q
-    if q[379]:
-        raise BlockError(
-            "unsupported-block",
-            f"Q379 = {q[379]:g} of cycle 205 (a deepened start) is not read",
-            "CYCL",
-            hint="Q379=0",
-        )
     cycle.go(cycle.start, rapid=True)
-    cycle.feed(q[206], "Q206")
     depths, at = _steps(cycle), q[203]
+    if q[379]:
+        at = q[203] - q[379]
+        if not cycle.bottom < at < q[203]:
+            message = f"the start Q379 = {q[379]:g} of cycle 205 is not between the surface and the depth Q201 = {q[201]:g}"
+            raise BlockError("cycle-words", message, "CYCL", hint="Q379 is how deep the hole is already")
+        depths = _steps(cycle, at)
+        cycle.feed(q[253], "Q253")
+        cycle.go(at + min(0.2 * q[379], q[200]), rapid=False)
+    cycle.feed(q[206], "Q206")
     for k, depth in enumerate(depths):
         if q[257] > 0.0 and (at - depth) / q[257] > _MOST_STEPS:
             fault = f"Q257 = {q[257]:g} makes more than {_MOST_STEPS} chip breaks"
@@ -209,20 +214,31 @@ def _slot(cycle: HoleCycle) -> None:
 
 
 def _centre(cycle: HoleCycle) -> None:
-    """240: in at Q206 to the depth Q201, wait Q211, out."""
+    """240: in at Q206 to the depth Q201, or to that of the diameter Q344, wait Q211, out."""
     if round(cycle.q[343]):
-        raise BlockError(
-            "unsupported-block",
-            "Q343 = 1 of cycle 240 (the depth follows from a diameter) is not read",
-            "CYCL",
-            hint="Q343=0 takes the depth Q201",
-        )
+        depth = cycle.q[203] - cycle.bottom
+        message = f"cycle 240 takes the depth {depth:g} from the diameter Q344 = {cycle.q[344]:g} for a point of {_POINT_DEG:g} degrees"
+        hint = "Q343=0 with the depth Q201 leaves no doubt: the tool table has no angle of a point"
+        cycle.ip.warn_once(BlockError("tool-assumed", message, "CYCL", hint=hint), Severity.WARNING)
     cycle.go(cycle.start, rapid=True)
     cycle.feed(cycle.q[206], "Q206")
     cycle.go(cycle.bottom, rapid=False)
     cycle.dwell(cycle.q[211])
     cycle.go(cycle.start, rapid=True)
     cycle.end()
+
+
+def _levels(number: int, q: Sequence[float]) -> tuple[float, float] | None:
+    """Return surface and depth of a cycle that has them from other parameters than Q203 and Q201: 204 from the part's thickness, 240 with
+    Q343 = 1 from where the point is as wide as Q344 (T-ANGLE of the control's tool table, which the table here does not have)."""
+    if number == 204:
+        return q[203], -q[250]
+    if number != 240 or not round(q[343]):
+        return None
+    if not q[344]:
+        message = "Q343 = 1 of cycle 240 takes the depth from the diameter Q344, which is 0"
+        raise BlockError("cycle-words", message, "CYCL", hint="Q343=0 takes the depth Q201")
+    return q[203], -abs(q[344]) / 2.0 / math.tan(math.radians(_POINT_DEG / 2.0))
 
 
 def _tap_floating(cycle: HoleCycle) -> None:
@@ -480,10 +496,9 @@ def call(ip: Interpreter, here: Block) -> None:
             contour_cycles.RUN[number](contour_cycles.Contours(ip, f"cycle {number}", plain.labels, read))
     elif number in _OLD:
         _old(ip, number)
-    elif number in _NO_DEPTH and q[201] == 0.0:
+    elif (levels := _levels(number, q)) is None and number in _NO_DEPTH and q[201] == 0.0:
         tell_no_depth(ip, number)
     elif number in _RUN:
-        levels = (q[203], -q[250]) if number == 204 else None
         _RUN[number](HoleCycle(ip, f"cycle {number}", levels))
     elif number in studs.RUN:
         studs.RUN[number](ip, f"cycle {number}")

@@ -32,6 +32,7 @@ from cncgen.gcode.klartext import (
     contours,
     cycles,
     free_contours,
+    lines,
     planes,
     points,
     programs,
@@ -48,20 +49,6 @@ from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.search import search_path
 
-#: Signs of a program whose lines lead from one to another, or whose cycles are run here.
-_NEEDS = re.compile(
-    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM|SELECTED)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CTP?\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
-    rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+DEF[ \t]*7[ \t]*\.\d[ \t]*[I#]|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|Q\d+[ \t]*=[ \t]*F?(?:AUTO|MAX)\b)|Q1(?:08|09|13|14)(?!\d)"
-    rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
-    rb"|\bR[LR]\b(?![\w.])|\bM89\b|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$",
-    re.MULTILINE | re.IGNORECASE,
-)
-#: A parameter of a cycle that stands behind other words of its line.
-_GIVEN = re.compile(r"\s(?=Q\d+\s*=)", re.IGNORECASE)
-_NUMBER = re.compile(r"\s*(?:\d+\s+)?")
-#: A block that a switch leaves out, before its number or behind it.
-_SLASH = re.compile(r"\s*(?:\d+\s+)?/")
-_REMARK = re.compile(r"\s*(?:\d+\s*)?[;*]")
 _LABEL = re.compile(r"LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))\s*\Z", re.IGNORECASE)
 _CALL = re.compile(
     r"CALL\s+LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?P<times>\d{1,99}|Q\d+)(?:/\d+)?)?\s*\Z",
@@ -92,18 +79,6 @@ _MODAL = re.compile(r"\bM89\b", re.IGNORECASE)
 #: A text. Texts are not kept; statements that use one report it.
 _TEXT = re.compile(r"QS\d+\s*=", re.IGNORECASE)
 _SIDE_OFF = re.compile(r"\bR0\b(?![.\d])", re.IGNORECASE)
-
-
-def needs(source: Source) -> bool:
-    """Tell whether a program needs this runner."""
-    return _NEEDS.search(source.data) is not None
-
-
-def _apart(body: str) -> list[str]:
-    """Return a line, its parameters of a cycle apart: CYCL DEF 200 DRILLING Q200=2 Q201=-15."""
-    if '"' in body or body[:1] not in "CcQq":
-        return [body]
-    return _GIVEN.split(body)
 
 
 class HeidenhainRunner(LanguageRun):
@@ -150,31 +125,21 @@ class HeidenhainRunner(LanguageRun):
 
     def _read(self, source: Source, index: int = 0) -> None:
         """Take the lines, their text without numbers and comments, and the labels."""
-        offset, number = 0, 1
-        remark = left_out = goes_on = False
-        while offset < len(source):
-            text = source.text_at(offset)
-            if not goes_on:
-                left_out = _SLASH.match(text) is not None
-            # A block that is left out goes on behind ~ as well.
-            goes_on = text.rstrip().endswith("~")
-            if left_out:
-                text = "" if self._options.block_delete else text.replace("/", " ", 1)
-            # A comment that ends in ~ goes on in the next line.
-            body = "" if remark else plain_language.body_of(text)
-            remark = text.rstrip().endswith("~") and (remark or _REMARK.match(text) is not None)
-            match = _NUMBER.match(body)
-            assert match
-            bare = body[match.end() :]
-            label = _LABEL.match(bare)
-            if label:
-                name = (label["name"] if label["name"] is not None else label["number"]).upper()
-                if name != "0":
-                    self._labels.setdefault(name, len(self._lines))
-            for own in _apart(bare):
+        for offset, number, bare, below in lines.bodies(source, block_delete=self._options.block_delete):
+            if below:
+                self._bodies[-1] += f" {bare}"
+            for own in () if below else self._said(bare):
+                label = _LABEL.match(own)
+                if label:
+                    name = (label["name"] if label["name"] is not None else label["number"]).upper()
+                    if name != "0":
+                        self._labels.setdefault(name, len(self._lines))
                 self._lines.append(Cursor(index, offset, number))
                 self._bodies.append(own)
-            offset, number = source.line_end(offset) + 1, number + 1
+
+    def _said(self, bare: str) -> list[str]:
+        """Return a line as blocks, its parameters of a cycle apart."""
+        return lines.apart(bare)
 
     def _run(self) -> Iterator[None]:
         self.ip.budget.forward = len(self._lines)
@@ -410,7 +375,7 @@ class HeidenhainRunner(LanguageRun):
             )
         before = next((k for k in range(at - 1, -1, -1) if self._bodies[k]), None)
         if before is None or not re.match(
-            r"(?:L|C|CR|CT|CP|LP|LN|FLT?|FCT?)\b", self._bodies[before], re.IGNORECASE
+            r"(?:L|C|CR|CT|CP|LP|LN|FLT?|FCT?)\b|[GXYZHI]", self._bodies[before], re.IGNORECASE
         ):
             raise BlockError(
                 "corner-motion",
@@ -590,10 +555,13 @@ class HeidenhainRunner(LanguageRun):
             elif not (_CORNER.match(body) or _LABEL.match(body)):
                 if not re.match(r"(?:L|C|CR|CP|LP)\b", body, re.IGNORECASE):
                     return None
-                block = self._block(following, body)
-                return lambda start: contours.first_heading(self.ip, start, block)
+                return partial(self._heading, following, body)
             following = self._following(following)
         return None
+
+    def _heading(self, at: int, body: str, start: Point) -> complex | None:
+        """Return the direction in which a block leaves a point."""
+        return contours.first_heading(self.ip, start, partial(self._block, at, body))
 
     def _elements(self, at: int) -> list[free_contours.Element]:
         """Return the elements of a free contour from a line on."""

@@ -93,13 +93,23 @@ def works(cycle: HoleCycle) -> tuple[bool, bool, float, float]:
 
 
 def bows(cycle: HoleCycle) -> None:
-    """254: Q377 slots of width Q219 along the circle Q375 about Q216 Q217, from Q376 over Q248, Q378 from one to the next."""
+    """254: Q377 slots of width Q219 along the circle Q375, each over the angle Q248, Q378 from one to the next: about Q216 Q217 from Q376 on
+    (Q367 = 0), or the first with its middle where the tool is, at the angle Q376 (2)."""
     q, ip, tool = cycle.q, cycle.ip, cycle.ip.cutting_radius(cycle.name, cycle.q[219] / 2.0)
     roughs, finishes, side, floor = works(cycle)
     count = round(q[377] or 1.0)
-    if round(q[367]) or not 1 <= count <= _MOST or not 0.0 < abs(q[248]) <= 360.0:
-        message = f"Q367 = {q[367]:g}, Q377 = {q[377]:g} or Q248 = {q[248]:g} of {cycle.name} is not read"
-        hint = "Q367=0 has the centre Q216 Q217, Q377 counts the slots, Q248 is the angle of one"
+    if not 1 <= count <= _MOST or not 0.0 < abs(q[248]) <= 360.0:
+        message = f"Q377 = {q[377]:g} or Q248 = {q[248]:g} of {cycle.name} makes no slot"
+        hint = "Q377 counts the slots, Q248 is the angle of one"
+        raise BlockError("cycle-words", message, "CYCL", hint=hint)
+    middle, start = complex(q[216], q[217]), q[376]
+    if round(q[367]) == 2:
+        middle = complex(*ip.state.position[:2]) - cmath.rect(q[375] / 2.0, math.radians(q[376]))
+        start -= q[248] / 2.0
+    elif round(q[367]):
+        # Which of the ends is the left one, the manual shows in a figure alone.
+        message = f"Q367 = {q[367]:g} of {cycle.name}, the tool at one end of the slot, is not read"
+        hint = "Q367=0 has the centre Q216 Q217, Q367=2 the tool in the middle of the slot"
         raise BlockError("unsupported-block", message, "CYCL", hint=hint)
     sense, feed = -1 if q[351] < 0.0 else 1, q[385] or q[207]
     runs = []
@@ -112,9 +122,9 @@ def bows(cycle: HoleCycle) -> None:
     if finishes and floor > 0.0:
         runs.append((0.0, Clearing(tool, tool, (cycle.bottom,), cycle.start, feed, q[206], sense)))
     for k in range(count):
-        begin = q[376] + k * q[378]
+        begin = start + k * q[378]
         cycle.go(cycle.back if k else cycle.start, rapid=True)
-        bow = Bow(complex(q[216], q[217]), q[375] / 2.0, *sorted((begin, begin + q[248])))
+        bow = Bow(middle, q[375] / 2.0, *sorted((begin, begin + q[248])))
         for left, how in runs:
             clear_bow(ip, bow, q[219] / 2.0 - left, how, cycle.name)
     cycle.end()

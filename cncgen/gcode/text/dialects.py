@@ -28,11 +28,14 @@ _USUAL, _WEAK = 3.0, 6.0
 _SHARED = 10.0
 #: Weight from which on a note says that a program is written for LinuxCNC.
 _OWN = 20.0
+#: Weight of a control that is not read, from which on a program may be of it, unless signs of another lead by `_LIKELY`.
+_FOREIGN = 6.0
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A dialect, the signs that spoke for it (or ""), the line of the first, and the dialect that it might be as well (or "").
+    """A dialect, the signs that spoke for it (or ""), the line of the first, and what it might be as well (or ""): a dialect, or a
+    control whose language is not read, by its name.
 
     `unread` names a control whose language the program is in, and which is not read; `dialect` is then only a substitute.
     """
@@ -198,12 +201,26 @@ def _decided(found: list[_Found], totals: dict[str, float]) -> Choice:
         totals[dialect] = -math.inf
     # At the same weight: LinuxCNC before FANUC, mills before lathes.
     order = sorted(totals, key=lambda dialect: -totals[dialect])
-    best, second = order[0], order[1]
+    best = order[0]
     if best in UNREAD and totals[best] >= _OWN / 2.0:
         reasons = _reasons(found, best)
         text = ", ".join(reason for reason, _ in reasons[:3])
         return Choice(_F, text, reasons[0][1], unread=UNREAD[best])
-    order = [dialect for dialect in order if dialect in signs.READ]
+    chosen, foreign = (
+        _of_read(found, totals, [dialect for dialect in order if dialect in signs.READ]),
+        max(UNREAD, key=totals.__getitem__),
+    )
+    if (
+        not chosen.rival
+        and totals[foreign] >= _FOREIGN
+        and totals[foreign] > totals[chosen.dialect] - _LIKELY
+    ):
+        return replace(chosen, line=_reasons(found, foreign)[0][1], rival=UNREAD[foreign])
+    return chosen
+
+
+def _of_read(found: list[_Found], totals: dict[str, float], order: list[str]) -> Choice:
+    """Return the choice among the dialects that are read, which stand in the order of their weights."""
     best, second = order[0], order[1]
     if best in (_L, _F) and totals[best] <= 0.0:
         return Choice(_L, "", 1)

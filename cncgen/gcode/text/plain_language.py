@@ -307,13 +307,13 @@ def _tool_call(body: str, at: int) -> Words:
     head = _TOOL.match(body, at)
     assert head
     sizes: Words = [("dl", 0.0), ("dr_", 0.0)]
+    corner: Words = []
     for oversize in _OVERSIZE.finditer(body, head.end()):
         kind, value = oversize["kind"].upper(), _value(oversize["value"])
-        if kind == "DR2" and value != 0.0:
-            message = f"{oversize[0].upper()}: an oversize of the corner's radius is not read"
-            raise BlockError("unsupported-block", message, column=oversize.start() + 1, hint="DR2 is 0 here")
         if kind != "DR2":
             sizes.append(("dl" if kind == "DL" else "dr_", value))
+        elif value != 0.0:
+            corner = [("g", REMARK / 10.0), ("remark", 5.0)]
     sizes = list(dict(sizes).items())
     bare = _OVERSIZE.sub(lambda size: " " * len(size[0]), body[head.end() :])
     rest, _ = _words((body[: head.end()] + bare).rstrip(), head.end())
@@ -322,6 +322,7 @@ def _tool_call(body: str, at: int) -> Words:
         raise BlockError("unsupported-block", "the tool's axis must be Z", column=column, hint=_HINT)
     if any(letter == "f" for letter, _ in rest):
         rest.append(("g", TOOL_FEED / 10.0))
+    rest += corner
     if head["number"] is None and not head["name"]:
         return rest
     number = _tool_named(head["name"].strip('"')) if head["name"] else _value(head["number"])

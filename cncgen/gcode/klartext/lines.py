@@ -1,0 +1,75 @@
+"""The lines of a program in Heidenhain's plain language: their text without numbers and comments, and what they need to be run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from cncgen.gcode.source import Source
+from cncgen.gcode.text import plain_language
+
+#: Signs of a program whose lines lead from one to another, or whose cycles are run here.
+_NEEDS = re.compile(
+    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM|SELECTED)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CTP?\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
+    rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+DEF[ \t]*7[ \t]*\.\d[ \t]*[I#]|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|Q\d+[ \t]*=[ \t]*F?(?:AUTO|MAX)\b)|Q1(?:08|09|13|14)(?!\d)"
+    rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
+    rb"|\bR[LR]\b(?![\w.])|\bM89\b|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$"
+    rb"|;[^\n]*~[ \t\r]*\n(?![ \t]*(?:Q[LRS]?\d+[ \t]*=|[A-Z]+\d*[ \t]*\(|\d+[ \t]|/))"
+    rb"|^[ \t]*\d+[ \t][^\n]*\n[ \t]{4,}(?:I?[XYZABCUVW]|[FMSL]|R|D[RL]|I?P[AR]|CC[XY])[ \t]*(?:[-+.\d]|[0LR]\b|Q\d|MAX\b)",
+    re.MULTILINE | re.IGNORECASE,
+)
+#: A parameter of a cycle that stands behind other words of its line.
+_GIVEN = re.compile(r"\s(?=Q\d+\s*=)", re.IGNORECASE)
+_NUMBER = re.compile(r"\s*(?:\d+\s+)?")
+#: A block that a switch leaves out, before its number or behind it.
+_SLASH = re.compile(r"\s*(?:\d+\s+)?/")
+_REMARK = re.compile(r"\s*(?:\d+\s*)?[;*]")
+#: What follows a comment that ends in ~ and is no part of it: a parameter, a point, the next block.
+_GOES_ON = re.compile(r"\s*(?:Q[LRS]?\d+\s*=|[A-Z]+\d*\s*\(|\d+\s|/|\Z)", re.IGNORECASE)
+_NUMBERED = re.compile(r"\s*\d+\s")
+#: Words of a numbered block in lines of their own, as TNC 145 to 155 put them.
+_WORDS_BELOW = re.compile(
+    r"\s{4,}(?:I?[XYZABCUVW]|[FMSL]|R|D[RL]|I?P[AR]|CC[XY])\s*(?:[-+.\d]|[0LR]\b|Q\d|MAX\b)", re.IGNORECASE
+)
+
+
+def needs(source: Source) -> bool:
+    """Tell whether a program needs this runner."""
+    return _NEEDS.search(source.data) is not None
+
+
+def apart(body: str) -> list[str]:
+    """Return a line, its parameters of a cycle apart: CYCL DEF 200 DRILLING Q200=2 Q201=-15."""
+    if '"' in body or body[:1] not in "CcQq":
+        return [body]
+    return _GIVEN.split(body)
+
+
+def bodies(source: Source, *, block_delete: bool) -> Iterator[tuple[int, int, str, bool]]:
+    """Yield of each line its offset, number, text without number and comment, and whether it goes on with the block above.
+
+    Args:
+        source: The text.
+        block_delete: Whether blocks with a slash are left out.
+    """
+    offset, number = 0, 1
+    left_out = goes_on = numbered = whole = remark = False
+    while offset < len(source):
+        text = source.text_at(offset)
+        if not goes_on:
+            left_out = _SLASH.match(text) is not None
+        # A comment that ends in ~ goes on in the next line; one behind words, or in a cycle, unless that line is of the block.
+        remark = goes_on and (whole or (remark and _GOES_ON.match(text) is None))
+        whole = (remark and whole) or (_REMARK.match(text) is not None and not goes_on)
+        # A block that is left out goes on behind ~ as well.
+        goes_on = text.rstrip().endswith("~")
+        if left_out:
+            text = "" if block_delete else text.replace("/", " ", 1)
+        body = "" if remark else plain_language.body_of(text)
+        remark = remark or ";" in text
+        below = numbered and _WORDS_BELOW.match(body) is not None
+        numbered = below or _NUMBERED.match(text) is not None
+        match = _NUMBER.match(body)
+        assert match
+        yield offset, number, body[match.end() :], below
+        offset, number = source.line_end(offset) + 1, number + 1
