@@ -14,6 +14,7 @@ from itertools import compress
 from pathlib import Path
 
 from cncgen.diagnostics import UsageError
+from cncgen.gcode.codes.lathe_words import DISTANCES
 from cncgen.gcode.codes.probing import POSITIONING
 from cncgen.gcode.codes.table import LATHES, Code, language_of, table
 from cncgen.gcode.source import Source, open_source
@@ -28,10 +29,8 @@ from cncgen.units import AXIS_LETTERS
 #: Files that are looked into at most.
 MAX_FILES = 1000
 
-#: The name behind M98 or G65 of FANUC.
-_NAMED_CALL = re.compile(rb"(?:M[ \t]*(?:0?98|198)|G[ \t]*6[56])[ \t]*<([^>\n]*)>", re.IGNORECASE)
-#: On a lathe of FANUC, U V W are distances along X Y Z, and H is one of C.
-_DISTANCES = str.maketrans("UVWH", "XYZC")
+#: Words of distances on a lathe of FANUC, and their axes.
+_DISTANCES = str.maketrans({word.upper(): axis.upper() for word, (axis, _) in DISTANCES.items()})
 
 
 @dataclass(slots=True)
@@ -67,9 +66,6 @@ def moving_axes(text: Source, dialect: str, folders: Sequence[Path] = ()) -> str
     texts = [main, *_called(main, dialect, folders)]
     letters = {chr(65 + k) for found in texts for k in range(26) if found.bits >> k & 1}
     named = "".join(letters).translate(_DISTANCES) if dialect in LATHES else "".join(letters)
-    if dialect in LATHES and "H" in letters:
-        # H is a distance of C.
-        named += "C"
     if any(POSITIONING in found.programs for found in texts):
         named += "XYZ"
     moved = {*named, *_moved(texts, "".join(letters).lower(), 18 if dialect in LATHES else 17)}
@@ -132,8 +128,9 @@ def _named(text: Source, dialect: str) -> _Text:
                 calls[place] = ord(code.calls) + (0 if code.words else gcode_codes.ARGUMENTS)
     if any(calls):
         bits, line, programs = read()
-    if language == "fanuc":
-        for name in _NAMED_CALL.findall(text.data):
+    callers = [rf"{code.letter}[ \t]*0*{code.number // 10}" for code in codes if code.calls]
+    if callers and language == "fanuc":
+        for name in re.findall(rf"(?i)(?:{'|'.join(callers)})[ \t]*<([^>\n]*)>".encode(), text.data):
             programs.add(b"".join(name.split()).decode("utf-8", "replace").lower())
     return _Text(bits, codes, line, alone, programs)
 

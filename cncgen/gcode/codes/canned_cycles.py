@@ -246,24 +246,26 @@ def _bore_by_hand(hole: Hole) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """A cycle: its moves, the words that it needs beside R and the depth, and a line of help."""
+    """A cycle: its moves, the words that it needs beside R and the depth, a line of help, words that it takes; whether it taps, and goes aside."""
 
     run: Callable[[Hole], None]
     needs: str
     help: str
     takes: str = ""
+    taps: bool = False
+    aside: bool = False
 
 
 CYCLES = {
     730: Cycle(HoleMoves("Bc", "Lk"), "q", "drill, breaking chips every Q"),
-    740: Cycle(_tap(-1), "", "tap, left-hand, with a dwell of P", "p$"),
+    740: Cycle(_tap(-1), "", "tap, left-hand, with a dwell of P", "p$", taps=True),
     810: Cycle(HoleMoves("Bc"), "", "drill"),
     820: Cycle(HoleMoves("Bpc"), "p", "drill, dwell for P"),
     830: Cycle(HoleMoves("Bc", "Lrk"), "q", "drill, out of the hole every Q"),
-    840: Cycle(_tap(1), "", "tap, right-hand, with a dwell of P", "p$"),
+    840: Cycle(_tap(1), "", "tap, right-hand, with a dwell of P", "p$", taps=True),
     850: Cycle(HoleMoves("BRc"), "", "bore, feed out"),
     860: Cycle(_bore_stop, "p", "bore, dwell for P, stop the spindle, traverse out", "$"),
-    870: Cycle(_back_bore, "", "back bore: I J beside the centre, up to K", "ijk$"),
+    870: Cycle(_back_bore, "", "back bore: I J beside the centre, up to K", "ijk$", aside=True),
     880: Cycle(_bore_by_hand, "p", "bore, dwell for P, stop for the operator", "$"),
     890: Cycle(HoleMoves("BpC"), "p", "bore, dwell for P, feed out"),
 }
@@ -403,7 +405,7 @@ def path_again(ip: Interpreter) -> None:
 
 CODES = tuple(
     Code("G", number, "motion", Stage.MOTION, _cycle(number), cycle.help, AXES + "@^rl" + cycle.needs + cycle.takes, "motion",
-        dialects=("linuxcnc",), moves="plane" if "i" in cycle.takes else "", waits=isinstance(cycle.run, HoleMoves),
+        dialects=("linuxcnc",), pitched=cycle.taps, moves="plane" if cycle.aside else "", waits=isinstance(cycle.run, HoleMoves),
         refused=IS_CYCLE)
     for number, cycle in CYCLES.items()
 )  # fmt: skip

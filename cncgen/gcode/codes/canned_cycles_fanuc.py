@@ -13,11 +13,19 @@ from collections.abc import Callable
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
-from cncgen.gcode.codes.canned_cycles import CYCLES, MAX_REPEATS, PECK_CLEARANCE, Hole, Sticky, words_hint
+from cncgen.gcode.codes.canned_cycles import (
+    CYCLES,
+    MAX_REPEATS,
+    PECK_CLEARANCE,
+    Cycle,
+    Hole,
+    Sticky,
+    words_hint,
+)
 from cncgen.gcode.codes.dwell import is_written, seconds_of
 from cncgen.gcode.codes.lathe_fanuc import increments
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
+from cncgen.gcode.codes.table import IS_CYCLE, LATHE, Code, Handler, table
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import ARMED, IN_ROW, PLAIN_MOTIONS, Stage
@@ -215,34 +223,30 @@ def _bore_wait(hole: Hole) -> None:
     hole.traverse(hole.clear)
 
 
-#: The moves of each cycle from R on (G87: from the start), whether it needs Q, and its line of help.
-HOLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
-    730: (_pecking(730), True, "drill, breaking chips every Q"),
-    740: (_tap(-1), False, "tap, left-hand"),
-    760: (_fine_bore, True, "bore, step off the wall by Q, traverse out"),
-    810: (CYCLES[810].run, False, "drill"),
-    820: (_counter_bore, False, "drill, dwell for P"),
-    830: (_pecking(830), True, "drill, out of the hole every Q"),
-    840: (_tap(1), False, "tap, right-hand"),
+#: The moves of each cycle from R on (G87: from the start); I J of Haas are steps of drilling, J the speed of a tap on its way out.
+HOLES = {
+    730: Cycle(_pecking(730), "q", "drill, breaking chips every Q", "ij"),
+    740: Cycle(_tap(-1), "", "tap, left-hand", "j", taps=True),
+    760: Cycle(_fine_bore, "q", "bore, step off the wall by Q, traverse out", aside=True),
+    810: Cycle(CYCLES[810].run, "", "drill"),
+    820: Cycle(_counter_bore, "", "drill, dwell for P"),
+    830: Cycle(_pecking(830), "q", "drill, out of the hole every Q", "ij"),
+    840: Cycle(_tap(1), "", "tap, right-hand", "j", taps=True),
     # Of Mazak's controls and FANUC's FS15 format: rigid without M29.
-    850: (CYCLES[850].run, False, "bore, feed out"),
-    860: (_bore_stop, False, "bore, stop the spindle, traverse out"),
-    870: (_back_bore, True, "back bore from R up to Z, Q beside the hole on the way"),
-    842: (lambda hole: _tap_in_step(hole, 1), False, "tap in step with the spindle, right-hand"),
-    843: (lambda hole: _tap_in_step(hole, -1), False, "tap in step with the spindle, left-hand"),
-    880: (_bore_by_hand, False, "bore, dwell for P, stop for the operator"),
-    890: (_bore_wait, False, "bore, dwell for P, feed out"),
+    842: Cycle(lambda hole: _tap_in_step(hole, 1), "", "tap in step with the spindle, right-hand", taps=True),
+    843: Cycle(lambda hole: _tap_in_step(hole, -1), "", "tap in step with the spindle, left-hand", taps=True),
+    850: Cycle(CYCLES[850].run, "", "bore, feed out"),
+    860: Cycle(_bore_stop, "", "bore, stop the spindle, traverse out"),
+    870: Cycle(_back_bore, "q", "back bore from R up to Z, Q beside the hole on the way", aside=True),
+    880: Cycle(_bore_by_hand, "", "bore, dwell for P, stop for the operator"),
+    890: Cycle(_bore_wait, "", "bore, dwell for P, feed out"),
 }
-_FINE, _BACK = 760, 870
-#: Codes that are turning cycles on lathes.
-_TURNING = (730, 740, 760)
-#: Words that Haas's controls have besides: steps of drilling, the speed of a tap on its way out.
-_HAAS = {730: "ij", 830: "ij", 740: "j", 840: "j"}
+_BACK = 870
 
 
 def _cycle(number: int) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
-        if not _PATTERNS.isdisjoint(block.g):
+        if any(row.run is _pattern for row in ip.codes.of(block)):
             # The words of the pattern are its own, and its places take the holes.
             own = {letter: value for letter, value in block.words.items() if letter not in "ijkl"}
             _words_in_force(ip, replace(block, words=own), number)
@@ -253,7 +257,8 @@ def _cycle(number: int) -> Handler:
                 _check_words(ip, block, number, sticky.words)
                 _make_holes(ip, block, number, sticky)
             except BlockError as error:
-                if number in _TURNING and error.code in ("cycle-words", "feed-missing"):
+                turning = table(LATHE).get(("G", number))
+                if turning and turning.axes == "own" and error.code in ("cycle-words", "feed-missing"):
                     error.hint += f"; G{number // 10} of lathes is read by --dialect fanuc-lathe"
                 raise
 
@@ -270,7 +275,7 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
         # M29 is for one row of holes, which any code of motion ends (B-64304EN-2, rigid tapping).
         state.rigid = IN_ROW if state.rigid == ARMED else 0
         sticky = Sticky(level=state.position[normal])
-    letters = _LETTERS + AXES[normal] + _HAAS.get(number, "")
+    letters = _LETTERS + AXES[normal] + HOLES[number].takes
     if "i" in block.words or (sticky.number == number and "i" in sticky.words):
         letters += "k"
     given = {k: v for k, v in block.words.items() if k in letters}
@@ -278,11 +283,11 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
         given["p"] = seconds_of(ip, block)
     relative = sticky.relative - given.keys() if state.absolute else sticky.relative | given.keys()
     words = {**sticky.words, **given}
-    if number in (730, 830) and "q" in given and AXES[normal] in words:
+    if HOLES[number].aside and "q" in given:
+        words["q"] = _off_wall(ip, block, number)
+    elif HOLES[number].needs and "q" in given and AXES[normal] in words:
         level = 0.0 if AXES[normal] in relative else words.get("r", sticky.level)
         words["q"] = _step(ip, block, abs(words[AXES[normal]] - level))
-    elif number in (_FINE, _BACK) and "q" in given:
-        words["q"] = _off_wall(ip, block, number)
     state.cycle = Sticky(number, words, sticky.level, relative=relative)
     state.motion = number
     return state.cycle
@@ -314,11 +319,11 @@ def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, fl
     """Raise where the words of a hole are missing or wrong."""
     name = f"G{number // 10}"
     check_feed(ip, block, name)
-    needs = "r" + AXES[ip.state.plane_axes()[2]] + ("q" if HOLES[number][1] else "")
+    needs = "r" + AXES[ip.state.plane_axes()[2]] + HOLES[number].needs
     if "i" in words:
         needs = needs.replace("q", "")
     missing = [letter.upper() for letter in needs if letter not in words]
-    if missing == ["Q"] and number in (730, 830):
+    if missing == ["Q"] and not HOLES[number].aside:
         words["q"] = math.inf
         _doubt(
             ip,
@@ -377,7 +382,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
         hole.across({first: end[first], second: end[second]})
         if number != _BACK:
             hole.traverse(retract)
-        HOLES[number][0](hole)
+        HOLES[number].run(hole)
     state.moved = True
 
 
@@ -421,14 +426,12 @@ def _pattern(ip: Interpreter, block: Block) -> None:
         _make_holes(ip, here, number, state.cycle)
 
 
-#: Patterns of Haas's mills, G numbers in tenths.
-_PATTERNS = frozenset((700, 710))
 CODES = tuple(
     Code("G", number, "non-modal", Stage.STOP, _pattern, f"cycle in force on {text} (Haas)", "ijklpq", dialects=("fanuc",), moves="XYZ",
         refused=IS_CYCLE, without="lathes")
     for number, text in ((700, "a circle"), (710, "an arc"))
 ) + tuple(
-    Code("G", number, "motion", Stage.MOTION, _cycle(number), text, AXES + "rpqkl" + _HAAS.get(number, ""), "motion", summons=AXES + "r",
-        dialects=("fanuc",), moves="plane" if run in (_fine_bore, _back_bore) else "", refused=IS_CYCLE, without="lathes")
-    for number, (run, _, text) in HOLES.items()
+    Code("G", number, "motion", Stage.MOTION, _cycle(number), cycle.help, AXES + "rpqkl" + cycle.takes, "motion", summons=AXES + "r",
+        dialects=("fanuc",), pitched=cycle.taps, moves="plane" if cycle.aside else "", refused=IS_CYCLE, without="lathes")
+    for number, cycle in HOLES.items()
 )  # fmt: skip

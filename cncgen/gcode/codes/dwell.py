@@ -81,5 +81,6 @@ def seconds_of(ip: Interpreter, block: Block) -> float:
 _OWN = ("fanuc",)
 CODES = (
     Code("G", 40, "non-modal", Stage.DWELL, dwell, "dwell, P seconds", "p", dialects=("linuxcnc",), waits=True),
-    Code("G", 40, "non-modal", Stage.DWELL, dwell_fanuc, "dwell, X seconds or P milliseconds", "pxu", "own", dialects=_OWN),
+    Code("G", 40, "non-modal", Stage.DWELL, dwell_fanuc, "dwell, X seconds or P milliseconds", "pxu", "own", dialects=_OWN,
+        axis_words="sizes"),
 )  # fmt: skip

@@ -17,8 +17,6 @@ from cncgen.units import INCH
 
 #: Feeds below this are not meant a minute, mm/min; feeds above this not a revolution of a lathe, mm.
 LEAST_FEED, MOST_FEED = 0.5, 10.0
-#: Whole numbers of G codes whose F may be a pitch or a lead.
-_PITCHED = frozenset((7, 8, 32, 33, 34, 63, 74, 76, 84, 88, 92))
 _MEANING = {93: "inverse time", 94: "units per minute", 95: "units per revolution"}
 
 
@@ -48,7 +46,8 @@ def feeds_meant(ip: Interpreter) -> tuple[float, float]:
 
 def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
     """Remark on a feed that nobody can mean: a lathe's F0.3, read as mm a minute, makes hours of setpoints of a part of two minutes."""
-    if any(code // 10 in _PITCHED for code in (*block.g, ip.state.motion)):
+    in_force = ip.codes.get(("G", ip.state.motion))
+    if any(row.pitched for row in ip.codes.of(block)) or (in_force is not None and in_force.pitched):
         return
     ip.feed_doubted = True
     mm = feed * (INCH if ip.state.inches else 1.0)

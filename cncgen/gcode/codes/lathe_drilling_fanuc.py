@@ -100,7 +100,7 @@ def _retract(ip: Interpreter, sticky: Sticky, bottom: float, axis: str) -> float
 
 def _cycle(number: int) -> Handler:
     moves, axis = _MOVES[number]
-    run_hole, needs_step, _ = HOLES[moves]
+    cycle = HOLES[moves]
     normal = AXIS_INDEX[axis]
 
     def run(ip: Interpreter, block: Block) -> None:
@@ -121,7 +121,7 @@ def _cycle(number: int) -> Handler:
             hint = f"the cycle drills towards smaller {axis.upper()}"
             raise BlockError("cycle-depth", message, axis.upper(), hint=hint)
         words = {**sticky.words, "p": sticky.words.get("p", 0.0)}
-        if needs_step and words.setdefault("q", retract - bottom or 1.0) <= 0.0:
+        if cycle.needs and words.setdefault("q", retract - bottom or 1.0) <= 0.0:
             raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
         placed = {letter: value for letter, value in block.words.items() if letter in _PLACES[axis]}
         end = ip.end_point(Block(placed, block.g))
@@ -129,14 +129,14 @@ def _cycle(number: int) -> Handler:
         hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
         hole.across({AXIS_INDEX[letter]: end[AXIS_INDEX[letter]] for letter in _PLACES[axis]})
         hole.traverse(retract)
-        run_hole(hole)
+        cycle.run(hole)
         state.moved = True
 
     return run
 
 
 CODES = tuple(
-    Code("G", number, "motion", Stage.MOTION, _cycle(number), f"{HOLES[moves][2]}, along {axis.upper()}", "xyzuvwcrpqk", "motion", summons="xyzuvwcr",
-        dialects=ONLY, moves=axis.upper(), refused=IS_CYCLE)
+    Code("G", number, "motion", Stage.MOTION, _cycle(number), f"{HOLES[moves].help}, along {axis.upper()}", "xyzuvwcrpqk", "motion",
+        summons="xyzuvwcr", dialects=ONLY, depth=_DEPTHS[axis], pitched=HOLES[moves].taps, moves=axis.upper(), refused=IS_CYCLE)
     for number, (moves, axis) in _MOVES.items()
 )  # fmt: skip

@@ -23,6 +23,7 @@ from cncgen.gcode.codes.table import (
     LATHE_TO_R,
     LATHE_TO_START,
     LATHES,
+    PROFILE,
     ROTARY_PATH,
     Code,
 )
@@ -272,11 +273,11 @@ CODES = (
     Code("T", 0, "T", Stage.TOOL, turret, "tool and its offset: T0102 is tool 1 with offset 2", "t", dialects=ONLY,
         refused=("changes the tool", ROTARY_PATH)),
     Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwfq", "motion", dialects=ONLY,
-        takes="f", refused=("cuts a thread", ROTARY_PATH)),
+        takes="f", refused=("cuts a thread", ROTARY_PATH | PROFILE)),
     Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a tool's offset, or a coordinate system", "xyzuvwcrqlp", "own",
         dialects=ONLY, refused=CHANGES_OFFSETS),
     Code("G", 500, "non-modal", Stage.REFERENCE, name_position, "S is the largest speed of G96; X Z U W name the position", "xyzuvws",
-        "own", dialects=ONLY, takes="s", refused=CHANGES_OFFSETS),
+        "own", dialects=ONLY, axis_words="absolute", takes="s", refused=CHANGES_OFFSETS),
     Code("G", 980, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", dialects=ONLY),
     Code("G", 990, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle", dialects=ONLY),
     *(

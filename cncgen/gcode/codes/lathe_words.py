@@ -16,43 +16,10 @@ if TYPE_CHECKING:
 
 X, Z = 0, 2
 #: Words of distances: the axis and its column.
-_DISTANCES = {"u": ("x", X), "v": ("y", 1), "w": ("z", Z), "h": ("c", 5)}
-_G10 = 100
-#: Columns of the words that are distances under G91, and the codes, in tenths, whose X and Z are no motion: G50, G53.
+DISTANCES = {"u": ("x", X), "v": ("y", 1), "w": ("z", Z), "h": ("c", 5)}
+#: Columns of the words that are distances under G91.
 _PLACES = {"x": X, "y": 1, "z": Z, "c": 5}
-_AS_WRITTEN = frozenset((500, 530))
-#: Codes, in tenths, whose X U W do not place the tool: G4, and the cycles whose U and W are depths or allowances.
-_OTHER_WORDS = frozenset((40, 700, 710, 720, 730))
-_LINE = 10
-_MOTIONS = frozenset((0, 10, 20, 30, 320, 800, 900, 920, 940))
-#: Cycles along Z and along X, whose W and U are counted from R.
-_DRILLING = {**dict.fromkeys((810, 820, 830, 840, 850, 860), "w"), **dict.fromkeys((870, 880, 890), "u")}
-#: Codes, in tenths, beside which a block makes no line even while G1 is in force.
-_NO_LINES = frozenset(
-    (
-        0,
-        20,
-        30,
-        71,
-        1070,
-        280,
-        290,
-        300,
-        310,
-        320,
-        500,
-        520,
-        650,
-        660,
-        740,
-        750,
-        760,
-        *range(800, 900, 10),
-        900,
-        920,
-        940,
-    )
-)
+_G10, _LINE = 100, 10
 #: Words of a line for the corner at its end, and those of mills.
 _CORNERS = {"r": ",r", "i": ",c", "k": ",c"}
 
@@ -67,25 +34,28 @@ def turned(ip: Interpreter, block: Block) -> Block:
     if renamed and block.g:
         block = _in_system_a(ip, block, renamed)
     words = block.words
-    if not words.keys() & {"x", "z", "u", "v", "w", "a", "c", "h", ",a"} or not _OTHER_WORDS.isdisjoint(
-        block.g
-    ):
+    if words.keys().isdisjoint(("x", "z", "u", "v", "w", "a", "c", "h", ",a")):
+        return block
+    rows = [row for row in ip.codes.of(block) if row.letter == "G"]
+    if any(row.axis_words == "sizes" for row in rows):
         return block
     found = dict(words)
     if "x" in found:
         found["x"] *= 0.5
     if _G10 in block.g:
         return replace(block, words=found)
-    if ip.steps and _AS_WRITTEN.isdisjoint(block.g):
+    if ip.steps and all(row.axis_words != "absolute" for row in rows):
         for letter, column in _PLACES.items():
             if letter in found:
                 found[letter] += ip.state.position[column]
-    depth = next((_DRILLING[number] for number in block.g if number in _DRILLING), "")
-    if not depth and _MOTIONS.isdisjoint(block.g):
-        depth = _DRILLING.get(ip.state.motion, "")
+    # G80 ends a cycle, and makes no line of its block.
+    motions = [row for row in rows if row.axes == "motion" or row.group == "canned cycle"]
+    if not motions and ("G", ip.state.motion) in ip.codes:
+        motions = [ip.codes["G", ip.state.motion]]
+    depth = next((row.depth for row in motions), "")
     if "h" in found:
         ip.c_moves = True
-    for letter, (axis, column) in _DISTANCES.items():
+    for letter, (axis, column) in DISTANCES.items():
         if letter in found:
             if axis in found:
                 message = f"{axis.upper()} and {letter.upper()} both say where {axis.upper()} goes"
@@ -95,7 +65,9 @@ def turned(ip: Interpreter, block: Block) -> Block:
                 found[letter] = distance
             else:
                 found[axis] = ip.state.position[column] + distance
-    if _LINE in block.g or (ip.state.motion == _LINE and _NO_LINES.isdisjoint(block.g)):
+    if _LINE in block.g or (
+        ip.state.motion == _LINE and all(row.axes == "none" and row.group != "canned cycle" for row in rows)
+    ):
         _corner(ip, block, found)
     elif "c" in found:
         ip.c_moves = True

@@ -92,7 +92,8 @@ def machine_coordinates(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("G", 530, "non-modal", Stage.REFERENCE, machine_coordinates, "axis words are machine coordinates", refused=IN_MACHINE),
+    Code("G", 530, "non-modal", Stage.REFERENCE, machine_coordinates, "axis words are machine coordinates",
+        axis_words="absolute", refused=IN_MACHINE),
     Code("G", 0, "motion", Stage.MOTION, traverse, "traverse at the machine's own speed", _WORDS, "motion", waits=True),
     Code("G", 10, "motion", Stage.MOTION, feed, "straight feed", _WORDS, "motion", waits=True),
     Code("G", 800, "motion", Stage.MOTION, cancel, "no motion mode: end of a canned cycle", "", "motion", dialects=("linuxcnc",),

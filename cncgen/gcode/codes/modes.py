@@ -128,7 +128,7 @@ CODES = (
         refused=CHANGES_PATH_MODE),
     Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_STOP), "exact stop at the end of each motion", dialects=("fanuc",)),
     Code("G", 620, "path", Stage.PATH, cutting, "automatic corner override: as G64", dialects=("fanuc",)),
-    Code("G", 630, "path", Stage.PATH, cutting, "tapping mode: as G64", dialects=("fanuc",)),
+    Code("G", 630, "path", Stage.PATH, cutting, "tapping mode: as G64", dialects=("fanuc",), pitched=True),
     Code("G", 90, "exact stop", Stage.PATH, stop_once, "exact stop at the end of this block", dialects=("fanuc",), after=go_on),
     Code("G", 640, "path", Stage.PATH, continuous, "continuous path within P", "pq", waits=True, refused=CHANGES_PATH_MODE),
     Code("G", 980, "retract", Stage.RETRACT, _retract(True), "canned cycles retract to where they began", waits=True, refused=_RETRACTS,

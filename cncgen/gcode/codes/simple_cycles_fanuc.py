@@ -11,7 +11,7 @@ from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, check_spindle, cut_thr
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.offsets_fanuc import preset_position
-from cncgen.gcode.codes.table import SYNCHRONISED, Code
+from cncgen.gcode.codes.table import IS_TURNING, SYNCHRONISED, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -127,9 +127,9 @@ def thread_pass(ip: Interpreter, x: float, z: float, lead: float, chamfer: float
 
 CODES = (
     Code("G", _ALONG, "motion", Stage.MOTION, along, "cut along Z to X and Z, and back", _WORDS + "i", "motion", summons="xzuwr",
-        dialects=ONLY, moves="XZ"),
+        dialects=ONLY, moves="XZ", refused=IS_TURNING),
     Code("G", _THREAD, "motion", Stage.MOTION, thread, "cut a thread of lead F to X and Z, and back", _WORDS + "fi", "motion",
         summons="xzuwr", dialects=ONLY, takes="f", moves="XZ", refused=SYNCHRONISED),
     Code("G", _ACROSS, "motion", Stage.MOTION, across, "cut along X to X and Z, and back", _WORDS + "k", "motion", summons="xzuwr",
-        dialects=ONLY, moves="XZ"),
+        dialects=ONLY, moves="XZ", refused=IS_TURNING),
 )  # fmt: skip

@@ -86,9 +86,10 @@ def tap(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("G", 330, "motion", Stage.MOTION, thread, "line in step with the spindle, K a revolution", _WORDS, "motion",
-        dialects=("linuxcnc",), waits=True, refused=SYNCHRONISED),
+        dialects=("linuxcnc",), pitched=True, waits=True,
+        refused=SYNCHRONISED),
     Code("G", 330, "motion", Stage.MOTION, thread_fanuc, "line in step with the spindle, F a revolution", _WORDS + "fq", "motion",
         dialects=("fanuc",), takes="f", refused=SYNCHRONISED, without="lathes"),
-    Code("G", 331, "motion", Stage.MOTION, tap, "rigid tapping, K a revolution", _WORDS + "i", "motion", refused=SYNCHRONISED,
+    Code("G", 331, "motion", Stage.MOTION, tap, "rigid tapping, K a revolution", _WORDS + "i", "motion", pitched=True, refused=SYNCHRONISED,
         without="lathes"),
 )  # fmt: skip

@@ -88,8 +88,9 @@ LATHES: dict[str, dict[int, int]] = {
     },
 }  # fmt: skip
 #: What may be in force while a code is refused (`Code.refused`), in bits: cutter compensation, that of LinuxCNC alone, and that of other
-#: controls where the block moves in its plane too; paths of a linear and a rotary axis (G12.1); tool centre point control (G43.4).
-COMPENSATION, STRICT_COMPENSATION, COMPENSATION_PLANE, ROTARY_PATH, TOOL_POINT = 1, 2, 4, 8, 16
+#: controls where the block moves in its plane too; paths of a linear and a rotary axis (G12.1); tool centre point control (G43.4); the
+#: profile of a turning cycle of FANUC.
+COMPENSATION, STRICT_COMPENSATION, COMPENSATION_PLANE, ROTARY_PATH, TOOL_POINT, PROFILE = 1, 2, 4, 8, 16, 32
 _FOLLOWED = ROTARY_PATH | TOOL_POINT
 #: What codes of several modules do that is refused under these.
 CHANGES_SYSTEM = ("changes the coordinate system", COMPENSATION | _FOLLOWED)
@@ -99,10 +100,11 @@ CHANGES_UNITS = ("changes the units", _FOLLOWED)
 CHANGES_TOOL = ("changes the tool", COMPENSATION | TOOL_POINT)
 CHANGES_TOOL_OFFSET = ("changes the tool's offset", STRICT_COMPENSATION | TOOL_POINT)
 CHANGES_PATH_MODE = ("changes the path mode", STRICT_COMPENSATION)
-GOES_HOME = ("goes by way of a reference point", COMPENSATION_PLANE | _FOLLOWED)
-IN_MACHINE = ("moves in machine coordinates", COMPENSATION | _FOLLOWED)
-SYNCHRONISED = ("is synchronised with the spindle", COMPENSATION | _FOLLOWED)
-IS_CYCLE = ("is a canned cycle", COMPENSATION)
+GOES_HOME = ("goes by way of a reference point", COMPENSATION_PLANE | _FOLLOWED | PROFILE)
+IN_MACHINE = ("moves in machine coordinates", COMPENSATION | _FOLLOWED | PROFILE)
+SYNCHRONISED = ("is synchronised with the spindle", COMPENSATION | _FOLLOWED | PROFILE)
+IS_CYCLE = ("is a canned cycle", COMPENSATION | PROFILE)
+IS_TURNING = ("is a turning cycle", PROFILE)
 
 
 def language_of(dialect: str) -> str:
@@ -131,7 +133,6 @@ class Code:
         axes: ``none``, ``motion`` (a modal motion), ``own`` (uses axis words itself).
         summons: Letters that bring this modal motion into a block that does not name it.
         dialects: Where it means this; dialects that build on these have it too, FANUC's lathes on its mills, others on LinuxCNC.
-        without: Which of those have it not, or have another one: ``lathes``, or ``others``, which leave an M code to the machine's builder.
         title: How it is written, where that is not letter and number.
         named: Words of several letters that it uses.
         after: Its handler for the time when all else of the block is done, or None.
@@ -141,8 +142,12 @@ class Code:
         moves_alone: Whether that holds in blocks without an axis word only.
         plane: The plane that it chooses, a key of `modal.PLANE_AXES`, or 0.
         waits: Whether blocks with it may wait while lines behind them are computed: it reads and sets no parameter, and leads nowhere.
-        refused: What it does that does not go with other codes: ``changes the units``; and under which it is refused, in bits.
         calls: Letter whose number names the program that it calls; where it has no `words`, all others are arguments.
+        refused: What it does that does not go with other codes: ``changes the units``; and under which it is refused, in bits.
+        without: Which of those have it not, or have another one: ``lathes``, or ``others``, which leave an M code to the machine's builder.
+        axis_words: What axis words are beside it: ``places``, places also under G91 (``absolute``), or ``sizes``.
+        depth: Letter of the distance of a lathe that is the depth from R, not from where the tool stands.
+        pitched: Whether F may be a pitch beside it.
     """
 
     letter: str
@@ -155,7 +160,6 @@ class Code:
     axes: str = "none"
     summons: str = AXES + "@^"
     dialects: tuple[str, ...] = BOTH
-    without: str = ""
     title: str = ""
     named: tuple[str, ...] = ()
     after: Handler | None = None
@@ -165,8 +169,12 @@ class Code:
     moves_alone: bool = False
     plane: int = 0
     calls: str = ""
-    refused: tuple[str, int] = ("", 0)
     waits: bool = False
+    refused: tuple[str, int] = ("", 0)
+    without: str = ""
+    axis_words: str = "places"
+    depth: str = ""
+    pitched: bool = False
 
     @property
     def name(self) -> str:

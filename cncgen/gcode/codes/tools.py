@@ -24,8 +24,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
-#: Codes, in tenths, that call a program: M98, M198.
-_CALLS = frozenset((980, 1980))
 _M61 = 610
 
 
@@ -186,13 +184,15 @@ def length_number(ip: Interpreter, block: Block) -> None:
     Raises:
         BlockError: H stands beside the call of a program, where other controls mean a line of it.
     """
-    if not _CALLS.isdisjoint(block.m):
+    if any(row.calls and row.letter == "M" for row in ip.codes.of(block)):
         number = block.words["h"]
         message = f"H{number:g} beside M98: Mazak's and Mitsubishi's controls begin at line N{number:g} there, FANUC's change the tool offset"
         raise BlockError(
             "other-control", message, "H", hint="write H in a block of its own where it is the tool offset"
         )
-    if {410, 420} & set(block.g) and "d" not in block.words and not {430, 440} & set(block.g):
+    if "d" not in block.words and any(
+        row.group == "cutter compensation" and row.takes for row in ip.codes.of(block)
+    ):
         # G41 and G42 take it as the number of the radius.
         return
     code = ip.state.length_code

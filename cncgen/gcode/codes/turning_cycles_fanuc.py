@@ -28,7 +28,7 @@ from cncgen.gcode.codes.lathe_fanuc import (
 )
 from cncgen.gcode.codes.lathe_words import X, Z, turned
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import IS_TURNING, PROFILE, Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.codes.turning_cycles import Lathe
 from cncgen.gcode.codes.turning_profiles import MAX_CUTS, MAX_MOVES, TINY, Recorder, Segment, check_cuts
@@ -42,7 +42,6 @@ from cncgen.records import replace
 
 #: Words and codes of a line that make the profile, where it is roughed.
 _WORDS = frozenset(("x", "z", "r", "i", "k", ",c", ",r"))
-_CYCLES = frozenset((700, 710, 720, 730, 740, 750, 760, 900, 920, 940))
 
 
 def _lines(ip: Interpreter, block: Block, name: str) -> Iterator[Block]:
@@ -79,10 +78,15 @@ def _read(ip: Interpreter, text: str, at: Cursor) -> Iterator[Block]:
         return
     pairs = [(letter, evaluate(value, ip.parameters)) for letter, value in parsed.words]
     block = gather([pair for pair in pairs if pair[1] == pair[1]])
+    refused = next((row for row in ip.codes.of(block) if row.refused[1] & PROFILE), None)
     faults = (
         (parsed.flow is not None, "is a jump or loop", "compute its values before the cycle"),
         (bool(parsed.settings), "sets a parameter", "compute its values before the cycle"),
-        (not _CYCLES.isdisjoint(block.g), "has a cycle of its own", "a profile is moves alone"),
+        (
+            refused is not None,
+            f"has {refused.name}, which {refused.refused[0]}" if refused else "",
+            "a profile is moves alone",
+        ),
     )
     for wrong, what, hint in faults:
         if wrong:
@@ -399,7 +403,8 @@ def finish(ip: Interpreter, block: Block) -> None:
 
 
 CODES = tuple(
-    Code("G", number, "non-modal", Stage.MOTION, run, text, words, "own", dialects=ONLY, moves="XZ")
+    Code("G", number, "non-modal", Stage.MOTION, run, text, words, "own", dialects=ONLY, axis_words="sizes", moves="XZ",
+        refused=IS_TURNING)
     for number, run, text, words in (
         (700, finish, "finish the profile of lines N P to N Q", "pquwd"),
         (710, _rough("G71", False), "rough a profile along Z; first U R alone: depth (or D of Haas), lift", "pquwrd"),

@@ -18,8 +18,6 @@ from cncgen.records import replace
 Action = Callable[[], None]
 #: Codes of macro calls, the first M code that a builder may give a macro, and the first number of the macros of builders.
 _CALLS, _OF_BUILDERS, _BUILT = (65.0, 66.0), 100.0, 9000.0
-#: G7 and G8, in tenths.
-_DIAMETERS = frozenset((70, 80))
 #: Numbered parameters below this are plain storage.
 _STORED = 1000
 
@@ -65,7 +63,7 @@ class Compiler:
         if not (block.words or block.g or block.m):
             return lambda: execute(block, None)
         plans: dict[int, BlockPlan] = {}
-        if not _DIAMETERS.isdisjoint(block.g):
+        if any(row.group == "diameter" for row in self.ip.codes.of(block)):
             # These change the block's own X.
             return lambda: execute(replace(block, words=block.words.copy()), plans)
         return lambda: execute(block, plans)
