@@ -24,6 +24,10 @@ from cncgen.gcode.sinks.sink import PassingSink, Point, Sink, TryingSink
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
 from cncgen.records import dataclass, replace
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
 #: Moves that turn by less than this have no corner: the chamfer or arc between them has no length (ibid.).
 _STRAIGHT_RAD = math.radians(1.0)
 #: A move may be too short for its corner by this much, because programs round their numbers (program units).
@@ -36,7 +40,7 @@ _HINTS = {
 }
 #: How dialects write them; CHF of SINUMERIK is ,H here.
 _NAMES = {
-    "sinumerik": {",R": "RND=", ",C": "CHR=", ",H": "CHF="},
+    "sinumerik": {",R": "RND=", ",M": "RNDM=", ",C": "CHR=", ",H": "CHF="},
     "heidenhain": {",R": "RND R", ",C": "CHF "},
 }
 #: Words and codes that decide where a motion leads: coordinates, and G0 to G3, planes, units, G90 and G91.
@@ -44,6 +48,11 @@ _WORDS = frozenset((*"xyzabcuvwijkrp", "dr", "pa", "ipa", "pr", "ipr"))
 _CODES = frozenset(
     (0, 10, 20, 30, 170, 180, 190, 200, 210, 900, 910, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE)
 )
+#: Blocks without a motion that SINUMERIK lets stand between the two motions of a corner (MD20200, its usual value), and the change of a
+#: tool, which is none of them.
+_MOST_BETWEEN, _TOOL_CHANGE = 3, 60
+#: Halvings of a corner's size on the way to the largest one that fits.
+_HALVINGS = 40
 
 
 @dataclass(slots=True)
@@ -90,6 +99,36 @@ class _Trying(_Holding, TryingSink):
         """Keep nothing: a traverse makes no corner."""
 
 
+class _Later(PassingSink):
+    """Keeps the calls of blocks that stand between the motions of a corner."""
+
+    def __init__(self, inner: Sink) -> None:
+        super().__init__(inner)
+        self._calls: list[tuple[Block, str, tuple[Any, ...], dict[str, Any]]] = []
+        self._block = inner.block
+
+    @property
+    def block(self) -> Block:
+        """The block that calls come from."""
+        return self._block
+
+    @block.setter
+    def block(self, block: Block) -> None:
+        self._block = block
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self.inner, name)
+        if not callable(value):
+            return value
+        return lambda *arguments, **named: self._calls.append((self._block, name, arguments, named))
+
+    def tell(self) -> None:
+        """Tell the sink behind what was kept."""
+        for block, name, arguments, named in self._calls:
+            self.inner.block = block
+            getattr(self.inner, name)(*arguments, **named)
+
+
 class _Passed:
     """Stands as the guard in the block after a corner: `end` is where the chamfer or arc ended."""
 
@@ -113,6 +152,11 @@ class _Corner:
     def __init__(self, ip: Interpreter, block: Block, name: str, size: float) -> None:
         self.name, self.size = name, size
         self.names = _NAMES.get(ip.dialect, {})
+        #: Whether a corner that cannot be is made smaller or left out, and a few blocks may stand before the next motion.
+        self.bends = ip.dialect == "sinumerik"
+        self.between: set[int] = set()
+        self.slack = _DIGITS
+        self.later: _Later | None = None
         self.block = block
         self.plane = ip.state.plane
         self.start = ip.guard.end if isinstance(ip.guard, _Passed) else list(ip.state.position)
@@ -120,30 +164,101 @@ class _Corner:
 
     def __call__(self, ip: Interpreter, block: Block) -> None:
         """Pass the motion on, and its corner with the motion of the block that comes next."""
-        if not (block.words or block.g or block.m):
+        if not (block.words or block.g or block.m) or self._waits(ip, block):
             return
-        ip.guard = None
-        motion = self.sink.motion
+        motion, later = self._taken(ip)
+        if motion is None:
+            return
+        corner = self._found(ip, motion, block)
+        if corner is None:
+            motion.tell(ip.sink, motion.end)
+        else:
+            first, second, _ = PLANE_AXES[self.plane]
+            ends = [list(motion.end), list(motion.end)]
+            for end, point in zip(ends, (corner.start, corner.end), strict=True):
+                end[first], end[second] = point.real, point.imag
+            motion.tell(ip.sink, ends[0])
+            _Motion(ends[1], corner.centre, corner.spin, self.plane).tell(ip.sink, ends[1])
+            ip.guard = _Passed(ends[1])
+        if later is not None:
+            later.tell()
+
+    def leave_out(self, ip: Interpreter) -> None:
+        """Pass the motion on without a corner, for what comes next is no motion."""
+        motion, later = self._taken(ip)
+        if motion is not None:
+            self._tell_fault(
+                ip,
+                self._fault("corner-next", "is not followed by a feed motion (G1, G2, G3) in the next block"),
+            )
+            motion.tell(ip.sink, motion.end)
+        if later is not None:
+            later.tell()
+
+    def _waits(self, ip: Interpreter, block: Block) -> bool:
+        """Tell whether a block without a motion may stand before the next one, and keep its calls."""
+        if not self.bends or block.g or block.words.keys() & _WORDS or _TOOL_CHANGE in block.m:
+            return False
+        self.between |= {block.line}
+        if len(self.between) > _MOST_BETWEEN:
+            return False
+        if self.later is None and self.sink.motion is not None:
+            ip.sink = self.later = _Later(ip.sink)
+        return True
+
+    def _taken(self, ip: Interpreter) -> tuple[_Motion | None, _Later | None]:
+        """Return the motion that waits, and the calls behind it; both wait no longer."""
+        ip.guard, motion, later = None, self.sink.motion, self.later
         if motion is None:
             # The block failed, and was left before its end.
             ip.sink = self.sink.inner
-            return
+        elif later is not None:
+            ip.sink = later.inner
         ip.sink.block = self.block
+        return motion, later
+
+    def _found(self, ip: Interpreter, motion: _Motion, block: Block) -> Segment | None:
+        """Return the corner, or None where there is none; SINUMERIK makes it smaller, or leaves it out, where it does not fit."""
         try:
-            corner = self._between(motion, self._tried(ip, block))
+            following = self._tried(ip, block)
+            try:
+                return self._between(motion, following)
+            except BlockError as error:
+                if error.code != "corner-size" or not self.bends:
+                    raise
+                return self._smaller(ip, motion, following, error)
         except BlockError as error:
+            self._tell_fault(ip, error)
+            return None
+
+    def _tell_fault(self, ip: Interpreter, error: BlockError) -> None:
+        """Report why there is no corner: on SINUMERIK it is left out, and of RNDM this is the rule."""
+        if not self.bends:
             ip.warn(error, Severity.ERROR)
-            corner = None
-        if corner is None:
-            motion.tell(ip.sink, motion.end)
-            return
-        first, second, _ = PLANE_AXES[self.plane]
-        ends = [list(motion.end), list(motion.end)]
-        for end, point in zip(ends, (corner.start, corner.end), strict=True):
-            end[first], end[second] = point.real, point.imag
-        motion.tell(ip.sink, ends[0])
-        _Motion(ends[1], corner.centre, corner.spin, self.plane).tell(ip.sink, ends[1])
-        ip.guard = _Passed(ends[1])
+        elif self.name != ",M":
+            message = f"{error.message}: the corner is left out, as the control does"
+            ip.warn(BlockError(error.code, message, error.word, hint=error.hint), Severity.WARNING)
+
+    def _smaller(
+        self, ip: Interpreter, motion: _Motion, following: _Motion, error: BlockError
+    ) -> Segment | None:
+        """Return the corner of the largest size that fits (840D sl, Fundamentals, "Chamfer, rounding")."""
+        wanted, low, high, found, self.slack = self.size, 0.0, self.size, None, 0.0
+        for _ in range(_HALVINGS):
+            self.size = (low + high) / 2.0
+            try:
+                found, low = self._between(motion, following), self.size
+            except BlockError:
+                high = self.size
+        self.size = wanted
+        if found is not None:
+            message = f"{error.message}; it is made smaller, {low:.4g}, as the control does"
+            ip.warn(
+                BlockError(error.code, message, error.word, hint="the control does not say how much smaller"),
+                Severity.WARNING,
+            )
+            return found
+        raise error
 
     def release(self, ip: Interpreter) -> None:
         """Let the block end: its motion waits; raise where it had none."""
@@ -188,12 +303,12 @@ class _Corner:
             raise self._fault("corner-size", "has a motion of no length beside it")
         if abs(cmath.phase(two.heading(two.start) / one.heading(one.end))) < _STRAIGHT_RAD:
             return None
-        corner = self._arc(one, two) if self.name == ",R" else self._chamfer(one, two)
+        corner = self._arc(one, two) if self.name in (",R", ",M") else self._chamfer(one, two)
         for segment, point, which in (
             (one, corner.start, "the motion"),
             (two, corner.end, "the next motion"),
         ):
-            if not segment.reaches(point, _DIGITS):
+            if not segment.reaches(point, self.slack):
                 raise self._fault("corner-size", f"does not fit: {which} is too short for it")
         return corner
 
@@ -251,12 +366,19 @@ def _end(ip: Interpreter, block: Block) -> None:
         ip.guard.release(ip)
 
 
+def leave_out(ip: Interpreter) -> None:
+    """Pass on a motion that waits for its corner, before a change that is no block of codes."""
+    if isinstance(ip.guard, _Corner):
+        ip.guard.leave_out(ip)
+
+
 CODES = tuple(
     Code(name, 0, "corner", Stage.REFERENCE, _corner(name), text, dialects=dialects, named=(name.lower(),), after=_end,
-        title={"sinumerik": "CHF="}.get(dialects[0], ""))
+        title=_NAMES["sinumerik"][name] if dialects == ("sinumerik",) else "")
     for name, text, dialects in (
         (",C", "chamfer to the next motion", ("fanuc", "sinumerik", "heidenhain")),
         (",R", "rounding to the next motion", ("fanuc", "sinumerik", "heidenhain")),
+        (",M", "rounding to the next motion, as to all", ("sinumerik",)),
         (",H", "chamfer of that length to the next motion", ("sinumerik",)),
     )
 )  # fmt: skip

@@ -109,7 +109,7 @@ class PocketPath:
         Corners of loops that are not rounded lie farther apart than their sides, and the innermost loop has a middle of its own.
         """
         reach, step = min(self._half()), self.how.step
-        if self.pocket.corner < min(self.pocket.length, self.pocket.width) - _TINY:
+        if self.how.radius > 0.0 and self.pocket.corner < min(self.pocket.length, self.pocket.width) - _TINY:
             step = min(step, math.sqrt(2.0) * self.how.radius)
         count = math.floor(reach / step + _TINY)
         if count > _MOST:

@@ -67,7 +67,7 @@ _MODULES = (
     "codes.plain_language",
 )
 #: Words that act by themselves; the numbers of offsets on FANUC's mills alone.
-ALONE = ("F", "S", "T", ",C", ",R", ",H")
+ALONE = ("F", "S", "T", ",C", ",R", ",M", ",H")
 OFFSET_NUMBERS = ("D", "H")
 BOTH = ("linuxcnc", "fanuc")
 #: FANUC's lathes, system A of G codes: the language of its mills, with other meanings of some codes.

@@ -106,7 +106,7 @@ def run(motions: Motions, words: Words) -> None:
                 continue
             motions.set_motion(name)
         elif name in _SWITCHES:
-            motions.end()
+            motions.settle()
             _SWITCHES[name](motions)
         elif name in _APPROACHES:
             message = f"{name} is taken as NORM: the tool goes straight to beside the first point of the contour, and away from beside the last"
@@ -122,7 +122,7 @@ def run(motions: Motions, words: Words) -> None:
 
 def _modal_call(motions: Motions, words: Words) -> None:
     """MCALL with a cycle or subprogram, which each motion calls from then on; alone, no longer."""
-    motions.end()
+    motions.settle()
     names = [name for name in words.commands if name != "MCALL"]
     calls = [*words.calls, *((name, None) for name in names)]
     motions.modal = calls[0] if calls else None
@@ -131,7 +131,7 @@ def _modal_call(motions: Motions, words: Words) -> None:
 
 def _frame(motions: Motions, name: str, words: Words) -> None:
     """TRANS ROT SCALE MIRROR set the programmable frame anew, ATRANS … add to it."""
-    motions.end()
+    motions.settle()
     values = _frame_values(motions, name, words, kind_of(name) == "TRANS")
     rpl = words.named.pop("RPL", None)
     step = _step(motions, kind_of(name), values, None if rpl is None else rpl[1])
@@ -163,7 +163,7 @@ def _frame_values(motions: Motions, name: str, words: Words, shifts: bool) -> di
 
 def _part_of_shift(motions: Motions, code: int, words: Words) -> None:
     """G58 sets the shift of TRANS of the axes it names, G59 that of ATRANS (Fundamentals, "Axial work offset")."""
-    motions.end()
+    motions.settle()
     values = _frame_values(motions, f"G{code}", words, shifts=True)
     wanted = motions.frames
     for axis, value in values.items():
@@ -196,7 +196,7 @@ def mode(motions: Motions, code: int, words: Words) -> None:
     """Put a G function in force."""
     emit = motions.emit
     if code in (17, 18, 19):
-        motions.end()
+        motions.settle()
         emit({}, (code * 10,))
         motions.pole = 0j
     elif code in (40, 41, 42):
@@ -238,7 +238,7 @@ def _units(motions: Motions, code: int) -> None:
     The basic system is metric (840D sl, Fundamentals, "Inch or metric dimensions").
     """
     state, feed, inches = motions.ip.state, motions.ip.state.feed, motions.ip.state.inches
-    motions.end()
+    motions.settle()
     motions.emit({}, (200 if code in (70, 700) else 210,))
     motions.feed_scale = 1.0 / INCH if code == 70 else 1.0
     if feed and state.inches != inches and state.feed_mode != 93:
@@ -256,7 +256,7 @@ def _bounds(motions: Motions, code: int, words: Words) -> None:
 
 
 def _compensate(motions: Motions, code: int) -> None:
-    motions.end()
+    motions.settle()
     ip = motions.ip
     if code == 40:
         motions.emit({}, (400,))
@@ -426,7 +426,7 @@ def _pole(motions: Motions, code: int, words: Words) -> None:
 
 
 def _system(motions: Motions, code: int) -> None:
-    motions.end()
+    motions.settle()
     number_ = SYSTEM_COUNT + MORE_COUNT if code == 500 else code - 53 if code < 100 else code - 500
     if motions.ip.state.compensation != 40:
         raise BlockError(
@@ -468,7 +468,7 @@ def tolerance(motions: Motions, words: Words) -> None:
 def home(motions: Motions, words: Words) -> None:
     """G74 to the reference point, G75 to the fixed point, of the axes named."""
     code = 280 if 74 in words.g else 300
-    motions.end()
+    motions.settle()
     position = motions.ip.state.position
     if words.named.pop("FP", ("", 1.0))[1] != 1.0:
         raise BlockError(
@@ -524,7 +524,7 @@ def _traori(motions: Motions) -> None:
 
 def _transmit(motions: Motions) -> None:
     """TRANSMIT: X and Y are those of the face of the part, where the axes are X and C."""
-    motions.end()
+    motions.settle()
     rotary_paths.face(motions.ip, "TRANSMIT")
     motions.pole, motions.heading = 0j, None
 
@@ -536,7 +536,7 @@ def _tracyl(motions: Motions, name: str, values: list[Scalar | None]) -> None:
         raise _not_read(
             f"TRACYL({', '.join(f'{v:g}' for v in numbers)})", "TRACYL(40) is, with the diameter alone"
         )
-    motions.end()
+    motions.settle()
     plane = motions.ip.state.plane
     rotary_paths.cylinder(motions.ip, Block({"c": numbers[0] / 2.0}, (1070,)))
     motions.ip.rewrite = None
@@ -552,7 +552,7 @@ def _transmit_of(motions: Motions, name: str, values: list[Scalar | None]) -> No
 
 def _trafoof(motions: Motions) -> None:
     plane = motions.ip.state.plane
-    motions.end()
+    motions.settle()
     if rotary_paths.end(motions.ip, "TRAFOOF"):
         motions.emit({}, ({17: 170, 18: 180, 19: 190}[plane],))
         motions.pole, motions.heading = 0j, None

@@ -663,7 +663,7 @@ def _swivel(motions: Motions, name: str, values: Values) -> None:
     MODE 57 (or 0) turns axis by axis about X, the new Y, the new Z; 54 about Z, the new Y, the new X.
     """
     numbers = [value if not isinstance(value, str) else None for value in values]
-    motions.end()
+    motions.settle()
     if not any(numbers[3:13]):
         if motions.frames.swivelled != frames.Frame():
             _take(motions, frames.Frames(frames.Frame(), motions.frames.programmable, motions.frames.added))

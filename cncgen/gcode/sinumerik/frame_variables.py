@@ -64,7 +64,7 @@ def _frame(motions: Motions, node: Node) -> frames.Frame:
 
 def set_frame(motions: Motions, name: str, at: list[Scalar], node: Node) -> None:
     """Set a frame variable; an origin is a shift alone."""
-    motions.end()
+    motions.settle()
     made = _frame(motions, node)
     if name == PROGRAMMABLE and not at:
         _take(motions, frames.Frames(motions.frames.swivelled, made))
@@ -134,7 +134,7 @@ def set_part(motions: Motions, name: str, at: list[Scalar], value: float) -> Non
         if value != neutral:
             raise _refused(f"{name}[…,{part}]", "a part beside the shift, TR")
         return
-    motions.end()
+    motions.settle()
     if system:
         origin = _origin(motions.ip, system)
         origin[column] = value

@@ -12,6 +12,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.affine import Frames
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
+from cncgen.gcode.codes.corners import leave_out
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.subprograms import of_builder
 from cncgen.gcode.codes.turning_profiles import Segment
@@ -130,6 +131,8 @@ class Motions:
         self.override = 1.0
         self.allowance = 0.0
         self.axis_feeds: dict[str, float] = {}
+        #: Speeds of the other spindles, whose revolutions G4 may count.
+        self.speeds: dict[str, float] = {}
         self.modal: tuple[str, tuple[Node | None, ...] | None] | None = None
         self.in_modal = False
         self.edge = 1
@@ -220,7 +223,7 @@ class Motions:
     def restore(self, saved: object) -> None:
         """Bring back the state that SAVE kept."""
         assert isinstance(saved, _Kept)
-        self.end()
+        self.settle()
         self.motion, self.absolute = saved.motion, saved.absolute
         if saved.system != self.ip.state.system:
             use_system(self.ip, saved.system)
@@ -373,6 +376,8 @@ class Motions:
         if commands.CALLS.get(name) is commands.nothing:
             return
         if name in _CYCLES or name in commands.CALLS:
+            if name != "MSG":
+                self.settle()
             parameters = cycles.CycleParameters(
                 None if node is None else evaluate(node, self.store) for node in arguments or ()
             )
@@ -427,6 +432,11 @@ class Motions:
         if self.motion == "BSPLINE" and self.ip.guard is not None:
             self.emit({}, (210,) if not self.ip.state.inches else (200,))
 
+    def settle(self) -> None:
+        """End a curve, and pass on a motion that waits for a corner."""
+        self.end()
+        leave_out(self.ip)
+
     def set_path(self, name: str, tolerance: float | None) -> None:
         """Take a mode of the path: G60, G64 and kin with a tolerance."""
         self.path = (name, tolerance)
@@ -453,10 +463,15 @@ class Motions:
                 self.note_once("tool-name", message, "T", hint)
             words.named.setdefault("T", ("", float(found or 0)))
         feed = words.named.pop("F", None) if 4 not in words.g else None
+        if "FZ" in words.named:
+            feed = "", self._feed_of_teeth(words.named.pop("FZ")[1])
         out: dict[str, float] = {} if feed is None else {"f": feed[1] * self.feed_scale * self.override}
         for name in ("S", "S1"):
             if name in words.named and 4 not in words.g:
                 out["s"] = words.named.pop(name)[1]
+        for name in ("S2", "S3"):
+            if name in words.named and 4 not in words.g:
+                self.speeds[name] = words.named.pop(name)[1]
         tool = words.named.pop("T", None)
         if tool is not None:
             out["t"] = tool[1]
@@ -476,6 +491,31 @@ class Motions:
             self.edge = _whole("D", edge[1]) if edge is not None else 1
             commands.take_edge(self)
 
+    def _feed_of_teeth(self, feed: float) -> float:
+        """Return the feed a revolution of a feed a tooth, FZ.
+
+        Raises:
+            BlockError: G95 is not in force, or the number of teeth is not known.
+        """
+        tool = self.ip.state.tool
+        teeth = self.store.tools.teeth.get(tool, 0.0)
+        what = (
+            "is of G95"
+            if self.ip.state.feed_mode != 95
+            else f"needs the number of teeth of tool {tool}"
+            if teeth <= 0.0
+            else ""
+        )
+        if what:
+            message = f"FZ={feed:g}, a feed a tooth, {what}"
+            raise BlockError(
+                "feed-missing",
+                message,
+                "FZ",
+                hint=f"G95 F is FZ times the teeth, or $TC_DPNT[{tool},1]=4 says how many there are",
+            )
+        return feed * teeth
+
     def _functions(self, words: Words) -> bool:
         """Do the M functions; tell whether one ends the program."""
         for name in list(words.named):
@@ -486,7 +526,7 @@ class Motions:
         ended = False
         for code in words.m:
             if code in _ENDS:
-                self.end()
+                self.settle()
                 ended = True
             elif code == 6:
                 continue
@@ -503,7 +543,8 @@ class Motions:
         if 4 not in words.g:
             return
         seconds = words.named.pop("F", None)
-        turns = words.named.pop("S", None)
+        spindle = next((name for name in ("S", "S1", "S2", "S3") if name in words.named), "S")
+        turns = words.named.pop(spindle, None)
         if seconds is None and turns is None:
             raise BlockError(
                 "dwell-missing",
@@ -513,14 +554,11 @@ class Motions:
             )
         if seconds is None:
             assert turns is not None
-            if self.ip.state.speed <= 0.0:
-                raise BlockError(
-                    "spindle-stopped",
-                    "G4 S counts revolutions, and the spindle does not turn",
-                    "S",
-                    hint="G4 F waits for seconds",
-                )
-            seconds = ("", 60.0 * turns[1] / self.ip.state.speed)
+            speed = self.speeds.get(spindle, 0.0) if spindle in ("S2", "S3") else self.ip.state.speed
+            if speed <= 0.0:
+                message = f"G4 {spindle} counts revolutions, and the spindle does not turn"
+                raise BlockError("spindle-stopped", message, spindle, hint="G4 F waits for seconds")
+            seconds = ("", 60.0 * turns[1] / speed)
         self.end()
         self.emit({"p": seconds[1]}, (40,))
 
@@ -540,7 +578,7 @@ class Motions:
             return False
         end = self._end(words)
         if {53, 153} & set(words.g) or "SUPA" in words.commands:
-            self.end()
+            self.settle()
             self._machine(words)
             return True
         feed, own = self.ip.state.feed, words.named.pop("FB", None)
@@ -699,11 +737,11 @@ class Motions:
         for name, word in (("RND", ",r"), ("CHR", ",c"), ("CHF", ",h")):
             if name in words.named:
                 return {word: words.named.pop(name)[1]}
-        return {",r": self.rounding} if self.rounding else {}
+        return {",m": self.rounding} if self.rounding else {}
 
     def _left_over(self, words: Words) -> None:
         """Raise where a word belongs to nothing in its block."""
-        for name in ("H", "H1", "H2", "S2", "S3", "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "N"):
+        for name in ("H", "H1", "H2", "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "N"):
             words.named.pop(name, None)
         left = next(iter([*words.named, *words.texts]), None)
         if left is not None:

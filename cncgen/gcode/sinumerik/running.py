@@ -86,7 +86,7 @@ class SinumerikRunner(LanguageRun):
         last = next((line for line in reversed(main.lines) if line.statement.items), None)
         here = last.here if last else Cursor(0, 0, 1)
         try:
-            self.motions.end()
+            self.motions.settle()
             self.ip.end_compensation()
         except BlockError as error:
             self._faults.at(here, error)
@@ -374,7 +374,7 @@ class SinumerikRunner(LanguageRun):
                 self._repeat(frame, at)
                 if len(recorder.segments) > MAX_MOVES:
                     raise BlockError("profile-length", f"the contour {name} has more than {MAX_MOVES} moves")
-            self.motions.end()
+            self.motions.settle()
             if ip.guard is not None:
                 ip.guard(ip, Block({}, m=(20,)))
         finally:

@@ -47,6 +47,8 @@ class ToolData:
     def __init__(self, ip: Interpreter) -> None:
         self.ip = ip
         self._types: dict[int, int] = {}
+        #: Teeth of tools, by which FZ is multiplied.
+        self.teeth: dict[int, float] = {}
 
     def _column(self, tool: int, datum: int) -> int:
         """Return the axis of a length."""
@@ -57,6 +59,9 @@ class ToolData:
 
     def set(self, name: str, at: list[Scalar], value: float) -> None:
         """Set a datum; data without effect on motion are ignored, with a remark."""
+        if name == "$TC_DPNT" and at:
+            self.teeth[round(number(at[0]))] = value
+            return
         if not _DATA.match(name):
             self._pass_over(name)
             return
