@@ -28,7 +28,7 @@ from cncgen.planner.tube.window_search import WindowSearch
 Floats = NDArray[np.float64]
 
 #: Nodes of a window, of the first one, for which the first setpoints wait, and those over which the end of one is felt, at most.
-WINDOW, FIRST, OVERLAP = 900, 450, 300
+WINDOW, FIRST, OVERLAP = 1300, 450, 300
 #: Nodes to which a window is shortened where none of its motions holds, a quarter of them each time. Of the tolerance, parts that such a
 #: short one tries as its room before the plan stands: the motion for less is one for more as well.
 _SMALLEST, _ATTEMPTS = 100, ((1.0, 1.0), (1.0, 2.0), (0.4, 1.0), (0.1, 1.0))
