@@ -161,19 +161,20 @@ class BlockPlans:
                 number, "pq" if block.g or not _AXIS_LETTERS.isdisjoint(block.words) else _PLAIN_LETTERS
             )
         if code is None:
-            from cncgen.gcode.codes.unsupported import ON_LATHES, ON_MILLS, WITHOUT, shown
+            from cncgen.gcode.codes.unsupported import MEANING, ON_LATHES, ON_MILLS, WITHOUT
 
             name = f"{letter}{number / 10:g}"
             hint = WITHOUT.get((letter, number), "`cncgen codes` lists all that are read")
             others = (*BOTH, LATHE) if self._table == "linuxcnc" else (LATHE, *reversed(BOTH))
             other = next((d for d in others if d != self._table and (letter, number) in table(d)), None)
+            meaning = MEANING.get((letter, number), "")
             if other:
+                meaning = meaning or table(other)[letter, number].help
                 hint = f"it is a code of the {other} dialect: --dialect {other}"
             if letter == "G" and self.dialect == "fanuc":
                 hint = (ON_LATHES if self._table in LATHES else ON_MILLS).get(number, hint)
-            raise BlockError(
-                "unknown-code", f"{shown(letter, number, name)} is not supported", name, hint=hint
-            )
+            shown = f"{name} ({meaning})" if meaning else name
+            raise BlockError("unknown-code", f"{shown} is not supported", name, hint=hint)
         return code
 
     def _motion_of(self, block: Block, codes: list[Code], in_force: int) -> Code | None:

@@ -92,6 +92,11 @@ class Hole:
         """Wait for P seconds."""
         wait(self.ip, self.words["p"])
 
+    def wait(self) -> None:
+        """Wait for P, where it is given."""
+        if self.words["p"] > 0.0:
+            self.dwell()
+
     def turn(self, direction: int) -> None:
         """Start or stop the spindle; the direction in force before the cycle stays noted."""
         name = {
@@ -103,6 +108,10 @@ class Hole:
         self.ip.sink.set_spindle(speed, direction)
         event = Event("spindle", True, values={"speed_rpm": speed, "direction": direction})
         self.ip.sink.call(f"{name}({self.spindle})", event)
+
+    def stop(self) -> None:
+        """Stop for the operator, who takes the tool out."""
+        self.ip.sink.call("PROGRAM_STOP()", Event("stop", True, values={"kind": "retract by hand"}))
 
 
 def wait(ip: Interpreter, seconds: float) -> None:
@@ -118,7 +127,7 @@ class HoleMoves:
     """A cycle of straight moves by letters, which the kernel `gcode_motion` makes too.
 
     B is the bottom, R, C where the tool clears, L the level of a peck, K a clearance above it; capital letters are feeds, small ones
-    traverses; p waits for P.
+    traverses; p waits for P. Of FANUC's cycles w waits for P where it is given, 0 stops the spindle, 1 starts it, ! stops the program.
 
     Attributes:
         last: Moves of the hole.
@@ -149,6 +158,12 @@ class HoleMoves:
         for move in moves:
             if move == "p":
                 hole.dwell()
+            elif move == "w":
+                hole.wait()
+            elif move in "01":
+                hole.turn(int(move))
+            elif move == "!":
+                hole.stop()
             elif move.isupper():
                 hole.feed(places[move.lower()])
             else:
@@ -239,7 +254,7 @@ def _bore_by_hand(hole: Hole) -> None:
     hole.feed(hole.bottom)
     hole.dwell()
     hole.turn(0)
-    hole.ip.sink.call("PROGRAM_STOP()", Event("stop", True, values={"kind": "retract by hand"}))
+    hole.stop()
     hole.turn(direction)
     hole.ip.state.position[hole.normal] = hole.clear
 

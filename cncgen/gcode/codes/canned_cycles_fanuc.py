@@ -19,6 +19,7 @@ from cncgen.gcode.codes.canned_cycles import (
     PECK_CLEARANCE,
     Cycle,
     Hole,
+    HoleMoves,
     Sticky,
     words_hint,
 )
@@ -66,7 +67,7 @@ def _haas_peck(hole: Hole, out: bool) -> None:
         if out:
             hole.traverse(hole.retract)
         hole.traverse(level + clearance)
-    _wait(hole)
+    hole.wait()
     hole.traverse(hole.clear)
 
 
@@ -82,24 +83,11 @@ def _pecking(number: int) -> Callable[[Hole], None]:
     return run
 
 
-def _wait(hole: Hole) -> None:
-    """Wait for P, where it is given."""
-    if hole.words["p"] > 0.0:
-        hole.dwell()
-
-
 def _orient(hole: Hole) -> None:
     """Stop the spindle at its angle."""
     hole.turn(0)
     call = f"ORIENT_SPINDLE({hole.spindle}, {0.0:.4f}, 0)"
     hole.ip.sink.call(call, Event("spindle", True, values={"orient_deg": 0.0}))
-
-
-def _counter_bore(hole: Hole) -> None:
-    """G82: wait at the bottom."""
-    hole.feed(hole.bottom)
-    _wait(hole)
-    hole.traverse(hole.clear)
 
 
 def _tap(direction: int) -> Callable[[Hole], None]:
@@ -111,7 +99,7 @@ def _tap(direction: int) -> Callable[[Hole], None]:
             _tap_in_step(hole, direction)
             return
         hole.feed(hole.bottom)
-        _wait(hole)
+        hole.wait()
         hole.turn(-direction)
         if faster != 1.0:
             # J of Haas: how many times as fast the tap comes out.
@@ -119,7 +107,7 @@ def _tap(direction: int) -> Callable[[Hole], None]:
         hole.feed(hole.retract)
         if faster != 1.0:
             hole.ip.sink.set_feed_rate(state.feed)
-        _wait(hole)
+        hole.wait()
         hole.turn(direction)
         hole.traverse(hole.clear)
 
@@ -151,8 +139,8 @@ def _tap_in_step(hole: Hole, direction: int) -> None:
     ip.sink.call(f"START_SPEED_FEED_SYNC({pitch:f},0)")
     ip.sink.rigid_tap(bottom, pitch)
     ip.sink.call("STOP_SPEED_FEED_SYNCH()")
-    _wait(hole)
-    _wait(hole)
+    hole.wait()
+    hole.wait()
     hole.traverse(hole.clear)
 
 
@@ -171,19 +159,11 @@ def _fine_bore(hole: Hole) -> None:
     """G76: stop at the bottom, step off the wall by Q, come out without a mark."""
     beside, within = _shift(hole)
     hole.feed(hole.bottom)
-    _wait(hole)
+    hole.wait()
     _orient(hole)
     hole.across(beside)
     hole.traverse(hole.clear)
     hole.across(within)
-    hole.turn(1)
-
-
-def _bore_stop(hole: Hole) -> None:
-    """G86: stop the spindle at the bottom, traverse out."""
-    hole.feed(hole.bottom)
-    hole.turn(0)
-    hole.traverse(hole.clear)
     hole.turn(1)
 
 
@@ -197,30 +177,12 @@ def _back_bore(hole: Hole) -> None:
     hole.across(within)
     hole.turn(1)
     hole.feed(hole.bottom)
-    _wait(hole)
+    hole.wait()
     _orient(hole)
     hole.across(beside)
     hole.traverse(level)
     hole.across(within)
     hole.turn(1)
-
-
-def _bore_by_hand(hole: Hole) -> None:
-    """G88: wait, stop the spindle and let the operator take the tool out."""
-    hole.feed(hole.bottom)
-    _wait(hole)
-    hole.turn(0)
-    hole.ip.sink.call("PROGRAM_STOP()", Event("stop", True, values={"kind": "retract by hand"}))
-    hole.traverse(hole.clear)
-    hole.turn(1)
-
-
-def _bore_wait(hole: Hole) -> None:
-    """G89: wait at the bottom, feed out to R."""
-    hole.feed(hole.bottom)
-    _wait(hole)
-    hole.feed(hole.retract)
-    hole.traverse(hole.clear)
 
 
 #: The moves of each cycle from R on (G87: from the start); I J of Haas are steps of drilling, J the speed of a tap on its way out.
@@ -229,17 +191,17 @@ HOLES = {
     740: Cycle(_tap(-1), "", "tap, left-hand", "j", taps=True),
     760: Cycle(_fine_bore, "q", "bore, step off the wall by Q, traverse out", aside=True),
     810: Cycle(CYCLES[810].run, "", "drill"),
-    820: Cycle(_counter_bore, "", "drill, dwell for P"),
+    820: Cycle(HoleMoves("Bwc"), "", "drill, dwell for P"),
     830: Cycle(_pecking(830), "q", "drill, out of the hole every Q", "ij"),
     840: Cycle(_tap(1), "", "tap, right-hand", "j", taps=True),
     # Of Mazak's controls and FANUC's FS15 format: rigid without M29.
     842: Cycle(lambda hole: _tap_in_step(hole, 1), "", "tap in step with the spindle, right-hand", taps=True),
     843: Cycle(lambda hole: _tap_in_step(hole, -1), "", "tap in step with the spindle, left-hand", taps=True),
     850: Cycle(CYCLES[850].run, "", "bore, feed out"),
-    860: Cycle(_bore_stop, "", "bore, stop the spindle, traverse out"),
+    860: Cycle(HoleMoves("B0c1"), "", "bore, stop the spindle, traverse out"),
     870: Cycle(_back_bore, "q", "back bore from R up to Z, Q beside the hole on the way", aside=True),
-    880: Cycle(_bore_by_hand, "", "bore, dwell for P, stop for the operator"),
-    890: Cycle(_bore_wait, "", "bore, dwell for P, feed out"),
+    880: Cycle(HoleMoves("Bw0!c1"), "", "bore, dwell for P, stop for the operator"),
+    890: Cycle(HoleMoves("BwRc"), "", "bore, dwell for P, feed out"),
 }
 _BACK = 870
 

@@ -35,14 +35,8 @@ class FollowedSink(PassingSink):
         self._at = ip.state.position.copy()
         self._rate = 0.0
 
-    @property
-    def block(self) -> Block:
-        """The block that calls come from."""
-        return self.inner.block
-
-    @block.setter
-    def block(self, block: Block) -> None:
-        self.inner.block = block
+    def _check(self, block: Block) -> None:
+        """Refuse codes whose rows say so."""
         for code in self.ip.codes.of(block):
             what, under = code.refused
             if under & self.under:

@@ -42,22 +42,14 @@ def _units(inches: bool) -> Handler:
     return run
 
 
-def _distance(absolute: bool) -> Handler:
+def _distance(mode: str, absolute: bool) -> Handler:
+    name, said = ("arc_absolute", "IJK distance") if mode == "arc distance" else ("absolute", "distance")
+    kind = "absolute" if absolute else "incremental"
+
     def run(ip: Interpreter, block: Block) -> None:
-        if ip.state.absolute != absolute:
-            ip.state.absolute = absolute
-            kind = "absolute" if absolute else "incremental"
-            ip.sink.call(f'COMMENT("interpreter: distance mode changed to {kind}")')
-
-    return run
-
-
-def _arc_distance(absolute: bool) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        if ip.state.arc_absolute != absolute:
-            ip.state.arc_absolute = absolute
-            kind = "absolute" if absolute else "incremental"
-            ip.sink.call(f'COMMENT("interpreter: IJK distance mode changed to {kind}")')
+        if getattr(ip.state, name) != absolute:
+            setattr(ip.state, name, absolute)
+            ip.sink.call(f'COMMENT("interpreter: {said} mode changed to {kind}")')
 
     return run
 
@@ -117,11 +109,11 @@ CODES = (
     ),
     Code("G", 200, "units", Stage.UNITS, _units(True), "lengths in inches", refused=CHANGES_UNITS),
     Code("G", 210, "units", Stage.UNITS, _units(False), "lengths in millimetres", refused=CHANGES_UNITS),
-    Code("G", 900, "distance", Stage.DISTANCE, _distance(True), "axis words are coordinates", waits=True, without="lathes"),
-    Code("G", 910, "distance", Stage.DISTANCE, _distance(False), "axis words are distances from the last point", waits=True,
+    Code("G", 900, "distance", Stage.DISTANCE, _distance("distance", True), "axis words are coordinates", waits=True, without="lathes"),
+    Code("G", 910, "distance", Stage.DISTANCE, _distance("distance", False), "axis words are distances from the last point", waits=True,
         without="lathes"),
-    Code("G", 901, "arc distance", Stage.DISTANCE, _arc_distance(True), "I J K are coordinates"),
-    Code("G", 911, "arc distance", Stage.DISTANCE, _arc_distance(False), "I J K are distances from the start"),
+    Code("G", 901, "arc distance", Stage.DISTANCE, _distance("arc distance", True), "I J K are coordinates"),
+    Code("G", 911, "arc distance", Stage.DISTANCE, _distance("arc distance", False), "I J K are distances from the start"),
     Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_PATH), "exact path", dialects=("linuxcnc",), waits=True,
         refused=CHANGES_PATH_MODE),
     Code("G", 611, "path", Stage.PATH, _exact(PathMode.EXACT_STOP), "exact stop at the end of each motion", dialects=("linuxcnc",),

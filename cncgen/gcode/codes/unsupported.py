@@ -8,8 +8,6 @@ MEANING: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", 23), ("G", 33)), "exponential interpolation"),
     **dict.fromkeys((("G", 24), ("G", 34)), "circular interpolation in space"),
     ("G", 54): "high-speed cycle machining",
-    **dict.fromkeys((("G", 120), ("G", 130)), "a circular pocket cycle"),
-    ("G", 320): "thread cutting of lathes",
     ("G", 340): "thread cutting with a variable lead",
     ("G", 370): "automatic tool length measurement",
     **dict.fromkeys((("G", 412), ("G", 422)), "three-dimensional cutter compensation"),
@@ -18,11 +16,10 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 470): "a tool offset added to a motion; engraving on Haas's mills",
     **dict.fromkeys((("G", 502), ("G", 512)), "polygon turning"),
     ("G", 544): "workpiece setting error compensation",
-    ("G", 600): "single direction positioning",
     ("G", 661): "a modal macro called in each block",
     **dict.fromkeys((("G", 683), ("G", 684)), "a tilted working plane"),
-    ("G", 720): "a turning cycle of lathes, a row of holes on Haas's mills",
     **dict.fromkeys((("G", n) for n in (750, 770, 780, 790)), "a grinding cycle"),
+    ("G", 720): "a turning cycle of lathes, a row of holes on Haas's mills",
     ("G", 811): "chopping",
     ("G", 1500): "a general pocket cycle",
     ("G", 1410): "cutter compensation in space",
@@ -37,9 +34,7 @@ _TILTED = "post it with the rotary axes in place and X Y Z as the axes go, with 
 #: Advice for a code that is not read.
 WITHOUT: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", n) for n in (683, 684)), _TILTED),
-    **dict.fromkeys(
-        (("G", n) for n in (120, 130, 470, 1500)), "post it as the moves that it makes: G1, G2, G3"
-    ),
+    **dict.fromkeys((("G", n) for n in (470, 1500)), "post it as the moves that it makes: G1, G2, G3"),
 }
 #: Codes of FANUC's mills in place of those that only lathes read, G numbers in tenths.
 ON_MILLS: dict[int, str] = dict.fromkeys(
@@ -57,9 +52,3 @@ ON_LATHES: dict[int, str] = {
         "G83 to G85 drill along Z; cycles of driven tools along X are not read",
     ),
 }
-
-
-def shown(letter: str, number: int, name: str) -> str:
-    """Return a code's name with what it means, where that is known: ``G68.2 (a tilted working plane)``."""
-    meaning = MEANING.get((letter, number))
-    return f"{name} ({meaning})" if meaning else name

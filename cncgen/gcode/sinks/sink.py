@@ -182,6 +182,10 @@ class PassingSink:
     @block.setter
     def block(self, block: Block) -> None:
         self.inner.block = block
+        self._check(block)
+
+    def _check(self, block: Block) -> None:
+        """Refuse a block that does not go with the sink."""
 
     def motions(self, batch: MotionBatch) -> None:
         """Refuse: runs of motions are not made meanwhile (`Interpreter.batchable`)."""
