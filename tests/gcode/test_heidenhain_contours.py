@@ -100,8 +100,12 @@ def test_a_corner_within_a_free_contour(run: Run) -> None:
         ("FL F100\nFL X+5 Y+5", "free-contour"),
         ("FL X+10 Y+0 F100\nFC R5 DR+ X+15 Y+5", "free-contour"),
         ("FL X+10 Y+0 F100\nFCT R5", "arc-sense"),
-        ("FL AN+45 LEN5 F100\nFSELECT 2", "unsupported-block"),
-        ("FL X+10 AN+0 PAR3 DP5 F100", "unsupported-block"),
+        ("FL AN+45 LEN5 F100\nFSELECT 2", "free-contour"),
+        ("FSELECT 1\nFL AN+45 LEN5 F100", "free-contour"),
+        ("FL X+10 AN+0 PAR3 DP5 F100", "free-contour"),
+        ("FL X+10 Y+0 RX3 F100", "free-contour"),
+        # Both circles of radius 5 lie within that of radius 3.
+        ("FC DR+ R3 CCX+0 CCY+3 F100\nFCT DR- R5\nFCT DR+ R3 CCX+100 CCY+3", "free-contour"),
         ("FL PR+5 PA+90 F100", "pole-missing"),
         # The line leads away from the coordinate that it is to reach.
         ("FL AN+180 X+5 F100", "free-contour"),
@@ -109,6 +113,61 @@ def test_a_corner_within_a_free_contour(run: Run) -> None:
 )
 def test_free_contours_that_leave_a_choice_are_refused(run: Run, lines: str, code: str) -> None:
     assert codes(run, lines)[0] == code
+
+
+def numbered(body: str) -> str:
+    """Return lines with numbers from 10 on."""
+    return "\n".join(f"{10 + k} {line}" for k, line in enumerate(body.split("\n")))
+
+
+def test_the_second_example_of_the_manual(run: Run) -> None:
+    """A keyhole: a circle of radius 30 about (30, 30), one of radius 20 at 55 from there in 60 degrees, and two lines that are parallel to the
+    way between them, 10 beside it. The lines meet the circles at root 800 before the first middle and root 300 before the second.
+    FSELECT chooses one of 4 lines, 2 ends, 4 lines and 2 ends, as the manual has it."""
+    body = (
+        "L X+0 Y+30 F350\nFPOL X+30 Y+30\nFC DR- R30 CCX+30 CCY+30\nFL AN+60 PDX+30 PDY+30 D10\nFSELECT 3\nFC DR- R20 CCPR+55 CCPA+60\nFSELECT 2\n"
+        "FL AN-120 PDX+30 PDY+30 D10\nFSELECT 3\nFC X+0 DR- R30 CCX+30 CCY+30\nFSELECT 2"
+    )
+    way = complex(0.5, math.sqrt(0.75))
+    near, far = 30 + 30j + math.sqrt(800) * way, 30 + 30j + (55 - math.sqrt(300)) * way
+    wanted = [near + 10j * way, far + 10j * way, far - 10j * way, near - 10j * way, 30j]
+    assert [complex(*p[:2]) for p in ends(run, body)[1:]] == [pytest.approx(p, abs=1e-6) for p in wanted]
+    out = run(program(body), dialect="heidenhain")
+    assert [d.severity.value for d in out.diagnostics if d.code == "free-contour-choice"] == 4 * ["warning"]
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        # Words that count from a block (the manual's "relative data"): 20 from the end of 11, its direction turned by 90 degrees.
+        ("L X+10 Y+10 F100\nFL X+18 Y+35\nFL IX+20 RX10 IY+5 RY11", [[10, 10], [18, 35], [30, 40]]),
+        ("L X+10 Y+0 F100\nFL X+20 Y+0\nFL X+20 Y+9\nFL IAN+90 RAN11 LEN5", [[10, 0], [20, 0], [20, 9], [20, 14]]),
+        ("L X+10 Y+0 F100\nFC DR+ R5 ICCX+15 RCCX10 ICCY+0 RCCY10 X+30 Y+0", "free-contour"),
+        ("L X+10 Y+0 F100\nFC DR+ R5 ICCX+5 RCCX10 ICCY+0 RCCY10 X+20 Y+0", [[10, 0], [20, 0]]),
+        # Parallel to block 11, 30 beside it, to X = 0.
+        ("L X+0 Y+0 F100\nFL X+50 Y+0\nFL X+50 Y+30\nFL AN+180 PAR11 DP30\nFL X+0 Y+0 AN-90", [[50, 0], [50, 30], [0, 30], [0, 0]]),
+        # A length and one coordinate: 3, 4, 5; FSELECT has the right one first.
+        ("L X+0 Y+0 F100\nFL X+3 LEN5\nFSELECT 2\nFL AN+0 LEN1", [[3, 4], [4, 4]]),
+        ("L X+0 Y+0 F100\nFL X+3 LEN5\nFL AN+0 LEN1", "free-contour"),
+        # Which of both is left to the next element: the one from (3, -4) leads away from its end.
+        ("L X+0 Y+0 F100\nFL X+3 LEN5\nFL X+3 Y+9 AN+90", "free-contour"),
+        ("L X+0 Y+0 F100\nFL X+3 LEN5\nFL X+3 Y+0 AN+90", [[3, -4], [3, 0]]),
+        # An arc of radius 5 from a line of y = 0 to (15, 5), tangentially: its middle is (20, 5) or (10, 5).
+        ("L X+0 Y+0 F100\nFL AN+0\nFCT DR+ R5 X+15 Y+5\nFSELECT 2", [[10, 0], [15, 5]]),
+        # A line that leaves a circle in a direction, and one that leaves it to a point.
+        ("L X+0 Y+0 F100\nFC DR+ R5 CCX+0 CCY+5\nFLT AN+90 LEN7", [[5, 5], [5, 12]]),
+        ("L X+0 Y+0 F100\nFC DR+ R5 CCX+0 CCY+5\nFLT X+5 Y+50", [[5, 5], [5, 50]]),
+        # A chord of 6 in a circle of radius 5: the angle about the middle is 2 asin 0.6.
+        ("L X+0 Y+0 F100\nFC DR+ R5 CCX+0 CCY+5 LEN6\nFSELECT 1\nFLT LEN1", [[4.8, 3.6]]),
+    ],
+)  # fmt: skip
+def test_words_of_free_contours(run: Run, lines: str, expected: list[list[float]] | str) -> None:
+    if isinstance(expected, str):
+        assert codes(run, numbered(lines))[0] == expected
+        return
+    found = ends(run, numbered(lines))
+    for place, want in zip(found, expected, strict=False):
+        assert place[:2] == pytest.approx(want, abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -217,3 +217,15 @@ def test_an_increment_behind_appr_counts_from_the_contour(moves: Callable[..., A
     head = "0 BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nL X-10 Y-10 FMAX M3\nAPPR LT X+5 Y+5 LEN2 RL F100\n"
     tail = "L X+50 Y+90\nDEP LT LEN2\nEND PGM A MM\n"
     assert moves(f"{head}L IX+10 IY+10\n{tail}") == moves(f"{head}L X+15 Y+15\n{tail}")
+
+
+def test_a_dwell_by_its_function(run: Run) -> None:
+    """FUNCTION DWELL in seconds, and in revolutions of a spindle that makes 10 a second."""
+    out = run(
+        program("TOOL CALL 1 Z S600\nFUNCTION DWELL TIME0.5\nFUNCTION DWELL REV 5\nL X+1 F100"),
+        dialect="heidenhain",
+    )
+    assert out.errors == []
+    assert [event.values["seconds"] for event in out.path.events if event.name == "dwell"] == [0.5, 0.5]
+    assert said(run, "FUNCTION DWELL REV 5\nL X+1 F100")[0] == ("error", "spindle-stopped")
+    assert said(run, "FUNCTION FEED DWELL D-TIME0.5 F-TIME5\nL X+1 F100")[0] == ("warning", "feed-function")

@@ -1,8 +1,13 @@
-"""Free contours (FK) of Heidenhain's plain language: FPOL, FL, FLT, FC, FCT, CLSD (iTNC 530, "Path contours - FK free contour programming").
+"""Free contours (FK) of Heidenhain's plain language: FPOL, FL, FLT, FC, FCT, CLSD, FSELECT (iTNC 530, "Path contours - FK free contour
+programming").
 
-Each element is a directed line or circle. Data that its own words and its start leave open follow from the next elements that are
-determined: where both meet or touch, or the line or arc of a given radius that touches both. Data that leave more than one solution
-are refused: the numbers by which FSELECT chooses one are known only to the control.
+Each element is a directed line or circle. Its own words, its start and the element before it give the lines or circles that it may be, and
+where it may end; what they leave open, the next elements decide: where both meet or touch, or the line or arc of a given radius that touches
+both. All solutions are followed from element to element. One must be left at the end, or the one that FSELECT chooses.
+
+The order by which FSELECT counts is not published. Here lines on the right side of what they are given by come before those on the left,
+and so do places on the right of the way from one circle to another; a line leaves a circle before it enters it. So counted are the
+solutions of the manual's second and third example.
 """
 
 from __future__ import annotations
@@ -10,35 +15,47 @@ from __future__ import annotations
 import cmath
 import math
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 
 BEGINS = re.compile(r"F(?:POL|LT|L|CT|C|SELECT)\b", re.IGNORECASE)
+SELECTS = re.compile(r"FSELECT\s*(?P<number>\d{1,3})\s*\Z", re.IGNORECASE)
 _VALUE = r"\s*(?P<value>(?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
 _WORD = re.compile(
-    rf"(?<![A-Z])(?:(?P<name>I?(?:CCX|CCY|CCPR|CCPA)|CCA|LEN|I?AN|I?P[RA]|P[123][XY]|PD[XY]|PAR|DP|R(?![LR0])|D|I?[XY]){_VALUE}"
-    r"|(?P<sense>DR)\s*(?P<sign>[-+])|(?P<closed>CLSD)\s*(?P<which>[-+])|(?P<relative>R(?:X|Y|PR|PA|AN|CC[A-Z]*)\s*\d+))",
+    rf"(?<![A-Z])(?:R(?P<relative>X|Y|PR|PA|AN|CCX|CCY)\s*(?P<block>\d{{1,9}})|PAR\s*(?P<parallel>\d{{1,9}})"
+    rf"|(?P<name>I?(?:CCX|CCY|CCPR|CCPA)|CCA|LEN|I?AN|I?P[RA]|P[123][XY]|PD[XY]|DP|R(?![LR0])|D|I?[XY]){_VALUE}"
+    r"|(?P<sense>DR)\s*(?P<sign>[-+])|(?P<closed>CLSD)\s*(?P<which>[-+]))",
     re.IGNORECASE,
 )
 _TINY = 1e-9
-#: Places nearer to each other than this are one, mm.
-_SAME = 1e-6
+#: Places nearer to each other than this are one, and how far a place may lie beside what it is given to be on, mm.
+_SAME, _BESIDE = 1e-6, 1e-3
+#: Solutions that are followed at once.
+_MOST = 256
 _HINT = "the end, the angle AN, the centre CCX CCY, the radius R, or FLT and FCT between known elements"
 
 
 @dataclass(slots=True)
 class Element:
-    """One element: its words by name, whether it is an arc and goes on tangentially, and its line of the program."""
+    """One element: its words by name, blocks to which words refer, whether it is an arc and goes on tangentially, its line and number in the
+    program, and the solution that FSELECT chooses (0: none)."""
 
     arc: bool
     tangential: bool
     at: int
     values: dict[str, float] = field(default_factory=dict)
+    relative: dict[str, int] = field(default_factory=dict)
     rest: str = ""
     pole: complex | None = None
+    number: int = 0
+    select: int = 0
+
+    @property
+    def name(self) -> str:
+        return "F" + ("C" if self.arc else "L") + ("T" if self.tangential else "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,219 +73,433 @@ class Curve:
             return self.way
         return 1j * self.spin * (at - self.point) / abs(at - self.point)
 
+    def beside(self, at: complex) -> float:
+        """Return how far a point lies from it."""
+        if self.radius:
+            return abs(abs(at - self.point) - self.radius)
+        return abs(((at - self.point) * self.way.conjugate()).imag)
 
-def element_of(body: str, at: int, value: Callable[[str], float]) -> Element:
-    """Return the element of a line, the words that L has as well left in its `rest`.
 
-    Raises:
-        BlockError: It refers to another block, or FSELECT chooses a solution.
-    """
+#: End and direction there of a block to which words refer.
+Known = tuple[complex, complex | None]
+
+
+def element_of(body: str, at: int, value: Callable[[str], float], number: int = 0) -> Element:
+    """Return the element of a line, the words that L has as well left in its `rest`."""
     match = BEGINS.match(body)
     assert match
     head = match[0].upper()
-    if head == "FSELECT":
-        message = "FSELECT chooses a solution by a number of the control's own: it is not read"
-        raise BlockError(
-            "unsupported-block",
-            message,
-            "FSELECT",
-            hint="give the end, the centre or the angle of the element",
-        )
-    found = Element(head in ("FC", "FCT"), head in ("FLT", "FCT"), at)
+    found = Element(head in ("FC", "FCT"), head in ("FLT", "FCT"), at, number=number)
 
     def take(word: re.Match[str]) -> str:
-        if word["relative"] or (word["name"] or "").upper() in ("PAR", "DP"):
-            message = f"{word[0].upper()} of {head}, which refers to another block, is not read"
-            raise BlockError("unsupported-block", message, head, hint="give coordinates")
-        if word["name"]:
+        if word["block"]:
+            found.relative[word["relative"].upper()] = int(word["block"])
+        elif word["parallel"]:
+            found.relative["PAR"] = int(word["parallel"])
+        elif word["name"]:
             found.values[word["name"].upper()] = value(word["value"])
         else:
-            found.values["DR" if word["sense"] else "CLSD"] = (
-                -1.0 if (word["sign"] or word["which"]) == "-" else 1.0
-            )
+            minus = (word["sign"] or word["which"]) == "-"
+            found.values["DR" if word["sense"] else "CLSD"] = -1.0 if minus else 1.0
         return " "
 
     found.rest = _WORD.sub(take, body[match.end() :])
     return found
 
 
-def _open(element: Element) -> BlockError:
-    name = "F" + ("C" if element.arc else "L") + ("T" if element.tangential else "")
-    return BlockError(
-        "free-contour", f"the data of {name} leave more than one solution, or none", name, hint=_HINT
-    )
+def _open(element: Element, count: int = 0) -> BlockError:
+    what = f"{count} solutions" if count else "more than one solution, or none"
+    return BlockError("free-contour", f"the data of {element.name} leave {what}", element.name, hint=_HINT)
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A solution as far as it goes: what is solved, where and in which direction it goes on, and the elements whose ends are open, with
+    their curves where these are known."""
+
+    done: tuple[Segment, ...]
+    start: complex | None
+    heading: complex | None
+    open: tuple[tuple[Element, Curve | None], ...] = ()
+    closing: complex | None = None
+    #: An arc goes all around to where it begins, which FSELECT alone chooses.
+    whole: bool = False
+
+    def closed(self, curve: Curve, end: complex) -> _Part:
+        """Return this with the first open element ended."""
+        assert self.start is not None
+        segment = Segment(self.start, end, curve.point if curve.radius else None, curve.spin)
+        whole = self.whole or (curve.radius > 0.0 and abs(end - self.start) < _SAME)
+        return replace(
+            self, done=(*self.done, segment), start=end, heading=curve.heading(end), open=(), whole=whole
+        )
 
 
 class Chain:
-    """A row of elements, solved from its start."""
+    """A row of elements, solved from its start.
 
-    def __init__(self, elements: Sequence[Element], start: complex, heading: complex | None) -> None:
-        self._elements, self._start, self._heading = elements, start, heading
-        self._closing: complex | None = None
-        self.solved: list[Segment] = []
+    Args:
+        elements: The elements.
+        start: Where the first begins.
+        heading: The direction before it.
+        before: End and direction of a block before them, by its number.
+    """
+
+    def __init__(
+        self,
+        elements: Sequence[Element],
+        start: complex,
+        heading: complex | None,
+        before: Callable[[int], Known | None] = lambda number: None,
+    ) -> None:
+        self._elements, self._before = elements, before
+        self._first = _Part((), start, heading)
+        #: Elements whose solution FSELECT chose, and of how many.
+        self.chosen: list[tuple[Element, int]] = []
 
     def solve(self) -> list[Segment]:
         """Return the elements as lines and arcs.
 
         Raises:
-            BlockError: Data are missing or leave a choice.
+            BlockError: Data are missing, contradict each other or leave a choice.
         """
-        for index, element in enumerate(self._elements):
-            if element.values.get("CLSD") == 1.0:
-                self._closing = self._start
-            end = self._end(element)
-            curve = self._curve(element, self._start, self._heading, end) or self._towards(index)
-            if curve is None:
-                raise _open(element)
-            if end is None:
-                end = self._on(element, curve) or self._meeting(curve, index)
-            if end is None or not self._holds(curve, end):
-                raise _open(element)
-            centre = curve.point if element.arc else None
-            self.solved.append(Segment(self._start, end, centre, curve.spin))
-            self._start, self._heading = end, curve.heading(end)
-        return self.solved
+        parts = [self._first]
+        for element in self._elements:
+            groups = [_apart(self._on(part, element)) for part in parts]
+            if element.select:
+                most = max(map(len, groups))
+                if element.select > most:
+                    message = f"FSELECT {element.select} chooses of {most} solutions"
+                    raise BlockError("free-contour", message, "FSELECT", hint="1 is the first solution")
+                if most > 1:
+                    self.chosen.append((element, most))
+                groups = [group[element.select - 1 : element.select] for group in groups]
+            else:
+                groups = [[part for part in group if not part.whole] for group in groups]
+            parts = [replace(part, whole=False) for group in groups for part in group]
+            if not parts or len(parts) > _MOST:
+                raise _open(element, len(parts))
+        parts = [part for part in parts if not part.open]
+        if not parts:
+            raise _open(self._elements[-1])
+        for k, element in enumerate(self._elements):
+            count = len({_key(part.done[k]) for part in parts})
+            if count > 1:
+                raise _open(element, count)
+        return list(parts[0].done)
 
-    def _holds(self, curve: Curve, end: complex) -> bool:
-        """Tell whether an end lies on its element, ahead of the start."""
-        if curve.radius:
-            return all(abs(abs(p - curve.point) - curve.radius) < 1e-3 for p in (self._start, end))
-        ahead = (end - self._start) * curve.way.conjugate()
-        return ahead.real > _TINY and abs(ahead.imag) < 1e-3
+    def _on(self, part: _Part, element: Element) -> Iterator[_Part]:
+        """Yield the solutions with the next element."""
+        if element.values.get("CLSD") == 1.0 and part.start is not None and not part.open:
+            part = replace(part, closing=part.start)
+        if not part.open:
+            words = self._words(element, part, part.start, part.heading)
+            curves = words.curves(part.start, part.heading)
+            for curve in curves:
+                yield from words.ended(part, curve)
+            if not curves:
+                yield replace(part, open=((element, None),))
+            return
+        before, open_curve = part.open[0]
+        assert part.start is not None
+        if open_curve is None:
+            # A line in an unknown direction, which touches the circle that follows.
+            words = self._words(element, part, None, None)
+            for own in (
+                words.curves(None, None)
+                if len(part.open) == 1 and element.tangential and not before.arc
+                else ()
+            ):
+                line = _tangent_line(Curve(part.start), own)
+                place = _touching(line, own) if line is not None else None
+                if line is not None and place is not None and _leads(line, part.start, place):
+                    yield from words.ended(part.closed(line, place), own)
+            return
+        curve = open_curve
+        # An arc has its direction at its end alone, a line has it everywhere.
+        heading = None if curve.radius else curve.way
+        if len(part.open) == 1:
+            words = self._words(element, part, None, heading)
+            given = words.curves(None, heading if not element.tangential else None)
+            found = [*given, *(words.touching(curve) if element.tangential and not given else ())]
+            for one in found:
+                for place in self._junctions(curve, one, element.tangential, part.start):
+                    yield from words.ended(part.closed(curve, place), one)
+            if not found and element.tangential:
+                yield replace(part, open=(*part.open, (element, None)))
+            return
+        middle = part.open[1][0]
+        if len(part.open) > 2 or not element.tangential:
+            return
+        words = self._words(element, part, None, None)
+        for own in words.curves(None, None):
+            for between in _between(curve, own, middle):
+                begin, touched = _touching(curve, between), _touching(between, own)
+                if begin is None or touched is None or not _leads(curve, part.start, begin):
+                    continue
+                if between.radius or _leads(between, begin, touched):
+                    yield from words.ended(part.closed(curve, begin).closed(between, touched), own)
 
-    def _end(self, element: Element) -> complex | None:
-        """Return the end where words give both of its coordinates."""
-        v = element.values
-        if v.get("CLSD") == -1.0 and self._closing is not None:
-            return self._closing
-        if "PR" in v and "PA" in v:
-            return _polar(element.pole, v["PR"], v["PA"])
-        x, y = (
-            v.get(c, v["I" + c] + part if "I" + c in v else None)
-            for c, part in (("X", self._start.real), ("Y", self._start.imag))
-        )
-        return complex(x, y) if x is not None and y is not None else None
+    @staticmethod
+    def _junctions(one: Curve, two: Curve, tangential: bool, start: complex) -> list[complex]:
+        """Return where an element may go over into the next one."""
+        if tangential:
+            place = _touching(one, two)
+            return [place] if place is not None and _leads(one, start, place) else []
+        return [p for p in _crossings(one, two) if _leads(one, start, p)]
 
-    def _curve(
-        self, element: Element, start: complex | None, heading: complex | None, end: complex | None = None
-    ) -> Curve | None:
-        """Return the line or circle that an element's own words and its start say, None where they leave it open."""
-        return (self._circle if element.arc else self._line)(element, start, heading, end)
+    def _words(self, element: Element, part: _Part, start: complex | None, heading: complex | None) -> _Words:
+        """Return the words of an element in absolute coordinates, as far as these are known."""
+        v = dict(element.values)
 
-    def _line(
-        self, element: Element, start: complex | None, heading: complex | None, end: complex | None
-    ) -> Curve | None:
-        v = element.values
-        way = heading if element.tangential else None
-        if "AN" in v:
-            way = cmath.rect(1.0, math.radians(v["AN"]))
-        elif "IAN" in v and heading is not None:
-            way = heading * cmath.rect(1.0, math.radians(v["IAN"]))
-        elif start is not None and end is not None and abs(end - start) > _TINY:
-            way = (end - start) / abs(end - start)
-        point = start
-        if point is None:
-            if "X" in v and "Y" in v:
-                point = complex(v["X"], v["Y"])
-            elif "P1X" in v and "P1Y" in v:
-                point = complex(v["P1X"], v["P1Y"])
-            elif "PDX" in v and "PDY" in v and v.get("D") == 0.0:
-                point = complex(v["PDX"], v["PDY"])
-        return Curve(point, way) if point is not None and way is not None else None
+        def count(name: str, base: float | None, block: str) -> None:
+            number = element.relative.get(block)
+            if number is not None:
+                base = self._reference(element, part, number, block)
+            if "I" + name in v and base is not None:
+                v[name] = v["I" + name] + base
+            elif number is not None:
+                message = f"R{block} {number} of {element.name} has no I{name} that counts from there"
+                raise BlockError("free-contour", message, element.name, hint=f"I{name}+20 R{block} {number}")
 
-    def _circle(
-        self, element: Element, start: complex | None, heading: complex | None, end: complex | None
-    ) -> Curve | None:
-        v, radius = element.values, abs(element.values.get("R", 0.0))
-        if "DR" not in v:
+        count("X", start.real if start is not None else None, "X")
+        count("Y", start.imag if start is not None else None, "Y")
+        count("CCX", start.real if start is not None else None, "CCX")
+        count("CCY", start.imag if start is not None else None, "CCY")
+        spoke = start - element.pole if start is not None and element.pole is not None else None
+        count("PR", abs(spoke) if spoke is not None else None, "PR")
+        count("PA", math.degrees(cmath.phase(spoke)) if spoke else None, "PA")
+        count("AN", math.degrees(cmath.phase(heading)) if heading is not None else None, "AN")
+        parallel = None
+        if "PAR" in element.relative:
+            parallel = self._known(element, part, element.relative["PAR"])
+        return _Words(element, v, parallel, part.closing)
+
+    def _known(self, element: Element, part: _Part, number: int) -> Known:
+        """Return end and direction of a block."""
+        for own, segment in zip(self._elements, part.done, strict=False):
+            if own.number == number:
+                return segment.end, segment.heading(segment.end)
+        known = self._before(number)
+        if known is None:
+            message = f"{element.name} refers to block {number}, whose end is not known before it"
             raise BlockError(
-                "arc-sense", "an arc of a free contour has no sense of rotation", "DR", hint="DR+ or DR-"
+                "free-contour",
+                message,
+                element.name,
+                hint="it refers to a motion before it, by its block number",
             )
-        spin, centre = (1 if v["DR"] > 0.0 else -1), _centre(element, start)
-        if centre is not None:
-            reach = abs(start - centre) if start is not None else radius
-            if start is not None and radius and abs(reach - radius) > 1e-3:
-                return None
-            return Curve(centre, radius=reach, spin=spin) if reach > _TINY else None
-        way = heading if element.tangential else None
-        if "AN" in v:
-            way = cmath.rect(1.0, math.radians(v["AN"]))
-        if start is None or way is None:
-            return None
-        side = 1j * way * spin
-        if end is not None:
-            # The centre is beside the start and as far from the end.
-            chord = end - start
-            aside = (chord * side.conjugate()).real
-            radius = abs(chord) ** 2 / (2.0 * aside) if aside > _TINY else 0.0
-        return Curve(start + side * radius, radius=radius, spin=spin) if radius > _TINY else None
+        return known
 
-    def _on(self, element: Element, curve: Curve) -> complex | None:
-        """Return the end on a known curve by LEN, CCA, or one coordinate."""
-        v = element.values
-        if curve.radius:
-            if "CCA" in v:
-                return curve.point + (self._start - curve.point) * cmath.rect(
-                    1.0, curve.spin * math.radians(abs(v["CCA"]))
-                )
-            return None
-        if "LEN" in v:
-            return self._start + curve.way * v["LEN"]
-        for name, part in (("X", curve.way.real), ("Y", curve.way.imag)):
-            here = self._start.real if name == "X" else self._start.imag
-            want = v.get(name, here + v["I" + name] if "I" + name in v else None)
-            if want is not None and abs(part) > _TINY:
-                return self._start + curve.way * ((want - here) / part)
+    def _reference(self, element: Element, part: _Part, number: int, block: str) -> float:
+        """Return the coordinate or angle of a block from which a word counts."""
+        end, heading = self._known(element, part, number)
+        if block == "AN":
+            if heading is None:
+                raise _open(element)
+            return math.degrees(cmath.phase(heading))
+        if block in ("PR", "PA"):
+            spoke = end - _pole(element.pole)
+            return abs(spoke) if block == "PR" else math.degrees(cmath.phase(spoke))
+        return end.real if block in ("X", "CCX") else end.imag
+
+
+@dataclass(slots=True)
+class _Words:
+    """The words of an element: values, end and direction of the block that PAR names, the place where CLSD began."""
+
+    element: Element
+    v: dict[str, float]
+    parallel: Known | None
+    closing: complex | None
+
+    def end(self) -> complex | None:
+        """Return the end where words give both of its coordinates."""
+        v = self.v
+        if v.get("CLSD") == -1.0 and self.closing is not None:
+            return self.closing
+        if "PR" in v and "PA" in v:
+            return _polar(self.element.pole, v["PR"], v["PA"])
+        return _point(v, "X", "Y")
+
+    def curves(self, start: complex | None, heading: complex | None) -> list[Curve]:
+        """Return the lines or circles that the element may be."""
+        found = self._circles(start, heading) if self.element.arc else self._lines(start, heading)
+        return [curve for curve in found if start is None or curve.beside(start) < _BESIDE]
+
+    def _lines(self, start: complex | None, heading: complex | None) -> list[Curve]:
+        v, end = self.v, self.end()
+        beside = self._beside()
+        on = _point(v, "P1X", "P1Y")
+        if "AN" in v:
+            ways = [cmath.rect(1.0, math.radians(v["AN"]))]
+        elif self.element.tangential and heading is not None:
+            ways = [heading]
+        elif start is not None and end is not None:
+            ways = [(end - start) / abs(end - start)] if abs(end - start) > _TINY else []
+        elif self.parallel is not None and self.parallel[1] is not None:
+            ways = [self.parallel[1], -self.parallel[1]]
+        elif start is not None and on is not None and abs(on - start) > _TINY:
+            ways = [(on - start) / abs(on - start), (start - on) / abs(on - start)]
+        elif start is not None and "LEN" in v and (("X" in v) != ("Y" in v)):
+            ways = _ways_of_length(v, start)
+        else:
+            return []
+        if start is not None:
+            return [Curve(start, way) for way in ways if _lies(beside, Curve(start, way))]
+        place = end if end is not None else on
+        if place is None and len(ways) == 1:
+            # A line along an axis lies where one coordinate of its end does.
+            name, part = ("X", ways[0].real) if "X" in v else ("Y", ways[0].imag)
+            if name in v and abs(part) < _TINY:
+                place = complex(v[name], 0.0) if name == "X" else complex(0.0, v[name])
+        if place is not None:
+            return [Curve(place, way) for way in ways]
+        if beside is None:
+            return []
+        about, far = beside
+        sides = (0.0,) if far == 0.0 else (-far, far)
+        return [Curve(about + 1j * way * side, way) for way in ways for side in sides]
+
+    def _beside(self) -> tuple[complex, float] | None:
+        """Return a place beside which a line lies, and how far."""
+        place = _point(self.v, "PDX", "PDY")
+        if place is not None and "D" in self.v:
+            return place, abs(self.v["D"])
+        if self.parallel is not None and "DP" in self.v:
+            return self.parallel[0], abs(self.v["DP"])
         return None
 
-    def _own(self, index: int) -> Curve | None:
-        """Return the curve of an element that its own words give, whatever comes before it."""
-        return self._curve(self._elements[index], None, None) if index < len(self._elements) else None
+    def spin(self) -> int:
+        """Return the sense of an arc."""
+        if "DR" not in self.v:
+            message = "an arc of a free contour has no sense of rotation"
+            raise BlockError("arc-sense", message, "DR", hint="DR+ or DR-")
+        return 1 if self.v["DR"] > 0.0 else -1
 
-    def _towards(self, index: int) -> Curve | None:
-        """Return the line from the start that touches the next element."""
-        following = self._own(index + 1)
-        if (
-            following is None
-            or self._elements[index].arc
-            or not following.radius
-            or not self._elements[index + 1].tangential
-        ):
-            return None
-        return _tangent_line(Curve(self._start), following)
+    def centre(self) -> complex | None:
+        """Return the centre where words give both of its coordinates."""
+        v = self.v
+        if "CCPR" in v and "CCPA" in v:
+            return _polar(self.element.pole, v["CCPR"], v["CCPA"])
+        return _point(v, "CCX", "CCY")
 
-    def _meeting(self, curve: Curve, index: int) -> complex | None:
-        """Return where a curve ends: at the next element, or at the one that touches it and the element behind it."""
-        if index + 1 >= len(self._elements):
-            return None
-        following, element = self._own(index + 1), self._elements[index + 1]
-        if following is None and element.tangential:
-            third = self._own(index + 2)
-            if third is None or not self._elements[index + 2].tangential:
-                return None
-            if not element.arc:
-                following = _tangent_line(curve, third)
-            elif "R" in element.values:
-                following = self._between(curve, third, element.values)
-        if following is None:
-            return None
-        if element.tangential:
-            return _touching(curve, following)
-        places = [
-            p for p in _crossings(curve, following) if abs(p - self._start) > _SAME and self._holds(curve, p)
-        ]
-        return places[0] if len(places) == 1 else None
+    def _circles(self, start: complex | None, heading: complex | None) -> list[Curve]:
+        v, spin, radius = self.v, self.spin(), abs(self.v.get("R", 0.0))
+        centre, end = self.centre(), self.end()
+        if centre is not None:
+            reach = radius
+            if start is not None:
+                reach = abs(start - centre)
+                if radius and abs(reach - radius) > _BESIDE:
+                    return []
+            elif not radius and end is not None:
+                reach = abs(end - centre)
+            return [Curve(centre, radius=reach, spin=spin)] if reach > _TINY else []
+        if start is None:
+            return []
+        way = heading if self.element.tangential else None
+        if "AN" in v:
+            way = cmath.rect(1.0, math.radians(v["AN"]))
+        if way is not None:
+            side = 1j * way * spin
+            if end is not None:
+                # The centre is beside the start and as far from the end.
+                chord = end - start
+                aside = (chord * side.conjugate()).real
+                radius = abs(chord) ** 2 / (2.0 * aside) if aside > _TINY else 0.0
+            elif not radius:
+                for name, here, part in (("CCX", start.real, side.real), ("CCY", start.imag, side.imag)):
+                    if name in v and abs(part) > _TINY:
+                        radius = (v[name] - here) / part
+            return [Curve(start + side * radius, radius=radius, spin=spin)] if radius > _TINY else []
+        if not radius:
+            return []
+        about = Curve(start, radius=radius, spin=1)
+        places: list[complex] = []
+        if end is not None:
+            places = _crossings(about, Curve(end, radius=radius, spin=1))
+        elif "CCX" in v:
+            places = _crossings(Curve(complex(v["CCX"], 0.0), 1j), about)
+        elif "CCY" in v:
+            places = _crossings(Curve(complex(0.0, v["CCY"]), 1.0 + 0j), about)
+        return [Curve(place, radius=radius, spin=spin) for place in places]
 
-    def _between(self, one: Curve, two: Curve, values: dict[str, float]) -> Curve | None:
-        """Return the circle of a radius that touches two curves in their senses, where there is one alone."""
-        spin, radius = (1 if values["DR"] > 0.0 else -1), abs(values["R"])
-        found = []
-        for place in _crossings(_inside(one, radius, spin), _inside(two, radius, spin)):
-            circle = Curve(place, radius=radius, spin=spin)
-            begin = _touching(one, circle)
-            if begin is not None and self._holds(one, begin) and _touching(circle, two) is not None:
-                found.append(circle)
-        return found[0] if len(found) == 1 else None
+    def touching(self, before: Curve) -> list[Curve]:
+        """Return the lines or circles that the element may be as it touches the one before it, whose end is open."""
+        v, end = self.v, self.end()
+        if not self.element.arc:
+            if "AN" in v and before.radius:
+                way = cmath.rect(1.0, math.radians(v["AN"]))
+                return [Curve(before.point - 1j * way * before.spin * before.radius, way)]
+            line = _tangent_line(before, Curve(end)) if end is not None else None
+            return [line] if line is not None else []
+        spin, radius, centre = self.spin(), abs(v.get("R", 0.0)), self.centre()
+        if centre is not None:
+            far = abs(centre - before.point)
+            reach = (
+                (far - before.radius, before.radius - far, before.radius + far)
+                if before.radius
+                else (before.beside(centre),)
+            )
+            return [Curve(centre, radius=r, spin=spin) for r in reach if r > _TINY]
+        if not radius or end is None:
+            return []
+        places = _crossings(_inside(before, radius, spin), Curve(end, radius=radius, spin=1))
+        return [Curve(place, radius=radius, spin=spin) for place in places]
+
+    def ended(self, part: _Part, curve: Curve) -> Iterator[_Part]:
+        """Yield the solutions in which the element is a curve from the part's start on, its end open where the words do not give it."""
+        start = part.start
+        assert start is not None
+        if self.v.get("CLSD") == 1.0:
+            part = replace(part, closing=start)
+        ends = self._ends(curve, start)
+        if ends is None:
+            yield replace(part, open=((self.element, curve),))
+            return
+        for end in ends:
+            if _leads(curve, start, end):
+                ended = part.closed(curve, end)
+                # An end that is given in full may be that of a whole circle.
+                yield replace(ended, whole=part.whole) if self.end() is not None else ended
+
+    def _ends(self, curve: Curve, start: complex) -> list[complex] | None:
+        v, end = self.v, self.end()
+        if end is not None:
+            return [end]
+        if curve.radius and "CCA" in v:
+            turn = cmath.rect(1.0, curve.spin * math.radians(abs(v["CCA"])))
+            return [curve.point + (start - curve.point) * turn]
+        if curve.radius and 0.0 < v.get("LEN", 0.0) <= 2.0 * curve.radius:
+            sweep = 2.0 * math.asin(v["LEN"] / 2.0 / curve.radius) * curve.spin
+            return [curve.point + (start - curve.point) * cmath.rect(1.0, turn) for turn in (sweep, -sweep)]
+        if "LEN" in v:
+            return [start + curve.way * v["LEN"]] if not curve.radius else []
+        across, along = (
+            Curve(complex(v.get("X", 0.0), 0.0), 1j),
+            Curve(complex(0.0, v.get("Y", 0.0)), 1.0 + 0j),
+        )
+        if "X" in v and (curve.radius or abs(curve.way.real) > _TINY):
+            return _crossings(across, curve)
+        if "Y" in v and (curve.radius or abs(curve.way.imag) > _TINY):
+            return _crossings(along, curve)
+        if "PA" in v:
+            return _crossings(Curve(_pole(self.element.pole), cmath.rect(1.0, math.radians(v["PA"]))), curve)
+        if "PR" in v:
+            return _crossings(Curve(_pole(self.element.pole), radius=abs(v["PR"]), spin=1), curve)
+        return None
+
+
+def choice_of(element: Element, segment: Segment, count: int) -> BlockError:
+    """Return what is said of a solution that FSELECT chose of so many."""
+    start, end = segment.start, segment.end
+    message = (
+        f"FSELECT {element.select} chooses one of {count} solutions by an order that is not published: {element.name} goes from"
+        f" X{start.real:.4g} Y{start.imag:.4g} to X{end.real:.4g} Y{end.imag:.4g}"
+    )
+    hint = "compare it with the drawing, or give the end, the centre or the angle"
+    return BlockError("free-contour-choice", message, element.name, hint=hint)
 
 
 def first_heading(elements: Sequence[Element], start: Sequence[float]) -> complex:
@@ -277,20 +508,66 @@ def first_heading(elements: Sequence[Element], start: Sequence[float]) -> comple
     return segment.heading(segment.start)
 
 
-def _polar(pole: complex | None, radius: float, angle: float) -> complex:
+def _key(segment: Segment) -> tuple[float, ...]:
+    centre, end = segment.centre or 0j, segment.end
+    return (*(round(value, 5) for value in (end.real, end.imag, centre.real, centre.imag)), segment.spin)
+
+
+def _apart(parts: Iterator[_Part]) -> list[_Part]:
+    """Return solutions without those that are the same."""
+    found: dict[object, _Part] = {}
+    for part in parts:
+        curves = tuple((c.point, c.way, c.radius, c.spin) if c is not None else None for _, c in part.open)
+        found.setdefault((tuple(map(_key, part.done)), curves), part)
+    return list(found.values())
+
+
+def _point(v: dict[str, float], first: str, second: str) -> complex | None:
+    return complex(v[first], v[second]) if first in v and second in v else None
+
+
+def _lies(beside: tuple[complex, float] | None, line: Curve) -> bool:
+    return beside is None or abs(line.beside(beside[0]) - beside[1]) < _BESIDE
+
+
+def _ways_of_length(v: dict[str, float], start: complex) -> list[complex]:
+    """Return the directions of a line of a length that ends at one coordinate."""
+    along = v["X"] - start.real if "X" in v else v["Y"] - start.imag
+    length = abs(v["LEN"])
+    if length <= 0.0 or abs(along) > length:
+        return []
+    across = math.sqrt(length**2 - along**2)
+    ways = [complex(along, side * across) if "X" in v else complex(side * across, along) for side in (-1, 1)]
+    return [way / length for way in (ways if across > _SAME else ways[:1])]
+
+
+def _leads(curve: Curve, start: complex, end: complex) -> bool:
+    """Tell whether an end lies on a curve, on a line ahead of the start."""
+    ahead = curve.radius or ((end - start) * curve.way.conjugate()).real > _TINY
+    return bool(ahead) and curve.beside(end) < _BESIDE and curve.beside(start) < _BESIDE
+
+
+def _pole(pole: complex | None) -> complex:
     if pole is None:
         message = "a free contour in polar coordinates has no pole"
         raise BlockError("pole-missing", message, "FPOL", hint="FPOL X+0 Y+0 stands before")
-    return pole + cmath.rect(radius, math.radians(angle))
+    return pole
 
 
-def _centre(element: Element, start: complex | None) -> complex | None:
-    v = element.values
-    if "CCPR" in v and "CCPA" in v:
-        return _polar(element.pole, v["CCPR"], v["CCPA"])
-    if start is not None and "ICCX" in v and "ICCY" in v:
-        return start + complex(v["ICCX"], v["ICCY"])
-    return complex(v["CCX"], v["CCY"]) if "CCX" in v and "CCY" in v else None
+def _polar(pole: complex | None, radius: float, angle: float) -> complex:
+    return _pole(pole) + cmath.rect(radius, math.radians(angle))
+
+
+def _between(one: Curve, two: Curve, element: Element) -> list[Curve]:
+    """Return the lines, or circles of a radius, that touch two curves in their senses."""
+    if not element.arc:
+        line = _tangent_line(one, two)
+        return [line] if line is not None else []
+    if "R" not in element.values or "DR" not in element.values:
+        return []
+    spin, radius = (1 if element.values["DR"] > 0.0 else -1), abs(element.values["R"])
+    places = _crossings(_inside(one, radius, spin), _inside(two, radius, spin))
+    return [Curve(place, radius=radius, spin=spin) for place in places]
 
 
 def _inside(curve: Curve, radius: float, spin: int) -> Curve:
@@ -332,7 +609,7 @@ def _touching(one: Curve, two: Curve) -> complex | None:
 
 
 def _crossings(one: Curve, two: Curve) -> list[complex]:
-    """Return where two curves meet."""
+    """Return where two curves meet: a line leaves a circle before it enters it, and the right side of the way between circles comes first."""
     if not one.radius and not two.radius:
         across = (one.way.conjugate() * two.way).imag
         if abs(across) < _TINY:
@@ -344,7 +621,7 @@ def _crossings(one: Curve, two: Curve) -> list[complex]:
         if abs(apart) < _TINY:
             return []
         along = (abs(apart) ** 2 + one.radius**2 - two.radius**2) / (2.0 * abs(apart))
-        foot, way, radius = one.point + apart / abs(apart) * along, 1j * apart / abs(apart), one.radius
+        foot, way, radius = one.point + apart / abs(apart) * along, -1j * apart / abs(apart), one.radius
         half = radius**2 - along**2
     else:
         line, circle = (two, one) if one.radius else (one, two)
@@ -354,4 +631,4 @@ def _crossings(one: Curve, two: Curve) -> list[complex]:
         return []
     if half < _SAME:
         return [foot]
-    return [foot - math.sqrt(half) * way, foot + math.sqrt(half) * way]
+    return [foot + math.sqrt(half) * way, foot - math.sqrt(half) * way]

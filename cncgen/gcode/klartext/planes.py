@@ -25,9 +25,31 @@ _IDLE = re.compile(
 Evaluate = Callable[[str], float]
 #: A vector shorter than this has no direction.
 _LEAST = 1e-9
+#: A dwell in seconds or revolutions; pauses of the feed.
+DWELL = re.compile(
+    r"FUNCTION\s+DWELL\s+(?P<unit>TIME|REV)\s*(?P<value>[-+]?\s*(?:Q\d+|[\d.,]+))\s*\Z", re.IGNORECASE
+)
+PAUSES = re.compile(r"FUNCTION\s+FEED\s+DWELL\s+D-TIME", re.IGNORECASE)
 #: Words of TCPM, which puts M128 in force, and of its end.
 TIP_ON = re.compile(r"FUNCTION\s+TCPM\b(?!\s+RESET)", re.IGNORECASE)
 TIP_OFF = re.compile(r"FUNCTION\s+(?:RESET\s+TCPM|TCPM\s+RESET)\b", re.IGNORECASE)
+
+
+def dwell_s(body: str, value: Evaluate, speed: float) -> float | None:
+    """Return the seconds of FUNCTION DWELL, of whose revolutions the spindle makes `speed` a minute; None for other blocks."""
+    match = DWELL.match(body)
+    if match is None or match["unit"].upper() == "TIME":
+        return value(match["value"]) if match else None
+    if speed <= 0.0:
+        message = "FUNCTION DWELL REV waits for a spindle that has no speed"
+        raise BlockError("spindle-stopped", message, "FUNCTION", hint="TOOL CALL 5 Z S500")
+    return value(match["value"]) * 60.0 / speed
+
+
+def no_pauses() -> BlockError:
+    """Return what is said of the pauses of FUNCTION FEED DWELL."""
+    message = "FUNCTION FEED DWELL is not made: the time of its pauses is not counted"
+    return BlockError("feed-function", message, "FUNCTION", hint="the path is not changed by it")
 
 
 def idle(body: str) -> bool:
@@ -43,7 +65,7 @@ def idle(body: str) -> bool:
         "unsupported-block",
         f"{name} is not read",
         "FUNCTION",
-        hint="FUNCTION TCPM, RESET TCPM and MODE MILL are",
+        hint="FUNCTION TCPM, RESET TCPM, DWELL and MODE MILL are",
     )
 
 

@@ -95,6 +95,9 @@ class HeidenhainRunner(LanguageRun):
         self._parsed: dict[str, Parsed] = {}
         self._datums = Datums(self.ip, self._value)
         self._modal = False
+        #: The pole of free contours, and end and direction of each motion, by its line.
+        self._pole: complex | None = None
+        self._ends: dict[int, free_contours.Known] = {}
         self._points: list[points.Place] = []
         #: The programs that SEL PGM and cycle 12 name.
         self._selected = self._program = ""
@@ -326,6 +329,7 @@ class HeidenhainRunner(LanguageRun):
         found = self._file(name, f"program {name} ({name}.H)", "PGM")
         self._called.append((self._lines, self._bodies, self._labels, self._calls, self._repeats, at + 1))
         self._lines, self._bodies, self._labels, self._calls, self._repeats = [], [], {}, [], {}
+        self._ends = {}
         self.sources.append(open_source(found, str(found)))
         self._read(self.sources[-1], len(self.sources) - 1)
         self._at = 0
@@ -343,6 +347,7 @@ class HeidenhainRunner(LanguageRun):
     def _return(self) -> None:
         """Go on behind CALL PGM."""
         self._lines, self._bodies, self._labels, self._calls, self._repeats, self._at = self._called.pop()
+        self._ends = {}
 
     # Contours.
 
@@ -420,6 +425,8 @@ class HeidenhainRunner(LanguageRun):
             if corner is not None:
                 block.words[corner[0]] = corner[1]
         self._move(block)
+        if moves:
+            self._ends[at] = complex(*self.ip.state.position[:2]), Plain.of(self.ip).heading
         if "t" in block.words:
             self._tell_tool()
         if called or (self._modal and moves):
@@ -566,12 +573,20 @@ class HeidenhainRunner(LanguageRun):
     def _elements(self, at: int) -> list[free_contours.Element]:
         """Return the elements of a free contour from a line on."""
         elements: list[free_contours.Element] = []
-        pole: complex | None = None
+        pole = self._pole
         following: int | None = at
         while following is not None:
             body = self._bodies[following]
-            if free_contours.BEGINS.match(body):
-                element = free_contours.element_of(body, following, self._value)
+            choice = free_contours.SELECTS.match(body)
+            if choice:
+                if not elements:
+                    message = "FSELECT has no element before it whose solution it chooses"
+                    raise BlockError(
+                        "free-contour", message, "FSELECT", hint="it stands behind FL, FLT, FC or FCT"
+                    )
+                elements[-1].select = int(choice["number"])
+            elif free_contours.BEGINS.match(body):
+                element = free_contours.element_of(body, following, self._value, self._number(following))
                 if body.upper().startswith("FPOL"):
                     pole = complex(element.values.get("X", 0.0), element.values.get("Y", 0.0))
                 else:
@@ -581,7 +596,20 @@ class HeidenhainRunner(LanguageRun):
                 break
             following = self._following(following)
         self._beyond = len(self._bodies) if following is None else following
+        self._pole = pole
         return elements
+
+    def _number(self, at: int) -> int:
+        """Return the number of a block in the text, 0 where it has none."""
+        here = self._lines[at]
+        digits = re.match(r"\s*/?\s*(\d{1,9})\s", self.sources[here.source].text_at(here.offset))
+        return int(digits[1]) if digits else 0
+
+    def _known(self, number: int) -> free_contours.Known | None:
+        """Return end and direction of the motion that a block of the text made last."""
+        return next(
+            (self._ends[k] for k in sorted(self._ends, reverse=True) if self._number(k) == number), None
+        )
 
     def _free(self, at: int) -> None:
         """FPOL, FL, FLT, FC, FCT: a free contour, as lines and arcs."""
@@ -591,9 +619,9 @@ class HeidenhainRunner(LanguageRun):
         finally:
             self._at = max(self._at, self._beyond)
         start = complex(state.position[0], state.position[1])
-        for element, segment in zip(
-            elements, free_contours.Chain(elements, start, plain.heading).solve(), strict=True
-        ):
+        chain = free_contours.Chain(elements, start, plain.heading, self._known)
+        for element, segment in zip(elements, chain.solve(), strict=True):
+            count = next((most for one, most in chain.chosen if one is element), 0)
             block = self._block(element.at, f"L {element.rest}" if element.rest.strip() else "")
             corner = self._corner_after(element.at)
             block.words |= {"x": segment.end.real, "y": segment.end.imag}
@@ -603,8 +631,17 @@ class HeidenhainRunner(LanguageRun):
             if corner is not None:
                 block.words[corner[0]] = corner[1]
             block.g = (*block.g, {0: 10, 1: 30, -1: 20}[segment.spin])
+            if count:
+                self._tell_choice(element, segment, count)
             self._execute(block)
             plain.heading = segment.heading(segment.end)
+            self._ends[element.at] = segment.end, plain.heading
+
+    def _tell_choice(self, element: free_contours.Element, segment: Segment, count: int) -> None:
+        """Warn of a solution that FSELECT chose."""
+        here = self._lines[element.at]
+        self.ip.base.block = Block({}, source=here.source, line=here.line, offset=here.offset)
+        self.ip.warn(free_contours.choice_of(element, segment, count), Severity.WARNING)
 
     # Cycles.
 
@@ -710,7 +747,14 @@ class HeidenhainRunner(LanguageRun):
             here = self._lines[self._at - 1]
             self._execute(Block({}, (number,), (), None, here.source, here.line, here.offset))
             return
-        planes.idle(body)
+        seconds = planes.dwell_s(body, self._value, self.ip.state.speed)
+        if seconds is not None:
+            here = self._lines[self._at - 1]
+            self._execute(Block({"p": seconds}, (40,), (), None, here.source, here.line, here.offset))
+        elif planes.PAUSES.match(body):
+            self.ip.warn_once(planes.no_pauses(), Severity.WARNING)
+        else:
+            planes.idle(body)
 
     def _transformed(self, body: str) -> bool:
         """Do TRANS DATUM, MIRROR, ROTATION, SCALE of TNC 7, SEL PATTERN and SEL PGM; tell whether the line is one of them."""
