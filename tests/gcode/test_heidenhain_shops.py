@@ -229,3 +229,32 @@ def test_a_dwell_by_its_function(run: Run) -> None:
     assert [event.values["seconds"] for event in out.path.events if event.name == "dwell"] == [0.5, 0.5]
     assert said(run, "FUNCTION DWELL REV 5\nL X+1 F100")[0] == ("error", "spindle-stopped")
     assert said(run, "FUNCTION FEED DWELL D-TIME0.5 F-TIME5\nL X+1 F100")[0] == ("warning", "feed-function")
+
+
+def test_global_values_of_cycles(run: Run) -> None:
+    """GLOBAL DEF gives what PREDEF takes (TNC 640): the set-up clearance 3 and the second one 30."""
+    define = "GLOBAL DEF 100 GENERAL ~\n Q200=+3 ;SET-UP CLEARANCE ~\n Q204=+30 ~\n Q253=+750 ~\n Q208=MAX\n"
+    cycle = DRILL.replace("Q200=2", "Q200= PREDEF").replace("Q204=20", "Q204= PREDEF")
+    assert ends(run, f"{define}{cycle}\nL X+1 FMAX M99") == [[1, 0, 0], [1, 0, 3], [1, 0, -5], [1, 0, 30]]
+    assert said(run, f"{cycle}\nL X+1 FMAX M99")[0] == ("error", "cycle-words")
+
+
+@pytest.mark.parametrize(
+    "word",
+    [
+        "COUNT INC",
+        'FILE COPY "A" TO "B"',
+        "LIFTOFF TCS X+0 Y+0.5 Z+0.5",
+        "PARAXCOMP DISPLAY W",
+        "PARAXMODE OFF",
+    ],
+)
+def test_functions_that_move_nothing(run: Run, word: str) -> None:
+    assert ends(run, f"FUNCTION {word}\nL X+5 FMAX") == [[5, 0, 0]]
+
+
+def test_a_plane_names_the_axes_that_it_turns_into(run: Run) -> None:
+    """Under PLANE AXIAL the lines in X and Y had no column of Z, which they move."""
+    out = run(program("PLANE AXIAL B-45 STAY\nL X+10 Y+5 F100"), dialect="heidenhain")
+    assert out.errors == []
+    assert out.moving_axes[:3] == "XYZ"

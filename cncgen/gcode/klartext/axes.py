@@ -30,7 +30,7 @@ _PLANE = re.compile(
     re.IGNORECASE,
 )
 _CYCLES = re.compile(
-    rb"(?<![A-Z])(?:CYCL\b|PLANE[ \t]+SPATIAL\b|M99\b|M89\b|M140\b|M128\b|TCPM\b|TRANS\b|G79\b|G2\d\d\b)",
+    rb"(?<![A-Z])(?:CYCL\b|PLANE[ \t]+(?!RESET\b)[A-Z]|M99\b|M89\b|M140\b|M128\b|TCPM\b|TRANS\b|G79\b|G2\d\d\b)",
     re.IGNORECASE,
 )
 

@@ -11,7 +11,7 @@ from cncgen.gcode.text import plain_language
 #: Signs of a program whose lines lead from one to another, or whose cycles are run here.
 _NEEDS = re.compile(
     rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM|SELECTED)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CTP?\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
-    rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+DEF[ \t]*7[ \t]*\.\d[ \t]*[I#]|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|Q\d+[ \t]*=[ \t]*F?(?:AUTO|MAX)\b)|Q1(?:08|09|13|14)(?!\d)"
+    rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+DEF[ \t]*7[ \t]*\.\d[ \t]*[I#]|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|GLOBAL\b|Q\d+[ \t]*=[ \t]*(?:F?(?:AUTO|MAX)|PREDEF)\b)|Q1(?:08|09|13|14)(?!\d)"
     rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
     rb"|\bR[LR]\b(?![\w.])|\bM89\b|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$"
     rb"|;[^\n]*~[ \t\r]*\n(?![ \t]*(?:Q[LRS]?\d+[ \t]*=|[A-Z]+\d*[ \t]*\(|\d+[ \t]|/))"
@@ -40,7 +40,7 @@ def needs(source: Source) -> bool:
 
 def apart(body: str) -> list[str]:
     """Return a line, its parameters of a cycle apart: CYCL DEF 200 DRILLING Q200=2 Q201=-15."""
-    if '"' in body or body[:1] not in "CcQq":
+    if '"' in body or body[:1] not in "CcQqGg":
         return [body]
     return _GIVEN.split(body)
 
@@ -73,3 +73,8 @@ def bodies(source: Source, *, block_delete: bool) -> Iterator[tuple[int, int, st
         assert match
         yield offset, number, body[match.end() :], below
         offset, number = source.line_end(offset) + 1, number + 1
+
+
+def labels_of(rest: str) -> list[str]:
+    """Return the labels of cycle 14: CONTOUR LABEL 1 /2 /"ISLAND"."""
+    return [name or number for name, number in re.findall(r"\"([^\"]*)\"|(\d+)", rest)]

@@ -18,7 +18,7 @@ _RESET = re.compile(r"PLANE\s+RESET\b", re.IGNORECASE)
 _KIND = re.compile(r"PLANE\s+(\w+)", re.IGNORECASE)
 #: Functions that do not change motion, or end a mode that is never on.
 _IDLE = re.compile(
-    r"FUNCTION\s+(?:MODE\s+MILL|DCM\b|PROG\s+PATH|S-PULSE|FEED\s+DWELL\s+RESET|FEED\s+RESET)\b",
+    r"FUNCTION\s+(?:MODE\s+MILL|DCM\b|PROG\s+PATH|S-PULSE|FEED\s+DWELL\s+RESET|FEED\s+RESET|COUNT|FILE|LIFTOFF|PARAXCOMP\s+(?:DISPLAY|OFF)|PARAXMODE\s+OFF)\b",
     re.IGNORECASE,
 )
 

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable
 
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, Stop
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>\d++[.,]?+\d*+|[.,]\d+)|Q(?P<q>\d{1,99})|(?P<name>[A-Z]+)|(?P<sign>[-+*/^()%]))",
@@ -60,6 +60,9 @@ _HOLDS: dict[int, tuple[str, Callable[[float, float], bool]]] = {
     12: ("LT", lambda a, b: a < b),
 }
 _FEED_WORD = re.compile(r"\s*F?\s*(?P<word>AUTO|MAX)\s*\Z", re.IGNORECASE)
+#: Functions that move and set nothing here; texts are not kept, and statements that use one report it.
+_PRINTS = (15, 16, 19, 20, 26, 27, 29, 37, 38)
+_TEXT = re.compile(r"QS\d+\s*=", re.IGNORECASE)
 Read = Callable[[int], float]
 
 
@@ -239,6 +242,24 @@ def assignment(body: str, read: Read, feed_word: Callable[[str], float]) -> tupl
         return float(target["q"]), formula(f"{_ONE[number]} ( {rest} )", read)
     word = _FEED_WORD.match(rest)
     return float(target["q"]), feed_word(word["word"].upper()) if word else formula(rest, read)
+
+
+def pass_over(body: str) -> None:
+    """Pass over a function that prints, sends or waits, or sets a text.
+
+    Raises:
+        Stop: FN 14 ends the program.
+        BlockError: It is not read.
+    """
+    number = function_number(body)
+    if number == 14:
+        message = f"the program raises an error: {body}"
+        raise Stop(BlockError("program-alarm", message, "FN", hint="FN 14 ends the program"))
+    if number in _PRINTS or _TEXT.match(body):
+        return
+    what = f"FN {number}" if number is not None else "a line that begins with Q"
+    hint = "FN 0 to FN 14, FN 18 and formulas of Q are read"
+    raise BlockError("unsupported-block", f"{what} is not read", "FN", hint=hint)
 
 
 def jump(body: str, read: Read) -> tuple[bool, str] | None:

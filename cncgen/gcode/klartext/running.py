@@ -76,8 +76,8 @@ _END_OF_CONTOUR = -1
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
 _CALLED = CYCLE_CALL / 10.0
 _MODAL = re.compile(r"\bM89\b", re.IGNORECASE)
-#: A text. Texts are not kept; statements that use one report it.
-_TEXT = re.compile(r"QS\d+\s*=", re.IGNORECASE)
+_PREDEF = re.compile(r"Q(?P<number>\d{1,4})\s*=\s*PREDEF\s*\Z", re.IGNORECASE)
+_GLOBAL = re.compile(r"Q(?P<number>\d{1,4})\s*=(?P<value>.*)\Z", re.IGNORECASE)
 _SIDE_OFF = re.compile(r"\bR0\b(?![.\d])", re.IGNORECASE)
 
 
@@ -95,6 +95,7 @@ class HeidenhainRunner(LanguageRun):
         self._parsed: dict[str, Parsed] = {}
         self._datums = Datums(self.ip, self._value)
         self._modal = False
+        self._globals: dict[int, float] = {}
         #: The pole of free contours, and end and direction of each motion, by its line.
         self._pole: complex | None = None
         self._ends: dict[int, free_contours.Known] = {}
@@ -217,6 +218,8 @@ class HeidenhainRunner(LanguageRun):
             self._take_pattern(at, body)
         elif head == "FUNC":
             self._function(body)
+        elif head == "GLOB" and re.match(r"GLOBAL\s+DEF\b", body, re.IGNORECASE):
+            self._define_globals(at)
         elif head in ("TRAN", "SEL ") and self._transformed(body):
             return
         elif head == "CALL" and (name := self._program_of(body)) is not None:
@@ -279,34 +282,33 @@ class HeidenhainRunner(LanguageRun):
             if holds:
                 self._at = self._target(label) + 1
             return
+        wanted = _PREDEF.match(body)
+        if wanted:
+            key = int(wanted["number"])
+            if key not in self._globals:
+                message = f"Q{key} = PREDEF takes a value that no GLOBAL DEF gives"
+                hint = f"GLOBAL DEF 100 GENERAL ~ Q{key}=2"
+                raise BlockError("cycle-words", message, "PREDEF", hint=hint)
+            self.ip.parameters.set_number(float(key), self._globals[key])
+            return
         found = q_formulas.assignment(body, self._q, self._feed_word)
         if found is not None:
             number, value = found
             self.ip.parameters.set_number(number, value)
             return
-        number_of = q_formulas.function_number(body)
-        if number_of == 14:
-            raise Stop(
-                BlockError(
-                    "program-alarm",
-                    f"the program raises an error: {body}",
-                    "FN",
-                    hint="FN 14 ends the program",
-                )
-            )
-        if number_of == 18:
+        if q_formulas.function_number(body) == 18:
             number, value = system_data.read(self.ip, body, self._value)
             self.ip.parameters.set_number(float(number), value)
             return
-        if number_of in (15, 16, 19, 20, 26, 27, 29, 37, 38) or _TEXT.match(body):
-            return
-        what = f"FN {number_of}" if number_of is not None else "a line that begins with Q"
-        raise BlockError(
-            "unsupported-block",
-            f"{what} is not read",
-            "FN",
-            hint="FN 0 to FN 14, FN 18 and formulas of Q are read",
-        )
+        q_formulas.pass_over(body)
+
+    def _define_globals(self, at: int) -> None:
+        """GLOBAL DEF: keep the values that parameters of cycles take by PREDEF."""
+        while self._at < len(self._bodies) and (given := _GLOBAL.match(self._bodies[self._at])):
+            word = given["value"].strip().upper()
+            value = self._feed_word(word) if word in ("MAX", "AUTO") else self._value(given["value"])
+            self._globals[int(given["number"])] = value
+            self._at += 1
 
     def _program_of(self, body: str) -> str | None:
         """Return the name of the program that CALL PGM or CALL SELECTED PGM calls, None where the line is neither."""
@@ -691,7 +693,9 @@ class HeidenhainRunner(LanguageRun):
         elif number == _CONTOUR_LABELS:
             plain = Plain.of(self.ip)
             plain.contour = self._contour
-            plain.labels = [] if match["part"] in (None, "0") else [*plain.labels, *_labels(match["rest"])]
+            plain.labels = (
+                [] if match["part"] in (None, "0") else [*plain.labels, *lines.labels_of(match["rest"])]
+            )
         elif number == programs.CYCLE:
             Plain.of(self.ip).cycle = number
             self._program = programs.of_cycle(match["rest"]) if match["part"] == "1" else ""
@@ -790,8 +794,3 @@ class HeidenhainRunner(LanguageRun):
             message = f"preset {number} is taken as G54: presets 1 to {SYSTEM_COUNT} are G54 to G59.3"
             hint = "--parameters sets origins"
             self.ip.warn(BlockError("preset-unknown", message, "CYCL", hint=hint), Severity.WARNING)
-
-
-def _labels(rest: str) -> list[str]:
-    """Return the labels of cycle 14: CONTOUR LABEL 1 /2 /"ISLAND"."""
-    return [name or number for name, number in re.findall(r"\"([^\"]*)\"|(\d+)", rest)]

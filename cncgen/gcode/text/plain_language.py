@@ -404,7 +404,8 @@ _BLOCKS: tuple[tuple[re.Pattern[str], _Reader], ...] = tuple(
     for head, read in (
         (r"BEGIN\s+PGM\b", _begin_program),
         (r"END\s+PGM\b", _before(("m", 2.0), plain=False)),
-        (r"BLK\s+FORM\b|DECLARE\s+STRING\b", _nothing),
+        # A table of datums is read where a shift names its line.
+        (r"BLK\s+FORM\b|DECLARE\s+STRING\b|SEL\s+TABLE\b", _nothing),
         (r"TOOL\s+DEF(?![A-Z])", _tool_sizes),
         (r"TOOL\s+CALL(?![A-Z])", _tool_call),
         (r"CYCL\s+DEF(?![A-Z])", _cycle),
