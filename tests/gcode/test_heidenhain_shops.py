@@ -258,3 +258,19 @@ def test_a_plane_names_the_axes_that_it_turns_into(run: Run) -> None:
     out = run(program("PLANE AXIAL B-45 STAY\nL X+10 Y+5 F100"), dialect="heidenhain")
     assert out.errors == []
     assert out.moving_axes[:3] == "XYZ"
+
+
+def test_a_formula_goes_on_behind_a_tilde(run: Run) -> None:
+    """As TNCs wrap a long one; a block that follows a ~ by mistake is a block."""
+    assert ends(run, "1 Q1 = 5 + ( 2 * ~\n    SIN ( 90 ) ) + ~\n    1\n2 L X+Q1 F100") == [[8, 0, 0]]
+    assert ends(run, "1 Q1 = 5 ~\n2 L X+Q1 F100") == [[5, 0, 0]]
+    assert ends(run, "Q1 = 5 ~\nL X+Q1 F100") == [[5, 0, 0]]
+
+
+def test_words_without_a_value_change_nothing(run: Run) -> None:
+    """R, F and M alone, as TNC 355 and posts for it write them."""
+    assert ends(run, "L X+5 R F500 M3\nL Y+2 R F M\nCYCL DEF 7.1 X+1\nL X+5 R FMAX M") == [
+        [5, 0, 0],
+        [5, 2, 0],
+        [6, 2, 0],
+    ]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.contour_pockets import FlatCutter, area, around, check, clear, closed, rows, walls
 from cncgen.gcode.codes.pockets import Clearing
 from cncgen.gcode.codes.turning_profiles import Segment, moved_aside
@@ -93,8 +94,11 @@ def rough(contours: Contours) -> None:
     """22: rows, then once around, Q3 off the wall and Q4 off the floor."""
     q = contours.q
     if q[18]:
-        message = f"Q18 = {q[18]:g} of {contours.name} (what a larger tool has left) is not read"
-        raise BlockError("unsupported-block", message, contours.name, hint="Q18=0 clears the whole pocket")
+        message = f"Q18 = {q[18]:g} of {contours.name}: what that tool has left is not worked out, the whole contour is cleared again"
+        hint = "the time is longer than on the control"
+        contours.ip.warn_once(
+            BlockError("contour-cleared", message, contours.name, hint=hint), Severity.WARNING
+        )
     levels = contours.levels(q[4])
     contours.rows(q[3], levels)
     contours.around(q[3], levels)

@@ -26,6 +26,12 @@ _SLASH = re.compile(r"\s*(?:\d+\s+)?/")
 _REMARK = re.compile(r"\s*(?:\d+\s*)?[;*]")
 #: What follows a comment that ends in ~ and is no part of it: a parameter, a point, the next block.
 _GOES_ON = re.compile(r"\s*(?:Q[LRS]?\d+\s*=|[A-Z]+\d*\s*\(|\d+\s|/|\Z)", re.IGNORECASE)
+_SETS = re.compile(r"\s*(?:Q[LRS]?\d+\s*=|FN\b)", re.IGNORECASE)
+#: What begins a block, where a formula may go on.
+_BEGINS = re.compile(
+    r"\d+\s|\s*(?:Q[LRS]?\d+\s*=|(?:L|LP|CC?|CR|CP|CT|FN|RND|CHF|LBL|CALL|TOOL|CYCL|APPR|DEP|STOP|END|PLANE|FUNCTION|TRANS|BLK)\b|M\s*\d)",
+    re.IGNORECASE,
+)
 _NUMBERED = re.compile(r"\s*\d+\s")
 #: Words of a numbered block in lines of their own, as TNC 145 to 155 put them.
 _WORDS_BELOW = re.compile(
@@ -53,7 +59,7 @@ def bodies(source: Source, *, block_delete: bool) -> Iterator[tuple[int, int, st
         block_delete: Whether blocks with a slash are left out.
     """
     offset, number = 0, 1
-    left_out = goes_on = numbered = whole = remark = False
+    left_out = goes_on = numbered = whole = remark = formula = False
     while offset < len(source):
         text = source.text_at(offset)
         if not goes_on:
@@ -61,17 +67,20 @@ def bodies(source: Source, *, block_delete: bool) -> Iterator[tuple[int, int, st
         # A comment that ends in ~ goes on in the next line; one behind words, or in a cycle, unless that line is of the block.
         remark = goes_on and (whole or (remark and _GOES_ON.match(text) is None))
         whole = (remark and whole) or (_REMARK.match(text) is not None and not goes_on)
+        # So does a formula; the parameters of a cycle are blocks of their own.
+        rest = goes_on and formula and not remark and _BEGINS.match(text) is None
         # A block that is left out goes on behind ~ as well.
         goes_on = text.rstrip().endswith("~")
         if left_out:
             text = "" if block_delete else text.replace("/", " ", 1)
-        body = "" if remark else plain_language.body_of(text)
+        body = "" if remark else plain_language.body_of(text, formula=rest)
         remark = remark or ";" in text
-        below = numbered and _WORDS_BELOW.match(body) is not None
+        below = rest or (numbered and _WORDS_BELOW.match(body) is not None)
         numbered = below or _NUMBERED.match(text) is not None
         match = _NUMBER.match(body)
         assert match
-        yield offset, number, body[match.end() :], below
+        formula = rest or _SETS.match(body, match.end()) is not None
+        yield offset, number, body if rest else body[match.end() :], below
         offset, number = source.line_end(offset) + 1, number + 1
 
 

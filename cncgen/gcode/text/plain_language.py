@@ -53,7 +53,7 @@ _Reader = Callable[[str, int], Words]
 
 _VALUE = r"\s*(?P<value>(?:[+-]\s*)?(?:Q[0-9]+|(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:E[+-]?[0-9]+)?))"
 _WORD = re.compile(
-    r"\s*(?:(?P<fast>F\s*MAX)|(?P<auto>F\s*AUTO)|(?P<keep>F)(?=\s+[A-Z]|\s*\Z)|DR(?P<sense>[+-])(?![0-9])|(?P<side>R[0LR])(?![\w.])"
+    r"\s*(?:(?P<fast>F\s*MAX)|(?P<auto>F\s*AUTO)|(?P<keep>[FRM])(?=\s+[A-Z]|\s*\Z)|DR(?P<sense>[+-])(?![0-9])|(?P<side>R[0LR])(?![\w.])"
     r"|M140\s+MB\s*(?P<retract>MAX|[0-9]+[.,]?[0-9]*)|(?P<ahead>M(?:120(?:\s+LA\s*[0-9]+)?|112(?:\s+[TA]\s*[0-9.,]+)*|118(?:\s+[XYZABCUVW]\s*[-+0-9.,Q]+)*|124(?:\s+T\s*[0-9.,]+)?|138(?:\s+[ABC](?![A-Z0-9+-]))*|90))(?![0-9])"
     r"|(?P<tip>M128(?:\s*F\s*(?:MAX|Q?[0-9.,]+))?)(?![0-9])"
     rf"|(?:(?P<coefficient>K[123][XYZABCUVW])|(?P<step>I)?(?:(?P<polar>P[RA])|(?P<axis>[XYZABCUVW]))|(?P<letter>F[UZ]|[FMSR])){_VALUE})",
@@ -144,10 +144,11 @@ def parse(text: str) -> Parsed:
     )
 
 
-def body_of(text: str) -> str:
-    """Return a line without its comment. A comment begins with ;, or stands in parentheses behind words, as simulators write it."""
+def body_of(text: str, *, formula: bool = False) -> str:
+    """Return a line without its comment. A comment begins with ;, or stands in parentheses behind words, as simulators write it, where the
+    line is not the rest of a formula."""
     body = _OWN_Q.sub(_numbered, text.partition(";")[0])
-    if "(" in body and "=" not in body and not _POINTS.match(body):
+    if "(" in body and "=" not in body and not formula and not _POINTS.match(body):
         body = body.partition("(")[0]
     return body.rstrip().rstrip("~").rstrip()
 
@@ -230,7 +231,7 @@ def _word(match: re.Match[str]) -> Words:
     if match["auto"]:
         return [("f", _called_feed)]
     if match["value"] is None:
-        # M120 LA looks ahead under radius compensation, as is done here always; M112, M118, M124 and M138 are settings of the control.
+        # F, R and M alone change nothing. M120 LA looks ahead under radius compensation, as is done here always; M112, M118, M124 and M138 are settings of the control.
         return []
     value = _value(match["value"])
     if match["axis"]:
