@@ -101,6 +101,7 @@ def test_old_cycles_frames_and_a_dwell(moves: Any) -> None:
         ("N50 G01 X+5 Y+5 F100 *\nN60 G26 R5 *\nN70 X+10 F100 *\n", [("approach-words", 6)]),
         ("N50 G27 R5 *\nN60 G01 G41 X+5 F100 *\n", [("approach-words", 7)]),
         ("N50 G02 F100 *\n", [("arc-end", 6)]),
+        ("N50 G1.5 X+5 F100 *\n", [("unsupported-block", 6)]),
         ("N50 G03 X+5 Y+5 F100 *\n", [("pole-missing", 6)]),
         ("N50 D01 Q1 P01 +5 *\n", [("unsupported-block", 6)]),
         ("N50 L5,0 *\n", [("label-missing", 6)]),

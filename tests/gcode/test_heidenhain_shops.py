@@ -274,3 +274,37 @@ def test_words_without_a_value_change_nothing(run: Run) -> None:
         [5, 2, 0],
         [6, 2, 0],
     ]
+
+
+def test_oversizes_alone_are_those_of_the_tool_in_the_spindle(run: Run, tmp_path: Path) -> None:
+    """TOOL CALL DL-1 was passed over in silence. The tool is 10 long and 6 wide."""
+    table = tmp_path / "t.tbl"
+    table.write_text("T5 P5 Z10 D6\n")
+    body = "TOOL CALL 5 Z S500\nL Z+10 FMAX\nTOOL CALL DL-1 DR+0.5\nL Z+11 FMAX\nL X+Q108 Y+Q114 FMAX\nTOOL CALL 5 Z S500\nL Z+10 FMAX"
+    assert ends(run, body, tool_table=table) == [[0, 0, 20], [3.5, 9, 20]]
+
+
+@pytest.mark.parametrize("repeat", ["REP", "REP /", ""])
+def test_a_call_without_repeats_is_of_a_subprogram(run: Run, repeat: str) -> None:
+    """TNC 155 and 355 write REP where nothing is repeated."""
+    assert ends(run, f"LBL 1\nL IX+1 FMAX\nLBL 0\nCALL LBL 1 {repeat} \nL Y+5 FMAX") == [
+        [1, 0, 0],
+        [2, 0, 0],
+        [2, 5, 0],
+    ]
+
+
+def test_a_tool_that_no_table_gives_goes_between_the_walls(run: Run) -> None:
+    """A pocket of 100 by 100 with an island 20 wide, 8 off its wall: a tool of 10 mm would not go between them, one of 8 does."""
+    data = "CYCL DEF 20 DATA ~\n Q1=-2 ~\n Q2=1 ~\n Q3=0 ~\n Q4=0 ~\n Q5=0 ~\n Q6=2 ~\n Q7=10 ~\n Q8=0 ~\n Q9=1\n"
+    side = (
+        "CYCL DEF 24 SIDE ~\n Q9=1 ~\n Q10=-5 ~\n Q11=100 ~\n Q12=500 ~\n Q14=0\nCYCL CALL\nL Z+50 FMAX M2\n"
+    )
+    pocket = "LBL 1\nL X+0 Y+0 RL\nL X+100\nL Y+100\nL X+0\nL Y+0\nLBL 0\n"
+    island = "LBL 2\nL X+8 Y+40 RR\nL X+28\nL Y+60\nL X+8\nL Y+40\nLBL 0\n"
+    body = f"TOOL CALL 1 Z S500\nM3\nCYCL DEF 14.0\nCYCL DEF 14.1 LABEL 1 /2\n{data}{side}{pocket}{island}"
+    out = run(program(body), dialect="heidenhain")
+    assert out.errors == []
+    (told,) = [d.message for d in out.diagnostics if d.code == "tool-assumed"]
+    width = float(told.split("for a tool ")[1].split()[0])
+    assert 4.0 <= width <= 8.0

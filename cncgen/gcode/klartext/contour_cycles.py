@@ -15,9 +15,14 @@ from cncgen.gcode.codes.turning_profiles import Segment, moved_aside
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
+from cncgen.units import INCH
 
 #: Returns the contour of a label: its segments, and the side of the tool (1 left, -1 right, 0 none).
 Read = Callable[[str], tuple[list[Segment], int]]
+
+
+#: Half the widths of contours between which a tool without a diameter is tried, mm.
+_WIDEST, _NARROWEST = 6.25, 0.5
 
 
 class Contours:
@@ -31,15 +36,16 @@ class Contours:
         """
         q = ip.parameters.numbers
         self.cycle = HoleCycle(ip, name, (q[5], q[1]))
-        self.ip, self.q, self.name, self.radius = ip, q, name, ip.cutting_radius(name)
+        self.ip, self.q, self.name = ip, q, name
         self.start = q[5] + q[6]
         self.contours: list[tuple[list[Segment], bool]] = []
         if not labels:
             raise BlockError(
                 "cycle-missing", f"{name} has no contour", name, hint="CYCL DEF 14.1 CONTOUR LABEL 1 names it"
             )
-        if q[1] >= 0.0 or self.radius <= 0.0:
-            message = f"{name} has the depth Q1 = {q[1]:g} and a tool of diameter {2.0 * self.radius:g}"
+        radius = ip.tool_radius()
+        if q[1] >= 0.0 or (radius <= 0.0 and ip.tools.given):
+            message = f"{name} has the depth Q1 = {q[1]:g} and a tool of diameter {2.0 * radius:g}"
             raise BlockError(
                 "cycle-words",
                 message,
@@ -60,6 +66,20 @@ class Contours:
             # The tool is left of RL: inside a contour that goes counter-clockwise.
             self.contours.append((contour, (area(contour) > 0.0) != (side > 0)))
         check(self.contours, name)
+        self.radius = radius if radius > 0.0 else ip.cutting_radius(name, self._room())
+
+    def _room(self) -> float:
+        """Return half the width between the walls, for a tool of which no table gives the diameter; at least 1 mm, with their allowances."""
+        unit = INCH if self.ip.state.inches else 1.0
+        allowance, half = max(self.q[3], self.q[14], 0.0), _WIDEST / unit
+        while half > _NARROWEST / unit:
+            try:
+                around(self.contours, 0.8 * half + allowance, self.name, climb=True)
+            except BlockError:
+                half *= 0.8
+            else:
+                break
+        return half
 
     def levels(self, floor: float) -> tuple[float, ...]:
         """Return the levels down to an allowance above the floor, Q10 apart."""

@@ -39,7 +39,7 @@ _CALL = re.compile(r"L\s*(?P<name>\"[^\"]*\"|\d+)(?:\s*[.,]\s*(?P<times>\d+))?\s
 _CORNER = re.compile(r"G2(?P<kind>[45])\s*R\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _FUNCTION = re.compile(r"D\s*(?P<number>\d\d?)\b\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _PART = re.compile(
-    rf"P\s*0?(?P<number>\d\d?)\s+(?P<value>\"[^\"]*\"|{_NUMBER}|[A-Z_][\w.:\\]*)", re.IGNORECASE
+    rf"P\s*0?(?P<number>\d\d?)(?:\s+|(?=[-+]))(?P<value>\"[^\"]*\"|{_NUMBER}|[A-Z_][\w.:\\]*)", re.IGNORECASE
 )
 _CYCLE = re.compile(r"G(?P<number>[2-4]\d\d|12\d|139)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _OLD = re.compile(r"G(?P<number>8[3-6]|37|39)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
@@ -337,7 +337,9 @@ class Modes:
     def _word(self, words: _Words, letter: str, value: str) -> None:
         step = "I" if self.steps else ""
         if letter == "G":
-            g = round(float(value.replace(",", ".")))
+            if not value.isdecimal():
+                raise _refused(f"G{value}", _READ, "G")
+            g = int(value)
             words.g.append(g)
             if g in (90, 91):
                 self.steps = g == 91

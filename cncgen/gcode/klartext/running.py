@@ -51,7 +51,7 @@ from cncgen.gcode.text.search import search_path
 
 _LABEL = re.compile(r"LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))\s*\Z", re.IGNORECASE)
 _CALL = re.compile(
-    r"CALL\s+LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?P<times>\d{1,99}|Q\d+)(?:/\d+)?)?\s*\Z",
+    r"CALL\s+LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?:(?P<times>\d{1,99}|Q\d+)(?:/\d+)?|/)?)?\s*\Z",
     re.IGNORECASE,
 )
 _CORNER = re.compile(

@@ -325,6 +325,9 @@ def _tool_call(body: str, at: int) -> Words:
         rest.append(("g", TOOL_FEED / 10.0))
     rest += corner
     if head["number"] is None and not head["name"]:
+        if len(sizes) and _OVERSIZE.search(body, head.end()):
+            # Oversizes alone are those of the tool in the spindle.
+            return [("t", _tool_in_spindle), ("g", OVERSIZE / 10.0), *sizes, ("g", 43.0), *rest]
         return rest
     number = _tool_named(head["name"].strip('"')) if head["name"] else _value(head["number"])
     if head["name"] and ("g", REMARK / 10.0) not in rest:
@@ -341,6 +344,11 @@ def _tool_sizes(body: str, at: int) -> Words:
     if not sizes or number is None or number["number"] is None:
         return []
     return [("g", TOOL_SIZES / 10.0), ("tool", _value(number["number"])), *sizes.items()]
+
+
+def _tool_in_spindle(p: Parameters) -> float:
+    """Return the number of the tool in the spindle."""
+    return float(p.interpreter.state.tool)
 
 
 def _tool_named(name: str) -> Computed:
