@@ -78,6 +78,14 @@ def test_cycles_labels_and_parameters(moves: Any) -> None:
     assert found[-1] == (50, 0, 50, 0)
 
 
+@pytest.mark.parametrize("call", ["T2 G17 S500", "G17 T2 S500", "T2 G17 S500 F100", "T2 S500"])
+def test_a_tool_call_with_its_axis_before_or_behind(moves: Any, call: str) -> None:
+    text = program(
+        f"N50 {call}*          ;the tool\nN60 G00 G40 G90 Z+5 M13*\n\n;--- next\nN70 X+1*\nN80 M30*\n"
+    )
+    assert moves(text) == [(0, 0, 5, 0), (1, 0, 5, 0)]
+
+
 def test_old_cycles_frames_and_a_dwell(moves: Any) -> None:
     """G83 P: 8 deep in steps of 5 from the surface at 20 - 2 on, 0.6 ahead after the first; G54 shifts, G28 mirrors (a lone X moves along its axis alone), G73 turns, G72 scales."""
     found = moves(

@@ -44,7 +44,7 @@ _PART = re.compile(
 _CYCLE = re.compile(r"G(?P<number>[2-4]\d\d|12\d|139)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _OLD = re.compile(r"G(?P<number>8[3-6]|37|39)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _TOOL = re.compile(
-    r"(?:(?P<other>G(?:99|51))\s*)?T\s*(?P<tool>\"[^\"]*\"|Q?\d+(?:\.\d)?)\s*(?P<rest>.*)\Z",
+    r"(?:(?P<other>G(?:99|51))\s*|G(?P<plane>1[789])\s*)?T\s*(?P<tool>\"[^\"]*\"|Q?\d+(?:\.\d)?)(?P<rest>.*)\Z",
     re.IGNORECASE | re.DOTALL,
 )
 _DATA = re.compile(r"G(?P<number>04|0?4|30|31|36|38|62|55)(?!\d)(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
@@ -157,7 +157,7 @@ def _said_tool(match: re.Match[str]) -> list[str]:
     other, rest = (match["other"] or "").upper(), match["rest"]
     if other:
         return [f"TOOL DEF {match['tool']} {rest if other == 'G99' else ''}"]
-    plane = re.search(r"G(1[789])", rest)
+    plane = re.search(r"G(1[789])", f"G{match['plane']} {rest}")
     words = re.sub(r"G(?:1[789]|40|90)(?!\d)", " ", rest)
     moves = re.search(r"[XYZABCUVWIJK]\s*[-+\dQ]", words)
     if moves or re.search(r"(?<![A-Z])G\s*\d", words):
