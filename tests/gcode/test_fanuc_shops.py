@@ -277,3 +277,13 @@ def test_comparisons_in_a_row_stand_in_brackets(run: Run) -> None:
         "AND and OR bind before comparisons: [[#1 EQ 1] AND [#2 EQ 2]]",
     )
     assert ends(run, text.replace("#1EQ1AND#2EQ2", "[#1EQ1]AND[#2EQ2]")) == []
+
+
+def test_round_in_a_word_rounds_to_the_least_increment(run: Run) -> None:
+    """The manual's printed figures: 1.235 + 2.346 = 3.581 (B-63324EN, 15.3, "ROUND function"); it was 1 + 2 here. Elsewhere 1.2345 is 1."""
+    text = "G21\n#1=1.2345\n#2=2.3456\nG91G0X[ROUND[#1]+ROUND[#2]]\n#3=ROUND[#1]\nG90Y#3\nIF[ROUND[#2]EQ2]THEN Z-[RND[#2]]\nM30"
+    assert ends(run, text) == [[3.581, 0, 0], [3.581, 1, 0], [3.581, 1, -2.346]]
+    # A ten-thousandth of an inch; arguments of a macro and speeds are whole.
+    assert ends(run, "G20\nG0X[ROUND[1.23456]]\nM30") == [[31.35884, 0, 0]]
+    assert ends(run, "G21\nG65P2A[ROUND[1.2345]]\nM30\nO2\nG0X#1\nM99") == [[1, 0, 0]]
+    assert ends(run, "G21\nG0X[ROUND[1.2345]]\nM30", "linuxcnc") == [[1, 0, 0]]

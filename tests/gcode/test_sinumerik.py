@@ -374,7 +374,7 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "a word of nothing": ("G0 X1 CR=5", ("unused-word", 1, 7)),
     "a word twice": ("G0 X1 X2", ("repeated-word", 1, 4)),
     "a code": ("G777 X1", ("unknown-code", 1, 1)),
-    "a code that is not read": ("G147 X1", ("not-read", 1, 1)),
+    "a code that is not read": ("G34 X1", ("not-read", 1, 1)),
     "no depth": ("F100\nCYCLE81(10,0,2)", ("cycle-depth", 2, 1)),
     "a depth above": ("F100\nCYCLE81(10,0,2,5)", ("cycle-depth", 2, 1)),
     "a retraction below": ("F100\nCYCLE81(1,0,2,-5)", ("cycle-depth", 2, 1)),

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, CIRCLE, POLAR_ARC, POLAR_LINE, RADIUS_ARC, Block
@@ -26,6 +27,7 @@ from cncgen.records import dataclass, replace
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from typing import Any
 
 #: Moves that turn by less than this have no corner: the chamfer or arc between them has no length (ibid.).
@@ -97,6 +99,20 @@ class _Trying(_Holding, TryingSink):
 
     def straight_traverse(self, end: Point) -> None:
         """Keep nothing: a traverse makes no corner."""
+
+
+def tried_motion(ip: Interpreter, run: Callable[[], object]) -> _Motion | None:
+    """Return the feed motion that would be made, or None; a fault is reported when it is made."""
+    sink, guard, beside = ip.sink, ip.guard, ip.compensated_position
+    trying = _Trying(sink)
+    ip.sink, ip.guard, ip.compensated_position = trying, None, None
+    try:
+        run()
+    except BlockError:
+        return None
+    finally:
+        ip.sink, ip.guard, ip.compensated_position = sink, guard, beside
+    return trying.motion
 
 
 class _Later(PassingSink):
@@ -271,24 +287,19 @@ class _Corner:
         """Return the motion of the next block; raise where it has none in the plane."""
         words = {letter: value for letter, value in block.words.items() if letter in _WORDS}
         codes = tuple(number for number in block.g if number in _CODES)
-        state, sink, beside = ip.state, ip.sink, ip.compensated_position
-        trying = _Trying(sink)
+        state = ip.state
         ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
-        ip.sink, ip.compensated_position = trying, None
         try:
-            if words:
-                ip.execute(Block(words, codes, (), None, block.source, block.line, block.offset))
-        except BlockError:
-            # The fault of the block is reported when it is executed.
-            trying.motion = None
+            run = partial(ip.execute, Block(words, codes, (), None, block.source, block.line, block.offset))
+            motion = tried_motion(ip, run) if words else None
         finally:
-            ip.state, ip.sink, ip.compensated_position = state, sink, beside
-            sink.block = self.block
-        if trying.motion is None:
+            ip.state = state
+            ip.sink.block = self.block
+        if motion is None:
             raise self._fault(
                 "corner-next", "is not followed by a feed motion (G1, G2, G3) in the next block"
             )
-        return trying.motion
+        return motion
 
     def _between(self, motion: _Motion, following: _Motion) -> Segment | None:
         """Return the chamfer or arc between two motions, or None where they go on straight.

@@ -31,14 +31,13 @@ from cncgen.gcode.codes.tools import load_tool_parameters, table_offset, use_off
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage, zeros
+from cncgen.gcode.text.expressions import LEAST_INCREMENT
 from cncgen.gcode.text.labels import Cursor
 from cncgen.records import dataclass, field, replace
 from cncgen.toolpath.record import Event
 
 ONLY = (LATHE,)
 _OTHER_SYSTEMS = tuple(dialect for dialect, renamed in LATHES.items() if renamed)
-#: The increment of P and Q where the machine does not set it, mm and degrees.
-_INCREMENT = 0.001
 _THREAD = 320
 _G40 = 400
 
@@ -104,7 +103,7 @@ def increments(ip: Interpreter, block: Block, letter: str) -> float:
 
 
 def _of_increments(ip: Interpreter, value: float) -> float:
-    return value * (ip.options.least_increment or _INCREMENT) / (10.0 if ip.state.inches else 1.0)
+    return value * (ip.options.least_increment or LEAST_INCREMENT) / (10.0 if ip.state.inches else 1.0)
 
 
 def length_of(ip: Interpreter, block: Block, letter: str, name: str, least_mm: float) -> float:

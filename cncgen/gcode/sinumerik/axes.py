@@ -21,6 +21,7 @@ _AXIS = re.compile(
 _VECTOR = re.compile(r"(?<![A-Z_$0-9.])[ABC]3(?=\s*=(?!=))")
 _PLANE = re.compile(r"(?<![A-Z_$])(?:[IJK]1?|AP|RP|CR|AR|ANG)(?=[-+]?[.\d]|\s*=(?!=))")
 _CYCLES = re.compile(r"\b(?:CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE|HOLES\d|TRAORI|A?ROT)\b")
+_SOFT = re.compile(r"(?<![A-Z_])G[123]4[78](?![\d.])")
 _ROTARY = re.compile(r"\b(?:TRANSMIT|TRACYL)\b")
 _CALLS = re.compile(r"(?:^|\s)([A-Z_][A-Z0-9_]{2,}|L\d+)\b")
 _MOST_FILES = 1000
@@ -39,7 +40,7 @@ def moving_axes(text: Source, folders: Sequence[Path] = (), rotary: str = "") ->
             named |= (
                 set("XYZ") if re.search(r"(?<!\d)G1[89](?!\d)|K1?(?=[-+]?[.\d]|\s*=)", code) else set(plane)
             )
-        if _CYCLES.search(code):
+        if _CYCLES.search(code) or _SOFT.search(code):
             named |= set("XYZ")
         if _ROTARY.search(code):
             named |= set("XC")

@@ -29,7 +29,7 @@ _MACHINE_AXES = ("X1", "Y1", "Z1", "A1", "B1", "C1")
 NAMED = frozenset(
     [*_MACHINE_AXES, *orientation.VECTOR,
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
-     "CTOL", "OTOL", "PW", "PL", "SD", "RPL", "S1", "S2", "S3", "M1", "M2", "M3", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL",
+     "CTOL", "OTOL", "PW", "PL", "SD", "RPL", "S1", "S2", "S3", "M1", "M2", "M3", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
      "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "H1", "H2", "D1", "T1", "T2", "T3",]
 )  # fmt: skip
 #: Words that change how the control moves, not where to: accepted.
@@ -49,13 +49,12 @@ _APPROACHES = ("KONT", "KONTC", "KONTT")
 _MOTIONS = ("ASPLINE", "CSPLINE", "BSPLINE", "POLY", "CIP", "CT")
 _FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
 #: G functions that are accepted: they choose how corners stop or come close.
-_PLAIN = frozenset(
-    (9, 60, 601, 602, 603, 62, 621, 63, 290, 140, 141, 142, 143, 340, 341, 460, 461, 462, 810, 820, 830)
-)
+_PLAIN = frozenset((9, 60, 601, 602, 603, 62, 621, 63, 290, 460, 461, 462, 810, 820, 830))
+#: The side of soft approaches: that of G41 and G42, left, right, where the tool comes from.
+_SIDES = {140: 2, 141: 1, 142: -1, 143: 0}
 _FEED_MODES = {93: 930, 94: 940, 95: 950}
 _NOT_READ = {
-    147: "smooth approach", 148: "smooth retraction", 247: "smooth approach", 248: "smooth retraction", 347: "smooth approach",
-    348: "smooth retraction", 291: "the ISO dialect (--dialect fanuc reads it)", 34: "threads of growing lead", 35: "threads of falling lead",
+    291: "the ISO dialect (--dialect fanuc reads it)", 34: "threads of growing lead", 35: "threads of falling lead",
     5: "inclined plunge", 7: "inclined plunge", 931: "the feed as a time",
     942: "frozen feed", 952: "frozen feed", 961: "surface speed by minute", 962: "surface speed", 971: "frozen speed", 972: "frozen speed",
     973: "speed without a bound",
@@ -224,6 +223,10 @@ def mode(motions: Motions, code: int, words: Words) -> None:
         _path(motions, code, words)
     elif code in (25, 26):
         _bounds(motions, code, words)
+    elif code in _SIDES:
+        motions.soft_side = _SIDES[code]
+    elif code in (340, 341):
+        motions.soft_in_plane = code == 341
     elif code in _NOT_READ:
         raise _not_read(f"G{code}", _NOT_READ[code])
     elif code not in _PLAIN:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -28,6 +26,8 @@ from cncgen.gcode.sinumerik import (
     frame_variables,
     orientation,
     pockets,
+    polar,
+    soft_approach,
     thread_milling,
 )
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
@@ -93,10 +93,6 @@ class _Kept:
     system: int
 
 
-#: Part of a line's length that it must lead along the axis whose coordinate bounds it (ANG).
-_STEEP = 1e-9
-
-
 class Motions:
     """The state that SINUMERIK keeps from block to block, on an interpreter that is always in G90.
 
@@ -142,6 +138,10 @@ class Motions:
         self.curve: curves.OpenCurve | None = None
         self.here = Cursor(0, 0, 1)
         self.heading: list[float] | None = None
+        #: Soft approach: G341, the side (G140 to G143), the one that waits for the contour, and motion and feed before the block.
+        self.soft_in_plane, self.soft_side = False, 2
+        self.soft: soft_approach.Soft | None = None
+        self.before = ("G1", 0.0)
         #: How the tool turns in one block, "axes", "plane" or unsaid, and whether its directions are those of the machine.
         self.turning = ""
         self.machine_vectors = False
@@ -250,6 +250,7 @@ class Motions:
     def block(self, items: list[Item], here: Cursor) -> bool:
         """Execute a block; tell whether it ends its program."""
         self.here = here
+        self.before = self.motion, self.ip.state.feed
         words = Words()
         for item in items:
             self._take(item, words)
@@ -413,7 +414,10 @@ class Motions:
         for code in words.g:
             if code in _MOTIONS:
                 self.set_motion(_MOTIONS[code])
-            elif code not in (4, 9, 53, 153, 74, 75):
+            elif code == 40 and soft_approach.RETRACT.keys() & set(words.g):
+                # The retraction ends compensation behind its arc.
+                continue
+            elif code not in (4, 9, 53, 153, 74, 75) and code not in soft_approach.CODES:
                 commands.mode(self, code, words)
         if {"ADIS", "ADISPOS", "CTOL", "OTOL"} & words.named.keys():
             commands.tolerance(self, words)
@@ -436,6 +440,10 @@ class Motions:
         """End a curve, and pass on a motion that waits for a corner."""
         self.end()
         leave_out(self.ip)
+        if self.soft is not None:
+            soft, self.soft = self.soft, None
+            self.ip.state.position = soft.begin
+            raise soft.fault("is not followed by a motion in the plane")
 
     def set_path(self, name: str, tolerance: float | None) -> None:
         """Take a mode of the path: G60, G64 and kin with a tolerance."""
@@ -570,13 +578,18 @@ class Motions:
             commands.home(self, words)
             return False
         orientation.take(self, words)
-        polar = {"AP", "RP"} & words.named.keys()
+        soft = soft_approach.of(self, words)
+        if soft is not None:
+            run = soft_approach.approach if soft.code in soft_approach.APPROACH else soft_approach.retract
+            run(self, soft, words)
+            return True
+        spoke = {"AP", "RP"} & words.named.keys()
         arc = {"I", "J", "K", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1"} & words.named.keys()
         if words.positions:
-            commands.position(self, words, beside=bool(words.axes or polar or arc or words.polynomials))
-        if not (words.axes or polar or arc or words.polynomials):
+            commands.position(self, words, beside=bool(words.axes or spoke or arc or words.polynomials))
+        if not (words.axes or spoke or arc or words.polynomials):
             return False
-        end = self._end(words)
+        end = self.end_of(words)
         if {53, 153} & set(words.g) or "SUPA" in words.commands:
             self.settle()
             self._machine(words)
@@ -587,17 +600,17 @@ class Motions:
         if 9 in words.g and self.path[0] != "G60":
             path = self.path
             self.set_path("G60", None)
-            self._make(words, end)
+            self.make(words, end)
             self.set_path(*path)
         else:
-            self._make(words, end)
+            self.make(words, end)
         if own is not None and feed:
             self.emit({"f": feed})
         return True
 
     def go(self, words: Words) -> None:
         """Make the motion in force to the axis words of a block."""
-        self._make(words, self._end(words))
+        self.make(words, self.end_of(words))
 
     def _machine(self, words: Words) -> None:
         """Move to machine coordinates."""
@@ -615,7 +628,7 @@ class Motions:
         words.axes.clear()
         self.emit(out, (530, 0 if self.motion == "G0" else 10))
 
-    def _end(self, words: Words) -> list[float]:
+    def end_of(self, words: Words) -> list[float]:
         """Return where the words lead."""
         state = self.ip.state
         end = state.position.copy()
@@ -623,32 +636,10 @@ class Motions:
             column = AXIS_INDEX[axis.lower()]
             end[column] = self._coordinate(axis, mode, value, end[column])
         if {"AP", "RP"} & words.named.keys():
-            self._polar_end(words, end)
+            polar.polar_end(self, words, end)
         if "ANG" in words.named:
-            self._angle_end(words, end)
+            polar.angle_end(self, words, end)
         return end
-
-    def _angle_end(self, words: Words, end: list[float]) -> None:
-        """Put in the end of a line at the angle ANG from the first axis of the plane, which one of its two coordinates bounds."""
-        first, second, _ = self.plane()
-        way = cmath.rect(1.0, math.radians(words.named.pop("ANG")[1]))
-        given = [column for column in (first, second) if AXES[column].upper() in words.axes]
-        along, across = (way.real, way.imag) if given == [first] else (way.imag, way.real)
-        if len(given) != 1 or self.motion not in ("G0", "G1") or abs(along) < _STEEP:
-            names = f"{AXES[first]} or {AXES[second]}".upper()
-            message = (
-                f"ANG does not lead to a point: a line at an angle has {names}, one of them, that it comes to"
-            )
-            raise BlockError(
-                "drawing-angle",
-                message,
-                "ANG",
-                hint="ANG=135 X40; two lines by their angles alone are not read",
-            )
-        column, other = (first, second) if given == [first] else (second, first)
-        start = self.ip.state.position
-        end[other] = start[other] + (end[column] - start[column]) * across / along
-        words.axes[AXES[other].upper()] = "AC", end[other]
 
     def scale(self, axis: str, mode: str = "AC") -> float:
         """Return 0.5 where a value of an axis is a diameter."""
@@ -675,37 +666,11 @@ class Motions:
             return now + step
         return value
 
-    def _polar_end(self, words: Words, end: list[float]) -> None:
-        """Put in the end of AP (angle) and RP (radius) about the pole; a missing one keeps its last value."""
-        first, second, _ = self.plane()
-        if {AXES[first].upper(), AXES[second].upper()} & words.axes.keys():
-            raise BlockError(
-                "polar-words",
-                "polar words AP RP stand beside an axis of their plane",
-                "AP",
-                hint="a point is either X Y or AP RP",
-            )
-        spoke = complex(end[first], end[second]) - self.pole
-        here = (abs(spoke), math.degrees(cmath.phase(spoke)) if spoke else self.polar[1])
-        radius, angle = here[0], here[1]
-        if "RP" in words.named:
-            mode, value = words.named.pop("RP")
-            radius = value + (here[0] if mode == "IC" else 0.0)
-        if "AP" in words.named:
-            mode, value = words.named.pop("AP")
-            incremental = mode == "IC" or (mode == "" and not self.absolute)
-            angle = value + (here[1] if incremental else 0.0)
-        if radius < 0.0:
-            raise BlockError("polar-words", f"RP={radius:g} is negative", "RP", hint="a radius is 0 or more")
-        self.polar = (radius, angle)
-        place = self.pole + cmath.rect(radius, math.radians(angle))
-        end[first], end[second] = place.real, place.imag
-        words.axes[AXES[first].upper()] = words.axes[AXES[second].upper()] = ("AC", 0.0)
-        words.named["_POLAR"] = ("", 1.0)
-
-    def _make(self, words: Words, end: list[float]) -> None:
+    def make(self, words: Words, end: list[float]) -> None:
         """Make the motion in force."""
-        polar = words.named.pop("_POLAR", None) is not None
+        if self.soft is not None and soft_approach.take_next(self, words, end):
+            return
+        about_pole = words.named.pop("_POLAR", None) is not None
         given = {axis.lower(): end[AXIS_INDEX[axis.lower()]] for axis in words.axes}
         words.axes.clear()
         start = self.ip.state.position.copy()
@@ -715,7 +680,7 @@ class Motions:
                 self.emit({**point, **corner}, (0 if self.motion == "G0" else 10,))
             self.heading = [b - a for a, b in zip(start, self.ip.state.position, strict=True)]
         elif self.motion in ("G2", "G3", "CT", "CIP"):
-            arcs.make(self, words, given, end, polar)
+            arcs.make(self, words, given, end, about_pole)
         elif self.motion == "BSPLINE":
             self.emit(
                 {

@@ -104,6 +104,8 @@ BINARY: dict[str, Callable[[float, float], float]] = {
     "le": lambda a, b: 1.0 if a <= b else 0.0,
 }
 
+#: The least increment of lengths and angles where no machine says it, mm and degrees (IS-B); in inches a tenth.
+LEAST_INCREMENT = 0.001
 UNARY: dict[str, Callable[[float], float]] = {
     "abs": abs,
     "acos": _of_ratio("acos", gcode_arithmetic.arc_cosine),
@@ -270,6 +272,26 @@ def negative(a: Value) -> Value:
 def increments(a: Value) -> Value:
     """Return a number of least increments in the units in force."""
     return lambda p: evaluate(a, p) * p.interpreter.increment()
+
+
+def rounded_to_increment(a: Value) -> Value:
+    """Return ROUND in a word of FANUC, which rounds to the least increment of the word (B-63324EN, 15.3, "ROUND function")."""
+
+    def run(p: Parameters) -> float:
+        value = evaluate(a, p)
+        if value != value:
+            return 0.0
+        interpreter = p.interpreter
+        counts = round(
+            1.0
+            / (
+                (interpreter.options.least_increment or LEAST_INCREMENT)
+                / (10.0 if interpreter.state.inches else 1.0)
+            )
+        )
+        return math.copysign(math.floor(abs(value) * counts + 0.5) / counts, value)
+
+    return run
 
 
 def arc_tangent(y: Value, x: Value | None, arithmetic: Arithmetic = LINUXCNC) -> Value:

@@ -57,6 +57,13 @@ def cut_of(data: bytes) -> int:
     return reader.cut()
 
 
+#: Instructions that take values from the stack for good, and letters whose numbers count in increments of a length or an angle.
+_TAKERS = frozenset(("WORD", "SET", "SET_NAMED", "THEN", "FLOW", "END"))
+_LENGTHS = frozenset("xyzabcuvwijkqr")
+#: Codes whose words are arguments.
+_CALLS = frozenset((("g", 65.0), ("g", 66.0), ("g", 66.1)))
+
+
 class _Values:
     """Makes values of the instructions of a line."""
 
@@ -65,7 +72,7 @@ class _Values:
         self._data = data
         self._arithmetic = arithmetic
         self._stack: list[Value | str] = []
-        self._asks = False
+        self._asks, self._at = False, 0
         self._into = self._parsed = Parsed()
 
     def parsed(self) -> Parsed:
@@ -74,6 +81,7 @@ class _Values:
         while code[at]:
             operation, operand = _OPERATIONS[code[at] & 255], code[at] >> 8
             at += 1
+            self._at = at
             if operation in ("COMMENT", "MESSAGE", "OUTPUT"):
                 self._comment(operation, operand, code[at])
                 at += 1
@@ -143,6 +151,8 @@ class _Values:
         if operation == "BINARY":
             return expressions.binary(_LITERALS[operand], self._pop(), last, arithmetic)
         if operation == "FUNCTION":
+            if self._rounds_length(_LITERALS[operand]):
+                return expressions.rounded_to_increment(last)
             return expressions.unary(_LITERALS[operand], last, arithmetic)
         if operation == "ARC_TANGENT":
             return expressions.arc_tangent(self._pop(), last, arithmetic)
@@ -151,6 +161,22 @@ class _Values:
         if operation == "INCREMENTS":
             return expressions.increments(last)
         return expressions.negative(last)
+
+    def _rounds_length(self, name: str) -> bool:
+        """Tell whether a function is FANUC's ROUND in a word of a length or an angle: the first instruction behind it that takes values.
+
+        Arguments of macros are values of variables.
+        """
+        if (
+            self._arithmetic is not expressions.FANUC
+            or name not in ("round", "rnd")
+            or not _CALLS.isdisjoint(self._into.words)
+        ):
+            return False
+        code, at = self._reader.code, self._at
+        while _OPERATIONS[code[at] & 255] not in _TAKERS:
+            at += 1
+        return _OPERATIONS[code[at] & 255] == "WORD" and letter_of(code[at] >> 8) in _LENGTHS
 
     def _pop(self) -> Value:
         value = self._stack.pop()
