@@ -239,3 +239,83 @@ def test_slots_that_cannot_be(run: Run, tmp_path: Path) -> None:
 def test_parameters_that_a_cycle_does_not_look_at_are_told(run: Run, cycle: str, said: list[str]) -> None:
     """They were passed over without a word, whatever they choose."""
     assert codes(run, f"G710 G90 S1000 M3 F200\nG0 X0 Y0 Z20\n{cycle}\nM30") == said
+
+
+def test_functions_of_a_spindle_and_of_a_group_by_their_index(
+    moves: Callable[..., list[tuple[float, ...]]],
+) -> None:
+    """M[1]=3 S[1]=500 are those of the first spindle: 0.2 mm at 500 rev/min; G[8]=3 is G55, the third of group 8."""
+    text = "$P_UIFR[2]=CTRANS(X,10)\nM[2]=4 S[2]=9000\nR1=1\nM[R1]=3 S[R1]=500\nG95 F0.2\nG[8]=3 G1 X1\nG[8]=1\nG[14]=2 X1\nG[1]=1 X1\nM30"
+    assert moves(text, dialect="sinumerik") == [(11, 0, 0, 100), (12, 0, 0, 100), (13, 0, 0, 0)]
+
+
+def test_interrupts_and_files_of_the_control_move_nothing(run: Run) -> None:
+    """Signals, dialogs and files: the subprogram of an interrupt is not called where SETINT names it."""
+    text = 'SETINT(8) PRIO=1 AL600\nMMC("popup","N")\nWRITE(R1,"file","text")\nG0 X5\nCLRINT(8)\nM30'
+    assert ends(run, text) == [[5, 0, 0]]
+    found = run(text, dialect="sinumerik").diagnostics
+    assert [(d.severity.value, d.code) for d in found if d.code != "units-assumed"] == [
+        ("note", "interrupt-not-run")
+    ]
+
+
+#: A contour as the control's editor writes it, and what mills beside it, left, 5 away: its corner of 4 becomes one of 9.
+EDITED = """CYCLE72("{}",100,0,1,5,5,0,0,300,100,1,41,1,5,300,1,5,0,1,2,101,1011,101)
+M30
+E_LAB_A_SQ: ;#SM Z:2
+;#7__DlgK contour definition begin - Don't change!;*GP*;*RO*;*HD*
+G17 G90 DIAMOF;*GP*
+G0 X0 Y0 ;*GP*
+G1 Y20 ;*GP*
+X30 RND=4 ;*GP*
+Y0 ;*GP*
+X0 ;*GP*
+;#End contour definition end - Don't change!;*GP*;*RO*;*HD*
+E_LAB_E_SQ:
+M17
+"""
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        ('CYCLE62("SQ",1,,)', ""),
+        ('CYCLE62("OTHER",0)\nCYCLE62()\nCYCLE62("SQ",1)', ""),
+        ('CYCLE62(,2,"E_LAB_A_SQ","E_LAB_E_SQ")', ""),
+        ("", "E_LAB_A_SQ:E_LAB_E_SQ"),
+    ],
+)
+def test_a_contour_that_is_called_beforehand(run: Run, call: str, name: str) -> None:
+    found = ends(run, f"$TC_DP6[1,1]=5\nT1 D1 M6\nS1000 M3\n{call}\n" + EDITED.format(name))
+    assert [e[:2] for e in found[4:-1]] == [
+        [-5, 0],
+        [-5, 20],
+        [0, 25],
+        [26, 25],
+        [35, 16],
+        [35, 0],
+        [30, -5],
+        [0, -5],
+        [-5, -5],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "part"),
+    [
+        ('CYCLE62("SQ",3)', "cycle-words", "TYPE = 3"),
+        ('CYCLE62("SQ",2)', "cycle-words", "TYPE = 2"),
+        (
+            'CYCLE62("A",0)\nCYCLE62("B",0)\nCYCLE72("",100,0,1,-5,5,0,0,300,100,1,40)',
+            "cycle-words",
+            "not the name of a contour",
+        ),
+        ("G[3]=1", "not-read", "G[3]=1"),
+        ("G[8]=200", "not-read", "G[8]=200"),
+        ("G0 X1 MEAS=1", "not-read", "measuring"),
+    ],
+)
+def test_faults_of_calls_and_groups(run: Run, line: str, code: str, part: str) -> None:
+    found = fault(run, f"{line}\nM30")
+    assert found[0] == code
+    assert part in found[1]

@@ -101,7 +101,7 @@ class _Trying(_Holding, TryingSink):
         """Keep nothing: a traverse makes no corner."""
 
 
-def tried_motion(ip: Interpreter, run: Callable[[], object]) -> _Motion | None:
+def tried_motion(ip: Interpreter, run: Callable[[], None]) -> _Motion | None:
     """Return the feed motion that would be made, or None; a fault is reported when it is made."""
     sink, guard, beside = ip.sink, ip.guard, ip.compensated_position
     trying = _Trying(sink)

@@ -30,7 +30,7 @@ NAMED = frozenset(
     [*_MACHINE_AXES, *orientation.VECTOR,
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
      "CTOL", "OTOL", "PW", "PL", "SD", "RPL", "S1", "S2", "S3", "M1", "M2", "M3", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
-     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "H1", "H2", "D1", "T1", "T2", "T3",]
+     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "PRIO", "H1", "H2", "D1", "T1", "T2", "T3",]
 )  # fmt: skip
 #: Words that change how the control moves, not where to: accepted.
 _ACCEPTED = frozenset(
@@ -74,7 +74,7 @@ _NAMED_NOT_READ = {
     "PRESETON": "another position of an axis",
     "BLOCK": "a part of another program",
     "ISOCALL": "a subprogram of the ISO dialect",
-    **dict.fromkeys(("MEAS", "MEAW", "MEASA", "MEAC"), "measuring"),
+    **dict.fromkeys(("MEAS", "MEAW", "MEASA", "MEAWA", "MEAC"), "measuring"),
     **dict.fromkeys(("LEADON", "COUPON", "TRAILON", "EGON"), "coupled axes"),
 }  # fmt: skip
 
@@ -97,6 +97,10 @@ def run(motions: Motions, words: Words) -> None:
     if "MCALL" in words.commands:
         _modal_call(motions, words)
         return
+    if any(name == "SETINT" for name, _ in words.calls):
+        # The name behind it is that of the subprogram, which no call runs.
+        words.commands.clear()
+        words.named.pop("PRIO", None)
     for name in words.commands:
         if name in _FRAMES:
             _frame(motions, name, words)
@@ -359,6 +363,27 @@ def _spindle_place(motions: Motions, words: Words, name: str, at: Scalar, mode: 
     words.named[name] = mode, value
 
 
+def _spindle_function(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
+    """M[1]=3, S[1]=500: a function or the speed of a spindle; those of other spindles than the first move nothing."""
+    spindle = round(number(at, "the number of a spindle"))
+    if name == "S":
+        words.named["S" if spindle == 1 else f"S{spindle}"] = mode, value
+    elif spindle == 1:
+        words.m.append(round(value))
+
+
+def _of_group(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
+    """G[8]=2: the G function of a group by its place in it (840D sl, Fundamentals, "G functions")."""
+    group, place = round(number(at, "the number of a group")), round(value)
+    members = _GROUPS.get(group, ())
+    if not 1 <= place <= len(members):
+        raise _not_read(
+            f"G[{group}]={place}",
+            f"of the groups {', '.join(map(str, sorted(_GROUPS)))} those are that G words name",
+        )
+    words.g.append(members[place - 1])
+
+
 def _limit(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
     """ACC[X]= and kin, in percent, FL[X]= in mm a minute: limits of an axis, which the machine file has."""
     if value != 100.0 or name == "FL":
@@ -369,10 +394,17 @@ def _limit(motions: Motions, words: Words, name: str, at: Scalar, mode: str, val
         motions.ip.warn_once(BlockError("limit-kept", message, name, hint=hint))
 
 
-#: Settings of one index: an axis or a spindle.
+#: G functions by the number of their group, in its order.
+_GROUPS = {
+    1: (0, 1, 2, 3), 6: (17, 18, 19), 7: (40, 41, 42), 8: (500, 54, 55, 56, 57, *range(505, 600)), 10: (60, 64, 641, 642, 643, 644, 645),
+    13: (70, 71, 700, 710), 14: (90, 91), 15: (93, 94, 95), 18: (450, 451),
+}  # fmt: skip
+#: Settings of one index: an axis, a spindle or a group.
 INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = {
     **dict.fromkeys(("POS", "POSA"), _own_position),
     "FA": _own_feed,
+    **dict.fromkeys(("M", "S"), _spindle_function),
+    "G": _of_group,
     **dict.fromkeys(("SPOS", "SPOSA"), _spindle_place),
     **dict.fromkeys(("ACC", "FL", "OVRA", "VELOLIM", "ACCLIM", "JERKLIM"), _limit),
 }
@@ -401,7 +433,7 @@ def _surface(motions: Motions, code: int, words: Words) -> None:
     if speed is None:
         raise BlockError("speed-missing", "G96 has no S", "G96", hint="G96 S200 is 200 m a minute")
     limit = words.value("LIMS")
-    words.named.pop("LIMS", None)
+    words.named.pop("LIMS", "PRIO", None)
     motions.emit({"s": speed[1], **({} if limit is None else {"d": limit})}, (960,))
 
 
@@ -625,7 +657,20 @@ def _traori_of(motions: Motions, name: str, values: list[Scalar | None]) -> None
 
 def _alarm(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """SETAL(n, "..."): an alarm; the program goes on."""
-    motions.note("program-alarm", f"the program raises alarm {values[0] if values else ''}", name)
+    motions.note(
+        "program-alarm",
+        f"the program raises alarm {values[0] or 0.0:g}"
+        if values and not isinstance(values[0], str)
+        else "the program raises an alarm",
+        name,
+    )
+
+
+def _interrupt(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """SETINT(n) PRIO=1 NAME: a subprogram that a signal calls."""
+    motions.note(
+        "interrupt-not-run", "the subprogram of SETINT runs where a signal comes, which none does here", name
+    )
 
 
 def rounding(motions: Motions, words: Words) -> None:
@@ -640,10 +685,12 @@ CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     "TRANSMIT": _transmit_of,
     "TRACYL": _tracyl,
     "SETAL": _alarm,
+    "SETINT": _interrupt,
     **dict.fromkeys(
         ("WORKPIECE", "CYCLE832", "SETMS", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL", "FGROUP", "FGREF",
          "FLIM", "VELOLIM", "ACCLIM", "DISPLOF", "SOFTA", "BRISKA", "SPCON", "SPCOF", "CPROT", "GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND",
-         "F_HEAD", "E_HEAD", "E_END", "F_END", "PROTD", "WAITP", "WAITS", "WAITMC"),
+         "F_HEAD", "E_HEAD", "E_END", "F_END", "PROTD", "WAITP", "WAITS", "WAITMC",
+         "MMC", "WRITE", "CLRINT", "ENABLE", "DISABLE"),
         nothing,
     ),
 }  # fmt: skip

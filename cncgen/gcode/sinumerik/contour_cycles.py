@@ -31,8 +31,10 @@ _LIFT = 1.0
 def _contour(motions: Motions, name: str, values: Values, least: int) -> list[Segment]:
     """Return the contour that the first parameter names: its first segment leads to it."""
     text = values[0] if values else None
+    if (text is None or text == "") and len(motions.contours) == 1:
+        text = motions.contours[0]
     if not isinstance(text, str) or not text.strip():
-        hint = f'{name}("CONTOUR", …) or {name}("BEGIN:END", …)'
+        hint = f'{name}("CONTOUR", …), {name}("BEGIN:END", …), or CYCLE62 before it'
         raise BlockError(
             "cycle-words", f"the first parameter of {name} is not the name of a contour", name, hint=hint
         )
@@ -88,6 +90,30 @@ class _Beside:
     def height(self, level: float, *, rapid: bool) -> None:
         """Go up or down."""
         self._motions.emit({self._normal: level}, (0 if rapid else 10,))
+
+
+def call(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE62(KNAME, TYPE, LAB1, LAB2): the contour of the cycles behind it that name none; without parameters, none.
+
+    TYPE 0 is a subprogram, 1 a contour of the editor, between E_LAB_A_KNAME and E_LAB_E_KNAME, 2 what stands between two labels.
+    """
+    texts = [
+        value.strip().upper() if isinstance(value, str) else "" for value in (*values, "", "", "", "")[:4]
+    ]
+    kind = values[1] if len(values) > 1 else 0.0
+    if not any(texts):
+        motions.contours.clear()
+        return
+    names = {0.0: texts[0], 1.0: f"E_LAB_A_{texts[0]}:E_LAB_E_{texts[0]}", 2.0: f"{texts[2]}:{texts[3]}"}
+    needed = {0.0: texts[:1], 1.0: texts[:1], 2.0: texts[2:]}
+    if kind is not None and not isinstance(kind, str) and kind in names and all(needed[kind]):
+        motions.contours.append(names[kind])
+        return
+    message = f"TYPE = {kind if isinstance(kind, str | None) else f'{kind:g}'} of {name} names no contour that is read"
+    hint = (
+        '0 is a subprogram, CYCLE62("NAME",0), 1 a contour of the editor, 2 labels, CYCLE62(,2,"BEGIN","END")'
+    )
+    raise BlockError("cycle-words", message, name, hint=hint)
 
 
 def mill(motions: Motions, name: str, values: Values) -> None:
@@ -227,4 +253,4 @@ def _feed(motions: Motions, feed: float, name: str) -> None:
     motions.emit({"f": feed})
 
 
-CYCLES = {"CYCLE72": mill, "CYCLE95": turn}
+CYCLES = {"CYCLE62": call, "CYCLE72": mill, "CYCLE95": turn}

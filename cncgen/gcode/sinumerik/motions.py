@@ -131,6 +131,8 @@ class Motions:
         self.speeds: dict[str, float] = {}
         self.modal: tuple[str, tuple[Node | None, ...] | None] | None = None
         self.in_modal = False
+        #: Contours that CYCLE62 has named for the cycles behind it.
+        self.contours: list[str] = []
         self.edge = 1
         self.path: tuple[str, float | None] = ("G64", None)
         self.sharp_corners = False
@@ -361,7 +363,7 @@ class Motions:
                 name,
                 hint="axes are X Y Z A B C U V W",
             )
-        if name in orientation.NOT_READ and not self.store.has(name):
+        if not self.store.has(name):
             commands.check_name(name)
         self.assign(name, at, evaluate(node, self.store))
 
