@@ -433,7 +433,7 @@ def _surface(motions: Motions, code: int, words: Words) -> None:
     if speed is None:
         raise BlockError("speed-missing", "G96 has no S", "G96", hint="G96 S200 is 200 m a minute")
     limit = words.value("LIMS")
-    words.named.pop("LIMS", "PRIO", None)
+    words.named.pop("LIMS", None)
     motions.emit({"s": speed[1], **({} if limit is None else {"d": limit})}, (960,))
 
 
