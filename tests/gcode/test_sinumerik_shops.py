@@ -319,3 +319,41 @@ def test_faults_of_calls_and_groups(run: Run, line: str, code: str, part: str) -
     found = fault(run, f"{line}\nM30")
     assert found[0] == code
     assert part in found[1]
+
+
+@pytest.mark.parametrize(
+    ("expression", "value"),
+    [
+        # NOT, then * and DIV, then +, the bits, AND, XOR, OR, <<, and comparisons last (840D, Programming Guide Advanced, 1.8).
+        ("R1>2 AND R2", 1),
+        ("R1>0 AND R2", 1),
+        ("2 AND R2>0", 1),
+        ("R1==4 OR 1", 0),
+        ("NOT R1==0", 1),
+        ("NOT (R1==0)", 1),
+        ("NOT R1==5", 0),
+        ("1 OR 0 AND 0", 1),
+        ("1 OR 1 XOR 1", 1),
+        ("6 B_AND 3 B_OR 8", 10),
+        ("1+2 B_AND 2*3", 2),
+        ("7 B_XOR 2 B_OR 2", 7),
+        ("B_NOT 5+1", -5),
+        ("10-4 DIV 2", 8),
+    ],
+)
+def test_operators_bind_as_the_manual_has_it(run: Run, expression: str, value: float) -> None:
+    """With R1 = 5 and R2 = 3: R1 == 4 OR 1 is R1 == (4 OR 1), 5 against 1; it was true here, and IF took the other branch."""
+    assert ends(run, f"R1=5 R2=3\nG0 X={expression} Y9\nM30") == [[value, 9, 0]]
+
+
+def test_two_comparisons_stand_in_brackets(run: Run) -> None:
+    text = "R1=1 R2=2\nIF R1==1 AND R2==2 GOTOF THERE\nG0 X1\nTHERE:\nM30"
+    error = next(d for d in run(text, dialect="sinumerik").diagnostics if d.severity == "error")
+    assert (error.code, error.span.line, error.hint) == (
+        "syntax",
+        2,
+        "AND and OR bind before comparisons: IF (R1==1) AND (R2==2)",
+    )
+    assert ends(run, text.replace("R1==1 AND R2==2", "(R1==1) AND (R2==2)")) == []
+    # A join of texts comes before the comparison.
+    assert ends(run, 'DEF STRING[9] NAME="A6"\nR1=5\nIF NAME=="A"<<R1+1\nG0 X1\nENDIF\nM30') == [[1, 0, 0]]

@@ -198,4 +198,7 @@ _ARITHMETIC: dict[str, Callable[[float, float], float]] = {
     "AND": lambda a, b: float(a != 0.0 and b != 0.0),
     "OR": lambda a, b: float(a != 0.0 or b != 0.0),
     "XOR": lambda a, b: float((a != 0.0) != (b != 0.0)),
+    "B_AND": lambda a, b: float(int(a) & int(b)),
+    "B_OR": lambda a, b: float(int(a) | int(b)),
+    "B_XOR": lambda a, b: float(int(a) ^ int(b)),
 }

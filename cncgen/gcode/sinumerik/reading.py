@@ -31,7 +31,7 @@ _HEADER = re.compile(r"%_N_(\w+?)_(MPF|SPF)\b|;\$PATH")
 _NAMES = {
     "PLAIN": "a word", "NAME": "a name", "PLAIN_NUMBER": "a number", "EXPONENT": "a number", "STRING": "a text", "EQUAL": "=",
     "LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]", "COMMA": "a comma", "SIGN": "a sign", "TIMES": "an operator",
-    "RELATION": "a comparison", "GOTO": "a jump", "GOTOS": "a jump", "TYPE": "a type", "$END": "the end of the block",
+    "RELATION": "a comparison", "__ANON_0": "<<", "COLON": ":", "GOTO": "a jump", "GOTOS": "a jump", "TYPE": "a type", "$END": "the end of the block",
 }  # fmt: skip
 
 
@@ -114,9 +114,11 @@ def _parsed(body: str, before: int) -> tuple[Any, ...]:
         wanted = ", ".join(names[:6]) if names else "something else"
         if got.startswith("'$END") or not str(getattr(error, "token", "x")):
             got, column = "the end of the block", len(body) + 1
+        hint = "a block of SINUMERIK is words (G1 X10), settings (X=R1*2, CR=5) and calls (CYCLE81(...))"
+        if isinstance(error, UnexpectedToken) and error.token.type == "RELATION":
+            hint = "AND and OR bind before comparisons: IF (R1==1) AND (R2==2)"
         raise BlockError(
-            "syntax", f"{got} where one of these was expected: {wanted}", column=before + column,
-            hint="a block of SINUMERIK is words (G1 X10), settings (X=R1*2, CR=5) and calls (CYCLE81(...))",
+            "syntax", f"{got} where one of these was expected: {wanted}", column=before + column, hint=hint
         ) from None  # fmt: skip
 
 
@@ -193,6 +195,10 @@ VALUES: dict[str, Callable[..., Any]] = {
     "and__": lambda a, b: ("bin", "AND", a, b),
     "or_": lambda a, b: ("bin", "OR", a, b),
     "xor": lambda a, b: ("bin", "XOR", a, b),
+    "bit_and": lambda a, b: ("bin", "B_AND", a, b),
+    "bit_or": lambda a, b: ("bin", "B_OR", a, b),
+    "bit_xor": lambda a, b: ("bin", "B_XOR", a, b),
+    "bit_not": lambda a: ("fn", "B_NOT", (a,)),
     "jump": lambda goto, target: ("jump", str(goto), str(target).strip("\"'")),
     "begin": lambda goto: ("jump", str(goto), ""),
     "if_jump": lambda *c: ("if-jump", tuple(zip(c[::2], c[1::2], strict=True))),
