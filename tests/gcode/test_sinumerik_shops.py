@@ -357,3 +357,12 @@ def test_two_comparisons_stand_in_brackets(run: Run) -> None:
     assert ends(run, text.replace("R1==1 AND R2==2", "(R1==1) AND (R2==2)")) == []
     # A join of texts comes before the comparison.
     assert ends(run, 'DEF STRING[9] NAME="A6"\nR1=5\nIF NAME=="A"<<R1+1\nG0 X1\nENDIF\nM30') == [[1, 0, 0]]
+
+
+def test_machine_coordinates_are_those_of_the_tip_without_d0(run: Run) -> None:
+    """With machine data 10760 = 0 G53, G153 and SUPA take offsets away, and the tool's length of 50 stays (ISO Milling, "G53"; D0 ends it)."""
+    text = "$TC_DP3[1,1]=50\nT1 D1 M6\n$P_UIFR[1]=CTRANS(Z,7,X,3)\nG54 G0 Z0\n{} X1 Z100\nM30"
+    assert ends(run, text.format("G0 SUPA"))[-1] == [1, 0, 150]
+    assert codes(run, text.format("G0 SUPA")) == ["machine-length"]
+    assert ends(run, text.format("G0 G53 D0"))[-1] == [1, 0, 100]
+    assert codes(run, text.format("G0 G53 D0")) == []

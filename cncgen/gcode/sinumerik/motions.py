@@ -628,7 +628,17 @@ class Motions:
             )
         out = {axis.lower(): value * self.scale(axis) for axis, (_, value) in words.axes.items()}
         words.axes.clear()
-        self.emit(out, (530, 0 if self.motion == "G0" else 10))
+        length = self.ip.state.offsets()[3]
+        kept = next((axis for axis in out if length[AXIS_INDEX[axis]]), "")
+        if kept:
+            place, size = out[kept], length[AXIS_INDEX[kept]]
+            message = f"{kept.upper()}{place:g} in machine coordinates is where the tool's tip goes, and the axis to {place + size:g}: its length stays in force"
+            hint = "D0 in the block ends it; with machine data 10760 = 1 the axis goes to where the word says"
+            self.ip.warn_once(BlockError("machine-length", message, kept.upper(), hint=hint))
+        self.emit(
+            {axis: value + length[AXIS_INDEX[axis]] for axis, value in out.items()},
+            (530, 0 if self.motion == "G0" else 10),
+        )
 
     def end_of(self, words: Words) -> list[float]:
         """Return where the words lead."""
