@@ -366,3 +366,28 @@ def test_machine_coordinates_are_those_of_the_tip_without_d0(run: Run) -> None:
     assert codes(run, text.format("G0 SUPA")) == ["machine-length"]
     assert ends(run, text.format("G0 G53 D0"))[-1] == [1, 0, 100]
     assert codes(run, text.format("G0 G53 D0")) == []
+
+
+@pytest.mark.parametrize(
+    ("cycle", "depth", "said"),
+    [
+        ("CYCLE81(10,0,2,-5,8)", -8, ["cycle-depths"]),
+        ("CYCLE82(10,1,2,-5,6,0)", -5, []),
+        ("CYCLE81(10,0,2,-5,0)", -5, []),
+        ("CYCLE81(10,0,2,,8)", -8, []),
+        # AMODE chooses, whatever else is given.
+        ("CYCLE82(10,0,2,-5,8,0,0,1,12)", -5, []),
+        ("CYCLE82(10,0,2,-5,8,0,0,1,11)", -8, []),
+    ],
+)
+def test_of_two_depths_the_distance_counts(run: Run, cycle: str, depth: float, said: list[str]) -> None:
+    """ "If a value is entered both for DP and for DPR, the final drilling depth is derived from DPR" (840D, Cycles, CYCLE81)."""
+    text = f"F100\n{cycle}\nM30"
+    assert min(e[2] for e in ends(run, text)) == depth
+    assert codes(run, text) == said
+
+
+def test_of_two_first_depths_the_distance_counts(run: Run) -> None:
+    text = "F100\nCYCLE83(10,0,2,-20,,-5,8,0,0,0,1,1)\nM30"
+    assert [e[2] for e in ends(run, text)][:3] == [2, -8, 2]
+    assert codes(run, text) == ["cycle-depths"]

@@ -139,8 +139,7 @@ class Hole:
                 name,
                 hint="the fourth parameter is the depth, the fifth its distance from RFP",
             )
-        depth = reference - abs(relative) if absolute is None and relative is not None else absolute
-        assert depth is not None
+        depth = _depth(motions, name, reference, absolute, relative)
         start = reference + abs(clearance)
         if depth >= reference:
             raise BlockError(
@@ -183,6 +182,19 @@ class Hole:
         """Take a feed."""
         if feed:
             self.motions.emit({"f": feed})
+
+
+def _depth(
+    motions: Motions, name: str, reference: float, absolute: float | None, relative: float | None
+) -> float:
+    """Return a depth that is given as a coordinate or as a distance: of both the distance counts, and the control shows a message (ibid.)."""
+    if absolute is not None and not relative:
+        return absolute
+    depth = reference - abs(relative or 0.0)
+    if absolute is not None and not math.isclose(depth, absolute, abs_tol=1e-9):
+        message = f"{name} has the depth {absolute:g} and the distance {relative:g}, which leads to {depth:g}: the distance counts, as on the control"
+        motions.ip.warn_once(BlockError("cycle-depths", message, name, hint="leave one of them out"))
+    return depth
 
 
 def _drill(motions: Motions, name: str, values: Values) -> None:
@@ -347,14 +359,14 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
     _check_axis(name, values)
     hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
     absolute, relative = of_two(name, values, 5, begin)
-    first = hole.reference - abs(relative) if absolute is None and relative is not None else absolute
-    if first is None:
+    if absolute is None and relative is None:
         raise BlockError(
             "cycle-infeed",
             f"{name} has no first depth: neither FDEP nor FDPR",
             name,
             hint="the sixth parameter is the first depth, the seventh its distance from RFP",
         )
+    first = _depth(motions, name, hole.reference, absolute, relative)
     degression = filled(values, 7)
     degression = (degression, abs(degression), -abs(degression) / 100.0)[less]
     depths = _depths(hole, first, degression, abs(filled(values, 13)), name)
