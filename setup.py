@@ -1,4 +1,4 @@
-"""Build the parse tables of the grammars, and the kernels: annotated Python in ``cncgen/kernels/``, compiled where a C compiler is.
+"""Build the parse tables of the grammars, codes of patterns, and the kernels: annotated Python in ``cncgen/kernels/``, compiled where a C compiler is.
 
 Every extension is optional, so a machine without a compiler (or a build told so by ``CNCGEN_NO_COMPILE=1``)
 installs the same files uncompiled; they run as plain Python, slowly, and `cncgen.kernels` warns once.
@@ -78,6 +78,7 @@ if __name__ == "__main__":
     described = {"egg_info", "dist_info"} & set(sys.argv[1:])
     if not described:
         runpy.run_path("grammars/lalr.py")["write_all"]()
+        runpy.run_path("grammars/patterns.py")["write"]()
     setup(
         packages=[*find_packages(include=["cncgen", "cncgen.*"]), "cncgen.grammars", "cncgen.programs"],
         ext_modules=[] if described else kernel_extensions(),

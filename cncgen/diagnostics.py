@@ -9,10 +9,9 @@ from __future__ import annotations
 import copyreg
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from enum import StrEnum
 from types import MappingProxyType
 
-from cncgen.records import dataclass, field
+from cncgen.records import StrEnum, dataclass, field
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

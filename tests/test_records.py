@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import enum
 import inspect
+import json
 import pickle
 from typing import Any, ClassVar
 
@@ -102,3 +104,52 @@ class Place:
 def test_a_frozen_record_is_pickled() -> None:
     assert pickle.loads(pickle.dumps(Place(1.0))) == Place(1.0, 0.0)
     assert hash(Place(1.0)) == hash((1.0, 0.0))
+
+
+class Grade(records.IntEnum):
+    """An enumeration that a pickle finds again."""
+
+    LOW = 0
+    HIGH = 1
+
+
+class Tone(records.StrEnum):
+    """One of texts."""
+
+    SOFT = "soft"
+    LOUD = "loud"
+
+
+@pytest.mark.parametrize(
+    ("ours", "base", "missing"),
+    [(Grade, enum.IntEnum, 2), (Tone, enum.StrEnum, "shrill")],
+    ids=["int", "str"],
+)
+def test_an_enumeration_does_what_one_of_the_standard_library_does(
+    ours: Any, base: Any, missing: Any
+) -> None:
+    theirs = base(ours.__name__, {member.name: member.value for member in ours})
+    told = []
+    for kind in (ours, theirs):
+        with pytest.raises(ValueError, match=f"is not a valid {kind.__name__}"):
+            kind(missing)
+        told.append(
+            [
+                (
+                    m.name,
+                    m.value,
+                    str(m),
+                    repr(m),
+                    f"{m:>5}",
+                    json.dumps([m]),
+                    hash(m) == hash(m.value),
+                    m == m.value,
+                )
+                for m in kind
+            ]
+        )
+        assert len(kind) == 2
+        assert all(kind(m.value) is getattr(kind, m.name) is m for m in kind)
+        assert all(copy.copy(m) is m is copy.deepcopy(m) for m in kind)
+    assert told[0] == told[1]
+    assert all(pickle.loads(pickle.dumps(m)) is m and isinstance(m, ours) for m in ours)

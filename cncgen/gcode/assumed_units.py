@@ -5,23 +5,22 @@ FANUC keeps the unit of the last run or takes that of a parameter, LinuxCNC that
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.table import BOTH, LATHES, language_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
+from cncgen.gcode.text import signs
+from cncgen.gcode.text.built_patterns import compiled
 from cncgen.gcode.text.labels import Cursor
+from cncgen.kernels.gcode_signs import unit_place
 from cncgen.toolpath.reading import ReadOptions
 
 #: Bytes in which a unit mostly stands.
 _BEGIN = 4_096
 #: Bytes in which other spellings than G20 and G21 are looked for, and the signs of inches.
 _HEAD = 65_536
-_COMMENT = rb"\([^)\n]*\)|;[^\n]*"
-_LENGTH = rb"(?<![A-Za-z#<])[XYZxyz][ \t]*[-+]?(?P<number>\d++\.?+\d*+|\.\d+)"
-_FEED = rb"(?<![A-Za-z#<])[Ff][ \t]*(?P<number>\d++\.?+\d*+|\.\d+)"
 #: G20, in tenths.
 _INCHES = 200
 #: A text in inches has numbers of four decimals, as many at least and none with more, coordinates and feeds up to these; or of three,
@@ -40,7 +39,7 @@ def assumed_units(
     if options.units != "auto" or language_of(dialect) not in BOTH or _says_unit(source, dialect):
         return
     text = _without_comments(source.data[:_HEAD])
-    first = re.search(_LENGTH, text)
+    first = compiled(signs.LENGTH).search(text)
     if first is None:
         return
     at = first.start()
@@ -60,7 +59,9 @@ def assumed_units(
 
 
 def _without_comments(text: bytes) -> bytes:
-    return re.sub(_COMMENT, lambda match: b" " * len(match[0]), text)
+    if b"(" not in text and b";" not in text:
+        return text
+    return compiled(signs.COMMENT).sub(lambda match: b" " * len(match[0]), text)
 
 
 def _says_unit(source: Source, dialect: str) -> bool:
@@ -70,26 +71,25 @@ def _says_unit(source: Source, dialect: str) -> bool:
     tens = next(
         (own // 100 for own, number in LATHES.get(dialect, {}).items() if number == _INCHES), _INCHES // 100
     )
-    unit = re.compile(rb"[Gg][ \t]*0*%d[ \t]*[01](?![\d.])" % tens)
+    unit = compiled(signs.UNITS[tens])
     for head in (data[: data.rfind(b"\n", 0, _BEGIN) + 1], data[:_HEAD]):
         # Most texts say it in a block, or nowhere.
         if unit.search(head) and unit.search(_without_comments(head)):
             return True
-    for word in (b"%s%d%d" % (letter, tens, k) for letter in (b"G", b"g") for k in (0, 1)):
-        at = data.find(word, _HEAD - 3)
-        while at >= 0:
-            begin = data.rfind(b"\n", 0, at) + 1
-            end = data.find(b"\n", at)
-            if unit.search(_without_comments(data[begin : end if end >= 0 else len(data)])):
-                return True
-            at = data.find(word, at + 3)
+    at = unit_place(source.bytes, _HEAD - 3, tens)
+    while at >= 0:
+        begin = data.rfind(b"\n", 0, at) + 1
+        end = data.find(b"\n", at)
+        if unit.search(_without_comments(data[begin : end if end >= 0 else len(data)])):
+            return True
+        at = unit_place(source.bytes, at + 3, tens)
     return False
 
 
 def _inch_feed(text: bytes) -> float | None:
     """Return the largest feed of a text whose numbers look like inches; None where they do not."""
-    lengths = [match["number"] for match in re.finditer(_LENGTH, text)]
-    feeds = [float(match["number"]) for match in re.finditer(_FEED, text)]
+    lengths = [match["number"] for match in compiled(signs.LENGTH).finditer(text)]
+    feeds = [float(match["number"]) for match in compiled(signs.FEED).finditer(text)]
     decimals = [len(number.partition(b".")[2]) for number in lengths]
     most = max(decimals)
     bare = sum(number.startswith(b".") for number in lengths)

@@ -5,17 +5,22 @@ The dialect's control reads these lines without a fault, and so does cncgen; but
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.table import BOTH, language_of
 from cncgen.gcode.errors import BlockError, Reporter
 from cncgen.gcode.source import Source
+from cncgen.gcode.text import signs
+from cncgen.gcode.text.built_patterns import compiled
 from cncgen.gcode.text.dialects import Choice, different
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.signs import UNREAD
 from cncgen.records import dataclass, replace
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import re
 
 #: Bytes that are searched for signs that occur early in a text, if at all.
 _HEAD = 65_536
@@ -38,8 +43,12 @@ class _Doubt:
 
     def found(self, text: bytes, lines: bytes) -> re.Match[bytes] | None:
         """Return the first place in a text, whose different lines are given in capitals too."""
-        if not any(literal in lines for literal in self.texts) or not re.search(self.within, lines):
+        if not any(literal in lines for literal in self.texts) or not (
+            self.within == b"" or compiled(self.within).search(lines)
+        ):
             return None
+        import re
+
         return re.search(self.sign, text, re.MULTILINE | re.IGNORECASE)
 
 
@@ -77,20 +86,16 @@ _LINUXCNC = (
         "P is a dwell in seconds; FANUC's controls count it in milliseconds",
         "--dialect fanuc reads milliseconds; P0.5 waits half a second here",
         (b"P",),
-        rb"P[ \t]*\d{3}",
+        signs.LONG_WAIT,
     ),
-)
-_WORDS_OF_SIEMENS = (
-    rb"CYCLE\d+[ \t]*\(|\bR\d+[ \t]*=|=[ \t]*[AI]C[ \t]*\(|\bGOTO[FBC]\b|\bMCALL\b|\bTRA(?:ORI|NS|FOOF)\b"
-    rb"|\bT[ \t]*=[ \t]*\"|\bDEF[ \t]+(?:REAL|INT|BOOL|STRING)\b|\bCR[ \t]*="
 )
 #: Lines that no dialect reads; each is an error, and this remark names their language.
 _SIEMENS = _Doubt(
-    _BEFORE + rb"(?P<word>" + _WORDS_OF_SIEMENS + rb")",
+    _BEFORE + rb"(?P<word>" + signs.WORDS_OF_SIEMENS + rb")",
     "this is of SINUMERIK's own language, of which this dialect has BSPLINE alone",
     "--dialect sinumerik reads it",
     (b"CYCLE", b"=", b"GOTO", b"MCALL", b"TRA", b"DEF"),
-    _WORDS_OF_SIEMENS,
+    signs.WORDS_OF_SIEMENS,
 )
 _GRBL = _Doubt(
     rb"^[ \t]*(?P<word>\$(?:[$#GINCHX][ \t]*(?:;|\r?$)|\d+[ \t]*=)|[?~!][ \t]*(?:;|\r?$))",
@@ -109,7 +114,7 @@ _HEIDENHAIN = _Doubt(
     "blocks that end in * are of Heidenhain's DIN/ISO",
     "--dialect heidenhain reads it",
     (b"*",),
-    rb"(?m)\*[ \t]*\r?$",
+    signs.LAST_STAR,
 )
 #: Lengths beyond any machine, where the text may leave out the point of thousandths.
 _INCREMENTS = _Doubt(
@@ -117,16 +122,15 @@ _INCREMENTS = _Doubt(
     "a length of five digits without a point is read as it stands; controls that count least increments take it in thousandths",
     "least_increment = 0.001 under [interpreter] of the machine file reads it so; with a point it is beyond doubt",
     (b"X", b"Y", b"Z"),
-    rb"[XYZ][ \t]*[-+]?\d{5}",
+    signs.LONG_LENGTHS[5],
 )
 #: Shorter ones, in a text of FANUC's in which no length has a point.
 _NO_POINTS = replace(
     _INCREMENTS,
     sign=_BEFORE + rb"(?P<word>[XYZ][ \t]*[-+]?\d{4,9})(?![\d.])",
     message="no length has a decimal point: they are read as they stand; controls that count least increments take them in thousandths",
-    within=rb"[XYZ][ \t]*[-+]?\d{4}",
+    within=signs.LONG_LENGTHS[4],
 )
-_LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?\d*\."
 #: A program number, and the codes that end a subprogram and a main program.
 _PROGRAM = rb"(?im)^[ \t]*(?P<word>[O:][ \t]*\d+)"
 _BACK = rb"(?i)(?<![A-Z])M[ \t]*99(?![\d.]|[ \t]*P)"
@@ -184,6 +188,8 @@ def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
 
     A control registers the programs of a text one by one, and the operator starts the main one.
     """
+    import re
+
     text = source.data[:_HEAD]
     programs = [*re.finditer(_PROGRAM, text)]
     bodies = [
@@ -228,10 +234,12 @@ def _doubts(
     asked = [*((_SIEMENS, _HEIDENHAIN, _GRBL, _DENFORD) if language_of(dialect) in BOTH else ())]
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
-        pointless = language_of(dialect) == "fanuc" and re.search(_LENGTH_WITH_POINT, lines) is None
+        pointless = language_of(dialect) == "fanuc" and not compiled(signs.LENGTH_WITH_POINT).search(lines)
         asked.append(_NO_POINTS if pointless else _INCREMENTS)
     found = [(doubt, doubt.found(head, lines)) for doubt in asked]
     if language_of(dialect) == "fanuc":
+        import re
+
         slashes = re.finditer(_SLASH.sign, source.data)
         found.append((_SLASH, next((one for one in slashes if _within(source, one.start())), None)))
         found.append((_BEHIND_SEMICOLON, re.search(_BEHIND_SEMICOLON.sign, source.data, re.IGNORECASE)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
@@ -70,9 +69,14 @@ _TOKEN = r"\([^)]*\)?|;.*|#\s*<[^>]*>|([A-Za-z@^$])\s*((?:#\s*<[^>]*>|[^A-Za-z@^
 
 def locate(text: str, word: str) -> tuple[int, int]:
     """Return 1-based column and length of a word (``X`` or ``G5.1``) in a line's text, or of its first character."""
+    blank = len(text) - len(text.lstrip())
+    if not word:
+        return blank + 1, 1
     found = _sign(text, word)
     if found is not None:
         return found
+    import re
+
     letter, number = word[:1].upper(), word[1:]
     fallback: tuple[int, int] | None = None
     for match in re.finditer(_TOKEN, text):
@@ -84,7 +88,6 @@ def locate(text: str, word: str) -> tuple[int, int]:
         fallback = fallback or place
     if fallback:
         return fallback
-    blank = len(text) - len(text.lstrip())
     return blank + 1, 1
 
 
@@ -93,11 +96,15 @@ def _sign(text: str, word: str) -> tuple[int, int] | None:
     if word in ("#", "<"):
         return text.find(word) + 1 or 1, 1
     if len(word) > 1 and word.isalpha():
+        import re
+
         keyword = re.search(rf"(?<![A-Za-z]){word}", text, re.IGNORECASE) or re.search(
             word, text, re.IGNORECASE
         )
         return (keyword.start() + 1, len(word)) if keyword else None
     if word[:1] == ",":
+        import re
+
         corner = re.search(rf",\s*{word[1:]}[^A-Za-z@^$(;,]*", text, re.IGNORECASE)
         return (corner.start() + 1, len(corner.group().rstrip())) if corner else (1, 1)
     return None
@@ -106,7 +113,7 @@ def _sign(text: str, word: str) -> tuple[int, int] | None:
 def _same(written: str, number: str) -> bool:
     """Tell whether the text of a word's value is that number (``05.10`` is 5.1)."""
     try:
-        return abs(float(re.sub(r"\s", "", written)) - float(number)) < 1e-9
+        return abs(float("".join(written.split())) - float(number)) < 1e-9
     except ValueError:
         return False
 
@@ -140,7 +147,7 @@ class Reporter:
         text = source.text_at(offset)
         column, length = error.column, error.length
         if not column:
-            column, length = locate(text, error.word) if error.word else locate(text, "")
+            column, length = locate(text, error.word)
         excerpt, cut = excerpt_of(text, column)
         self.diagnostics.add(
             Diagnostic(

@@ -31,6 +31,9 @@ def _number(
         elif text[to] != 48 and not dotted:
             large = True
         to += 1
+    if to == at + dotted:
+        # A point alone is no number.
+        return _Number(to=to, dotted=False, alike=False)
     if operand:
         return _Number(to=to, dotted=dotted and letter != 70, alike=True)
     if letter == 70:
@@ -116,3 +119,14 @@ def different_lines(text: cython.const[cython.uchar][::1], stand: list | None = 
             place = found
             counts[place] += stand[number - 1] if stand is not None else 1
     return b"\n".join(places), numbers, counts
+
+
+def unit_place(
+    text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, tens: cython.int
+) -> cython.Py_ssize_t:
+    """Return the first place from `at` on of G with so many tens and 0 or 1 behind it (G20, g71), as units are written; -1 for none."""
+    i: cython.Py_ssize_t
+    for i in range(max(at, 0), text.shape[0] - 2):
+        if text[i + 2] | 1 == 49 and text[i + 1] == 48 + tens and text[i] | 32 == 103:
+            return i
+    return -1

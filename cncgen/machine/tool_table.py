@@ -5,8 +5,6 @@ Programs in G-code name a tool by its number, those in STEP-NC by a name that is
 
 from __future__ import annotations
 
-import re
-
 from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.files import read_bytes
 from cncgen.ranges import POSITION
@@ -163,6 +161,8 @@ _HINT = "a line is T, a whole number and words like P1 Z12.5 D6, then a remark a
 
 def _read_line(text: str, remark: str, tools: dict[int, Tool]) -> str:
     """Take a line into the table; return its fault, or ""."""
+    import re
+
     words = {letter.upper(): float(number) for letter, number in re.findall(_WORD, text)}
     if re.sub(_WORD, "", text).strip():
         return f"{re.sub(_WORD, '', text).strip()[:40]!r} is not a word of a tool table"

@@ -6,7 +6,6 @@ import codecs
 import importlib
 import io
 import os
-import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
@@ -58,8 +57,11 @@ _HEAD_BYTES = 4096
 def language_of(name: str, head: bytes) -> str:
     """Return ``stepnc`` or ``gcode``: by how the content begins, then by the suffix, else G-code."""
     begin = head.removeprefix(codecs.BOM_UTF8).lstrip()[:1]
-    if begin and begin in _PART21_BEGINS and re.match(_PART21, head):
-        return "stepnc"
+    if begin and begin in _PART21_BEGINS:
+        import re
+
+        if re.match(_PART21, head):
+            return "stepnc"
     suffix = os.path.splitext(name)[1].lower()
     return "stepnc" if suffix in SUFFIXES["stepnc"] else "gcode"
 

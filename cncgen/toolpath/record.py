@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from enum import IntEnum
 from types import MappingProxyType
 
 from cncgen.diagnostics import Diagnostics
-from cncgen.records import dataclass, field
+from cncgen.records import IntEnum, dataclass, field
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

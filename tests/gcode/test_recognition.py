@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import _sre
+import importlib
 import io
 import re
 
@@ -12,7 +14,7 @@ from hypothesis import strategies as st
 from cncgen.diagnostics import Diagnostics
 from cncgen.gcode import check, read
 from cncgen.gcode.source import open_source
-from cncgen.gcode.text import dialects, signs
+from cncgen.gcode.text import built_patterns, dialects, signs
 from cncgen.gcode.text.dialects import choose
 from cncgen.toolpath.reading import ReadOptions
 
@@ -282,10 +284,40 @@ def test_a_sign_stands_only_where_one_of_its_texts_does(data: st.DataObject) -> 
     assert any(text in line for text in texts), (reason, line)
 
 
+def test_patterns_compiled_beforehand_are_those_that_re_compiles() -> None:
+    """The engine of this Python takes the code that was made when the package was built, and `re` would make the same."""
+    made = importlib.import_module("cncgen.grammars.pattern_codes")
+    assert made.MAGIC == _sre.MAGIC
+    wanted = list(signs.patterns())
+    assert made.CODES.keys() == set(wanted)
+    assert len(wanted) > len(SIGNS)
+    for pattern in wanted:
+        # Equal patterns have the same code and flags.
+        assert built_patterns.compiled(pattern) == re.compile(pattern)
+        assert built_patterns.compiled(pattern).groupindex == re.compile(pattern).groupindex
+
+
+@pytest.mark.parametrize("codes", [{}, None])
+def test_patterns_without_code_are_compiled(
+    codes: dict[bytes, bytes] | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the package was built for another engine, or not at all."""
+    monkeypatch.setattr(built_patterns, "_codes", codes)
+    monkeypatch.setattr(built_patterns, "_known", {})
+    monkeypatch.setattr(_sre, "MAGIC", 1)
+    pattern = next(signs.patterns())
+    assert built_patterns.compiled(pattern) == re.compile(pattern)
+
+
 def each_line(text: bytes, stand: list[int] | None = None) -> tuple[bytes, list[int], list[int]]:
     """Return all lines in capitals, as signs were looked for before lines that differ in coordinates alone were taken once."""
     count = text.count(b"\n") + 1
     return text.upper(), list(range(1, count + 1)), stand or [1] * count
+
+
+def test_a_point_without_digits_is_no_number() -> None:
+    """As the sign of a variable V says (found by the test below)."""
+    assert choose(open_source(io.BytesIO(b"V.I."), "t.nc")).reason == "a variable V"
 
 
 @given(st.data())

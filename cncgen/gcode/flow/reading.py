@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, Parsed
 from cncgen.gcode.doubts import main_behind
@@ -74,7 +72,11 @@ def _behind_leader(ip: Interpreter, source: Source) -> Cursor:
 
     That text is the leader of a tape, which the control passes over (B-63324EN, 13.1); a note says how much.
     """
-    first = re.search(_PERCENT, source.data[:_REST]) if ip.dialect == "fanuc" else None
+    if ip.dialect != "fanuc":
+        return Cursor(0, 0, 1)
+    import re
+
+    first = re.search(_PERCENT, source.data[:_REST])
     if first is None or not bare(source.data[: first.start()]).strip():
         return Cursor(0, 0, 1)
     second = re.compile(_PERCENT).search(source.data, first.end())

@@ -7,14 +7,18 @@ same. Each speaks for some dialects and against others with a weight; the weight
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 
 from cncgen.gcode.source import Source
 from cncgen.gcode.text import signs
+from cncgen.gcode.text.built_patterns import compiled
 from cncgen.gcode.text.signs import UNREAD, Sign
 from cncgen.kernels.gcode_signs import different_lines
 from cncgen.records import dataclass, replace
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import re
 
 #: Bytes that are looked at, at the beginning and at the end of a text.
 _HEAD = 65_536
@@ -56,8 +60,8 @@ class _Lines:
     counts: list[int]
 
     def search(self, pattern: bytes) -> re.Match[bytes] | None:
-        """Return the first match of a pattern, which is compiled when it is looked for first."""
-        return re.compile(pattern, re.MULTILINE).search(self.text)
+        """Return the first match of a pattern."""
+        return compiled(signs.by_line(pattern)).search(self.text)
 
     def number(self, match: re.Match[bytes]) -> int:
         """Return the number of the line that a match begins in, behind the end of the line before, which a sign may begin with."""
@@ -66,22 +70,7 @@ class _Lines:
 
 
 _L, _F, _T, _B, _C, _S = "linuxcnc", "fanuc", "fanuc-lathe", "fanuc-lathe-b", "fanuc-lathe-c", "sinumerik"
-#: A value behind a letter.
-_V = rb"[-+.\d#\[]"
-_CYCLES = rb"(?<![A-Z_])G(?:8[1-9]|7[346])(?!\d)"
-_HOLES = rb"(?<![A-Z_])G8[1-9](?!\d)"
-_A_TURN = rb"(?<![A-Z_])G95(?![\d.])"
-_RETRACTS = rb"(?<![A-Z_])G99(?![\d.])"
-_ARC_IN_XZ = rb"^[^\n]*G0?[23](?![\d.])[^\nK]*[XZUW]" + _V + rb"[^\nK]*K" + _V
-_PLANE = rb"G1[789](?![\d.])"
-_FEEDS = rb"F(\d*\.?\d+)"
-_OTHER_FEEDS = rb"(?<![A-Z_])G(?:20|70|93|95|9[45]|32|33|84|74)(?![\d.])"
-_X_AND_Z = rb"[XU]" + _V + rb"[^\n]*[ZW]" + _V + rb"|[XZ]" + _V
-_COMMENTS = rb"\((?:[^()\n]|\([^()\n]*\))*\)|;[^\n]*"
-#: A comment, no arguments of a name: ``( ... )`` behind a blank or at the beginning, and what follows ``;``.
-_REMARKS = rb"(?m:^|(?<=[ \t]))\([^)\n]*\)|;[^\n]*"
 _BLANKS = b" \t\r"
-_NUMBERS = rb"(?m:^)(?=[/N])(?:/([1-9]?))?(?:N\d+(?:\.\d*)?)?(?:/([1-9]?))?"
 
 
 def chosen(source: Source, dialect: str) -> Choice:
@@ -94,15 +83,15 @@ def bare(text: bytes) -> bytes:
 
     A slash with a number, ``/2``, is a NUL and the number.
     """
-    blocks = _without(_COMMENTS, text.upper()).translate(None, _BLANKS)
+    blocks = _without(signs.COMMENTS, text.upper()).translate(None, _BLANKS)
     if b"N" not in blocks and b"/" not in blocks:
         return blocks
-    return re.sub(_NUMBERS, lambda m: b"\x00" + (m[1] or m[2]) if m[1] or m[2] else b"", blocks)
+    return compiled(signs.NUMBERS).sub(lambda m: b"\x00" + (m[1] or m[2]) if m[1] or m[2] else b"", blocks)
 
 
 def _without(comments: bytes, text: bytes) -> bytes:
-    """Return a text without what a pattern of comments finds, which is compiled for a text that may have any."""
-    return re.sub(comments, b"", text) if b"(" in text or b";" in text else text
+    """Return a text without what a pattern of comments finds, which is looked for where a text may have any."""
+    return compiled(comments).sub(b"", text) if b"(" in text or b";" in text else text
 
 
 def different(source: Source) -> tuple[bytes, list[int], list[int]]:
@@ -121,7 +110,7 @@ def choose(source: Source) -> Choice:
     blocks = _blocks(written)
     found = [
         *_found(signs.WRITTEN, written),
-        *_found(signs.SPOKEN, replace(written, text=_without(_REMARKS, written.text))),
+        *_found(signs.SPOKEN, replace(written, text=_without(signs.REMARKS, written.text))),
         *_found(signs.BARE, blocks),
         *_of_feeds(blocks),
         *_of_name(source.name),
@@ -161,26 +150,27 @@ def _of_name(name: str) -> Iterable[_Found]:
 
 def _of_feeds(blocks: _Lines) -> Iterable[_Found]:
     """Yield the signs of feeds and their modes: below 1 they are a revolution's, G99 without cycles says so too."""
-    mode = blocks.search(_RETRACTS) if b"G99" in blocks.text else None
-    if mode and not blocks.search(_CYCLES):
+    mode = blocks.search(signs.RETRACTS) if b"G99" in blocks.text else None
+    if mode and not blocks.search(signs.CYCLES):
         yield "G99 without cycles of mills", {_T: 3.0}, blocks.number(mode)
     if b"Y" in blocks.text:
         return
-    feed = blocks.search(_A_TURN) if b"G95" in blocks.text else None
-    if feed and not blocks.search(_HOLES):
+    feed = blocks.search(signs.A_TURN) if b"G95" in blocks.text else None
+    if feed and not blocks.search(signs.HOLES):
         yield "feeds a revolution by G95", {_B: 4.0, _C: 4.0, _L: 2.0}, blocks.number(feed)
-    arc = blocks.search(_ARC_IN_XZ) if b"K" in blocks.text and b"J" not in blocks.text else None
-    if arc and not blocks.search(_PLANE):
+    arc = blocks.search(signs.ARC_IN_XZ) if b"K" in blocks.text and b"J" not in blocks.text else None
+    if arc and not blocks.search(signs.PLANE):
         yield "an arc in X and Z without a plane", {_T: 8.0}, blocks.number(arc)
     if b"F" not in blocks.text:
         return
-    first = blocks.search(_FEEDS)
-    if first is None or blocks.search(_OTHER_FEEDS) or not blocks.search(_X_AND_Z):
+    first = blocks.search(signs.FEEDS)
+    if first is None or blocks.search(signs.OTHER_FEEDS) or not blocks.search(signs.X_AND_Z):
         return
+    feeds_of = compiled(signs.FEEDS)
     feeds = sorted(
         float(feed)
         for line, count in zip(blocks.text.split(b"\n"), blocks.counts, strict=True)
-        for feed in count * re.findall(_FEEDS, line)
+        for feed in count * feeds_of.findall(line)
     )
     if 0.0 < feeds[len(feeds) // 2] < 1.0:
         yield "feeds below 1", {_T: 4.0}, blocks.number(first)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from array import array
 from mmap import mmap
 
@@ -85,6 +84,8 @@ def comment_of(text: str) -> str | None:
 
     The text behind a semicolon is never passed on.
     """
+    import re
+
     last = None
     for match in re.finditer(_COMMENT, text):
         if match.group(1) is not None:

@@ -5,6 +5,10 @@
 
 from __future__ import annotations
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
 #: Evidence for dialects: what it is called, its weights, the pattern of its lines, and texts one of which stands in each such line.
 #: Most programs have none, so that most patterns are never compiled. (Records of as many take twice as long to make.)
 Sign = tuple[str, dict[str, float], bytes, tuple[bytes, ...]]
@@ -260,3 +264,45 @@ BARE = (
           + _V + rb"[^\nXZUW]*[XZ])" + _V, b"U", b"W"),
     _sign("surface speed by G96", {_T: 3, _L: 1}, _W + rb"G96S", b"G96"),
 )  # fmt: skip
+#: What feeds and their modes say, in bare blocks.
+CYCLES = _W + rb"G(?:8[1-9]|7[346])(?!\d)"
+HOLES = _W + rb"G8[1-9](?!\d)"
+A_TURN = _W + rb"G95(?![\d.])"
+RETRACTS = _W + rb"G99(?![\d.])"
+ARC_IN_XZ = rb"^[^\n]*G0?[23](?![\d.])[^\nK]*[XZUW]" + _V + rb"[^\nK]*K" + _V
+PLANE = rb"G1[789](?![\d.])"
+FEEDS = rb"F(\d*\.?\d+)"
+OTHER_FEEDS = _W + rb"G(?:20|70|93|95|9[45]|32|33|84|74)(?![\d.])"
+X_AND_Z = rb"[XU]" + _V + rb"[^\n]*[ZW]" + _V + rb"|[XZ]" + _V
+#: Comments, those within comments too; comments that are no arguments of a name: ``( ... )`` behind a blank or at the beginning, and
+#: what follows ``;``; and what stands before a bare block.
+COMMENTS = rb"\((?:[^()\n]|\([^()\n]*\))*\)|;[^\n]*"
+REMARKS = rb"(?m:^|(?<=[ \t]))\([^)\n]*\)|;[^\n]*"
+NUMBERS = rb"(?m:^)(?=[/N])(?:/([1-9]?))?(?:N\d+(?:\.\d*)?)?(?:/([1-9]?))?"
+#: What is doubtful in another dialect, as it stands in the different lines of a text (`cncgen.gcode.doubts`).
+LONG_WAIT = rb"P[ \t]*\d{3}"
+LONG_LENGTHS = {digits: rb"[XYZ][ \t]*[-+]?\d{%d}" % digits for digits in (4, 5)}
+LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?\d*\."
+LAST_STAR = rb"(?m)\*[ \t]*\r?$"
+WORDS_OF_SIEMENS = (
+    rb"CYCLE\d+[ \t]*\(|\bR\d+[ \t]*=|=[ \t]*[AI]C[ \t]*\(|\bGOTO[FBC]\b|\bMCALL\b|\bTRA(?:ORI|NS|FOOF)\b"
+    rb"|\bT[ \t]*=[ \t]*\"|\bDEF[ \t]+(?:REAL|INT|BOOL|STRING)\b|\bCR[ \t]*="
+)
+#: Units, by the tens of their codes; a comment, a length and a feed (`cncgen.gcode.assumed_units`).
+UNITS = {tens: rb"[Gg][ \t]*0*%d[ \t]*[01](?![\d.])" % tens for tens in (2, 7)}
+COMMENT = rb"\([^)\n]*\)|;[^\n]*"
+LENGTH = rb"[XYZxyz](?<![A-Za-z#<].)[ \t]*[-+]?(?P<number>\d++\.?+\d*+|\.\d+)"
+FEED = rb"[Ff](?<![A-Za-z#<].)[ \t]*(?P<number>\d++\.?+\d*+|\.\d+)"
+
+
+def by_line(pattern: bytes) -> bytes:
+    """Return a pattern whose ``^`` and ``$`` are the borders of any line."""
+    return b"(?m)" + pattern
+
+
+def patterns() -> Iterator[bytes]:
+    """Yield the patterns that are compiled when the package is built."""
+    yield from (by_line(sign[2]) for sign in (*WRITTEN, *SPOKEN, *BARE))
+    yield from map(by_line, (CYCLES, HOLES, A_TURN, RETRACTS, ARC_IN_XZ, PLANE, FEEDS, OTHER_FEEDS, X_AND_Z))
+    yield from (FEEDS, COMMENTS, REMARKS, NUMBERS, LENGTH_WITH_POINT, LAST_STAR, LONG_WAIT, WORDS_OF_SIEMENS)
+    yield from (*LONG_LENGTHS.values(), *UNITS.values(), COMMENT, LENGTH, FEED)
