@@ -30,7 +30,12 @@ SHARED = "cncgen.kernels._shared"
 #: What calls and compares more than it computes is as fast with less optimising, which takes half of the time of compiling.
 CALLING = ("cncgen.kernels.gcode_", SHARED)
 #: What goes through each byte and block of a program: a twentieth of reading is saved for 2 s of compiling.
-READING = tuple(f"cncgen.kernels.gcode_{each}" for each in ("scan", "lines", "words", "motion", "run"))
+READING = {
+    **dict.fromkeys(
+        ("cncgen.kernels.gcode_scan", "cncgen.kernels.gcode_lines", "cncgen.kernels.gcode_run"), "-O2"
+    ),
+    **dict.fromkeys(("cncgen.kernels.gcode_words", "cncgen.kernels.gcode_motion"), "-O3"),
+}
 KERNELS = sorted(p for p in Path("cncgen/kernels").glob("*.py") if p.name != "__init__.py")
 
 
@@ -50,7 +55,7 @@ def kernel_extensions() -> list[Extension]:
             name,
             [path],
             optional=True,
-            extra_compile_args=FLAGS + ["-O2" if name in READING else "-O1"] * name.startswith(CALLING),
+            extra_compile_args=FLAGS + [READING.get(name, "-O1")] * name.startswith(CALLING),
             extra_link_args=LINK,
         )
         for name, path in (sources | {SHARED: "cncgen/kernels/_shared.c"}).items()

@@ -174,7 +174,15 @@ SHAPE_BYTES = (
 )  # fmt: skip
 #: Columns of the row of a shape: its sum, where it stands in the store (-1: nowhere) with the signs of its numbers behind it, its length,
 #: and common data of its lines: the begin of their code, and their marks.
-SHAPE_COLUMNS = ("SHAPE_SUM", "SHAPE_PLACE", "SHAPE_LENGTH", "SHAPE_CODE", "SHAPE_MARKS", "SHAPE_ROW")
+SHAPE_COLUMNS = (
+    "SHAPE_SUM",
+    "SHAPE_PLACE",
+    "SHAPE_LENGTH",
+    "SHAPE_CODE",
+    "SHAPE_MARKS",
+    "SHAPE_NEXT",
+    "SHAPE_ROW",
+)
 #: Columns of the row of an O-word (`gcode_marks.Marks`): byte offset and number of its line, the rows of the line and of the next one (-1
 #: for none yet), keyword, label, and the O-words that it leads to (-1 where it leads nowhere for certain).
 MARK_COLUMNS = ("OFFSET", "LINE", "HERE", "BEHIND", "KEYWORD", "LABEL", "TARGET", "OTHER")

@@ -2,7 +2,8 @@
 
 To the tables of a grammar all digits are one, and it does not matter how many stand together (``lalr.py`` sees to that). So lines of
 one shape have the same instructions, and push other numbers. The first line of a shape is read by the tables (`gcode_parse.Parser`), and
-of those that follow the numbers alone, which takes a sixth of the time.
+of those that follow the numbers alone, which takes a sixth of the time. Lines come in turns, mostly: a line is compared with the shape
+that followed the last one's before, and others are found by a sum over their shape.
 """
 
 from mmap import mmap
@@ -10,8 +11,8 @@ from mmap import mmap
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
     AFTER, AT, CODE, FIRST_CONSTANT, FOLLOWING, MARK, MARKS, MAX_LINE, NUMBER_OF_LINE, REFUSED, SHAPE_BLANK, SHAPE_CODE,
-    SHAPE_DIGIT, SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_PLACE, SHAPE_POINT_FIRST, SHAPE_ROW, SHAPE_SUM,
-    SHAPE_UNKNOWN, SHAPE_WHOLE,
+    SHAPE_DIGIT, SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_NEXT, SHAPE_PLACE, SHAPE_POINT_FIRST, SHAPE_ROW,
+    SHAPE_SUM, SHAPE_UNKNOWN, SHAPE_WHOLE,
 )  # fmt: skip
 from cython.cimports.libc.math import copysign, fabs
 
@@ -23,6 +24,8 @@ _STORE = cython.declare(cython.Py_ssize_t, 1 << 16)
 _ALL = cython.declare(cython.uint, 0xFFFFFFFF)
 #: By byte: what it is in a shape, small letters and signs themselves.
 _FOLD = cython.declare(cython.uchar[256])
+#: The same with digits as they stand.
+_PLAIN = cython.declare(cython.uchar[256])
 _POWERS = cython.declare(cython.double[23])
 #: Digits that a mantissa of 64 bits holds, and the integer up to which doubles have no gaps.
 _DIGITS = cython.declare(cython.int, 18)
@@ -38,11 +41,13 @@ def _fill_tables() -> cython.void:
         _FOLD[c] = c if 32 < c < 127 and c != 40 and c != 41 and c != 59 else SHAPE_UNKNOWN
     for c in range(65, 91):
         _FOLD[c] = c + 32
-    for c in b"0123456789.":
-        _FOLD[c] = SHAPE_DIGIT
     for c in b" \t\r":
         _FOLD[c] = SHAPE_BLANK
     _FOLD[10] = SHAPE_LINE_END
+    for c in range(256):
+        _PLAIN[c] = _FOLD[c]
+    for c in b"0123456789.":
+        _FOLD[c] = SHAPE_DIGIT
     for c in range(23):
         _POWERS[c] = 10.0**c
 
@@ -125,7 +130,7 @@ class Code:
 @cython.final
 @cython.cclass
 class Shapes:
-    """The shapes of a text that are known, and the line that was looked at last."""
+    """The shapes of a text that are known, and the line that was looked at last; `row` is that of its shape, -1 for none."""
 
     text: cython.const[cython.uchar][::1]
     form = cython.declare(cython.int)
@@ -135,6 +140,7 @@ class Shapes:
     length = cython.declare(cython.Py_ssize_t)
     count = cython.declare(cython.Py_ssize_t)
     stored = cython.declare(cython.Py_ssize_t)
+    row = cython.declare(cython.Py_ssize_t)
     store: cython.uchar[::1]
     table: cython.longlong[:, ::1]
 
@@ -152,8 +158,47 @@ class Shapes:
         """Forget all shapes."""
         k: cython.Py_ssize_t
         self.sum = self.length = self.count = self.stored = 0
+        self.row = -1
         for k in range(_SHAPES):
             self.table[k, SHAPE_PLACE] = -1
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def match(self, at: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Take the numbers of the line at `at` where it has the shape that is expected; return the offset of its end, -1 where not."""
+        row: cython.Py_ssize_t = self.table[self.row, SHAPE_NEXT] if self.row >= 0 else -1
+        place: cython.Py_ssize_t = self.table[row, SHAPE_PLACE] if row >= 0 else -1
+        if place < 0:
+            return -1
+        end: cython.Py_ssize_t = self.text.shape[0]
+        size: cython.Py_ssize_t = min(end, at + _LONGEST)
+        length: cython.Py_ssize_t = self.table[row, SHAPE_LENGTH]
+        count: cython.Py_ssize_t = 0
+        last: cython.int = 0
+        wanted: cython.int
+        k: cython.Py_ssize_t
+        for k in range(length):
+            wanted = self.store[place + k]
+            while at < size and _PLAIN[self.text[at]] == SHAPE_BLANK:
+                at += 1
+            if at == size:
+                return -1
+            if wanted > SHAPE_POINT_FIRST:
+                if _PLAIN[self.text[at]] != wanted:
+                    return -1
+                at += 1
+            else:
+                at = self._number(at, size, count)
+                if self.form != wanted:
+                    return -1
+                count += last != 110
+            last = wanted
+        while at < size and _PLAIN[self.text[at]] == SHAPE_BLANK:
+            at += 1
+        if at < end and self.text[at] != 10:
+            return -1
+        self.count, self.row = count, row
+        return at
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -257,15 +302,22 @@ class Shapes:
         for k in range(self.length):
             if self.store[place + k] != self.shape[k]:
                 return -1
+        self._follow(row)
         return row
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def put(
-        self, row: cython.Py_ssize_t, constants: cython.double[::1], first: cython.Py_ssize_t
-    ) -> cython.Py_ssize_t:
-        """Write the numbers of the line, whose shape is that of a row, as constants from `first` on; return how many."""
-        signs: cython.Py_ssize_t = self.table[row, SHAPE_PLACE] + self.length
+    def _follow(self, row: cython.Py_ssize_t) -> cython.void:
+        """Say that the line has the shape of a row, which is expected behind the last one's from now on."""
+        if self.row >= 0:
+            self.table[self.row, SHAPE_NEXT] = row
+        self.row = row
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def put(self, constants: cython.double[::1], first: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Write the numbers of the line, whose shape is known, as constants from `first` on; return how many."""
+        signs: cython.Py_ssize_t = self.table[self.row, SHAPE_PLACE] + self.table[self.row, SHAPE_LENGTH]
         k: cython.Py_ssize_t
         for k in range(self.count):
             constants[first + k] = -self.value[k] if self.store[signs + k] else self.value[k]
@@ -295,6 +347,7 @@ class Shapes:
                 return
         if place + self.length + self.count > _STORE:
             self.stored = place = 0
+            self.row = -1
             for k in range(_SHAPES):
                 self.table[k, SHAPE_PLACE] = -1
         for k in range(self.length):
@@ -308,6 +361,9 @@ class Shapes:
             code,
             marks,
         )
+        # As long as nothing else is known, it is expected again.
+        self.table[row, SHAPE_NEXT] = row
+        self._follow(row)
 
 
 @cython.final
@@ -388,14 +444,17 @@ class Lines:
         """Keep a line in a row; return the offset of the next one."""
         first: cython.int = self.code.numbers
         begin: cython.int = self.code.used
-        end: cython.Py_ssize_t = self.shapes.read(offset) if self.code.shaped else -1
-        shape: cython.Py_ssize_t = self.shapes.find() if end >= 0 else -1
+        end: cython.Py_ssize_t = self.shapes.match(offset) if self.code.shaped else -1
+        shape: cython.Py_ssize_t = self.shapes.row if end >= 0 else -1
+        if end < 0 and self.code.shaped:
+            end = self.shapes.read(offset)
+            shape = self.shapes.find() if end >= 0 else -1
         self.rows[r, AT], self.rows[r, NUMBER_OF_LINE], self.rows[r, FIRST_CONSTANT] = offset, line, first
         self.rows[r, FOLLOWING] = self.rows[r, MARK] = -1
         if shape >= 0:
             self.rows[r, CODE] = self.shapes.table[shape, SHAPE_CODE]
             self.rows[r, MARKS] = self.shapes.table[shape, SHAPE_MARKS]
-            self.code.numbers += self.shapes.put(shape, self.code.constants, first)
+            self.code.numbers += self.shapes.put(self.code.constants, first)
         else:
             self.code.alike = end >= 0
             end = self.code.read(offset)

@@ -66,18 +66,6 @@ def _length(first: cython.int) -> cython.int:
     return count
 
 
-def within(values: cython.const[cython.double][:, ::1], bound: cython.double) -> bool:
-    """Tell whether all entries are within a bound, both ways."""
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    beyond: cython.Py_ssize_t = 0
-    for i in range(values.shape[0]):
-        for j in range(values.shape[1]):
-            # All are looked at, which a processor does without a guess.
-            beyond += not fabs(values[i, j]) <= bound
-    return beyond == 0
-
-
 #: Results of a block: it was made, it is left to the interpreter, or the columns have no room for it.
 _MADE = cython.declare(cython.int, 0)
 _LEFT = cython.declare(cython.int, 1)
@@ -105,6 +93,7 @@ class Advance:
         rows, asides, events: How many motions, asides, and asides that are events the last run made.
         drilled: How many of the motions are of holes.
         changed: The tool that was changed in last, -1 for none.
+        reach: The largest number of a place or a centre, of either sign.
         full: Whether the last run ended as a column had no room for the block.
     """
 
@@ -132,6 +121,7 @@ class Advance:
     events = cython.declare(cython.Py_ssize_t, visibility="public")
     drilled = cython.declare(cython.Py_ssize_t, visibility="public")
     changed = cython.declare(cython.double, visibility="public")
+    reach = cython.declare(cython.double, visibility="public")
     full = cython.declare(cython.bint, visibility="public")
     outcome = cython.declare(cython.int)
     force = cython.declare(Modes)
@@ -177,6 +167,9 @@ class Advance:
         self.force.take(self.modes, self.levels)
         self.rows = self.asides = self.events = self.drilled = 0
         self.changed = -1.0
+        self.reach = 0.0
+        for k in range(SLOT_I):
+            self.reach = max(self.reach, fabs(self.position[k]))
         self.outcome = _MADE
         passed_over: cython.int = _SLASH if self.modes[SKIP_SLASH] else 0
         left: cython.int = _ACTIVE if self.force.silent else _ACTIVE | _COMMENT
@@ -184,6 +177,7 @@ class Advance:
         begin: cython.Py_ssize_t
         finish: cython.Py_ssize_t = self.word_end[first - 1] if first > 0 else 0
         b: cython.Py_ssize_t
+        k: cython.int
         for b in range(first, last):
             begin = finish
             finish = self.word_end[b]
@@ -304,6 +298,7 @@ class Advance:
             self.target[k] = self.position[k]
             if self.block.given >> k & 1:
                 self.target[k] = self.block.word[k] if absolute else self.position[k] + self.block.word[k]
+                self.reach = max(self.reach, fabs(self.target[k]))
         if motion < 2:
             self.centre_at.x = self.centre_at.y = 0.0
             return True
@@ -351,6 +346,8 @@ class Advance:
         self.feed_set[row] = feed_set
         self.centre[row, 0] = self.centre_at.x
         self.centre[row, 1] = self.centre_at.y
+        if motion > 1:
+            self.reach = max(self.reach, fabs(self.centre_at.x), fabs(self.centre_at.y))
         self.turns[row] = 0 if motion < 2 else 2 * motion - 5
         for k in range(SLOT_I):
             self.position[k] = self.target[k]
@@ -534,6 +531,7 @@ class Advance:
                     self.position[k] = (
                         self.block.word[k] if absolute else self.position[k] + self.block.word[k]
                     )
+                    self.reach = max(self.reach, fabs(self.position[k]))
             self._along(b, feed, normal, high, False)
             if high != top:
                 self._along(b, feed, normal, top, False)
@@ -596,5 +594,6 @@ class Advance:
         for k in range(SLOT_I):
             self.target[k] = self.position[k]
         self.target[normal] = level
+        self.reach = max(self.reach, fabs(level))
         self.centre_at.x = self.centre_at.y = 0.0
         self._put(b, feeds, feed, False)

@@ -6,11 +6,13 @@ import cython
 
 #: Letters of coordinates, as bits (A is bit 0).
 _COORDINATES = cython.declare(cython.uint, sum(1 << (ord(letter) - 65) for letter in "XYZIJK"))
-
+#: Sums of lines have 32 bits; places to find lines by them.
+_ALL = cython.declare(cython.uint, 0xFFFFFFFF)
+_SUMS = cython.declare(cython.uint, 4096)
 
 #: A number of a text: its end, whether it has a point, and whether something other than its value counts.
 _Number = cython.struct(to=cython.Py_ssize_t, dotted=cython.bint, alike=cython.bint)
-#: A line: its end in the text, and its length as it is kept.
+#: A line: its end in the text, and the end of what is kept of it.
 _Line = cython.struct(to=cython.Py_ssize_t, used=cython.Py_ssize_t)
 
 
@@ -50,10 +52,15 @@ def _number(
 @cython.cfunc
 @cython.inline
 @cython.exceptval(check=False)
-def _kept(text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, line: cython.uchar[::1]) -> _Line:
-    """Write the line at a place as it is kept."""
+def _kept(
+    text: cython.const[cython.uchar][::1],
+    at: cython.Py_ssize_t,
+    line: cython.uchar[::1],
+    used: cython.Py_ssize_t,
+) -> _Line:
+    """Write the line at a place as it is kept, from `used` on."""
     size: cython.Py_ssize_t = len(text)
-    used: cython.Py_ssize_t = 0
+    begin: cython.Py_ssize_t = used
     letter: cython.int = 0
     inside: cython.int = 0
     operand: cython.bint = False
@@ -79,13 +86,43 @@ def _kept(text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, line: cy
         used += 1
         at += 1
         if 65 <= c <= 90:
-            letter = c if c == 70 or _COORDINATES >> (c - 65) & 1 or (78 <= c <= 79 and used == 1) else 0
+            letter = (
+                c if c == 70 or _COORDINATES >> (c - 65) & 1 or (78 <= c <= 79 and used == begin + 1) else 0
+            )
         elif c != 32 and c != 9 and c != 43 and c != 45:
             letter = 0
         inside += (c == 91) - (c == 93)
         # Behind a bracket, a blank or an operator stands a number by itself.
         operand = inside > 0 and (c == 91 or c == 32 or c == 42 or c == 43 or c == 45 or c == 47)
+    line[used] = 10
     return _Line(to=at, used=used)
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _sum(
+    line: cython.const[cython.uchar][::1], begin: cython.Py_ssize_t, end: cython.Py_ssize_t
+) -> cython.uint:
+    """Return a sum of the bytes of a line, by which it is found."""
+    total: cython.uint = 0
+    k: cython.Py_ssize_t
+    for k in range(begin, end):
+        total = (total * 33 + line[k]) & _ALL
+    return total
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _same(
+    line: cython.const[cython.uchar][::1], one: cython.Py_ssize_t, other: cython.Py_ssize_t
+) -> cython.bint:
+    """Tell whether two lines, each with its end, are the same."""
+    while line[one] == line[other] and line[one] != 10:
+        one += 1
+        other += 1
+    return line[one] == line[other]
 
 
 def different_lines(text: cython.const[cython.uchar][::1], stand: list | None = None) -> tuple:
@@ -96,29 +133,38 @@ def different_lines(text: cython.const[cython.uchar][::1], stand: list | None = 
     in brackets any number but that of a parameter.
     """
     size: cython.Py_ssize_t = len(text)
-    store = bytearray(size + 1)
+    # The lines that differ, each with its end; where each begins, and the one before it of the same sum, from 1 on; the last of a sum.
+    store = bytearray(size + 2)
     line: cython.uchar[::1] = store
-    places: dict = {}
+    rows: cython.int[:, ::1] = memoryview(bytearray(8 * (size // 2 + 2))).cast("i", [size // 2 + 2, 2])
+    last: cython.int[::1] = memoryview(bytearray(4 * _SUMS)).cast("i")
     numbers: list = []
     counts: list = []
     number: cython.longlong = 0
-    place: cython.Py_ssize_t
+    used: cython.Py_ssize_t = 0
+    count: cython.Py_ssize_t = 0
     i: cython.Py_ssize_t = 0
+    row: cython.Py_ssize_t
+    slot: cython.uint
     kept: _Line
     while i < size:
         number += 1
-        kept = _kept(text, i, line)
+        kept = _kept(text, i, line, used)
         i = kept.to + 1
-        key = bytes(store[: kept.used])
-        found = places.get(key)
-        if found is None:
-            places[key] = len(numbers)
+        slot = _sum(line, used, kept.used) % _SUMS
+        row = last[slot]
+        while row > 0 and not _same(line, rows[row - 1, 0], used):
+            row = rows[row - 1, 1]
+        if row > 0:
+            counts[row - 1] += stand[number - 1] if stand is not None else 1
+        else:
+            rows[count, 0], rows[count, 1] = used, last[slot]
+            count += 1
+            last[slot] = count
+            used = kept.used + 1
             numbers.append(number)
             counts.append(stand[number - 1] if stand is not None else 1)
-        else:
-            place = found
-            counts[place] += stand[number - 1] if stand is not None else 1
-    return b"\n".join(places), numbers, counts
+    return bytes(store[: max(used - 1, 0)]), numbers, counts
 
 
 def unit_place(

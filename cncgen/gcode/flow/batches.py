@@ -235,5 +235,6 @@ class Batches:
                     line=self._line[begin:end],
                     offset=self._offset[begin:end],
                     source=self._plain.source,
+                    reach=self._kernel.reach,
                 )
             )

@@ -8,7 +8,6 @@ from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import CALL, MOTION, Budget
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, refuse_uvw
 from cncgen.gcode.state.modal import PLANE_AXES
-from cncgen.kernels.gcode_motion import within
 from cncgen.toolpath.record import Event, PathMode
 
 #: Time at slow feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow here, units a minute.
@@ -47,7 +46,7 @@ class CountingSink:
         """Count a run of motions; their ends and some of their feeds are looked at."""
         count = len(batch.motion)
         self.count += count
-        self.far = self.far or not (within(batch.end, _NEAR) and within(batch.centre, _NEAR))
+        self.far = self.far or not batch.reach <= _NEAR
         for k in {0, count // 2, count - 1}:
             self.set_feed_rate(batch.feed[k])
 

@@ -53,6 +53,7 @@ class MotionBatch:
         turns: Shape (n,), int64, of arcs: signed number of turns begun, positive counter-clockwise.
         line, offset: Shape (n,), int64, line number and byte offset of the block in its source.
         source: Index of the source.
+        reach: No coordinate of an end or centre is larger, of either sign.
     """
 
     motion: memoryview
@@ -64,6 +65,7 @@ class MotionBatch:
     line: memoryview
     offset: memoryview
     source: int
+    reach: float
 
 
 def refuse_uvw(plane: int) -> None:
