@@ -308,3 +308,19 @@ def test_a_tool_that_no_table_gives_goes_between_the_walls(run: Run) -> None:
     (told,) = [d.message for d in out.diagnostics if d.code == "tool-assumed"]
     width = float(told.split("for a tool ")[1].split()[0])
     assert 4.0 <= width <= 8.0
+
+
+def test_blocks_of_a_simulator_have_numbers_with_n(run: Run) -> None:
+    """As those of KELLER and MTS, between remarks in parentheses."""
+    text = (
+        '(   Programmer: "S W"\n(\nBEGIN PGM 04 MM\nN1 BLK FORM 0.1 Z X0 Y0 Z120\nN2 TOOL CALL 1 Z S2000 F200\nN3 L X-40 Y-40 Z1 FMAX M13\n'
+        "N4 LBL 1\nN5 L IX+10 F AUTO\nN6 CALL LBL 1 REP 1\nN7 L Z1 R0 FMAX\nN8 END PGM 04 MM\n"
+    )
+    out = run(text)
+    assert out.errors == []
+    assert out.path.end[out.path.kind != 3, :3].tolist() == [[-40, -40, 1], [-30, -40, 1], [-20, -40, 1]]
+
+
+def test_a_block_that_begins_with_an_axis_goes_along_it(run: Run) -> None:
+    assert ends(run, "1 X+15 R0 F100\n2 IY-3 FMAX M3\n3 X+Q1 F50") == [[15, 0, 0], [15, -3, 0], [0, -3, 0]]
+    assert said(run, "1 X+15 Y+3 R0 F100")[0] == ("error", "unsupported-block")

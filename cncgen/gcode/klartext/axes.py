@@ -11,7 +11,7 @@ from cncgen.gcode.source import Source, open_source
 from cncgen.units import AXIS_LETTERS
 
 _COMMENTS = re.compile(
-    rb";[^\n]*|^[ \t]*(?:\d+[ \t]+)?(?:BLK[ \t]+FORM|BEGIN|END)\b[^\n]*", re.MULTILINE | re.IGNORECASE
+    rb";[^\n]*|^[ \t]*(?:N?\d+[ \t]+)?(?:BLK[ \t]+FORM|BEGIN|END)\b[^\n]*", re.MULTILINE | re.IGNORECASE
 )
 #: Further characters that are blanks to who runs the program.
 _BLANKS = bytes.maketrans(b"\v\f\x1c\x1d\x1e\x1f", 6 * b" ")

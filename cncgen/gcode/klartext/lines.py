@@ -10,7 +10,7 @@ from cncgen.gcode.text import plain_language
 
 #: Signs of a program whose lines lead from one to another, or whose cycles are run here.
 _NEEDS = re.compile(
-    rb"^[ \t]*/|^[ \t]*(?:\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM|SELECTED)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CTP?\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
+    rb"^[ \t]*/|^[ \t]*(?:N?\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM|SELECTED)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CTP?\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
     rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+DEF[ \t]*7[ \t]*\.\d[ \t]*[I#]|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|GLOBAL\b|Q\d+[ \t]*=[ \t]*(?:F?(?:AUTO|MAX)|PREDEF)\b)|Q1(?:08|09|13|14)(?!\d)"
     rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
     rb"|\bR[LR]\b(?![\w.])|\bM89\b|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$"
@@ -20,10 +20,11 @@ _NEEDS = re.compile(
 )
 #: A parameter of a cycle that stands behind other words of its line.
 _GIVEN = re.compile(r"\s(?=Q\d+\s*=)", re.IGNORECASE)
-_NUMBER = re.compile(r"\s*(?:\d+\s+)?")
+#: The number of a block, which simulators write with N.
+_NUMBER = re.compile(r"\s*(?:N?\d+\s+)?", re.IGNORECASE)
 #: A block that a switch leaves out, before its number or behind it.
-_SLASH = re.compile(r"\s*(?:\d+\s+)?/")
-_REMARK = re.compile(r"\s*(?:\d+\s*)?[;*]")
+_SLASH = re.compile(r"\s*(?:N?\d+\s+)?/", re.IGNORECASE)
+_REMARK = re.compile(r"\s*(?:N?\d+\s*)?[;*]", re.IGNORECASE)
 #: What follows a comment that ends in ~ and is no part of it: a parameter, a point, the next block.
 _GOES_ON = re.compile(r"\s*(?:Q[LRS]?\d+\s*=|[A-Z]+\d*\s*\(|\d+\s|/|\Z)", re.IGNORECASE)
 _SETS = re.compile(r"\s*(?:Q[LRS]?\d+\s*=|FN\b)", re.IGNORECASE)

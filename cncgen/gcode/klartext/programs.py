@@ -14,7 +14,7 @@ SELECTED = re.compile(r"CALL\s+SELECTED\s+PGM\s*\Z", re.IGNORECASE)
 CYCLE = 12
 _OF_CYCLE = re.compile(r"\s*(?:PGM\b)?\s*(?P<name>\S[^;\n]*?)\s*\Z", re.IGNORECASE)
 _CALLS = re.compile(
-    rb"^[ \t]*(?:\d+[ \t]+)?(?:(?:CALL|SEL)[ \t]+PGM|CYCL[ \t]+DEF[ \t]*12[ \t]*\.[ \t]*1(?:[ \t]+PGM)?)[ \t]*(\S[^;\r\n]*?)[ \t]*(?:;[^\n]*)?\r?$",
+    rb"^[ \t]*(?:N?\d+[ \t]+)?(?:(?:CALL|SEL)[ \t]+PGM|CYCL[ \t]+DEF[ \t]*12[ \t]*\.[ \t]*1(?:[ \t]+PGM)?)[ \t]*(\S[^;\r\n]*?)[ \t]*(?:;[^\n]*)?\r?$",
     re.MULTILINE | re.IGNORECASE,
 )
 _SUFFIXES = ("", ".h", ".nc")

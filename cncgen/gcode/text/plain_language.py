@@ -72,9 +72,12 @@ _NO_SHIFT = re.compile(r"\s*(?:#|I[XYZABCUVW])", re.IGNORECASE)
 _OWN_Q = re.compile(r"\"[^\"]*\"|Q(?P<kind>[LR])(?P<number>[0-9]{1,3})(?![0-9])", re.IGNORECASE)
 _OWN_NUMBERS = {"L": 3000, "R": 3500}
 #: A line of PATTERN DEF, whose points stand in parentheses.
-_POINTS = re.compile(r"\s*(?:\d+\s+)?(?:PATTERN\s+DEF|(?:POS|ROW|PAT|FRAME|(?:PITCH)?CIRC)\d)", re.IGNORECASE)
-_COMMENT = re.compile(r"\s*(?:\d+\s*)?(?:;|\*|\Z)")
-_NUMBERED = re.compile(r"\s*(?:\d+\s+)?")
+_POINTS = re.compile(
+    r"\s*(?:N?\d+\s+)?(?:PATTERN\s+DEF|(?:POS|ROW|PAT|FRAME|(?:PITCH)?CIRC)\d)", re.IGNORECASE
+)
+_COMMENT = re.compile(r"\s*(?:N?\d+\s*)?(?:;|\*|\Z)", re.IGNORECASE)
+#: The number of a block, which simulators write with N.
+_NUMBERED = re.compile(r"\s*(?:N?\d+\s+)?", re.IGNORECASE)
 #: Cycles that are data of the control, not motions: datum shift, tolerance.
 _DATUM_SHIFT, _PATH_TOLERANCE = 7, 32
 #: Cycles that CYCL CALL and M99 run have numbers from here on.
@@ -110,7 +113,7 @@ _SIZES = re.compile(rf"(?<![A-Z0-9])(?P<kind>[LR]){_VALUE}", re.IGNORECASE)
 _NORMAL = re.compile(rf"\bN[XYZ]{_VALUE}", re.IGNORECASE)
 _ORIENTATION = re.compile(rf"\bT[XYZ]{_VALUE}", re.IGNORECASE)
 #: Motions that end where their axis words say.
-_LEADING = re.compile(r"\s*(?:\d+\s+)?(?:L|C|CR)(?=[\sXYZABCUVWI])", re.IGNORECASE)
+_LEADING = re.compile(r"\s*(?:N?\d+\s+)?(?:L|C|CR)(?=[\sXYZABCUVWI])", re.IGNORECASE)
 _PLACE = re.compile(rf"(?<![A-Z])(?P<step>I)?(?P<axis>[XYZABCUVWF]){_VALUE}", re.IGNORECASE)
 
 
@@ -279,6 +282,15 @@ def _line(body: str, at: int) -> Words:
     return words
 
 
+def _axis(body: str, at: int) -> Words:
+    """A block that begins with an axis: a line along it alone (positioning parallel to an axis)."""
+    words = _line(body, at)
+    if sum(letter in AXIS_INDEX for letter, _ in words) != 1:
+        message = "a block that begins with an axis goes along that one alone"
+        raise BlockError("unsupported-block", message, column=at + 1, hint="L stands before more of them")
+    return words
+
+
 def _surface_line(body: str, at: int) -> Words:
     """LN: a line, and the normal of the surface there, along which oversizes of the tool shift it."""
     turned = _ORIENTATION.search(body, at)
@@ -432,5 +444,6 @@ _BLOCKS: tuple[tuple[re.Pattern[str], _Reader], ...] = tuple(
         (r"LN(?=\s)", _surface_line),
         (r"L(?=\s|[XYZABCUVWI])(?!BL)", _line),
         (r"(?=M\s*[0-9])", _before()),
+        (r"(?=I?[XYZABCUVW]\s*(?:[+-]\s*)?(?:[0-9.,]|Q[0-9]))", _axis),
     )
 )

@@ -144,7 +144,7 @@ _ELSEWHERE_BARE = (
 #: Signs in the original text of blocks: capitals, comments and blanks kept.
 WRITTEN = (
     *_ELSEWHERE,
-    _sign("plain language", _all(30, _H), rb"^[ \t]*(?:\d+[ \t]+)?(?:BEGIN[ \t]+PGM\b|SPL[ \t]+I?[XYZ])", b"PGM", b"SPL"),
+    _sign("plain language", _all(30, _H), rb"^[ \t]*(?:N?\d+[ \t]+)?(?:BEGIN[ \t]+PGM\b|SPL[ \t]+I?[XYZ])", b"PGM", b"SPL"),
     _sign("a tool call of plain language", _all(15, _H), rb"^[ \t]*\d+[ \t]+(?:TOOL[ \t]+CALL|CYCL[ \t]+DEF|BLK[ \t]+FORM)\b", b"CALL", b"CYCL", b"FORM"),
     _sign("a line of plain language", _all(12, _H), rb"^[ \t]*\d+[ \t]+(?:L[ \t]+|CC?[ \t]+|LP?[ \t]+|FN[ \t]*\d)[^\n=]*(?:\bR[0LR]\b|F[ \t]*MAX|DR[-+]|Q\d)", b"R0", b"RL", b"RR", b"MAX", b"DR", b"Q"),
     _sign("a traverse of plain language", _all(12, _H), rb"^[ \t]*L[ \t]+[^\n=(;]*\bF[ \t]*MAX\b", b"MAX"),
