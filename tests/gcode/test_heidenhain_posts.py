@@ -68,7 +68,6 @@ def test_a_dwell_keeps_its_decimals(calls: Any, text: str, seconds: float) -> No
 
 
 WRONG: dict[str, tuple[str, tuple[str, int]]] = {
-    "a factor of the feed": ("L X+1 F500 M103 F20", ("unsupported-block", 3)),
     "untilted points": ("L X+1 FMAX M130", ("unsupported-block", 3)),
     "a plane by vectors": ("PLANE VECTOR BX0 BY0 BZ1 NX0 NY0 NZ1 STAY", ("plane-points", 3)),
     "the tool's direction": ("LN X+1 NX0 NY0 NZ1 TX0.1 TY0 TZ0.99 F100", ("unsupported-block", 3)),

@@ -324,3 +324,12 @@ def test_blocks_of_a_simulator_have_numbers_with_n(run: Run) -> None:
 def test_a_block_that_begins_with_an_axis_goes_along_it(run: Run) -> None:
     assert ends(run, "1 X+15 R0 F100\n2 IY-3 FMAX M3\n3 X+Q1 F50") == [[15, 0, 0], [15, -3, 0], [0, -3, 0]]
     assert said(run, "1 X+15 Y+3 R0 F100")[0] == ("error", "unsupported-block")
+
+
+def test_a_smaller_feed_downwards(run: Run, moves: Callable[..., Any]) -> None:
+    """The manual's example of M103: 500 along, 20 % of it straight down, root 2 of that at 45 degrees, 500 upwards; M103 alone ends it."""
+    body = "L X+20 Y+20 R0 F500 M103 F20\nL Y+50\nL IZ-2.5\nL IY+5 IZ-5\nL IX+50\nL Z+5\nL IX+1 M103\nL IZ-1"
+    feeds = [feed for *_, feed in moves(program(body))]
+    assert feeds == pytest.approx([500, 500, 100, 100 * math.sqrt(2), 500, 500, 500, 500], abs=1e-5)
+    helix = "L X+1 F500 M103 F20\nCC X+5 Y+0\nCP IPA+90 IZ-1 DR+"
+    assert said(run, helix) == [("warning", "feed-function")]

@@ -32,6 +32,42 @@ _WAY = re.compile(
 )
 
 
+#: The factor of the feed downwards, in percent; without it, its end.
+_PLUNGE = re.compile(r"\bM103(?!\d)(?:\s*F\s*(?P<percent>Q\d+|\d+(?:[.,]\d+)?))?", re.IGNORECASE)
+
+
+def plunge_of(body: str, part: float, read: Callable[[str], float]) -> tuple[str, float]:
+    """Return a line without its M103, and the part of the feed that motions downwards have from it on."""
+    match = _PLUNGE.search(body)
+    if match is None:
+        return body, part
+    return _PLUNGE.sub(" ", body), read(match["percent"]) / 100.0 if match["percent"] else 0.0
+
+
+def plunge(ip: Interpreter, block: Block, part: float) -> float | None:
+    """Bound the feed of a line downwards, so that it goes down no faster than a part of the feed (M103); return the feed behind it.
+
+    Returns:
+        None where the feed stays as it is.
+    """
+    feed, place = block.words.get("f", ip.state.feed), ip.state.position
+    down = place[2] - block.words.get("z", place[2])
+    if part <= 0.0 or down <= 0.0 or 0 in block.g or "fmax" in block.words:
+        return None
+    if 10 not in block.g or 530 in block.g:
+        message = (
+            "M103 bounds the feed of lines downwards alone: arcs and lines in polar coordinates keep theirs"
+        )
+        ip.warn_once(BlockError("feed-function", message, "M103", hint="F gives a smaller feed there"))
+        return None
+    ends = [block.words.get(letter, place[k]) for k, letter in enumerate("xyz")]
+    bound = feed * part * math.dist(ends, place[:3]) / down
+    if bound >= feed:
+        return None
+    block.words["f"] = bound
+    return feed
+
+
 @dataclass(slots=True)
 class ContourWay:
     """APPR or DEP: form (LT LN CT LCT), values by name, side (1 left, -1 right, 0 none), feed or

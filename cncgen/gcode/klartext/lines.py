@@ -13,7 +13,7 @@ _NEEDS = re.compile(
     rb"^[ \t]*/|^[ \t]*(?:N?\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM|SELECTED)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CTP?\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
     rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+DEF[ \t]*7[ \t]*\.\d[ \t]*[I#]|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|GLOBAL\b|Q\d+[ \t]*=[ \t]*(?:F?(?:AUTO|MAX)|PREDEF)\b)|Q1(?:08|09|13|14)(?!\d)"
     rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
-    rb"|\bR[LR]\b(?![\w.])|\bM89\b|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$"
+    rb"|\bR[LR]\b(?![\w.])|\bM(?:89|103)(?!\d)|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$"
     rb"|;[^\n]*~[ \t\r]*\n(?![ \t]*(?:Q[LRS]?\d+[ \t]*=|[A-Z]+\d*[ \t]*\(|\d+[ \t]|/))"
     rb"|^[ \t]*\d+[ \t][^\n]*\n[ \t]{4,}(?:I?[XYZABCUVW]|[FMSL]|R|D[RL]|I?P[AR]|CC[XY])[ \t]*(?:[-+.\d]|[0LR]\b|Q\d|MAX\b)",
     re.MULTILINE | re.IGNORECASE,

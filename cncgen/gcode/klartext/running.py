@@ -95,6 +95,8 @@ class HeidenhainRunner(LanguageRun):
         self._parsed: dict[str, Parsed] = {}
         self._datums = Datums(self.ip, self._value)
         self._modal = False
+        #: The part of the feed that M103 lets motions downwards have, 0 for all of it.
+        self._plunge = 0.0
         self._globals: dict[int, float] = {}
         #: The pole of free contours, and end and direction of each motion, by its line.
         self._pole: complex | None = None
@@ -240,12 +242,8 @@ class HeidenhainRunner(LanguageRun):
 
     def _target(self, name: str) -> int:
         if name not in self._labels:
-            raise BlockError(
-                "label-missing",
-                f"LBL {name} is called, and stands nowhere",
-                "LBL",
-                hint=f"LBL {name} begins what is run",
-            )
+            message = f"LBL {name} is called, and stands nowhere"
+            raise BlockError("label-missing", message, "LBL", hint=f"LBL {name} begins what is run")
         return self._labels[name]
 
     def _call(self, at: int, body: str) -> None:
@@ -263,14 +261,8 @@ class HeidenhainRunner(LanguageRun):
                 self._repeats.pop(at, None)
             return
         if len(self._calls) >= self._options.max_call_depth:
-            raise Stop(
-                BlockError(
-                    "call-depth",
-                    f"calls are nested more than {self._options.max_call_depth} deep",
-                    "CALL",
-                    hint="is the recursion without end?",
-                )
-            )
+            message = f"calls are nested more than {self._options.max_call_depth} deep"
+            raise Stop(BlockError("call-depth", message, "CALL", hint="is the recursion without end?"))
         self._calls.append(at + 1)
         self._at = target + 1
 
@@ -374,12 +366,8 @@ class HeidenhainRunner(LanguageRun):
 
     def _check_corner(self, at: int, body: str) -> None:
         if _CORNER.match(body) is None:
-            raise BlockError(
-                "syntax",
-                f"{body[:3].upper()} has no size that is read",
-                body[:3].upper(),
-                hint="RND R5, CHF 2",
-            )
+            message = f"{body[:3].upper()} has no size that is read"
+            raise BlockError("syntax", message, body[:3].upper(), hint="RND R5, CHF 2")
         before = next((k for k in range(at - 1, -1, -1) if self._bodies[k]), None)
         if before is None or not re.match(
             r"(?:L|C|CR|CT|CP|LP|LN|FLT?|FCT?)\b|[GXYZHI]", self._bodies[before], re.IGNORECASE
@@ -412,7 +400,9 @@ class HeidenhainRunner(LanguageRun):
         if _MODAL.search(body):
             self._modal = True
             body = _MODAL.sub("   ", body)
+        body, self._plunge = contours.plunge_of(body, self._plunge, self._value)
         block = self._block(at, body)
+        usual = contours.plunge(self.ip, block, self._plunge)
         called = CYCLE_CALL in block.g
         if called:
             block.g = tuple(number for number in block.g if number != CYCLE_CALL)
@@ -427,6 +417,8 @@ class HeidenhainRunner(LanguageRun):
             if corner is not None:
                 block.words[corner[0]] = corner[1]
         self._move(block)
+        if usual is not None:
+            self._execute(Block({"f": usual}, (), (), None, block.source, block.line, block.offset))
         if moves:
             self._ends[at] = complex(*self.ip.state.position[:2]), Plain.of(self.ip).heading
         if "t" in block.words:

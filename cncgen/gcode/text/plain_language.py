@@ -98,7 +98,6 @@ _FUNCTIONS: dict[float, Words] = {
 #: M functions that change the meaning of motions.
 _NOT_READ = {
     89.0: "a cycle called in each block",
-    103.0: "a smaller feed downwards, by a factor F",
     114.0: "positions of the rotary axes in the program's coordinates",
     130.0: "points in untilted coordinates",
     144.0: "the kinematics of the rotary axes",
