@@ -2,6 +2,7 @@
 
     python benchmarks/short_segments.py                         # every kind, 10⁴ and 10⁵ segments
     python benchmarks/short_segments.py butterfly 1000000       # one kind and size
+    python benchmarks/short_segments.py corners 1000000 --effort fast
     python benchmarks/short_segments.py surface 100000 --write surface.nc
 
 Each program is planned in a fresh process, `G64 P0.01` to setpoints in ``f64``. Printed are wall and CPU seconds, peak
@@ -232,20 +233,20 @@ def spent(*words: str | os.PathLike[str]) -> tuple[float, float, float]:
     return wall, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0
 
 
-def measure(program: Path, machine: str) -> Run:
-    """Plan a program in a fresh process.
+def measure(program: Path, machine: str, effort: str) -> Run:
+    """Plan a program in a fresh process with an effort.
 
     Raises:
         subprocess.CalledProcessError: The process failed.
     """
     output, summary = program.with_suffix(".f64"), program.with_suffix(".json")
-    used = spent("plan", program, "-m", machine, "-o", output, "--summary", summary)
+    used = spent("plan", program, "-m", machine, "--effort", effort, "-o", output, "--summary", summary)
     motion = float(json.loads(summary.read_text())["motion_time_s"])
     output.unlink()
     return Run(*used, motion)
 
 
-def table(kinds: Sequence[str], counts: Sequence[int], machine: str) -> None:
+def table(kinds: Sequence[str], counts: Sequence[int], machine: str, effort: str) -> None:
     """Print a row for each kind and size."""
     print(
         f"{'kind':10} {'segments':>9} {'wall s':>8} {'CPU s':>8} {'MiB':>6} {'segments/s':>11} {'motion s':>10} growth"
@@ -259,7 +260,7 @@ def table(kinds: Sequence[str], counts: Sequence[int], machine: str) -> None:
                 subprocess.run(
                     [sys.executable, __file__, kind, str(count), "--write", str(program)], check=True
                 )
-                run = measure(program, machine)
+                run = measure(program, machine, effort)
                 growth = f"{run.cpu_s / before.cpu_s:6.1f}" if before else ""
                 print(
                     f"{kind:10} {count:9d} {run.wall_s:8.2f} {run.cpu_s:8.2f} {run.memory_mib:6.0f} "
@@ -277,6 +278,7 @@ def main() -> None:
     parser.add_argument("kind", nargs="?", default="all", choices=["all", *KINDS, *ROWS])
     parser.add_argument("counts", nargs="*", type=int, help="segments (10000 100000)")
     parser.add_argument("-m", "--machine", default="generic-mill")
+    parser.add_argument("--effort", default="best", choices=["best", "fast"], help="as of cncgen plan (best)")
     parser.add_argument("--write", metavar="FILE", help="write the program of that kind and size instead")
     asked = parser.parse_args()
     if asked.write:
@@ -286,6 +288,7 @@ def main() -> None:
         [*KINDS, *ROWS] if asked.kind == "all" else [asked.kind],
         asked.counts or [10_000, 100_000],
         asked.machine,
+        asked.effort,
     )
 
 

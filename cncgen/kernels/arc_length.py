@@ -520,36 +520,49 @@ def cells(
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-def parameter_at(
+def cell_at(
     cell: cython.const[cython.double][:, ::1],
     low: cython.Py_ssize_t,
     high: cython.Py_ssize_t,
+    reach: cython.double,
+    near: cython.Py_ssize_t,
+) -> cython.Py_ssize_t:
+    """The last of the rows `low` up to `high` whose cell begins before `reach`, or the first; `near` or the next one are tried first."""
+    middle: cython.Py_ssize_t
+    for middle in range(max(near, low), min(near + 2, high)):
+        if cell[middle, 1] < reach and not (middle + 1 < high and cell[middle + 1, 1] < reach):
+            return middle
+    while high - low > 1:
+        middle = (low + high) // 2
+        if cell[middle, 1] < reach:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def parameter_at(
+    cell: cython.const[cython.double][:, ::1],
+    low: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
     s: cython.double,
     side: cython.int,
     snap: cython.double,
     rest: cython.double[::1],
 ) -> cython.double:
-    """The parameter u at arc length s from the start of a curve whose cells are rows `low` up to `high`.
+    """The parameter u at arc length s from the start of a curve, which is on the cell in row `low` (`cell_at`) of those up to `last`.
 
     A place within `snap` of the border of a cell counts as that border, so that a knot is met exactly. Cells of
     length 0 (a stretch of the curve that does not move) are passed over towards `side`.
 
     ``rest[0]`` becomes what u lacks as a float, where the way that this is, is more than `_LACKING` of `snap`; else 0.
     """
-    last: cython.Py_ssize_t = high - 1
-    middle: cython.Py_ssize_t
-    tau: cython.double
+    tau: cython.double = s - cell[low, 1]
     end: cython.double
     u: cython.double
-    if low > last:
-        return 0.0
-    while high - low > 1:
-        middle = (low + high) // 2
-        if cell[middle, 1] < (s + snap if side >= 0 else s - snap):
-            low = middle
-        else:
-            high = middle
-    tau = s - cell[low, 1]
     rest[0] = 0.0
     # Start and width may add up to the float beyond the knot, which is of the next span.
     end = cell[low + 1, 0] if low < last else cell[low, 0] + cell[low, 3]
@@ -578,11 +591,18 @@ def invert(
     """Fill `out` with the parameter u at arc length ``s[n]`` from the start of curve ``curve[n]``, see `parameter_at`."""
     n: cython.Py_ssize_t
     c: cython.Py_ssize_t
+    at: cython.Py_ssize_t = -1
+    reach: cython.double
     rest: cython.double[::1] = np.zeros(1)
     with cython.nogil:
         for n in range(s.shape[0]):
             c = curve[n]
-            out[n] = parameter_at(cell, cell_offset[c], cell_offset[c + 1], s[n], side, snap, rest)
+            if cell_offset[c] == cell_offset[c + 1]:
+                out[n] = 0.0
+                continue
+            reach = s[n] + snap if side >= 0 else s[n] - snap
+            at = cell_at(cell, cell_offset[c], cell_offset[c + 1], reach, at)
+            out[n] = parameter_at(cell, at, cell_offset[c + 1] - 1, s[n], side, snap, rest)
 
 
 def lengths(

@@ -19,6 +19,7 @@ cdef class Span:
     cdef double[:, :, ::1] q
     cdef readonly double[:, ::1] value
     cdef double[::1] basis
+    cdef double[:, ::1] over
 
     cpdef Py_ssize_t find(self, Py_ssize_t c, double u, int side) noexcept nogil
     cpdef void enter(self, Py_ssize_t c, Py_ssize_t i, Py_ssize_t order) noexcept nogil

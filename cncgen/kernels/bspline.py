@@ -58,6 +58,7 @@ class Span:
             point ``q[p + 1, 0]`` as origin.
         value: The curve and its derivatives at a place, shape (4, axes + 1), the weight's last.
         basis: Basis functions.
+        over: ``over[r, j]``: the reciprocal of U[i + 1 + j] - U[i + 1 + j - r], for j < r.
     """
 
     def __init__(self, curves: Curves) -> None:
@@ -69,6 +70,7 @@ class Span:
         self.q = np.zeros((max(degree, 3) + 2, degree + 1, axes + 1))
         self.value = np.zeros((4, axes + 1))
         self.basis = np.zeros(degree + 1)
+        self.over = np.zeros((degree + 1, degree + 1))
 
     @cython.ccall
     @cython.nogil
@@ -119,6 +121,9 @@ class Span:
         self.c = c
         self.i = i
         self.p = p
+        for k in range(1, p + 1):
+            for j in range(k):
+                self.over[k, j] = 1.0 / (self.curves.knots[i + 1 + j] - self.curves.knots[i + 1 + j - k])
         self.plain = self.curves.weights[point] == 1.0
         for j in range(1, p + 1):
             self.plain = self.plain and self.curves.weights[point + j] == 1.0
@@ -143,7 +148,7 @@ class Span:
             if k > p:
                 break
             for j in range(p - k + 1):
-                factor = (p - k + 1) / (self.curves.knots[i + 1 + j] - self.curves.knots[i + k - p + j])
+                factor = (p - k + 1) * self.over[p - k + 1, j]
                 for d in range(axes + 1):
                     self.q[k, j, d] = factor * (self.q[k - 1, j + 1, d] - self.q[k - 1, j, d])
 
@@ -176,7 +181,7 @@ class Span:
             if r > 0:
                 saved = 0.0
                 for j in range(r):
-                    term = self.basis[j] / (self.curves.knots[i + 1 + j] - self.curves.knots[i + 1 + j - r])
+                    term = self.basis[j] * self.over[r, j]
                     self.basis[j] = saved + (self.curves.knots[i + 1 + j] - u) * term
                     saved = (u - self.curves.knots[i + 1 + j - r]) * term
                 self.basis[r] = saved

@@ -10,11 +10,11 @@ from cython.cimports.libc.math import fabs, sqrt
 # ruff: noqa: I001
 if cython.compiled:
     from cython.cimports.cncgen.kernels.least_time_problem import (
-        B, D, END, K, LANES, MOTION, PART, PLACES, ROWS, SCALE, SIZE, Problem, size, vectorized,
+        B, D, END, K, LANES, MOTION, PART, PLACES, ROWS, SCALE, SIZE, USED, Problem, size, vectorized,
     )  # fmt: skip
 else:
     from cncgen.kernels.least_time_problem import (
-        B, D, END, K, LANES, MOTION, PART, PLACES, ROWS, SCALE, SIZE, Problem, size, vectorized,
+        B, D, END, K, LANES, MOTION, PART, PLACES, ROWS, SCALE, SIZE, USED, Problem, size, vectorized,
     )  # fmt: skip
 
 _INDEX = cython.typedef(cython.Py_ssize_t)
@@ -149,7 +149,32 @@ def _sizes(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, k=_INDEX, s=_INDEX, limit=_REAL, inside=_REAL, end=_REAL, bulge=_REAL)
+@cython.locals(j=_INDEX, k=_INDEX, s=_INDEX, limit=_REAL, inside=_REAL)
+def _used(
+    problem: Problem,
+    factor: cython.double[:, :, ::1],
+    sums: cython.double[::1],
+    block: cython.Py_ssize_t,
+    which: cython.Py_ssize_t,
+    a: cython.Py_ssize_t,
+    slack: cython.double,
+    eased: cython.Py_ssize_t,
+) -> vectorized:
+    """Fill the parts of a limit that an axis uses in a block: inside the intervals at `USED`, and there and at their ends after it."""
+    for j in range(size(problem, block)):
+        k = block * LANES + j
+        s = 5 * which * LANES + j
+        limit = problem.limits[which, a] * factor[k, which, a]
+        limit = limit * (1.0 + _EASE * slack) if k < eased else limit
+        inside = max(sums[s + LANES], max(sums[s + 2 * LANES], sums[s + 3 * LANES]))
+        sums[USED + j] = inside / limit
+        sums[USED + LANES + j] = max(inside, max(sums[s], sums[s + 4 * LANES])) / limit
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(j=_INDEX, k=_INDEX, s=_INDEX, limit=_REAL, inside=_REAL, end=_REAL, bulge=_REAL, part=_REAL)
 def _lower(
     problem: Problem,
     sums: cython.double[::1],
@@ -165,26 +190,27 @@ def _lower(
     near: cython.double = 0.9 if fresh else 1.0 + slack
     margin: cython.double = 1.0 if fresh else 1.0 - 0.5 * slack
     worst: cython.double = 0.0
+    _used(problem, problem.factor, sums, block, which, a, slack, eased)
     for j in range(size(problem, block)):
-        k = block * LANES + j
-        s = 5 * which * LANES + j
-        limit = problem.limits[which, a] * problem.factor[k, which, a]
-        if k < eased:
-            limit *= 1.0 + _EASE * slack
-        inside = max(sums[s + LANES], max(sums[s + 2 * LANES], sums[s + 3 * LANES]))
-        end = max(sums[s], sums[s + 4 * LANES])
-        if max(inside, end) > _FAR * limit:
+        part = sums[USED + j]
+        if sums[USED + LANES + j] > _FAR:
+            k = block * LANES + j
+            s = 5 * which * LANES + j
+            limit = problem.limits[which, a] * problem.factor[k, which, a]
+            if k < eased:
+                limit *= 1.0 + _EASE * slack
+            end = max(sums[s], sums[s + 4 * LANES])
             inside = _peak(
                 sums[s], sums[s + LANES], sums[s + 2 * LANES], sums[s + 3 * LANES], sums[s + 4 * LANES]
             )
+            part = inside / limit
             if inside > near * limit and inside > end:
                 bulge = margin * end / inside
                 share[k, which, a] = min(share[k, which, a], bulge)
                 # Acceleration at a node is a row of the interval after it.
                 if which == 0 and k + 1 < problem.n:
                     share[k + 1, 0, a] = min(share[k + 1, 0, a], bulge)
-        if inside > worst * limit:
-            worst = inside / limit
+        worst = max(worst, part)
     return worst
 
 

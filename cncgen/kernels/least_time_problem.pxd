@@ -85,8 +85,10 @@ cdef enum:
     FOUND3 = 15 * LANES
     SUMS = 16 * LANES
     # Of the same numbers, while limits between the ends of intervals are looked at: q, d and v at three places, after the sizes of
-    # acceleration and jerk at five.
+    # acceleration and jerk at five,
     PLACES = 10 * LANES
+    # and the parts of a limit that are used.
+    USED = 19 * LANES
 
 cdef class Runs:
     cdef public long long[:, ::1] of

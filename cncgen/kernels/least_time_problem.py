@@ -38,7 +38,7 @@ if not cython.compiled:
     ROOT, SLOPE, SIZE, SCALE = 12 * LANES, 13 * LANES, 14 * LANES, 3 * LANES
     MIDDLE1, MIDDLE2, MOTION = 21 * LANES, 22 * LANES, 23 * LANES
     M00, M01, M02, M11, M12, M22, G = range(0, 7 * LANES, LANES)
-    PLACES = 10 * LANES
+    PLACES, USED = 10 * LANES, 19 * LANES
     H, SUMMED, FOUND0, FOUND1, FOUND2, FOUND3, SUMS = (x * LANES for x in (9, 12, 12, 13, 14, 15, 16))
 
 

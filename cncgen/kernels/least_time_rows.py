@@ -12,11 +12,13 @@ if cython.compiled:
     from cython.cimports.cncgen.kernels.least_time_matrix import survey
     from cython.cimports.cncgen.kernels.least_time_problem import (
         A0, A1, A2, B, D, END, LANES, MOTION, PART, ROOT, ROWS, SCALE, W0, W1, Problem, find_runs, size,
+        vectorized,
     )  # fmt: skip
 else:
     from cncgen.kernels.least_time_matrix import survey
     from cncgen.kernels.least_time_problem import (
         A0, A1, A2, B, D, END, LANES, MOTION, PART, ROOT, ROWS, SCALE, W0, W1, Problem, find_runs, size,
+        vectorized,
     )  # fmt: skip
 
 _INDEX = cython.typedef(cython.Py_ssize_t)
@@ -182,7 +184,35 @@ def _bounds(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, k=_INDEX, a=_INDEX, e=_INDEX)
+@cython.locals(j=_INDEX, k=_INDEX, i=_INDEX, e=_INDEX, over=_REAL)
+def _put_all(
+    problem: Problem,
+    rows: cython.double[::1],
+    d1: cython.double[:, :, ::1],
+    d2: cython.double[:, :, ::1],
+    d3: cython.double[:, :, ::1],
+    factor: cython.double[:, :, ::1],
+    block: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
+    which: cython.Py_ssize_t,
+    a: cython.Py_ssize_t,
+) -> vectorized:
+    """Write the rows of acceleration (0) or jerk (1) of an axis, of all intervals of a block at one end, after the last batch."""
+    e = 2 * end
+    for j in range(size(problem, block)):
+        k = block * LANES + j
+        i = problem.count * ROWS + j
+        over = 1.0 / (problem.limits[which, a] * factor[k, which, a])
+        rows[i + A0] = (d3[k, e, a] if which == 1 else d2[k, e, a]) * over
+        rows[i + A1] = (3.0 * d2[k, e, a] if which == 1 else d1[k, e, a]) * over
+        rows[i + A2] = d1[k, e, a] * over if which == 1 else 0.0
+        rows[i + PART] = 1.0
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(j=_INDEX, k=_INDEX, a=_INDEX, which=_INDEX)
 def _limited(
     problem: Problem,
     block: cython.Py_ssize_t,
@@ -191,36 +221,28 @@ def _limited(
     idle: cython.char[:, ::1],
 ) -> cython.void:
     """Write accelerations and jerks of a block at one end."""
-    e = 2 * end
     for a in range(problem.d1.shape[2]):
-        _open(problem, block, end, _ACCELERATION, a)
-        for j in range(size(problem, block)):
-            k = block * LANES + j
-            if idle[a, k] == 0 and (
-                (end == 1 and held_right[k] != 0) or (end == 0 and (problem.free == 1 or k > 0))
-            ):
-                _put(
-                    problem,
-                    j,
-                    problem.d2[k, e, a],
-                    problem.d1[k, e, a],
-                    0.0,
-                    problem.limits[0, a] * problem.factor[k, 0, a],
-                )
-        _close(problem)
-        _open(problem, block, end, _JERK, a)
-        for j in range(size(problem, block)):
-            k = block * LANES + j
-            if idle[a, k] == 0:
-                _put(
-                    problem,
-                    j,
-                    problem.d3[k, e, a],
-                    3.0 * problem.d2[k, e, a],
-                    problem.d1[k, e, a],
-                    problem.limits[1, a] * problem.factor[k, 1, a],
-                )
-        _close(problem)
+        for which in range(2):
+            _open(problem, block, end, _JERK if which == 1 else _ACCELERATION, a)
+            _put_all(
+                problem,
+                problem.rows,
+                problem.d1,
+                problem.d2,
+                problem.d3,
+                problem.factor,
+                block,
+                end,
+                which,
+                a,
+            )
+            for j in range(size(problem, block)):
+                k = block * LANES + j
+                if idle[a, k] == 0 and (
+                    which == 1 or (held_right[k] != 0 if end == 1 else problem.free == 1 or k > 0)
+                ):
+                    problem.state[problem.count, j] = 2
+            _close(problem)
 
 
 def build(
@@ -443,6 +465,18 @@ def start(problem: Problem, top: cython.double[:, ::1], part: cython.double) -> 
             c[0] = 1.0
 
 
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(k=_INDEX)
+def _averaged(
+    c: cython.double[::1], out: cython.double[::1], first: cython.Py_ssize_t, stop: cython.Py_ssize_t
+) -> vectorized:
+    """Fill `out` from `first` up to `stop` with the average of `c` over three neighbours."""
+    for k in range(first, stop):
+        out[k] = 0.25 * (c[k - 1] + c[k + 1]) + 0.5 * c[k]
+
+
 def rounded(problem: Problem, times: cython.int, raised: cython.double) -> cython.void:
     """Average the free unknowns over three neighbours, but the outermost, so many `times`; to `raised` times what they were at most."""
     c: cython.double[::1] = problem.c
@@ -451,12 +485,14 @@ def rounded(problem: Problem, times: cython.int, raised: cython.double) -> cytho
     import numpy
 
     most: cython.double[::1] = raised * numpy.asarray(c)
-    # Into another array, for a compiler to do several at once.
+    # Into another array and back, for a compiler to do several at once.
     out: cython.double[::1] = numpy.array(c)
     with cython.nogil:
-        for _ in range(times):
-            for k in range(problem.free + 1, problem.n):
-                out[k] = 0.25 * (c[k - 1] + c[k + 1]) + 0.5 * c[k]
+        for _ in range(times // 2):
+            _averaged(c, out, problem.free + 1, problem.n)
+            _averaged(out, c, problem.free + 1, problem.n)
+        if times % 2 == 1:
+            _averaged(c, out, problem.free + 1, problem.n)
             c[:] = out
         for k in range(problem.free, problem.n + 1):
             c[k] = min(c[k], most[k])

@@ -10,10 +10,10 @@ import numpy as np
 from cython.cimports.libc.math import sqrt
 
 if cython.compiled:
-    from cython.cimports.cncgen.kernels.arc_length import parameter_at
+    from cython.cimports.cncgen.kernels.arc_length import cell_at, parameter_at
     from cython.cimports.cncgen.kernels.bspline import Curves, Span
 else:
-    from cncgen.kernels.arc_length import parameter_at
+    from cncgen.kernels.arc_length import cell_at, parameter_at
     from cncgen.kernels.bspline import Curves, Span
 
 #: Kinds of rows that are closed forms elsewhere, and that are curves; the values of `cncgen.geometry.path`.
@@ -289,6 +289,7 @@ def evaluate(
     c: cython.Py_ssize_t
     i: cython.Py_ssize_t
     needed: cython.Py_ssize_t
+    cell: cython.Py_ssize_t = -1
     rest: cython.double[::1] = np.zeros(1)
     local: cython.double
     g: cython.double
@@ -310,9 +311,17 @@ def evaluate(
                         out[k, n, d] = point[k, d]
             else:
                 c = on.curve[at]
-                u[n] = parameter_at(
-                    on.cells, on.cell_offset[c], on.cell_offset[c + 1], local, side, on.snap, rest
-                )
+                i = on.cell_offset[c + 1]
+                rest[0] = u[n] = 0.0
+                if on.cell_offset[c] < i:
+                    cell = cell_at(
+                        on.cells,
+                        on.cell_offset[c],
+                        i,
+                        local + on.snap if side >= 0 else local - on.snap,
+                        cell,
+                    )
+                    u[n] = parameter_at(on.cells, cell, i - 1, local, side, on.snap, rest)
                 needed = max(order, 1) if rest[0] != 0.0 else order
                 if c != span.c or not (knots[span.i] < u[n] and u[n] < knots[span.i + 1]):
                     i = span.find(c, u[n], side)

@@ -68,8 +68,10 @@ def plan_blocks(
         return AxisLimits.of(machine, axes, contour_centripetal)
 
     timeline = Timeline()
-    with closing(_solved(source, bounds_of, coarse)) as solved:
-        for each in solved:
+    solved = _solved(source, bounds_of, coarse)
+    # The next window beside sampling and writing this one; a coarse plan is in a thread of its own as a whole.
+    with closing(solved if coarse else prefetch(solved, PREFETCHED)) as windows:
+        for each in windows:
             if isinstance(each, Toolpath):
                 yield _standing(each, timeline.t_s)
             else:

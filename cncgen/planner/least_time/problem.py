@@ -22,8 +22,9 @@ from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
 
-#: Duality gap, as a part of the time, at which the iteration ends; and part by which limits may be exceeded between nodes.
-GAP, SLACK = 1e-7, 5e-4
+#: Duality gap, as a part of the time, at which the iteration ends where the result is confirmed, and else; and part by which limits
+#: may be exceeded between nodes.
+GAP, ROUGH_GAP, SLACK = 1e-7, 1e-6, 5e-4
 #: Iterations at most: with all rows, and with those alone that the starting profile comes near to (`thinned`).
 MOST, MOST_THINNED = 120, 40
 #: The starting profile is near a limit of acceleration, or a bound of q, if it uses this part of it, within this many
@@ -36,8 +37,9 @@ _STARTS = (0.9, 0.1, 0.8, 0.01, 1e-4, 1e-7)
 _FIRST = 2
 #: Factor on the q of an earlier plan that is tried as a start after that plan itself.
 _SLOWER = 0.9
-#: How often the starting profile is averaged over three neighbours, which rounds its edges off.
-_ROUNDINGS = 48
+#: How often the starting profile is averaged over three neighbours, which rounds its edges off; and at the first start once for so
+#: many intervals, up to the last number: a long window then takes an iteration or two less.
+_ROUNDINGS, _PER_ROUNDING, _MOST_ROUNDINGS = 48, 10, 160
 #: Factor by which averaging may raise q: a slow place beside one a million times as fast would else end far above its limits.
 _RAISED = 2.0
 #: Dual residual, as a part of the time, above which an iterate that holds the limits is not taken for a plan: so far from the
@@ -189,7 +191,7 @@ def solve(
         known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
         hopeless: Called with the result of the first start where that breaks limits; where it returns more than 0, no other
             start is tried.
-        settled: Whether the result is confirmed (`confirmed`) even if it was found by long steps.
+        settled: Whether the result is confirmed (`confirmed`) even if the run did not stall.
 
     Returns:
         The solution; ``converged`` is False where no start led to a motion that holds every limit.
@@ -207,8 +209,10 @@ def solve(
         starts.insert(0, _Start(_STARTS[0], known, _SLOWER))
     # Most rows never bind. The starting profile tells which, so the first try leaves them out.
     first = _Start(_STARTS[0], known)
-    for start, thinned in [(first, True), (first, False), *((start, False) for start in starts)]:
-        run = run_from(given, columns, start, state, thinned)
+    roundings = min(max(_ROUNDINGS, len(columns.at) // _PER_ROUNDING), _MOST_ROUNDINGS)
+    rounder = replace(first, roundings=roundings)
+    for start, thinned in [(rounder, True), (first, False), *((start, False) for start in starts)]:
+        run = run_from(given, columns, start, state, thinned, settled)
         if run.left < _STALLED_GAP:
             return confirmed(given, columns, state, run, settled)
         found.append(run.solution)
@@ -284,11 +288,13 @@ class _Start:
         part: That part.
         known: Shape (k,), middle ordinates of an earlier plan for the first intervals: no less than that; or None.
         slower: Part of the earlier plan to start from instead, where it is less than 1.
+        roundings: How often the profile is averaged.
     """
 
     part: float
     known: Floats | None = None
     slower: float = 1.0
+    roundings: int = _ROUNDINGS
 
     def fill(
         self, kernel: least_time_problem.Problem, columns: SplineColumns, state: tuple[float, float] | None
@@ -299,7 +305,7 @@ class _Start:
             c[:2] = state
         least_time_rows.start(kernel, columns.edge, self.part)
         # At its edges the profile exceeds the jerk limit by far: rounded off it needs fewer iterations.
-        least_time_rows.rounded(kernel, _ROUNDINGS, _RAISED)
+        least_time_rows.rounded(kernel, self.roundings, _RAISED)
         if self.known is not None:
             ahead = columns.at[columns.at < len(self.known)]
             known = self.known[ahead[free - 1 :]]
@@ -331,17 +337,17 @@ def confirmed(
 ) -> Solution:
     """Confirm a result: solve again from a little below it until its time no longer changes.
 
-    That is done where the run stalled near the optimum, where it took many short steps, or `always`. Two things go wrong in
-    such runs. Far from the central path steps stay short, and the optimum is not reached; from a little below, it is. And
-    the parts of the limits that may be used at the ends of intervals are taken from the iterates, so they keep the rounding
-    that has grown over many short steps; from a little below steps are long, and the error falls by a thousand each time.
+    That is done where the run stalled near the optimum, or `always`. Two things go wrong in runs of many short steps. Far from
+    the central path steps stay short, and the optimum is not reached; from a little below, it is. And the parts of the
+    limits that may be used at the ends of intervals are taken from the iterates, so they keep the rounding that has grown
+    over the steps; from a little below steps are long, and the error falls by a thousand each time.
     """
     first, rough = run, run.short >= _SHORT
     for _ in range(_AGAIN if rough or run.left > 0.0 else _TWICE):
-        if run.left == 0.0 and not (rough or always):
+        if run.left == 0.0 and not always:
             return run.solution
         below = _Start(_STARTS[0], run.solution.q[:, 1], _BELOW)
-        again = run_from(given, columns, below, state, thinned=False)
+        again = run_from(given, columns, below, state, thinned=True, settled=always)
         longer = again.solution.time / run.solution.time - 1.0
         # A stalled run may be shorter than the optimum, as its parts of the limits were not yet up to date.
         if again.left >= _STALLED_GAP or longer > (_STALLED_GAP if again.left == 0.0 else 0.0):
@@ -363,7 +369,9 @@ def _from_within(
     the optimum. From a fraction of its q, which has the same proportions, the way leads through the interior instead.
     """
     for _ in range(_AGAIN):
-        run = run_from(given, columns, _Start(_STARTS[0], best.q[:, 1], _WITHIN), state, thinned=True)
+        run = run_from(
+            given, columns, _Start(_STARTS[0], best.q[:, 1], _WITHIN), state, thinned=True, settled=False
+        )
         if run.left < _STALLED_GAP:
             run = replace(run, solution=confirmed(given, columns, state, run))
         shorter = run.solution.converged and run.solution.time < best.time
@@ -375,16 +383,25 @@ def _from_within(
 
 
 def run_from(
-    given: Intervals, columns: SplineColumns, start: _Start, state: tuple[float, float] | None, thinned: bool
+    given: Intervals,
+    columns: SplineColumns,
+    start: _Start,
+    state: tuple[float, float] | None,
+    thinned: bool,
+    settled: bool,
 ) -> SolverRun:
-    """Run the interior-point method from a start; if `thinned`, rows that the start stays far from are left out at first."""
+    """Run the interior-point method from a start, to a smaller gap if the result is to be confirmed (`settled`).
+
+    If `thinned`, rows that the start stays far from are left out at first.
+    """
     kernel = _kernel(columns, state)
     start.fill(kernel, columns, state)
     least_time_rows.build(kernel, columns.box, columns.sway, columns.held_right)
     if thinned:
         least_time_rows.thin(kernel, _REACH, FAR)
     report = np.zeros(7)
-    status = least_time.solve(kernel, GAP, SLACK, MOST_THINNED if thinned else MOST, report)
+    gap, most = GAP if settled else ROUGH_GAP, MOST_THINNED if thinned else MOST
+    status = least_time.solve(kernel, gap, SLACK, most, report)
     held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
     q = ordinates(given, columns.at, columns.ends, np.asarray(kernel.c))
     limit = _binding(given, columns, kernel)
