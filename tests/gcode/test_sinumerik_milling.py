@@ -185,3 +185,21 @@ def test_digits_that_are_not_read(run: Run, tail: str, code: str, part: str) -> 
     error = next(d for d in found if d.severity == "error")
     assert error.code == code
     assert part in error.message
+
+
+def test_finishing_goes_along_the_wall_and_over_the_floor(run: Run) -> None:
+    """What VARI 1 has cleared is not cleared again: above the floor VARI 2 leads along the wall of 50 x 40 alone, and nothing is left of it."""
+    cycle = "POCKET3(10,0,1,-9,50,40,5,0,0,0,3,0.5,0.5,500,100,0,{},8)"
+    out = run(f"{TOOL.format(5.0)}{cycle.format(2)}\nM30", dialect="sinumerik")
+    assert out.errors == []
+    rows = (out.path.kind != Kind.EVENT) & (out.path.feed_mode != FeedMode.RAPID)
+    for level in (-3.0, -6.0):
+        loop = out.path.end[rows & (out.path.end[:, 2] == level), :2]
+        # The way in, the wall, its four corners of no radius, and back: places farther in are passed, not milled around.
+        assert np.abs(loop).max(0).tolist() == [20.0, 15.0]
+        assert sum(abs(x) < 20.0 and abs(y) < 15.0 for x, y in loop) <= 2
+    assert left(cut(run, cycle.format(2), 5.0), rectangle(50, 40, 5.0), 5.0) < 0.01
+    rough, finish = (
+        run(f"{TOOL.format(5.0)}{cycle.format(v)}\nM30", dialect="sinumerik").path.path.length for v in (1, 2)
+    )
+    assert finish < rough

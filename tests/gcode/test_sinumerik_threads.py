@@ -96,3 +96,76 @@ def test_a_tool_that_t_changes_has_its_size_in_canon(calls: Any, tmp_path: Path)
     text = INSIDE.replace("\nM6\n", "\n").format(outer=16, core=13, lead=2, sense=3, kind=0)
     found = calls(text, dialect="sinumerik", tool_table=table)
     assert any(call.startswith("ARC_FEED(54.0000, 40.0000, 52.0000") for call in found)
+
+
+#: CYCLE70: a lead of 3 from 2 to -10 is 4 turns; root at 10 inside and at 9 outside, tool 4.
+PROFILE = "T1 D1 M6\nS500 M3\nCYCLE70(10,0,2,{depth},20,1,{left},3,1,{step},200,{kind},5,6,{angle},{vari},1,,,,100,1,{mode})\nM30\n"
+
+
+def helices(rows: Any, **words: Any) -> list[tuple[complex, float, float, float]]:
+    """Return of each helix where it begins in the plane, its radius, its heights, and its turn in degrees over one of height, signed."""
+    values = {"depth": -10, "left": 0, "step": 2, "kind": 0, "angle": 0, "vari": 11, "mode": 0, **words}
+    path = rows(PROFILE.format(**values)).path
+    found = []
+    for row in range(1, len(path)):
+        start, end = path.starts[row], path.end[row]
+        if path.kind[row] != 1 or abs(end[2] - start[2]) < 5:
+            continue
+        middle = 5 + 6j
+        s = path.path.row_s[row] + path.path.row_length[row] * 1e-6
+        x, y = path.path.evaluate([s])[0][0][:2]
+        spoke = complex(*start[:2]) - middle
+        sense = ((complex(x, y) - middle) / spoke).imag
+        found.append((complex(*start[:2]), abs(spoke), (start[2], end[2]), math.copysign(1.0, sense)))
+    return found  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        # Downwards to the right is clockwise; upwards, or to the left, counter-clockwise; both clockwise.
+        ({}, [(11 + 6j, 6, (2, -10), -1)]),
+        ({"vari": 21}, [(11 + 6j, 6, (-10, 2), 1)]),
+        ({"vari": 111}, [(11 + 6j, 6, (2, -10), 1)]),
+        ({"vari": 121}, [(11 + 6j, 6, (-10, 2), -1)]),
+        # From NSP on; DP as a distance.
+        ({"angle": 90, "depth": 10, "mode": 1}, [(5 + 12j, 6, (2, -10), -1)]),
+        # Passes of 0.45 down to the allowance of 0.1, then the last one alone.
+        ({"left": 0.1, "step": 0.5}, [(10.45 + 6j, 5.45, (2, -10), -1), (10.9 + 6j, 5.9, (2, -10), -1)]),
+        ({"left": 0.1, "step": 0.5, "vari": 12}, [(11 + 6j, 6, (2, -10), -1)]),
+        ({"kind": 1}, [(18 + 6j, 13, (2, -10), -1)]),
+        (
+            {"kind": 1, "left": 0.1, "step": 0.5},
+            [(18.55 + 6j, 13.55, (2, -10), -1), (18.1 + 6j, 13.1, (2, -10), -1)],
+        ),
+    ],
+)
+def test_threads_of_a_profile(rows: Any, words: dict[str, Any], expected: list[Any]) -> None:
+    """A thread to the right goes up counter-clockwise, so down clockwise."""
+    found = helices(rows, **words)
+    assert [(s, t) for *_, s, t in found] == [(s, t) for *_, s, t in expected]
+    for (begin, radius, *_), (place, wanted, *_) in zip(found, expected, strict=True):
+        assert (begin, radius) == (pytest.approx(place), pytest.approx(wanted))
+
+
+def test_a_thread_of_a_profile_has_its_lead(rows: Any) -> None:
+    """Four turns at the radius 6 and the lead 3."""
+    path = rows(PROFILE.format(depth=-10, left=0, step=2, kind=0, angle=0, vari=11, mode=0)).path
+    assert max(path.path.row_length) == pytest.approx(4 * math.hypot(2 * math.pi * 6, 3))
+
+
+@pytest.mark.parametrize(
+    ("words", "part"),
+    [
+        ({"vari": 31}, "VARI = 31"),
+        ({"vari": 13}, "VARI = 13"),
+        ({"left": 1}, "allowance 1"),
+        ({"kind": 2}, "TYPTH = 2"),
+    ],
+)
+def test_faults_of_a_profile(run: Any, words: dict[str, Any], part: str) -> None:
+    values = {"depth": -10, "left": 0, "step": 2, "kind": 0, "angle": 0, "vari": 11, "mode": 0, **words}
+    text = "$TC_DP6[1,1]=4\n" + PROFILE.format(**values)
+    error = next(d for d in run(text, dialect="sinumerik").diagnostics if d.severity == "error")
+    assert error.code == "cycle-tool"
+    assert part in error.message

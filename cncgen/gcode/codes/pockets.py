@@ -30,7 +30,10 @@ class Pocket:
 
 @dataclass(frozen=True, slots=True)
 class Clearing:
-    """How a pocket is cleared: tool radius, step aside, levels in Z, heights, feeds, and the sense (1 counter-clockwise)."""
+    """How a pocket is cleared: tool radius, step aside, levels in Z, heights, feeds, and the sense (1 counter-clockwise).
+
+    What is finished has been cleared: above the last level, the floor, the tool goes along the wall alone.
+    """
 
     radius: float
     step: float
@@ -39,6 +42,7 @@ class Clearing:
     feed: float
     plunge: float
     sense: int = 1
+    finish: bool = False
 
 
 def levels_of(surface: float, depth: float, infeed: float, name: str) -> tuple[float, ...]:
@@ -94,7 +98,7 @@ class PocketPath:
             self._feed(self.how.plunge)
             self.go(None, level, rapid=False)
             self._feed(self.how.feed)
-            for offset in offsets:
+            for offset in offsets if not self.how.finish or level == self.how.levels[-1] else offsets[-1:]:
                 self.go(self.begin(offset), None, rapid=False)
                 self.loop(offset)
             self.go(self.begin(offsets[0]), None, rapid=False)

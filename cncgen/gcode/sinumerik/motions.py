@@ -54,6 +54,7 @@ _CYCLES = {
     "POCKET1": pockets.old_rectangle,
     "POCKET2": pockets.old_circle,
     "SLOT2": pockets.bows,
+    "CYCLE70": thread_milling.thread_of_profile,
     "CYCLE90": thread_milling.thread,
     **contour_cycles.CYCLES,
 }

@@ -48,7 +48,12 @@ def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[
     step = how["step"] or _USUAL_STEP * 2.0 * radius
     climb = how["cdir"] in (0.0, 3.0) if motions.ip.state.direction >= 0 else how["cdir"] == 3.0
     sense = 1 if climb or how["cdir"] == 3.0 else -1
-    clear(motions.ip, pocket, Clearing(radius, step, levels, hole.start, feed, plunge, sense), name)
+    clear(
+        motions.ip,
+        pocket,
+        Clearing(radius, step, levels, hole.start, feed, plunge, sense, finish=not rough),
+        name,
+    )
     motions.ip.sink.set_feed_rate(motions.ip.state.feed)
     motions.move({"Z": hole.back}, rapid=True)
 

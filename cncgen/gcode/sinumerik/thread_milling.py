@@ -1,4 +1,4 @@
-"""CYCLE90 of SINUMERIK: a thread inside or outside, milled downwards in one helix (840D/840Di/810D, Programming Guide, Cycles, 3.2).
+"""CYCLE90 and CYCLE70 of SINUMERIK: a thread inside or outside, milled in one helix (840D/840Di/810D, Programming Guide, Cycles, 3.2).
 
 The order of the moves, which circle leads on and off the thread in which sense, and how far below the thread and before it that is, are the
 manual's. The size of these circles, and the angle at which the thread begins, X+ of its middle, are ours.
@@ -11,7 +11,8 @@ import math
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, filled, milling_feed
+from cncgen.gcode.sinumerik.cycle_modes import MillingModes
+from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, filled, given, milling_feed
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -59,6 +60,59 @@ def thread(motions: Motions, name: str, values: Values) -> None:
     hole.go(hole.back, rapid=True)
 
 
+def thread_of_profile(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE70(RTP, RFP, SDIS, DP, DIATH, H1, FAL, PIT, NT, MID, FFR, TYPTH, PA, PO, NSP, VARI, PITA), then PITM PTAB PTABA GMODE DMODE AMODE.
+
+    The root of the thread lies at DIATH inside, and H1 within it outside. VARI roughs in passes of MID down to the allowance FAL (ones 1) or
+    finishes (2), downwards (tens 1) or upwards (2), a thread to the right (hundreds 0) or left (1), which begins at NSP. Passes are of equal
+    depth, the helix reaches from SDIS above RFP to DP, and the ways on and off it are those of CYCLE90: they are our own.
+    """
+    v = [filled(values, k) for k in range(17)]
+    modes = MillingModes.of(motions, name, values, 20)
+    check_plane(motions, name)
+    hole = Hole.of(
+        motions, name, [*values[:3], None if given(values, 3) is None else modes.depth_of(v[3], v[1])]
+    )
+    outer, depth, left, pitch, kind, vari = v[4], v[5], v[6], v[7], round(v[11]), round(v[15])
+    how, way, hand = vari % 10, vari // 10 % 10, vari // 100 % 10
+    root = outer / 2.0 - depth if kind == 1 else outer / 2.0
+    tool = motions.ip.cutting_radius(name, math.inf if kind == 1 else root - depth)
+    height = abs(hole.start - hole.depth)
+    hint = "DIATH is the nominal diameter, H1 the depth of the thread, PIT its lead, TYPTH 0 inside or 1 outside, VARI as 11 or 122"
+    for wrong, message in (
+        (how not in (1, 2) or way not in (1, 2) or hand > 1 or vari > 199 or kind not in (0, 1), f"VARI = {vari} or TYPTH = {kind} of {name} has no meaning"),
+        (round(v[8]) > 1 or round(v[16]) > 1, f"NT = {v[8]:g} (a tool of several teeth) or PITA = {v[16]:g} (another unit of the lead) of {name} is not read"),
+        (pitch <= 0.0 or height / max(pitch, _TINY) > _MOST, f"{name} has the lead {pitch:g}"),
+        (depth <= 0.0 or not 0.0 <= left < depth or depth / (v[9] or depth) > _MOST, f"{name} has the depth {depth:g}, the allowance {left:g} and passes of {v[9]:g}"),
+        (tool <= 0.0 or root <= 0.0 or (kind == 0 and tool > root - depth + _TINY), f"the tool, {2.0 * tool:g} wide, does not go into {name} of {outer:g}"),
+    ):  # fmt: skip
+        if wrong:
+            raise BlockError("cycle-tool", message, name, hint=hint)
+    aim = depth - (left if how == 1 else 0.0)
+    count = math.ceil(aim / v[9] - _TINY) if how == 1 and v[9] > 0.0 else 1
+    # Seen from above a thread to the right goes up counter-clockwise.
+    sense = (1 if way == 2 else -1) * (-1 if hand else 1)
+    ends = (hole.start, hole.depth) if way == 1 else (hole.depth, hole.start)
+    beyond = math.copysign(pitch / 4.0, ends[1] - ends[0])
+    middle, before = complex(v[12], v[13]), motions.ip.state.feed
+    spoke = cmath.rect(1.0, math.radians(v[14]))
+    hole.go(hole.back, rapid=True)
+    for k in range(1, count + 1):
+        short = depth - aim * k / count
+        radius = root + tool + short if kind == 1 else root - tool - short
+        path = _Path(motions, middle, radius, sense, tool if kind == 1 else 0.0)
+        path.lead_begins(spoke)
+        hole.go(max(ends[0] - beyond, hole.start) if way == 1 else hole.start, rapid=True)
+        hole.feed(milling_feed(motions, name, v[10]))
+        hole.go(ends[0] - beyond, rapid=False)
+        path.lead(spoke, ends[0], on=True)
+        end = path.helix(*ends, pitch, spoke)
+        path.lead(end, ends[1] + beyond, on=False)
+        hole.go(hole.start, rapid=True)
+    hole.feed(before)
+    hole.go(hole.back, rapid=True)
+
+
 class _Path:
     """The tool's path about the middle of a thread: places are relative to it, in units of the radius of the path.
 
@@ -78,9 +132,9 @@ class _Path:
         back = 1.0 if on else -1.0
         return centre - back * self.sense * 1j * spoke * self._lead, centre, -self.sense
 
-    def lead_begins(self) -> None:
-        """Go to where the way to the thread begins."""
-        place = self.middle + self._aside(1.0 + 0j, on=True)[0]
+    def lead_begins(self, spoke: complex = 1.0 + 0j) -> None:
+        """Go to where the way to the thread begins, which starts at a direction from its middle."""
+        place = self.middle + self._aside(spoke, on=True)[0]
         self.motions.move({"X": place.real, "Y": place.imag}, rapid=True)
 
     def lead(self, spoke: complex, level: float, *, on: bool) -> None:
@@ -88,13 +142,13 @@ class _Path:
         aside, centre, sense = self._aside(spoke, on=on)
         self._arc(self.middle + (spoke * self.radius if on else aside), self.middle + centre, level, sense, 1)
 
-    def helix(self, top: float, bottom: float, pitch: float) -> complex:
-        """Go down the thread from X+ on; return the direction in which it ends."""
-        turn = 2.0 * math.pi * (top - bottom) / pitch
+    def helix(self, top: float, bottom: float, pitch: float, begin: complex = 1.0 + 0j) -> complex:
+        """Go down the thread, or up, from a direction on; return the direction in which it ends."""
+        turn = 2.0 * math.pi * abs(top - bottom) / pitch
         count = math.ceil(turn / (2.0 * math.pi) - _TINY)
-        spoke = cmath.rect(1.0, self.sense * turn)
-        if abs(spoke - 1.0) < _TINY:
-            spoke = 1.0 + 0j
+        spoke = begin * cmath.rect(1.0, self.sense * turn)
+        if abs(spoke - begin) < _TINY:
+            spoke = begin
         self._arc(self.middle + spoke * self.radius, self.middle, bottom, self.sense, count)
         return spoke
 
