@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cached_property
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
@@ -27,7 +28,6 @@ from cncgen.gcode.state.parameters import (
     Parameters,
     read_parameters,
 )
-from cncgen.machine.tool_table import ToolTable, tools_of
 from cncgen.records import replace
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.units import INCH
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from cncgen.gcode.codes.saved import Saved
     from cncgen.gcode.flow.calls import Frame
     from cncgen.gcode.flow.o_words import FlowControl
+    from cncgen.machine.tool_table import ToolTable
 
 #: The radius of a tool that no table describes, for cycles that step aside by a part of it, mm.
 _CUTTING_MM = 5.0
@@ -58,7 +59,7 @@ class Interpreter:
         codes: The codes of the dialect.
         state: The modal state, `cncgen.gcode.state.modal.State`.
         parameters: Numbered and named parameters.
-        tools: The tool table.
+        tools_given: Whether there is a tool table; else any tool may be called.
         jump: The jump of M98, M99 or a cycle: kind, number, times; the runner takes it after the block.
         macro_values: Arguments of the macro that `jump` asks for.
         modal_macros: G66: number, times and arguments of the macros that follow each motion, the last one first.
@@ -109,9 +110,11 @@ class Interpreter:
         if self.lathe:
             self.state.plane, self.state.feed_mode, self.state.diameter = 18, 95, True
         self.parameters: Parameters = Parameters(self)
-        self.tools: ToolTable = tools_of(options.tool_table, options.stand_alone and dialect == "linuxcnc")
+        self.tools_given = bool(options.tool_table) or (options.stand_alone and dialect == "linuxcnc")
+        # A table is read now, whose faults end the run.
+        first = next(iter(self.tools.tools), 0) if self.tools_given else 0
         if options.stand_alone:
-            self.state.fetched = next(iter(self.tools.tools), 0)
+            self.state.fetched = first
         self.jump: tuple[str, int, int] | None = None
         self.flow: FlowControl | None = None
         self.guard: Handler | None = None
@@ -126,6 +129,13 @@ class Interpreter:
         self.skipping = self.feed_doubted = self.feed_mode_said = self.steps = self.c_moves = False
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)
+
+    @cached_property
+    def tools(self) -> ToolTable:
+        """The tools; a program without any does not import their module."""
+        from cncgen.machine.tool_table import tools_of
+
+        return tools_of(self.options.tool_table, self.tools_given)
 
     def begin(self) -> None:
         """Take the coordinate system of the parameter file, and pass the state in force to the sink."""
@@ -274,7 +284,7 @@ class Interpreter:
         Without a tool table it is 5 mm, or four fifths of half the width of a pocket or slot, with a warning.
         """
         radius = self.tool_radius()
-        if radius > 0.0 or self.tools.given:
+        if radius > 0.0 or self.tools_given:
             return radius
         radius = min(_CUTTING_MM / (INCH if self.state.inches else 1.0), 0.8 * half)
         message = f"{name} is worked out for a tool {2.0 * radius:g} wide: no tool table gives its diameter"

@@ -98,7 +98,7 @@ class Batches:
             state.flood,
             state.retract_old,
             state.path_mode is PathMode.EXACT_PATH,
-            ip.dialect == "linuxcnc" and not ip.tools.given,
+            ip.dialect == "linuxcnc" and not ip.tools_given,
         )
         self._modes[: gcode_codes.CYCLE] = array("q", modes)
         levels = (
