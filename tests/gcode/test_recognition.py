@@ -215,6 +215,15 @@ def test_a_control_that_is_not_read_is_named_in_one_error(text: str, control: st
     assert control in errors[0].message
 
 
+def test_blocks_that_end_in_a_star_are_likely_of_heidenhain() -> None:
+    """Books of other controls write * for the end of a block too; a head with G71 leaves no doubt, a program number speaks for FANUC."""
+    blocks = "N10 G00 X+10 Y+10 *\nN20 G01 X+20 F100 *\nN30 M30 *\n"
+    for text, sure in ((blocks, "likely"), (f"%PART G71 *\n{blocks}", "certain")):
+        choice = choose(open_source(io.BytesIO(text.encode()), "t.nc"))
+        assert (choice.dialect, choice.reason.rpartition("(")[2]) == ("heidenhain", f"{sure})")
+    assert dialect_of("O1000\nN10 G00 X1.0 Y1.0*\nN20 G43 H1 Z1.*\nN30 M30*\n")[0] == "fanuc"
+
+
 @pytest.mark.parametrize(
     ("text", "dialect", "line"),
     [

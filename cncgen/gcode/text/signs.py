@@ -185,7 +185,7 @@ BARE = (
     _sign("tool and edge T D", _all(4, _S), rb"^T\d{1,2}D\d(?:M0?6)?$", b"D"),
     # Heidenhain's DIN/ISO.
     _sign("a head with G70 or G71", _all(30, _H), rb"^%\w+?G7[01]\*?$", b"G70", b"G71"),
-    _sign("blocks that end in *", _all(10, _H), rb"^[^\n]*[A-Z][-+]?[.\d]+\*$", b"*"),
+    _sign("blocks that end in *", _all(5, _H), rb"^[^\n]*[A-Z][-+]?[.\d]+\*$", b"*"),
     _sign("a label or its call", _all(12, _H), rb"^(?:G98L\d+|L\d+,\d+)\*?$", b"G98L", b","),
     _sign("a tool of DIN/ISO", _all(10, _H), rb"^(?:T\d+G1[789]S\d|G99T\d+L)", b"G17S", b"G18S", b"G19S", b"G99T"),
     _sign("a function of Q", _all(20, _H), rb"^D[01]\dQ\d+P0?1", b"D0", b"D1"),
