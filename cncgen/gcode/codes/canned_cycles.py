@@ -13,6 +13,7 @@ from collections.abc import Callable, Set
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.spindle import TURNS
 from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -99,15 +100,10 @@ class Hole:
 
     def turn(self, direction: int) -> None:
         """Start or stop the spindle; the direction in force before the cycle stays noted."""
-        name = {
-            1: "START_SPINDLE_CLOCKWISE",
-            -1: "START_SPINDLE_COUNTERCLOCKWISE",
-            0: "STOP_SPINDLE_TURNING",
-        }[direction]
         speed = self.ip.state.speed
         self.ip.sink.set_spindle(speed, direction)
         event = Event("spindle", True, values={"speed_rpm": speed, "direction": direction})
-        self.ip.sink.call(f"{name}({self.spindle})", event)
+        self.ip.sink.call(f"{TURNS[direction]}({self.spindle})", event)
 
     def stop(self) -> None:
         """Stop for the operator, who takes the tool out."""
@@ -359,11 +355,14 @@ def _check_cut(number: int, words: dict[str, float]) -> None:
         raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
 
 
-def _repeats(block: Block) -> int:
-    value = block.words.get("l", 1.0)
+def repeats(block: Block, letter: str, least: int, slack: float = 0.0) -> int:
+    """Return how many holes a block makes; raise where that is no whole number."""
+    value = block.words.get(letter, 1.0)
     count = round(value)
-    if abs(value - count) > 1e-4 or not 1 <= count <= MAX_REPEATS:
-        raise BlockError("cycle-repeats", f"L{value:g} must be a whole number from 1 to {MAX_REPEATS}", "L")
+    if abs(value - count) > slack or not least <= count <= MAX_REPEATS:
+        name = letter.upper()
+        message = f"{name}{value:g} must be a whole number from {least} to {MAX_REPEATS}"
+        raise BlockError("cycle-repeats", message, name)
     return count
 
 
@@ -390,7 +389,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     state = ip.state
     first, second, normal = state.plane_axes()
     hole = _hole_of(ip, block, sticky)
-    count = _repeats(block)
+    count = repeats(block, "l", 1, slack=1e-4)
     if sticky.level < hole.retract:
         hole.traverse(hole.retract)
     exact = state.path_mode is PathMode.EXACT_PATH

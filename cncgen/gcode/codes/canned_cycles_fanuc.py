@@ -21,6 +21,7 @@ from cncgen.gcode.codes.canned_cycles import (
     Hole,
     HoleMoves,
     Sticky,
+    repeats,
     words_hint,
 )
 from cncgen.gcode.codes.dwell import is_written, seconds_of
@@ -310,18 +311,6 @@ def _doubt(ip: Interpreter, text: str, hint: str) -> None:
     ip.warn_once(BlockError("cycle-words", text, f"G{ip.state.motion // 10}", hint=hint))
 
 
-def _repeats(block: Block, sticky: Sticky) -> int:
-    letter = "k" if "k" in block.words and "i" not in sticky.words else "l"
-    value = block.words.get(letter, 1.0)
-    if value != round(value) or not 0 <= value <= MAX_REPEATS:
-        raise BlockError(
-            "cycle-repeats",
-            f"{letter.upper()}{value:g} must be a whole number from 0 to {MAX_REPEATS}",
-            letter.upper(),
-        )
-    return round(value)
-
-
 def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> None:
     state = ip.state
     first, second, normal = state.plane_axes()
@@ -339,7 +328,8 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     clear = max(sticky.level, retract) if state.retract_old else retract
     hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
     step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
-    for _ in range(_repeats(block, sticky)):
+    letter = "k" if "k" in block.words and "i" not in sticky.words else "l"
+    for _ in range(repeats(block, letter, 0)):
         end = ip.end_point(step)
         hole.across({first: end[first], second: end[second]})
         if number != _BACK:

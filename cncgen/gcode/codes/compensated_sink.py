@@ -10,6 +10,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable
+from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
@@ -17,10 +18,10 @@ from cncgen.gcode.budget import MOTION
 from cncgen.gcode.codes.table import COMPENSATION, COMPENSATION_PLANE, STRICT_COMPENSATION, Codes
 from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, ToolCentre
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, Sink
+from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.records import dataclass
-from cncgen.toolpath.record import Event, PathMode
+from cncgen.toolpath.record import Event
 from cncgen.units import INCH
 
 TYPE_CHECKING = False
@@ -46,7 +47,7 @@ class _Move:
     feed: bool
 
 
-class CompensatedSink:
+class CompensatedSink(PassingSink):
     """The sink while compensation is on: moves are offset, other calls wait their turn.
 
     Args:
@@ -76,13 +77,12 @@ class CompensatedSink:
         lenient: bool = False,
         on_roll: Callable[[], None] | None = None,
     ) -> None:
-        self.inner = inner
+        super().__init__(inner)
+        self.budget = inner.budget
         self._codes, self._lenient = codes, lenient
         self._on_roll = on_roll
         self._offset = tool_offset
         self.centre = centre
-        self.budget = inner.budget
-        self.wants_comments = inner.wants_comments
         self.plane = plane
         self._first, self._second, _ = PLANE_AXES[plane]
         self._last = list(start)
@@ -111,10 +111,6 @@ class CompensatedSink:
         return self._placed(programmed, self.centre.position)
 
     # Motions.
-
-    def motions(self, batch: MotionBatch) -> None:
-        """Refuse arrays: the interpreter runs blocks one by one meanwhile."""
-        raise RuntimeError("motions came in arrays while cutter compensation is on")
 
     def straight_traverse(self, end: Point) -> None:
         """Offset a traverse."""
@@ -216,6 +212,15 @@ class CompensatedSink:
 
     # Other calls wait behind the motions that wait.
 
+    def __getattr__(self, name: str) -> Any:
+        if not hasattr(Sink, name):
+            # Frames beneath are not its own.
+            raise AttributeError(name)
+        return partial(self._pass_later, getattr(self.inner, name))
+
+    def _pass_later(self, call: Callable[..., None], *arguments: object, **named: object) -> None:
+        self._defer(partial(call, *arguments, **named))
+
     def _defer(self, run: Callable[[], None]) -> None:
         call = _Call(self._block, run)
         self._pass_on(_or_fault(lambda: self.centre.defer(call)))
@@ -232,14 +237,6 @@ class CompensatedSink:
         for point in (self._last, *(move.end for move in waiting)):
             point[:] = [v if 3 <= k <= 5 else v * factor for k, v in enumerate(point)]
 
-    def select_plane(self, plane: int) -> None:
-        """Pass on."""
-        self._defer(lambda: self.inner.select_plane(plane))
-
-    def set_feed_rate(self, rate: float) -> None:
-        """Pass on."""
-        self._defer(lambda: self.inner.set_feed_rate(rate))
-
     def set_inverse_time(self, rate: float, length: float) -> None:
         """Take the speed that it means for the programmed move: all pieces of the move go at it, as in LinuxCNC."""
 
@@ -248,10 +245,6 @@ class CompensatedSink:
             self.inner.set_inverse_time(rate, length)
 
         self._defer(run)
-
-    def synchronise(self, pitch: float | None) -> None:
-        """Pass on."""
-        self._defer(lambda: self.inner.synchronise(pitch))
 
     def set_feed_mode(self, mode: int, synched: bool) -> None:
         """Pass on."""
@@ -262,18 +255,6 @@ class CompensatedSink:
 
         self._defer(run)
 
-    def set_spindle(self, speed: float, direction: int) -> None:
-        """Pass on."""
-        self._defer(lambda: self.inner.set_spindle(speed, direction))
-
-    def set_surface_speed(self, limit: float | None) -> None:
-        """Pass on."""
-        self._defer(lambda: self.inner.set_surface_speed(limit))
-
-    def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
-        """Pass on."""
-        self._defer(lambda: self.inner.set_motion_control_mode(mode, tolerance, naive))
-
     def set_g5x_offset(self, system: int, offset: Point) -> None:
         """Refuse to move the coordinate system."""
         raise BlockError(
@@ -282,14 +263,6 @@ class CompensatedSink:
             "G10",
             hint="turn it off before (G40 and a straight move)",
         )
-
-    def set_g92_offset(self, offset: Point) -> None:
-        """Pass on."""
-        self._defer(lambda: self.inner.set_g92_offset(offset))
-
-    def set_xy_rotation(self, degrees: float) -> None:
-        """Pass on."""
-        self._defer(lambda: self.inner.set_xy_rotation(degrees))
 
     def use_tool_length_offset(self, offset: Point) -> None:
         """Pass on; coordinates of where the tool stands change by as much."""
@@ -301,10 +274,6 @@ class CompensatedSink:
                 self._offset = list(offset)
 
         self._defer(run)
-
-    def place(self, position: Point) -> None:
-        """Pass on."""
-        self._defer(lambda: self.inner.place(position))
 
     def where(self, position: Point) -> Point:
         """Return `position`: nothing that asks goes with compensation."""

@@ -15,6 +15,7 @@ from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.offsets_fanuc import preset_position
 from cncgen.gcode.codes.offsets_fanuc import set_data as set_mill_data
+from cncgen.gcode.codes.synchronised import in_step
 from cncgen.gcode.codes.table import (
     CHANGES_OFFSETS,
     LATHE,
@@ -138,17 +139,11 @@ def check_spindle(ip: Interpreter, name: str) -> None:
 
 def cut_thread(ip: Interpreter, end: list[float], lead: float) -> None:
     """Feed to `end` in step with the spindle; the lead is along the axis that goes farther (B-64304EN-1, 4.1)."""
-    state, sink = ip.state, ip.sink
-    run, rise = end[Z] - state.position[Z], end[X] - state.position[X]
+    run, rise = end[Z] - ip.state.position[Z], end[X] - ip.state.position[X]
     farther = max(abs(run), abs(rise))
     if farther:
         lead *= (run**2 + rise**2) ** 0.5 / farther
-    sink.call(f"START_SPEED_FEED_SYNC({lead:f},0)")
-    sink.synchronise(lead)
-    sink.straight_feed(end)
-    sink.synchronise(None)
-    sink.call("STOP_SPEED_FEED_SYNCH()")
-    state.position, state.moved = end, True
+    in_step(ip, lead, end)
 
 
 def lead_of(ip: Interpreter, block: Block, name: str, number: int) -> float:

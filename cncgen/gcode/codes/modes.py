@@ -9,12 +9,9 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import CHANGES_PATH_MODE, CHANGES_UNITS, STRICT_COMPENSATION, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.state.modal import PLANE_CODES, Stage
+from cncgen.gcode.state.modal import LENGTHS, PLANE_CODES, Stage
 from cncgen.toolpath.record import PathMode
 from cncgen.units import INCH
-
-#: Columns that are lengths: X Y Z and U V W.
-LENGTHS = (0, 1, 2, 6, 7, 8)
 
 
 def _plane(number: int) -> Handler:

@@ -34,18 +34,15 @@ def _one(what: str) -> Handler:
     return run
 
 
-#: Other controls leave them to the machine's builder.
-_OWN = ("linuxcnc",)
 _CHANGES = ("changes an override", COMPENSATION)
 CODES = (
     Code("M", 480, "override", Stage.OVERRIDE, _both(True), "feed and speed overrides on", refused=_CHANGES),
     Code("M", 490, "override", Stage.OVERRIDE, _both(False), "feed and speed overrides off", refused=_CHANGES),
-    Code("M", 500, "override", Stage.OVERRIDE, _one("FEED_OVERRIDE"), "feed override on, off with P0", "p", dialects=_OWN,
-        refused=_CHANGES, without="others"),
-    Code("M", 510, "override", Stage.OVERRIDE, _one("SPEED_OVERRIDE"), "speed override on, off with P0", "p$", dialects=_OWN,
-        refused=_CHANGES, without="others"),
-    Code("M", 520, "override", Stage.OVERRIDE, _one("ADAPTIVE_FEED"), "adaptive feed on, off with P0", "p", dialects=_OWN,
-        refused=_CHANGES, without="others"),
-    Code("M", 530, "override", Stage.OVERRIDE, _one("FEED_HOLD"), "feed hold on, off with P0", "p", dialects=_OWN, refused=_CHANGES,
-        without="others"),
+    *(
+        Code("M", number, "override", Stage.OVERRIDE, _one(what.upper().replace(" ", "_")), f"{what} on, off with P0", words,
+            dialects=("linuxcnc",), without="others", refused=_CHANGES)
+        for number, what, words in (
+            (500, "feed override", "p"), (510, "speed override", "p$"), (520, "adaptive feed", "p"), (530, "feed hold", "p"),
+        )
+    ),
 )  # fmt: skip

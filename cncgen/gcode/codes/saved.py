@@ -49,30 +49,12 @@ class Saved:
 def snapshot(ip: Interpreter) -> Saved:
     """Return the modal state."""
     state = ip.state
-    return Saved(
-        inches=state.inches,
-        feed_mode=state.feed_mode,
-        feed=state.feed,
-        speed=state.speed,
-        constant_surface=state.constant_surface is not None,
-        direction=state.direction,
-        plane=state.plane,
-        compensation=state.compensation,
-        absolute=state.absolute,
-        arc_absolute=state.arc_absolute,
-        diameter=state.diameter,
-        retract_old=state.retract_old,
-        system=state.system,
-        tool_length=any(state.tool_offset),
-        g92_on=state.g92_on,
-        path=(state.path_mode, state.tolerance, state.naive),
-        mist=state.mist,
-        flood=state.flood,
-        feed_override=state.feed_override,
-        speed_override=state.speed_override,
-        adaptive_feed=state.adaptive_feed,
-        feed_hold=state.feed_hold,
-    )
+    made: dict[str, Any] = {
+        "constant_surface": state.constant_surface is not None,
+        "tool_length": any(state.tool_offset),
+        "path": (state.path_mode, state.tolerance, state.naive),
+    }
+    return Saved(**{name: made[name] if name in made else getattr(state, name) for name in Saved.__slots__})
 
 
 _PATH_CODES = {PathMode.EXACT_PATH: 610, PathMode.EXACT_STOP: 611, PathMode.CONTINUOUS: 640}

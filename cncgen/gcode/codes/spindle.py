@@ -15,7 +15,7 @@ from cncgen.units import INCH
 
 #: Spindles that ``$`` may name (the stand-alone machine has one).
 _SPINDLES = 8
-_NAMES = {1: "START_SPINDLE_CLOCKWISE", -1: "START_SPINDLE_COUNTERCLOCKWISE", 0: "STOP_SPINDLE_TURNING"}
+TURNS = {1: "START_SPINDLE_CLOCKWISE", -1: "START_SPINDLE_COUNTERCLOCKWISE", 0: "STOP_SPINDLE_TURNING"}
 #: The largest speed in the canonical call where D is missing.
 _NO_LIMIT = 1e30
 
@@ -62,7 +62,7 @@ def _turn(direction: int) -> Handler:
         if spindle == 0:
             ip.state.direction = direction
             ip.sink.set_spindle(ip.state.speed, direction)
-        ip.sink.call(f"{_NAMES[direction]}({spindle})", _event(ip, True))
+        ip.sink.call(f"{TURNS[direction]}({spindle})", _event(ip, True))
 
     return run
 

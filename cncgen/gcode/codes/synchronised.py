@@ -32,20 +32,18 @@ def thread(ip: Interpreter, block: Block) -> None:
     if not has_axis(block):
         return
     pitch = _pitch(ip, block, "G33")
-    end = ip.end_point(block)
-    ip.sink.call(f"START_SPEED_FEED_SYNC({pitch:f},0)")
-    _at_pitch(ip, pitch, end)
-    ip.sink.call("STOP_SPEED_FEED_SYNCH()")
-    state.position, state.moved = end, True
+    in_step(ip, pitch, ip.end_point(block))
 
 
-def _at_pitch(ip: Interpreter, pitch: float, end: list[float]) -> None:
-    """Feed to `end` at pitch times speed, and put the feed back."""
-    state = ip.state
-    ip.sink.synchronise(pitch)
-    ip.sink.straight_feed(end)
-    ip.sink.synchronise(None)
-    state.position = end
+def in_step(ip: Interpreter, pitch: float, end: list[float]) -> None:
+    """Feed to `end` in step with the spindle, and put the feed back."""
+    sink = ip.sink
+    sink.call(f"START_SPEED_FEED_SYNC({pitch:f},0)")
+    sink.synchronise(pitch)
+    sink.straight_feed(end)
+    sink.synchronise(None)
+    sink.call("STOP_SPEED_FEED_SYNCH()")
+    ip.state.position, ip.state.moved = end, True
 
 
 def thread_fanuc(ip: Interpreter, block: Block) -> None:

@@ -24,7 +24,7 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.budget import Budget
 from cncgen.gcode.sinks.printing import PrintingSink
 from cncgen.gcode.sinks.sink import Curve, Point, Sink
-from cncgen.gcode.state.modal import zeros
+from cncgen.gcode.state.modal import LENGTHS, zeros
 from cncgen.toolpath.record import Event
 from cncgen.units import INCH
 
@@ -32,8 +32,6 @@ from cncgen.units import INCH
 CALL_LEVELS = 9
 #: How far before the programmed point the probe trips (mm and inch).
 _SHORT = {False: 0.01 * INCH, True: 0.01}
-#: Columns that are lengths: X Y Z and U V W.
-_LENGTHS = (0, 1, 2, 6, 7, 8)
 
 
 class StandAloneSink(PrintingSink):
@@ -112,7 +110,7 @@ class StandAloneSink(PrintingSink):
             self._inches = inches
             factor = 1.0 / INCH if inches else INCH
             for vector in (self._position, self._origin, self._g92):
-                vector[:] = [value * (factor if k in _LENGTHS else 1.0) for k, value in enumerate(vector)]
+                vector[:] = [value * (factor if k in LENGTHS else 1.0) for k, value in enumerate(vector)]
 
     def set_g5x_offset(self, system: int, offset: Point) -> None:
         """Print and shift."""

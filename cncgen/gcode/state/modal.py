@@ -155,6 +155,8 @@ class State:
 PLANE_AXES = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0), 171: (6, 7, 8), 181: (8, 6, 7), 191: (7, 8, 6)}
 
 
+#: Columns that are lengths: X Y Z and U V W.
+LENGTHS = (0, 1, 2, 6, 7, 8)
 #: The codes of planes in tenths, with the plane that each chooses.
 PLANE_CODES = {10 * plane if plane < 100 else plane: plane for plane in PLANE_AXES}
 #: The codes of work coordinate systems 1 to 9, in tenths.
