@@ -6,6 +6,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from cncgen import extensions
 from cncgen.gcode.codes.reference import DIALECTS, codes, markdown, rows
 from cncgen.gcode.codes.table import _MODULES, ALONE, OFFSET_NUMBERS, Codes
 
@@ -47,6 +50,13 @@ def test_each_code_is_of_one_module() -> None:
     assert {(letter, number) for dialect, letter, number in found if dialect == "fanuc"} == set(
         Codes("fanuc")
     )
+
+
+@pytest.mark.parametrize("dialect", extensions.DIALECTS)
+def test_a_code_has_one_row_in_a_dialect(dialect: str) -> None:
+    """Whichever code a program has first: modules are imported until it is found."""
+    whole = Codes(dialect)
+    assert all(Codes(dialect)[key] is whole[key] for key in list(whole))
 
 
 def test_modules_are_imported_as_codes_need_them() -> None:

@@ -216,10 +216,12 @@ class CompensatedSink(PassingSink):
         if not hasattr(Sink, name):
             # Frames beneath are not its own.
             raise AttributeError(name)
-        return partial(self._pass_later, getattr(self.inner, name))
+        held = self.__dict__[name] = partial(self._hold, name)
+        return held
 
-    def _pass_later(self, call: Callable[..., None], *arguments: object, **named: object) -> None:
-        self._defer(partial(call, *arguments, **named))
+    def _hold(self, name: str, *arguments: object, **named: object) -> None:
+        """Pass a call on behind the motions that wait."""
+        self._defer(partial(getattr(self.inner, name), *arguments, **named))
 
     def _defer(self, run: Callable[[], None]) -> None:
         call = _Call(self._block, run)

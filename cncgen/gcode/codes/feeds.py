@@ -46,7 +46,7 @@ def feeds_meant(ip: Interpreter) -> tuple[float, float]:
 
 def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
     """Remark on a feed that nobody can mean: a lathe's F0.3, read as mm a minute, makes hours of setpoints of a part of two minutes."""
-    in_force = ip.codes.get(("G", ip.state.motion))
+    in_force = ip.codes.row("G", ip.state.motion)
     if any(row.pitched for row in ip.codes.of(block)) or (in_force is not None and in_force.pitched):
         return
     ip.feed_doubted = True

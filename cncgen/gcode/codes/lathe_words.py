@@ -36,7 +36,7 @@ def turned(ip: Interpreter, block: Block) -> Block:
     words = block.words
     if words.keys().isdisjoint(("x", "z", "u", "v", "w", "a", "c", "h", ",a")):
         return block
-    rows = [row for row in ip.codes.of(block) if row.letter == "G"]
+    rows = [row for number in block.g if (row := ip.codes.row("G", number)) is not None]
     if any(row.axis_words == "sizes" for row in rows):
         return block
     found = dict(words)
@@ -50,9 +50,10 @@ def turned(ip: Interpreter, block: Block) -> Block:
                 found[letter] += ip.state.position[column]
     # G80 ends a cycle, and makes no line of its block.
     motions = [row for row in rows if row.axes == "motion" or row.group == "canned cycle"]
-    if not motions and ("G", ip.state.motion) in ip.codes:
-        motions = [ip.codes["G", ip.state.motion]]
-    depth = next((row.depth for row in motions), "")
+    if not motions:
+        in_force = ip.codes.row("G", ip.state.motion)
+        motions = [in_force] if in_force is not None else []
+    depth = motions[0].depth if motions else ""
     if "h" in found:
         ip.c_moves = True
     for letter, (axis, column) in DISTANCES.items():

@@ -69,6 +69,7 @@ _MODULES = (
 #: Words that act by themselves; the numbers of offsets on FANUC's mills alone.
 ALONE = ("F", "S", "T", ",C", ",R", ",M", ",H")
 OFFSET_NUMBERS = ("D", "H")
+_LONE = frozenset(letter.lower() for letter in ALONE)
 BOTH = ("linuxcnc", "fanuc")
 #: FANUC's lathes, system A of G codes: the language of its mills, with other meanings of some codes.
 LATHE = "fanuc-lathe"
@@ -215,12 +216,16 @@ class Codes(Mapping[tuple[str, int], Code]):
             self._import_next()
         return self._found[key]
 
-    def of(self, block: Block) -> Iterator[Code]:
-        """Yield the rows of the G and M codes of a block, and of its words that act by themselves."""
-        keys = [("G", number) for number in block.g] + [("M", number) for number in block.m]
-        for key in (*keys, *((letter, 0) for letter in ALONE if letter.lower() in block.words)):
-            if key in self:
-                yield self[key]
+    def row(self, letter: str, number: int) -> Code | None:
+        """Return a row, or None."""
+        return self._found.get((letter, number)) or self.get((letter, number))
+
+    def of(self, block: Block) -> list[Code]:
+        """Return the rows of the G and M codes of a block, and of its words that act by themselves."""
+        rows = [self.row("G", number) for number in block.g] + [self.row("M", number) for number in block.m]
+        if not _LONE.isdisjoint(block.words):
+            rows += [self.row(letter, 0) for letter in ALONE if letter.lower() in block.words]
+        return [row for row in rows if row is not None]
 
     def __iter__(self) -> Iterator[tuple[str, int]]:
         while self._waiting:
