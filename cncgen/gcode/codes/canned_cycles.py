@@ -215,8 +215,8 @@ def _back_bore(hole: Hole) -> None:
     direction = _check_turning(hole)
     state = hole.ip.state
     columns = state.plane_axes()
-    offset = [hole.words[letter] for letter in _OFFSET_WORDS[state.plane][:2]]
-    middle = hole.words[_OFFSET_WORDS[state.plane][2]]
+    # Beside the centre on the two axes of the plane, up to along its normal.
+    *offset, middle = (hole.words["ijk"[column]] for column in columns)
     if not state.absolute:
         middle += hole.bottom
     centre = {column: state.position[column] for column in columns[:2]}
@@ -280,8 +280,6 @@ CYCLES = {
     880: Cycle(_bore_by_hand, "p", "bore, dwell for P, stop for the operator", "$"),
     890: Cycle(HoleMoves("BpC"), "p", "bore, dwell for P, feed out"),
 }
-#: Words of G87 by plane: beside the centre on the two axes of the plane, up to along its normal.
-_OFFSET_WORDS = {17: "ijk", 18: "kij", 19: "jki"}
 
 
 def _cycle(number: int) -> Handler:

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 #: How much farther than programmed (rad) LinuxCNC lets a compensated arc sweep, in inches (G20) and in mm: measured on its
 #: interpreter, for tools inside and outside of arcs, radii of 0.5 to 10 and sweeps of 0.1 to 1.5 rad.
 _GROWTH = {True: 0.001, False: 0.0254}
-#: Planes in which a dialect compensates.
-PLANES = {"linuxcnc": (17, 18), "fanuc": (17, 18, 19), "heidenhain": (17, 18, 19), "sinumerik": (17, 18, 19)}
+#: Planes in which dialects compensate.
+_PLANES, _PLANES_OF_LINUXCNC = (17, 18, 19), (17, 18)
 #: Dialects in which compensation is LinuxCNC's.
 _STRICT = ("linuxcnc",)
 ORIENTATIONS = 10
@@ -31,10 +31,11 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         state = ip.state
         name = f"G{41 if left else 42}{'.1' if dynamic else ''}"
-        if state.plane not in PLANES[ip.dialect]:
+        planes = _PLANES_OF_LINUXCNC if ip.dialect in _STRICT else _PLANES
+        if state.plane not in planes:
             raise BlockError(
                 "comp-plane",
-                f"{name} works in the planes {' and '.join(f'G{p}' for p in PLANES[ip.dialect])}, not in G{state.plane}",
+                f"{name} works in the planes {' and '.join(f'G{p}' for p in planes)}, not in G{state.plane}",
                 name,
             )
         radius, orientation = (_programmed if dynamic else _of_the_tool)(ip, block, name)

@@ -44,7 +44,7 @@ from cncgen.records import dataclass, field
 from cncgen.toolpath.record import Event
 
 DIALECT = "heidenhain"
-_PLANES = {frozenset("xy"): 17, frozenset("xz"): 18, frozenset("yz"): 19}
+_PLANES = {frozenset(AXES[column] for column in PLANE_AXES[plane][:2]): plane for plane in (17, 18, 19)}
 _Z = 2
 _DRILL, _REAM = 200, 201
 #: Infeeds of one hole beyond which Q202 counts as a mistake.

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import CALL, Budget
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point
+from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.toolpath.record import Event, PathMode
 
 TYPE_CHECKING = False
@@ -99,7 +100,7 @@ class PrintingSink:
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Print ARC_FEED: end and centre in the plane's axes, turns, end along the normal, A B C."""
-        a, b, n = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}.get(plane, (0, 1, 2))
+        a, b, n = PLANE_AXES[plane if plane in _PLANES else 17]
         rotary = ", ".join(f"{value:.4f}" for value in end[3:6])
         self.call(
             f"ARC_FEED({end[a]:.4f}, {end[b]:.4f}, {first:.4f}, {second:.4f}, {turns}, {end[n]:.4f}, {rotary})"
