@@ -216,12 +216,10 @@ class CompensatedSink(PassingSink):
         if not hasattr(Sink, name):
             # Frames beneath are not its own.
             raise AttributeError(name)
-        held = self.__dict__[name] = partial(self._hold, name)
-        return held
-
-    def _hold(self, name: str, *arguments: object, **named: object) -> None:
-        """Pass a call on behind the motions that wait."""
-        self._defer(partial(getattr(self.inner, name), *arguments, **named))
+        self.__dict__[name] = lambda *arguments, **named: self._defer(
+            partial(getattr(self.inner, name), *arguments, **named)
+        )
+        return self.__dict__[name]
 
     def _defer(self, run: Callable[[], None]) -> None:
         call = _Call(self._block, run)
@@ -299,13 +297,16 @@ def _or_fault(step: Callable[[], list[CentreMove | _Call]]) -> list[CentreMove |
 
 def _refuse(block: Block, codes: Codes, plane: int, *, lenient: bool) -> None:
     """Raise if a block is not allowed while compensation is on."""
+    rows = codes.of(block)
+    if not rows:
+        return
     beside = AXES[PLANE_AXES[plane][2]]
     refuses = COMPENSATION
     if not lenient:
         refuses |= STRICT_COMPENSATION | COMPENSATION_PLANE
     elif block.words.keys() & (set("xyz") - {beside}):
         refuses |= COMPENSATION_PLANE
-    for code in codes.of(block):
+    for code in rows:
         what, under = code.refused
         if not under & refuses:
             what = "changes the plane" if code.plane not in (0, plane) else ""

@@ -222,8 +222,11 @@ class Codes(Mapping[tuple[str, int], Code]):
 
     def of(self, block: Block) -> list[Code]:
         """Return the rows of the G and M codes of a block, and of its words that act by themselves."""
+        alone = not _LONE.isdisjoint(block.words)
+        if not (alone or block.g or block.m):
+            return []
         rows = [self.row("G", number) for number in block.g] + [self.row("M", number) for number in block.m]
-        if not _LONE.isdisjoint(block.words):
+        if alone:
             rows += [self.row(letter, 0) for letter in ALONE if letter.lower() in block.words]
         return [row for row in rows if row is not None]
 
