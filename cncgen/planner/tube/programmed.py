@@ -53,6 +53,11 @@ class RowLines:
     key: Floats
     tolerance: Floats
 
+    def since(self, key: float) -> RowLines:
+        """Return the lines from the one that begins at a key."""
+        first = int(np.searchsorted(self.key, key))
+        return RowLines(self.points[first:], self.key[first:], self.tolerance[first:])
+
 
 class Programmed:
     """Moving rows of the program, from `base` on; numbers of rows count from the start of the program.

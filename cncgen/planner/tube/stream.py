@@ -23,7 +23,7 @@ from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
 from cncgen.planner.tube.window_judge import REST
 from cncgen.planner.tube.window_problem import Solved
 from cncgen.planner.tube.window_rounds import PASSED, Window, moving
-from cncgen.planner.tube.window_search import WindowSearch
+from cncgen.planner.tube.window_search import AHEAD, WindowSearch
 
 Floats = NDArray[np.float64]
 
@@ -261,8 +261,8 @@ class Tube:
         run = self.run
         assert run is not None
         while run.nodes is not None and len(run.nodes):
-            # Those of the next window as well, so that its search can begin.
-            if not run.closed and self.size == WINDOW and len(run.nodes) < 2 * WINDOW:
+            # Those of the next windows as well, so that their search can begin.
+            if not run.closed and self.size == WINDOW and len(run.nodes) < (1 + AHEAD) * WINDOW:
                 return
             window = self._next(run, run.nodes, self.size)
             if window is None:
@@ -279,12 +279,15 @@ class Tube:
             return len(nodes), True
         return (_stop(nodes, size), False) if len(nodes) >= size else None
 
-    def _following(self, run: _Run, planned: int, final: int) -> Nodes | None:
-        """Return the nodes of the window after the final ones of one that is being planned; None where there are too few."""
+    def _following(self, run: _Run, begin: int, planned: int) -> tuple[Nodes, int] | None:
+        """Return the nodes of a window that is expected, and its final ones; see `window_search.Following`."""
         assert run.nodes is not None
-        rest = run.nodes.nodes(final, len(run.nodes))
+        rest = run.nodes.nodes(begin, len(run.nodes))
         window = self._next(run, rest, min(2 * max(self.size, planned), WINDOW))
-        return window and rest.nodes(0, window[0])
+        if window is None:
+            return None
+        nodes = rest.nodes(0, window[0])
+        return nodes, len(nodes) if window[1] else self._final(nodes)
 
     def _window(self, run: _Run, count: int, whole: bool) -> Iterator[Trajectory]:
         """Plan over the first nodes of a run; yield the motion up to where the next window begins."""
@@ -300,7 +303,7 @@ class Tube:
         tried = window.goals is not None and free and shown and self._searches(nodes)
         found, better = self._fastest(run, window) if tried else (None, False)
         if not better:
-            self.search.ahead = None
+            self.search.forget()
         if tried and found is None and count > _SMALLEST:
             self.size = max(count // 4, _SMALLEST // 2)
             if tail is None:
@@ -351,8 +354,9 @@ class Tube:
                 again = self._nodes_again(
                     run, window.nodes, whole, replace(self.scales, part=part, close=near)
                 )
-                window.nodes, window.final, self.search.ahead = again, len(again), None
-            found = self.search.solved(window, partial(self._following, run, len(window.nodes)))
+                window.nodes, window.final = again, len(again)
+                self.search.forget()
+            found = self.search.solved(window, partial(self._following, run))
             if found is not None:
                 took = float(found.step.sum()) + self.hand.standing(run.t, found)
                 better = took < (1.0 - _LESS) * before

@@ -34,8 +34,6 @@ PASSED = 0.004
 _STILL = 1e-7
 #: Nodes after the beginning of a window that keep their room ahead: the state that is expected there may be over the tolerance itself.
 _BEGIN = 10
-#: Part of a period at which the first setpoint is where that is not known yet.
-_PHASE = 0.5
 #: Units of search, of some 10 µs each, that a round takes beside its steps, a step of Newton's method at a node of two axes, and the
 #: comparison of a chord with a line.
 _ROUND, _STEP, _CELL = 120, 0.03, 0.004
@@ -174,23 +172,20 @@ class Rounds:
             self._parts = _parts(changed, np.cumsum(found.step), reach)
         return bool((over > -np.inf).any() or fast.any())
 
-    def ahead(self) -> None:
-        """Make the first two rounds, or one where it is not known where on the rows the window begins."""
+    def ahead(self, first_s: float) -> bool:
+        """Make the first two rounds, or one where it is not known where on the rows the window begins; return whether they find a motion."""
         self.early = True
-        if self.search() and self.window.goals is not None:
-            self.judge(_PHASE * self.bounds.period_s, 1)
-            self.search()
+        found = self.search()
+        if found and self.window.goals is not None:
+            self.judge(first_s, 1)
+            found = self.search()
         self.early = False
-
-    def expects(self, window: Window) -> bool:
-        """Tell whether a window is the one whose rounds have begun ahead."""
-        nodes, expected = window.nodes, self.window.nodes
-        same = len(nodes) == len(expected) and all(nodes.s[k] == expected.s[k] for k in (0, -1))
-        return same and np.array_equal(self.columns, moving(window.state, nodes))
+        return found
 
     def taken(self, window: Window) -> bool:
-        """Go on with that window as it is, from another state near the one expected; return whether there is a motion."""
-        if self._got is None:
+        """Go on with the window as it is, from another state near the one expected; return whether the same axes move."""
+        assert self._got is not None
+        if not np.array_equal(self.columns, moving(window.state, window.nodes)):
             return False
         search = self._got[0]
         self.window, self.exact = window, False

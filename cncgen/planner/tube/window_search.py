@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 from cncgen.machine.record import Machine
 from cncgen.planner.tube.deviation import PHASES, Reached, reached
 from cncgen.planner.tube.handing import Hand
-from cncgen.planner.tube.programmed import Programmed
+from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
 from cncgen.planner.tube.tube_nodes import Nodes
 from cncgen.planner.tube.window_judge import REST, holds, joins
@@ -24,6 +26,75 @@ Floats = NDArray[np.float64]
 _ROUNDS = 9
 #: Part of the tolerance by which a motion near the solution may be over it, and the next window is still begun ahead.
 _OVER = 1.0
+#: Windows that are begun ahead, and the part of a period at which the first setpoint is where that is not known yet.
+AHEAD, _PHASE = 2, 0.5
+
+
+#: A window, a motion over it and the time of that one's first setpoint; rounds that were made, their window, and what they found.
+Begun = tuple[Window, Solved, float]
+Made = tuple[Rounds, Window, Solved | None]
+
+
+class Following(Protocol):
+    """What gives the windows after one."""
+
+    def __call__(self, begin: int, planned: int) -> tuple[Nodes, int] | None:
+        """Return the nodes of the window after so many nodes, where the one before it has `planned` of them, and after how many of
+        its own the next one begins; None where they are not known yet."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Expected:
+    """A window whose beginning is not known yet.
+
+    Attributes:
+        nodes, final: As of `Window`.
+        path: The rows, from one before where it begins.
+        goal, allowed, bounds: As of `Rounds`.
+    """
+
+    nodes: Nodes
+    final: int
+    path: RowLines
+    goal: Floats
+    allowed: Floats
+    bounds: Bounds
+
+    def made(self, before: Begun | Future[Made | None]) -> Made | None:
+        """Return its first rounds and what they found, from where a motion is after the final nodes of the window before it.
+
+        None are made where no motion was found there.
+        """
+        phase = _PHASE * self.bounds.period_s
+        if isinstance(before, Future):
+            made = before.result()
+            if made is None or made[2] is None:
+                return None
+            before = made[1], made[2], phase
+        last, motion, first_s = before
+        final, nodes, goals, path = last.final, self.nodes, None, self.path
+        state = np.stack([motion.position[final], motion.velocity[final], motion.acceleration[final]])
+        entry = None
+        if last.goals is not None:
+            period = self.bounds.period_s
+            entry = reached(last.path, last.goals[0], motion, first_s, period, _OVER, final)
+        if entry is not None and entry.line >= path.key[0]:
+            path = path.since(entry.line)
+            key = min(float(nodes.row[-1] + nodes.part[-1]), float(path.key[-1]))
+            line = path.key[min(int(np.searchsorted(path.key, key, side="right")) - 1, len(path.key) - 2)]
+            goals = entry, Reached.at(nodes.point[-1], key, float(line))
+        window = Window(nodes, self.final, state, float(last.nodes.t[final - 1]), False, path, goals)
+        rounds = Rounds(window, self.bounds, self.goal, self.allowed)
+        return rounds, window, rounds.motion if rounds.ahead(phase) else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Ahead:
+    """A window whose first rounds are made in the other thread, its nodes and after how many of them the next one begins."""
+
+    nodes: Nodes
+    final: int
+    done: Future[Made | None]
 
 
 class WindowSearch:
@@ -54,19 +125,18 @@ class WindowSearch:
         self.bounds = Bounds(*limits, machine.period_s)
         self.units = self.bound = 0
         self.pool = ThreadPoolExecutor(1, "tube")
-        self.ahead: tuple[Rounds, Future[None]] | None = None
+        self.ahead: deque[_Ahead] = deque()
 
     def close(self) -> None:
         """End its thread."""
         self.pool.shutdown(cancel_futures=True)
 
-    def solved(self, window: Window, following: Callable[[int], Nodes | None]) -> Solved | None:
+    def solved(self, window: Window, following: Following) -> Solved | None:
         """Return a motion within all limits and the tolerance, or None where none is found.
 
         Args:
             window: The window.
-            following: Returns the nodes of the window after so many of the nodes of this one, whose search then begins; None where
-                they are not known yet.
+            following: What gives the windows after it, whose search then begins.
         """
         rounds = self._begun_ahead(window)
         known = rounds is not None
@@ -79,10 +149,10 @@ class WindowSearch:
             if not found:
                 return None
             motion = rounds.motion
-            if (known or rounds.number == 0) and not window.whole:
-                self._go_ahead(window, following(window.final), motion)
-            known = False
             first = self.hand.first_setpoint(window.t, motion)
+            if known or rounds.number == 0:
+                self._go_ahead((window, motion, first), following)
+            known = False
             broken = rounds.judge(first, PHASES if rounds.number else 1)
             self._count(rounds)
             if rounds.exact and not broken:
@@ -93,49 +163,62 @@ class WindowSearch:
                 return None
         return None
 
+    def forget(self) -> None:
+        """Leave what has begun ahead: the motion goes on from elsewhere."""
+        for each in self.ahead:
+            each.done.cancel()
+        self.ahead.clear()
+
     def _rounds(self, window: Window) -> Rounds:
         """Return the rounds of a window, before the first."""
-        nodes = window.nodes
+        return Rounds(window, self.bounds, *self._ends(window.nodes))
+
+    def _ends(self, nodes: Nodes) -> tuple[Floats, Floats]:
+        """Return the state in which a window ends, and the tolerance at its nodes."""
         goal = self.reference.state(float(nodes.s[-1]), float(nodes.t[-1]))
-        allowed = self.program.column("tolerance")[nodes.row - self.program.base]
-        return Rounds(window, self.bounds, goal, allowed)
+        return goal, self.program.column("tolerance")[nodes.row - self.program.base]
 
     def _begun_ahead(self, window: Window) -> Rounds | None:
         """Return the rounds that were made ahead, from another state near its own, if this is their window."""
-        if self.ahead is None:
+        if not self.ahead:
             return None
-        (rounds, done), self.ahead = self.ahead, None
-        if not rounds.expects(window):
-            return None
-        done.result()
-        self._count(rounds)
-        return rounds if rounds.taken(window) else None
+        each = self.ahead.popleft()
+        nodes, expected = window.nodes, each.nodes
+        same = len(nodes) == len(expected) and all(nodes.s[k] == expected.s[k] for k in (0, -1))
+        made = each.done.result() if same else None
+        if made is not None:
+            self._count(made[0])
+            if made[2] is not None and made[0].taken(window):
+                return made[0]
+        self.forget()
+        return None
 
     def _count(self, rounds: Rounds) -> None:
         """Count what rounds have taken."""
         self.units += rounds.units
         rounds.units = 0
 
-    def _go_ahead(self, window: Window, nodes: Nodes | None, motion: Solved) -> None:
-        """Begin the search of the next window, from where a motion near that of this one is after its final nodes."""
-        if nodes is None:
+    def _go_ahead(self, begun: Begun, following: Following) -> None:
+        """Begin the rounds of the next windows, from where motions near those of the ones before them are after their final nodes."""
+        window = begun[0]
+        end, planned, row = window.final, len(window.nodes), int(window.nodes.row[0])
+        before: Future[Made | None] | None = None
+        if window.whole:
             return
-        final, goals = window.final, None
-        state = np.stack([motion.position[final], motion.velocity[final], motion.acceleration[final]])
-        assert window.goals is not None
-        first, period = self.hand.first_setpoint(window.t, motion), self.machine.period_s
-        entry = reached(window.path, window.goals[0], motion, first, period, _OVER, final)
-        path = window.path
-        if entry is not None:
-            stop = int(nodes.row[-1]) + 1
-            path = self.program.lines(min(int(entry.line), stop - 1), stop)
-            key = min(float(nodes.row[-1] + nodes.part[-1]), float(path.key[-1]))
-            line = path.key[min(int(np.searchsorted(path.key, key, side="right")) - 1, len(path.key) - 2)]
-            goals = entry, Reached.at(nodes.point[-1], key, float(line))
-        rounds = self._rounds(
-            Window(nodes, len(nodes), state, float(window.nodes.t[final - 1]), False, path, goals)
-        )
-        self.ahead = rounds, self.pool.submit(rounds.ahead)
+        for depth in range(AHEAD):
+            if depth == len(self.ahead):
+                found = following(end, planned)
+                if found is None:
+                    return
+                nodes, final = found
+                path = self.program.lines(max(row, self.program.base), int(nodes.row[-1]) + 1)
+                given = _Expected(nodes, final, path, *self._ends(nodes), self.bounds)
+                self.ahead.append(_Ahead(nodes, final, self.pool.submit(given.made, before or begun)))
+            each = self.ahead[depth]
+            before, row = each.done, int(each.nodes.row[0])
+            if each.final == len(each.nodes):
+                return
+            end, planned = end + each.final, len(each.nodes)
 
     def _joins(self, window: Window, found: Solved, end: float) -> bool:
         """Tell whether differences of setpoints hold the limits over both ends of a motion, where the plan goes on."""
