@@ -21,7 +21,10 @@ class BlockError(Exception):
         message: One sentence with the numbers.
         word: The word to point at: a letter (``"X"``) or a letter with its number (``"G5.1"``), or "".
         column: 1-based column to point at where it is known, else 0.
+        at: Index of the line that it is of, where that is not the one that is executed.
     """
+
+    at: int | None = None
 
     def __init__(
         self,

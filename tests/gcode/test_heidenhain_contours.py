@@ -88,6 +88,26 @@ def test_elements_of_free_contours(run: Run, lines: str, expected: list[list[flo
         assert place[:2] == pytest.approx(want, abs=1e-6)
 
 
+def test_a_free_contour_behind_an_approach(run: Run) -> None:
+    """The whole example: APPR CT leads into the first element, an arc, which is an entry that FANUC alone refuses."""
+    body = (
+        "L X-30 Y+30 F500\nAPPR CT X+2 Y+30 CCA90 R+5 RL F250\nFC DR- R18 CLSD+ CCX+20 CCY+30\nFLT\nFCT DR- R15 CCX+50 CCY+75\nFLT\n"
+        "FCT DR- R15 CCX+75 CCY+20\nFLT\nFCT DR- R18 CLSD- CCX+20 CCY+30\nDEP CT CCA90 R+5"
+    )
+    out = run(program(body), dialect="heidenhain")
+    assert [d.code for d in out.diagnostics if d.severity.value != "note"] == []
+    assert ends(run, body)[2:5] == [[2, 30, 0], [5.6, 40.8, 0], [38, 84, 0]]
+
+
+def test_the_element_without_a_solution_is_named_once(run: Run) -> None:
+    """The approach leads into a contour whose line cannot touch the circle: (0, 30) is not 18 from (20, 30)."""
+    body = "L X-30 Y+30 F500\nAPPR CT X+0 Y+30 CCA90 R+5 RL F250\nFC DR- R18 CCX+20 CCY+30\nFLT\nFCT DR- R15 CCX+50 CCY+75"
+    out = run(program(body), dialect="heidenhain")
+    assert [(d.code, d.span.line) for d in out.diagnostics if d.severity.value == "error"] == [
+        ("free-contour", 5)
+    ]
+
+
 def test_a_corner_within_a_free_contour(run: Run) -> None:
     found = ends(run, "FL X+10 Y+0 F100\nRND R2\nFL AN+90 LEN10")
     assert [p[:2] for p in found] == [[8, 0], [10, 2], [10, 10]]

@@ -61,6 +61,7 @@ class CompensatedSink(PassingSink):
         tool_offset: The tool's offset in force; None where it cannot change meanwhile.
         lenient: Whether blocks are refused as FANUC's controls do, not as LinuxCNC does.
         on_roll: Called before each arc around an outside corner.
+        on_arc: Called where the entry is an arc.
     """
 
     def __init__(
@@ -76,11 +77,12 @@ class CompensatedSink(PassingSink):
         tool_offset: Point | None = None,
         lenient: bool = False,
         on_roll: Callable[[], None] | None = None,
+        on_arc: Callable[[], None] | None = None,
     ) -> None:
         super().__init__(inner)
         self.budget = inner.budget
         self._codes, self._lenient = codes, lenient
-        self._on_roll = on_roll
+        self._on_roll, self._on_arc = on_roll, on_arc
         self._offset = tool_offset
         self.centre = centre
         self.plane = plane
@@ -125,10 +127,9 @@ class CompensatedSink(PassingSink):
         self._take(lambda: self.centre.line(self._in_plane(end), move, rapid))
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Offset an arc; say where it is the entry, which the controls that are not strict refuse."""
-        if self._lenient and self.centre.begins:
-            message = "cutter compensation begins on an arc, which FANUC's controls refuse (alarm 34)"
-            self._warn(BlockError("comp-entry", message, hint="enter on a G0 or G1"), Severity.WARNING)
+        """Offset an arc."""
+        if self._on_arc is not None and self.centre.begins:
+            self._on_arc()
         move = _Move(self._block, list(end), plane, True)
         centre = complex(first, second)
         self._take(lambda: self.centre.arc(self._in_plane(end), centre, turns, move))

@@ -71,6 +71,7 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
             tool_offset=list(state.tool_offset),
             lenient=ip.dialect not in _STRICT,
             on_roll=partial(_tell_roll, ip) if ip.dialect == "fanuc" else None,
+            on_arc=partial(_tell_arc, ip) if ip.dialect.startswith("fanuc") else None,
         )
         ip.sink, ip.compensated_position = sink, sink.beside
 
@@ -82,6 +83,12 @@ def _tell_roll(ip: Interpreter) -> None:
     message = "the tool rolls around outside corners in arcs; with parameter CCC (19607#2) = 0, the control joins straight lines"
     hint = "the part is the same; arcs R in the program's corners leave no choice"
     ip.warn_once(BlockError("comp-corners", message, hint=hint), Severity.NOTE)
+
+
+def _tell_arc(ip: Interpreter) -> None:
+    """Warn of an entry on an arc, which FANUC's controls refuse; Heidenhain's APPR CT is one."""
+    message = "cutter compensation begins on an arc, which FANUC's controls refuse (alarm 34)"
+    ip.warn(BlockError("comp-entry", message, hint="enter on a G0 or G1"), Severity.WARNING)
 
 
 def _sink_of(ip: Interpreter) -> CompensatedSink | None:

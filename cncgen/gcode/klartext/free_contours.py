@@ -163,30 +163,41 @@ class Chain:
         Raises:
             BlockError: Data are missing, contradict each other or leave a choice.
         """
-        parts = [self._first]
-        for element in self._elements:
-            groups = [_apart(self._on(part, element)) for part in parts]
-            if element.select:
-                most = max(map(len, groups))
-                if element.select > most:
-                    message = f"FSELECT {element.select} chooses of {most} solutions"
-                    raise BlockError("free-contour", message, "FSELECT", hint="1 is the first solution")
-                if most > 1:
-                    self.chosen.append((element, most))
-                groups = [group[element.select - 1 : element.select] for group in groups]
-            else:
-                groups = [[part for part in group if not part.whole] for group in groups]
-            parts = [replace(part, whole=False) for group in groups for part in group]
-            if not parts or len(parts) > _MOST:
-                raise _open(element, len(parts))
-        parts = [part for part in parts if not part.open]
-        if not parts:
-            raise _open(self._elements[-1])
-        for k, element in enumerate(self._elements):
-            count = len({_key(part.done[k]) for part in parts})
-            if count > 1:
-                raise _open(element, count)
+        if not self._elements:
+            return []
+        parts, element = [self._first], self._elements[0]
+        try:
+            for element in self._elements:
+                parts = self._next(parts, element)
+            parts = [part for part in parts if not part.open]
+            if not parts:
+                raise _open(element)
+            for k, element in enumerate(self._elements):
+                count = len({_key(part.done[k]) for part in parts})
+                if count > 1:
+                    raise _open(element, count)
+        except BlockError as error:
+            error.at = element.at
+            raise
         return list(parts[0].done)
+
+    def _next(self, parts: Sequence[_Part], element: Element) -> list[_Part]:
+        """Return solutions with the next element."""
+        groups = [_apart(self._on(part, element)) for part in parts]
+        if element.select:
+            most = max(map(len, groups))
+            if element.select > most:
+                message = f"FSELECT {element.select} chooses of {most} solutions"
+                raise BlockError("free-contour", message, "FSELECT", hint="1 is the first solution")
+            if most > 1:
+                self.chosen.append((element, most))
+            groups = [group[element.select - 1 : element.select] for group in groups]
+        else:
+            groups = [[part for part in group if not part.whole] for group in groups]
+        found = [replace(part, whole=False) for group in groups for part in group]
+        if not found or len(found) > _MOST:
+            raise _open(element, len(found))
+        return found
 
     def _on(self, part: _Part, element: Element) -> Iterator[_Part]:
         """Yield the solutions with the next element."""

@@ -162,7 +162,7 @@ class HeidenhainRunner(LanguageRun):
             try:
                 self._line(at, self._bodies[at])
             except BlockError as error:
-                self._fail(here, error)
+                self._fail(here if error.at is None else self._lines[error.at], error)
 
     def _fail(self, here: Cursor, error: BlockError) -> None:
         """Report that a line failed; end the program where lines fail again and again."""
