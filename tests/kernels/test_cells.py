@@ -7,7 +7,7 @@ from cncgen.kernels import arc_length
 
 def test_the_cell_of_a_place_is_found_from_whichever_was_found_before() -> None:
     """numpy's bisection finds the same, in tables with cells of no length, from every row and from beyond the table."""
-    rng = np.random.default_rng()
+    rng = np.random.default_rng(27)
     for _ in range(50):
         cells = np.zeros((int(rng.integers(2, 12)), 12))
         cells[:, 1] = np.sort(rng.integers(0, 8, len(cells)))

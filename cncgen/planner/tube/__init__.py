@@ -10,7 +10,7 @@ deviation        how far a solution leaves the rows between its nodes
 window_judge     whether it holds limits at and between its nodes, and meets its neighbours
 handing          trajectories: improved stretches, and stretches that stand as they were
 window_rounds    rounds of a window's search, each with less room where the one before left the tolerance
-window_search    the search of one window after the other; the first rounds of the next one run beside it
+window_search    the search of one window after the other; the first rounds of the next two are made in another thread meanwhile
 stream           runs all of this, window by window
 """
 

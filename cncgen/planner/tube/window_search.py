@@ -1,4 +1,4 @@
-"""The search of a window's motion; the first rounds of the next window run beside it."""
+"""The search of a window's motion; the first rounds of the next two windows are made in another thread meanwhile."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class _Expected:
 
     Attributes:
         nodes, final: As of `Window`.
-        path: The rows, from one before where it begins.
+        path: The rows, from where the window before it begins.
         goal, allowed, bounds: As of `Rounds`.
     """
 
