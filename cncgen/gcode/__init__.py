@@ -76,7 +76,7 @@ def read(
     diagnostics = Diagnostics()
     path = source if isinstance(source, str | os.PathLike) else None
     choice = chosen(text, options.dialect)
-    moving = _moving_axes(text, choice.dialect, _folders(path, options), options)
+    moving = _moving_axes(text, choice, path, options)
     axes = "".join(letter for letter in AXIS_LETTERS if letter in "XYZ" or letter in moving)
 
     def chunks() -> Iterator[Toolpath]:
@@ -137,8 +137,11 @@ def _folders(path: str | os.PathLike[str] | None, options: ReadOptions) -> list[
     return search_path(path, options.include)
 
 
-def _moving_axes(text: Source, dialect: str, folders: list[Path], options: ReadOptions) -> str:
+def _moving_axes(
+    text: Source, choice: Choice, path: str | os.PathLike[str] | None, options: ReadOptions
+) -> str:
     """Return the letters of the axes that a program names."""
+    dialect, folders = choice.dialect, _folders(path, options)
     if dialect == SINUMERIK:
         from cncgen.gcode.sinumerik import axes as sinumerik_axes
 
@@ -150,7 +153,13 @@ def _moving_axes(text: Source, dialect: str, folders: list[Path], options: ReadO
         return plain_axes.moving_axes(text, folders)
     from cncgen.gcode.moved_axes import moving_axes
 
-    return moving_axes(text, dialect, folders)
+    def named_in_run() -> set[str]:
+        runner = _runner(text, options, CountingSink(), Diagnostics(), path=path, choice=choice)
+        for _ in runner.run():
+            pass
+        return runner.ip.rotary
+
+    return moving_axes(text, dialect, folders, named_in_run)
 
 
 def _runner(
@@ -206,7 +215,7 @@ def check(
     sink = CountingSink()
     for _ in _runner(text, options, sink, found, path=path, choice=choice).run():
         pass
-    known = _moving_axes(text, choice.dialect, _folders(path, options), options) if sink.unnamed else ""
+    known = _moving_axes(text, choice, path, options) if sink.unnamed else ""
     late = any(AXIS_LETTERS[k] not in known for k in sink.unnamed)
     if (late or sink.slow or sink.far or sink.waited > LONG_S) and not found.has_errors:
         from cncgen.toolpath.gate import beyond_numbers

@@ -71,7 +71,7 @@ class Interpreter:
         plane_blocks, plane_origin, plane_turn: Points or directions of a tilted plane that takes several blocks, by P and Q; its origin,
             and how far it is turned.
         plain_language: State that Heidenhain's plain language keeps from block to block, once it has any.
-        c_moves: Whether a lathe's program has moved the axis C.
+        rotary: The axes A and C that blocks of a lathe have named: words of lines mostly mean angles and chamfers.
         skipping: Whether blocks are passed over up to G11 of FANUC.
         system: The dialect, of which FANUC's lathes have three for their systems of G codes.
         steps: Whether G91 is in force on a lathe that has it.
@@ -126,7 +126,8 @@ class Interpreter:
         self.plane_turn = 0.0
         self.compensated_position: Callable[[list[float]], list[float]] | None = None
         self._said: set[tuple[str, str]] = set()
-        self.skipping = self.feed_doubted = self.feed_mode_said = self.steps = self.c_moves = False
+        self.skipping = self.feed_doubted = self.feed_mode_said = self.steps = False
+        self.rotary: set[str] = set()
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import compress
 from pathlib import Path
@@ -52,7 +52,12 @@ class _Text:
     programs: set[float | str]
 
 
-def moving_axes(text: Source, dialect: str, folders: Sequence[Path] = ()) -> str:
+def moving_axes(
+    text: Source,
+    dialect: str,
+    folders: Sequence[Path] = (),
+    rotary: Callable[[], set[str]] = lambda: {"a", "c"},
+) -> str:
     """Return the letters of the axes that a program moves, in the order of ``XYZABCUVW``.
 
     Subprograms in files count where the call says their name or number. The file of a computed number is not known before it runs.
@@ -61,11 +66,19 @@ def moving_axes(text: Source, dialect: str, folders: Sequence[Path] = ()) -> str
         text: The program.
         dialect: Its language.
         folders: Where files of subprograms are looked for.
+        rotary: Runs a lathe's program that has words A or C, and returns those that named axes (small letters): only the run tells
+            them from angles and chamfers.
     """
     main = _named(text, dialect)
     texts = [main, *_called(main, dialect, folders)]
     letters = {chr(65 + k) for found in texts for k in range(26) if found.bits >> k & 1}
-    named = "".join(letters).translate(_DISTANCES) if dialect in LATHES else "".join(letters)
+    named = "".join(letters)
+    if dialect in LATHES:
+        named = named.translate(_DISTANCES)
+        if "A" in named or "C" in named:
+            named = named.translate(
+                {ord(letter): None for letter in {"A", "C"} - {one.upper() for one in rotary()}}
+            )
     if any(POSITIONING in found.programs for found in texts):
         named += "XYZ"
     moved = {*named, *_moved(texts, "".join(letters).lower(), 18 if dialect in LATHES else 17)}

@@ -81,12 +81,13 @@ def test_a_condition_sets_a_parameter_without_then(run: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("word", "seconds", "said"), [("X1500", 1.5, 1), ("U500", 0.5, 1), ("X2", 2, 0), ("X150.", 150, 0)]
+    ("word", "seconds", "said"),
+    [("X1500", 1.5, 1), ("U500", 0.5, 1), ("X2", 2, 1), ("X2.", 2, 0), ("X150.", 150, 0)],
 )
 def test_a_dwell_without_a_decimal_point_counts_milliseconds(
     run: Any, word: str, seconds: float, said: int
 ) -> None:
-    """G04 X1500 waits 1.5 s where least increments count (B-64484EN, "Dwell"); it was 25 minutes."""
+    """G04 X1500 waits 1.5 s where least increments count (B-64484EN, "Dwell"), and X2 0.002 s: both readings are named."""
     out = run(f"G21\nG0X1.\nG4{word}\nM30", dialect="fanuc")
     assert [each.values["seconds"] for each in out.path.events if "seconds" in each.values] == [seconds]
     assert [d.code for d in out.diagnostics].count("dwell-point") == said

@@ -64,6 +64,23 @@ def test_c_beside_one_axis_is_a_chamfer_until_the_axis_c_moves() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("last", "axes"),
+    [
+        ("X60.", "XZ"),
+        ("X60. A90.", "XZ"),
+        ("G0 C90.", "XZC"),
+        ("H90.", "XZC"),
+        ("X60. C2.\nZ-30.\nG0 C90.", "XZC"),
+        ("G0 A90.", "XZA"),
+    ],
+)
+def test_letters_of_drawings_are_no_axes(last: str, axes: str) -> None:
+    """The setpoints had columns A and C of axes that a lathe with chamfers and angles does not have."""
+    program = outcome(f"G0 X30. Z0\nG1 X40. F.1\nZ-10. C2.\nX50. A135.\n{last}")[2]
+    assert (program.moving_axes, program.diagnostics.has_errors) == (axes, False)
+
+
 def test_two_angles_that_never_meet_are_an_error() -> None:
     assert outcome("G0 X40. Z0\nG1 A170. F.2\nX30. Z-50. A-10.")[1][0][0] == "drawing-angle"
     assert outcome("G0 X40. Z0\nG1 A170. F.2\nX30. Z-50.")[1][0][0] == "drawing-angle"

@@ -43,17 +43,20 @@ def dwell_fanuc(ip: Interpreter, block: Block) -> None:
 
 
 def _unhurried(ip: Interpreter, block: Block, letter: str) -> float:
-    """Return X or U of a dwell in seconds; a great whole number without a decimal point counts in milliseconds, as X1500."""
+    """Return X or U of a dwell in seconds; a great whole number without a decimal point counts in milliseconds, as X1500.
+
+    A smaller one is read in seconds: nobody waits for 2 ms. Controls that count least increments do, so a remark says it.
+    """
     number = block.words[letter]
     whole_number = rf"{letter}[ \t]*[0-9]+(?![\d.])"
-    if number < _LONG or ip.options.least_increment is not None or not is_written(ip, block, whole_number):
+    if number <= 0.0 or ip.options.least_increment is not None or not is_written(ip, block, whole_number):
         return number
     name = letter.upper()
-    message = (
-        f"{name}{number:g} of G4 without a decimal point is read as {number / 1000.0:g} s (least increments)"
-    )
-    ip.warn_once(BlockError("dwell-point", message, name, hint="X1.5 of G4 waits one second and a half"))
-    return number / 1000.0
+    seconds, other = (number / 1000.0, number) if number >= _LONG else (number, number / 1000.0)
+    message = f"{name}{number:g} of G4 without a decimal point is read as {seconds:g} s; by its parameters a control waits {other:g} s instead"
+    hint = f"{name}1.5 of G4 waits one second and a half on every control"
+    ip.warn_once(BlockError("dwell-point", message, name, hint=hint))
+    return seconds
 
 
 def is_written(ip: Interpreter, block: Block, word: str) -> bool:

@@ -20,6 +20,8 @@ DISTANCES = {"u": ("x", X), "v": ("y", 1), "w": ("z", Z), "h": ("c", 5)}
 #: Columns of the words that are distances under G91.
 _PLACES = {"x": X, "y": 1, "z": Z, "c": 5}
 _G10, _LINE = 100, 10
+#: Axes whose letters are also those of angles and chamfers.
+_ROTARY = frozenset("ac")
 #: Words of a line for the corner at its end, and those of mills.
 _CORNERS = {"r": ",r", "i": ",c", "k": ",c"}
 
@@ -54,8 +56,6 @@ def turned(ip: Interpreter, block: Block) -> Block:
         in_force = ip.codes.row("G", ip.state.motion)
         motions = [in_force] if in_force is not None else []
     depth = motions[0].depth if motions else ""
-    if "h" in found:
-        ip.c_moves = True
     for letter, (axis, column) in DISTANCES.items():
         if letter in found:
             if axis in found:
@@ -70,8 +70,7 @@ def turned(ip: Interpreter, block: Block) -> Block:
         ip.state.motion == _LINE and all(row.axes == "none" and row.group != "canned cycle" for row in rows)
     ):
         _corner(ip, block, found)
-    elif "c" in found:
-        ip.c_moves = True
+    ip.rotary |= found.keys() & _ROTARY
     return replace(block, words=found)
 
 
@@ -111,10 +110,9 @@ def _corner(ip: Interpreter, block: Block, words: dict[str, float]) -> None:
 def _is_axis(ip: Interpreter, block: Block, words: dict[str, float]) -> bool:
     """Tell whether C of a line is the axis C, and say so once; a chamfer stands beside X or Z alone, where C was not moved before."""
     size = words["c"]
-    axis = ip.c_moves or ("x" in words) == ("z" in words)
+    axis = "c" in ip.rotary or "h" in block.words or ("x" in words) == ("z" in words)
     ip.base.block = block
     if axis:
-        ip.c_moves = True
         message, hint = f"C{size:g} of a line is the axis C", "a chamfer is ,C"
     else:
         message = f"C{size:g} of a line is taken as a chamfer, since the program has not moved an axis C"

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.budget import CALL, Budget
+from cncgen.gcode.budget import CALL, MOTION, Budget
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point
 from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.toolpath.record import Event, PathMode
@@ -20,6 +20,7 @@ _NUMBER = re.compile(r"[ \t/]*[nN]([0-9]*)")
 _VISIBLE = {code: f"\\x{code:02x}" for code in (*range(32), *range(127, 160)) if chr(code) not in "\t\n"}
 _PLANES = {17: "XY", 18: "XZ", 19: "YZ"}
 _MODES = {PathMode.EXACT_PATH: "CANON_EXACT_PATH", PathMode.EXACT_STOP: "CANON_EXACT_STOP"}
+_ALONE = MOTION - CALL
 
 
 class PrintingSink:
@@ -72,7 +73,7 @@ class PrintingSink:
 
     def motions(self, batch: MotionBatch) -> None:
         """Print a run of motions."""
-        plane = self._plane
+        plane, self._alone = self._plane, 0
         ends: Any = batch.end.tolist()
         centres: Any = batch.centre.tolist()
         for row, motion in enumerate(batch.motion):
@@ -87,22 +88,29 @@ class PrintingSink:
             else:
                 first, second = centres[row]
                 self.arc_feed(end, first, second, batch.turns[row], plane)
+        self._alone = _ALONE
+
+    _plane = 17
+    #: Units that a motion takes beside those of its print, as long as it is not one of a run.
+    _alone = _ALONE
+
+    def _motion(self, text: str) -> None:
+        self.budget.spend(self._alone)
+        self.call(text)
 
     def straight_traverse(self, end: Point) -> None:
         """Print STRAIGHT_TRAVERSE."""
-        self.call(f"STRAIGHT_TRAVERSE({_six(end)})")
+        self._motion(f"STRAIGHT_TRAVERSE({_six(end)})")
 
     def straight_feed(self, end: Point) -> None:
         """Print STRAIGHT_FEED."""
-        self.call(f"STRAIGHT_FEED({_six(end)})")
-
-    _plane = 17
+        self._motion(f"STRAIGHT_FEED({_six(end)})")
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Print ARC_FEED: end and centre in the plane's axes, turns, end along the normal, A B C."""
         a, b, n = PLANE_AXES[plane if plane in _PLANES else 17]
         rotary = ", ".join(f"{value:.4f}" for value in end[3:6])
-        self.call(
+        self._motion(
             f"ARC_FEED({end[a]:.4f}, {end[b]:.4f}, {first:.4f}, {second:.4f}, {turns}, {end[n]:.4f}, {rotary})"
         )
 
