@@ -88,10 +88,24 @@ class Kinematics:
 
         An axis that lies along the direction stays. None where the axis that turns the spindle first is C: then no angle tilts it.
         """
+
+        def way(pair: tuple[float, float]) -> float:
+            return round(abs(pair[0] - near[0]) + abs(pair[1] - near[1]), 6)
+
+        return min(self.pairs_of(direction, near), key=way, default=None)
+
+    def pairs_of(
+        self, direction: Vector, near: tuple[float, float], along: float | None = None
+    ) -> list[tuple[float, float]]:
+        """Return both pairs of angles, degrees, that give the tool a direction, by the whole turns that bring them nearest to `near`.
+
+        An axis that lies along the direction goes to `along`, or stays where that is None. No pair where the axis that turns the spindle
+        first is C.
+        """
         # d = R(last) R(tilt) z: the component of d along the last axis is that of R(tilt) z, which gives the tilt.
         tilt, last = self.axes[::-1] if self.heads else self.axes
         if tilt == _C:
-            return None
+            return []
         x, y, z = wanted = unit_vector(direction)
         if last == _C:
             steep = math.degrees(math.atan2(math.hypot(x, y), z))
@@ -106,12 +120,28 @@ class Kinematics:
         pairs = []
         for angle in tilts:
             bent = _turn(_SPINDLE, tilt, angle)
-            turn = now[1]
+            turn = now[1] if along is None else along
             if math.hypot(wanted[a], wanted[b]) > _TINY:
                 turn = math.degrees(math.atan2(wanted[b], wanted[a]) - math.atan2(bent[b], bent[a]))
-            pairs.append((_nearest(angle, now[0]), _nearest(turn, now[1])))
-        found = min(pairs, key=lambda pair: round(abs(pair[0] - now[0]) + abs(pair[1] - now[1]), 6))
-        return (found[1], found[0]) if self.heads else found
+            pair = _nearest(angle, now[0]), _nearest(turn, now[1])
+            pairs.append(pair[::-1] if self.heads else pair)
+        return pairs
+
+    def turned_plane(self, angles: tuple[float, float]) -> tuple[Vector, ...]:
+        """Return the rotation, by rows, whose Z is `direction` and whose X and Y are the machine's while the axes stand at these angles."""
+        order = (0, 1) if self.heads else (1, 0)
+        columns = []
+        for k in range(3):
+            vector: Vector = (float(k == 0), float(k == 1), float(k == 2))
+            for place in reversed(order):
+                vector = _turn(vector, self.axes[place], angles[place])
+            columns.append(vector)
+        return tuple((columns[0][i], columns[1][i], columns[2][i]) for i in range(3))
+
+    @property
+    def tilting(self) -> int:
+        """Which of the axes turns the spindle first: 0 the carrying one, 1 the other."""
+        return 1 if self.heads else 0
 
     def _turned(self, vector: Vector, angles: tuple[float, float]) -> Vector:
         """Return R1 R2 v."""

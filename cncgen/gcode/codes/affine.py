@@ -14,7 +14,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES
-from cncgen.records import dataclass, field
+from cncgen.records import dataclass, field, replace
 
 Matrix = tuple[tuple[float, float, float], ...]
 Vector = tuple[float, float, float]
@@ -34,6 +34,11 @@ def applied(a: Matrix, v: Vector) -> Vector:
     """Return a matrix times a vector."""
     x, y, z = (sum(a[i][k] * v[k] for k in range(3)) for i in range(3))
     return x, y, z
+
+
+def transposed(a: Matrix) -> Matrix:
+    """Return a matrix with rows and columns exchanged: the inverse of a rotation."""
+    return tuple((a[0][k], a[1][k], a[2][k]) for k in range(3))
 
 
 def turn(axis: int, degrees: float) -> Matrix:
@@ -144,11 +149,15 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """The frames in force: that of CYCLE800, and the programmable one within it, of whose shift ATRANS and G59 made `added`."""
+    """The frames in force: that of CYCLE800, and the programmable one within it, of whose shift ATRANS and G59 made `added`.
+
+    `axes` are the positions, degrees, to which CYCLE800 has turned the machine's rotary axes, the carrying one first; None where it has not.
+    """
 
     swivelled: Frame = field(default_factory=Frame)
     programmable: Frame = field(default_factory=Frame)
     added: Vector = NO_SHIFT
+    axes: tuple[float, float] | None = None
 
     def copy(self) -> Frames:
         """Return the same: frames do not change."""
@@ -165,7 +174,7 @@ class Frames:
         if added:
             parts[column] = value
         frame = Frame(self.programmable.matrix, (shift[0], shift[1], shift[2]))
-        return Frames(self.swivelled, frame, (parts[0], parts[1], parts[2]))
+        return replace(self, programmable=frame, added=(parts[0], parts[1], parts[2]))
 
 
 class AffineSink(FramedSink):

@@ -17,8 +17,8 @@ _STRINGS = re.compile(r'"[^"\n]*"')
 _AXIS = re.compile(
     r"(?<![A-Z_$0-9.])([XYZABCUVW])(?=[-+]?[.\d]|\s*=(?!=))|(?<=\d)([XYZABCUVW])(?=[-+]?[.\d])|\[([XYZABCUVW])\]"
 )
-#: A component of the tool's direction, which the machine's rotary axes have together.
-_VECTOR = re.compile(r"(?<![A-Z_$0-9.])[ABC]3(?=\s*=(?!=))")
+#: A component of the tool's direction, or a plane, which the machine's rotary axes have together.
+_VECTOR = re.compile(r"(?<![A-Z_$0-9.])[ABC]3(?=\s*=(?!=))|\bCYCLE800\b(?=\s*\(\s*[^\s)])")
 _PLANE = re.compile(r"(?<![A-Z_$])(?:[IJK]1?|AP|RP|CR|AR|ANG)(?=[-+]?[.\d]|\s*=(?!=))")
 _CYCLES = re.compile(r"\b(?:CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE|HOLES\d|TRAORI|A?ROT)\b")
 _SOFT = re.compile(r"(?<![A-Z_])G[123]4[78](?![\d.])")
@@ -28,7 +28,7 @@ _MOST_FILES = 1000
 
 
 def moving_axes(text: Source, folders: Sequence[Path] = (), rotary: str = "") -> str:
-    """Return the letters of the axes that a program and its subprograms name, in the order of ``XYZABCUVW``; directions move `rotary`."""
+    """Return the letters of the axes that a program and its subprograms name, in the order of ``XYZABCUVW``; directions and swivelled planes move `rotary`."""
     named: set[str] = set()
     waiting, seen, files = [text], set[str](), 0
     plane = "XZ" if turns(text.data) else "XY"

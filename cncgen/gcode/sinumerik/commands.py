@@ -14,9 +14,10 @@ from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.turning_profiles import Recorder
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik import orientation
+from cncgen.gcode.sinumerik import orientation, swivelling
 from cncgen.gcode.sinumerik.expressions import Scalar, number
 from cncgen.gcode.state.systems import MORE_COUNT, SYSTEM_COUNT
+from cncgen.records import replace
 from cncgen.toolpath.record import Event
 from cncgen.units import INCH
 
@@ -140,14 +141,14 @@ def _frame(motions: Motions, name: str, words: Words) -> None:
     step = _step(motions, kind_of(name), values, None if rpl is None else rpl[1])
     now = motions.frames
     if not name.startswith("A"):
-        take_frames(motions, frames.Frames(now.swivelled, step))
+        swivelling.take_frames(motions, replace(now, programmable=step, added=frames.NO_SHIFT))
         return
     whole, added = now.programmable.then(step), now.added
     if name == "ATRANS":
         moved = zip(added, whole.shift, now.programmable.shift, strict=True)
         x, y, z = (one + new - old for one, new, old in moved)
         added = x, y, z
-    take_frames(motions, frames.Frames(now.swivelled, whole, added))
+    swivelling.take_frames(motions, replace(now, programmable=whole, added=added))
 
 
 def _frame_values(motions: Motions, name: str, words: Words, shifts: bool) -> dict[str, float]:
@@ -171,7 +172,7 @@ def _part_of_shift(motions: Motions, code: int, words: Words) -> None:
     wanted = motions.frames
     for axis, value in values.items():
         wanted = wanted.shifted("XYZ".index(axis), value, added=code == 59)
-    take_frames(motions, wanted)
+    swivelling.take_frames(motions, wanted)
 
 
 def kind_of(name: str) -> str:
@@ -184,12 +185,6 @@ def _step(motions: Motions, kind: str, values: dict[str, float], rpl: float | No
     if kind == "ROT" and rpl is not None:
         return frames.Frame(frames.turn(motions.plane()[2], rpl))
     return frames.made(kind, values)
-
-
-def take_frames(motions: Motions, wanted: frames.Frames) -> None:
-    """Put frames in force."""
-    frames.change(motions.ip, wanted.whole())
-    motions.frames = wanted
 
 
 # G functions.
@@ -423,6 +418,7 @@ def take_edge(motions: Motions) -> None:
         motions.emit({}, (490,))
     else:
         motions.emit({"h": float(ip.state.tool)}, (430,))
+    swivelling.renew(motions)
 
 
 def _surface(motions: Motions, code: int, words: Words) -> None:
@@ -471,6 +467,7 @@ def _system(motions: Motions, code: int) -> None:
             hint="turn it off before (G40)",
         )
     use_system(motions.ip, number_)
+    swivelling.renew(motions)
 
 
 def _path(motions: Motions, code: int, words: Words) -> None:
@@ -555,6 +552,7 @@ def _traori(motions: Motions) -> None:
     ip = motions.ip
     motions.heading = None
     tool_point.turn_on(ip, Block({"h": float(ip.state.tool)}), "TRAORI")
+    swivelling.renew(motions)
 
 
 def _transmit(motions: Motions) -> None:

@@ -1,4 +1,4 @@
-"""Drilling cycles of SINUMERIK, CYCLE81 to CYCLE89 and CYCLE840, patterns HOLES1 and HOLES2, and CYCLE800 as a frame.
+"""Drilling cycles of SINUMERIK, CYCLE81 to CYCLE89 and CYCLE840, CYCLE97, and patterns HOLES1 and HOLES2.
 
 Parameters stand in the order of the manual (840D sl, "Programming cycles externally"): RTP retraction plane, RFP reference plane, SDIS
 safety clearance (added to RFP, without sign), DP depth or DPR depth from RFP (without sign), then those of each cycle. Empty ones are 0.
@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, SupportsIndex, overload
 
 from cncgen.gcode.block import AXES
-from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.expressions import Scalar
 from cncgen.units import INCH
@@ -669,53 +668,6 @@ def _places(motions: Motions, name: str, values: Values) -> None:
     _visit(motions, places)
 
 
-def _swivel(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, DIR, FR_I): the frame of a swivelled plane; alone, none.
-
-    MODE 57 (or 0) turns axis by axis about X, the new Y, the new Z; 54 about Z, the new Y, the new X.
-    """
-    numbers = [value if not isinstance(value, str) else None for value in values]
-    motions.settle()
-    if not any(numbers[3:13]):
-        if motions.frames.swivelled != frames.Frame():
-            _take(motions, frames.Frames(frames.Frame(), motions.frames.programmable, motions.frames.added))
-        return
-    mode = round(numbers[3] or 0.0) if len(numbers) > 3 else 0
-    origin, angles, shift = (
-        [(numbers[k] or 0.0) if k < len(numbers) else 0.0 for k in range(b, b + 3)] for b in (4, 7, 10)
-    )
-    if mode not in (0, 57, 54, 39, 27):
-        raise BlockError(
-            "not-read",
-            f"CYCLE800 with MODE = {mode} is not read",
-            name,
-            hint="57 turns about X Y Z, 54 about Z Y X, 39 about Z X Y, 27 about X Z Y",
-        )
-    order = {0: (0, 1, 2), 57: (0, 1, 2), 54: (2, 1, 0), 39: (2, 0, 1), 27: (0, 2, 1)}[mode]
-    matrix = frames.UNIT
-    for angle, axis in zip(angles, order, strict=True):
-        matrix = frames.product(matrix, frames.turn(axis, angle))
-    if any(angles):
-        message = "CYCLE800 turns the coordinates; the rotary axes of the machine are not swivelled here"
-        motions.ip.warn_once(
-            BlockError("swivel-frame", message, name, hint="write A B C where the machine has them")
-        )
-    whole = frames.Frame(matrix, (origin[0], origin[1], origin[2])).then(
-        frames.Frame(shift=(shift[0], shift[1], shift[2]))
-    )
-    before = (
-        motions.frames.swivelled
-        if len(numbers) > 2 and round(numbers[2] or 0.0) % 10 == 1
-        else frames.Frame()
-    )
-    _take(motions, frames.Frames(before.then(whole), motions.frames.programmable, motions.frames.added))
-
-
-def _take(motions: Motions, wanted: frames.Frames) -> None:
-    frames.change(motions.ip, wanted.whole())
-    motions.frames = wanted
-
-
 CYCLES: dict[str, Callable[[Motions, str, Values], None]] = {
     "CYCLE81": _drill,
     "CYCLE82": _drill,
@@ -728,7 +680,6 @@ CYCLES: dict[str, Callable[[Motions, str, Values], None]] = {
     "CYCLE87": _bore_stop,
     "CYCLE88": _bore_stop,
     "CYCLE89": _bore_feed,
-    "CYCLE800": _swivel,
     "HOLES1": _row,
     "HOLES2": _circle,
     "CYCLE801": _grid,

@@ -14,7 +14,9 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
 from cncgen.gcode.sinumerik.reading import Node
+from cncgen.gcode.sinumerik.swivelling import take_frames
 from cncgen.gcode.state.systems import first_parameter, load_system
+from cncgen.records import replace
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -67,7 +69,7 @@ def set_frame(motions: Motions, name: str, at: list[Scalar], node: Node) -> None
     motions.settle()
     made = _frame(motions, node)
     if name == PROGRAMMABLE and not at:
-        _take(motions, frames.Frames(motions.frames.swivelled, made))
+        take_frames(motions, replace(motions.frames, programmable=made, added=frames.NO_SHIFT))
         return
     if name != ORIGINS or len(at) != 1:
         raise _refused(name, "a frame variable")
@@ -88,11 +90,6 @@ def _axes_of(motions: Motions, node: Node) -> dict[int, float]:
         for axis, value in zip(values[::2], values[1::2], strict=False)
     }
     return {column: value for column, value in found.items() if column > 2}
-
-
-def _take(motions: Motions, wanted: frames.Frames) -> None:
-    frames.change(motions.ip, wanted.whole())
-    motions.frames = wanted
 
 
 def _system(index: Scalar) -> int:
@@ -142,7 +139,7 @@ def set_part(motions: Motions, name: str, at: list[Scalar], value: float) -> Non
         return
     if column > 2:
         raise _refused(f"{name}[{AXES[column].upper()},{part}]", "frames are of X Y Z")
-    _take(motions, motions.frames.shifted(column, value, added=part == "FI"))
+    take_frames(motions, motions.frames.shifted(column, value, added=part == "FI"))
 
 
 def part(ip: Interpreter, at: list[Scalar]) -> float:

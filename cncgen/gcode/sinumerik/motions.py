@@ -28,6 +28,7 @@ from cncgen.gcode.sinumerik import (
     pockets,
     polar,
     soft_approach,
+    swivelling,
     thread_milling,
 )
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
@@ -43,6 +44,7 @@ _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G3
 _ENDS = {2: True, 30: True, 17: True}
 _CYCLES = {
     **cycles.CYCLES,
+    "CYCLE800": swivelling.swivel,
     "CYCLE61": faces.face_of_blank,
     "CYCLE71": faces.face,
     "CYCLE76": faces.rectangle,
@@ -231,7 +233,7 @@ class Motions:
         if saved.system != self.ip.state.system:
             use_system(self.ip, saved.system)
         if saved.frames != self.frames:
-            commands.take_frames(self, saved.frames)
+            swivelling.take_frames(self, saved.frames)
         mode = (saved.feed_mode * 10,) if saved.feed_mode != self.ip.state.feed_mode else ()
         self.emit({"f": saved.feed} if saved.feed else {}, ({17: 170, 18: 180, 19: 190}[saved.plane], *mode))
         if saved.path != self.path:

@@ -1,0 +1,245 @@
+"""CYCLE800 of SINUMERIK: a swivelled plane as a frame, and the rotary axes that bring it square to the tool.
+
+CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, DIR, FR_I, DMODE): the origin goes to X0 Y0 Z0, turns by A B C as MODE says, and
+goes to X1 Y1 Z1 in the turned plane (840D sl, Programming cycles externally, CYCLE800; Operating Manual, "Swiveling").
+
+MODE is a number of bits: 6 and 7 tell what the angles are (0 turns one after the other, 1 a solid angle, 2 projections, 3 positions of
+the rotary axes), and each two from bit 0 on the axis of A, B and C (1 is X, 2 is Y, 3 is Z): 57 turns about X, the new Y, the new Z, and
+27 about Z, the new Y, the new X.
+
+On a machine with kinematics the rotary axes turn, and what a turned table or head makes of the plane is one more frame around the others,
+since the axes stand while the plane is milled: an arc stays an arc, and the tool's radius is compensated as in any plane.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import AXES
+from cncgen.gcode.codes import affine
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik.expressions import Scalar
+from cncgen.gcode.state.modal import to_machine, to_program, zeros
+from cncgen.records import replace
+from cncgen.units import INCH
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions
+    from cncgen.machine.kinematics import Kinematics
+
+_NAME = "CYCLE800"
+#: Kinds of MODE.
+_IN_TURN, _SOLID, _PROJECTED, _DIRECT = range(4)
+#: Solid angles turn about Z, then about the new Y.
+_SOLID_AXES = (2, 1)
+#: The additive plane (ones of ST); a tool that is turned instead of a plane (hundreds).
+_ADDED = 1
+
+
+class _Call:
+    """The parameters of one call; those that are left out, and texts, are 0."""
+
+    def __init__(self, values: list[Scalar | None]) -> None:
+        self.numbers = [value if isinstance(value, (int, float)) else 0.0 for value in values]
+        self.record = next((value for value in values[1:2] if isinstance(value, str)), "")
+
+    def number(self, index: int) -> float:
+        """Return one of them."""
+        return self.numbers[index] if index < len(self.numbers) else 0.0
+
+    def vector(self, index: int) -> affine.Vector:
+        """Return three of them."""
+        return self.number(index), self.number(index + 1), self.number(index + 2)
+
+    def ends(self) -> bool:
+        """Tell whether the plane ends: no parameters beyond the name of the swivel data, or that name is 0."""
+        return self.record == "0" or not any(self.numbers[3:13])
+
+
+def swivel(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """Turn the plane, and the rotary axes of a machine with kinematics where DIR is not 0.
+
+    Raises:
+        BlockError: The angles cannot be read, or the machine does not reach the direction.
+    """
+    call = _Call(values)
+    motions.settle()
+    if call.ends():
+        _end(motions)
+        return
+    if round(call.number(2)) // 100 % 100:
+        message = f"ST = {call.number(2):g} of {name} turns the tool to the workpiece, which is not read"
+        raise BlockError("not-read", message, name, hint="ST = 0 is a new plane, 1 one within that in force")
+    kinematics = motions.ip.options.kinematics
+    turned = affine.Frame(_matrix(call, kinematics), call.vector(4)).then(affine.Frame(shift=call.vector(10)))
+    if round(call.number(2)) % 10 == _ADDED:
+        turned = motions.frames.swivelled.then(turned)
+    axes = _axes(motions, call, turned, kinematics)
+    if axes is None or not call.number(13):
+        _tell_idle(motions, turned)
+    if axes is not None:
+        _turn(motions, call, axes)
+    take_frames(motions, replace(motions.frames, swivelled=turned, axes=axes))
+
+
+def _end(motions: Motions) -> None:
+    """End the plane; the rotary axes stay."""
+    if motions.frames.swivelled != affine.Frame() or motions.frames.axes is not None:
+        take_frames(motions, replace(motions.frames, swivelled=affine.Frame(), axes=None))
+
+
+def _tell_idle(motions: Motions, turned: affine.Frame) -> None:
+    if turned.matrix == affine.UNIT:
+        return
+    message = f"{_NAME} turns the coordinates; the rotary axes of the machine are not swivelled here"
+    hint = "--machine with a table [kinematics], and DIR = -1 or 1, turns them; or write A B C"
+    motions.ip.warn_once(BlockError("swivel-frame", message, _NAME, hint=hint))
+
+
+# Angles.
+
+
+def _matrix(call: _Call, kinematics: Kinematics | None) -> affine.Matrix:
+    """Return the rotation that MODE makes of A B C.
+
+    Raises:
+        BlockError: MODE names no three axes, or positions of rotary axes without a machine that has them.
+    """
+    mode, angles = round(call.number(3)), call.vector(7)
+    kind, order = mode >> 6, [(mode >> shift & 3) - 1 for shift in (0, 2, 4)]
+    if not any(angles):
+        return affine.UNIT
+    if kind == _SOLID:
+        return affine.product(*(affine.turn(*each) for each in zip(_SOLID_AXES, angles, strict=False)))
+    if kind == _DIRECT:
+        if kinematics is None:
+            message = (
+                f"MODE = {mode} of {_NAME} gives positions of rotary axes, and no machine says how they turn"
+            )
+            hint = "--machine names a file with a table [kinematics]"
+            raise BlockError("tcp-machine", message, _NAME, hint=hint)
+        return kinematics.turned_plane((angles[0], angles[1]))
+    if kind not in (_IN_TURN, _PROJECTED) or sorted(order) != [0, 1, 2]:
+        message = f"{_NAME} with MODE = {mode} is not read"
+        hint = "57 turns about X Y Z, 27 about Z Y X, 39 about Z X Y, 45 about X Z Y, 54 about Y X Z, 30 about Y Z X"
+        raise BlockError("not-read", message, _NAME, hint=hint)
+    if kind == _PROJECTED:
+        return _projected(dict(zip(order, angles, strict=True)), order)
+    first, second, third = (affine.turn(*each) for each in zip(order, angles, strict=True))
+    return affine.product(affine.product(first, second), third)
+
+
+def _projected(angles: dict[int, float], order: list[int]) -> affine.Matrix:
+    """Return the rotation of a plane whose edges in two planes of the coordinates have two angles, and of the third about its normal.
+
+    Of the axes a, b (cyclic, so the pair X Y in either order, and Y Z, Z X) the new one of a is that turned about b, and the plane's line
+    in the plane beside a is b turned about a.
+    """
+    a, b = order[:2] if (order[1] - order[0]) % 3 == 1 else order[1::-1]
+    along, aside = (_column(affine.turn(k, angles[k]), j) for k, j in ((b, a), (a, b)))
+    normal = _unit(_cross(along, aside))
+    columns = {a: along, b: _cross(normal, along), order[2]: normal}
+    rows = [tuple(columns[k][i] for k in range(3)) for i in range(3)]
+    plane: affine.Matrix = tuple((row[0], row[1], row[2]) for row in rows)
+    return affine.product(plane, affine.turn(order[2], angles[order[2]]))
+
+
+def _column(matrix: affine.Matrix, k: int) -> affine.Vector:
+    return matrix[0][k], matrix[1][k], matrix[2][k]
+
+
+def _cross(a: affine.Vector, b: affine.Vector) -> affine.Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _unit(vector: affine.Vector) -> affine.Vector:
+    length = math.hypot(*vector)
+    if length < 1e-9:
+        message = f"the projected angles of {_NAME} leave no plane: both are 90 degrees"
+        raise BlockError("plane-points", message, _NAME, hint="MODE = 57 turns about X, then Y, then Z")
+    return vector[0] / length, vector[1] / length, vector[2] / length
+
+
+# Rotary axes.
+
+
+def _axes(
+    motions: Motions, call: _Call, turned: affine.Frame, kinematics: Kinematics | None
+) -> tuple[float, float] | None:
+    """Return the positions of the rotary axes at which the tool is square to the plane, None without kinematics or under TRAORI.
+
+    Of the two pairs DIR = 1 takes the one where the axis that tilts the tool has the larger position, else the smaller one counts. An axis
+    along the tool goes to 0.
+    """
+    if kinematics is None or motions.ip.state.length_code == 43.4:
+        return None
+    if round(call.number(3)) >> 6 == _DIRECT:
+        return call.number(7), call.number(8)
+    pairs = kinematics.pairs_of(_column(turned.matrix, 2), _now(motions, kinematics), 0.0)
+    if not pairs:
+        names = " and ".join(AXES[k].upper() for k in kinematics.axes)
+        message = f"{names} of the machine do not turn the tool to any direction"
+        hint = "the axis next to the tool is A or B, or that of the table's frame"
+        raise BlockError("orientation-vector", message, _NAME, hint=hint)
+    pick = max if call.number(13) > 0.0 else min
+    return pick(pairs, key=lambda pair: round(pair[kinematics.tilting], 6))
+
+
+def _now(motions: Motions, kinematics: Kinematics) -> tuple[float, float]:
+    """Return the positions of the machine's rotary axes."""
+    machine = motions.ip.machine_position()
+    outer, inner = kinematics.axes
+    return machine[outer], machine[inner]
+
+
+def _turn(motions: Motions, call: _Call, axes: tuple[float, float]) -> None:
+    """Retract along the tool where FR says how far, and traverse the rotary axes.
+
+    The other retractions of FR go to positions that machine data hold.
+    """
+    kinematics = motions.ip.options.kinematics
+    if kinematics is None or not call.number(13):
+        return
+    retract, position = round(call.number(0)), motions.ip.state.position
+    if retract == 5:
+        motions.move({"Z": position[2] + abs(call.number(14))}, rapid=True)
+    elif retract:
+        message = f"FR = {retract} of {_NAME} is passed over: where it retracts to is machine data"
+        motions.note_once("retract-unknown", message, _NAME, "write the retraction before it, or FR = 5")
+    now = _now(motions, kinematics)
+    steps = {
+        AXES[k].upper(): position[k] + goal - at
+        for k, goal, at in zip(kinematics.axes, axes, now, strict=True)
+    }
+    motions.move(steps, rapid=True)
+
+
+# Frames.
+
+
+def carried(motions: Motions, wanted: affine.Frames) -> affine.Frame:
+    """Return the frame by which a table or a head that CYCLE800 has turned carries the plane; under TRAORI the tip is followed anyway."""
+    ip = motions.ip
+    kinematics = ip.options.kinematics
+    if wanted.axes is None or kinematics is None or ip.state.length_code == 43.4:
+        return affine.Frame()
+    origin, rotation, g92, offset = ip.state.offsets()
+    unit = INCH if ip.state.inches else 1.0
+    x, y, z, *rest = to_machine(zeros(), origin, rotation, g92, zeros())
+    place = kinematics.machine((x * unit, y * unit, z * unit), wanted.axes, offset[2] * unit)
+    x, y, z, *_ = to_program([*(value / unit for value in place), *rest], origin, rotation, g92, offset)
+    plane = affine.UNIT if kinematics.heads else affine.transposed(kinematics.turned_plane(wanted.axes))
+    return affine.Frame(plane, (x, y, z))
+
+
+def take_frames(motions: Motions, wanted: affine.Frames) -> None:
+    """Put frames in force, within that of a turned table or head."""
+    affine.change(motions.ip, carried(motions, wanted).then(wanted.whole()))
+    motions.frames = wanted
+
+
+def renew(motions: Motions) -> None:
+    """Put the same frames in force where what a turned table or head makes of them has changed: the origin, or the tool's length."""
+    if motions.frames.axes is not None:
+        take_frames(motions, motions.frames)
