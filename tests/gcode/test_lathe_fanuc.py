@@ -211,6 +211,37 @@ def test_lines_of_a_profile_count_as_executed() -> None:
     assert outcome(text)[1] == [("too-many-steps", 49, 1)]
 
 
+@pytest.mark.parametrize("cycle", ["G71 U2. R.5\nG71", "G72 W2. R.5\nG72", "G73 U6. W3. R3\nG73"])
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "#1=1\nWHILE[#1LE3]DO1\nX[20+#1*8] (STEP)\nZ-[2+#1*4]\n#1=#1+1\nEND1",
+        "#1=1\nN5 X[20+#1*8]\nZ-[2+#1*4] ; STEP\n#1=#1+1\nIF[#1LE3]GOTO5",
+        "#1=0\n/2 X99.\nIF[#1EQ0]THEN#2=28\nX#2Z-6.\nIF[#1EQ1]THEN#2=99\n#3=8\nX[#2+#3]\nZ-10.\nIF[#1GT0]GOTO2\nX44.\nZ-14.",
+    ],
+)
+def test_macros_of_a_profile_mean_what_they_mean_anywhere(cycle: str, lines: str) -> None:
+    """A profile by loops, jumps and variables cuts what the same one in numbers cuts; any of them was an error."""
+    steps = (
+        "X28. Z-6.\nX36.\nZ-10.\nX44.\nZ-14." if "X#2Z" in lines else "X28.\nZ-6.\nX36.\nZ-10.\nX44.\nZ-14."
+    )
+    text = f"G0 X70. Z2.\n{cycle} P1 Q2 U.4 W.1 F.2\nN1 G0 X20. Z1.\nG1 Z-2.\n{{}}\nN2 X60.\nG70 P1 Q2"
+    if cycle.startswith("G72"):
+        text = f"G0 X70. Z2.\n{cycle} P1 Q2 U.4 W.1 F.2\nN1 G0 X66. Z-20.\nG1 X60.\n{{}}\nN2 Z1.\nG70 P1 Q2"
+        lines, steps = (
+            "#1=1\nWHILE[#1LE3]DO1\nX[60-#1*8]\nZ-[20-#1*4]\n#1=#1+1\nEND1",
+            "X52.\nZ-16.\nX44.\nZ-12.\nX36.\nZ-8.",
+        )
+    assert moves(text.format(lines)) == moves(text.format(steps))
+
+
+def test_finishing_runs_the_comments_and_dwells_of_the_profile() -> None:
+    text = "N1 G0 X20. (ROUND)\nG4 X1.\nN2 G1 Z-5. F.1\nG70 P1 Q2"
+    whole = f"{HEAD}G0 X30. Z2.\n{text}\nM30\n".encode()
+    said = list(canon(io.BytesIO(whole), "t.nc", ReadOptions(dialect="fanuc-lathe")))
+    assert sum("ROUND" in line for line in said) == sum("DWELL" in line for line in said) == 2
+
+
 def test_the_plunge_is_what_the_first_line_of_the_profile_is() -> None:
     cycle, lines = "G71 U5. R.5\nG71 P1 Q2 F.2", "N1 {} X40.\nG1 Z-6.\nN2 X60."
     rapid = cycle_moves(cycle, lines.format("G0"), "G0 X60. Z2.")
@@ -325,7 +356,11 @@ WRONG = {
         "G0 X60. Z2.\nG71 U1. R1.\nG71 P1 Q2 F.2\nN1 G0 X20.\nG1 Z-5.\nX40.\nX30. Z-10.\nN2 X60.",
         ("profile-not-monotonic", 5, 5),
     ),
-    "a jump": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nIF [#1 EQ #0] GOTO 2\nN2 G1 Z-5.", ("profile-flow", 5, 5)),
+    "a jump out": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nIF [#1 EQ #0] GOTO 3\nN2 G1 Z-5.\nX60.\nN3", ("profile-flow", 5, 5)),
+    "a loop half inside": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nWHILE[#1 LT 0]DO1\nN2 G1 Z-5.\nEND1", ("profile-flow", 5, 5)),
+    "an endless profile": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nWHILE[1]DO1\nEND1\nN2 G1 Z-5.", ("profile-length", 5, 5)),
+    "a macro": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nG65 P9 X30. Z-3.\nN2 G1 Z-5.\nX60.\nM30\nO9\nM99", ("profile-flow", 5, 5)),
+    "a subprogram": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nM98 P9\nN2 G1 Z-5.\nX60.\nM30\nO9\nG1 X9.\nM99", ("profile-flow", 5, 5)),
     "a call": ("F.2\nN1 G0 X20.\nM98 P5\nN2 G1 Z-5. F.1\nG70 P1 Q2", ("sub-missing", 5, 5)),
     "a thread": ("S100M3F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nG32 Z-5. F1.\nN2 G1 Z-9.", ("profile-flow", 5, 5)),
     "a hole": ("S100M3F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nG83 Z-5. R-1.\nN2 G1 Z-9.", ("profile-flow", 5, 5)),

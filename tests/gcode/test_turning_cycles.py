@@ -134,6 +134,15 @@ def test_settings_of_a_profile_are_its_own(run: Any) -> None:
     assert out.path.end[out.path.kind != 3][-3:, 0].tolist() == [2.0, 4.0, 50.0]
 
 
+def test_a_line_of_a_profile_that_may_be_left_out_is(run: Any) -> None:
+    text = "O100 SUB\nG0 X2 Z0\n/G1 X9\nG1 X4 Z-1\nO100 ENDSUB\nG0 X20 Z1\nG70 Q100 X20 Z1\nM2"
+    ends = [
+        run(f"G18 G21 F100\n{text}", block_delete=left_out).path.end[:, 0].tolist()
+        for left_out in (True, False)
+    ]
+    assert [9.0 in places for places in ends] == [False, True]
+
+
 def test_calls_of_a_profile_are_bounded_together(run: Any) -> None:
     """Loops of calls within loops of calls do not multiply."""
     subs = "O100 SUB\nG0 X2 Z0\nO101 REPEAT [9999]\nO77 CALL\nO101 ENDREPEAT\nO100 ENDSUB\n"

@@ -11,8 +11,8 @@ import math
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.text import grammar
 from cncgen.gcode.text.evaluation import evaluate
+from cncgen.gcode.text.labels import Cursor
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -103,18 +103,19 @@ def _following(ip: Interpreter, block: Block) -> Block | None:
     """Return the next block of the text that has words, values computed."""
     if ip.flow is None:
         return None
-    text = ip.flow.subroutines.sources[block.source]
-    offset = text.line_end(block.offset) + 1
+    lines, here = ip.flow.lines, Cursor(block.source, block.offset, block.line)
     for _ in range(_MOST_LINES):
-        if offset >= len(text):
+        here = lines.after(here)
+        if here.offset >= len(ip.flow.subroutines.sources[here.source]):
             return None
         try:
-            parsed = grammar.parse(text.text_at(offset), "fanuc", ip.options.least_increment is not None)
+            parsed = lines.parse(lines.text(here))
         except BlockError:
             return None
+        if parsed.deletable and ip.options.block_delete:
+            continue
         if parsed.words:
             return gather([(letter, evaluate(value, ip.parameters)) for letter, value in parsed.words])
         if parsed.flow is not None or parsed.settings:
             return None
-        offset = text.line_end(offset) + 1
     return None

@@ -106,6 +106,7 @@ IN_MACHINE = ("moves in machine coordinates", COMPENSATION | _FOLLOWED | PROFILE
 SYNCHRONISED = ("is synchronised with the spindle", COMPENSATION | _FOLLOWED | PROFILE)
 IS_CYCLE = ("is a canned cycle", COMPENSATION | PROFILE)
 IS_TURNING = ("is a turning cycle", PROFILE)
+LEADS_ELSEWHERE = ("calls a program or returns from one", PROFILE)
 
 
 def language_of(dialect: str) -> str:

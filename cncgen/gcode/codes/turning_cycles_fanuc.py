@@ -10,12 +10,11 @@ the lines (B-64304EN-1, 4.4.1 to 4.4.4).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block, gather
-from cncgen.gcode.budget import LINE
+from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lathe_fanuc import (
     ALLOWANCE,
     DEEP,
@@ -31,12 +30,10 @@ from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import IS_TURNING, PROFILE, Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.codes.turning_cycles import Lathe
-from cncgen.gcode.codes.turning_profiles import MAX_CUTS, MAX_MOVES, TINY, Recorder, Segment, check_cuts
+from cncgen.gcode.codes.turning_profiles import MAX_CUTS, TINY, Recorder, Segment, check_cuts
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
-from cncgen.gcode.text import grammar
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
 from cncgen.records import replace
 
@@ -44,8 +41,8 @@ from cncgen.records import replace
 _WORDS = frozenset(("x", "z", "r", "i", "k", ",c", ",r"))
 
 
-def _lines(ip: Interpreter, block: Block, name: str) -> Iterator[Block]:
-    """Yield the blocks of the profile that P and Q of a cycle name, their values computed one after the other."""
+def _run(ip: Interpreter, block: Block, name: str, take: Callable[[Block], None]) -> None:
+    """Run the lines of the profile that P and Q of a cycle name; `take` receives their blocks."""
     missing = [letter.upper() for letter in "pq" if letter not in block.words]
     if missing:
         hint = "P and Q are the N words of the first and last line of the profile"
@@ -62,58 +59,22 @@ def _lines(ip: Interpreter, block: Block, name: str) -> Iterator[Block]:
     if last.offset < first.offset:
         message = f"the profile ends in line {last.line}, above its beginning in line {first.line}"
         raise BlockError("profile-missing", message, "Q", hint="P is its first line, Q its last")
-    text, at = flow.subroutines.sources[first.source], first
-    while at.offset <= last.offset:
-        if at.line - first.line > MAX_MOVES:
-            raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} lines", "Q")
-        ip.budget.count(1, LINE)
-        yield from _read(ip, text.text_at(at.offset), at)
-        at = Cursor(at.source, text.line_end(at.offset) + 1, at.line + 1)
 
+    def checked(line: Block) -> None:
+        refused = next((row for row in ip.codes.of(line) if row.refused[1] & PROFILE), None)
+        if refused is not None:
+            message = f"{refused.name} {refused.refused[0]}"
+            raise BlockError("profile-flow", message, refused.name, hint="a profile is moves alone")
+        take(line)
 
-def _read(ip: Interpreter, text: str, at: Cursor) -> Iterator[Block]:
-    """Yield the block of a line, if it is one."""
-    parsed = grammar.parse(text, "fanuc", ip.options.least_increment is not None)
-    if parsed.deletable and ip.options.block_delete:
-        return
-    pairs = [(letter, evaluate(value, ip.parameters)) for letter, value in parsed.words]
-    block = gather([pair for pair in pairs if pair[1] == pair[1]])
-    refused = next((row for row in ip.codes.of(block) if row.refused[1] & PROFILE), None)
-    faults = (
-        (parsed.flow is not None, "is a jump or loop", "compute its values before the cycle"),
-        (bool(parsed.settings), "sets a parameter", "compute its values before the cycle"),
-        (
-            refused is not None,
-            f"has {refused.name}, which {refused.refused[0]}" if refused else "",
-            "a profile is moves alone",
-        ),
-    )
-    for wrong, what, hint in faults:
-        if wrong:
-            raise BlockError("profile-flow", f"line {at.line} of the profile {what}", "P", hint=hint)
-    block.source, block.offset, block.line = at
-    yield block
-
-
-def _of_line(block: Block, error: BlockError) -> BlockError:
-    """Return the fault of a line of a profile as one of the cycle, which names the line."""
-    message = f"line {block.line} of the profile: {error.message}"
-    return BlockError(error.code, message, "P", hint=error.hint, values=error.values)
+    flow.run_profile(checked, first, last, "P")
 
 
 def _execute(ip: Interpreter, block: Block) -> None:
-    """Execute a line of a profile; its faults name it."""
-    try:
-        if ip.guard is not None:
-            ip.guard(ip, block)
-        if block.words or block.g or block.m:
-            ip.execute(block)
-    except BlockError as error:
-        raise _of_line(block, error) from None
-    if ip.jump is not None:
-        ip.jump = None
-        message = f"line {block.line} calls a program or returns from one within the profile"
-        raise BlockError("profile-flow", message, "P")
+    """Execute a line of a profile."""
+    if ip.guard is not None:
+        ip.guard(ip, block)
+    ip.execute(block)
 
 
 def _end_corner(ip: Interpreter) -> None:
@@ -130,22 +91,22 @@ def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], b
     recorder = Recorder(state.position)
     ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
     ip.sink, ip.guard, rapid, away, both = recorder, None, None, 0, False
+
+    def take(written: Block) -> None:
+        nonlocal rapid, away, both
+        before, line = len(recorder.segments), turned(ip, written)
+        codes = tuple(number for number in line.g if number in PLAIN_MOTIONS)
+        words = {letter: value for letter, value in line.words.items() if letter in _WORDS}
+        if codes or words:
+            _execute(ip, replace(line, words=words, g=codes, m=()))
+        if rapid is None and (recorder.segments or {"x", "z"} <= words.keys()):
+            rapid = ip.state.motion == 0
+            both = {"x", "z"} <= words.keys()
+        added = len(recorder.segments) - before
+        away = away + added if ip.state.motion == 0 else 0 if added else away
+
     try:
-        for written in _lines(ip, block, name):
-            before = len(recorder.segments)
-            try:
-                line = turned(ip, written)
-            except BlockError as error:
-                raise _of_line(written, error) from None
-            codes = tuple(number for number in line.g if number in PLAIN_MOTIONS)
-            words = {letter: value for letter, value in line.words.items() if letter in _WORDS}
-            if codes or words:
-                _execute(ip, replace(line, words=words, g=codes, m=()))
-            if rapid is None and (recorder.segments or {"x", "z"} <= words.keys()):
-                rapid = ip.state.motion == 0
-                both = {"x", "z"} <= words.keys()
-            added = len(recorder.segments) - before
-            away = away + added if ip.state.motion == 0 else 0 if added else away
+        _run(ip, block, name, take)
         _end_corner(ip)
     finally:
         ip.state, ip.sink, ip.guard = state, sink, guard
@@ -392,8 +353,7 @@ def finish(ip: Interpreter, block: Block) -> None:
         message = f"{', '.join(idle)} of G70 change nothing: the profile is finished as it is written"
         hint = "allowances belong to G71 to G73"
         ip.warn(BlockError("unused-word", message, idle[0], hint=hint), Severity.WARNING)
-    for line in _lines(ip, block, "G70"):
-        _execute(ip, turned(ip, line))
+    _run(ip, block, "G70", ip.flow_control().execute)
     _end_corner(ip)
     back = ip.state.position.copy()
     back[X], back[Z] = start[X], start[Z]

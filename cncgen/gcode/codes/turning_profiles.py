@@ -208,6 +208,12 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
     state, sink, guard = ip.state, ip.sink, ip.guard
     recorder = Recorder(state.position)
     corners: list[tuple[float, bool]] = []
+
+    def take(made: Block) -> None:
+        corners.extend(_execute(ip, recorder, made))
+        if len(corners) > MAX_MOVES:
+            raise BlockError("profile-length", f"it has more than {MAX_MOVES} moves")
+
     ip.state, ip.sink, ip.guard = (
         replace(
             state,
@@ -222,10 +228,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
         None,
     )
     try:
-        for made in ip.flow_control().profile_blocks(number, mark.after):
-            corners += _execute(ip, recorder, made)
-            if len(corners) > MAX_MOVES:
-                raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} moves", "Q")
+        ip.flow_control().run_profile(take, mark.after, number, "Q")
     finally:
         ip.state, ip.sink, ip.guard = state, sink, guard
     profile = _rounded(recorder.segments, corners) if recorder.segments else []

@@ -7,11 +7,11 @@ again: before the first line that was not reached, and in calls.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
-from cncgen.gcode.block import Flow
 from cncgen.gcode.budget import LINE, PAUSE
 from cncgen.gcode.errors import Astray, BlockError
+from cncgen.gcode.flow.effects import Effect, effect_of
 from cncgen.gcode.flow.parts import Parts
 from cncgen.gcode.flow.reading import first_line
 from cncgen.gcode.text.evaluation import too_deep
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 _MAX_KEPT = 65_536
 #: Blocks that loops may execute after a fault: the faulty line might have ended the loop.
 _MOST_AFTER_A_FAULT = 1_000_000
-#: Runs a line; gives where it leads, None for the next line.
-Effect = Callable[[], Cursor | None]
 
 
 class Course:
@@ -209,33 +207,4 @@ class Course:
         parts.percent.seen = True
         if not bare:
             return lambda: None, False
-        parsed = parts.lines.parse(text)
-        if parsed.deletable and parts.ip.options.block_delete:
-            return lambda: None, False
-        if parsed.flow is not None and parsed.flow.then is None:
-            return self._o_word(parsed.flow, here, after), True
-        run = (
-            parts.compiler().action(parsed, here)
-            if parsed.flow is None
-            else parts.compiler().then(parsed.flow, here)
-        )
-
-        def effect() -> Cursor | None:
-            parts.pending.flush()
-            run()
-            return parts.control.follow_jump(here, after) if parts.ip.jump is not None else None
-
-        return effect, False
-
-    def _o_word(self, flow: Flow, here: Cursor, after: Cursor) -> Effect:
-        """Return the effect of an O-word; blocks that wait run before it where its values may depend on where the machine is."""
-        parts = self._parts
-        block = empty_block(here)
-
-        def effect() -> Cursor | None:
-            if flow.asks_state:
-                parts.pending.flush()
-            parts.ip.base.block = block
-            return parts.control.run(flow, here, after)
-
-        return effect
+        return effect_of(parts.control, parts.compiler, parts.lines.parse(text), here, after)

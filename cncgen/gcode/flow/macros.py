@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.block import PROGRAM, Block, Flow, nearest
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import LEADS_ELSEWHERE, Code
 from cncgen.gcode.codes.tools import whole, whole_of
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.flow.calls import MACRO_LOCALS
@@ -192,9 +192,13 @@ CODES = (
     Code("G", 650, "macro", Stage.STOP, call, "call macro P, L times, with arguments", dialects=_FANUC, calls="p"),
     Code("G", 660, "macro", Stage.STOP, modal_call, "call macro P after each motion", dialects=_FANUC, calls="p"),
     Code("G", 670, "macro", Stage.STOP, end_modal_call, "end of G66", dialects=_FANUC),
-    Code("M", 970, "subprogram", Stage.STOP, call_lines, "run the lines from N P to M99, L times (Haas)", "pl", dialects=_FANUC),
-    Code("M", 980, "subprogram", Stage.STOP, call_program, "run program P, L times", "plq", dialects=_FANUC, named=(PROGRAM,), calls="p"),
-    Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", "p", dialects=_FANUC),
-    Code("M", 1980, "subprogram", Stage.STOP, call_program, "run program P of a file, L times", "pl", dialects=_FANUC, named=(PROGRAM,),
-        calls="p"),
+    *(
+        Code("M", number, "subprogram", Stage.STOP, run_it, text, words, dialects=_FANUC, named=named, calls=calls, refused=LEADS_ELSEWHERE)
+        for number, run_it, text, words, named, calls in (
+            (970, call_lines, "run the lines from N P to M99, L times (Haas)", "pl", (), ""),
+            (980, call_program, "run program P, L times", "plq", (PROGRAM,), "p"),
+            (990, back, "end of a subprogram", "p", (), ""),
+            (1980, call_program, "run program P of a file, L times", "pl", (PROGRAM,), "p"),
+        )
+    ),
 )  # fmt: skip

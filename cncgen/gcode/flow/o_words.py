@@ -6,7 +6,7 @@ There is no nesting: the target of a jump is looked up by its label (`labels`). 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cached_property
 
 from cncgen.gcode.block import Block, Flow, nearest
@@ -19,6 +19,8 @@ from cncgen.records import dataclass
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from cncgen.gcode.flow.profile_lines import Take
+    from cncgen.gcode.flow.reading import LineReader
     from cncgen.gcode.flow.subroutines import Subroutines
     from cncgen.gcode.interpreter import Interpreter
     from cncgen.gcode.text.marked_lines import Marked
@@ -61,7 +63,9 @@ class FlowControl:
     Attributes:
         calls: The calls in progress.
         begun: Whether a program number of FANUC was passed, which the main program begins with.
-        profile_blocks: Yields the blocks that the subroutine of a profile executes (`profiles`), set by whoever has the lines.
+        lines: The lines of the run; these and what follows are set by whoever puts the parts together.
+        execute: Executes a block.
+        run_profile: Runs the lines of a profile (`profile_lines`).
     """
 
     def __init__(
@@ -71,7 +75,9 @@ class FlowControl:
         self.calls = Calls(ip)
         self._sources, self._program = sources, program
         self.begun = False
-        self.profile_blocks: Callable[[Label, Cursor], Iterator[Block]]
+        self.lines: LineReader
+        self.execute: Callable[[Block], None]
+        self.run_profile: Callable[[Take, Cursor, Cursor | Label, str], None]
         #: Where a label of a branch or loop was met first, and its keyword, by the subroutine that it is local to.
         self._first: dict[tuple[Label, int, Label], tuple[Cursor, str]] = {}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache, partial
 
 from cncgen.gcode.codes.table import language_of
@@ -20,8 +20,8 @@ from cncgen.toolpath.reading import ReadOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from cncgen.gcode.block import Block
     from cncgen.gcode.flow.compiling import Compiler
+    from cncgen.gcode.flow.profile_lines import Take
     from cncgen.gcode.text.labels import Cursor, Label
 
 
@@ -69,7 +69,11 @@ def assemble(
     pending = PendingBlocks(control, sources, compiler, executor, faults, batches=batches)
     control.calls.flush = faults.flush = pending.flush
     lines = LineReader(sources, language, increments=increments)
-    control.profile_blocks = partial(_profile_blocks, control, lines)
+    control.lines, control.execute, control.run_profile = (
+        lines,
+        executor.execute,
+        partial(_run_profile, control),
+    )
     faults.recover = partial(_recover, ip)
     return Parts(
         sources=sources,
@@ -92,11 +96,11 @@ def _compiler(control: FlowControl, executor: Executor) -> Compiler:
     return Compiler(control.ip, control, executor.execute)
 
 
-def _profile_blocks(control: FlowControl, lines: LineReader, label: Label, after: Cursor) -> Iterator[Block]:
-    """Yield the blocks that the subroutine of a profile executes; only programs of turning cycles import the module."""
-    from cncgen.gcode.flow.profile_blocks import profile_blocks
+def _run_profile(control: FlowControl, take: Take, first: Cursor, end: Cursor | Label, word: str) -> None:
+    """Run the lines of a profile; only programs of turning cycles import the module."""
+    from cncgen.gcode.flow.profile_lines import run_profile
 
-    return profile_blocks(control, lines, label, after)
+    run_profile(control, take, first, end, word)
 
 
 def _recover(ip: Interpreter, text: str) -> None:

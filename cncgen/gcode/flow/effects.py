@@ -1,0 +1,48 @@
+"""What a line does: the course of a run and the profiles of turning cycles have it from here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cncgen.gcode.block import Flow, Parsed
+from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.lanes import empty_block
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from cncgen.gcode.flow.compiling import Compiler
+    from cncgen.gcode.flow.o_words import FlowControl
+
+#: Runs a line; gives where it leads, None for the next line.
+Effect = Callable[[], Cursor | None]
+
+
+def effect_of(
+    control: FlowControl, compiler: Callable[[], Compiler], parsed: Parsed, here: Cursor, after: Cursor
+) -> tuple[Effect, bool]:
+    """Return what a line does, `after` which another stands, and whether it is an O-word."""
+    if parsed.deletable and control.ip.options.block_delete:
+        return lambda: None, False
+    if parsed.flow is not None and parsed.flow.then is None:
+        return _o_word(control, parsed.flow, here, after), True
+    run = compiler().action(parsed, here) if parsed.flow is None else compiler().then(parsed.flow, here)
+
+    def effect() -> Cursor | None:
+        control.flush()
+        run()
+        return control.follow_jump(here, after) if control.ip.jump is not None else None
+
+    return effect, False
+
+
+def _o_word(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Effect:
+    """Return the effect of an O-word; blocks that wait run before it where its values may depend on where the machine is."""
+    block = empty_block(here)
+
+    def effect() -> Cursor | None:
+        if flow.asks_state:
+            control.flush()
+        control.ip.base.block = block
+        return control.run(flow, here, after)
+
+    return effect
