@@ -142,15 +142,15 @@ def _moving_axes(
 ) -> str:
     """Return the letters of the axes that a program names."""
     dialect, folders = choice.dialect, _folders(path, options)
+    rotary = "".join(AXIS_LETTERS[k] for k in (options.kinematics.axes if options.kinematics else ()))
     if dialect == SINUMERIK:
         from cncgen.gcode.sinumerik import axes as sinumerik_axes
 
-        rotary = options.kinematics.axes if options.kinematics else ()
-        return sinumerik_axes.moving_axes(text, folders, "".join(AXIS_LETTERS[k] for k in rotary))
+        return sinumerik_axes.moving_axes(text, folders, rotary)
     if dialect == HEIDENHAIN:
         from cncgen.gcode.klartext import axes as plain_axes
 
-        return plain_axes.moving_axes(text, folders)
+        return plain_axes.moving_axes(text, folders, rotary)
     from cncgen.gcode.moved_axes import moving_axes
 
     def named_in_run() -> set[str]:

@@ -154,10 +154,15 @@ def _turn_on(ip: Interpreter, block: Block) -> None:
     if ip.state.feed_mode == 95:
         raise BlockError("tcp-refused", "G43.4 does not go with G95", "G43.4", hint="use G94")
     number = number_in_force(ip, block, "G43.4")
+    begin(ip, table_offset(ip, number)[2] if number else 0.0)
+
+
+def begin(ip: Interpreter, length: float) -> None:
+    """Follow the tip of a tool of that length, in the program's unit, the machine staying where it is."""
     turn_off(ip)
     machine = ip.machine_position()
     offset = zeros()
-    offset[2] = table_offset(ip, number)[2] if number else 0.0
+    offset[2] = length
     ip.state.length_code = 43.4
     ip.state.tool_offset = offset
     ip.rebase(machine)
@@ -185,6 +190,15 @@ def turn_off(ip: Interpreter) -> None:
         framed.inner = tool.inner
     else:
         ip.sink = tool.inner
+
+
+def end(ip: Interpreter, code: float, offset: Point) -> None:
+    """Follow the tip no longer: the length code and tool offset are those given, the machine staying where it is."""
+    turn_off(ip)
+    machine = ip.machine_position()
+    ip.state.length_code, ip.state.tool_offset = code, offset
+    ip.rebase(machine)
+    ip.sink.use_tool_length_offset(offset)
 
 
 def length_off(ip: Interpreter, block: Block) -> None:

@@ -33,27 +33,36 @@ _CYCLES = re.compile(
     rb"(?<![A-Z])(?:CYCL\b|PLANE[ \t]+(?!RESET\b)[A-Z]|M99\b|M89\b|M140\b|M128\b|TCPM\b|TRANS\b|G79\b|G2\d\d\b)",
     re.IGNORECASE,
 )
+#: A plane to which the rotary axes of the machine turn by themselves.
+_TURNED = re.compile(
+    rb"(?<![A-Z])PLANE[ \t][^\n]*?\b(?:TURN|MOVE)\b|CYCL[ \t]+DEF[ \t]+19\.1[^\n]*F", re.IGNORECASE
+)
 
 
 #: Programs that call each other deeper than this are not looked at.
 _DEEPEST = 20
 
 
-def moving_axes(text: Source, folders: Sequence[Path] = ()) -> str:
-    """Return the letters of the axes that a program and those that it calls name, in the order of ``XYZABCUVW``; cycles name X, Y and Z."""
-    named = _named(bytes(text.data[:]), folders, _DEEPEST, set())
+def moving_axes(text: Source, folders: Sequence[Path] = (), rotary: str = "") -> str:
+    """Return the letters of the axes that a program and those that it calls name, in the order of ``XYZABCUVW``.
+
+    Cycles name X, Y and Z, and a plane to which the machine's rotary axes turn names these, `rotary`.
+    """
+    named = _named(bytes(text.data[:]), folders, _DEEPEST, set(), rotary)
     return "".join(letter for letter in AXIS_LETTERS if letter in named)
 
 
-def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[Path]) -> set[str]:
+def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[Path], rotary: str) -> set[str]:
     code = _COMMENTS.sub(b"", text.translate(_BLANKS))
     named = {letter.decode().upper() for words in _WORDS.findall(code) for letter in _AXIS.findall(words)}
     if _PLANE.search(code):
         named |= set("XY")
     if _CYCLES.search(code):
         named |= set("XYZ")
+    if _TURNED.search(code):
+        named |= set(rotary)
     for path in programs.called(code, folders) if deep and b"PGM" in code.upper() else ():
         if path not in seen:
             seen.add(path)
-            named |= _named(bytes(open_source(path, str(path)).data[:]), folders, deep - 1, seen)
+            named |= _named(bytes(open_source(path, str(path)).data[:]), folders, deep - 1, seen, rotary)
     return named

@@ -6,12 +6,13 @@ They apply in the order in which the program gives them; one that is given again
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
-from cncgen.gcode.codes import affine
+from cncgen.gcode.codes import affine, carried_planes
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import planes
+from cncgen.gcode.klartext import planes, tilting
+from cncgen.records import replace
 
 _VALUE = r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
 _TRANS = re.compile(
@@ -33,6 +34,8 @@ class Datums:
     def __init__(self, ip: Interpreter, value: Callable[[str], float]) -> None:
         self._ip, self._value = ip, value
         self._frames: dict[int, affine.Frame] = {}
+        #: Positions of the rotary axes for which the tilted plane is meant.
+        self._axes: carried_planes.Positions | None = None
         self._angle = 0.0
 
     def take(self, number: int, frame: affine.Frame | None) -> None:
@@ -42,11 +45,24 @@ class Datums:
             wanted.pop(number, None)
         else:
             wanted[number] = frame
-        whole = affine.Frame()
+        self._put(wanted)
+
+    def _put(self, wanted: dict[int, affine.Frame]) -> None:
+        whole = carried_planes.carried(self._ip, self._axes)
         for part in wanted.values():
             whole = whole.then(part)
         affine.change(self._ip, whole)
         self._frames = wanted
+
+    @property
+    def turned(self) -> bool:
+        """Whether a plane is in force for which rotary axes turn."""
+        return self._axes is not None
+
+    def renew(self) -> None:
+        """Put the frames in force anew where a turned table or head makes something else of them: the origin, the tool or M128 has changed."""
+        if self._axes is not None:
+            self._put(self._frames)
 
     def set(self, number: int, rest: str) -> None:
         """Take the words of a cycle's frame.
@@ -77,7 +93,9 @@ class Datums:
                 (centre if word[1] else factors)["XYZ".index(word[2].upper())] = self._value(word[3])
             self.take(26, _scaled(26, factors, centre, "CYCL DEF 26.1 X1.2 Y0.8; 1 ends it"))
         else:
-            self.tilt(planes.spatial(planes.of_cycle(rest, self._value)))
+            wanted = tilting.words_of(rest, self._value)
+            how = "TURN" if wanted.feed or wanted.below else "STAY"
+            self._tilt(planes.spatial(planes.of_cycle(rest, self._value)), replace(wanted, how=how))
 
     def transform(self, body: str) -> bool:
         """Do TRANS DATUM, MIRROR, ROTATION or SCALE; tell whether the line is one of them."""
@@ -94,22 +112,50 @@ class Datums:
             self.set(number, re.sub(r"^\s*AXIS\b", "", rest, flags=re.IGNORECASE))
         return True
 
-    def plane(self, body: str, carriers: Sequence[int]) -> None:
+    def plane(self, body: str) -> None:
         """PLANE: a tilted plane, or the end of it (`planes.matrix`)."""
         before = self._frames.get(_TILTED, affine.Frame()).matrix
-        self.tilt(planes.matrix(body, self._value, before, carriers))
+        kinematics = self._ip.options.kinematics
+        machine = None if kinematics is None else (kinematics, carried_planes.positions(self._ip, kinematics))
+        matrix, wanted = (
+            planes.matrix(body, self._value, before, machine),
+            tilting.words_of(body, self._value),
+        )
+        axes = None
+        if machine and re.match(r"PLANE\s+AXIAL\b", body, re.IGNORECASE):
+            named = planes.named_axes(body, self._value)
+            outer, inner = (named.get(k, at) for k, at in zip(machine[0].axes, machine[1], strict=True))
+            axes = outer, inner
+        self._tilt(matrix, wanted, axes, ends=bool(planes.RESET.match(body)))
 
-    def tilt(self, matrix: affine.Matrix | None) -> None:
-        """Put a tilted plane in force, or end it; the machine's rotary axes are not moved, and Q120 to Q122 are 0."""
-        for number in (120, 121, 122):
-            self._ip.parameters.set_number(float(number), 0.0)
-        if matrix is not None:
+    def _tilt(
+        self,
+        matrix: affine.Matrix | None,
+        wanted: tilting.Turning,
+        axes: carried_planes.Positions | None = None,
+        *,
+        ends: bool = False,
+    ) -> None:
+        """Put a tilted plane in force, or end it; Q120 to Q122 are where the rotary axes belong, 0 where no machine says so."""
+        kinematics = self._ip.options.kinematics
+        if kinematics is not None:
+            if axes is None:
+                axes = (
+                    (0.0, 0.0)
+                    if ends
+                    else tilting.axes_of(self._ip, kinematics, matrix or affine.UNIT, wanted)
+                )
+            tilting.turn(self._ip, kinematics, axes, wanted)
+        elif matrix is not None:
             message = (
                 "the tilted plane turns the coordinates; the rotary axes of the machine are not moved here"
             )
-            self._ip.warn_once(
-                BlockError("swivel-frame", message, "PLANE", hint="write A B C where the machine has them")
-            )
+            hint = "--machine with a table [kinematics] turns them"
+            self._ip.warn_once(BlockError("swivel-frame", message, "PLANE", hint=hint))
+        found = dict(zip(kinematics.axes, axes, strict=True)) if kinematics and axes else {}
+        for column, number in ((3, 120), (4, 121), (5, 122)):
+            self._ip.parameters.set_number(float(number), found.get(column, 0.0))
+        self._axes = None if ends else axes
         self.take(_TILTED, None if matrix is None else affine.Frame(matrix))
 
     def _shift(self, rest: str) -> None:

@@ -1,20 +1,21 @@
 """Tilted planes of Heidenhain's plain language as frames: PLANE SPATIAL, EULER, RELATIV, POINTS, VECTOR, AXIAL, RESET, cycle 19 (TNC 640,
 "PLANE function").
 
-Spatial angles turn about the machine's X (SPA), then its Y (SPB), then its Z (SPC). The rotary axes of the machine are not moved.
+Spatial angles turn about the machine's X (SPA), then its Y (SPB), then its Z (SPC). `tilting` turns the machine's rotary axes.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from cncgen.gcode.codes import affine
 from cncgen.gcode.errors import BlockError
+from cncgen.machine.kinematics import Kinematics
 
 _NUMBER = r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
-_RESET = re.compile(r"PLANE\s+RESET\b", re.IGNORECASE)
+RESET = re.compile(r"PLANE\s+RESET\b", re.IGNORECASE)
 _KIND = re.compile(r"PLANE\s+(\w+)", re.IGNORECASE)
 #: Functions that do not change motion, or end a mode that is never on.
 _IDLE = re.compile(
@@ -23,6 +24,8 @@ _IDLE = re.compile(
 )
 
 Evaluate = Callable[[str], float]
+#: The kinematics of a machine, and where its rotary axes stand, degrees, the carrying one first.
+Machine = tuple[Kinematics, tuple[float, float]]
 #: A vector shorter than this has no direction.
 _LEAST = 1e-9
 #: A dwell in seconds or revolutions; pauses of the feed.
@@ -70,18 +73,18 @@ def idle(body: str) -> bool:
 
 
 def matrix(
-    body: str, value: Evaluate, before: affine.Matrix, carriers: Sequence[int] = ()
+    body: str, value: Evaluate, before: affine.Matrix, machine: Machine | None = None
 ) -> affine.Matrix | None:
     """Return the rotation of a PLANE block, None where it turns nothing.
 
     SPATIAL turns about the fixed X, Y, Z; EULER about Z, the new X, the new Z; RELATIV about an axis of the plane in force; POINTS has
-    X from its first to its second point and Y towards the third; VECTOR has the direction B of X, and N of Z square to it; AXIAL names angles
-    of the machine's rotary axes, `carriers` first the one that carries the other. The origin stays.
+    X from its first to its second point and Y towards the third; VECTOR has the direction B of X, and N of Z square to it; AXIAL names positions
+    of the machine's rotary axes, of which one that is not named stays where `machine` has it. The origin stays.
 
     Raises:
         BlockError: The plane is defined otherwise.
     """
-    if _RESET.match(body):
+    if RESET.match(body):
         return None
     kind = _KIND.match(body)
     name = kind[1].upper() if kind else ""
@@ -103,7 +106,7 @@ def matrix(
         base, normal = _angles(rest, ("BX", "BY", "BZ"), value), _angles(rest, ("NX", "NY", "NZ"), value)
         return _axes(list(base), list(normal))
     if name == "AXIAL":
-        return _of_axes(_angles(rest, ("A", "B", "C"), value), carriers)
+        return _of_axes(rest, value, machine)
     raise BlockError(
         "unsupported-block",
         f"PLANE {name} is not read",
@@ -144,21 +147,34 @@ def _unit(vector: list[float]) -> list[float]:
     return [part / length for part in vector]
 
 
-def _of_axes(angles: tuple[float, float, float], carriers: Sequence[int]) -> affine.Matrix | None:
-    """Return the rotation that rotary axes at these angles make, the carrying axis first.
+def named_axes(body: str, value: Evaluate) -> dict[int, float]:
+    """Return the columns of rotary axes (3 is A) and their positions that PLANE AXIAL names."""
+    found = {
+        column: re.search(rf"(?<![A-Z]){letter}{_NUMBER}", body, re.IGNORECASE)
+        for column, letter in enumerate("ABC", 3)
+    }
+    return {column: value(match[1]) for column, match in found.items() if match}
+
+
+def _of_axes(rest: str, value: Evaluate, machine: Machine | None) -> affine.Matrix | None:
+    """Return the rotation of the plane square to the tool while rotary axes stand at these positions.
 
     Raises:
-        BlockError: Two of them turn, and the machine does not say which carries the other.
+        BlockError: Two of them turn, and no machine says which carries the other; or the machine does not have them.
     """
-    turned = [axis for axis in range(3) if angles[axis]]
-    order = [column - 3 for column in carriers] or turned
-    if len(order) < len(turned) or not set(turned) <= set(order) or (len(turned) > 1 and not carriers):
+    named = named_axes(rest, value)
+    if machine is not None:
+        kinematics, now = machine
+        if not set(named) <= set(kinematics.axes):
+            message = "PLANE AXIAL names an axis that [kinematics] of the machine does not have"
+            raise BlockError("plane-kind", message, "PLANE", hint="its two axes are those of the machine")
+        outer, inner = (named.get(column, at) for column, at in zip(kinematics.axes, now, strict=True))
+        return kinematics.turned_plane((outer, inner)) if outer or inner else None
+    turned = {column: angle for column, angle in named.items() if angle}
+    if len(turned) > 1:
         message = "PLANE AXIAL turns axes of which the machine does not say how they carry each other"
         raise BlockError("plane-kind", message, "PLANE", hint="[kinematics] of the machine's file says it")
-    found = affine.UNIT
-    for axis in order:
-        found = affine.product(found, affine.turn(axis, angles[axis]))
-    return found if turned else None
+    return next((affine.turn(column - 3, angle) for column, angle in turned.items()), None)
 
 
 def of_cycle(rest: str, value: Evaluate) -> tuple[float, float, float]:

@@ -7,8 +7,7 @@ MODE is a number of bits: 6 and 7 tell what the angles are (0 turns one after th
 the rotary axes), and each two from bit 0 on the axis of A, B and C (1 is X, 2 is Y, 3 is Z): 57 turns about X, the new Y, the new Z, and
 27 about Z, the new Y, the new X.
 
-On a machine with kinematics the rotary axes turn, and what a turned table or head makes of the plane is one more frame around the others,
-since the axes stand while the plane is milled: an arc stays an arc, and the tool's radius is compensated as in any plane.
+On a machine with kinematics the rotary axes turn, and a frame around the others carries the plane (`codes.carried_planes`).
 """
 
 from __future__ import annotations
@@ -18,11 +17,10 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes import affine
+from cncgen.gcode.codes.carried_planes import FOLLOWED, carried, normal_of, positions, words
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.expressions import Scalar
-from cncgen.gcode.state.modal import to_machine, to_program, zeros
 from cncgen.records import replace
-from cncgen.units import INCH
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -172,11 +170,11 @@ def _axes(
     Of the two pairs DIR = 1 takes the one where the axis that tilts the tool has the larger position, else the smaller one counts. An axis
     along the tool goes to 0.
     """
-    if kinematics is None or motions.ip.state.length_code == 43.4:
+    if kinematics is None or motions.ip.state.length_code == FOLLOWED:
         return None
     if round(call.number(3)) >> 6 == _DIRECT:
         return call.number(7), call.number(8)
-    pairs = kinematics.pairs_of(_column(turned.matrix, 2), _now(motions, kinematics), 0.0)
+    pairs = kinematics.pairs_of(normal_of(turned.matrix), positions(motions.ip, kinematics), 0.0)
     if not pairs:
         names = " and ".join(AXES[k].upper() for k in kinematics.axes)
         message = f"{names} of the machine do not turn the tool to any direction"
@@ -184,13 +182,6 @@ def _axes(
         raise BlockError("orientation-vector", message, _NAME, hint=hint)
     pick = max if call.number(13) > 0.0 else min
     return pick(pairs, key=lambda pair: round(pair[kinematics.tilting], 6))
-
-
-def _now(motions: Motions, kinematics: Kinematics) -> tuple[float, float]:
-    """Return the positions of the machine's rotary axes."""
-    machine = motions.ip.machine_position()
-    outer, inner = kinematics.axes
-    return machine[outer], machine[inner]
 
 
 def _turn(motions: Motions, call: _Call, axes: tuple[float, float]) -> None:
@@ -207,35 +198,15 @@ def _turn(motions: Motions, call: _Call, axes: tuple[float, float]) -> None:
     elif retract:
         message = f"FR = {retract} of {_NAME} is passed over: where it retracts to is machine data"
         motions.note_once("retract-unknown", message, _NAME, "write the retraction before it, or FR = 5")
-    now = _now(motions, kinematics)
-    steps = {
-        AXES[k].upper(): position[k] + goal - at
-        for k, goal, at in zip(kinematics.axes, axes, now, strict=True)
-    }
-    motions.move(steps, rapid=True)
+    motions.move(words(motions.ip, kinematics, axes), rapid=True)
 
 
 # Frames.
 
 
-def carried(motions: Motions, wanted: affine.Frames) -> affine.Frame:
-    """Return the frame by which a table or a head that CYCLE800 has turned carries the plane; under TRAORI the tip is followed anyway."""
-    ip = motions.ip
-    kinematics = ip.options.kinematics
-    if wanted.axes is None or kinematics is None or ip.state.length_code == 43.4:
-        return affine.Frame()
-    origin, rotation, g92, offset = ip.state.offsets()
-    unit = INCH if ip.state.inches else 1.0
-    x, y, z, *rest = to_machine(zeros(), origin, rotation, g92, zeros())
-    place = kinematics.machine((x * unit, y * unit, z * unit), wanted.axes, offset[2] * unit)
-    x, y, z, *_ = to_program([*(value / unit for value in place), *rest], origin, rotation, g92, offset)
-    plane = affine.UNIT if kinematics.heads else affine.transposed(kinematics.turned_plane(wanted.axes))
-    return affine.Frame(plane, (x, y, z))
-
-
 def take_frames(motions: Motions, wanted: affine.Frames) -> None:
     """Put frames in force, within that of a turned table or head."""
-    affine.change(motions.ip, carried(motions, wanted).then(wanted.whole()))
+    affine.change(motions.ip, carried(motions.ip, wanted.axes).then(wanted.whole()))
     motions.frames = wanted
 
 

@@ -1,0 +1,116 @@
+"""How the machine's rotary axes go to a tilted plane: MOVE, TURN or STAY of PLANE, SEQ, SYM, COORD ROT and TABLE ROT, F and ABST of cycle 19.
+
+TNC 640, "PLANE function", "Specifying the positioning behavior": MOVE turns the axes and keeps the tool's tip, or a point DIST below it, on
+the workpiece; TURN turns them alone; after STAY the program does it, by Q120 (A) to Q122 (C). SEQ+ takes the pair of positions where
+the axis that tilts the tool is above 0, SEQ- below; without it the shorter way counts. Where the tool is along the other axis, COORD ROT, the
+usual one, leaves that where it is, and TABLE ROT turns it by the plane's angle.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes import affine, carried_planes, tool_point
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.machine.kinematics import Kinematics
+from cncgen.records import dataclass
+
+_NUMBER = r"\s*([-+]?\s*(?:Q\d+|[\d.,]+))"
+_HOW = re.compile(r"\b(MOVE|TURN|STAY)\b", re.IGNORECASE)
+_FAST = re.compile(r"(?<![A-Z])F\s*(?:MAX|AUTO)\b", re.IGNORECASE)
+_FEED = re.compile(r"(?<![A-Z])F" + _NUMBER, re.IGNORECASE)
+_BELOW = re.compile(r"\b(?:DIST|ABST)" + _NUMBER, re.IGNORECASE)
+_BACK = re.compile(r"\bMB\s*(?:(MAX)\b|" + _NUMBER[3:] + ")", re.IGNORECASE)
+_SIGN = re.compile(r"\b(?:SEQ|SYM)\s*([-+])", re.IGNORECASE)
+_TABLE = re.compile(r"\bTABLE\s+ROT\b", re.IGNORECASE)
+
+Evaluate = Callable[[str], float]
+
+
+@dataclass(frozen=True, slots=True)
+class Turning:
+    """How the rotary axes go to a plane.
+
+    Attributes:
+        how: ``MOVE``, ``TURN`` or ``STAY``.
+        feed: F, 0 in traverse.
+        below: How far below the tip the point lies that MOVE keeps on the workpiece.
+        back: Retraction along Z before; infinite for MB MAX.
+        sign: Of the axis that tilts the tool, 0 where the shorter way counts.
+        table: Whether the axis along the tool turns by the plane's angle.
+    """
+
+    how: str = "STAY"
+    feed: float = 0.0
+    below: float = 0.0
+    back: float = 0.0
+    sign: int = 0
+    table: bool = False
+
+
+def words_of(body: str, value: Evaluate) -> Turning:
+    """Return what a PLANE block says of it."""
+    how, feed, below, back, sign = (each.search(body) for each in (_HOW, _FEED, _BELOW, _BACK, _SIGN))
+    return Turning(
+        how[1].upper() if how else "STAY",
+        value(feed[1]) if feed and not _FAST.search(body) else 0.0,
+        value(below[1]) if below else 0.0,
+        0.0 if back is None else float("inf") if back[1] else value(back[2]),
+        0 if sign is None else 1 if sign[1] == "+" else -1,
+        _TABLE.search(body) is not None,
+    )
+
+
+def axes_of(
+    ip: Interpreter, kinematics: Kinematics, matrix: affine.Matrix, wanted: Turning
+) -> carried_planes.Positions:
+    """Return the positions of the rotary axes at which the tool is square to a plane.
+
+    Raises:
+        BlockError: The axes do not turn the tool there.
+    """
+    now = carried_planes.positions(ip, kinematics)
+    along = carried_planes.turn_in_plane(matrix) if wanted.table else None
+    pairs = kinematics.pairs_of(carried_planes.normal_of(matrix), now, along)
+    tilt = kinematics.tilting
+    signed = [pair for pair in pairs if round(pair[tilt], 6) * wanted.sign >= 0.0]
+    if not signed:
+        message = "the rotary axes of the machine do not turn the tool square to the plane"
+        hint = "SEQ and SYM choose one of two pairs; [kinematics] names the axes"
+        raise BlockError("orientation-vector", message, "PLANE", hint=hint)
+    return min(signed, key=lambda pair: round(abs(pair[0] - now[0]) + abs(pair[1] - now[1]), 6))
+
+
+def turn(ip: Interpreter, kinematics: Kinematics, axes: carried_planes.Positions, wanted: Turning) -> None:
+    """Turn the rotary axes to positions of the machine, as MOVE or TURN has it."""
+    if wanted.how == "STAY":
+        return
+    if wanted.back == float("inf"):
+        message = "MB MAX of PLANE is passed over: where the travel ends is not known here"
+        ip.warn_once(BlockError("retract-unknown", message, "MB", hint="MB 50 retracts by 50"), Severity.NOTE)
+    elif wanted.back:
+        _execute(ip, {"z": ip.state.position[2] + wanted.back}, 0)
+    follows = wanted.how == "MOVE" and ip.state.length_code != carried_planes.FOLLOWED
+    if follows:
+        code, offset = ip.state.length_code, list(ip.state.tool_offset)
+        tool_point.begin(ip, offset[2] + wanted.below)
+    feed = ip.state.feed
+    steps = carried_planes.words(ip, kinematics, axes)
+    if wanted.feed > 0.0:
+        _execute(ip, {**steps, "f": wanted.feed}, 10)
+        ip.sink.set_feed_rate(feed)
+        ip.state.feed = feed
+    else:
+        _execute(ip, steps, 0)
+    if follows:
+        tool_point.end(ip, code, offset)
+
+
+def _execute(ip: Interpreter, words: dict[str, float], code: int) -> None:
+    """Execute a block of the interpreter's codes, at the line in progress."""
+    here = ip.base.block
+    ip.execute(Block(words, (code,), (), None, here.source, here.line, here.offset))

@@ -1,0 +1,119 @@
+"""Heidenhain: PLANE and cycle 19 turn the rotary axes of a machine with kinematics, by closed forms (TNC 640, "PLANE function")."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cncgen.machine.kinematics import Kinematics
+from cncgen.toolpath.record import Kind
+
+CENTRE = np.array((0.0, 0.0, -100.0))
+#: A carries C in the table of a trunnion; C carries A in a fork head.
+TRUNNION, FORK = Kinematics(False, (3, 5), (0.0, 0.0, -100.0)), Kinematics(True, (5, 3), pivot=50.0)
+PLANE = "PLANE SPATIAL SPA+0 SPB+30 SPC+0"
+
+
+def places(run: Any, body: str, kinematics: Kinematics | None = TRUNNION) -> list[list[float]]:
+    """Return X Y Z, mm, and the rotary axes, degrees, at the ends of the motions."""
+    out = run(f"0 BEGIN PGM A MM\n{body}\nM30\nEND PGM A MM\n", dialect="heidenhain", kinematics=kinematics)
+    assert out.errors == []
+    ends = out.path.end[out.path.kind != Kind.EVENT].copy()
+    ends[:, 3:] = np.degrees(ends[:, 3:])
+    return (ends.round(6) + 0.0).tolist()  # type: ignore[no-any-return]
+
+
+def turned(axis: int, degrees: float) -> np.ndarray:
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    out = np.eye(3)
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    out[a, a], out[a, b], out[b, a], out[b, b] = c, -s, s, c
+    return out
+
+
+def stands(tip: Any, a: float, c: float) -> np.ndarray:
+    """Return where the machine stands for a tip on the table, the tool's length 0."""
+    return CENTRE + turned(0, -a) @ turned(2, -c) @ (np.array(tip) - CENTRE)  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize(("seq", "a", "c"), [("SEQ+", 30, 90), ("SEQ-", -30, -90), ("SYM-", -30, -90)])
+def test_turn_turns_the_axes_alone(run: Any, seq: str, a: float, c: float) -> None:
+    first, second, third = places(run, f"L X+1 Y+2 Z+3 FMAX\n{PLANE} TURN FMAX {seq}\nL X+4 Y+5 Z+6 FMAX")
+    assert (first[:3], second) == ([1, 2, 3], [1, 2, 3, a, c])
+    assert third[3:] == [a, c]
+    assert third[:3] == pytest.approx(stands(turned(1, 30) @ (4, 5, 6), a, c), abs=1e-5)
+
+
+@pytest.mark.parametrize("below", [0, 20])
+def test_move_keeps_a_point_below_the_tip_on_the_workpiece(run: Any, below: float) -> None:
+    """The point is at Z30 - DIST at first; the tool is along the plane's Z in the end."""
+    second = places(run, f"L X+5 Y+0 Z+30 FMAX\n{PLANE} MOVE DIST{below} F2000 SEQ+")[-1]
+    tip = np.array((5, 0, 30 - below)) + turned(1, 30) @ (0, 0, below)
+    assert second[3:] == [30, 90]
+    assert second[:3] == pytest.approx(stands(tip, 30, 90), abs=1e-3)
+
+
+def test_after_stay_the_program_turns_the_axes_by_q120_and_q122(run: Any) -> None:
+    first, second = places(run, f"{PLANE} STAY SEQ-\nL A+Q120 C+Q122 R0 FMAX\nL X+4 Y+5 Z+6 FMAX")
+    assert first[3:] == [-30, -90]
+    assert second[:3] == pytest.approx(stands(turned(1, 30) @ (4, 5, 6), -30, -90), abs=1e-5)
+
+
+def test_a_head_turns_and_its_tool_is_changed(run: Any) -> None:
+    """A-45 of a fork points the tool along (0, 1, 1)/√2: the pivot comes aside by (50 + L)/√2."""
+    text = (
+        "TOOL DEF 1 L+0 R+1\nTOOL DEF 2 L+10 R+1\nTOOL CALL 1 Z S100\nPLANE SPATIAL SPA-45 SPB+0 SPC+0 TURN FMAX SEQ-\n"
+        "L X+0 Y+0 Z+0 FMAX\nTOOL CALL 2 Z S100\nL X+0 Y+0 Z+0 FMAX"
+    )
+    ends = places(run, text, FORK)
+    half = math.sqrt(0.5)
+    assert ends[1] == pytest.approx([0, 50 * half, 50 * half - 50, -45, 0], abs=1e-5)
+    assert ends[-1] == pytest.approx([0, 60 * half, 60 * half - 50, -45, 0], abs=1e-5)
+
+
+def test_the_axis_along_the_tool(run: Any) -> None:
+    """COORD ROT leaves C where it is, TABLE ROT turns it by the plane's angle: the same place of the workpiece either way."""
+    plane = "PLANE SPATIAL SPA+0 SPB+0 SPC+40 TURN FMAX"
+    tip = turned(2, 40) @ (4, 5, 6)
+    for word, c in (("COORD ROT", 0), ("", 0), ("TABLE ROT", 40)):
+        end = places(run, f"L A+0 C+0 FMAX\n{plane} {word}\nL X+4 Y+5 Z+6 FMAX")[-1]
+        assert end[3:] == [0, c]
+        assert end[:3] == pytest.approx(stands(tip, 0, c), abs=1e-5)
+
+
+def test_reset_turns_the_axes_back(run: Any) -> None:
+    text = f"{PLANE} TURN FMAX SEQ+\nPLANE RESET TURN FMAX\nL X+1 Y+2 Z+3 FMAX"
+    assert places(run, text)[-1] == [1, 2, 3, 0, 0]
+    text = f"{PLANE} TURN FMAX SEQ+\nPLANE RESET STAY\nL X+1 Y+2 Z+3 FMAX"
+    assert places(run, text)[-1] == [1, 2, 3, 30, 90]
+
+
+def test_positions_of_the_axes(run: Any) -> None:
+    """PLANE AXIAL: an axis that is not named stays; X of the plane is the machine's."""
+    ends = places(run, "L C+90 A+0 FMAX\nPLANE AXIAL A+30 TURN FMAX\nL X+0 Y+0 Z+0 FMAX\nL X+7 Y+8 Z+9 FMAX")
+    assert ends[-1][3:] == [30, 90]
+    assert np.subtract(ends[-1][:3], ends[-2][:3]) == pytest.approx([7, 8, 9], abs=1e-5)
+
+
+def test_cycle_19_turns_the_axes_where_it_has_a_feed(run: Any) -> None:
+    body = "CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+0 B+30 C+0{}\nL B+0 X+0 Y+0 Z+0 FMAX"
+    kinematics = Kinematics(True, (5, 4), pivot=50.0)
+    assert places(run, body.format(" F1000 ABST10").replace("B+0 X", "X"), kinematics)[0][3:] == [0, 30, 0]
+    assert places(run, body.format("").replace("B+0 X", "B+Q121 X"), kinematics)[0][3:] == [0, 30, 0]
+
+
+def test_m128_within_the_plane_follows_the_same_tip(run: Any) -> None:
+    plane = f"{PLANE} TURN FMAX SEQ+\n"
+    plain = places(run, f"{plane}L X+4 Y+5 Z+6 FMAX")[-1]
+    assert places(run, f"{plane}L X+4 Y+5 Z+6 FMAX M128")[-1] == pytest.approx(plain, abs=1e-5)
+    ends = places(run, f"{plane}L X+1 FMAX M128\nL X+2 FMAX M129\nL X+4 Y+5 Z+6 FMAX")
+    assert ends[-1] == pytest.approx(plain, abs=1e-5)
+
+
+def test_a_plane_out_of_reach_is_refused(run: Any) -> None:
+    text = "0 BEGIN PGM A MM\nPLANE SPATIAL SPA+30 SPB+0 SPC+0 STAY\nL X+1 FMAX\nEND PGM A MM\n"
+    out = run(text, dialect="heidenhain", kinematics=Kinematics(False, (5, 3)))
+    assert [code for code, *_ in out.errors] == ["orientation-vector"]
