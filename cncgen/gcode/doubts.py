@@ -109,6 +109,12 @@ _DENFORD = _Doubt(
     "the stock stands in the machine file, the tools in a tool table",
     (b"[BILLET", b"[EDGEMOVE", b"[TOOLDEF"),
 )
+_EDING = _Doubt(
+    rb"^[ \t]*(?P<word>(?:WARN|LOG)?MSG[ \t]+\")",
+    "messages of Eding CNC are passed over",
+    "a message is a comment here: (MSG, change the tool)",
+    (b'MSG "',),
+)
 _HEIDENHAIN = _Doubt(
     _BEFORE + rb"[A-Z][ \t]*[-+]?[\d.]+[ \t]*(?P<word>\*)[ \t]*\r?$",
     "blocks that end in * are of Heidenhain's DIN/ISO",
@@ -231,7 +237,7 @@ def _doubts(
     """Yield doubts about a text, with their lines."""
     head = source.data[:_HEAD]
     lines = different(source)[0]
-    asked = [*((_SIEMENS, _HEIDENHAIN, _GRBL, _DENFORD) if language_of(dialect) in BOTH else ())]
+    asked = [*((_SIEMENS, _HEIDENHAIN, _GRBL, _DENFORD, _EDING) if language_of(dialect) in BOTH else ())]
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
         pointless = language_of(dialect) == "fanuc" and not compiled(signs.LENGTH_WITH_POINT).search(lines)

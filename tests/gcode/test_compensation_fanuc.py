@@ -59,6 +59,38 @@ def test_the_length_changes_meanwhile(run: Any, tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    "block",
+    [
+        "G28X10Y20",
+        "G30X10Y20",
+        "G53X0Y0",
+        "G81X30Y30Z-5R2F100\nX40\nG80",
+        "T2M6",
+        "G55",
+        "G92X0Y0",
+        "G52X5",
+        "G28X10Y20\nT2M6\nG53Y0",
+    ],
+)
+def test_what_interrupts_it(run: Any, tmp_path: Path, block: str) -> None:
+    """The controls cancel compensation for such a block and begin it again with the next move: as if G40 and G41 were written."""
+    rest = "X10\nY10\nG40X-20\nM30"
+    written = ends(run, tmp_path, f"{ENTER}G40\n{block}\nG41G1{rest}")
+    assert ends(run, tmp_path, f"{ENTER}{block}\nG1{rest}") == written
+
+
+def test_the_way_to_a_reference_point_and_back_under_it(run: Any, tmp_path: Path) -> None:
+    """The offset of 2 to the left is there up to the point beside (10, 10), and from the entry behind the reference point on."""
+    found = ends(run, tmp_path, f"{ENTER}G28X10Y20\nG1X10\nY10\nG40X-20\nM30")
+    assert found == [(8, 0), (8, 10), (10, 20), (0, 0), (8, 0), (8, 10), (-20, 10)]
+
+
+def test_an_interruption_is_said_once(run: Any, tmp_path: Path) -> None:
+    out = run(f"{ENTER}G28X10Y20\nG1X10\nY10\nG28X10Y20\nG40X-20\nM30", dialect="fanuc")
+    assert [d.span.line for d in out.diagnostics if d.code == "comp-interrupted"] == [4]
+
+
 def test_h_without_d_is_the_radius_of_the_0m(run: Any, tmp_path: Path) -> None:
     assert ends(run, tmp_path, "G0X0Y0\nG42H7G1X10F100\nY10\nG40X0\nM30")[0] == (14, 0)
     out = run("G0X0Y0\nG42H7G1X10F100\nG40X0\nM30", dialect="fanuc")

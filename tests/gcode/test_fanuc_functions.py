@@ -127,6 +127,13 @@ def test_variables_tell_the_modal_state(run: Any) -> None:
     assert found == [0, 18, 91, 20, 40, 81, 98, 54, 5, 300, 3]
 
 
+def test_the_modal_call_is_said_to_have_another_group_elsewhere(run: Any) -> None:
+    """Group 12 of Mitsubishi's controls is the coordinate system; macros written for them compare #4012 with 54 to 59."""
+    assert fanuc(run, "G56\nG0 X#4012 Y#4014\nM30") == [[67, 56, 0]]
+    assert remarks(run, "G56\n#1=#4012\nG0 X#4012\nM30") == [("warning", "other-control")]
+    assert remarks(run, "G56\n#1=#4014\nM30") == []
+
+
 def test_variables_tell_positions(run: Any) -> None:
     """End of the block #5001, machine #5021, work #5041 (a rotation turns it), tool offset #5081."""
     text = (

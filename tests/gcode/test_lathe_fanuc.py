@@ -406,12 +406,43 @@ def test_the_fault_of_a_word_of_a_profile_names_its_line() -> None:
     assert "line 7 of the profile" in next(message for code, _, message in said if code == "drawing-angle")
 
 
-def test_a_tool_that_is_in_no_table_and_an_offset_under_compensation(tmp_path: Any) -> None:
+def test_a_tool_that_is_in_no_table(tmp_path: Any) -> None:
     table = tmp_path / "tools.tbl"
     table.write_text("T1 P1 D0.8 Q3\n")
     assert outcome("T0109", tool_table=table)[1] == [("unknown-tool", 3, 1)]
-    text = "T0101\nG0 X60. Z5.\nG1 G42 X40. Z0. F.2\nT0100\nZ-20."
-    assert outcome(text, tool_table=table)[1] == [("comp-refused", 6, 1)]
+
+
+@pytest.mark.parametrize(
+    "block",
+    [
+        "G28 U0 W0", "G28 U0 W0\nT0202", "T0202", "T0100", "T0101 M6\nM3", "G53 G0 X0 Z0", "G54", "G50 X80. Z5.", "G92 X38. Z-15. F1.\nX37.",
+        "G76 P010060 Q100 R.1\nG76 X38. Z-15. P1000 Q300 F1.5", "G74 R.5\nG74 Z-30. Q5000 F.1", "G75 R.5\nG75 X30. P2000 F.1",
+        "G83 X0 Z-40. R-22. Q5000 F.1\nG80",
+    ],
+)  # fmt: skip
+def test_what_interrupts_the_compensation_of_the_nose(tmp_path: Any, block: str) -> None:
+    """As if G40 stood before it, and G42 behind it; T with the same offset changes nothing."""
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 D0.8 Q3\nT2 P2 X1 Z2 D1.6 Q3\n")
+    before, behind = (
+        "T0101\nG0 X60. Z5.\nG1 G42 X40. Z0. F.2\nZ-20.\nX50.\n",
+        "X40. Z0.\nZ-20.\nX50.\nG40 X60.",
+    )
+    written = moves(f"{before}G40\n{block}\nG42 G1 {behind}", tool_table=table)
+    assert moves(f"{before}{block}\nG1 {behind}", tool_table=table) == written
+
+
+def test_the_feed_of_a_code_that_fails_is_not_doubted() -> None:
+    """G411 F12. is of the machine's builder: F is no feed, and a remark on it had no place."""
+    said = outcome("G411 F12.\nG0 X5.")[2].diagnostics
+    assert [d.code for d in said if d.severity != "note"] == ["unknown-code"]
+
+
+def test_the_same_offset_again_does_not_interrupt_it(tmp_path: Any) -> None:
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 D0.8 Q3\n")
+    text = "T0101\nG0 X60. Z5.\nG1 G42 X40. Z0. F.2\n{}Z-20.\nX50.\nG40 X60."
+    assert moves(text.format("T0101\n"), tool_table=table) == moves(text.format(""), tool_table=table)
 
 
 @pytest.mark.parametrize(

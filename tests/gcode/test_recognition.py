@@ -53,6 +53,7 @@ CERTAIN = [
     ("#100=0\nN10 IF [#100 GE 5] GOTO 20\nG1 X#100 Y2. F100.\n#100=#100+1\nGOTO 10\nN20 M30", "fanuc"),
     ("G0G90G54.1P5X0Y0\nG1X10.F200.\nM30", "fanuc"),
     ("G17G20G40G80G49\nT1M6\nG103P1\nG154P2X0Y0\nM30", "fanuc"),
+    ("%\nT1 M06\nG00 G90 G54 X0 Y0\nG43 H01 Z0.1\nG12 I0.75 F10. Z-1.2 D01\nG00 Z0.1\nM30\n%", "fanuc"),
     # LinuxCNC.
     ("o100 sub\nG1 X#1 F100\no100 endsub\no100 call [5]\nM2", "linuxcnc"),
     ("#<depth> = 5\nG1 Z[-#<depth>] F100\nM2", "linuxcnc"),
@@ -199,6 +200,10 @@ UNREAD = [
     ("N10 G90 G54 G17\nN20 T1 D1\nN30 M6\nN40 S2000 M3\nN60 G69 G98 Z2 I-20 B5 D2 F150\nN70 X30\nN90 M30", "Fagor"),
     ("N10 G0 X10 Y10 Z50\nN20 G81 G98 Z2 I-10 F100\nN30 G80\nN40 M30", "Fagor"),
     ("N10 G0 X0 Y0 Z10\nN20 (P1=10)\nN30 (P2=P1+5)\nN40 G1 XP1 F200\nN50 (GOTO N80)\nN80 M30", "Fagor"),
+    ("%00214\nN0 T1.1\nN10 M6\nN20 G0 G90 G43 Z100 S100 M3\nN30 X-12 Y-67\nN50 G1 Z0 F100\nN60 M30", "Fagor"),
+    ("O9104\n#V10 = 1 'TOOL\n#R5 = V12 'FEED\n#IF (R1 = 1) THEN GOTO:AX\n#:AX\nG1 G31 X+R6. F+R5.\n#WAIT\nL9101 R1+1. P2\nM99", "Fadal"),
+    ('T99 M6;\nMSG_OK["REMOVE PROBE","",""]\n#100 = INPUT["TOOL","NUMBER?","",1,97,4];\nT#100 M6;\nG04 X10\nM30', "LNC"),
+    ('#100 = @100\nG65 "PROBECONFIG"\nIF[#128 == 1]\nM19\nEND_IF\nIF[R_SKIP[0,1] == 1]\nALARM["STOP"]\nEND_IF\nM99', "LNC"),
     ("N1T1M6\nN3G0G90S2000M3X0Y0E1\nN4H1Z.1M8\nN5G1Z-.1F10.\nN8M2", "Fadal"),
     ("N1 G17\nN4 S800 M3 F100\nN5 G81 Y2 Z-10 B10 F80\nN6 G79 X10 Y10 Z0\nN9 M30", "Philips"),
     ("N10 G0 X0 Y0\n10 @5=20\nN60 G1 X@5 F100\nN70 BRANCH STRT\nN80 M30", "Rexroth"),
@@ -260,6 +265,15 @@ def test_brothers_tool_change_is_no_end_of_a_mirror_image() -> None:
     assert [(one.code, one.span.line) for one in found if one.severity == "error" and one.span] == [
         ("not-read", 3)
     ]
+
+
+def test_messages_to_the_operator_of_eding_are_passed_over() -> None:
+    text = b'G90\nMSG "Tool #11"\nT11 M06\nM03 S26000\nG00 Z5\nlogmsg "cut"\nG01 X10 F1500\nM30'
+    program = read(io.BytesIO(text), "t.nc")
+    (path,) = program.chunks()
+    said = [(one.code, one.span.line) for one in program.diagnostics if one.span and one.severity != "note"]
+    assert said == [("other-control", 2)]
+    assert path.end[-1, :3].tolist() == [10.0, 0.0, 5.0]
 
 
 def test_lines_to_a_simulator_are_passed_over() -> None:

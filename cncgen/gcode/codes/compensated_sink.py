@@ -15,7 +15,7 @@ from functools import partial
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import MOTION
-from cncgen.gcode.codes.table import COMPENSATION, COMPENSATION_PLANE, STRICT_COMPENSATION, Codes
+from cncgen.gcode.codes.table import COMPENSATION, COMPENSATION_PLANE, INTERRUPTS, STRICT_COMPENSATION, Codes
 from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, ToolCentre
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
@@ -62,6 +62,7 @@ class CompensatedSink(PassingSink):
         lenient: Whether blocks are refused as FANUC's controls do, not as LinuxCNC does.
         on_roll: Called before each arc around an outside corner.
         on_arc: Called where the entry is an arc.
+        on_interrupt: Ends compensation for a block, with the name of a code and what it does; None where such codes are refused.
     """
 
     def __init__(
@@ -78,11 +79,12 @@ class CompensatedSink(PassingSink):
         lenient: bool = False,
         on_roll: Callable[[], None] | None = None,
         on_arc: Callable[[], None] | None = None,
+        on_interrupt: Callable[[Block, str, str], None] | None = None,
     ) -> None:
         super().__init__(inner)
         self.budget = inner.budget
         self._codes, self._lenient = codes, lenient
-        self._on_roll, self._on_arc = on_roll, on_arc
+        self._on_roll, self._on_arc, self._on_interrupt = on_roll, on_arc, on_interrupt
         self._offset = tool_offset
         self.centre = centre
         self.plane = plane
@@ -92,6 +94,8 @@ class CompensatedSink(PassingSink):
         self._inches = inches
         self._speed: float | None = None
         self._block = inner.block
+        #: Whether G41 is in force, and not G42: a negative radius has the tool on the other side.
+        self.left = centre.side > 0
 
     @property
     def block(self) -> Block:
@@ -101,7 +105,15 @@ class CompensatedSink(PassingSink):
     @block.setter
     def block(self, block: Block) -> None:
         self._block = self.inner.block = block
-        _refuse(block, self._codes, self.plane, lenient=self._lenient)
+        refused = _refused(block, self._codes, self.plane, lenient=self._lenient)
+        if refused is None:
+            return
+        name, what, interrupts = refused
+        if self._on_interrupt is not None and interrupts:
+            self._on_interrupt(block, name, what)
+            return
+        message = f"{name} {what}, and cutter compensation is on"
+        raise BlockError("comp-refused", message, name, hint="turn it off before (G40 and a straight move)")
 
     def snapshot(self) -> tuple[Any, ...] | None:
         """Return a key of this state, or None if waiting blocks cannot be compared."""
@@ -296,11 +308,11 @@ def _or_fault(step: Callable[[], list[CentreMove | _Call]]) -> list[CentreMove |
         raise BlockError(error.code, str(error), hint=error.hint, values=error.values) from None
 
 
-def _refuse(block: Block, codes: Codes, plane: int, *, lenient: bool) -> None:
-    """Raise if a block is not allowed while compensation is on."""
+def _refused(block: Block, codes: Codes, plane: int, *, lenient: bool) -> tuple[str, str, bool] | None:
+    """Return the code of a block that is not allowed while compensation is on, what it does, and whether it may interrupt it."""
     rows = codes.of(block)
     if not rows:
-        return
+        return None
     beside = AXES[PLANE_AXES[plane][2]]
     refuses = COMPENSATION
     if not lenient:
@@ -309,10 +321,8 @@ def _refuse(block: Block, codes: Codes, plane: int, *, lenient: bool) -> None:
         refuses |= COMPENSATION_PLANE
     for code in rows:
         what, under = code.refused
-        if not under & refuses:
-            what = "changes the plane" if code.plane not in (0, plane) else ""
-        if what:
-            message = f"{code.name} {what}, and cutter compensation is on"
-            raise BlockError(
-                "comp-refused", message, code.name, hint="turn it off before (G40 and a straight move)"
-            )
+        if under & refuses:
+            return code.name, what, bool(under & INTERRUPTS)
+        if code.plane not in (0, plane):
+            return code.name, "changes the plane", False
+    return None

@@ -6,7 +6,7 @@ from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import COMPENSATION, STRICT_COMPENSATION, TOOL_POINT, Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, INTERRUPTS, STRICT_COMPENSATION, TOOL_POINT, Code, Handler
 from cncgen.gcode.codes.tools import tell_unknown, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
@@ -24,6 +24,8 @@ _PLANES, _PLANES_OF_LINUXCNC = (17, 18, 19), (17, 18)
 #: Dialects in which compensation is LinuxCNC's.
 _STRICT = ("linuxcnc",)
 ORIENTATIONS = 10
+_G40 = 400
+_GROUP = "cutter compensation"
 _LAST_DIGIT = 1e-12
 
 
@@ -72,7 +74,9 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
             lenient=ip.dialect not in _STRICT,
             on_roll=partial(_tell_roll, ip) if ip.dialect == "fanuc" else None,
             on_arc=partial(_tell_arc, ip) if ip.dialect.startswith("fanuc") else None,
+            on_interrupt=partial(interrupt, ip) if ip.dialect.startswith("fanuc") and not dynamic else None,
         )
+        sink.left = left
         ip.sink, ip.compensated_position = sink, sink.beside
 
     return run
@@ -105,6 +109,7 @@ def _renew(ip: Interpreter, sink: CompensatedSink, radius: float, left: bool) ->
     side = 1 if left == (radius >= 0.0) else -1
     if (abs(radius), side) != (sink.centre.radius, sink.centre.side):
         sink.centre.renew(radius, left)
+        sink.left = left
         ip.state.compensation = 41 if side > 0 else 42
 
 
@@ -179,6 +184,43 @@ def end(ip: Interpreter) -> None:
             ip.sink, ip.compensated_position = sink.inner, None
 
 
+def interrupt(ip: Interpreter, block: Block, name: str, what: str) -> None:
+    """End compensation for a code that FANUC's controls cancel it for; it begins again with the next move.
+
+    So it is with reference points, machine coordinates, preset positions, threads and tools of lathes; canned cycles ignore it.
+    """
+    sink = _sink_of(ip)
+    if sink is None:
+        return
+    left, side = sink.left, ip.state.compensation
+    end(ip)
+    if _G40 in block.g:
+        return
+    message = (
+        f"{name} {what}, and G{side} is on: it is cancelled for that, and begins again with the next move"
+    )
+    ip.warn_once(
+        BlockError(
+            "comp-interrupted", message, name, hint="write G40 before, and G41 or G42 where it begins again"
+        )
+    )
+    ip.guard = partial(_begin_again, 410 if left else 420)
+
+
+def _begin_again(code: int, ip: Interpreter, block: Block) -> None:
+    """Begin the compensation that was cancelled with the first plain motion behind, unless the program says otherwise."""
+    rows = ip.codes.of(block)
+    if any(row.group == _GROUP for row in rows):
+        ip.guard = None
+        return
+    motion = next((row.number for row in rows if row.group == "motion"), ip.state.motion)
+    interrupts = any(row.refused[1] & INTERRUPTS for row in rows)
+    if interrupts or motion not in PLAIN_MOTIONS or block.words.keys().isdisjoint("xyzuvw"):
+        return
+    ip.guard = None
+    ip.execute(Block({}, (code,), (), None, block.source, block.line, block.offset))
+
+
 def _leave_straight(ip: Interpreter, block: Block) -> None:
     """Watch the blocks after G40 up to the first motion."""
     if _check_leaving(ip, block):
@@ -202,7 +244,6 @@ def _check_leaving(ip: Interpreter, block: Block) -> bool:
     return True
 
 
-_GROUP = "cutter compensation"
 _STAGE = Stage.RADIUS_COMPENSATION
 _BEGINS = "begins cutter compensation"
 CODES = (

@@ -9,6 +9,7 @@ Source: FANUC 0i-TD operator's manual B-64304EN-1, sections 4.1 (threads), 8.4 (
 from __future__ import annotations
 
 from cncgen.gcode.block import Block
+from cncgen.gcode.codes.cutter_compensation import interrupt
 from cncgen.gcode.codes.dwell import is_written
 from cncgen.gcode.codes.feeds import per_minute, per_revolution
 from cncgen.gcode.codes.lathe_words import X, Z
@@ -40,7 +41,7 @@ from cncgen.toolpath.record import Event
 ONLY = (LATHE,)
 _OTHER_SYSTEMS = tuple(dialect for dialect, renamed in LATHES.items() if renamed)
 _THREAD = 320
-_G40 = 400
+_G40, _OFF = 400, 40
 
 
 @dataclass(slots=True)
@@ -173,6 +174,8 @@ def thread(ip: Interpreter, block: Block) -> None:
 
 def name_position(ip: Interpreter, block: Block) -> None:
     """G50: S is the largest speed of G96; X Z name the position."""
+    if ip.state.compensation != _OFF and has_axis(block):
+        interrupt(ip, block, "G50", "names the position")
     preset_position(ip, block, "G50")
 
 
@@ -186,6 +189,11 @@ def turret(ip: Interpreter, block: Block) -> None:
     known = ip.tools.find(offset)
     if known is None:
         raise BlockError("unknown-tool", f"tool offset {offset} of T{word} is not in the tool table", "T")
+    offsets = table_offset(ip, offset, "T") if offset else zeros()
+    if state.compensation != _OFF and (
+        offsets != state.tool_offset or _tip(ip, state.tool) != _tip(ip, offset)
+    ):
+        interrupt(ip, block, f"T{word}", "changes the tool's offset")
     if number and number != state.selected:
         state.selected = state.fetched = number
         event = Event("tool", True, values={"tool": number})
@@ -193,7 +201,13 @@ def turret(ip: Interpreter, block: Block) -> None:
     # Cutter compensation takes radius and direction of the tool's tip from the offset.
     state.tool = offset
     load_tool_parameters(ip)
-    use_offset(ip, table_offset(ip, offset, "T") if offset else zeros(), "T")
+    use_offset(ip, offsets, "T")
+
+
+def _tip(ip: Interpreter, offset: int) -> tuple[float, int]:
+    """Return diameter and direction of a tool's tip."""
+    tool = ip.tools.find(offset)
+    return (0.0, 0) if tool is None else (tool.diameter, tool.orientation)
 
 
 #: Kinds of G10 that lathes share with mills: coordinate systems and data of the control.

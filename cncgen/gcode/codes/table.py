@@ -90,21 +90,29 @@ LATHES: dict[str, dict[int, int]] = {
 }  # fmt: skip
 #: What may be in force while a code is refused (`Code.refused`), in bits: cutter compensation, that of LinuxCNC alone, and that of other
 #: controls where the block moves in its plane too; paths of a linear and a rotary axis (G12.1); tool centre point control (G43.4); the
-#: profile of a turning cycle of FANUC.
-COMPENSATION, STRICT_COMPENSATION, COMPENSATION_PLANE, ROTARY_PATH, TOOL_POINT, PROFILE = 1, 2, 4, 8, 16, 32
+#: profile of a turning cycle of FANUC. `INTERRUPTS`: FANUC's controls cancel compensation for it instead, until the next move.
+COMPENSATION, STRICT_COMPENSATION, COMPENSATION_PLANE, ROTARY_PATH, TOOL_POINT, PROFILE, INTERRUPTS = (
+    1,
+    2,
+    4,
+    8,
+    16,
+    32,
+    64,
+)
 _FOLLOWED = ROTARY_PATH | TOOL_POINT
 #: What codes of several modules do that is refused under these.
-CHANGES_SYSTEM = ("changes the coordinate system", COMPENSATION | _FOLLOWED)
-CHANGES_ORIGIN = ("changes the origin", COMPENSATION | _FOLLOWED)
+CHANGES_SYSTEM = ("changes the coordinate system", COMPENSATION | INTERRUPTS | _FOLLOWED)
+CHANGES_ORIGIN = ("changes the origin", COMPENSATION | INTERRUPTS | _FOLLOWED)
 CHANGES_OFFSETS = ("changes offsets", _FOLLOWED)
 CHANGES_UNITS = ("changes the units", _FOLLOWED)
-CHANGES_TOOL = ("changes the tool", COMPENSATION | TOOL_POINT)
+CHANGES_TOOL = ("changes the tool", COMPENSATION | INTERRUPTS | TOOL_POINT)
 CHANGES_TOOL_OFFSET = ("changes the tool's offset", STRICT_COMPENSATION | TOOL_POINT)
 CHANGES_PATH_MODE = ("changes the path mode", STRICT_COMPENSATION)
-GOES_HOME = ("goes by way of a reference point", COMPENSATION_PLANE | _FOLLOWED | PROFILE)
-IN_MACHINE = ("moves in machine coordinates", COMPENSATION | _FOLLOWED | PROFILE)
-SYNCHRONISED = ("is synchronised with the spindle", COMPENSATION | _FOLLOWED | PROFILE)
-IS_CYCLE = ("is a canned cycle", COMPENSATION | PROFILE)
+GOES_HOME = ("goes by way of a reference point", COMPENSATION_PLANE | INTERRUPTS | _FOLLOWED | PROFILE)
+IN_MACHINE = ("moves in machine coordinates", COMPENSATION | INTERRUPTS | _FOLLOWED | PROFILE)
+SYNCHRONISED = ("is synchronised with the spindle", COMPENSATION | INTERRUPTS | _FOLLOWED | PROFILE)
+IS_CYCLE = ("is a canned cycle", COMPENSATION | INTERRUPTS | PROFILE)
 IS_TURNING = ("is a turning cycle", PROFILE)
 LEADS_ELSEWHERE = ("calls a program or returns from one", PROFILE)
 

@@ -141,7 +141,7 @@ def use_offset(ip: Interpreter, offset: list[float], word: str = "G43") -> None:
     Raises:
         BlockError: Cutter compensation is on, and the control does not change the offset under it.
     """
-    if ip.state.compensation != 40 and (ip.dialect == "linuxcnc" or ip.lathe):
+    if ip.state.compensation != 40 and ip.dialect == "linuxcnc":
         raise BlockError(
             "comp-refused",
             "the tool offset cannot change while cutter compensation is on",

@@ -92,10 +92,12 @@ def _try(ip: Interpreter, block: Block) -> None:
     """Execute a block with the remaining modes of the failed line."""
     if not block.words and not block.g:
         return
-    here = ip.base.block
+    here, doubted = ip.base.block, ip.feed_doubted
+    # F may be a word of the code that failed: nothing is said of it.
+    ip.feed_doubted = True
     with suppress(BlockError):
         ip.execute(block)
-    ip.base.block = here
+    ip.base.block, ip.feed_doubted = here, doubted
 
 
 def _stand(ip: Interpreter, block: Block) -> None:

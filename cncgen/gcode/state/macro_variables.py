@@ -60,6 +60,13 @@ def _frame(name: str) -> Callable[[Interpreter], bool]:
     return reader
 
 
+def _modal_call(ip: Interpreter) -> float:
+    """Group 12, which Mitsubishi's controls count otherwise: 12 is their coordinate systems, and 14 their modal calls."""
+    message = "#4012 tells of G66 and G67, as on FANUC's controls; on Mitsubishi's it is the coordinate system, G54 to G59"
+    ip.warn_once(BlockError("other-control", message, "#", hint="#4014 is the coordinate system here"))
+    return 66.0 if ip.modal_macros else 67.0
+
+
 _PATHS = {PathMode.EXACT_STOP: 61.0, PathMode.EXACT_PATH: 61.0, PathMode.CONTINUOUS: 64.0}
 _MIRROR, _SCALE, _TURN = _frame("mirror"), _frame("scale"), _frame("angle")
 #: Modal codes by group, and the words in force.
@@ -74,7 +81,7 @@ _MODAL: dict[int, Reader] = {
     4009: _cycle,
     4010: lambda ip: 98.0 if ip.state.retract_old else 99.0,
     4011: lambda ip: 51.0 if _SCALE(ip) else 50.0,
-    4012: lambda ip: 66.0 if ip.modal_macros else 67.0,
+    4012: _modal_call,
     4013: lambda ip: 97.0 if ip.state.constant_surface is None else 96.0,
     4014: _system,
     4015: lambda ip: _PATHS[ip.state.path_mode],

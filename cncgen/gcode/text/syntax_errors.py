@@ -67,9 +67,11 @@ _OUTSIDE = (
     "COMMA",
     "$END",
 )
-#: Lines that are passed over: commands to grbl (``$H``, ``$110=500``, those of one character), and ``[BILLET X100`` to Denford's simulator.
+#: Lines that are passed over: commands to grbl (``$H``, ``$110=500``, those of one character), ``[BILLET X100`` to Denford's simulator, and
+#: ``MSG "text"`` to the operator of Eding CNC.
 _PASSED = re.compile(
-    r"\s*(?:\$(?:[$#GINCHX]\s*(?:;|\Z)|[0-9]+\s*=)|[?~!]\s*(?:;|\Z)|\[(?:BILLET|EDGEMOVE|TOOLDEF|STEP|CLEAR)\b)",
+    r"\s*(?:\$(?:[$#GINCHX]\s*(?:;|\Z)|[0-9]+\s*=)|[?~!]\s*(?:;|\Z)|\[(?:BILLET|EDGEMOVE|TOOLDEF|STEP|CLEAR)\b"
+    r"|(?:WARN|LOG)?MSG\s+\"[^\"]*\"\s*(?:;|\Z))",
     re.IGNORECASE,
 )
 #: A command to grbl that moves the machine: ``$J=G91 X1``.
@@ -77,7 +79,8 @@ _JOG = re.compile(r"\s*\$[Jj]\s*=")
 
 
 def is_passed(text: str) -> bool:
-    """Tell whether a line is no block, and is passed over: a command to grbl that does not jog, or one to Denford's simulator."""
+    """Tell whether a line is no block, and is passed over: a command to grbl that does not jog, to Denford's simulator, or a
+    message to the operator of Eding CNC."""
     return _PASSED.match(text) is not None
 
 
