@@ -1,8 +1,8 @@
 """Parse tables of the grammars, made when cncgen is built: Lark's LALR tables, and one DFA of all terminals.
 
-``setup.py`` calls `write_all`, which writes a module of bytes for each grammar of `GRAMMARS` beside it (``tables_NAME.py``); the
-kernel `cncgen.kernels.gcode_parse` runs them. A table is made anew where the grammar, this module or the kernel's list of
-actions has changed.
+``setup.py`` calls `write_all`, which writes a module of bytes for each grammar beside it (``tables_NAME.py``). The kernel
+`cncgen.kernels.gcode_parse` runs those of `GRAMMARS`, by actions that it knows; `cncgen.kernels.grammar_values` those of `VALUES`, whose
+rules have functions in Python. A table is made anew where the grammar, this module or the kernel's list of actions has changed.
 
     action[state, terminal]   0 error, n > 0 shift to state n - 1, n < 0 reduce by rule -n - 1
     goto[state, nonterminal]  number of the pair, -1 for none
@@ -12,8 +12,9 @@ actions has changed.
     token[mode, d]            terminal that ends in d, for parser states of that mode; -1 for none
     again[state, terminal]    action of a rule of this one token that leads back to `state` (a word behind a word), else -1
 
-The longest match wins, then the higher priority, then what is written as a string. A blank that no terminal takes is passed
-over, and capital letters are small ones.
+The longest match that the parser's state allows wins, then the higher priority, then what is written as a string. What a pattern
+says of the text behind it, (?!...), is for Lark, whose first match wins, and is passed over here, but `APART`. A blank that no terminal takes is
+passed over, and capital letters are small ones.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import runpy
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -30,6 +32,10 @@ KERNEL = HERE.parent / "cncgen" / "kernels" / "gcode_codes.py"
 SCANNER = KERNEL.with_name("gcode_scan.py")
 #: Grammar files by the name of their tables.
 GRAMMARS = {"linuxcnc": "gcode.lark", "fanuc": "fanuc.lark"}
+#: The same of languages whose rules make values, and the rules that a text may be read by.
+VALUES: dict[str, tuple[str, tuple[str, ...]]] = {"sinumerik": ("sinumerik.lark", ("start",))}
+#: What no letter, digit or underscore may follow, though no longer token is allowed there: GOTOFLABEL is no GOTOF LABEL.
+APART = "(?![A-Z0-9_])"
 #: Bytes of the alphabet: ASCII, and one for all others.
 _OTHER = 128
 #: Columns of the tables that the kernel looks into for each byte or token, where a shift finds a row.
@@ -71,7 +77,7 @@ class _Automaton:
         for literal in literals:
             here = start
             for character in literal:
-                here = self._step(here, frozenset({min(ord(character), _OTHER)}))
+                here = self._step(here, _both({min(ord(character), _OTHER)}))
             end = self.state()
             self._join(here, end)
             self.labels[end] = _Label(terminal, literal)
@@ -91,9 +97,9 @@ class _Automaton:
 
     def _part(self, kind: str, value: Any, here: int) -> int:
         if kind == "LITERAL":
-            return self._step(here, frozenset({min(value, _OTHER)}))
+            return self._step(here, _both({min(value, _OTHER)}))
         if kind == "NOT_LITERAL":
-            return self._step(here, frozenset(range(_OTHER + 1)) - {value})
+            return self._step(here, frozenset(range(_OTHER + 1)) - _both({value}))
         if kind == "IN":
             return self._step(here, _set_of(value))
         if kind == "SUBPATTERN":
@@ -105,6 +111,8 @@ class _Automaton:
             return end
         if kind == "MAX_REPEAT":
             return self._repeat(*value, here)
+        if kind == "ASSERT_NOT":
+            return here
         raise GrammarError(f"{kind} is not of the regular expressions that tables are made of")
 
     def _repeat(self, least: int, most: Any, inner: Any, here: int) -> int:
@@ -139,6 +147,11 @@ def _parsed(pattern: str) -> Any:
     return parser.parse(pattern)
 
 
+def _both(characters: Iterable[int]) -> frozenset[int]:
+    """Return characters with the other case of the letters among them."""
+    return frozenset(ord(c) for code in characters for c in (chr(code).upper(), chr(code).lower()))
+
+
 def _set_of(parts: Any) -> frozenset[int]:
     """Return the characters of a set in brackets."""
     found: set[int] = set()
@@ -152,7 +165,7 @@ def _set_of(parts: Any) -> frozenset[int]:
             found.update(range(value[0], min(value[1], _OTHER) + 1))
         else:
             raise GrammarError(f"{kind} in a set of characters")
-    return frozenset(range(_OTHER + 1)) - found if negative else frozenset(found)
+    return frozenset(range(_OTHER + 1)) - _both(found) if negative else _both(found)
 
 
 def _literals(pattern: str) -> list[str] | None:
@@ -224,10 +237,8 @@ def _shaped(scanner: _Scanner) -> bool:
 
 
 def _folded(moves: list[list[int]]) -> tuple[list[int], list[list[int]]]:
-    """Return the class of each of 256 bytes, and the moves by class; capital letters are of the class of the small ones."""
+    """Return the class of each of 256 bytes, and the moves by class."""
     columns = [tuple(row[byte] for row in moves) for byte in range(_OTHER + 1)]
-    for capital in range(ord("A"), ord("Z") + 1):
-        columns[capital] = columns[capital + 32]
     classes = {column: index for index, column in enumerate(dict.fromkeys(columns))}
     of_byte = [classes[columns[min(byte, _OTHER)]] for byte in range(256)]
     return of_byte, [list(row) for row in zip(*classes, strict=True)]
@@ -262,8 +273,9 @@ def _check_scanner(terminals: dict[str, Any]) -> None:
 def _lark(name: str) -> Any:
     from lark import Lark
 
-    options = {"parser": "lalr", "lexer": "contextual", "maybe_placeholders": False}
-    return Lark.open(str(HERE / GRAMMARS[name]), **options)
+    path, starts = VALUES.get(name) or (GRAMMARS[name], ("start",))
+    options = {"parser": "lalr", "lexer": "contextual", "maybe_placeholders": name in VALUES}
+    return Lark.open(str(HERE / path), start=list(starts), **options)
 
 
 def _bare(name: str) -> str:
@@ -354,17 +366,21 @@ def _leads(
     return pairs, to, lead
 
 
-def tables(name: str) -> dict[str, Any]:
-    """Return the tables of a grammar as plain lists.
+class _Rows(NamedTuple):
+    """Lark's LALR table as lists: terminals by name, with the end; number of each state; rules, and the nonterminal of each."""
 
-    Raises:
-        GrammarError: The kernel does not know a rule or a literal of it.
-    """
-    actions, literals, _ = _kernel_names()
-    lark = _lark(name)
+    terminals: dict[str, Any]
+    names: list[str]
+    states: dict[Any, int]
+    rules: list[Any]
+    origins: list[int]
+    action: list[list[int]]
+    goto: list[list[int]]
+
+
+def _rows(lark: Any) -> _Rows:
     table = lark.parser.parser._parse_table
     terminals = {str(t.name): t for t in lark.terminals}
-    _check_scanner(terminals)
     names = [*terminals, "$END"]
     number = {n: i for i, n in enumerate(names)}
     states = {s: i for i, s in enumerate(table.states)}
@@ -381,9 +397,22 @@ def tables(name: str) -> dict[str, Any]:
                 action[states[state]][number[symbol]] = states[to] + 1
             else:
                 action[states[state]][number[symbol]] = -(rules.setdefault(to, len(rules)) + 1)
-    rows = list(rules)
-    origins = [nonterminals.setdefault(str(r.origin.name), len(nonterminals)) for r in rows]
+    origins = [nonterminals.setdefault(str(r.origin.name), len(nonterminals)) for r in rules]
     goto = [[jump.get(k, -1) for k in range(len(nonterminals))] for jump in jumps]
+    return _Rows(terminals, names, states, list(rules), origins, action, goto)
+
+
+def tables(name: str) -> dict[str, Any]:
+    """Return the tables of a grammar as plain lists.
+
+    Raises:
+        GrammarError: The kernel does not know a rule or a literal of it.
+    """
+    actions, literals, _ = _kernel_names()
+    lark = _lark(name)
+    table = lark.parser.parser._parse_table
+    terminals, names, states, rows, origins, action, goto = _rows(lark)
+    _check_scanner(terminals)
     made = _rule_actions(rows, actions)
     scanner = _scanner([terminals[n].pattern for n in terminals])
     classes, move = _folded(scanner.moves)
@@ -410,16 +439,79 @@ def tables(name: str) -> dict[str, Any]:
     }
 
 
+def value_tables(name: str) -> dict[str, Any]:
+    """Return the tables of a grammar whose rules make values.
+
+    Beside those of `tables` that parse, ``passed`` tells of each terminal whether it is passed over (comments), ``apart`` whether it is `APART`, and ``rules`` says of each
+    rule the name of its function ("": its parts are a list), whether one part alone is passed on, and its parts: twice the place among its
+    symbols, one more where that is a list to be spliced in; -1 for one that is left out in brackets.
+    """
+    lark = _lark(name)
+    table = lark.parser.parser._parse_table
+    terminals, names, states, rows, origins, action, goto = _rows(lark)
+    scanner = _scanner([terminals[n].pattern for n in terminals])
+    classes, move = _folded(scanner.moves)
+    passed = [n in lark.ignore_tokens for n in terminals]
+    token, _, modes = _tokens(scanner, action, [terminals[n] for n in terminals], None, passed)
+    return {
+        "action": action,
+        "goto": goto,
+        "length": [len(r.expansion) for r in rows],
+        "origin": origins,
+        "classes": classes,
+        "move": move,
+        "token": token,
+        "mode": modes,
+        "passed": [*map(int, passed), 0],
+        "apart": [*(int(terminals[n].pattern.value.endswith(APART)) for n in terminals), 0],
+        "rules": tuple(_made_of(rule) for rule in rows),
+        "starts": {
+            start: (states[state], states[table.end_states[start]])
+            for start, state in table.start_states.items()
+        },
+        "terminals": tuple(_bare(n) for n in names),
+    }
+
+
+def _made_of(rule: Any) -> tuple[str, bool, tuple[int, ...]]:
+    """Return what `value_tables` says of a rule, as Lark's ``ParseTreeBuilder`` does it."""
+    name = _bare(str(rule.alias or rule.origin.name))
+    gaps = [0] * (len(rule.expansion) + 1)
+    if rule.options.empty_indices:
+        shown = "".join("01"[there] for there in rule.options.empty_indices)
+        gaps = [len(ones) for ones in shown.split("0")]
+    parts: list[int] = []
+    for k, symbol in enumerate(rule.expansion):
+        parts += [-1] * gaps[k]
+        if not (symbol.is_term and symbol.filter_out):
+            parts.append(2 * k + (not symbol.is_term and symbol.name.startswith("_")))
+    parts += [-1] * gaps[len(rule.expansion)]
+    single = bool(rule.options.expand1) and not rule.alias
+    alone = single and len(parts) == 1 and not parts[0] & 1
+    return "" if alone or name.startswith("_") else name, single, tuple(parts)
+
+
 def _tokens(
-    scanner: _Scanner, action: list[list[int]], terminals: list[Any], literals: dict[str, int]
+    scanner: _Scanner,
+    action: list[list[int]],
+    terminals: list[Any],
+    literals: dict[str, int] | None,
+    passed: list[bool] | None = None,
 ) -> tuple[list[list[int]], list[list[int]], list[int]]:
-    """Return `token` by mode, the number of the literal by terminal and DFA state, and the mode of each parser state."""
+    """Return `token` by mode, the number of the literal by terminal and DFA state, and the mode of each parser state.
+
+    What is passed over may stand in all of them.
+    """
     rows: dict[tuple[int, ...], int] = {}
     modes = []
     for state in action:
         row = []
         for labels in scanner.ends:
-            can = {label.terminal for label in labels if state[label.terminal]}
+            can = {
+                label.terminal
+                for label in labels
+                if state[label.terminal] or (passed and passed[label.terminal])
+            }
             best = min(
                 can, key=lambda i: (-terminals[i].priority, terminals[i].pattern.type != "str"), default=-1
             )
@@ -427,7 +519,7 @@ def _tokens(
         modes.append(rows.setdefault(tuple(row), len(rows)))
     literal = [0] * len(scanner.ends)
     for d, labels in enumerate(scanner.ends):
-        for label in labels:
+        for label in labels if literals is not None else ():
             if label.literal in literals:
                 literal[d] = literals[label.literal]
             elif label.literal and terminals[label.terminal].pattern.type != "str":
@@ -446,7 +538,7 @@ def write_all() -> None:
     constants = KERNEL.with_suffix(".pxd")
     if not constants.exists() or constants.read_text("utf-8") != _constants_of_c():
         constants.write_text(_constants_of_c(), "utf-8")
-    for name in GRAMMARS:
+    for name in (*GRAMMARS, *VALUES):
         path = HERE / f"tables_{name}.py"
         wanted = digest(name)
         if not path.exists() or f'DIGEST = "{wanted}"' not in path.read_text("utf-8"):
@@ -468,18 +560,19 @@ def _module(name: str, wanted: str) -> str:
 
     most = _kernel_names()[2]
     lines = [
-        f'"""Tables of {GRAMMARS[name]}, made by lalr.py: not to be edited."""',
+        f'"""Tables of {VALUES[name][0] if name in VALUES else GRAMMARS[name]}, made by lalr.py: not to be edited."""',
         "",
         f'DIGEST = "{wanted}"',
     ]
-    for key, value in tables(name).items():
+    made = value_tables(name) if name in VALUES else tables(name)
+    for key, value in made.items():
         if isinstance(value, list):
             rows = value if value and isinstance(value[0], list) else [value]
-            width = COLUMNS.get(key, len(rows[0]))
+            width = len(rows[0]) if name in VALUES else COLUMNS.get(key, len(rows[0]))
             if len(rows[0]) > width:
                 raise GrammarError(f"{key} has {len(rows[0])} columns; the kernel takes {width}")
             rows = [row + [-1] * (width - len(row)) for row in rows]
-            if len(rows) * width > most[key]:
+            if name not in VALUES and len(rows) * width > most[key]:
                 raise GrammarError(
                     f"{key} has {len(rows)} rows; {KERNEL.name} has room for {most[key] // width}"
                 )

@@ -104,7 +104,7 @@ CASES: dict[str, tuple[dict[str, str | bytes], tuple[str, ...], int, str]] = {
         {"s.nc": f"R1={'1+' * 4700}1\nR2=SQRT(-R1)\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "-4701"
     ),
     "functions in functions of SINUMERIK": (
-        {"s.nc": f"R1={'SIN(' * 1900}1{')' * 1900}\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "expression-depth"
+        {"s.nc": f"R1={'SIN(' * 1900}R2{')' * 1900}\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "expression-depth"
     ),
     "a word of five thousand digits of SINUMERIK": (
         {"s.nc": f"G90{'9' * 5000}!\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "syntax"

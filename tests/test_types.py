@@ -107,7 +107,7 @@ OPEN_ARGUMENTS = {
     "pipeline/reporting.py:shown_record.record": "records of any room, told apart by their class",
     "gcode/codes/tool_centre.py:*": "what the caller gave with a move, handed back",
     "gcode/sinks/counting.py:*": "the arguments of every call, counted and dropped",
-    "gcode/sinumerik/reading.py:*.children": "what lark hands on: nodes and tokens",
+    "gcode/sinumerik/reading.py:*": "values of SINUMERIK: numbers, words and arrays",
     "gcode/sinumerik/running.py:*": "values of SINUMERIK: numbers, words and arrays",
     "gcode/sinumerik/motions.py:*": "values of SINUMERIK: numbers, words and arrays; modes handed back",
     "gcode/state/predefined.py:asks_state.target": "the target of an assignment: a number, a name or an expression",

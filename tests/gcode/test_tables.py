@@ -13,7 +13,6 @@ from cncgen.grammars import lalr
 
 from cncgen.gcode import read
 from cncgen.gcode.codes.table import LATHE, language_of
-from cncgen.gcode.sinumerik import reading as sinumerik
 from cncgen.gcode.source import MAX_LINE, open_source
 from cncgen.gcode.text.dialects import choose
 from cncgen.gcode.text.parsers import STORED, new_parser, parser
@@ -108,16 +107,6 @@ def test_a_rule_that_is_renamed_breaks_the_build(tmp_path: Path, monkeypatch: py
     monkeypatch.setattr(lalr, "HERE", tmp_path)
     with pytest.raises(lalr.GrammarError, match="simple_word has no action"):
         lalr.write_all()
-
-
-def test_each_rule_of_sinumerik_has_a_value() -> None:
-    """A rule that is renamed would leave a tree where a statement is wanted."""
-    rules = {
-        str(rule.alias or rule.origin.name)
-        for rule in sinumerik.grammar().rules
-        if rule.alias or not (rule.options.expand1 or rule.origin.name.startswith("_"))
-    }
-    assert rules == sinumerik.VALUES.keys()
 
 
 def test_a_literal_without_a_number_breaks_the_build(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

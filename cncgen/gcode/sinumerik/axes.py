@@ -8,12 +8,12 @@ from pathlib import Path
 
 from cncgen.diagnostics import UsageError
 from cncgen.gcode.sinumerik.programs import turns
-from cncgen.gcode.sinumerik.reading import capitals
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.text.search import candidates
 from cncgen.units import AXIS_LETTERS
 
 _STRINGS = re.compile(r'"[^"\n]*"')
+_REMARKS = re.compile(r'("[^"\n]*"?)|;.*')
 _AXIS = re.compile(
     r"(?<![A-Z_$0-9.])([XYZABCUVW])(?=[-+]?[.\d]|\s*=(?!=))|(?<=\d)([XYZABCUVW])(?=[-+]?[.\d])|\[([XYZABCUVW])\]"
 )
@@ -55,7 +55,8 @@ def moving_axes(text: Source, folders: Sequence[Path] = (), rotary: str = "") ->
 
 def capitals_of(source: Source) -> str:
     """Return a text in capitals without comments."""
-    return "\n".join(capitals(line) for line in bytes(source.data[:]).decode("utf-8", "replace").splitlines())
+    text = bytes(source.data[:]).decode("utf-8", "replace")
+    return _REMARKS.sub(lambda match: match[1] or "", text).upper()
 
 
 def _file(name: str, folders: Sequence[Path]) -> Source | None:

@@ -1,14 +1,15 @@
-"""Values of expressions of SINUMERIK; angles are degrees."""
+"""Values of expressions of SINUMERIK, which are the common ones (`cncgen.gcode.text.expressions`) with texts and variables of its own."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol, cast
 
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik.reading import Node
+from cncgen.gcode.text import expressions as common
 from cncgen.gcode.text.evaluation import too_deep
+from cncgen.records import dataclass
 
 Scalar = float | str
 
@@ -23,61 +24,21 @@ class Variables(Protocol):
         """Return the value of an R parameter."""
 
 
-def _domain(name: str, value: float, allowed: str) -> BlockError:
-    return BlockError("domain", f"{name}({value:g}) has no value: {allowed}", name)
+Value = float | Callable[[Variables], Scalar]
 
 
-def _root(x: float) -> float:
-    if x < 0.0:
-        raise _domain("SQRT", x, "its argument is 0 or more")
-    return math.sqrt(x)
+def evaluate(value: Value, variables: Variables) -> Scalar:
+    """Return the present value of an expression.
 
-
-def _arc(name: str, function: Callable[[float], float]) -> Callable[[float], float]:
-    def run(x: float) -> float:
-        if not -1.0 <= x <= 1.0:
-            raise _domain(name, x, "its argument is -1 to 1")
-        return math.degrees(function(x))
-
-    return run
-
-
-def _exponential(x: float) -> float:
-    if x > 700.0:
-        raise _domain("EXP", x, "its argument is 700 at most")
-    return math.exp(x)
-
-
-def _logarithm(x: float) -> float:
-    if x <= 0.0:
-        raise _domain("LN", x, "its argument is above 0")
-    return math.log(x)
-
-
-_FUNCTIONS: dict[str, Callable[[float], float]] = {
-    "SIN": lambda x: math.sin(math.radians(x)),
-    "COS": lambda x: math.cos(math.radians(x)),
-    "TAN": lambda x: math.tan(math.radians(x)),
-    "ASIN": _arc("ASIN", math.asin),
-    "ACOS": _arc("ACOS", math.acos),
-    "SQRT": _root,
-    "ABS": abs,
-    "POT": lambda x: x * x,
-    "TRUNC": lambda x: float(math.trunc(x)),
-    "ROUND": lambda x: math.copysign(math.floor(abs(x) + 0.5), x),
-    "ROUNDUP": lambda x: float(math.ceil(x)),
-    "LN": _logarithm,
-    "EXP": lambda x: _exponential(x),
-    "B_NOT": lambda x: float(~int(x)),
-}
-_TWO: dict[str, Callable[[float, float], float]] = {
-    "ATAN2": lambda y, x: math.degrees(math.atan2(y, x)),
-    "MINVAL": min,
-    "MAXVAL": max,
-}
-_CONSTANTS = {"TRUE": 1.0, "FALSE": 0.0, "$PI": math.pi, "PI": math.pi}
-#: Comparisons of reals hold within this part of the larger one (840D: the last four bits of a double).
-_EQUAL = 2.0**-48
+    Raises:
+        BlockError: A name or function is not known, the result has no value, or functions and signs are nested too deep.
+    """
+    if isinstance(value, float):
+        return value
+    try:
+        return value(variables)
+    except RecursionError:
+        raise too_deep() from None
 
 
 def number(value: Scalar, what: str = "the value") -> float:
@@ -93,112 +54,207 @@ def number(value: Scalar, what: str = "the value") -> float:
     return value
 
 
-def evaluate(node: Node, variables: Variables) -> Scalar:
-    """Return the value of an expression.
-
-    Raises:
-        BlockError: A name or function is not known, the result has no value, or functions and signs are nested too deep.
-    """
-    chain = []
-    while node[0] == "bin":  # rows of operators lead to the left, as many as a line is long
-        if node[1] == ":":
-            message = ": chains frames, and a number is needed"
-            raise BlockError("value-kind", message, hint="$P_PFRAME=CTRANS(X,10):CROT(Z,45)")
-        chain.append(node)
-        node = node[2]
-    try:
-        value = _operand(node, variables)
-        for _, operator, _, right in reversed(chain):
-            value = _binary(operator, value, evaluate(right, variables))
-    except RecursionError:
-        raise too_deep() from None
-    return value
+# What has its value when the program runs.
 
 
-def _operand(node: Node, variables: Variables) -> Scalar:
-    match node[0]:
-        case "n":
-            return number(node[1], "a number")
-        case "s":
-            text: str = node[1]
-            return text
-        case "r":
-            return variables.parameter(number(evaluate(node[1], variables), "the number of R"))
-        case "var":
-            if node[1] in _CONSTANTS and not node[2]:
-                return _CONSTANTS[node[1]]
-            return variables.value(node[1], [evaluate(index, variables) for index in node[2]])
-        case "fn":
-            return _function(node[1], node[2], variables)
-        case "un":
-            operand = number(evaluate(node[2], variables))
-            return {"-": -operand, "+": operand, "NOT": float(operand == 0.0)}[node[1]]
-    raise AssertionError(node[0])
+@dataclass(frozen=True, slots=True)
+class Quoted:
+    """A text in quotes."""
+
+    text: str
+
+    def __call__(self, variables: Variables) -> Scalar:
+        """Return the text."""
+        return self.text
 
 
-def _function(name: str, arguments: tuple[Node | None, ...], variables: Variables) -> Scalar:
-    values = [evaluate(argument, variables) for argument in arguments if argument is not None]
-    if name in _FUNCTIONS and len(values) == 1:
-        return _FUNCTIONS[name](number(values[0], f"the argument of {name}"))
-    if name in _TWO and len(values) == 2:
-        return _TWO[name](number(values[0]), number(values[1]))
-    if name == "BOUND" and len(values) == 3:
-        low, high, value = (number(v) for v in values)
-        return max(low, min(high, value))
-    if name in _FUNCTIONS or name in _TWO or name == "BOUND":
-        wanted = 1 if name in _FUNCTIONS else 2 if name in _TWO else 3
+@dataclass(frozen=True, slots=True)
+class RParameter:
+    """An R parameter."""
+
+    index: Value
+
+    def __call__(self, variables: Variables) -> Scalar:
+        """Return its value."""
+        index = self.index
+        if not isinstance(index, float):
+            index = number(index(variables), "the number of R")
+        return variables.parameter(index)
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A variable of DEF or of the system, or an element of one."""
+
+    name: str
+    indices: tuple[Value, ...]
+
+    def __call__(self, variables: Variables) -> Scalar:
+        """Return its value."""
+        return variables.value(self.name, [evaluate(index, variables) for index in self.indices])
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function that has no number: AC(10), CROT(Z,45), and what is not known."""
+
+    name: str
+    arguments: tuple[Value | None, ...]
+
+    def __call__(self, variables: Variables) -> Scalar:
+        """Raise the fault of a function that stands where a number is needed."""
+        name, count = self.name, sum(argument is not None for argument in self.arguments)
+        wanted = 1 if name in _FUNCTIONS else 2 if name in _TWO else 3 if name == "BOUND" else 0
+        if wanted:
+            raise BlockError(
+                "function-arguments", f"{name} has {count} arguments, and takes {wanted}", name, hint=f"{name} takes {wanted}"
+            )  # fmt: skip
         raise BlockError(
-            "function-arguments", f"{name} has {len(values)} arguments, and takes {wanted}", name, hint=f"{name} takes {wanted}"
-        )  # fmt: skip
-    raise BlockError(
-        "function-unknown",
-        f"the function {name} is not read",
-        name,
-        hint=f"read are {', '.join([*_FUNCTIONS, *_TWO])}",
-    )
+            "function-unknown",
+            f"the function {name} is not read",
+            name,
+            hint=f"read are {', '.join([*_FUNCTIONS, *_TWO])}",
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Two frames one after the other."""
+
+    first: Value
+    second: Value
+
+    def __call__(self, variables: Variables) -> Scalar:
+        """Raise: a frame is no number."""
+        message = ": chains frames, and a number is needed"
+        raise BlockError("value-kind", message, hint="$P_PFRAME=CTRANS(X,10):CROT(Z,45)")
+
+
+_CONSTANTS = {"TRUE": 1.0, "FALSE": 0.0, "$PI": math.pi, "PI": math.pi}
+
+
+def variable(name: str, indices: tuple[Value, ...]) -> Value:
+    """Return what a name stands for."""
+    if name[0] == "R" and name[1:].isdigit() and not indices:
+        return RParameter(float(name[1:]))
+    if name == "R" and len(indices) == 1:
+        return RParameter(indices[0])
+    if name in _CONSTANTS and not indices:
+        return _CONSTANTS[name]
+    return Variable(name, indices)
+
+
+def function(name: str, arguments: tuple[Value | None, ...]) -> Value:
+    """Return the value of a function."""
+    given = [argument for argument in arguments if argument is not None]
+    if name in _FUNCTIONS and len(given) == 1:
+        return unary(name, given[0])
+    if name in _TWO and len(given) == 2:
+        return binary(name, *given)
+    if name == "BOUND" and len(given) == 3:
+        low, high, value = given
+        return binary("MAXVAL", low, binary("MINVAL", high, value))
+    return Function(name, arguments)
+
+
+def binary(operator: str, a: Value, b: Value) -> Value:
+    """Return ``a operator b``."""
+    return cast(Value, common.binary(operator, cast(Any, a), cast(Any, b), _ARITHMETIC))
+
+
+def unary(name: str, a: Value) -> Value:
+    """Return a function or sign of a value."""
+    return cast(Value, common.unary(name, cast(Any, a), _ARITHMETIC))
+
+
+# Operators and functions.
+
+Operator = Callable[[float, float], float]
+_SHARED = common.functions("()")
+_FUNCTIONS: dict[str, Callable[[float], float]] = {
+    **{name.upper(): _SHARED[name] for name in ("sin", "cos", "tan", "asin", "acos", "sqrt", "abs")},
+    "POT": lambda x: x * x,
+    "TRUNC": lambda x: float(math.trunc(x)),
+    "ROUND": _SHARED["round"],
+    "ROUNDUP": lambda x: float(math.ceil(x)),
+    "LN": _SHARED["ln"],
+    "EXP": _SHARED["exp"],
+    "B_NOT": lambda x: float(~common.bits(x)),
+}
+_SIGNS: dict[str, Callable[[float], float]] = {
+    "-": lambda x: -x,
+    "+": lambda x: x,
+    "NOT": lambda x: float(x == 0.0),
+}
+_TWO: dict[str, Operator] = {
+    "ATAN2": lambda y, x: math.degrees(math.atan2(y, x)),
+    "MINVAL": min,
+    "MAXVAL": max,
+}
+#: Comparisons of reals hold within this part of the larger one (840D: the last four bits of a double).
+_EQUAL = 2.0**-48
 
 
 def _equal(a: float, b: float) -> bool:
     return abs(a - b) <= _EQUAL * max(abs(a), abs(b))
 
 
-def _binary(operator: str, a: Scalar, b: Scalar) -> Scalar:
-    if operator == "<<":
-        return _text(a) + _text(b)
-    if isinstance(a, str) or isinstance(b, str):
-        if operator in ("==", "<>") and isinstance(a, str) and isinstance(b, str):
-            return float((a.upper() == b.upper()) == (operator == "=="))
-        raise BlockError(
-            "value-kind",
-            f"{operator} needs two numbers, and one of its values is a text",
-            hint="<< joins texts",
-        )
-    if operator in ("/", "DIV", "MOD") and b == 0.0:
-        raise BlockError("division-by-zero", f"{a:g} {operator} 0 has no value")
-    return _ARITHMETIC[operator](a, b)
+def _divided(operator: str, function: Operator) -> Operator:
+    def run(a: float, b: float) -> float:
+        if b == 0.0:
+            raise BlockError("division-by-zero", f"{a:g} {operator} 0 has no value")
+        return function(a, b)
+
+    return run
 
 
-def _text(value: Scalar) -> str:
-    return value if isinstance(value, str) else f"{value:g}"
-
-
-_ARITHMETIC: dict[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-    "DIV": lambda a, b: float(math.trunc(a / b)),
-    "MOD": math.fmod,
+_OPERATORS: dict[str, Operator] = {
+    **{operator: common.BINARY[operator] for operator in "+-*/"},
+    **{operator.upper(): common.BINARY[operator] for operator in ("and", "or", "xor")},
+    "DIV": _divided("DIV", lambda a, b: float(math.trunc(a / b))),
+    "MOD": _divided("MOD", math.fmod),
     "==": lambda a, b: float(_equal(a, b)),
     "<>": lambda a, b: float(not _equal(a, b)),
     ">": lambda a, b: float(a > b and not _equal(a, b)),
     "<": lambda a, b: float(a < b and not _equal(a, b)),
     ">=": lambda a, b: float(a >= b or _equal(a, b)),
     "<=": lambda a, b: float(a <= b or _equal(a, b)),
-    "AND": lambda a, b: float(a != 0.0 and b != 0.0),
-    "OR": lambda a, b: float(a != 0.0 or b != 0.0),
-    "XOR": lambda a, b: float((a != 0.0) != (b != 0.0)),
-    "B_AND": lambda a, b: float(int(a) & int(b)),
-    "B_OR": lambda a, b: float(int(a) | int(b)),
-    "B_XOR": lambda a, b: float(int(a) ^ int(b)),
+    "B_AND": lambda a, b: float(common.bits(a) & common.bits(b)),
+    "B_OR": lambda a, b: float(common.bits(a) | common.bits(b)),
+    "B_XOR": lambda a, b: float(common.bits(a) ^ common.bits(b)),
 }
+
+
+def _of_numbers(operator: str, function: Operator) -> Callable[[Scalar, Scalar], Scalar]:
+    """Return an operator that takes no texts."""
+
+    def run(a: Scalar, b: Scalar) -> Scalar:
+        if isinstance(a, str) or isinstance(b, str):
+            if operator in ("==", "<>") and isinstance(a, str) and isinstance(b, str):
+                return float((a.upper() == b.upper()) == (operator == "=="))
+            raise BlockError(
+                "value-kind",
+                f"{operator} needs two numbers, and one of its values is a text",
+                hint="<< joins texts",
+            )
+        return function(a, b)
+
+    return run
+
+
+def _of_number(what: str, function: Callable[[float], float]) -> Callable[[Scalar], Scalar]:
+    """Return a function that takes a number."""
+    return lambda x: function(number(x, what))
+
+
+def _joined(a: Scalar, b: Scalar) -> str:
+    return "".join(value if isinstance(value, str) else f"{value:g}" for value in (a, b))
+
+
+_ARITHMETIC = common.Arithmetic(
+    cast(Any, {"<<": _joined, **{name: _of_numbers(name, f) for name, f in (_OPERATORS | _TWO).items()}}),
+    cast(Any, {
+        **{name: _of_number(f"the argument of {name}", f) for name, f in _FUNCTIONS.items()},
+        **{name: _of_number("the value", f) for name, f in _SIGNS.items()},
+    }),
+)  # fmt: skip

@@ -12,8 +12,7 @@ from cncgen.gcode.block import AXES, AXIS_INDEX
 from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
-from cncgen.gcode.sinumerik.reading import Node
+from cncgen.gcode.sinumerik.expressions import Chain, Function, Scalar, Value, Variable, evaluate, number
 from cncgen.gcode.sinumerik.swivelling import take_frames
 from cncgen.gcode.state.systems import first_parameter, load_system
 from cncgen.records import replace
@@ -21,9 +20,8 @@ from cncgen.records import replace
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
 
-#: Functions that make a frame, and the operator that chains them.
+#: Functions that make a frame.
 MAKERS = ("CTRANS", "CROT", "CSCALE", "CMIRROR", "CFINE")
-CHAIN = ":"
 #: Variables that hold a frame.
 ORIGINS, PROGRAMMABLE = "$P_UIFR", "$P_PFRAME"
 VARIABLES = (ORIGINS, PROGRAMMABLE)
@@ -33,9 +31,9 @@ PARTS = ("TR", "FI", "RT", "SC", "MI")
 LAST_ORIGIN = 99
 
 
-def is_frame(node: Node) -> bool:
+def is_frame(value: Value) -> bool:
     """Tell whether an expression is a frame."""
-    return (node[0] == "fn" and node[1] in MAKERS) or (node[0] == "bin" and node[1] == CHAIN)
+    return isinstance(value, Chain) or (isinstance(value, Function) and value.name in MAKERS)
 
 
 def _refused(what: str, why: str) -> BlockError:
@@ -44,19 +42,19 @@ def _refused(what: str, why: str) -> BlockError:
     )
 
 
-def _frame(motions: Motions, node: Node) -> frames.Frame:
+def _frame(motions: Motions, value: Value) -> frames.Frame:
     """Return the frame of a chain."""
-    if node[0] == "bin" and node[1] == CHAIN:
-        return _frame(motions, node[2]).then(_frame(motions, node[3]))
-    if node[0] == "var" and node[1] == PROGRAMMABLE and not node[2]:
+    if isinstance(value, Chain):
+        return _frame(motions, value.first).then(_frame(motions, value.second))
+    if isinstance(value, Variable) and value.name == PROGRAMMABLE and not value.indices:
         return motions.frames.programmable
-    if node[0] == "var" and node[1] == ORIGINS and len(node[2]) == 1:
-        origin = _origin(motions.ip, _system(evaluate(node[2][0], motions.store)))
+    if isinstance(value, Variable) and value.name == ORIGINS and len(value.indices) == 1:
+        origin = _origin(motions.ip, _system(evaluate(value.indices[0], motions.store)))
         return frames.Frame(shift=(origin[0], origin[1], origin[2]))
-    if node[0] != "fn" or node[1] not in MAKERS:
-        raise _refused(str(node[1]), "no frame")
-    kind = {"CTRANS": "TRANS", "CFINE": "TRANS"}.get(node[1], str(node[1])[1:])
-    values = [evaluate(argument, motions.store) for argument in node[2] if argument is not None]
+    if not isinstance(value, Function) or value.name not in MAKERS:
+        raise _refused(getattr(value, "name", "a number"), "no frame")
+    kind = {"CTRANS": "TRANS", "CFINE": "TRANS"}.get(value.name, value.name[1:])
+    values = [evaluate(argument, motions.store) for argument in value.arguments if argument is not None]
     if kind == "MIRROR":
         return frames.made(kind, {str(axis): 1.0 for axis in values})
     return frames.made(
@@ -64,10 +62,10 @@ def _frame(motions: Motions, node: Node) -> frames.Frame:
     )
 
 
-def set_frame(motions: Motions, name: str, at: list[Scalar], node: Node) -> None:
+def set_frame(motions: Motions, name: str, at: list[Scalar], value: Value) -> None:
     """Set a frame variable; an origin is a shift alone."""
     motions.settle()
-    made = _frame(motions, node)
+    made = _frame(motions, value)
     if name == PROGRAMMABLE and not at:
         take_frames(motions, replace(motions.frames, programmable=made, added=frames.NO_SHIFT))
         return
@@ -76,15 +74,15 @@ def set_frame(motions: Motions, name: str, at: list[Scalar], node: Node) -> None
     if made.matrix != frames.UNIT:
         raise _refused(ORIGINS, "an origin that turns or scales")
     shift = [*made.shift, *([0.0] * 6)]
-    given = _axes_of(motions, node)
-    _set_origin(motions.ip, _system(at[0]), [given.get(k, value) for k, value in enumerate(shift)])
+    given = _axes_of(motions, value)
+    _set_origin(motions.ip, _system(at[0]), [given.get(k, place) for k, place in enumerate(shift)])
 
 
-def _axes_of(motions: Motions, node: Node) -> dict[int, float]:
+def _axes_of(motions: Motions, frame: Value) -> dict[int, float]:
     """Return the shifts of the axes beside X Y Z."""
-    if node[0] != "fn":
+    if not isinstance(frame, Function):
         return {}
-    values = [evaluate(argument, motions.store) for argument in node[2] if argument is not None]
+    values = [evaluate(argument, motions.store) for argument in frame.arguments if argument is not None]
     found = {
         AXIS_INDEX.get(str(axis).lower(), -1): number(value)
         for axis, value in zip(values[::2], values[1::2], strict=False)

@@ -31,8 +31,8 @@ from cncgen.gcode.sinumerik import (
     swivelling,
     thread_milling,
 )
-from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
-from cncgen.gcode.sinumerik.reading import Item, Node
+from cncgen.gcode.sinumerik.expressions import Function, Quoted, Scalar, Value, Variable, evaluate, number
+from cncgen.gcode.sinumerik.reading import Item
 from cncgen.gcode.sinumerik.variables import Store
 from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.gcode.text.labels import Cursor
@@ -73,7 +73,7 @@ class Words:
     texts: dict[str, str] = field(default_factory=dict)
     polynomials: dict[str, list[float]] = field(default_factory=dict)
     commands: list[str] = field(default_factory=list)
-    calls: list[tuple[str, tuple[Node | None, ...] | None]] = field(default_factory=list)
+    calls: list[tuple[str, tuple[Value | None, ...] | None]] = field(default_factory=list)
     positions: dict[str, tuple[str, float]] = field(default_factory=dict)
 
     def value(self, name: str) -> float | None:
@@ -132,7 +132,7 @@ class Motions:
         self.axis_feeds: dict[str, float] = {}
         #: Speeds of the other spindles, whose revolutions G4 may count.
         self.speeds: dict[str, float] = {}
-        self.modal: tuple[str, tuple[Node | None, ...] | None] | None = None
+        self.modal: tuple[str, tuple[Value | None, ...] | None] | None = None
         self.in_modal = False
         #: Contours that CYCLE62 has named for the cycles behind it.
         self.contours: list[str] = []
@@ -284,7 +284,7 @@ class Motions:
         """Sort an item of the block; settings of variables are done at once."""
         kind = item[0]
         if kind == "word":
-            self._word(item[1], number(evaluate(item[2], self.store)), words)
+            self._word(item[1], number(item[2]), words)
         elif kind == "set":
             self._setting(item[1], item[2], item[3], words)
         elif kind == "poly":
@@ -299,10 +299,10 @@ class Motions:
             axis = str(evaluate(indices[0], self.store))
             words.polynomials[axis] = [number(evaluate(v, self.store)) for v in values]
         elif kind == "text" and words.commands[-1:] in (["EXTCALL"], ["CALL"]):
-            words.calls.append(("EXTCALL", (("s", item[1]),)))
+            words.calls.append(("EXTCALL", (Quoted(item[1]),)))
             words.commands.pop()
         elif kind == "name" and words.commands[-1:] == ["CALL"]:
-            words.calls.append(("EXTCALL", (("var", item[1], ()),)))
+            words.calls.append(("EXTCALL", (Variable(item[1], ()),)))
             words.commands.pop()
         elif kind == "name":
             words.commands.append(item[1])
@@ -323,7 +323,7 @@ class Motions:
         else:
             _once(words.named, letter, ("", value))
 
-    def _setting(self, name: str, indices: tuple[Node, ...], node: Node, words: Words) -> None:
+    def _setting(self, name: str, indices: tuple[Value, ...], node: Value, words: Words) -> None:
         """Take NAME=value: a word, an R parameter or a variable."""
         at = [evaluate(index, self.store) for index in indices]
         if name == "AX" and len(at) == 1 and isinstance(at[0], str):
@@ -332,11 +332,12 @@ class Motions:
                 raise BlockError("variable-unknown", message, "AX", hint="axes are X Y Z A B C U V W")
             name, at = at[0], []
         mode = ""
-        if node[0] == "fn" and node[1] in MODES and len(node[2]) == 1:
-            mode, node = node[1], node[2][0]
-        elif node[0] == "fn" and node[1] in ("CAC", "CIC", "CDC", "CACP", "CACN", "QU", "HF"):
+        function = node.name if isinstance(node, Function) else ""
+        if isinstance(node, Function) and function in MODES and len(node.arguments) == 1:
+            mode, node = function, node.arguments[0] or 0.0
+        elif function in ("CAC", "CIC", "CDC", "CACP", "CACN", "QU", "HF"):
             raise BlockError(
-                "not-read", f"{node[1]}() is not read", node[1], hint="AC, IC, DC, ACP and ACN are"
+                "not-read", f"{function}() is not read", function, hint="AC, IC, DC, ACP and ACN are"
             )
         elif frame_variables.is_frame(node):
             frame_variables.set_frame(self, name, at, node)
@@ -377,7 +378,7 @@ class Motions:
             times = words.named.pop("P", ("", 1.0))[1]
             self._run_call(name, arguments, round(times))
 
-    def _run_call(self, name: str, arguments: tuple[Node | None, ...] | None, times: int) -> None:
+    def _run_call(self, name: str, arguments: tuple[Value | None, ...] | None, times: int) -> None:
         """Run a cycle, a command with arguments, or a subprogram."""
         if commands.CALLS.get(name) is commands.nothing:
             return
@@ -407,7 +408,7 @@ class Motions:
             commands.check_name(name)
             self.begin_call(name, arguments, times)
 
-    def run_call(self, name: str, arguments: tuple[Node | None, ...] | None, times: int) -> None:
+    def run_call(self, name: str, arguments: tuple[Value | None, ...] | None, times: int) -> None:
         """Run a call of a command word."""
         self._run_call(name, arguments, times)
 

@@ -11,7 +11,6 @@ from cncgen.gcode.sinumerik.reading import Statement, parse
 from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.gcode.text.labels import Cursor
 
-_HEADER = re.compile(r"\s*%_N_(\w+?)_(?:MPF|SPF)\b", re.IGNORECASE)
 _CLOSES = {
     "endif": "if",
     "else": "if",
@@ -74,10 +73,9 @@ def programs_of(
         end = source.line_end(offset)
         here = Cursor(index, offset, number)
         text = source.text_at(offset) if end - offset <= MAX_LINE else ""
-        header = _HEADER.match(text)
-        if header:
-            _begin(found, header[1].upper())
         line = _line(_expanded(text, macros), here, known, end - offset)
+        if line.statement.kind == "header" and line.statement.data[0]:
+            _begin(found, line.statement.data[0])
         if line.statement.kind == "proc":
             _begin(found, line.statement.data[0])
             found[-1].formals, found[-1].saves = line.statement.data[1], "SAVE" in line.statement.data[2]
@@ -103,7 +101,7 @@ def _expanded(text: str, macros: dict[str, str]) -> str:
 def _begin(found: list[Program], name: str) -> None:
     """Begin a program, or name the last one while it is empty."""
     if found[-1].labels or any(
-        line.statement.kind != "block" or line.statement.items for line in found[-1].lines
+        line.statement.kind not in ("block", "header") or line.statement.items for line in found[-1].lines
     ):
         found.append(Program(name))
     else:

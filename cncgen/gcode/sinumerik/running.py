@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, cast
 
 from cncgen.diagnostics import UsageError
 from cncgen.gcode.block import Block
@@ -13,7 +13,8 @@ from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes.turning_profiles import MAX_MOVES, Recorder, Segment
 from cncgen.gcode.errors import Astray, BlockError, Stop
 from cncgen.gcode.flow.language_run import LanguageRun
-from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
+from cncgen.gcode.sinumerik import expressions
+from cncgen.gcode.sinumerik.expressions import RParameter, Scalar, Value, evaluate, number, variable
 from cncgen.gcode.sinumerik.motions import Motions
 from cncgen.gcode.sinumerik.programs import Line, Program, programs_of, turns
 from cncgen.gcode.sinumerik.reading import Item
@@ -39,7 +40,7 @@ class Frame:
     repeats: list[tuple[int, int, int]] = field(default_factory=list)
     saved: object | None = None
     modal: bool = False
-    results: list[tuple[str, tuple[Any, ...]]] = field(default_factory=list)
+    results: list[tuple[str, Any]] = field(default_factory=list)
 
 
 class SinumerikRunner(LanguageRun):
@@ -146,8 +147,8 @@ class SinumerikRunner(LanguageRun):
         elif ends:
             self.ip.end_program()
 
-    def _number(self, node: tuple[Any, ...]) -> float:
-        return number(evaluate(node, self.store))
+    def _number(self, value: Value) -> float:
+        return number(evaluate(value, self.store))
 
     # Branches and loops.
 
@@ -164,7 +165,7 @@ class SinumerikRunner(LanguageRun):
     def _do_loop(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         """Go on."""
 
-    _do_repeat = _do_loop
+    _do_repeat = _do_header = _do_loop
 
     def _back(self, frame: Frame, at: int) -> int:
         """Return the line that opens the loop which a line closes; the line itself where it closes no loop."""
@@ -187,7 +188,7 @@ class SinumerikRunner(LanguageRun):
         """Count up, and leave the loop beyond its end; ENDFOR leads back to here."""
         (name, indices), first, last = data
         if at in frame.loops:
-            now = self._read(name, indices) + 1.0
+            now = self._number(variable(name, indices)) + 1.0
         else:
             now = self._number(first)
         frame.loops[at] = self._number(last)
@@ -197,14 +198,6 @@ class SinumerikRunner(LanguageRun):
             frame.at = frame.program.other[at] + 1
 
     _do_endfor = _do_endloop
-
-    def _read(self, name: str, indices: tuple[Any, ...]) -> float:
-        node = (
-            ("r", ("n", float(name[1:]))) if name[0] == "R" and name[1:].isdigit() else ("var", name, indices)
-        )
-        if name == "R" and indices:
-            node = ("r", indices[0])
-        return self._number(node)
 
     def _assign(self, name: str, indices: list[Scalar], value: Scalar) -> None:
         self.motions.assign(name, indices, value)
@@ -223,7 +216,7 @@ class SinumerikRunner(LanguageRun):
     def _do_case(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         value = self._number(data[0])
         usual = None
-        for _, wanted, jump in data[1]:
+        for wanted, jump in data[1]:
             if wanted is None:
                 usual = jump
             elif self._number(wanted) == value:
@@ -428,26 +421,31 @@ class SinumerikRunner(LanguageRun):
                 scope[str(name)] = self._array(program, str(name), node, bool(by_reference))
                 continue
             value: Scalar = (
-                evaluate(node, self.store) if isinstance(node, tuple) else ("" if kind == "STRING" else 0.0)
+                evaluate(cast(Value, node), self.store)
+                if node is not None
+                else ("" if kind == "STRING" else 0.0)
             )
             scope[str(name)] = Variable(str(kind), (), [value])
         return scope
 
     def _array(self, program: Program, name: str, node: Any, by_reference: bool) -> Variable:
         """Return an array as a subprogram has it: the caller's own (VAR), or a copy."""
-        named = isinstance(node, tuple) and node[0] == "var" and not node[2]
-        whole = self.store.array(node[1]) if named else None
+        whole = (
+            self.store.array(node.name)
+            if isinstance(node, expressions.Variable) and not node.indices
+            else None
+        )
         if whole is None:
             message = f"{name} of {program.name} is an array, and none is given"
             raise BlockError("sub-arguments", message, program.name, hint="DEF REAL AA[3] defines an array")
         return whole if by_reference else Variable(whole.kind, whole.bounds, list(whole.values))
 
-    def _results(self, program: Program, arguments: tuple[Any, ...]) -> list[tuple[str, tuple[Any, ...]]]:
+    def _results(self, program: Program, arguments: tuple[Any, ...]) -> list[tuple[str, Any]]:
         """Return the parameters by reference, and the variables of the caller that they are."""
         found = []
         for (_, _, name, by_reference, _, many), node in zip(program.formals, arguments, strict=False):
             if by_reference and not many and node is not None:
-                if node[0] not in ("r", "var"):
+                if not isinstance(node, RParameter | expressions.Variable):
                     raise BlockError(
                         "sub-arguments",
                         f"{name} of {program.name} is a variable (VAR), and a value is given",
@@ -475,11 +473,11 @@ class SinumerikRunner(LanguageRun):
         for name, node in frame.results:
             if name == "back":
                 continue
-            if node[0] == "r":
-                self.store.set_parameter(self._number(node[1]), scope[name].values[0])
+            if isinstance(node, RParameter):
+                self.store.set_parameter(self._number(node.index), scope[name].values[0])
             else:
                 self.store.set_value(
-                    node[1], [evaluate(index, self.store) for index in node[2]], scope[name].values[0]
+                    node.name, [evaluate(index, self.store) for index in node.indices], scope[name].values[0]
                 )
 
     # Definitions.
@@ -490,7 +488,7 @@ class SinumerikRunner(LanguageRun):
             sizes = tuple(round(self._number(node)) for node in bounds)
             values: list[Scalar] = []
             if value is not None:
-                nodes = value[1] if value[0] == "several" else (value,)
+                nodes = value if isinstance(value, tuple) else (value,)
                 values = [evaluate(node, self.store) for node in nodes]
             self.store.define(kind, name, sizes, values)
 

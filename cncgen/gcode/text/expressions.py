@@ -49,38 +49,42 @@ def _power(a: float, b: float) -> float:
         raise BlockError("number-range", f"{a:g} ** {b:g} is too large") from None
 
 
-def _checked(name: str, function: Callable[[float], float]) -> Callable[[float], float]:
+def _checked(name: str, function: Callable[[float], float], shown: str = "[]") -> Callable[[float], float]:
     """Return a function whose domain errors are faults of the block."""
 
     def run(a: float) -> float:
         try:
             return function(a)
         except (ValueError, OverflowError):
-            raise BlockError("domain", f"{name.upper()}[{a:g}] has no finite real value") from None
+            raise _without_value(name, a, shown) from None
 
     return run
 
 
-def _of_angle(name: str, function: Callable[[float], float]) -> Callable[[float], float]:
+def _without_value(name: str, a: float, shown: str, why: str = " has no finite real value") -> BlockError:
+    """Return the fault of a function; within ( ) functions stand as they are named, so that the fault has its place."""
+    word = name.upper()
+    return BlockError("domain", f"{word}{shown[0]}{a:g}{shown[1]}{why}", word if shown == "()" else "")
+
+
+def _of_angle(name: str, function: Callable[[float], float], shown: str) -> Callable[[float], float]:
     """Return a function of an angle in degrees, which must be of a size that it can be told from others."""
 
     def run(a: float) -> float:
         if not abs(a) < gcode_arithmetic.LARGEST_ANGLE:
-            raise BlockError(
-                "domain",
-                f"{name.upper()}[{a:g}]: the angle is too large; its size must be below {gcode_arithmetic.LARGEST_ANGLE:g}",
-            )
+            most = gcode_arithmetic.LARGEST_ANGLE
+            raise _without_value(name, a, shown, f": the angle is too large; its size must be below {most:g}")
         return function(a)
 
     return run
 
 
-def _of_ratio(name: str, function: Callable[[float], float]) -> Callable[[float], float]:
+def _of_ratio(name: str, function: Callable[[float], float], shown: str) -> Callable[[float], float]:
     """Return an inverse function, of -1 to 1."""
 
     def run(a: float) -> float:
         if not -1.0 <= a <= 1.0:
-            raise BlockError("domain", f"{name.upper()}[{a:g}] has no finite real value")
+            raise _without_value(name, a, shown)
         return function(a)
 
     return run
@@ -106,20 +110,27 @@ BINARY: dict[str, Callable[[float, float], float]] = {
 
 #: The least increment of lengths and angles where no machine says it, mm and degrees (IS-B); in inches a tenth.
 LEAST_INCREMENT = 0.001
-UNARY: dict[str, Callable[[float], float]] = {
-    "abs": abs,
-    "acos": _of_ratio("acos", gcode_arithmetic.arc_cosine),
-    "asin": _of_ratio("asin", gcode_arithmetic.arc_sine),
-    "cos": _of_angle("cos", gcode_arithmetic.cosine),
-    "exp": _checked("exp", math.exp),
-    "fix": _checked("fix", lambda a: math.copysign(math.floor(a), a)),
-    "fup": _checked("fup", lambda a: math.copysign(math.ceil(a), a)),
-    "ln": _checked("ln", math.log),
-    "round": _checked("round", lambda a: float(math.floor(abs(a) + 0.5)) * (-1.0 if a < 0.0 else 1.0)),
-    "sin": _of_angle("sin", gcode_arithmetic.sine),
-    "sqrt": _checked("sqrt", math.sqrt),
-    "tan": _of_angle("tan", gcode_arithmetic.tangent),
-}
+
+
+def functions(shown: str = "[]") -> dict[str, Callable[[float], float]]:
+    """Return the functions of one value, whose faults show it within these brackets."""
+    return {
+        "abs": abs,
+        "acos": _of_ratio("acos", gcode_arithmetic.arc_cosine, shown),
+        "asin": _of_ratio("asin", gcode_arithmetic.arc_sine, shown),
+        "cos": _of_angle("cos", gcode_arithmetic.cosine, shown),
+        "exp": _checked("exp", math.exp, shown),
+        "fix": _checked("fix", lambda a: math.copysign(math.floor(a), a), shown),
+        "fup": _checked("fup", lambda a: math.copysign(math.ceil(a), a), shown),
+        "ln": _checked("ln", math.log, shown),
+        "round": _checked("round", lambda a: math.copysign(math.floor(abs(a) + 0.5), a), shown),
+        "sin": _of_angle("sin", gcode_arithmetic.sine, shown),
+        "sqrt": _checked("sqrt", math.sqrt, shown),
+        "tan": _of_angle("tan", gcode_arithmetic.tangent, shown),
+    }
+
+
+UNARY = functions()
 
 
 def _plain(value: float) -> float:
@@ -137,8 +148,8 @@ def _fill_one(function: Callable[[float], float]) -> Callable[[float], float]:
     return lambda a: function(_plain(a))
 
 
-def _bits(a: float) -> int:
-    """Return a number as the whole number whose bits AND, OR and XOR take."""
+def bits(a: float) -> int:
+    """Return a number as the whole number whose bits AND, OR, XOR and NOT take."""
     if not abs(a) < 2.0**53:
         raise BlockError("number-range", f"{a:g} is too large for AND, OR and XOR")
     return int(a)
@@ -162,9 +173,9 @@ LINUXCNC = Arithmetic(BINARY, UNARY)
 FANUC = Arithmetic(
     {
         **{name: _fill(function) for name, function in BINARY.items()},
-        "and": _fill(lambda a, b: float(_bits(a) & _bits(b))),
-        "or": _fill(lambda a, b: float(_bits(a) | _bits(b))),
-        "xor": _fill(lambda a, b: float(_bits(a) ^ _bits(b))),
+        "and": _fill(lambda a, b: float(bits(a) & bits(b))),
+        "or": _fill(lambda a, b: float(bits(a) | bits(b))),
+        "xor": _fill(lambda a, b: float(bits(a) ^ bits(b))),
         "mod": _fill(lambda a, b: math.copysign(_modulo(abs(a), abs(b)), a)),
         "eq": lambda a, b: 1.0 if _same(a, b) else 0.0,
         "ne": lambda a, b: 0.0 if _same(a, b) else 1.0,

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text.normal_text import normalise
 from cncgen.gcode.text.syntax_hints import hint_for, missing_number, number_hint
 from cncgen.kernels.gcode_parse import Parser
+from cncgen.records import dataclass
 
 #: Names of the grammar's tokens in messages.
 _NAMES = {
@@ -37,6 +39,8 @@ _NAMES = {
     "EQUAL": "=",
     "LSQB": "[",
     "RSQB": "]",
+    "LPAR": "(",
+    "RPAR": ")",
     "SLASH": "/",
     "COMMA": "a comma",
     "OVER": "/[",
@@ -76,6 +80,30 @@ _PASSED = re.compile(
 )
 #: A command to grbl that moves the machine: ``$J=G91 X1``.
 _JOG = re.compile(r"\s*\$[Jj]\s*=")
+
+
+@dataclass(frozen=True, slots=True)
+class Language:
+    """A language with blanks between its tokens: the names of its tokens in messages, and what its lines consist of."""
+
+    names: Mapping[str, str]
+    hint: str
+
+
+_WORD = re.compile(r"\w+")
+
+
+def refusal(text: str, at: int, expected: Sequence[str], language: Language, hint: str = "") -> BlockError:
+    """Return the fault of a line of such a language that is refused at a place, where some tokens were expected."""
+    rest = text[at:].lstrip()
+    column = len(text) - len(rest) + 1
+    if not rest or rest.startswith(";"):
+        rest, column = "", at + 1
+    word = _WORD.match(rest)
+    shown = f"'{word[0]}'" if word and len(word[0]) < 40 and word[0].isascii() else _found(rest)
+    names = sorted({language.names.get(name, _NAMES.get(name, name)) for name in expected})
+    message = f"{shown} where {_any_of(names)} was expected"
+    return BlockError("syntax", message, column=column, hint=hint or language.hint)
 
 
 def is_passed(text: str) -> bool:

@@ -1,0 +1,175 @@
+"""The tables of languages whose rules make values, and their kernel, read what Lark's own parser reads: random lines, fresh in every run."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+import pytest
+from cncgen.grammars import lalr
+from lark import Lark, Tree
+from lark.exceptions import UnexpectedInput
+
+from cncgen.gcode.sinumerik import reading as sinumerik
+from cncgen.kernels import grammar_values
+from tests.kernels.plain import uncompiled
+
+
+class _Shapes(dict[str, Callable[..., Any]]):
+    """Functions that make tuples of the names of rules and their parts."""
+
+    def __missing__(self, name: str) -> Callable[..., Any]:
+        return lambda *parts: (name, *parts)
+
+
+def _shape(tree: Any) -> Any:
+    if isinstance(tree, Tree):
+        return (str(tree.data), *map(_shape, tree.children))
+    return None if tree is None else str(tree)
+
+
+NUMBERS = ("1", "2.5", ".5", "1EX3", "1.5EX-3", "10.")
+NAMES = ("R1", "R23", "AA", "X", "$AA_IM[X]", "VAR1", "_N", "R[2]", "PI", "X1_A")
+OPERATORS = (
+    *("+", "-", "*", "/", " DIV ", " MOD ", "==", "<>", "<", ">", "<=", ">=", "<<", ":"),
+    *(" AND ", " OR ", " XOR ", " B_AND ", " B_OR ", " B_XOR "),
+)
+
+
+def _expression(dice: random.Random, depth: int = 3) -> str:
+    kind = dice.randrange(14 if depth else 4)
+    if kind < 4:
+        return dice.choice(NUMBERS if kind < 2 else NAMES)
+    if kind < 6:
+        return dice.choice(("-", "+", "NOT ", "B_NOT ")) + _expression(dice, 0)
+    if kind < 8:
+        return f"ATAN2({_expression(dice, depth - 1)},{_expression(dice, depth - 1)})"
+    if kind < 10:
+        return f"({_expression(dice, depth - 1)})"
+    return _expression(dice, depth - 1) + dice.choice(OPERATORS) + _expression(dice, depth - 1)
+
+
+def _item(dice: random.Random) -> str:
+    kind = dice.randrange(12)
+    if kind < 5:
+        return (
+            dice.choice("GXYZFSMTDIJKL")
+            + dice.choice(("", "-", "+"))
+            + dice.choice(("1", "10", "2.5", ".5", "3."))
+        )
+    if kind < 7:
+        target = dice.choice(("X", "Y1", "CR", "AP", "R1", "R[3]", "F", "S2", "AA[1,2]", "X1"))
+        return target + dice.choice(("=", " = ", "= ")) + _expression(dice)
+    if kind < 9:
+        return dice.choice((f"Z=IC({_expression(dice, 1)})", "TRANS", "M30", "SUPA", "CIP", "TRAORI", "CHR"))
+    if kind < 10:
+        return (
+            f"CYCLE81({','.join(dice.choice(('', _expression(dice, 1))) for _ in range(dice.randint(1, 4)))})"
+        )
+    return dice.choice(('MSG("TEXT; 1")', "PO[X]=(1,2,3)", "L10(1)", "SUB1", " L5", "P=3", "'TEXT'"))
+
+
+FLOW = (
+    *("IF E", "IF E GOTOF LAB", "FOR R1=E TO E", "FOR AA=E TO E", "ENDFOR", "ELSE", "ENDIF", "WHILE E", "ENDWHILE", "LOOP"),
+    *("ENDLOOP", "REPEAT", "UNTIL E", "REPEAT LAB", "REPEAT LAB LAB_2 P=3", "REPEATB N10 P=2", "GOTOB N100", "GOTOC LAB"),
+    *('GOTO "LAB"', "GOTOS", "CASE E OF 1 GOTOF LAB 2 GOTOB N10 DEFAULT GOTOF LAB", "CASE R1 OF -1 GOTOF LAB", "DEF REAL AA"),
+    *("DEF INT AA=3,BB[2]=SET(1,2)", "DEF STRING[20] NAME", "DEF REAL AA[3]=(1,E,3)", "PROC UP", "EXTERN UP(REAL, VAR INT)"),
+    *("PROC UP(REAL AA, VAR INT BB, STRING[3] CC, REAL DD[3]=E) SAVE", "CALL BLOCK LAB TO LAB_2", "WHEN $AA_IM[X]>5 DO M5"),
+    *("ID=1 EVERY R1 DO X=3", "%_N_ABC_MPF", "%"),
+)  # fmt: skip
+
+
+def sinumerik_line(dice: random.Random) -> str:
+    """Return a line of SINUMERIK, of four one with a fault."""
+    head = (
+        dice.choice(("", "", "", "/", "/1"))
+        + dice.choice(("", "", "N10 ", "N5", "N10", " :5 "))
+        + dice.choice(("", "", "", "LAB: ", "A1: ", "LAB_1 :"))
+    )
+    if dice.random() < 0.55:
+        body = dice.choice((" ", "")).join(_item(dice) for _ in range(dice.randrange(5)))
+    else:
+        body = " ".join(_expression(dice) if word == "E" else word for word in dice.choice(FLOW).split(" "))
+    text = head + body + dice.choice(("", " ", "; NOTE"))
+    if dice.random() < 0.25 and text:
+        at = dice.randrange(len(text))
+        wrong = dice.choice(("", "=", "(", ")", "R", "1", "N ", "[", ",", ".", "-", '"', "AND"))
+        text = text[:at] + wrong + text[at + dice.randrange(2) :]
+    return text
+
+
+LINES = {"sinumerik": sinumerik_line}
+
+
+def _compare(name: str, count: int) -> None:
+    lark = Lark.open(
+        str(lalr.HERE / lalr.VALUES[name][0]), parser="lalr", lexer="contextual", maybe_placeholders=True
+    )
+    reader = grammar_values.Reader(import_module(f"cncgen.grammars.tables_{name}"), _Shapes())
+    seed = random.SystemRandom().randrange(1 << 32)
+    print(f"seed {seed} of {name}")
+    dice = random.Random(seed)
+    refused = 0
+    for _ in range(count):
+        text = LINES[name](dice)
+        try:
+            expected = _shape(lark.parse(text))
+        except UnexpectedInput:
+            expected = None
+            refused += 1
+        assert reader.parse(text) == expected, f"seed {seed}: {text!r}"
+        assert (reader.error >= 0) == (expected is None)
+    assert 0.02 * count < refused < 0.5 * count
+
+
+@pytest.mark.parametrize("name", sorted(LINES))
+def test_random_lines(name: str) -> None:
+    _compare(name, 2000)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(LINES))
+def test_many_random_lines(name: str) -> None:
+    _compare(name, 100_000)
+
+
+def test_letters_are_capital_or_small() -> None:
+    dice = random.Random(1)
+    reader = grammar_values.Reader(import_module("cncgen.grammars.tables_sinumerik"), _Shapes())
+    for _ in range(300):
+        text = sinumerik_line(dice)
+        capital, small = reader.parse(text), reader.parse(text.lower())
+        assert repr(small).lower() == repr(capital).lower(), text
+
+
+def test_each_rule_of_sinumerik_has_a_value() -> None:
+    """A rule that is renamed has no function, and a function without a rule would never run."""
+    rules = {name for name, _, _ in import_module("cncgen.grammars.tables_sinumerik").RULES if name}
+    assert rules == sinumerik.VALUES.keys()
+
+
+@pytest.mark.parametrize("name", sorted(lalr.VALUES))
+def test_tables_are_those_of_the_grammar(name: str) -> None:
+    text = (lalr.HERE / f"tables_{name}.py").read_text("utf-8")
+    assert f'DIGEST = "{lalr.digest(name)}"' in text, (
+        "run `make kernels`: a grammar changed since the last build"
+    )
+
+
+def test_the_kernel_runs_uncompiled() -> None:
+    tables = import_module("cncgen.grammars.tables_sinumerik")
+    slow = uncompiled("grammar_values").Reader(tables, _Shapes())
+    fast = grammar_values.Reader(tables, _Shapes())
+    for text in ("N10 LAB: G1 X=IC(2*R1) ; note", "FOR R1=1 TO 5", "X=(1+2", "G1 X= ; nothing", "", "G1 !"):
+        assert slow.parse(text) == fast.parse(text)
+        assert slow.error == fast.error
+        assert fast.error < 0 or slow.expected() == fast.expected()
+
+
+def test_what_was_expected() -> None:
+    """The states of the tables say what may follow."""
+    reader = grammar_values.Reader(import_module("cncgen.grammars.tables_sinumerik"), _Shapes())
+    assert reader.parse("GOTOF ; where?") is None
+    assert (reader.error, set(reader.expected())) == (5, {"NAME", "ADDRESS", "STRING"})
