@@ -1,22 +1,33 @@
-"""Compile patterns of `cncgen.gcode.text.signs` for the engine of the Python that builds the package.
+"""Write the terminals of the grammars as regular expressions, and compile patterns of `cncgen.gcode.text.signs` for the engine of the
+Python that builds the package.
+
+What looks into a text without the parser takes the forms of numbers, comments and labels from ``terminals.py``.
 
 Importing `re` and compiling some twenty patterns took an eighth of the time of a small check. `cncgen.gcode.text.built_patterns` takes the
 code that is written here, and compiles by `re` what is missing or is of another engine.
 """
 
 import _sre
+import hashlib
 import re
 import runpy
+import sys
 from array import array
 from pathlib import Path
+from types import ModuleType
 
 HERE = Path(__file__).parent
 SIGNS = HERE.parent / "cncgen" / "gcode" / "text" / "signs.py"
 WRITTEN = HERE / "pattern_codes.py"
+TERMINALS = HERE / "terminals.py"
 
 
 def write() -> None:
-    """Write the codes of all patterns, where those that stand there are others."""
+    """Write the terminals and the codes of all patterns, where those that stand there are others."""
+    write_terminals()
+    # The package is not installed yet: its module of terminals is the one just written.
+    module = sys.modules[f"cncgen.grammars.{TERMINALS.stem}"] = ModuleType(TERMINALS.stem)
+    vars(module).update(runpy.run_path(str(TERMINALS)))
     try:
         codes = {pattern: code_of(pattern) for pattern in runpy.run_path(str(SIGNS))["patterns"]()}
     except AttributeError:
@@ -34,6 +45,24 @@ def write() -> None:
     text = "\n".join(lines)
     if not WRITTEN.exists() or WRITTEN.read_text("utf-8") != text:
         WRITTEN.write_text(text, "utf-8")
+
+
+def write_terminals() -> None:
+    """Write each terminal of each grammar as a regular expression."""
+    lalr = runpy.run_path(str(HERE / "lalr.py"))
+    sources = [Path(__file__), HERE / "lalr.py", *sorted(HERE.glob("*.lark"))]
+    digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()
+    if TERMINALS.exists() and digest in TERMINALS.read_text("utf-8"):
+        return
+    lines = [
+        '"""Terminals of the grammars, made by patterns.py: not to be edited."""',
+        "",
+        f'DIGEST = "{digest}"',
+    ]
+    for name in lalr["GRAMMARS"]:
+        patterns = {lalr["_bare"](str(t.name)): t.pattern.to_regexp() for t in lalr["_lark"](name).terminals}
+        lines.append(f"{name.upper()} = {patterns!r}")
+    TERMINALS.write_text("\n".join([*lines, ""]), "utf-8")
 
 
 def code_of(pattern: bytes) -> tuple[int, tuple[str | None, ...], bytes]:

@@ -1,8 +1,9 @@
-"""The names in the words of a text, for the search of the axes that a program moves: letters, codes, and the programs that it calls."""
+"""The names in a text: letters, codes and called programs in its words, for the search of the axes that a program moves; and the labels
+and N words of its lines, which jumps lead to."""
 
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    ARGUMENTS, CODE_NUMBERS, COMMENT, COMPUTED, FLOW, INCREMENTS, NAME, NUMBER, O_CALL, THEN, WORD,
+    ARGUMENTS, CODE_NUMBERS, COMMENT, COMPUTED, COMPUTED_LABEL, FLOW, INCREMENTS, MESSAGE, NAME, NUMBER, NUMBERED, O_CALL, THEN, WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_lines import Code
 
@@ -128,3 +129,71 @@ def _program_called(reader: Code, letter: cython.int, programs: set) -> cython.i
             programs.add(reader.constants[reader.code[at - 1] >> 8])
         at += 1
     return 0
+
+
+def marked(reader: Code, text: cython.const[cython.uchar][::1]) -> list:
+    """Read all lines of a text and return those with an O-word, a program number, or a jump or loop of a macro; and those that the grammar
+    refuses.
+
+    Returns:
+        Of each line its offset, its number, the number of the literal of its keyword (0 where it is refused), and its label; None for one
+        that is computed, and of macros.
+    """
+    at: cython.Py_ssize_t = 0
+    begin: cython.Py_ssize_t
+    line: cython.int = 0
+    keyword: cython.int
+    found: list = []
+    reader.text = text
+    while at < text.shape[0]:
+        line += 1
+        reader.used = reader.numbers = 0
+        begin = at
+        at = reader.read(at) + 1
+        if reader.error >= 0:
+            found.append((begin, line, 0, None))
+            continue
+        keyword = _keyword(reader)
+        if keyword:
+            found.append((begin, line, keyword, _label(reader, keyword)))
+    return found
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _keyword(reader: Code) -> cython.int:
+    """Return the keyword of the line just read, 0 without one."""
+    at: cython.int = 0
+    operation: cython.int
+    while reader.code[at] != 0:
+        operation = reader.code[at] & 255
+        if operation == FLOW:
+            return reader.code[at] >> 8
+        at += 2 if operation == COMMENT or operation == MESSAGE else 1
+    return 0
+
+
+@cython.cfunc
+def _label(reader: Code, keyword: cython.int) -> object:
+    """Return the written label of an O-word, which its first instruction pushes."""
+    if keyword > O_CALL or reader.flags & COMPUTED_LABEL:
+        return None
+    first: cython.int = reader.code[0]
+    return reader.names[first >> 8] if first & 255 == NAME else reader.constants[first >> 8]
+
+
+def numbered(reader: Code, text: cython.const[cython.uchar][::1]) -> list:
+    """Read all lines of a text and return offset, number and the place of the N word of those that have one."""
+    at: cython.Py_ssize_t = 0
+    begin: cython.Py_ssize_t
+    line: cython.int = 0
+    found: list = []
+    reader.text = text
+    while at < text.shape[0]:
+        line += 1
+        reader.used = reader.numbers = 0
+        begin = at
+        at = reader.read(at) + 1
+        if reader.flags & NUMBERED:
+            found.append((begin, line, reader.number_begin, reader.number_end))
+    return found

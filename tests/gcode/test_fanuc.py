@@ -501,3 +501,11 @@ def test_two_tools_before_m6_of_mazak(run: Any) -> None:
     assert [event.values["tool"] for event in out.path.events if event.name == "tool"] == [1]
     assert run("T1 T2\nM30", dialect="fanuc").errors == [("repeated-word", 1, 1)]
     assert run("T1 T2 M6\nM2", dialect="linuxcnc").errors == [("repeated-word", 1, 1)]
+
+
+def test_labels_are_what_the_grammar_reads(run: Any) -> None:
+    """Blanks within an N word, comments before it, and numbers that nobody can name: patterns of their own found other lines."""
+    text = f"O1\nGOTO 20\nG0 X99\n/ N 2 0.5 G0 X1\nN{'9' * 6000} X2\n(N20) X3\nM30"
+    out = run(text, dialect="fanuc")
+    assert [code for code, *_ in out.errors] == []
+    assert out.path.end[:, 0].tolist()[-2:] == [2.0, 3.0]

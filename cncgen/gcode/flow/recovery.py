@@ -17,10 +17,10 @@ from cncgen.gcode.state.modal import PLAIN_MOTIONS
 from cncgen.gcode.text import grammar, plain_language
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.normal_text import normalise
+from cncgen.grammars.terminals import LINUXCNC
 
 #: Modal groups of what a line sets by a code alone.
 _MODES = frozenset(("plane", "units", "distance", "arc distance", "feed mode"))
-_WORD = re.compile(r"([a-z])([+-]?(?:\d++\.?+\d*+|\.\d+))")
 
 
 def recover(ip: Interpreter, text: str) -> None:
@@ -71,7 +71,8 @@ def _said(ip: Interpreter, text: str) -> tuple[dict[str, float], list[int]]:
     try:
         parsed = grammar.parse(text, ip.dialect)
     except BlockError:
-        pairs = [(letter, float(value)) for letter, value in _WORD.findall(normalise(text))]
+        found = re.finditer(LINUXCNC["WORD"], normalise(text))
+        pairs = [(word[0][0], float(word[0][1:])) for word in found]
     else:
         pairs = [] if parsed.flow is not None else parsed.words
     words: dict[str, float] = {}

@@ -7,7 +7,6 @@ Codes"). Labels are local to their subroutine.
 from __future__ import annotations
 
 import math
-import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
 from functools import cached_property
@@ -15,25 +14,21 @@ from functools import cached_property
 from cncgen.gcode.block import Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
+from cncgen.gcode.text import grammar
 from cncgen.gcode.text.labels import Cursor, Label
 from cncgen.gcode.text.macro_loops import Loops
+from cncgen.gcode.text.normal_text import normalise
+from cncgen.gcode.text.parsers import parser
+from cncgen.grammars.terminals import LINUXCNC
+from cncgen.kernels import gcode_codes
+from cncgen.kernels.gcode_names import marked, numbered
 from cncgen.records import dataclass
 
-#: O-words that lead elsewhere and that nothing leads to.
-_LEAVING = ("call", "return", "break", "continue")
-#: Lines that a jump may lead to.
-_LINE = (
-    rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?(?:[nN][ \t\d.]*)?"
-    rb"((?:[oO:<](?![ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?i:%s)\b)|(?i:wh|do[ \t]*\d|end?[ \t]*\d))[^\n]*)"
-    % "|".join(_LEAVING).encode()
-)
-#: Lines with an N word.
-_NUMBERED = rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?[nN][ \t]*(\d{1,99})"
-#: An O-word that a jump may lead to, its label and its keyword.
-_OPENING = (
-    rb"(?i)o[ \t]*(\d+|<[^>\n]*>)[ \t]*"
-    rb"(endsub|sub|elseif|else|endif|if|endwhile|while|do|endrepeat|repeat)"
-)
+#: What leads elsewhere and is led to by nothing.
+_LEAVING = ("call", "return", "break", "continue", "goto", "then")
+#: Digits of an N word beyond which nothing names it.
+_MOST_DIGITS = 99
+_KEYWORDS = {number: name for name, number in gcode_codes.LITERALS.items()}
 #: Tells the number of a computed label now.
 Resolve = Callable[[Value | str], Value | str]
 
@@ -57,7 +52,7 @@ class Labels:
     """
 
     def __init__(self, source: Source, index: int, dialect: str) -> None:
-        self._source, self._index = source, index
+        self._source, self._index, self._dialect = source, index, dialect
         self.marks = list(_find_marks(source, index, dialect))
         self._computed: dict[str, list[Marked]] = {}
         self._written: dict[tuple[Label, str], list[Marked]] = {}
@@ -141,55 +136,55 @@ class Labels:
     @cached_property
     def numbered(self) -> dict[int, list[Cursor]]:
         """Lines by their N word."""
-        lines: dict[int, list[Cursor]] = {}
-        for begin, line, match in _line_matches(self._source, _NUMBERED):
-            lines.setdefault(int(match.group(1)), []).append(Cursor(self._index, begin, line))
-        return lines
+        found: dict[int, list[Cursor]] = {}
+        for offset, line, begin, end in numbered(parser(self._dialect, False), self._source.bytes):
+            number = normalise(self._source.data[begin:end].decode())[1:].partition(".")[0]
+            if len(number) <= _MOST_DIGITS:
+                found.setdefault(int(number), []).append(Cursor(self._index, offset, line))
+        return found
 
     def has_sub_between(self, begin: int, end: int) -> bool:
         """Tell whether a subroutine begins between two offsets."""
         return bisect_right(self._subs, begin) < bisect_left(self._subs, end)
 
 
-def _label(written: str) -> Label:
-    """Return the label of an O-word; ``o<100>`` is ``o100``."""
-    from cncgen.gcode.text.normal_text import normalise
-
-    name = (normalise(written) if written[0] == "<" else written).strip("<>")
-    return float(name) if name.isdecimal() else name
-
-
 def _offset(mark: Marked) -> int:
     return mark.cursor.offset
 
 
-def _line_matches(source: Source, pattern: bytes) -> Iterator[tuple[int, int, re.Match[bytes]]]:
-    """Yield offset, number and match of the lines that a pattern (which may take the newline before) fits."""
-    line, counted = 1, 0
-    for match in re.finditer(pattern, source.data):
-        begin = match.start() + (1 if source.data[match.start() : match.start() + 1] == b"\n" else 0)
-        line += source.data[counted:begin].count(b"\n")
-        counted = begin
-        yield begin, line, match
-
-
 def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
-    from cncgen.gcode.text import grammar
+    """Yield the lines that something may lead to, as far as the grammar reads them."""
+    for begin, line, number, label in marked(parser(dialect, False), source.bytes):
+        keyword = _KEYWORDS.get(number, "")
+        if keyword not in _LEAVING and label is None:
+            text = source.text_at(begin)
+            label, keyword = _opening(text) if not number and dialect == "linuxcnc" else _flow(text, dialect)
+        if label is not None and keyword not in _LEAVING:
+            after = Cursor(index, source.line_end(begin) + 1, line + 1)
+            yield Marked(label, keyword, Cursor(index, begin, line), after)
 
-    for begin, line, match in _line_matches(source, _LINE):
-        opening = re.match(_OPENING, match[1]) if dialect == "linuxcnc" else None
-        if opening:
-            # A fault behind the keyword is reported where the line runs; jumps lead to the line in any case.
-            written = opening[1].decode("utf-8", "replace")
-            label: Value | str = _label(written)
-            keyword = opening[2].decode("ascii").lower()
-        else:
-            try:
-                flow = grammar.parse(source.text_at(begin), dialect).flow
-            except BlockError:
-                continue
-            if flow is None or flow.label is None or flow.keyword in _LEAVING:
-                continue
-            label, keyword = flow.label, flow.keyword
-        after = Cursor(index, source.line_end(begin) + 1, line + 1)
-        yield Marked(label, keyword, Cursor(index, begin, line), after)
+
+def _flow(text: str, dialect: str) -> tuple[Value | str | None, str]:
+    """Return label and keyword of a line; without a label where it is no block."""
+    try:
+        flow = grammar.parse(text, dialect).flow
+    except BlockError:
+        return None, ""
+    return (None, "") if flow is None else (flow.label, flow.keyword)
+
+
+def _opening(text: str) -> tuple[Value | str | None, str]:
+    """Return label and keyword of an O-word with a fault behind them: it is reported where the line runs, and jumps lead to it all the same."""
+    import re
+
+    number, label, keyword = (
+        LINUXCNC["LINE_NUMBER"],
+        f"{LINUXCNC['O_NUMBER']}|{LINUXCNC['O_NAME']}",
+        LINUXCNC["KEYWORD"],
+    )
+    form = rf"{LINUXCNC['DELETE']}?(?:{number})?(?P<label>{label})(?P<keyword>{keyword})"
+    opening = re.match(form, normalise(text))
+    if opening is None:
+        return None, ""
+    name = opening["label"][1:].strip("<>")
+    return (float(name) if name.isdecimal() else name), opening["keyword"]

@@ -6,14 +6,14 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 
+from cncgen.grammars.terminals import FANUC
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from pathlib import Path
 
 #: Suffixes of files with subprograms; FANUC's have often none.
 _SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".txt", "")
-#: A program of FANUC: its file may leave out the O and leading zeros.
-_NUMBERED = r"(?i)O0*(\d+)"
 
 
 def search_path(program: str | os.PathLike[str] | None, include: Sequence[Path]) -> list[Path]:
@@ -47,11 +47,11 @@ def _holds(folder: Path, path: Path) -> bool:
 
 
 def _spellings(name: str) -> Iterator[str]:
-    """Yield how the file of a subprogram may be called, without its suffix."""
+    """Yield how the file of a subprogram may be called, without its suffix: that of FANUC may leave out the O and leading zeros."""
     yield name
-    numbered = re.fullmatch(_NUMBERED, name)
-    if numbered:
-        yield from (f"O{numbered[1]}", numbered[1].zfill(4), numbered[1])
+    if re.fullmatch(FANUC["O_NUMBER"], name.lower()):
+        number = name[1:].lstrip("0") or "0"
+        yield from (f"O{number}", number.zfill(4), number)
 
 
 def leaves_path(name: str) -> bool:
