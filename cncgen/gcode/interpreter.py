@@ -357,7 +357,14 @@ class Interpreter:
 
     def rebase(self, machine: list[float]) -> None:
         """Compute the program coordinates again after an offset has changed; the machine stays at `machine`."""
-        self.state.position = self.from_machine(machine)
+        renew = getattr(self.sink, "renew", None)
+        if renew is not None:
+            renew(self)
+        self.stand(self.from_machine(machine))
+
+    def stand(self, position: list[float]) -> None:
+        """Take the tool as standing at other program coordinates, the machine where it is."""
+        self.state.position = position
         tell = getattr(self.sink, "offsets_changed", None)
         if tell is not None:
             tell(self.state.position)

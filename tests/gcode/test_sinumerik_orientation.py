@@ -57,6 +57,19 @@ def test_positions_follow_on_over_a_turn(run: Any) -> None:
     )
 
 
+def test_a_tip_is_followed_from_where_it_is_under_a_frame(run: Any) -> None:
+    """TRAORI and TRAFOOF leave the tool where it is, and so does each coordinate that is programmed again."""
+    text = "ROT Z30\nG0 X1 Y2 Z3\nTRAORI\nG0 A20 C30\nG0 X1\nG0 Y2\nG0 Z3\nTRAFOOF\nG0 A0 C0\nM30"
+    out = run(text, dialect="sinumerik", kinematics=TRUNNION)
+    ends = out.path.end[out.path.kind < 3][:, :3]
+    # p of the workpiece stands at c + R1(-20) R2(-30) (p - c), p is (1, 2) turned by 30.
+    c, s = math.cos(math.radians(20)), math.sin(math.radians(20))
+    x, y, z = 1.0, 2.0, 103.0
+    expected = [x, c * y + s * z, c * z - s * y - 100.0]
+    assert len(ends) > 3
+    assert ends[1:] == pytest.approx(np.array([expected] * (len(ends) - 1)), abs=1e-6)
+
+
 def test_frames_turn_directions_but_those_of_the_machine(run: Any) -> None:
     """ROT Z90 takes (0, -1, 1) to (1, 0, 1)."""
     text = "ROT Z90\n{}\nG0 A3=0 B3=-1 C3=1"

@@ -2,6 +2,10 @@
 
 A frame takes a programmed point to a point of the work coordinates: ``work = matrix point + shift``. Rotations by X Y Z are about Z,
 the new Y and the new X (RPY, the usual setting of MD10600); RPL turns in the plane in force (840D sl, Fundamentals, "Frames").
+
+While a tilted plane is milled the rotary axes that have turned to it stand still, so that a table or head carries the plane by a rigid
+motion (`cncgen.machine.kinematics`): one more frame around those of the program. Arcs stay arcs, and the tool's radius is compensated as
+in any plane. That frame depends on the origin and, of heads, on the tool's length, and is made anew where these change.
 """
 
 from __future__ import annotations
@@ -13,11 +17,16 @@ from cncgen.gcode.codes.frames import FramedSink, check_factors
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, Point, Sink
-from cncgen.gcode.state.modal import PLANE_AXES
+from cncgen.gcode.state.modal import PLANE_AXES, to_machine, to_program, zeros
 from cncgen.records import dataclass, field, replace
+from cncgen.units import INCH
 
 Matrix = tuple[tuple[float, float, float], ...]
 Vector = tuple[float, float, float]
+#: Positions of the machine's rotary axes, degrees, the carrying one first.
+Positions = tuple[float, float]
+#: The code of tool lengths under which the tip is followed, whatever the rotary axes do.
+FOLLOWED = 43.4
 UNIT: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 NO_SHIFT: Vector = (0.0, 0.0, 0.0)
 #: Rounding moves an element of a matrix by less than this.
@@ -157,7 +166,7 @@ class Frames:
     swivelled: Frame = field(default_factory=Frame)
     programmable: Frame = field(default_factory=Frame)
     added: Vector = NO_SHIFT
-    axes: tuple[float, float] | None = None
+    axes: Positions | None = None
 
     def copy(self) -> Frames:
         """Return the same: frames do not change."""
@@ -182,9 +191,14 @@ class AffineSink(FramedSink):
 
     frame: Frame  # type: ignore[assignment]
 
-    def __init__(self, inner: Sink, frame: Frame, at: Point) -> None:
-        super().__init__(inner, frame)  # type: ignore[arg-type]
-        self._at = at
+    def __init__(self, inner: Sink, frame: Frame, at: Point, axes: Positions | None, whole: Frame) -> None:
+        super().__init__(inner, whole)  # type: ignore[arg-type]
+        self._program, self._axes, self._at = frame, axes, at
+
+    def renew(self, ip: Interpreter) -> None:
+        """Carry the plane as the origin and the tool's length in force have it."""
+        if self._axes is not None:
+            self.frame = carried(ip, self._axes).then(self._program)
 
     def straight_traverse(self, end: Point) -> None:
         """Move."""
@@ -268,8 +282,22 @@ class AffineSink(FramedSink):
         return Curve(2, [self.frame.to_work(p) for p in points], tuple(weights), tuple(knots))
 
 
-def change(ip: Interpreter, frame: Frame) -> None:
-    """Put another frame in force; the tool stays where it is in work coordinates.
+def carried(ip: Interpreter, axes: Positions | None) -> Frame:
+    """Return the frame of a table or head whose axes stand there; none without kinematics, and where the tip is followed anyway."""
+    kinematics = ip.options.kinematics
+    if axes is None or kinematics is None or ip.state.length_code == FOLLOWED:
+        return Frame()
+    origin, rotation, g92, offset = ip.state.offsets()
+    unit = INCH if ip.state.inches else 1.0
+    x, y, z, *rest = to_machine(zeros(), origin, rotation, g92, zeros())
+    place = kinematics.machine((x * unit, y * unit, z * unit), axes, offset[2] * unit)
+    x, y, z, *_ = to_program([*(value / unit for value in place), *rest], origin, rotation, g92, offset)
+    plane = UNIT if kinematics.heads else transposed(kinematics.turned_plane(axes))
+    return Frame(plane, (x, y, z))
+
+
+def change(ip: Interpreter, frame: Frame, axes: Positions | None = None) -> None:
+    """Put another frame in force, carried by rotary axes at positions; the tool stays where it is in work coordinates.
 
     Raises:
         BlockError: Cutter compensation is on, or the frame scales by more or less than it may.
@@ -281,9 +309,9 @@ def change(ip: Interpreter, frame: Frame) -> None:
     check_factors(frame.factors(), "")
     old = ip.sink.frame if isinstance(ip.sink, AffineSink) else Frame()
     inner = ip.sink.inner if isinstance(ip.sink, AffineSink) else ip.sink
-    work = old.to_work(ip.state.position)
-    ip.state.position = frame.to_programmed(work)
-    if frame.idle():
+    work, whole = old.to_work(ip.state.position), carried(ip, axes).then(frame)
+    ip.state.position = whole.to_programmed(work)
+    if frame.idle() and axes is None:
         ip.sink = inner
         return
-    ip.sink = AffineSink(inner, frame, list(ip.state.position))
+    ip.sink = AffineSink(inner, frame, list(ip.state.position), axes, whole)

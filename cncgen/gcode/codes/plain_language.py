@@ -33,7 +33,7 @@ from cncgen.gcode.codes import tool_point
 from cncgen.gcode.codes.arcs import check_radii
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
-from cncgen.gcode.codes.tools import table_offset, use_offset
+from cncgen.gcode.codes.tools import table_offset
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -332,10 +332,8 @@ def tip_off(ip: Interpreter, block: Block) -> None:
     """M129, FUNCTION RESET TCPM: axis words are those of the machine's axes again, the tool's length in force."""
     if ip.state.length_code != _TIP_MODE:
         return
-    tool_point.turn_off(ip)
-    ip.state.length_code = 49
-    if ip.state.tool:
-        use_offset(ip, table_offset(ip, ip.state.tool))
+    offset = table_offset(ip, ip.state.tool) if ip.state.tool else ip.state.tool_offset
+    tool_point.end(ip, 49, list(offset))
 
 
 #: The code of tool lengths that M128 and G43.4 are.

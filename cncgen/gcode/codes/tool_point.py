@@ -171,12 +171,13 @@ def begin(ip: Interpreter, length: float) -> None:
         return
     below = ip.sink.inner if isinstance(ip.sink, FramedSink) else ip.sink
     tool = ToolPointSink(below, ip, ip.options.kinematics)
-    ip.state.position = tool.tip_of(ip.state.position)
-    tool.place_tip(ip.state.position)
+    tip = tool.tip_of(ip.to_work(ip.state.position))
+    tool.place_tip(tip)
     if isinstance(ip.sink, FramedSink):
         ip.sink.inner = tool
     else:
         ip.sink = tool
+    ip.stand(ip.from_work(tip))
 
 
 def turn_off(ip: Interpreter) -> None:
@@ -185,11 +186,12 @@ def turn_off(ip: Interpreter) -> None:
     tool = framed.inner if framed else ip.sink
     if not isinstance(tool, ToolPointSink):
         return
-    ip.state.position = tool.shown(ip.state.position)
+    place = tool.shown(ip.to_work(ip.state.position))
     if framed:
         framed.inner = tool.inner
     else:
         ip.sink = tool.inner
+    ip.stand(ip.from_work(place))
 
 
 def end(ip: Interpreter, code: float, offset: Point) -> None:

@@ -35,7 +35,7 @@ class Datums:
         self._ip, self._value = ip, value
         self._frames: dict[int, affine.Frame] = {}
         #: Positions of the rotary axes for which the tilted plane is meant.
-        self._axes: carried_planes.Positions | None = None
+        self._axes: affine.Positions | None = None
         self._angle = 0.0
 
     def take(self, number: int, frame: affine.Frame | None) -> None:
@@ -45,24 +45,11 @@ class Datums:
             wanted.pop(number, None)
         else:
             wanted[number] = frame
-        self._put(wanted)
-
-    def _put(self, wanted: dict[int, affine.Frame]) -> None:
-        whole = carried_planes.carried(self._ip, self._axes)
+        whole = affine.Frame()
         for part in wanted.values():
             whole = whole.then(part)
-        affine.change(self._ip, whole)
+        affine.change(self._ip, whole, self._axes)
         self._frames = wanted
-
-    @property
-    def turned(self) -> bool:
-        """Whether a plane is in force for which rotary axes turn."""
-        return self._axes is not None
-
-    def renew(self) -> None:
-        """Put the frames in force anew where a turned table or head makes something else of them: the origin, the tool or M128 has changed."""
-        if self._axes is not None:
-            self._put(self._frames)
 
     def set(self, number: int, rest: str) -> None:
         """Take the words of a cycle's frame.
@@ -132,7 +119,7 @@ class Datums:
         self,
         matrix: affine.Matrix | None,
         wanted: tilting.Turning,
-        axes: carried_planes.Positions | None = None,
+        axes: affine.Positions | None = None,
         *,
         ends: bool = False,
     ) -> None:

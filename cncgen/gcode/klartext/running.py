@@ -49,8 +49,6 @@ from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.search import search_path
 
-#: Words that change the tool or whether its tip is followed.
-_LENGTH = re.compile(r"TOOL\s+CALL\b|M12[89]\b", re.IGNORECASE)
 _LABEL = re.compile(r"LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))\s*\Z", re.IGNORECASE)
 _CALL = re.compile(
     r"CALL\s+LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?:(?P<times>\d{1,99}|Q\d+)(?:/\d+)?|/)?)?\s*\Z",
@@ -229,17 +227,8 @@ class HeidenhainRunner(LanguageRun):
             self._call_program(at, name)
         elif self._called and _END_OF_PROGRAM.match(body):
             self._at = len(self._lines)
-        elif self._datums.turned and _LENGTH.search(body):
-            self._in_plane(at, body)
         else:
             self._plain(at, body)
-
-    def _in_plane(self, at: int, body: str) -> None:
-        """Do a line that changes the tool, or whether its tip is followed (M128 from its begin on), under a plane to which axes turn."""
-        if "M128" in body.upper():
-            self._function("FUNCTION TCPM")
-        self._plain(at, body)
-        self._datums.renew()
 
     # Jumps.
 
@@ -752,7 +741,6 @@ class HeidenhainRunner(LanguageRun):
             number = TIP if planes.TIP_ON.match(body) else TIP_OFF
             here = self._lines[self._at - 1]
             self._execute(Block({}, (number,), (), None, here.source, here.line, here.offset))
-            self._datums.renew()
             return
         seconds = planes.dwell_s(body, self._value, self.ip.state.speed)
         if seconds is not None:
@@ -791,7 +779,6 @@ class HeidenhainRunner(LanguageRun):
         number = round(self._q(339))
         if 1 <= number <= SYSTEM_COUNT:
             use_system(self.ip, number)
-            self._datums.renew()
         elif number:
             # Of other presets only the control knows the place.
             use_system(self.ip, 1)

@@ -67,7 +67,7 @@ def words_of(body: str, value: Evaluate) -> Turning:
 
 def axes_of(
     ip: Interpreter, kinematics: Kinematics, matrix: affine.Matrix, wanted: Turning
-) -> carried_planes.Positions:
+) -> affine.Positions:
     """Return the positions of the rotary axes at which the tool is square to a plane.
 
     Raises:
@@ -85,7 +85,7 @@ def axes_of(
     return min(signed, key=lambda pair: round(abs(pair[0] - now[0]) + abs(pair[1] - now[1]), 6))
 
 
-def turn(ip: Interpreter, kinematics: Kinematics, axes: carried_planes.Positions, wanted: Turning) -> None:
+def turn(ip: Interpreter, kinematics: Kinematics, axes: affine.Positions, wanted: Turning) -> None:
     """Turn the rotary axes to positions of the machine, as MOVE or TURN has it."""
     if wanted.how == "STAY":
         return
@@ -94,7 +94,7 @@ def turn(ip: Interpreter, kinematics: Kinematics, axes: carried_planes.Positions
         ip.warn_once(BlockError("retract-unknown", message, "MB", hint="MB 50 retracts by 50"), Severity.NOTE)
     elif wanted.back:
         _execute(ip, {"z": ip.state.position[2] + wanted.back}, 0)
-    follows = wanted.how == "MOVE" and ip.state.length_code != carried_planes.FOLLOWED
+    follows = wanted.how == "MOVE" and ip.state.length_code != affine.FOLLOWED
     if follows:
         code, offset = ip.state.length_code, list(ip.state.tool_offset)
         tool_point.begin(ip, offset[2] + wanted.below)

@@ -418,7 +418,6 @@ def take_edge(motions: Motions) -> None:
         motions.emit({}, (490,))
     else:
         motions.emit({"h": float(ip.state.tool)}, (430,))
-    swivelling.renew(motions)
 
 
 def _surface(motions: Motions, code: int, words: Words) -> None:
@@ -467,7 +466,6 @@ def _system(motions: Motions, code: int) -> None:
             hint="turn it off before (G40)",
         )
     use_system(motions.ip, number_)
-    swivelling.renew(motions)
 
 
 def _path(motions: Motions, code: int, words: Words) -> None:
@@ -552,7 +550,6 @@ def _traori(motions: Motions) -> None:
     ip = motions.ip
     motions.heading = None
     tool_point.turn_on(ip, Block({"h": float(ip.state.tool)}), "TRAORI")
-    swivelling.renew(motions)
 
 
 def _transmit(motions: Motions) -> None:

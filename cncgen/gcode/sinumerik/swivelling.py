@@ -7,7 +7,7 @@ MODE is a number of bits: 6 and 7 tell what the angles are (0 turns one after th
 the rotary axes), and each two from bit 0 on the axis of A, B and C (1 is X, 2 is Y, 3 is Z): 57 turns about X, the new Y, the new Z, and
 27 about Z, the new Y, the new X.
 
-On a machine with kinematics the rotary axes turn, and a frame around the others carries the plane (`codes.carried_planes`).
+On a machine with kinematics the rotary axes turn, and a frame around the others carries the plane (`codes.affine`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes import affine
-from cncgen.gcode.codes.carried_planes import FOLLOWED, carried, normal_of, positions, words
+from cncgen.gcode.codes.carried_planes import normal_of, positions, words
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.expressions import Scalar
 from cncgen.records import replace
@@ -170,7 +170,7 @@ def _axes(
     Of the two pairs DIR = 1 takes the one where the axis that tilts the tool has the larger position, else the smaller one counts. An axis
     along the tool goes to 0.
     """
-    if kinematics is None or motions.ip.state.length_code == FOLLOWED:
+    if kinematics is None or motions.ip.state.length_code == affine.FOLLOWED:
         return None
     if round(call.number(3)) >> 6 == _DIRECT:
         return call.number(7), call.number(8)
@@ -206,11 +206,5 @@ def _turn(motions: Motions, call: _Call, axes: tuple[float, float]) -> None:
 
 def take_frames(motions: Motions, wanted: affine.Frames) -> None:
     """Put frames in force, within that of a turned table or head."""
-    affine.change(motions.ip, carried(motions.ip, wanted.axes).then(wanted.whole()))
+    affine.change(motions.ip, wanted.whole(), wanted.axes)
     motions.frames = wanted
-
-
-def renew(motions: Motions) -> None:
-    """Put the same frames in force where what a turned table or head makes of them has changed: the origin, or the tool's length."""
-    if motions.frames.axes is not None:
-        take_frames(motions, motions.frames)
