@@ -20,7 +20,7 @@ from cncgen.planner.least_time.mesh_spacing import MOST, TooManyNodesError, plac
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.limits.axis_limits import JUMP_SHARE, SWAY_SHARE, AxisLimits
 from cncgen.planner.limits.program_feeds import Feeds
-from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
+from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -117,12 +117,13 @@ def mesh_of(
         before, after: The end of the block before and the start of the next; None where the motion starts or ends at this
             block's border.
         cap: A largest speed along the path, beside the bounds.
-        coarse: Few nodes will do where the path may be left within a tolerance.
+        coarse: Few nodes will do but for blocks with rows whose path is exact.
 
     Raises:
         NoPlanError: It would be more intervals than memory is meant for.
     """
-    coarse = coarse and bool(np.any(toolpath.path_mode == PathMode.CONTINUOUS))
+    exact = (toolpath.path_mode == PathMode.EXACT_PATH) & (toolpath.feed_mode != FeedMode.RAPID)
+    coarse = coarse and not exact[toolpath.kind != Kind.EVENT].any()
     return Section.of(toolpath, path, bounds, before, after, cap).mesh(coarse)
 
 

@@ -91,6 +91,8 @@ _LOWER, _LOGS = 0.7, 100.0
 _ALIKE = 1e-6
 #: A block that has fewer nodes than this gets closer ones, and by which factor at most.
 AMPLE, CLOSEST = 3000, 4.0
+#: The plan from which the search for a better path starts has nodes this many times as close: the search ends at the same time.
+COARSE = 0.6
 #: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each. A block of 2048 butterflies has 1.2 million.
 MOST = 2_000_000
 #: Least distance of nodes as a part of the length of the block: a thousand times the rounding of a path coordinate.
@@ -181,8 +183,10 @@ def placed(
         TooManyNodesError: They are more than `MOST`.
     """
     survey = _Survey.of(path, bounds, corners, sides, lines, top_at)
+    if coarse:
+        return _place(survey, DENSITY.times(COARSE))
     s = _place(survey, DENSITY)
-    closer = 1.0 if coarse else min(float(np.sqrt(AMPLE / len(s))), CLOSEST)
+    closer = min(float(np.sqrt(AMPLE / len(s))), CLOSEST)
     return _place(survey, DENSITY.times(closer)) if closer > 1.0 else s
 
 

@@ -163,7 +163,7 @@ class Tube:
         program = self.program
         free = program.column("free")
         while self.row + 1 < self.places.stop:
-            if free[self.row - program.base]:
+            if free[self.row - program.base] and not self._drills():
                 s = self.places.at(self.row)
                 grid = self.reference.grid
                 assert grid is not None
@@ -178,6 +178,13 @@ class Tube:
                 return True
             self.row += 1
         return False
+
+    def _drills(self) -> bool:
+        """Tell whether a run would be one line along one axis, which has no room that matters."""
+        program, at = self.program, self.row - self.program.base
+        goes_on = (program.column("free") & ~program.column("stop").astype(bool))[at + 1 : at + 2].any()
+        way = program.column("end")[at] != program.column("start")[at]
+        return not (goes_on or program.column("curved")[at]) and int(way.sum()) == 1
 
     def _smooth(self, index: int, way: int) -> int:
         """Return the sample from which on (to which) a run is planned: some periods inside it where the plan is moving.
@@ -493,7 +500,9 @@ class Tube:
 def _has_room(start: Floats, nodes: Nodes) -> bool:
     """Tell whether a motion has room that matters: one way along one axis has none."""
     columns = moving(start, nodes)
-    return len(columns) > 1 or bool(np.ptp(np.sign(nodes.tangent[:, columns]), axis=0).any())
+    # By places: the tangent where a run ends may, by rounding, be that of what follows.
+    way = np.diff(np.concatenate([start[:1], nodes.point])[:, columns], axis=0)
+    return len(columns) > 1 or bool(np.ptp(np.sign(way), axis=0).any())
 
 
 def _stop(nodes: Nodes, size: int) -> int:

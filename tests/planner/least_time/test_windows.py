@@ -83,7 +83,7 @@ def test_windows_begin_where_there_is_more_than_one_way_on(monkeypatch: pytest.M
         return run
 
     monkeypatch.setattr(problem, "run_from", counted)
-    monkeypatch.setattr(rolling_window, "SIZE", 400)
+    monkeypatch.setattr(rolling_window, "SIZE", 250)
     x = np.arange(0.0, 12.0, 0.2)
     rows = [np.stack([x[:: 1 - 2 * (k % 2)], np.full_like(x, 0.3 * k)], 1) for k in range(60)]
     flat = np.concatenate(rows)

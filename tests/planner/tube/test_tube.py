@@ -345,6 +345,15 @@ def test_the_summary_counts_windows(tmp_path: Path) -> None:
     assert found["tolerance_windows_kept"] == 0
 
 
+def test_holes_have_no_room_and_no_windows() -> None:
+    """One line along one axis has no room (docs/tube.md). Where a run ends, the tangent is by rounding that of the rapid after it."""
+    holes = [f"G0 X{4 * (k % 100)} Y{4 * (k // 100)} Z2\nG1 Z-6\nG0 Z2" for k in range(120)]
+    text = "\n".join(["G21 G90 G17 G64 P0.01 F6000", *holes, "M2", ""])
+    stream, summary = cncgen.plan_with_summary(cncgen.read_text(text), cncgen.load_machine("generic-mill"))
+    stream.collect()
+    assert "tolerance_windows" not in summary.as_json()
+
+
 def test_a_window_that_begins_and_ends_at_feed_is_solved() -> None:
     """Half circles of R0.5 at 6 mm/s, whose first windows end at the feed: held between nodes, they once had no solution."""
     rows = [f"G{2 + k % 2} X{k + 1} Y0 I0.5 J0" for k in range(40)]
