@@ -134,6 +134,30 @@ def test_the_modal_call_is_said_to_have_another_group_elsewhere(run: Any) -> Non
     assert remarks(run, "G56\n#1=#4014\nM30") == []
 
 
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc"])
+def test_machs_homing_is_not_a_stored_point_in_silence(run: Any, dialect: str) -> None:
+    """Mach3's manual: G28.1 X Y Z references the axes; LinuxCNC's stores the point, and the words are a move."""
+    said = [
+        d.code
+        for d in run("G0 X10\nG28.1 X5 Y5\nG28.1\nM30", dialect=dialect).diagnostics
+        if d.severity == "warning"
+    ]
+    assert said == ["other-control"]
+
+
+@pytest.mark.parametrize(
+    "code", ["G15", "G25", "G26 P10 Q5 R20", "G40.1", "G49", "G50.1 X0", "G50.2", "G69", "G69.1", "G80.4"]
+)
+def test_heads_of_lathes_end_what_is_never_on(run: Any, code: str) -> None:
+    out = run(f"G21 G97 S500 M3\n{code}\nG0 X20. Z5.\nM30", dialect="fanuc-lathe")
+    assert out.errors == [] and out.path.end[-1, [0, 2]].tolist() == [10.0, 5.0]
+
+
+def test_lathes_have_additional_systems(run: Any) -> None:
+    out = run("G21 G10 L20 P3 X10. Z-50.\nG54.1 P3\nG0 X20. Z5.\nM30", dialect="fanuc-lathe")
+    assert out.errors == [] and out.path.end[-1, [0, 2]].tolist() == [15.0, -45.0]
+
+
 def test_variables_tell_positions(run: Any) -> None:
     """End of the block #5001, machine #5021, work #5041 (a rotation turns it), tool offset #5081."""
     text = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import LATHE, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import ARMED, Stage
@@ -54,10 +54,23 @@ def rigid(ip: Interpreter, block: Block) -> None:
 
 #: Ends of polar coordinates, scaling and rotation: Tormach's and Mach's programs begin with them.
 _ENDS = (150, 500, 690)
+#: Ends of modes that are never on here, with which heads of programs make sure: normal direction control, polygon turning, mirror images of
+#: turrets, synchronised axes; on lathes, of modes of mills too (polar coordinates, tool lengths, mirror images, rotations).
+_NEVER_ON, _NEVER_ON_LATHES = (401, 502, 691, 804), (150, 490, 501, 690)
 CODES = (
     *(
         Code("G", number, f"end {number}", Stage.COORDINATES, cancelled, "ends a mode that is never on: accepted", dialects=("linuxcnc",))
         for number in _ENDS
+    ),
+    *(
+        Code("G", number, f"end {number}", Stage.COORDINATES, nothing, "ends a mode that is never on: accepted", "xyz",
+            "own" if number == 501 else "none", dialects=dialects)
+        for numbers, dialects in ((_NEVER_ON, _FANUC), (_NEVER_ON_LATHES, (LATHE,)))
+        for number in numbers
+    ),
+    *(
+        Code("G", number, "speed check", Stage.SPINDLE, nothing, text, "pqrid", dialects=_FANUC)
+        for number, text in ((250, "the spindle's speed is not watched"), (260, "the spindle's speed is watched: accepted, not checked"))
     ),
     Code("G", 542, "dynamic fixture", Stage.COORDINATES, no_fixture, "no dynamic fixture offset (P0)", "p", dialects=_FANUC),
     Code("G", 50, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),

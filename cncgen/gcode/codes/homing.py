@@ -44,7 +44,12 @@ def _by_way(ip: Interpreter, block: Block, axes: set[int], first: int) -> None:
 
 
 def _set(first: int) -> Handler:
+    name = "G28.1" if first == HOME_28 else "G30.1"
+
     def run(ip: Interpreter, block: Block) -> None:
+        if has_axis(block):
+            message = f"{name} stores where the machine stands, and its axis words are a move behind; Mach's {name} homes these axes"
+            ip.warn_once(BlockError("other-control", message, name, hint=f"write {name} in a block of its own"))
         ip.parameters.set_offset(first, ip.machine_position(), ip.table_scale())
 
     return run

@@ -201,8 +201,7 @@ _FANUC = ("fanuc",)
 CODES = (
     Code("G", 540, "coordinates", Stage.COORDINATES, first_system, "work coordinate system 1; with P as G54.1", "p", dialects=_FANUC,
         refused=CHANGES_SYSTEM),
-    Code("G", 541, "coordinates", Stage.COORDINATES, use_additional, "additional system P", "p", dialects=_FANUC, refused=CHANGES_SYSTEM,
-        without="lathes"),
+    Code("G", 541, "coordinates", Stage.COORDINATES, use_additional, "additional system P", "p", dialects=_FANUC, refused=CHANGES_SYSTEM),
     Code("G", 1540, "coordinates", Stage.COORDINATES, use_additional, "additional system P (Haas)", "p", dialects=_FANUC,
         refused=CHANGES_SYSTEM),
     Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a coordinate system, or a tool's length or radius", AXES + "lprq", "own",

@@ -14,7 +14,7 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 435): "tool centre point control with tool vectors",
     **dict.fromkeys((("G", n) for n in (450, 460, 480)), "a tool offset added to a motion"),
     ("G", 470): "a tool offset added to a motion; engraving on Haas's mills",
-    **dict.fromkeys((("G", 502), ("G", 512)), "polygon turning"),
+    **dict.fromkeys((("G", 512),), "polygon turning"),
     ("G", 544): "workpiece setting error compensation",
     ("G", 661): "a modal macro called in each block",
     **dict.fromkeys((("G", 683), ("G", 684)), "a tilted working plane"),
@@ -44,7 +44,7 @@ ON_MILLS: dict[int, str] = dict.fromkeys(
 #: Codes of FANUC's lathes (system A) in place of those of mills, G numbers in tenths.
 ON_LATHES: dict[int, str] = {
     330: "lathes cut threads with G32",
-    **dict.fromkeys((430, 440, 490), "T has the offset on lathes: T0101"),
+    **dict.fromkeys((430, 440), "T has the offset on lathes: T0101"),
     910: "U and W are distances on lathes",
     **dict.fromkeys((930, 950), "G98 and G99 say what F means on lathes"),
     **dict.fromkeys(
