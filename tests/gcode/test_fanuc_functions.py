@@ -150,12 +150,14 @@ def test_machs_homing_is_not_a_stored_point_in_silence(run: Any, dialect: str) -
 )
 def test_heads_of_lathes_end_what_is_never_on(run: Any, code: str) -> None:
     out = run(f"G21 G97 S500 M3\n{code}\nG0 X20. Z5.\nM30", dialect="fanuc-lathe")
-    assert out.errors == [] and out.path.end[-1, [0, 2]].tolist() == [10.0, 5.0]
+    assert out.errors == []
+    assert out.path.end[-1, [0, 2]].tolist() == [10.0, 5.0]
 
 
 def test_lathes_have_additional_systems(run: Any) -> None:
     out = run("G21 G10 L20 P3 X10. Z-50.\nG54.1 P3\nG0 X20. Z5.\nM30", dialect="fanuc-lathe")
-    assert out.errors == [] and out.path.end[-1, [0, 2]].tolist() == [15.0, -45.0]
+    assert out.errors == []
+    assert out.path.end[-1, [0, 2]].tolist() == [15.0, -45.0]
 
 
 def test_variables_tell_positions(run: Any) -> None:

@@ -415,7 +415,7 @@ def test_a_tool_that_is_in_no_table(tmp_path: Any) -> None:
 @pytest.mark.parametrize(
     "block",
     [
-        "G28 U0 W0", "G28 U0 W0\nT0202", "T0202", "T0100", "T0101 M6\nM3", "G53 G0 X0 Z0", "G54", "G50 X80. Z5.", "G92 X38. Z-15. F1.\nX37.",
+        "G28 U0 W0", "G28 U0 W0\nT0202", "T0202", "T0100", "G53 G0 X0 Z0", "G54", "G50 X80. Z5.", "G92 X38. Z-15. F1.\nX37.",
         "G76 P010060 Q100 R.1\nG76 X38. Z-15. P1000 Q300 F1.5", "G74 R.5\nG74 Z-30. Q5000 F.1", "G75 R.5\nG75 X30. P2000 F.1",
         "G83 X0 Z-40. R-22. Q5000 F.1\nG80",
     ],
@@ -430,6 +430,15 @@ def test_what_interrupts_the_compensation_of_the_nose(tmp_path: Any, block: str)
     )
     written = moves(f"{before}G40\n{block}\nG42 G1 {behind}", tool_table=table)
     assert moves(f"{before}{block}\nG1 {behind}", tool_table=table) == written
+
+
+def test_m6_does_no_more_than_t_has_done(tmp_path: Any) -> None:
+    """The turret turns at T: the spindle runs on, and the tip stays that of the offset, not of the tool's number."""
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 D0.8 Q3\nT12 P12 X1 Z2 D1.6 Q3\n")
+    text = "G97 S250 M3\nT0112 {}M8\nG0 X60. Z5.\nG1 G42 X40. Z0. F.2\nZ-20.\nX50.\nG75 R.5\nG75 X30. P2000 F.1\nG40 X60."
+    assert outcome(text.format("M6 "), tool_table=table)[1] == []
+    assert moves(text.format("M6 "), tool_table=table) == moves(text.format(""), tool_table=table)
 
 
 def test_the_feed_of_a_code_that_fails_is_not_doubted() -> None:

@@ -49,7 +49,9 @@ def _set(first: int) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         if has_axis(block):
             message = f"{name} stores where the machine stands, and its axis words are a move behind; Mach's {name} homes these axes"
-            ip.warn_once(BlockError("other-control", message, name, hint=f"write {name} in a block of its own"))
+            ip.warn_once(
+                BlockError("other-control", message, name, hint=f"write {name} in a block of its own")
+            )
         ip.parameters.set_offset(first, ip.machine_position(), ip.table_scale())
 
     return run

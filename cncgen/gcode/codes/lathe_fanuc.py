@@ -280,6 +280,7 @@ def to_r(ip: Interpreter, block: Block) -> None:
 CODES = (
     Code("T", 0, "T", Stage.TOOL, turret, "tool and its offset: T0102 is tool 1 with offset 2", "t", dialects=ONLY,
         refused=("changes the tool", ROTARY_PATH)),
+    Code("M", 60, "tool change", Stage.CHANGE, nothing, "no more than T has done: the turret has turned", dialects=ONLY),
     Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwfq", "motion", dialects=ONLY,
         takes="f", refused=("cuts a thread", ROTARY_PATH | PROFILE)),
     Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a tool's offset, or a coordinate system", "xyzuvwcrqlp", "own",

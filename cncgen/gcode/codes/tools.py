@@ -255,7 +255,7 @@ CODES = (
     Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t", refused=("changes the tool", ROTARY_PATH), without="lathes"),
     Code("H", 0, "H", Stage.TOOL_LENGTH, length_number, "number of the tool offset", "h", dialects=("fanuc",), without="lathes"),
     Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", named=(NEXT_TOOL,), after=take_position,
-        refused=CHANGES_TOOL),
+        refused=CHANGES_TOOL, without="lathes"),
     Code("M", _M61, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q", dialects=("linuxcnc",)),
     Code("G", 430, "tool length", Stage.TOOL_LENGTH, length, "tool offset of tool H", "h", dialects=("linuxcnc",), refused=CHANGES_TOOL_OFFSET),
     Code("G", 430, "tool length", Stage.TOOL_LENGTH, length_fanuc, "tool offset H", "h", dialects=("fanuc",), takes="h",
