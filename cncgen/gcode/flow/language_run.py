@@ -7,7 +7,7 @@ import os
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.doubts import tell
-from cncgen.gcode.errors import BlockError, Reporter
+from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Sink
@@ -79,6 +79,18 @@ class LanguageRun(Run):
             return False
         tell(self.reporter, source, self._choice)
         return True
+
+    def _enter(self, here: Cursor) -> None:
+        """Begin with a line: remarks and motions are of it."""
+        self.ip.base.block = Block({}, source=here.source, line=here.line, offset=here.offset)
+
+    def _fail(self, here: Cursor, error: BlockError) -> None:
+        """Report that a line failed; end the program where lines fail again and again."""
+        try:
+            self._faults.fail(here, error)
+        except Astray:
+            message = "lines fail again and again: the program counts as endless"
+            raise Stop(BlockError("too-many-steps", message, hint="mend the faults above")) from None
 
     def _check_end(self, last: Cursor) -> None:
         """Warn of a program that its last line does not end."""

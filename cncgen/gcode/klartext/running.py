@@ -26,7 +26,7 @@ from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.turning_profiles import Recorder, Segment
-from cncgen.gcode.errors import Astray, BlockError, Stop
+from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.flow.language_run import LanguageRun
 from cncgen.gcode.klartext import (
     contours,
@@ -158,19 +158,11 @@ class HeidenhainRunner(LanguageRun):
             if self.ip.budget.steps % 512 == 0:
                 yield
             here = self._lines[at]
-            self.ip.base.block = Block({}, source=here.source, line=here.line, offset=here.offset)
+            self._enter(here)
             try:
                 self._line(at, self._bodies[at])
             except BlockError as error:
                 self._fail(here if error.at is None else self._lines[error.at], error)
-
-    def _fail(self, here: Cursor, error: BlockError) -> None:
-        """Report that a line failed; end the program where lines fail again and again."""
-        try:
-            self._faults.fail(here, error)
-        except Astray:
-            message = "lines fail again and again: the program counts as endless"
-            raise Stop(BlockError("too-many-steps", message, hint="mend the faults above")) from None
 
     def _q(self, number: int) -> float:
         numbers = self.ip.parameters.numbers

@@ -252,6 +252,12 @@ class Motions:
 
     # One block.
 
+    def assignments(self, items: list[Item]) -> None:
+        """Do a block of R parameters alone."""
+        for _, index, value in items:
+            where = number(evaluate(index, self.store), "the number of R")
+            self.store.set_parameter(where, evaluate(value, self.store))
+
     def block(self, items: list[Item], here: Cursor) -> bool:
         """Execute a block; tell whether it ends its program."""
         self.here = here
@@ -285,6 +291,8 @@ class Motions:
         kind = item[0]
         if kind == "word":
             self._word(item[1], number(item[2]), words)
+        elif kind == "assign":
+            self.assignments([item])
         elif kind == "set":
             self._setting(item[1], item[2], item[3], words)
         elif kind == "poly":

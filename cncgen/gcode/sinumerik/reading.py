@@ -10,12 +10,12 @@ from typing import Any
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik import expressions
-from cncgen.gcode.sinumerik.expressions import Value
+from cncgen.gcode.sinumerik.expressions import Chain, Function, RParameter, Value
 from cncgen.gcode.text.syntax_errors import Language, refusal
 from cncgen.kernels.grammar_values import Reader
 
-#: ("word", letter, number), ("set", name, indices, value), ("poly", target, values), ("call", name, values), ("name", name),
-#: ("text", string).
+#: ("word", letter, number), ("assign", index of R, value), ("set", name, indices, value), ("poly", target, values),
+#: ("call", name, values), ("name", name), ("text", string).
 Item = tuple[Any, ...]
 
 _OPERATOR = ("TIMES", "SIGN", "__ANON_0", "COLON", "OR", "XOR", "AND", "B_OR", "B_XOR", "B_AND")
@@ -75,10 +75,9 @@ def parse(text: str) -> Statement:
 
 def _line(delete: str | None, number: str | None, label: str | None, found: Item | None) -> Statement:
     kind, *data = found or ("block", [])
-    items = data[0] if kind == "block" else []
-    return Statement(
-        kind, items, tuple(data) if kind != "block" else (), (number or "").upper(), (label or "").rstrip(": \t").upper(), delete is not None
-    )  # fmt: skip
+    items = data.pop() if kind in ("block", "assign") else []
+    name = label.rstrip(": \t").upper() if label else ""
+    return Statement(kind, items, tuple(data), number.upper() if number else "", name, delete is not None)
 
 
 def _header(text: str) -> Statement:
@@ -94,6 +93,19 @@ def _number(text: str) -> float:
 
 def _text(text: str) -> str:
     return text[1:-1]
+
+
+def _block(*items: Item) -> Item:
+    """Return a block; one of R parameters alone has a kind of its own."""
+    return ("assign" if all(item[0] == "assign" for item in items) else "block", list(items))
+
+
+def _setting(target: tuple[str, tuple[Value, ...]], value: Value) -> Item:
+    """Return a setting: whose R parameter is known, or whose name the run looks up."""
+    where = expressions.variable(*target)
+    if isinstance(where, RParameter) and not isinstance(value, Function | Chain):
+        return ("assign", where.index, value)
+    return ("set", *target, value)
 
 
 def _given(children: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -116,10 +128,10 @@ _ALONE = ("else_", "endif", "loop", "endloop", "endfor", "endwhile", "repeat")
 VALUES: dict[str, Callable[..., Any]] = {
     "line": _line,
     "header": _header,
-    "block": lambda *c: ("block", list(c)),
+    "block": _block,
     "synchronous": lambda text: ("synchronous", text),
     "word": lambda word: ("word", word[0].upper(), float(word[1:])),
-    "setting": lambda target, value: ("set", *target, value),
+    "setting": _setting,
     "polynomial": lambda target, *values: ("poly", target, values),
     "call": lambda name, arguments: ("call", name.upper(), arguments),
     "command": lambda name: ("name", name.upper()),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
@@ -11,7 +11,7 @@ from cncgen.diagnostics import UsageError
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes.turning_profiles import MAX_MOVES, Recorder, Segment
-from cncgen.gcode.errors import Astray, BlockError, Stop
+from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.flow.language_run import LanguageRun
 from cncgen.gcode.sinumerik import expressions
 from cncgen.gcode.sinumerik.expressions import RParameter, Scalar, Value, evaluate, number, variable
@@ -27,6 +27,10 @@ _YIELD = 512
 _ENDS = {2.0, 30.0, 17.0}
 #: The change of a tool; without it T changes at once, as on lathes.
 _TOOL_CHANGE = re.compile(rb"(?<![A-Z0-9_])M0?6(?![0-9])", re.IGNORECASE)
+
+
+#: What does a line of some kind: the program in progress, the number of the line, its data.
+Handler = Callable[["Frame", int, tuple[Any, ...]], None]
 
 
 @dataclass(slots=True)
@@ -55,6 +59,11 @@ class SinumerikRunner(LanguageRun):
         self._folders = search_path(self._path, self._options.include)
         self._programs: dict[str, Program] = {}
         self._frames: list[Frame] = []
+        self._handlers: dict[str, Handler] = {
+            name.removeprefix("_do_").replace("_", "-"): getattr(self, name)
+            for name in dir(self)
+            if name.startswith("_do_")
+        }
 
     def run(self) -> Iterator[None]:
         """Run to the end; yields now and then, so that rows can be taken away."""
@@ -110,33 +119,23 @@ class SinumerikRunner(LanguageRun):
             try:
                 self._line(frame, at, line)
             except BlockError as error:
-                self._fail(line, error)
+                self._fail(line.here, error)
             self._repeat(frame, at)
-
-    def _fail(self, line: Line, error: BlockError) -> None:
-        try:
-            self._faults.fail(line.here, error)
-        except Astray:
-            raise Stop(
-                BlockError(
-                    "too-many-steps",
-                    "lines fail again and again in a loop: the program counts as endless",
-                    hint="mend the faults above",
-                )
-            ) from None
 
     def _line(self, frame: Frame, at: int, line: Line) -> None:
         if line.statement.deletable and self._options.block_delete:
             return
         here = line.here
-        self.ip.base.block = Block({}, source=here.source, line=here.line, offset=here.offset)
+        self._enter(here)
         if line.fault is not None:
             raise line.fault
         statement = line.statement
         if statement.kind == "block":
             self._block(frame, statement.items, here)
+        elif statement.kind == "assign":
+            self.motions.assignments(statement.items)
         else:
-            getattr(self, "_do_" + statement.kind.replace("-", "_"))(frame, at, statement.data)
+            self._handlers[statement.kind](frame, at, statement.data)
 
     def _block(self, frame: Frame, items: list[Item], here: Cursor) -> None:
         if not items:
