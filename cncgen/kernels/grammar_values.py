@@ -50,6 +50,7 @@ class Reader:
     classes: cython.const[cython.short][::1]
     origin: cython.const[cython.short][::1]
     length: cython.const[cython.short][::1]
+    alone: cython.int[::1]
     passed: cython.const[cython.short][::1]
     apart: cython.const[cython.short][::1]
     widths = cython.declare(cython.int[4])
@@ -76,6 +77,9 @@ class Reader:
         self.end = len(self.terminals) - 1
         self.functions = [functions[name] if name else None for name, _, _ in tables.RULES]
         self.single = [single for _, single, _ in tables.RULES]
+        self.alone = memoryview(bytearray(4 * len(tables.RULES))).cast("i")
+        for k, (name, single, parts) in enumerate(tables.RULES):
+            self.alone[k] = single and len(parts) == 1 and parts[0] == 0 and self.length[k] == 1
         self.parts = [parts for _, _, parts in tables.RULES]
         self.states = []
         self.begin, self.error = 0, -1
@@ -116,7 +120,13 @@ class Reader:
                     continue
             step = self.action[state * self.widths[0] + kind]
             while step < 0 and (kind != self.end or state != self.accept):
-                state = self._reduce(-step - 1, states, values, places, at)
+                if self.alone[-step - 1]:
+                    # An operand of an operator that is not there: its value stays as it is.
+                    state = states[len(states) - 2]
+                    state = self.goto[state * self.widths[1] + self.origin[-step - 1]]
+                    states[len(states) - 1] = state
+                else:
+                    state = self._reduce(-step - 1, states, values, places, at)
                 step = self.action[state * self.widths[0] + kind]
             if kind == self.end and state == self.accept:
                 return values[0]

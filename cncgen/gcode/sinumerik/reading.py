@@ -88,7 +88,11 @@ def _header(text: str) -> Statement:
 
 
 def _number(text: str) -> float:
-    return expressions.number(float(text.upper().replace("EX", "E")), "a number")
+    try:
+        value = float(text)
+    except ValueError:
+        value = float(text.upper().replace("EX", "E"))
+    return expressions.number(value, "a number")
 
 
 def _text(text: str) -> str:
