@@ -159,7 +159,7 @@ def _moving_axes(
             pass
         return runner.ip.rotary
 
-    return moving_axes(text, dialect, folders, named_in_run)
+    return moving_axes(text, dialect, folders, named_in_run, rotary)
 
 
 def _runner(

@@ -57,6 +57,7 @@ def moving_axes(
     dialect: str,
     folders: Sequence[Path] = (),
     rotary: Callable[[], set[str]] = lambda: {"a", "c"},
+    turning: str = "",
 ) -> str:
     """Return the letters of the axes that a program moves, in the order of ``XYZABCUVW``.
 
@@ -68,6 +69,7 @@ def moving_axes(
         folders: Where files of subprograms are looked for.
         rotary: Runs a lathe's program that has words A or C, and returns those that named axes (small letters): only the run tells
             them from angles and chamfers.
+        turning: The rotary axes of the machine, which codes turn without a word.
     """
     main = _named(text, dialect)
     texts = [main, *_called(main, dialect, folders)]
@@ -81,11 +83,11 @@ def moving_axes(
             )
     if any(POSITIONING in found.programs for found in texts):
         named += "XYZ"
-    moved = {*named, *_moved(texts, "".join(letters).lower(), 18 if dialect in LATHES else 17)}
+    moved = {*named, *_moved(texts, "".join(letters).lower(), 18 if dialect in LATHES else 17, turning)}
     return "".join(letter for letter in AXIS_LETTERS if letter in moved)
 
 
-def _moved(texts: list[_Text], letters: str, plane: int) -> Iterator[str]:
+def _moved(texts: list[_Text], letters: str, plane: int, turning: str) -> Iterator[str]:
     """Yield the axes that codes move without their words; `plane` is in force where no code has chosen another one."""
     codes = {
         code
@@ -99,7 +101,7 @@ def _moved(texts: list[_Text], letters: str, plane: int) -> Iterator[str]:
     }
     for code in codes:
         if code.moves != "plane":
-            yield from code.moves
+            yield from turning if code.moves == "rotary" else code.moves
     if any(found.bits & gcode_codes.COMPUTED for found in texts):
         yield from "XYZ"
     if not any(code.moves == "plane" for code in codes):

@@ -11,6 +11,7 @@ import pytest
 
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.dialects import choose
+from cncgen.machine.kinematics import Kinematics
 from cncgen.toolpath.record import FeedMode
 
 Run = Callable[..., Any]
@@ -391,3 +392,23 @@ def test_of_two_first_depths_the_distance_counts(run: Run) -> None:
     text = "F100\nCYCLE83(10,0,2,-20,,-5,8,0,0,0,1,1)\nM30"
     assert [e[2] for e in ends(run, text)][:3] == [2, -8, 2]
     assert codes(run, text) == ["cycle-depths"]
+
+
+def test_the_master_spindle(run: Any) -> None:
+    """SETMS(4) of lathes with the main spindle 4: S4 and M4=3 are those that G95 follows; M20=151 is a function of the builder."""
+    text = "SETMS(4)\nG18 DIAMON G95 S4=1200 M4=3 S1=50\nM20=151\nG0 X20 Z2\nG1 Z-10 F0.5\nSETMS\nS1=600\nG1 Z-20\nM30"
+    out = run(text, dialect="sinumerik")
+    assert out.errors == []
+    feeds = out.path.feed[(out.path.kind == 0) & ~np.isnan(out.path.feed)]
+    assert feeds.tolist() == pytest.approx([10.0, 5.0])
+
+
+def test_an_edge_is_chosen_under_traori(run: Any) -> None:
+    """Posts write T M6 TRAORI G54 D1: the length is that of D1 from there on."""
+    out = run(
+        "T1 M6\nTRAORI\nG54\nG0 X1 Y2 Z3 A0 C0 D1\nG1 X4 F100\nTRAFOOF\nM30",
+        dialect="sinumerik",
+        kinematics=Kinematics(False, (3, 5)),
+    )
+    assert out.errors == []
+    assert out.path.end[out.path.kind == 0][-1, :3].tolist() == [4, 2, 3]

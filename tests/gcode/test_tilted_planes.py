@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 import pytest
+
+from cncgen.machine.kinematics import Kinematics
 
 HALF = math.sqrt(0.5)
 
@@ -65,3 +68,28 @@ def test_an_arc_in_a_tilted_plane_is_the_same_arc(run: Any) -> None:
 )
 def test_what_a_tilted_plane_needs(run: Any, text: str, error: tuple[str, int, int]) -> None:
     assert run(text + "\nM30", dialect="fanuc").errors == [error]
+
+
+def test_g53_1_turns_the_axes_of_a_machine(run: Any) -> None:
+    """About Y by 30: A30 C90 or A-30 C-90 of a trunnion. A tip p stands at c + R1(-A) R2(-C) (p - c), and G43 comes behind as usual."""
+    centre = np.array((0.0, 0.0, -100.0))
+    text = "G90 G21\nG0 X1. Y2. Z3.\nG68.2 X10. Y0 Z0 I90. J30. K-90.\nG53.1\nG43 H1 Z5.\nX3. Y4.\nG69\nM30"
+    out = run(text, dialect="fanuc", kinematics=Kinematics(False, (3, 5), tuple(centre)))
+    assert (out.errors, [d.code for d in out.diagnostics if d.code == "swivel-frame"]) == ([], [])
+    ends = out.path.end[out.path.kind != 3]
+    a, c = ends[1, 3:]
+    assert (ends[1, :3].tolist(), abs(np.degrees(a)), abs(np.degrees(c))) == (
+        [1, 2, 3],
+        *map(pytest.approx, (30, 90)),
+    )
+
+    def turned(axis: int, angle: float) -> np.ndarray:
+        out = np.eye(3)
+        p, q = (axis + 1) % 3, (axis + 2) % 3
+        out[p, p] = out[q, q] = math.cos(angle)
+        out[q, p] = math.sin(angle)
+        out[p, q] = -out[q, p]
+        return out
+
+    tip = np.array((10, 0, 0)) + turned(1, math.radians(30)) @ (3, 4, 5)
+    assert ends[-1, :3] == pytest.approx(centre + turned(0, -a) @ turned(2, -c) @ (tip - centre), abs=1e-6)

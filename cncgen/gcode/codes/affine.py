@@ -190,15 +190,17 @@ class AffineSink(FramedSink):
     """Passes calls on in work coordinates; arcs that leave their plane become splines."""
 
     frame: Frame  # type: ignore[assignment]
+    #: The frame of the program, without what a turned table or head makes of it.
+    program: Frame
 
     def __init__(self, inner: Sink, frame: Frame, at: Point, axes: Positions | None, whole: Frame) -> None:
         super().__init__(inner, whole)  # type: ignore[arg-type]
-        self._program, self._axes, self._at = frame, axes, at
+        self.program, self._axes, self._at = frame, axes, at
 
     def renew(self, ip: Interpreter) -> None:
         """Carry the plane as the origin and the tool's length in force have it."""
         if self._axes is not None:
-            self.frame = carried(ip, self._axes).then(self._program)
+            self.frame = carried(ip, self._axes).then(self.program)
 
     def straight_traverse(self, end: Point) -> None:
         """Move."""

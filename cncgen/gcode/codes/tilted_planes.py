@@ -1,16 +1,16 @@
 """Tilted working planes of FANUC: G68.2 turns the coordinates, G53.1 points the tool along their Z, G69 ends them (B-64484EN-2, 7.8).
 
 Angles are Euler's, about Z, the new X, the new Z (I J K); with P1 they are those about the axes X Y Z of the workpiece, in the order of
-Q; with P2 the plane has three points, with P3 the directions of its X and Z. The rotary axes of the machine are not turned; a warning
-says so.
+Q; with P2 the plane has three points, with P3 the directions of its X and Z. On a machine with kinematics G53.1 turns the rotary axes
+to the nearer pair of positions, and a turned table or head carries the plane (`affine`); without them a warning says that they stay.
 """
 
 from __future__ import annotations
 
 import math
 
-from cncgen.gcode.block import Block
-from cncgen.gcode.codes import affine
+from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.codes import affine, carried_planes
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
@@ -140,10 +140,9 @@ def tilt(ip: Interpreter, block: Block) -> None:
         if "r" in block.words:
             raise BlockError("unused-word", "R stands in a block of G68.2 that has no use for it", "R")
         frame = affine.Frame(_matrix(block), frame.shift)
-    matrix = frame.matrix
-    if matrix != affine.UNIT:
+    if frame.matrix != affine.UNIT and ip.options.kinematics is None:
         message = "G68.2 turns the coordinates; the rotary axes of the machine are not turned here"
-        hint = "write A B C where the machine has them, or use G43.4 on a machine with [kinematics]"
+        hint = "G53.1 turns them on a machine with a table [kinematics]; or write A B C"
         ip.warn_once(BlockError("swivel-frame", message, "G68.2", hint=hint))
     affine.change(ip, frame)
 
@@ -152,10 +151,28 @@ def align(ip: Interpreter, block: Block) -> None:
     """G53.1: turn the rotary axes until the tool stands along Z of the tilted plane."""
     if not isinstance(ip.sink, affine.AffineSink):
         raise BlockError("plane-missing", "G53.1 has no tilted plane", "G53.1", hint="G68.2 stands before it")
+    kinematics, frame = ip.options.kinematics, ip.sink.program
+    if kinematics is None:
+        return
+    if block.words.get("p"):
+        message = f"P{block.words['p']:g} of G53.1, which chooses a pair of positions, is not read"
+        raise BlockError("plane-kind", message, "P", hint="without P the nearer pair counts")
+    axes = kinematics.angles_of(
+        carried_planes.normal_of(frame.matrix), carried_planes.positions(ip, kinematics)
+    )
+    if axes is None:
+        message = "the rotary axes of the machine do not turn the tool square to the plane"
+        raise BlockError("orientation-vector", message, "G53.1", hint="[kinematics] names the axes")
+    place = list(ip.state.position)
+    for letter, value in carried_planes.words(ip, kinematics, axes).items():
+        place[AXES.index(letter)] = value
+    ip.sink.straight_traverse(place)
+    ip.state.position, ip.state.moved = place, True
+    affine.change(ip, frame, axes)
 
 
 CODES = (
     Code("G", 682, "rotation", Stage.REFERENCE, tilt, "tilted plane: origin X Y Z, angles I J K", "xyzijkpqr", "own", dialects=("fanuc",),
         moves="XYZ"),
-    Code("G", 531, "tool along plane", Stage.COORDINATES, align, "tool along Z of the tilted plane", "p", dialects=("fanuc",)),
+    Code("G", 531, "tool along plane", Stage.COORDINATES, align, "tool along Z of the tilted plane", "p", dialects=("fanuc",), moves="rotary"),
 )  # fmt: skip

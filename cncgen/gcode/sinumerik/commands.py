@@ -12,6 +12,7 @@ from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.codes import rotary_paths, tool_point
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.offsets import use_system
+from cncgen.gcode.codes.tools import table_offset
 from cncgen.gcode.codes.turning_profiles import Recorder
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik import orientation, swivelling
@@ -28,9 +29,9 @@ if TYPE_CHECKING:
 _MACHINE_AXES = ("X1", "Y1", "Z1", "A1", "B1", "C1")
 #: Names of words that take a value by =.
 NAMED = frozenset(
-    [*_MACHINE_AXES, *orientation.VECTOR,
+    [*_MACHINE_AXES, *orientation.VECTOR, *(f"S{k}" for k in range(1, 10)), *(f"M{k}" for k in range(1, 100)),
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
-     "CTOL", "OTOL", "PW", "PL", "SD", "RPL", "S1", "S2", "S3", "M1", "M2", "M3", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
+     "CTOL", "OTOL", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
      "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "PRIO", "H1", "H2", "D1", "T1", "T2", "T3",]
 )  # fmt: skip
 #: Words that change how the control moves, not where to: accepted.
@@ -249,8 +250,9 @@ def _units(motions: Motions, code: int) -> None:
 
 def _bounds(motions: Motions, code: int, words: Words) -> None:
     """G25 and G26: least and largest speed of the spindle, or a working area; neither is checked here."""
-    for name in ("S", "S1", "S2", "S3"):
-        words.named.pop(name, None)
+    for name in [name for name in words.named if name[0] == "S" and name[1:].isdigit()]:
+        words.named.pop(name)
+    words.named.pop("S", None)
     if words.axes:
         hint = "travel_mm of the machine file is checked"
         motions.note("zone-not-checked", f"the working area of G{code} is not checked", f"G{code}", hint)
@@ -359,12 +361,19 @@ def _spindle_place(motions: Motions, words: Words, name: str, at: Scalar, mode: 
 
 
 def _spindle_function(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
-    """M[1]=3, S[1]=500: a function or the speed of a spindle; those of other spindles than the first move nothing."""
+    """M[1]=3, S[1]=500: a function or the speed of a spindle; those of other spindles than the master move nothing."""
     spindle = round(number(at, "the number of a spindle"))
     if name == "S":
-        words.named["S" if spindle == 1 else f"S{spindle}"] = mode, value
-    elif spindle == 1:
+        words.named["S" if spindle == motions.master else f"S{spindle}"] = mode, value
+    elif spindle == motions.master:
         words.m.append(round(value))
+
+
+def _master(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """SETMS(n): spindle n is the one that S and M3 without a number mean, and that feeds a revolution follow; SETMS alone is the first."""
+    motions.master = (
+        round(number(values[0], "the number of a spindle")) if values and values[0] is not None else 1
+    )
 
 
 def _of_group(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
@@ -414,7 +423,9 @@ def take_edge(motions: Motions) -> None:
         motions.note(
             "tool-edge", f"D{motions.edge} is read as D1: the tool table has one edge of each tool", "D"
         )
-    if motions.edge == 0 or not ip.state.tool:
+    if ip.state.length_code == frames.FOLLOWED:
+        tool_point.begin(ip, table_offset(ip, ip.state.tool)[2] if motions.edge and ip.state.tool else 0.0)
+    elif motions.edge == 0 or not ip.state.tool:
         motions.emit({}, (490,))
     else:
         motions.emit({"h": float(ip.state.tool)}, (430,))
@@ -424,7 +435,7 @@ def _surface(motions: Motions, code: int, words: Words) -> None:
     if code == 97:
         motions.emit({}, (970,))
         return
-    speed = words.named.pop("S", words.named.pop("S1", None))
+    speed = words.named.pop("S", words.named.pop(f"S{motions.master}", None))
     if speed is None:
         raise BlockError("speed-missing", "G96 has no S", "G96", hint="G96 S200 is 200 m a minute")
     limit = words.value("LIMS")
@@ -680,9 +691,10 @@ CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     "TRANSMIT": _transmit_of,
     "TRACYL": _tracyl,
     "SETAL": _alarm,
+    "SETMS": _master,
     "SETINT": _interrupt,
     **dict.fromkeys(
-        ("WORKPIECE", "CYCLE832", "SETMS", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL", "FGROUP", "FGREF",
+        ("WORKPIECE", "CYCLE832", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL", "FGROUP", "FGREF",
          "FLIM", "VELOLIM", "ACCLIM", "DISPLOF", "SOFTA", "BRISKA", "SPCON", "SPCOF", "CPROT", "GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND",
          "F_HEAD", "E_HEAD", "E_END", "F_END", "PROTD", "WAITP", "WAITS", "WAITMC",
          "MMC", "WRITE", "CLRINT", "ENABLE", "DISABLE"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -41,6 +42,8 @@ from cncgen.gcode.text.labels import Cursor
 MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
+#: Words of a spindle's speed. M of a larger number than that of any spindle extends the address of a function of the builder: M20=151.
+_SPINDLE, _MOST_SPINDLES = re.compile(r"S\d?"), 9
 _ENDS = {2: True, 30: True, 17: True}
 _CYCLES = {
     **cycles.CYCLES,
@@ -130,7 +133,8 @@ class Motions:
         self.override = 1.0
         self.allowance = 0.0
         self.axis_feeds: dict[str, float] = {}
-        #: Speeds of the other spindles, whose revolutions G4 may count.
+        #: The master spindle, and speeds of the others, whose revolutions G4 may count.
+        self.master = 1
         self.speeds: dict[str, float] = {}
         self.modal: tuple[str, tuple[Value | None, ...] | None] | None = None
         self.in_modal = False
@@ -488,11 +492,10 @@ class Motions:
         if "FZ" in words.named:
             feed = "", self._feed_of_teeth(words.named.pop("FZ")[1])
         out: dict[str, float] = {} if feed is None else {"f": feed[1] * self.feed_scale * self.override}
-        for name in ("S", "S1"):
-            if name in words.named and 4 not in words.g:
+        for name in [name for name in words.named if _SPINDLE.fullmatch(name) and 4 not in words.g]:
+            if name in ("S", f"S{self.master}"):
                 out["s"] = words.named.pop(name)[1]
-        for name in ("S2", "S3"):
-            if name in words.named and 4 not in words.g:
+            else:
                 self.speeds[name] = words.named.pop(name)[1]
         tool = words.named.pop("T", None)
         if tool is not None:
@@ -543,7 +546,7 @@ class Motions:
         for name in list(words.named):
             if name[0] == "M" and name[1:].isdigit():
                 value = _whole("M", words.named.pop(name)[1])
-                if name == "M1":
+                if name == f"M{self.master}" or int(name[1:]) > _MOST_SPINDLES:
                     words.m.append(value)
         ended = False
         for code in words.m:
@@ -565,7 +568,7 @@ class Motions:
         if 4 not in words.g:
             return
         seconds = words.named.pop("F", None)
-        spindle = next((name for name in ("S", "S1", "S2", "S3") if name in words.named), "S")
+        spindle = next((name for name in words.named if _SPINDLE.fullmatch(name)), "S")
         turns = words.named.pop(spindle, None)
         if seconds is None and turns is None:
             raise BlockError(
@@ -576,7 +579,9 @@ class Motions:
             )
         if seconds is None:
             assert turns is not None
-            speed = self.speeds.get(spindle, 0.0) if spindle in ("S2", "S3") else self.ip.state.speed
+            speed = (
+                self.ip.state.speed if spindle in ("S", f"S{self.master}") else self.speeds.get(spindle, 0.0)
+            )
             if speed <= 0.0:
                 message = f"G4 {spindle} counts revolutions, and the spindle does not turn"
                 raise BlockError("spindle-stopped", message, spindle, hint="G4 F waits for seconds")
