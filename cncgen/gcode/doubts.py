@@ -137,13 +137,6 @@ _NO_POINTS = replace(
     message="no length has a decimal point: they are read as they stand; controls that count least increments take them in thousandths",
     within=signs.LONG_LENGTHS[4],
 )
-#: A program number, and the codes that end a subprogram and a main program.
-_PROGRAM = rb"(?im)^[ \t]*(?P<word>[O:][ \t]*\d+)"
-_BACK = rb"(?i)(?<![A-Z])M[ \t]*99(?![\d.]|[ \t]*P)"
-_BACK_TO = rb"(?i)(?<![A-Z])M[ \t]*99[ \t]*P"
-_CALL = rb"(?i)(?<![A-Z])(?:M[ \t]*98|G[ \t]*65)[ \t]*P[ \t]*"
-_END = rb"(?i)(?<![A-Z])M[ \t]*(?:0?2|30)(?![\d.])"
-_BRACKETS = rb"\([^)\n]*\)"
 #: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
     rb"(?P<word>;)[ \t]*(?:N\d+[ \t]*)?[GMXYZFST][ \t]*[-+.\d#\[]",
@@ -189,38 +182,6 @@ def _remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
         yield BlockError("dialect-doubtful", message, hint=hint), Severity.WARNING
 
 
-def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
-    """Return where the main program of a text stands that begins with a subprogram, and a remark on it.
-
-    A control registers the programs of a text one by one, and the operator starts the main one.
-    """
-    import re
-
-    text = source.data[:_HEAD]
-    programs = [*re.finditer(_PROGRAM, text)]
-    bodies = [
-        re.sub(
-            _BRACKETS,
-            b"",
-            text[one.start() : programs[i + 1].start() if i + 1 < len(programs) else len(text)],
-        )
-        for i, one in enumerate(programs)
-    ]
-    if len(programs) < 2 or re.search(_END, bodies[0]):
-        return None
-    first = b"".join(programs[0]["word"].split())
-    returns = re.search(_BACK, bodies[0])
-    # M99 P goes to a line of the program that called this one, or repeats it where none did.
-    calls = re.compile(_CALL + rb"0*" + first[1:].lstrip(b"0") + rb"(?!\d)")
-    for program, body in zip(programs[1:], bodies[1:], strict=True):
-        if re.search(_END, body) and (returns or (re.search(_BACK_TO, bodies[0]) and calls.search(body))):
-            own = b"".join(program["word"].split()).decode()
-            message = f"the program begins with {own}, a main program behind the subprogram {first.decode()}"
-            here = Cursor(0, program.start(), text[: program.start()].count(b"\n") + 1)
-            return here, BlockError("main-behind", message, hint="put the main program first")
-    return None
-
-
 def _within(source: Source, at: int) -> bool:
     """Tell whether a slash ends what is read of its block."""
     begin = source.data.rfind(b"\n", 0, at) + 1
@@ -249,6 +210,8 @@ def _doubts(
         slashes = re.finditer(_SLASH.sign, source.data)
         found.append((_SLASH, next((one for one in slashes if _within(source, one.start())), None)))
         found.append((_BEHIND_SEMICOLON, re.search(_BEHIND_SEMICOLON.sign, source.data, re.IGNORECASE)))
+        from cncgen.gcode.main_program import main_behind
+
         main = main_behind(source)
         if main is not None:
             yield main

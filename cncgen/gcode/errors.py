@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, Span, excerpt_of
 from cncgen.gcode.source import Source
+from cncgen.grammars.terminals import FANUC
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ class Astray(Exception):
 
 
 #: A comment, the name of a parameter, or a letter with all that may be its value (names of parameters are parts of values).
-_TOKEN = r"\([^)]*\)?|;.*|#\s*<[^>]*>|([A-Za-z@^$])\s*((?:#\s*<[^>]*>|[^A-Za-z@^$(;])*)"
+_TOKEN = rf"(?:{FANUC['COMMENT']})|\(.*|#\s*{FANUC['NAME']}|(?P<letter>[A-Za-z@^$])\s*(?P<value>(?:#\s*{FANUC['NAME']}|[^A-Za-z@^$(;])*)"
 
 
 def locate(text: str, word: str) -> tuple[int, int]:
@@ -83,10 +84,10 @@ def locate(text: str, word: str) -> tuple[int, int]:
     letter, number = word[:1].upper(), word[1:]
     fallback: tuple[int, int] | None = None
     for match in re.finditer(_TOKEN, text):
-        if match.group(1) is None or match.group(1).upper() != letter:
+        if match["letter"] is None or match["letter"].upper() != letter:
             continue
         place = match.start() + 1, max(1, len(match.group().rstrip()))
-        if not number or _same(match.group(2), number):
+        if not number or _same(match["value"], number):
             return place
         fallback = fallback or place
     if fallback:

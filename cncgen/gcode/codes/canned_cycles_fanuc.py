@@ -24,7 +24,7 @@ from cncgen.gcode.codes.canned_cycles import (
     repeats,
     words_hint,
 )
-from cncgen.gcode.codes.dwell import is_written, seconds_of
+from cncgen.gcode.codes.dwell import has_point, seconds_of
 from cncgen.gcode.codes.lathe_fanuc import increments
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import IS_CYCLE, LATHE, Code, Handler, table
@@ -35,8 +35,8 @@ from cncgen.records import replace
 from cncgen.toolpath.record import Event
 
 _LETTERS = "rpq"
-#: Q as a whole number without a decimal point, and the way off the wall of a bore that Q cannot mean, in mm.
-_WHOLE_Q, _FAR = r"Q[ \t]*[0-9]+(?![\d.])", 5.0
+#: The way off the wall of a bore that Q cannot mean, in mm.
+_FAR = 5.0
 
 
 def _pecks(hole: Hole) -> list[float]:
@@ -260,7 +260,7 @@ def _step(ip: Interpreter, block: Block, depth: float) -> float:
     """Return the step Q of a hole: a whole number that is deeper than the hole counts in least increments, as Q2000 of 2 mm."""
     value = block.words["q"]
     step = increments(ip, block, "q")
-    if value <= depth or step > depth or not is_written(ip, block, _WHOLE_Q):
+    if value <= depth or step > depth or has_point(ip, block, "q") is not False:
         return value
     message = f"Q{value:g}, deeper than the hole, is read as {step:g} (least increments)"
     ip.warn_once(BlockError("cycle-peck", message, "Q", hint="a length has a decimal point: Q2.0"))
@@ -271,7 +271,7 @@ def _off_wall(ip: Interpreter, block: Block, number: int) -> float:
     """Return how far G76 or G87 steps off the wall: a whole number too long for it counts in least increments, as Q100 of 0.1 mm."""
     value = block.words["q"]
     length = increments(ip, block, "q")
-    if value * (25.4 if ip.state.inches else 1.0) < _FAR or not is_written(ip, block, _WHOLE_Q):
+    if value * (25.4 if ip.state.inches else 1.0) < _FAR or has_point(ip, block, "q") is not False:
         return value
     message = f"Q{value:g} of G{number // 10}, too far to step off the wall of a bore, is read as {length:g} (least increments)"
     ip.warn_once(BlockError("cycle-shift", message, "Q", hint="a length has a decimal point: Q0.5"))

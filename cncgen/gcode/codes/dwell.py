@@ -6,13 +6,12 @@ import re
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, locate
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
+from cncgen.grammars.terminals import FANUC
 from cncgen.toolpath.record import Event
 
-#: The text before a word of a block.
-_BEFORE = r"(?:\([^)]*\)|[^(;])*?"
 #: From which number on a word P with a decimal point counts milliseconds, and below which one without a point is doubtful.
 _LEAST_MS, _LEAST_WAIT = 50.0, 10.0
 #: From which whole number without a decimal point on X and U of a dwell count milliseconds.
@@ -48,8 +47,7 @@ def _unhurried(ip: Interpreter, block: Block, letter: str) -> float:
     A smaller one is read in seconds: nobody waits for 2 ms. Controls that count least increments do, so a remark says it.
     """
     number = block.words[letter]
-    whole_number = rf"{letter}[ \t]*[0-9]+(?![\d.])"
-    if number <= 0.0 or ip.options.least_increment is not None or not is_written(ip, block, whole_number):
+    if number <= 0.0 or ip.options.least_increment is not None or has_point(ip, block, letter) is not False:
         return number
     name = letter.upper()
     seconds, other = (number / 1000.0, number) if number >= _LONG else (number, number / 1000.0)
@@ -59,10 +57,12 @@ def _unhurried(ip: Interpreter, block: Block, letter: str) -> float:
     return seconds
 
 
-def is_written(ip: Interpreter, block: Block, word: str) -> bool:
-    """Tell whether a word that a pattern describes, ``P[ \\t]*[0-9]*[.]``, stands in the text of a block."""
+def has_point(ip: Interpreter, block: Block, letter: str) -> bool | None:
+    """Tell whether the number of a word stands in the text with a decimal point; None where it is computed."""
     text = ip.flow_control().subroutines.sources[block.source].text_at(block.offset)
-    return re.match(_BEFORE + word, text, re.IGNORECASE) is not None
+    column, length = locate(text, f"{letter.upper()}{block.words[letter]}")
+    number = "".join(text[column : column - 1 + length].split()).lstrip("+-")
+    return "." in number if re.fullmatch(FANUC["NUMBER"], number) else None
 
 
 def seconds_of(ip: Interpreter, block: Block) -> float:
@@ -72,7 +72,7 @@ def seconds_of(ip: Interpreter, block: Block) -> float:
     milliseconds; either way a remark says it, as on less than 10 milliseconds, for which nobody waits.
     """
     number = block.words["p"]
-    point = is_written(ip, block, r"P[ \t]*[0-9]*[.]")
+    point = has_point(ip, block, "p")
     seconds = number if point and number < _LEAST_MS else number / 1000.0
     if number > 0.0 and (point or number < _LEAST_WAIT):
         message = f"P{number:g} {'with' if point else 'without'} a decimal point is read as {seconds:g} s"

@@ -10,7 +10,7 @@ import math
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.codes.dwell import is_written
+from cncgen.gcode.codes.dwell import has_point
 from cncgen.gcode.codes.polar import polar_from
 from cncgen.gcode.codes.table import ROTARY_PATH, Code
 from cncgen.gcode.errors import BlockError
@@ -201,7 +201,7 @@ def _angle(ip: Interpreter, block: Block) -> float:
     if (
         abs(angle) <= 360.0
         or ip.options.least_increment is not None
-        or not is_written(ip, block, r"R[ \t]*[-+]?[0-9]+(?![\d.])")
+        or has_point(ip, block, "r") is not False
     ):
         return angle
     message = f"R{angle:g} of G68 is read as thousandths of a degree: {angle / 1000.0:g} degrees"

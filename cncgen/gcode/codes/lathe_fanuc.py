@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.cutter_compensation import interrupt
-from cncgen.gcode.codes.dwell import is_written
+from cncgen.gcode.codes.dwell import has_point
 from cncgen.gcode.codes.feeds import per_minute, per_revolution
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import has_axis
@@ -99,7 +99,7 @@ def increments(ip: Interpreter, block: Block, letter: str) -> float:
     if scaled or value != round(value):
         return value
     short = abs(value) * (25.4 if ip.state.inches else 1.0) < DEEP
-    if short and is_written(ip, block, rf"{letter}[ \t]*[-+]?[0-9]*[.]"):
+    if short and has_point(ip, block, letter):
         return value
     return _of_increments(ip, value)
 
@@ -118,7 +118,7 @@ def length_of(ip: Interpreter, block: Block, letter: str, name: str, least_mm: f
     size = abs(value) * (25.4 if ip.state.inches else 1.0)
     if size < least_mm or value != round(value) or ip.options.least_increment is not None:
         return value
-    if not is_written(ip, block, rf"{letter}[ \t]*[-+]?[0-9]+(?![\d.])"):
+    if has_point(ip, block, letter) is not False:
         return value
     length, word = _of_increments(ip, value), letter.upper()
     message = f"{word}{value:g} of {name} is read as {length:g} (least increments), not as {value:g}"

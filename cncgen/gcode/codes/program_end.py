@@ -64,6 +64,6 @@ CODES = (
     Code("M", 10, "stop", Stage.STOP, _stop("OPTIONAL_PROGRAM_STOP()", "optional"), "stop where the switch says so"),
     Code("M", 600, "stop", Stage.STOP, _stop("PALLET_SHUTTLE() PROGRAM_STOP()", "pallet"), "change pallets and stop",
         dialects=("linuxcnc",), without="others"),
-    Code("M", 20, "stop", Stage.STOP, _end(pallet=False), "end of the program"),
-    Code("M", 300, "stop", Stage.STOP, _end(pallet=True), "end of the program, change pallets"),
+    Code("M", 20, "stop", Stage.STOP, _end(pallet=False), "end of the program", ends="program"),
+    Code("M", 300, "stop", Stage.STOP, _end(pallet=True), "end of the program, change pallets", ends="program"),
 )  # fmt: skip

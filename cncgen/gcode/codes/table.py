@@ -158,6 +158,7 @@ class Code:
         axis_words: What axis words are beside it: ``places``, places also under G91 (``absolute``), or ``sizes``.
         depth: Letter of the distance of a lathe that is the depth from R, not from where the tool stands.
         pitched: Whether F may be a pitch beside it.
+        ends: What it ends: ``program`` or ``subprogram``.
     """
 
     letter: str
@@ -185,6 +186,7 @@ class Code:
     axis_words: str = "places"
     depth: str = ""
     pitched: bool = False
+    ends: str = ""
 
     @property
     def name(self) -> str:

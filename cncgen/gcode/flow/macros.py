@@ -193,7 +193,8 @@ CODES = (
     Code("G", 660, "macro", Stage.STOP, modal_call, "call macro P after each motion", dialects=_FANUC, calls="p"),
     Code("G", 670, "macro", Stage.STOP, end_modal_call, "end of G66", dialects=_FANUC),
     *(
-        Code("M", number, "subprogram", Stage.STOP, run_it, text, words, dialects=_FANUC, named=named, calls=calls, refused=LEADS_ELSEWHERE)
+        Code("M", number, "subprogram", Stage.STOP, run_it, text, words, dialects=_FANUC, named=named, calls=calls, refused=LEADS_ELSEWHERE,
+            ends="subprogram" if run_it is back else "")
         for number, run_it, text, words, named, calls in (
             (970, call_lines, "run the lines from N P to M99, L times (Haas)", "pl", (), ""),
             (980, call_program, "run program P, L times", "plq", (PROGRAM,), "p"),

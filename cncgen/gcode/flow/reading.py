@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, Parsed
-from cncgen.gcode.doubts import main_behind
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import MAX_LINE, Source
@@ -63,7 +62,11 @@ class LineReader:
 
 def first_line(ip: Interpreter, source: Source) -> Cursor:
     """Return the first line of a program: of FANUC's, that of the main program which stands behind subprograms."""
-    main = main_behind(source) if ip.dialect == "fanuc" else None
+    if ip.dialect != "fanuc":
+        return Cursor(0, 0, 1)
+    from cncgen.gcode.main_program import main_behind
+
+    main = main_behind(source)
     return main[0] if main is not None else _behind_leader(ip, source)
 
 
@@ -72,8 +75,6 @@ def _behind_leader(ip: Interpreter, source: Source) -> Cursor:
 
     That text is the leader of a tape, which the control passes over (B-63324EN, 13.1); a note says how much.
     """
-    if ip.dialect != "fanuc":
-        return Cursor(0, 0, 1)
     import re
 
     first = re.search(_PERCENT, source.data[:_REST])

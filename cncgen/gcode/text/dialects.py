@@ -83,10 +83,16 @@ def bare(text: bytes) -> bytes:
 
     A slash with a number, ``/2``, is a NUL and the number.
     """
-    blocks = _without(signs.COMMENTS, text.upper()).translate(None, _BLANKS)
+    blocks = _without(signs.COMMENT, text.upper()).translate(None, _BLANKS)
     if b"N" not in blocks and b"/" not in blocks:
         return blocks
-    return compiled(signs.NUMBERS).sub(lambda m: b"\x00" + (m[1] or m[2]) if m[1] or m[2] else b"", blocks)
+    return compiled(signs.NUMBERS).sub(_switch, blocks)
+
+
+def _switch(match: re.Match[bytes]) -> bytes:
+    """Return what stands for the beginning of a block: a NUL and the number of the switch that leaves it out, if it has one."""
+    number = (match["before"] or match["behind"] or b"")[1:]
+    return b"\x00" + number if number else b""
 
 
 def _without(comments: bytes, text: bytes) -> bytes:

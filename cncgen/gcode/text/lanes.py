@@ -8,14 +8,13 @@ from mmap import mmap
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
+from cncgen.grammars.terminals import FANUC
 from cncgen.kernels import gcode_scan
 from cncgen.records import dataclass, field
 
 #: Blocks and words that a scan holds; more of them do not make it faster.
 BLOCKS = 4_096
 WORDS = 8 * BLOCKS
-
-_COMMENT = r"\(([^()]*)\)|;.*"
 
 
 def column(kind: str, count: int, width: int = 0) -> memoryview:
@@ -87,9 +86,9 @@ def comment_of(text: str) -> str | None:
     import re
 
     last = None
-    for match in re.finditer(_COMMENT, text):
-        if match.group(1) is not None:
-            last = match.group(1)
+    for match in re.finditer(FANUC["COMMENT"], text):
+        if match[0][0] == "(":
+            last = match[0][1:-1]
     return last
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 
+from cncgen.grammars.terminals import FANUC
+
 #: Outside comments, capital letters mean the same as small ones (of ASCII: no other character is a letter here), and blanks nothing.
 _BARE = {**{c: c + 32 for c in range(ord("A"), ord("Z") + 1)}, **dict.fromkeys(b" \t\r")}
-_PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
+_PIECE = re.compile(rf"{FANUC['COMMENT']}|\(.*|[ \t\r]+")
 
 
 def normalise(text: str) -> str:

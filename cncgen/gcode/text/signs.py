@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from cncgen.grammars.terminals import FANUC
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,6 +29,9 @@ _L, _F, _T, _H, _S = "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumeri
 _B, _C = "fanuc-lathe-b", "fanuc-lathe-c"
 #: Dialects that are read.
 READ = (_L, _F, _T, _B, _C, _H, _S)
+#: Terminals of the grammar: a number, and a comment with those within it.
+_TERMINALS = {name.encode(): pattern.encode() for name, pattern in FANUC.items()}
+_NUMBER, COMMENT = _TERMINALS[b"NUMBER"], _TERMINALS[b"COMMENT"]
 #: A value behind a letter, and what stands before a block or a word of its own.
 _V = rb"[-+.\d#\[]"
 _AT = rb"^[ \t]*(?:N\d+[ \t]*)?"
@@ -278,14 +283,13 @@ A_TURN = _W + rb"G95(?![\d.])"
 RETRACTS = _W + rb"G99(?![\d.])"
 ARC_IN_XZ = rb"^[^\n]*G0?[23](?![\d.])[^\nK]*[XZUW]" + _V + rb"[^\nK]*K" + _V
 PLANE = rb"G1[789](?![\d.])"
-FEEDS = rb"F(\d*\.?\d+)"
+FEEDS = rb"F(" + _NUMBER + rb")"
 OTHER_FEEDS = _W + rb"G(?:20|70|93|95|9[45]|32|33|84|74)(?![\d.])"
 X_AND_Z = rb"[XU]" + _V + rb"[^\n]*[ZW]" + _V + rb"|[XZ]" + _V
-#: Comments, those within comments too; comments that are no arguments of a name: ``( ... )`` behind a blank or at the beginning, and
-#: what follows ``;``; and what stands before a bare block.
-COMMENTS = rb"\((?:[^()\n]|\([^()\n]*\))*\)|;[^\n]*"
+#: Comments that are no arguments of a name: ``( ... )`` behind a blank or at the beginning, and what follows ``;``; and what stands
+#: before a bare block.
 REMARKS = rb"(?m:^|(?<=[ \t]))\([^)\n]*\)|;[^\n]*"
-NUMBERS = rb"(?m:^)(?=[/N])(?:/([1-9]?))?(?:N\d+(?:\.\d*)?)?(?:/([1-9]?))?"
+NUMBERS = rb"(?m:^)(?=[/N])(?P<before>%(DELETE)b)?(?i:%(LINE_NUMBER)b)?(?P<behind>%(DELETE)b)?" % _TERMINALS
 #: What is doubtful in another dialect, as it stands in the different lines of a text (`cncgen.gcode.doubts`).
 LONG_WAIT = rb"P[ \t]*\d{3}"
 LONG_LENGTHS = {digits: rb"[XYZ][ \t]*[-+]?\d{%d}" % digits for digits in (4, 5)}
@@ -295,11 +299,10 @@ WORDS_OF_SIEMENS = (
     rb"CYCLE\d+[ \t]*\(|\bR\d+[ \t]*=|=[ \t]*[AI]C[ \t]*\(|\bGOTO[FBC]\b|\bMCALL\b|\bTRA(?:ORI|NS|FOOF)\b"
     rb"|\bT[ \t]*=[ \t]*\"|\bDEF[ \t]+(?:REAL|INT|BOOL|STRING)\b|\bCR[ \t]*="
 )
-#: Units, by the tens of their codes; a comment, a length and a feed (`cncgen.gcode.assumed_units`).
+#: Units, by the tens of their codes; a length and a feed (`cncgen.gcode.assumed_units`).
 UNITS = {tens: rb"[Gg][ \t]*0*%d[ \t]*[01](?![\d.])" % tens for tens in (2, 7)}
-COMMENT = rb"\([^)\n]*\)|;[^\n]*"
-LENGTH = rb"[XYZxyz](?<![A-Za-z#<].)[ \t]*[-+]?(?P<number>\d++\.?+\d*+|\.\d+)"
-FEED = rb"[Ff](?<![A-Za-z#<].)[ \t]*(?P<number>\d++\.?+\d*+|\.\d+)"
+LENGTH = rb"[XYZxyz](?<![A-Za-z#<].)[ \t]*[-+]?(?P<number>" + _NUMBER + rb")"
+FEED = rb"[Ff](?<![A-Za-z#<].)[ \t]*(?P<number>" + _NUMBER + rb")"
 
 
 def by_line(pattern: bytes) -> bytes:
@@ -311,5 +314,5 @@ def patterns() -> Iterator[bytes]:
     """Yield the patterns that are compiled when the package is built."""
     yield from (by_line(sign[2]) for sign in (*WRITTEN, *SPOKEN, *BARE))
     yield from map(by_line, (CYCLES, HOLES, A_TURN, RETRACTS, ARC_IN_XZ, PLANE, FEEDS, OTHER_FEEDS, X_AND_Z))
-    yield from (FEEDS, COMMENTS, REMARKS, NUMBERS, LENGTH_WITH_POINT, LAST_STAR, LONG_WAIT, WORDS_OF_SIEMENS)
-    yield from (*LONG_LENGTHS.values(), *UNITS.values(), COMMENT, LENGTH, FEED)
+    yield from (FEEDS, COMMENT, REMARKS, NUMBERS, LENGTH_WITH_POINT, LAST_STAR, LONG_WAIT, WORDS_OF_SIEMENS)
+    yield from (*LONG_LENGTHS.values(), *UNITS.values(), LENGTH, FEED)

@@ -1,0 +1,76 @@
+"""The main program of a text of FANUC's that begins with a subprogram."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from cncgen.gcode.block import tenths
+from cncgen.gcode.codes.table import table
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.source import Source
+from cncgen.gcode.text import grammar
+from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.parsers import parser
+from cncgen.kernels import gcode_codes
+from cncgen.kernels.gcode_names import marked
+
+#: Bytes in which programs are looked for.
+_HEAD = 65_536
+
+
+def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
+    """Return where the main program of a text stands that begins with a subprogram, and a remark on it.
+
+    A control registers the programs of a text one by one, and the operator starts the main one.
+    """
+    head = source.bytes[:_HEAD]
+    marks = marked(parser("fanuc", False), head)
+    begins = [
+        (begin, line) for begin, line, keyword, _ in marks if keyword == gcode_codes.LITERALS["program"]
+    ]
+    if len(begins) < 2:
+        return None
+    ends = [*(begin for begin, _ in begins[1:]), len(head)]
+    first = _Listed(source, begins[0][0], ends[0])
+    if first.main:
+        return None
+    for (begin, line), end in zip(begins[1:], ends[1:], strict=True):
+        program = _Listed(source, begin, end)
+        # M99 P goes to a line of the program that called this one, or repeats it where none did.
+        if program.main and (first.returns or (first.leads_back and first.number in program.calls)):
+            message = (
+                f"the program begins with {program.name}, a main program behind the subprogram {first.name}"
+            )
+            return Cursor(0, begin, line), BlockError(
+                "main-behind", message, hint="put the main program first"
+            )
+    return None
+
+
+class _Listed:
+    """What a program within a text says: its number, which ones it calls, and whether it ends as a main program or returns."""
+
+    def __init__(self, source: Source, at: int, end: int) -> None:
+        begin = grammar.parse(source.text_at(at), "fanuc")
+        self.number = begin.flow.label if begin.flow else None
+        self.name = f"O{self.number:g}" if isinstance(self.number, float) else f"<{self.number}>"
+        self.calls: set[float] = set()
+        self.main = self.returns = self.leads_back = False
+        rows = table("fanuc")
+        while at < end:
+            with suppress(BlockError):
+                words = [
+                    (letter, v)
+                    for letter, v in grammar.parse(source.text_at(at), "fanuc").words
+                    if isinstance(v, float)
+                ]
+                given = dict(words)
+                for row in (
+                    rows.row(letter.upper(), tenths(letter, v)) for letter, v in words if letter in "gm"
+                ):
+                    if row is not None:
+                        self.calls |= {given[row.calls]} if row.calls in given else set()
+                        self.main = self.main or row.ends == "program"
+                        self.returns = self.returns or (row.ends == "subprogram" and "p" not in given)
+                        self.leads_back = self.leads_back or (row.ends == "subprogram" and "p" in given)
+            at = source.line_end(at) + 1
