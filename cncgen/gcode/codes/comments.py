@@ -9,12 +9,13 @@ from cncgen.gcode.block import AXIS_INDEX, OUTPUT, Block
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.parameters import DEBUGGING
+from cncgen.grammars.terminals import LINUXCNC
 from cncgen.toolpath.record import Event
 
 CODES = ()
 
 _ACTIVE = r"(?s)\s*([A-Za-z]+),(.*)"
-_START_WORD = r"\s*([A-Za-z])\s*([+-]?(?:\d++\.?+\d*+|\.\d+))"
+_START_WORD = rf"\s*([A-Za-z])\s*([+-]?(?:{LINUXCNC['NUMBER']}))"
 #: Parts that a message does not show literally: parameters, an unfinished one at the end, formats, the % of an unknown format.
 _SHOWN = r"#(?P<number>\d+)|#<(?P<name>[^>]*)>|#<[^>]*$|#$|(?P<form>%d|%f|%\.\df)|%(?=\.)"
 #: Values nearer to 0 are shown as 0 (measured on LinuxCNC's interpreter).

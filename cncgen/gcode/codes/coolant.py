@@ -33,7 +33,7 @@ def off(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("M", 70, "coolant", Stage.COOLANT, mist, "mist coolant on", waits=True),
-    Code("M", 80, "coolant", Stage.COOLANT, flood, "flood coolant on", waits=True),
-    Code("M", 90, "coolant", Stage.COOLANT, off, "coolant off", waits=True),
+    Code("M", 70, "coolant", Stage.COOLANT, mist, "mist coolant on", waits=True, restores=("mist", True)),
+    Code("M", 80, "coolant", Stage.COOLANT, flood, "flood coolant on", waits=True, restores=("flood", True)),
+    Code("M", 90, "coolant", Stage.COOLANT, off, "coolant off", waits=True, restores=("mist", False)),
 )

@@ -16,7 +16,7 @@ import math
 from functools import partial
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, CIRCLE, POLAR_ARC, POLAR_LINE, RADIUS_ARC, Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.turning_profiles import Segment, fillet
 from cncgen.gcode.errors import BlockError
@@ -45,11 +45,9 @@ _NAMES = {
     "sinumerik": {",R": "RND=", ",M": "RNDM=", ",C": "CHR=", ",H": "CHF="},
     "heidenhain": {",R": "RND R", ",C": "CHF "},
 }
-#: Words and codes that decide where a motion leads: coordinates, and G0 to G3, planes, units, G90 and G91.
+#: Words that decide where a motion leads, and groups of codes that do.
 _WORDS = frozenset((*"xyzabcuvwijkrp", "dr", "pa", "ipa", "pr", "ipr"))
-_CODES = frozenset(
-    (0, 10, 20, 30, 170, 180, 190, 200, 210, 900, 910, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE)
-)
+_GROUPS = frozenset(("motion", "plane", "units", "distance"))
 #: Blocks without a motion that SINUMERIK lets stand between the two motions of a corner (MD20200, its usual value), and the change of a
 #: tool, which is none of them.
 _MOST_BETWEEN, _TOOL_CHANGE = 3, 60
@@ -286,7 +284,8 @@ class _Corner:
     def _tried(self, ip: Interpreter, block: Block) -> _Motion:
         """Return the motion of the next block; raise where it has none in the plane."""
         words = {letter: value for letter, value in block.words.items() if letter in _WORDS}
-        codes = tuple(number for number in block.g if number in _CODES)
+        rows = {number: ip.codes.row("G", number) for number in block.g}
+        codes = tuple(number for number, row in rows.items() if row is not None and row.group in _GROUPS)
         state = ip.state
         ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
         try:

@@ -247,10 +247,12 @@ def _check_leaving(ip: Interpreter, block: Block) -> bool:
 _STAGE = Stage.RADIUS_COMPENSATION
 _BEGINS = "begins cutter compensation"
 CODES = (
-    Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off"),
+    Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off", restores=("compensation", 40)),
     Code("G", 410, _GROUP, _STAGE, _turn_on(True, False), "cutter compensation, tool left of the path", "d", takes="d", moves="plane",
+        restores=("compensation", 41),
         refused=(_BEGINS, STRICT_COMPENSATION | TOOL_POINT)),
     Code("G", 420, _GROUP, _STAGE, _turn_on(False, False), "cutter compensation, tool right of the path", "d", takes="d", moves="plane",
+        restores=("compensation", 42),
         refused=(_BEGINS, STRICT_COMPENSATION | TOOL_POINT)),
     Code("G", 411, _GROUP, _STAGE, _turn_on(True, True), "as G41, for the diameter D", "dl", takes="d", moves="plane",
         refused=(_BEGINS, COMPENSATION | TOOL_POINT)),

@@ -96,8 +96,9 @@ def per_revolution(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("F", 0, "F", Stage.FEED, set_feed, "feed rate", "f"),
-    Code("G", 930, "feed mode", Stage.FEED_MODE, inverse_time, "F is moves per minute (inverse time)", waits=True, without="lathes"),
-    Code("G", 940, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", waits=True, without="lathes"),
+    Code("G", 930, "feed mode", Stage.FEED_MODE, inverse_time, "F is moves per minute (inverse time)", waits=True, without="lathes",
+        restores=("feed_mode", 93)),
+    Code("G", 940, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", waits=True, without="lathes", restores=("feed_mode", 94)),
     Code("G", 950, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle",
-        refused=("feeds per revolution", TOOL_POINT), without="lathes"),
+        refused=("feeds per revolution", TOOL_POINT), without="lathes", restores=("feed_mode", 95)),
 )  # fmt: skip

@@ -211,8 +211,8 @@ def _feed(ip: Interpreter, x: float, z: float) -> None:
 
 
 CODES = (
-    Code("G", 70, "diameter", Stage.DIAMETER, _diameter(True), "X is a diameter", dialects=("linuxcnc",)),
-    Code("G", 80, "diameter", Stage.DIAMETER, _diameter(False), "X is a radius", dialects=("linuxcnc",)),
+    Code("G", 70, "diameter", Stage.DIAMETER, _diameter(True), "X is a diameter", dialects=("linuxcnc",), restores=("diameter", True)),
+    Code("G", 80, "diameter", Stage.DIAMETER, _diameter(False), "X is a radius", dialects=("linuxcnc",), restores=("diameter", False)),
     Code("G", _G76, "motion", Stage.MOTION, thread, "cut a thread of pitch P to Z in passes", "xyzabcuvwpijkrqhel$", "motion",
         dialects=("linuxcnc",), moves="XZ", refused=SYNCHRONISED),
 )  # fmt: skip

@@ -99,29 +99,32 @@ def _retract(old: bool) -> Handler:
 _RETRACTS = ("changes how canned cycles retract", STRICT_COMPENSATION)
 CODES = (
     *(
-        Code("G", number, "plane", Stage.PLANE, _plane(plane), f"plane {name}", plane=plane)
+        Code("G", number, "plane", Stage.PLANE, _plane(plane), f"plane {name}", plane=plane, restores=("plane", plane))
         for (number, plane), name in zip(
             PLANE_CODES.items(), ("XY", "ZX", "YZ", "UV", "WU", "VW"), strict=True
         )
     ),
-    Code("G", 200, "units", Stage.UNITS, _units(True), "lengths in inches", refused=CHANGES_UNITS),
-    Code("G", 210, "units", Stage.UNITS, _units(False), "lengths in millimetres", refused=CHANGES_UNITS),
-    Code("G", 900, "distance", Stage.DISTANCE, _distance("distance", True), "axis words are coordinates", waits=True, without="lathes"),
+    Code("G", 200, "units", Stage.UNITS, _units(True), "lengths in inches", refused=CHANGES_UNITS, restores=("inches", True)),
+    Code("G", 210, "units", Stage.UNITS, _units(False), "lengths in millimetres", refused=CHANGES_UNITS, restores=("inches", False)),
+    Code("G", 900, "distance", Stage.DISTANCE, _distance("distance", True), "axis words are coordinates", waits=True, without="lathes",
+        restores=("absolute", True)),
     Code("G", 910, "distance", Stage.DISTANCE, _distance("distance", False), "axis words are distances from the last point", waits=True,
-        without="lathes"),
-    Code("G", 901, "arc distance", Stage.DISTANCE, _distance("arc distance", True), "I J K are coordinates"),
-    Code("G", 911, "arc distance", Stage.DISTANCE, _distance("arc distance", False), "I J K are distances from the start"),
+        without="lathes", restores=("absolute", False)),
+    Code("G", 901, "arc distance", Stage.DISTANCE, _distance("arc distance", True), "I J K are coordinates", restores=("arc_absolute", True)),
+    Code("G", 911, "arc distance", Stage.DISTANCE, _distance("arc distance", False), "I J K are distances from the start",
+        restores=("arc_absolute", False)),
     Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_PATH), "exact path", dialects=("linuxcnc",), waits=True,
-        refused=CHANGES_PATH_MODE),
+        refused=CHANGES_PATH_MODE, restores=("path", PathMode.EXACT_PATH)),
     Code("G", 611, "path", Stage.PATH, _exact(PathMode.EXACT_STOP), "exact stop at the end of each motion", dialects=("linuxcnc",),
-        refused=CHANGES_PATH_MODE),
+        refused=CHANGES_PATH_MODE, restores=("path", PathMode.EXACT_STOP)),
     Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_STOP), "exact stop at the end of each motion", dialects=("fanuc",)),
     Code("G", 620, "path", Stage.PATH, cutting, "automatic corner override: as G64", dialects=("fanuc",)),
     Code("G", 630, "path", Stage.PATH, cutting, "tapping mode: as G64", dialects=("fanuc",), pitched=True),
     Code("G", 90, "exact stop", Stage.PATH, stop_once, "exact stop at the end of this block", dialects=("fanuc",), after=go_on),
-    Code("G", 640, "path", Stage.PATH, continuous, "continuous path within P", "pq", waits=True, refused=CHANGES_PATH_MODE),
+    Code("G", 640, "path", Stage.PATH, continuous, "continuous path within P", "pq", waits=True, refused=CHANGES_PATH_MODE,
+        restores=("path", PathMode.CONTINUOUS)),
     Code("G", 980, "retract", Stage.RETRACT, _retract(True), "canned cycles retract to where they began", waits=True, refused=_RETRACTS,
-        without="lathes"),
+        without="lathes", restores=("retract_old", True)),
     Code("G", 990, "retract", Stage.RETRACT, _retract(False), "canned cycles retract to R", waits=True, refused=_RETRACTS,
-        without="lathes"),
+        without="lathes", restores=("retract_old", False)),
 )  # fmt: skip

@@ -217,7 +217,7 @@ def resume_position(ip: Interpreter, block: Block) -> None:
 CODES = (
     *(
         Code("G", number, "coordinates", Stage.COORDINATES, _select(k + 1), f"work coordinate system {k + 1}",
-            dialects=BOTH if k else ("linuxcnc",), refused=CHANGES_SYSTEM)
+            dialects=BOTH if k else ("linuxcnc",), refused=CHANGES_SYSTEM, restores=("system", k + 1))
         for k, number in enumerate(SYSTEM_CODES)
     ),
     Code("G", 100, "non-modal", Stage.REFERENCE, table, "set a coordinate system or tool", _TABLE_WORDS, "own", dialects=("linuxcnc",),
@@ -226,6 +226,8 @@ CODES = (
     Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position", AXES, "own", dialects=("linuxcnc",),
         refused=CHANGES_ORIGIN),
     Code("G", 921, "non-modal", Stage.REFERENCE, clear_position, "forget the offset of G92", "", "own", dialects=("linuxcnc",)),
-    Code("G", 922, "non-modal", Stage.REFERENCE, suspend_position, "suspend the offset of G92", "", "own", refused=CHANGES_OFFSETS),
-    Code("G", 923, "non-modal", Stage.REFERENCE, resume_position, "take up the offset of G92", "", "own", refused=CHANGES_OFFSETS),
+    Code("G", 922, "non-modal", Stage.REFERENCE, suspend_position, "suspend the offset of G92", "", "own", refused=CHANGES_OFFSETS,
+        restores=("g92_on", False)),
+    Code("G", 923, "non-modal", Stage.REFERENCE, resume_position, "take up the offset of G92", "", "own", refused=CHANGES_OFFSETS,
+        restores=("g92_on", True)),
 )  # fmt: skip

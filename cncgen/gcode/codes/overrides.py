@@ -36,11 +36,11 @@ def _one(what: str) -> Handler:
 
 _CHANGES = ("changes an override", COMPENSATION)
 CODES = (
-    Code("M", 480, "override", Stage.OVERRIDE, _both(True), "feed and speed overrides on", refused=_CHANGES),
+    Code("M", 480, "override", Stage.OVERRIDE, _both(True), "feed and speed overrides on", refused=_CHANGES, restores=("overrides", True)),
     Code("M", 490, "override", Stage.OVERRIDE, _both(False), "feed and speed overrides off", refused=_CHANGES),
     *(
         Code("M", number, "override", Stage.OVERRIDE, _one(what.upper().replace(" ", "_")), f"{what} on, off with P0", words,
-            dialects=("linuxcnc",), without="others", refused=_CHANGES)
+            dialects=("linuxcnc",), without="others", refused=_CHANGES, restores=(what.replace(" ", "_"), None))
         for number, what, words in (
             (500, "feed override", "p"), (510, "speed override", "p$"), (520, "adaptive feed", "p"), (530, "feed hold", "p"),
         )

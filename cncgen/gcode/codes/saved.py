@@ -7,7 +7,7 @@ from collections.abc import Callable
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.state.modal import SYSTEM_CODES, Stage
+from cncgen.gcode.state.modal import Stage
 from cncgen.records import dataclass
 from cncgen.toolpath.record import PathMode
 
@@ -57,25 +57,13 @@ def snapshot(ip: Interpreter) -> Saved:
     return Saved(**{name: made[name] if name in made else getattr(state, name) for name in Saved.__slots__})
 
 
-_PATH_CODES = {PathMode.EXACT_PATH: 610, PathMode.EXACT_STOP: 611, PathMode.CONTINUOUS: 640}
-#: G codes that restore the differences, by field of `Saved`.
-_CODES: dict[str, Callable[[Any], int]] = {
-    "feed_mode": lambda mode: mode * 10,
-    "constant_surface": lambda on: 960 if on else 970,
-    "plane": lambda plane: plane if plane > 100 else plane * 10,
-    "compensation": lambda side: side * 10,
-    "absolute": lambda on: 900 if on else 910,
-    "arc_absolute": lambda on: 901 if on else 911,
-    "diameter": lambda on: 70 if on else 80,
-    "retract_old": lambda on: 980 if on else 990,
-    "system": lambda system: SYSTEM_CODES[system - 1],
-    "tool_length": lambda on: 430 if on else 490,
-    "g92_on": lambda on: 923 if on else 922,
-    "path": lambda path: _PATH_CODES[path[0]],
-}
+_COOLANTS, _OVERRIDES = ("mist", "flood"), ("feed_override", "speed_override", "adaptive_feed", "feed_hold")
+_Codes = dict[tuple[str, int | None], tuple[str, int]]
 
 
-_OVERRIDES = {"feed_override": 500, "speed_override": 510, "adaptive_feed": 520, "feed_hold": 530}
+def _value(saved: Saved, name: str) -> int:
+    """Return what a field says to the code that brings it back."""
+    return saved.path[0] if name == "path" else getattr(saved, name)
 
 
 def restore(ip: Interpreter, saved: Saved) -> None:
@@ -91,16 +79,20 @@ def restore(ip: Interpreter, saved: Saved) -> None:
         ip.execute(Block(words, tuple(g), tuple(m), None, here.source, line, here.offset))
 
     now = snapshot(ip)
+    codes = {row.restores: (row.letter, row.number) for row in ip.codes.values() if row.restores[0]}
     if now.inches != saved.inches:
-        run({}, [200 if saved.inches else 210], [])
+        run({}, [codes["inches", saved.inches][1]], [])
     changed = {name for name in Saved.__slots__ if getattr(now, name) != getattr(saved, name)}
-    g = [code(getattr(saved, name)) for name, code in _CODES.items() if name in changed]
-    m = [{1: 30, -1: 40, 0: 50}[saved.direction]] if "direction" in changed else []
+    found = [
+        codes.get((name, _value(saved, name)), ("", 0))
+        for name in changed - {"inches", *_COOLANTS, *_OVERRIDES}
+    ]
+    g, m = ([number for letter, number in found if letter == wanted] for wanted in "GM")
     words = _words(ip, now, saved, changed)
     if g or m or words:
         run(words, g, m)
-    _restore_coolant(saved, changed, run)
-    _restore_overrides(ip, saved, changed, run)
+    _restore_coolant(saved, changed, codes, run)
+    _restore_overrides(ip, saved, changed, codes, run)
     ip.sink.block = here
 
 
@@ -123,28 +115,27 @@ def _words(ip: Interpreter, now: Saved, saved: Saved, changed: set[str]) -> dict
 Run = Callable[[dict[str, float], list[int], list[int]], None]
 
 
-def _restore_coolant(saved: Saved, changed: set[str], run: Run) -> None:
-    if changed.isdisjoint(("mist", "flood")):
+def _restore_coolant(saved: Saved, changed: set[str], codes: _Codes, run: Run) -> None:
+    if changed.isdisjoint(_COOLANTS):
         return
-    if not (saved.mist or saved.flood):
-        run({}, [], [90])
-    if saved.mist:
-        run({}, [], [70])
-    if saved.flood:
-        run({}, [], [80])
+    on = [name for name in _COOLANTS if getattr(saved, name)]
+    for name in on or _COOLANTS[:1]:
+        run({}, [], [codes[name, bool(on)][1]])
 
 
-def _restore_overrides(ip: Interpreter, saved: Saved, changed: set[str], run: Run) -> None:
+def _restore_overrides(ip: Interpreter, saved: Saved, changed: set[str], codes: _Codes, run: Run) -> None:
     """Bring back M50 to M53; the peer switches none of them off, and mistakes M50 and M51."""
     if ip.options.stand_alone:
         if "feed_override" in changed:
-            run({}, [], [480 if saved.feed_override else 510])
-        changed = {
-            name for name in ("adaptive_feed", "feed_hold") if name in changed and getattr(saved, name)
-        }
-    for name, code in _OVERRIDES.items():
+            run(
+                {},
+                [],
+                [codes["overrides", True][1] if saved.feed_override else codes["speed_override", None][1]],
+            )
+        changed = {name for name in _OVERRIDES[2:] if name in changed and getattr(saved, name)}
+    for name in _OVERRIDES:
         if name in changed:
-            run({"p": float(getattr(saved, name))}, [], [code])
+            run({"p": float(getattr(saved, name))}, [], [codes[name, None][1]])
 
 
 def save(ip: Interpreter, block: Block) -> None:

@@ -140,12 +140,14 @@ CODES = (
             (50, 0, "spindle stop"),
         )
         for row in (
-            Code("M", number, "spindle", Stage.SPINDLE, _turn(direction), text, "$", dialects=("linuxcnc",), waits=True),
+            Code("M", number, "spindle", Stage.SPINDLE, _turn(direction), text, "$", dialects=("linuxcnc",), waits=True,
+                restores=("direction", direction)),
             Code("M", number, "spindle", Stage.SPINDLE, _selects(_turn(direction)), text, "$p", dialects=("fanuc",)),
         )
     ),
     Code("M", 190, "spindle", Stage.SPINDLE, orient, "turn the spindle to R degrees", "rpq$", dialects=("linuxcnc",)),
     Code("M", 190, "spindle", Stage.SPINDLE, orient_fanuc, "turn the spindle to R or P degrees", "rp$", dialects=("fanuc",)),
-    Code("G", 960, "spindle mode", Stage.SPINDLE_MODE, constant_surface, "constant surface speed S", "sd$", takes="d"),
-    Code("G", 970, "spindle mode", Stage.SPINDLE_MODE, constant_revolutions, "S is rev/min", "$"),
+    Code("G", 960, "spindle mode", Stage.SPINDLE_MODE, constant_surface, "constant surface speed S", "sd$", takes="d",
+        restores=("constant_surface", True)),
+    Code("G", 970, "spindle mode", Stage.SPINDLE_MODE, constant_revolutions, "S is rev/min", "$", restores=("constant_surface", False)),
 )  # fmt: skip

@@ -159,6 +159,7 @@ class Code:
         depth: Letter of the distance of a lathe that is the depth from R, not from where the tool stands.
         pitched: Whether F may be a pitch beside it.
         ends: What it ends: ``program`` or ``subprogram``.
+        restores: The field of `saved.Saved` that it brings back, and to which value (None: that of P).
     """
 
     letter: str
@@ -187,6 +188,7 @@ class Code:
     depth: str = ""
     pitched: bool = False
     ends: str = ""
+    restores: tuple[str, int | None] = ("", None)
 
     @property
     def name(self) -> str:

@@ -257,7 +257,8 @@ CODES = (
     Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", named=(NEXT_TOOL,), after=take_position,
         refused=CHANGES_TOOL, without="lathes"),
     Code("M", _M61, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q", dialects=("linuxcnc",)),
-    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length, "tool offset of tool H", "h", dialects=("linuxcnc",), refused=CHANGES_TOOL_OFFSET),
+    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length, "tool offset of tool H", "h", dialects=("linuxcnc",), refused=CHANGES_TOOL_OFFSET,
+        restores=("tool_length", True)),
     Code("G", 430, "tool length", Stage.TOOL_LENGTH, length_fanuc, "tool offset H", "h", dialects=("fanuc",), takes="h",
         refused=_BY_NUMBER, without="lathes"),
     Code("G", 440, "tool length", Stage.TOOL_LENGTH, length_back, "tool offset H, negative", "h", dialects=("fanuc",), takes="h",
@@ -266,5 +267,6 @@ CODES = (
         without="lathes"),
     Code("G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", AXES + "h", "own", takes="h", refused=_GIVEN,
         without="lathes"),
-    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", dialects=("linuxcnc",), refused=CHANGES_TOOL_OFFSET),
+    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", dialects=("linuxcnc",), refused=CHANGES_TOOL_OFFSET,
+        restores=("tool_length", False)),
 )  # fmt: skip

@@ -15,7 +15,7 @@ from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, Offset
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point
-from cncgen.gcode.state.modal import PLANE_AXES
+from cncgen.gcode.state.modal import PLAIN_MOTIONS, PLANE_AXES
 from cncgen.gcode.text.labels import Cursor
 from cncgen.records import dataclass, replace
 
@@ -23,8 +23,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-#: Codes of a profile: all others are ignored.
-_CODES = {0: 10, 10: 10, 20: 20, 30: 30, 900: 900, 910: 910, 901: 901, 911: 911}
+#: Groups of the codes of a profile beside its motions: all others are ignored.
+_GROUPS = ("distance", "arc distance")
+_LINE = 10
 #: Moves of a profile beyond which it counts as endless.
 MAX_MOVES = 10_000
 #: Cuts and passes of a cycle beyond which a step counts as a mistake.
@@ -222,7 +223,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
             position=state.position.copy(),
             compensation=40,
             # A profile goes on with the motion in force; where none is, its first line is a traverse.
-            motion=state.motion if state.motion in _CODES else 0,
+            motion=state.motion if state.motion in PLAIN_MOTIONS else 0,
         ),
         recorder,
         None,
@@ -244,11 +245,13 @@ def _execute(ip: Interpreter, recorder: Recorder, whole: Block) -> list[tuple[fl
     for letter, axis, column, unit in (("u", "x", 0, scale), ("w", "z", 2, 1.0)):
         if letter in whole.words:
             words[axis] = ip.state.position[column] * unit + whole.words[letter]
-    codes = tuple(dict.fromkeys(_CODES[number] for number in whole.g if number in _CODES))
+    modes = [row.number for row in ip.codes.of(whole) if row.letter == "G" and row.group in _GROUPS]
+    # Traverses are lines of a profile.
+    codes = tuple(dict.fromkeys([number or _LINE for number in whole.g if number in PLAIN_MOTIONS] + modes))
     before = len(recorder.segments)
     if codes or words:
         if not words:
-            codes = tuple(number for number in codes if number >= 900)
+            codes = tuple(modes)
         ip.execute(Block(words, codes))
     made = len(recorder.segments) - before
     corner = (whole.words["a"], True) if "a" in whole.words else (whole.words.get("c", 0.0), False)
