@@ -33,7 +33,10 @@ SCANNER = KERNEL.with_name("gcode_scan.py")
 #: Grammar files by the name of their tables.
 GRAMMARS = {"linuxcnc": "gcode.lark", "fanuc": "fanuc.lark"}
 #: The same of languages whose rules make values, and the rules that a text may be read by.
-VALUES: dict[str, tuple[str, tuple[str, ...]]] = {"sinumerik": ("sinumerik.lark", ("start",))}
+VALUES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "heidenhain": ("heidenhain.lark", ("start", "given", "named_words")),
+    "sinumerik": ("sinumerik.lark", ("start",)),
+}
 #: What no letter, digit or underscore may follow, though no longer token is allowed there: GOTOFLABEL is no GOTOF LABEL.
 APART = "(?![A-Z0-9_])"
 #: Bytes of the alphabet: ASCII, and one for all others.

@@ -95,7 +95,7 @@ CASES: dict[str, tuple[dict[str, str | bytes], tuple[str, ...], int, str]] = {
         {"g.nc": "G17.1\nG68X0R5\nM30\n"}, ("check", "g.nc", "--dialect", "fanuc"), 1, "rotation-plane"
     ),
     "a parameter of Heidenhain": (
-        {"q.h": "BEGIN PGM A MM\nL XQ2147483648\nEND PGM A MM\n"}, ("check", "q.h", "--dialect", "heidenhain"), 1, "number-range"
+        {"q.h": "BEGIN PGM A MM\nL XQ2147483648\nEND PGM A MM\n"}, ("check", "q.h", "--dialect", "heidenhain"), 1, "parameter-number"
     ),
     "a turn of Heidenhain": (
         {"q.h": f"BEGIN PGM A MM\nCYCL DEF 10.1 ROT+{NINES}\nEND PGM A MM\n"}, ("check", "q.h", "--dialect", "heidenhain"), 1, "number-range"

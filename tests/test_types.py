@@ -38,6 +38,7 @@ OPEN = {
     "gcode/codes/tool_centre.py:CentreMove.block": "what the caller gave with a move, handed back",
     "gcode/codes/tool_centre.py:ToolCentre._queue": "moves, and blocks that wait between them as the caller gave them",
     "gcode/sinumerik/programs.py:Program.formals": "values of SINUMERIK: numbers, words and arrays",
+    "gcode/text/plain_language.py:Statement.data": "values of a rule of the grammar: numbers, names and words",
     "gcode/sinumerik/reading.py:Statement.data": "values of SINUMERIK: numbers, words and arrays",
     "gcode/sinumerik/running.py:Frame.results": "values of SINUMERIK: numbers, words and arrays",
     "gcode/sinumerik/running.py:Frame.saved": "modes as the motions keep them, handed back",

@@ -178,14 +178,11 @@ def _runner(
 
         return SinumerikRunner(source, options, sink, diagnostics, path=path, choice=choice)
     if choice.dialect == HEIDENHAIN:
-        from cncgen.gcode.klartext import lines
         from cncgen.gcode.klartext.din_iso import IsoRunner, is_iso
         from cncgen.gcode.klartext.running import HeidenhainRunner
 
-        if is_iso(source):
-            return IsoRunner(source, options, sink, diagnostics, path=path, choice=choice)
-        if lines.needs(source):
-            return HeidenhainRunner(source, options, sink, diagnostics, path=path, choice=choice)
+        runner = IsoRunner if is_iso(source) else HeidenhainRunner
+        return runner(source, options, sink, diagnostics, path=path, choice=choice)
     return Runner(source, options, sink, diagnostics, path=path, choice=choice)
 
 

@@ -59,7 +59,7 @@ def test_a_kink_is_remarked(run: Any) -> None:
     [
         ("3 CYCL DEF 27.0", ("unsupported-block", 3, 3)),
         ("3 SPL X1 K1Y5 F100", ("spline-words", 3, 3)),
-        ("3 L X5 Y", ("syntax", 3, 8)),
+        ("3 L X5 Y", ("syntax", 3, 9)),
         ("3 SPL X28.338 FMAX", ("syntax", 3, 15)),
     ],
 )

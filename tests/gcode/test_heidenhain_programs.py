@@ -218,7 +218,7 @@ def test_what_is_wrong_is_named_where_it_stands(run: Any, tmp_path: Path, name: 
         ("Q1 = Q1999999999 + 1", "parameter-number"),
         ("Q1 = ( 0 - 2 ) ^ 0.5", "domain"),
         ("Q1 = EXP 9999", "domain"),
-        ("LBLFN 9: IF +1 GT +1 GOTO LBL 7", "unsupported-block"),
+        ("LBLFN 9: IF +1 GT +1 GOTO LBL 7", "syntax"),
     ],
 )
 def test_values_that_are_none(run: Any, tmp_path: Path, text: str, code: str) -> None:

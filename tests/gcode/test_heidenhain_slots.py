@@ -89,7 +89,7 @@ def test_motions(moves: Any, body: str, expected: list[Any]) -> None:
         ("PATTERN DEF POS1 (X+10)", "cycle-words"),
         ("PATTERN DEF ROW1 (X+0 Y+0 D+4 NUM0)", "cycle-repeats"),
         ("PATTERN DEF POS1 (X+10 Y+5 Q1)", "unsupported-block"),
-        ("PATTERN DEF STAR1 (X+10 Y+5)", "unsupported-block"),
+        ("PATTERN DEF STAR1 (X+10 Y+5)", "syntax"),
     ],
 )  # fmt: skip
 def test_wrong_ones(run: Any, tmp_path: Path, body: str, code: str) -> None:

@@ -13,6 +13,7 @@ from lark import Lark, Tree
 from lark.exceptions import UnexpectedInput
 
 from cncgen.gcode.sinumerik import reading as sinumerik
+from cncgen.gcode.text import plain_language
 from cncgen.kernels import grammar_values
 from tests.kernels.plain import uncompiled
 
@@ -26,7 +27,7 @@ class _Shapes(dict[str, Callable[..., Any]]):
 
 def _shape(tree: Any) -> Any:
     if isinstance(tree, Tree):
-        return (str(tree.data), *map(_shape, tree.children))
+        return (lalr._bare(str(tree.data)), *map(_shape, tree.children))
     return None if tree is None else str(tree)
 
 
@@ -100,7 +101,81 @@ def sinumerik_line(dice: random.Random) -> str:
     return text
 
 
-LINES = {"sinumerik": sinumerik_line}
+VALUES_OF_Q = ("5", "+5", "-2.5", "-2,5", ".5", "+ 7", "Q5", "+Q12", "-QL3", "- QR4", "1.5E2", "10.")
+WORDS_OF_L = ("X", "IY", "Z", "A", "C", "PR", "IPA", "F", "S", "R", "FU", "K1X", "M")
+OTHER_WORDS = (
+    "FMAX",
+    "F AUTO",
+    "RL",
+    "RR",
+    "DR+",
+    "M140 MB MAX",
+    "M128 F MAX",
+    "M120 LA5",
+    "M103",
+    "M138 A C",
+    "M124 T0.1",
+    "F",
+    "M",
+)
+STATEMENTS = (
+    *("CALL LBL 5 REP 3/3", 'CALL LBL "A B"', "LBL 0", "CALL PGM A\\B.H", "SEL PGM X", "CALL SELECTED PGM", "FSELECT 2", "STOP M8"),
+    *("CYCL DEF 200 DRILLING", "CYCL DEF 7 .1 X+10", "CYCL CALL POS X+10 FMAX", "CYCL CALL PAT F200", "TCH PROBE 0.0", "BLK FORM 0.1 Z"),
+    *("PLANE SPATIAL SPA+0 SPB-Q1 SPC+0 TURN FMAX SEQ-", "TRANS DATUM AXIS X+10", "PATTERN DEF POS1 (X+1 Y+Q2) ROW2 (X+0 D5)"),
+    *("FUNCTION TCPM F TCP", "GLOBAL DEF 100", "QS1 = \"A\"", "Q5 = F MAX", "Q200 = PREDEF", "FN 18: SYSREAD Q1 = ID50 NR2 IDX Q3"),
+    *("FN 9: IF E EQU E GOTO LBL 5", "FN 10: IF E NEQ E GOTO LBL \"X\"", "FN 1: Q1 = E + E", "FN 4: Q1 = E DIV E", "FN6:Q2=SIN E"),
+    *("FN 13: Q1 = E ANG E", "FN 14: ERROR = 5", "FN 16: F-PRINT A", "FN 0: Q1 = E", "FN 42: X", "FCT DR- R10 CCX+20 RX 5 CLSD+ PAR 3"),
+    *("APPR PLCT PR+5 PA+3 R5 RL F200", "DEP LN LEN5", "RND R5 F AUTO", "CHF 2", 'TOOL CALL "A" Z S500 DL+0.1 DR-Q2', "TOOL DEF 5 L+0 R+5"),
+    *("BEGIN PGM A MM", "END PGM A MM", "LN X+1 NX0 NY0 NZ1"),
+)  # fmt: skip
+
+
+def _formula(dice: random.Random, depth: int = 3) -> str:
+    kind = dice.randrange(12 if depth else 3)
+    if kind < 3:
+        return dice.choice(("5", "2.5", "2,5", ".5", "Q5", "QL2", "PI"))
+    if kind < 5:
+        return dice.choice(("-", "+", "SIN ", "SQRT ", "SQ ", "LN ", "ACOS")) + _formula(dice, depth - 1)
+    if kind < 7:
+        return f"( {_formula(dice, depth - 1)} )"
+    return (
+        _formula(dice, depth - 1)
+        + dice.choice((" + ", "-", " * ", "/", "%", " ^ "))
+        + _formula(dice, depth - 1)
+    )
+
+
+def heidenhain_line(dice: random.Random) -> str:
+    """Return a block of Heidenhain's plain language, of four one with a fault."""
+    kind = dice.random()
+    if kind < 0.5:
+        words = [
+            dice.choice(WORDS_OF_L) + dice.choice(VALUES_OF_Q)
+            if dice.random() < 0.7
+            else dice.choice(OTHER_WORDS)
+            for _ in range(dice.randrange(6))
+        ]
+        head = dice.choice(
+            ("L", "LP", "CC", "C", "CR", "CP", "CT", "CTP", "SPL", "LN", "TOOL CALL 5 Z", "CYCL CALL", "")
+        )
+        text = f"{head} {' '.join(words)}"
+    elif kind < 0.7:
+        text = f"Q1 = {_formula(dice)}"
+    else:
+        text = dice.choice(STATEMENTS)
+        while " E" in text:
+            text = text.replace(" E", f" {dice.choice(('', '+', '-'))}{dice.choice(('5', 'Q2', '.5'))}", 1)
+    if dice.random() < 0.25 and text:
+        at = dice.randrange(len(text))
+        text = (
+            text[:at]
+            + dice.choice(("", "=", "(", ")", "R", "1", "X ", ".", "-", "+", '"'))
+            + text[at + (text[at] != " " and dice.randrange(2)) :]
+        )
+    return text
+
+
+LINES = {"heidenhain": heidenhain_line, "sinumerik": sinumerik_line}
 
 
 def _compare(name: str, count: int) -> None:
@@ -144,10 +219,13 @@ def test_letters_are_capital_or_small() -> None:
         assert repr(small).lower() == repr(capital).lower(), text
 
 
-def test_each_rule_of_sinumerik_has_a_value() -> None:
+@pytest.mark.parametrize(
+    ("name", "functions"), [("heidenhain", plain_language.RULES), ("sinumerik", sinumerik.VALUES)]
+)
+def test_each_rule_has_a_value(name: str, functions: dict[str, Callable[..., Any]]) -> None:
     """A rule that is renamed has no function, and a function without a rule would never run."""
-    rules = {name for name, _, _ in import_module("cncgen.grammars.tables_sinumerik").RULES if name}
-    assert rules == sinumerik.VALUES.keys()
+    rules = {name for name, _, _ in import_module(f"cncgen.grammars.tables_{name}").RULES if name}
+    assert rules == functions.keys()
 
 
 @pytest.mark.parametrize("name", sorted(lalr.VALUES))

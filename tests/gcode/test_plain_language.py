@@ -172,3 +172,34 @@ def test_help_is_that_of_the_plain_language(run: Any, block: str) -> None:
     assert found.hint
     assert "G9" not in found.hint
     assert "G1" not in found.hint
+
+
+def test_functions_of_fn_need_no_blank(run: Any) -> None:
+    """FN 7 took the cosine of the cosine where no blank stood behind COS: 10 cos 60° is 5."""
+    out = plain(run, "FN7:Q1=COS60\nFN 3:Q1=+Q1*+10\nFN6:Q2=SIN30\nL X+Q1 Y+Q2 F500")
+    assert ends(out) == [[5.0, 0.5, 0.0]]
+
+
+@pytest.mark.parametrize(
+    ("block", "column", "message"),
+    [
+        ("5 FN 9: IF +Q1 GT +5 GOTO LBL 1", 16, "'GT' where EQU was expected"),
+        ("5 L X+10 Y+ F200", 13, "'F200' where a parameter Q was expected"),
+        ("Q1 = ( Q2 + 3", 14, "the end of the block where ) or a sign was expected"),
+        ("Q1 = 3 * * 4", 10, "'*' where (, a function, a number, a parameter Q or a sign was expected"),
+        ("  7 CALL LBL", 13, "the end of the block where a name, a name \"…\" or a number was expected"),
+        ("FN 1: Q1 = +Q2 - +5", 1, "- in FN 1 where + was expected"),
+    ],
+)  # fmt: skip
+def test_what_was_expected(run: Any, block: str, column: int, message: str) -> None:
+    (found,) = (d for d in run(HEAD + block + TAIL).diagnostics if d.severity == "error")
+    assert (found.code, found.span.column, found.message) == ("syntax", column, message)
+    assert found.hint
+
+
+@pytest.mark.parametrize("block", ["L X+5 F F200", "L X+5 R F200", "L M90 X+5 F200", "M90 X+5 F200"])
+def test_words_that_say_nothing(run: Any, block: str) -> None:
+    """F and R alone are no feed and no radius."""
+    out = plain(run, f"L X+1 F100\n{block}")
+    assert ends(out)[-1] == [5, 0, 0]
+    assert out.path.feed[out.path.kind != 3][-1] == pytest.approx(200.0 / 60.0)

@@ -51,10 +51,6 @@ class LineReader:
         return parsed
 
     def _read(self, text: str) -> Parsed:
-        if self._dialect == "heidenhain":
-            from cncgen.gcode.text import plain_language
-
-            return plain_language.parse(text)
         from cncgen.gcode.text import grammar
 
         return grammar.parse(text, self._dialect, self._increments)

@@ -14,7 +14,7 @@ from cncgen.gcode.codes.lathe_words import turned
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS
-from cncgen.gcode.text import grammar, plain_language
+from cncgen.gcode.text import grammar
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.normal_text import normalise
 from cncgen.grammars.terminals import LINUXCNC
@@ -31,9 +31,6 @@ def recover(ip: Interpreter, text: str) -> None:
     """
     if ip.guard is not None:
         return
-    if ip.dialect == "heidenhain":
-        _take_up_plain(ip, text)
-        return
     words, codes = _said(ip, text)
     rows = {number: ip.codes.get(("G", number)) for number in codes}
     modes = [number for number, row in rows.items() if row is not None and row.group in _MODES]
@@ -45,24 +42,10 @@ def recover(ip: Interpreter, text: str) -> None:
         return
     feed = {"f": words["f"]} if words.get("f", 0.0) > 0.0 else {}
     for block in (*(Block({}, (number,)) for number in modes), Block(feed)):
-        _try(ip, block)
+        attempt(ip, block)
     plain = ip.state.motion in PLAIN_MOTIONS and rows.keys() <= {*modes, *PLAIN_MOTIONS}
     if plain and ip.state.absolute:
-        _stand(ip, Block({letter: v for letter, v in words.items() if letter in AXIS_INDEX}))
-
-
-def _take_up_plain(ip: Interpreter, text: str) -> None:
-    """Take up a line of the plain language, which says all that it is by itself: its place and its feed."""
-    words = {}
-    for letter, value in plain_language.place(text):
-        with suppress(BlockError):
-            number = evaluate(value, ip.parameters)
-            if abs(number) <= LARGEST:
-                words[letter] = number
-    feed = words.pop("f", 0.0)
-    if feed > 0.0:
-        _try(ip, Block({"f": feed}))
-    _stand(ip, Block(words))
+        stand(ip, Block({letter: v for letter, v in words.items() if letter in AXIS_INDEX}))
 
 
 def _said(ip: Interpreter, text: str) -> tuple[dict[str, float], list[int]]:
@@ -89,7 +72,7 @@ def _said(ip: Interpreter, text: str) -> tuple[dict[str, float], list[int]]:
     return words, codes
 
 
-def _try(ip: Interpreter, block: Block) -> None:
+def attempt(ip: Interpreter, block: Block) -> None:
     """Execute a block with the remaining modes of the failed line."""
     if not block.words and not block.g:
         return
@@ -101,7 +84,7 @@ def _try(ip: Interpreter, block: Block) -> None:
     ip.base.block, ip.feed_doubted = here, doubted
 
 
-def _stand(ip: Interpreter, block: Block) -> None:
+def stand(ip: Interpreter, block: Block) -> None:
     """Take the target of axis words as the place of the tool."""
     if not block.words:
         return

@@ -10,38 +10,17 @@ from __future__ import annotations
 
 import cmath
 import math
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
-from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.block import AXIS_INDEX, Block, Value
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point, TryingSink
-
-_NUMBER = r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
-_WORD = re.compile(
-    rf"\s*(?:(?P<name>LEN|CCA|PR|PA|I?[XYZABC]|R(?![0LR](?![\d.])))(?P<value>{_NUMBER})|(?P<side>R[0LR])(?![\w.])|F\s*(?P<feed>AUTO|MAX|{_NUMBER})|M\s*(?P<m>\d{{1,99}}))",
-    re.IGNORECASE,
-)
-_WAY = re.compile(
-    r"(?P<kind>APPR|DEP)\s+(?P<form>PLCT|PLT|PLN|PCT|LCT|LT|LN|CT)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
-)
-
-
-#: The factor of the feed downwards, in percent; without it, its end.
-_PLUNGE = re.compile(r"\bM103(?!\d)(?:\s*F\s*(?P<percent>Q\d+|\d+(?:[.,]\d+)?))?", re.IGNORECASE)
-
-
-def plunge_of(body: str, part: float, read: Callable[[str], float]) -> tuple[str, float]:
-    """Return a line without its M103, and the part of the feed that motions downwards have from it on."""
-    match = _PLUNGE.search(body)
-    if match is None:
-        return body, part
-    return _PLUNGE.sub(" ", body), read(match["percent"]) / 100.0 if match["percent"] else 0.0
+from cncgen.gcode.text.plain_language import Raw
 
 
 def plunge(ip: Interpreter, block: Block, part: float) -> float | None:
@@ -66,6 +45,10 @@ def plunge(ip: Interpreter, block: Block, part: float) -> float | None:
         return None
     block.words["f"] = bound
     return feed
+
+
+_AXES = frozenset("XYZABC")
+_SIDES = {"R0": 0, "RL": 1, "RR": -1}
 
 
 @dataclass(slots=True)
@@ -93,33 +76,24 @@ class ContourWay:
         return self.values[name]
 
 
-def way_of(body: str, read: Callable[[str], float]) -> ContourWay | None:
-    """Return the way of a line, None for any other line; `read` gives the value of a text."""
-    match = _WAY.match(body.strip())
-    if match is None:
-        return None
-    form, rest, at = match["form"].upper(), match["rest"], 0
-    way = ContourWay(match["kind"].upper(), form.removeprefix("P"), {}, None, None)
-    while at < len(rest.rstrip()):
-        word = _WORD.match(rest, at)
-        if word is None:
-            raise BlockError(
-                "syntax",
-                f"'{rest[at:].strip().split()[0]}' does not belong to {way.kind}",
-                way.kind,
-                hint=f"{way.kind} LT X+10 Y+5 LEN15 RL F200",
-            )
-        if word["name"]:
-            way.values[word["name"].upper()] = read(word["value"])
-        elif word["side"]:
-            way.side = {"0": 0, "L": 1, "R": -1}[word["side"][1].upper()]
-        elif word["feed"] and word["feed"].upper() == "AUTO":
+def way_of(kind: str, form: str, words: Sequence[Raw], now: Callable[[Value], float]) -> ContourWay:
+    """Return the way of APPR or DEP; `now` gives the present value of a word."""
+    way = ContourWay(kind, form.removeprefix("P"), {}, None, None)
+    for name, value in words:
+        if name in ("LEN", "CCA", "R", "PR", "PA") or name.removeprefix("I") in _AXES:
+            way.values[name] = now(value)
+        elif name in _SIDES:
+            way.side = _SIDES[name]
+        elif name == "FAUTO":
             way.called = True
-        elif word["feed"] and word["feed"].upper() != "MAX":
-            way.feed = read(word["feed"])
-        elif word["m"]:
-            way.m.append(int(word["m"]) * 10)
-        at = word.end()
+        elif name == "F":
+            way.feed = now(value)
+        elif name == "M":
+            way.m.append(round(10.0 * now(value)))
+        elif name not in ("FMAX", ""):
+            raise BlockError(
+                "syntax", f"{name} does not belong to {kind}", kind, hint=f"{kind} LT X+10 Y+5 LEN15 RL F200"
+            )
     return way
 
 

@@ -5,19 +5,17 @@ They apply in the order in which the program gives them; one that is given again
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
+from cncgen.gcode.block import Value
 from cncgen.gcode.codes import affine, carried_planes
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import planes, tilting
+from cncgen.gcode.text import plain_language
+from cncgen.gcode.text.plain_language import Raw
 from cncgen.records import replace
 
-_VALUE = r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
-_TRANS = re.compile(
-    r"TRANS\s+(?P<kind>DATUM|MIRROR|ROTATION|SCALE)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
-)
 _NUMBERS = {"DATUM": 7, "MIRROR": 8, "ROTATION": 10, "SCALE": 11}
 #: The number of a tilted plane among the frames.
 _TILTED = 19
@@ -28,11 +26,11 @@ class Datums:
 
     Args:
         ip: The interpreter whose coordinates they change.
-        value: What a number or parameter of the text stands for.
+        now: Gives the present value of a word.
     """
 
-    def __init__(self, ip: Interpreter, value: Callable[[str], float]) -> None:
-        self._ip, self._value = ip, value
+    def __init__(self, ip: Interpreter, now: Callable[[Value], float]) -> None:
+        self._ip, self._now = ip, now
         self._frames: dict[int, affine.Frame] = {}
         #: Positions of the rotary axes for which the tilted plane is meant.
         self._axes: affine.Positions | None = None
@@ -51,69 +49,74 @@ class Datums:
         affine.change(self._ip, whole, self._axes)
         self._frames = wanted
 
-    def set(self, number: int, rest: str) -> None:
+    def of_cycle(self, number: int, rest: str) -> None:
         """Take the words of a cycle's frame.
 
         Raises:
             BlockError: An angle or factor is missing, or cannot be.
         """
+        if "#" in rest:
+            raise _line_of_a_table()
+        self.set(number, plain_language.words_of(rest))
+
+    def set(self, number: int, given: Sequence[Raw]) -> None:
+        """Do the same with words that are read."""
+        words = {name: self._now(value) for name, value in given if value == value}
         if number == 7:
-            self._shift(rest)
+            self._shift(words)
         elif number == 8:
-            letters = [letter for letter in rest.upper() if letter in "XYZ"]
-            self.take(8, _along([-1.0 if axis in letters else 1.0 for axis in "XYZ"]) if letters else None)
+            named = "".join(name for name, _ in given)
+            self.take(8, _along([-1.0 if axis in named else 1.0 for axis in "XYZ"]) if named else None)
         elif number == 10:
-            found = re.search(r"(I?)ROT" + _VALUE, rest, re.IGNORECASE)
-            if found is None:
+            if not words.keys() & {"ROT", "IROT"}:
                 raise BlockError(
                     "rotation-angle", "cycle 10 has no angle ROT", "CYCL", hint="CYCL DEF 10.1 ROT+35"
                 )
-            self._angle = self._value(found[2]) + (self._angle if found[1] else 0.0)
+            self._angle = words["ROT"] if "ROT" in words else self._angle + words["IROT"]
             self.take(10, affine.Frame(affine.turn(2, self._angle)) if self._angle else None)
         elif number == 11:
-            found = re.search(r"SCL" + _VALUE, rest, re.IGNORECASE)
-            factor = self._value(found[1]) if found else 0.0
+            factor = words.get("SCL", 0.0)
             self.take(11, _scaled(11, [factor] * 3, [0.0] * 3, "CYCL DEF 11.1 SCL 0.75; SCL 1 ends it"))
         elif number == 26:
-            factors, centre = [1.0, 1.0, 1.0], [0.0, 0.0, 0.0]
-            for word in re.finditer(r"(CC)?([XYZ])" + _VALUE, rest, re.IGNORECASE):
-                (centre if word[1] else factors)["XYZ".index(word[2].upper())] = self._value(word[3])
+            factors = [words.get(axis, 1.0) for axis in "XYZ"]
+            centre = [words.get(f"CC{axis}", 0.0) for axis in "XYZ"]
             self.take(26, _scaled(26, factors, centre, "CYCL DEF 26.1 X1.2 Y0.8; 1 ends it"))
         else:
-            wanted = tilting.words_of(rest, self._value)
+            wanted = tilting.words_of(given, self._now)
             how = "TURN" if wanted.feed or wanted.below else "STAY"
-            self._tilt(planes.spatial(planes.of_cycle(rest, self._value)), replace(wanted, how=how))
+            self._tilt(planes.spatial(planes.of_cycle(words)), replace(wanted, how=how))
 
-    def transform(self, body: str) -> bool:
-        """Do TRANS DATUM, MIRROR, ROTATION or SCALE; tell whether the line is one of them."""
-        match = _TRANS.match(body)
-        if match is None:
-            return False
-        number, rest = _NUMBERS[match["kind"].upper()], match["rest"]
-        if re.match(r"\s*RESET\b", rest, re.IGNORECASE):
+    def transform(self, kind: str, words: Sequence[Raw]) -> None:
+        """Do TRANS DATUM, MIRROR, ROTATION or SCALE.
+
+        Raises:
+            BlockError: It is another one.
+        """
+        if kind not in _NUMBERS:
+            hint = f"{', '.join(_NUMBERS)} are"
+            raise BlockError("unsupported-block", f"TRANS {kind} is not read", "TRANS", hint=hint)
+        number, flags = _NUMBERS[kind], {name for name, value in words if value != value}
+        if "RESET" in flags:
             self._angle = 0.0 if number == 10 else self._angle
             self.take(number, None)
-        elif number == 7 and re.match(r"\s*TABLE\b", rest, re.IGNORECASE):
-            self._shift("#")
+        elif number == 7 and "TABLE" in flags:
+            raise _line_of_a_table()
         else:
-            self.set(number, re.sub(r"^\s*AXIS\b", "", rest, flags=re.IGNORECASE))
-        return True
+            self.set(number, [word for word in words if word[0] != "AXIS"])
 
-    def plane(self, body: str) -> None:
+    def plane(self, kind: str, words: Sequence[Raw]) -> None:
         """PLANE: a tilted plane, or the end of it (`planes.matrix`)."""
         before = self._frames.get(_TILTED, affine.Frame()).matrix
         kinematics = self._ip.options.kinematics
         machine = None if kinematics is None else (kinematics, carried_planes.positions(self._ip, kinematics))
-        matrix, wanted = (
-            planes.matrix(body, self._value, before, machine),
-            tilting.words_of(body, self._value),
-        )
+        given = {name: self._now(value) for name, value in words if value == value}
+        matrix, wanted = planes.matrix(kind, given, before, machine), tilting.words_of(words, self._now)
         axes = None
-        if machine and re.match(r"PLANE\s+AXIAL\b", body, re.IGNORECASE):
-            named = planes.named_axes(body, self._value)
+        if machine and kind == "AXIAL":
+            named = planes.named_axes(given)
             outer, inner = (named.get(k, at) for k, at in zip(machine[0].axes, machine[1], strict=True))
             axes = outer, inner
-        self._tilt(matrix, wanted, axes, ends=bool(planes.RESET.match(body)))
+        self._tilt(matrix, wanted, axes, ends=kind == "RESET")
 
     def _tilt(
         self,
@@ -145,20 +148,18 @@ class Datums:
         self._axes = None if ends else axes
         self.take(_TILTED, None if matrix is None else affine.Frame(matrix))
 
-    def _shift(self, rest: str) -> None:
-        if "#" in rest:
-            raise BlockError(
-                "unsupported-block",
-                "a datum shift by a line of a table is not read",
-                "CYCL",
-                hint="CYCL DEF 7.1 X+10 gives it",
-            )
+    def _shift(self, words: Mapping[str, float]) -> None:
         old = self._frames.get(7, affine.Frame()).shift
-        shift = list(old)
-        for word in re.finditer(r"(I?)([XYZ])" + _VALUE, rest, re.IGNORECASE):
-            column = "XYZ".index(word[2].upper())
-            shift[column] = self._value(word[3]) + (old[column] if word[1] else 0.0)
+        shift = [
+            words.get(axis, words[f"I{axis}"] + before if f"I{axis}" in words else before)
+            for axis, before in zip("XYZ", old, strict=True)
+        ]
         self.take(7, affine.Frame(shift=(shift[0], shift[1], shift[2])) if any(shift) else None)
+
+
+def _line_of_a_table() -> BlockError:
+    message = "a datum shift by a line of a table is not read"
+    return BlockError("unsupported-block", message, "CYCL", hint="CYCL DEF 7.1 X+10 gives it")
 
 
 def _along(factors: list[float], shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> affine.Frame:

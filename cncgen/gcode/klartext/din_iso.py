@@ -393,10 +393,13 @@ class IsoRunner(HeidenhainRunner):
             if not _PLAIN.match(body):
                 for statement in modes.statements(body):
                     if statement.startswith("CC"):
-                        self._plain(following, statement)
+                        self._plain(following, self._ahead(following, statement))
                     elif re.match(r"(?:L|C|CR|CP|LP) (?=.*[XYZAR][-+\dQ])", statement):
-                        return partial(self._heading, following, statement)
+                        return partial(self._heading, following, self._ahead(following, statement))
             elif not re.match(r"RND|CHF|LBL", body):
                 return super()._leads(at)
             following = self._following(following)
         return None
+
+    def _draws(self, at: int) -> bool:
+        return super()._draws(at) or not _PLAIN.match(self._bodies[at])

@@ -14,22 +14,22 @@ from __future__ import annotations
 
 import cmath
 import math
-import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
+from cncgen.gcode.block import Value
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.text.plain_language import Raw
 
-BEGINS = re.compile(r"F(?:POL|LT|L|CT|C|SELECT)\b", re.IGNORECASE)
-SELECTS = re.compile(r"FSELECT\s*(?P<number>\d{1,3})\s*\Z", re.IGNORECASE)
-_VALUE = r"\s*(?P<value>(?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
-_WORD = re.compile(
-    rf"(?<![A-Z])(?:R(?P<relative>X|Y|PR|PA|AN|CCX|CCY)\s*(?P<block>\d{{1,9}})|PAR\s*(?P<parallel>\d{{1,9}})"
-    rf"|(?P<name>I?(?:CCX|CCY|CCPR|CCPA)|CCA|LEN|I?AN|I?P[RA]|P[123][XY]|PD[XY]|DP|R(?![LR0])|D|I?[XY]){_VALUE}"
-    r"|(?P<sense>DR)\s*(?P<sign>[-+])|(?P<closed>CLSD)\s*(?P<which>[-+]))",
-    re.IGNORECASE,
-)
+#: Words of an element of its own, those that count from the end of another block, and those of its sense and closing.
+_OWN = frozenset(
+    (
+        *("CCA", "LEN", "AN", "IAN", "PR", "PA", "IPR", "IPA", "P1X", "P1Y", "P2X", "P2Y", "P3X", "P3Y", "PDX", "PDY", "DP", "R", "D"),
+        *("X", "Y", "IX", "IY", "CCX", "CCY", "CCPR", "CCPA", "ICCX", "ICCY", "ICCPR", "ICCPA"),
+    )
+)  # fmt: skip
+_REFERENCES = frozenset(("RX", "RY", "RPR", "RPA", "RAN", "RCCX", "RCCY"))
 _TINY = 1e-9
 #: Places nearer to each other than this are one, and how far a place may lie beside what it is given to be on, mm.
 _SAME, _BESIDE = 1e-6, 1e-3
@@ -48,7 +48,7 @@ class Element:
     at: int
     values: dict[str, float] = field(default_factory=dict)
     relative: dict[str, int] = field(default_factory=dict)
-    rest: str = ""
+    rest: list[Raw] = field(default_factory=list)
     pole: complex | None = None
     number: int = 0
     select: int = 0
@@ -84,26 +84,18 @@ class Curve:
 Known = tuple[complex, complex | None]
 
 
-def element_of(body: str, at: int, value: Callable[[str], float], number: int = 0) -> Element:
-    """Return the element of a line, the words that L has as well left in its `rest`."""
-    match = BEGINS.match(body)
-    assert match
-    head = match[0].upper()
+def element_of(
+    head: str, words: Sequence[Raw], at: int, now: Callable[[Value], float], number: int = 0
+) -> Element:
+    """Return the element of a line, the words that L has as well in its `rest`; `now` gives the present value of a word."""
     found = Element(head in ("FC", "FCT"), head in ("FLT", "FCT"), at, number=number)
-
-    def take(word: re.Match[str]) -> str:
-        if word["block"]:
-            found.relative[word["relative"].upper()] = int(word["block"])
-        elif word["parallel"]:
-            found.relative["PAR"] = int(word["parallel"])
-        elif word["name"]:
-            found.values[word["name"].upper()] = value(word["value"])
+    for name, value in words:
+        if name == "PAR" or name in _REFERENCES:
+            found.relative[name if name == "PAR" else name[1:]] = round(now(value))
+        elif name in _OWN or name in ("DR±", "CLSD±"):
+            found.values[name.rstrip("±")] = now(value)
         else:
-            minus = (word["sign"] or word["which"]) == "-"
-            found.values["DR" if word["sense"] else "CLSD"] = -1.0 if minus else 1.0
-        return " "
-
-    found.rest = _WORD.sub(take, body[match.end() :])
+            found.rest.append((name, value))
     return found
 
 

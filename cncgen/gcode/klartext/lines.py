@@ -6,20 +6,9 @@ import re
 from collections.abc import Iterator
 
 from cncgen.gcode.source import Source
-from cncgen.gcode.text import plain_language
 
-#: Signs of a program whose lines lead from one to another, or whose cycles are run here.
-_NEEDS = re.compile(
-    rb"^[ \t]*/|^[ \t]*(?:N?\d+[ \t]+)?(?:LBL[ \t]*[\w\"]|CALL[ \t]+(?:LBL|PGM|SELECTED)|FN[ \t]*(?!0[ \t]*:)\d|F(?:POL|LT?|CT?)\b|APPR\b|DEP\b|RND\b|CHF\b|CTP?\b|PLANE\b|FUNCTION\b|TRANS\b|SEL\b"
-    rb"|Q[LR]?\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]|CYCL[ \t]+DEF[ \t]*(?!(?:7|32|200|201)(?!\d))\d|CYCL[ \t]+DEF[ \t]*7[ \t]*\.\d[ \t]*[I#]|CYCL[ \t]+CALL[ \t]+(?:POS|PAT)|PATTERN\b|GLOBAL\b|Q\d+[ \t]*=[ \t]*(?:F?(?:AUTO|MAX)|PREDEF)\b)|Q1(?:08|09|13|14)(?!\d)"
-    rb"|(?:CYCL[ \t]+DEF\b|^[ \t]*Q\d+[ \t]*=)[^;\"\n]*[ \t]Q\d+[ \t]*="
-    rb"|\bR[LR]\b(?![\w.])|\bM(?:89|103)(?!\d)|^[ \t]*(?:\d+[ \t]*)?[;*][^\n]*~[ \t\r]*$"
-    rb"|;[^\n]*~[ \t\r]*\n(?![ \t]*(?:Q[LRS]?\d+[ \t]*=|[A-Z]+\d*[ \t]*\(|\d+[ \t]|/))"
-    rb"|^[ \t]*\d+[ \t][^\n]*\n[ \t]{4,}(?:I?[XYZABCUVW]|[FMSL]|R|D[RL]|I?P[AR]|CC[XY])[ \t]*(?:[-+.\d]|[0LR]\b|Q\d|MAX\b)",
-    re.MULTILINE | re.IGNORECASE,
-)
 #: A parameter of a cycle that stands behind other words of its line.
-_GIVEN = re.compile(r"\s(?=Q\d+\s*=)", re.IGNORECASE)
+_GIVEN = re.compile(r"\s(?=Q[LR]?\d+\s*=)", re.IGNORECASE)
 #: The number of a block, which simulators write with N.
 _NUMBER = re.compile(r"\s*(?:N?\d+\s+)?", re.IGNORECASE)
 #: A block that a switch leaves out, before its number or behind it.
@@ -27,6 +16,10 @@ _SLASH = re.compile(r"\s*(?:N?\d+\s+)?/", re.IGNORECASE)
 _REMARK = re.compile(r"\s*(?:N?\d+\s*)?[;*]", re.IGNORECASE)
 #: What follows a comment that ends in ~ and is no part of it: a parameter, a point, the next block.
 _GOES_ON = re.compile(r"\s*(?:Q[LRS]?\d+\s*=|[A-Z]+\d*\s*\(|\d+\s|/|\Z)", re.IGNORECASE)
+#: A line of PATTERN DEF, whose points stand in parentheses.
+_POINTS = re.compile(
+    r"\s*(?:N?\d+\s+)?(?:PATTERN\s+DEF|(?:POS|ROW|PAT|FRAME|(?:PITCH)?CIRC)\d)", re.IGNORECASE
+)
 _SETS = re.compile(r"\s*(?:Q[LRS]?\d+\s*=|FN\b)", re.IGNORECASE)
 #: What begins a block, where a formula may go on.
 _BEGINS = re.compile(
@@ -40,16 +33,20 @@ _WORDS_BELOW = re.compile(
 )
 
 
-def needs(source: Source) -> bool:
-    """Tell whether a program needs this runner."""
-    return _NEEDS.search(source.data) is not None
-
-
 def apart(body: str) -> list[str]:
     """Return a line, its parameters of a cycle apart: CYCL DEF 200 DRILLING Q200=2 Q201=-15."""
     if '"' in body or body[:1] not in "CcQqGg":
         return [body]
     return _GIVEN.split(body)
+
+
+def body_of(text: str, *, formula: bool = False) -> str:
+    """Return a line without its comment. A comment begins with ;, or stands in parentheses behind words, as simulators write it, where the
+    line is not the rest of a formula."""
+    body = text.partition(";")[0]
+    if "(" in body and "=" not in body and not formula and not _POINTS.match(body):
+        body = body.partition("(")[0]
+    return body.rstrip().rstrip("~").rstrip()
 
 
 def bodies(source: Source, *, block_delete: bool) -> Iterator[tuple[int, int, str, bool]]:
@@ -74,7 +71,7 @@ def bodies(source: Source, *, block_delete: bool) -> Iterator[tuple[int, int, st
         goes_on = text.rstrip().endswith("~")
         if left_out:
             text = "" if block_delete else text.replace("/", " ", 1)
-        body = "" if remark else plain_language.body_of(text, formula=rest)
+        body = "" if remark else body_of(text, formula=rest)
         remark = remark or ";" in text
         below = rest or (numbered and _WORDS_BELOW.match(body) is not None)
         numbered = below or _NUMBERED.match(text) is not None

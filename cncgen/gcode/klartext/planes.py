@@ -8,15 +8,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from cncgen.gcode.codes import affine
 from cncgen.gcode.errors import BlockError
 from cncgen.machine.kinematics import Kinematics
 
-_NUMBER = r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))"
-RESET = re.compile(r"PLANE\s+RESET\b", re.IGNORECASE)
-_KIND = re.compile(r"PLANE\s+(\w+)", re.IGNORECASE)
 #: Functions that do not change motion, or end a mode that is never on.
 _IDLE = re.compile(
     r"FUNCTION\s+(?:MODE\s+MILL|DCM\b|PROG\s+PATH|S-PULSE|FEED\s+DWELL\s+RESET|FEED\s+RESET|COUNT|FILE|LIFTOFF|PARAXCOMP\s+(?:DISPLAY|OFF)|PARAXMODE\s+OFF)\b",
@@ -73,7 +70,7 @@ def idle(body: str) -> bool:
 
 
 def matrix(
-    body: str, value: Evaluate, before: affine.Matrix, machine: Machine | None = None
+    name: str, words: Mapping[str, float], before: affine.Matrix, machine: Machine | None = None
 ) -> affine.Matrix | None:
     """Return the rotation of a PLANE block, None where it turns nothing.
 
@@ -84,29 +81,26 @@ def matrix(
     Raises:
         BlockError: The plane is defined otherwise.
     """
-    if RESET.match(body):
+    if name == "RESET":
         return None
-    kind = _KIND.match(body)
-    name = kind[1].upper() if kind else ""
-    rest = body[kind.end() :] if kind else ""
     if name == "SPATIAL":
-        return spatial(_angles(rest, ("SPA", "SPB", "SPC"), value))
+        return spatial(_angles(words, ("SPA", "SPB", "SPC")))
     if name == "EULER":
-        first, nutation, last = _angles(rest, ("EULPR", "EULNU", "EULROT"), value)
+        first, nutation, last = _angles(words, ("EULPR", "EULNU", "EULROT"))
         turned = affine.product(affine.turn(0, nutation), affine.turn(2, last))
         return affine.product(affine.turn(2, first), turned)
     if name in ("RELATIV", "RELATIVE"):
         turned = before
-        for axis, angle in enumerate(_angles(rest, ("SPA", "SPB", "SPC"), value)):
+        for axis, angle in enumerate(_angles(words, ("SPA", "SPB", "SPC"))):
             turned = affine.product(turned, affine.turn(axis, angle))
         return turned
     if name == "POINTS":
-        return _through(rest, value)
+        return _through(words)
     if name == "VECTOR":
-        base, normal = _angles(rest, ("BX", "BY", "BZ"), value), _angles(rest, ("NX", "NY", "NZ"), value)
+        base, normal = _angles(words, ("BX", "BY", "BZ")), _angles(words, ("NX", "NY", "NZ"))
         return _axes(list(base), list(normal))
     if name == "AXIAL":
-        return _of_axes(rest, value, machine)
+        return _of_axes(named_axes(words), machine)
     raise BlockError(
         "unsupported-block",
         f"PLANE {name} is not read",
@@ -115,12 +109,9 @@ def matrix(
     )
 
 
-def _through(rest: str, value: Evaluate) -> affine.Matrix:
+def _through(words: Mapping[str, float]) -> affine.Matrix:
     """Return the rotation of three points."""
-    points = []
-    for number in "123":
-        found = [re.search(rf"P{number}{axis}{_NUMBER}", rest, re.IGNORECASE) for axis in "XYZ"]
-        points.append([value(match[1]) if match else 0.0 for match in found])
+    points = [list(_angles(words, (f"P{number}X", f"P{number}Y", f"P{number}Z"))) for number in "123"]
     along, aside = ([b - a for a, b in zip(points[0], point, strict=True)] for point in points[1:])
     return _axes(along, _cross(along, aside))
 
@@ -147,22 +138,17 @@ def _unit(vector: list[float]) -> list[float]:
     return [part / length for part in vector]
 
 
-def named_axes(body: str, value: Evaluate) -> dict[int, float]:
+def named_axes(words: Mapping[str, float]) -> dict[int, float]:
     """Return the columns of rotary axes (3 is A) and their positions that PLANE AXIAL names."""
-    found = {
-        column: re.search(rf"(?<![A-Z]){letter}{_NUMBER}", body, re.IGNORECASE)
-        for column, letter in enumerate("ABC", 3)
-    }
-    return {column: value(match[1]) for column, match in found.items() if match}
+    return {column: words[letter] for column, letter in enumerate("ABC", 3) if letter in words}
 
 
-def _of_axes(rest: str, value: Evaluate, machine: Machine | None) -> affine.Matrix | None:
+def _of_axes(named: Mapping[int, float], machine: Machine | None) -> affine.Matrix | None:
     """Return the rotation of the plane square to the tool while rotary axes stand at these positions.
 
     Raises:
         BlockError: Two of them turn, and no machine says which carries the other; or the machine does not have them.
     """
-    named = named_axes(rest, value)
     if machine is not None:
         kinematics, now = machine
         if not set(named) <= set(kinematics.axes):
@@ -177,14 +163,13 @@ def _of_axes(rest: str, value: Evaluate, machine: Machine | None) -> affine.Matr
     return next((affine.turn(column - 3, angle) for column, angle in turned.items()), None)
 
 
-def of_cycle(rest: str, value: Evaluate) -> tuple[float, float, float]:
+def of_cycle(words: Mapping[str, float]) -> tuple[float, float, float]:
     """Return the angles A B C of cycle 19; an angle that is left out is 0."""
-    return _angles(rest, ("A", "B", "C"), value)
+    return _angles(words, ("A", "B", "C"))
 
 
-def _angles(rest: str, names: tuple[str, str, str], value: Evaluate) -> tuple[float, float, float]:
-    found = [re.search(rf"(?<![A-Z]){name}{_NUMBER}", rest, re.IGNORECASE) for name in names]
-    a, b, c = (value(match[1]) if match else 0.0 for match in found)
+def _angles(words: Mapping[str, float], names: tuple[str, str, str]) -> tuple[float, float, float]:
+    a, b, c = (words.get(name, 0.0) for name in names)
     return a, b, c
 
 

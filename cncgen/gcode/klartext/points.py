@@ -4,53 +4,36 @@ from __future__ import annotations
 
 import cmath
 import math
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
+from cncgen.gcode.block import Value
 from cncgen.gcode.errors import BlockError
 
 _MOST = 10_000
-_PART = re.compile(r"(?P<kind>POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)\d*\s*\((?P<words>[^()]*)\)\s*", re.IGNORECASE)
-_NAMES = "NUMX NUMY NUM ROTX ROTY ROT START STEP DX DY D X Y Z"
-_WORD = re.compile(
-    r"(" + "|".join(_NAMES.split()) + r")\s*((?:[-+]\s*)?(?:Q[LR]?\d+|\d++[.,]?+\d*+|[.,]\d+))\s*",
-    re.IGNORECASE,
-)
+_NAMES = ("NUMX", "NUMY", "NUM", "ROTX", "ROTY", "ROT", "START", "STEP", "DX", "DY", "D", "X", "Y", "Z")
 #: Words that each kind must have.
 _NEEDS = {"POS": "X Y", "ROW": "X Y D NUM", "PAT": "X Y DX DY NUMX NUMY", "FRAME": "X Y DX DY NUMX NUMY", "CIRC": "X Y D NUM", "PITCHCIRC": "X Y D STEP NUM"}  # fmt: skip
-#: A line that begins a pattern or goes on with it.
-BEGINS = re.compile(r"PATTERN\s+DEF\b", re.IGNORECASE)
-GOES_ON = re.compile(r"\s*(?:POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)\d*\s*\(", re.IGNORECASE)
-
-#: A table of points.
-TABLE = re.compile(r"SEL\s+PATTERN\s*(?P<name>\S[^;\n]*?)\s*\Z", re.IGNORECASE)
-
 #: A place in X and Y, and how far above the surface of the cycle its own lies.
 Place = tuple[complex, float]
 
 
-def places(text: str, value: Callable[[str], float]) -> list[Place]:
+def places(parts: Sequence[tuple[str, dict[str, Value]]], now: Callable[[Value], float]) -> list[Place]:
     """Return the places of PATTERN DEF, in the order of visits.
 
     Args:
-        text: The definition, its lines joined.
-        value: Gives the value of a number or parameter.
+        parts: The kind of each part, and its words.
+        now: Gives the present value of a word.
 
     Raises:
-        BlockError: A part of it is not read, misses a word, or counts too many places.
+        BlockError: A part misses a word or has one too many, or counts too many places.
     """
-    at, found = BEGINS.match(text), list[Place]()
-    assert at
-    position = at.end()
-    while text[position:].strip():
-        part = _PART.match(text, position + len(text[position:]) - len(text[position:].lstrip()))
-        if part is None:
-            message = f"{text[position:].strip()} of PATTERN DEF is not read"
-            raise BlockError(
-                "unsupported-block", message, "PATTERN", hint="POS ROW PAT FRAME CIRC PITCHCIRC are"
-            )
-        position = part.end()
-        kind, words = part["kind"].upper(), _words(part["words"], value)
+    found = list[Place]()
+    for kind, given in parts:
+        strange = next((name for name in given if name not in _NAMES), None)
+        if strange:
+            message, hint = f"{strange} of PATTERN DEF is not read", f"{' '.join(_NAMES)} are"
+            raise BlockError("unsupported-block", message, "PATTERN", hint=hint)
+        words = {name: now(value) for name, value in given.items()}
         missing = [name for name in _NEEDS[kind].split() if name not in words]
         if missing:
             message = f"{kind} of PATTERN DEF has no {missing[0]}"
@@ -90,18 +73,6 @@ def of_table(text: str, name: str) -> list[Place]:
             ) from None
         found.append((complex(x, y), z))
     return found
-
-
-def _words(text: str, value: Callable[[str], float]) -> dict[str, float]:
-    words, position = dict[str, float](), len(text) - len(text.lstrip())
-    while position < len(text):
-        match = _WORD.match(text, position)
-        if match is None:
-            message = f"{text[position:].strip()} of PATTERN DEF is not read"
-            raise BlockError("unsupported-block", message, "PATTERN", hint=f"{_NAMES} are")
-        words[match[1].upper()] = value(match[2])
-        position = match.end()
-    return words
 
 
 def _of_kind(kind: str, words: dict[str, float]) -> Iterator[complex]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import ClassVar
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import (
@@ -15,11 +17,12 @@ from cncgen.gcode.block import (
     CYCLE_CALL,
     POLAR_ARC,
     POLAR_LINE,
+    POLE,
     RADIUS_ARC,
     TIP,
     TIP_OFF,
     Block,
-    Parsed,
+    Value,
     gather,
 )
 from cncgen.gcode.budget import LINE
@@ -27,7 +30,7 @@ from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.turning_profiles import Recorder, Segment
 from cncgen.gcode.errors import BlockError, Stop
-from cncgen.gcode.flow.language_run import LanguageRun
+from cncgen.gcode.flow import recovery
 from cncgen.gcode.klartext import (
     contours,
     cycles,
@@ -36,64 +39,42 @@ from cncgen.gcode.klartext import (
     planes,
     points,
     programs,
-    q_formulas,
     system_data,
 )
 from cncgen.gcode.klartext.datums import Datums
 from cncgen.gcode.klartext.hole_cycle import FASTEST
+from cncgen.gcode.klartext.program_text import UNREAD, ProgramText
 from cncgen.gcode.sinks.sink import Point
-from cncgen.gcode.source import Source, open_source
+from cncgen.gcode.source import open_source
 from cncgen.gcode.state.systems import SYSTEM_COUNT
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.plain_language import Statement
 from cncgen.gcode.text.search import search_path
 
-_LABEL = re.compile(r"LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))\s*\Z", re.IGNORECASE)
-_CALL = re.compile(
-    r"CALL\s+LBL\s*(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?:(?P<times>\d{1,99}|Q\d+)(?:/\d+)?|/)?)?\s*\Z",
-    re.IGNORECASE,
-)
-_CORNER = re.compile(
-    r"(?P<kind>RND|CHF)\s*R?\s*(?P<size>(?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))(?:\s*F\s*(?:AUTO|Q?[\d.,]+))?\s*\Z",
-    re.IGNORECASE,
-)
-_DEFINITION = re.compile(
-    r"CYCL\s+DEF\s*(?P<number>\d{1,99})(?:\s*\.(?P<part>\d{1,99}))?(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
-)
-_TANGENT = re.compile(r"CT(?:(?P<polar>P(?=[\sPI]))|(?=[\sXYZI]))(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
-_PLACE = re.compile(r"CYCL\s+CALL\s+POS\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
-_PATTERN = re.compile(r"CYCL\s+CALL\s+PAT\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
-_VALUE = re.compile(r"\s*((?:[-+]\s*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))")
-_END_OF_PROGRAM = re.compile(r"END\s+PGM\b|(?:L\s+)?(?:M0?2|M30)\s*\Z", re.IGNORECASE)
 #: The cycle that names contours.
 _CONTOUR_LABELS = 14
 _FRAMES = (7, 8, 9, 10, 11, 19, 26, 247)
-#: The axes of a mirror image, which without them is ended.
-_MIRRORED = re.compile(r"CYCL\s+DEF\s+8\.1\s*\S", re.IGNORECASE)
 #: Where a subprogram leads back to that is read as a contour.
 _END_OF_CONTOUR = -1
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
-_CALLED = CYCLE_CALL / 10.0
-_MODAL = re.compile(r"\bM89\b", re.IGNORECASE)
-_PREDEF = re.compile(r"Q(?P<number>\d{1,4})\s*=\s*PREDEF\s*\Z", re.IGNORECASE)
-_GLOBAL = re.compile(r"Q(?P<number>\d{1,4})\s*=(?P<value>.*)\Z", re.IGNORECASE)
-_SIDE_OFF = re.compile(r"\bR0\b(?![.\d])", re.IGNORECASE)
+#: The first letter of parameters, which follow a cycle.
+_PARAMETER = ("Q", "q")
+#: Codes of lines and arcs, to which a contour is approached and which corners join.
+_DRAWN = frozenset(number / 10.0 for number in (0, 10, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE))
 
 
-class HeidenhainRunner(LanguageRun):
+class HeidenhainRunner(ProgramText):
     """One run of a program in plain language."""
 
     dialect, ends_with = "heidenhain", "END PGM or M30"
 
     def _prepare(self) -> None:
-        self._lines: list[Cursor] = []
-        self._bodies: list[str] = []
-        self._labels: dict[str, int] = {}
+        super()._prepare()
         self._calls: list[int] = []
         self._repeats: dict[int, int] = {}
-        self._parsed: dict[str, Parsed] = {}
-        self._datums = Datums(self.ip, self._value)
+        self._datums = Datums(self.ip, self._now)
         self._modal = False
         #: The part of the feed that M103 lets motions downwards have, 0 for all of it.
         self._plunge = 0.0
@@ -129,24 +110,6 @@ class HeidenhainRunner(LanguageRun):
         if self._lines:
             self._check_end(self._lines[-1])
 
-    def _read(self, source: Source, index: int = 0) -> None:
-        """Take the lines, their text without numbers and comments, and the labels."""
-        for offset, number, bare, below in lines.bodies(source, block_delete=self._options.block_delete):
-            if below:
-                self._bodies[-1] += f" {bare}"
-            for own in () if below else self._said(bare):
-                label = _LABEL.match(own)
-                if label:
-                    name = (label["name"] if label["name"] is not None else label["number"]).upper()
-                    if name != "0":
-                        self._labels.setdefault(name, len(self._lines))
-                self._lines.append(Cursor(index, offset, number))
-                self._bodies.append(own)
-
-    def _said(self, bare: str) -> list[str]:
-        """Return a line as blocks, its parameters of a cycle apart."""
-        return lines.apart(bare)
-
     def _run(self) -> Iterator[None]:
         self.ip.budget.forward = len(self._lines)
         while not self.ip.state.ended and (self._at < len(self._lines) or self._called):
@@ -163,13 +126,23 @@ class HeidenhainRunner(LanguageRun):
                 self._line(at, self._bodies[at])
             except BlockError as error:
                 self._fail(here if error.at is None else self._lines[error.at], error)
+                self._take_up(at)
+
+    def _take_up(self, at: int) -> None:
+        """Stand where a line leads that failed, with its feed: arcs behind it were blamed for beginning elsewhere."""
+        if self.ip.guard is not None:
+            return
+        words: dict[str, float] = {}
+        for letter, value in plain_language.place(self._bodies[at]):
+            with suppress(BlockError):
+                words |= gather([(letter, evaluate(value, self.ip.parameters))]).words
+        feed = words.pop("f", 0.0)
+        if feed > 0.0:
+            recovery.attempt(self.ip, Block({"f": feed}))
+        recovery.stand(self.ip, Block(words))
 
     def _q(self, number: int) -> float:
-        numbers = self.ip.parameters.numbers
-        if number >= len(numbers):
-            message = f"Q{number} is not read: Q parameters go up to Q{len(numbers) - 1}"
-            raise BlockError("parameter-number", message, "Q", hint="take a smaller number")
-        return float(numbers[number])
+        return float(self.ip.parameters.numbers[number])
 
     def _feed_word(self, word: str) -> float:
         """Return the feed that a Q parameter of a cycle is given by a word: FMAX, FAUTO."""
@@ -182,53 +155,37 @@ class HeidenhainRunner(LanguageRun):
         return feed
 
     def _value(self, text: str) -> float:
-        return q_formulas.formula(text.replace(",", "."), self._q)
+        return self._now(plain_language.value_of(text))
+
+    def _now(self, value: Value) -> float:
+        """Return the present value of what a block gives; raise where a double cannot hold it."""
+        try:
+            found = evaluate(value, self.ip.parameters)
+        except BlockError as error:
+            error.hint = error.hint or "was the Q parameter set?"
+            raise
+        if not math.isfinite(found):
+            raise BlockError("number-range", f"a value is {found:g}, beyond the range of numbers")
+        return found
 
     def _line(self, at: int, body: str) -> None:
         """Execute a line."""
         if not body or body.startswith("*"):
             return
-        head = body[:4].upper()
-        if head.startswith("LBL") and _LABEL.match(body):
-            self._pass_label(at, body)
-        elif head == "CALL" and _CALL.match(body):
-            self._call(at, body)
-        elif free_contours.BEGINS.match(body):
-            self._free(at)
-        elif head.startswith(("FN", "Q")):
-            self._set(at, body)
-        elif head.startswith(("RND", "CHF")):
-            self._check_corner(at, body)
-        elif head in ("APPR", "DEP ", "DEP\t"):
-            self._way(at, body)
-        elif head == "CYCL":
-            self._cycle(at, body)
-        elif head.startswith("CT") and _TANGENT.match(body):
-            self._tangent(at, body)
-        elif head == "PLAN":
-            self._datums.plane(body)
-        elif head == "PATT" and points.BEGINS.match(body):
-            self._take_pattern(at, body)
-        elif head == "FUNC":
-            self._function(body)
-        elif head == "GLOB" and re.match(r"GLOBAL\s+DEF\b", body, re.IGNORECASE):
-            self._define_globals(at)
-        elif head in ("TRAN", "SEL ") and self._transformed(body):
-            return
-        elif head == "CALL" and (name := self._program_of(body)) is not None:
-            self._call_program(at, name)
-        elif self._called and _END_OF_PROGRAM.match(body):
+        statement = self._statement(at, body)
+        run = self._RUNS.get(statement.kind)
+        if self._called and statement.words in ([("m", 2.0)], [("m", 30.0)]):
             self._at = len(self._lines)
+        elif run is not None:
+            run(self, at, statement)
         else:
-            self._plain(at, body)
+            self._plain(at, statement)
 
     # Jumps.
 
-    def _pass_label(self, at: int, body: str) -> None:
+    def _pass_label(self, at: int, statement: Statement) -> None:
         """LBL 0 ends a subprogram; other labels are passed."""
-        label = _LABEL.match(body)
-        assert label
-        if label["number"] == "0" and self._calls:
+        if statement.data[0] == "0" and self._calls:
             self._at = self._calls.pop()
 
     def _target(self, name: str) -> int:
@@ -237,14 +194,14 @@ class HeidenhainRunner(LanguageRun):
             raise BlockError("label-missing", message, "LBL", hint=f"LBL {name} begins what is run")
         return self._labels[name]
 
-    def _call(self, at: int, body: str) -> None:
+    def _call(self, at: int, statement: Statement) -> None:
         """CALL LBL n: a subprogram to LBL 0; with REP m the lines from the label to here m times more."""
-        match = _CALL.match(body)
-        assert match
-        name = (match["name"] if match["name"] is not None else match["number"]).upper()
-        target = self._target(name)
-        if match["times"] is not None:
-            left = self._repeats.get(at, round(self._value(match["times"])))
+        name, times = statement.data
+        target: int = self._target(name)
+        if times is not None:
+            if at not in self._repeats:
+                self._repeats[at] = round(self._now(times))
+            left = self._repeats[at]
             if left > 0:
                 self._repeats[at] = left - 1
                 self._at = target + 1
@@ -257,48 +214,79 @@ class HeidenhainRunner(LanguageRun):
         self._calls.append(at + 1)
         self._at = target + 1
 
-    def _set(self, at: int, body: str) -> None:
-        """Set a Q parameter, or jump by FN 9 to FN 12."""
-        jump = q_formulas.jump(body, self._q)
-        if jump is not None:
-            holds, label = jump
-            if holds:
-                self._at = self._target(label) + 1
-            return
-        wanted = _PREDEF.match(body)
-        if wanted:
-            key = int(wanted["number"])
-            if key not in self._globals:
-                message = f"Q{key} = PREDEF takes a value that no GLOBAL DEF gives"
-                hint = f"GLOBAL DEF 100 GENERAL ~ Q{key}=2"
-                raise BlockError("cycle-words", message, "PREDEF", hint=hint)
-            self.ip.parameters.set_number(float(key), self._globals[key])
-            return
-        found = q_formulas.assignment(body, self._q, self._feed_word)
-        if found is not None:
-            number, value = found
-            self.ip.parameters.set_number(number, value)
-            return
-        if q_formulas.function_number(body) == 18:
-            number, value = system_data.read(self.ip, body, self._value)
-            self.ip.parameters.set_number(float(number), value)
-            return
-        q_formulas.pass_over(body)
+    def _set(self, at: int, statement: Statement) -> None:
+        """Set a Q parameter."""
+        number, value = statement.data
+        self.ip.parameters.set_number(number, self._now(value))
 
-    def _define_globals(self, at: int) -> None:
+    def _set_feed(self, at: int, statement: Statement) -> None:
+        """Set a Q parameter to a feed: FMAX, FAUTO."""
+        number, word = statement.data
+        self.ip.parameters.set_number(number, self._feed_word(word))
+
+    def _take_global(self, at: int, statement: Statement) -> None:
+        """Set a Q parameter to its value of GLOBAL DEF."""
+        key = statement.data[0]
+        if key not in self._globals:
+            message = f"Q{key} = PREDEF takes a value that no GLOBAL DEF gives"
+            hint = f"GLOBAL DEF 100 GENERAL ~ Q{key}=2"
+            raise BlockError("cycle-words", message, "PREDEF", hint=hint)
+        self.ip.parameters.set_number(float(key), self._globals[key])
+
+    def _jump(self, at: int, statement: Statement) -> None:
+        """FN 9 to FN 12."""
+        holds, label = statement.data
+        if self._now(holds):
+            self._at = self._target(label) + 1
+
+    def _read_data(self, at: int, statement: Statement) -> None:
+        """FN 18."""
+        number, *asked = statement.data
+        group, place, index = (round(self._now(value or 0.0)) for value in asked)
+        self.ip.parameters.set_number(number, system_data.read(self.ip, group, place, index))
+
+    def _alarm(self, at: int, statement: Statement) -> None:
+        message = f"the program raises an error: {self._bodies[at]}"
+        raise Stop(BlockError("program-alarm", message, "FN", hint="FN 14 ends the program"))
+
+    def _not_read(self, at: int, statement: Statement) -> None:
+        hint = "FN 0 to FN 14, FN 18 and formulas of Q are read"
+        raise BlockError("unsupported-block", f"FN {statement.data[0]} is not read", "FN", hint=hint)
+
+    def _pass(self, at: int, statement: Statement) -> None:
+        """What prints, sends or waits, and texts, which are not kept: statements that use one report it."""
+
+    def _parameters(self, at: int, take: Callable[[Statement, int], None]) -> int:
+        """Run the lines of parameters behind a cycle; return the first other line."""
+        following = at + 1
+        while following < len(self._bodies) and (
+            not self._bodies[following] or self._bodies[following].startswith(_PARAMETER)
+        ):
+            if self._bodies[following]:
+                try:
+                    take(self._statement(following, self._bodies[following]), following)
+                except BlockError as error:
+                    self._fail(self._lines[following], error)
+            following += 1
+        return following
+
+    def _take_parameter(self, statement: Statement, at: int) -> None:
+        self._RUNS[statement.kind](self, at, statement)
+
+    def _define_globals(self, at: int, statement: Statement) -> None:
         """GLOBAL DEF: keep the values that parameters of cycles take by PREDEF."""
-        while self._at < len(self._bodies) and (given := _GLOBAL.match(self._bodies[self._at])):
-            word = given["value"].strip().upper()
-            value = self._feed_word(word) if word in ("MAX", "AUTO") else self._value(given["value"])
-            self._globals[int(given["number"])] = value
-            self._at += 1
 
-    def _program_of(self, body: str) -> str | None:
-        """Return the name of the program that CALL PGM or CALL SELECTED PGM calls, None where the line is neither."""
-        match = programs.CALL.match(body)
-        if match:
-            return programs.bare(match["name"])
-        return self._selected if programs.SELECTED.match(body) else None
+        def take(given: Statement, following: int) -> None:
+            number, value = given.data
+            self._globals[int(number)] = self._feed_word(value) if given.kind == "feed" else self._now(value)
+
+        self._at = self._parameters(at, take)
+
+    def _call_named(self, at: int, statement: Statement) -> None:
+        self._call_program(at, programs.bare(statement.data[0]))
+
+    def _call_selected(self, at: int, statement: Statement) -> None:
+        self._call_program(at, self._selected)
 
     def _call_program(self, at: int, name: str) -> None:
         """CALL PGM: another file, beside the program or in a folder of --include; its labels are its own."""
@@ -336,69 +324,59 @@ class HeidenhainRunner(LanguageRun):
 
     # Contours.
 
-    def _following(self, at: int) -> int | None:
-        """Return the next line that is not a comment."""
-        return next(
-            (
-                k
-                for k in range(at + 1, len(self._bodies))
-                if self._bodies[k] and not self._bodies[k].startswith("*")
-            ),
-            None,
-        )
-
     def _corner_after(self, at: int) -> tuple[str, float] | None:
         """Return the corner RND or CHF that the next line puts at the end of this one."""
         following = self._following(at)
-        match = _CORNER.match(self._bodies[following]) if following is not None else None
-        if match is None:
+        statement = self._ahead(following) if following is not None else UNREAD
+        if statement.kind != "corner":
             return None
-        return (",r" if match["kind"].upper() == "RND" else ",c"), self._value(match["size"])
+        kind, size = statement.data
+        return (",r" if kind == "RND" else ",c"), self._now(size)
 
-    def _check_corner(self, at: int, body: str) -> None:
-        if _CORNER.match(body) is None:
-            message = f"{body[:3].upper()} has no size that is read"
-            raise BlockError("syntax", message, body[:3].upper(), hint="RND R5, CHF 2")
+    def _check_corner(self, at: int, statement: Statement) -> None:
+        kind = statement.data[0]
         before = next((k for k in range(at - 1, -1, -1) if self._bodies[k]), None)
-        if before is None or not re.match(
-            r"(?:L|C|CR|CT|CP|LP|LN|FLT?|FCT?)\b|[GXYZHI]", self._bodies[before], re.IGNORECASE
-        ):
+        if before is None or not self._draws(before):
             raise BlockError(
                 "corner-motion",
-                f"{body[:3].upper()} has no element of a contour before it",
-                body[:3].upper(),
+                f"{kind} has no element of a contour before it",
+                kind,
                 hint="an L or C block leads to the corner",
             )
 
-    def _block(self, at: int, body: str) -> Block:
-        """Return a line of the plain language as a block, values known."""
-        parsed = self._parsed.get(body)
-        if parsed is None:
-            parsed = plain_language.parse(body)
-            if len(self._parsed) < 4096:
-                self._parsed[body] = parsed
-        for target, value in parsed.settings:
-            assert not isinstance(target, str)
-            self.ip.parameters.set_number(
-                evaluate(target, self.ip.parameters), evaluate(value, self.ip.parameters)
-            )
-        block = gather([(letter, evaluate(value, self.ip.parameters)) for letter, value in parsed.words])
-        here = self._lines[at]
-        return replace(block, source=here.source, line=here.line, offset=here.offset)
+    def _draws(self, at: int) -> bool:
+        """Tell whether a line is an element of a contour."""
+        statement = self._ahead(at)
+        return statement.kind in ("tangent", "free") or _drawn(statement)
 
-    def _plain(self, at: int, body: str) -> None:
+    def _block(self, at: int, words: Sequence[tuple[str, Value]]) -> Block:
+        """Return words as a block, values known."""
+        block = gather([(letter, evaluate(value, self.ip.parameters)) for letter, value in words])
+        here = self._lines[at]
+        block.source, block.line, block.offset = here.source, here.line, here.offset
+        return block
+
+    def _here(
+        self, at: int, g: tuple[int, ...] = (), words: dict[str, float] | None = None, m: tuple[int, ...] = ()
+    ) -> Block:
+        """Return a block that stands at a line."""
+        here = self._lines[at]
+        return Block(words or {}, g, m, None, here.source, here.line, here.offset)
+
+    def _plain(self, at: int, statement: Statement) -> None:
         """Execute a line of motions, tools and M functions."""
-        if _MODAL.search(body):
-            self._modal = True
-            body = _MODAL.sub("   ", body)
-        body, self._plunge = contours.plunge_of(body, self._plunge, self._value)
-        block = self._block(at, body)
+        marks = statement.marks
+        if marks:
+            self._modal = self._modal or "M89" in marks
+            if "M103" in marks:
+                self._plunge = self._now(marks["M103"]) / 100.0
+        block = self._block(at, statement.words)
         usual = contours.plunge(self.ip, block, self._plunge)
         called = CYCLE_CALL in block.g
         if called:
             block.g = tuple(number for number in block.g if number != CYCLE_CALL)
             self._modal = False
-        if self.ip.state.compensation != 40 and _SIDE_OFF.search(body) and not {410, 420} & set(block.g):
+        if self.ip.state.compensation != 40 and "R0" in marks and not {410, 420} & set(block.g):
             self._execute(Block({}, (400,), (), None, 0, block.line, block.offset))
         moves = not AXIS_INDEX.keys().isdisjoint(block.words) or any(
             number in (*_ARCS, POLAR_LINE) for number in block.g
@@ -458,12 +436,10 @@ class HeidenhainRunner(LanguageRun):
         if block.words or block.g or block.m:
             self.ip.execute(block)
 
-    def _tangent(self, at: int, body: str) -> None:
+    def _tangent(self, at: int, statement: Statement) -> None:
         """CT X Y, CTP PR PA: an arc that goes on in the direction before."""
-        match = _TANGENT.match(body)
-        assert match
-        block = self._block(at, f"{'LP' if match['polar'] else 'L'} {match['rest']}")
-        if match["polar"]:
+        block = self._block(at, statement.words)
+        if statement.data[0]:
             contours.take_polar_end(self.ip, block.words)
         side = tuple(number for number in block.g if number in (410, 420))
         corner = self._corner_after(at)
@@ -484,24 +460,18 @@ class HeidenhainRunner(LanguageRun):
         finally:
             plain.pole, plain.plane = pole, plane
 
-    def _way(self, at: int, body: str) -> None:
+    def _way(self, at: int, statement: Statement) -> None:
         """APPR and DEP."""
-        way = contours.way_of(body, self._value)
-        if way is None:
-            raise BlockError(
-                "unsupported-block",
-                f"{body.split()[0].upper()} is not read in this form",
-                body.split()[0].upper(),
-                hint="LT, LN, CT and LCT are",
-            )
-        here = Block({}, (), (), None, 0, self._lines[at].line, self._lines[at].offset)
+        kind, form, words = statement.data
+        way = contours.way_of(kind, form, words, self._now)
+        here = self._here(at)
         self._execute(here)
         if way.kind == "APPR":
             contours.approach(self.ip, way, here, self._leads(at))
         else:
             contours.departure(self.ip, way, here)
         if way.m:
-            self._execute(Block({}, (), tuple(way.m), None, 0, here.line, here.offset))
+            self._execute(self._here(at, m=tuple(way.m)))
 
     def _contour(self, label: str) -> tuple[list[Segment], int]:
         """Return the contour of a subprogram, and the side of the tool: 1 by RL, -1 by RR, 0 by neither."""
@@ -537,23 +507,21 @@ class HeidenhainRunner(LanguageRun):
         """Return what gives the direction in which the first element behind APPR leaves a point, past corners and poles, which are taken."""
         following = self._following(at)
         while following is not None:
-            body = self._bodies[following]
-            if free_contours.BEGINS.match(body):
+            statement = self._ahead(following)
+            if statement.kind in ("free", "select"):
                 elements = self._elements(following)
                 if elements:
                     return partial(free_contours.first_heading, elements)
-            elif re.match(r"CC\b", body, re.IGNORECASE):
-                self._plain(following, body)
-            elif not (_CORNER.match(body) or _LABEL.match(body)):
-                if not re.match(r"(?:L|C|CR|CP|LP)\b", body, re.IGNORECASE):
-                    return None
-                return partial(self._heading, following, body)
+            elif ("g", POLE / 10.0) in statement.words:
+                self._plain(following, statement)
+            elif statement.kind not in ("corner", "label"):
+                return partial(self._heading, following, statement) if _drawn(statement) else None
             following = self._following(following)
         return None
 
-    def _heading(self, at: int, body: str, start: Point) -> complex | None:
+    def _heading(self, at: int, statement: Statement, start: Point) -> complex | None:
         """Return the direction in which a block leaves a point."""
-        return contours.first_heading(self.ip, start, partial(self._block, at, body))
+        return contours.first_heading(self.ip, start, partial(self._block, at, statement.words))
 
     def _elements(self, at: int) -> list[free_contours.Element]:
         """Return the elements of a free contour from a line on."""
@@ -561,34 +529,28 @@ class HeidenhainRunner(LanguageRun):
         pole = self._pole
         following: int | None = at
         while following is not None:
-            body = self._bodies[following]
-            choice = free_contours.SELECTS.match(body)
-            if choice:
+            statement = self._ahead(following)
+            if statement.kind == "select":
                 if not elements:
                     message = "FSELECT has no element before it whose solution it chooses"
                     raise BlockError(
                         "free-contour", message, "FSELECT", hint="it stands behind FL, FLT, FC or FCT"
                     )
-                elements[-1].select = int(choice["number"])
-            elif free_contours.BEGINS.match(body):
-                element = free_contours.element_of(body, following, self._value, self._number(following))
-                if body.upper().startswith("FPOL"):
+                elements[-1].select = statement.data[0]
+            elif statement.kind == "free":
+                head, words = statement.data
+                element = free_contours.element_of(head, words, following, self._now, self._number(following))
+                if head == "FPOL":
                     pole = complex(element.values.get("X", 0.0), element.values.get("Y", 0.0))
                 else:
                     element.pole = pole
                     elements.append(element)
-            elif not _CORNER.match(body):
+            elif statement.kind != "corner":
                 break
             following = self._following(following)
         self._beyond = len(self._bodies) if following is None else following
         self._pole = pole
         return elements
-
-    def _number(self, at: int) -> int:
-        """Return the number of a block in the text, 0 where it has none."""
-        here = self._lines[at]
-        digits = re.match(r"\s*/?\s*(\d{1,9})\s", self.sources[here.source].text_at(here.offset))
-        return int(digits[1]) if digits else 0
 
     def _known(self, number: int) -> free_contours.Known | None:
         """Return end and direction of the motion that a block of the text made last."""
@@ -596,7 +558,7 @@ class HeidenhainRunner(LanguageRun):
             (self._ends[k] for k in sorted(self._ends, reverse=True) if self._number(k) == number), None
         )
 
-    def _free(self, at: int) -> None:
+    def _free(self, at: int, statement: Statement) -> None:
         """FPOL, FL, FLT, FC, FCT: a free contour, as lines and arcs."""
         plain, state = Plain.of(self.ip), self.ip.state
         try:
@@ -607,7 +569,7 @@ class HeidenhainRunner(LanguageRun):
         chain = free_contours.Chain(elements, start, plain.heading, self._known)
         for element, segment in zip(elements, chain.solve(), strict=True):
             count = next((most for one, most in chain.chosen if one is element), 0)
-            block = self._block(element.at, f"L {element.rest}" if element.rest.strip() else "")
+            block = self._block(element.at, plain_language.line(element.rest))
             corner = self._corner_after(element.at)
             block.words |= {"x": segment.end.real, "y": segment.end.imag}
             if segment.centre is not None:
@@ -630,14 +592,15 @@ class HeidenhainRunner(LanguageRun):
 
     # Cycles.
 
-    def _take_pattern(self, at: int, body: str) -> None:
+    def _take_pattern(self, at: int, statement: Statement) -> None:
         """PATTERN DEF: take the points that CYCL CALL PAT visits."""
+        parts = list(statement.data)
+        while self._at < len(self._bodies) and (more := self._ahead(self._at)).kind == "pattern_more":
+            parts, self._at = [*parts, *more.data], self._at + 1
         self._points = []
-        while self._at < len(self._bodies) and points.GOES_ON.match(self._bodies[self._at]):
-            body, self._at = f"{body} {self._bodies[self._at]}", self._at + 1
-        self._points = points.places(body, self._value)
+        self._points = points.places(parts, self._now)
 
-    def _call_pattern(self, at: int, rest: str) -> None:
+    def _call_pattern(self, at: int, statement: Statement) -> None:
         """CYCL CALL PAT: run the cycle at each point, at the feed of the block on the way to it."""
         if not self._points:
             message = "CYCL CALL PAT has no pattern to visit"
@@ -650,7 +613,8 @@ class HeidenhainRunner(LanguageRun):
         q = self.ip.parameters.numbers
         surface = q[203]
         for place, above in self._points:
-            block = self._block(at, f"L X{place.real:.9f} Y{place.imag:.9f} {rest}")
+            block = self._block(at, statement.words)
+            block.words |= {"x": place.real, "y": place.imag}
             self._move(block)
             q[203] = surface + above
             try:
@@ -658,34 +622,27 @@ class HeidenhainRunner(LanguageRun):
             finally:
                 q[203] = surface
 
-    def _cycle(self, at: int, body: str) -> None:
-        visits = _PATTERN.match(body)
-        if visits:
-            self._call_pattern(at, visits["rest"])
-            return
-        place = _PLACE.match(body)
-        if place:
-            block = self._block(at, f"L {place['rest']} FMAX")
-            self._move(block)
-            self._call_cycle(at, block)
-            return
-        match = _DEFINITION.match(body)
-        number = int(match["number"]) if match else 0
-        if match is None or number == 32:
-            self._plain(at, body)
+    def _call_at(self, at: int, statement: Statement) -> None:
+        """CYCL CALL POS: the cycle at a place."""
+        block = self._block(at, statement.words)
+        self._move(block)
+        self._call_cycle(at, block)
+
+    def _cycle(self, at: int, statement: Statement) -> None:
+        number, part, rest = statement.data
+        if number == 32:
+            self._plain(at, Statement("block", plain_language.tolerance(rest) if part == "1" else []))
         elif number == _CONTOUR_LABELS:
             plain = Plain.of(self.ip)
             plain.contour = self._contour
-            plain.labels = (
-                [] if match["part"] in (None, "0") else [*plain.labels, *lines.labels_of(match["rest"])]
-            )
+            plain.labels = [] if part in (None, "0") else [*plain.labels, *lines.labels_of(rest)]
         elif number == programs.CYCLE:
             Plain.of(self.ip).cycle = number
-            self._program = programs.of_cycle(match["rest"]) if match["part"] == "1" else ""
+            self._program = programs.of_cycle(rest) if part == "1" else ""
         elif number in _FRAMES:
-            self._frame(at, number, match["part"], match["rest"])
-        elif match["part"] is not None:
-            cycles.take_part(self.ip, number, int(match["part"]), match["rest"], self._value)
+            self._frame(at, number, part, rest)
+        elif part is not None:
+            cycles.take_part(self.ip, number, int(part), rest, self._value)
         else:
             self._define(at, number)
 
@@ -693,67 +650,58 @@ class HeidenhainRunner(LanguageRun):
         """Take a cycle; a pattern runs once its Q parameters are read."""
         before = Plain.of(self.ip).cycle
         cycles.define(self.ip, number)
-        following = at + 1
-        while following < len(self._bodies) and re.match(
-            r"Q\d+\s*=|\Z", self._bodies[following], re.IGNORECASE
-        ):
-            if self._bodies[following]:
-                try:
-                    self._set(following, self._bodies[following])
-                except BlockError as error:
-                    self._fail(self._lines[following], error)
-            following += 1
-        self._at = following
+        self._at = self._parameters(at, self._take_parameter)
         if number in cycles.PATTERNS:
             here = self._lines[at]
             cycles.pattern(self.ip, number, before, Block({}, (), (), None, 0, here.line, here.offset))
 
     def _frame(self, at: int, number: int, part: str | None, rest: str) -> None:
         """Frames (`datums`), 9 dwell, 247 preset."""
-        here = self._lines[at]
         if number == 247:
             self._preset(at)
         elif number == 9:
-            numbers = re.sub(r"(?!Q\d)[A-Z][A-Z.]*", " ", rest, flags=re.IGNORECASE)
-            seconds = _VALUE.search(numbers) if part == "1" else None
+            seconds = [v for _, v in plain_language.words_of(rest) if v == v] if part == "1" else []
             if seconds:
-                self._execute(
-                    Block({"p": self._value(seconds[1])}, (40,), (), None, 0, here.line, here.offset)
-                )
+                self._execute(self._here(at, (40,), {"p": self._now(seconds[0])}))
         elif part == "1" or (part not in (None, "0") and number != 19):
-            self._datums.set(number, rest)
+            self._datums.of_cycle(number, rest)
         elif number == 8:
             following = self._following(at)
-            if following is None or not _MIRRORED.match(self._bodies[following]):
+            behind = self._ahead(following).data if following is not None else ()
+            if behind[:2] != (8, "1") or not behind[2]:
                 self._datums.take(8, None)
 
-    def _function(self, body: str) -> None:
+    def _function(self, at: int, statement: Statement) -> None:
         """FUNCTION TCPM puts M128 in force, FUNCTION RESET TCPM ends it; others change nothing, or are not read."""
+        body = f"FUNCTION {statement.data[0]}"
         if planes.TIP_ON.match(body) or planes.TIP_OFF.match(body):
-            number = TIP if planes.TIP_ON.match(body) else TIP_OFF
-            here = self._lines[self._at - 1]
-            self._execute(Block({}, (number,), (), None, here.source, here.line, here.offset))
+            self._execute(self._here(at, (TIP if planes.TIP_ON.match(body) else TIP_OFF,)))
             return
         seconds = planes.dwell_s(body, self._value, self.ip.state.speed)
         if seconds is not None:
-            here = self._lines[self._at - 1]
-            self._execute(Block({"p": seconds}, (40,), (), None, here.source, here.line, here.offset))
+            self._execute(self._here(at, (40,), {"p": seconds}))
         elif planes.PAUSES.match(body):
             self.ip.warn_once(planes.no_pauses(), Severity.WARNING)
         else:
             planes.idle(body)
 
-    def _transformed(self, body: str) -> bool:
-        """Do TRANS DATUM, MIRROR, ROTATION, SCALE of TNC 7, SEL PATTERN and SEL PGM; tell whether the line is one of them."""
-        selected = programs.SELECT.match(body)
-        if selected:
-            self._selected = programs.bare(selected["name"])
-            return True
-        table = points.TABLE.match(body)
-        if table:
-            self._points = self._table(programs.bare(table["name"]))
-            return True
-        return self._datums.transform(body)
+    def _plane(self, at: int, statement: Statement) -> None:
+        """PLANE."""
+        kind, *words = statement.data
+        self._datums.plane(kind.upper(), words)
+
+    def _transform(self, at: int, statement: Statement) -> None:
+        """TRANS DATUM, MIRROR, ROTATION, SCALE of TNC 7."""
+        kind, *words = statement.data
+        self._datums.transform(kind.upper(), words)
+
+    def _select_program(self, at: int, statement: Statement) -> None:
+        """SEL PGM."""
+        self._selected = programs.bare(statement.data[0])
+
+    def _select_pattern(self, at: int, statement: Statement) -> None:
+        """SEL PATTERN."""
+        self._points = self._table(programs.bare(statement.data[0]))
 
     def _table(self, name: str) -> list[points.Place]:
         """Return the points of a table that SEL PATTERN names."""
@@ -763,11 +711,7 @@ class HeidenhainRunner(LanguageRun):
 
     def _preset(self, at: int) -> None:
         """247: the preset Q339; numbers 1 to 9 are the origins G54 to G59.3 of the parameter file."""
-        following = at + 1
-        while following < len(self._bodies) and re.match(r"Q\d+\s*=", self._bodies[following], re.IGNORECASE):
-            self._set(following, self._bodies[following])
-            following += 1
-        self._at = following
+        self._at = self._parameters(at, self._take_parameter)
         number = round(self._q(339))
         if 1 <= number <= SYSTEM_COUNT:
             use_system(self.ip, number)
@@ -777,3 +721,38 @@ class HeidenhainRunner(LanguageRun):
             message = f"preset {number} is taken as G54: presets 1 to {SYSTEM_COUNT} are G54 to G59.3"
             hint = "--parameters sets origins"
             self.ip.warn(BlockError("preset-unknown", message, "CYCL", hint=hint), Severity.WARNING)
+
+    _RUNS: ClassVar[dict[str, Callable[[HeidenhainRunner, int, Statement], None]]] = {
+        "label": _pass_label,
+        "call": _call,
+        "set": _set,
+        "feed": _set_feed,
+        "predefined": _take_global,
+        "jump": _jump,
+        "system_data": _read_data,
+        "alarm": _alarm,
+        "function_unknown": _not_read,
+        "passed": _pass,
+        "global_def": _define_globals,
+        "call_program": _call_named,
+        "call_selected": _call_selected,
+        "select_program": _select_program,
+        "select_pattern": _select_pattern,
+        "corner": _check_corner,
+        "way": _way,
+        "free": _free,
+        "select": _free,
+        "tangent": _tangent,
+        "cycle": _cycle,
+        "call_at": _call_at,
+        "call_pattern": _call_pattern,
+        "pattern_def": _take_pattern,
+        "plane": _plane,
+        "transform": _transform,
+        "function_block": _function,
+    }
+
+
+def _drawn(statement: Statement) -> bool:
+    """Tell whether a block is a line or an arc."""
+    return any(letter == "g" and value in _DRAWN for letter, value in statement.words)

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.units import INCH
 
-_OPERAND = r"\s*((?:[-+]\s*)?(?:Q\d+|\d+))"
-_SYSREAD = re.compile(
-    rf"FN\s*18\s*:\s*SYSREAD\s+Q(?P<q>\d{{1,99}})\s*=\s*ID{_OPERAND}(?:\s*NR{_OPERAND})?(?:\s*IDX{_OPERAND})?\s*\Z",
-    re.IGNORECASE,
-)
 #: The data, by ID and NR: program, state of the machine, tool table, what TOOL CALL said, position in the machine's and in the program's
 #: coordinates; the index of ID50 is the tool, of ID240 and ID270 the axis from 1 on (iTNC 530 HSCI technical manual, 9.5.4). Lengths are in mm whatever the
 #: program's unit ("List of FN functions" of TNC 7).
@@ -47,20 +41,15 @@ def _size(ip: Interpreter, number: int) -> tuple[float, float]:
     return (tool.offset[2] * scale, tool.diameter * scale / 2.0) if tool else (0.0, 0.0)
 
 
-def read(ip: Interpreter, body: str, value: Callable[[str], float]) -> tuple[int, float]:
-    """Return the number of the Q parameter that a line sets, and the value.
+def read(ip: Interpreter, group: int, number: int, index: int) -> float:
+    """Return the value of ID, NR and IDX.
 
     Raises:
-        BlockError: The line is written otherwise, or asks for data that are not available.
+        BlockError: The data are not available.
     """
-    match = _SYSREAD.match(body)
-    if match is None:
-        hint = "FN 18: SYSREAD Q1 = ID270 NR1 IDX3"
-        raise BlockError("syntax", "FN 18 has not its Q, ID, NR and IDX", "FN", hint=hint)
-    group, number, index = (round(value(match[k])) if match[k] else 0 for k in (2, 3, 4))
     told = _STATE.get((group, number))
     if told is None or (group in (240, 270) and not 1 <= index <= _AXES):
         message = f"FN 18 with ID{group} NR{number} IDX{index} is not read"
         hint = "ID10, ID20 (tool, speed, feed), ID50 (length and radius of a tool), ID60, ID240 and ID270 (position) are"
         raise BlockError("unsupported-block", message, "FN", hint=hint)
-    return int(match["q"]), told(ip, index)
+    return told(ip, index)

@@ -8,27 +8,16 @@ usual one, leaves that where it is, and TABLE ROT turns it by the plane's angle.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import Block, Value
 from cncgen.gcode.codes import affine, carried_planes, tool_point
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.text.plain_language import Raw
 from cncgen.machine.kinematics import Kinematics
 from cncgen.records import dataclass
-
-_NUMBER = r"\s*([-+]?\s*(?:Q\d+|[\d.,]+))"
-_HOW = re.compile(r"\b(MOVE|TURN|STAY)\b", re.IGNORECASE)
-_FAST = re.compile(r"(?<![A-Z])F\s*(?:MAX|AUTO)\b", re.IGNORECASE)
-_FEED = re.compile(r"(?<![A-Z])F" + _NUMBER, re.IGNORECASE)
-_BELOW = re.compile(r"\b(?:DIST|ABST)" + _NUMBER, re.IGNORECASE)
-_BACK = re.compile(r"\bMB\s*(?:(MAX)\b|" + _NUMBER[3:] + ")", re.IGNORECASE)
-_SIGN = re.compile(r"\b(?:SEQ|SYM)\s*([-+])", re.IGNORECASE)
-_TABLE = re.compile(r"\bTABLE\s+ROT\b", re.IGNORECASE)
-
-Evaluate = Callable[[str], float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,16 +41,18 @@ class Turning:
     table: bool = False
 
 
-def words_of(body: str, value: Evaluate) -> Turning:
-    """Return what a PLANE block says of it."""
-    how, feed, below, back, sign = (each.search(body) for each in (_HOW, _FEED, _BELOW, _BACK, _SIGN))
+def words_of(words: Sequence[Raw], now: Callable[[Value], float]) -> Turning:
+    """Return what a PLANE block says of it; `now` gives the present value of a word."""
+    names = [name for name, _ in words]
+    given = {name: now(value) for name, value in words if value == value}
+    retracts = "MB" in names and "MB" not in given and names[names.index("MB") + 1 :][:1] == ["MAX"]
     return Turning(
-        how[1].upper() if how else "STAY",
-        value(feed[1]) if feed and not _FAST.search(body) else 0.0,
-        value(below[1]) if below else 0.0,
-        0.0 if back is None else float("inf") if back[1] else value(back[2]),
-        0 if sign is None else 1 if sign[1] == "+" else -1,
-        _TABLE.search(body) is not None,
+        next((name for name in names if name in ("MOVE", "TURN", "STAY")), "STAY"),
+        given.get("F", 0.0),
+        given.get("DIST", given.get("ABST", 0.0)),
+        float("inf") if retracts else given.get("MB", 0.0),
+        round(given.get("SEQ±", given.get("SYM±", 0.0))),
+        "TABLE" in names,
     )
 
 

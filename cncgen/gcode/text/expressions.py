@@ -38,6 +38,11 @@ def _modulo(a: float, b: float) -> float:
     return rest + abs(b) if rest < 0.0 else rest
 
 
+def _remainder(a: float, b: float) -> float:
+    """Return the remainder with the sign of what is divided."""
+    return math.copysign(_modulo(abs(a), abs(b)), a)
+
+
 def _power(a: float, b: float) -> float:
     if a < 0.0 and not b.is_integer():
         raise BlockError("domain", f"{a:g} ** {b:g} has no real value")
@@ -176,7 +181,7 @@ FANUC = Arithmetic(
         "and": _fill(lambda a, b: float(bits(a) & bits(b))),
         "or": _fill(lambda a, b: float(bits(a) | bits(b))),
         "xor": _fill(lambda a, b: float(bits(a) ^ bits(b))),
-        "mod": _fill(lambda a, b: math.copysign(_modulo(abs(a), abs(b)), a)),
+        "mod": _fill(_remainder),
         "eq": lambda a, b: 1.0 if _same(a, b) else 0.0,
         "ne": lambda a, b: 0.0 if _same(a, b) else 1.0,
     },
@@ -189,6 +194,36 @@ FANUC = Arithmetic(
         "rnd": _fill_one(UNARY["round"]),
         "bin": _fill_one(_checked("bin", lambda a: float(int(f"{int(a):x}")))),
         "bcd": _fill_one(_checked("bcd", lambda a: float(int(f"{int(a):d}", 16)))),
+    },
+)
+
+_OF_Q = functions("()")
+#: Q parameters of Heidenhain: values nearer than 1e-9 are equal, a remainder has the sign of what is divided.
+HEIDENHAIN = Arithmetic(
+    {
+        **{name: BINARY[name] for name in "+-*/"},
+        "DIV": _divide,
+        "%": _remainder,
+        "^": _power,
+        "LEN": math.hypot,
+        "ANG": lambda a, b: math.degrees(math.atan2(a, b)) % 360.0,
+        "EQU": lambda a, b: 1.0 if abs(a - b) < 1e-9 else 0.0,
+        **dict.fromkeys(("NE", "NEQ"), lambda a, b: 1.0 if abs(a - b) >= 1e-9 else 0.0),
+        "GT": BINARY["gt"],
+        "LT": BINARY["lt"],
+    },
+    {
+        **{
+            name.upper(): _OF_Q[name]
+            for name in ("sin", "cos", "tan", "asin", "acos", "sqrt", "abs", "ln", "exp")
+        },
+        "ATAN": lambda a: math.degrees(math.atan(a)),
+        "SQ": lambda a: a * a,
+        "INT": _checked("int", lambda a: float(math.trunc(a)), "()"),
+        "FRAC": _checked("frac", lambda a: math.fmod(a, 1.0), "()"),
+        "NEG": operator.neg,
+        "LOG": _checked("log", math.log10, "()"),
+        "SGN": lambda a: math.copysign(1.0, a) if a else 0.0,
     },
 )
 

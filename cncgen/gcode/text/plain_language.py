@@ -1,4 +1,4 @@
-"""Heidenhain's plain language: one block of text to `Parsed`.
+"""Heidenhain's plain language: one block of text to a `Statement`, by the tables of ``grammars/heidenhain.lark``.
 
 ```
 0 BEGIN PGM PART MM
@@ -16,13 +16,14 @@ Its words become those of G-code if these exist (TOOL CALL: T M6 G43 S), else wo
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
+from typing import Any, NamedTuple
 
 from cncgen.gcode.block import (
     AXIS_INDEX,
     CIRCLE,
-    CYCLE,
     CYCLE_CALL,
     OVERSIZE,
     POLAR_ARC,
@@ -37,53 +38,47 @@ from cncgen.gcode.block import (
     TOOL_FEED,
     TOOL_SIZES,
     Computed,
-    Parsed,
     Value,
 )
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text import expressions
+from cncgen.gcode.text.syntax_errors import Language, refusal
+from cncgen.kernels.grammar_values import Reader
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.state.parameters import Parameters
 
 Words = list[tuple[str, Value]]
-#: Reads a block from behind its name on.
-_Reader = Callable[[str, int], Words]
+#: A word as it is written: its name in capitals, and its value. That of FMAX, FAUTO and sides is their column, that of a name alone NaN.
+Raw = tuple[str, Value]
 
-_VALUE = r"\s*(?P<value>(?:[+-]\s*)?(?:Q[0-9]+|(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:E[+-]?[0-9]+)?))"
-_WORD = re.compile(
-    r"\s*(?:(?P<fast>F\s*MAX)|(?P<auto>F\s*AUTO)|(?P<keep>[FRM])(?=\s+[A-Z]|\s*\Z)|DR(?P<sense>[+-])(?![0-9])|(?P<side>R[0LR])(?![\w.])"
-    r"|M140\s+MB\s*(?P<retract>MAX|[0-9]+[.,]?[0-9]*)|(?P<ahead>M(?:120(?:\s+LA\s*[0-9]+)?|112(?:\s+[TA]\s*[0-9.,]+)*|118(?:\s+[XYZABCUVW]\s*[-+0-9.,Q]+)*|124(?:\s+T\s*[0-9.,]+)?|138(?:\s+[ABC](?![A-Z0-9+-]))*|90))(?![0-9])"
-    r"|(?P<tip>M128(?:\s*F\s*(?:MAX|Q?[0-9.,]+))?)(?![0-9])"
-    rf"|(?:(?P<coefficient>K[123][XYZABCUVW])|(?P<step>I)?(?:(?P<polar>P[RA])|(?P<axis>[XYZABCUVW]))|(?P<letter>F[UZ]|[FMSR])){_VALUE})",
-    re.IGNORECASE,
-)
-_SETTING = re.compile(rf"\s*(?:FN\s*0\s*:\s*)?Q(?P<number>[0-9]+)\s*={_VALUE}\s*\Z", re.IGNORECASE)
-_TOOL = re.compile(
-    r"\s*(?:(?P<number>Q?[0-9]+)(?:\.[0-9])?|(?P<name>\"[^\"]*\"|QS[0-9]+))?\s*(?P<axis>[XYZUVW](?![\w+-]))?",
-    re.IGNORECASE,
-)
-_CYCLE = re.compile(r"\s*(?P<number>[0-9]+)(?:\s*\.(?P<part>[0-9]+))?(?P<rest>.*)", re.DOTALL)
-_TOLERANCE = re.compile(rf"\s*T{_VALUE}", re.IGNORECASE)
-#: A datum shift by a line of a table, or by an increment.
-_NO_SHIFT = re.compile(r"\s*(?:#|I[XYZABCUVW])", re.IGNORECASE)
+
+_NO_MARKS: Mapping[str, Value] = {}
+
+
+class Statement(NamedTuple):
+    """A block.
+
+    Attributes:
+        kind: What it is: ``block`` (words that are executed), else the rule of the grammar.
+        words: Letters of G-code and values.
+        data: What else its rule says.
+        marks: Of its words those that the program's run acts on: R0, M89, M103.
+    """
+
+    kind: str
+    words: Sequence[tuple[str, Value]] = ()
+    data: tuple[Any, ...] = ()
+    marks: Mapping[str, Value] = _NO_MARKS
+
+
 #: Q parameters of a program and those that are kept, QL1 and QR1, and what is added to their numbers: Q ends at Q1999.
-_OWN_Q = re.compile(r"\"[^\"]*\"|Q(?P<kind>[LR])(?P<number>[0-9]{1,3})(?![0-9])", re.IGNORECASE)
 _OWN_NUMBERS = {"L": 3000, "R": 3500}
-#: A line of PATTERN DEF, whose points stand in parentheses.
-_POINTS = re.compile(
-    r"\s*(?:N?\d+\s+)?(?:PATTERN\s+DEF|(?:POS|ROW|PAT|FRAME|(?:PITCH)?CIRC)\d)", re.IGNORECASE
-)
-_COMMENT = re.compile(r"\s*(?:N?\d+\s*)?(?:;|\*|\Z)", re.IGNORECASE)
-#: The number of a block, which simulators write with N.
-_NUMBERED = re.compile(r"\s*(?:N?\d+\s+)?", re.IGNORECASE)
-#: Cycles that are data of the control, not motions: datum shift, tolerance.
-_DATUM_SHIFT, _PATH_TOLERANCE = 7, 32
-#: Cycles that CYCL CALL and M99 run have numbers from here on.
-_FIRST_CALLED = 200
+#: The first number that no parameter has.
+_BEYOND = 5602
 #: M functions that stand for several of G-code, or for another one.
-_FUNCTIONS: dict[float, Words] = {
+_FUNCTIONS: dict[Value, Words] = {
     13.0: [("m", 3.0), ("m", 8.0)],
     14.0: [("m", 4.0), ("m", 8.0)],
     91.0: [("g", 53.0)],
@@ -96,167 +91,195 @@ _FUNCTIONS: dict[float, Words] = {
     **{number: [("m", number), ("g", REMARK / 10.0), ("remark", number)] for number in (109.0, 110.0, 116.0)},
 }
 #: M functions that change the meaning of motions.
-_NOT_READ = {
-    89.0: "a cycle called in each block",
+_NOT_READ: dict[Value, str] = {
     114.0: "positions of the rotary axes in the program's coordinates",
     130.0: "points in untilted coordinates",
     144.0: "the kinematics of the rotary axes",
 }
 _HINT = "--dialect reads other texts as G-code"
-_WORDS_HINT = "a word is letters with a value: X+10, IY-2.5, X+Q1, DR-, R0, F200, FMAX, M3"
-#: Words of TOOL CALL that add to a tool's length, radius and radius of its corner.
-_OVERSIZE = re.compile(rf"(?P<kind>D(?:L|R2|R)(?!2)){_VALUE}", re.IGNORECASE)
-#: Words of TOOL DEF.
-_SIZES = re.compile(rf"(?<![A-Z0-9])(?P<kind>[LR]){_VALUE}", re.IGNORECASE)
-#: Words of LN: the normal of the surface, the direction of the tool's axis.
-_NORMAL = re.compile(rf"\bN[XYZ]{_VALUE}", re.IGNORECASE)
-_ORIENTATION = re.compile(rf"\bT[XYZ]{_VALUE}", re.IGNORECASE)
-#: Motions that end where their axis words say.
-_LEADING = re.compile(r"\s*(?:N?\d+\s+)?(?:L|C|CR)(?=[\sXYZABCUVWI])", re.IGNORECASE)
-_PLACE = re.compile(rf"(?<![A-Z])(?P<step>I)?(?P<axis>[XYZABCUVWF]){_VALUE}", re.IGNORECASE)
+_FORMULA_HINT = "Q1 = ( Q2 + 3 ) * SIN Q3"
+_READ = "of the plain language L, LN, LP, CC, C, CR, CP, CT, RND, CHF, APPR, DEP, SPL, TOOL CALL, CYCL DEF, LBL, CALL LBL, FN are read"
+_MOTIONS = {"SPL": SPL, "LP": POLAR_LINE, "CC": POLE, "CP": POLAR_ARC, "CR": RADIUS_ARC, "C": CIRCLE}
+_REMARK = ("g", REMARK / 10.0)
+#: Codes of motions that end where their axis words say.
+_LEADING = (0.0, 1.0, CIRCLE / 10.0, RADIUS_ARC / 10.0)
+#: Operators of functions that the grammar has as one token with others.
+_OPERATORS = {"1": ("+",), "2": ("-",), "3": ("*",), "4": ("DIV", "/")}
+_LANGUAGE = Language(
+    names={
+        **dict.fromkeys(("NUMBER", "SIGNED"), "a number"),
+        **dict.fromkeys(("Q", "TEXT_PARAMETER"), "a parameter Q"),
+        **dict.fromkeys(("SIGN",), "a sign"),
+        **dict.fromkeys(("FUNCTION", "PI", "ROOT", "SINE", "COSINE"), "a function"),
+        **dict.fromkeys(("TIMES", "POWER", "DIVISION"), "an operator"),
+        **dict.fromkeys(
+            ("AXIS", "NAMED", "OF_WAY", "FEED", "R", "SIDE", "FAST", "AUTO", "DR", "OVERSIZE", "L", "D", "OWN", "REFERENCE", "CLOSED", "NORMAL",
+             "ORIENTATION", "NAME", "TOLERANCE", "M", "M90", "M103", "M112", "M118", "M120", "M124", "M128", "M138", "M140"),
+            "a word",
+        ),
+        "COLON": ":", "STRING": 'a name "…"', "IDENTIFIER": "a name", "TEXT": "a text",
+        "LENGTH": "LEN", "ANGLE": "ANG", "EQUALS": "EQU", "DIFFERS": "NE", "GREATER": "GT", "LESS": "LT", "FORM": "LT, LN, CT or LCT",
+        "CYCLE": "the number of a cycle", "FEED_WORD": "a feed", "PREDEF": "PREDEF", "PLACES_OF": "POS, ROW, PAT, FRAME, CIRC or PITCHCIRC",
+    },
+    hint="a word is letters with a value: X+10, IY-2.5, X+Q1, DR-, R0, F200, FMAX, M3",
+)  # fmt: skip
 
 
-def parse(text: str) -> Parsed:
-    """Read one block.
+def parse(body: str) -> Statement:
+    """Read one block, without its number and comment.
 
     Raises:
-        BlockError: It is not one of the read statements; the column is that of `text`.
+        BlockError: It is not one of the read statements; the column is that of `body`.
     """
-    parsed = Parsed()
-    body = body_of(text)
-    if not body or _COMMENT.match(body):
-        return parsed
-    setting = _SETTING.match(body, _begin(body))
-    if setting:
-        parsed.settings = [(float(setting["number"]), _value(setting["value"]))]
-        return parsed
-    for head, read in _BLOCKS:
-        match = head.match(body, _begin(body))
-        if match:
-            parsed.words = read(body, match.end())
-            return parsed
-    column = _begin(body) + 1
-    word = re.match(r"[A-Z]+(?:\s+[A-Z]+)?", body[column - 1 :], re.IGNORECASE)
-    named = f"{' '.join(word[0].upper().split())}: " if word else ""
-    raise BlockError(
-        "unsupported-block",
-        f"{named}of the plain language L, LN, LP, CC, C, CR, CP, CT, RND, CHF, APPR, DEP, SPL, TOOL CALL, CYCL DEF, LBL, CALL LBL, FN are read",
-        column=column,
-        hint=_HINT,
-    )
+    return _read(body, "start")
 
 
-def body_of(text: str, *, formula: bool = False) -> str:
-    """Return a line without its comment. A comment begins with ;, or stands in parentheses behind words, as simulators write it, where the
-    line is not the rest of a formula."""
-    body = _OWN_Q.sub(_numbered, text.partition(";")[0])
-    if "(" in body and "=" not in body and not formula and not _POINTS.match(body):
-        body = body.partition("(")[0]
-    return body.rstrip().rstrip("~").rstrip()
+def value_of(text: str) -> Value:
+    """Return a number or Q parameter with its sign."""
+    return _read(text, "given")
 
 
-def _numbered(name: re.Match[str]) -> str:
-    return f"Q{_OWN_NUMBERS[name['kind'].upper()] + int(name['number'])}" if name["kind"] else name[0]
+def words_of(text: str) -> list[Raw]:
+    """Return the words of a part of a cycle: names and values, signs or nothing (NaN)."""
+    return _read(text, "named_words")
 
 
-def place(text: str) -> Words:
-    """Return where a motion leads that was refused as a whole, and its feed."""
-    body = body_of(text)
-    match = _LEADING.match(body)
-    words: Words = []
-    for word in _PLACE.finditer(body, match.end()) if match else ():
-        letter = word["axis"].lower()
-        try:
-            value = _value(word["value"])
-        except BlockError:  # an unknown parameter was reported when the line was read
+def _read(text: str, start: str) -> Any:
+    reader = _reader()
+    found = reader.parse(text, start)
+    if reader.error >= 0:
+        raise _refused(reader, text)
+    return found
+
+
+@cache
+def _reader() -> Reader:
+    """Return the reader of all blocks."""
+    from cncgen.grammars import tables_heidenhain
+
+    return Reader(tables_heidenhain, RULES)
+
+
+def _refused(reader: Reader, text: str) -> BlockError:
+    """Describe the text at which a block was refused."""
+    before, first = text[: reader.error].lstrip(), text.split(maxsplit=1)[0] if text.strip() else ""
+    if not before or (first.isalpha() and len(before) < len(first)):
+        # Letters of words may begin one that is none.
+        word = " ".join(word.upper() for word in text.split()[:2] if word.isalpha())
+        column = len(text) - len(text.lstrip()) + 1
+        return BlockError("unsupported-block", f"{word or first}: {_READ}", column=column, hint=_HINT)
+    return refusal(text, reader.error, reader.expected(), _LANGUAGE, _FORMULA_HINT if "=" in before else "")
+
+
+# Values.
+
+
+def number(text: str) -> float:
+    """Return a number, its decimal sign a point or comma."""
+    return float("".join(text.split()).replace(",", "."))
+
+
+def _number_of(q: str) -> float:
+    """Return the number of a parameter Q, QL or QR."""
+    kind = q[1:2].upper()
+    found = float(q[2:]) + _OWN_NUMBERS[kind] if kind in _OWN_NUMBERS else float(q[1:])
+    if found >= _BEYOND:
+        message = f"{q.upper()} is not read: Q parameters go up to Q{_BEYOND - 1}"
+        raise BlockError(
+            "parameter-number", message, column=_reader().begin + 1, hint="take a smaller number"
+        )
+    return found
+
+
+def _parameter(q: str) -> Value:
+    return expressions.parameter(_number_of(q))
+
+
+def _signed_parameter(sign: str, q: str) -> Value:
+    return expressions.negative(_parameter(q)) if sign == "-" else _parameter(q)
+
+
+def _unary(sign: str, value: Value) -> Value:
+    return expressions.negative(value) if sign == "-" else value
+
+
+def _binary(a: Value, operator: str, b: Value) -> Value:
+    return expressions.binary(operator.upper(), a, b, expressions.HEIDENHAIN)
+
+
+def _function(name: str, a: Value) -> Value:
+    return expressions.unary(name.upper(), a, expressions.HEIDENHAIN)
+
+
+# Words.
+
+
+def _word(name: str, value: Value | str) -> tuple[str, Value]:
+    return name.upper(), number(value) if isinstance(value, str) else value
+
+
+def _sense(name: str, sign: str) -> Raw:
+    return f"{name.upper()}±", 1.0 if sign == "+" else -1.0
+
+
+def _setting(name: str) -> Raw:
+    """FMAX, FAUTO, RL, RR; a word without a value: its column."""
+    return "".join(name.split()).upper(), float(_reader().begin + 1)
+
+
+def _radius(value: Value | str) -> Raw:
+    """Return R0, which ends compensation, or a radius."""
+    if value == "0":
+        return "R0", 0.0
+    return "R", number(value) if isinstance(value, str) else value
+
+
+def _misplaced(name: str, value: Value) -> Raw:
+    message = f"{name.upper()}: oversizes of a tool stand in TOOL CALL alone"
+    hint = "TOOL CALL 5 Z S2000 DL+0.1 DR-0.02"
+    raise BlockError("unsupported-block", message, column=_reader().begin + 1, hint=hint)
+
+
+def _m_function(value: Value) -> Raw:
+    if value in _NOT_READ:
+        message = f"M{value:g} ({_NOT_READ[value]}) is not read"
+        raise BlockError("unsupported-block", message, column=_reader().begin + 1, hint=_HINT)
+    return ("M89" if value == 89.0 else "M"), value
+
+
+def _retract(height: str) -> Raw:
+    return "M140", 0.0 if height.upper() == "MAX" else number(height)
+
+
+def _turned(name: str, value: Value) -> Raw:
+    message = "TX, TY, TZ of LN, the direction of the tool's axis, are not read"
+    hint = "M128 with A, B, C turns the tool on a machine with kinematics"
+    raise BlockError("unsupported-block", message, column=_reader().begin + 1, hint=hint)
+
+
+def meant(words: Iterable[Raw]) -> Words:
+    """Return the words of G-code that words of the plain language mean."""
+    found: Words = []
+    for name, value in words:
+        index = AXIS_INDEX.get(name.lower())
+        if index is not None:
+            found.append((name.lower(), value))
             continue
-        steps = word["step"] and letter in AXIS_INDEX
-        words.append((letter, _step(AXIS_INDEX[letter], value) if steps else value))
-    return words
-
-
-def _begin(body: str) -> int:
-    """Return where a block begins behind its number."""
-    match = _NUMBERED.match(body)
-    assert match
-    return match.end()
-
-
-def _value(text: str) -> Value:
-    """Return a number, its decimal sign a point or comma, or a Q parameter."""
-    bare = "".join(text.split()).upper().replace(",", ".")
-    sign = bare[0] == "-"
-    bare = bare.lstrip("+-")
-    if bare[0] != "Q":
-        return -float(bare) if sign else float(bare)
-    value = expressions.parameter(float(bare[1:]))
-    return expressions.negative(value) if sign else value
-
-
-def _words(body: str, at: int) -> tuple[Words, bool]:
-    """Return the words from a place on, and whether FMAX is among them."""
-    words: Words = []
-    fast = False
-    while at < len(body):
-        match = _WORD.match(body, at)
-        if match is None:
-            rest = body[at:].lstrip()
-            column = len(body) - len(rest) + 1
-            oversize = _OVERSIZE.match(rest)
-            if oversize:
-                message = f"{oversize[0].upper()}: oversizes of a tool stand in TOOL CALL alone"
-                hint = "TOOL CALL 5 Z S2000 DL+0.1 DR-0.02"
-                raise BlockError("unsupported-block", message, column=column, hint=hint)
-            message, hint = "this is no word of a block of the plain language", _WORDS_HINT
-            raise BlockError("syntax", message, column=column, hint=hint)
-        at = match.end()
-        fast = fast or match["fast"] is not None
-        if match["side"] and match["side"].upper() != "R0":
-            words.append(("g", 41.0 if match["side"].upper() == "RL" else 42.0))
-        own = _word(match)
-        if ("g", REMARK / 10.0) in own and ("g", REMARK / 10.0) in words:
+        own = _MEANINGS[name](value) if name in _MEANINGS else [(name.lower(), value)]
+        if _REMARK in own and _REMARK in found:
             own = [word for word in own if word[0] in ("m", "f") or word == ("g", 53.0)]
-        words += own
-    return words, fast
+        found += own
+    return found
 
 
-def _word(match: re.Match[str]) -> Words:
-    """Return the meaning of a word."""
-    if match["sense"]:
-        return [("dr", 1.0 if match["sense"] == "+" else -1.0)]
-    if match["retract"]:
-        upwards = match["retract"].upper()
-        return [("g", RETRACT / 10.0), ("mb", 0.0 if upwards == "MAX" else float(upwards.replace(",", ".")))]
-    if match["tip"]:
-        # F of M128 bounds the moves that keep the tip in place, which the machine's own limits do here.
-        return [("g", TIP / 10.0)]
-    if match["auto"]:
-        return [("f", _called_feed)]
-    if match["value"] is None:
-        # F, R and M alone change nothing. M120 LA looks ahead under radius compensation, as is done here always; M112, M118, M124 and M138 are settings of the control.
-        return []
-    value = _value(match["value"])
-    if match["axis"]:
-        index = AXIS_INDEX[match["axis"].lower()]
-        return [(match["axis"].lower(), _step(index, value) if match["step"] else value)]
-    if match["polar"]:
-        return [((match["step"] or "").lower() + match["polar"].lower(), value)]
-    if match["letter"] in ("M", "m") and isinstance(value, float):
-        if value in _NOT_READ:
-            message = f"M{value:g} ({_NOT_READ[value]}) is not read"
-            raise BlockError("unsupported-block", message, column=match.start("letter") + 1, hint=_HINT)
-        return _FUNCTIONS.get(value, [("m", value)])
-    letter = (match["coefficient"] or match["letter"]).lower()
-    if letter == "fu":
-        return [("f", _of_a_turn(value))]
-    if letter == "fz":
-        return [("f", _of_a_turn(value)), ("g", REMARK / 10.0), ("remark", 3.0)]
-    return [(letter, value)]
-
-
-def _step(index: int, value: Value) -> Computed:
+def _step(index: int) -> Callable[[Value], Words]:
     """Return where an increment leads."""
-    return lambda p: p.interpreter.state.position[index] + expressions.evaluate(value, p)
+    letter = "xyzabcuvw"[index]
+
+    def meaning(value: Value) -> Words:
+        return [(letter, lambda p: p.interpreter.state.position[index] + expressions.evaluate(value, p))]
+
+    return meaning
 
 
 def _of_a_turn(value: Value) -> Computed:
@@ -273,88 +296,130 @@ def _called_feed(p: Parameters) -> float:
     return plain.tool_feed
 
 
-def _line(body: str, at: int) -> Words:
+def _nothing(value: Value) -> Words:
+    return []
+
+
+#: What words mean that are not a letter of G-code.
+_MEANINGS: dict[str, Callable[[Value], Words]] = {
+    **{f"I{letter.upper()}": _step(index) for letter, index in AXIS_INDEX.items()},
+    "RL": lambda column: [("g", 41.0)],
+    "RR": lambda column: [("g", 42.0)],
+    "FAUTO": lambda column: [("f", _called_feed)],
+    "FU": lambda value: [("f", _of_a_turn(value))],
+    "FZ": lambda value: [("f", _of_a_turn(value)), _REMARK, ("remark", 3.0)],
+    "DR±": lambda sense: [("dr", sense)],
+    "M": lambda value: _FUNCTIONS.get(value, [("m", value)]),
+    "M128": lambda value: [("g", TIP / 10.0)],
+    "M140": lambda value: [("g", RETRACT / 10.0), ("mb", value)],
+    **dict.fromkeys(("R0", "FMAX", "M89", "M90", "M103", ""), _nothing),
+}
+_MARKS = frozenset(("R0", "M89", "M103"))
+
+
+def _block(
+    words: Words, raw: Iterable[Raw] = (), kind: str = "block", data: tuple[bool, ...] = ()
+) -> Statement:
+    return Statement(kind, words, data, {name: value for name, value in raw if name in _MARKS} or _NO_MARKS)
+
+
+def place(body: str) -> Words:
+    """Return where a line or arc leads that was refused, and its feed, as far as it was read."""
+    try:
+        statement = parse(body)
+    except BlockError as error:
+        read = body[: (error.column or 1) - 1]
+        # A block that ends too early is left without its last word.
+        read = read if len(read) < len(body) else " ".join(body.split()[:-1])
+        return place(read) if read.strip() else []
+    moves = any(letter == "g" and value in _LEADING for letter, value in statement.words)
+    return [word for word in statement.words if word[0] in AXIS_INDEX or word[0] == "f"] if moves else []
+
+
+def _is_fast(words: Iterable[Raw]) -> bool:
+    return any(name == "FMAX" for name, _ in words)
+
+
+# Blocks.
+
+
+def line(words: Iterable[Raw]) -> Words:
     """L: a line, a traverse with FMAX, or functions alone."""
-    words, fast = _words(body, at)
-    if any(letter in AXIS_INDEX for letter, _ in words):
-        return [("g", 0.0 if fast else 1.0), *words]
-    return words
+    own = meant(words)
+    if any(letter in AXIS_INDEX for letter, _ in own):
+        return [("g", 0.0 if _is_fast(words) else 1.0), *own]
+    return own
 
 
-def _axis(body: str, at: int) -> Words:
-    """A block that begins with an axis: a line along it alone (positioning parallel to an axis)."""
-    words = _line(body, at)
-    if sum(letter in AXIS_INDEX for letter, _ in words) != 1:
+def _motion(head: str, *words: Raw) -> Statement:
+    name = head.strip().upper()
+    if name == "L":
+        return _block(line(words), words)
+    own, fast = meant(words), _is_fast(words)
+    if fast and name != "LP":
+        column = next(int(value) for name, value in words if name == "FMAX" and isinstance(value, float))
+        raise BlockError("syntax", "this is no traverse: FMAX", column=column, hint="F gives its feed")
+    if name in ("CT", "CTP"):
+        return _block(own, words, "tangent", (name == "CTP",))
+    return _block([("g", _MOTIONS[name] / 10.0), *own, *([("fmax", 1.0)] if fast else [])], words)
+
+
+def _alone(*words: Raw) -> Statement:
+    """M functions, or an axis: a line along it alone (positioning parallel to an axis)."""
+    first = words[0][0]
+    if first[:1] == "M":
+        return _block(meant(words), words)
+    if first.removeprefix("I").lower() not in AXIS_INDEX:
+        raise BlockError("unsupported-block", f"{first}: {_READ}", column=1, hint=_HINT)
+    own = line(words)
+    if sum(letter in AXIS_INDEX for letter, _ in own) != 1:
         message = "a block that begins with an axis goes along that one alone"
-        raise BlockError("unsupported-block", message, column=at + 1, hint="L stands before more of them")
-    return words
+        raise BlockError("unsupported-block", message, column=1, hint="L stands before more of them")
+    return _block(own, words)
 
 
-def _surface_line(body: str, at: int) -> Words:
+def _surface_line(*words: Raw) -> Statement:
     """LN: a line, and the normal of the surface there, along which oversizes of the tool shift it."""
-    turned = _ORIENTATION.search(body, at)
-    if turned:
-        message = "TX, TY, TZ of LN, the direction of the tool's axis, are not read"
-        hint = "M128 with A, B, C turns the tool on a machine with kinematics"
-        raise BlockError("unsupported-block", message, column=turned.start() + 1, hint=hint)
-    bare = _NORMAL.sub(lambda normal: " " * len(normal[0]), body[at:])
-    return [*_line((body[:at] + bare).rstrip(), at), ("g", REMARK / 10.0), ("remark", 4.0)]
+    return _block([*line(words), _REMARK, ("remark", 4.0)], words)
 
 
-def _motion(number: int, *, fast_too: bool = False) -> _Reader:
-    """Return the reader of a motion of its own."""
-
-    def read(body: str, at: int) -> Words:
-        words, fast = _words(body, at)
-        if fast and not fast_too:
-            column = body.upper().index("F", at) + 1
-            raise BlockError("syntax", "this is no traverse: FMAX", column=column, hint="F gives its feed")
-        return [("g", number / 10.0), *words, *([("fmax", 1.0)] if fast else [])]
-
-    return read
-
-
-def _tool_call(body: str, at: int) -> Words:
-    """TOOL CALL: the tool into the spindle, its length in force, its speed."""
-    head = _TOOL.match(body, at)
-    assert head
-    sizes: Words = [("dl", 0.0), ("dr_", 0.0)]
-    corner: Words = []
-    for oversize in _OVERSIZE.finditer(body, head.end()):
-        kind, value = oversize["kind"].upper(), _value(oversize["value"])
-        if kind != "DR2":
-            sizes.append(("dl" if kind == "DL" else "dr_", value))
-        elif value != 0.0:
-            corner = [("g", REMARK / 10.0), ("remark", 5.0)]
-    sizes = list(dict(sizes).items())
-    bare = _OVERSIZE.sub(lambda size: " " * len(size[0]), body[head.end() :])
-    rest, _ = _words((body[: head.end()] + bare).rstrip(), head.end())
-    if head["axis"] and head["axis"].upper() != "Z":
-        column = head.start("axis") + 1
+def _tool_axis(letter: str) -> Raw:
+    if letter.upper() != "Z":
+        column = _reader().begin + 1
         raise BlockError("unsupported-block", "the tool's axis must be Z", column=column, hint=_HINT)
+    return "", 0.0
+
+
+def _tool_call(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
+    """TOOL CALL: the tool into the spindle, its length in force, its speed."""
+    sizes = {"DL": 0.0, "DR": 0.0} | {name: value for name, value in words if name in ("DL", "DR")}
+    given = [name for name, _ in words if name in ("DL", "DR", "DR2")]
+    oversize: Words = [("dl", sizes["DL"]), ("dr_", sizes["DR"])]
+    rest = meant(word for word in words if word[0] not in ("DL", "DR", "DR2"))
     if any(letter == "f" for letter, _ in rest):
         rest.append(("g", TOOL_FEED / 10.0))
-    rest += corner
-    if head["number"] is None and not head["name"]:
-        if len(sizes) and _OVERSIZE.search(body, head.end()):
+    if any(name == "DR2" and value != 0.0 for name, value in words):
+        rest += [_REMARK, ("remark", 5.0)]
+    if tool is None:
+        if given:
             # Oversizes alone are those of the tool in the spindle.
-            return [("t", _tool_in_spindle), ("g", OVERSIZE / 10.0), *sizes, ("g", 43.0), *rest]
-        return rest
-    number = _tool_named(head["name"].strip('"')) if head["name"] else _value(head["number"])
-    if head["name"] and ("g", REMARK / 10.0) not in rest:
-        rest += [("g", REMARK / 10.0), ("remark", 1.0)]
-    if number == 0.0:
-        return [("t", number), ("m", 6.0), ("g", 49.0), *rest]
-    return [("t", number), ("m", 6.0), ("g", 43.0), ("g", OVERSIZE / 10.0), *sizes, *rest]
+            rest = [("t", _tool_in_spindle), ("g", OVERSIZE / 10.0), *oversize, ("g", 43.0), *rest]
+        return _block(rest, words)
+    found = tool[0] if isinstance(tool, tuple) else tool
+    if isinstance(tool, tuple) and _REMARK not in rest:
+        rest += [_REMARK, ("remark", 1.0)]
+    if found == 0.0:
+        return _block([("t", found), ("m", 6.0), ("g", 49.0), *rest], words)
+    return _block([("t", found), ("m", 6.0), ("g", 43.0), ("g", OVERSIZE / 10.0), *oversize, *rest], words)
 
 
-def _tool_sizes(body: str, at: int) -> Words:
+def _tool_sizes(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
     """TOOL DEF: length and radius of a tool; without them, it makes the tool ready."""
-    sizes = {size["kind"].lower() + "_size": _value(size["value"]) for size in _SIZES.finditer(body, at)}
-    number = _TOOL.match(body, at)
-    if not sizes or number is None or number["number"] is None:
-        return []
-    return [("g", TOOL_SIZES / 10.0), ("tool", _value(number["number"])), *sizes.items()]
+    names = {"L": "l_size", "R": "r_size", "R0": "r_size"}
+    sizes = {names[name]: value for name, value in words if name in names}
+    if not sizes or tool is None or isinstance(tool, tuple):
+        return Statement("block")
+    return Statement("block", [("g", TOOL_SIZES / 10.0), ("tool", tool), *sizes.items()])
 
 
 def _tool_in_spindle(p: Parameters) -> float:
@@ -362,87 +427,98 @@ def _tool_in_spindle(p: Parameters) -> float:
     return float(p.interpreter.state.tool)
 
 
-def _tool_named(name: str) -> Computed:
+def _tool_named(name: str) -> tuple[Computed]:
     """Return the number of the tool that the table has under a name, 0 for none."""
-    return lambda p: float(p.interpreter.tools.named(name) or 0)
+    bare = name.strip('"')
+    return (lambda p: float(p.interpreter.tools.named(bare) or 0),)
 
 
-def _cycle(body: str, at: int) -> Words:
-    """CYCL DEF: a datum shift, the path's tolerance, or a cycle that is called."""
-    match = _CYCLE.match(body, at)
-    if match is None:
-        raise BlockError("syntax", "CYCL DEF has no number", column=at + 1, hint=_HINT)
-    number, part = int(match["number"]), match["part"]
-    if number == _PATH_TOLERANCE:
-        tolerance = _TOLERANCE.match(match["rest"])
-        if part != "1":
-            return []
-        return [("g", 64.0), *([("p", _value(tolerance["value"]))] if tolerance else [])]
-    if number == _DATUM_SHIFT and part == "0":
-        return []
-    if number == _DATUM_SHIFT and part and not _NO_SHIFT.match(match["rest"]):
-        return [("g", 52.0), *_words(body, match.start("rest"))[0]]
-    if number >= _FIRST_CALLED and part is None:
-        return [("g", CYCLE / 10.0), ("cycle", float(number))]
-    column = match.start("number") + 1
-    raise BlockError("unsupported-block", f"CYCL DEF {number} is not read", column=column, hint=_HINT)
+def _cycle(head: str, rest: str | None) -> Statement:
+    """CYCL DEF: its number, its part or None, and the text behind."""
+    digits, _, part = "".join(head.split()).partition(".")
+    return Statement("cycle", data=(int(digits), part or None, rest or ""))
 
 
-def _begin_program(body: str, at: int) -> Words:
-    inches = body.split()[-1].upper() == "INCH"
-    doubt: Words = [("g", REMARK / 10.0), ("remark", 20.0)] if inches else []
-    return [("g", 20.0 if inches else 21.0), ("g", 90.0), ("g", 94.0), *doubt]
+def tolerance(rest: str) -> Words:
+    """Return the words of cycle 32.1, the tolerance of the path."""
+    return [("g", 64.0), *(("p", value) for name, value in words_of(rest) if name == "T")]
 
 
-def _before(*first: tuple[str, Value], plain: bool = True) -> _Reader:
-    """Return the reader of a block that says some words and, where `plain`, the others that stand in it."""
+def _cycle_call(places: str | None, *words: Raw) -> Statement:
+    """CYCL CALL, at the tool's place, at one that stands behind POS, or at those of a pattern (PAT)."""
+    call = ("g", CYCLE_CALL / 10.0)
+    if places is None:
+        return _block([call, *(word for word in meant(words) if word != call)], words)
+    if places.upper() == "POS":
+        return _block(line([*words, ("FMAX", 0.0)]), words, "call_at")
+    return _block([("g", 0.0 if _is_fast(words) else 1.0), *meant(words)], words, "call_pattern")
 
-    def read(body: str, at: int) -> Words:
-        own = _words(body, at)[0] if plain else []
-        return [*first, *(word for word in own if word not in first)]
 
-    return read
-
-
-def _stop(body: str, at: int) -> Words:
+def _stop(*words: Raw) -> Statement:
     """STOP: M0, in place of an M0 or M1 that stands beside it."""
-    own = _words(body, at)[0]
-    return [("m", 0.0), *(word for word in own if word not in (("m", 0.0), ("m", 1.0)))]
+    own = meant(words)
+    return _block([("m", 0.0), *(word for word in own if word not in (("m", 0.0), ("m", 1.0)))], words)
 
 
-def _probe(body: str, at: int) -> Words:
-    """TCH PROBE, which needs the machine."""
-    return [("g", REMARK / 10.0), ("remark", 40.0)]
+def _begin_program(name: str = "") -> Statement:
+    inches = name.upper().split()[-1:] == ["INCH"]
+    doubt: Words = [_REMARK, ("remark", 20.0)] if inches else []
+    return Statement("block", [("g", 20.0 if inches else 21.0), ("g", 90.0), ("g", 94.0), *doubt])
 
 
-def _nothing(body: str, at: int) -> Words:
-    return []
+def _operation(fn: str, q: str, a: Value, operator: str, b: Value) -> Statement:
+    """FN 1 to FN 4, FN 8, FN 13."""
+    wanted = _OPERATORS.get(fn.upper().removeprefix("FN").strip().lstrip("0"), (operator.upper(),))
+    if operator.upper() not in wanted:
+        message = f"{operator} in FN {fn[2:].strip()} where {wanted[0]} was expected"
+        raise BlockError("syntax", message, "FN", hint="FN 1: Q1 = +Q2 + +5")
+    return Statement("set", data=(_number_of(q), _binary(a, operator, b)))
 
 
-_BLOCKS: tuple[tuple[re.Pattern[str], _Reader], ...] = tuple(
-    (re.compile(head, re.IGNORECASE), read)
-    for head, read in (
-        (r"BEGIN\s+PGM\b", _begin_program),
-        (r"END\s+PGM\b", _before(("m", 2.0), plain=False)),
-        # A table of datums is read where a shift names its line.
-        (r"BLK\s+FORM\b|DECLARE\s+STRING\b|SEL\s+TABLE\b", _nothing),
-        (r"TOOL\s+DEF(?![A-Z])", _tool_sizes),
-        (r"TOOL\s+CALL(?![A-Z])", _tool_call),
-        (r"CYCL\s+DEF(?![A-Z])", _cycle),
-        (r"CYCL\s+CALL\b", _before(("g", CYCLE_CALL / 10.0))),
-        (r"STOP\b", _stop),
-        (r"TCH\s+PROBE\b", _probe),
-        # Texts are not kept; statements that use one report it.
-        (r"QS[0-9]+\s*=|FN\s*(?:19|26|27)\s*:", _nothing),
-        (r"SPL(?![A-Z])", _motion(SPL)),
-        (r"LP(?![A-Z])", _motion(POLAR_LINE, fast_too=True)),
-        (r"CC(?![A-Z])", _motion(POLE)),
-        (r"CP(?![A-Z])", _motion(POLAR_ARC)),
-        (r"CR(?![A-Z])", _motion(RADIUS_ARC)),
-        (r"C(?=\s)", _motion(CIRCLE)),
-        (r"LN(?=\s)", _surface_line),
-        (r"L(?=\s|[XYZABCUVWI])(?!BL)", _line),
-        (r"(?=M\s*[0-9])", _before()),
-        (r"(?=I?[XYZABCUVW]\s*(?:[+-]\s*)?(?:[0-9.,]|Q[0-9]))", _axis),
-    )
-)
+def _label(name: str) -> str:
+    return name.strip('"').upper()
+
+
+def _kind(kind: str) -> Callable[..., Statement]:
+    """Return the function of a rule whose parts are data of its statement."""
+    return lambda *parts: Statement(kind, data=parts)
+
+
+_EMPTY = Statement("block")
+#: The function of each rule of the grammar.
+RULES: dict[str, Callable[..., Any]] = {
+    "start": lambda statement=_EMPTY: statement,
+    "number": number, "parameter": _parameter, "signed_parameter": _signed_parameter, "pi": lambda: math.pi, "unary": _unary,
+    "binary": _binary, "function": _function,
+    "word": _word, "sense": _sense, "setting": _setting, "radius": _radius, "misplaced": _misplaced, "m_function": _m_function,
+    "nothing": lambda *parts: ("", 0.0), "idle": lambda *parts: ("M90", 0.0), "tip": lambda *parts: ("M128", 0.0), "retract": _retract,
+    "plunge": lambda feed, percent: ("M103", percent or 0.0),
+    "normal": lambda *parts: ("", 0.0), "orientation": _turned,
+    "length_of_tool": lambda value: ("L", value), "diameter": lambda value: ("D", value),
+    "named_words": lambda *words: list(words), "flag": lambda name: (name.upper(), math.nan),
+    "motion": _motion, "surface_line": _surface_line, "words": _alone, "corner": lambda kind, size, *_: Statement("corner", data=(kind.upper(), size)),
+    "way": lambda kind, form, *words: Statement("way", data=(kind.upper(), form.upper(), words)),
+    "free": lambda head, *words: Statement("free", data=(head.upper(), words)),
+    "select": lambda digits: Statement("select", data=(int(number(digits)),)),
+    "tool_call": _tool_call, "tool_sizes": _tool_sizes, "tool_axis": _tool_axis, "tool_name": _tool_named,
+    "tool_number": lambda text: float(int(number(text))),
+    "cycle": _cycle, "cycle_call": _cycle_call, "stop": _stop, "label": _label, "label_here": _kind("label"), "call": _kind("call"),
+    "repeats": lambda times, *_: times,
+    **{rule: _kind(rule) for rule in ("call_program", "select_program", "call_selected", "select_pattern", "plane", "transform", "function_block")},
+    "pattern": lambda kind, *words: (kind.upper().rstrip("0123456789"), dict(words)),
+    "pattern_def": _kind("pattern_def"), "pattern_more": _kind("pattern_more"),
+    "global_def": lambda *_: Statement("global_def"),
+    "begin_program": _begin_program, "end_program": lambda *_: Statement("end_program", [("m", 2.0)]),
+    "passed": lambda *_: Statement("passed"), "probe": lambda *_: Statement("block", [_REMARK, ("remark", 40.0)]),
+    "assignment": lambda q, value: Statement("set", data=(_number_of(q), value)),
+    "fn_assignment": lambda fn, q, value: Statement("set", data=(_number_of(q), value)),
+    "feed_of_parameter": lambda q, word: Statement("feed", data=(_number_of(q), word.upper().lstrip("F \t"))),
+    "fn_feed": lambda fn, q, word: Statement("feed", data=(_number_of(q), word.upper().lstrip("F \t"))),
+    "predefined": lambda q, *_: Statement("predefined", data=(int(_number_of(q)),)),
+    "operation": _operation,
+    "one_operand": lambda fn, q, name, a: Statement("set", data=(_number_of(q), _function(name, a))),
+    "jump": lambda fn, a, how, b, label: Statement("jump", data=(_binary(a, how, b), label)),
+    "alarm": lambda fn, text: Statement("alarm", data=(text or "",)),
+    "system_data": lambda fn, q, *asked: Statement("system_data", data=(_number_of(q), *asked)),
+    "function_unknown": lambda fn, *_: Statement("function_unknown", data=("".join(c for c in fn if c.isdigit()),)),
+}  # fmt: skip

@@ -1,0 +1,94 @@
+"""The text of a program in plain language: its lines, their labels, and what each says."""
+
+from __future__ import annotations
+
+import re
+
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.flow.language_run import LanguageRun
+from cncgen.gcode.klartext import lines
+from cncgen.gcode.source import Source
+from cncgen.gcode.text import plain_language
+from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.plain_language import Statement
+
+#: The number of a block in the text.
+_NUMBER = re.compile(r"\s*/?\s*(\d{1,9})\s")
+#: What stands for a block that is not read, where it is looked at from another one.
+UNREAD = Statement("unread")
+#: Statements kept.
+_MOST_KEPT = 4096
+
+
+class ProgramText(LanguageRun):
+    """A run, as far as it reads."""
+
+    def _prepare(self) -> None:
+        self._lines: list[Cursor] = []
+        self._bodies: list[str] = []
+        self._labels: dict[str, int] = {}
+        #: Statements of late by their text.
+        self._parsed: dict[str, Statement] = {}
+
+    def _read(self, source: Source, index: int = 0) -> None:
+        """Take the lines, their text without numbers and comments, and the labels."""
+        for offset, number, bare, below in lines.bodies(source, block_delete=self._options.block_delete):
+            if below:
+                self._bodies[-1] += f" {bare}"
+            for own in () if below else self._said(bare):
+                if own[:3].upper() == "LBL":
+                    label = self._ahead(len(self._lines), own)
+                    if label.kind == "label" and label.data[0] != "0":
+                        self._labels.setdefault(label.data[0], len(self._lines))
+                self._lines.append(Cursor(index, offset, number))
+                self._bodies.append(own)
+
+    def _said(self, bare: str) -> list[str]:
+        """Return a line as blocks, its parameters of a cycle apart."""
+        return lines.apart(bare)
+
+    def _following(self, at: int) -> int | None:
+        """Return the next line that is not a comment."""
+        return next(
+            (
+                k
+                for k in range(at + 1, len(self._bodies))
+                if self._bodies[k] and not self._bodies[k].startswith("*")
+            ),
+            None,
+        )
+
+    def _number(self, at: int) -> int:
+        """Return the number of a block in the text, 0 where it has none."""
+        here = self._lines[at]
+        digits = _NUMBER.match(self.sources[here.source].text_at(here.offset))
+        return int(digits[1]) if digits else 0
+
+    def _parse(self, body: str) -> Statement:
+        """Return what a block says; those of late are kept."""
+        found = self._parsed.get(body)
+        if found is None:
+            found = plain_language.parse(body)
+            if len(self._parsed) >= _MOST_KEPT:
+                self._parsed.clear()
+            self._parsed[body] = found
+        return found
+
+    def _statement(self, at: int, body: str) -> Statement:
+        """Return what a line says that is run; its faults point into the text."""
+        try:
+            return self._parse(body)
+        except BlockError as error:
+            here, column = self._lines[at], error.column
+            if column:
+                text = self.sources[here.source].text_at(here.offset)
+                before = text.find(body[: column - 1] or body)
+                error.column = column + before if before >= 0 else 0
+            raise
+
+    def _ahead(self, at: int, body: str | None = None) -> Statement:
+        """Return what a line says that is not run now, whose faults it will tell by itself."""
+        try:
+            return self._parse(self._bodies[at] if body is None else body)
+        except BlockError:
+            return UNREAD
