@@ -119,10 +119,31 @@ TABLES = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
         ("G1 F1 a-1b+2c.5\n", "ABC", "linuxcnc"),
         ("O1\nG65 P1 A2 B3\nX1\n", "X", "fanuc"),
         ("g 0 66 p1 c4\nA1\n", "A", "fanuc"),
+        # Blocks of SINUMERIK as its grammar reads them: texts in apostrophes, macros, numbers of blocks before letters.
+        ("G1 X1 F9\nMSG('C=5 Y2') ; Z3\n", "X", "sinumerik"),
+        ("DEFINE AUF AS Z100\nG0 X1\nAUF\n", "XZ", "sinumerik"),
+        ("N5Y=3 F9\nN6G0X=IC(2)\n", "XY", "sinumerik"),
+        ("G0 POS[Z]=3 X2\n", "XZ", "sinumerik"),
+        ("R1=$AA_IM[Z]\nG1 X=R1 F9\n", "X", "sinumerik"),
+        ("G0 X0\nG2 X10 CR=5 F9\n", "XY", "sinumerik"),
+        ("G0 X0\nG18\nG2 X10 CR=5 F9\n", "XYZ", "sinumerik"),
     ],
 )
 def test_axes_that_codes_move(text: str, axes: str, dialect: str) -> None:
     assert read(BytesIO(text.encode()), "t", ReadOptions(dialect=dialect)).moving_axes == axes
+
+
+@pytest.mark.parametrize(
+    "call", ['EXTCALL "UP.SPF"', 'EXTCALL("/_N_SPF_DIR/_N_UP_SPF")', 'CALL "UP"', "MCALL UP", "UP P2"]
+)
+def test_axes_of_called_files_of_sinumerik_move(tmp_path: Path, call: str) -> None:
+    (tmp_path / "UP.SPF").write_text("G0 Z5\nM17\n")
+    main = tmp_path / "main.mpf"
+    main.write_text(f"G0 X1\n{call}\nX2\nM30\n")
+    program = read(main, "main.mpf", ReadOptions(dialect="sinumerik"))
+    assert program.moving_axes == "XZ"
+    assert any(end for chunk in program.chunks() for end in chunk.end[:, 2].tolist())
+    assert not program.diagnostics.has_errors
 
 
 @pytest.mark.parametrize("code", ["G43.4", "G43 .4", "g 4 3.4", "G043.40"])

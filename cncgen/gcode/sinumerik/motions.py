@@ -33,6 +33,7 @@ from cncgen.gcode.sinumerik import (
     thread_milling,
 )
 from cncgen.gcode.sinumerik.expressions import Function, Quoted, Scalar, Value, Variable, evaluate, number
+from cncgen.gcode.sinumerik.programs import file_name
 from cncgen.gcode.sinumerik.reading import Item
 from cncgen.gcode.sinumerik.variables import Store
 from cncgen.gcode.state.modal import PLANE_AXES
@@ -412,10 +413,7 @@ class Motions:
             )
         elif name == "EXTCALL":
             values = [None if node is None else evaluate(node, self.store) for node in arguments or ()]
-            file = str(values[0] if values else "").replace("\\", "/").rsplit("/", 1)[-1].upper()
-            if file.startswith("_N_"):
-                file = file.removeprefix("_N_").removesuffix("_SPF").removesuffix("_MPF")
-            self.begin_call(file.removesuffix(".SPF").removesuffix(".MPF"), None, times)
+            self.begin_call(file_name(str(values[0] if values else "")), None, times)
         else:
             commands.check_name(name)
             self.begin_call(name, arguments, times)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from mmap import mmap
+from weakref import WeakKeyDictionary
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.reading import Statement, parse
@@ -28,6 +29,9 @@ _DEFINE = re.compile(r"\s*(?:N\d+\s*)?DEFINE\s+(\w+)\s+AS\b(.*)\Z", re.IGNORECAS
 _NAMES = re.compile(r'"[^"]*"?|(?<![\w$])[A-Za-z_]\w*')
 #: Lines of a text with a word each are often alike.
 _MAX_TEXTS = 4096
+
+
+Faults = list[tuple[Cursor, BlockError]]
 
 
 @dataclass(slots=True)
@@ -60,13 +64,32 @@ class Program:
     saves: bool = False
 
 
-def programs_of(
-    source: Source, index: int, name: str = ""
-) -> tuple[list[Program], list[tuple[Cursor, BlockError]]]:
+#: What was read of main programs before they run.
+_ahead: WeakKeyDictionary[Source, tuple[list[Program], Faults]] = WeakKeyDictionary()
+
+
+def programs_ahead(source: Source) -> list[Program]:
+    """Return the programs of a text that is run afterwards; the run takes what was read here."""
+    _ahead[source] = found = programs_of(source, 0)
+    return found[0]
+
+
+def file_name(text: str) -> str:
+    """Return the name of a subprogram whose file a text names, with folders and suffix or without."""
+    file = text.replace("\\", "/").rsplit("/", 1)[-1].upper()
+    if file.startswith("_N_"):
+        file = file.removeprefix("_N_").removesuffix("_SPF").removesuffix("_MPF")
+    return file.removesuffix(".SPF").removesuffix(".MPF")
+
+
+def programs_of(source: Source, index: int, name: str = "") -> tuple[list[Program], Faults]:
     """Return the programs of a text, the main one first, and the faults of their loops and branches."""
+    known_ahead = _ahead.pop(source, None)
+    if known_ahead is not None:
+        return known_ahead
     found = [Program(name)]
     known: dict[str, Statement] = {}
-    faults: list[tuple[Cursor, BlockError]] = []
+    faults: Faults = []
     macros: dict[str, str] = {}
     offset, number = 0, 1
     while offset < len(source):
@@ -134,9 +157,9 @@ def _add(program: Program, line: Line) -> None:
     program.lines.append(line)
 
 
-def _connect(program: Program) -> list[tuple[Cursor, BlockError]]:
+def _connect(program: Program) -> Faults:
     """Find the other end of each loop and branch; return those without an end."""
-    faults: list[tuple[Cursor, BlockError]] = []
+    faults: Faults = []
     open_lines: list[tuple[str, int]] = []
     for at, line in enumerate(program.lines):
         kind = line.statement.kind
