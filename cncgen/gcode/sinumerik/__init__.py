@@ -1,9 +1,10 @@
 """SINUMERIK 840D and 828D, milling: text to canonical motions.
 
-reading      a line to a statement: number, label and comment around its block, and the block by the grammar (``grammars/sinumerik.lark``)
-expressions  values of a statement's expressions
+reading      a line to a statement by the tables of the grammar (``grammars/sinumerik.lark``)
+expressions  values of expressions: the common ones, with texts, variables and operators of SINUMERIK
 variables    R parameters, DEF variables, system variables
 programs     texts as programs: labels, loops and branches, PROC, files of subprograms
+axes         the axes that a program names, before it runs
 running      `SinumerikRunner`: the order in which lines are executed, with calls and jumps
 motions      one block on the interpreter: modes, words, positions, arcs; `commands` are words without a number
 cycles also have CYCLE800, a frame (`cncgen.gcode.codes.affine`)
