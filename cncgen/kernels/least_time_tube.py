@@ -28,8 +28,9 @@ _OFF_AGAIN = cython.declare(cython.double, 10.0)
 #: A step is halved so often at most.
 _HALVINGS = cython.declare(cython.int, 6)
 #: The barrier parameter µ falls to µ^(11/8), at most this part of itself, once the residual and, in parts of the
-#: parameter, the products of slacks and multipliers are near.
+#: parameter, the products of slacks and multipliers are near. What ends near the solution has a residual below the third number.
 _FALL = cython.declare(cython.double, 0.2)
+_CLOSE = cython.declare(cython.double, 0.1)
 _NEAR = cython.declare(cython.double, 1e-3)
 _OFF_NEAR = cython.declare(cython.double, 10.0)
 #: Damping: once the residual is below the first number, a step of less than this part of its length multiplies by `_CHANGE` what is
@@ -383,8 +384,8 @@ def _solved(
         if it > 0:
             if residual < tube.exact and (closing or (tube.mu <= mu_end and off < tube.mu and size < 1e-3)):
                 return Found(1, it, residual, off)
-            if residual < _NEAR and off < _OFF_NEAR * tube.mu and part > 0.5:
-                if near and tube.mu <= mu_end:
+            if residual < _CLOSE and off < _OFF_NEAR * tube.mu and part > 0.5:
+                if near and tube.mu <= mu_end and residual < _NEAR:
                     return Found(1, it, residual, off)
                 fourth = sqrt(sqrt(tube.mu))
                 if tube.mu > mu_end:

@@ -10,8 +10,6 @@ _PUSHES = cython.declare(cython.int, 8)
 _ACROSS = cython.declare(cython.int, 4)
 
 
-@cython.ccall
-@cython.exceptval(check=False)
 def positions(
     position: cython.double[:, ::1],
     velocity: cython.double[:, ::1],
@@ -21,7 +19,7 @@ def positions(
     times: cython.double[::1],
     node: cython.longlong[::1],
     points: cython.double[:, ::1],
-) -> cython.void:
+) -> None:
     """Write where a motion is at times.
 
     Args:
@@ -37,19 +35,21 @@ def positions(
     k: cython.Py_ssize_t = 0
     end: cython.double = step[0]
     h: cython.double
-    for i in range(times.shape[0]):
-        while k < step.shape[0] - 1 and times[i] > end:
-            k += 1
-            end += step[k]
-        node[i] = k
-        h = times[i] - end + step[k]
-        for e in range(position.shape[1]):
-            points[i, e] = position[k, e] + h * (
-                velocity[k, e] + h * (acceleration[k, e] / 2.0 + h * jerk[k, e] / 6.0)
-            )
+    with cython.nogil:
+        for i in range(times.shape[0]):
+            while k < step.shape[0] - 1 and times[i] > end:
+                k += 1
+                end += step[k]
+            node[i] = k
+            h = times[i] - end + step[k]
+            for e in range(position.shape[1]):
+                points[i, e] = position[k, e] + h * (
+                    velocity[k, e] + h * (acceleration[k, e] / 2.0 + h * jerk[k, e] / 6.0)
+                )
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 def _fastest(
     velocity: cython.double[:, ::1],
@@ -90,8 +90,6 @@ def _fastest(
     return sqrt(most)
 
 
-@cython.ccall
-@cython.exceptval(check=False)
 def too_fast(
     velocity: cython.double[:, ::1],
     acceleration: cython.double[:, ::1],
@@ -101,7 +99,7 @@ def too_fast(
     feed: cython.double[::1],
     linear: cython.Py_ssize_t,
     out: cython.char[::1],
-) -> cython.void:
+) -> None:
     """Write 1 for intervals on which an axis is over its velocity, or the first axes are over the feed, else 0.
 
     Between nodes the velocity of an axis is a parabola: largest at an end or at its top. The speed is bounded from above.
@@ -118,21 +116,23 @@ def too_fast(
     k: cython.Py_ssize_t
     e: cython.Py_ssize_t
     t: cython.double
-    for k in range(step.shape[0]):
-        out[k] = 0
-        for e in range(velocity.shape[1]):
-            t = -acceleration[k, e] / jerk[k, e] if jerk[k, e] != 0.0 else 0.0
-            t = min(max(t, 0.0), step[k])
-            t = velocity[k, e] + t * (acceleration[k, e] + 0.5 * t * jerk[k, e])
-            out[k] |= max(fabs(t), fabs(velocity[k, e]), fabs(velocity[k + 1, e])) > most[e]
-        if not out[k]:
-            out[k] = (
-                _fastest(velocity, acceleration, jerk, step[k], k, linear, 1) > feed[k]
-                and _fastest(velocity, acceleration, jerk, step[k], k, linear, _PARTS) > feed[k]
-            )
+    with cython.nogil:
+        for k in range(step.shape[0]):
+            out[k] = 0
+            for e in range(velocity.shape[1]):
+                t = -acceleration[k, e] / jerk[k, e] if jerk[k, e] != 0.0 else 0.0
+                t = min(max(t, 0.0), step[k])
+                t = velocity[k, e] + t * (acceleration[k, e] + 0.5 * t * jerk[k, e])
+                out[k] |= max(fabs(t), fabs(velocity[k, e]), fabs(velocity[k + 1, e])) > most[e]
+            if not out[k]:
+                out[k] = (
+                    _fastest(velocity, acceleration, jerk, step[k], k, linear, 1) > feed[k]
+                    and _fastest(velocity, acceleration, jerk, step[k], k, linear, _PARTS) > feed[k]
+                )
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 def _push(
     point: cython.double[:, ::1],
@@ -172,8 +172,6 @@ def _push(
     return True
 
 
-@cython.ccall
-@cython.exceptval(check=False)
 def move_inside(
     point: cython.double[:, ::1],
     tangent: cython.double[:, ::1],
@@ -184,7 +182,7 @@ def move_inside(
     within: cython.double,
     to: cython.double,
     out: cython.double[:, ::1],
-) -> cython.void:
+) -> None:
     """Change offsets of nodes so that these are within a part of their room: those beyond it go to another part.
 
     Args:
@@ -196,12 +194,13 @@ def move_inside(
     m: cython.Py_ssize_t
     number: cython.int
     moved: cython.bint
-    for k in range(point.shape[0]):
-        for number in range(_PUSHES):
-            moved = False
-            for m in range(first[k], first[k + 1]):
-                moved |= _push(
-                    point, tangent, centre, direction, radius, k, m, within, to, number < _ACROSS, out
-                )
-            if not moved:
-                break
+    with cython.nogil:
+        for k in range(point.shape[0]):
+            for number in range(_PUSHES):
+                moved = False
+                for m in range(first[k], first[k + 1]):
+                    moved |= _push(
+                        point, tangent, centre, direction, radius, k, m, within, to, number < _ACROSS, out
+                    )
+                if not moved:
+                    break

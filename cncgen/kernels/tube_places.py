@@ -37,9 +37,6 @@ def _nearest(
     return sqrt(square)
 
 
-@cython.ccall
-@cython.nogil
-@cython.exceptval(check=False)
 def match(
     line: cython.double[:, ::1],
     way: cython.double[::1],
@@ -55,7 +52,7 @@ def match(
     leaving: cython.longlong[::1],
     place: cython.double[::1],
     part: cython.double[::1],
-) -> cython.Py_ssize_t:
+) -> int:
     """Find for each point a place, not before that of the point before it, where the polyline is nearest to it.
 
     The polyline comes near each point for a first time after it came near the point before. A point's place lies between there
@@ -88,52 +85,53 @@ def match(
     d: cython.double
     best: cython.double
     from_part: cython.double
-    for p in range(count):
-        first = reached + least[p]
-        while i < m - 1:
-            if way[i + 1] >= first:
-                from_part = (
-                    (first - way[i]) / (way[i + 1] - way[i])
-                    if way[i] < first and way[i + 1] > way[i]
-                    else 0.0
-                )
-                if (not rests[p] or still[i] or still[i + 1]) and (
-                    _nearest(line, i, from_part, points[p], part) <= within[p]
-                ):
-                    break
-            i += 1
-        if i >= m - 1:
-            break
-        reached = way[i] + part[0] * (way[i + 1] - way[i])
-        entry[p] = reached
-        leaving[p] = i
-        while leaving[p] < m - 2 and _nearest(line, leaving[p] + 1, 0.0, points[p], part) <= within[p]:
-            leaving[p] += 1
-        if leaving[p] == m - 2 and not last:
-            break
-        known = p + 1
-    # Points of which one that is known comes near only after they are left.
-    final = known
-    if not last:
-        while final > 0 and way[leaving[final - 1]] >= entry[known - 1]:
-            final -= 1
-    for p in range(known - 2, -1, -1):
-        leaving[p] = min(leaving[p], leaving[p + 1])
-    i = 0
-    for p in range(final):
-        start = max(start, entry[p])
-        while i < m - 2 and way[i + 1] < start:
-            i += 1
-        from_part = (
-            (start - way[i]) / (way[i + 1] - way[i]) if way[i + 1] > way[i] and start > way[i] else 0.0
-        )
-        best = _nearest(line, i, min(from_part, 1.0), points[p], part)
-        place[p] = i + part[0]
-        for known in range(i + 1, leaving[p] + 1):
-            d = _nearest(line, known, 0.0, points[p], part)
-            if d < best - 1e-12:
-                best = d
-                place[p] = known + part[0]
-        i = min(cython.cast(cython.Py_ssize_t, place[p]), m - 2)
-        start = way[i] + (place[p] - i) * (way[i + 1] - way[i])
+    with cython.nogil:
+        for p in range(count):
+            first = reached + least[p]
+            while i < m - 1:
+                if way[i + 1] >= first:
+                    from_part = (
+                        (first - way[i]) / (way[i + 1] - way[i])
+                        if way[i] < first and way[i + 1] > way[i]
+                        else 0.0
+                    )
+                    if (not rests[p] or still[i] or still[i + 1]) and (
+                        _nearest(line, i, from_part, points[p], part) <= within[p]
+                    ):
+                        break
+                i += 1
+            if i >= m - 1:
+                break
+            reached = way[i] + part[0] * (way[i + 1] - way[i])
+            entry[p] = reached
+            leaving[p] = i
+            while leaving[p] < m - 2 and _nearest(line, leaving[p] + 1, 0.0, points[p], part) <= within[p]:
+                leaving[p] += 1
+            if leaving[p] == m - 2 and not last:
+                break
+            known = p + 1
+        # Points of which one that is known comes near only after they are left.
+        final = known
+        if not last:
+            while final > 0 and way[leaving[final - 1]] >= entry[known - 1]:
+                final -= 1
+        for p in range(known - 2, -1, -1):
+            leaving[p] = min(leaving[p], leaving[p + 1])
+        i = 0
+        for p in range(final):
+            start = max(start, entry[p])
+            while i < m - 2 and way[i + 1] < start:
+                i += 1
+            from_part = (
+                (start - way[i]) / (way[i + 1] - way[i]) if way[i + 1] > way[i] and start > way[i] else 0.0
+            )
+            best = _nearest(line, i, min(from_part, 1.0), points[p], part)
+            place[p] = i + part[0]
+            for known in range(i + 1, leaving[p] + 1):
+                d = _nearest(line, known, 0.0, points[p], part)
+                if d < best - 1e-12:
+                    best = d
+                    place[p] = known + part[0]
+            i = min(cython.cast(cython.Py_ssize_t, place[p]), m - 2)
+            start = way[i] + (place[p] - i) * (way[i + 1] - way[i])
     return final

@@ -512,7 +512,9 @@ def _stop(nodes: Nodes, size: int) -> int:
     if not len(corner):
         return size
     at = np.arange(low, size)
-    away = np.abs(at[:, None] - corner[None, :]).min(axis=1)
+    after = np.searchsorted(corner, at)
+    beside = corner[np.clip([after - 1, after], 0, len(corner) - 1)]
+    away = np.abs(beside - at).min(axis=0)
     return int(at[np.argmax(away)]) + 1
 
 

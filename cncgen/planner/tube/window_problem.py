@@ -273,7 +273,7 @@ class Search:
 
     def _solved(self, found: kernel.Found) -> Solved:
         self.last = found
-        p, v, a = np.ascontiguousarray((self.x * self.scale.T).transpose(2, 0, 1))
+        p, v, a = (self.x[:, :, order] * self.scale[order] for order in range(3))
         return Solved(
             self.given.point + p,
             v,

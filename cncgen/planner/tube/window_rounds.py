@@ -243,12 +243,11 @@ def moving(start: Floats, nodes: Nodes) -> Ints:
 
 def _around(values: Floats, t: Floats, reach: float) -> Floats:
     """Return the largest of values, and of those above 0 within a time of each, shape (k,)."""
-    first, stop = np.searchsorted(t, t - reach), np.searchsorted(t, t + reach, side="right")
-    out = values.copy()
-    # Most are below all that counts.
-    for k in np.flatnonzero(values > 0.0).tolist():
-        out[first[k] : stop[k]] = np.maximum(out[first[k] : stop[k]], values[k])
-    return out
+    if not (values > 0.0).any():
+        return values
+    near = np.stack([np.searchsorted(t, t - reach), np.searchsorted(t, t + reach, side="right")], axis=1)
+    largest = np.maximum.reduceat(np.append(values, -np.inf), near.ravel())[::2]
+    return np.where(largest > 0.0, largest, values)
 
 
 def _parts(changed: NDArray[np.bool_], t: Floats, reach: float) -> list[tuple[int, int]]:
@@ -279,12 +278,16 @@ def _spread(found: Solved, columns: Ints, state: Floats, end: Floats) -> Solved:
     Nodes are met within the resolution of setpoints; the last one is where the motion rests or the plan goes on.
     """
     count, axes = len(found.step), len(end)
-    position = np.broadcast_to(state[0], (count + 1, axes)).copy()
-    velocity, acceleration, jerk = (np.zeros((rows, axes)) for rows in (count + 1, count + 1, count))
-    for whole, part in (
-        (position, found.position), (velocity, found.velocity), (acceleration, found.acceleration), (jerk, found.jerk)
-    ):  # fmt: skip
-        whole[:, columns] = part
+    position, velocity, acceleration, jerk = found.position, found.velocity, found.acceleration, found.jerk
+    if len(columns) < axes:
+        position = np.broadcast_to(state[0], (count + 1, axes)).copy()
+        velocity, acceleration, jerk = (np.zeros((rows, axes)) for rows in (count + 1, count + 1, count))
+        for whole, part in (
+            (position, found.position), (velocity, found.velocity), (acceleration, found.acceleration), (jerk, found.jerk)
+        ):  # fmt: skip
+            whole[:, columns] = part
+    else:
+        position = position.copy()
     h = found.step[-1]
     way = h * (velocity[-2] + h * (acceleration[-2] / 2.0 + h * jerk[-1] / 6.0))
     position[-2:] = end - way, end
