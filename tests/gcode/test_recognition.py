@@ -205,6 +205,7 @@ UNREAD = [
     ('T99 M6;\nMSG_OK["REMOVE PROBE","",""]\n#100 = INPUT["TOOL","NUMBER?","",1,97,4];\nT#100 M6;\nG04 X10\nM30', "LNC"),
     ('#100 = @100\nG65 "PROBECONFIG"\nIF[#128 == 1]\nM19\nEND_IF\nIF[R_SKIP[0,1] == 1]\nALARM["STOP"]\nEND_IF\nM99', "LNC"),
     ("N1T1M6\nN3G0G90S2000M3X0Y0E1\nN4H1Z.1M8\nN5G1Z-.1F10.\nN8M2", "Fadal"),
+    ("N1 O1 (CAP)\nN2 G21\nN3 G0 G17 G40 G49 G80 G90 H0 E0 Z0\nN5 T1 M6\nN6 E1\nN7 G0 G90 S6000 M3 X-36.5 Y-12.\nN8 H1 Z50. M8\nN517 M2", "Fadal"),
     ("N1 G17\nN4 S800 M3 F100\nN5 G81 Y2 Z-10 B10 F80\nN6 G79 X10 Y10 Z0\nN9 M30", "Philips"),
     ("N10 G0 X0 Y0\n10 @5=20\nN60 G1 X@5 F100\nN70 BRANCH STRT\nN80 M30", "Rexroth"),
     ("N0030 G95 G97\nN0050 G00 X40.000 Z2.000\nN0060 G84 X30. Z-20. P0=0 P2=0 D0=1000 D3=500 F200\nN0070 M30", "EMCO"),
@@ -218,6 +219,22 @@ def test_a_control_that_is_not_read_is_named_in_one_error(text: str, control: st
     errors = [one for one in found if one.severity == "error"]
     assert [one.code for one in errors] == ["control-unread"]
     assert control in errors[0].message
+
+
+def test_a_dwell_of_a_drilling_cycle_is_fanucs() -> None:
+    """LinuxCNC has P with G82, G86, G88 and G89 alone; posts of FANUC's kin write it with G83 too."""
+    assert (
+        dialect_of(
+            "G21 G90\nT1 M6\nS1000 M3\nG0 X10. Y10.\nG83 X10. Y10. Z-20. R2. Q5. F200. P0\nX20.\nG80\nM30"
+        )[0]
+        == "fanuc"
+    )
+    assert (
+        dialect_of(
+            "G21 G90\nT1 M6\nS1000 M3\nG0 X10. Y10.\nG83 X10. Y10. Z-20. R2. Q5. F200.\nX20.\nG80\nM30"
+        )[0]
+        == "linuxcnc"
+    )
 
 
 def test_blocks_that_end_in_a_star_are_likely_of_heidenhain() -> None:
