@@ -115,6 +115,12 @@ _EDING = _Doubt(
     "a message is a comment here: (MSG, change the tool)",
     (b'MSG "',),
 )
+_MARLIN = _Doubt(
+    rb"^[ \t]*(?:N[ \t]*\d+[ \t]*)?(?P<word>M11[78])[ \t][^;(\n]*[A-Z][A-Z]",
+    "texts of M117 and M118 for the display of Marlin and its kin are passed over",
+    "a message is a comment here: (MSG, job ends)",
+    (b"M117", b"M118"),
+)
 _HEIDENHAIN = _Doubt(
     _BEFORE + rb"[A-Z][ \t]*[-+]?[\d.]+[ \t]*(?P<word>\*)[ \t]*\r?$",
     "blocks that end in * are of Heidenhain's DIN/ISO",
@@ -198,7 +204,9 @@ def _doubts(
     """Yield doubts about a text, with their lines."""
     head = source.data[:_HEAD]
     lines = different(source)[0]
-    asked = [*((_SIEMENS, _HEIDENHAIN, _GRBL, _DENFORD, _EDING) if language_of(dialect) in BOTH else ())]
+    asked = [
+        *((_SIEMENS, _HEIDENHAIN, _GRBL, _DENFORD, _EDING, _MARLIN) if language_of(dialect) in BOTH else ())
+    ]
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
         pointless = language_of(dialect) == "fanuc" and not compiled(signs.LENGTH_WITH_POINT).search(lines)

@@ -24,8 +24,8 @@ MAX_STREAM = 4 * 1024**3
 _HEAD = 4096
 #: Bytes of a stream that are read at a time.
 _BLOCK = 1 << 20
-#: Bytes of a tape's leader and trailer: blank and rubbed out places, and the codes DC1 to DC4 that start and stop reader and punch.
-_TAPE = b"\0\x11\x12\x13\x14\x7f"
+#: Bytes of the leader and trailer of a tape: blank places, and the codes DC1 to DC4 that start and stop its reader and punch.
+_TAPE = b"\0\x11\x12\x13\x14"
 #: Byte order marks of UTF-16.
 _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
@@ -116,7 +116,8 @@ def _spool_faults(name: str) -> Iterator[None]:
 def _spool(source: BinaryIO, spool: BinaryIO, name: str) -> None:
     """Copy a stream, up to `MAX_STREAM` bytes; of a binary one only its head, which shows that."""
     block = _read(source, name)
-    if b"\0" in block[:_HEAD].strip(_TAPE) and block[:2] not in _WIDE:
+    head = block[:_HEAD]
+    if b"\0" in (head.strip(_TAPE) or head) and block[:2] not in _WIDE:
         spool.write(block[:_HEAD])
         return
     while block:
@@ -136,7 +137,8 @@ def _read(source: BinaryIO, name: str) -> bytes:
 def _with_newlines(data: bytes | mmap.mmap) -> bytes | mmap.mmap:
     """Return a text without the mark of UTF-8 or what leads and trails a tape, and with newlines where CR alone ends its lines."""
     if data[:2] not in _WIDE and data[:1] + data[-1:] and (data[:1] in _TAPE or data[-1:] in _TAPE):
-        data = data[:].strip(_TAPE) or data
+        text = data[:].strip(_TAPE)
+        data = text if text[:1] not in (b"", b"\x7f") else data
     if data[: len(codecs.BOM_UTF8)] == codecs.BOM_UTF8:
         data = data[len(codecs.BOM_UTF8) :]
     if b"\r" in data[:_HEAD] and data.find(b"\n") < 0:

@@ -242,6 +242,8 @@ def test_tool_lengths_set_by_the_program(run: Any) -> None:
 def test_an_alarm_ends_the_program(run: Any) -> None:
     out = run("G0 X1\n#3000=12(NO TOOL)\nG0 X2\nM30", dialect="fanuc")
     assert [d.message for d in out.diagnostics] == ["the program raises alarm 12: NO TOOL"]
+    out = run("IF[#1EQ#0]THEN#3000=1(NEED AXIS)\nG0 X2\nM30", dialect="fanuc")
+    assert [d.message for d in out.diagnostics] == ["the program raises alarm 1: NEED AXIS"]
 
 
 @pytest.mark.parametrize(

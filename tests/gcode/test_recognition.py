@@ -293,6 +293,15 @@ def test_messages_to_the_operator_of_eding_are_passed_over() -> None:
     assert path.end[-1, :3].tolist() == [10.0, 0.0, 5.0]
 
 
+def test_texts_for_the_display_of_marlin_are_passed_over() -> None:
+    text = b"G90\nG21\nM117  2D Contour2\nM3 S10000\nG1 X10 F25\nm118 end of job\nN5 M117 Job end\nM117 P1 Q2\nM2"
+    program = read(io.BytesIO(text), "t.nc")
+    (path,) = program.chunks()
+    said = [(one.code, one.span.line) for one in program.diagnostics if one.span and one.severity != "note"]
+    assert said == [("other-control", 3)]
+    assert path.end[-1, :3].tolist() == [10.0, 0.0, 0.0]
+
+
 def test_lines_to_a_simulator_are_passed_over() -> None:
     found = Diagnostics()
     text = b"[BILLET X100 Y60 Z20\n[TOOLDEF T1 D6\nO0001\nG21 G90\nG0 X10 Y10\nM30"

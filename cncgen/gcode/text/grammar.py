@@ -99,7 +99,7 @@ class _Values:
                 OUTPUT + _KEYWORD.sub(lambda match: match[0].upper(), text, count=1).strip()
             )
         elif text[0] == "(":
-            self._parsed.comments.append(text[1:-1])
+            self._into.comments.append(text[1:-1])
         elif text[0] != ";":
             name = normalise(text).lstrip("o").strip("<>")
             if name not in program_names:

@@ -72,10 +72,10 @@ _OUTSIDE = (
     "$END",
 )
 #: Lines that are passed over: commands to grbl (``$H``, ``$110=500``, those of one character), ``[BILLET X100`` to Denford's simulator, and
-#: ``MSG "text"`` to the operator of Eding CNC.
+#: ``MSG "text"`` of Eding CNC and ``M117 text`` of Marlin to the operator.
 _PASSED = re.compile(
     r"\s*(?:\$(?:[$#GINCHX]\s*(?:;|\Z)|[0-9]+\s*=)|[?~!]\s*(?:;|\Z)|\[(?:BILLET|EDGEMOVE|TOOLDEF|STEP|CLEAR)\b"
-    r"|(?:WARN|LOG)?MSG\s+\"[^\"]*\"\s*(?:;|\Z))",
+    r"|(?:WARN|LOG)?MSG\s+\"[^\"]*\"\s*(?:;|\Z)|(?:N\s*[0-9]+\s*)?M11[78]\s[^;(]*[A-Z][A-Z])",
     re.IGNORECASE,
 )
 #: A command to grbl that moves the machine: ``$J=G91 X1``.
@@ -108,7 +108,7 @@ def refusal(text: str, at: int, expected: Sequence[str], language: Language, hin
 
 def is_passed(text: str) -> bool:
     """Tell whether a line is no block, and is passed over: a command to grbl that does not jog, to Denford's simulator, or a
-    message to the operator of Eding CNC."""
+    message to the operator of Eding CNC or Marlin."""
     return _PASSED.match(text) is not None
 
 

@@ -76,6 +76,7 @@ _FUNCTIONS = (
     *(n for n, k in LITERALS.items() if LITERALS["abs"] <= k <= LITERALS["tan"] and n[-1] != "["),
 )
 _STARTS_WITH_NUMBER = re.compile(r"\A[0-9]")
+_PROGRAM_NUMBER = re.compile(r"\A0[0-9]{3,4}(?:\(|\Z)")
 _WORDLESS = re.compile(r"(?:\A|[^a-z])([a-mp-z])[+-]?\Z")
 _VALUE = re.compile(r"\Z|[a-z(;]")
 _LETTERS = re.compile(r"[a-z]+")
@@ -86,6 +87,8 @@ _UNIT = re.compile(r"[0-9.](?:m\Z|i\Z)")
 
 def hint_for(before: str, there: str) -> str:
     """Return a line of help for a place in a normalised block, by the text before it and from it on."""
+    if not before and _PROGRAM_NUMBER.match(there):
+        return "is the zero meant as the letter O of a program number: O1000?"
     if not before and _STARTS_WITH_NUMBER.match(there):
         return "a block begins with a letter: is N missing before the number?"
     if _LABEL.search(before) and _LETTERS.match(there):
@@ -122,6 +125,8 @@ def number_hint(letter: str, before: str, there: str) -> str:
     """Return the help for a letter without its number."""
     if _UNIT.search(before) and re.match(r"m|n(?![0-9])", there):
         return "numbers have no units: G21 says that they are mm, G20 inches"
+    if there.startswith("o"):
+        return f"is the letter O meant as a zero: {letter}0…?"
     return f"write {letter} with its value"
 
 
