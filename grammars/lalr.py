@@ -34,7 +34,7 @@ SCANNER = KERNEL.with_name("gcode_scan.py")
 GRAMMARS = {"linuxcnc": "gcode.lark", "fanuc": "fanuc.lark"}
 #: The same of languages whose rules make values, and the rules that a text may be read by.
 VALUES: dict[str, tuple[str, tuple[str, ...]]] = {
-    "heidenhain": ("heidenhain.lark", ("start", "given", "named_words")),
+    "heidenhain": ("heidenhain.lark", ("start", "named_words")),
     "sinumerik": ("sinumerik.lark", ("start",)),
 }
 #: What no letter, digit or underscore may follow, though no longer token is allowed there: GOTOFLABEL is no GOTOF LABEL.

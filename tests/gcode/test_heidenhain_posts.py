@@ -59,7 +59,8 @@ def test_motions(run: Any, tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "seconds"),
-    [("9.0 DWELL\nCYCL DEF 9.1 DWELL 0.5", 0.5), ("9.0 VERWEILZEIT\nCYCL DEF 9.1 V.ZEIT 1.25", 1.25), ("9 .0 IDO\nCYCL DEF9.1 V.IDO5", 5.0)],
+    [("9.0 DWELL\nCYCL DEF 9.1 DWELL 0.5", 0.5), ("9.0 VERWEILZEIT\nCYCL DEF 9.1 V.ZEIT 1.25", 1.25), ("9 .0 IDO\nCYCL DEF9.1 V.IDO5", 5.0),
+     ("9.0 CZAS\nCYCL DEF 9.1 CZAS POST. 1.5", 1.5), ("9.0 IDŐ\nCYCL DEF 9.1 VÁRAKOZÁSI IDŐ.75", 0.75)],
 )  # fmt: skip
 def test_a_dwell_keeps_its_decimals(calls: Any, text: str, seconds: float) -> None:
     definition = f"CYCL DEF{text}" if text[1] == " " else f"CYCL DEF {text}"

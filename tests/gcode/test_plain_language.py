@@ -189,6 +189,7 @@ def test_functions_of_fn_need_no_blank(run: Any) -> None:
         ("Q1 = 3 * * 4", 10, "'*' where (, a function, a number, a parameter Q or a sign was expected"),
         ("  7 CALL LBL", 13, "the end of the block where a name, a name \"…\" or a number was expected"),
         ("FN 1: Q1 = +Q2 - +5", 1, "- in FN 1 where + was expected"),
+        ("4 CYCL DEF 7.1 X+ Y5", 19, "'Y5' where a parameter Q was expected"),
     ],
 )  # fmt: skip
 def test_what_was_expected(run: Any, block: str, column: int, message: str) -> None:

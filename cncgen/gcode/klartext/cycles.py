@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import cmath
 import math
-import re
 from collections.abc import Callable, Sequence
 
 from cncgen.diagnostics import Severity
@@ -17,6 +16,8 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import contour_cycles, finishing, programs, slots, studs, threads
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
+from cncgen.gcode.text.evaluation import evaluate
+from cncgen.gcode.text.plain_language import words_of
 
 _MOST_STEPS = 10_000
 #: How far cycle 202 steps off the wall, mm, and by Q214 where to.
@@ -287,16 +288,11 @@ _OLD: dict[int, tuple[str, ...]] = {
 }
 _THREAD = 18
 _OLD_POCKETS = {3: slots.slot, 4: slots.rectangle, 5: slots.circle}
-#: Words in a part: a name and its value; DR has a sign alone.
-_PART_WORD = re.compile(
-    r"(?P<name>[A-Z][A-Z. ]*?)?[ \t]*(?P<value>(?:[-+][ \t]*)?(?:Q\d+|\d++[.,]?+\d*+|[.,]\d+))", re.IGNORECASE
-)
-_SENSE = re.compile(r"DR[ \t]*([-+])", re.IGNORECASE)
 #: Cycles that move nothing: orientation of the spindle; tuning of the control by the machine's builder.
 _IDLE = (13, 332, 392)
 
 
-def take_part(ip: Interpreter, number: int, part: int, text: str, value: Callable[[str], float]) -> None:
+def take_part(ip: Interpreter, number: int, part: int, text: str) -> None:
     """CYCL DEF n.p: take the values of an old cycle; part 0 begins it."""
     plain = Plain.of(ip)
     if part == 0:
@@ -306,18 +302,18 @@ def take_part(ip: Interpreter, number: int, part: int, text: str, value: Callabl
     names = _OLD.get(number, ())
     if plain.cycle != number or not 1 <= part <= len(names):
         return
-    sense = _SENSE.search(text)
-    words = [(m["name"] or "", value(m["value"])) for m in _PART_WORD.finditer(_SENSE.sub(" ", text))]
+    given = {name: evaluate(value, ip.parameters) for name, value in words_of(text) if value == value}
+    sense = given.pop("DR±", None)
+    words = list(given.items())
     if words:
         plain.parts[names[part - 1]] = words[0][1]
     if names[part - 1] == "X":
-        plain.parts["FIRST"] = float(words[0][0].strip().upper().endswith("Y")) if words else 0.0
+        plain.parts["FIRST"] = float(words[0][0] == "Y") if words else 0.0
     # The feed downwards stands behind the infeed, the sense and the corners behind the feed.
     for name, found in words[1:]:
-        kind = name.strip().upper()
-        plain.parts["RADIUS" if kind.startswith("R") else "PLUNGE"] = found
+        plain.parts["RADIUS" if name.startswith("R") else "PLUNGE"] = found
     if sense is not None:
-        plain.parts["SENSE"] = -1.0 if sense[1] == "-" else 1.0
+        plain.parts["SENSE"] = sense
 
 
 def _old(ip: Interpreter, number: int) -> None:

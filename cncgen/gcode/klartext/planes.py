@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from cncgen.gcode.codes import affine
 from cncgen.gcode.errors import BlockError
@@ -20,30 +20,25 @@ _IDLE = re.compile(
     re.IGNORECASE,
 )
 
-Evaluate = Callable[[str], float]
 #: The kinematics of a machine, and where its rotary axes stand, degrees, the carrying one first.
 Machine = tuple[Kinematics, tuple[float, float]]
 #: A vector shorter than this has no direction.
 _LEAST = 1e-9
-#: A dwell in seconds or revolutions; pauses of the feed.
-DWELL = re.compile(
-    r"FUNCTION\s+DWELL\s+(?P<unit>TIME|REV)\s*(?P<value>[-+]?\s*(?:Q\d+|[\d.,]+))\s*\Z", re.IGNORECASE
-)
+#: Pauses of the feed.
 PAUSES = re.compile(r"FUNCTION\s+FEED\s+DWELL\s+D-TIME", re.IGNORECASE)
 #: Words of TCPM, which puts M128 in force, and of its end.
 TIP_ON = re.compile(r"FUNCTION\s+TCPM\b(?!\s+RESET)", re.IGNORECASE)
 TIP_OFF = re.compile(r"FUNCTION\s+(?:RESET\s+TCPM|TCPM\s+RESET)\b", re.IGNORECASE)
 
 
-def dwell_s(body: str, value: Evaluate, speed: float) -> float | None:
-    """Return the seconds of FUNCTION DWELL, of whose revolutions the spindle makes `speed` a minute; None for other blocks."""
-    match = DWELL.match(body)
-    if match is None or match["unit"].upper() == "TIME":
-        return value(match["value"]) if match else None
+def dwell_s(unit: str, value: float, speed: float) -> float:
+    """Return the seconds of FUNCTION DWELL, of whose revolutions the spindle makes `speed` a minute."""
+    if unit == "TIME":
+        return value
     if speed <= 0.0:
         message = "FUNCTION DWELL REV waits for a spindle that has no speed"
         raise BlockError("spindle-stopped", message, "FUNCTION", hint="TOOL CALL 5 Z S500")
-    return value(match["value"]) * 60.0 / speed
+    return value * 60.0 / speed
 
 
 def no_pauses() -> BlockError:

@@ -79,12 +79,15 @@ class ProgramText(LanguageRun):
         try:
             return self._parse(body)
         except BlockError as error:
-            here, column = self._lines[at], error.column
-            if column:
-                text = self.sources[here.source].text_at(here.offset)
-                before = text.find(body[: column - 1] or body)
-                error.column = column + before if before >= 0 else 0
+            self._point(at, body, error)
             raise
+
+    def _point(self, at: int, said: str, error: BlockError) -> None:
+        """Let a fault point into the text of a line, whose column is that of a part of it."""
+        if error.column:
+            here = self._lines[at]
+            before = self.sources[here.source].text_at(here.offset).find(said[: error.column - 1] or said)
+            error.column = error.column + before if before >= 0 else 0
 
     def _ahead(self, at: int, body: str | None = None) -> Statement:
         """Return what a line says that is not run now, whose faults it will tell by itself."""

@@ -154,9 +154,6 @@ class HeidenhainRunner(ProgramText):
             raise BlockError("feed-missing", message, "AUTO", hint="TOOL CALL 5 Z S2000 F500")
         return feed
 
-    def _value(self, text: str) -> float:
-        return self._now(plain_language.value_of(text))
-
     def _now(self, value: Value) -> float:
         """Return the present value of what a block gives; raise where a double cannot hold it."""
         try:
@@ -629,7 +626,15 @@ class HeidenhainRunner(ProgramText):
         self._call_cycle(at, block)
 
     def _cycle(self, at: int, statement: Statement) -> None:
+        """CYCL DEF."""
         number, part, rest = statement.data
+        try:
+            self._part(at, number, part, rest)
+        except BlockError as error:
+            self._point(at, rest, error)
+            raise
+
+    def _part(self, at: int, number: int, part: str | None, rest: str) -> None:
         if number == 32:
             self._plain(at, Statement("block", plain_language.tolerance(rest) if part == "1" else []))
         elif number == _CONTOUR_LABELS:
@@ -642,7 +647,7 @@ class HeidenhainRunner(ProgramText):
         elif number in _FRAMES:
             self._frame(at, number, part, rest)
         elif part is not None:
-            cycles.take_part(self.ip, number, int(part), rest, self._value)
+            cycles.take_part(self.ip, number, int(part), rest)
         else:
             self._define(at, number)
 
@@ -677,13 +682,17 @@ class HeidenhainRunner(ProgramText):
         if planes.TIP_ON.match(body) or planes.TIP_OFF.match(body):
             self._execute(self._here(at, (TIP if planes.TIP_ON.match(body) else TIP_OFF,)))
             return
-        seconds = planes.dwell_s(body, self._value, self.ip.state.speed)
-        if seconds is not None:
-            self._execute(self._here(at, (40,), {"p": seconds}))
-        elif planes.PAUSES.match(body):
+        if planes.PAUSES.match(body):
             self.ip.warn_once(planes.no_pauses(), Severity.WARNING)
         else:
             planes.idle(body)
+
+    def _dwell(self, at: int, statement: Statement) -> None:
+        """FUNCTION DWELL."""
+        unit, value = statement.data
+        self._execute(
+            self._here(at, (40,), {"p": planes.dwell_s(unit, self._now(value), self.ip.state.speed)})
+        )
 
     def _plane(self, at: int, statement: Statement) -> None:
         """PLANE."""
@@ -748,6 +757,7 @@ class HeidenhainRunner(ProgramText):
         "call_pattern": _call_pattern,
         "pattern_def": _take_pattern,
         "plane": _plane,
+        "dwell": _dwell,
         "transform": _transform,
         "function_block": _function,
     }

@@ -113,11 +113,11 @@ _LANGUAGE = Language(
         **dict.fromkeys(("FUNCTION", "PI", "ROOT", "SINE", "COSINE"), "a function"),
         **dict.fromkeys(("TIMES", "POWER", "DIVISION"), "an operator"),
         **dict.fromkeys(
-            ("AXIS", "NAMED", "OF_WAY", "FEED", "R", "SIDE", "FAST", "AUTO", "DR", "OVERSIZE", "L", "D", "OWN", "REFERENCE", "CLOSED", "NORMAL",
+            ("OF_SENSE", "AXIS", "NAMED", "OF_WAY", "FEED", "R", "SIDE", "FAST", "AUTO", "DR", "OVERSIZE", "L", "D", "OWN", "REFERENCE", "CLOSED", "NORMAL",
              "ORIENTATION", "NAME", "TOLERANCE", "M", "M90", "M103", "M112", "M118", "M120", "M124", "M128", "M138", "M140"),
             "a word",
         ),
-        "COLON": ":", "STRING": 'a name "…"', "IDENTIFIER": "a name", "TEXT": "a text",
+        "COLON": ":", "UNIT": "TIME or REV", "STRING": 'a name "…"', "IDENTIFIER": "a name", "TEXT": "a text",
         "LENGTH": "LEN", "ANGLE": "ANG", "EQUALS": "EQU", "DIFFERS": "NE", "GREATER": "GT", "LESS": "LT", "FORM": "LT, LN, CT or LCT",
         "CYCLE": "the number of a cycle", "FEED_WORD": "a feed", "PREDEF": "PREDEF", "PLACES_OF": "POS, ROW, PAT, FRAME, CIRC or PITCHCIRC",
     },
@@ -134,11 +134,6 @@ def parse(body: str) -> Statement:
     return _read(body, "start")
 
 
-def value_of(text: str) -> Value:
-    """Return a number or Q parameter with its sign."""
-    return _read(text, "given")
-
-
 def words_of(text: str) -> list[Raw]:
     """Return the words of a part of a cycle: names and values, signs or nothing (NaN)."""
     return _read(text, "named_words")
@@ -148,7 +143,7 @@ def _read(text: str, start: str) -> Any:
     reader = _reader()
     found = reader.parse(text, start)
     if reader.error >= 0:
-        raise _refused(reader, text)
+        raise _refused(reader, text, start)
     return found
 
 
@@ -160,10 +155,10 @@ def _reader() -> Reader:
     return Reader(tables_heidenhain, RULES)
 
 
-def _refused(reader: Reader, text: str) -> BlockError:
+def _refused(reader: Reader, text: str, start: str) -> BlockError:
     """Describe the text at which a block was refused."""
     before, first = text[: reader.error].lstrip(), text.split(maxsplit=1)[0] if text.strip() else ""
-    if not before or (first.isalpha() and len(before) < len(first)):
+    if start == "start" and (not before or (first.isalpha() and len(before) < len(first))):
         # Letters of words may begin one that is none.
         word = " ".join(word.upper() for word in text.split()[:2] if word.isalpha())
         column = len(text) - len(text.lstrip()) + 1
@@ -495,7 +490,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "plunge": lambda feed, percent: ("M103", percent or 0.0),
     "normal": lambda *parts: ("", 0.0), "orientation": _turned,
     "length_of_tool": lambda value: ("L", value), "diameter": lambda value: ("D", value),
-    "named_words": lambda *words: list(words), "flag": lambda name: (name.upper(), math.nan),
+    "named_words": lambda *words: list(words), "flag": lambda name: (name.upper().strip(), math.nan),
     "motion": _motion, "surface_line": _surface_line, "words": _alone, "corner": lambda kind, size, *_: Statement("corner", data=(kind.upper(), size)),
     "way": lambda kind, form, *words: Statement("way", data=(kind.upper(), form.upper(), words)),
     "free": lambda head, *words: Statement("free", data=(head.upper(), words)),
@@ -507,6 +502,7 @@ RULES: dict[str, Callable[..., Any]] = {
     **{rule: _kind(rule) for rule in ("call_program", "select_program", "call_selected", "select_pattern", "plane", "transform", "function_block")},
     "pattern": lambda kind, *words: (kind.upper().rstrip("0123456789"), dict(words)),
     "pattern_def": _kind("pattern_def"), "pattern_more": _kind("pattern_more"),
+    "dwell": lambda unit, value: Statement("dwell", data=(unit.upper(), value)),
     "global_def": lambda *_: Statement("global_def"),
     "begin_program": _begin_program, "end_program": lambda *_: Statement("end_program", [("m", 2.0)]),
     "passed": lambda *_: Statement("passed"), "probe": lambda *_: Statement("block", [_REMARK, ("remark", 40.0)]),
