@@ -131,13 +131,18 @@ def _program_called(reader: Code, letter: cython.int, programs: set) -> cython.i
     return 0
 
 
-def marked(reader: Code, text: cython.const[cython.uchar][::1]) -> list:
-    """Read all lines of a text and return those with an O-word, a program number, or a jump or loop of a macro; and those that the grammar
-    refuses.
+def marked(reader: Code, text: cython.const[cython.uchar][::1], numbers: cython.bint = False) -> list:
+    """Read all lines of a text and return those with an O-word, a program number, or a jump or loop of a macro, and those that the grammar
+    refuses; or those with an N word.
+
+    Args:
+        reader: A `gcode_parse.Parser` of the text's grammar.
+        text: The program.
+        numbers: Whether lines with an N word are wanted.
 
     Returns:
         Of each line its offset, its number, the number of the literal of its keyword (0 where it is refused), and its label; None for one
-        that is computed, and of macros.
+        that is computed, and of macros. With `numbers`, of each line its offset, its number, and where its N word begins and ends.
     """
     at: cython.Py_ssize_t = 0
     begin: cython.Py_ssize_t
@@ -150,12 +155,13 @@ def marked(reader: Code, text: cython.const[cython.uchar][::1]) -> list:
         reader.used = reader.numbers = 0
         begin = at
         at = reader.read(at) + 1
-        if reader.error >= 0:
-            found.append((begin, line, 0, None))
-            continue
-        keyword = _keyword(reader)
+        keyword = _keyword(reader) if reader.error < 0 and not numbers else 0
         if keyword:
             found.append((begin, line, keyword, _label(reader, keyword)))
+        elif numbers and reader.flags & NUMBERED:
+            found.append((begin, line, reader.number_begin, reader.number_end))
+        elif not numbers and reader.error >= 0:
+            found.append((begin, line, 0, None))
     return found
 
 
@@ -180,20 +186,3 @@ def _label(reader: Code, keyword: cython.int) -> object:
         return None
     first: cython.int = reader.code[0]
     return reader.names[first >> 8] if first & 255 == NAME else reader.constants[first >> 8]
-
-
-def numbered(reader: Code, text: cython.const[cython.uchar][::1]) -> list:
-    """Read all lines of a text and return offset, number and the place of the N word of those that have one."""
-    at: cython.Py_ssize_t = 0
-    begin: cython.Py_ssize_t
-    line: cython.int = 0
-    found: list = []
-    reader.text = text
-    while at < text.shape[0]:
-        line += 1
-        reader.used = reader.numbers = 0
-        begin = at
-        at = reader.read(at) + 1
-        if reader.flags & NUMBERED:
-            found.append((begin, line, reader.number_begin, reader.number_end))
-    return found

@@ -11,7 +11,7 @@ from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, check_spindle, cut_thr
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.offsets_fanuc import preset_position
-from cncgen.gcode.codes.table import IS_TURNING, SYNCHRONISED, Code
+from cncgen.gcode.codes.table import IS_TURNING, SYNCHRONISED, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -55,30 +55,24 @@ def go(ip: Interpreter, x: float, z: float, feed: bool) -> None:
     ip.state.position, ip.state.moved = end, True
 
 
-def along(ip: Interpreter, block: Block) -> None:
-    """G90: to X, along Z, out to where X was, and back; with R it begins R (radius) from X."""
-    cut = _words(ip, block, _ALONG)
-    if cut is None or cut.x is None or cut.z is None:
-        return
-    check_feed(ip, block, "G90")
-    start_x, start_z = ip.state.position[X], ip.state.position[Z]
-    go(ip, cut.x + cut.taper, start_z, False)
-    go(ip, cut.x, cut.z, True)
-    go(ip, start_x, cut.z, True)
-    go(ip, start_x, start_z, False)
+def _pass(name: str, number: int) -> Handler:
+    """Return G90: to X, along Z, out to where X was, and back; or G94: to Z, along X, out to where Z was. With R it begins R from there."""
 
+    def run(ip: Interpreter, block: Block) -> None:
+        cut = _words(ip, block, number)
+        if cut is None or cut.x is None or cut.z is None:
+            return
+        check_feed(ip, block, name)
+        x, z = ip.state.position[X], ip.state.position[Z]
+        begin, end = (
+            ((cut.x + cut.taper, z), (x, cut.z)) if number == _ALONG else ((x, cut.z + cut.taper), (cut.x, z))
+        )
+        go(ip, *begin, False)
+        go(ip, cut.x, cut.z, True)
+        go(ip, *end, True)
+        go(ip, x, z, False)
 
-def across(ip: Interpreter, block: Block) -> None:
-    """G94: to Z, along X, out to where Z was, and back; with R it begins R from Z."""
-    cut = _words(ip, block, _ACROSS)
-    if cut is None or cut.x is None or cut.z is None:
-        return
-    check_feed(ip, block, "G94")
-    start_x, start_z = ip.state.position[X], ip.state.position[Z]
-    go(ip, start_x, cut.z + cut.taper, False)
-    go(ip, cut.x, cut.z, True)
-    go(ip, cut.x, start_z, True)
-    go(ip, start_x, start_z, False)
+    return run
 
 
 def thread(ip: Interpreter, block: Block) -> None:
@@ -126,10 +120,10 @@ def thread_pass(ip: Interpreter, x: float, z: float, lead: float, chamfer: float
 
 
 CODES = (
-    Code("G", _ALONG, "motion", Stage.MOTION, along, "cut along Z to X and Z, and back", _WORDS + "i", "motion", summons="xzuwr",
+    Code("G", _ALONG, "motion", Stage.MOTION, _pass("G90", _ALONG), "cut along Z to X and Z, and back", _WORDS + "i", "motion", summons="xzuwr",
         dialects=ONLY, moves="XZ", refused=IS_TURNING),
     Code("G", _THREAD, "motion", Stage.MOTION, thread, "cut a thread of lead F to X and Z, and back", _WORDS + "fi", "motion",
         summons="xzuwr", dialects=ONLY, takes="f", moves="XZ", refused=SYNCHRONISED),
-    Code("G", _ACROSS, "motion", Stage.MOTION, across, "cut along X to X and Z, and back", _WORDS + "k", "motion", summons="xzuwr",
+    Code("G", _ACROSS, "motion", Stage.MOTION, _pass("G94", _ACROSS), "cut along X to X and Z, and back", _WORDS + "k", "motion", summons="xzuwr",
         dialects=ONLY, moves="XZ", refused=IS_TURNING),
 )  # fmt: skip

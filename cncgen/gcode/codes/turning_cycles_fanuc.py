@@ -30,7 +30,7 @@ from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import IS_TURNING, PROFILE, Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.codes.turning_cycles import Lathe
-from cncgen.gcode.codes.turning_profiles import MAX_CUTS, TINY, Recorder, Segment, check_cuts
+from cncgen.gcode.codes.turning_profiles import MAX_CUTS, TINY, Segment, check_cuts, recording
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
@@ -87,29 +87,24 @@ def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], b
     """Return the moves of a profile in Z and X, the first one leads to it; whether that one is a traverse; how many traverses end it;
     and whether its first line has both X and Z.
     """
-    state, sink, guard = ip.state, ip.sink, ip.guard
-    recorder = Recorder(state.position)
-    ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
-    ip.sink, ip.guard, rapid, away, both = recorder, None, None, 0, False
+    rapid, away, both = None, 0, False
+    with recording(ip) as recorder:
 
-    def take(written: Block) -> None:
-        nonlocal rapid, away, both
-        before, line = len(recorder.segments), turned(ip, written)
-        codes = tuple(number for number in line.g if number in PLAIN_MOTIONS)
-        words = {letter: value for letter, value in line.words.items() if letter in _WORDS}
-        if codes or words:
-            _execute(ip, replace(line, words=words, g=codes, m=()))
-        if rapid is None and (recorder.segments or {"x", "z"} <= words.keys()):
-            rapid = ip.state.motion == 0
-            both = {"x", "z"} <= words.keys()
-        added = len(recorder.segments) - before
-        away = away + added if ip.state.motion == 0 else 0 if added else away
+        def take(written: Block) -> None:
+            nonlocal rapid, away, both
+            before, line = len(recorder.segments), turned(ip, written)
+            codes = tuple(number for number in line.g if number in PLAIN_MOTIONS)
+            words = {letter: value for letter, value in line.words.items() if letter in _WORDS}
+            if codes or words:
+                _execute(ip, replace(line, words=words, g=codes, m=()))
+            if rapid is None and (recorder.segments or {"x", "z"} <= words.keys()):
+                rapid = ip.state.motion == 0
+                both = {"x", "z"} <= words.keys()
+            added = len(recorder.segments) - before
+            away = away + added if ip.state.motion == 0 else 0 if added else away
 
-    try:
         _run(ip, block, name, take)
         _end_corner(ip)
-    finally:
-        ip.state, ip.sink, ip.guard = state, sink, guard
     if len(recorder.segments) < 2:
         raise BlockError("profile-length", f"the profile of {name} has fewer than two moves", "P")
     return recorder.segments, bool(rapid), away, both

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import pairwise
 
 from cncgen.gcode.block import Block
@@ -197,6 +199,19 @@ class Recorder:
         return lambda *arguments, **named: None
 
 
+@contextmanager
+def recording(ip: Interpreter) -> Iterator[Recorder]:
+    """Let motions of a profile be made on a recorder, in a state that is put back behind them."""
+    state, sink, guard = ip.state, ip.sink, ip.guard
+    ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
+    recorder = ip.sink = Recorder(state.position)
+    ip.guard = None
+    try:
+        yield recorder
+    finally:
+        ip.state, ip.sink, ip.guard = state, sink, guard
+
+
 def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
     """Run the profile in subroutine `number`: its moves in Z (real) and X (imaginary), fillets and chamfers made.
 
@@ -206,32 +221,18 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
         BlockError: The subroutine is missing, or a line of it is wrong.
     """
     mark = ip.flow_control().subroutines.find(number, Cursor(block.source, block.offset, block.line))
-    state, sink, guard = ip.state, ip.sink, ip.guard
-    recorder = Recorder(state.position)
     corners: list[tuple[float, bool]] = []
+    with recording(ip) as recorder:
+        # A profile goes on with the motion in force; where none is, its first line is a traverse.
+        ip.state.motion = ip.state.motion if ip.state.motion in PLAIN_MOTIONS else 0
+        ip.state.compensation = 40
 
-    def take(made: Block) -> None:
-        corners.extend(_execute(ip, recorder, made))
-        if len(corners) > MAX_MOVES:
-            raise BlockError("profile-length", f"it has more than {MAX_MOVES} moves")
+        def take(made: Block) -> None:
+            corners.extend(_execute(ip, recorder, made))
+            if len(corners) > MAX_MOVES:
+                raise BlockError("profile-length", f"it has more than {MAX_MOVES} moves")
 
-    ip.state, ip.sink, ip.guard = (
-        replace(
-            state,
-            feed=1.0,
-            feed_mode=94,
-            position=state.position.copy(),
-            compensation=40,
-            # A profile goes on with the motion in force; where none is, its first line is a traverse.
-            motion=state.motion if state.motion in PLAIN_MOTIONS else 0,
-        ),
-        recorder,
-        None,
-    )
-    try:
         ip.flow_control().run_profile(take, mark.after, number, "Q")
-    finally:
-        ip.state, ip.sink, ip.guard = state, sink, guard
     profile = _rounded(recorder.segments, corners) if recorder.segments else []
     if len(profile) < 2:
         raise BlockError("profile-length", f"o{number:g} has fewer than two moves: no profile", "Q")

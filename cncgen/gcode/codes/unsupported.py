@@ -34,6 +34,10 @@ _TILTED = "post it with the rotary axes in place and X Y Z as the axes go, with 
 #: Advice for a code that is not read.
 WITHOUT: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", n) for n in (683, 684)), _TILTED),
+    **dict.fromkeys(
+        (("G", n) for n in (450, 460, 480)),
+        "G41 or G42 with D moves a path by the tool's radius; or post the moves themselves",
+    ),
     **dict.fromkeys((("G", n) for n in (470, 1500)), "post it as the moves that it makes: G1, G2, G3"),
 }
 #: Codes of FANUC's mills in place of those that only lathes read, G numbers in tenths.

@@ -21,7 +21,7 @@ from cncgen.gcode.text.normal_text import normalise
 from cncgen.gcode.text.parsers import parser
 from cncgen.grammars.terminals import LINUXCNC
 from cncgen.kernels import gcode_codes
-from cncgen.kernels.gcode_names import marked, numbered
+from cncgen.kernels.gcode_names import marked
 from cncgen.records import dataclass
 
 #: What leads elsewhere and is led to by nothing.
@@ -137,7 +137,7 @@ class Labels:
     def numbered(self) -> dict[int, list[Cursor]]:
         """Lines by their N word."""
         found: dict[int, list[Cursor]] = {}
-        for offset, line, begin, end in numbered(parser(self._dialect, False), self._source.bytes):
+        for offset, line, begin, end in marked(parser(self._dialect, False), self._source.bytes, True):
             number = normalise(self._source.data[begin:end].decode())[1:].partition(".")[0]
             if len(number) <= _MOST_DIGITS:
                 found.setdefault(int(number), []).append(Cursor(self._index, offset, line))
