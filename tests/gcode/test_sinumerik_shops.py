@@ -412,3 +412,14 @@ def test_an_edge_is_chosen_under_traori(run: Any) -> None:
     )
     assert out.errors == []
     assert out.path.end[out.path.kind == 0][-1, :3].tolist() == [4, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("first", "x"), [("", 10.0), ('MSG("OHNE G17, DIAMOF")', 10.0), ("MSG('Y5')", 10.0), ("N10G17", 20.0), ("DIAMOF", 20.0), ("G0 Y=0", 20.0)]
+)  # fmt: skip
+def test_x_of_a_program_that_turns_is_a_diameter_unless_a_block_says_else(
+    run: Any, first: str, x: float
+) -> None:
+    """G96 turns; what stands in a text says nothing."""
+    out = run(f"{first}\nG96 S100 LIMS=2000 M3\nG0 X20\nM30", dialect="sinumerik")
+    assert out.path.end[-1][0] == pytest.approx(x)

@@ -89,11 +89,15 @@ def test_a_thread_upwards_is_not_read(rows: Any) -> None:
     assert [e[0] for e in rows(text).errors] == ["cycle-depth"]
 
 
-def test_a_tool_that_t_changes_has_its_size_in_canon(calls: Any, tmp_path: Path) -> None:
-    """LinuxCNC's stand-alone interpreter keeps the tool before M61; that is no habit of SINUMERIK, whose T changes the tool at once."""
+@pytest.mark.parametrize("remark", ["", 'MSG("OHNE M6") ; M6\n'])
+def test_a_tool_that_t_changes_has_its_size_in_canon(calls: Any, tmp_path: Path, remark: str) -> None:
+    """LinuxCNC's stand-alone interpreter keeps the tool before M61; that is no habit of SINUMERIK, whose T changes the tool at once.
+
+    M6 in a remark changes no tool.
+    """
     table = tmp_path / "tool.tbl"
     table.write_text("T1 P1 D8\n")
-    text = INSIDE.replace("\nM6\n", "\n").format(outer=16, core=13, lead=2, sense=3, kind=0)
+    text = remark + INSIDE.replace("\nM6\n", "\n").format(outer=16, core=13, lead=2, sense=3, kind=0)
     found = calls(text, dialect="sinumerik", tool_table=table)
     assert any(call.startswith("ARC_FEED(54.0000, 40.0000, 52.0000") for call in found)
 

@@ -4,7 +4,7 @@ reading      a line to a statement by the tables of the grammar (``grammars/sinu
 expressions  values of expressions: the common ones, with texts, variables and operators of SINUMERIK
 variables    R parameters, DEF variables, system variables
 programs     texts as programs: labels, loops and branches, PROC, files of subprograms
-axes         the axes that a program names, before it runs
+said         what the blocks of a text name, before it runs; `axes` are those of its columns
 running      `SinumerikRunner`: the order in which lines are executed, with calls and jumps
 motions      one block on the interpreter: modes, words, positions, arcs; `commands` are words without a number
 cycles also have CYCLE800, a frame (`cncgen.gcode.codes.affine`)

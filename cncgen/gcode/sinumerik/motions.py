@@ -33,8 +33,8 @@ from cncgen.gcode.sinumerik import (
     thread_milling,
 )
 from cncgen.gcode.sinumerik.expressions import Function, Quoted, Scalar, Value, Variable, evaluate, number
-from cncgen.gcode.sinumerik.programs import file_name
 from cncgen.gcode.sinumerik.reading import Item
+from cncgen.gcode.sinumerik.said import file_name
 from cncgen.gcode.sinumerik.variables import Store
 from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.gcode.text.labels import Cursor

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from mmap import mmap
 from weakref import WeakKeyDictionary
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.reading import Statement, parse
+from cncgen.gcode.sinumerik.said import Said
 from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.gcode.text.labels import Cursor
 
@@ -54,6 +54,7 @@ class Program:
             ELSE, the end of a loop, and the beginning of the loop that an end closes.
         formals: Parameters of PROC: type, name, whether by reference, usual value, whether an array.
         saves: Whether PROC says SAVE.
+        said: What the blocks of its text name.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Program:
     other: dict[int, int] = field(default_factory=dict)
     formals: tuple[tuple[object, ...], ...] = ()
     saves: bool = False
+    said: Said = field(default_factory=Said)
 
 
 #: What was read of main programs before they run.
@@ -72,14 +74,6 @@ def programs_ahead(source: Source) -> list[Program]:
     """Return the programs of a text that is run afterwards; the run takes what was read here."""
     _ahead[source] = found = programs_of(source, 0)
     return found[0]
-
-
-def file_name(text: str) -> str:
-    """Return the name of a subprogram whose file a text names, with folders and suffix or without."""
-    file = text.replace("\\", "/").rsplit("/", 1)[-1].upper()
-    if file.startswith("_N_"):
-        file = file.removeprefix("_N_").removesuffix("_SPF").removesuffix("_MPF")
-    return file.removesuffix(".SPF").removesuffix(".MPF")
 
 
 def programs_of(source: Source, index: int, name: str = "") -> tuple[list[Program], Faults]:
@@ -96,7 +90,7 @@ def programs_of(source: Source, index: int, name: str = "") -> tuple[list[Progra
         end = source.line_end(offset)
         here = Cursor(index, offset, number)
         text = source.text_at(offset) if end - offset <= MAX_LINE else ""
-        line = _line(_expanded(text, macros), here, known, end - offset)
+        line = _line(_expanded(text, macros), here, known, found[0].said, end - offset)
         if line.statement.kind == "header" and line.statement.data[0]:
             _begin(found, line.statement.data[0])
         if line.statement.kind == "proc":
@@ -131,7 +125,7 @@ def _begin(found: list[Program], name: str) -> None:
         found[-1].name = name
 
 
-def _line(text: str, here: Cursor, known: dict[str, Statement], length: int) -> Line:
+def _line(text: str, here: Cursor, known: dict[str, Statement], said: Said, length: int) -> Line:
     if length > MAX_LINE:
         return Line(
             Statement(),
@@ -144,6 +138,7 @@ def _line(text: str, here: Cursor, known: dict[str, Statement], length: int) -> 
             statement = parse(text)
         except BlockError as error:
             return Line(Statement(), here, error)
+        said.take(statement.items)
         if len(known) < _MAX_TEXTS:
             known[text] = statement
     return Line(statement, here)
@@ -188,17 +183,3 @@ def _connect(program: Program) -> Faults:
         )
         faults.append((program.lines[at].here, error))
     return faults
-
-
-#: A speed of the surface, or a bound of the spindle's speed beside it.
-_TURNS = re.compile(rb"^[^;\n]*?(?:\bG96(?!\d)|\bLIMS[ \t]*=)", re.MULTILINE | re.IGNORECASE)
-#: Words that state how X is meant, a plane of mills, and words of Y, an axis that lathes lack.
-_SAYS = re.compile(
-    rb"^[^;\n]*?(?:\bDIAM(?:ON|OF|90)|\bG1[79](?!\d)|(?<![A-Z_$\"])Y\d?[ \t]*[-+=.\d(]|\bTRACYL|\bTRANSMIT)",
-    re.MULTILINE | re.IGNORECASE,
-)
-
-
-def turns(text: bytes | mmap) -> bool:
-    """Tell whether a program turns and says nowhere whether X is a diameter."""
-    return _TURNS.search(text) is not None and _SAYS.search(text) is None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
@@ -16,7 +15,7 @@ from cncgen.gcode.flow.language_run import LanguageRun
 from cncgen.gcode.sinumerik import expressions
 from cncgen.gcode.sinumerik.expressions import RParameter, Scalar, Value, evaluate, number, variable
 from cncgen.gcode.sinumerik.motions import Motions
-from cncgen.gcode.sinumerik.programs import Line, Program, programs_of, turns
+from cncgen.gcode.sinumerik.programs import Line, Program, programs_of
 from cncgen.gcode.sinumerik.reading import Item
 from cncgen.gcode.sinumerik.variables import Store, Variable
 from cncgen.gcode.source import open_source
@@ -25,8 +24,6 @@ from cncgen.gcode.text.search import candidates, leaves_path, search_path
 
 _YIELD = 512
 _ENDS = {2.0, 30.0, 17.0}
-#: The change of a tool; without it T changes at once, as on lathes.
-_TOOL_CHANGE = re.compile(rb"(?<![A-Z0-9_])M0?6(?![0-9])", re.IGNORECASE)
 
 
 #: What does a line of some kind: the program in progress, the number of the line, its data.
@@ -70,9 +67,10 @@ class SinumerikRunner(LanguageRun):
         if not self._open():
             return
         self.ip.begin()
-        self.motions.begin(turns=turns(self.sources[0].data))
         main = self._load(0, "")
-        self.motions.turret = _TOOL_CHANGE.search(self.sources[0].data) is None
+        self.motions.begin(turns=main.said.turns())
+        #: The change of a tool; without it T changes at once, as on lathes.
+        self.motions.turret = ("M", 6.0) not in main.said.codes
         self._frames = [Frame(main)]
         self.ip.budget.forward = len(main.lines)
         try:

@@ -1,0 +1,86 @@
+"""What the blocks of a text of SINUMERIK name, taken while they are read and known before the program runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cncgen.gcode.sinumerik.expressions import Quoted, Value, Variable
+from cncgen.gcode.sinumerik.reading import Item
+
+
+class Said:
+    """What the blocks of a text name.
+
+    Attributes:
+        codes: G and M words: letter and number.
+        names: Letters of words, names of settings, commands and calls; ``CYCLE800(`` is a call with values.
+        brackets: Names that stand alone in brackets behind the name of a setting: ``POS[X]``.
+        files: Names of what may be subprograms.
+    """
+
+    def __init__(self) -> None:
+        self.codes: set[tuple[str, float]] = set()
+        self.names: set[str] = set()
+        self.brackets: set[str] = set()
+        self.files: set[str] = set()
+
+    def take(self, items: Sequence[Item]) -> None:
+        """Take what the items of a block name."""
+        for kind, *said in items:
+            if kind == "word":
+                self._word(*said)
+            elif kind == "set":
+                self.names.add(said[0])
+                self._indices(said[1])
+            elif kind == "poly":
+                self._indices(said[0][1])
+            elif kind == "call":
+                self._call(*said)
+            elif kind == "name":
+                self._name(said[0])
+            elif kind == "text":
+                self.files.add(file_name(said[0]))
+
+    def named(self, letter: str) -> bool:
+        """Tell whether an axis is named, with a number or without."""
+        return any(name[0] == letter and (len(name) == 1 or name[1:].isdigit()) for name in self.names)
+
+    def turns(self) -> bool:
+        """Tell whether the program turns and says nowhere how X is meant, nor names a plane or an axis of mills."""
+        says = {"TRACYL", "TRANSMIT"} & self.names or {("G", 17.0), ("G", 19.0)} & self.codes
+        turning = ("G", 96.0) in self.codes or "LIMS" in self.names
+        return turning and not (
+            says or self.named("Y") or any(name.startswith("DIAM") for name in self.names)
+        )
+
+    def _word(self, letter: str, value: float) -> None:
+        if letter in "GM":
+            self.codes.add((letter, value))
+        elif letter == "L":
+            self.files.add(f"L{value:.0f}")
+        else:
+            self.names.add(letter)
+
+    def _indices(self, indices: Sequence[Value]) -> None:
+        if len(indices) == 1 and isinstance(indices[0], Variable):
+            self.brackets.add(indices[0].name)
+
+    def _call(self, name: str, arguments: Sequence[Value | None]) -> None:
+        self._name(name)
+        given = [argument for argument in arguments if argument is not None]
+        if given:
+            self.names.add(f"{name}(")
+        if name == "EXTCALL":
+            self.files |= {file_name(argument.text) for argument in given if isinstance(argument, Quoted)}
+
+    def _name(self, name: str) -> None:
+        self.names.add(name)
+        self.files.add(name)
+
+
+def file_name(text: str) -> str:
+    """Return the name of a subprogram whose file a text names, with folders and suffix or without."""
+    file = text.replace("\\", "/").rsplit("/", 1)[-1].upper()
+    if file.startswith("_N_"):
+        file = file.removeprefix("_N_").removesuffix("_SPF").removesuffix("_MPF")
+    return file.removesuffix(".SPF").removesuffix(".MPF")
