@@ -67,6 +67,14 @@ _FANUC = (
         rb"[UW][ \t]*[-+.\d#\[]",
     ),
 )
+#: On lathes: T of a tool alone.
+_SHORT_T = _Doubt(
+    _BEFORE + rb"(?<![A-Z])(?P<word>T[ \t]*(?:0?[1-9]|[1-9]\d)(?![\d.]))",
+    "T of one or two digits is an offset alone, and the turret does not turn; controls whose T has two digits read a tool in it",
+    "four digits are beyond doubt: T0101 is tool 1 with offset 1",
+    (b"T",),
+    rb"(?<![A-Z])T[ \t]*(?:0?[1-9]|[1-9]\d)(?![\d.])",
+)
 #: A slash that is not the first of its block, whose rest is lost.
 _SLASH = _Doubt(
     rb"(?P<word>/)",
@@ -207,6 +215,7 @@ def _doubts(
     asked = [
         *((_SIEMENS, _HEIDENHAIN, _GRBL, _DENFORD, _EDING, _MARLIN) if language_of(dialect) in BOTH else ())
     ]
+    asked += [_SHORT_T] if language_of(dialect) == "fanuc" and dialect != "fanuc" else []
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
         pointless = language_of(dialect) == "fanuc" and not compiled(signs.LENGTH_WITH_POINT).search(lines)

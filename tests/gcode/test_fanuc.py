@@ -480,6 +480,9 @@ def test_the_leader_of_a_tape_is_passed_over(run: Any) -> None:
     assert points(out) == [[1, 0, 0]]
     (said,) = [d for d in out.diagnostics if d.code == "text-before-start"]
     assert said.message.startswith("2 lines")
+    # A program stands before the %, which ends it, and its subprogram behind; the leader has no number.
+    out = run("(PART)\nO3\nG0 X1\nM98 P4\nM30\n%\nO4\nG0 Y2\nM99\n%\n", dialect="fanuc")
+    assert points(out) == [[1, 0, 0], [1, 2, 0]]
     # Two % at the end are no frame of a program.
     assert points(run("O1\nG0 X1\nM30\n%\n%\n", dialect="fanuc")) == [[1, 0, 0]]
 

@@ -432,6 +432,16 @@ def test_what_interrupts_the_compensation_of_the_nose(tmp_path: Any, block: str)
     assert moves(f"{before}{block}\nG1 {behind}", tool_table=table) == written
 
 
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [("T1", True), ("T11", True), ("T 07", True), ("M6 T2", True), ("T0011", False), ("T101", False)],
+)
+def test_an_offset_without_a_tool_is_told(text: str, told: bool) -> None:
+    """T1 and T11 are offsets 1 and 11 here; where T has two digits, T11 is tool 1 with offset 1, and nobody said so."""
+    said = outcome(f"IF[#1 LT 1]GOTO5\nN5 {text}\nG0 X5.")[2].diagnostics
+    assert [d.code for d in said if d.severity == "warning"] == ["other-control"] * told
+
+
 def test_m6_does_no_more_than_t_has_done(tmp_path: Any) -> None:
     """The turret turns at T: the spindle runs on, and the tip stays that of the offset, not of the tool's number."""
     table = tmp_path / "tools.tbl"
