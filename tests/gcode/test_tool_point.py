@@ -140,6 +140,20 @@ def test_without_a_machine_the_path_is_that_of_the_tip(run: Any) -> None:
     assert out.path.end[out.path.kind == 0][:, [0, 2]].tolist() == [[10.0, 25.0]]
 
 
+def test_haas_calls_it_g234(run: Any) -> None:
+    """G234 H, which G49 ends, is G43.4; its messages have its name, and it says whose the program is."""
+    text = START + "G1 B30 F600\nG49\nG0 Z80\nM30"
+    ours, theirs = (
+        run(one, dialect="fanuc", kinematics=TABLES).path.end.tolist()
+        for one in (text, text.replace("G43.4", "G234"))
+    )
+    assert ours == theirs
+    out = run("G21 G90\nG234 H1\nG1 X5 F100\nM30", kinematics=None)
+    assert [(d.code, d.message[:4]) for d in out.diagnostics if d.severity == "error"] == [
+        ("tcp-machine", "G234")
+    ]
+
+
 def test_the_table_of_the_machine() -> None:
     table = {"model": "head-head", "axes": ["c", "b"], "pivot_mm": 100}
     assert kinematics_of(table) == HEADS

@@ -148,6 +148,11 @@ def turn_on(ip: Interpreter, block: Block, name: str = "G43.4") -> None:
         ip.warn_once(BlockError("tcp-machine", message, name, hint=hint))
 
 
+def turn_on_haas(ip: Interpreter, block: Block) -> None:
+    """G234 H of Haas's five-axis mills (UMC operator's supplement, "G234 Tool Center Point Control")."""
+    turn_on(ip, block, "G234")
+
+
 def _turn_on(ip: Interpreter, block: Block) -> None:
     if ip.state.compensation != 40:
         raise BlockError("tcp-refused", "G43.4 does not go with cutter compensation", "G43.4", hint="use G40")
@@ -214,6 +219,8 @@ _FANUC = ("fanuc",)
 CODES = (
     Code("G", 434, "tool length", Stage.TOOL_LENGTH, turn_on, "tool centre point control with the length H", "h", dialects=_FANUC,
         takes="h", moves="XYZ", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
+    Code("G", 2340, "tool length", Stage.TOOL_LENGTH, turn_on_haas, "tool centre point control with the length H (Haas)", "h",
+        dialects=_FANUC, takes="h", moves="XYZ", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
     Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset, no tool centre point control", dialects=_FANUC,
         without="lathes"),
 )  # fmt: skip

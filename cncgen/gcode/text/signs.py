@@ -231,7 +231,7 @@ BARE = (
     _sign("a look-ahead code", _all(8, _F, _T), _W + rb"G0?(?:5\.1Q|5P(?:10000|0|1|2)$|8P)|G(?:103|187)[PE]", b"5.1Q", b"5P", b"8P", b"G103", b"G187"),
     _sign("a dwell of X", _all(8, _F, _T), _W + rb"G0?4X\.?\d", b"4X"),
     _sign("a dwell in milliseconds", _all(4, _F, _T), _W + rb"G0?4P[1-9]\d\d+$", b"4P"),
-    _sign("a code of Haas", _all(8, _F, _T), rb"G154P|(?<![A-Z_])M97P", b"G154P", b"M97P"),
+    _sign("a code of Haas", _all(8, _F, _T), rb"G154P|(?<![A-Z_])(?:M97P|G(?:234|25[45])(?!\d))", b"G154P", b"M97P", b"G234", b"G254", b"G255"),
     _sign("a circular pocket of Haas", _all(8, _F), _W + rb"G1[23](?![\d.])(?=[^\n]*I[.\d])(?=[^\n]*D\d)", b"G12", b"G13"),
     _sign("a dwell P of a drilling cycle", _all(8, _F, _T), _W + rb"G(?:73|8[135])(?![\d.])(?=[^\n]*Z)(?=[^\n]*R)[^\n]*P\d", b"G73", b"G81", b"G83", b"G85"),
     _sign("rigid tapping by M29", _all(4, _F, _T), _W + rb"M29(?!\d)", b"M29"),
