@@ -27,8 +27,9 @@ from cncgen.toolpath.slicing import join
 #: Control points of the first block, for which the first setpoints wait, and of a block at most (`fixed_blocks`): 128 and 2048 rows that
 #: are straight.
 FIRST, MOST = 512, 8192
-#: Meshes that wait while another is made and windows are solved.
-PREFETCHED = 1
+#: Results that wait while another is made and this one is worked on, and meshes that do: their times differ more, as some windows need
+#: more runs. With two in wait solving and reading together take 5 % less time.
+PREFETCHED, MESHES = 1, 2
 
 
 def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tuple[Toolpath, SpeedCap | None]]:
@@ -83,7 +84,7 @@ def _solved(
 ) -> Generator[SolvedWindow | Toolpath, None, None]:
     """Yield the final parts, window by window, and toolpaths that stand still."""
     window: RollingWindow | None = None
-    with closing(prefetch(_meshes(source, bounds_of, coarse), PREFETCHED)) as meshes:
+    with closing(prefetch(_meshes(source, bounds_of, coarse), MESHES)) as meshes:
         for mesh, last in meshes:
             if isinstance(mesh, Toolpath):
                 yield mesh
