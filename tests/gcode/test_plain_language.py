@@ -204,3 +204,17 @@ def test_words_that_say_nothing(run: Any, block: str) -> None:
     out = plain(run, f"L X+1 F100\n{block}")
     assert ends(out)[-1] == [5, 0, 0]
     assert out.path.feed[out.path.kind != 3][-1] == pytest.approx(200.0 / 60.0)
+
+
+@pytest.mark.parametrize(
+    "remark", ["5 ; note", "5;note", "5 * - note", "5* note", "N5 ;", "5 (note)", "5", "5 ~", "; note", ""]
+)
+def test_remarks_say_nothing(run: Any, remark: str) -> None:
+    """A number alone was no block."""
+    out = plain(run, f"4 L X+1 F100\n{remark}\n6 L X+2")
+    assert ends(out) == [[1, 0, 0], [2, 0, 0]]
+
+
+def test_a_corner_behind_a_line_that_is_not_read_is_no_second_fault(run: Any) -> None:
+    out = run(HEAD + "L X+1 F100\nL Y+5 BAD\nRND R1\nL X+5" + TAIL)
+    assert [code for code, _, _ in out.errors] == ["syntax"]

@@ -10,7 +10,7 @@ from cncgen.gcode.source import Source
 #: A parameter of a cycle that stands behind other words of its line.
 _GIVEN = re.compile(r"\s(?=Q[LR]?\d+\s*=)", re.IGNORECASE)
 #: The number of a block, which simulators write with N.
-_NUMBER = re.compile(r"\s*(?:N?\d+\s+)?", re.IGNORECASE)
+_NUMBER = re.compile(r"\s*(?:N?\d+(?:\s+|(?=\*)|\Z))?", re.IGNORECASE)
 #: A block that a switch leaves out, before its number or behind it.
 _SLASH = re.compile(r"\s*(?:N?\d+\s+)?/", re.IGNORECASE)
 _REMARK = re.compile(r"\s*(?:N?\d+\s*)?[;*]", re.IGNORECASE)

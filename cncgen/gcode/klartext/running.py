@@ -342,9 +342,9 @@ class HeidenhainRunner(ProgramText):
             )
 
     def _draws(self, at: int) -> bool:
-        """Tell whether a line is an element of a contour."""
+        """Tell whether a line is an element of a contour, or is not read."""
         statement = self._ahead(at)
-        return statement.kind in ("tangent", "free") or _drawn(statement)
+        return statement.kind in ("tangent", "free", UNREAD.kind) or _drawn(statement)
 
     def _block(self, at: int, words: Sequence[tuple[str, Value]]) -> Block:
         """Return words as a block, values known."""
@@ -765,4 +765,4 @@ class HeidenhainRunner(ProgramText):
 
 def _drawn(statement: Statement) -> bool:
     """Tell whether a block is a line or an arc."""
-    return any(letter == "g" and value in _DRAWN for letter, value in statement.words)
+    return statement.kind == "block" and any(word[0] == "g" and word[1] in _DRAWN for word in statement.words)
