@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from cncgen.diagnostics import Diagnostic, Severity
-from cncgen.gcode.sinks.counting import LONG_S
+from cncgen.gcode.sinks.counting import LONG_S, SLOW
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.toolpath.record import Toolpath
 
 #: The feed that counts as slow, mm/s.
-_SLOW = 5.0 / 60.0
+_SLOW = SLOW / 60.0
 #: Feed from which the time of every length is a number, mm/s.
 _LEAST = 1e-290
 

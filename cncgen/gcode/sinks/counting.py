@@ -12,7 +12,7 @@ from cncgen.toolpath.record import Event, PathMode
 
 #: Time at slow feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow here, units a minute.
 LONG_S = 36_000.0
-_SLOW = 5.0
+SLOW = 5.0
 #: Places and offsets up to this, in units of the program, add up to places within `cncgen.ranges.POSITION`.
 _NEAR = 1e6
 #: Tolerances up to this, in units of the program, are within `cncgen.ranges.TOLERANCE_MM`.
@@ -85,7 +85,7 @@ class CountingSink:
 
     def set_feed_rate(self, rate: float) -> None:
         """Look at a feed."""
-        self.slow = self.slow or 0.0 < rate < _SLOW
+        self.slow = self.slow or 0.0 < rate < SLOW
 
     def where(self, position: Point) -> Point:
         """Return where the machine stands: where it should."""
