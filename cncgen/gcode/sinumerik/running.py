@@ -32,13 +32,20 @@ Handler = Callable[["Frame", int, tuple[Any, ...]], None]
 
 @dataclass(slots=True)
 class Frame:
-    """A program in progress: the line that comes next, rounds left of the call, ends of FOR loops, parts that are repeated."""
+    """A program in progress.
+
+    Attributes:
+        at: The line that comes next. left: Rounds left of the call.
+        loops: Ends of FOR loops, by their first lines.
+        repeats: Parts that are repeated: first and last line, rounds left, the line where that leads.
+        results: Parameters by reference, and the variables of the caller that they are.
+    """
 
     program: Program
     at: int = 0
     left: int = 0
     loops: dict[int, float] = field(default_factory=dict)
-    repeats: list[tuple[int, int, int]] = field(default_factory=list)
+    repeats: list[tuple[int, int, int, int]] = field(default_factory=list)
     saved: object | None = None
     modal: bool = False
     results: list[tuple[str, Any]] = field(default_factory=list)
@@ -277,8 +284,7 @@ class SinumerikRunner(LanguageRun):
                 "REPEAT",
                 hint="does a part repeat itself?",
             )
-        frame.repeats.append((first, last, count - 1))
-        frame.results.append(("back", (at + 1,)))
+        frame.repeats.append((first, last, count - 1, at + 1))
         frame.at = first
 
     def _label(self, frame: Frame, name: str) -> int:
@@ -306,12 +312,10 @@ class SinumerikRunner(LanguageRun):
             or (self._frames and self._frames[-1] is not frame)
         ):
             return
-        first, last, left = frame.repeats.pop()
+        first, last, left, back = frame.repeats.pop()
         if left > 0:
-            frame.repeats.append((first, last, left - 1))
-            frame.at = first
-        else:
-            frame.at = frame.results.pop()[1][0]
+            frame.repeats.append((first, last, left - 1, back))
+        frame.at = first if left > 0 else back
 
     # Subprograms.
 
@@ -468,8 +472,6 @@ class SinumerikRunner(LanguageRun):
         if frame.saved is not None:
             self.motions.restore(frame.saved)
         for name, node in frame.results:
-            if name == "back":
-                continue
             if isinstance(node, RParameter):
                 self.store.set_parameter(self._number(node.index), scope[name].values[0])
             else:
