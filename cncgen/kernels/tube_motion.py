@@ -8,6 +8,8 @@ _PARTS = cython.declare(cython.int, 32)
 #: Times that a node is moved into the room of each of its rows, and how often of these within its plane, which may not be enough.
 _PUSHES = cython.declare(cython.int, 8)
 _ACROSS = cython.declare(cython.int, 4)
+#: Least part of a way within a plane that is taken to lead to the row.
+_STEEP = cython.declare(cython.double, 0.1)
 
 
 def positions(
@@ -143,11 +145,10 @@ def _push(
     k: cython.Py_ssize_t,
     m: cython.Py_ssize_t,
     within: cython.double,
-    to: cython.double,
     across: cython.bint,
     out: cython.double[:, ::1],
 ) -> cython.bint:
-    """Move a node to a part of the room of a row if it is beyond another part, within its plane if asked; tell whether it moved."""
+    """Move a node to a part of the room of a row if it is beyond that, within its plane if asked; tell whether it moved."""
     e: cython.Py_ssize_t
     away = cython.declare(cython.double[9])
     along: cython.double = 0.0
@@ -162,13 +163,15 @@ def _push(
     size = sqrt(size)
     if size <= (within + 1e-9) * radius[m]:
         return False
-    part = 1.0 - to * radius[m] / size
+    part = 1.0 - within * radius[m] / size
     along = 0.0
     if across:
         for e in range(point.shape[1]):
-            along += part * away[e] * tangent[k, e]
+            along += away[e] * tangent[k, e]
+        # Within the plane the way is longer; hardly any way there leads nearer where the plane is along the row.
+        part /= max(1.0 - along * along / (size * size), _STEEP)
     for e in range(point.shape[1]):
-        out[k, e] -= part * away[e] - along * tangent[k, e]
+        out[k, e] -= part * (away[e] - along * tangent[k, e])
     return True
 
 
@@ -180,14 +183,13 @@ def move_inside(
     direction: cython.double[:, ::1],
     radius: cython.double[::1],
     within: cython.double,
-    to: cython.double,
     out: cython.double[:, ::1],
 ) -> None:
-    """Change offsets of nodes so that these are within a part of their room: those beyond it go to another part.
+    """Change offsets of nodes so that these are within a part of their room.
 
     Args:
         point, tangent, first, centre, direction, radius: As of a problem (`cncgen.planner.tube.window_problem`).
-        within, to: Parts of the room.
+        within: Part of the room.
         out: Shape (N + 1, n), from `point`, changed.
     """
     k: cython.Py_ssize_t
@@ -200,7 +202,7 @@ def move_inside(
                 moved = False
                 for m in range(first[k], first[k + 1]):
                     moved |= _push(
-                        point, tangent, centre, direction, radius, k, m, within, to, number < _ACROSS, out
+                        point, tangent, centre, direction, radius, k, m, within, number < _ACROSS, out
                     )
                 if not moved:
                     break

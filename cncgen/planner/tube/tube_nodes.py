@@ -32,12 +32,14 @@ _SHOWS, _SHARP = 0.1, 0.35
 _BESIDE_REST = 128.0
 #: Below this turn, rad, a disc about the corner stands for the two bands.
 _SLIGHT = 0.15
+#: Rows go back where the chord between their unit tangents is longer, just beyond a right angle.
+_GOES_BACK = 1.42
+#: Part of the room at which the plan is where it would be outside.
+_TAKEN = 0.9
 #: Nodes after which a border is made at a corner that has none.
 _LONGEST = 128
-#: Where the tangent of the reference jumps by more, rad, it is turned over so many times turn times tolerance.
-_JUMP, _REACH = 0.05, 2.5
-#: Tangents whose sum is shorter point in opposite directions: the rounding of a unit vector is 1e-16.
-_BACK = 1e-9
+#: Tangents before and after a place are opposite where the length of their sum is less: rounding of unit vectors is 1e-16.
+_OPPOSITE = 1e-9
 
 
 @dataclass(slots=True)
@@ -165,26 +167,28 @@ def nodes_of(
     count = len(places) - 1
     # The row after the last one too, where the run goes on.
     own = slice(first - program.base, first - program.base + count + (not ends[1]))
-    tolerance = scales.part * program.column("tolerance")[own]
+    tolerance = program.column("tolerance")[own]
     # Fine samples: the grid's, and the joints.
     joint = np.append(program.column("joint")[own][:count].astype(bool), True)
     joint[0] = True
     joint |= border
-    clock = _Clock.of(grid, places, joint, border, ends, scales, float(tolerance.min()))
-    node, last, begin = clock.spaced(border[joint])
+    clock = _Clock.of(grid, places, joint, border, ends, scales, scales.part * float(tolerance.min()))
+    node, last = clock.spaced(border[joint])
     vertex = np.full(len(node), -1, np.int64)
     vertex[last] = first + np.searchsorted(places, node[last])
     found = np.clip(np.searchsorted(places, node, side="left") - 1, 0, count - 1)
     part = (node - places[found]) / np.maximum(places[found + 1] - places[found], 1e-300)
     low, high = np.where(found == 0, within[0], 0.0), np.where(found == count - 1, within[1], 1.0)
     part = low + (high - low) * part
-    point, tangent = reference.at(node, -1)
-    tangent = _turned(reference, tangent, node, last, places, begin, tolerance[found], ends)
+    (point, before), (_, after) = reference.at(node, -1), reference.at(node, 1)
+    tangent = before + after
+    tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), _OPPOSITE)[:, None]
     feed = program.column("feed")[own]
     feeds = feed[found].copy()
     inner = last & (found + 1 < len(feed))
     feeds[inner] = np.minimum(feeds[inner], feed[found[inner] + 1])
-    rooms = _rooms(program, first, places, node, vertex, found, part, point, tangent, begin, tolerance)
+    rooms = _rooms(program, first, places, node, vertex, found, part, point, tangent, tolerance, scales.part)
+    tangent[_loose(program, own, node, vertex - first, tolerance[found])] = 0.0
     when = np.interp(node, grid.s, grid.t)
     if ends[1]:
         # At a rest it is the time of arrival.
@@ -271,8 +275,8 @@ class _Clock:
         pace = np.where(np.append(quick, quick[-1:]) <= 0, v, pace)
         return cls(s, free, v, time, pace, lowered(at, _GROWTH * time), where, (slow[0], slow[1]))
 
-    def spaced(self, border: Bools) -> tuple[Floats, Bools, float]:
-        """Return nodes, shape (k,), which of them are borders, and where the first one's interval begins; `border` tells those of the joints."""
+    def spaced(self, border: Bools) -> tuple[Floats, Bools]:
+        """Return nodes, shape (k,), and which of them are borders; `border` tells those of the joints."""
         s, at = self.s, self.spacing
         u = np.concatenate([[0.0], np.cumsum(np.diff(self.time) * 0.5 * (1.0 / at[1:] + 1.0 / at[:-1]))])
         blocks = _divided(self.where, border, u)
@@ -284,7 +288,7 @@ class _Clock:
         node = np.interp(target, u, s)
         last = number == size
         node[last] = s[blocks[1:]]
-        return node, last, float(s[blocks[0]])
+        return node, last
 
     def speed(self, node: Floats) -> Floats:
         """Return the speed of the clock at nodes, shape (k,)."""
@@ -309,43 +313,19 @@ def _divided(where: Ints, border: Bools, u: Floats) -> Ints:
     return np.array(out)
 
 
-def _turned(
-    reference: Reference,
-    tangent: Floats,
-    node: Floats,
-    last: Bools,
-    places: Floats,
-    begin: float,
-    tolerance: Floats,
-    ends: tuple[bool, bool],
-) -> Floats:
-    """Return tangents that turn on a way where the reference has a corner, so that planes of nodes do not cross in the room."""
-    at = np.concatenate([[begin], node[last]])
-    before, after = reference.at(at, -1)[1], reference.at(at, 1)[1]
-    chord = np.sqrt(((after - before) ** 2).sum(axis=1))
-    turn = 2.0 * elementary.arcsin(np.minimum(0.5 * chord, 1.0))
-    if ends[0]:
-        turn[0] = 0.0
-    if ends[1]:
-        turn[-1] = 0.0
-    # A path that goes back on itself has no middle between its tangents: where it turns there is no plane, and those beside are parallel.
-    half = before + after
-    size = np.sqrt((half**2).sum(axis=1))
-    back = size < _BACK
-    if not (turn > _JUMP).any():
-        return tangent
-    out = tangent.copy()
-    out[np.isin(node, at[back & (turn > 0.0)])] = 0.0
-    turn[back] = 0.0
-    half /= np.maximum(size, _BACK)[:, None]
-    block = np.searchsorted(at, node, side="left") - 1
-    for side in (0, 1):
-        border = np.minimum(block + side, len(at) - 1)
-        reach = _REACH * turn[border] * tolerance
-        part = 1.0 - np.abs(node - at[border]) / np.maximum(reach, 1e-300)
-        part = np.where((turn[border] > _JUMP) & (part > 0.0), part, 0.0)
-        out += part[:, None] * (half[border] - tangent)
-    return out / np.maximum(np.sqrt((out**2).sum(axis=1)), _BACK)[:, None]
+def _loose(program: Programmed, own: slice, node: Floats, row: Ints, tolerance: Floats) -> Bools:
+    """Tell which nodes have no plane: those of sharp corners, and those within the tolerance of a corner from where the rows go back.
+
+    Planes there would make the motion go as deep into a corner as the plan does.
+    """
+    entry, leave = program.column("entry")[own], program.column("leave")[own]
+    corner = np.flatnonzero((row > 0) & (row < len(entry)))
+    turn = np.sqrt(((entry[row[corner]] - leave[row[corner] - 1]) ** 2).sum(axis=1))
+    tip = np.concatenate([[-np.inf], node[corner[turn > _GOES_BACK]], [np.inf]])
+    after = np.searchsorted(tip, node)
+    out: Bools = np.minimum(node - tip[after - 1], tip[after] - node) < tolerance
+    out[corner[turn > _SHARP]] = True
+    return out
 
 
 def _rooms(
@@ -358,15 +338,19 @@ def _rooms(
     part: Floats,
     point: Floats,
     tangent: Floats,
-    begin: float,
     tolerance: Floats,
+    used: float,
 ) -> tuple[Ints, Floats, Floats, Floats, Floats]:
-    """Return how many rows of room each node has, and their centres, directions, radii and tolerances."""
+    """Return how many rows of room each node has, and their centres, directions, radii and tolerances, all for a part that is used."""
     count, total = len(places) - 1, len(node)
     own = slice(first - program.base, first - program.base + len(tolerance))
     centre, direction = program.nearest(point, first + found, part)
     radius = tolerance[found]
     allowed = tolerance[found].copy()
+    # A line through a row has no end. Where the plane lets nodes go along it beyond the row by more than the tolerance, a ball bounds them.
+    cosine = np.abs((direction * tangent).sum(axis=1))
+    along = radius * np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / np.maximum(cosine, 1e-9)
+    direction[along > _left(program, own, found, part) + radius] = 0.0
     # Corners without a node: the room about the middle of their deviations from the line.
     joint = np.arange(1, count)
     interval = np.searchsorted(node, places[1:-1], side="left")
@@ -417,4 +401,29 @@ def _rooms(
     centres, directions, radii, tolerances = (
         np.concatenate([each[i] for each in parts])[key] for i in range(4)
     )
-    return counts, centres, directions, radii, tolerances
+    where = np.repeat(point, counts, axis=0)
+    # Where rows fold within the tolerance, the plan may go along another one than this node's. It is within the tolerance, so the room
+    # takes it in; the judge looks at all rows.
+    away = where - centres
+    away -= (away * directions).sum(axis=1)[:, None] * directions
+    far = np.sqrt((away**2).sum(axis=1))
+    outside = np.where(far > radii, 1.0 - _TAKEN * radii / np.maximum(far, 1e-300), 0.0)
+    centres += outside[:, None] * away
+    return counts, nearer(centres, where, used), directions, used * radii, used * tolerances
+
+
+def _left(program: Programmed, own: slice, row: Ints, part: Floats) -> Floats:
+    """Return how far the row of each node goes on to either side, and those that go on as it does, the shorter of both, shape (k,)."""
+    length, joint = program.column("length")[own], program.column("joint")[own].astype(bool)
+    upto = np.concatenate([[0.0], np.cumsum(length)])
+    ends = np.concatenate([[0.0], upto[1:-1][joint[1:]], upto[-1:]])
+    at = upto[row] + part * length[row]
+    following = np.clip(np.searchsorted(ends, upto[row], side="right"), 1, len(ends) - 1)
+    out: Floats = np.minimum(at - ends[following - 1], ends[following] - at)
+    return out
+
+
+def nearer(centre: Floats, point: Floats, part: float) -> Floats:
+    """Return centres of room for a part of its radius that is within all of it and reaches around the same points, which leave the rows."""
+    out: Floats = point + part * (centre - point)
+    return out

@@ -150,11 +150,7 @@ class Search:
         self._move(
             given.step, velocity, still if acceleration is None else acceleration, still if offset is None else offset, None
         )  # fmt: skip
-        node = np.repeat(np.arange(steps + 1), np.diff(given.first))
-        self.rows = np.concatenate(
-            [(given.point[node] - given.centre) / unit, given.direction, (unit / given.radius)[:, None]],
-            axis=1,
-        )
+        self.rows = self._room(given)
         state = self.x.reshape(steps + 1, 3 * n)
         with np.errstate(divide="ignore"):
             feed, self.between = unit / given.feed, unit / given.between
@@ -192,10 +188,17 @@ class Search:
         """Return the solution, or what is near it: then with less of the room, and nodes missed by up to a thousandth of it."""
         return self._solved(kernel.solve(self.tube, _START, _NEAR if near else _END, _MOST, near))
 
-    def wider(self, radius: Floats, near: bool) -> Solved:
-        """Return the solution, or what is near it, with more room: `radius` has shape (rows,), mm."""
-        self.given = replace(self.given, radius=radius)
-        self.rows[:, -1] = self.unit / radius
+    def _room(self, given: Problem) -> Floats:
+        """Return the rows of room of a problem as the kernel takes them."""
+        node = np.repeat(np.arange(len(given.point)), np.diff(given.first))
+        away = (given.point[node] - given.centre) / self.unit
+        return np.concatenate([away, given.direction, (self.unit / given.radius)[:, None]], axis=1)
+
+    def wider(self, given: Problem, near: bool) -> Solved:
+        """Return the solution, or what is near it, of a problem that differs in `radius` and `centre`, with more room."""
+        # Its times are those of this guess.
+        self.given = replace(self.given, radius=given.radius, centre=given.centre)
+        self.rows[:] = self._room(self.given)
         return self._solved(kernel.solve(self.tube, _WIDER, _NEAR if near else _END, _MOST, near, True))
 
     def narrower(

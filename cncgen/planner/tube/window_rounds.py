@@ -23,7 +23,7 @@ _FELT = 1.2
 _MORE = 1.1
 #: Parts of `_FELT` on both sides of what a round changes that are searched again, and of the window from which on all of it is.
 _BESIDE, _MOSTLY = 1.0, 0.6
-#: Iterations of a round after which the search is begun anew as well.
+#: Iterations of the second round after which the search is begun anew as well.
 _LONG = 25
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there.
 #: Least room, as a part of the tolerance.
@@ -123,7 +123,8 @@ class Rounds:
         given, spent = self._given(), 0
         if self._got is not None:
             self._got, spent = _narrower(self._got, given, self._parts)
-        if self._got is None or self._got[1].status != 1 or self._got[1].iterations > _LONG:
+        long = self.number == 1 and self._got is not None and self._got[1].iterations > _LONG
+        if self._got is None or self._got[1].status != 1 or long:
             # What ends because iterations run out is a motion, but not the fastest one.
             anew, more = begun(given, nodes, near) if near or not self.early else (None, 0)
             self._got, spent = faster(self._got, anew), spent + more

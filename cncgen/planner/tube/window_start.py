@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.kernels import tube_motion
-from cncgen.planner.tube.tube_nodes import Nodes
+from cncgen.planner.tube.tube_nodes import Nodes, nearer
 from cncgen.planner.tube.window_problem import Problem, Search, Solved
 
 Floats = NDArray[np.float64]
@@ -24,8 +24,8 @@ Again = tuple[Floats, Floats, Floats, Floats, Floats]
 _STARTS = ((0.9, False), (0.6, True), (0.4, True))
 #: Iterations after which a solution is looked for with this part of the room as well.
 _LONG, _ROOM = 50, 0.3
-#: Part of limits and room that a guess uses, and that of the room where a node comes to that is beyond it.
-_WITHIN, _TO = 0.9, 0.4
+#: Part of limits and room that a guess uses.
+_WITHIN = 0.9
 #: Part of its limits by which the solution of a round is moved inside them to start the next one.
 _PULLED = 0.001
 
@@ -44,9 +44,11 @@ def begun(given: Problem, nodes: Nodes, near: bool) -> tuple[Found | None, int]:
     first, spent = _first(given, nodes, near)
     if first is not None and first[1].iterations <= _LONG:
         return first, spent
-    less, more = _first(replace(given, radius=_ROOM * given.radius), nodes, True)
+    at = np.repeat(given.point, np.diff(given.first), axis=0)
+    narrow = replace(given, radius=_ROOM * given.radius, centre=nearer(given.centre, at, _ROOM))
+    less, more = _first(narrow, nodes, True)
     if less is not None:
-        wider = less[0].wider(given.radius, near)
+        wider = less[0].wider(given, near)
         less, more = (less[0], wider), more + wider.iterations
     return faster(first, less), spent + more
 
@@ -81,7 +83,7 @@ def again(given: Problem, before: Solved) -> Again:
         )
     )
     speed *= _down(given, speed, within)
-    offset = _inside(given, before.position - given.point, within, within)
+    offset = _inside(given, before.position - given.point, within)
     return slower * before.step, speed, bent, offset, jerk
 
 
@@ -123,9 +125,9 @@ def _down(given: Problem, speed: Floats, within: float) -> Floats:
     return out
 
 
-def _inside(given: Problem, offset: Floats, within: float = _WITHIN, to: float = _TO) -> Floats:
-    """Return offsets, shape (N + 1, n), that bring nodes within a part of their room: those beyond it to another part."""
+def _inside(given: Problem, offset: Floats, within: float = _WITHIN) -> Floats:
+    """Return offsets, shape (N + 1, n), that bring nodes within a part of their room."""
     out = offset.copy()
     rows = given.centre, given.direction, given.radius
-    tube_motion.move_inside(given.point, given.tangent, given.first, *rows, within, to, out)
+    tube_motion.move_inside(given.point, given.tangent, given.first, *rows, within, out)
     return out

@@ -106,6 +106,46 @@ def test_plans_come_within_a_hundredth_of_what_direct_multiple_shooting_finds(na
     assert 0.998 < seconds / OPTIMA[name][number] < 1.01
 
 
+#: Folds a few tolerances long, at P 0.1: limits of both axes, the feed, the ends of lines from 0, 0, and the least time, found as above.
+FOLDS = {
+    "walk": (
+        (V, A, J), 6000, 0.1651,
+        [(-0.0206, -0.3241), (0.0392, -0.4725), (-0.3973, -0.6595), (-0.414, -0.4648), (-0.7388, -0.637), (-1.0665, -0.6077),
+         (-1.266, -0.7523), (-1.5082, -0.4021), (-1.8299, -0.3315), (-1.961, -0.6476)],
+    ),
+    "acute teeth": (
+        (400.0, 6000.0, 4e5), 6000, 0.1233,
+        [(-0.0556, 0.299), (0.094, 0.0342), (0.0383, 0.3332), (0.1879, 0.0684), (0.1323, 0.3674), (0.2819, 0.1026),
+         (0.2263, 0.4016), (0.3759, 0.1368)],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", sorted(FOLDS))
+def test_the_tips_of_folds_are_left_out_as_far_as_the_tolerance_allows(name: str) -> None:
+    limits, feed, least, ends = FOLDS[name]
+    text = "\n".join(
+        ["(START, X0 Y0)", f"G21 G90 G94 G17 G64 P0.1 F{feed}", *polyline([(0, 0), *ends]), "M30", ""]
+    )
+    seconds, broken = planned(text, machine(*limits))
+    assert not broken
+    assert 0.998 < seconds / least < 1.015
+
+
+def test_lines_of_a_hundredth_between_larger_ones_are_passed_within_the_tolerance() -> None:
+    """A star of 20 µm: the path without it, which is within the tolerance of the rows, takes as long."""
+    ends = [(0, 0), (1, 0)]
+    star = [(1.0 + 0.02 * np.cos(2.5 * i), 0.02 * np.sin(2.5 * i)) for i in range(12)]
+    times = []
+    for rows in (ends + star, ends):
+        lines = polyline([*rows, (2, 1)])
+        text = "\n".join(["(START, X0 Y0)", "G21 G90 G94 G17 G64 P0.2 F6000", *lines, "M30", ""])
+        seconds, broken = planned(text, machine())
+        assert not broken
+        times.append(seconds)
+    assert times[0] < 1.03 * times[1]
+
+
 def test_a_nurbs_of_degree_2_is_no_slower_than_its_polyline() -> None:
     curve = (ROOT / "programs" / "star.nc").read_text()
     text = curve.replace("G61", "G64 P0.01").replace("F6000", "F7000")
