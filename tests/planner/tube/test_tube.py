@@ -549,7 +549,7 @@ def test_a_machine_without_the_axes_of_a_program_that_does_not_move() -> None:
 def test_parts_that_are_searched_again_are_those_of_the_whole_window(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rounds from the third one on change little: the same motion, whether all of the window is searched or the parts beside the change."""
     rng = np.random.default_rng(96)
-    angle = np.cumsum(rng.normal(0.0, 0.25, 3000))
+    angle = np.cumsum(rng.normal(0.0, 0.4, 3000))
     points = np.cumsum(0.2 * np.stack([np.cos(angle), np.sin(angle)], axis=1), axis=0)
     text = "G21 G90 G94 F6000\nG64 P0.01\n" + "\n".join(polyline([(0.0, 0.0), *points])) + "\nM2\n"
     searched: list[list[tuple[int, int]]] = []
