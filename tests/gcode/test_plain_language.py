@@ -218,3 +218,13 @@ def test_remarks_say_nothing(run: Any, remark: str) -> None:
 def test_a_corner_behind_a_line_that_is_not_read_is_no_second_fault(run: Any) -> None:
     out = run(HEAD + "L X+1 F100\nL Y+5 BAD\nRND R1\nL X+5" + TAIL)
     assert [code for code, _, _ in out.errors] == ["syntax"]
+
+
+def test_a_corner_before_arcs_and_polar_lines(run: Any) -> None:
+    """They were no motions to a corner, which was refused: a chamfer of 2 between a line to the pole's X axis and each of them."""
+    for block in ("LP PR+20 PA+90", "CR X+20 Y+20 R-10 DR+", "C X+0 Y+20 DR+", "CP IPA+90 DR+"):
+        out = run(HEAD + f"L X+5 Y+0 F100\nCC X+0 Y+0\nL X+20\nCHF 2\n{block}" + TAIL)
+        assert "corner-next" not in [code for code, _, _ in out.errors]
+    out = plain(run, "L X+5 Y+0 F100\nCC X+0 Y+0\nL X+20\nCHF 2\nLP PR+20 PA+90")
+    # The line to (0, 20) leaves (20, 0) at 45 degrees; legs of 2.
+    assert ends(out)[1:] == [[18, 0, 0], [round(20 - math.sqrt(2), 6), round(math.sqrt(2), 6), 0], [0, 20, 0]]

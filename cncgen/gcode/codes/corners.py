@@ -45,9 +45,9 @@ _NAMES = {
     "sinumerik": {",R": "RND=", ",M": "RNDM=", ",C": "CHR=", ",H": "CHF="},
     "heidenhain": {",R": "RND R", ",C": "CHF "},
 }
-#: Words that decide where a motion leads, and groups of codes that do.
+#: Words that decide where a motion leads, and groups of codes that do; Heidenhain's arcs and polar lines are groups of their own.
 _WORDS = frozenset((*"xyzabcuvwijkrp", "dr", "pa", "ipa", "pr", "ipr"))
-_GROUPS = frozenset(("motion", "plane", "units", "distance"))
+_GROUPS = frozenset(("motion", "plane", "units", "distance", "C", "CR", "CP", "LP"))
 #: Blocks without a motion that SINUMERIK lets stand between the two motions of a corner (MD20200, its usual value), and the change of a
 #: tool, which is none of them.
 _MOST_BETWEEN, _TOOL_CHANGE = 3, 60
