@@ -333,3 +333,44 @@ def test_a_smaller_feed_downwards(run: Run, moves: Callable[..., Any]) -> None:
     assert feeds == pytest.approx([500, 500, 100, 100 * math.sqrt(2), 500, 500, 500, 500], abs=1e-5)
     helix = "L X+1 F500 M103 F20\nCC X+5 Y+0\nCP IPA+90 IZ-1 DR+"
     assert said(run, helix) == [("warning", "feed-function")]
+
+
+DATUMS = "BEGIN A.D MM\nNR X Y Z A B C DOC\n0 +0 +0 +0 +0 +0 +0 ORIGIN\n5 +100,5 -20 +3 +0 +0 +0 VICE 2\n6 +1 +0 +0 +0 +0 +45\n[END]\n"
+
+
+def of_file(folder: Path, body: str) -> tuple[list[list[float]], list[str]]:
+    """Return the ends of the motions of a program beside a table of datums, and the codes of its errors."""
+    (folder / "A.D").write_text(DATUMS)
+    path = folder / "a.h"
+    path.write_text(program(body))
+    found = read(path, "a.h", ReadOptions(dialect="heidenhain"))
+    rows = [chunk.end[chunk.kind != 3, :3] for chunk in found.chunks()]
+    codes = [d.code for d in found.diagnostics if d.severity == "error"]
+    return (np.concatenate(rows).tolist() if rows else []), codes
+
+
+def test_datums_of_a_table(tmp_path: Path) -> None:
+    """#5 and TABLINE5 take X Y Z of row 5 of the table that SEL TABLE names, a Q parameter may be its number; #0 ends it."""
+    lines = [
+        'SEL TABLE "TNC:\\PROJ\\A.D"',
+        "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 #5\nL X+1 Y+2 Z+3 FMAX",
+        "CYCL DEF 7.0\nCYCL DEF 7.1 #0\nL X+1 Y+2 FMAX",
+        "Q9 = 5\nCYCL DEF 7.0\nCYCL DEF 7.1 #Q9\nL X+2 Y+2 FMAX",
+        "TRANS DATUM RESET\nTRANS DATUM TABLE TABLINE5\nL X+3 FMAX",
+    ]
+    places, codes = of_file(tmp_path, "\n".join(lines))
+    assert codes == []
+    assert places == [[101.5, -18, 6], [1, 2, 6], [102.5, -18, 6], [103.5, -18, 6]]
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        ("CYCL DEF 7.1 #5", "datum-missing"),
+        ('SEL TABLE "A.D"\nCYCL DEF 7.1 #7', "datum-missing"),
+        ('SEL TABLE "A.D"\nCYCL DEF 7.1 #6', "not-read"),
+        ('SEL TABLE "B.D"', "sub-missing"),
+    ],
+)
+def test_datums_that_are_not_there(tmp_path: Path, body: str, code: str) -> None:
+    assert of_file(tmp_path, f"{body}\nL X+1 FMAX")[1] == [code]

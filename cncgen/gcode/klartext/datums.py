@@ -11,12 +11,14 @@ from cncgen.gcode.block import Value
 from cncgen.gcode.codes import affine, carried_planes
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import planes, tilting
+from cncgen.gcode.klartext import planes, tables, tilting
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.plain_language import Raw
 from cncgen.records import replace
 
 _NUMBERS = {"DATUM": 7, "MIRROR": 8, "ROTATION": 10, "SCALE": 11}
+#: The word of TRANS DATUM TABLE for the row of a table of datums; cycle 7 has # for it.
+_ROW = "TABLINE"
 #: The number of a tilted plane among the frames.
 _TILTED = 19
 
@@ -32,9 +34,18 @@ class Datums:
     def __init__(self, ip: Interpreter, now: Callable[[Value], float]) -> None:
         self._ip, self._now = ip, now
         self._frames: dict[int, affine.Frame] = {}
+        #: The table of datums that SEL TABLE has chosen: its name, and its rows by their numbers.
+        self._table = ""
+        self._rows: dict[int, dict[str, float]] = {}
         #: Positions of the rotary axes for which the tilted plane is meant.
         self._axes: affine.Positions | None = None
         self._angle = 0.0
+
+    def choose(self, text: str, name: str) -> None:
+        """SEL TABLE: take the rows of a table of datums (.D), by their numbers NR (D on newer controls)."""
+        found = tables.rows(text, name, "table of datums")
+        self._table = name
+        self._rows = {round(row.get("NR", row.get("D", k))): row for k, row in enumerate(found)}
 
     def take(self, number: int, frame: affine.Frame | None) -> None:
         """Put a frame in force, or end it."""
@@ -55,14 +66,14 @@ class Datums:
         Raises:
             BlockError: An angle or factor is missing, or cannot be.
         """
-        if "#" in rest:
-            raise _line_of_a_table()
-        self.set(number, plain_language.words_of(rest))
+        self.set(number, plain_language.words_of(rest.replace("#", f"{_ROW} ")))
 
     def set(self, number: int, given: Sequence[Raw]) -> None:
         """Do the same with words that are read."""
         words = {name: self._now(value) for name, value in given if value == value}
-        if number == 7:
+        if number == 7 and _ROW in words:
+            self._shift_by_table(round(words[_ROW]))
+        elif number == 7:
             self._shift(words)
         elif number == 8:
             named = "".join(name for name, _ in given)
@@ -99,8 +110,6 @@ class Datums:
         if "RESET" in flags:
             self._angle = 0.0 if number == 10 else self._angle
             self.take(number, None)
-        elif number == 7 and "TABLE" in flags:
-            raise _line_of_a_table()
         else:
             self.set(number, [word for word in words if word[0] != "AXIS"])
 
@@ -156,10 +165,24 @@ class Datums:
         ]
         self.take(7, affine.Frame(shift=(shift[0], shift[1], shift[2])) if any(shift) else None)
 
+    def _shift_by_table(self, number: int) -> None:
+        """Shift by a row of the table of datums: X Y Z from the preset.
 
-def _line_of_a_table() -> BlockError:
-    message = "a datum shift by a line of a table is not read"
-    return BlockError("unsupported-block", message, "CYCL", hint="CYCL DEF 7.1 X+10 gives it")
+        Raises:
+            BlockError: No table is chosen, it has no such row, or the row shifts another axis.
+        """
+        row = self._rows.get(number)
+        if row is None:
+            where = f"{self._table} has no row" if self._table else "no SEL TABLE names the table of row"
+            message = f"{where} {number} that the datum shift takes"
+            hint = 'SEL TABLE "NAME.D" before it, the file beside the program'
+            raise BlockError("datum-missing", message, "CYCL", hint=hint)
+        turned = next((axis for axis in "ABCUVW" if row.get(axis)), None)
+        if turned:
+            message = f"row {number} of {self._table} shifts {turned}, which is not read"
+            raise BlockError("not-read", message, "CYCL", hint="X, Y and Z are")
+        x, y, z = (row.get(axis, 0.0) for axis in "XYZ")
+        self.take(7, affine.Frame(shift=(x, y, z)) if x or y or z else None)
 
 
 def _along(factors: list[float], shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> affine.Frame:

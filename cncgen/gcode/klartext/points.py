@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from cncgen.gcode.block import Value
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.klartext import tables
 
 _MOST = 10_000
 _NAMES = ("NUMX", "NUMY", "NUM", "ROTX", "ROTY", "ROT", "START", "STEP", "DX", "DY", "D", "X", "Y", "Z")
@@ -46,33 +47,13 @@ def places(parts: Sequence[tuple[str, dict[str, Value]]], now: Callable[[Value],
 
 
 def of_table(text: str, name: str) -> list[Place]:
-    """Return the places of a table of points (.PNT), whose head names its columns NR X Y Z.
+    """Return the places of a table of points (.PNT).
 
     Raises:
         BlockError: It has no column X and Y, or a row is not of numbers.
     """
-    lines = [line.split() for line in text.splitlines() if line.strip()]
-    head = next((k for k, words in enumerate(lines) if {"X", "Y"} <= {word.upper() for word in words}), None)
-    if head is None:
-        message = f"{name} has no columns X and Y"
-        raise BlockError(
-            "unsupported-block", message, "SEL", hint="a table of points has NR X Y Z in its second line"
-        )
-    names = [word.upper() for word in lines[head]]
-    found = []
-    for words in lines[head + 1 :]:
-        if words[0].upper().startswith(("[END]", "#")):
-            break
-        row = dict(zip(names, words, strict=False))
-        try:
-            x, y, z = (float(row.get(axis, "0").replace(",", ".")) for axis in "XYZ")
-        except ValueError:
-            message = f"{' '.join(words)} of {name} is no row of a table of points"
-            raise BlockError(
-                "unsupported-block", message, "SEL", hint="NR X Y Z, as in 0 +10 +20 +0"
-            ) from None
-        found.append((complex(x, y), z))
-    return found
+    rows = tables.rows(text, name, "table of points")
+    return [(complex(row.get("X", 0.0), row.get("Y", 0.0)), row.get("Z", 0.0)) for row in rows]
 
 
 def _of_kind(kind: str, words: dict[str, float]) -> Iterator[complex]:

@@ -710,13 +710,18 @@ class HeidenhainRunner(ProgramText):
 
     def _select_pattern(self, at: int, statement: Statement) -> None:
         """SEL PATTERN."""
-        self._points = self._table(programs.bare(statement.data[0]))
+        name, text = self._text(programs.bare(statement.data[0]), "table of points")
+        self._points = points.of_table(text, name)
 
-    def _table(self, name: str) -> list[points.Place]:
-        """Return the points of a table that SEL PATTERN names."""
-        found = self._file(name, f"table of points {name}", "SEL")
-        text = bytes(open_source(found, str(found)).data[:]).decode("utf-8", "replace")
-        return points.of_table(text, found.name)
+    def _select_table(self, at: int, statement: Statement) -> None:
+        """SEL TABLE."""
+        name, text = self._text(programs.bare(statement.data[0]), "table of datums")
+        self._datums.choose(text, name)
+
+    def _text(self, name: str, what: str) -> tuple[str, str]:
+        """Return the name of the file of a table, and its text."""
+        found = self._file(name, f"{what} {name}", "SEL")
+        return found.name, bytes(open_source(found, str(found)).data[:]).decode("utf-8", "replace")
 
     def _preset(self, at: int) -> None:
         """247: the preset Q339; numbers 1 to 9 are the origins G54 to G59.3 of the parameter file."""
@@ -747,6 +752,7 @@ class HeidenhainRunner(ProgramText):
         "call_selected": _call_selected,
         "select_program": _select_program,
         "select_pattern": _select_pattern,
+        "select_table": _select_table,
         "corner": _check_corner,
         "way": _way,
         "free": _free,

@@ -499,7 +499,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "tool_number": lambda text: float(int(number(text))),
     "cycle": _cycle, "cycle_call": _cycle_call, "stop": _stop, "label": _label, "label_here": _kind("label"), "call": _kind("call"),
     "repeats": lambda times, *_: times,
-    **{rule: _kind(rule) for rule in ("call_program", "select_program", "call_selected", "select_pattern", "plane", "transform", "function_block")},
+    **{rule: _kind(rule) for rule in ("call_program", "select_program", "call_selected", "select_pattern", "select_table", "plane", "transform", "function_block")},
     "pattern": lambda kind, *words: (kind.upper().rstrip("0123456789"), dict(words)),
     "pattern_def": _kind("pattern_def"), "pattern_more": _kind("pattern_more"),
     "dwell": lambda unit, value: Statement("dwell", data=(unit.upper(), value)),
