@@ -23,6 +23,7 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "M92": ("L Z+5 FMAX M92", [(0, 0, 5)]),
     "STOP with M1": ("STOP M1\nL X+1 FMAX", [(1,)]),
     "looking ahead": ("L X+1 F100 M120 LA5\nL X+2 F", [(1,), (2,)]),
+    "numbered remarks": ("1 ;\n2 ; made by hand\nN3;\n4\n5 L X+1 FMAX", [(1,)]),
     "two remarks": ("L Z+5 FMAX M92 M109", [(0, 0, 5)]),
     "no blanks": ("CYCL DEF7.0 NULLPUNKT\nCYCL DEF7.1 X+5\nL X+1 FMAX", [(6,)]),
     "a plane that is reset": ("PLANE RESET STAY\nPLANE SPATIAL SPA+0 SPB+0 SPC+0 STAY SEQ+ TABLE ROT\nL X+1 FMAX", [(1,)]),
@@ -60,7 +61,8 @@ def test_motions(run: Any, tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("text", "seconds"),
     [("9.0 DWELL\nCYCL DEF 9.1 DWELL 0.5", 0.5), ("9.0 VERWEILZEIT\nCYCL DEF 9.1 V.ZEIT 1.25", 1.25), ("9 .0 IDO\nCYCL DEF9.1 V.IDO5", 5.0),
-     ("9.0 CZAS\nCYCL DEF 9.1 CZAS POST. 1.5", 1.5), ("9.0 IDŐ\nCYCL DEF 9.1 VÁRAKOZÁSI IDŐ.75", 0.75)],
+     ("9.0 CZAS\nCYCL DEF 9.1 CZAS POST. 1.5", 1.5), ("9.0 IDŐ\nCYCL DEF 9.1 VÁRAKOZÁSI IDŐ.75", 0.75),
+     ("9.0 PRZERWA CZASOWA\nCYCL DEF 9.1 CZAS ZWL.0.5", 0.5), ("9.0 DWELL\nCYCL DEF 9.1 V. ZEIT. 2", 2.0)],
 )  # fmt: skip
 def test_a_dwell_keeps_its_decimals(calls: Any, text: str, seconds: float) -> None:
     definition = f"CYCL DEF{text}" if text[1] == " " else f"CYCL DEF {text}"

@@ -485,7 +485,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "start": lambda statement=_EMPTY: statement,
     "number": number, "parameter": _parameter, "signed_parameter": _signed_parameter, "pi": lambda: math.pi, "unary": _unary,
     "binary": _binary, "function": _function,
-    "word": _word, "sense": _sense, "setting": _setting, "radius": _radius, "misplaced": _misplaced, "m_function": _m_function,
+    "word": _word, "word_shortened": lambda name, value: _word(name, value[1:]), "sense": _sense, "setting": _setting, "radius": _radius, "misplaced": _misplaced, "m_function": _m_function,
     "nothing": lambda *parts: ("", 0.0), "idle": lambda *parts: ("M90", 0.0), "tip": lambda *parts: ("M128", 0.0), "retract": _retract,
     "plunge": lambda feed, percent: ("M103", percent or 0.0),
     "normal": lambda *parts: ("", 0.0), "orientation": _turned,
