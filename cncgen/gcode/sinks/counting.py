@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import CALL, MOTION, Budget
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, refuse_uvw
 from cncgen.gcode.state.modal import PLANE_AXES
+from cncgen.ranges import KNOT_PART, WEIGHT_RATIO
 from cncgen.toolpath.record import Event, PathMode
 
 #: Time at slow feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow here, units a minute.
@@ -17,6 +19,8 @@ SLOW = 5.0
 _NEAR = 1e6
 #: Tolerances up to this, in units of the program, are within `cncgen.ranges.TOLERANCE_MM`.
 _WIDE = 1e4
+#: How far within the bounds of `cncgen.ranges` the weights and knots of a curve are beyond doubt.
+_DOUBTED = 2.0
 
 
 class CountingSink:
@@ -30,7 +34,8 @@ class CountingSink:
         self.count = 0
         #: Whether a feed below 5 units a minute was seen, and for how long the program waits, s: both may make it longer than is meant.
         self.slow, self.waited = False, 0.0
-        #: Whether a place, a centre or an offset is so far away that their sum may be beyond `cncgen.ranges.POSITION`, or a tolerance so wide.
+        #: Whether a place, a centre or an offset is so far away that their sum may be beyond `cncgen.ranges.POSITION`, a tolerance so wide,
+        #: or a curve's weights or knots so far apart.
         self.far = False
         self._rest: list[float] = []
         self._named: set[int] = set()
@@ -113,9 +118,13 @@ class CountingSink:
         self.far = self.far or not all(-_NEAR <= value <= _NEAR for value in point)
 
     def nurbs_feed(self, curve: Curve) -> None:
-        """Count a curve, and look at its points."""
+        """Count a curve, and look at its numbers."""
         for point in curve.points:
             self._reach(point)
+        weights, knots = curve.weights, curve.knots
+        span = min((after - one for one, after in pairwise(knots) if after > one), default=0.0)
+        near = span >= _DOUBTED * KNOT_PART * (knots[-1] - knots[0])
+        self.far = self.far or not (near and _DOUBTED * max(weights) <= WEIGHT_RATIO * min(weights))
         self._one(list(curve.points[-1]))
 
     def set_xy_rotation(self, degrees: float) -> None:

@@ -54,6 +54,21 @@ class RowPlaces:
             self._places[:] = [self.between(keep, self.stop).copy()]
             self.program.forget(keep)
 
+    def _mistaken(self, points: Floats, s: Floats, length: Floats) -> bool:
+        """Tell whether the last of some points, a rest, may be where the path has been before; from there on the plan is kept.
+
+        It may where the rows begin at that very place, and take hardly any of their length from there on the plan.
+        """
+        known = self.program.column("start")[: self.stop - self.program.base]
+        if len(known):
+            points = np.concatenate([known, points])
+            s = np.concatenate([self.between(self.program.base, self.stop), s])
+            length = np.concatenate([[0.0], self.program.column("length")[: len(known)], length[1:]])
+        upto = np.cumsum(length)
+        same = np.abs(points[:-1] - points[-1]).max(axis=1, initial=0.0) <= 4.0 * _EXACT
+        short = s[-1] - s[:-1] < _HARDLY * (upto[-1] - upto[:-1] - 2.0 * _EXACT)
+        return bool((same & short).any())
+
     def match(self, last: bool) -> None:
         """Find where more rows begin; `last` tells that program and reference end."""
         grid, program = self.reference.grid, self.program
@@ -101,14 +116,14 @@ class RowPlaces:
         ends = ends[have : have + found]
         s[ends] = grid.s[at[ends] + (place[:found][ends] - at[ends] > 0.5)]
         s = np.maximum.accumulate(np.maximum(s, start))
-        # A rest where the path has been before may be mistaken for it: from there on the plan is kept.
-        way = np.diff(s, prepend=start)
         if last:
             # There is no way on which the end could be taken for another rest.
             rest[-1] = False
-        wrong = np.flatnonzero(rest[:found] & (way < _HARDLY * (length[:found] - 2.0 * _EXACT)))
-        if len(wrong):
-            found, self._lost = int(wrong[0]), True
-            s = s[:found]
+        short = np.diff(s, prepend=start) < _HARDLY * (length[:found] - 2.0 * _EXACT)
+        for i in np.flatnonzero(rest[:found] & short):
+            if self._mistaken(points[: i + 1], s[: i + 1], length[: i + 1]):
+                found, self._lost = int(i), True
+                s = s[:found]
+                break
         self._places.append(s)
         self.stop += found

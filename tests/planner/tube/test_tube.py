@@ -385,6 +385,38 @@ def test_the_summary_counts_windows(tmp_path: Path) -> None:
     assert found["tolerance_windows_kept"] == 0
 
 
+def test_a_dwell_behind_a_tiny_row_is_found_on_the_plan() -> None:
+    """The plan leaves a row of 0.2 um in a room of 0.3 mm out, so its start is where the dwell is. All behind it was planned as before.
+
+    Without the row it is the same motion but for those 0.2 um.
+    """
+    teeth = [
+        (0.0, 0.0),
+        (-0.0368, 0.0169),
+        (-0.0288, -0.0228),
+        (-0.0656, -0.0059),
+        (-0.0576, -0.0456),
+        (-0.0944, -0.0287),
+    ]
+    found = []
+    for tiny in ([], [(-0.0943, -0.0285)]):
+        x, y = [*teeth, *tiny][-1]
+        after = [(x + 0.3 * k, y + 0.5 * (k % 2)) for k in range(1, 40)]
+        before, behind = (
+            [f"G1 X{x:.4f} Y{y:.4f}" for x, y in rows] for rows in ([(-0.2782, 1.3834), *teeth, *tiny], after)
+        )
+        text = "\n".join(
+            ["G21 G90 G17 G64 P0.336 F6000", "G1 X-0.5 Y3", *before, "G4 P0.05", *behind, "M2", ""]
+        )
+        stream, summary = cncgen.plan_with_summary(
+            cncgen.read_text(text), cncgen.load_machine("generic-mill")
+        )
+        stream.collect()
+        found.append(summary.as_json())
+    assert [each["tolerance_windows"] for each in found] == [2, 2]
+    assert found[1]["motion_time_s"] == pytest.approx(found[0]["motion_time_s"], rel=1e-4)
+
+
 def test_holes_have_no_room_and_no_windows() -> None:
     """One line along one axis has no room (docs/tube.md). Where a run ends, the tangent is by rounding that of the rapid after it."""
     holes = [f"G0 X{4 * (k % 100)} Y{4 * (k // 100)} Z2\nG1 Z-6\nG0 Z2" for k in range(120)]
