@@ -480,7 +480,10 @@ def test_the_leader_of_a_tape_is_passed_over(run: Any) -> None:
     assert points(out) == [[1, 0, 0]]
     (said,) = [d for d in out.diagnostics if d.code == "text-before-start"]
     assert said.message.startswith("2 lines")
-    # A program stands before the %, which ends it, and its subprogram behind; the leader has no number.
+    # A number alone is the leader's, as some editors write it above the program.
+    out = run("O0067 (THREAD)\n%\nG90\nG0 X1\nM30\n%\n", dialect="fanuc")
+    assert points(out) == [[1, 0, 0]]
+    # A program stands before the %, which ends it, and its subprogram behind.
     out = run("(PART)\nO3\nG0 X1\nM98 P4\nM30\n%\nO4\nG0 Y2\nM99\n%\n", dialect="fanuc")
     assert points(out) == [[1, 0, 0], [1, 2, 0]]
     # Two % at the end are no frame of a program.

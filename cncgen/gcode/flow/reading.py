@@ -69,14 +69,14 @@ def first_line(ip: Interpreter, source: Source) -> Cursor:
 def _behind_leader(ip: Interpreter, source: Source) -> Cursor:
     """Return the first line of a tape: for FANUC's controls the first % where text stands before it and another % behind its blocks.
 
-    That text is the leader of a tape, which the control passes over (B-63324EN, 13.1); a note says how much. Where it begins with a
-    program's number it is a program, which the % ends.
+    That text is the leader of a tape, which the control passes over (B-63324EN, 13.1); a note says how much. Where it has blocks
+    behind a program's number it is a program, which the % ends.
     """
     import re
 
     first = re.search(_PERCENT, source.data[:_REST])
     before = b"" if first is None else bare(source.data[: first.start()]).strip()
-    if first is None or not before or re.match(rb"[O:]\d", before):
+    if first is None or not before or re.match(rb"[O:]\d++\s*+\S", before):
         return Cursor(0, 0, 1)
     second = re.compile(_PERCENT).search(source.data, first.end())
     if (
