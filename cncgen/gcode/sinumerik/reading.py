@@ -121,6 +121,13 @@ def _formal(var: str | None, kind: str, _: object, name: str, extent: object, us
     return ("formal", kind.upper(), name.upper(), var is not None, usual, extent is not None)
 
 
+def _computed_jump(goto: str, first: str, *parts: Value) -> Item:
+    label: Value = expressions.Quoted(_text(first))
+    for part in parts:
+        label = expressions.binary("<<", label, part)
+    return ("jump", goto.upper(), label)
+
+
 def _repeat_part(*children: Any) -> Item:
     *labels, times = children
     return ("repeat-part", tuple(label.upper() for label in labels if label), 1.0 if times is None else times)
@@ -162,6 +169,7 @@ VALUES: dict[str, Callable[..., Any]] = {
     "bit_or": partial(expressions.binary, "B_OR"),
     "bit_xor": partial(expressions.binary, "B_XOR"),
     "jump": lambda goto, target: ("jump", goto.upper(), target.strip("\"'").upper()),
+    "computed_jump": _computed_jump,
     "begin": lambda goto: ("jump", goto.upper(), ""),
     "if_jump": lambda *c: ("if-jump", tuple(zip(c[::2], c[1::2], strict=True))),
     "if_": lambda condition: ("if", condition),

@@ -238,7 +238,9 @@ class SinumerikRunner(LanguageRun):
             scopes = self.store.scopes
             scopes[-1] = {name: value for name, value in scopes[-1].items() if name in parameters}
             return
-        if label in frame.program.labels or not self.store.has(label):
+        if not isinstance(label, str):
+            target = str(evaluate(label, self.store)).upper()
+        elif label in frame.program.labels or not self.store.has(label):
             target = label
         else:
             target = str(self.store.value(label, [])).upper()
