@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 
 from cncgen.gcode.block import AXIS_INDEX, Block, Value
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
+from cncgen.gcode.codes.feeds import set_feed
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
@@ -197,8 +198,7 @@ def _take_feed(ip: Interpreter, way: ContourWay, here: Block) -> None:
     """Put the feed of a way in force."""
     feed = Plain.of(ip).tool_feed if way.called else way.feed
     if feed is not None:
-        ip.state.feed = feed
-        ip.sink.set_feed_rate(feed)
+        set_feed(ip, Block({"f": feed}))
     check_feed(ip, here, way.kind)
 
 

@@ -90,7 +90,7 @@ class CountingSink:
 
     def set_feed_rate(self, rate: float) -> None:
         """Look at a feed."""
-        self.slow = self.slow or 0.0 < rate < SLOW
+        self.slow = self.slow or (rate != 0.0 and not rate >= SLOW)
 
     def where(self, position: Point) -> Point:
         """Return where the machine stands: where it should."""
