@@ -184,12 +184,12 @@ def test_functions_of_fn_need_no_blank(run: Any) -> None:
     ("block", "column", "message"),
     [
         ("5 FN 9: IF +Q1 GT +5 GOTO LBL 1", 16, "'GT' where EQU was expected"),
-        ("5 L X+10 Y+ F200", 13, "'F200' where a parameter Q was expected"),
+        ("5 L X+10 Y+ F200", 13, "'F200' where a number or a parameter Q was expected"),
         ("Q1 = ( Q2 + 3", 14, "the end of the block where ) or a sign was expected"),
         ("Q1 = 3 * * 4", 10, "'*' where (, a function, a number, a parameter Q or a sign was expected"),
         ("  7 CALL LBL", 13, "the end of the block where a name, a name \"…\" or a number was expected"),
         ("FN 1: Q1 = +Q2 - +5", 1, "- in FN 1 where + was expected"),
-        ("4 CYCL DEF 7.1 X+ Y5", 19, "'Y5' where a parameter Q was expected"),
+        ("4 CYCL DEF 7.1 X+ Y5", 19, "'Y5' where a number or a parameter Q was expected"),
     ],
 )  # fmt: skip
 def test_what_was_expected(run: Any, block: str, column: int, message: str) -> None:

@@ -163,7 +163,11 @@ def _refused(reader: Reader, text: str, start: str) -> BlockError:
         word = " ".join(word.upper() for word in text.split()[:2] if word.isalpha())
         column = len(text) - len(text.lstrip()) + 1
         return BlockError("unsupported-block", f"{word or first}: {_READ}", column=column, hint=_HINT)
-    return refusal(text, reader.error, reader.expected(), _LANGUAGE, _FORMULA_HINT if "=" in before else "")
+    expected = reader.expected()
+    if before.rstrip().endswith(("+", "-")):
+        # A sign and its number are one token, so behind a sign alone the tables wait for Q.
+        expected = [*expected, "NUMBER"]
+    return refusal(text, reader.error, expected, _LANGUAGE, _FORMULA_HINT if "=" in before else "")
 
 
 # Values.
