@@ -195,6 +195,7 @@ def mode(motions: Motions, code: int, words: Words) -> None:
     """Put a G function in force."""
     emit = motions.emit
     if code in (17, 18, 19):
+        motions.plane_assumed = False
         motions.settle()
         emit({}, (code * 10,))
         motions.pole = 0j

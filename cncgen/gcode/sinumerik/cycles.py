@@ -129,6 +129,10 @@ class Hole:
         Raises:
             BlockError: The depth is missing or above the reference plane, or the retraction below the start.
         """
+        if motions.plane_assumed:
+            message = f"{name} goes along Y in G18, in which most lathes begin, and the program says no plane"
+            hint = "G17 before it drills along Z, G19 along X"
+            motions.ip.warn_once(BlockError("plane-doubtful", message, name, hint=hint))
         back, reference, clearance = (filled(values, k) for k in range(3))
         absolute, relative = given(values, 3), given(values, 4)
         if absolute is None and relative is None:

@@ -155,6 +155,8 @@ class Motions:
         #: How the tool turns in one block, "axes", "plane" or unsaid, and whether its directions are those of the machine.
         self.turning = ""
         self.machine_vectors = False
+        #: Whether G18 is taken for the plane in which a lathe begins.
+        self.plane_assumed = False
 
     # State shared by handlers.
 
@@ -163,7 +165,7 @@ class Motions:
         self.emit({}, (210,))
         if turns:
             self.emit({}, (180,))
-            self.diameter = "G90 G91"
+            self.diameter, self.plane_assumed = "G90 G91", True
             message = "the program turns and says neither DIAMON nor DIAMOF: X is read as a diameter, in G18, as most lathes begin"
             hint = "DIAMON or DIAMOF before the first motion says which"
             self.ip.warn(BlockError("diameter-doubtful", message, hint=hint), Severity.WARNING)
