@@ -12,8 +12,8 @@ rules have functions in Python. A table is made anew where the grammar, this mod
     token[mode, d]            terminal that ends in d, for parser states of that mode; -1 for none
     again[state, terminal]    action of a rule of this one token that leads back to `state` (a word behind a word), else -1
 
-The longest match that the parser's state allows wins, then the higher priority, then what is written as a string. What a pattern
-says of the text behind it, (?!...), is for Lark, whose first match wins, and is passed over here, but `APART`. A blank that no terminal takes is
+The longest match that the parser's state allows wins, then the higher priority, then what is written as a string. Two terminals of one
+priority that match the same text in one state break the build, unless `BEATEN` has a reason why the string is meant. What a pattern says of the text behind it, (?!...), is for Lark, whose first match wins, and is passed over here, but `APART`. A blank that no terminal takes is
 passed over, and capital letters are small ones.
 """
 
@@ -39,6 +39,8 @@ VALUES: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 #: What no letter, digit or underscore may follow, though no longer token is allowed there: GOTOFLABEL is no GOTOF LABEL.
 APART = "(?![A-Z0-9_])"
+#: Patterns that may match what is written as a string too, with no priority to tell which is meant, by grammar; and why the string wins.
+BEATEN = {"sinumerik": {"NAME": "a word of the language is no name where both may stand"}}
 #: Bytes of the alphabet: ASCII, and one for all others.
 _OTHER = 128
 #: Columns of the tables that the kernel looks into for each byte or token, where a shift finds a row.
@@ -420,6 +422,7 @@ def tables(name: str) -> dict[str, Any]:
     scanner = _scanner([terminals[n].pattern for n in terminals])
     classes, move = _folded(scanner.moves)
     pairs, to, lead = _leads(action, goto, rows, made, origins)
+    _check_alike(name, scanner, action, list(terminals.values()))
     token, literal, modes = _tokens(scanner, action, [terminals[n] for n in terminals], literals)
     return {
         "action": action,
@@ -455,6 +458,7 @@ def value_tables(name: str) -> dict[str, Any]:
     scanner = _scanner([terminals[n].pattern for n in terminals])
     classes, move = _folded(scanner.moves)
     passed = [n in lark.ignore_tokens for n in terminals]
+    _check_alike(name, scanner, action, list(terminals.values()), passed)
     token, _, modes = _tokens(scanner, action, [terminals[n] for n in terminals], None, passed)
     return {
         "action": action,
@@ -494,6 +498,49 @@ def _made_of(rule: Any) -> tuple[str, bool, tuple[int, ...]]:
     return "" if alone or name.startswith("_") else name, single, tuple(parts)
 
 
+def _fitting(
+    labels: list[_Label], state: list[int], terminals: list[Any], passed: list[bool] | None
+) -> list[int]:
+    """Return the terminals that a parser state allows of those that end in a state of the DFA, the one that wins first."""
+    can = {a.terminal for a in labels if state[a.terminal] or (passed and passed[a.terminal])}
+    return sorted(can, key=lambda i: (-terminals[i].priority, terminals[i].pattern.type != "str"))
+
+
+def _check_alike(
+    name: str,
+    scanner: _Scanner,
+    action: list[list[int]],
+    terminals: list[Any],
+    passed: list[bool] | None = None,
+) -> None:
+    """Raise where two terminals match the same text in one parser state, and neither a priority nor `BEATEN` says which is meant."""
+    for state in action:
+        for place, labels in enumerate(scanner.ends):
+            first, *others = _fitting(labels, state, terminals, passed) or [0]
+            for other in others:
+                wins, loses = terminals[first], terminals[other]
+                reserved = wins.pattern.type == "str" and _bare(str(loses.name)) in BEATEN.get(name, {})
+                if wins.priority == loses.priority and not reserved:
+                    raise GrammarError(
+                        f"{_bare(str(wins.name))} and {_bare(str(loses.name))} of {name} both match"
+                        f" {_shortest(scanner.moves, place)!r}: a priority says which is meant"
+                    )
+
+
+def _shortest(moves: list[list[int]], place: int) -> str:
+    """Return a shortest text that leads to a state of the DFA."""
+    waiting = [(0, "")]
+    seen = {0}
+    for state, text in waiting:
+        if state == place:
+            return text
+        for byte, to in enumerate(moves[state]):
+            if to >= 0 and to not in seen:
+                seen.add(to)
+                waiting.append((to, text + chr(byte)))
+    raise AssertionError(place)
+
+
 def _tokens(
     scanner: _Scanner,
     action: list[list[int]],
@@ -510,15 +557,7 @@ def _tokens(
     for state in action:
         row = []
         for labels in scanner.ends:
-            can = {
-                label.terminal
-                for label in labels
-                if state[label.terminal] or (passed and passed[label.terminal])
-            }
-            best = min(
-                can, key=lambda i: (-terminals[i].priority, terminals[i].pattern.type != "str"), default=-1
-            )
-            row.append(best)
+            row.append(next(iter(_fitting(labels, state, terminals, passed)), -1))
         modes.append(rows.setdefault(tuple(row), len(rows)))
     literal = [0] * len(scanner.ends)
     for d, labels in enumerate(scanner.ends):

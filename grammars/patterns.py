@@ -59,7 +59,7 @@ def write_terminals() -> None:
         "",
         f'DIGEST = "{digest}"',
     ]
-    for name in lalr["GRAMMARS"]:
+    for name in (*lalr["GRAMMARS"], *lalr["VALUES"]):
         patterns = {lalr["_bare"](str(t.name)): t.pattern.to_regexp() for t in lalr["_lark"](name).terminals}
         lines.append(f"{name.upper()} = {patterns!r}")
     TERMINALS.write_text("\n".join([*lines, ""]), "utf-8")

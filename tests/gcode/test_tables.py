@@ -118,6 +118,30 @@ def test_a_literal_without_a_number_breaks_the_build(tmp_path: Path, monkeypatch
         lalr.tables("linuxcnc")
 
 
+@pytest.mark.parametrize(
+    ("name", "spelt", "instead", "fault"),
+    [
+        # R1=10-4 was read as two items once: the string won over the pattern in silence.
+        (
+            "sinumerik",
+            "sum SIGN product",
+            '(sum SIGN product | sum "-" product)',
+            "MINUS and SIGN .* match '-'",
+        ),
+        ("sinumerik", '"NOT" unary', '("NOT" | "10") unary', "and PLAIN_NUMBER .* match '10'"),
+        ("heidenhain", "IDENTIFIER: /[A-Z_]", "IDENTIFIER: /[0-9A-Z_]", "NUMBER and IDENTIFIER .* match '0'"),
+    ],
+)
+def test_terminals_that_match_the_same_text_break_the_build(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, spelt: str, instead: str, fault: str
+) -> None:
+    for path in lalr.HERE.glob("*.lark"):
+        (tmp_path / path.name).write_text(path.read_text("utf-8").replace(spelt, instead), "utf-8")
+    monkeypatch.setattr(lalr, "HERE", tmp_path)
+    with pytest.raises(lalr.GrammarError, match=fault):
+        lalr.value_tables(name)
+
+
 def test_a_terminal_that_the_scanner_reads_otherwise_breaks_the_build(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
