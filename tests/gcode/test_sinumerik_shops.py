@@ -247,7 +247,7 @@ def test_functions_of_a_spindle_and_of_a_group_by_their_index(
 ) -> None:
     """M[1]=3 S[1]=500 are those of the first spindle: 0.2 mm at 500 rev/min; G[8]=3 is G55, the third of group 8."""
     text = "$P_UIFR[2]=CTRANS(X,10)\nM[2]=4 S[2]=9000\nR1=1\nM[R1]=3 S[R1]=500\nG95 F0.2\nG[8]=3 G1 X1\nG[8]=1\nG[14]=2 X1\nG[1]=1 X1\nM30"
-    assert moves(text, dialect="sinumerik") == [(11, 0, 0, 100), (12, 0, 0, 100), (13, 0, 0, 0)]
+    assert moves(text, dialect="sinumerik") == [(11, 0, 0, 100), (2, 0, 0, 100), (3, 0, 0, 0)]
 
 
 def test_interrupts_and_files_of_the_control_move_nothing(run: Run) -> None:
@@ -423,3 +423,51 @@ def test_x_of_a_program_that_turns_is_a_diameter_unless_a_block_says_else(
     """G96 turns; what stands in a text says nothing."""
     out = run(f"{first}\nG96 S100 LIMS=2000 M3\nG0 X20\nM30", dialect="sinumerik")
     assert out.path.end[-1][0] == pytest.approx(x)
+
+
+@pytest.mark.parametrize(
+    ("change", "back", "x"),
+    [("TRANS X10", "", 45), ("ATRANS X10", "", 45), ("TRANS X10\nG1 Y1", "", 45), ("TRANS X10\nG1 X30", "", 45),
+     ("$P_UIFR[2]=CTRANS(X,10)\nG55", "", 45), ("TRANS X10", "TRANS", 35), ("MIRROR X0", "", -35)],
+)  # fmt: skip
+def test_increments_traverse_a_change_of_the_frame(run: Run, change: str, back: str, x: float) -> None:
+    """As setting data 42440 = 1 says, with which the control comes: the coordinate of before, 30, plus 5, in the new frame."""
+    text = f"G17 G90 F100\nG0 X30 Y0 Z0\n{change}\n{back}\nG1 X=IC(5)\nM30"
+    assert ends(run, text)[-1][0] == x
+    assert codes(run, text) == ([] if back or "X30" in change else ["frame-increment"])
+
+
+def test_an_increment_of_another_axis_and_the_next_one_go_their_own_way(run: Run) -> None:
+    text = "G17 G90 F100\nG0 X30 Y0 Z0\nTRANS X10\nG91 G1 Y5\nX5\nX5\nM30"
+    assert ends(run, text)[1:] == [[30, 5, 0], [45, 5, 0], [50, 5, 0]]
+
+
+def test_dwell_of_centring(run: Run) -> None:
+    """CYCLE81 has DTB before GMODE DMODE AMODE on 840D sl: 0.2 s here, and 12 revolutions at 1200 a minute are 0.6 s."""
+    for cycle, seconds in (("5,0,2,-5,,0.2,0,1,12", 0.2), ("5,0,2,-5,,12,0,1,22", 0.6), ("5,0,2,-5", 0.0)):
+        out = run(f"G17 G90 F100 S1200 M3\nG0 Z5\nCYCLE81({cycle})\nM30", dialect="sinumerik")
+        assert out.errors == []
+        assert sum(event.dwell_s for event in out.path.events) == pytest.approx(seconds)
+
+
+def test_a_turning_cycle_tells_a_lathe(run: Run) -> None:
+    """A program without plane and DIAMON that calls CYCLE95 is a lathe's, as one with G96 is: X is a diameter, in G18."""
+    text = """T1 D1
+G95 F0.25 S1000 M3
+G0 X44 Z2
+CYCLE95("A1:E1", 2.5, 0, 0, 0, 0.25, 0.15, 0.1, 1)
+GOTOF E1
+A1: G0 X20 Z2
+G1 Z0
+X30 Z-10
+E1: X40
+M30"""
+    out = run(text.replace("A1", "BEGIN").replace("E1", "FINIS"), dialect="sinumerik")
+    assert out.errors == []
+    assert out.path.end[:, 0].max() == 22.0
+    assert "diameter-doubtful" in {d.code for d in out.diagnostics}
+
+
+def test_constants_of_other_bases(run: Run) -> None:
+    """Job planning, "Constants": 'HFF' is 255, 'B101' is 5."""
+    assert ends(run, "R1='HFF' R2='b101'\nG17 G0 X=R1 Y=R2+'H0A'\nM30")[-1] == [255, 15, 0]

@@ -426,10 +426,10 @@ def take_edge(motions: Motions) -> None:
         )
     if ip.state.length_code == frames.FOLLOWED:
         tool_point.begin(ip, table_offset(ip, ip.state.tool)[2] if motions.edge and ip.state.tool else 0.0)
-    elif motions.edge == 0 or not ip.state.tool:
-        motions.emit({}, (490,))
     else:
-        motions.emit({"h": float(ip.state.tool)}, (430,))
+        tool = ip.state.tool if motions.edge else 0
+        with motions.shifting():
+            motions.emit({"h": float(tool)} if tool else {}, (430 if tool else 490,))
 
 
 def _surface(motions: Motions, code: int, words: Words) -> None:
@@ -477,7 +477,8 @@ def _system(motions: Motions, code: int) -> None:
             f"G{code}",
             hint="turn it off before (G40)",
         )
-    use_system(motions.ip, number_)
+    with motions.shifting():
+        use_system(motions.ip, number_)
 
 
 def _path(motions: Motions, code: int, words: Words) -> None:

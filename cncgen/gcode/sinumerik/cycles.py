@@ -206,8 +206,7 @@ def _drill(motions: Motions, name: str, values: Values) -> None:
     hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
     hole.go(hole.start, rapid=True)
     hole.go(hole.depth, rapid=False)
-    if name == "CYCLE82":
-        hole.dwell(_waits(filled(values, 5), each))
+    hole.dwell(_waits(filled(values, 5), each))
     hole.go(hole.back, rapid=True)
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -157,6 +159,8 @@ class Motions:
         self.machine_vectors = False
         #: Whether G18 is taken for the plane in which a lathe begins.
         self.plane_assumed = False
+        #: Coordinates of axes before a frame or the tool's length changed, from which increments count until the axis moves.
+        self.carried: dict[str, float] = {}
 
     # State shared by handlers.
 
@@ -173,11 +177,22 @@ class Motions:
     def emit(self, words: dict[str, float], g: tuple[int, ...] = (), m: tuple[int, ...] = ()) -> None:
         """Execute a block of the interpreter's codes, at the line in progress."""
         here = self.here
+        for name in self.carried.keys() & words.keys():
+            del self.carried[name]
         block = Block(words, g, m, None, here.source, here.line, here.offset)
         if self.ip.guard is not None:
             self.ip.base.block = block
             self.ip.guard(self.ip, block)
         self.ip.execute(block)
+
+    @contextmanager
+    def shifting(self) -> Iterator[None]:
+        """Keep the coordinates while an offset changes: with increments it is traversed (setting data 42440 and 42442 = 1, as delivered)."""
+        before = self.ip.state.position.copy()
+        yield
+        for axis, old, new in zip(AXES, before, self.ip.state.position, strict=True):
+            if old != new:
+                self.carried.setdefault(axis, old)
 
     def note(self, code: str, message: str, word: str = "", hint: str = "") -> None:
         """Add a note on the block."""
@@ -678,7 +693,7 @@ class Motions:
     def _coordinate(self, axis: str, mode: str, value: float, now: float) -> float:
         value *= self.scale(axis, mode)
         if mode == "IC" or (mode == "" and not self.absolute):
-            return now + value
+            return self._from_carried(axis, value, now) + value
         if mode in ("DC", "ACP", "ACN"):
             if axis not in "ABC":
                 raise BlockError(
@@ -694,6 +709,15 @@ class Motions:
                 step -= 360.0
             return now + step
         return value
+
+    def _from_carried(self, axis: str, value: float, now: float) -> float:
+        """Return where an increment begins: at the coordinate of before a change of the frame, if the axis has not moved since."""
+        start = self.carried.get(axis.lower(), now)
+        if not math.isclose(start, now, abs_tol=1e-9):
+            message = f"the increment {axis}{value:g} goes {start - now + value:g} farther: a frame or tool length that changed is traversed with it"
+            hint = "so it is with setting data 42440 and 42442 = 1, as the control comes; with 0 the increment alone is"
+            self.ip.warn_once(BlockError("frame-increment", message, axis, hint=hint))
+        return start
 
     def make(self, words: Words, end: list[float]) -> None:
         """Make the motion in force."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, partial
 from importlib import import_module
@@ -99,6 +100,17 @@ def _text(text: str) -> str:
     return text[1:-1]
 
 
+def _constant(text: str) -> Value:
+    """Return a text, or the number of a hexadecimal or binary constant: 'HFF', 'B101'."""
+    inner = _text(text).upper()
+    if text[0] == "'":
+        for letter, base in (("H", 16), ("B", 2)):
+            if inner[:1] == letter and len(inner) > 1:
+                with suppress(ValueError):
+                    return float(int(inner[1:], base))
+    return expressions.Quoted(_text(text))
+
+
 def _block(*items: Item) -> Item:
     """Return a block; one of R parameters alone has a kind of its own."""
     return ("assign" if all(item[0] == "assign" for item in items) else "block", list(items))
@@ -150,7 +162,7 @@ VALUES: dict[str, Callable[..., Any]] = {
     "target": lambda name, *indices: (name.upper(), _given(indices)),
     "arguments": lambda *c: () if c == (None,) else c,
     "number": _number,
-    "string": lambda text: expressions.Quoted(_text(text)),
+    "string": _constant,
     "parameter": lambda name: expressions.variable(name.upper(), ()),
     "variable": lambda name, *indices: expressions.variable(name.upper(), _given(indices)),
     "function": lambda name, arguments: expressions.function(name.upper(), arguments),

@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from cncgen.gcode.sinumerik.expressions import Quoted, Value, Variable
 from cncgen.gcode.sinumerik.reading import Item
 
+#: What a program of a lathe names beside G96: the bound of its speed, and cycles that turn.
+_TURNING = {"LIMS", *(f"CYCLE{n}" for n in (92, 93, 94, 95, 96, 97, 98, 99, 930, 940, 951, 952))}
+
 
 class Said:
     """What the blocks of a text name.
@@ -48,7 +51,7 @@ class Said:
     def turns(self) -> bool:
         """Tell whether the program turns and says nowhere how X is meant, nor names a plane or an axis of mills."""
         says = {"TRACYL", "TRANSMIT"} & self.names or {("G", 17.0), ("G", 19.0)} & self.codes
-        turning = ("G", 96.0) in self.codes or "LIMS" in self.names
+        turning = ("G", 96.0) in self.codes or bool(_TURNING & self.names)
         return turning and not (
             says or self.named("Y") or any(name.startswith("DIAM") for name in self.names)
         )

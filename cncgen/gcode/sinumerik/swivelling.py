@@ -206,5 +206,6 @@ def _turn(motions: Motions, call: _Call, axes: tuple[float, float]) -> None:
 
 def take_frames(motions: Motions, wanted: affine.Frames) -> None:
     """Put frames in force, within that of a turned table or head."""
-    affine.change(motions.ip, wanted.whole(), wanted.axes)
+    with motions.shifting():
+        affine.change(motions.ip, wanted.whole(), wanted.axes)
     motions.frames = wanted
