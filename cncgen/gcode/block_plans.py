@@ -161,7 +161,7 @@ class BlockPlans:
                 number, "pq" if block.g or not _AXIS_LETTERS.isdisjoint(block.words) else _PLAIN_LETTERS
             )
         if code is None:
-            from cncgen.gcode.codes.unsupported import MEANING, ON_LATHES, ON_MILLS, WITHOUT
+            from cncgen.gcode.codes.unsupported import MEANING, ON_LATHES, WITHOUT
 
             name = f"{letter}{number / 10:g}"
             hint = WITHOUT.get((letter, number), "`cncgen codes` lists all that are read")
@@ -171,8 +171,8 @@ class BlockPlans:
             if other:
                 meaning = meaning or table(other)[letter, number].help
                 hint = f"it is a code of the {other} dialect: --dialect {other}"
-            if letter == "G" and self.dialect == "fanuc":
-                hint = (ON_LATHES if self._table in LATHES else ON_MILLS).get(number, hint)
+            if letter == "G" and self._table in LATHES:
+                hint = ON_LATHES.get(number, hint)
             shown = f"{name} ({meaning})" if meaning else name
             raise BlockError("unknown-code", f"{shown} is not supported", name, hint=hint)
         return code

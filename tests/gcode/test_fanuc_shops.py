@@ -164,8 +164,31 @@ def test_holes_on_circles_and_arcs_of_haas(run: Run, body: str, expected: list[l
 
 
 @pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("G72 I5. J90. L3", [[10, 10], [10, 15], [10, 20]]),
+        ("G72 X0 Y0 I-5. L2", [[0, 0], [-5, 0]]),
+        ("G34 X20. Y10. I10. J90. K4", [[20, 20], [10, 10], [20, 0], [30, 10]]),
+        ("G34.1 X20. Y10. I10. J90. K-4", [[20, 20], [30, 10], [20, 0], [10, 10]]),
+        ("G35 X20. Y10. I5. J180. K3", [[20, 10], [15, 10], [10, 10]]),
+        ("G36 X20. Y10. I10. J0 P90. K3", [[30, 10], [20, 20], [10, 10]]),
+        ("G37.1 X20. Y10. I5. P3 J-4. K2", [[20, 10], [25, 10], [30, 10], [30, 6], [25, 6], [20, 6]]),
+        ("G91 G35 X5. Y5. I5. J0 K2\nG90 X50. Y1.", [[15, 15], [20, 15], [50, 1]]),
+    ],
+)
+def test_holes_on_lines_arcs_and_grids(run: Run, body: str, expected: list[list[float]]) -> None:
+    """G72 of Haas; G34 to G37.1 of Mitsubishi and Mazak: X Y begin the row, or are the middle of G34 and G36."""
+    assert _places(run, f"G81 Z-5. R2. F100. L0\n{body}") == expected
+
+
+@pytest.mark.parametrize(
     ("body", "code"),
     [
+        ("G81 Z-5. R2. F100. L0\nG34 X20. Y10. I10. J90.", "cycle-words"),
+        ("G81 Z-5. R2. F100. L0\nG37.1 X20. Y10. I5. P3 K2", "cycle-words"),
+        ("G81 Z-5. R2. F100. L0\nG36 X20. Y10. I5. P3. K2.5", "cycle-words"),
+        ("G35 X20. Y10. I5. K2", "cycle-missing"),
+        ("G72 P10 Q20 I1. L2", "cycle-missing"),
         ("G70 I5. J0 L4", "cycle-missing"),
         ("G81 Z-5. R2. F100. L0\nG70 I5. J0", "cycle-words"),
         ("G81 Z-5. R2. F100. L0\nG70 I5. J0 K10. L4", "cycle-words"),
@@ -174,6 +197,20 @@ def test_holes_on_circles_and_arcs_of_haas(run: Run, body: str, expected: list[l
 )
 def test_holes_on_circles_that_cannot_be(run: Run, body: str, code: str) -> None:
     assert ("error", code) in codes(run, f"%\nO1\nG21 G17 G90 G54\nG0 X1 Z9\n{body}\nM30\n%")
+
+
+def test_p_beside_a_spindle_code_may_be_of_another_code(run: Run) -> None:
+    """P of G54.1 names the coordinate system."""
+    head = "%\nO1\nG21 G90\n"
+    assert ("warning", "spindle-number") not in codes(run, f"{head}G54.1 P3 G0 X1. S2000 M3\nM30\n%")
+    assert ("warning", "spindle-number") in codes(run, f"{head}G0 X1. S2000 M3 P1\nM30\n%")
+
+
+def test_a_speed_beside_g50_and_the_start_of_the_spindle(run: Run) -> None:
+    """``G50 X100 Z50 M3 S300`` of GSK's manuals; the thread after it turns with 300 rev/min."""
+    body = "G0 X40 Z5\nG92 X38 Z-10 F2\nM30\n"
+    assert codes(run, f"O1\nG50 X100 Z50 M3 S300\n{body}", "fanuc-lathe") == [("warning", "other-control")]
+    assert ("error", "spindle-stopped") in codes(run, f"O1\nG50 S300 M3\n{body}", "fanuc-lathe")
 
 
 def test_a_slash_within_a_block_ends_it(run: Run) -> None:

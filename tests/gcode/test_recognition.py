@@ -38,6 +38,8 @@ CERTAIN = [
     ("O0011\nT0303\nG0X22.Z5.\nG92X19.5Z-20.F1.5\nX19.\nX18.6\nG0X100.Z50.\nM30", "fanuc-lathe"),
     ("O5\nG0T0101\nG96S200M3\nG0X40.Z2.\nG90X36.Z-20.F.2\nX32.\nG0X80.Z80.\nM30", "fanuc-lathe"),
     ("O6\nG99G97S800M3T0202\nG0X30.Z3.\nG32Z-20.F2.\nG0X40.\nM30", "fanuc-lathe"),
+    # Threads of system A, which knows no G95: systems B and C would name positions by G92 and cut nothing.
+    ("O11\nG21G40\nG28U0W0\nT0404\nG97S400M3\nG95\nG0X22.Z5.\nG92X19.4Z-42.F2.5\nG92X18.9Z-42.F2.5\nM30", "fanuc-lathe"),
     ("T0101\nG0X60.Z2.\nG71U2.R.5\nG71P10Q20U.4W.1F.25\nN10G0X20.\nN20G1Z-30.\nG70P10Q20\nM30", "fanuc-lathe"),
     ("G0X50.Z5.\nG76P020060Q100R50\nG76X20.Z-20.P920Q300F1.5\nM30", "fanuc-lathe"),
     # Systems B and C. Cycles of lines P to Q are of system B too.
@@ -208,6 +210,15 @@ UNREAD = [
     ("N1 O1 (CAP)\nN2 G21\nN3 G0 G17 G40 G49 G80 G90 H0 E0 Z0\nN5 T1 M6\nN6 E1\nN7 G0 G90 S6000 M3 X-36.5 Y-12.\nN8 H1 Z50. M8\nN517 M2", "Fadal"),
     ("N1 G17\nN4 S800 M3 F100\nN5 G81 Y2 Z-10 B10 F80\nN6 G79 X10 Y10 Z0\nN9 M30", "Philips"),
     ("N10 G0 X0 Y0\n10 @5=20\nN60 G1 X@5 F100\nN70 BRANCH STRT\nN80 M30", "Rexroth"),
+    # A thread, a roughing cycle, a profile by radii and a loop of the manuals of HNC-21T.
+    ("%3323\nN1 G55 G00 X35 Z104\nN2 M03 S300\nN3 G82 X29.2 Z18.5 C2 P180 F3\nN4 X28.6 Z18.5 C2 P180 F3\nN6 M30", "Huazhong"),
+    ("%3320\nN1 T0101\nN4 G01 X46 Z3 F100\nN5 G71U1.5R1P6Q8X0.4Z0.1F150\nN6 G00 X0\nN8 Z-20\nN18 M30", "Huazhong"),
+    ("%3305\nN1 G92 X16 Z1\nN2 G37 G00 Z0 M03\nN5 G36\nN7 M30", "Huazhong"),
+    ("%0001\n#10=20\nG54 G90 G00 X20 Y0 Z5\nWHILE #10 LE 360\n#10=#10+1\nENDW\nM30", "Huazhong"),
+    ("%1234\nN1 M03 S500 T0101\nN3 G80 X30 Z-30 I-2.2 F100\nN4 X27 Z-30 I-2.2\nN6 M30", "Huazhong"),
+    ("$1\nO0001\nG50 Z0.\nM06 T0100\nG1 X-0.5 F0.03\n$2\nG610\nM30", "Citizen"),
+    ("E001=10 17 16 09 08 10 50 12 05 08 10.0 4.70 G95 100\nG90 G21\nG92 X0. Y0.\nE1\nG1 G42 H1 X0. Y5.\nM2", "AccuteX"),
+    ("O7000\nG90 G54\nT01 M06\nG43 H01 Z20.\nG98 G77 X10. Y10. Z-12. R2. J1.25 S1500 L3000\nG80\nM30", "Brother"),
     ("N0030 G95 G97\nN0050 G00 X40.000 Z2.000\nN0060 G84 X30. Z-20. P0=0 P2=0 D0=1000 D3=500 F200\nN0070 M30", "EMCO"),
 ]  # fmt: skip
 
@@ -219,6 +230,23 @@ def test_a_control_that_is_not_read_is_named_in_one_error(text: str, control: st
     errors = [one for one in found if one.severity == "error"]
     assert [one.code for one in errors] == ["control-unread"]
     assert control in errors[0].message
+
+
+@pytest.mark.parametrize(
+    "cycle",
+    [
+        "G73 X10. Y10. Z-5. R2. Q1. P500 F100.",
+        "G82 X10. Z-5. R2. P500 F100.",
+        "G81 X10. Z-5. F100.",
+        "G37 Z-5. H2",
+        "WHILE[#1LT5]DO1\n#1=#1+1\nEND1",
+    ],
+)
+def test_programs_of_mills_have_no_signs_of_such_controls(cycle: str) -> None:
+    found = Diagnostics()
+    text = f"O1\nG21 G90 G54\nT1 M6\nS1000 M3\n#1=1\nG43 H1 Z5.\n{cycle}\nG80\nM30"
+    check(io.BytesIO(text.encode()), "t.nc", diagnostics=found)
+    assert "control-unread" not in [one.code for one in found]
 
 
 def test_a_dwell_of_a_drilling_cycle_is_fanucs() -> None:

@@ -35,6 +35,8 @@ from cncgen.records import replace
 from cncgen.toolpath.record import Event
 
 _LETTERS = "rpq"
+#: The group of codes that repeat the cycle in force (`hole_patterns`).
+PATTERN = "hole pattern"
 #: The way off the wall of a bore that Q cannot mean, in mm.
 _FAR = 5.0
 
@@ -209,16 +211,17 @@ _BACK = 870
 
 def _cycle(number: int) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
-        if any(row.run is _pattern for row in ip.codes.of(block)):
+        pattern = next((row for row in ip.codes.of(block) if row.group == PATTERN), None)
+        if pattern is not None:
             # The words of the pattern are its own, and its places take the holes.
-            own = {letter: value for letter, value in block.words.items() if letter not in "ijkl"}
+            own = {letter: value for letter, value in block.words.items() if letter not in pattern.takes}
             _words_in_force(ip, replace(block, words=own), number)
             return
         sticky = _words_in_force(ip, block, number)
         if not block.words.keys().isdisjoint("xyzuvwr"):
             try:
-                _check_words(ip, block, number, sticky.words)
-                _make_holes(ip, block, number, sticky)
+                check_words(ip, block, number, sticky.words)
+                make_holes(ip, block, number, sticky)
             except BlockError as error:
                 turning = table(LATHE).get(("G", number))
                 if turning and turning.axes == "own" and error.code in ("cycle-words", "feed-missing"):
@@ -278,7 +281,7 @@ def _off_wall(ip: Interpreter, block: Block, number: int) -> float:
     return length
 
 
-def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, float]) -> None:
+def check_words(ip: Interpreter, block: Block, number: int, words: dict[str, float]) -> None:
     """Raise where the words of a hole are missing or wrong."""
     name = f"G{number // 10}"
     check_feed(ip, block, name)
@@ -311,7 +314,7 @@ def _doubt(ip: Interpreter, text: str, hint: str) -> None:
     ip.warn_once(BlockError("cycle-words", text, f"G{ip.state.motion // 10}", hint=hint))
 
 
-def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> None:
+def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> None:
     state = ip.state
     first, second, normal = state.plane_axes()
     depth = AXES[normal]
@@ -338,51 +341,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     state.moved = True
 
 
-def _pattern(ip: Interpreter, block: Block) -> None:
-    """G70 I J L, G71 I J K L: the cycle in force on a circle about the tool's place or X Y (Haas, "Bolt Hole Circle", "Bolt Hole Arc").
-
-    Raises:
-        BlockError: No cycle is in force, or I, J, K and L do not make a row of holes.
-    """
-    state, words = ip.state, block.words
-    whole = 700 in block.g
-    name = "G70" if whole else "G71"
-    if state.motion not in HOLES or not isinstance(state.cycle, Sticky) or {"p", "q"} <= words.keys():
-        message = f"{name} has no cycle in force that it repeats"
-        raise BlockError(
-            "cycle-missing",
-            message,
-            name,
-            hint="G81 stands before it or in its block; turning cycles are of --dialect fanuc-lathe",
-        )
-    count, radius = words.get("l", 0.0), words.get("i", 0.0)
-    if (
-        state.plane != 17
-        or count != round(count)
-        or not 1 <= count <= MAX_REPEATS
-        or not radius
-        or ("k" in words) == whole
-    ):
-        message = f"{name} has I{radius:g}, L{count:g}: a radius, how many holes, and K of G71 alone, the angle between them, in G17"
-        raise BlockError("cycle-words", message, name, hint="G70 I5. J15. L12, G71 I5. J30. K15. L4")
-    step = words["k"] if not whole else math.copysign(360.0 / count, radius)
-    centre = ip.end_point(Block({k: v for k, v in words.items() if k in "xy"}, block.g))
-    number = state.motion
-    _check_words(ip, block, number, state.cycle.words)
-    for k in range(round(count)):
-        angle = math.radians(words.get("j", 0.0) + k * step)
-        place = [centre[0] + abs(radius) * math.cos(angle), centre[1] + abs(radius) * math.sin(angle)]
-        if not state.absolute:
-            place = [at - here for at, here in zip(place, state.position, strict=False)]
-        here = Block({"x": place[0], "y": place[1]}, (), (), None, block.source, block.line, block.offset)
-        _make_holes(ip, here, number, state.cycle)
-
-
 CODES = tuple(
-    Code("G", number, "non-modal", Stage.STOP, _pattern, f"cycle in force on {text} (Haas)", "ijklpq", dialects=("fanuc",), moves="XYZ",
-        refused=IS_CYCLE, without="lathes")
-    for number, text in ((700, "a circle"), (710, "an arc"))
-) + tuple(
     Code("G", number, "motion", Stage.MOTION, _cycle(number), cycle.help, AXES + "rpqkl" + cycle.takes, "motion", summons=AXES + "r",
         dialects=("fanuc",), pitched=cycle.taps, moves="plane" if cycle.aside else "", refused=IS_CYCLE, without="lathes")
     for number, cycle in HOLES.items()

@@ -16,6 +16,7 @@ from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.offsets_fanuc import preset_position
 from cncgen.gcode.codes.offsets_fanuc import set_data as set_mill_data
+from cncgen.gcode.codes.spindle import set_speed
 from cncgen.gcode.codes.synchronised import in_step
 from cncgen.gcode.codes.table import (
     CHANGES_OFFSETS,
@@ -42,6 +43,8 @@ ONLY = (LATHE,)
 _OTHER_SYSTEMS = tuple(dialect for dialect, renamed in LATHES.items() if renamed)
 _THREAD = 320
 _G40, _OFF = 400, 40
+#: M3 and M4.
+_STARTS = frozenset((30, 40))
 
 
 @dataclass(slots=True)
@@ -176,6 +179,17 @@ def name_position(ip: Interpreter, block: Block) -> None:
     """G50: S is the largest speed of G96; X Z name the position."""
     if ip.state.compensation != _OFF and has_axis(block):
         interrupt(ip, block, "G50", "names the position")
+    if "s" in block.words and has_axis(block) and not _STARTS.isdisjoint(block.m):
+        # A spindle that starts in the block has its speed in it: G50 X100 Z50 M3 S300 of GSK's manuals.
+        message = f"S{block.words['s']:g} of G50 X Z M3 is taken as the speed that the spindle starts with"
+        hint = (
+            "FANUC's controls take S beside G50 as the largest speed of G96; write it in a block of its own"
+        )
+        ip.warn_once(BlockError("other-control", message, "S", hint=hint))
+        set_speed(ip, block)
+        block = replace(
+            block, words={letter: value for letter, value in block.words.items() if letter != "s"}
+        )
     preset_position(ip, block, "G50")
 
 

@@ -99,7 +99,9 @@ def _selects(run: Handler) -> Handler:
     """Return M3, M4 or M5 of FANUC, whose P names a spindle: the turning spindle is planned for."""
 
     def chosen(ip: Interpreter, block: Block) -> None:
-        if "p" in block.words:
+        # Beside another code that has a P, as G54.1, that P is its own.
+        others = (row for row in ip.codes.of(block) if row.group != "spindle")
+        if "p" in block.words and all("p" not in row.words for row in others):
             message = f"P{block.words['p']:g} names a spindle: feeds a revolution are taken with the speed of the one named last"
             ip.warn_once(BlockError("spindle-number", message, "P", hint="one spindle is planned for"))
         run(ip, block)

@@ -44,6 +44,7 @@ _MODULES = (
     "codes.subprograms",
     "codes.pins",
     "codes.canned_cycles_fanuc",
+    "codes.hole_patterns",
     "codes.nurbs",
     "codes.frames",
     "codes.probing",

@@ -19,7 +19,8 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 661): "a modal macro called in each block",
     **dict.fromkeys((("G", 683), ("G", 684)), "a tilted working plane"),
     **dict.fromkeys((("G", n) for n in (750, 770, 780, 790)), "a grinding cycle"),
-    ("G", 720): "a turning cycle of lathes, a row of holes on Haas's mills",
+    ("G", 109): "a radius or a diameter as X, on Mazak's controls",
+    ("G", 535): "the coordinates of MAZATROL, on Mazak's controls",
     ("G", 811): "chopping",
     ("G", 1500): "a general pocket cycle",
     ("G", 1410): "cutter compensation in space",
@@ -40,11 +41,6 @@ WITHOUT: dict[tuple[str, int], str] = {
     ),
     **dict.fromkeys((("G", n) for n in (470, 1500)), "post it as the moves that it makes: G1, G2, G3"),
 }
-#: Codes of FANUC's mills in place of those that only lathes read, G numbers in tenths.
-ON_MILLS: dict[int, str] = dict.fromkeys(
-    (720,),
-    "a lathe's program wants --dialect fanuc-lathe; on a mill, write X and Y of each hole in a block of its own",
-)
 #: Codes of FANUC's lathes (system A) in place of those of mills, G numbers in tenths.
 ON_LATHES: dict[int, str] = {
     330: "lathes cut threads with G32",

@@ -38,6 +38,7 @@ _AT = rb"^[ \t]*(?:N\d+[ \t]*)?"
 _W = rb"(?<![A-Z_])"
 #: Controls that are recognised and not read, and how a diagnostic calls their language.
 UNREAD = {
+    "accutex": "AccuteX's and other wire EDM machines",
     "acramatic": "Cincinnati's Acramatic",
     "amada": "Amada's punch presses",
     "anilam": "Anilam's conversational controls",
@@ -45,12 +46,14 @@ UNREAD = {
     "boss": "Bridgeport's BOSS controls",
     "brother": "Brother's controls",
     "centroid": "Centroid's controls",
+    "citizen": "Swiss lathes with a program for each path (Citizen, Star, Tsugami)",
     "dynapath": "Dynapath's Delta controls",
     "eding": "Eding CNC (USBCNC)",
     "emco": "EMCO's Compact 5 and TM02",
     "excellon": "Excellon's drills of printed boards",
     "fadal": "Fadal's controls",
     "fagor": "Fagor's controls (8035 to 8055)",
+    "hnc": "Huazhong's HNC controls",
     "hpgl": "plotters (HP-GL)",
     "isel": "isel's controls (NCP)",
     "isg": "Fagor's controls (8060 to 8070), or ISG's (Beckhoff)",
@@ -74,6 +77,7 @@ def _of(control: str, weight: float, reason: str, pattern: bytes, *texts: bytes)
 
 
 _ELSEWHERE = (
+    _of("accutex", 20, "a condition of discharge", rb"^[ \t]*E\d{3}[ \t]*=[ \t]*\d+[ \t]+\d", b"="),
     _of("acramatic", 20, "a block that begins with :", rb"^:[ \t]*(?:N?\d+)?[ \t]*[GTMXYZ][ \t]*\d", b":"),
     _of("acramatic", 15, "the name of a program of Acramatic", rb"^\(ID,[ \t]*PROG", b"(ID,"),
     _of("anilam", 20, "a line of Anilam", rb"^[ \t]*(?:(?:RAPID|LINE|ARC)[ \t]+(?:CC?W[ \t]+)?[XYZ][ \t]*[-+.\d]|DIM[ \t]+(?:ABS|INCR)|TOOL#)", b"RAPID", b"LINE", b"ARC", b"DIM", b"TOOL#"),
@@ -110,6 +114,8 @@ _ELSEWHERE_BARE = (
     _of("amada", 15, "a row of holes of a punch press", rb"^G(?:26I" + _V + rb"[^\n]*K|3[67]I" + _V + rb"[^\n]*J)", b"G26I", b"G36I", b"G37I"),
     _of("boss", 20, "a macro of BOSS", rb"^=#\d", b"=#"),
     _of("brother", 20, "a tool change by G100", _W + rb"G100T\d", b"G100T"),
+    _of("brother", 20, "a tap by G77 or G78 with a pitch I or J", _W + rb"G7[78][XYZR]" + _V + rb"[^\nPQ]*[IJ][.\d][^\nPQ]*S\d", b"G77", b"G78"),
+    _of("citizen", 30, "the beginning of a path by $", rb"^\$[0-9]$", b"$"),
     _of("centroid", 12, "the head of a program of Centroid", rb"^M25G49$", b"M25G49"),
     _of("eding", 20, "a loop or condition of Eding CNC", rb"^(?:WHILE|IF)\[[^\n]*\]$", b"WHILE[", b"IF["),
     _of("fadal", 12, "a fixture offset E", rb"^(?:[GMS]\d+(?:\.\d)?)*X[-+.\d]+Y[-+.\d]+(?:[MS]\d+)*E\d{1,2}(?:[HMZ][-+.\d]+)*$", b"E"),
@@ -118,6 +124,11 @@ _ELSEWHERE_BARE = (
     _of("fagor", 12, "a depth I of a cycle", _W + rb"G(?:69|8[1-9])(?![\d.])(?![^\n]*[JR])[^\n]*Z" + _V + rb"[^\nI]*I-[.\d]", b"G69", *(b"G8%d" % digit for digit in range(1, 10))),
     ("tool and offset T1.1", {"fagor": 6.0, "osai": 6.0}, rb"^T\d{1,2}\.\d{1,2}(?:M0?6)?$", (b"T",)),
     _of("fagor", 6, "a parameter P as a value", rb"(?<![A-Z])[XYZIJKFS]P\d+", *(b"%cP" % letter for letter in b"XYZIJKFS")),
+    _of("hnc", 20, "a turning cycle in one block with X and Z", _W + rb"G7[1-3](?=[^\n]*P\d)(?=[^\n]*Q\d)(?=[^\n]*[XZ]-?[.\d])(?=[^\n]*[UW][.\d])[^\nY]*$", b"G71", b"G72", b"G73"),
+    _of("hnc", 12, "a thread by G82", rb"^G82(?![\d.])(?=[^\n]*[XU])(?=[^\n]*[ZW])[^\nRYLKQ]*F\d(?:\.\d+)?[^\nRYLKQ]*$", b"G82"),
+    _of("hnc", 12, "a turning pass by G80", rb"^G80[XU]" + _V + rb"[^\nRYLQK]*[ZW]" + _V + rb"[^\nRYLQK]*F", b"G80X", b"G80U"),
+    _of("hnc", 15, "radius or diameter by G36 or G37", rb"^(?:G\d+)*G3[67](?:G\d+)*(?![XYZUWIJKRHQP\d.])", b"G36", b"G37"),
+    _of("hnc", 20, "a loop without brackets", rb"^(?:ENDW|WHILE\[?#\d+\]?(?:LT|LE|GT|GE|EQ|NE)[^\n]*(?<!DO\d))$", b"ENDW", b"WHILE#", b"WHILE["),
     _of("maho", 30, "the head of a file of Philips' controls", rb"^%PM\d*$", b"%PM"),
     _of("maho", 20, "a repeat or call by N=", _W + rb"G(?:14[^\n]*N1=|2[29][^\n]*N=)", b"G14", b"N="),
     _of("maho", 15, "a blank by G98 or G99", _W + rb"G9[89]X" + _V + rb"[^\n]*Z" + _V + rb"[^\n]*I" + _V + rb"[^\n]*J" + _V + rb"[^\n]*K", b"G98X", b"G99X"),
@@ -266,8 +277,8 @@ BARE = (
     _sign("a reference point by distances U W", {_T: 20, _B: 0, _C: 0}, rb"G(?:28|30)(?:G[\d.]+)?U0?\.?0*W0?\.?0*(?![\d.])", b"W"),
     _sign("a reference point by a distance U", {_T: 6}, rb"G(?:28|30)U0?\.?0*(?![\d.])", b"U"),
     _sign("a dwell of U", {_T: 8, _F: 2}, _W + rb"G0?4U\.?\d", b"4U"),
-    _sign("a threading pass by G92 with F", {_T: 8}, rb"^(?![^\n]*Y)[^\n]*(?<![A-Z_])G92[XUZW][^\n]*F", b"G92"),
-    _sign("a thread by G32", {_T: 6}, _W + rb"G32[^\nY]*[XZUW][^\n]*F", b"G32"),
+    _sign("a threading pass by G92 with F", {_T: 8, _B: -4, _C: -4}, rb"^(?![^\n]*Y)[^\n]*(?<![A-Z_])G92[XUZW][^\n]*F", b"G92"),
+    _sign("a thread by G32", {_T: 6, _B: -4, _C: -4}, _W + rb"G32[^\nY]*[XZUW][^\n]*F", b"G32"),
     _sign("a turning pass by G90 or G94", {_T: 4}, rb"^G9[04][XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GY\n]*$", b"G90X", b"G90U", b"G94X", b"G94U"),
     _sign("tool and offset in four digits of T", {_T: 5}, rb"(?:^|[^A-Z#<])T(?:0[1-9]|[1-9]\d)(?:0[1-9]|[1-9]\d)(?!\d)", b"T"),
     _sign("tool and offset in three digits of T", {_T: 3}, rb"(?:^|[^A-Z#<])T([1-9])0\1(?!\d)", b"T"),

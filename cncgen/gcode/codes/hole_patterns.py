@@ -1,0 +1,125 @@
+"""Codes that repeat the cycle in force in a row of places: G70 to G72 of Haas's mills, G34 to G37.1 of Mitsubishi's and Mazak's.
+
+Sources: Haas mill operator's manual, "G70 Bolt Hole Circle", "G71 Bolt Hole Arc", "G72 Bolt Holes Along an Angle"; Mitsubishi
+M700V/M70V programming manual (machining centre), "Special fixed cycle", of which Mazak's EIA has the same, G34.1 for G34.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.canned_cycles import MAX_REPEATS, Sticky
+from cncgen.gcode.codes.canned_cycles_fanuc import HOLES, PATTERN, check_words, make_holes
+from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+
+Place = tuple[float, float]
+
+
+def _count(words: dict[str, float], letter: str, name: str, hint: str) -> int:
+    """Return a number of holes, whose sign says which way they go.
+
+    Raises:
+        BlockError: It is missing, no whole number, 0 or too large.
+    """
+    value = words.get(letter, 0.0)
+    if value != round(value) or not 1 <= abs(value) <= MAX_REPEATS:
+        message = (
+            f"{letter.upper()}{value:g} of {name} says how many holes: a whole number, 1 to {MAX_REPEATS}"
+        )
+        raise BlockError("cycle-words", message, name, hint=hint)
+    return round(value)
+
+
+def _on_circle(radius: float, start: float, step: float, count: int) -> list[Place]:
+    """Return places about the middle, angles in degrees."""
+    angles = [math.radians(start + k * step) for k in range(count)]
+    return [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
+
+
+def _circle(words: dict[str, float], count: int) -> list[Place]:
+    step = math.copysign(360.0 / count, words["i"] * count)
+    return _on_circle(abs(words["i"]), words.get("j", 0.0), step, abs(count))
+
+
+def _arc(words: dict[str, float], count: int) -> list[Place]:
+    step = words["k"] if "l" in words else words["p"]
+    return _on_circle(abs(words["i"]), words.get("j", 0.0), math.copysign(1.0, count) * step, abs(count))
+
+
+def _line(words: dict[str, float], count: int) -> list[Place]:
+    angle = math.radians(words.get("j", 0.0))
+    return [(k * words["i"] * math.cos(angle), k * words["i"] * math.sin(angle)) for k in range(abs(count))]
+
+
+def _grid(words: dict[str, float], count: int) -> list[Place]:
+    """Return rows along X, one back and the next forth."""
+    columns, rows = abs(count), abs(round(words["k"]))
+    return [
+        ((columns - 1 - k if row % 2 else k) * words["i"], row * words["j"])
+        for row in range(rows)
+        for k in range(columns)
+    ]
+
+
+#: Of each code: its letters, those that must be there, the letter of the count, its places, help and an example.
+_PATTERNS = {
+    700: ("ijl", "il", "l", _circle, "on a circle (Haas)", "G70 I5. J15. L12"),
+    710: ("ijkl", "ikl", "l", _arc, "on an arc (Haas)", "G71 I5. J30. K15. L4"),
+    720: ("ijl", "il", "l", _line, "on a line (Haas)", "G72 I5. J30. L4"),
+    340: ("ijk", "ik", "k", _circle, "on a circle (Mitsubishi)", "G34 X20. Y10. I10. J20. K6"),
+    341: ("ijk", "ik", "k", _circle, "on a circle (Mazak)", "G34.1 X20. Y10. I10. J20. K6"),
+    350: ("ijk", "ik", "k", _line, "on a line (Mitsubishi, Mazak)", "G35 X20. Y10. I10. J30. K5"),
+    360: ("ijkp", "ikp", "k", _arc, "on an arc (Mitsubishi, Mazak)", "G36 X30. Y-10. I30. J10. P15. K8"),
+    371: ("ijkp", "ijkp", "p", _grid, "on a grid (Mitsubishi, Mazak)", "G37.1 X30. Y-10. I5. P10 J10. K8"),
+}  # fmt: skip
+
+
+def _pattern(number: int) -> Handler:
+    letters, needs, counts, places, _, example = _PATTERNS[number]
+    name = f"G{number / 10:g}"
+
+    def run(ip: Interpreter, block: Block) -> None:
+        state, words = ip.state, block.words
+        turning = counts == "l" and {"p", "q"} <= words.keys()
+        if state.motion not in HOLES or not isinstance(state.cycle, Sticky) or turning:
+            hint = "G81 stands before it or in its block; turning cycles are of --dialect fanuc-lathe"
+            raise BlockError(
+                "cycle-missing", f"{name} has no cycle in force that it repeats", name, hint=hint
+            )
+        strange = [
+            c.upper() for c in words if c in "ijklpq" and c not in letters + ("pq" if counts == "l" else "")
+        ]
+        missing = [c.upper() for c in needs if c not in words] + ["I"] * (words.get("i") == 0.0)
+        if state.plane != 17 or missing or strange:
+            what = (
+                f"no {' and no '.join(missing)}"
+                if missing
+                else f"a word {strange[0]}"
+                if strange
+                else "no G17"
+            )
+            raise BlockError("cycle-words", f"{name} has {what}", name, hint=example)
+        count = _count(words, counts, name, example)
+        if places is _grid:
+            _count(words, "k", name, example)
+        check_words(ip, block, state.motion, state.cycle.words)
+        centre = ip.end_point(Block({k: v for k, v in words.items() if k in "xy"}, block.g))
+        for across, up in places(words, count):
+            place = [centre[0] + across, centre[1] + up]
+            if not state.absolute:
+                place = [at - here for at, here in zip(place, state.position, strict=False)]
+            here = Block({"x": place[0], "y": place[1]}, (), (), None, block.source, block.line, block.offset)
+            make_holes(ip, here, state.motion, state.cycle)
+
+    return run
+
+
+CODES = tuple(
+    Code("G", number, PATTERN, Stage.STOP, _pattern(number), f"cycle in force {text}", "ijklpq" if counts == "l" else letters,
+        dialects=("fanuc",), takes="ijkl" if counts == "l" else letters, moves="XYZ", refused=IS_CYCLE, without="lathes")
+    for number, (letters, _, counts, _, text, _) in _PATTERNS.items()
+)  # fmt: skip
