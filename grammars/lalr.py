@@ -275,10 +275,14 @@ def _check_scanner(terminals: dict[str, Any]) -> None:
             )
 
 
+def _path_and_starts(name: str) -> tuple[str, tuple[str, ...]]:
+    return VALUES.get(name) or (GRAMMARS[name], ("start",))
+
+
 def _lark(name: str) -> Any:
     from lark import Lark
 
-    path, starts = VALUES.get(name) or (GRAMMARS[name], ("start",))
+    path, starts = _path_and_starts(name)
     options = {"parser": "lalr", "lexer": "contextual", "maybe_placeholders": name in VALUES}
     return Lark.open(str(HERE / path), start=list(starts), **options)
 

@@ -60,7 +60,9 @@ def write_terminals() -> None:
         f'DIGEST = "{digest}"',
     ]
     for name in (*lalr["GRAMMARS"], *lalr["VALUES"]):
-        patterns = {lalr["_bare"](str(t.name)): t.pattern.to_regexp() for t in lalr["_lark"](name).terminals}
+        # Those that no rule has as well: what is taken off a text before its blocks are read.
+        found = lalr["_lark"](name).grammar.compile(list(lalr["_path_and_starts"](name)[1]), "*")[0]
+        patterns = {lalr["_bare"](str(t.name)): t.pattern.to_regexp() for t in found}
         lines.append(f"{name.upper()} = {patterns!r}")
     TERMINALS.write_text("\n".join([*lines, ""]), "utf-8")
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 #: Bytes that are searched for signs that occur early in a text, if at all.
 _HEAD = 65_536
 #: A line up to a word, without comments.
-_BEFORE = rb"^(?P<before>(?:[^(;\n]|\([^)\n]*\))*?)"
+_BEFORE = rb"^(?P<before>(?:[^(;\n]|(?>" + signs.COMMENT + rb"))*?)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,31 +106,31 @@ _SIEMENS = _Doubt(
     signs.WORDS_OF_SIEMENS,
 )
 _GRBL = _Doubt(
-    rb"^[ \t]*(?P<word>\$(?:[$#GINCHX][ \t]*(?:;|\r?$)|\d+[ \t]*=)|[?~!][ \t]*(?:;|\r?$))",
+    signs.TO_GRBL,
     "commands to grbl ($$, $H, ?, settings) are passed over: they are no blocks, and the machine is not homed here",
     "leave them out of the program",
     (b"$", b"?", b"~", b"!"),
 )
 _DENFORD = _Doubt(
-    rb"^[ \t]*(?P<word>\[(?:BILLET|EDGEMOVE|TOOLDEF|STEP|CLEAR)\b)",
+    signs.TO_DENFORD,
     "lines to the simulator of Denford and Boxford ([BILLET, [TOOLDEF) are passed over",
     "the stock stands in the machine file, the tools in a tool table",
     (b"[BILLET", b"[EDGEMOVE", b"[TOOLDEF"),
 )
 _EDING = _Doubt(
-    rb"^[ \t]*(?P<word>(?:WARN|LOG)?MSG[ \t]+\")",
+    signs.OF_EDING,
     "messages of Eding CNC are passed over",
     "a message is a comment here: (MSG, change the tool)",
     (b'MSG "',),
 )
 _MARLIN = _Doubt(
-    rb"^[ \t]*(?:N[ \t]*\d+[ \t]*)?(?P<word>M11[78])[ \t][^;(\n]*[A-Z][A-Z]",
+    signs.OF_MARLIN,
     "texts of M117 and M118 for the display of Marlin and its kin are passed over",
     "a message is a comment here: (MSG, job ends)",
     (b"M117", b"M118"),
 )
 _HEIDENHAIN = _Doubt(
-    _BEFORE + rb"[A-Z][ \t]*[-+]?[\d.]+[ \t]*(?P<word>\*)[ \t]*\r?$",
+    _BEFORE + rb"[A-Z][ \t]*" + signs.SIGNED + rb"[ \t]*(?P<word>\*)[ \t]*\r?$",
     "blocks that end in * are of Heidenhain's DIN/ISO",
     "--dialect heidenhain reads it",
     (b"*",),
@@ -153,7 +153,7 @@ _NO_POINTS = replace(
 )
 #: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
-    rb"(?P<word>;)[ \t]*(?:N\d+[ \t]*)?[GMXYZFST][ \t]*[-+.\d#\[]",
+    rb"(?P<word>;)[ \t]*(?:" + signs.BLOCK_NUMBER + rb"[ \t]*)?[GMXYZFST][ \t]*[-+.\d#\[]",
     "what follows ; is a comment, and here it looks like a block",
     "each block stands in a line of its own",
     (b";",),

@@ -8,21 +8,28 @@ from pathlib import Path
 
 from cncgen.gcode.klartext import programs
 from cncgen.gcode.source import Source, open_source
+from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
 from cncgen.units import AXIS_LETTERS
 
+_Q, _NUMBER = (TERMINALS[name].encode() for name in ("Q", "SIGNED"))
 _COMMENTS = re.compile(
-    rb";[^\n]*|^[ \t]*(?:N?\d+[ \t]+)?(?:BLK[ \t]+FORM|BEGIN|END)\b[^\n]*", re.MULTILINE | re.IGNORECASE
+    rf"{TERMINALS['COMMENT']}|^[ \t]*(?:{TERMINALS['BLOCK_NUMBER']}[ \t]+)?(?:BLK[ \t]+FORM|BEGIN|END)\b[^\n]*".encode(),
+    re.MULTILINE | re.IGNORECASE,
 )
 #: Further characters that are blanks to who runs the program.
 _BLANKS = bytes.maketrans(b"\v\f\x1c\x1d\x1e\x1f", 6 * b" ")
-_VALUE = rb"[ \t]*(?:[-+][ \t]*)?(?:\d[\d.,]*|[.,]\d+|Q[LR]?\d+)"
+_VALUE = rb"[ \t]*(?:(?:[-+][ \t]*)?" + _Q + rb"|" + _NUMBER + rb")"
 #: Words with values, maybe without a blank between them, and in them an axis and its value: ``X+10``, ``IY-2,5``, ``X18Y+Q1``.
 _WORDS = re.compile(
     rb"(?<![A-Z0-9])(?:L[ \t]*)?(?:(?:F[ \t]*(?:MAX|AUTO)|R[LR]|[A-Z]{1,2}" + _VALUE + rb")[ \t]*)+",
     re.IGNORECASE,
 )
 _AXIS = re.compile(
-    rb"(?:(?<![A-Z])|(?<=\bL)|(?<=MAX)|(?<=AUTO)|(?<=R[LR]))I?([XYZABCUVW])(?=" + _VALUE + rb")",
+    rb"(?:(?<![A-Z])|(?<=\bL)|(?<=MAX)|(?<=AUTO)|(?<=R[LR]))"
+    + TERMINALS["AXIS"].encode()
+    + rb"(?="
+    + _VALUE
+    + rb")",
     re.IGNORECASE,
 )
 _PLANE = re.compile(
@@ -54,7 +61,9 @@ def moving_axes(text: Source, folders: Sequence[Path] = (), rotary: str = "") ->
 
 def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[Path], rotary: str) -> set[str]:
     code = _COMMENTS.sub(b"", text.translate(_BLANKS))
-    named = {letter.decode().upper() for words in _WORDS.findall(code) for letter in _AXIS.findall(words)}
+    named = {
+        axis[0][-1:].decode().upper() for words in _WORDS.finditer(code) for axis in _AXIS.finditer(words[0])
+    }
     if _PLANE.search(code):
         named |= set("XY")
     if _CYCLES.search(code):

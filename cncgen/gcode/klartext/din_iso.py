@@ -26,31 +26,35 @@ from cncgen.gcode.klartext import lines
 from cncgen.gcode.klartext.running import HeidenhainRunner
 from cncgen.gcode.sinks.sink import Point
 from cncgen.gcode.source import Source
+from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
 
 #: Signs of a text in DIN/ISO: its head, tool calls, labels, functions of Q and cycles as no program in plain language has them.
+_N, _Q, _STRING = TERMINALS["BLOCK_NUMBER"], TERMINALS["Q"], TERMINALS["STRING"]
 _TEXT = re.compile(
-    rb"^[ \t]*%[^\n;]*?G7[01]\b|^[ \t]*/?[ \t]*N\d+[ \t]*(?:G98[ \t]*L|T\d+[ \t]*G1[789]|G99[ \t]*T|D\d\d[ \t]*Q|G2\d\d\b[^\n]*Q\d+[ \t]*=|[^\n]*\*[ \t\r]*$)",
+    rf"^[ \t]*%[^\n;]*?G7[01]\b|^[ \t]*/?[ \t]*(?=N){_N}[ \t]*"
+    rf"(?:G98[ \t]*L|T\d+[ \t]*G1[789]|G99[ \t]*T|D\d\d[ \t]*Q|G2\d\d\b[^\n]*{_Q}[ \t]*=|[^\n]*\*[ \t\r]*$)".encode(),
     re.MULTILINE | re.IGNORECASE,
 )
-_NUMBER = r"[-+]?\s*(?:Q[LR]?\d+|\d++[.,]?+\d*+|[.,]\d+)"
+_NUMBER = rf"(?:[-+]?\s*{_Q}|{TERMINALS['SIGNED']})"
 _HEAD = re.compile(r"%\s*(?P<name>[^\s*;]*?)\s*(?:G7(?P<unit>[01]))?\s*\Z", re.IGNORECASE)
-_LABEL = re.compile(r"G98\s*L\s*(?P<name>\"[^\"]*\"|\d+)\s*\Z", re.IGNORECASE)
-_CALL = re.compile(r"L\s*(?P<name>\"[^\"]*\"|\d+)(?:\s*[.,]\s*(?P<times>\d+))?\s*\Z", re.IGNORECASE)
+_LABEL = re.compile(rf"G98\s*L\s*(?P<name>{_STRING}|\d+)\s*\Z", re.IGNORECASE)
+_CALL = re.compile(rf"L\s*(?P<name>{_STRING}|\d+)(?:\s*[.,]\s*(?P<times>\d+))?\s*\Z", re.IGNORECASE)
 _CORNER = re.compile(r"G2(?P<kind>[45])\s*R\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _FUNCTION = re.compile(r"D\s*(?P<number>\d\d?)\b\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _PART = re.compile(
-    rf"P\s*0?(?P<number>\d\d?)(?:\s+|(?=[-+]))(?P<value>\"[^\"]*\"|{_NUMBER}|[A-Z_][\w.:\\]*)", re.IGNORECASE
+    rf"P\s*0?(?P<number>\d\d?)(?:\s+|(?=[-+]))(?P<value>{_STRING}|{_NUMBER}|[A-Z_][\w.:\\]*)", re.IGNORECASE
 )
 _CYCLE = re.compile(r"G(?P<number>[2-4]\d\d|12\d|139)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _OLD = re.compile(r"G(?P<number>8[3-6]|37|39)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 _TOOL = re.compile(
-    r"(?:(?P<other>G(?:99|51))\s*|G(?P<plane>1[789])\s*)?T\s*(?P<tool>\"[^\"]*\"|Q?\d+(?:\.\d)?)(?P<rest>.*)\Z",
+    rf"(?:(?P<other>G(?:99|51))\s*|G(?P<plane>1[789])\s*)?T\s*(?P<tool>{_STRING}|{_Q}|{TERMINALS['NUMBER']})(?P<rest>.*)\Z",
     re.IGNORECASE | re.DOTALL,
 )
 _DATA = re.compile(r"G(?P<number>04|0?4|30|31|36|38|62|55)(?!\d)(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
 #: Blocks that TNC 7 and TNC 640 write in DIN/ISO as in plain language.
 _PLAIN = re.compile(
-    r"(?:BEGIN|END|APPR|DEP|PLANE|FUNCTION|PATTERN|SEL|CALL|TRANS|FN|LBL|CYCL|TOOL|BLK|RND|CHF|SPL|DECLARE|TCH|STOP|F(?:POL|LT?|CT?))\b|Q[LRS]?\d+\s*=|\*|\Z",
+    r"(?:BEGIN|END|APPR|DEP|PLANE|FUNCTION|PATTERN|SEL|CALL|TRANS|FN|LBL|CYCL|TOOL|BLK|RND|CHF|SPL|DECLARE|TCH|STOP|F(?:POL|LT?|CT?))\b"
+    rf"|{lines.SETTING}|\*|\Z",
     re.IGNORECASE,
 )
 _WORD = re.compile(
@@ -117,7 +121,7 @@ def _said_function(match: re.Match[str]) -> list[str]:
     """D00 to D14: FN."""
     number, rest = int(match["number"]), match["rest"]
     parts = _parts(rest)
-    target = re.match(r"Q[LR]?\d+", rest, re.IGNORECASE)
+    target = re.match(_Q, rest, re.IGNORECASE)
     name = f"D{number:02}"
     if number == 14:
         return [f"FN 14: ERROR = {parts.get(1, rest)}"]
@@ -368,7 +372,7 @@ class IsoRunner(HeidenhainRunner):
 
     def _said(self, bare: str) -> list[str]:
         """Return a block as blocks of the plain language, where that depends on no mode."""
-        body = re.sub(r"\A\s*N\s*\d+\s*", "", bare, flags=re.IGNORECASE).rstrip()
+        body = re.sub(rf"\A\s*(?=N){_N}\s*", "", bare, flags=re.IGNORECASE).rstrip()
         body = body.removesuffix("*").strip() if body.strip() != "*" else ""
         opened = any(line.startswith("BEGIN PGM") for line in self._bodies)
         try:

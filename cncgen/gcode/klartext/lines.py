@@ -6,30 +6,37 @@ import re
 from collections.abc import Iterator
 
 from cncgen.gcode.source import Source
+from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
+
+_N, _Q = TERMINALS["BLOCK_NUMBER"], TERMINALS["Q"]
+#: What sets a parameter.
+SETTING = rf"(?:{_Q}|{TERMINALS['TEXT_PARAMETER']})\s*="
+
+
+def _form(pattern: str) -> re.Pattern[str]:
+    return re.compile(pattern, re.IGNORECASE)
+
 
 #: A parameter of a cycle that stands behind other words of its line.
-_GIVEN = re.compile(r"\s(?=Q[LR]?\d+\s*=)", re.IGNORECASE)
-#: The number of a block, which simulators write with N.
-_NUMBER = re.compile(r"\s*(?:N?\d+(?:\s+|(?=\*)|\Z))?", re.IGNORECASE)
+_GIVEN = _form(rf"\s(?={_Q}\s*=)")
+#: The number of a block, and it alone before a blank.
+_NUMBER = _form(rf"\s*(?:{_N}(?:\s+|(?=\*)|\Z))?")
+_NUMBERED = _form(rf"\s*{_N}\s")
 #: A block that a switch leaves out, before its number or behind it.
-_SLASH = re.compile(r"\s*(?:N?\d+\s+)?/", re.IGNORECASE)
-_REMARK = re.compile(r"\s*(?:N?\d+\s*)?[;*]", re.IGNORECASE)
+_SLASH = _form(rf"\s*(?:{_N}\s+)?/")
+_REMARK = _form(rf"\s*(?:{_N}\s*)?(?:{TERMINALS['COMMENT']}|{TERMINALS['HEADING']})")
 #: What follows a comment that ends in ~ and is no part of it: a parameter, a point, the next block.
-_GOES_ON = re.compile(r"\s*(?:Q[LRS]?\d+\s*=|[A-Z]+\d*\s*\(|\d+\s|/|\Z)", re.IGNORECASE)
+_GOES_ON = _form(rf"\s*(?:{SETTING}|{TERMINALS['PLACES_OF']}\s*\(|{_N}\s|/|\Z)")
 #: A line of PATTERN DEF, whose points stand in parentheses.
-_POINTS = re.compile(
-    r"\s*(?:N?\d+\s+)?(?:PATTERN\s+DEF|(?:POS|ROW|PAT|FRAME|(?:PITCH)?CIRC)\d)", re.IGNORECASE
-)
-_SETS = re.compile(r"\s*(?:Q[LRS]?\d+\s*=|FN\b)", re.IGNORECASE)
+_POINTS = _form(rf"\s*(?:{_N}\s+)?(?:PATTERN\s+DEF|{TERMINALS['PLACES_OF']}(?<=\d))")
+_SETS = _form(rf"\s*(?:{SETTING}|FN\b)")
 #: What begins a block, where a formula may go on.
-_BEGINS = re.compile(
-    r"\d+\s|\s*(?:Q[LRS]?\d+\s*=|(?:L|LP|CC?|CR|CP|CT|FN|RND|CHF|LBL|CALL|TOOL|CYCL|APPR|DEP|STOP|END|PLANE|FUNCTION|TRANS|BLK)\b|M\s*\d)",
-    re.IGNORECASE,
+_BEGINS = _form(
+    rf"{_N}\s|\s*(?:{SETTING}|(?:L|LP|CC?|CR|CP|CT|FN|RND|CHF|LBL|CALL|TOOL|CYCL|APPR|DEP|STOP|END|PLANE|FUNCTION|TRANS|BLK)\b|M\s*\d)"
 )
-_NUMBERED = re.compile(r"\s*\d+\s")
 #: Words of a numbered block in lines of their own, as TNC 145 to 155 put them.
-_WORDS_BELOW = re.compile(
-    r"\s{4,}(?:I?[XYZABCUVW]|[FMSL]|R|D[RL]|I?P[AR]|CC[XY])\s*(?:[-+.\d]|[0LR]\b|Q\d|MAX\b)", re.IGNORECASE
+_WORDS_BELOW = _form(
+    rf"\s{{4,}}(?:{TERMINALS['AXIS']}|[FMSL]|R|D[RL]|I?P[AR]|CC[XY])\s*(?:[-+.\d]|[0LR]\b|Q\d|MAX\b)"
 )
 
 
@@ -84,4 +91,4 @@ def bodies(source: Source, *, block_delete: bool) -> Iterator[tuple[int, int, st
 
 def labels_of(rest: str) -> list[str]:
     """Return the labels of cycle 14: CONTOUR LABEL 1 /2 /"ISLAND"."""
-    return [name or number for name, number in re.findall(r"\"([^\"]*)\"|(\d+)", rest)]
+    return [found[0].strip('"') for found in re.finditer(rf"{TERMINALS['STRING']}|\d+", rest)]

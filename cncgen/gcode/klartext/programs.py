@@ -6,15 +6,15 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-#: CALL PGM and the name, which may be a path of the control.
-CALL = re.compile(r"CALL\s+PGM\s*(?P<name>\S[^;\n]*?)\s*\Z", re.IGNORECASE)
-#: The program that CALL SELECTED PGM runs, and the one that the calls of cycle 12 run.
-SELECT = re.compile(r"SEL\s+PGM\s*(?P<name>\S[^;\n]*?)\s*\Z", re.IGNORECASE)
-SELECTED = re.compile(r"CALL\s+SELECTED\s+PGM\s*\Z", re.IGNORECASE)
+from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
+
+#: The cycle whose calls run a program.
 CYCLE = 12
+#: The name may be a path of the control.
 _OF_CYCLE = re.compile(r"\s*(?:PGM\b)?\s*(?P<name>\S[^;\n]*?)\s*\Z", re.IGNORECASE)
 _CALLS = re.compile(
-    rb"^[ \t]*(?:N?\d+[ \t]+)?(?:(?:CALL|SEL)[ \t]+PGM|CYCL[ \t]+DEF[ \t]*12[ \t]*\.[ \t]*1(?:[ \t]+PGM)?)[ \t]*(\S[^;\r\n]*?)[ \t]*(?:;[^\n]*)?\r?$",
+    rf"^[ \t]*(?:{TERMINALS['BLOCK_NUMBER']}[ \t]+)?(?:(?:CALL|SEL)[ \t]+PGM|CYCL[ \t]+DEF[ \t]*12[ \t]*\.[ \t]*1(?:[ \t]+PGM)?)[ \t]*"
+    rf"(\S[^;\r\n]*?)[ \t]*(?:{TERMINALS['COMMENT']})?\r?$".encode(),
     re.MULTILINE | re.IGNORECASE,
 )
 _SUFFIXES = ("", ".h", ".nc")

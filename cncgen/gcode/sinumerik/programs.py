@@ -11,6 +11,7 @@ from cncgen.gcode.sinumerik.reading import Statement, parse
 from cncgen.gcode.sinumerik.said import Said
 from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.gcode.text.labels import Cursor
+from cncgen.grammars.terminals import SINUMERIK as TERMINALS
 
 _CLOSES = {
     "endif": "if",
@@ -24,9 +25,13 @@ _OPENS = ("if", "loop", "for", "while", "repeat")
 #: Characters of a block, and of a macro's text, beyond which neither is expanded (840D: 512).
 _MOST_EXPANDED = 512
 #: A macro: a name for a text (840D, Programming Guide Job Planning, "Macro technique").
-_DEFINE = re.compile(r"\s*(?:N\d+\s*)?DEFINE\s+(\w+)\s+AS\b(.*)\Z", re.IGNORECASE)
+_DEFINE = re.compile(
+    rf"\s*(?:(?:{TERMINALS['BLOCK_NUMBER']})\s*)?DEFINE\s+(?P<name>\w+)\s+AS\b(?P<text>.*)\Z", re.IGNORECASE
+)
 #: Parts of a line that macros leave as they are, and names.
-_NAMES = re.compile(r'"[^"]*"?|(?<![\w$])[A-Za-z_]\w*')
+_NAMES = re.compile(
+    rf"{TERMINALS['STRING']}|(?<![\w$])(?:{TERMINALS['ADDRESS']}|{TERMINALS['NAME']})", re.IGNORECASE
+)
 #: Lines of a text with a word each are often alike.
 _MAX_TEXTS = 4096
 
@@ -107,8 +112,8 @@ def _expanded(text: str, macros: dict[str, str]) -> str:
     """Take a macro that a line defines, or return the line with the texts of its macros; a macro calls no macro."""
     code, mark, remark = text.partition(";")
     defined = _DEFINE.match(code)
-    if defined and len(defined[2]) <= _MOST_EXPANDED:
-        macros[defined[1].upper()] = defined[2].strip()
+    if defined and len(defined["text"]) <= _MOST_EXPANDED:
+        macros[defined["name"].upper()] = defined["text"].strip()
         return ""
     if not macros or len(code) > _MOST_EXPANDED:
         return text

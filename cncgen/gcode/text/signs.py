@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from cncgen.grammars.terminals import FANUC
+from cncgen.grammars.terminals import FANUC, HEIDENHAIN, LINUXCNC, SINUMERIK
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -29,12 +29,16 @@ _L, _F, _T, _H, _S = "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumeri
 _B, _C = "fanuc-lathe-b", "fanuc-lathe-c"
 #: Dialects that are read.
 READ = (_L, _F, _T, _B, _C, _H, _S)
-#: Terminals of the grammar: a number, and a comment with those within it.
+#: Terminals of the grammar: a number, a comment with those within it, and a block's number as signs have it, in capitals.
 _TERMINALS = {name.encode(): pattern.encode() for name, pattern in FANUC.items()}
 _NUMBER, COMMENT = _TERMINALS[b"NUMBER"], _TERMINALS[b"COMMENT"]
-#: A value behind a letter, and what stands before a block or a word of its own.
+BLOCK_NUMBER = _TERMINALS[b"LINE_NUMBER"].upper()
+_BLOCK, _REMARK = HEIDENHAIN["BLOCK_NUMBER"].encode(), SINUMERIK["COMMENT"].encode()
+#: How a value behind a letter begins, a number with its sign, one with a point, and what stands before a block or a word of its own.
 _V = rb"[-+.\d#\[]"
-_AT = rb"^[ \t]*(?:N\d+[ \t]*)?"
+SIGNED = rb"[-+]?(?:" + _NUMBER + rb")"
+_WITH_POINT = rb"(?!\d+(?![\d.]))(?:" + _NUMBER + rb")"
+_AT = rb"^[ \t]*(?:" + BLOCK_NUMBER + rb"[ \t]*)?"
 _W = rb"(?<![A-Z_])"
 #: Controls that are recognised and not read, and how a diagnostic calls their language.
 UNREAD = {
@@ -78,22 +82,22 @@ def _of(control: str, weight: float, reason: str, pattern: bytes, *texts: bytes)
 
 _ELSEWHERE = (
     _of("accutex", 20, "a condition of discharge", rb"^[ \t]*E\d{3}[ \t]*=[ \t]*\d+[ \t]+\d", b"="),
-    _of("acramatic", 20, "a block that begins with :", rb"^:[ \t]*(?:N?\d+)?[ \t]*[GTMXYZ][ \t]*\d", b":"),
+    _of("acramatic", 20, "a block that begins with :", rb"^:[ \t]*(?:" + BLOCK_NUMBER + rb"|\d+)?[ \t]*[GTMXYZ][ \t]*\d", b":"),
     _of("acramatic", 15, "the name of a program of Acramatic", rb"^\(ID,[ \t]*PROG", b"(ID,"),
     _of("anilam", 20, "a line of Anilam", rb"^[ \t]*(?:(?:RAPID|LINE|ARC)[ \t]+(?:CC?W[ \t]+)?[XYZ][ \t]*[-+.\d]|DIM[ \t]+(?:ABS|INCR)|TOOL#)", b"RAPID", b"LINE", b"ARC", b"DIM", b"TOOL#"),
     _of("apt", 20, "a statement of APT", rb"^[ \t]*(?:PARTNO|GOTO|GODLTA|LOADTL|FEDRAT|SPINDL|UNITS|MULTAX)[ \t]*/", b"/"),
     _of("centroid", 20, "a command of Centroid", _AT + rb"(?:M(?:94|95|100|101|115|116|125|126)[ \t]*/[XYZ\d]|M22[345][ \t]+#\d+[ \t]+\")", b"/", b'"'),
     _of("centroid", 12, "conditions joined by || or &&", _AT + rb"IF[ \t][^\n]*(?:\|\||&&)[^\n]*THEN", b"||", b"&&"),
-    _of("dynapath", 20, "a block of Dynapath", rb"^N\d+\([\dA-Z]\)[^\n]*\$[ \t\r]*$", b"$"),
+    _of("dynapath", 20, "a block of Dynapath", rb"^" + BLOCK_NUMBER + rb"\([\dA-Z]\)[^\n]*\$[ \t\r]*$", b"$"),
     _of("eding", 30, "a macro of Eding CNC", rb"^[ \t]*(?:(?:GOSUB|SUB)[ \t]+[A-Z_]|ENDSUB|(?:DLGMSG|ERRMSG)[ \t]+\")", b"GOSUB", b"SUB", b"MSG"),
     _of("emco", 20, "columns N G X Z", rb"^[ \t]+N[ \t]+G[ \t]+X[ \t]+(?:Y[ \t]+)?Z[ \t]+F", b"N G", b"N  ", b"N\t"),
     _of("excellon", 20, "the unit of a drill file", rb"^(?:METRIC|INCH)(?:,[LT]Z)?(?:,0+\.0+)?[ \t\r]*$|^FMAT,[12]", b"METRIC", b"INCH", b"FMAT"),
     _of("fadal", 20, "a line of Fadal's macros", rb"^[ \t]*#(?:V\d+[ \t]*=|R\d[ \t]*=|IF[ \t]*\(|(?:WAIT|S?PRINT|INPUT|GOTO)\b|:[A-Z])",
         b"#V", b"#R", b"#IF", b"#WAIT", b"#PRINT", b"#SPRINT", b"#INPUT", b"#GOTO", b"#:"),
     _of("fagor", 30, "the head of a file of Fagor", rb"^%[^\n,]*,[ \t]*M?[ \t]*[MX][ \t]*[X-]*[ \t]*,", b"%"),
-    _of("fagor", 12, "a block of Fagor's language", _AT + rb"\((?:RET|GOTO[ \t]+N\d+|CALL[ \t]+\d+|PCALL[ \t]+\d+[^)\n]*|RPT[ \t]+N?\d[^)\n]*|IF[ \t]+P\d+[^)\n]*)\)", b"(RET", b"GOTO", b"CALL", b"(RPT", b"(IF"),
-    _of("fagor", 8, "an assignment of P in parentheses", _AT + rb"\(P\d+[ \t]*=[ \t]*[-+P]?\d[\d.]*(?:[ \t]*[-+*/][ \t]*P?\d[\d.]*)*\)[ \t\r]*$", b"(P"),
-    _of("hpgl", 20, "a command of HP-GL", rb"^(?:IN;|[^\n]*;P[UD](?:-?\d+,-?\d+)?;)", b"IN;", b";PU", b";PD"),
+    _of("fagor", 12, "a block of Fagor's language", _AT + rb"\((?:RET|GOTO[ \t]+" + BLOCK_NUMBER + rb"|CALL[ \t]+\d+|PCALL[ \t]+\d+[^)\n]*|RPT[ \t]+(?:" + BLOCK_NUMBER + rb"|\d)[^)\n]*|IF[ \t]+P\d+[^)\n]*)\)", b"(RET", b"GOTO", b"CALL", b"(RPT", b"(IF"),
+    _of("fagor", 8, "an assignment of P in parentheses", _AT + rb"\(P\d+[ \t]*=[ \t]*[-+P]?(?:" + _NUMBER + rb")(?:[ \t]*[-+*/][ \t]*P?(?:" + _NUMBER + rb"))*\)[ \t\r]*$", b"(P"),
+    _of("hpgl", 20, "a command of HP-GL", rb"^(?:IN;|[^\n]*;P[UD][-\d;])", b"IN;", b";PU", b";PD"),
     _of("isel", 20, "a command of isel", rb"^[ \t]*(?:IMF_PBL|(?:FAST|MOVE)(?:ABS|REL)[ \t]+[XYZ])", b"IMF_PBL", b"ABS", b"REL"),
     _of("isg", 20, "a statement with $", _AT + rb"\$(?:IF|ELSE|ELSEIF|ENDIF|FOR|ENDFOR|WHILE|ENDWHILE|SWITCH|ENDSWITCH|CASE|GOTO|DO|ENDDO)\b", b"$"),
     _of("isg", 20, "a command with #", _AT + rb"#[A-Z]{2,}(?:[ \t]+[A-Z]+)*[ \t]+(?:ON|OFF|DEF|SELECT)\b", b"#"),
@@ -110,7 +114,7 @@ _ELSEWHERE = (
     _of("tinyg", 20, "a line of JSON", rb"^[ \t]*\{[ \t]*\"?\w+\"?[ \t]*:", b"{"),
 )  # fmt: skip
 _ELSEWHERE_BARE = (
-    _of("amada", 20, "a sheet by G06 A B", rb"^G0?6A[.\d]+B", b"6A"),
+    _of("amada", 20, "a sheet by G06 A B", rb"^G0?6A" + SIGNED + rb"B", b"6A"),
     _of("amada", 15, "a row of holes of a punch press", rb"^G(?:26I" + _V + rb"[^\n]*K|3[67]I" + _V + rb"[^\n]*J)", b"G26I", b"G36I", b"G37I"),
     _of("boss", 20, "a macro of BOSS", rb"^=#\d", b"=#"),
     _of("brother", 20, "a tool change by G100", _W + rb"G100T\d", b"G100T"),
@@ -118,14 +122,14 @@ _ELSEWHERE_BARE = (
     _of("citizen", 30, "the beginning of a path by $", rb"^\$[0-9]$", b"$"),
     _of("centroid", 12, "the head of a program of Centroid", rb"^M25G49$", b"M25G49"),
     _of("eding", 20, "a loop or condition of Eding CNC", rb"^(?:WHILE|IF)\[[^\n]*\]$", b"WHILE[", b"IF["),
-    _of("fadal", 12, "a fixture offset E", rb"^(?:[GMS]\d+(?:\.\d)?)*X[-+.\d]+Y[-+.\d]+(?:[MS]\d+)*E\d{1,2}(?:[HMZ][-+.\d]+)*$", b"E"),
+    _of("fadal", 12, "a fixture offset E", rb"^(?:[GMS]" + SIGNED + rb")*X" + SIGNED + rb"Y" + SIGNED + rb"(?:[MS]" + SIGNED + rb")*E\d{1,2}(?:[HMZ]" + SIGNED + rb")*$", b"E"),
     _of("fadal", 20, "no tool and no fixture by H0 E0", rb"(?:H0E0|E0H0)(?![.\d])", b"H0E0", b"E0H0"),
-    _of("fadal", 6, "a tool length by H alone", rb"^(?:G90)?H\d{1,2}Z[-+.\d]+(?:M\d+)*$|^(?:G90)?E0X", b"H", b"E0"),
+    _of("fadal", 6, "a tool length by H alone", rb"^(?:G90)?H\d{1,2}Z" + SIGNED + rb"(?:M\d+)*$|^(?:G90)?E0X", b"H", b"E0"),
     _of("fagor", 12, "a depth I of a cycle", _W + rb"G(?:69|8[1-9])(?![\d.])(?![^\n]*[JR])[^\n]*Z" + _V + rb"[^\nI]*I-[.\d]", b"G69", *(b"G8%d" % digit for digit in range(1, 10))),
-    ("tool and offset T1.1", {"fagor": 6.0, "osai": 6.0}, rb"^T\d{1,2}\.\d{1,2}(?:M0?6)?$", (b"T",)),
+    ("tool and offset T1.1", {"fagor": 6.0, "osai": 6.0}, rb"^T(?=\d{1,2}(?!\d))" + _WITH_POINT + rb"(?<=\d)(?<!\d{3})(?:M0?6)?$", (b"T",)),
     _of("fagor", 6, "a parameter P as a value", rb"(?<![A-Z])[XYZIJKFS]P\d+", *(b"%cP" % letter for letter in b"XYZIJKFS")),
     _of("hnc", 20, "a turning cycle in one block with X and Z", _W + rb"G7[1-3](?=[^\n]*P\d)(?=[^\n]*Q\d)(?=[^\n]*[XZ]-?[.\d])(?=[^\n]*[UW][.\d])[^\nY]*$", b"G71", b"G72", b"G73"),
-    _of("hnc", 12, "a thread by G82", rb"^G82(?![\d.])(?=[^\n]*[XU])(?=[^\n]*[ZW])[^\nRYLKQ]*F\d(?:\.\d+)?[^\nRYLKQ]*$", b"G82"),
+    _of("hnc", 12, "a thread by G82", rb"^G82(?![\d.])(?=[^\n]*[XU])(?=[^\n]*[ZW])[^\nRYLKQ]*F(?=\d)(?:" + _NUMBER + rb")[^\nRYLKQ]*$", b"G82"),
     _of("hnc", 12, "a turning pass by G80", rb"^G80[XU]" + _V + rb"[^\nRYLQK]*[ZW]" + _V + rb"[^\nRYLQK]*F", b"G80X", b"G80U"),
     _of("hnc", 15, "radius or diameter by G36 or G37", rb"^(?:G\d+)*G3[67](?:G\d+)*(?![XYZUWIJKRHQP\d.])", b"G36", b"G37"),
     _of("hnc", 20, "a loop without brackets", rb"^(?:ENDW|WHILE\[?#\d+\]?(?:LT|LE|GT|GE|EQ|NE)[^\n]*(?<!DO\d))$", b"ENDW", b"WHILE#", b"WHILE["),
@@ -133,20 +137,20 @@ _ELSEWHERE_BARE = (
     _of("maho", 20, "a repeat or call by N=", _W + rb"G(?:14[^\n]*N1=|2[29][^\n]*N=)", b"G14", b"N="),
     _of("maho", 15, "a blank by G98 or G99", _W + rb"G9[89]X" + _V + rb"[^\n]*Z" + _V + rb"[^\n]*I" + _V + rb"[^\n]*J" + _V + rb"[^\n]*K", b"G98X", b"G99X"),
     _of("maho", 15, "a point by G78 P", _W + rb"G78P\d+[XYZ]", b"G78P"),
-    _of("maho", 12, "a cycle with clearance Y and return B", rb"^G8[1-9]Y[.\d]+Z-[.\d]+B[.\d]+[^\nR]*$", b"G8"),
+    _of("maho", 12, "a cycle with clearance Y and return B", rb"^G8[1-9]Y" + SIGNED + rb"Z-" + SIGNED + rb"B" + SIGNED + rb"[^\nR]*$", b"G8"),
     _of("maho", 8, "a cycle by G79", rb"^G79(?:[XYZ]" + _V + rb"[^\nR]*Y|P\d+)[^\nR]*$", b"G79"),
-    _of("num", 20, "a call by G77", _W + rb"G77(?:H\d|N\d+(?:N\d|S\d|$))", b"G77"),
-    _of("num", 20, "a jump by G79", _W + rb"G79(?:[LE]\d+[=<>][^N\n]*)?N\d", b"G79"),
-    _of("num", 20, "a turning cycle of lines N N", _W + rb"G6[3-6]N\d+N\d+", b"G6"),
+    _of("num", 20, "a call by G77", _W + rb"G77(?:H\d|" + BLOCK_NUMBER + rb"(?:" + BLOCK_NUMBER + rb"|S\d|$))", b"G77"),
+    _of("num", 20, "a jump by G79", _W + rb"G79(?:[LE]\d[^N\n]*)?" + BLOCK_NUMBER, b"G79"),
+    _of("num", 20, "a turning cycle of lines N N", _W + rb"G6[3-6]" + BLOCK_NUMBER + BLOCK_NUMBER, b"G6"),
     _of("num", 6, "machine coordinates by G52",
-        _W + rb"(?:G0?[01](?:G[49]0)*G52[XYZ]|G52G0?[01](?![\d.])|G52Z[-+.\d]+(?:[MD]\d+)*$)", b"G52"),
+        _W + rb"(?:G0?[01](?:G[49]0)*G52[XYZ]|G52G0?[01](?![\d.])|G52Z" + SIGNED + rb"(?:[MD]" + SIGNED + rb")*$)", b"G52"),
     _sign("a program number behind % alone", {"num": 4.0, "fagor": 4.0}, rb"^%\d{1,5}$", *(b"%%%d" % digit for digit in range(10))),
     _of("num", 12, "a parameter of NUM", rb"(?:^|[\d.])(?:L\d{1,3}|E[1-9]\d{4})=", b"="),
     _of("num", 15, "a tool's axis by G16", _W + rb"G16[PQR][-+](?=[A-Z]|$)", b"G16"),
     _of("num", 3, "tool and edge T D before M6", rb"^T\d+D\d+M0?6(?!\d)", b"M6", b"M06"),
     _of("okuma", 20, "a coordinate system by G15 H or G16 H", _W + rb"G1[56]H\d", b"G15H", b"G16H"),
     _of("okuma", 15, "a variable of Okuma", rb"(?<![A-Z])V(?:C\d+|S\d+|ZOF[XYZC]|ETF|TOFH|TLN)(?:\[\d+\])?=", b"="),
-    _of("okuma", 6, "a tool length by G56 H", _W + rb"G56(?![\d.])(?:[XYZ][-+.\d]+)?H\d", b"G56"),
+    _of("okuma", 6, "a tool length by G56 H", _W + rb"G56(?![\d.])(?:[XYZ]" + SIGNED + rb")?H\d", b"G56"),
     _of("okuma", 15, "a word of Okuma", rb"^(?:NOEX|MODIN|MODOUT|CALLO[A-Z0-9]+|N(?:LAP|CYL|AT)\d*(?=[GX-Z]))",
         b"NOEX", b"MOD", b"CALLO", b"NLAP", b"NCYL", b"NAT"),
     _of("okuma", 20, "a contour of LAP", _W + rb"G8[567]N[A-Z]", b"G85N", b"G86N", b"G87N"),
@@ -158,7 +162,7 @@ _ELSEWHERE_BARE = (
     _of("printer", 10, "a temperature", rb"^M(?:104|109|140|190)S\d", b"M1"),
     _of("printer", 12, "a value in braces", _W + rb"[EFXYZ]\{[^\n]*\}", b"{"),
     _of("printer", 8, "homing of axes without a value", rb"^G28(?=[XYZ])X?Y?Z?$", b"G28"),
-    _of("printer", 6, "a fan", rb"^M106(?:[PS]\d+)*$", b"M106"),
+    _of("printer", 6, "a fan", rb"^M106(?:[PS]" + SIGNED + rb")*$", b"M106"),
     _of("printer", 6, "motors switched off, or moves waited for", rb"^M(?:84|400)$", b"M84", b"M400"),
     _of("printer", 12, "a tool or drive of RepRapFirmware", rb"^M(?:563|569|584|950)[PSXYZE]", b"M563", b"M569", b"M584", b"M950"),
     _of("sinumerik-800", 12, "a command @ of SINUMERIK's system 800", rb"(?:^|\d)@\d{3}(?:[RKP]|$)", b"@"),
@@ -167,20 +171,20 @@ _ELSEWHERE_BARE = (
 #: Signs in the original text of blocks: capitals, comments and blanks kept.
 WRITTEN = (
     *_ELSEWHERE,
-    _sign("plain language", _all(30, _H), rb"^[ \t]*(?:N?\d+[ \t]+)?(?:BEGIN[ \t]+PGM\b|SPL[ \t]+I?[XYZ])", b"PGM", b"SPL"),
+    _sign("plain language", _all(30, _H), rb"^[ \t]*(?:" + _BLOCK + rb"[ \t]+)?(?:BEGIN[ \t]+PGM\b|SPL[ \t]+I?[XYZ])", b"PGM", b"SPL"),
     _sign("a tool call of plain language", _all(15, _H), rb"^[ \t]*\d+[ \t]+(?:TOOL[ \t]+CALL|CYCL[ \t]+DEF|BLK[ \t]+FORM)\b", b"CALL", b"CYCL", b"FORM"),
     _sign("a line of plain language", _all(12, _H), rb"^[ \t]*\d+[ \t]+(?:L[ \t]+|CC?[ \t]+|LP?[ \t]+|FN[ \t]*\d)[^\n=]*(?:\bR[0LR]\b|F[ \t]*MAX|DR[-+]|Q\d)", b"R0", b"RL", b"RR", b"MAX", b"DR", b"Q"),
     _sign("a traverse of plain language", _all(12, _H), rb"^[ \t]*L[ \t]+[^\n=(;]*\bF[ \t]*MAX\b", b"MAX"),
     _sign("a message or print of LinuxCNC", _all(6, _L), rb"\([ \t]*(?:DEBUG|PRINT|LOGOPEN|LOGAPPEND|PROBEOPEN|AXIS)[ \t]*,", b","),
-    _sign("a comment within a comment", _all(3, _F, _T), rb"\([^()\n]*\([^()\n]*\)[^()\n]*\)", b"("),
+    _sign("a comment within a comment", _all(3, _F, _T), rb"(?!" + LINUXCNC["COMMENT"].encode() + rb")(?:" + COMMENT + rb")", b"("),
     _sign("an O-word", _all(30, _L),
-          rb"^[ \t]*/?[ \t]*(?:N[ \t]*\d+[ \t]*)?O[ \t]*(?:\d+|<[^>\n]*>|\[[^\n]*?\]|#\S+?)[ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT|RETURN|ENDSUB)\b", b"SUB", b"CALL", b"IF", b"WHILE", b"DO", b"REPEAT", b"RETURN"),
+          rb"^[ \t]*/?[ \t]*(?:N[ \t]*(?:" + _NUMBER + rb")[ \t]*)?O[ \t]*(?:\d+|" + _TERMINALS[b"NAME"] + rb"|\[[^\n]*?\]|#\S+?)[ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT|RETURN|ENDSUB)\b", b"SUB", b"CALL", b"IF", b"WHILE", b"DO", b"REPEAT", b"RETURN"),
     _sign("the head of a file of SINUMERIK", _all(30, _S), rb"^[ \t]*(?:%_N_\w+_(?:MPF|SPF)\b|;\$PATH=)", b"%_N", b";$PATH"),
     _sign("a message of SINUMERIK", _all(12, _S), rb"\bMSG[ \t]*\([ \t]*[\")]", b"MSG"),
     _sign("a cycle of SINUMERIK", _all(20, _S), rb"\b(?:CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|LONGHOLE|WORKPIECE|CONTPRON)[ \t]*\(", b"CYCLE", b"POCKET", b"SLOT", b"HOLE", b"WORKPIECE", b"CONTPRON"),
-    _sign("a call with arguments", _all(8, _S), rb"^[ \t]*(?:N\d+[ \t]+)?[A-Z_]{3}\w*[ \t]*\((?:[-+.\w$\"]*,)+[-+.\w$\"]*\)[ \t]*(?:;[^\n]*)?$", b","),
-    _sign("a step of ShopMill", _all(20, _S), rb"^[ \t]*(?:N\d+[ \t]*)?[EF]_[A-Z_]+\d*[ \t]*\(", b"E_", b"F_"),
-    _sign("a definition of SINUMERIK", _all(20, _S), rb"^[ \t]*(?:N\d+[ \t]*)?(?:DEF[ \t]+(?:REAL|INT|BOOL|CHAR|STRING|AXIS|FRAME)\b|PROC[ \t]+[A-Z_]|EXTERN[ \t]+[A-Z_])", b"DEF", b"PROC", b"EXTERN"),
+    _sign("a call with arguments", _all(8, _S), _AT + rb"[A-Z_]{3}\w*[ \t]*\((?:[-+.\w$\"]*,)+[-+.\w$\"]*\)[ \t]*(?:" + _REMARK + rb")?$", b","),
+    _sign("a step of ShopMill", _all(20, _S), _AT + rb"[EF]_[A-Z_]+\d*[ \t]*\(", b"E_", b"F_"),
+    _sign("a definition of SINUMERIK", _all(20, _S), _AT + rb"(?:DEF[ \t]+(?:REAL|INT|BOOL|CHAR|STRING|AXIS|FRAME)\b|PROC[ \t]+[A-Z_]|EXTERN[ \t]+[A-Z_])", b"DEF", b"PROC", b"EXTERN"),
     _sign("a tool by its name", _all(12, _S), rb"\bT[ \t]*=[ \t]*\"", b'"'),
     _sign("a value of SINUMERIK", _all(12, _S), rb"=[ \t]*(?:AC|IC|DC|ACP|ACN)[ \t]*\(", b"="),
 )  # fmt: skip
@@ -193,9 +197,9 @@ SPOKEN = (
     _of("num", 9, "a word EA to ET", _W + rb"E[ABFGHRST][-+]?[.\d]", b"E"),
     _sign("a jump of SINUMERIK", _all(15, _S), rb"\bGOTO[FBC]?[ \t]+[A-Z_]{2}", b"GOTO"),
     _sign("a loop or condition of SINUMERIK", _all(12, _S),
-          rb"^[ \t]*(?:N\d+[ \t]*)?(?:ENDIF|ENDWHILE|ENDFOR|ENDLOOP|LOOP|REPEAT(?:[ \t]+[A-Z_]\w+)?|UNTIL[ \t(][^\n]*|FOR[ \t]+[^\n]*\bTO\b[^\n]*|(?:IF|WHILE)[ \t]*[\(A-Z$][^\[\n]*(?:==|<>|[<>])[^\n]*)[ \t]*(?:;[^\n]*)?$", b"IF", b"WHILE", b"FOR", b"LOOP", b"REPEAT", b"UNTIL"),
+          _AT + rb"(?:ENDIF|ENDWHILE|ENDFOR|ENDLOOP|LOOP|REPEAT(?:[ \t]+[A-Z_]\w+)?|UNTIL[ \t(][^\n]*|FOR[ \t]+[^\n]*\bTO\b[^\n]*|(?:IF|WHILE)[ \t]*[\(A-Z$][^\[\n]*(?:==|<>|[<>])[^\n]*)[ \t]*(?:" + _REMARK + rb")?$", b"IF", b"WHILE", b"FOR", b"LOOP", b"REPEAT", b"UNTIL"),
     _sign("a frame of SINUMERIK", _all(10, _S),
-          rb"^[ \t]*(?:N\d+[ \t]*)?A?(?:TRANS|ROT|SCALE|MIRROR)(?:[ \t]+(?:[XYZ]|RPL)[ \t]*[-=.\d][^\n]*|[ \t]*(?:;[^\n]*)?)$", b"TRANS", b"ROT", b"SCALE", b"MIRROR"),
+          _AT + rb"A?(?:TRANS|ROT|SCALE|MIRROR)(?:[ \t]+(?:[XYZ]|RPL)[ \t]*[-=.\d][^\n]*|[ \t]*(?:" + _REMARK + rb")?)$", b"TRANS", b"ROT", b"SCALE", b"MIRROR"),
     _sign("a command of SINUMERIK", _all(10, _S),
           rb"\b(?:" + b"|".join(_COMMANDS) + rb")\b", *_COMMANDS),
 )  # fmt: skip
@@ -208,7 +212,7 @@ BARE = (
     _sign("tool and edge T D", _all(4, _S), rb"^T\d{1,2}D\d(?:M0?6)?$", b"D"),
     # Heidenhain's DIN/ISO.
     _sign("a head with G70 or G71", _all(30, _H), rb"^%\w+?G7[01]\*?$", b"G70", b"G71"),
-    _sign("blocks that end in *", _all(5, _H), rb"^[^\n]*[A-Z][-+]?[.\d]+\*$", b"*"),
+    _sign("blocks that end in *", _all(5, _H), rb"^[^\n]*[A-Z]" + SIGNED + rb"\*$", b"*"),
     _sign("a label or its call", _all(12, _H), rb"^(?:G98L\d+|L\d+,\d+)\*?$", b"G98L", b","),
     _sign("a tool of DIN/ISO", _all(10, _H), rb"^(?:T\d+G1[789]S\d|G99T\d+L)", b"G17S", b"G18S", b"G19S", b"G99T"),
     _sign("a function of Q", _all(20, _H), rb"^D[01]\dQ\d+P0?1", b"D0", b"D1"),
@@ -218,14 +222,14 @@ BARE = (
     _sign("a turning cycle of LinuxCNC", _all(12, _L), rb"^[^\n]*G7[012](?:\.[12])?(?=[^\n]*Q\d)(?!P\d+Q)(?![^\nQ]*P\d)[^\n]*[DIQRXZ]", b"G7"),
     _sign("a threading cycle of LinuxCNC", _all(12, _L), rb"G76(?=[^\n]*I)(?=[^\n]*J)(?=[^\n]*K)", b"G76"),
     _sign("G7 or G8 alone", _all(6, _L), rb"G0?[78](?![\d.PX-Z])", b"G7", b"G8", b"G07", b"G08"),
-    _sign("G96 D S", _all(8, _L), rb"G96(?:S[.\d]+)?D", b"G96"),
+    _sign("G96 D S", _all(8, _L), rb"G96(?:S" + SIGNED + rb")?D", b"G96"),
     _sign("a tolerance G64 P", _all(6, _L), rb"G64P", b"G64P"),
     _sign("a code of LinuxCNC alone", _all(8, _L), rb"G(?:0?5\.[23]|33\.1|38\.[2-5]|43\.2|92\.[23]|59\.[123]|41\.1|42\.1)(?!\d)", b"5.2", b"5.3", b"33.1", b"38.", b"43.2", b"92.", b"59.", b"41.1", b"42.1"),
     _sign("exact path G61.1", _all(4, _L), rb"G61\.1(?!\d)", b"G61.1"),
     _sign("a centre mode", _all(4, _L), rb"G9[01]\.1(?!\d)", b".1"),
     _sign("an output code", _all(3, _L), _W + rb"M6[2-8][PE]", *(b"M%d" % number for number in range(62, 69))),
     _sign("a thread by G33 K", _all(4, _L), rb"G33[^\n]*K" + _V, b"G33"),
-    _sign("a dwell with a decimal point", _all(3, _L), rb"G0?4P\d*\.\d", b"P"),
+    _sign("a dwell with a decimal point", _all(3, _L), rb"G0?4P" + _WITH_POINT + rb"(?<=\d)(?!\.)", b"P"),
     # Of FANUC, mill or lathe.
     _sign("two tools before M6", _all(8, _F), rb"T\d+T\d+M0?6(?!\d)", b"M6", b"M06"),
     _sign("a program number", _all(8, _F, _T), rb"^%?[O:]\d{1,8}$", b"O", b":"),
@@ -272,9 +276,9 @@ BARE = (
     # Of FANUC's lathes, system A.
     _sign("a bound of the spindle's speed by G50", {_T: 20}, _W + rb"G50S[\d#\[]", b"G50S"),
     _sign("a turning cycle of lines P to Q", {_T: 20, _B: 0}, _W + rb"G7[0-3]P\d+Q\d+(?![\d.])", b"P"),
-    _sign("a turning cycle in two blocks", {_T: 12, _B: 0}, rb"^G7[12][UW][.\d]+R[.\d]+(?:[FST][.\d]+)*$", b"G7"),
+    _sign("a turning cycle in two blocks", {_T: 12, _B: 0}, rb"^G7[12][UW]" + SIGNED + rb"R" + SIGNED + rb"(?:[FST]" + SIGNED + rb")*$", b"G7"),
     _sign("a thread of a lathe", {_T: 20, _B: 0}, _W + rb"G76P\d{5,6}(?![\d.])", b"G76P"),
-    _sign("a reference point by distances U W", {_T: 20, _B: 0, _C: 0}, rb"G(?:28|30)(?:G[\d.]+)?U0?\.?0*W0?\.?0*(?![\d.])", b"W"),
+    _sign("a reference point by distances U W", {_T: 20, _B: 0, _C: 0}, rb"G(?:28|30)(?:G" + SIGNED + rb")?U0?\.?0*W0?\.?0*(?![\d.])", b"W"),
     _sign("a reference point by a distance U", {_T: 6}, rb"G(?:28|30)U0?\.?0*(?![\d.])", b"U"),
     _sign("a dwell of U", {_T: 8, _F: 2}, _W + rb"G0?4U\.?\d", b"4U"),
     _sign("a threading pass by G92 with F", {_T: 8, _B: -4, _C: -4}, rb"^(?![^\n]*Y)[^\n]*(?<![A-Z_])G92[XUZW][^\n]*F", b"G92"),
@@ -301,17 +305,24 @@ OTHER_FEEDS = _W + rb"G(?:20|70|93|95|9[45]|32|33|84|74)(?![\d.])"
 X_AND_Z = rb"[XU]" + _V + rb"[^\n]*[ZW]" + _V + rb"|[XZ]" + _V
 #: Comments that are no arguments of a name: ``( ... )`` behind a blank or at the beginning, and what follows ``;``; and what stands
 #: before a bare block.
-REMARKS = rb"(?m:^|(?<=[ \t]))\([^)\n]*\)|;[^\n]*"
+REMARKS = rb"(?m:^|(?<=[ \t])|(?=;))(?:" + COMMENT + rb")"
 NUMBERS = rb"(?m:^)(?=[/N])(?P<before>%(DELETE)b)?(?i:%(LINE_NUMBER)b)?(?P<behind>%(DELETE)b)?" % _TERMINALS
 #: What is doubtful in another dialect, as it stands in the different lines of a text (`cncgen.gcode.doubts`).
 LONG_WAIT = rb"P[ \t]*\d{3}"
 LONG_LENGTHS = {digits: rb"[XYZ][ \t]*[-+]?\d{%d}" % digits for digits in (4, 5)}
-LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?\d*\."
+LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?" + _WITH_POINT
 LAST_STAR = rb"(?m)\*[ \t]*\r?$"
 WORDS_OF_SIEMENS = (
     rb"CYCLE\d+[ \t]*\(|\bR\d+[ \t]*=|=[ \t]*[AI]C[ \t]*\(|\bGOTO[FBC]\b|\bMCALL\b|\bTRA(?:ORI|NS|FOOF)\b"
     rb"|\bT[ \t]*=[ \t]*\"|\bDEF[ \t]+(?:REAL|INT|BOOL|STRING)\b|\bCR[ \t]*="
 )
+#: Lines that are no blocks, and passed over: commands to grbl (``$H``, ``$110=500``, those of one character), to Denford's simulator,
+#: messages of Eding CNC, and of Marlin to the operator. The place of each is its group ``word``.
+TO_GRBL = rb"^[ \t]*(?P<word>\$(?:[$#GINCHX][ \t]*(?:;|\r?$)|\d+[ \t]*=)|[?~!][ \t]*(?:;|\r?$))"
+TO_DENFORD = rb"^[ \t]*(?P<word>\[(?:BILLET|EDGEMOVE|TOOLDEF|STEP|CLEAR)\b)"
+OF_EDING = rb"^[ \t]*(?P<word>(?:WARN|LOG)?MSG[ \t]+\"[^\"\n]*\"[ \t]*(?:;|\r?$))"
+OF_MARLIN = _AT + rb"(?P<word>M11[78])[ \t][^;(\n]*[A-Z][A-Z]"
+PASSED = (TO_GRBL, TO_DENFORD, OF_EDING, OF_MARLIN)
 #: Units, by the tens of their codes; a length and a feed (`cncgen.gcode.assumed_units`).
 UNITS = {tens: rb"[Gg][ \t]*0*%d[ \t]*[01](?![\d.])" % tens for tens in (2, 7)}
 LENGTH = rb"[XYZxyz](?<![A-Za-z#<].)[ \t]*[-+]?(?P<number>" + _NUMBER + rb")"

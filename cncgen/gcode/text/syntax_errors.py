@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.text import signs
 from cncgen.gcode.text.normal_text import normalise
 from cncgen.gcode.text.syntax_hints import hint_for, missing_number, number_hint
 from cncgen.kernels.gcode_parse import Parser
@@ -71,13 +72,6 @@ _OUTSIDE = (
     "COMMA",
     "$END",
 )
-#: Lines that are passed over: commands to grbl (``$H``, ``$110=500``, those of one character), ``[BILLET X100`` to Denford's simulator, and
-#: ``MSG "text"`` of Eding CNC and ``M117 text`` of Marlin to the operator.
-_PASSED = re.compile(
-    r"\s*(?:\$(?:[$#GINCHX]\s*(?:;|\Z)|[0-9]+\s*=)|[?~!]\s*(?:;|\Z)|\[(?:BILLET|EDGEMOVE|TOOLDEF|STEP|CLEAR)\b"
-    r"|(?:WARN|LOG)?MSG\s+\"[^\"]*\"\s*(?:;|\Z)|(?:N\s*[0-9]+\s*)?M11[78]\s[^;(]*[A-Z][A-Z])",
-    re.IGNORECASE,
-)
 #: A command to grbl that moves the machine: ``$J=G91 X1``.
 _JOG = re.compile(r"\s*\$[Jj]\s*=")
 
@@ -109,7 +103,8 @@ def refusal(text: str, at: int, expected: Sequence[str], language: Language, hin
 def is_passed(text: str) -> bool:
     """Tell whether a line is no block, and is passed over: a command to grbl that does not jog, to Denford's simulator, or a
     message to the operator of Eding CNC or Marlin."""
-    return _PASSED.match(text) is not None
+    line = text.encode("utf-8", "surrogateescape")
+    return any(re.match(form, line, re.MULTILINE | re.IGNORECASE) for form in signs.PASSED)
 
 
 def syntax_error(data: bytes, reader: Parser) -> BlockError:
