@@ -12,11 +12,11 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
+from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.pockets import Clearing
 from cncgen.gcode.codes.turning_profiles import Segment, moved_aside
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.records import dataclass
 
 #: Rows beyond which a step counts as a mistake.
 _MOST = 10_000
@@ -191,49 +191,19 @@ def _beside(contour: Contour, distance: float, island: bool, climb: bool) -> lis
     return moved_aside(ring, distance, climb)
 
 
-@dataclass(slots=True)
-class FlatCutter:
-    """Moves of the tool in XY and Z."""
-
-    ip: Interpreter
-
-    def to(self, place: complex, *, rapid: bool) -> None:
-        """Go to a place."""
-        self._go([place.real, place.imag, *self.ip.state.position[2:]], rapid)
-
-    def height(self, z: float, *, rapid: bool) -> None:
-        """Go to a height."""
-        position = self.ip.state.position
-        self._go([*position[:2], z, *position[3:]], rapid)
-
-    def follow(self, segment: Segment) -> None:
-        """Feed along a segment."""
-        if segment.centre is None:
-            self.to(segment.end, rapid=False)
-            return
-        end = [segment.end.real, segment.end.imag, *self.ip.state.position[2:]]
-        self.ip.sink.arc_feed(end, segment.centre.real, segment.centre.imag, segment.spin, 17)
-        self.ip.state.position, self.ip.state.moved = end, True
-
-    def _go(self, end: list[float], rapid: bool) -> None:
-        if end != self.ip.state.position:
-            (self.ip.sink.straight_traverse if rapid else self.ip.sink.straight_feed)(end)
-            self.ip.state.position, self.ip.state.moved = end, True
-
-
 def walls(ip: Interpreter, ways: Sequence[Sequence[Segment]], how: Clearing) -> None:
     """Go along the ways beside the walls at each level."""
     tool = FlatCutter(ip)
     for way in ways:
         for level in how.levels:
             tool.to(way[0].start, rapid=True)
-            tool.height(how.start, rapid=True)
+            tool.to(z=how.start, rapid=True)
             ip.sink.set_feed_rate(how.plunge)
-            tool.height(level, rapid=False)
+            tool.to(z=level)
             ip.sink.set_feed_rate(how.feed)
             for segment in way:
                 tool.follow(segment)
-            tool.height(how.start, rapid=True)
+            tool.to(z=how.start, rapid=True)
 
 
 def clear(
@@ -258,17 +228,17 @@ def clear(
             for a, b in reversed(spans) if back else spans:
                 begin, end = complex(b if back else a, y), complex(a if back else b, y)
                 if at is None or not _free(at, begin, segments, radius):
-                    tool.height(max(how.start, ip.state.position[2]), rapid=True)
+                    tool.to(z=max(how.start, ip.state.position[2]), rapid=True)
                     tool.to(begin, rapid=True)
-                    tool.height(above, rapid=True)
+                    tool.to(z=above, rapid=True)
                     ip.sink.set_feed_rate(how.plunge)
-                    tool.height(level, rapid=False)
+                    tool.to(z=level)
                     ip.sink.set_feed_rate(how.feed)
-                tool.to(begin, rapid=False)
-                tool.to(end, rapid=False)
+                tool.to(begin)
+                tool.to(end)
                 at = end
             back = not back and bool(spans)
-        tool.height(how.start, rapid=True)
+        tool.to(z=how.start, rapid=True)
         above = min(how.start, level + gap)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import cmath
 import math
 
+from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.records import dataclass
@@ -81,28 +82,24 @@ def clear(ip: Interpreter, pocket: Pocket, how: Clearing, name: str) -> None:
     PocketPath(ip, pocket, how).run(name)
 
 
-@dataclass(slots=True)
-class PocketPath:
+class PocketPath(FlatCutter):
     """The moves of one pocket; places are relative to its centre, along its length."""
 
-    ip: Interpreter
-    pocket: Pocket
-    how: Clearing
+    def __init__(self, ip: Interpreter, pocket: Pocket, how: Clearing) -> None:
+        super().__init__(ip, pocket.centre, cmath.rect(1.0, math.radians(pocket.angle)))
+        self.pocket, self.how = pocket, how
 
     def run(self, name: str) -> None:
         """Make all levels."""
         offsets = self._offsets(name)
         for level in self.how.levels:
-            self.go(self.begin(offsets[0]), None, rapid=True)
-            self.go(None, self.how.start, rapid=True)
-            self._feed(self.how.plunge)
-            self.go(None, level, rapid=False)
-            self._feed(self.how.feed)
+            self.to(self.begin(offsets[0]), rapid=True)
+            self.down(level)
             for offset in offsets if not self.how.finish or level == self.how.levels[-1] else offsets[-1:]:
-                self.go(self.begin(offset), None, rapid=False)
+                self.to(self.begin(offset))
                 self.loop(offset)
-            self.go(self.begin(offsets[0]), None, rapid=False)
-            self.go(None, self.how.start, rapid=True)
+            self.to(self.begin(offsets[0]))
+            self.to(z=self.how.start, rapid=True)
 
     def _half(self) -> tuple[float, float]:
         return self.pocket.length - self.how.radius, self.pocket.width - self.how.radius
@@ -136,7 +133,7 @@ class PocketPath:
         r = max(0.0, min(self.pocket.corner - self.how.radius - offset, a, b))
         if b < _TINY:
             for place in (complex(a, 0.0), complex(-a, 0.0), 0j):
-                self.go(place, None, rapid=False)
+                self.to(place)
             return
         side = float(self.how.sense)
         corners = [(complex(a - r, -b), complex(a, -b + r), complex(a - r, -b + r)), (complex(a, b - r), complex(a - r, b), complex(a - r, b - r)),
@@ -144,38 +141,30 @@ class PocketPath:
         if side < 0.0:
             corners = [(end, begin, centre) for begin, end, centre in reversed(corners)]
         for begin, end, centre in corners:
-            self.go(begin, None, rapid=False)
+            self.to(begin)
             if r > _TINY:
-                self._arc(end, centre)
-        self.go(complex(0.0, -b), None, rapid=False)
+                self.arc(end, centre, self.how.sense)
+        self.to(complex(0.0, -b))
 
-    def _placed(self, place: complex) -> complex:
-        return self.pocket.centre + place * cmath.rect(1.0, math.radians(self.pocket.angle))
+    def free(self, beside: complex, side: float, count: int) -> None:
+        """Mill what stands within the pocket free, whose tool has a radius below 0: at each level down beside the blank, loops in to `side`
+        in front of the wall, and back."""
+        for level in self.how.levels:
+            self.to(beside, rapid=True)
+            self.down(level)
+            for k in range(count - 1, -1, -1):
+                offset = -(side + k * self.how.step)
+                self.to(self.begin(offset))
+                self.loop(offset)
+            self.to(beside)
+            self.to(z=self.how.start, rapid=True)
 
-    def go(self, place: complex | None, z: float | None, *, rapid: bool) -> None:
-        """Go to a place, or a height, or both."""
-        end = self.ip.state.position.copy()
-        if place is not None:
-            at = self._placed(place)
-            end[0], end[1] = at.real, at.imag
-        if z is not None:
-            end[2] = z
-        if end == self.ip.state.position:
-            return
-        (self.ip.sink.straight_traverse if rapid else self.ip.sink.straight_feed)(end)
-        self.ip.state.position, self.ip.state.moved = end, True
-
-    def _arc(self, end: complex, centre: complex) -> None:
-        finish = self.ip.state.position.copy()
-        at, middle = self._placed(end), self._placed(centre)
-        finish[0], finish[1] = at.real, at.imag
-        if finish == self.ip.state.position:
-            return
-        self.ip.sink.arc_feed(finish, middle.real, middle.imag, self.how.sense, 17)
-        self.ip.state.position = finish
-
-    def _feed(self, feed: float) -> None:
-        self.ip.sink.set_feed_rate(feed)
+    def down(self, level: float) -> None:
+        """Go down to a level, and take the feed."""
+        self.to(z=self.how.start, rapid=True)
+        self.feed(self.how.plunge)
+        self.to(z=level)
+        self.feed(self.how.feed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,20 +211,17 @@ def clear_bow(ip: Interpreter, bow: Bow, half: float, how: Clearing, name: str) 
     offsets = [reach * k / steps for k in range(1, steps + 1)] or [0.0]
     if offsets[0] > how.radius + _TINY:
         offsets.insert(0, 0.0)
-    path = PocketPath(ip, Pocket(0j, 0.0, 0.0, 0.0), how)
-    begin = bow.place(bow.radius, bow.begin)
-    path.go(begin, None, rapid=True)
-    path.go(None, how.start, rapid=True)
+    tool, begin = FlatCutter(ip), bow.place(bow.radius, bow.begin)
+    tool.to(begin, rapid=True)
+    tool.to(z=how.start, rapid=True)
     for level in how.levels:
         ip.sink.set_feed_rate(how.plunge)
-        path.go(None, level, rapid=False)
+        tool.to(z=level)
         ip.sink.set_feed_rate(how.feed)
         for offset in offsets:
             if offset >= _TINY:
-                path.go(bow.place(bow.radius + offset * how.sense, bow.begin), None, rapid=False)
+                tool.to(bow.place(bow.radius + offset * how.sense, bow.begin))
             for place, centre, sense in bow.loop(offset, how.sense):
-                end = [place.real, place.imag, *ip.state.position[2:]]
-                ip.sink.arc_feed(end, centre.real, centre.imag, sense, 17)
-                ip.state.position, ip.state.moved = end, True
-        path.go(begin, None, rapid=False)
-    path.go(None, how.start, rapid=True)
+                tool.arc(place, centre, sense)
+        tool.to(begin)
+    tool.to(z=how.start, rapid=True)

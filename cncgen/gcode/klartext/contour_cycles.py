@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.codes.contour_pockets import FlatCutter, area, around, check, clear, closed, rows, walls
+from cncgen.gcode.codes.contour_pockets import area, around, check, clear, closed, rows, walls
+from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.pockets import Clearing
 from cncgen.gcode.codes.turning_profiles import Segment, moved_aside
 from cncgen.gcode.errors import BlockError
@@ -152,11 +153,11 @@ def pilot(contours: Contours) -> None:
     way = FlatCutter(ip)
     contours.cycle.go(max(ip.state.position[2], contours.start), rapid=True)
     way.to(complex(*first), rapid=True)
-    way.height(contours.start, rapid=True)
+    way.to(z=contours.start, rapid=True)
     contours.cycle.feed(q[11], "Q11")
     for level in contours.levels(q[4]):
-        way.height(level, rapid=False)
-        way.height(contours.start, rapid=True)
+        way.to(z=level)
+        way.to(z=contours.start, rapid=True)
     contours.end()
 
 
@@ -171,20 +172,20 @@ def train(ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
     contour, where = read(labels[0])
     path = moved_aside(contour, radius + q[3], where > 0) if where else contour
     way = FlatCutter(ip)
-    way.height(max(ip.state.position[2], q[7]), rapid=True)
+    way.to(z=max(ip.state.position[2], q[7]), rapid=True)
     for k, level in enumerate(infeeds(q[5], q[5] + q[1], abs(q[10]), name, "Q10")):
         back = k % 2 == 1 and q[15] == 0.0
         run = [Segment(s.end, s.start, s.centre, -s.spin) for s in reversed(path)] if back else path
         if k == 0 or q[15] != 0.0:
             way.to(run[0].start, rapid=True)
         ip.sink.set_feed_rate(q[11])
-        way.height(level, rapid=False)
+        way.to(z=level)
         ip.sink.set_feed_rate(q[12])
         for segment in run:
             way.follow(segment)
         if q[15] != 0.0:
-            way.height(q[7], rapid=True)
-    way.height(q[7], rapid=True)
+            way.to(z=q[7], rapid=True)
+    way.to(z=q[7], rapid=True)
     ip.sink.set_feed_rate(ip.state.feed)
 
 

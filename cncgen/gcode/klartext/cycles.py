@@ -29,7 +29,7 @@ _WAYS = {0: 0j, 1: -1 + 0j, 2: -1j, 3: 1 + 0j, 4: 1j}
 
 def _bore(cycle: HoleCycle) -> None:
     """202: in, off the wall by 0.2 mm where Q214 says so, out at Q208."""
-    q, ip = cycle.q, cycle.ip
+    q = cycle.q
     way = _WAYS.get(round(q[214]))
     if way is None:
         raise BlockError(
@@ -42,16 +42,12 @@ def _bore(cycle: HoleCycle) -> None:
     cycle.feed(q[206], "Q206")
     cycle.go(cycle.bottom, rapid=False)
     cycle.dwell(q[211])
-    place = ip.state.position.copy()
-    if way:
-        aside = place.copy()
-        aside[0], aside[1] = place[0] + _OFF * way.real, place[1] + _OFF * way.imag
-        cycle.to(aside, rapid=True)
+    place = cycle.place()
+    cycle.to(place + _OFF * way, rapid=True)
     cycle.feed(q[208] or q[206], "Q208")
     cycle.go(cycle.start, rapid=False)
     cycle.end()
-    if way:
-        cycle.to([place[0], place[1], *ip.state.position[2:]], rapid=True)
+    cycle.to(place, rapid=True)
 
 
 def _steps(cycle: HoleCycle, begin: float | None = None) -> list[float]:
@@ -173,7 +169,7 @@ def _bore_milling(cycle: HoleCycle) -> None:
             "CYCL",
             hint="each turn of the helix goes deeper by Q334",
         )
-    middle = ip.state.position.copy()
+    middle = cycle.place()
     sense = -1 if q[351] < 0.0 else 1
     turns = math.ceil((cycle.start - cycle.bottom) / q[334] - 1e-9)
     if turns > _MOST_STEPS:
@@ -185,13 +181,10 @@ def _bore_milling(cycle: HoleCycle) -> None:
         )
     cycle.go(cycle.start, rapid=True)
     cycle.feed(q[206], "Q206")
-    edge = [middle[0] + radius, middle[1], cycle.start, *middle[3:]]
-    cycle.to(edge, rapid=False)
-    for z, count in ((cycle.bottom, turns), (cycle.bottom, 1)):
-        end = [*edge[:2], z, *edge[3:]]
-        ip.sink.arc_feed(end, middle[0], middle[1], sense * count, 17)
-        ip.state.position = end
-    cycle.to([*middle[:2], cycle.bottom, *middle[3:]], rapid=False)
+    cycle.to(middle + radius)
+    for count in (turns, 1):
+        cycle.arc(middle + radius, middle, sense * count, cycle.bottom)
+    cycle.to(middle)
     cycle.end()
 
 
@@ -384,34 +377,29 @@ def _peck_old(cycle: HoleCycle) -> None:
 def _back_bore(cycle: HoleCycle) -> None:
     """204: down beside the middle by Q251 until the tooth, Q252 above the tip, is Q200 below the part, which is Q250 thick; then up from
     below by Q249."""
-    q, ip = cycle.q, cycle.ip
+    q = cycle.q
     way = _WAYS.get(round(q[214]))
     if not way or min(q[249], q[250]) <= 0.0:
         message = f"Q214 = {q[214]:g}, Q249 = {q[249]:g} and Q250 = {q[250]:g} do not make cycle 204"
         raise BlockError(
             "cycle-words", message, "CYCL", hint="Q214 is 1 to 4: X- Y- X+ Y+; depths are above 0"
         )
-    middle = ip.state.position.copy()
-    shift = q[251] * way
-    beside = [middle[0] + shift.real, middle[1] + shift.imag, *middle[2:]]
+    middle = cycle.place()
+    beside = middle + q[251] * way
     below = q[203] - q[250] - q[252]
-
-    def aside(place: list[float]) -> None:
-        cycle.to([*place[:2], *ip.state.position[2:]], rapid=True)
-
     cycle.go(cycle.start, rapid=True)
-    aside(beside)
+    cycle.to(beside, rapid=True)
     cycle.feed(q[253], "Q253")
     cycle.go(below - q[200], rapid=False)
-    aside(middle)
+    cycle.to(middle, rapid=True)
     cycle.feed(q[254], "Q254")
     cycle.go(below + q[249], rapid=False)
     cycle.dwell(q[255])
     cycle.feed(q[253], "Q253")
     cycle.go(below - q[200], rapid=False)
-    aside(beside)
+    cycle.to(beside, rapid=True)
     cycle.go(cycle.start, rapid=False)
-    aside(middle)
+    cycle.to(middle, rapid=True)
     cycle.end()
 
 

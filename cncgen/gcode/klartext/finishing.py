@@ -11,7 +11,7 @@ import math
 
 from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, PocketPath
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds, infeeds
 
 _TINY = 1e-9
 #: How far beside a stud the way to its wall begins, in radii of the tool.
@@ -36,9 +36,7 @@ def _finish(cycle: HoleCycle, wall: Pocket, allowance: float, outside: bool) -> 
     """
     q, radius = cycle.q, _radius(cycle, math.inf if outside else min(wall.length, wall.width))
     levels = infeeds(q[203], cycle.bottom, abs(q[202]), cycle.name)
-    if min(q[206], q[207]) <= 0.0:
-        message = f"{cycle.name} has no feed: Q207 = {q[207]:g}, Q206 = {q[206]:g}"
-        raise BlockError("feed-missing", message, "CYCL", hint="Q207 mills, Q206 plunges")
+    check_feeds(cycle)
     how = Clearing(
         -radius if outside else radius, 1.0, levels, cycle.start, q[207], q[206], -1 if outside else 1
     )
@@ -50,12 +48,12 @@ def _finish(cycle: HoleCycle, wall: Pocket, allowance: float, outside: bool) -> 
         reach = min(wall.length, wall.width) - radius
         place = edge + complex(0.0, reach if allowance < 0.0 else min(reach, allowance + radius))
     cycle.go(cycle.back, rapid=True)
-    path.go(0j, None, rapid=True)
-    path.go(place, None, rapid=True)
+    path.to(0j, rapid=True)
+    path.to(place, rapid=True)
     cycle.go(cycle.start, rapid=True)
     _around(cycle, path, place, edge, 1)
     cycle.end()
-    path.go(0j, None, rapid=True)
+    path.to(0j, rapid=True)
 
 
 def _around(cycle: HoleCycle, path: PocketPath, place: complex, edge: complex, sense: int) -> None:
@@ -75,7 +73,7 @@ def wall_of_pocket(cycle: HoleCycle, wall: Pocket, how: Clearing, allowance: flo
     edge = path.begin(0.0)
     reach = min(wall.length, wall.width) - how.radius
     place = edge + complex(0.0, min(reach, allowance + how.radius))
-    path.go(place, None, rapid=True)
+    path.to(place, rapid=True)
     cycle.go(cycle.start, rapid=True)
     _around(cycle, path, place, edge, how.sense)
     cycle.go(cycle.start, rapid=True)
@@ -83,17 +81,13 @@ def wall_of_pocket(cycle: HoleCycle, wall: Pocket, how: Clearing, allowance: flo
 
 def _half_turn(cycle: HoleCycle, path: PocketPath, begin: complex, end: complex, sense: int) -> None:
     """Go half a circle from one place of a pocket to another."""
-    turn, centre = cmath.rect(1.0, math.radians(path.pocket.angle)), path.pocket.centre
-    _arc(cycle, centre + end * turn, centre + (begin + end) / 2.0 * turn, sense)
+    _arc(cycle, path.origin + end * path.turn, path.origin + (begin + end) / 2.0 * path.turn, sense)
 
 
 def _arc(cycle: HoleCycle, end: complex, centre: complex, sense: int, z: float | None = None) -> None:
     """Go on an arc to a place."""
-    ip = cycle.ip
-    place = [end.real, end.imag, ip.state.position[2] if z is None else z, *ip.state.position[3:]]
-    if abs(end - complex(*ip.state.position[:2])) > _TINY:
-        ip.sink.arc_feed(place, centre.real, centre.imag, sense, 17)
-        ip.state.position, ip.state.moved = place, True
+    if abs(end - cycle.place()) > _TINY:
+        cycle.arc(end, centre, sense, z)
 
 
 def _middle(cycle: HoleCycle) -> complex:
@@ -155,7 +149,7 @@ def _plunge(cycle: HoleCycle, begin: complex, end: complex, along: Bow | None) -
 
     def to(k: int, level: float) -> None:
         if along is None:
-            cycle.to([ends[k].real, ends[k].imag, level, *cycle.ip.state.position[3:]], rapid=False)
+            cycle.to(ends[k], level)
         else:
             _arc(cycle, ends[k], along.centre, 1 if k else -1, level)
 
@@ -166,8 +160,7 @@ def _plunge(cycle: HoleCycle, begin: complex, end: complex, along: Bow | None) -
         to((k + 1) % 2, level)
     to((len(levels) + 1) % 2, cycle.bottom)
     if along is None:
-        centre = (begin + end) / 2.0
-        cycle.to([centre.real, centre.imag, *cycle.ip.state.position[2:]], rapid=False)
+        cycle.to((begin + end) / 2.0)
     else:
         back = -1 if len(levels) % 2 == 0 else 1
         _arc(cycle, along.place(along.radius, (along.begin + along.end) / 2.0), along.centre, back)
@@ -176,17 +169,16 @@ def _plunge(cycle: HoleCycle, begin: complex, end: complex, along: Bow | None) -
 def _slot_begins(cycle: HoleCycle, begin: complex) -> None:
     """Go to the second clearance, above the middle of the first end, and down to the set-up clearance."""
     cycle.go(cycle.back, rapid=True)
-    cycle.to([begin.real, begin.imag, *cycle.ip.state.position[2:]], rapid=True)
+    cycle.to(begin, rapid=True)
     cycle.go(cycle.start, rapid=True)
 
 
 def _to_begin(cycle: HoleCycle, begin: complex, along: Bow | None) -> None:
     """Go along the middle of a slot to its first end."""
-    place = cycle.ip.state.position
     if along is not None:
         _arc(cycle, begin, along.centre, -1)
-    elif abs(begin - complex(*place[:2])) > _TINY:
-        cycle.to([begin.real, begin.imag, *place[2:]], rapid=False)
+    elif abs(begin - cycle.place()) > _TINY:
+        cycle.to(begin, rapid=False)
 
 
 def _finish_slot(
@@ -207,7 +199,7 @@ def _finish_slot(
         _arc(cycle, edge, (begin + edge) / 2.0, 1)
         for end, centre, sense in loop[1:]:
             if centre is None:
-                cycle.to([end.real, end.imag, *cycle.ip.state.position[2:]], rapid=False)
+                cycle.to(end, rapid=False)
             else:
                 _arc(cycle, end, centre, sense)
         _arc(cycle, begin, (begin + edge) / 2.0, 1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.toolpath.record import Event
@@ -28,13 +29,23 @@ def infeeds(surface: float, bottom: float, step: float, name: str, word: str = "
     return (*(surface - k * step for k in range(1, count)), bottom)
 
 
-class HoleCycle:
+def check_feeds(cycle: HoleCycle) -> None:
+    """Raise where a milling cycle has no feed."""
+    q = cycle.q
+    if min(q[206], q[207]) <= 0.0:
+        message = f"{cycle.name} has no feed: Q207 = {q[207]:g}, Q206 = {q[206]:g}"
+        raise BlockError("feed-missing", message, "CYCL", hint="Q207 mills, Q206 plunges")
+
+
+class HoleCycle(FlatCutter):
     """One run of a cycle where the tool is."""
+
+    fastest = FASTEST
 
     def __init__(self, ip: Interpreter, name: str, levels: tuple[float, float] | None = None) -> None:
         """Take the surface and the depth, usually Q203 and Q201."""
-        self.ip, self.name = ip, name
-        self._fastest = False
+        super().__init__(ip)
+        self.name = name
         q = ip.parameters.numbers
         self.q = q
         surface, depth = levels or (q[203], q[201])
@@ -50,19 +61,9 @@ class HoleCycle:
 
     def go(self, z: float, *, rapid: bool) -> None:
         """Go to a height."""
-        end = self.ip.state.position.copy()
-        if end[Z] == z:
-            return
-        end[Z] = z
-        self.to(end, rapid=rapid)
+        self.to(z=z, rapid=rapid)
 
-    def to(self, end: list[float], *, rapid: bool) -> None:
-        """Go to a place."""
-        fast = rapid or self._fastest
-        (self.ip.sink.straight_traverse if fast else self.ip.sink.straight_feed)(end)
-        self.ip.state.position, self.ip.state.moved = end, True
-
-    def feed(self, feed: float, what: str) -> None:
+    def feed(self, feed: float, what: str = "") -> None:
         """Take a feed."""
         if feed <= 0.0:
             raise BlockError(
@@ -71,9 +72,7 @@ class HoleCycle:
                 "CYCL",
                 hint=f"{what} is mm a minute",
             )
-        self._fastest = feed >= FASTEST
-        if not self._fastest:
-            self.ip.sink.set_feed_rate(feed)
+        super().feed(feed)
 
     def dwell(self, seconds: float) -> None:
         """Wait."""

@@ -13,7 +13,7 @@ from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import finishing
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds, infeeds
 
 _MOST = 10_000
 
@@ -24,8 +24,8 @@ def pocket(
     """Rough and finish a pocket at the tool's place, or about a middle that lies elsewhere."""
     ip, q, tool = cycle.ip, cycle.q, cycle.ip.cutting_radius(cycle.name, min(length, width) / 2.0)
     roughs, finishes, side, floor = works(cycle)
-    place = ip.state.position
-    middle = complex(place[0], place[1]) if middle is None else middle
+    place = cycle.place()
+    middle = place if middle is None else middle
     step, sense = (q[370] or 1.0) * tool, -1 if q[351] < 0.0 else 1
     wall = Pocket(middle, length / 2.0, width / 2.0, corner, angle)
     if roughs:
@@ -40,12 +40,12 @@ def pocket(
         how = Clearing(tool, step, (cycle.bottom,), cycle.start, q[385] or q[207], q[206], sense)
         clear(ip, wall, how, cycle.name)
     cycle.end()
-    cycle.to([place[0], place[1], *ip.state.position[2:]], rapid=True)
+    cycle.to(place, rapid=True)
 
 
 def _turned(cycle: HoleCycle, way: complex, angle: float) -> complex:
     """Return the place that lies a way, turned by an angle, from the tool."""
-    return complex(*cycle.ip.state.position[:2]) + way * cmath.rect(1.0, math.radians(angle))
+    return cycle.place() + way * cmath.rect(1.0, math.radians(angle))
 
 
 def _refuse(cycle: HoleCycle) -> BlockError:
@@ -77,9 +77,7 @@ def works(cycle: HoleCycle) -> tuple[bool, bool, float, float]:
     Finishing makes the wall or the floor that has an allowance (iTNC 530, cycle 251).
     """
     q, kind = cycle.q, round(cycle.q[215])
-    if q[207] <= 0.0 or q[206] <= 0.0:
-        message = f"{cycle.name} has no feed: Q207 = {q[207]:g}, Q206 = {q[206]:g}"
-        raise BlockError("feed-missing", message, "CYCL", hint="Q207 mills, Q206 plunges")
+    check_feeds(cycle)
     if kind not in (0, 1, 2):
         message = f"Q215 = {q[215]:g} of {cycle.name} is not 0, 1 or 2"
         raise BlockError("cycle-words", message, "CYCL", hint="0 roughs and finishes, 1 roughs, 2 finishes")
@@ -104,7 +102,7 @@ def bows(cycle: HoleCycle) -> None:
         raise BlockError("cycle-words", message, "CYCL", hint=hint)
     middle, start = complex(q[216], q[217]), q[376]
     if round(q[367]) == 2:
-        middle = complex(*ip.state.position[:2]) - cmath.rect(q[375] / 2.0, math.radians(q[376]))
+        middle = cycle.place() - cmath.rect(q[375] / 2.0, math.radians(q[376]))
         start -= q[248] / 2.0
     elif round(q[367]):
         # Which of the ends is the left one, the manual shows in a figure alone.
@@ -149,5 +147,5 @@ def slot(cycle: HoleCycle, values: dict[str, float]) -> None:
     length, width = values["X"], values["Y"]
     tool = ip.cutting_radius(cycle.name, min(abs(length), abs(width)) / 2.0)
     way = along * (math.copysign(abs(length) / 2.0 - tool, length))
-    middle = complex(*ip.state.position[:2]) + way
+    middle = cycle.place() + way
     pocket(cycle, abs(length), abs(width), abs(width) / 2.0, 0.0 if along == 1.0 else 90.0, middle)

@@ -12,7 +12,7 @@ from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath, levels_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import slots
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds, infeeds
 
 #: The cycle that mills a face from the tool's place on.
 FACE = 233
@@ -44,7 +44,7 @@ def _stud(
 ) -> None:
     """Mill a stud free about its middle: loops from the blank in to the finished wall, at each level; back to where the tool was."""
     ip, name, q = cycle.ip, cycle.name, cycle.q
-    radius, before = _radius(ip, name), ip.state.position[:2]
+    radius, before = _radius(ip, name), cycle.place()
     excess = max(blank.real - size.real, blank.imag - size.imag) / 2.0
     if min(size.real, size.imag) <= 0.0 or excess < -_TINY:
         message = f"{name} has a blank of {blank.real:g} by {blank.imag:g} and a stud of {size.real:g} by {size.imag:g}"
@@ -55,22 +55,13 @@ def _stud(
     pocket = Pocket(place, size.imag / 2.0, size.real / 2.0, corner, angle + 90.0)
     levels = infeeds(q[203], cycle.bottom + (q[369] if name == "cycle 257" else 0.0), abs(q[202]), name)
     how = Clearing(-radius, step, levels, cycle.start, q[207], q[206], 1 if q[351] < 0.0 else -1)
+    check_feeds(cycle)
     path = PocketPath(ip, pocket, how)
+    path.fastest = cycle.fastest
     beside = complex(0.0, -(blank.real / 2.0 + radius + _BESIDE / (25.4 if ip.state.inches else 1.0)))
-    for level in levels:
-        path.go(beside, None, rapid=True)
-        cycle.go(cycle.start, rapid=True)
-        cycle.feed(q[206], "Q206")
-        cycle.go(level, rapid=False)
-        cycle.feed(q[207], "Q207")
-        for k in range(count - 1, -1, -1):
-            offset = -(side + k * step)
-            path.go(path.begin(offset), None, rapid=False)
-            path.loop(offset)
-        path.go(beside, None, rapid=False)
-        cycle.go(cycle.start, rapid=True)
+    path.free(beside, side, count)
     cycle.end()
-    cycle.to([*before, *ip.state.position[2:]], rapid=True)
+    cycle.to(before, rapid=True)
 
 
 def rectangle(ip: Interpreter, name: str) -> None:
@@ -130,9 +121,8 @@ def _face(ip: Interpreter, name: str, corner: tuple[float, float], along: int, w
     one_way = way in (2, 3)
 
     def to(at: float, k: int, *, rapid: bool) -> None:
-        end = ip.state.position.copy()
-        end[along], end[1 - along] = at, corner[1 - along] + across * (abs(width) * (k + 1) / count - radius)
-        cycle.to(end, rapid=rapid)
+        aside = corner[1 - along] + across * (abs(width) * (k + 1) / count - radius)
+        cycle.to(complex(aside, at) if along else complex(at, aside), rapid=rapid)
 
     cycle.go(cycle.back, rapid=True)
     for level in (*levels, *((q[386],) if q[369] > 0.0 else ())):
@@ -178,7 +168,7 @@ def multipass(ip: Interpreter, name: str) -> None:
 
     def to(x: float, k: int, *, rapid: bool = False) -> None:
         aside = (abs(width) - reach) / 2.0 + (k * reach / (count - 1) if count > 1 else reach / 2.0)
-        cycle.to([x, q[226] + across * aside, *ip.state.position[2:]], rapid=rapid)
+        cycle.to(complex(x, q[226] + across * aside), rapid=rapid)
 
     to(ends[0], 0, rapid=True)
     cycle.go(cycle.start, rapid=True)
@@ -212,7 +202,7 @@ def ruled(ip: Interpreter, name: str) -> None:
     cycle = HoleCycle(ip, name, (0.0, 0.0))
 
     def to(place: list[float], *, up: float = 0.0, rapid: bool = False) -> None:
-        cycle.to([place[0], place[1], place[2] + up, *ip.state.position[3:]], rapid=rapid)
+        cycle.to(complex(*place[:2]), place[2] + up, rapid=rapid)
 
     to(first, rapid=True)
     for k in range(count):

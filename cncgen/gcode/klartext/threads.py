@@ -14,27 +14,19 @@ from cncgen.records import dataclass
 _MOST = 10_000
 
 
-def _arc(cycle: HoleCycle, x: float, z: float, centre: float, turns: int) -> None:
-    """Go on an arc about a place beside or at the middle of the thread, which has the Y of the tool."""
-    ip = cycle.ip
-    end = [x, ip.state.position[1], z, *ip.state.position[3:]]
-    ip.sink.arc_feed(end, centre, end[1], turns, 17)
-    ip.state.position, ip.state.moved = end, True
-
-
 @dataclass(frozen=True, slots=True)
 class _Way:
-    """Where the tool stands beside or in the thread, X of its middle and of that place, and on which side of the wall it mills."""
+    """The middle of the thread, where the tool stands in it or beside it along X, and on which side of the wall it mills."""
 
-    middle: float
-    place: float
+    middle: complex
+    place: complex
     outside: bool = False
 
-    def half_turn(self, cycle: HoleCycle, x: float, z: float, sense: int) -> None:
+    def half_turn(self, cycle: HoleCycle, end: complex, z: float, sense: int) -> None:
         """Go half a turn from the place out to a circle about the middle, which runs tangentially into its sense, or back from there."""
-        here = cycle.ip.state.position[0]
-        edge = x if here == self.place else here
-        _arc(cycle, x, z, (here + x) / 2.0, -sense if self.place > edge else sense)
+        here = cycle.place()
+        edge = end if here == self.place else here
+        cycle.arc(end, (here + end) / 2.0, -sense if self.place.real > edge.real else sense, z)
 
 
 def _helix(cycle: HoleCycle, way: _Way, climb: bool, threads: int) -> None:
@@ -67,7 +59,7 @@ def _helix(cycle: HoleCycle, way: _Way, climb: bool, threads: int) -> None:
         cycle.feed(q[512] or q[207] * radius / wall, "Q207")
         way.half_turn(cycle, way.middle + radius, begin, sense)
         cycle.feed(q[207] * radius / wall, "Q207")
-        _arc(cycle, way.middle + radius, begin + turns * step, way.middle, sense * turns)
+        cycle.arc(way.middle + radius, way.middle, sense * turns, begin + turns * step)
         way.half_turn(cycle, way.place, begin + (turns + 0.5) * step, sense)
 
 
@@ -75,7 +67,7 @@ def _circle(cycle: HoleCycle, way: _Way, radius: float) -> None:
     """Go half a turn out to a circle about the middle, once around, and back."""
     z, sense = cycle.ip.state.position[Z], -1 if way.outside else 1
     way.half_turn(cycle, way.middle + radius, z, sense)
-    _arc(cycle, way.middle + radius, z, way.middle, sense)
+    cycle.arc(way.middle + radius, way.middle, sense, z)
     way.half_turn(cycle, way.place, z, sense)
 
 
@@ -116,8 +108,7 @@ def _drill(cycle: HoleCycle) -> None:
 def _inside(cycle: HoleCycle) -> _Way:
     """Go to the set-up clearance above the hole, whose middle is the tool's place."""
     cycle.go(cycle.start, rapid=True)
-    middle = cycle.ip.state.position[0]
-    return _Way(middle, middle)
+    return _Way(cycle.place(), cycle.place())
 
 
 def _mill(cycle: HoleCycle) -> None:
@@ -167,9 +158,9 @@ def _mill_outside(cycle: HoleCycle) -> None:
     """267: a thread on a stud about the tool's place, from a place along X that the radii and the pitch give; countersink at the front first."""
     ip, q = cycle.ip, cycle.q
     cycle.go(cycle.start, rapid=True)
-    middle, tool = ip.state.position[0], ip.cutting_radius(cycle.name)
+    middle, tool = cycle.place(), ip.cutting_radius(cycle.name)
     way = _Way(middle, middle + q[335] / 2.0 + tool + abs(q[239]), outside=True)
-    cycle.to([way.place, *ip.state.position[1:]], rapid=True)
+    cycle.to(way.place, rapid=True)
     _front(cycle, way, q[254], "Q254")
     _helix(cycle, way, q[351] >= 0.0, round(q[355]))
     cycle.end()

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.codes.pockets import levels_of
+from cncgen.gcode.codes.flat_cutter import FlatCutter
+from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath, levels_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.cycle_modes import CORNERS, MillingModes
 from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, milling_feed
@@ -25,80 +25,51 @@ _TINY = 1e-9
 _USUAL_STEP = 0.8
 
 
-@dataclass(slots=True)
-class _Mill:
-    """A flat cutter in XY: places are turned about an origin."""
+class _Mill(FlatCutter):
+    """A flat cutter over a rectangle: places are turned about its origin."""
 
-    motions: Motions
-    name: str
-    hole: Hole
-    radius: float
-    feed: float
-    plunge: float
-    origin: complex
-    turn: complex
-    before: float
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         motions: Motions,
         name: str,
         hole: Hole,
         feeds: tuple[float, float],
         origin: complex,
         angle: float,
-    ) -> _Mill:
-        """Return the cutter in the spindle.
+    ) -> None:
+        """Take the cutter in the spindle.
 
         Raises:
             BlockError: It has no radius or no feed, or the plane is not G17.
         """
         check_plane(motions, name)
-        radius = motions.ip.cutting_radius(name)
-        if radius <= 0.0:
+        super().__init__(motions.ip, origin, cmath.rect(1.0, math.radians(angle)))
+        self.name, self.hole, self.angle = name, hole, angle
+        self.radius = motions.ip.cutting_radius(name)
+        if self.radius <= 0.0:
             raise BlockError(
                 "cycle-tool",
                 f"{name} steps aside by a part of the tool, which has no radius",
                 name,
                 hint="--tool-table gives the diameter of the tool",
             )
-        feed, plunge = milling_feed(motions, name, feeds[0]), feeds[1] or motions.ip.state.feed
-        return cls(
-            motions,
-            name,
-            hole,
-            radius,
-            feed,
-            plunge,
-            origin,
-            cmath.rect(1.0, math.radians(angle)),
-            motions.ip.state.feed,
-        )
-
-    def go(self, place: complex, *, rapid: bool) -> None:
-        """Go to a place of the rectangle."""
-        at = self.origin + place * self.turn
-        self.motions.move({"X": at.real, "Y": at.imag}, rapid=rapid)
-
-    def arc(self, end: complex, centre: complex, *, clockwise: bool) -> None:
-        """Go on an arc."""
-        position = self.motions.ip.state.position
-        at, middle = self.origin + end * self.turn, self.origin + centre * self.turn
-        words = {"x": at.real, "y": at.imag, "i": middle.real - position[0], "j": middle.imag - position[1]}
-        self.motions.emit(words, (20 if clockwise else 30,))
+        self.cutting = milling_feed(motions, name, feeds[0])
+        self.plunge = feeds[1] or motions.ip.state.feed
+        motions.ip.state.motion = 10
+        self.to(z=hole.back, rapid=True)
 
     def down(self, place: complex, level: float) -> None:
         """Go to a place beside the part, and down to a level."""
-        self.go(place, rapid=True)
-        self.motions.move({"Z": self.hole.start}, rapid=True)
-        self.hole.feed(self.plunge)
-        self.motions.move({"Z": level}, rapid=False)
-        self.hole.feed(self.feed)
+        self.to(place, rapid=True)
+        self.to(z=self.hole.start, rapid=True)
+        self.feed(self.plunge)
+        self.to(z=level)
+        self.feed(self.cutting)
 
-    def up(self, height: float) -> None:
-        """Go up."""
-        self.motions.move({"Z": height}, rapid=True)
+    def end(self) -> None:
+        """Go to the retraction plane, with the program's feed in force again."""
+        self.feed(self.ip.state.feed)
+        self.to(z=self.hole.back, rapid=True)
 
 
 def _kind(name: str, vari: float) -> tuple[bool, int]:
@@ -138,18 +109,17 @@ def _face(
         return complex(end, aside) if way in (1, 3) else complex(aside, end)
 
     for level in levels:
-        mill.up(mill.hole.start)
+        mill.to(z=mill.hole.start, rapid=True)
         mill.down(place(0, ends[0]), level)
         for k in range(count):
             first, last = ends if way < 3 or k % 2 == 0 else ends[::-1]
             if k and way < 3:
-                mill.up(mill.hole.start)
+                mill.to(z=mill.hole.start, rapid=True)
                 mill.down(place(k, first), level)
             elif k:
-                mill.go(place(k, first), rapid=False)
-            mill.go(place(k, last), rapid=False)
-    mill.hole.feed(mill.before)
-    mill.up(mill.hole.back)
+                mill.to(place(k, first))
+            mill.to(place(k, last))
+    mill.end()
 
 
 def face(motions: Motions, name: str, values: Values) -> None:
@@ -157,9 +127,8 @@ def face(motions: Motions, name: str, values: Values) -> None:
     v = [filled(values, k) for k in range(16)]
     rough, way = _kind(name, v[14])
     hole = Hole.of(motions, name, [*values[:3], depth_of(name, values)])
-    mill = _Mill.of(motions, name, hole, (v[13], v[13]), complex(v[4], v[5]), v[8])
+    mill = _Mill(motions, name, hole, (v[13], v[13]), complex(v[4], v[5]), v[8])
     levels = levels_of(hole.reference, hole.depth + v[12], v[9], name) if rough else (hole.depth,)
-    motions.move({"Z": hole.back}, rapid=True)
     _face(mill, (v[6], v[7]), v[10] or _USUAL_STEP * 2.0 * mill.radius, levels, way, abs(v[11]))
 
 
@@ -180,74 +149,40 @@ def face_of_blank(motions: Motions, name: str, values: Values) -> None:
         )
     depth = v[1] - abs(v[3]) if mode % 10 == 1 else depth_of(name, values)
     hole = Hole.of(motions, name, [*values[:3], depth])
-    mill = _Mill.of(motions, name, hole, (v[11], v[11]), complex(v[4], v[5]), 0.0)
+    mill = _Mill(motions, name, hole, (v[11], v[11]), complex(v[4], v[5]), 0.0)
     rough, way = _kind(name, v[12])
     levels = levels_of(hole.reference, hole.depth + v[10], v[8], name) if rough else (hole.depth,)
     step = v[9] * (2.0 * mill.radius / 100.0 if mode // 10 == 1 else 1.0) or _USUAL_STEP * 2.0 * mill.radius
-    motions.move({"Z": hole.back}, rapid=True)
     _face(mill, (v[6], v[7]), step, levels, way, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class _Spigot:
-    """Half length and half width, radius of the corners, and how much wider the blank is on a side."""
-
-    length: float
-    width: float
-    corner: float
-    excess: float
-
-
-def _round(mill: _Mill, spigot: _Spigot, how: dict[str, float]) -> None:
-    """Mill a spigot free: loops from the outside in, at each level."""
-    rough, _ = _kind(mill.name, how["vari"] or 1.0)
-    side, floor = (how["fal"], how["fald"]) if rough else (0.0, 0.0)
+def _round(mill: _Mill, half: complex, corner: float, excess: float, values: dict[str, float]) -> None:
+    """Mill a spigot of half a length and half a width free, whose blank is wider by an excess: loops from the outside in, at each level."""
+    rough, _ = _kind(mill.name, values["vari"] or 1.0)
+    side, floor = (values["fal"], values["fald"]) if rough else (0.0, 0.0)
     step = _USUAL_STEP * 2.0 * mill.radius
-    count = max(1, math.ceil((spigot.excess - side) / step - _TINY))
-    if count > _MOST or min(spigot.length, spigot.width) <= 0.0 or how["cdir"] not in (0.0, 1.0, 2.0, 3.0):
-        message = f"the size or sense (CDIR = {how['cdir']:g}) of {mill.name} has no meaning"
+    count = max(1, math.ceil((excess - side) / step - _TINY))
+    if count > _MOST or min(half.real, half.imag) <= 0.0 or values["cdir"] not in (0.0, 1.0, 2.0, 3.0):
+        message = f"the size or sense (CDIR = {values['cdir']:g}) of {mill.name} has no meaning"
         raise BlockError(
             "cycle-tool", message, mill.name, hint="LENG, WID or the diameter are above 0; CDIR is 0 to 3"
         )
     # Climb milling beside an outer wall goes clockwise where the spindle does.
-    turns_right = mill.motions.ip.state.direction >= 0
-    clockwise = {0.0: turns_right, 1.0: not turns_right, 2.0: True, 3.0: False}[how["cdir"]]
+    turns_right = mill.ip.state.direction >= 0
+    clockwise = {0.0: turns_right, 1.0: not turns_right, 2.0: True, 3.0: False}[values["cdir"]]
     levels = (
-        levels_of(mill.hole.reference, mill.hole.depth + floor, how["mid"], mill.name)
+        levels_of(mill.hole.reference, mill.hole.depth + floor, values["mid"], mill.name)
         if rough
         else (mill.hole.depth,)
     )
-    away = (
-        spigot.length
-        + max(spigot.excess, side)
-        + 2.0 * mill.radius
-        + abs(mill.hole.start - mill.hole.reference)
+    away = half.real + max(excess, side) + 2.0 * mill.radius + abs(mill.hole.start - mill.hole.reference)
+    # Seen with its length along Y, so that loops begin at the side towards X+.
+    wall = Pocket(mill.origin, half.imag, half.real, corner, mill.angle + 90.0)
+    how = Clearing(
+        -mill.radius, step, levels, mill.hole.start, mill.cutting, mill.plunge, -1 if clockwise else 1
     )
-    mill.motions.move({"Z": mill.hole.back}, rapid=True)
-    for level in levels:
-        mill.down(complex(away, 0.0), level)
-        for k in range(count - 1, -1, -1):
-            _loop(mill, spigot, side + mill.radius + k * step, clockwise)
-        mill.go(complex(away, 0.0), rapid=False)
-        mill.up(mill.hole.start)
-    mill.hole.feed(mill.before)
-    mill.up(mill.hole.back)
-
-
-def _loop(mill: _Mill, spigot: _Spigot, off: float, clockwise: bool) -> None:
-    """Go once around at a distance from the wall, from the middle of the side towards X+."""
-    a, b, r = spigot.length + off, spigot.width + off, min(spigot.corner, spigot.length, spigot.width) + off
-    corners = [(complex(a, b - r), complex(a - r, b), complex(a - r, b - r)), (complex(-a + r, b), complex(-a, b - r), complex(-a + r, b - r)),
-               (complex(-a, -b + r), complex(-a + r, -b), complex(-a + r, -b + r)), (complex(a - r, -b), complex(a, -b + r), complex(a - r, -b + r))]  # fmt: skip
-    mill.go(complex(a, 0.0), rapid=False)
-    for begin, end, centre in [(c[1], c[0], c[2]) for c in reversed(corners)] if clockwise else corners:
-        here = mill.motions.ip.state.position
-        at = mill.origin + begin * mill.turn
-        if abs(complex(here[0], here[1]) - at) > _TINY:
-            mill.go(begin, rapid=False)
-        mill.arc(end, centre, clockwise=clockwise)
-    if abs(b - r) > _TINY:
-        mill.go(complex(a, 0.0), rapid=False)
+    PocketPath(mill.ip, wall, how).free(complex(0.0, -away), side, count)
+    mill.end()
 
 
 def _how(v: list[float], first: int) -> dict[str, float]:
@@ -263,7 +198,7 @@ def rectangle(motions: Motions, name: str, values: Values) -> None:
     how = _how(v, 11)
     modes = MillingModes.of(motions, name, values, 22, CORNERS)
     x, y = modes.corner
-    mill = _Mill.of(
+    mill = _Mill(
         motions,
         name,
         modes.hole(motions, name, values),
@@ -273,7 +208,7 @@ def rectangle(motions: Motions, name: str, values: Values) -> None:
         v[10],
     )
     excess = max(0.0, v[18] - v[5], v[19] - v[6]) / 2.0
-    _round(mill, _Spigot(abs(v[5]) / 2.0, abs(v[6]) / 2.0, abs(v[7]), excess), how)
+    _round(mill, complex(abs(v[5]), abs(v[6])) / 2.0, abs(v[7]), excess, how)
 
 
 def circle(motions: Motions, name: str, values: Values) -> None:
@@ -281,7 +216,7 @@ def circle(motions: Motions, name: str, values: Values) -> None:
     v = [filled(values, k) for k in range(16)]
     how, radius = _how(v, 8), abs(v[5]) / 2.0
     modes = MillingModes.of(motions, name, values, 18)
-    mill = _Mill.of(
+    mill = _Mill(
         motions,
         name,
         modes.hole(motions, name, values),
@@ -289,4 +224,4 @@ def circle(motions: Motions, name: str, values: Values) -> None:
         complex(v[6], v[7]),
         0.0,
     )
-    _round(mill, _Spigot(radius, radius, radius, max(0.0, v[15] / 2.0 - radius)), how)
+    _round(mill, complex(radius, radius), radius, max(0.0, v[15] / 2.0 - radius), how)

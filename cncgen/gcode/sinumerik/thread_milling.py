@@ -10,6 +10,7 @@ import cmath
 import math
 from typing import TYPE_CHECKING
 
+from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.cycle_modes import MillingModes
 from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, filled, given, milling_feed
@@ -113,7 +114,7 @@ def thread_of_profile(motions: Motions, name: str, values: Values) -> None:
     hole.go(hole.back, rapid=True)
 
 
-class _Path:
+class _Path(FlatCutter):
     """The tool's path about the middle of a thread: places are relative to it, in units of the radius of the path.
 
     Outside, a quarter of a circle of the tool's radius leads to the path and away from it, against its sense; inside, half a circle from the
@@ -121,7 +122,8 @@ class _Path:
     """
 
     def __init__(self, motions: Motions, middle: complex, radius: float, sense: int, lead: float) -> None:
-        self.motions, self.middle, self.radius, self.sense, self._lead = motions, middle, radius, sense, lead
+        super().__init__(motions.ip, middle)
+        self.radius, self.sense, self._lead = radius, sense, lead
 
     def _aside(self, spoke: complex, *, on: bool) -> tuple[complex, complex, int]:
         """Return where the way to or from a place of the path is farthest from it, the centre of its arc and its sense."""
@@ -134,13 +136,12 @@ class _Path:
 
     def lead_begins(self, spoke: complex = 1.0 + 0j) -> None:
         """Go to where the way to the thread begins, which starts at a direction from its middle."""
-        place = self.middle + self._aside(spoke, on=True)[0]
-        self.motions.move({"X": place.real, "Y": place.imag}, rapid=True)
+        self.to(self._aside(spoke, on=True)[0], rapid=True)
 
     def lead(self, spoke: complex, level: float, *, on: bool) -> None:
         """Go on the thread at a direction from its middle, or off it."""
         aside, centre, sense = self._aside(spoke, on=on)
-        self._arc(self.middle + (spoke * self.radius if on else aside), self.middle + centre, level, sense, 1)
+        self.arc(spoke * self.radius if on else aside, centre, sense, level)
 
     def helix(self, top: float, bottom: float, pitch: float, begin: complex = 1.0 + 0j) -> complex:
         """Go down the thread, or up, from a direction on; return the direction in which it ends."""
@@ -149,12 +150,5 @@ class _Path:
         spoke = begin * cmath.rect(1.0, self.sense * turn)
         if abs(spoke - begin) < _TINY:
             spoke = begin
-        self._arc(self.middle + spoke * self.radius, self.middle, bottom, self.sense, count)
+        self.arc(spoke * self.radius, 0j, self.sense * count, bottom)
         return spoke
-
-    def _arc(self, end: complex, centre: complex, level: float, sense: int, turns: int) -> None:
-        at = self.motions.ip.state.position
-        words = {"x": end.real, "y": end.imag, "z": level, "i": centre.real - at[0], "j": centre.imag - at[1]}
-        if turns > 1:
-            words["p"] = float(turns)
-        self.motions.emit(words, (30 if sense > 0 else 20,))
