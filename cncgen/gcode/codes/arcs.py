@@ -26,6 +26,31 @@ from cncgen.kernels.arc_centres import centre_from_radius
 
 _OFFSETS = "ijk"
 _POLAR = {"@", "^"}
+#: The end of CT that lies no farther beside the direction before it makes no arc, mm.
+_STRAIGHT = 1e-9
+
+
+def tangent_centre(
+    begin: complex, way: complex | None, finish: complex, before: str, hints: tuple[str, str]
+) -> tuple[complex, int]:
+    """Return the centre and the sense of CT, the arc from one place to another that leaves it in a direction.
+
+    Args:
+        begin: Where it begins.
+        way: The direction of what is before it, if there is anything.
+        finish: Where it ends.
+        before: What that is called.
+        hints: Help where it has no direction, and where it is straight.
+    """
+    if not way:
+        message = f"CT has no {before} before it whose direction it goes on in"
+        raise BlockError("arc-tangent", message, "CT", hint=hints[0])
+    way, chord = way / abs(way), finish - begin
+    aside = (way.conjugate() * chord).imag
+    if abs(aside) < _STRAIGHT:
+        message = f"CT goes straight on: its end lies in the direction of the {before} before"
+        raise BlockError("arc-tangent", message, "CT", hint=hints[1])
+    return begin + 1j * way * abs(chord) ** 2 / (2.0 * aside), 1 if aside > 0.0 else -1
 
 
 def clockwise(ip: Interpreter, block: Block) -> None:

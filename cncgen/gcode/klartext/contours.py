@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from cncgen.gcode.block import AXIS_INDEX, Block, Value
+from cncgen.gcode.codes.arcs import tangent_centre
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.feeds import set_feed
 from cncgen.gcode.codes.lines import check_feed
@@ -333,26 +334,10 @@ def take_polar_end(ip: Interpreter, words: dict[str, float]) -> None:
 
 def tangent_arc(ip: Interpreter, words: dict[str, float]) -> tuple[list[float], complex, int]:
     """Return end, centre and sense of CT: the arc to a point in the direction of the element before."""
-    heading = Plain.of(ip).heading
-    if heading is None:
-        raise BlockError(
-            "arc-tangent",
-            "CT has no element before it whose direction it goes on in",
-            "CT",
-            hint="an L or C block comes before",
-        )
     end = ip.state.position.copy()
     for letter, value in words.items():
         if letter in AXIS_INDEX:
             end[AXIS_INDEX[letter]] = value
-    way, chord = heading / abs(heading), complex(end[0] - ip.state.position[0], end[1] - ip.state.position[1])
-    aside = (way.conjugate() * chord).imag
-    if abs(aside) < 1e-9:
-        raise BlockError(
-            "arc-tangent",
-            "CT goes straight on: its end lies in the direction of the element before",
-            "CT",
-            hint="write L",
-        )
-    centre = complex(ip.state.position[0], ip.state.position[1]) + 1j * way * abs(chord) ** 2 / (2.0 * aside)
-    return end, centre, 1 if aside > 0.0 else -1
+    begin, finish = complex(*ip.state.position[:2]), complex(*end[:2])
+    hints = ("an L or C block comes before", "write L")
+    return end, *tangent_centre(begin, Plain.of(ip).heading, finish, "element", hints)

@@ -113,14 +113,7 @@ def _peck(cycle: HoleCycle) -> None:
         cycle.go(at + min(0.2 * q[379], q[200]), rapid=False)
     cycle.feed(q[206], "Q206")
     for k, depth in enumerate(depths):
-        if q[257] > 0.0 and (at - depth) / q[257] > _MOST_STEPS:
-            fault = f"Q257 = {q[257]:g} makes more than {_MOST_STEPS} chip breaks"
-            raise BlockError("cycle-infeed", fault, "CYCL", hint="Q257 is the way to the next chip break")
-        while q[257] > 0.0 and at - q[257] > depth:
-            at -= q[257]
-            cycle.go(at, rapid=False)
-            cycle.go(at + abs(q[256]), rapid=False)
-        cycle.go(depth, rapid=False)
+        cycle.down(at, depth)
         at = depth
         if depth == cycle.bottom:
             break
@@ -256,15 +249,7 @@ def _tap_breaking(cycle: HoleCycle) -> None:
         return
     cycle.go(cycle.start, rapid=True)
     cycle.feed(abs(pitch) * ip.state.speed, "Q239 S")
-    at = q[203]
-    if (at - cycle.bottom) / q[257] > _MOST_STEPS:
-        message = f"Q257 = {q[257]:g} makes more than {_MOST_STEPS} infeeds"
-        raise BlockError("cycle-infeed", message, "CYCL", hint="Q257 is the depth of one infeed")
-    while at - q[257] > cycle.bottom:
-        at -= q[257]
-        cycle.go(at, rapid=False)
-        cycle.go(at + abs(q[256]) if q[256] else cycle.start, rapid=False)
-    cycle.go(cycle.bottom, rapid=False)
+    cycle.down(q[203], cycle.bottom, cycle.start if q[256] == 0.0 else None)
     cycle.go(cycle.start, rapid=False)
     cycle.end()
 

@@ -74,6 +74,18 @@ class HoleCycle(FlatCutter):
             )
         super().feed(feed)
 
+    def down(self, at: float, depth: float, out: float | None = None) -> None:
+        """Go from a depth down to another one, back by Q256, or out to a height, after each Q257 to break the chip."""
+        q = self.q
+        if q[257] > 0.0 and (at - depth) / q[257] > _MOST:
+            message = f"Q257 = {q[257]:g} makes more than {_MOST} chip breaks"
+            raise BlockError("cycle-infeed", message, "CYCL", hint="Q257 is the way to the next chip break")
+        while q[257] > 0.0 and at - q[257] > depth:
+            at -= q[257]
+            self.go(at, rapid=False)
+            self.go(at + abs(q[256]) if out is None else out, rapid=False)
+        self.go(depth, rapid=False)
+
     def dwell(self, seconds: float) -> None:
         """Wait."""
         if seconds > 0.0:

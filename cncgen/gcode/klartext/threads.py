@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z, infeeds
 from cncgen.records import dataclass
 
 _MOST = 10_000
@@ -87,18 +87,9 @@ def _drill(cycle: HoleCycle) -> None:
     """Drill to Q356 in infeeds of Q202: out after each and back to Q258 above it, or back by Q256 after each Q257."""
     q = cycle.q
     bottom, at = q[203] + q[356], q[203]
-    step, chip = abs(q[202]) or -q[356], q[257]
-    if q[356] < 0.0 and -q[356] / min(step, chip if chip > 0.0 else step) > _MOST:
-        message = f"Q202 = {q[202]:g} and Q257 = {chip:g} make more than {_MOST} infeeds"
-        raise BlockError("cycle-infeed", message, "CYCL", hint="Q202 is the depth of one infeed")
     cycle.feed(q[206], "Q206")
-    while at > bottom:
-        depth = max(bottom, at - step)
-        while chip > 0.0 and at - chip > depth:
-            at -= chip
-            cycle.go(at, rapid=False)
-            cycle.go(at + abs(q[256]), rapid=False)
-        cycle.go(depth, rapid=False)
+    for depth in infeeds(at, bottom, abs(q[202]), cycle.name) if bottom < at else ():
+        cycle.down(at, depth)
         at = depth
         cycle.go(cycle.start, rapid=True)
         if at > bottom:

@@ -7,6 +7,7 @@ import math
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES
+from cncgen.gcode.codes.arcs import tangent_centre
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik import curves
 
@@ -26,7 +27,10 @@ def make(motions: Motions, words: Words, given: dict[str, float], end: list[floa
     turns = words.named.pop("TURN", ("", 0.0))[1]
     clockwise = motions.motion == "G2"
     if motions.motion == "CT":
-        centre, clockwise = _tangent_centre(motions, begin, finish)
+        way = complex(motions.heading[first], motions.heading[second]) if motions.heading else None
+        hints = ("a line or arc of the plane comes before it", "use G1")
+        centre, sense = tangent_centre(begin, way, finish, "motion", hints)
+        clockwise = sense < 0
     elif "CR" in words.named:
         centre = _radius_centre(motions, begin, finish, words.named.pop("CR")[1], clockwise)
     elif "AR" in words.named:
@@ -126,28 +130,3 @@ def _angle_arc(
     if finish == begin:
         raise BlockError("arc-end", "AR has neither an end nor a centre", "AR", hint="X Y or I J beside AR")
     return (finish - begin * turn) / (1.0 - turn), finish
-
-
-def _tangent_centre(motions: Motions, begin: complex, finish: complex) -> tuple[complex, bool]:
-    """Return the centre of an arc that goes on in the direction of the motion before, and whether it turns clockwise."""
-    first, second, _ = motions.plane()
-    way = complex(motions.heading[first], motions.heading[second]) if motions.heading else 0j
-    if way == 0j:
-        raise BlockError(
-            "arc-tangent",
-            "CT has no motion before it whose direction it goes on in",
-            "CT",
-            hint="a line or arc of the plane comes before it",
-        )
-    way /= abs(way)
-    chord = finish - begin
-    side = (way.conjugate() * chord).imag
-    if abs(side) < 1e-9:
-        raise BlockError(
-            "arc-tangent",
-            "CT goes straight on: its end lies in the direction of the motion before",
-            "CT",
-            hint="use G1",
-        )
-    radius = abs(chord) ** 2 / (2.0 * side)
-    return begin + 1j * way * radius, side < 0.0

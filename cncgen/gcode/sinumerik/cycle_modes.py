@@ -20,6 +20,15 @@ CORNERS = ((0, 0), (0, 0), (1, 1), (-1, 1), (1, -1), (-1, -1))
 MIDDLE = CORNERS[:2]
 
 
+#: Parameters of milling cycles that stand in this order: infeed, allowances of wall and floor, feeds, sense, kind, step aside.
+_PARAMETERS = ("mid", "fal", "fald", "feed", "plunge", "cdir", "vari", "step")
+
+
+def milled(v: Sequence[float], first: int) -> dict[str, float]:
+    """Return MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA from a parameter on; MIDA is 0 where a cycle ends before it."""
+    return {"step": 0.0, **dict(zip(_PARAMETERS, v[first:], strict=False))}
+
+
 @dataclass(frozen=True, slots=True)
 class MillingModes:
     """What the digits choose.

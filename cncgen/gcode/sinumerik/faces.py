@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath, levels_of
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik.cycle_modes import CORNERS, MillingModes
+from cncgen.gcode.sinumerik.cycle_modes import CORNERS, MillingModes, milled
 from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, milling_feed
 
 if TYPE_CHECKING:
@@ -185,17 +185,10 @@ def _round(mill: _Mill, half: complex, corner: float, excess: float, values: dic
     mill.end()
 
 
-def _how(v: list[float], first: int) -> dict[str, float]:
-    """Return MID, FAL, FALD, FFP1, FFD, CDIR, VARI from a parameter on."""
-    return dict(
-        zip(("mid", "fal", "fald", "feed", "plunge", "cdir", "vari"), v[first : first + 7], strict=True)
-    )
-
-
 def rectangle(motions: Motions, name: str, values: Values) -> None:
     """CYCLE76(RTP, RFP, SDIS, DP, DPR, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, AP1, AP2), then FS ZFS GMODE DMODE AMODE."""
     v = [filled(values, k) for k in range(20)]
-    how = _how(v, 11)
+    how = milled(v[:18], 11)
     modes = MillingModes.of(motions, name, values, 22, CORNERS)
     x, y = modes.corner
     mill = _Mill(
@@ -214,7 +207,7 @@ def rectangle(motions: Motions, name: str, values: Values) -> None:
 def circle(motions: Motions, name: str, values: Values) -> None:
     """CYCLE77(RTP, RFP, SDIS, DP, DPR, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, AP1), then FS ZFS GMODE DMODE AMODE; PRAD and AP1 are diameters."""
     v = [filled(values, k) for k in range(16)]
-    how, radius = _how(v, 8), abs(v[5]) / 2.0
+    how, radius = milled(v[:15], 8), abs(v[5]) / 2.0
     modes = MillingModes.of(motions, name, values, 18)
     mill = _Mill(
         motions,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow, levels_of
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik.cycle_modes import CORNERS, MillingModes
+from cncgen.gcode.sinumerik.cycle_modes import CORNERS, MillingModes, milled
 from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, given, milling_feed
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def rectangle(motions: Motions, name: str, values: Values) -> None:
     half, turn = complex(abs(v[4]), abs(v[5])) / 2.0, cmath.rect(1.0, math.radians(v[9]))
     x, y = modes.corner
     middle = _place(motions, values, 7) + complex(x * half.real, y * half.imag) * turn
-    how = _how(v, 10)
+    how = milled(v, 10)
     how["step"] = modes.step(how["step"], motions, name, min(half.real, half.imag))
     _cleared(motions, name, hole, Pocket(middle, half.real, half.imag, v[6], v[9]), how)
 
@@ -94,7 +94,7 @@ def circle(motions: Motions, name: str, values: Values) -> None:
     hole = _levels(name, motions, values, modes.depth_of(depth_of(name, values), v[1]))
     modes.check_whole(name, values, (15, 16))
     radius = v[4] / 2.0 if modes.diameter else v[4]
-    how = _how(v, 7)
+    how = milled(v, 7)
     how["step"] = modes.step(how["step"], motions, name, radius)
     _cleared(motions, name, hole, Pocket(_place(motions, values, 5), radius, radius, radius), how)
 
@@ -173,12 +173,6 @@ def bows(motions: Motions, name: str, values: Values) -> None:
         )
     ip.sink.set_feed_rate(ip.state.feed)
     motions.move({"Z": hole.back}, rapid=True)
-
-
-def _how(v: list[float], first: int) -> dict[str, float]:
-    """Return MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA from a parameter on."""
-    names = ("mid", "fal", "fald", "feed", "plunge", "cdir", "vari", "step")
-    return dict(zip(names, v[first : first + 8], strict=True))
 
 
 def slots(motions: Motions, name: str, values: Values) -> None:
