@@ -213,6 +213,26 @@ def test_a_speed_beside_g50_and_the_start_of_the_spindle(run: Run) -> None:
     assert ("error", "spindle-stopped") in codes(run, f"O1\nG50 S300 M3\n{body}", "fanuc-lathe")
 
 
+@pytest.mark.parametrize(
+    ("body", "found"),
+    [
+        # Two signs are alarm 6 of FANUC's controls (B-64484EN, alarm list); within brackets they are sums.
+        ("G0 X--5.", [("error", "syntax")]),
+        ("#1=3*-2\nG0 X-#1 Y+#1 Z[2--5]", []),
+        # M8 by its pitch of 1.25 mm, under G94 at 1000 rev/min 0.00125 mm; 1250 mm/min are meant.
+        ("S1000 M3\nG84 Z-5. R2. F1.25", [("warning", "tap-pitch")]),
+        ("S1000 M3\nG95 G84 Z-5. R2. F1.25", []),
+        ("S1000 M3\nG84 Z-5. R2. F1250.", []),
+        ("S10 M3\nG84 Z-5. R2. F1250.", [("warning", "tap-pitch")]),
+        ("G65 H01 P#100 Q5", [("error", "not-read")]),
+        ("G10.9 X0\nG291\nG05.3 P35", []),
+        ("G10.9 X1", [("error", "not-read")]),
+    ],
+)
+def test_words_that_controls_refuse_or_take(run: Run, body: str, found: list[tuple[str, str]]) -> None:
+    assert codes(run, f"%\nO1\nG21 G17 G90 G54\nG0 X1. Y1. Z9.\n{body}\nM30\n%") == found
+
+
 def test_a_slash_within_a_block_ends_it(run: Run) -> None:
     """N words and parentheses may stand before the slash of a block that is left out, and a quotient has brackets."""
     text = "O1\nG21 G54\nG0 X0 Y0 (A/B)\nN4 /2 G1 X99\nG1 X10 F100 /2 Y5\n#1=6/2\nG1 X[#1/2] Y1\nM30"

@@ -233,6 +233,22 @@ def test_a_control_that_is_not_read_is_named_in_one_error(text: str, control: st
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        # Hurco's surface quality, no NURBS of LinuxCNC; a radius beside G43, which LinuxCNC refuses; SINUMERIK in its ISO dialect.
+        "G90 G20\nT1 M6\nG0 X1. Y1.\nG43 H1 Z1.\nG05.3 P35\nG1 Z-.1 F10.\nM30",
+        "G90 G80 G40 G20\nM6 T1\nG43 H1 D1\nG0 X0 Y0 Z1 M3 S2000\nM2",
+        "G291\nG90 G54 G17\nG0 X10. Y10.\nG1 Z-1. F100\nM30",
+    ],
+)
+def test_codes_that_linuxcnc_and_sinumerik_do_not_have(text: str) -> None:
+    assert dialect_of(text) == ("fanuc", "")
+    found = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", diagnostics=found)
+    assert [one.code for one in found if one.severity == "error"] == []
+
+
+@pytest.mark.parametrize(
     "cycle",
     [
         "G73 X10. Y10. Z-5. R2. Q1. P500 F100.",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.codes.table import LATHE, Code
+from cncgen.gcode.codes.table import LATHE, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import ARMED, Stage
@@ -46,6 +46,22 @@ def no_fixture(ip: Interpreter, block: Block) -> None:
         raise BlockError("unknown-code", message, "G54.2", hint="G54.2 P0 ends it, and is read")
 
 
+def _sizes_of_x(diameters: int) -> Handler:
+    """Return G10.9 of Mazak, which may say what X is here anyway: a length on mills, on lathes a diameter."""
+
+    def run(ip: Interpreter, block: Block) -> None:
+        if block.words.get("x") != diameters:
+            known = "X0 (lengths)" if not diameters else "X1 (diameters)"
+            raise BlockError(
+                "not-read",
+                f"G10.9 is read with {known} alone",
+                "G10.9",
+                hint="--dialect chooses between mills and lathes",
+            )
+
+    return run
+
+
 def rigid(ip: Interpreter, block: Block) -> None:
     """M29: the next row of holes turns the spindle in step with the feed, until G80 or a code of motion."""
     ip.state.rigid = ARMED
@@ -77,6 +93,12 @@ CODES = (
     Code("G", 1030, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "p", dialects=_FANUC),
     Code("G", 1870, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "pe", dialects=_FANUC),
     Code("G", 51, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, AXES + "pqr", "own", dialects=_FANUC),
+    Code("G", 53, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Hurco)", "p", dialects=_FANUC),
+    Code("G", 2910, "language", Stage.PATH, nothing, "SINUMERIK's ISO dialect: accepted", dialects=_FANUC),
+    *(
+        Code("G", 109, "diameters", Stage.PATH, _sizes_of_x(diameters), text, "x", "own", dialects=dialects, axis_words="sizes")
+        for diameters, text, dialects in ((0, "X is a radius (X0 of Mazak)", _FANUC), (1, "X is a diameter (X1 of Mazak)", (LATHE,)))
+    ),
     Code("G", 611, "path", Stage.PATH, nothing, _LOOK_AHEAD + " (Mazak's geometry compensation)", "pqr", dialects=_FANUC),
     Code("G", 80, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
     Code("G", 220, "stroke check", Stage.PATH, forbid, "forbidden zone: accepted, not checked", "xyzijk", "own", dialects=_FANUC),

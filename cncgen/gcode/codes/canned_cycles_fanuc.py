@@ -39,6 +39,8 @@ _LETTERS = "rpq"
 PATTERN = "hole pattern"
 #: The way off the wall of a bore that Q cannot mean, in mm.
 _FAR = 5.0
+#: Pitches of taps, mm: the finest (0.08, S0.3 of NIHS) and the coarsest (6, M64), with room for another speed than the tap was made for.
+LEAST_PITCH, GREATEST_PITCH = 0.04, 12.0
 
 
 def _pecks(hole: Hole) -> list[float]:
@@ -97,6 +99,7 @@ def _tap(direction: int) -> Callable[[Hole], None]:
     """Return the tapping cycle: down turning one way, out turning the other way."""
 
     def run(hole: Hole) -> None:
+        _doubt_pitch(hole)
         state, faster = hole.ip.state, hole.words.get("j", 1.0)
         if state.rigid:
             _tap_in_step(hole, direction)
@@ -115,6 +118,22 @@ def _tap(direction: int) -> Callable[[Hole], None]:
         hole.traverse(hole.clear)
 
     return run
+
+
+def _doubt_pitch(hole: Hole) -> None:
+    """Warn of a pitch that no tap has, which F under G94 makes with the speed."""
+    state = hole.ip.state
+    if state.feed_mode != 94 or not state.speed:
+        return
+    pitch = state.feed / state.speed * (25.4 if state.inches else 1.0)
+    if not LEAST_PITCH <= pitch <= GREATEST_PITCH:
+        message = f"F{state.feed:g} of a tap at S{state.speed:g} is a pitch of {pitch:.3g} mm"
+        hint = "under G94, F is the pitch by S; G95 takes F as the pitch"
+        hole.ip.warn_once(
+            BlockError(
+                "tap-pitch", message, "F" if "f" in hole.block.words else f"G{state.motion // 10}", hint=hint
+            )
+        )
 
 
 def _tap_in_step(hole: Hole, direction: int) -> None:

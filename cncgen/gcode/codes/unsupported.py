@@ -19,7 +19,6 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 661): "a modal macro called in each block",
     **dict.fromkeys((("G", 683), ("G", 684)), "a tilted working plane"),
     **dict.fromkeys((("G", n) for n in (750, 770, 780, 790)), "a grinding cycle"),
-    ("G", 109): "a radius or a diameter as X, on Mazak's controls",
     ("G", 535): "the coordinates of MAZATROL, on Mazak's controls",
     ("G", 811): "chopping",
     ("G", 1500): "a general pocket cycle",

@@ -68,6 +68,11 @@ def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
             raise BlockError(
                 "macro-arguments", f"{letter.upper()} is not an argument of a macro", letter.upper()
             )
+    if number is None and any(letter == "h" for letter, _ in pairs):
+        message = "G65 H is of custom macro A of older controls, which is not read"
+        raise BlockError(
+            "not-read", message, "H", hint="write its sums in macro B: #100=#101+#102; G65 P calls a program"
+        )
     if number is None:
         raise BlockError("sub-missing", "a macro call has no program number P", "G65")
     return number, times, values
