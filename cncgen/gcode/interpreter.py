@@ -67,6 +67,7 @@ class Interpreter:
         guard: Called with each block before it runs while a curve of several blocks is open; set by that curve's handler.
         rewrite: Takes the words of each block as those of another plane while a linear and a rotary axis make paths together.
         compensated_position: Gives the place beside the path where cutter compensation has the tool; None without it.
+        contour_feed: On which compensated arcs F is the feed along the contour: ``all``, ``inside``, or none (empty).
         last_spline_end: Where Heidenhain's last SPL ended, and in which direction.
         plane_blocks, plane_origin, plane_turn: Points or directions of a tilted plane that takes several blocks, by P and Q; its origin,
             and how far it is turned.
@@ -125,6 +126,7 @@ class Interpreter:
         self.plane_origin = (0.0, 0.0, 0.0)
         self.plane_turn = 0.0
         self.compensated_position: Callable[[list[float]], list[float]] | None = None
+        self.contour_feed = ""
         self._said: set[tuple[str, str]] = set()
         self.skipping = self.feed_doubted = self.feed_mode_said = self.steps = False
         self.rotary: set[str] = set()

@@ -160,7 +160,7 @@ def test_a_program_of_cycle_12_has_its_columns(run: Any, tmp_path: Path) -> None
     ("text", "code"),
     [
         ("0 BEGIN PGM T INCH\n1 L X+1 F10\n", "feed-inch"),
-        ("0 BEGIN PGM T MM\n1 L X+1 F10 M109\n", "feed-function"),
+        ("0 BEGIN PGM T MM\n1 L X+1 F10 M116\n", "feed-function"),
         ("0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S2000\n2 L X+1 FZ0.05\n", "feed-teeth"),
     ],
 )
@@ -193,3 +193,29 @@ def test_a_tool_is_found_by_the_remark_of_the_table(run: Any, tmp_path: Path) ->
             [d.span.line for d in out.diagnostics if d.code == "tool-name"],
         )
     assert ends_of == {"Fraes8": (20.0, [4]), "A": (0.0, [2])}
+
+
+@pytest.mark.parametrize(
+    ("function", "inside", "outside"),
+    [("", 100, 100), (" M109", 60, 140), (" M110", 60, 100), (" M109 M110", 60, 100)],
+)
+def test_the_feed_of_the_cutting_edge(calls: Any, function: str, inside: float, outside: float) -> None:
+    """iTNC 530, "Feed rate for circular arcs: M109/M110/M111": on arcs of radius 10 a tool of radius 4 has 0.6 of F inside, 1.4 outside."""
+    for side, feed in (("RL", inside), ("RR", outside)):
+        first = "".join(f"L{word}\n" for word in function.split())
+        text = f"""BEGIN PGM T MM
+TOOL DEF 1 L+0 R+4
+TOOL CALL 1 Z S1000
+L X-20 Y-30 Z+0 R0 FMAX
+{first.replace("L", "L ")}L X+0 Y-10 {side} F100
+L X+10
+CR X+20 Y+0 R+10 DR+
+L Y+30
+L X+25 M111
+CR X+35 Y+40 R+10 DR+
+L Y+50
+L X+50 Y+70 R0
+END PGM T MM
+"""
+        feeds = [float(line[14:-1]) for line in calls(text) if line.startswith("SET_FEED_RATE(")]
+        assert feeds[1:-1] == ([100] if feed == 100 else [100, feed, 100])

@@ -471,3 +471,53 @@ M30"""
 def test_constants_of_other_bases(run: Run) -> None:
     """Job planning, "Constants": 'HFF' is 255, 'B101' is 5."""
     assert ends(run, "R1='HFF' R2='b101'\nG17 G0 X=R1 Y=R2+'H0A'\nM30")[-1] == [255, 15, 0]
+
+
+@pytest.mark.parametrize(
+    ("mode", "inside", "outside"),
+    [("", 60.0, 140.0), ("CFC", 60.0, 140.0), ("CFIN", 60.0, 100.0), ("CFTCP", 100.0, 100.0)],
+)
+def test_the_feed_of_compensated_arcs_is_that_along_the_contour(
+    calls: Any, mode: str, inside: float, outside: float
+) -> None:
+    """808D, "Programming and Operating, Milling" (2014), page 79: F (r - r_tool) / r inside, F (r + r_tool) / r outside; CFC is usual.
+
+    A tool of radius 4 in an arc of radius 10, left of it and right of it; the lines beside it and the arc at the corner keep F.
+    """
+    for code, feed in (("G41", inside), ("G42", outside)):
+        text = f"""$TC_DP6[1,1]=4
+T1 D1 M6
+G17 G90 G0 X-20 Y-30 Z0
+{mode}
+{code} G1 X0 Y-10 F100
+X10
+G3 X20 Y0 CR=10
+G1 Y30
+G40 X50 Y50
+M30"""
+        feeds = [
+            float(line[14:-1])
+            for line in calls(text, dialect="sinumerik")
+            if line.startswith("SET_FEED_RATE(")
+        ]
+        assert feeds[:-1] == ([100.0] if feed == 100.0 else [100.0, feed, 100.0])
+
+
+@pytest.mark.parametrize(
+    "lines", ["LIMS=3000\nG96 S200 M3", "G96 S200 M3\nLIMS=3000", "G96 S200 M3 LIMS=3000", "LIMS[1]=3000\nG96 S200 M3", "G92 S3000\nG96 S200 M3"]
+)  # fmt: skip
+def test_the_bound_of_the_speed_stands_before_in_and_behind_g96(calls: Any, lines: str) -> None:
+    """At X4 200 m a minute would be 15,900 turns; the mode of the spindle has the bound of 3000 as the motion begins."""
+    found = calls(f"G18 G90 G95 DIAMON\n{lines}\nG0 X4 Z0\nG1 Z-100 F0.1\nM30", dialect="sinumerik")
+    bounds = [line.split("SET_SPINDLE_MODE(")[1] for line in found if "SET_SPINDLE_MODE(" in line]
+    assert bounds[-2] == "0 3000.0000)"
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [("FGROUP(X,Y)", "feed-group"), ("FGREF[A]=12.5", "feed-group"), ("R1=$AC_TIMER[1]", "counter-stands"),
+     ("FGROUP(X,Y,Z)", None), ("FGROUP()", None),  ("$AC_TIMER[1]=0", None), ("DRFOF", None), ("CP", None)],
+)  # fmt: skip
+def test_words_that_move_nothing(run: Run, line: str, code: str | None) -> None:
+    assert codes(run, f"{line}\nG0 X1\nM30") == ([] if code is None else [code])
+    assert ends(run, f"{line}\nG0 X1\nM30") == [[1, 0, 0]]

@@ -39,12 +39,13 @@ class _Call:
 
 @dataclass(slots=True)
 class _Move:
-    """The companion of a piece of the tool centre's path: its block and the programmed end on all axes."""
+    """The companion of a piece of the tool centre's path: its block, the programmed end on all axes, an arc's radius."""
 
     block: Block
     end: Point
     plane: int
     feed: bool
+    radius: float = 0.0
 
 
 class CompensatedSink(PassingSink):
@@ -63,6 +64,8 @@ class CompensatedSink(PassingSink):
         on_roll: Called before each arc around an outside corner.
         on_arc: Called where the entry is an arc.
         on_interrupt: Ends compensation for a block, with the name of a code and what it does; None where such codes are refused.
+        contour_feed: On which arcs F is the feed along the contour: ``all``, ``inside``, or none (empty).
+        feed: F as compensation begins.
     """
 
     def __init__(
@@ -80,6 +83,8 @@ class CompensatedSink(PassingSink):
         on_roll: Callable[[], None] | None = None,
         on_arc: Callable[[], None] | None = None,
         on_interrupt: Callable[[Block, str, str], None] | None = None,
+        contour_feed: str = "",
+        feed: float = 0.0,
     ) -> None:
         super().__init__(inner)
         self.budget = inner.budget
@@ -93,6 +98,7 @@ class CompensatedSink(PassingSink):
         self._warn = warn
         self._inches = inches
         self._speed: float | None = None
+        self._arcs, self._feed = contour_feed, feed
         self._block = inner.block
         #: Whether G41 is in force, and not G42: a negative radius has the tool on the other side.
         self.left = centre.side > 0
@@ -142,8 +148,8 @@ class CompensatedSink(PassingSink):
         """Offset an arc."""
         if self._on_arc is not None and self.centre.begins:
             self._on_arc()
-        move = _Move(self._block, list(end), plane, True)
         centre = complex(first, second)
+        move = _Move(self._block, list(end), plane, True, abs(self._in_plane(end) - centre))
         self._take(lambda: self.centre.arc(self._in_plane(end), centre, turns, move))
 
     def nurbs_feed(self, curve: Curve) -> None:
@@ -199,11 +205,29 @@ class CompensatedSink(PassingSink):
         if piece.centre is not None:
             if piece.corner and self._on_roll is not None:
                 self._on_roll()
+            factor = self._factor(piece, move)
+            if factor != 1.0:
+                self.inner.set_feed_rate(self._feed * factor)
             self.inner.arc_feed(end, piece.centre.real, piece.centre.imag, piece.turns, move.plane)
+            if factor != 1.0:
+                self.inner.set_feed_rate(self._feed)
         elif piece.rapid:
             self.inner.straight_traverse(end)
         else:
             self.inner.straight_feed(end)
+
+    def _factor(self, piece: CentreMove, move: _Move) -> float:
+        """Return how much faster than F the tool's centre goes where F is the feed along the contour: its radius by the contour's."""
+        if (
+            not self._arcs
+            or piece.corner
+            or not move.radius
+            or piece.centre is None
+            or self._speed is not None
+        ):
+            return 1.0
+        factor = abs(piece.end - piece.centre) / move.radius
+        return min(factor, 1.0) if self._arcs == "inside" else factor
 
     def _length(self, piece: CentreMove, end: Point) -> float:
         """Return the length of a piece from where the tool stands, in X Y Z, else of the rotary part."""
@@ -249,6 +273,8 @@ class CompensatedSink(PassingSink):
         waiting = [item.block for item in self.centre.waiting() if isinstance(item.block, _Move)]
         for point in (self._last, *(move.end for move in waiting)):
             point[:] = [v if 3 <= k <= 5 else v * factor for k, v in enumerate(point)]
+        for move in waiting:
+            move.radius *= factor
 
     def set_inverse_time(self, rate: float, length: float) -> None:
         """Take the speed that it means for the programmed move: all pieces of the move go at it, as in LinuxCNC."""
@@ -258,6 +284,19 @@ class CompensatedSink(PassingSink):
             self.inner.set_inverse_time(rate, length)
 
         self._defer(run)
+
+    def set_feed_rate(self, rate: float) -> None:
+        """Pass on, and keep it for arcs."""
+
+        def run() -> None:
+            self._feed = rate
+            self.inner.set_feed_rate(rate)
+
+        self._defer(run)
+
+    def feed_along_contour(self, arcs: str) -> None:
+        """Take on which arcs F is the feed along the contour, behind the moves that wait."""
+        self._defer(partial(setattr, self, "_arcs", arcs))
 
     def set_feed_mode(self, mode: int, synched: bool) -> None:
         """Pass on."""

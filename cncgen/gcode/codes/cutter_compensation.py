@@ -75,6 +75,8 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
             on_roll=partial(_tell_roll, ip) if ip.dialect == "fanuc" else None,
             on_arc=partial(_tell_arc, ip) if ip.dialect.startswith("fanuc") else None,
             on_interrupt=partial(interrupt, ip) if ip.dialect.startswith("fanuc") and not dynamic else None,
+            contour_feed=ip.contour_feed,
+            feed=state.feed,
         )
         sink.left = left
         ip.sink, ip.compensated_position = sink, sink.beside
@@ -102,6 +104,13 @@ def _sink_of(ip: Interpreter) -> CompensatedSink | None:
     from cncgen.gcode.codes.compensated_sink import CompensatedSink
 
     return ip.sink if isinstance(ip.sink, CompensatedSink) else None
+
+
+def feed_along_contour(ip: Interpreter, arcs: str) -> None:
+    """Take F as the feed along the contour on compensated arcs from here on: ``all``, those ``inside``, or none (empty)."""
+    ip.contour_feed = arcs
+    if (sink := _sink_of(ip)) is not None:
+        sink.feed_along_contour(arcs)
 
 
 def _renew(ip: Interpreter, sink: CompensatedSink, radius: float, left: bool) -> None:

@@ -31,6 +31,7 @@ from cncgen.gcode.block import (
 )
 from cncgen.gcode.codes import tool_point
 from cncgen.gcode.codes.arcs import check_radii
+from cncgen.gcode.codes.cutter_compensation import feed_along_contour
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import table_offset
@@ -357,16 +358,19 @@ _REMARKS = {
     **{number: ("contour-function", f"M{number} ({what}) is not made: the contour is offset as it stands", f"M{number}",
                 "check the corners where it stands", Severity.WARNING)
        for number, what in ((97, "steps smaller than the tool"), (98, "open corners machined to their end"))},
-    **{number: ("feed-function", f"M{number} ({what}) is not read: F is that of the tool's centre along its path", f"M{number}",
-                "the path is not changed by it", Severity.WARNING)
-       for number, what in ((109, "the feed of the cutting edge on arcs"),
-                            (110, "the feed of the cutting edge within arcs"), (116, "mm a minute of rotary axes"))},
+    116: ("feed-function", "M116 (mm a minute of rotary axes) is not read: F is that of the tool's centre along its path", "M116",
+          "the path is not changed by it", Severity.WARNING),
 }  # fmt: skip
+#: M109, M110 and M111: on which compensated arcs F is the feed along the contour.
+_CONTOUR_FEEDS = {109: "all", 110: "inside", 111: ""}
 
 
 def remark(ip: Interpreter, block: Block) -> None:
     """Remark once in a run on a word that changes no motion: a name where no tool has it, a normal where a tool has oversizes."""
     kind = round(block.words["remark"])
+    if kind in _CONTOUR_FEEDS:
+        feed_along_contour(ip, _CONTOUR_FEEDS[kind])
+        return
     holds = {_NAMED: not block.words.get("t", 0.0), _NORMALS: bool(Plain.of(ip).sizes)}
     if holds.get(kind, True):
         code, message, place, hint, severity = _REMARKS[kind]

@@ -59,6 +59,8 @@ _FRAMES = (7, 8, 9, 10, 11, 19, 26, 247)
 #: Where a subprogram leads back to that is read as a contour.
 _END_OF_CONTOUR = -1
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
+#: Cycles above this number take M109 and M110 for their arcs on the control.
+_FEEDS_KEPT = 200
 #: The first letter of parameters, which follow a cycle.
 _PARAMETER = ("Q", "q")
 #: Codes of lines and arcs, to which a contour is approached and which corners join.
@@ -397,6 +399,10 @@ class HeidenhainRunner(ProgramText):
         if Plain.of(self.ip).cycle == programs.CYCLE and not self._modal:
             self._call_program(at, self._program)
         else:
+            if self.ip.contour_feed and Plain.of(self.ip).cycle > _FEEDS_KEPT:
+                message = "M109 and M110 do not act on the arcs of cycles here: their feed is that of the tool's centre"
+                hint = "the path is not changed by it"
+                self.ip.warn_once(BlockError("feed-function", message, "M109", hint=hint))
             cycles.call(self.ip, Block({}, (), (), None, 0, block.line, block.offset))
 
     def _tell_tool(self) -> None:

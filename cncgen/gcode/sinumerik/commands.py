@@ -11,6 +11,7 @@ from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.codes import rotary_paths, tool_point
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
+from cncgen.gcode.codes.cutter_compensation import feed_along_contour
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.tools import table_offset
 from cncgen.gcode.codes.turning_profiles import Recorder
@@ -37,12 +38,12 @@ NAMED = frozenset(
 #: Words that change how the control moves, not where to: accepted.
 _ACCEPTED = frozenset(
     [
-     "SOFT", "BRISK", "DRIVE", "SOFTA", "BRISKA", "FFWON", "FFWOF", "CFC", "CFTCP", "CFIN", "FIFOCTRL", "STARTFIFO", "STOPFIFO",
+     "SOFT", "BRISK", "DRIVE", "SOFTA", "BRISKA", "FFWON", "FFWOF", "FIFOCTRL", "STARTFIFO", "STOPFIFO",
      "UPATH", "SPATH", "COMPON", "COMPCURV", "COMPCAD", "COMPOF", "COMPSURF", "NORM", "STOPRE", "ORISON", "ORISOF", "RTLION", "RTLIOF",
      "CDOF", "CDOF2", "CDON", "CUT2D", "CUT2DF", "WALIMON", "WALIMOF", "DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",
      "DYNPREC", "SBLON", "SBLOF", "DISPLOF", "DISPLON", "FNORM", "FLIN", "FCUB", "CPRECON", "CPRECOF", "POLYPATH", "BAUTO", "BNAT",
      "BTAN", "EAUTO", "ENAT", "ETAN", "NEWCONF", "WAITP", "FPRAOFF", "LFON", "LFOF", "SPCON", "SPCOF", "SAVE", "ACTBLOCNO",
-     "DELAYFSTON", "PCALL", "DELAYFSTOF", "TOROTOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "ORIEULER", "ORIRPY", "ORIRPY2",
+     "DELAYFSTON", "PCALL", "DELAYFSTOF", "TOROTOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "DRFOF", "LIFTFAST", "CP", "ORIEULER", "ORIRPY", "ORIRPY2",
      "ORIVIRT1", "ORIVIRT2",
     ]
 )  # fmt: skip
@@ -300,7 +301,20 @@ def _compensate_with_allowance(motions: Motions, code: int) -> None:
 
 
 def modal_values(motions: Motions, words: Words) -> None:
-    """OVR, the override of the feed in percent, and OFFN, the allowance that compensation leaves beside the tool's radius."""
+    """OVR, the override of the feed in percent, OFFN, the allowance beside the tool's radius, and LIMS, the bound of the speed under G96."""
+    limit = words.named.pop("LIMS", None)
+    if 92 in words.g and "S" in words.named and not words.axes:
+        words.g.remove(92)
+        limit = words.named.pop("S")
+        message = (
+            "G92 S is read as LIMS: the bound of the spindle's speed under G96, as on SINUMERIK 810 and 820"
+        )
+        motions.note("speed-bound", message, "G92", "LIMS= says it on later controls")
+    if limit is not None:
+        state = motions.ip.state
+        state.speed_limit = limit[1]
+        if state.constant_surface is not None and 96 not in words.g:
+            motions.emit({"s": state.speed}, (960,))
     if "OVR" in words.named:
         percent = words.named.pop("OVR")[1]
         if not 0.0 < percent <= _MOST_OVERRIDE:
@@ -399,6 +413,19 @@ def _limit(motions: Motions, words: Words, name: str, at: Scalar, mode: str, val
         motions.ip.warn_once(BlockError("limit-kept", message, name, hint=hint))
 
 
+def _radius_of_feed(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
+    """FGREF[A]=: the radius at which F counts for a rotary axis of FGROUP."""
+    message = f"FGREF={value:g} is passed over: F of a rotary axis that turns alone is in degrees a minute"
+    hint = "the path is not changed by it; with an axis of X Y Z in the block F is the feed of these"
+    motions.ip.warn_once(BlockError("feed-group", message, name, hint=hint))
+
+
+def _limit_of_spindle(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
+    """LIMS[n]=: the bound of the speed under G96 of a spindle; those of other spindles than the master bound nothing here."""
+    if round(number(at, "the number of a spindle")) == motions.master:
+        words.named["LIMS"] = mode, value
+
+
 #: G functions by the number of their group, in its order.
 _GROUPS = {
     1: (0, 1, 2, 3), 6: (17, 18, 19), 7: (40, 41, 42), 8: (500, 54, 55, 56, 57, *range(505, 600)), 10: (60, 64, 641, 642, 643, 644, 645),
@@ -412,6 +439,8 @@ INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = 
     "G": _of_group,
     **dict.fromkeys(("SPOS", "SPOSA"), _spindle_place),
     **dict.fromkeys(("ACC", "FL", "OVRA", "VELOLIM", "ACCLIM", "JERKLIM"), _limit),
+    "FGREF": _radius_of_feed,
+    "LIMS": _limit_of_spindle,
 }
 #: The largest OVR, in percent.
 _MOST_OVERRIDE = 200.0
@@ -439,9 +468,7 @@ def _surface(motions: Motions, code: int, words: Words) -> None:
     speed = words.named.pop("S", words.named.pop(f"S{motions.master}", None))
     if speed is None:
         raise BlockError("speed-missing", "G96 has no S", "G96", hint="G96 S200 is 200 m a minute")
-    limit = words.value("LIMS")
-    words.named.pop("LIMS", None)
-    motions.emit({"s": speed[1], **({} if limit is None else {"d": limit})}, (960,))
+    motions.emit({"s": speed[1]}, (960,))
 
 
 def _pole(motions: Motions, code: int, words: Words) -> None:
@@ -632,7 +659,19 @@ def _vectors_of_machine(*, machine: bool) -> Callable[[Motions], None]:
     return run
 
 
+def _contour_feed(arcs: str) -> Callable[[Motions], None]:
+    """Return what CFC, CFIN and CFTCP do: F is that along the contour on all compensated arcs, on those inside, or on none."""
+
+    def run(motions: Motions) -> None:
+        feed_along_contour(motions.ip, arcs)
+
+    return run
+
+
 _SWITCHES: dict[str, Callable[[Motions], None]] = {
+    "CFC": _contour_feed("all"),
+    "CFIN": _contour_feed("inside"),
+    "CFTCP": _contour_feed(""),
     "ORIAXES": _turning("axes"),
     **dict.fromkeys(("ORIVECT", "ORIPLANE"), _turning("plane")),
     "ORIWKS": _vectors_of_machine(machine=False),
@@ -661,6 +700,25 @@ def _traori_of(motions: Motions, name: str, values: list[Scalar | None]) -> None
     if values and values[0] not in (None, 1.0):
         raise _not_read(f"TRAORI({values[0]})", "the machine file describes one transformation")
     _traori(motions)
+
+
+def _path_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """FGROUP(X,Y): the axes whose path has the feed F; it is that of X Y Z here, as without FGROUP."""
+    axes = {value for value in values if isinstance(value, str)}
+    if axes and axes != set("XYZ"):
+        message = f"FGROUP of {' '.join(sorted(axes))} is passed over: F is the feed of X Y Z, or of the rotary axes where these alone turn"
+        hint = "the path is not changed by it; times where other axes move differ from the control's"
+        motions.ip.warn_once(BlockError("feed-group", message, name, hint=hint))
+
+
+def _other_channel(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """INIT, START, WAITE, GET, RELEASE: programs and axes of other channels."""
+    motions.note_once(
+        "channel-alone",
+        f"{name} is passed over: the other channels do not run here",
+        name,
+        "the time that it waits is not counted",
+    )
 
 
 def _alarm(motions: Motions, name: str, values: list[Scalar | None]) -> None:
@@ -695,8 +753,10 @@ CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     "SETAL": _alarm,
     "SETMS": _master,
     "SETINT": _interrupt,
+    "FGROUP": _path_axes,
+    **dict.fromkeys(("INIT", "START", "WAITE", "GET", "GETD", "RELEASE"), _other_channel),
     **dict.fromkeys(
-        ("WORKPIECE", "CYCLE832", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL", "FGROUP", "FGREF",
+        ("WORKPIECE", "CYCLE832", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL",
          "FLIM", "VELOLIM", "ACCLIM", "DISPLOF", "SOFTA", "BRISKA", "SPCON", "SPCOF", "CPROT", "GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND",
          "F_HEAD", "E_HEAD", "E_END", "F_END", "PROTD", "WAITP", "WAITS", "WAITMC",
          "MMC", "WRITE", "CLRINT", "ENABLE", "DISABLE"),

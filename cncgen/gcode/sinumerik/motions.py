@@ -167,6 +167,7 @@ class Motions:
     def begin(self, *, turns: bool = False) -> None:
         """Put the modes in force with which SINUMERIK begins, on lathes where the program turns and says no other."""
         self.emit({}, (210,))
+        self.ip.contour_feed = "all"
         if turns:
             self.emit({}, (180,))
             self.diameter, self.plane_assumed = "G90 G91", True

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.corners import tried_motion
+from cncgen.gcode.codes.cutter_compensation import feed_along_contour
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 
@@ -213,7 +214,11 @@ def _follow(motions: Motions, path: Segment, height: float) -> None:
         return
     offset = path.centre - path.start
     words["ijk"[first]], words["ijk"[second]] = offset.real, offset.imag
+    # The arc is that of the tool's centre, and so is its feed.
+    arcs = motions.ip.contour_feed
+    feed_along_contour(motions.ip, "")
     motions.emit(words, (30 if path.spin > 0 else 20,))
+    feed_along_contour(motions.ip, arcs)
 
 
 def _arc(motions: Motions, soft: Soft, point: complex, heading: complex, *, on: bool) -> Segment:

@@ -15,6 +15,11 @@ MOST_R = 32_767
 _TYPES = ("REAL", "INT", "BOOL", "CHAR", "STRING", "AXIS", "FRAME")
 #: The axes of the plane in force, and the one across it.
 _PLANE_AXES = ("$P_AXN1", "$P_AXN2", "$P_AXN3")
+#: Times and counters that run on the control.
+_COUNTERS = frozenset(
+    f"$AC_{n}" for n in ("TIMER", "TIME", "CYCLE_TIME", "CUTTING_TIME", "OPERATING_TIME", "ACTUAL_PARTS", "TOTAL_PARTS",
+                         "REQUIRED_PARTS", "SPECIAL_PARTS")
+)  # fmt: skip
 #: System variables of an axis: from which place they are.
 _PLACES = {"$AA_IW": "program", "$P_EP": "program", "$AA_IB": "program", "$AA_IM": "machine"}
 
@@ -141,6 +146,8 @@ class Store:
 
     def set_value(self, name: str, indices: list[Scalar], value: Scalar) -> None:
         """Set a variable."""
+        if name in _COUNTERS:
+            return
         if tool_data.names(name):
             self.tools.set(
                 name, indices, number(value, f"the value of {name}") if not isinstance(value, str) else 0.0
@@ -171,6 +178,12 @@ class Store:
             return position[AXIS_INDEX[indices[0].lower()]]
         if name == frame_variables.ORIGINS:
             return frame_variables.part(self.ip, indices)
+        if name in _COUNTERS:
+            message = f"{name} is read as 0: the control's times and counters of parts do not run here"
+            self.ip.warn_once(
+                BlockError("counter-stands", message, name, hint="check what the program does with it")
+            )
+            return 0.0
         if tool_data.names(name):
             return self.tools.value(name, indices)
         if name == "$P_AD" and len(indices) == 1:

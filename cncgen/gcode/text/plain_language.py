@@ -88,7 +88,10 @@ _FUNCTIONS: dict[Value, Words] = {
     136.0: [("g", 95.0)],
     137.0: [("g", 94.0)],
     **{number: [("g", REMARK / 10.0), ("remark", number)] for number in (97.0, 98.0)},
-    **{number: [("m", number), ("g", REMARK / 10.0), ("remark", number)] for number in (109.0, 110.0, 116.0)},
+    **{
+        number: [("m", number), ("g", REMARK / 10.0), ("remark", number)]
+        for number in (109.0, 110.0, 111.0, 116.0)
+    },
 }
 #: M functions that change the meaning of motions.
 _NOT_READ: dict[Value, str] = {
