@@ -219,3 +219,25 @@ END PGM T MM
 """
         feeds = [float(line[14:-1]) for line in calls(text) if line.startswith("SET_FEED_RATE(")]
         assert feeds[1:-1] == ([100] if feed == 100 else [100, feed, 100])
+
+
+@pytest.mark.parametrize(
+    ("start", "way"),
+    [("L X+1 Y+1 Z+50 FMAX", [(5, 0, 50), (5, 0, 14), (5, 0, 7)]), ("L X+1 Y+1 Z-9 FMAX", [(1, 1, 14), (5, 0, 14), (5, 0, 7)])],
+)  # fmt: skip
+def test_the_place_of_a_cycle_shifts_it(run: Any, start: str, way: list[tuple[float, ...]]) -> None:
+    """iTNC 530, "Calling a cycle with CYCL CALL POS": its tool axis is an additional shift; from above the tool goes in the plane first,
+    from below along its axis first. The surface is 10 + 2 here, the clearance 2 above it, the bottom 5 below."""
+    text = f"""0 BEGIN PGM T MM
+1 TOOL CALL 1 Z S1000
+2 {start}
+3 CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=100 Q202=5 Q210=0 Q203=+10 Q204=20 Q211=0
+4 CYCL CALL POS X+5 Y+0 Z+2 FMAX
+5 L X+6 FMAX M99
+6 END PGM T MM
+"""
+    out = run(text)
+    assert out.errors == []
+    ends = [tuple(end) for end in out.path.end[out.path.kind != 3, :3].tolist()]
+    assert ends[1:4] == way
+    assert min(z for x, _, z in ends if x == 6) == 5

@@ -54,7 +54,7 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "APPR LCT": ("L X-30 Y-10 F100\nAPPR LCT X+0 Y+0 R10 RL\nL Y+20\nDEP LCT X-30 Y+30 R10", [(-30, -10), (-12, -10), (-2,), (-2, 20), (-12, 30), (-30, 30)]),
     "APPR LT with RR": ("L X+30 F100\nAPPR LT X+0 Y+0 LEN15 RR\nL Y+10\nDEP LT LEN5", [(30,), (2, -15), (2,), (2, 10), (2, 15)]),
     "200 with M99": (f"{DRILL}L X+0 Y+5 FMAX M99", [(0, 5), *[(0, 5, z) for _, _, z in HOLE]]),
-    "CYCL CALL POS": (f"{DRILL}CYCL CALL POS X+5 Y+0 Z+0", [(5,), *[(5, 0, z) for _, _, z in HOLE]]),
+    "CYCL CALL POS": (f"{DRILL}CYCL CALL POS X+5 Y+0 Z+0", [(0, 0, 2), *[(5, 0, z) for _, _, z in HOLE]]),
     "M89": (f"{DRILL}L X+5 FMAX M89\nL X+6 FMAX M99\nL X+7 FMAX",
             [(5,), *[(5, 0, z) for _, _, z in HOLE], (6, 0, 20), *[(6, 0, z) for _, _, z in HOLE], (7, 0, 20)]),
     "202": ("CYCL DEF 202 BORING ~\n Q200=2 ~\n Q201=-10 ~\n Q206=100 ~\n Q211=0 ~\n Q208=250 ~\n Q203=0 ~\n Q204=20 ~\n Q214=1\nCYCL CALL",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import ClassVar
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import (
+    AXES,
     AXIS_INDEX,
     CIRCLE,
     CYCLE_CALL,
@@ -59,8 +60,8 @@ _FRAMES = (7, 8, 9, 10, 11, 19, 26, 247)
 #: Where a subprogram leads back to that is read as a contour.
 _END_OF_CONTOUR = -1
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
-#: Cycles above this number take M109 and M110 for their arcs on the control.
-_FEEDS_KEPT = 200
+#: Cycles from this number on have their surface in Q203, and take M109 and M110 for their arcs on the control.
+_OF_PARAMETERS = 200
 #: The first letter of parameters, which follow a cycle.
 _PARAMETER = ("Q", "q")
 #: Codes of lines and arcs, to which a contour is approached and which corners join.
@@ -399,7 +400,7 @@ class HeidenhainRunner(ProgramText):
         if Plain.of(self.ip).cycle == programs.CYCLE and not self._modal:
             self._call_program(at, self._program)
         else:
-            if self.ip.contour_feed and Plain.of(self.ip).cycle > _FEEDS_KEPT:
+            if self.ip.contour_feed and Plain.of(self.ip).cycle >= _OF_PARAMETERS:
                 message = "M109 and M110 do not act on the arcs of cycles here: their feed is that of the tool's centre"
                 hint = "the path is not changed by it"
                 self.ip.warn_once(BlockError("feed-function", message, "M109", hint=hint))
@@ -613,23 +614,37 @@ class HeidenhainRunner(ProgramText):
                 "CYCL",
                 hint="PATTERN DEF POS1 (X+10 Y+10 Z+0) defines one; tables of points are not read",
             )
-        q = self.ip.parameters.numbers
-        surface = q[203]
         for place, above in self._points:
             block = self._block(at, statement.words)
             block.words |= {"x": place.real, "y": place.imag}
             self._move(block)
-            q[203] = surface + above
-            try:
+            with self._raised(above):
                 cycles.call(self.ip, Block({}, (), (), None, 0, block.line, block.offset))
-            finally:
-                q[203] = surface
+
+    @contextmanager
+    def _raised(self, above: float) -> Iterator[None]:
+        """Raise the surface of the cycle that is called."""
+        q = self.ip.parameters.numbers
+        surface = q[203]
+        q[203] = surface + above
+        try:
+            yield
+        finally:
+            q[203] = surface
 
     def _call_at(self, at: int, statement: Statement) -> None:
-        """CYCL CALL POS: the cycle at a place."""
+        """CYCL CALL POS: the cycle at a place, whose Z shifts the cycle; from below its clearance the tool rises first."""
         block = self._block(at, statement.words)
+        q, above = self.ip.parameters.numbers, 0.0
+        if Plain.of(self.ip).cycle >= _OF_PARAMETERS and "z" in block.words:
+            above = block.words.pop("z")
+            clearance = q[203] + above + q[200]
+            if self.ip.state.position[2] < clearance:
+                way = {name: value for name, value in block.words.items() if name not in AXES}
+                self._move(replace(block, words={**way, "z": clearance}, m=()))
         self._move(block)
-        self._call_cycle(at, block)
+        with self._raised(above):
+            self._call_cycle(at, block)
 
     def _cycle(self, at: int, statement: Statement) -> None:
         """CYCL DEF."""
