@@ -33,19 +33,24 @@ _FALL = cython.declare(cython.double, 0.2)
 _CLOSE = cython.declare(cython.double, 0.1)
 _NEAR = cython.declare(cython.double, 1e-3)
 _OFF_NEAR = cython.declare(cython.double, 10.0)
-#: Damping: once the residual is below the first number, a step of less than this part of its length multiplies by `_CHANGE` what is
-#: added to the Hessian, within these bounds; a longer step divides it.
+#: Damping: a step of less than the second number multiplies by `_CHANGE` what is added to the Hessian, within these bounds, once the
+#: residual is below the first number; before that one of less than a tenth of that does. A longer step divides it.
 _SETTLED = cython.declare(cython.double, 1e-2)
 _SHORT = cython.declare(cython.double, 0.1)
 _LEAST_DAMPING = cython.declare(cython.double, 1e-4)
 _FIRST_DAMPING = cython.declare(cython.double, 1e-3)
 _MOST_DAMPING = cython.declare(cython.double, 0.1)
 _CHANGE = cython.declare(cython.double, 4.0)
+#: So many steps in a row of less than this part, and the search ends: closing where it is near, without a solution where it is not.
+_HOPELESS = cython.declare(cython.int, 10)
+_STUCK = cython.declare(cython.double, 1e-3)
 #: Damping beyond which the Hessian is taken without the curvature of the motion.
 _CONVEX = cython.declare(cython.double, 10.0)
 #: The search ends where two steps in a row change the cost by less than this part of it, or so many iterations before the last one.
 #: Then steps with much damping, each with `_CHANGE` times that of the one before, make the motion exact.
-_FLAT = cython.declare(cython.double, 1e-6)
+_FLAT = cython.declare(cython.double, 3e-6)
+#: Largest residual for that: damped steps make it less than a thousandth of itself.
+_NEARLY = cython.declare(cython.double, 1e-3)
 _CLOSING = cython.declare(cython.int, 12)
 _CLOSING_DAMPING = cython.declare(cython.double, 1.0)
 #: Largest residual as a multiple of that of the first point, and the least residual that counts: an exact first point must be left.
@@ -369,7 +374,9 @@ def _solved(
     phi: cython.double = 0.0
     last: cython.double
     fourth: cython.double
+    level: cython.bint
     flat: cython.int = 0
+    stuck: cython.int = 0
     closing: cython.bint = False
     calming: cython.double = _CLOSING_DAMPING
     steps: _Steps
@@ -424,11 +431,15 @@ def _solved(
                 break
         if not phi < 1e308:
             return Found(-1, it, residual, off)
-        flat = (
-            flat + 1 if tube.mu <= mu_end and residual < 1e-4 and fabs(phi - last) < _FLAT * fabs(phi) else 0
-        )
+        level = tube.mu <= mu_end and residual < _NEARLY and fabs(phi - last) < _FLAT * fabs(phi)
+        flat = flat + 1 if level else 0
         closing |= flat > 1
-        if part < _SHORT and residual < _SETTLED:
+        stuck = stuck + 1 if part < _STUCK else 0
+        if stuck == _HOPELESS:
+            if residual > _CLOSE:
+                return Found(0, it, residual, off)
+            closing = True
+        if part < _SHORT and (residual < _SETTLED or part < 0.1 * _SHORT):
             delta = min(_MOST_DAMPING, max(_FIRST_DAMPING, _CHANGE * damping))
         else:
             delta = damping / _CHANGE if damping > _LEAST_DAMPING else 0.0
