@@ -521,3 +521,24 @@ def test_the_bound_of_the_speed_stands_before_in_and_behind_g96(calls: Any, line
 def test_words_that_move_nothing(run: Run, line: str, code: str | None) -> None:
     assert codes(run, f"{line}\nG0 X1\nM30") == ([] if code is None else [code])
     assert ends(run, f"{line}\nG0 X1\nM30") == [[1, 0, 0]]
+
+
+@pytest.mark.parametrize(
+    ("before", "code", "feeds", "mode"),
+    [
+        ("G94", "G96 S100", [0.0, 0.2], "0, 1"),
+        ("F0.3", "G96 S100", [0.3, 0.0, 0.3, 0.2], "0, 1"),
+        ("G95 F0.3", "G961 S100", [0.0, 0.3, 0.0, 0.2], "0, 0"),
+        ("G95 F0.3", "G962 S100", [0.0, 0.3, 0.2], "0, 1"),
+        ("G96 S100", "G971 S500", [0.0, 0.0, 0.2], "0, 0"),
+        ("G96 S100", "G972 S500", [0.0, 0.2], "0, 1"),
+    ],
+)
+def test_constant_cutting_rate_says_what_f_is(
+    calls: Any, before: str, code: str, feeds: list[float], mode: str
+) -> None:
+    """Fundamentals, "Constant cutting rate": G96 has the feed of G95, G961 and G971 that of G94; a change ends F that G94 or G95 said."""
+    found = calls(f"DIAMON G18 M3 S300\n{before}\n{code}\nG1 X10 Z-5 F0.2\nM30", dialect="sinumerik")
+    said = [line[14:-1] for line in found if line.startswith("SET_FEED_MODE(")]
+    assert [float(line[14:-1]) for line in found if line.startswith("SET_FEED_RATE(")][:-1] == feeds
+    assert said[-2] == mode

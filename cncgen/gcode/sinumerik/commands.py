@@ -55,12 +55,12 @@ _FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRR
 _PLAIN = frozenset((9, 60, 601, 602, 603, 62, 621, 63, 290, 460, 461, 462, 810, 820, 830))
 #: The side of soft approaches: that of G41 and G42, left, right, where the tool comes from.
 _SIDES = {140: 2, 141: 1, 142: -1, 143: 0}
+_SURFACE = (96, 97, 961, 962, 971, 972, 973)
 _FEED_MODES = {93: 930, 94: 940, 95: 950}
 _NOT_READ = {
     291: "the ISO dialect (--dialect fanuc reads it)", 34: "threads of growing lead", 35: "threads of falling lead",
     5: "inclined plunge", 7: "inclined plunge", 931: "the feed as a time",
-    942: "frozen feed", 952: "frozen feed", 961: "surface speed by minute", 962: "surface speed", 971: "frozen speed", 972: "frozen speed",
-    973: "speed without a bound",
+    942: "frozen feed", 952: "frozen feed",
 }  # fmt: skip
 
 
@@ -207,9 +207,10 @@ def mode(motions: Motions, code: int, words: Words) -> None:
     elif code in (90, 91):
         motions.absolute = code == 90
     elif code in _FEED_MODES:
+        motions.feed_said = True
         if motions.ip.state.feed_mode != code:
             emit({}, (_FEED_MODES[code],))
-    elif code in (96, 97):
+    elif code in _SURFACE:
         _surface(motions, code, words)
     elif code in (110, 111, 112):
         _pole(motions, code, words)
@@ -462,12 +463,27 @@ def take_edge(motions: Motions) -> None:
 
 
 def _surface(motions: Motions, code: int, words: Words) -> None:
-    if code == 97:
+    """G96 and kin, of one group with G94 and G95: G96 has a feed a revolution, G961 and G971 one a minute, G962, G972 and G973 that in force.
+
+    F in force counts on where no G94 said what it is (840D sl, Fundamentals, "Constant cutting rate").
+    """
+    state = motions.ip.state
+    feed_mode = {96: 95, 961: 94, 971: 94}.get(code, state.feed_mode)
+    if state.feed_mode != feed_mode:
+        feed = state.feed
+        motions.emit({}, (_FEED_MODES[feed_mode],))
+        if feed and not motions.feed_said:
+            motions.emit({"f": feed})
+    if code >= 971 or code == 97:
         motions.emit({}, (970,))
         return
     speed = words.named.pop("S", words.named.pop(f"S{motions.master}", None))
     if speed is None:
-        raise BlockError("speed-missing", "G96 has no S", "G96", hint="G96 S200 is 200 m a minute")
+        if state.constant_surface is None:
+            raise BlockError(
+                "speed-missing", f"G{code} has no S", f"G{code}", hint="G96 S200 is 200 m a minute"
+            )
+        return
     motions.emit({"s": speed[1]}, (960,))
 
 

@@ -159,6 +159,8 @@ class Motions:
         self.machine_vectors = False
         #: Whether G18 is taken for the plane in which a lathe begins.
         self.plane_assumed = False
+        #: Whether the program has said what F is: G93, G94 or G95.
+        self.feed_said = False
         #: Coordinates of axes before a frame or the tool's length changed, from which increments count until the axis moves.
         self.carried: dict[str, float] = {}
 

@@ -51,7 +51,7 @@ class Said:
     def turns(self) -> bool:
         """Tell whether the program turns and says nowhere how X is meant, nor names a plane or an axis of mills."""
         says = {"TRACYL", "TRANSMIT"} & self.names or {("G", 17.0), ("G", 19.0)} & self.codes
-        turning = ("G", 96.0) in self.codes or bool(_TURNING & self.names)
+        turning = bool({("G", 96.0), ("G", 961.0)} & self.codes or _TURNING & self.names)
         return turning and not (
             says or self.named("Y") or any(name.startswith("DIAM") for name in self.names)
         )
