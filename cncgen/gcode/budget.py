@@ -43,6 +43,10 @@ class Budget:
         self.work = 0
         self.forward = 0
 
+    def left(self) -> int:
+        """Return how many blocks the run may execute from now on."""
+        return (1 << 62) if self._most is None else max(self._most - self.steps, 0)
+
     def count(self, blocks: int, units: int = 1) -> None:
         """Count blocks, each of so many units.
 

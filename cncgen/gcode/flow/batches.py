@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Callable
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import BATCH, MOTION
@@ -28,11 +29,16 @@ if TYPE_CHECKING:
 _BITS = {"r": gcode_codes.GIVEN_R, "p": gcode_codes.GIVEN_P, "q": gcode_codes.GIVEN_Q}
 
 
-class Batches:
-    """The kernel on the columns of plain blocks, and work columns of its own, used again for each run."""
+#: Is told of motions that were made: where they began, and their columns of motions, ends and centres.
+Made = Callable[[list[float], memoryview, memoryview, memoryview], None]
 
-    def __init__(self, ip: Interpreter, plain: PlainBlocks) -> None:
+
+class Batches:
+    """The kernel on the columns of plain blocks, and work columns of its own, used again for each run; `made` is told of motions."""
+
+    def __init__(self, ip: Interpreter, plain: PlainBlocks, made: Made | None = None) -> None:
         self._ip = ip
+        self._made = made
         self._plain = plain
         self._position = array("d", [0.0] * 9)
         self._modes = array("q", [0] * gcode_codes.MODES)
@@ -70,6 +76,9 @@ class Batches:
             if kernel.rows or kernel.asides:
                 ip.budget.spend(BATCH + MOTION * kernel.drilled)
                 self._hand_on()
+                if self._made is not None and kernel.rows:
+                    rows = kernel.rows
+                    self._made(state.position, self._motion[:rows], self._end[:rows], self._centre[:rows])
                 state.position = self._position.tolist()
                 state.moved = state.moved or kernel.rows > 0
             self._take_modes()

@@ -63,6 +63,8 @@ class LanguageRun(Run):
 
     #: The dialect of the interpreter, and how a program ends.
     dialect, ends_with = "", ""
+    #: Whether plain lines are interpreted in arrays, which gives the same sooner.
+    batches = True
 
     def _assemble(self, sink: Sink) -> None:
         """Make the interpreter."""

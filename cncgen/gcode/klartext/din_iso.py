@@ -365,6 +365,7 @@ class IsoRunner(HeidenhainRunner):
     """One run of a program in DIN/ISO."""
 
     ends_with = "% at its end, or M30"
+    plain = ""
 
     def _prepare(self) -> None:
         super()._prepare()
@@ -374,7 +375,7 @@ class IsoRunner(HeidenhainRunner):
         """Return a block as blocks of the plain language, where that depends on no mode."""
         body = re.sub(rf"\A\s*(?=N){_N}\s*", "", bare, flags=re.IGNORECASE).rstrip()
         body = body.removesuffix("*").strip() if body.strip() != "*" else ""
-        opened = any(line.startswith("BEGIN PGM") for line in self._bodies)
+        opened = any(line.startswith("BEGIN PGM") for _, line in self._bodies.entries())
         try:
             return said(body, opened)
         except BlockError:

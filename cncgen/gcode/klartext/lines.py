@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from cncgen.gcode.source import Source
 from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
@@ -56,16 +56,33 @@ def body_of(text: str, *, formula: bool = False) -> str:
     return body.rstrip().rstrip("~").rstrip()
 
 
-def bodies(source: Source, *, block_delete: bool) -> Iterator[tuple[int, int, str, bool]]:
+def bare(text: str) -> str:
+    """Return a line that is a block without its number and comment."""
+    return _without_number(body_of(text))
+
+
+def _without_number(body: str) -> str:
+    match = _NUMBER.match(body)
+    assert match
+    return body[match.end() :]
+
+
+def bodies(
+    source: Source, *, block_delete: bool, passed: Callable[[int, int], tuple[int, int]]
+) -> Iterator[tuple[int, int, str, bool]]:
     """Yield of each line its offset, number, text without number and comment, and whether it goes on with the block above.
 
     Args:
         source: The text.
         block_delete: Whether blocks with a slash are left out.
+        passed: Takes offset and number of a line that begins a block; returns those of the first line behind the plain ones that it takes,
+            the last of which it leaves, as it may go on.
     """
     offset, number = 0, 1
     left_out = goes_on = numbered = whole = remark = formula = False
     while offset < len(source):
+        if not goes_on:
+            offset, number = passed(offset, number)
         text = source.text_at(offset)
         if not goes_on:
             left_out = _SLASH.match(text) is not None
@@ -82,10 +99,9 @@ def bodies(source: Source, *, block_delete: bool) -> Iterator[tuple[int, int, st
         remark = remark or ";" in text
         below = rest or (numbered and _WORDS_BELOW.match(body) is not None)
         numbered = below or _NUMBERED.match(text) is not None
-        match = _NUMBER.match(body)
-        assert match
-        formula = rest or _SETS.match(body, match.end()) is not None
-        yield offset, number, body if rest else body[match.end() :], below
+        said = _without_number(body)
+        formula = rest or _SETS.match(said) is not None
+        yield offset, number, body if rest else said, below
         offset, number = source.line_end(offset) + 1, number + 1
 
 

@@ -10,12 +10,15 @@ from cncgen.gcode.klartext import lines
 from cncgen.gcode.source import Source
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.line_runs import Lines, PlainScan, run_of
 from cncgen.gcode.text.plain_language import Statement
 
 #: The number of a block in the text.
 _NUMBER = re.compile(r"\s*/?\s*(\d{1,9})\s")
 #: What stands for a block that is not read, where it is looked at from another one.
 UNREAD = Statement("unread")
+#: How words of free contours begin.
+_FREE = ("FP", "FL", "FC")
 #: Statements kept.
 _MOST_KEPT = 4096
 
@@ -23,20 +26,42 @@ _MOST_KEPT = 4096
 class ProgramText(LanguageRun):
     """A run, as far as it reads."""
 
+    #: The grammar of lines that are plain in every state; none where lines hang on what stands before them.
+    plain: str = "heidenhain"
+
     def _prepare(self) -> None:
-        self._lines: list[Cursor] = []
-        self._bodies: list[str] = []
+        self._begin_text(self.sources[0])
+        #: Whether a free contour is among the lines, which may name blocks before it.
+        self._is_free = False
         self._labels: dict[str, int] = {}
         #: Statements of late by their text.
         self._parsed: dict[str, Statement] = {}
 
+    def _begin_text(self, source: Source) -> None:
+        """Have no lines, of another text from now on."""
+        self._lines: Lines[Cursor] = Lines(source, lambda here: here)
+        self._bodies: Lines[str] = Lines(source, lambda here: lines.bare(source.text_at(here.offset)))
+
     def _read(self, source: Source, index: int = 0) -> None:
         """Take the lines, their text without numbers and comments, and the labels."""
-        for offset, number, bare, below in lines.bodies(source, block_delete=self._options.block_delete):
+        scan = PlainScan(self.plain) if self.plain and self.batches else None
+
+        def passed(offset: int, number: int) -> tuple[int, int]:
+            run = run_of(scan, source, Cursor(index, offset, number), whole=False) if scan else None
+            if run is None:
+                return offset, number
+            self._lines.add_run(run)
+            self._bodies.add_run(run)
+            return run.after, number + run.count
+
+        block_delete = self._options.block_delete
+        for offset, number, bare, below in lines.bodies(source, block_delete=block_delete, passed=passed):
             if below:
-                self._bodies[-1] += f" {bare}"
+                self._bodies.replace_last(f"{self._bodies[-1]} {bare}")
             for own in () if below else self._said(bare):
-                if own[:3].upper() == "LBL":
+                head = own[:3].upper()
+                self._is_free = self._is_free or head.startswith(_FREE)
+                if head == "LBL":
                     label = self._ahead(len(self._lines), own)
                     if label.kind == "label" and label.data[0] != "0":
                         self._labels.setdefault(label.data[0], len(self._lines))

@@ -32,6 +32,7 @@ from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.turning_profiles import Recorder, Segment
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.flow import recovery
+from cncgen.gcode.flow.plain_lines import PlainLane
 from cncgen.gcode.klartext import (
     contours,
     cycles,
@@ -51,6 +52,7 @@ from cncgen.gcode.state.systems import SYSTEM_COUNT
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.line_runs import Lines
 from cncgen.gcode.text.plain_language import Statement
 from cncgen.gcode.text.search import search_path
 
@@ -75,6 +77,9 @@ class HeidenhainRunner(ProgramText):
 
     def _prepare(self) -> None:
         super()._prepare()
+        self._lane = (
+            PlainLane(self.ip, self.sources, self.plain, self._made) if self.plain and self.batches else None
+        )
         self._calls: list[int] = []
         self._repeats: dict[int, int] = {}
         self._datums = Datums(self.ip, self._now)
@@ -94,7 +99,7 @@ class HeidenhainRunner(ProgramText):
         self._at = 0
         #: Programs that CALL PGM left, and the line where they go on.
         self._called: list[
-            tuple[list[Cursor], list[str], dict[str, int], list[int], dict[int, int], int]
+            tuple[Lines[Cursor], Lines[str], dict[str, int], list[int], dict[int, int], int]
         ] = []
 
     def run(self) -> Iterator[None]:
@@ -119,6 +124,9 @@ class HeidenhainRunner(ProgramText):
             if self._at >= len(self._lines):
                 self._return()
                 continue
+            if self._run_plain():
+                yield
+                continue
             at, self._at = self._at, self._at + 1
             self.ip.budget.count(1, LINE)
             if self.ip.budget.steps % 512 == 0:
@@ -130,6 +138,23 @@ class HeidenhainRunner(ProgramText):
             except BlockError as error:
                 self._fail(here if error.at is None else self._lines[error.at], error)
                 self._take_up(at)
+
+    def _run_plain(self) -> bool:
+        """Run plain lines in arrays; tell whether there were some."""
+        if self._lane is None or self._modal or self._plunge or self._is_free:
+            return False
+        at, plain = self._at, Plain.of(self.ip)
+        self._at = self._lane.run(self._lines, at, self.ip.budget.left(), plain.tool_feed)
+        return self._at > at
+
+    def _made(self, begin: list[float], motion: memoryview, end: memoryview, centre: memoryview) -> None:
+        """Keep the direction in which the last of plain motions ends that goes along X or Y."""
+        for row in range(len(motion) - 1, -1, -1):
+            x, y = (end[row - 1, 0], end[row - 1, 1]) if row else begin[:2]
+            way = complex(end[row, 0] - x, end[row, 1] - y)
+            if way:
+                Plain.of(self.ip).heading = way
+                return
 
     def _take_up(self, at: int) -> None:
         """Stand where a line leads that failed, with its feed: arcs behind it were blamed for beginning elsewhere."""
@@ -301,9 +326,9 @@ class HeidenhainRunner(ProgramText):
             raise Stop(BlockError("call-depth", message, "CALL", hint="is the recursion without end?"))
         found = self._file(name, f"program {name} ({name}.H)", "PGM")
         self._called.append((self._lines, self._bodies, self._labels, self._calls, self._repeats, at + 1))
-        self._lines, self._bodies, self._labels, self._calls, self._repeats = [], [], {}, [], {}
-        self._ends = {}
         self.sources.append(open_source(found, str(found)))
+        self._begin_text(self.sources[-1])
+        self._labels, self._calls, self._repeats, self._ends = {}, [], {}, {}
         self._read(self.sources[-1], len(self.sources) - 1)
         self._at = 0
 
@@ -388,7 +413,7 @@ class HeidenhainRunner(ProgramText):
         self._move(block)
         if usual is not None:
             self._execute(Block({"f": usual}, (), (), None, block.source, block.line, block.offset))
-        if moves:
+        if moves and self._is_free:
             self._ends[at] = complex(*self.ip.state.position[:2]), Plain.of(self.ip).heading
         if "t" in block.words:
             self._tell_tool()

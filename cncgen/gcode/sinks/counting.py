@@ -12,6 +12,10 @@ from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.ranges import KNOT_PART, WEIGHT_RATIO
 from cncgen.toolpath.record import Event, PathMode
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
 #: Time at slow feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow here, units a minute.
 LONG_S = 36_000.0
 SLOW = 5.0
@@ -54,6 +58,14 @@ class CountingSink:
         self.far = self.far or not batch.reach <= _NEAR
         for k in {0, count // 2, count - 1}:
             self.set_feed_rate(batch.feed[k])
+        # Plain motions move the axes alone that words of their blocks name.
+        last: Any = batch.end[count - 1 : count].tolist()
+        end = last[0]
+        if batch.source != 0:
+            self.unnamed.update(
+                k for k in range(len(AXES)) if end[k] != self._rest[k] and k not in self._named
+            )
+        self._rest = end
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Count an arc.

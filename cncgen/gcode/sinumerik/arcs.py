@@ -25,6 +25,7 @@ def make(motions: Motions, words: Words, given: dict[str, float], end: list[floa
         curves.through(motions, words, given, end)
         return
     turns = words.named.pop("TURN", ("", 0.0))[1]
+    spoke = None
     clockwise = motions.motion == "G2"
     if motions.motion == "CT":
         way = complex(motions.heading[first], motions.heading[second]) if motions.heading else None
@@ -38,7 +39,7 @@ def make(motions: Motions, words: Words, given: dict[str, float], end: list[floa
     elif polar and not {"I", "J", "K"} & words.named.keys():
         centre = motions.pole
     else:
-        centre = _centre(motions, words, begin)
+        spoke = _spoke(motions, words, begin)
     if turns != round(turns) or turns < 0:
         raise BlockError(
             "arc-turns",
@@ -47,24 +48,30 @@ def make(motions: Motions, words: Words, given: dict[str, float], end: list[floa
             hint="TURN is 0 or more, whole",
         )
     out = {**given, **corner, AXES[first]: finish.real, AXES[second]: finish.imag}
-    offset = centre - begin
-    out["ijk"[first % 3]], out["ijk"[second % 3]] = offset.real, offset.imag
+    if spoke is None:
+        spoke = centre - begin
+    out["ijk"[first % 3]], out["ijk"[second % 3]] = spoke.real, spoke.imag
     if turns:
         out["p"] = turns + 1.0
     motions.emit(out, (20 if clockwise else 30,))
-    spin = -1j if clockwise else 1j
-    way = spin * (finish - centre)
+    head(motions, finish - (begin + spoke), clockwise=clockwise)
+
+
+def head(motions: Motions, spoke: complex, *, clockwise: bool) -> None:
+    """Keep the direction in which an arc ends, whose end is so far from its centre."""
+    first, second, _ = motions.plane()
+    way = (-1j if clockwise else 1j) * spoke
     motions.heading = [0.0] * 9
     motions.heading[first], motions.heading[second] = way.real, way.imag
 
 
-def _centre(motions: Motions, words: Words, begin: complex) -> complex:
-    """Return the centre of I J K: from the start, or where AC() says so as coordinates."""
+def _spoke(motions: Motions, words: Words, begin: complex) -> complex:
+    """Return the way from the start to the centre, which I J K give, or where AC() says so the coordinates of the centre."""
     first, second, _ = motions.plane()
     found = []
     for column, place in ((first, begin.real), (second, begin.imag)):
         mode, value = words.named.pop("IJK"[column % 3], ("", 0.0))
-        found.append(value * motions.scale(AXES[column].upper()) if mode == "AC" else place + value)
+        found.append(value * motions.scale(AXES[column].upper()) - place if mode == "AC" else value)
     wrong = next((n for n in "IJK" if n in words.named), None)
     if wrong:
         raise BlockError(
@@ -73,14 +80,15 @@ def _centre(motions: Motions, words: Words, begin: complex) -> complex:
             wrong,
             hint="G17 has I J, G18 I K, G19 J K",
         )
-    if complex(*found) == begin:
+    spoke = complex(*found)
+    if begin + spoke == begin:
         raise BlockError(
             "arc-centre",
             f"{motions.motion} has no centre: neither I J K nor CR nor AR",
             motions.motion,
             hint="G2 X10 Y0 CR=10, or I5 J0",
         )
-    return complex(*found)
+    return spoke
 
 
 def _radius_centre(
@@ -125,7 +133,7 @@ def _angle_arc(
     if {"I", "J", "K"} & words.named.keys():
         if ended and finish != begin:
             raise BlockError("arc-end", "AR has both an end and a centre", "AR", hint="leave one out")
-        centre = _centre(motions, words, begin)
+        centre = begin + _spoke(motions, words, begin)
         return centre, centre + (begin - centre) * turn
     if finish == begin:
         raise BlockError("arc-end", "AR has neither an end nor a centre", "AR", hint="X Y or I J beside AR")

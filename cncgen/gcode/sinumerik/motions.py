@@ -45,6 +45,7 @@ from cncgen.gcode.text.labels import Cursor
 MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
+_PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 #: Words of a spindle's speed. M of a larger number than that of any spindle extends the address of a function of the builder: M20=151.
 _SPINDLE, _MOST_SPINDLES = re.compile(r"S\d?"), 9
 _ENDS = {2: True, 30: True, 17: True}
@@ -163,6 +164,8 @@ class Motions:
         self.feed_said = False
         #: Coordinates of axes before a frame or the tool's length changed, from which increments count until the axis moves.
         self.carried: dict[str, float] = {}
+        #: Whether the plain lines that were run last moved.
+        self.plain_moved = False
 
     # State shared by handlers.
 
@@ -606,6 +609,50 @@ class Motions:
             seconds = ("", 60.0 * turns[1] / speed)
         self.end()
         self.emit({"p": seconds[1]}, (40,))
+
+    # Plain lines.
+
+    def is_plain(self) -> bool:
+        """Tell whether words of axes and offsets, and F, mean in plain lines what they mean to the interpreter."""
+        return (
+            self.motion in _PLAIN
+            and self.curve is None
+            and self.soft is None
+            and (self.modal is None or self.in_modal)
+            and self.rounding == 0.0
+            and not self.carried
+            and "G9" not in self.diameter
+            and self.feed_scale == self.override == 1.0
+        )
+
+    def run_plain(self, run: Callable[[], int]) -> int:
+        """Run plain lines with the modes that the interpreter does not have; return what `run` returns."""
+        state = self.ip.state
+        before = state.motion
+        state.motion, state.absolute = _PLAIN[self.motion], self.absolute
+        self.plain_moved = False
+        try:
+            return run()
+        finally:
+            state.absolute = True
+            if self.plain_moved:
+                self.motion = f"G{state.motion // 10}"
+            else:
+                state.motion = before
+
+    def take_plain(self, begin: list[float], motion: memoryview, end: memoryview, centre: memoryview) -> None:
+        """Keep the direction in which the last of plain motions ends."""
+        self.plain_moved = True
+        last = len(motion) - 1
+        rows: Any = end[max(last - 1, 0) :].tolist()
+        finish = rows[-1]
+        if motion[last] < 2:
+            start = rows[0] if last else begin
+            self.heading = [b - a for a, b in zip(start, finish, strict=True)]
+        else:
+            first, second, _ = self.plane()
+            about = complex(centre[last, 0], centre[last, 1])
+            arcs.head(self, complex(finish[first], finish[second]) - about, clockwise=motion[last] == 2)
 
     # Motion.
 

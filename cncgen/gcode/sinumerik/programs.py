@@ -11,6 +11,7 @@ from cncgen.gcode.sinumerik.reading import Statement, parse
 from cncgen.gcode.sinumerik.said import Said
 from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.line_runs import Lines, PlainScan, numbers_found, run_of
 from cncgen.grammars.terminals import SINUMERIK as TERMINALS
 
 _CLOSES = {
@@ -48,13 +49,65 @@ class Line:
     fault: BlockError | None = None
 
 
+class _Texts:
+    """Lines by their texts: those of late are kept, as lines with a word each are often alike."""
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._known: dict[str, Statement] = {}
+
+    def statement(self, text: str) -> tuple[Statement, bool]:
+        """Return the statement of a line, and whether its text is a new one.
+
+        Raises:
+            BlockError: The line does not belong to the language.
+        """
+        found = self._known.get(text)
+        if found is not None:
+            return found, False
+        if len(self._known) >= _MAX_TEXTS:
+            self._known.clear()
+        found = self._known[text] = parse(text)
+        return found, True
+
+    def plain(self, here: Cursor) -> Line:
+        """Return a plain line."""
+        return Line(self.statement(self._source.text_at(here.offset))[0], here)
+
+
+class Labels:
+    """Lines of a program by label and by block number, in the order of the text; those of plain lines are looked for when they are asked for."""
+
+    def __init__(self, source: Source, lines: Lines[Line]) -> None:
+        self._source, self._lines = source, lines
+        self._named: dict[str, list[int]] = {}
+        self._found: dict[str, list[int]] = {}
+
+    def add(self, name: str, at: int) -> None:
+        """Add a line."""
+        self._named.setdefault(name, []).append(at)
+
+    def __bool__(self) -> bool:
+        return bool(self._named) or any(True for _ in self._lines.runs())
+
+    def of(self, name: str) -> list[int]:
+        """Return the lines of a name, in capitals."""
+        found = self._found.get(name)
+        if found is None:
+            found = self._named.get(name, [])
+            if name[:1] in "N:" and name[1:].isdigit():
+                found = sorted([*found, *numbers_found(self._source, self._lines, name)])
+            self._found[name] = found
+        return found
+
+
 @dataclass(slots=True)
 class Program:
     """The lines of a program.
 
     Attributes:
         name: In capitals, "" of a main program without one.
-        labels: Lines by label and by block number, in the order of the text.
+        labels: Lines by label and by block number.
         other: For a line that opens or closes a loop or branch, the line that it leads to: ELSE or ENDIF of an IF, ENDIF of an
             ELSE, the end of a loop, and the beginning of the loop that an end closes.
         formals: Parameters of PROC: type, name, whether by reference, usual value, whether an array.
@@ -63,8 +116,8 @@ class Program:
     """
 
     name: str
-    lines: list[Line] = field(default_factory=list)
-    labels: dict[str, list[int]] = field(default_factory=dict)
+    lines: Lines[Line]
+    labels: Labels
     other: dict[int, int] = field(default_factory=dict)
     formals: tuple[tuple[object, ...], ...] = ()
     saves: bool = False
@@ -86,20 +139,29 @@ def programs_of(source: Source, index: int, name: str = "") -> tuple[list[Progra
     known_ahead = _ahead.pop(source, None)
     if known_ahead is not None:
         return known_ahead
-    found = [Program(name)]
-    known: dict[str, Statement] = {}
+    texts = _Texts(source)
+    found = [_program(name, source, texts)]
+    scan = PlainScan("sinumerik")
     faults: Faults = []
     macros: dict[str, str] = {}
     offset, number = 0, 1
     while offset < len(source):
-        end = source.line_end(offset)
         here = Cursor(index, offset, number)
+        # A macro may stand for any word.
+        run = None if macros else run_of(scan, source, here, whole=True)
+        if run is not None:
+            found[-1].lines.add_run(run)
+            found[0].said.take_plain(scan.letters, scan.codes)
+            offset, number = run.after, number + run.count
+            continue
+        end = source.line_end(offset)
         text = source.text_at(offset) if end - offset <= MAX_LINE else ""
-        line = _line(_expanded(text, macros), here, known, found[0].said, end - offset)
-        if line.statement.kind == "header" and line.statement.data[0]:
-            _begin(found, line.statement.data[0])
+        line = _line(_expanded(text, macros), here, texts, found[0].said, end - offset)
+        if line.statement.kind in ("header", "proc") and line.statement.data[0]:
+            if _is_begun(found[-1]):
+                found.append(_program("", source, texts))
+            found[-1].name = line.statement.data[0]
         if line.statement.kind == "proc":
-            _begin(found, line.statement.data[0])
             found[-1].formals, found[-1].saves = line.statement.data[1], "SAVE" in line.statement.data[2]
         _add(found[-1], line)
         offset, number = end + 1, number + 1
@@ -120,32 +182,33 @@ def _expanded(text: str, macros: dict[str, str]) -> str:
     return _NAMES.sub(lambda m: macros.get(m[0].upper(), m[0]), code) + mark + remark
 
 
-def _begin(found: list[Program], name: str) -> None:
-    """Begin a program, or name the last one while it is empty."""
-    if found[-1].labels or any(
-        line.statement.kind not in ("block", "header") or line.statement.items for line in found[-1].lines
-    ):
-        found.append(Program(name))
-    else:
-        found[-1].name = name
+def _program(name: str, source: Source, texts: _Texts) -> Program:
+    """Return a program without lines."""
+    lines = Lines(source, texts.plain)
+    return Program(name, lines, Labels(source, lines))
 
 
-def _line(text: str, here: Cursor, known: dict[str, Statement], said: Said, length: int) -> Line:
+def _is_begun(program: Program) -> bool:
+    """Tell whether a program has a line that does something, so that a name begins the next one."""
+    return bool(program.labels) or any(
+        line.statement.kind not in ("block", "header") or line.statement.items
+        for _, line in program.lines.entries()
+    )
+
+
+def _line(text: str, here: Cursor, texts: _Texts, said: Said, length: int) -> Line:
     if length > MAX_LINE:
         return Line(
             Statement(),
             here,
             BlockError("line-too-long", f"a line of {length} bytes; the longest is {MAX_LINE}", column=1),
         )
-    statement = known.get(text)
-    if statement is None:
-        try:
-            statement = parse(text)
-        except BlockError as error:
-            return Line(Statement(), here, error)
+    try:
+        statement, is_new = texts.statement(text)
+    except BlockError as error:
+        return Line(Statement(), here, error)
+    if is_new:
         said.take(statement.items)
-        if len(known) < _MAX_TEXTS:
-            known[text] = statement
     return Line(statement, here)
 
 
@@ -153,7 +216,7 @@ def _add(program: Program, line: Line) -> None:
     at = len(program.lines)
     for name in (line.statement.label, line.statement.number):
         if name:
-            program.labels.setdefault(name, []).append(at)
+            program.labels.add(name, at)
     program.lines.append(line)
 
 
@@ -161,7 +224,7 @@ def _connect(program: Program) -> Faults:
     """Find the other end of each loop and branch; return those without an end."""
     faults: Faults = []
     open_lines: list[tuple[str, int]] = []
-    for at, line in enumerate(program.lines):
+    for at, line in program.lines.entries():
         kind = line.statement.kind
         if kind in _OPENS and not (kind == "if" and line.statement.data and len(line.statement.data) > 1):
             open_lines.append((kind, at))

@@ -12,6 +12,7 @@ from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes.turning_profiles import MAX_MOVES, Recorder, Segment
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.flow.language_run import LanguageRun
+from cncgen.gcode.flow.plain_lines import PlainLane
 from cncgen.gcode.sinumerik import expressions
 from cncgen.gcode.sinumerik.expressions import RParameter, Scalar, Value, evaluate, number, variable
 from cncgen.gcode.sinumerik.motions import Motions
@@ -60,6 +61,9 @@ class SinumerikRunner(LanguageRun):
         self.ip.state.motion = 10
         self.store = Store(self.ip)
         self.motions = Motions(self.ip, self.store, self._begin_call, self._contour)
+        self._lane = (
+            PlainLane(self.ip, self.sources, self.dialect, self.motions.take_plain) if self.batches else None
+        )
         self._folders = search_path(self._path, self._options.include)
         self._programs: dict[str, Program] = {}
         self._frames: list[Frame] = []
@@ -98,14 +102,17 @@ class SinumerikRunner(LanguageRun):
 
     def _finish(self, main: Program) -> None:
         """Report missing parts at the end of the text."""
-        last = next((line for line in reversed(main.lines) if line.statement.items), None)
+        last = next(
+            (line for at in reversed(range(len(main.lines))) if (line := main.lines[at]).statement.items),
+            None,
+        )
         here = last.here if last else Cursor(0, 0, 1)
         try:
             self.motions.settle()
             self.ip.end_compensation()
         except BlockError as error:
             self._faults.at(here, error)
-        if last is None and not any(line.fault for line in main.lines):
+        if last is None and not any(line.fault for _, line in main.lines.entries()):
             self._faults.at(here, BlockError("empty-program", f"{self.sources[0].name} has no block"))
         else:
             self._check_end(here)
@@ -115,6 +122,9 @@ class SinumerikRunner(LanguageRun):
             frame = self._frames[-1]
             if frame.at >= len(frame.program.lines):
                 self._leave()
+                continue
+            if self._plain(frame):
+                yield
                 continue
             line = frame.program.lines[frame.at]
             at, frame.at = frame.at, frame.at + 1
@@ -126,6 +136,19 @@ class SinumerikRunner(LanguageRun):
             except BlockError as error:
                 self._fail(line.here, error)
             self._repeat(frame, at)
+
+    def _plain(self, frame: Frame) -> bool:
+        """Run plain lines in arrays; tell whether there were some."""
+        if self._lane is None or not self.motions.is_plain():
+            return False
+        at, lines = frame.at, frame.program.lines
+        most = (frame.repeats[-1][1] + 1 if frame.repeats and at <= frame.repeats[-1][1] else len(lines)) - at
+        lane = self._lane
+        frame.at = self.motions.run_plain(lambda: lane.run(lines, at, min(most, self.ip.budget.left())))
+        if frame.at == at:
+            return False
+        self._repeat(frame, frame.at - 1)
+        return True
 
     def _line(self, frame: Frame, at: int, line: Line) -> None:
         if line.statement.deletable and self._options.block_delete:
@@ -240,11 +263,11 @@ class SinumerikRunner(LanguageRun):
             return
         if not isinstance(label, str):
             target = str(evaluate(label, self.store)).upper()
-        elif label in frame.program.labels or not self.store.has(label):
+        elif frame.program.labels.of(label) or not self.store.has(label):
             target = label
         else:
             target = str(self.store.value(label, [])).upper()
-        lines = frame.program.labels.get(target, [])
+        lines = frame.program.labels.of(target)
         after = [line for line in lines if line > at]
         before = [line for line in lines if line <= at]
         where = {"GOTOF": after[:1], "GOTOB": before[-1:]}.get(how, after[:1] or before[-1:])
@@ -290,7 +313,7 @@ class SinumerikRunner(LanguageRun):
         frame.at = first
 
     def _label(self, frame: Frame, name: str) -> int:
-        lines = frame.program.labels.get(name)
+        lines = frame.program.labels.of(name)
         if not lines:
             raise BlockError(
                 "label-missing",
@@ -302,7 +325,7 @@ class SinumerikRunner(LanguageRun):
 
     def _end_label(self, frame: Frame, first: int) -> int:
         return next(
-            (at for at in frame.program.labels.get("ENDLABEL", []) if at >= first),
+            (at for at in frame.program.labels.of("ENDLABEL") if at >= first),
             len(frame.program.lines) - 1,
         )
 
@@ -351,7 +374,7 @@ class SinumerikRunner(LanguageRun):
         state, sink, guard, kept = ip.state, ip.sink, ip.guard, self.motions.fields()
         recorder = Recorder(state.position, state.plane)
         ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy(), compensation=40)
-        ip.sink, ip.guard, self._frames = recorder, None, [Frame(Program("")), Frame(program, at=first)]
+        ip.sink, ip.guard, self._frames = recorder, None, [Frame(program), Frame(program, at=first)]
         self.store.scopes.append({})
         try:
             while len(self._frames) > 1:
@@ -381,10 +404,11 @@ class SinumerikRunner(LanguageRun):
 
     def _labelled(self, program: Program, label: str) -> int:
         """Return the line of a label."""
-        if label not in program.labels:
+        found = program.labels.of(label)
+        if not found:
             message = f"the contour has no label {label} in this program"
             raise BlockError("label-missing", message, hint=f"{label}: stands before its line")
-        return program.labels[label][0]
+        return found[0]
 
     def _find(self, name: str) -> Program:
         if name in self._programs:

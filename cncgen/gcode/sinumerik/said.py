@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from cncgen.gcode.sinumerik.expressions import Quoted, Value, Variable
 from cncgen.gcode.sinumerik.reading import Item
@@ -43,6 +43,11 @@ class Said:
                 self._name(said[0])
             elif kind == "text":
                 self.files.add(file_name(said[0]))
+
+    def take_plain(self, letters: Iterable[str], codes: Iterable[int]) -> None:
+        """Take the letters of plain lines, and the numbers of their G words."""
+        self.names |= {letter.upper() for letter in letters} - {"G"}
+        self.codes |= {("G", float(code)) for code in codes}
 
     def named(self, letter: str) -> bool:
         """Tell whether an axis is named, with a number or without."""

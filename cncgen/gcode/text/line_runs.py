@@ -1,0 +1,216 @@
+"""The lines of a program, of which most may be plain motions: those stand as runs, and become entries where they are asked for."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
+from functools import cache
+from importlib import import_module
+from typing import Any, Generic, TypeVar
+
+from cncgen.gcode.source import Source
+from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.lanes import PlainBlocks
+from cncgen.kernels.plain_lines import PlainReader
+from cncgen.records import dataclass
+
+T = TypeVar("T")
+
+#: Lines of a run, at least: a shorter one takes as long in arrays as line by line.
+LEAST = 6
+#: By the name of a grammar's tables, what `PlainReader` takes: the roles of terminals, rules, letters of words and of names, and whether
+#: numbers and comments are not of the grammar.
+_PLAIN: dict[str, tuple[dict[str, str], set[str], str, str, bool]] = {
+    "sinumerik": (
+        {
+            "BLOCK_NUMBER": "between", "ADDRESS": "word", "PLAIN": "word", "NAME": "name", "EQUAL": "between", "SIGN": "sign",
+            "PLAIN_NUMBER": "number",
+        },
+        {"line", "block", "word", "setting", "target", "number", "signed"},
+        "xyzabcuvwijkfg",
+        "xyzabcuvwijkf",
+        False,
+    ),
+    "heidenhain": (
+        {
+            "MOTION": "line", "AXIS": "name", "FEED": "name", "R": "name", "M": "name", "SIGNED": "number", "FAST": "fast",
+            "AUTO": "auto",
+        },
+        {"start", "motion", "word", "radius", "m_function", "setting", "number"},
+        "",
+        "xyzabcuvwfrm",
+        True,
+    ),
+}  # fmt: skip
+
+
+@cache
+def plain_reader(name: str) -> PlainReader:
+    """Return the kernel that reads plain lines by the tables of a grammar."""
+    return PlainReader(import_module(f"cncgen.grammars.tables_{name}"), *_PLAIN[name])
+
+
+class PlainScan:
+    """Reads plain lines of sources into columns.
+
+    Args:
+        name: The grammar's.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.blocks = PlainBlocks()
+        #: The offset behind plain lines that were too few for a run.
+        self.few = 0
+        self._reader = plain_reader(name)
+
+    def read(self, source: Source, here: Cursor, most: int = 1 << 62, auto: float = 1.0) -> tuple[int, int]:
+        """Fill the columns with plain lines from a line on; return how many lines they are, and the offset behind them.
+
+        Args:
+            source: The text.
+            here: The first line.
+            most: Lines that are read at most.
+            auto: The feed of the tool in force; where there is none, lines that take it are not plain.
+        """
+        blocks = self.blocks
+        blocks.count, lines, offset = self._reader.scan(
+            source.bytes, here.offset, here.line, most, auto, *blocks.columns()
+        )
+        blocks.source = here.source
+        return lines, offset
+
+    @property
+    def letters(self) -> set[str]:
+        """Letters of the words of the lines that were read last."""
+        return {chr(97 + k) for k in range(26) if self._reader.seen >> k & 1}
+
+    @property
+    def codes(self) -> list[int]:
+        """Numbers of their G words."""
+        return [k for k in range(4) if self._reader.seen >> 26 + k & 1]
+
+
+@dataclass(frozen=True, slots=True)
+class LineRun:
+    """Plain lines that follow one another: the place of the first one, how many they are, and the offset behind them."""
+
+    here: Cursor
+    count: int
+    after: int
+
+
+class Lines(Generic[T]):
+    """A row of entries, one a line, in which runs of plain lines stand for theirs.
+
+    Args:
+        source: The text of the runs.
+        made: Gives the entry of a plain line.
+    """
+
+    def __init__(self, source: Source, made: Callable[[Cursor], T]) -> None:
+        self._source, self._made = source, made
+        self._starts: list[int] = []
+        self._parts: list[list[T] | LineRun] = []
+        self._count = 0
+        #: A line of a run that was found last.
+        self._near, self._near_here = -1, Cursor(0, 0, 1)
+
+    def append(self, entry: T) -> None:
+        """Add an entry."""
+        last = self._parts[-1] if self._parts else None
+        if isinstance(last, list):
+            last.append(entry)
+        else:
+            self._starts.append(self._count)
+            self._parts.append([entry])
+        self._count += 1
+
+    def add_run(self, run: LineRun) -> None:
+        """Add plain lines."""
+        self._starts.append(self._count)
+        self._parts.append(run)
+        self._count += run.count
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __getitem__(self, at: int) -> T:
+        at += self._count if at < 0 else 0
+        if not 0 <= at < self._count:
+            raise IndexError(at)
+        k = bisect_right(self._starts, at) - 1
+        part = self._parts[k]
+        return part[at - self._starts[k]] if isinstance(part, list) else self._made(self._place(k, part, at))
+
+    def replace_last(self, entry: T) -> None:
+        """Put another entry in the place of the last one, which is of no run."""
+        last = self._parts[-1]
+        assert isinstance(last, list)
+        last[-1] = entry
+
+    def entries(self) -> Iterator[tuple[int, T]]:
+        """Yield the entries that are of no run, and their places."""
+        for start, part in zip(self._starts, self._parts, strict=True):
+            if isinstance(part, list):
+                yield from enumerate(part, start)
+
+    def runs(self) -> Iterator[tuple[int, LineRun]]:
+        """Yield the runs, and the places of their first lines."""
+        for start, part in zip(self._starts, self._parts, strict=True):
+            if isinstance(part, LineRun):
+                yield start, part
+
+    def plain_at(self, at: int) -> tuple[Cursor, int] | None:
+        """Return the place of a line, and how many plain lines begin with it in its run; None where it is of no run."""
+        k = bisect_right(self._starts, at) - 1
+        part = self._parts[k]
+        if isinstance(part, list):
+            return None
+        return self._place(k, part, at), self._starts[k] + part.count - at
+
+    def _place(self, k: int, run: LineRun, at: int) -> Cursor:
+        """Return the place of a line of a run."""
+        near, here = self._near, self._near_here
+        if not self._starts[k] <= near <= at:
+            near, here = self._starts[k], run.here
+        offset = here.offset
+        for _ in range(at - near):
+            offset = self._source.line_end(offset) + 1
+        found = Cursor(run.here.source, offset, run.here.line + at - self._starts[k])
+        self._near, self._near_here = at, found
+        return found
+
+
+def run_of(scan: PlainScan, source: Source, here: Cursor, *, whole: bool) -> LineRun | None:
+    """Return the run of plain lines that begins at a line, None where they are few.
+
+    Args:
+        scan: Reads them; it serves one text from its begin on.
+        source: The text.
+        here: The line.
+        whole: Whether the last line with a word is one of them, and what is behind it; it is none where its effect hangs on later lines.
+    """
+    if here.offset < scan.few:
+        return None
+    lines, after = scan.read(source, here)
+    blocks = scan.blocks
+    if blocks.count < LEAST:
+        scan.few = after
+        return None
+    if not whole:
+        lines, after = blocks.line[blocks.count - 1] - here.line, blocks.offset[blocks.count - 1]
+    return LineRun(here, lines, after)
+
+
+def numbers_found(source: Source, lines: Lines[Any], name: str) -> list[int]:
+    """Return the plain lines that begin with a block number, as they are written in the text."""
+    import re
+
+    found = []
+    pattern = re.compile(
+        rb"^[ \t\r]*" + re.escape(name.encode()) + rb"(?![0-9._])", re.MULTILINE | re.IGNORECASE
+    )
+    for start, run in lines.runs():
+        for match in pattern.finditer(source.data, run.here.offset, run.after):
+            found.append(start + source.data[run.here.offset : match.start()].count(b"\n"))
+    return found

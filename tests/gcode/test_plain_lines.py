@@ -1,0 +1,193 @@
+"""Plain lines of SINUMERIK and Heidenhain in arrays: the same as line by line, on random programs, and how many of them go that way."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from cncgen.diagnostics import Diagnostics
+from cncgen.gcode.klartext.running import HeidenhainRunner
+from cncgen.gcode.sinks.columns import ColumnsSink
+from cncgen.gcode.sinks.counting import CountingSink
+from cncgen.gcode.sinks.standalone import StandAloneSink
+from cncgen.gcode.sinumerik.reading import parse
+from cncgen.gcode.sinumerik.running import SinumerikRunner
+from cncgen.gcode.source import Source
+from cncgen.gcode.text import plain_language
+from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.line_runs import PlainScan
+from cncgen.kernels import plain_lines
+from cncgen.records import replace
+from cncgen.toolpath.building import ToolpathBuilder
+from cncgen.toolpath.reading import ReadOptions
+from tests.kernels.plain import uncompiled
+
+from .test_motions import same
+
+#: Random jumps may lead round and round.
+MOST_STEPS = 2000
+RUNNERS = {"sinumerik": SinumerikRunner, "heidenhain": HeidenhainRunner}
+
+
+class SinumerikOneByOne(SinumerikRunner):
+    """A run in which each line goes through its handler."""
+
+    batches = False
+
+
+class HeidenhainOneByOne(HeidenhainRunner):
+    """The same of the plain language."""
+
+    batches = False
+
+
+ONE_BY_ONE = {"sinumerik": SinumerikOneByOne, "heidenhain": HeidenhainOneByOne}
+
+
+def run(text: str, dialect: str, sink: object, *, batches: bool, alone: bool = False) -> tuple[object, list[str]]:
+    """Run a text on a sink; return the runner and what was reported."""
+    found = Diagnostics()
+    options = replace(ReadOptions(dialect=dialect), stand_alone=alone, max_steps=MOST_STEPS)
+    runner = (RUNNERS if batches else ONE_BY_ONE)[dialect](Source(text.encode(), "t"), options, sink, found)
+    for _ in runner.run():
+        pass
+    return runner, [d.render() for d in found]
+
+
+def printed(text: str, dialect: str, *, batches: bool) -> tuple[list[str], list[str]]:
+    """Return the canonical calls of a text, and what was reported."""
+    source = Source(text.encode(), "t")
+    sink = StandAloneSink(lambda index, offset: source.text_at(offset))
+    found = run(text, dialect, sink, batches=batches, alone=True)[1]
+    return list(sink.take()), found
+
+
+def assert_alike(text: str, dialect: str) -> int:
+    """Assert that arrays give a text the same calls, rows, counts and faults; return how many lines went through them."""
+    assert printed(text, dialect, batches=True) == printed(text, dialect, batches=False)
+    rows, said, counts, taken = [], [], [], 0
+    for batches in (True, False):
+        builder = ToolpathBuilder("XYZABCUVW", np.zeros(9), ["t"])
+        sink = ColumnsSink(builder)
+        said.append(run(text, dialect, sink, batches=batches)[1])
+        sink.flush()
+        rows.append(builder.take())
+        counting = CountingSink()
+        runner, faults = run(text, dialect, counting, batches=batches)
+        counts.append((counting.count, faults, runner.ip.budget.steps, runner.ip.state.position))  # type: ignore[attr-defined]
+        if batches:
+            taken = runner._lane.taken  # type: ignore[attr-defined]
+    same(*rows)
+    assert said[0] == said[1]
+    assert counts[0] == counts[1]
+    return taken
+
+
+def number_of(rng: random.Random, size: float = 40.0) -> str:
+    """Return a number as posts write it."""
+    value = rng.choice((rng.uniform(-size, size), float(rng.randrange(-30, 30)), 0.0))
+    return rng.choice((f"{value:.3f}", f"{value:.5f}", f"{value:.0f}", f"{value:.1f}", f"{value:.0f}."))
+
+
+def plain_of_sinumerik(rng: random.Random) -> str:
+    """Return a line that is a motion, of the words that go through arrays for the most part."""
+    words = []
+    code = rng.random()
+    if code < 0.45:
+        words.append(rng.choice(("G0", "G1", "G1", "G01", "g1")))
+    for axis in rng.sample("XYZ", rng.randint(1, 3)) + (["A"] if rng.random() < 0.05 else []):
+        sign = rng.choice(("", "", "="))
+        words.append(f"{axis}{sign}{number_of(rng)}")
+    if rng.random() < 0.3:
+        words.append(rng.choice((f"F{rng.randrange(100, 4000)}", f"F={rng.uniform(50, 900):.1f}", "F0")))
+    if 0.45 <= code < 0.6:
+        x, y = rng.uniform(1, 9), rng.uniform(1, 9)
+        words = [rng.choice(("G2", "G3", "G02"))]
+        words += rng.choice(
+            (
+                ["X=IC(0)", f"I{x:.3f}", f"J{y:.3f}"],
+                [f"I{x:.3f}", f"J{y:.3f}"],
+                [f"I={x:.3f}", f"J{y:.3f}", f"Z{number_of(rng)}"],
+                [f"X{x:.3f}", f"Y{y:.3f}", f"CR={rng.choice((-1, 1)) * rng.uniform(3, 60):.3f}"],
+                [f"X{x:.3f}", f"Y{y:.3f}", f"I{x:.3f}"],
+            )
+        )
+    rng.shuffle(words) if rng.random() < 0.2 else None
+    number = f"N{rng.randrange(10, 9999)} " if rng.random() < 0.6 else ""
+    return number + rng.choice((" ", " ", "")).join(words) + rng.choice(("", "", "", " ;note", "\t"))
+
+
+OTHERS_OF_SINUMERIK = (
+    "G91", "G90", "G17", "G18", "M8", "S3000 M3", "R1=R1+1", "X=R1", "X=IC(1)", "G4 F0.1", "G41 D1", "G40", "CT X5 Y7", "G64", "G60",
+    "G1 X5 RND=1", "RNDM=0.5", "RNDM=0", "TRANS X5", "ATRANS Y2", "TRANS", "ROT Z30", "G54", "G55", "", "; remark", "G9 G1 X3", "G95 F0.2",
+    "G94 F500", "G1 X1 X2", "G1 Q5", "X", "G1", "G0", "DIAMON", "DIAMOF", "OVR=50", "OVR=100", "MSG(\"a\")", "AR=20", "G2 X1 Y1",
+    "G1 X5 I3", "F-5", "REPEAT A1 P=2", "GOTOF N77", "N77 G1 X5", "G70", "G71", "X1=5", "CIP X5 Y5 I1=2 J1=3", "MIRROR X0", "G1 FB=100 X5",
+    "IF R1<3 GOTOB A1", "G33 Z-5 K1", "G500", "ASPLINE", "X5 Y5", "SUPA G0 Z0", "G0 G53 Z0", "/N5 G1 X3", "X-0", "T1 D1", "M17x",
+)  # fmt: skip
+
+
+def sinumerik_program(rng: random.Random) -> str:
+    """Return a program of runs of plain lines, and other lines between them."""
+    lines = ["G17 G90 G71 G94", "T1 M6", "S2000 M3", "G0 X0 Y0 Z5", "G1 F1000"]
+    for k in range(rng.randint(1, 7)):
+        if k == 1:
+            lines.append("A1:")
+        lines += [plain_of_sinumerik(rng) for _ in range(rng.choice((1, 3, 7, 8, 20)))]
+        lines += rng.sample(OTHERS_OF_SINUMERIK, rng.randint(0, 3))
+    return "\n".join([*lines, "M30"]) + "\n"
+
+
+def plain_of_heidenhain(rng: random.Random) -> str:
+    """Return a line of the plain language that is a motion."""
+    words = [rng.choice("X Y Z".split()) for _ in range(1)]
+    axes = rng.sample("XYZ", rng.randint(1, 3)) + (["C"] if rng.random() < 0.05 else [])
+    words = [f"{axis}{rng.choice('+-')}{number_of(rng).lstrip('-')}" for axis in axes]
+    if rng.random() < 0.1:
+        words[0] = words[0].replace(".", ",")
+    if rng.random() < 0.3:
+        words.append("R0")
+    if rng.random() < 0.5:
+        words.append(rng.choice(("FMAX", "F MAX", "F AUTO", "FAUTO", f"F{rng.randrange(50, 3000)}", "F500.5", "F")))
+    if rng.random() < 0.1:
+        words.append(rng.choice(("M3", "M8", "M9", "M5")))
+    return "L " + " ".join(words) + rng.choice(("", "", "", " ; note", "\t", " "))
+
+
+OTHERS_OF_HEIDENHAIN = (
+    "RND R1", "CHF 0.5", "CC X+5 Y+5", "C X+1 Y+9 DR+", "CT X+5 Y+9", "CR X+3 Y+4 R+20 DR-", "L IX+5", "L X+Q1", "Q1 = Q1 + 1", "LBL 1",
+    "CALL LBL 1 REP 1", "LBL 0", "L M3", "L R0 F200", "L RL X+5 Y+5", "L R0 X+9", "TOOL CALL 2 Z S1000", "TOOL CALL 3 Z S900 F700",
+    "CYCL DEF 7.0 DATUM SHIFT", "CYCL DEF 7.1 X+5", "CYCL DEF 10.0 ROTATION", "CYCL DEF 10.1 ROT+30", "", "; remark", "; goes on ~", "* - part",
+    "M8", "STOP", "L X+5 X+6", "L X+1 M99", "L Z+5 M91", "L X+5 F-3", "L X", "FN 0: Q1 = +5", "FN 9: IF +Q1 EQU +2 GOTO LBL 1", "M103 F50", "M103",
+    "LP PR+10 PA+30", "CYCL DEF 9.0 DWELL TIME", "CYCL DEF 9.1 DWELL 0.1", "X+10", "L  X+5 Y", "/ L X+9", "CC",
+    "CP IPA+90 DR+", "L A+5 S500", "L X+1 R5", "    X+5 Y+3", "L X+3 (note)", "L Z-3 M13", "L X1E2 Y+3", "L X+ 5",
+)  # fmt: skip
+
+
+def heidenhain_program(rng: random.Random) -> str:
+    """Return a program of runs of plain lines, and other lines between them."""
+    tool = "TOOL CALL 1 Z S5000" + rng.choice(("", " F600"))
+    lines = ["BEGIN PGM T MM", "BLK FORM 0.1 Z X-50 Y-50 Z-20", tool, "L X+0 Y+0 R0 FMAX M3", "L Z+5 R0 F500"]
+    others = [*OTHERS_OF_HEIDENHAIN, *(("FPOL X+0 Y+0", "FL X+5 Y+5") if rng.random() < 0.2 else ())]
+    for _ in range(rng.randint(1, 7)):
+        lines += [plain_of_heidenhain(rng) for _ in range(rng.choice((1, 3, 8, 9, 20)))]
+        lines += rng.sample(others, rng.randint(0, 3))
+    numbered = rng.random() < 0.7
+    lines = [f"{k} {line}" if numbered and rng.random() < 0.99 else line for k, line in enumerate(lines)]
+    return "\n".join([*lines, "L Z+100 FMAX M30", "END PGM T MM"]) + "\n"
+
+
+def seeds(count: int) -> Iterator[int]:
+    """Yield seeds."""
+    yield from range(count)
+
+
+@pytest.mark.parametrize(("dialect", "made"), [("sinumerik", sinumerik_program), ("heidenhain", heidenhain_program)])
+def test_arrays_give_what_handlers_give(dialect: str, made: object) -> None:
+    """On random programs, most with lines of other kinds and faults among the plain ones: each call, row, count and fault is the same."""
+    taken = 0
+    for seed in seeds(150):
+        taken += assert_alike(made(random.Random(seed)), dialect)  # type: ignore[operator]
+    assert taken > 1500
