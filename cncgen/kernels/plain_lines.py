@@ -6,6 +6,7 @@ are among those that mean a word and its number, a motion or a feed. The first o
 
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import MAX_LINE
+from cython.cimports.libc.math import floor
 
 #: What a terminal is in a plain line: a word with its number, the name of a word, a sign, the number behind a name, a motion that is a
 #: line, the words of a traverse and of a tool's feed, what only stands between them; 0 for what no plain line has.
@@ -344,6 +345,11 @@ class PlainReader:
             if not (found.value == 0.0 or found.value == 1.0 or found.value == 2.0 or found.value == 3.0):
                 return False
             self.seen |= cython.cast(cython.uint, 1) << (26 + cython.cast(cython.int, found.value))
+        if letter == 109 and not (
+            3.0 <= found.value <= 9.0 and found.value != 6.0 and found.value == floor(found.value)
+        ):
+            # Spindle and coolant alone are those of the interpreter.
+            return False
         if letter == 114:
             # R0 alone ends a compensation that is not in force.
             return end == at + 1 and text[at] == 48

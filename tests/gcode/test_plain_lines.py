@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from cncgen.diagnostics import Diagnostics
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.klartext import lines
 from cncgen.gcode.klartext.running import HeidenhainRunner
 from cncgen.gcode.sinks.columns import ColumnsSink
 from cncgen.gcode.sinks.counting import CountingSink
@@ -16,10 +18,9 @@ from cncgen.gcode.sinks.standalone import StandAloneSink
 from cncgen.gcode.sinumerik.reading import parse
 from cncgen.gcode.sinumerik.running import SinumerikRunner
 from cncgen.gcode.source import Source
-from cncgen.gcode.text import plain_language
+from cncgen.gcode.text import line_runs, plain_language
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.line_runs import PlainScan
-from cncgen.kernels import plain_lines
 from cncgen.records import replace
 from cncgen.toolpath.building import ToolpathBuilder
 from cncgen.toolpath.reading import ReadOptions
@@ -47,10 +48,18 @@ class HeidenhainOneByOne(HeidenhainRunner):
 ONE_BY_ONE = {"sinumerik": SinumerikOneByOne, "heidenhain": HeidenhainOneByOne}
 
 
-def run(text: str, dialect: str, sink: object, *, batches: bool, alone: bool = False) -> tuple[object, list[str]]:
+def run(
+    text: str,
+    dialect: str,
+    sink: object,
+    *,
+    batches: bool,
+    alone: bool = False,
+    most: int | None = MOST_STEPS,
+) -> tuple[object, list[str]]:
     """Run a text on a sink; return the runner and what was reported."""
     found = Diagnostics()
-    options = replace(ReadOptions(dialect=dialect), stand_alone=alone, max_steps=MOST_STEPS)
+    options = replace(ReadOptions(dialect=dialect), stand_alone=alone, max_steps=most)
     runner = (RUNNERS if batches else ONE_BY_ONE)[dialect](Source(text.encode(), "t"), options, sink, found)
     for _ in runner.run():
         pass
@@ -142,7 +151,6 @@ def sinumerik_program(rng: random.Random) -> str:
 
 def plain_of_heidenhain(rng: random.Random) -> str:
     """Return a line of the plain language that is a motion."""
-    words = [rng.choice("X Y Z".split()) for _ in range(1)]
     axes = rng.sample("XYZ", rng.randint(1, 3)) + (["C"] if rng.random() < 0.05 else [])
     words = [f"{axis}{rng.choice('+-')}{number_of(rng).lstrip('-')}" for axis in axes]
     if rng.random() < 0.1:
@@ -150,7 +158,9 @@ def plain_of_heidenhain(rng: random.Random) -> str:
     if rng.random() < 0.3:
         words.append("R0")
     if rng.random() < 0.5:
-        words.append(rng.choice(("FMAX", "F MAX", "F AUTO", "FAUTO", f"F{rng.randrange(50, 3000)}", "F500.5", "F")))
+        words.append(
+            rng.choice(("FMAX", "F MAX", "F AUTO", "FAUTO", f"F{rng.randrange(50, 3000)}", "F500.5", "F"))
+        )
     if rng.random() < 0.1:
         words.append(rng.choice(("M3", "M8", "M9", "M5")))
     return "L " + " ".join(words) + rng.choice(("", "", "", " ; note", "\t", " "))
@@ -184,10 +194,97 @@ def seeds(count: int) -> Iterator[int]:
     yield from range(count)
 
 
-@pytest.mark.parametrize(("dialect", "made"), [("sinumerik", sinumerik_program), ("heidenhain", heidenhain_program)])
+@pytest.mark.parametrize(
+    ("dialect", "made"), [("sinumerik", sinumerik_program), ("heidenhain", heidenhain_program)]
+)
 def test_arrays_give_what_handlers_give(dialect: str, made: object) -> None:
     """On random programs, most with lines of other kinds and faults among the plain ones: each call, row, count and fault is the same."""
     taken = 0
     for seed in seeds(150):
         taken += assert_alike(made(random.Random(seed)), dialect)  # type: ignore[operator]
     assert taken > 1500
+
+
+def words_by_grammar(text: str, dialect: str) -> list[tuple[str, float]] | None:
+    """Return the words of a line as its grammar reads it, None where it is no plain line."""
+    try:
+        if dialect == "heidenhain":
+            statement = plain_language.parse(lines.bare(text))
+            words = [(letter, value) for letter, value in statement.words if isinstance(value, float)]
+            plain = statement.kind == "block" and len(words) == len(statement.words)
+            return words if plain else None
+        items = parse(text).items
+    except BlockError:
+        return None
+    names = {"CR": "r"}
+    found = []
+    for item in items:
+        if item[0] == "word":
+            found.append((item[1].lower(), item[2]))
+        elif item[0] == "set" and not item[2] and isinstance(item[3], float):
+            found.append((names.get(item[1], item[1].lower()), item[3]))
+        else:
+            return None
+    return found
+
+
+PARTS = {
+    "sinumerik": "N10|:5|/|G1|G2|G01|g0|G4|X1|X-2.5|Y+.5|y3.|Z=5|Z = -5|X1=5|X=|=|-|+|--|5|5.5|.5|1.2.3|A=0|CR=5|CR|I1|J=2.5|K-1|F100|F=2.5"
+    "|X=1EX3|X1_|XY|E5|;c|\"a\"|(|)|DIV|*|:|R1|R1=2|X=R1|X=IC(5)|M3|H5|L2|ü|\t|X=5Y=6|X=5*2|5-3|X123456789012345678901|B|AND",
+    "heidenhain": "12|N5|L|CC|C|X+1|X-2,5|Y3.5|IX+1|z+.5|R0|R1|R+0|R|F100|F 5|F|FMAX|F MAX|F AUTO|FAUTO|M3|M|M99|;c|~|(c)|*|/|Q1|X+Q1|+|-|X"
+    "|S500|1E3|X+1E2|X+ 5|DR+|RL|ü|\t|LX+1|X+1Y+2|A+90|12L|LBL|TOOL|5.5.5|X+1234567890123456789|B|RND|=",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("dialect", ["sinumerik", "heidenhain"])
+@pytest.mark.parametrize("kernel", ["compiled", "uncompiled"])
+def test_a_plain_line_means_what_the_grammar_says(dialect: str, kernel: str) -> None:
+    """On lines of random parts: what is taken has the words that the grammar's functions make of it."""
+    rng, parts = random.Random(5), PARTS[dialect].split("|")
+    scan = PlainScan(dialect)
+    if kernel == "uncompiled":
+        reader = uncompiled("plain_lines").PlainReader(*line_runs.tables_of(dialect))
+        scan._reader = reader
+    taken = 0
+    for _ in range(40_000 if kernel == "compiled" else 1_500):
+        begin = rng.choice(("", "N7 ", "12 ")) + ("L " if dialect == "heidenhain" else "")
+        text = begin + rng.choice((" ", " ", "")).join(rng.choices(parts, k=rng.randint(1, 5)))
+        count, _ = scan.read(Source(text.encode(), "t"), Cursor(0, 0, 1), auto=700.0)
+        if count == 0 or scan.blocks.count == 0:
+            continue
+        taken += 1
+        words = scan.blocks.pairs(0)
+        if dialect == "heidenhain":
+            auto = "AUTO" in text
+            expected = words_by_grammar(
+                text.replace("F AUTO", "F700").replace("FAUTO", "F700") if auto else text, dialect
+            )
+        else:
+            expected = words_by_grammar(text, dialect)
+        assert expected is not None, text
+        assert sorted(words) == sorted(expected), text
+    assert taken > (300 if kernel == "compiled" else 10)
+
+
+def test_most_lines_of_posts_go_through_arrays() -> None:
+    """Of 20,000 lines of each shape all but a few go that way: the first ones, and where runs end."""
+    texts = {
+        "sinumerik": "".join(f"N{k} G1 X{k % 97}.{k % 10} Y={k % 89 - 40} Z-{k % 7}.5 F{500 + k % 9}\n" for k in range(20_000)),
+        "heidenhain": "".join(f"{k} L X{k % 97 - 48:+}.{k % 10} Y+{k % 89} Z-{k % 7},5 F{500 + k % 9}\n" for k in range(20_000)),
+    }  # fmt: skip
+    for dialect, text in texts.items():
+        whole = (
+            f"G0 X0\n{text}M30\n" if dialect == "sinumerik" else f"0 BEGIN PGM A MM\n{text}9 END PGM A MM\n"
+        )
+        runner, faults = run(whole, dialect, CountingSink(), batches=True, most=None)
+        assert runner._lane.taken > 19_980, faults  # type: ignore[attr-defined]
+
+
+def test_jumps_find_block_numbers_of_plain_lines() -> None:
+    """N100 stands among lines that are kept as a run; N10 and N1000 are others."""
+    lines = [f"N{k}{'0' if k > 90 else ''} X{k}" for k in range(1, 120)]
+    text = "\n".join(["G1 F100", "GOTOF N1000", *lines, "M30"]) + "\n"
+    calls, faults = printed(text, "sinumerik", batches=True)
+    moves = [line for line in calls if "STRAIGHT_FEED" in line]
+    assert len(moves) == 20, faults
+    assert "100.0000" in moves[0]

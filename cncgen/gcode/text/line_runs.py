@@ -44,10 +44,15 @@ _PLAIN: dict[str, tuple[dict[str, str], set[str], str, str, bool]] = {
 }  # fmt: skip
 
 
+def tables_of(name: str) -> tuple[Any, ...]:
+    """Return what `PlainReader` takes, by the name of a grammar's tables."""
+    return import_module(f"cncgen.grammars.tables_{name}"), *_PLAIN[name]
+
+
 @cache
-def plain_reader(name: str) -> PlainReader:
+def _reader(name: str) -> PlainReader:
     """Return the kernel that reads plain lines by the tables of a grammar."""
-    return PlainReader(import_module(f"cncgen.grammars.tables_{name}"), *_PLAIN[name])
+    return PlainReader(*tables_of(name))
 
 
 class PlainScan:
@@ -61,7 +66,7 @@ class PlainScan:
         self.blocks = PlainBlocks()
         #: The offset behind plain lines that were too few for a run.
         self.few = 0
-        self._reader = plain_reader(name)
+        self._reader = _reader(name)
 
     def read(self, source: Source, here: Cursor, most: int = 1 << 62, auto: float = 1.0) -> tuple[int, int]:
         """Fill the columns with plain lines from a line on; return how many lines they are, and the offset behind them.
