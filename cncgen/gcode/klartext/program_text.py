@@ -10,7 +10,7 @@ from cncgen.gcode.klartext import lines
 from cncgen.gcode.source import Source
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.line_runs import Lines, PlainScan, run_of
+from cncgen.gcode.text.line_runs import PlainScan, ProgramLines, run_of
 from cncgen.gcode.text.plain_language import Statement
 
 #: The number of a block in the text.
@@ -39,8 +39,10 @@ class ProgramText(LanguageRun):
 
     def _begin_text(self, source: Source) -> None:
         """Have no lines, of another text from now on."""
-        self._lines: Lines[Cursor] = Lines(source, lambda here: here)
-        self._bodies: Lines[str] = Lines(source, lambda here: lines.bare(source.text_at(here.offset)))
+        self._lines: ProgramLines[Cursor] = ProgramLines(source, lambda here: here)
+        self._bodies: ProgramLines[str] = ProgramLines(
+            source, lambda here: lines.bare(source.text_at(here.offset))
+        )
 
     def _read(self, source: Source, index: int = 0) -> None:
         """Take the lines, their text without numbers and comments, and the labels."""

@@ -52,7 +52,7 @@ from cncgen.gcode.state.systems import SYSTEM_COUNT
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.line_runs import Lines
+from cncgen.gcode.text.line_runs import ProgramLines
 from cncgen.gcode.text.plain_language import Statement
 from cncgen.gcode.text.search import search_path
 
@@ -99,7 +99,7 @@ class HeidenhainRunner(ProgramText):
         self._at = 0
         #: Programs that CALL PGM left, and the line where they go on.
         self._called: list[
-            tuple[Lines[Cursor], Lines[str], dict[str, int], list[int], dict[int, int], int]
+            tuple[ProgramLines[Cursor], ProgramLines[str], dict[str, int], list[int], dict[int, int], int]
         ] = []
 
     def run(self) -> Iterator[None]:

@@ -11,7 +11,7 @@ from cncgen.gcode.sinumerik.reading import Statement, parse
 from cncgen.gcode.sinumerik.said import Said
 from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.line_runs import Lines, PlainScan, numbers_found, run_of
+from cncgen.gcode.text.line_runs import PlainScan, ProgramLines, numbers_found, run_of
 from cncgen.grammars.terminals import SINUMERIK as TERMINALS
 
 _CLOSES = {
@@ -78,7 +78,7 @@ class _Texts:
 class Labels:
     """Lines of a program by label and by block number, in the order of the text; those of plain lines are looked for when they are asked for."""
 
-    def __init__(self, source: Source, lines: Lines[Line]) -> None:
+    def __init__(self, source: Source, lines: ProgramLines[Line]) -> None:
         self._source, self._lines = source, lines
         self._named: dict[str, list[int]] = {}
         self._found: dict[str, list[int]] = {}
@@ -116,7 +116,7 @@ class Program:
     """
 
     name: str
-    lines: Lines[Line]
+    lines: ProgramLines[Line]
     labels: Labels
     other: dict[int, int] = field(default_factory=dict)
     formals: tuple[tuple[object, ...], ...] = ()
@@ -184,7 +184,7 @@ def _expanded(text: str, macros: dict[str, str]) -> str:
 
 def _program(name: str, source: Source, texts: _Texts) -> Program:
     """Return a program without lines."""
-    lines = Lines(source, texts.plain)
+    lines = ProgramLines(source, texts.plain)
     return Program(name, lines, Labels(source, lines))
 
 

@@ -104,7 +104,7 @@ class LineRun:
     after: int
 
 
-class Lines(Generic[T]):
+class ProgramLines(Generic[T]):
     """A row of entries, one a line, in which runs of plain lines stand for theirs.
 
     Args:
@@ -207,7 +207,7 @@ def run_of(scan: PlainScan, source: Source, here: Cursor, *, whole: bool) -> Lin
     return LineRun(here, lines, after)
 
 
-def numbers_found(source: Source, lines: Lines[Any], name: str) -> list[int]:
+def numbers_found(source: Source, lines: ProgramLines[Any], name: str) -> list[int]:
     """Return the plain lines that begin with a block number, as they are written in the text."""
     import re
 
