@@ -7,12 +7,20 @@ from bisect import bisect_left
 from cncgen.gcode.flow.batches import Batches, Made
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import Source
+from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import empty_block
-from cncgen.gcode.text.line_runs import PlainScan, ProgramLines
+from cncgen.gcode.text.line_runs import PlainScan
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
+    from typing import Protocol
+
+    class _Runs(Protocol):
+        """The lines of a program, as far as they tell of runs of plain ones."""
+
+        def plain_at(self, at: int) -> tuple[Cursor, int] | None:
+            """Return the place of a plain line, and how many begin with it."""
+
 
 _NO_CYCLES: frozenset[int] = frozenset()
 
@@ -35,12 +43,12 @@ class PlainLane:
         self._scan = PlainScan(name)
         self._batches = Batches(ip, self._scan.blocks, made)
         #: The columns: of which program, up to which line, the next block, where the run of the first line begins, the tool's feed.
-        self._lines: ProgramLines[Any] | None = None
+        self._lines: _Runs | None = None
         self._next = self._after = self._index = self._first = 0
         self._auto = 0.0
         self.taken = 0
 
-    def run(self, lines: ProgramLines[Any], at: int, most: int, auto: float = 0.0) -> int:
+    def run(self, lines: _Runs, at: int, most: int, auto: float = 0.0) -> int:
         """Run plain lines from one on; return the first that was not run.
 
         Args:
@@ -72,7 +80,7 @@ class PlainLane:
             ip.budget.count(self._next - at)
         return self._next
 
-    def _read(self, lines: ProgramLines[Any], at: int, auto: float) -> bool:
+    def _read(self, lines: _Runs, at: int, auto: float) -> bool:
         """Read the columns from a line on; tell whether it is one of a run."""
         found = lines.plain_at(at)
         if found is None:
