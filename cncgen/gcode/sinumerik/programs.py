@@ -96,7 +96,7 @@ class Labels:
         if found is None:
             found = self._named.get(name, [])
             if name[:1] in "N:" and name[1:].isdigit():
-                found = sorted([*found, *numbers_found(self._source, self._lines, name)])
+                found = sorted([*found, *numbers_found(self._source, self._lines.runs(), name)])
             self._found[name] = found
         return found
 

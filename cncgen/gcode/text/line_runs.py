@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from importlib import import_module
 from typing import Any, Generic, TypeVar
@@ -207,15 +207,15 @@ def run_of(scan: PlainScan, source: Source, here: Cursor, *, whole: bool) -> Lin
     return LineRun(here, lines, after)
 
 
-def numbers_found(source: Source, lines: ProgramLines[Any], name: str) -> list[int]:
-    """Return the plain lines that begin with a block number, as they are written in the text."""
+def numbers_found(source: Source, runs: Iterable[tuple[int, LineRun]], name: str) -> list[int]:
+    """Return the lines of runs that begin with a block number as it is written; `runs` have the numbers of their first lines."""
     import re
 
     found = []
     pattern = re.compile(
         rb"^[ \t\r]*" + re.escape(name.encode()) + rb"(?![0-9._])", re.MULTILINE | re.IGNORECASE
     )
-    for start, run in lines.runs():
+    for start, run in runs:
         for match in pattern.finditer(source.data, run.here.offset, run.after):
             found.append(start + source.data[run.here.offset : match.start()].count(b"\n"))
     return found
