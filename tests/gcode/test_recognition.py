@@ -192,6 +192,7 @@ UNREAD = [
     ("C000 = 0006 015 2215 000 240\nH000 = +000000.0100\nG54\nG42H000\nG01X5.Y0\nM02", "Sodick"),
     ("M48\nMETRIC,TZ\nT1C0.800\n%\nT1\nX1000Y1000\nM30", "Excellon"),
     ("M25 G49\nG17 G40\nT1 M6\nM225 #100 \"Press start\"\nM2", "Centroid"),
+    ("o9101\n#[z] = 1\nn5\nif [#(20100+#z) == 77] then goto 7\nn7\n#[z] = #z + 1\nif [#z < 6] goto 5\nM99", "Centroid"),
     ("SA\nMS,2,1\nJZ,0.5\nM3,2,2,-0.1", "ShopBot"),
     ("IN;SP1;PU0,0;PD1000,0;PU;", "HP-GL"),
     ("PARTNO/TEST\nLOADTL/1\nGOTO/10,10,0\nFINI", "APT"),

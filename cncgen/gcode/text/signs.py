@@ -120,6 +120,8 @@ _ELSEWHERE_BARE = (
     _of("brother", 20, "a tool change by G100", _W + rb"G100T\d", b"G100T"),
     _of("brother", 20, "a tap by G77 or G78 with a pitch I or J", _W + rb"G7[78][XYZR]" + _V + rb"[^\nPQ]*[IJ][.\d][^\nPQ]*S\d", b"G77", b"G78"),
     _of("citizen", 30, "the beginning of a path by $", rb"^\$[0-9]$", b"$"),
+    _of("centroid", 20, "a variable by a letter", rb"#\[[A-Z]\]", b"#["),
+    _of("centroid", 15, "a condition with == or !=", rb"^IF\[[^\n]*[=!]=[^\n]*(?:THEN|GOTO)", b"==", b"!="),
     _of("centroid", 12, "the head of a program of Centroid", rb"^M25G49$", b"M25G49"),
     _of("eding", 20, "a loop or condition of Eding CNC", rb"^(?:WHILE|IF)\[[^\n]*\]$", b"WHILE[", b"IF["),
     _of("fadal", 12, "a fixture offset E", rb"^(?:[GMS]" + SIGNED + rb")*X" + SIGNED + rb"Y" + SIGNED + rb"(?:[MS]" + SIGNED + rb")*E\d{1,2}(?:[HMZ]" + SIGNED + rb")*$", b"E"),
