@@ -9,7 +9,6 @@ results, and starts again if a result may be improved.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -30,13 +29,9 @@ MOST, MOST_THINNED = 120, 40
 #: The starting profile is near a limit of acceleration, or a bound of q, if it uses this part of it, within this many
 #: intervals on either side; other rows sleep at first.
 FAR, _REACH = 0.45, 3
-#: The starts tried one after the other: the q of the profile that rises and falls with full jerk, times each of these factors.
-#: From rest a small enough factor holds every limit, whatever the intervals are (`time_scaling`).
-_STARTS = (0.9, 0.1, 0.8, 0.01, 1e-4, 1e-7)
-#: How often the first of them is tried: with some rows asleep, and with all of them.
-_FIRST = 2
-#: Factor on the q of an earlier plan that is tried as a start after that plan itself.
-_SLOWER = 0.9
+#: The first run starts from the q of the profile that rises and falls with full jerk, times the first of these, with some rows
+#: asleep; the second one from far within the limits, with all rows.
+_STARTS = (0.9, 0.01)
 #: How often the starting profile is averaged over three neighbours, which rounds its edges off; and at the first start once for so
 #: many intervals, up to the last number: a long window then takes an iteration or two less.
 _ROUNDINGS, _PER_ROUNDING, _MOST_ROUNDINGS = 48, 10, 160
@@ -50,7 +45,7 @@ _STALLED = 0.1
 _FELT = 1e-4
 #: Duality gap, as a part of the time, up to which a run that has stalled near the optimum counts as one that has reached it.
 _STALLED_GAP = 4e-4
-#: A result that is to be confirmed is solved again from its own q times this factor.
+#: A result that is to be confirmed is solved again from its own q times this factor, as is an earlier plan that leads to none.
 _BELOW = 0.95
 #: Sum of −log(step length) over a run above which its result is confirmed: in many short steps rounding grows, until
 #: results differ by up to 10⁻⁵ of the time in another unit of length.
@@ -180,7 +175,6 @@ def solve(
     given: Intervals,
     state: tuple[float, float] | None,
     known: Floats | None = None,
-    hopeless: Callable[[Solution], int] = lambda _: 0,
     settled: bool = False,
 ) -> Solution:
     """Find the least time on a row of intervals that ends at rest.
@@ -189,12 +183,10 @@ def solve(
         given: The intervals; the last one enters rest, the first one leaves it unless `state` says otherwise.
         state: q at the start and the middle ordinate of the first interval, where the motion is under way there.
         known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
-        hopeless: Called with the result of the first start where that breaks limits; where it returns more than 0, no other
-            start is tried.
         settled: Whether the result is confirmed (`confirmed`) even if the run did not stall.
 
     Returns:
-        The solution; ``converged`` is False where no start led to a motion that holds every limit.
+        The solution; ``converged`` is False where no motion that holds every limit was found.
     """
     if not (given.kind == SPLINE).any():
         return Solution(
@@ -202,22 +194,18 @@ def solve(
         )
     columns = spline_columns(given, state)
     found: list[Solution] = []
-    starts = [_Start(part) for part in _STARTS[1:]]
-    if known is not None:
-        # The state may leave hardly any other motion than the earlier plan. An interior-point method must start away from
-        # the limits, so it starts somewhat below that plan.
-        starts.insert(0, _Start(_STARTS[0], known, _SLOWER))
-    # Most rows never bind. The starting profile tells which, so the first try leaves them out.
-    first = _Start(_STARTS[0], known)
     roundings = min(max(_ROUNDINGS, len(columns.at) // _PER_ROUNDING), _MOST_ROUNDINGS)
-    rounder = replace(first, roundings=roundings)
-    for start, thinned in [(rounder, True), (first, False), *((start, False) for start in starts)]:
+    near, within = _STARTS
+    # Most rows never bind. The starting profile tells which, so the first run leaves them out. The state may leave hardly any other
+    # motion than the earlier plan, so the second run starts somewhat below that.
+    for start, thinned in (
+        (_Start(near, known, roundings=roundings), True),
+        (_Start(within, known, _BELOW), False),
+    ):
         run = run_from(given, columns, start, state, thinned, settled)
         if run.left < _STALLED_GAP:
             return confirmed(given, columns, state, run, settled)
         found.append(run.solution)
-        if len(found) == _FIRST and not any(each.converged for each in found) and hopeless(run.solution):
-            return run.solution
     # A plan that holds every limit is a plan, though the method did not find the best one.
     best = min(found, key=lambda each: (not each.converged, each.time))
     return _from_within(given, columns, state, best) if best.converged else best
@@ -282,7 +270,7 @@ def _kernel(columns: SplineColumns, state: tuple[float, float] | None) -> least_
 
 @dataclass(frozen=True, slots=True)
 class _Start:
-    """Unknowns to start from: a part of q of the profile that rises and falls with full jerk, and an earlier plan.
+    """Unknowns to start from: a part of the q of the profile that rises and falls with full jerk, and an earlier plan.
 
     Attributes:
         part: That part.

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,10 +43,6 @@ _BESIDE = 2
 #: differs by rounding, and where it is fitted by 10⁻⁹; the solver, which ends at a gap of 10⁻⁷, may turn that into a time that
 #: differs by 10⁻⁶. Costs about 0.1 s of CPU.
 _SETTLED = 20_000
-#: Intervals of failing windows at the start of a program for which all starts are tried though the motion passes the place in the
-#: way very slowly. Where one of them leads to a plan, that may take two thirds of the time with a stop; where none does, trying
-#: them costs about 80 µs an interval, 0.4 s of CPU in all.
-_PATIENT = 5_000
 
 
 @dataclass(slots=True)
@@ -63,7 +58,6 @@ class RollingWindow:
             there to fall back on.
         wanted: Number of open intervals at which the window is planned next.
         unsettled: Number of intervals whose solutions are still to be confirmed (`_SETTLED`).
-        patient: Number of intervals for which all starts may still be tried where windows fail (`_PATIENT`).
     """
 
     bounds: AxisLimits
@@ -73,7 +67,6 @@ class RollingWindow:
     reserve: tuple[Floats, NDArray[np.int8]] | None = None
     wanted: int = SIZE
     unsettled: int = _SETTLED
-    patient: int = _PATIENT
 
     def __len__(self) -> int:
         return sum(len(mesh) for mesh in self.meshes) - self.used
@@ -182,8 +175,8 @@ class RollingWindow:
     def _solved(self, given: Intervals) -> tuple[Solution, bool]:
         """Solve; where that fails, plan less of the path.
 
-        If limits are exceeded most at a place that the motion passes very slowly, it stops there: that mostly costs little, and
-        once `_PATIENT` intervals have failed no other starts are tried before. Else half as many intervals are tried, again and again, down to those of the reserve.
+        If limits are exceeded most at a place that the motion passes very slowly, it stops there: that mostly costs little. Else
+        half as many intervals are tried, again and again, down to those of the reserve.
         If these fail too, the reserve is the plan, or, from rest, a `time_scaled` motion.
 
         Args:
@@ -196,13 +189,10 @@ class RollingWindow:
         known = q[:, 1] if self.reserve else None
         stops = False
         while True:
-            crawls = partial(self._stop_for, given, len(q))
-            hopeless = crawls if len(given) > self.patient else lambda _: 0
-            solution = solve(given, self.state, known, hopeless, settled=self.unsettled > 0)
+            solution = solve(given, self.state, known, settled=self.unsettled > 0)
             if solution.converged:
                 return solution, stops
-            self.patient -= len(given)
-            before = crawls(solution)
+            before = self._stop_for(given, len(q), solution)
             stops = before > 0
             fewer = before or _stop_before(given.kind, (len(given) + len(q)) // 2)
             if fewer <= len(q):

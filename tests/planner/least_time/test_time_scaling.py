@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 import cncgen
-from cncgen.planner.least_time import block_planning, problem, rolling_window
+from cncgen.planner.least_time import rolling_window
 from cncgen.planner.least_time.mesh import SPLINE
 from cncgen.planner.least_time.problem import Intervals, Solution
 from cncgen.planner.least_time.time_scaling import obstacle, time_scaled
@@ -148,23 +147,3 @@ def test_a_cusp_that_no_window_passes_is_a_stop(monkeypatch: pytest.MonkeyPatch,
         rates = np.abs(np.diff(padded, k, axis=0)).max(axis=0) / machine.period_s**k
         assert (rates <= [1.001 * getattr(axis, limit) for axis in machine.axes.values()]).all()
     assert tried.count(False) <= 1 < tried.count(True)
-
-
-def test_after_many_starts_that_failed_no_other_is_tried_where_the_motion_crawls_over_what_is_in_the_way(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """One with some rows asleep, and one with all of them: seven starts had been tried before each stop."""
-    tried: list[bool] = []
-    improved = problem.run_from
-
-    def counted(*given: object, **how: bool) -> problem.SolverRun:
-        run = improved(*given, **how)
-        tried.append(run.solution.converged)
-        return run
-
-    monkeypatch.setattr(problem, "run_from", counted)
-    monkeypatch.setattr(block_planning, "RollingWindow", partial(rolling_window.RollingWindow, patient=0))
-    (tmp_path / "slow.toml").write_text(SLOW)
-    (trajectory, *_) = cncgen.plan(cncgen.read_text(CUSP), cncgen.load_machine(tmp_path / "slow.toml"))
-    assert trajectory.profile.t[-1] > 0.0
-    assert tried.count(False) == 2
