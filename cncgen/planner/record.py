@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 
 #: Setpoints that a motion may have: at a period of 1 ms, eleven days.
 MOST_ROWS = 1_000_000_000
+#: Sharp corners that are handed on, and listed, one by one; beyond them they are counted.
+MAX_CORNERS = 10_000
 
 
 class Limit(IntEnum):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
 from cncgen.machine.record import Axis, Machine
-from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
+from cncgen.planner.record import MAX_CORNERS, Limit, Profile, SharpCorner, Trajectory
 from cncgen.report.feed_curve import FeedCurve, sparkline
 from cncgen.report.slow_places import LISTED, SlowPlace, SlowPlaces
 from cncgen.report.tables import counted, duration
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 SCHEMA_VERSION = 1
-
-#: Sharp corners that the summary lists; all are counted.
-MAX_CORNERS = 10_000
 
 #: A peak is over its limit beyond this part of it, as `cncgen verify` has it.
 _OVER = 1.001

@@ -17,14 +17,12 @@ from cncgen.planner.assembly import assemble
 from cncgen.planner.ild.look_ahead import SegmentPieces, Segments
 from cncgen.planner.ild.stretch import Stretch
 from cncgen.planner.profile_parts import arrival_at, cut
-from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
+from cncgen.planner.record import MAX_CORNERS, Limit, Profile, SharpCorner, Trajectory
 from cncgen.toolpath.record import Event
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: Sharp corners that are handed on one by one; beyond them they are counted.
-MAX_CORNERS = 10_000
 #: Tops and limits that differ by this part are equal.
 _EQUAL = 1e-9
 

@@ -40,14 +40,16 @@ _SLOWER, _HALVINGS = 0.02, 14
 #: The derivative of the quadratic B-spline B over a period, T² B', and the linear one: periods, and values there.
 _SLOPE = [-1.5, -0.5, 0.5, 1.5], [0.0, 1.0, -1.0, 0.0]
 _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
-#: Periods on either side of a jump in which setpoints see it: of one that has a step of x', and of one of x'' alone.
+#: Periods on either side of a jump in which setpoints see it: of one that has a step of x', and of one of x'' alone. With 1.5 for both,
+#: one of 112 random programs takes 1.1 % longer.
 SEEN = 1.5, 1.36
 #: Where a corner lies on a chord over it: parts of its length.
 _BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
-#: Largest turn of a direction that there can be, and largest one that is rounding alone.
-_WHOLE, _NO_TURN = 2.0, 1e-9
+#: Largest turn of a direction that there can be, and largest one that is rounding alone, rad.
+_WHOLE, NO_TURN = 2.0, 1e-9
 #: Cost of a jump that is passed on either side of it, in periods: by itself, and where it takes all jerk along the path; and
 #: what it is taken to cost at least: so slow passes as a side that hardly moves allows leave some windows no start.
+#: With one cost of 0.6 to 0.8 some of 112 random programs take 0.6 to 1.1 % longer, with none 13 of them 0.5 to 2.5 %.
 _DELAY, _SLOWED, _LEAST_DELAY = 0.4, 0.5, 0.6
 
 
@@ -443,7 +445,7 @@ def _cuts(bounds: AxisLimits, s: Floats, stop: Bools, turn: Floats, left: Floats
     out = np.zeros(len(stop), bool)
     # The end of a block is the start of the next one.
     size = _size(bounds, turn)
-    rest = np.flatnonzero(stop[:-1] & (size[:-1] > _NO_TURN))
+    rest = np.flatnonzero(stop[:-1] & (size[:-1] > NO_TURN))
     size = size[rest]
     acceleration, jerk = (
         np.stack([along_path(limit, side[0, rest]) for side in (left, right)], axis=1)

@@ -32,9 +32,8 @@ FAR, _REACH = 0.45, 3
 #: The first run starts from the q of the profile that rises and falls with full jerk, times the first of these, with some rows
 #: asleep; the second one from far within the limits, with all rows.
 _STARTS = (0.9, 0.01)
-#: How often the starting profile is averaged over three neighbours, which rounds its edges off; and at the first start once for so
-#: many intervals, up to the last number: a long window then takes an iteration or two less.
-_ROUNDINGS, _PER_ROUNDING, _MOST_ROUNDINGS = 48, 10, 160
+#: How often the starting profile is averaged over three neighbours, which rounds its edges off.
+_ROUNDINGS = 160
 #: Factor by which averaging may raise q: a slow place beside one a million times as fast would else end far above its limits.
 _RAISED = 2.0
 #: Dual residual, as a part of the time, above which an iterate that holds the limits is not taken for a plan: so far from the
@@ -56,9 +55,6 @@ _STAYS, _AGAIN = 1e-8, 6
 #: How often a result of long steps is confirmed; and if its time does not settle, how much shorter, as a part, the last result
 #: must be than the first one to be taken instead of it.
 _TWICE, _ROUGHLY = 2, 1e-5
-#: Where only plans short of the optimum are found: the factor on the q of the best of them to start from again, and the part
-#: of its time that must be gained to do so once more.
-_WITHIN, _GAINED = 0.3, 1e-3
 #: A row binds if its slack is below this part of its limit.
 _NEAR = 0.02
 
@@ -194,12 +190,11 @@ def solve(
         )
     columns = spline_columns(given, state)
     found: list[Solution] = []
-    roundings = min(max(_ROUNDINGS, len(columns.at) // _PER_ROUNDING), _MOST_ROUNDINGS)
     near, within = _STARTS
     # Most rows never bind. The starting profile tells which, so the first run leaves them out. The state may leave hardly any other
     # motion than the earlier plan, so the second run starts somewhat below that.
     for start, thinned in (
-        (_Start(near, known, roundings=roundings), True),
+        (_Start(near, known), True),
         (_Start(within, known, _BELOW), False),
     ):
         run = run_from(given, columns, start, state, thinned, settled)
@@ -207,8 +202,7 @@ def solve(
             return confirmed(given, columns, state, run, settled)
         found.append(run.solution)
     # A plan that holds every limit is a plan, though the method did not find the best one.
-    best = min(found, key=lambda each: (not each.converged, each.time))
-    return _from_within(given, columns, state, best) if best.converged else best
+    return min(found, key=lambda each: (not each.converged, each.time))
 
 
 def profile(given: Intervals) -> tuple[Floats, Floats]:
@@ -276,13 +270,11 @@ class _Start:
         part: That part.
         known: Shape (k,), middle ordinates of an earlier plan for the first intervals: no less than that; or None.
         slower: Part of the earlier plan to start from instead, where it is less than 1.
-        roundings: How often the profile is averaged.
     """
 
     part: float
     known: Floats | None = None
     slower: float = 1.0
-    roundings: int = _ROUNDINGS
 
     def fill(
         self, kernel: least_time_problem.Problem, columns: SplineColumns, state: tuple[float, float] | None
@@ -293,7 +285,7 @@ class _Start:
             c[:2] = state
         least_time_rows.start(kernel, columns.edge, self.part)
         # At its edges the profile exceeds the jerk limit by far: rounded off it needs fewer iterations.
-        least_time_rows.rounded(kernel, self.roundings, _RAISED)
+        least_time_rows.rounded(kernel, _ROUNDINGS, _RAISED)
         if self.known is not None:
             ahead = columns.at[columns.at < len(self.known)]
             known = self.known[ahead[free - 1 :]]
@@ -346,28 +338,6 @@ def confirmed(
     # The runs do not agree. The first one differs least from that in another unit of length, so it is kept unless the last
     # one is clearly shorter.
     return first.solution if run.solution.time > (1.0 - _ROUGHLY) * first.solution.time else run.solution
-
-
-def _from_within(
-    given: Intervals, columns: SplineColumns, state: tuple[float, float] | None, best: Solution
-) -> Solution:
-    """Improve a plan short of the optimum: solve again from far below it, as long as that leads to a shorter one.
-
-    Where rows of many kinds bind side by side, steps along them stay short, and the iterations end before half of the way to
-    the optimum. From a fraction of its q, which has the same proportions, the way leads through the interior instead.
-    """
-    for _ in range(_AGAIN):
-        run = run_from(
-            given, columns, _Start(_STARTS[0], best.q[:, 1], _WITHIN), state, thinned=True, settled=False
-        )
-        if run.left < _STALLED_GAP:
-            run = replace(run, solution=confirmed(given, columns, state, run))
-        shorter = run.solution.converged and run.solution.time < best.time
-        gained = shorter and run.solution.time < (1.0 - _GAINED) * best.time
-        best = run.solution if shorter else best
-        if not gained or run.left < _STALLED_GAP:
-            break
-    return best
 
 
 def run_from(

@@ -14,21 +14,15 @@ from numpy.typing import NDArray
 from cncgen.kernels import planned_motion
 from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.least_time.chord_refinement import MeshPath
-from cncgen.planner.least_time.corners import nearest
+from cncgen.planner.least_time.corners import SEEN, nearest
 from cncgen.planner.least_time.mesh import Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces
 from cncgen.planner.least_time.problem import Solution
 from cncgen.planner.least_time.setpoint_alignment import PathMotion, SetpointAlignment, hold_chord, started
 from cncgen.planner.limits.axis_limits import AxisLimits
-from cncgen.planner.record import Limit, SharpCorner, Trajectory
+from cncgen.planner.record import MAX_CORNERS, Limit, SharpCorner, Trajectory
 
 Floats = NDArray[np.float64]
-
-#: A minimum of the speed within this many periods of a jump of the path is counted as that jump's: a third difference of
-#: setpoints spans three periods, so it sees the jump from as far.
-_NEAR = 1.5
-#: Sharp corners that are handed on one by one; beyond them they are counted.
-MAX_CORNERS = 10_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +177,7 @@ def slow_nodes(
     """Return the nodes, counted from `first`, at which the motion slows for a corner.
 
     Those are jumps of the path's derivatives, and minima of the speed between maxima a tenth higher that curvature
-    (acceleration, jerk, chord error) causes. A minimum within `_NEAR` periods of a jump is that jump's. One that
+    (acceleration, jerk, chord error) causes. A minimum where setpoints see a jump (`SEEN`) is that jump's. One that
     costs less than a period does not count.
 
     Args:
@@ -199,7 +193,7 @@ def slow_nodes(
     minima = minima[~np.isin(limit[minima], (Limit.NONE, Limit.FEED, Limit.STOP))]
     if len(jumps) and len(minima):
         beside = jumps[nearest(s[jumps], s[minima])]
-        way = _NEAR * period_s * np.sqrt(np.maximum(q[beside], q[minima]))
+        way = SEEN[0] * period_s * np.sqrt(np.maximum(q[beside], q[minima]))
         minima = minima[np.abs(s[minima] - s[beside]) > way]
     return np.union1d(jumps, minima)
 

@@ -19,8 +19,8 @@ Bools = NDArray[np.bool_]
 #: Part of the tolerance by which parts may leave the arc that they make: room for centres and ends that are rounded.
 #: Smoothing is left that much less (`Circles.off`).
 OFF = 0.02
-#: Turn from which parts do not make an arc, however short they are; also by how much the angle of a part may differ.
-_TURN = 1e-3
+#: Turn from which parts make neither an arc nor a straight line, however short they are; also by how much the angle of a part may differ.
+TURN = 1e-3
 
 
 def arcs_of(parts: Toolpath, starts: Floats, rows: Ints) -> Spirals:
@@ -47,7 +47,7 @@ def goes_on(parts: Toolpath, starts: Floats, two: Ints) -> Bools:
     leave, entry = before.evaluate(arc, before.sweep, 1)[1], after.evaluate(arc, np.zeros(len(two)), 1)[1]
     ways = [x1 * scale / np.linalg.norm(x1[:, :3], axis=1)[:, None] for x1 in (leave, entry)]
     turn = np.maximum(np.linalg.norm(ways[1] - ways[0], axis=1), np.linalg.norm(other - normal, axis=1))
-    out: Bools = (np.linalg.norm(apart, axis=1) <= OFF * parts.tolerance[two]) & (turn <= _TURN)
+    out: Bools = (np.linalg.norm(apart, axis=1) <= OFF * parts.tolerance[two]) & (turn <= TURN)
     return out
 
 
@@ -111,7 +111,7 @@ class Circles:
         off = np.maximum.reduceat(1.5 * np.linalg.norm(miss, axis=1), at) + np.maximum.reduceat(2.5 * far, at)
         forth = np.diff(angle, prepend=0.0)
         forth[at] = angle[at]
-        lost = (forth <= 0.0) | (np.abs(angle - gone) > _TURN)
+        lost = (forth <= 0.0) | (np.abs(angle - gone) > TURN)
         off[np.logical_or.reduceat(lost, at)] = np.inf
         return cls(arcs, off, first, rows, of, angle, whole)
 

@@ -16,9 +16,11 @@ Floats = NDArray[np.float64]
 
 #: mm: a tolerance below it means the path exactly.
 LEAST_TOLERANCE = 1e-6
-#: cos of the turn (150°) beyond which a corner is met exactly: rounding it would gain nothing over the stop.
-_SHARPEST = -0.866
-#: A row on which further axes (as mm) move this many times what X Y Z do is not smoothed by X Y Z.
+#: cos of the turn (166°) beyond which a corner is met exactly, here and by `cncgen.planner.tube`. From 150° on, 61 random programs took
+#: 1.0 % longer with `--effort fast` and 0.3 % with `best`.
+SHARPEST = -0.97
+#: A row on which further axes (as mm) move this many times what X Y Z do is not smoothed by X Y Z: it would take one of
+#: 25 random programs 1.3 % longer.
 _SIDEWAYS = 100.0
 #: Where tangents differ by less (as mm per mm), a joint with a row that is met exactly is smooth, and is kept so.
 TANGENT = 0.01
@@ -84,7 +86,7 @@ def classify(
     parts[1:] = member[1:] != member[:-1]
     moving = np.flatnonzero(fits)
     one, two = moving[:-1], moving[1:]
-    met = np.einsum("ij,ij->i", leave[one, :3], entry[two, :3]) < _SHARPEST
+    met = np.einsum("ij,ij->i", leave[one, :3], entry[two, :3]) < SHARPEST
     if chords is not None:
         narrow, near = (np.minimum(each[one], each[two]) for each in (toolpath.tolerance, length))
         met |= chords.unseen(narrow, norm(entry[two] - leave[one]), near)

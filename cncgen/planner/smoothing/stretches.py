@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.columns import norm
 from cncgen.planner.limits.axis_limits import axis_scale
-from cncgen.planner.smoothing.circles import OFF, Circles, arcs_of, goes_on
+from cncgen.planner.smoothing.circles import OFF, TURN, Circles, arcs_of, goes_on
 from cncgen.planner.smoothing.runs import LEAST_TOLERANCE
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between
@@ -25,8 +25,6 @@ Ints = NDArray[np.int64]
 #: Part of the tolerance by which ends of parts may be off the straight line: room for coordinates rounded in their last
 #: places, and a thousandth of the room of arcs.
 _OFF = 1e-6
-#: Turn from which parts do not make a straight line, however short they are.
-_TURN = 1e-3
 #: Part of the speed by which that of parts may differ, and may at most where parts are so short that the room for
 #: coordinates is more of them than that: speeds of G93 come from lengths, of arcs whose centres are rounded too, and from
 #: F, of which eight digits may be known.
@@ -148,7 +146,7 @@ def _alike(parts: Toolpath, length: Floats, two: Ints) -> Ints:
 def _straight_on(parts: Toolpath, steps: Floats, length: Floats) -> Bools:
     """Tell which rows are lines that go on in the direction and at the speed of the line before, shape (n,)."""
     out = np.zeros(len(parts), bool)
-    ahead = np.einsum("ij,ij->i", steps[:-1], steps[1:]) > (1.0 - 0.5 * _TURN**2) * length[:-1] * length[1:]
+    ahead = np.einsum("ij,ij->i", steps[:-1], steps[1:]) > (1.0 - 0.5 * TURN**2) * length[:-1] * length[1:]
     two = _pairs(parts, Kind.LINE)
     two = _alike(parts, length, two[ahead[two - 1]])
     one = two - 1

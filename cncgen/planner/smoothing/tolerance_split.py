@@ -26,10 +26,12 @@ ROOM = 1.03
 #: Smoothing is left at least this part of the tolerance (of P, or of δ where that is more).
 _LEAST = 0.03
 #: The chord of a corner that is rounded within P and passed as fast as its jerk allows, as a multiple of P^⅓ (J T³)^⅔: 1.72/8, and a tenth.
+#: Without this room, 16 random programs take 0.9 % longer on average, 14 % at most.
 _AT_CORNERS = 1.1 * 1.72 / 8.0
 #: Speed at which a rounded turn Δ is passed, times Δ, as a multiple of (J P²)^⅓: (9/0.1475)^⅓.
 _ROUNDED = 3.94
-#: A stop takes less time than a rounded corner that is passed at so many times the speed below which it takes less than another.
+#: A stop takes less time than a rounded corner that is passed at so many times the speed below which it takes less than another. Where
+#: all corners are rounded (`Chords.unseen`), one of 112 random programs takes 8 % longer.
 _SURELY = 1.5
 
 

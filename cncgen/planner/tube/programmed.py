@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.linearize import chords
 from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.planner.limits.axis_limits import axis_scale
-from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, rests
+from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, SHARPEST, rests
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -22,8 +22,6 @@ Bools = NDArray[np.bool_]
 _CHORD = 0.002
 #: Part of the tolerance that is planned with: with what motions may pass it by, and lines and phases of setpoints miss, it is all.
 USED = 0.994
-#: cos of the turn beyond which the plan rests in a corner.
-_BACK = -0.97
 #: A joint where the tangent turns by less, rad, and where curvature changes by less than this part of it, is one row cut in parts.
 _STRAIGHT, _SAME_BEND = 1e-5, 1e-3
 #: A place on a curve is found once a step goes less far, mm: its distance is then good to 10⁻¹² mm.
@@ -184,7 +182,7 @@ class Programmed:
         # The plan meets its places exactly: it is smoothed beside neither exact rows nor turns back.
         linear = np.einsum("ij,ij->i", before_it("leave")[:, :3], entry[:, :3])
         long = np.minimum(before_it("length"), columns["length"]) > STANDSTILL
-        columns["met"] = stop | columns["exact"] | before_it("exact") | (long & (linear < _BACK))
+        columns["met"] = stop | columns["exact"] | before_it("exact") | (long & (linear < SHARPEST))
         stop[:1] |= not len(self)
         larger = np.maximum(np.abs(bend), np.abs(before_it("bent"))).max(axis=1)
         joint = stop | (np.abs(entry - before_it("leave")).max(axis=1) > _STRAIGHT)
