@@ -241,3 +241,25 @@ def test_the_place_of_a_cycle_shifts_it(run: Any, start: str, way: list[tuple[fl
     ends = [tuple(end) for end in out.path.end[out.path.kind != 3, :3].tolist()]
     assert ends[1:4] == way
     assert min(z for x, _, z in ends if x == 6) == 5
+
+
+def test_a_feed_of_a_cycle_without_its_sign(run: Any) -> None:
+    """Q206 FAUTO, as programs written by hand have it, is Q206=FAUTO: the feed of TOOL CALL."""
+    text = """BEGIN PGM A MM
+TOOL CALL 1 Z S1000 F300
+CYCL DEF 200 ;Bohren
+Q200=+2
+Q201=-4
+Q206 FAUTO ;Vorschub
+Q202=+5
+Q210=+0
+Q203=+0
+Q204=+50
+Q211=+0
+L X+1 Y+0 FMAX M99
+END PGM A MM
+"""
+    out, same = run(text), run(text.replace("Q206 FAUTO", "Q206=FAUTO"))
+    assert out.errors == same.errors == []
+    assert 5.0 in out.path.feed.tolist()
+    assert [e.tolist() for e in out.path.end] == [e.tolist() for e in same.path.end]
