@@ -3,7 +3,8 @@
     python benchmarks/reading_vs_rs274.py [SHAPE …] [--repeat N] [--keep FOLDER]
 
 Whole processes take turns; the least processor time of each counts. Prints it, peak memory and the ratio for each shape. Needs
-`rs274` (``apt-get install linuxcnc-uspace``) for the comparison. Run it with the Python of a whole installation: that of a source tree
+`rs274` (``apt-get install linuxcnc-uspace``) for the comparison. Languages that it does not read are measured beside `cncgen check` on the
+same motions as plain G-code (`BESIDE`). Run it with the Python of a whole installation: that of a source tree
 takes 5 ms longer to start.
 """
 
@@ -38,6 +39,25 @@ def plain() -> Iterator[str]:
         yield f"G1 X{radius * math.cos(angle):.4f} Y{radius * math.sin(angle):.4f} Z{1e-5 * k:.4f}"
     # Without an end, rs274 asks for more for ever.
     yield "M2"
+
+
+def sinumerik() -> Iterator[str]:
+    """Yield the same spiral as posts for SINUMERIK write it, numbered."""
+    yield "G17 G90 G64 F6000"
+    for k in range(1_000_000):
+        angle, radius = 0.004 * k, 20.0 + 1e-5 * k
+        x, y = radius * math.cos(angle), radius * math.sin(angle)
+        yield f"N{10 + k} G1 X{x:.4f} Y={y:.4f} Z{1e-5 * k:.4f}"
+    yield "M30"
+
+
+def heidenhain() -> Iterator[str]:
+    """Yield the same spiral in Heidenhain's plain language."""
+    yield from ("0 BEGIN PGM SPIRAL MM", "1 TOOL CALL 1 Z S5000 F6000", "2 L X+20 Y+0 Z+0 R0 F AUTO M3")
+    for k in range(1_000_000):
+        angle, radius = 0.004 * k, 20.0 + 1e-5 * k
+        yield f"{3 + k} L X{radius * math.cos(angle):+.4f} Y{radius * math.sin(angle):+.4f} Z{1e-5 * k:+.4f}"
+    yield from ("1000003 M30", "1000004 END PGM SPIRAL MM")
 
 
 def pockets() -> Iterator[str]:
@@ -175,8 +195,11 @@ def labels() -> Iterator[str]:
 
 
 SHAPES: dict[str, Callable[[], Iterator[str]]] = {
-    shape.__name__: shape for shape in (plain, pockets, shop, posts, loops, expressions, calls, labels)
+    shape.__name__: shape
+    for shape in (plain, sinumerik, heidenhain, pockets, shop, posts, loops, expressions, calls, labels)
 }
+#: Shapes in languages that rs274 does not read, and the one in G-code whose motions they make.
+BESIDE = {"sinumerik": "plain", "heidenhain": "plain"}
 
 
 def measure(command: list[str]) -> Measured:
@@ -194,11 +217,18 @@ def measure(command: list[str]) -> Measured:
 
 def compare(name: str, folder: Path, repeat: int) -> str:
     """Write a shape's program, run both by turns, return a line of the table."""
-    path = folder / f"{name}.ngc"
-    with path.open("w") as file:
-        file.writelines(f"{line}\n" for line in SHAPES[name]())
-    commands = [[sys.executable, "-P", "-m", "cncgen", "check", str(path)]]
-    if shutil.which("rs274"):
+
+    def written(shape: str) -> Path:
+        path = folder / f"{shape}.ngc"
+        with path.open("w") as file:
+            file.writelines(f"{line}\n" for line in SHAPES[shape]())
+        return path
+
+    path, check = written(name), [sys.executable, "-P", "-m", "cncgen", "check"]
+    commands = [[*check, str(path)]]
+    if name in BESIDE:
+        commands = [[*check, "--dialect", name, str(path)], [*check, str(written(BESIDE[name]))]]
+    elif shutil.which("rs274"):
         commands.append(["rs274", "-g", "-n", "0", "-v", str(folder / "rs274.var"), str(path)])
     best: list[Measured] = []
     for _ in range(repeat):
@@ -216,7 +246,7 @@ if __name__ == "__main__":
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--keep", type=Path, help="write the programs here and keep them")
     asked = parser.parse_args()
-    print(f"{'':12}{'cncgen check':>20} {'rs274 -g':>20}   ratio")
+    print(f"{'':12}{'cncgen check':>20} {'rs274 -g, or G-code':>20}   ratio")
     with tempfile.TemporaryDirectory() as scratch:
         for shape in asked.shapes or SHAPES:
             print(compare(shape, asked.keep or Path(scratch), asked.repeat), flush=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -189,20 +188,15 @@ def heidenhain_program(rng: random.Random) -> str:
     return "\n".join([*lines, "L Z+100 FMAX M30", "END PGM T MM"]) + "\n"
 
 
-def seeds(count: int) -> Iterator[int]:
-    """Yield seeds."""
-    yield from range(count)
-
-
 @pytest.mark.parametrize(
     ("dialect", "made"), [("sinumerik", sinumerik_program), ("heidenhain", heidenhain_program)]
 )
 def test_arrays_give_what_handlers_give(dialect: str, made: object) -> None:
     """On random programs, most with lines of other kinds and faults among the plain ones: each call, row, count and fault is the same."""
     taken = 0
-    for seed in seeds(150):
+    for seed in range(80):
         taken += assert_alike(made(random.Random(seed)), dialect)  # type: ignore[operator]
-    assert taken > 1500
+    assert taken > 900
 
 
 def words_by_grammar(text: str, dialect: str) -> list[tuple[str, float]] | None:

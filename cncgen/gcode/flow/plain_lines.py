@@ -58,10 +58,10 @@ class PlainLane:
             auto: The feed of the tool in force.
         """
         ip, blocks = self._ip, self._scan.blocks
-        if most < 1 or not ip.batchable(_NO_CYCLES):
-            return at
         known = self._lines is lines and self._next <= at < self._after and self._auto == auto
         if not known and not self._read(lines, at, auto):
+            return at
+        if most < 1 or not ip.batchable(_NO_CYCLES):
             return at
         # The number of the line as the columns have it.
         count, number = blocks.count, self._first + at

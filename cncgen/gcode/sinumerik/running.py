@@ -139,9 +139,9 @@ class SinumerikRunner(LanguageRun):
 
     def _plain(self, frame: Frame) -> bool:
         """Run plain lines in arrays; tell whether there were some."""
-        if self._lane is None or not self.motions.is_plain():
-            return False
         at, lines = frame.at, frame.program.lines
+        if self._lane is None or lines.plain_at(at) is None or not self.motions.is_plain():
+            return False
         most = (frame.repeats[-1][1] + 1 if frame.repeats and at <= frame.repeats[-1][1] else len(lines)) - at
         lane = self._lane
         frame.at = self.motions.run_plain(lambda: lane.run(lines, at, min(most, self.ip.budget.left())))

@@ -117,6 +117,9 @@ class ProgramLines(Generic[T]):
         self._starts: list[int] = []
         self._parts: list[list[T] | LineRun] = []
         self._count = 0
+        #: The entries that were asked for last: where they begin and end.
+        self._low = self._high = 0
+        self._entries: list[T] = []
         #: A line of a run that was found last.
         self._near, self._near_here = -1, Cursor(0, 0, 1)
 
@@ -140,12 +143,18 @@ class ProgramLines(Generic[T]):
         return self._count
 
     def __getitem__(self, at: int) -> T:
+        if self._low <= at < self._high:
+            return self._entries[at - self._low]
         at += self._count if at < 0 else 0
         if not 0 <= at < self._count:
             raise IndexError(at)
         k = bisect_right(self._starts, at) - 1
         part = self._parts[k]
-        return part[at - self._starts[k]] if isinstance(part, list) else self._made(self._place(k, part, at))
+        if not isinstance(part, list):
+            return self._made(self._place(k, part, at))
+        self._low, self._entries = self._starts[k], part
+        self._high = self._low + len(part)
+        return part[at - self._low]
 
     def replace_last(self, entry: T) -> None:
         """Put another entry in the place of the last one, which is of no run."""
@@ -167,6 +176,8 @@ class ProgramLines(Generic[T]):
 
     def plain_at(self, at: int) -> tuple[Cursor, int] | None:
         """Return the place of a line, and how many plain lines begin with it in its run; None where it is of no run."""
+        if self._low <= at < self._high:
+            return None
         k = bisect_right(self._starts, at) - 1
         part = self._parts[k]
         if isinstance(part, list):
