@@ -217,6 +217,8 @@ UNREAD = [
     ("%3305\nN1 G92 X16 Z1\nN2 G37 G00 Z0 M03\nN5 G36\nN7 M30", "Huazhong"),
     ("%0001\n#10=20\nG54 G90 G00 X20 Y0 Z5\nWHILE #10 LE 360\n#10=#10+1\nENDW\nM30", "Huazhong"),
     ("%1234\nN1 M03 S500 T0101\nN3 G80 X30 Z-30 I-2.2 F100\nN4 X27 Z-30 I-2.2\nN6 M30", "Huazhong"),
+    ("%0024\nG92 X0 Y0 Z10\nG91 G17 M03 S600\nM98 P100\nG24 X0\nM98 P100\nG25 X0\nM30\n%100\nG01 X5 F300\nM99", "Huazhong"),
+    ("%0068\nG90 G17 M03 S600\nG43 Z-5 H02\nG68 X0 Y0 P45\nG01 X20 F300\nG69 M05 M30", "Huazhong"),
     ("$1\nO0001\nG50 Z0.\nM06 T0100\nG1 X-0.5 F0.03\n$2\nG610\nM30", "Citizen"),
     ("E001=10 17 16 09 08 10 50 12 05 08 10.0 4.70 G95 100\nG90 G21\nG92 X0. Y0.\nE1\nG1 G42 H1 X0. Y5.\nM2", "AccuteX"),
     ("O7000\nG90 G54\nT01 M06\nG43 H01 Z20.\nG98 G77 X10. Y10. Z-12. R2. J1.25 S1500 L3000\nG80\nM30", "Brother"),
@@ -254,6 +256,8 @@ def test_codes_that_linuxcnc_and_sinumerik_do_not_have(text: str) -> None:
     [
         "G73 X10. Y10. Z-5. R2. Q1. P500 F100.",
         "G82 X10. Z-5. R2. P500 F100.",
+        "G68 X0 Y0 R45.\nG69",
+        "G25 P1 Q2 R3",
         "G81 X10. Z-5. F100.",
         "G37 Z-5. H2",
         "WHILE[#1LT5]DO1\n#1=#1+1\nEND1",
