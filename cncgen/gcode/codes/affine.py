@@ -31,6 +31,8 @@ UNIT: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 NO_SHIFT: Vector = (0.0, 0.0, 0.0)
 #: Rounding moves an element of a matrix by less than this.
 _TINY = 1e-12
+#: A vector shorter than this has no direction, mm.
+_SHORTEST = 1e-9
 
 
 def product(a: Matrix, b: Matrix) -> Matrix:
@@ -48,6 +50,24 @@ def applied(a: Matrix, v: Vector) -> Vector:
 def transposed(a: Matrix) -> Matrix:
     """Return a matrix with rows and columns exchanged: the inverse of a rotation."""
     return tuple((a[0][k], a[1][k], a[2][k]) for k in range(3))
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return the vector that is square to two others."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def unit(vector: Vector, fault: BlockError) -> Vector:
+    """Return a vector of length 1 in a direction; raise a fault where the vector has none."""
+    length = math.hypot(*vector)
+    if length < _SHORTEST:
+        raise fault
+    return vector[0] / length, vector[1] / length, vector[2] / length
+
+
+def of_columns(x: Vector, y: Vector, z: Vector) -> Matrix:
+    """Return the rotation that takes the axes to three directions."""
+    return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
 
 
 def turn(axis: int, degrees: float) -> Matrix:

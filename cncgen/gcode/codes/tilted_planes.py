@@ -7,8 +7,6 @@ to the nearer pair of positions, and a turned table or head carries the plane (`
 
 from __future__ import annotations
 
-import math
-
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes import affine, carried_planes
 from cncgen.gcode.codes.table import Code
@@ -23,7 +21,6 @@ _UNIT = affine.UNIT
 #: Numbers Q of the blocks of P2 (0 may be left out) and P3.
 _BLOCKS = {2: (0, 1, 2, 3), 3: (1, 2)}
 _HINT = "P2: Q1 the origin, Q2 towards X, Q3 on the side of Y; P3: Q1 X Y Z the origin and I J K along X, Q2 I J K along Z"
-_TINY = 1e-9
 #: Cosine up to which two directions count as square.
 _SQUARE = 1e-3
 
@@ -59,18 +56,10 @@ def _vector(block: Block, letters: str) -> affine.Vector:
     return x, y, z
 
 
-def _cross(a: affine.Vector, b: affine.Vector) -> affine.Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
 def _direction(vector: affine.Vector, what: str) -> affine.Vector:
     """Return a vector of length 1; raise where it has none."""
-    length = math.hypot(*vector)
-    if length < _TINY:
-        raise BlockError(
-            "plane-points", f"{what} of G68.2 have no direction between them", "G68.2", hint=_HINT
-        )
-    return vector[0] / length, vector[1] / length, vector[2] / length
+    message = f"{what} of G68.2 have no direction between them"
+    return affine.unit(vector, BlockError("plane-points", message, "G68.2", hint=_HINT))
 
 
 def _gathered(ip: Interpreter, block: Block) -> affine.Frame | None:
@@ -105,7 +94,7 @@ def _gathered(ip: Interpreter, block: Block) -> affine.Frame | None:
         first, second, third = (places[2, k] for k in (1, 2, 3))
         origin, shift = first, places.get((2, 0), shift)
         x = _direction(_between(first, second), "the points Q1 and Q2")
-        z = _direction(_cross(x, _between(first, third)), "the three points")
+        z = _direction(affine.cross(x, _between(first, third)), "the three points")
         if any(shift) and ip.plane_turn:
             message = "G68.2 P2 with a shift Q0 and a turn R at once is not read"
             raise BlockError("plane-points", message, "R", hint="put the shift into the points")
@@ -116,8 +105,7 @@ def _gathered(ip: Interpreter, block: Block) -> affine.Frame | None:
             message = "the directions of X and Z of G68.2 P3 are not square to each other"
             raise BlockError("plane-points", message, "P", hint=_HINT)
     places.clear()
-    y = _cross(z, x)
-    axes = affine.Frame(((x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])), origin)
+    axes = affine.Frame(affine.of_columns(x, affine.cross(z, x), z), origin)
     return axes.then(affine.Frame(affine.turn(2, ip.plane_turn), shift))
 
 

@@ -6,7 +6,6 @@ Spatial angles turn about the machine's X (SPA), then its Y (SPB), then its Z (S
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 
@@ -22,8 +21,6 @@ _IDLE = re.compile(
 
 #: The kinematics of a machine, and where its rotary axes stand, degrees, the carrying one first.
 Machine = tuple[Kinematics, tuple[float, float]]
-#: A vector shorter than this has no direction.
-_LEAST = 1e-9
 #: Pauses of the feed.
 PAUSES = re.compile(r"FUNCTION\s+FEED\s+DWELL\s+D-TIME", re.IGNORECASE)
 #: Words of TCPM, which puts M128 in force, and of its end.
@@ -93,7 +90,7 @@ def matrix(
         return _through(words)
     if name == "VECTOR":
         base, normal = _angles(words, ("BX", "BY", "BZ")), _angles(words, ("NX", "NY", "NZ"))
-        return _axes(list(base), list(normal))
+        return _axes(base, normal)
     if name == "AXIAL":
         return _of_axes(named_axes(words), machine)
     raise BlockError(
@@ -106,31 +103,19 @@ def matrix(
 
 def _through(words: Mapping[str, float]) -> affine.Matrix:
     """Return the rotation of three points."""
-    points = [list(_angles(words, (f"P{number}X", f"P{number}Y", f"P{number}Z"))) for number in "123"]
-    along, aside = ([b - a for a, b in zip(points[0], point, strict=True)] for point in points[1:])
-    return _axes(along, _cross(along, aside))
+    first, *points = (_angles(words, (f"P{number}X", f"P{number}Y", f"P{number}Z")) for number in "123")
+    along, aside = ((p[0] - first[0], p[1] - first[1], p[2] - first[2]) for p in points)
+    return _axes(along, affine.cross(along, aside))
 
 
-def _axes(along: list[float], normal: list[float]) -> affine.Matrix:
+def _axes(along: affine.Vector, normal: affine.Vector) -> affine.Matrix:
     """Return the rotation with Z along a normal, and X along the part of a direction that is orthogonal to it."""
-    z = _unit(normal)
-    y = _unit(_cross(z, along))
-    x = _cross(y, z)
-    return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
-
-
-def _cross(a: list[float], b: list[float]) -> list[float]:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
-def _unit(vector: list[float]) -> list[float]:
-    length = math.hypot(*vector)
-    if length < _LEAST:
-        message = "the points or vectors of PLANE have no plane between them"
-        raise BlockError(
-            "plane-points", message, "PLANE", hint="points on no line, vectors that are not parallel"
-        )
-    return [part / length for part in vector]
+    message = "the points or vectors of PLANE have no plane between them"
+    hint = "points on no line, vectors that are not parallel"
+    fault = BlockError("plane-points", message, "PLANE", hint=hint)
+    z = affine.unit(normal, fault)
+    y = affine.unit(affine.cross(z, along), fault)
+    return affine.of_columns(affine.cross(y, z), y, z)
 
 
 def named_axes(words: Mapping[str, float]) -> dict[int, float]:

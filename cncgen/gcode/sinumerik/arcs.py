@@ -15,6 +15,28 @@ if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
 
 
+def follow(
+    motions: Motions,
+    end: complex,
+    centre: complex | None = None,
+    spin: int = 1,
+    height: float | None = None,
+    *,
+    rapid: bool = False,
+) -> None:
+    """Go to a place of the plane, and to a height above it: in a line, or on an arc about a centre, counter-clockwise where `spin` is 1."""
+    first, second, normal = motions.plane()
+    words = {AXES[first]: end.real, AXES[second]: end.imag}
+    if height is not None:
+        words[AXES[normal]] = height
+    if centre is None:
+        motions.emit(words, (0 if rapid else 10,))
+        return
+    here = motions.ip.state.position
+    words["ijk"[first]], words["ijk"[second]] = centre.real - here[first], centre.imag - here[second]
+    motions.emit(words, (30 if spin > 0 else 20,))
+
+
 def make(motions: Motions, words: Words, given: dict[str, float], end: list[float], polar: bool) -> None:
     """Make an arc: about a centre, by radius, angle, intermediate point or tangent."""
     first, second, _ = motions.plane()

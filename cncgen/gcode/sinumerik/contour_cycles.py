@@ -17,6 +17,7 @@ from cncgen.gcode.codes.turning_cycles import Lathe
 from cncgen.gcode.codes.turning_cycles_fanuc import advances, levels, shifted
 from cncgen.gcode.codes.turning_profiles import Segment, check_cuts, moved_aside
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik.arcs import follow
 from cncgen.gcode.sinumerik.cycle_modes import MillingModes
 from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
 from cncgen.units import INCH
@@ -63,33 +64,6 @@ def _way(
         return point - heading * size, None
     centre = point + off * size
     return (centre - heading * size, centre) if kind == 2.0 else (point + 2.0 * off * size, centre)
-
-
-class _Beside:
-    """A cutter beside a contour of the plane."""
-
-    def __init__(self, motions: Motions) -> None:
-        self._motions = motions
-        self._first, self._second, self._normal = ("xyz"[k] for k in motions.plane())
-
-    def line(self, place: complex, *, rapid: bool = False) -> None:
-        """Go to a place in a straight line."""
-        self._motions.emit({self._first: place.real, self._second: place.imag}, (0 if rapid else 10,))
-
-    def along(self, place: complex, centre: complex | None, spin: int) -> None:
-        """Go to a place in a line or on an arc."""
-        if centre is None:
-            self.line(place)
-            return
-        here = [self._motions.ip.state.position[k] for k in self._motions.plane()[:2]]
-        centres = {"x": "i", "y": "j", "z": "k"}
-        words = {self._first: place.real, self._second: place.imag,
-                 centres[self._first]: centre.real - here[0], centres[self._second]: centre.imag - here[1]}  # fmt: skip
-        self._motions.emit(words, (30 if spin > 0 else 20,))
-
-    def height(self, level: float, *, rapid: bool) -> None:
-        """Go up or down."""
-        self._motions.emit({self._normal: level}, (0 if rapid else 10,))
 
 
 def call(motions: Motions, name: str, values: Values) -> None:
@@ -148,28 +122,27 @@ def mill(motions: Motions, name: str, values: Values) -> None:
     begin, centre_on = _way(path[0].start, into, into * off, v[12] or 1.0, abs(v[13]), name)
     end, centre_off = _way(path[-1].end, -out_of, out_of * off, v[15] or 1.0, abs(v[16]), name)
     spin = 1 if side != 42 else -1
-    cutter = _Beside(motions)
-    cutter.height(max(hole.back, ip.state.position[motions.plane()[2]]), rapid=True)
+    hole.go(max(hole.back, ip.state.position[motions.plane()[2]]), rapid=True)
     steps = levels_of(hole.reference, hole.depth + (v[7] if rough else 0.0), v[5], name)
     for k, level in enumerate(steps):
         if k == 0 or vari // 10 % 10 == 0:
-            cutter.line(begin, rapid=True)
+            follow(motions, begin, rapid=True)
         else:
             hole.feed(between)
-            cutter.line(begin)
+            follow(motions, begin)
         if k == 0 or vari // 100 < 2:
-            cutter.height(hole.start, rapid=True)
+            hole.go(hole.start, rapid=True)
         hole.feed(plunge)
-        cutter.height(level, rapid=False)
+        hole.go(level, rapid=False)
         hole.feed(feed)
-        cutter.along(path[0].start, centre_on, spin)
+        follow(motions, path[0].start, centre_on, spin)
         for segment in path:
-            cutter.along(segment.end, segment.centre, segment.spin)
+            follow(motions, segment.end, segment.centre, segment.spin)
         hole.feed(between)
-        cutter.along(end, centre_off, spin)
+        follow(motions, end, centre_off, spin)
         if level != steps[-1] and vari // 100 < 3:
-            cutter.height((hole.back, hole.start, level + abs(v[3]))[vari // 100], rapid=True)
-    cutter.height(hole.back, rapid=True)
+            hole.go((hole.back, hole.start, level + abs(v[3]))[vari // 100], rapid=True)
+    hole.go(hole.back, rapid=True)
     hole.feed(before)
 
 

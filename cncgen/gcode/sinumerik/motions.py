@@ -12,7 +12,6 @@ from typing import Any
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.affine import Frames
-from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.corners import leave_out
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.subprograms import of_builder
@@ -836,8 +835,3 @@ def _once(words: dict[str, tuple[str, float]], name: str, value: tuple[str, floa
     if name in words:
         raise BlockError("repeated-word", f"{name} stands twice in one block", name, hint="write it once")
     words[name] = value
-
-
-def is_compensated(ip: Interpreter) -> bool:
-    """Tell whether cutter compensation is on."""
-    return isinstance(ip.sink, CompensatedSink)

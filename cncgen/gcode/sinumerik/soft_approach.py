@@ -18,6 +18,7 @@ from cncgen.gcode.codes.corners import tried_motion
 from cncgen.gcode.codes.cutter_compensation import feed_along_contour
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik.arcs import follow
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
@@ -206,18 +207,10 @@ def _as_before(motions: Motions, soft: Soft, place: dict[int, float]) -> None:
 
 
 def _follow(motions: Motions, path: Segment, height: float) -> None:
-    """Feed along the line or arc between P3 and P4, to a height."""
-    first, second, normal = motions.plane()
-    words = {AXES[first]: path.end.real, AXES[second]: path.end.imag, AXES[normal]: height}
-    if path.centre is None:
-        motions.emit(words, (10,))
-        return
-    offset = path.centre - path.start
-    words["ijk"[first]], words["ijk"[second]] = offset.real, offset.imag
-    # The arc is that of the tool's centre, and so is its feed.
+    """Feed along the line or arc between P3 and P4, to a height. The arc is that of the tool's centre, and so is its feed."""
     arcs = motions.ip.contour_feed
     feed_along_contour(motions.ip, "")
-    motions.emit(words, (30 if path.spin > 0 else 20,))
+    follow(motions, path.end, path.centre, path.spin, height)
     feed_along_contour(motions.ip, arcs)
 
 

@@ -12,7 +12,6 @@ On a machine with kinematics the rotary axes turn, and a frame around the others
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES
@@ -136,27 +135,16 @@ def _projected(angles: dict[int, float], order: list[int]) -> affine.Matrix:
     """
     a, b = order[:2] if (order[1] - order[0]) % 3 == 1 else order[1::-1]
     along, aside = (_column(affine.turn(k, angles[k]), j) for k, j in ((b, a), (a, b)))
-    normal = _unit(_cross(along, aside))
-    columns = {a: along, b: _cross(normal, along), order[2]: normal}
-    rows = [tuple(columns[k][i] for k in range(3)) for i in range(3)]
-    plane: affine.Matrix = tuple((row[0], row[1], row[2]) for row in rows)
+    message = f"the projected angles of {_NAME} leave no plane: both are 90 degrees"
+    fault = BlockError("plane-points", message, _NAME, hint="MODE = 57 turns about X, then Y, then Z")
+    normal = affine.unit(affine.cross(along, aside), fault)
+    columns = {a: along, b: affine.cross(normal, along), order[2]: normal}
+    plane = affine.of_columns(*(columns[k] for k in range(3)))
     return affine.product(plane, affine.turn(order[2], angles[order[2]]))
 
 
 def _column(matrix: affine.Matrix, k: int) -> affine.Vector:
     return matrix[0][k], matrix[1][k], matrix[2][k]
-
-
-def _cross(a: affine.Vector, b: affine.Vector) -> affine.Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _unit(vector: affine.Vector) -> affine.Vector:
-    length = math.hypot(*vector)
-    if length < 1e-9:
-        message = f"the projected angles of {_NAME} leave no plane: both are 90 degrees"
-        raise BlockError("plane-points", message, _NAME, hint="MODE = 57 turns about X, then Y, then Z")
-    return vector[0] / length, vector[1] / length, vector[2] / length
 
 
 # Rotary axes.

@@ -12,7 +12,6 @@ from cncgen.gcode.sinumerik.expressions import Scalar, number
 
 #: R parameters that there are.
 MOST_R = 32_767
-_TYPES = ("REAL", "INT", "BOOL", "CHAR", "STRING", "AXIS", "FRAME")
 #: The axes of the plane in force, and the one across it.
 _PLANE_AXES = ("$P_AXN1", "$P_AXN2", "$P_AXN3")
 #: Times and counters that run on the control.
