@@ -244,6 +244,11 @@ class Interpreter:
             plane_polar_end(state, words, end)
         return end
 
+    def go(self, end: list[float], *, rapid: bool = False) -> None:
+        """Go to an end point in a straight line."""
+        (self.sink.straight_traverse if rapid else self.sink.straight_feed)(end)
+        self.state.position, self.state.moved = end, True
+
     def _in_machine(self, block: Block, end: list[float]) -> list[float]:
         """Return where axis words in machine coordinates (G53) lead."""
         state = self.state

@@ -6,6 +6,7 @@ import cmath
 import math
 import random
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -16,6 +17,7 @@ import pytest
 from cncgen.gcode.codes import contour_pockets
 from cncgen.gcode.codes.pockets import Clearing
 from cncgen.gcode.codes.turning_profiles import Segment
+from cncgen.gcode.interpreter import Interpreter
 from cncgen.machine.kinematics import Kinematics
 
 Run = Callable[..., Any]
@@ -296,6 +298,7 @@ def _cut(contours: list[tuple[list[Segment], bool]], radius: float, step: float)
     ip: Any = SimpleNamespace(
         sink=sink, state=SimpleNamespace(position=[0.0, 0.0, 50.0, *[0.0] * 6], moved=False)
     )
+    ip.go = partial(Interpreter.go, ip)
     how = Clearing(radius, step, (-1.0,), 2.0, 100.0, 50.0)
     contour_pockets.clear(ip, [c for c, _ in contours], radius, how, 1.0, "a pocket")
     contour_pockets.walls(ip, contour_pockets.around(contours, radius, "a pocket", climb=True), how)

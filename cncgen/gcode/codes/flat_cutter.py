@@ -32,8 +32,7 @@ class FlatCutter:
 
     def straight(self, end: list[float], *, rapid: bool) -> None:
         """Go to an end point."""
-        (self.ip.sink.straight_traverse if rapid or self._fast else self.ip.sink.straight_feed)(end)
-        self.ip.state.position, self.ip.state.moved = end, True
+        self.ip.go(end, rapid=rapid or self._fast)
 
     def feed(self, feed: float) -> None:
         """Take a feed."""

@@ -11,6 +11,7 @@ import math
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.cutter_compensation import radius_number_in_force
+from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import whole
@@ -90,20 +91,14 @@ def _pocket(name: str, sense: int) -> Handler:
         if tool is None:
             raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "D")
         radii = _radii(block.words, name, abs(tool.diameter) * ip.table_scale() / 2.0)
-        middle = state.position.copy()
-
-        def go(x: float, z: float) -> None:
-            end = [x, middle[1], z, *middle[3:]]
-            if end != state.position:
-                ip.sink.straight_feed(end)
-                state.position = end
-
+        cutter = FlatCutter(ip)
+        middle = cutter.place()
         for depth in _depths(ip, block, name):
-            go(middle[0], depth)
+            cutter.to(z=depth)
             for radius in radii:
-                go(middle[0] + radius, depth)
-                ip.sink.arc_feed(state.position.copy(), middle[0], middle[1], sense, 17)
-            go(middle[0], depth)
+                cutter.to(middle + radius)
+                cutter.arc(middle + radius, middle, sense)
+            cutter.to(middle)
         state.moved = True
 
     return run

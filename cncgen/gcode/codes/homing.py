@@ -29,18 +29,15 @@ def _by_way(ip: Interpreter, block: Block, axes: set[int], first: int) -> None:
 
     In a rotated coordinate system the axes are the machine's on a FANUC control, the program's in LinuxCNC.
     """
-    state = ip.state
     between = ip.end_point(block)
-    ip.sink.straight_traverse(between)
-    state.position = between
+    ip.go(between, rapid=True)
     home = ip.parameters.offset(first, ip.table_scale())
     if ip.dialect == "fanuc":
         machine = ip.machine_position()
         end = ip.from_machine([home[k] if k in axes else value for k, value in enumerate(machine)])
     else:
         end = [home_k if k in axes else between[k] for k, home_k in enumerate(ip.from_machine(home))]
-    ip.sink.straight_traverse(end)
-    state.position, state.moved = end, True
+    ip.go(end, rapid=True)
 
 
 def _set(first: int) -> Handler:
@@ -107,8 +104,7 @@ def from_reference(ip: Interpreter, block: Block) -> None:
         between[index] = state.between[index]
         end[index] = value if state.absolute else between[index] + value
     for point in (between, end):
-        ip.sink.straight_traverse(point)
-    state.position, state.moved = end, True
+        ip.go(point, rapid=True)
 
 
 def checked(ip: Interpreter, block: Block) -> None:
@@ -130,8 +126,7 @@ def _placed(ip: Interpreter, block: Block, name: str) -> None:
     if not has_axis(block):
         raise BlockError("axis-missing", f"{name} has no axis word", name, hint=f"{name} X0 Y0")
     end = ip.end_point(block)
-    ip.sink.straight_traverse(end)
-    ip.state.position, ip.state.moved = end, True
+    ip.go(end, rapid=True)
 
 
 _LINUXCNC, _FANUC = ("linuxcnc",), ("fanuc",)

@@ -91,8 +91,7 @@ def _go(ip: Interpreter, axis: int, place: float, *, feed: bool) -> None:
     end = ip.state.position.copy()
     if end[axis] != place:
         end[axis] = place
-        (ip.sink.straight_feed if feed else ip.sink.straight_traverse)(end)
-        ip.state.position, ip.state.moved = end, True
+        ip.go(end, rapid=not feed)
 
 
 CODES = tuple(

@@ -32,6 +32,7 @@ from cncgen.gcode.block import (
 from cncgen.gcode.codes import tool_point
 from cncgen.gcode.codes.arcs import check_radii
 from cncgen.gcode.codes.cutter_compensation import feed_along_contour
+from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import table_offset
@@ -198,12 +199,9 @@ def polar_line(ip: Interpreter, block: Block) -> None:
     first, second, _ = PLANE_AXES[plane]
     finish = centre + cmath.rect(radius, math.radians(angle))
     end[first], end[second] = finish.real, finish.imag
-    if "fmax" in words:
-        ip.sink.straight_traverse(end)
-    else:
+    if "fmax" not in words:
         check_feed(ip, block, "LP")
-        ip.sink.straight_feed(end)
-    ip.state.position, ip.state.moved = end, True
+    ip.go(end, rapid="fmax" in words)
 
 
 def define(ip: Interpreter, block: Block) -> None:
@@ -235,7 +233,8 @@ def run_cycle(ip: Interpreter, block: Block) -> None:
         return
     if q[206] <= 0.0:
         raise BlockError("feed-missing", f"the feed of the cycle, Q206 = {q[206]:g}, is not above 0", "M99")
-    _move(ip, top, rapid=True)
+    tool = FlatCutter(ip)
+    tool.to(z=top, rapid=True)
     ip.sink.set_feed_rate(q[206])
     infeed = abs(q[202]) if number == _DRILL and q[202] else abs(q[201])
     count = max(1, math.ceil(abs(q[201]) / infeed - _WHOLE)) if infeed else 1
@@ -245,27 +244,17 @@ def run_cycle(ip: Interpreter, block: Block) -> None:
     way = 1.0 if q[201] > 0.0 else -1.0
     for index in range(1, count):
         depth = q[203] + way * infeed * index
-        _move(ip, depth, rapid=False)
-        _move(ip, top, rapid=True)
+        tool.to(z=depth)
+        tool.to(z=top, rapid=True)
         _dwell(ip, q[210])
-        _move(ip, depth + q[200], rapid=True)
-    _move(ip, bottom, rapid=False)
+        tool.to(z=depth + q[200], rapid=True)
+    tool.to(z=bottom)
     _dwell(ip, q[211])
     if number == _REAM:
         ip.sink.set_feed_rate(q[208] or q[206])
-        _move(ip, top, rapid=False)
-    _move(ip, max(top, q[203] + q[204]), rapid=True)
+        tool.to(z=top)
+    tool.to(z=max(top, q[203] + q[204]), rapid=True)
     ip.sink.set_feed_rate(ip.state.feed)
-
-
-def _move(ip: Interpreter, z: float, *, rapid: bool) -> None:
-    """Go to a height."""
-    end = ip.state.position.copy()
-    if end[_Z] == z:
-        return
-    end[_Z] = z
-    (ip.sink.straight_traverse if rapid else ip.sink.straight_feed)(end)
-    ip.state.position, ip.state.moved = end, True
 
 
 def _dwell(ip: Interpreter, seconds: float) -> None:
@@ -277,7 +266,7 @@ def retract(ip: Interpreter, block: Block) -> None:
     """M140 MB: back from the workpiece along the tool, by a way; MAX, to the end of travel, is passed over."""
     way = block.words["mb"]
     if way:
-        _move(ip, ip.state.position[_Z] + way, rapid=True)
+        FlatCutter(ip).to(z=ip.state.position[_Z] + way, rapid=True)
         return
     message = "M140 MB MAX is passed over: where the travel ends is not known here"
     ip.warn_once(

@@ -64,14 +64,12 @@ def _probe(tenths: int) -> Handler:
 
 def skip(ip: Interpreter, block: Block) -> None:
     """G31 of FANUC: a line that the skip signal ends, here never; its end is in #5061 and after."""
-    state = ip.state
     if not has_axis(block):
         raise BlockError("axis-missing", "G31 has no axis word", "G31")
     check_feed(ip, block, "G31")
     end = ip.end_point(block)
     ip.warn_once(BlockError("probe-not-run", "G31 is planned to the programmed point", "G31"), Severity.NOTE)
-    ip.sink.straight_feed(end)
-    state.position, state.moved = end, True
+    ip.go(end)
     ip.parameters.numbers[PROBE : PROBE + 9] = array("d", end)
 
 

@@ -49,10 +49,8 @@ def go(ip: Interpreter, x: float, z: float, feed: bool) -> None:
     """Feed or traverse in X and Z."""
     end = ip.state.position.copy()
     end[X], end[Z] = x, z
-    if end == ip.state.position:
-        return
-    (ip.sink.straight_feed if feed else ip.sink.straight_traverse)(end)
-    ip.state.position, ip.state.moved = end, True
+    if end != ip.state.position:
+        ip.go(end, rapid=not feed)
 
 
 def _pass(name: str, number: int) -> Handler:

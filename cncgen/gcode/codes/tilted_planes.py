@@ -154,8 +154,7 @@ def align(ip: Interpreter, block: Block) -> None:
     place = list(ip.state.position)
     for letter, value in carried_planes.words(ip, kinematics, axes).items():
         place[AXES.index(letter)] = value
-    ip.sink.straight_traverse(place)
-    ip.state.position, ip.state.moved = place, True
+    ip.go(place, rapid=True)
     affine.change(ip, frame, axes)
 
 

@@ -47,14 +47,12 @@ class Lathe:
     def rapid(self, point: complex) -> None:
         """Traverse."""
         end = self._end(point)
-        self.ip.sink.straight_traverse(end)
-        self.ip.state.position = end
+        self.ip.go(end, rapid=True)
 
     def feed(self, point: complex) -> None:
         """Feed in a straight line."""
         end = self._end(point)
-        self.ip.sink.straight_feed(end)
-        self.ip.state.position = end
+        self.ip.go(end)
 
     def follow(self, segment: Segment, end: complex) -> None:
         """Feed along a segment up to a point of it."""
@@ -110,8 +108,7 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> TurningJob
     number = whole(block, "q", name)
     check_feed(ip, block, name)
     end = ip.end_point(Block({k: v for k, v in block.words.items() if k in "xz"}))
-    ip.sink.straight_traverse(end)
-    state.position = end
+    ip.go(end, rapid=True)
     try:
         profile = read_profile(ip, block, float(number))[1:]
     except BlockError as error:

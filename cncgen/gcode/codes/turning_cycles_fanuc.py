@@ -353,8 +353,7 @@ def finish(ip: Interpreter, block: Block) -> None:
     back = ip.state.position.copy()
     back[X], back[Z] = start[X], start[Z]
     ip.sink.block = block
-    ip.sink.straight_traverse(back)
-    ip.state.position = back
+    ip.go(back, rapid=True)
 
 
 CODES = tuple(

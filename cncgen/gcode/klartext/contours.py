@@ -17,6 +17,7 @@ from cncgen.gcode.block import AXIS_INDEX, Block, Value
 from cncgen.gcode.codes.arcs import tangent_centre
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.feeds import set_feed
+from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
@@ -150,23 +151,6 @@ def first_heading(ip: Interpreter, start: Point, read: Callable[[], Block]) -> c
     return trying.first
 
 
-def _line(ip: Interpreter, at: complex, z: float | None = None, *, rapid: bool = False) -> None:
-    end = ip.state.position.copy()
-    end[0], end[1] = at.real, at.imag
-    if z is not None:
-        end[2] = z
-    if end != ip.state.position:
-        (ip.sink.straight_traverse if rapid else ip.sink.straight_feed)(end)
-        ip.state.position, ip.state.moved = end, True
-
-
-def _arc(ip: Interpreter, at: complex, centre: complex, sense: int) -> None:
-    end = ip.state.position.copy()
-    end[0], end[1] = at.real, at.imag
-    ip.sink.arc_feed(end, centre.real, centre.imag, sense, 17)
-    ip.state.position, ip.state.moved = end, True
-
-
 def _radius(ip: Interpreter, side: int) -> float:
     return ip.tool_radius() if side else 0.0
 
@@ -241,7 +225,7 @@ def approach(
             hint="an L, C or CR block leads along the contour",
         )
     side = way.side or 0
-    tool, a = _radius(ip, side), complex(start[0], start[1])
+    cutter, tool, a = FlatCutter(ip), _radius(ip, side), complex(start[0], start[1])
     normal = tangent * (-1j if side < 0 else 1j)
     beside = a + normal * tool
     ip.sink.block = here
@@ -252,9 +236,9 @@ def approach(
     sense = -1 if side < 0 else 1
     if way.form in ("LT", "LN"):
         along = -tangent if way.form == "LT" else normal
-        _line(ip, beside + along * way.value("LEN"), start[2], rapid=rapid)
+        cutter.to(beside + along * way.value("LEN"), start[2], rapid=rapid)
         _take_feed(ip, way, here)
-        _line(ip, beside)
+        cutter.to(beside)
     else:
         radius = _circle(way)
         centre = beside + normal * radius
@@ -262,13 +246,11 @@ def approach(
         if way.form == "CT":
             at = centre + (beside - centre) * cmath.rect(1.0, -sense * math.radians(way.value("CCA")))
         else:
-            at = _touch(
-                complex(ip.state.position[0], ip.state.position[1]), centre, radius, sense, leaving=False
-            )
-        _line(ip, at, start[2], rapid=rapid)
+            at = _touch(cutter.place(), centre, radius, sense, leaving=False)
+        cutter.to(at, start[2], rapid=rapid)
         if way.form != "LCT":
             _take_feed(ip, way, here)
-        _arc(ip, beside, centre, sense)
+        cutter.arc(beside, centre, sense)
     if side:
         ip.execute(Block({}, (410 if side > 0 else 420,), (), None, here.source, here.line, here.offset))
         if isinstance(ip.sink, CompensatedSink):
@@ -288,8 +270,8 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
         )
     tangent = heading / abs(heading)
     side = {41: 1, 42: -1}.get(ip.state.compensation, 0)
-    tool = _radius(ip, side)
-    e = complex(ip.state.position[0], ip.state.position[1])
+    cutter, tool = FlatCutter(ip), _radius(ip, side)
+    e = cutter.place()
     normal = tangent * (-1j if side < 0 else 1j)
     ip.end_compensation()
     ip.sink.block = here
@@ -298,16 +280,15 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
     _take_feed(ip, way, here)
     sense = -1 if side < 0 else 1
     if way.form == "LT":
-        _line(ip, beside + tangent * way.value("LEN"))
+        cutter.to(beside + tangent * way.value("LEN"))
     elif way.form == "LN":
-        _line(ip, beside + normal * way.value("LEN"))
+        cutter.to(beside + normal * way.value("LEN"))
     else:
         radius = _circle(way)
         centre = beside + normal * radius
         sense, radius = (sense if radius > 0.0 else -sense), abs(radius)
         if way.form == "CT":
-            _arc(
-                ip,
+            cutter.arc(
                 centre + (beside - centre) * cmath.rect(1.0, sense * math.radians(way.value("CCA"))),
                 centre,
                 sense,
@@ -316,8 +297,8 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
             polar = "PR" in way.values or "PA" in way.values
             end = complex(way.values.get("X", beside.real), way.values.get("Y", beside.imag))
             end = _polar(ip, way) if polar else end
-            _arc(ip, _touch(end, centre, radius, sense, leaving=True), centre, sense)
-            _line(ip, end, way.values.get("Z"))
+            cutter.arc(_touch(end, centre, radius, sense, leaving=True), centre, sense)
+            cutter.to(end, way.values.get("Z"))
 
 
 def take_polar_end(ip: Interpreter, words: dict[str, float]) -> None:

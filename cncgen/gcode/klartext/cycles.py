@@ -338,8 +338,8 @@ def _cut_thread(ip: Interpreter, depth: float, pitch: float) -> None:
     turn = 1 if (depth < 0.0) == (pitch > 0.0) else -1
     ip.sink.set_spindle(ip.state.speed, turn)
     ip.sink.set_feed_rate(abs(pitch) * ip.state.speed)
-    ip.sink.straight_feed(end)
-    ip.state.position, ip.state.moved, ip.state.direction = end, True, 0
+    ip.go(end)
+    ip.state.direction = 0
     ip.sink.set_spindle(ip.state.speed, 0)
     ip.sink.set_feed_rate(ip.state.feed)
 
@@ -513,11 +513,8 @@ def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
     Plain.of(ip).cycle = cycle
     second = q[204]
     for k, place in enumerate(places):
-        end = ip.state.position.copy()
-        end[0], end[1] = place.real, place.imag
         ip.sink.block = here
-        ip.sink.straight_traverse(end)
-        ip.state.position, ip.state.moved = end, True
+        ip.go([place.real, place.imag, *ip.state.position[2:]], rapid=True)
         q[204] = 0.0 if round(q[301]) == 0 and k < len(places) - 1 else second
         try:
             call(ip, here)
