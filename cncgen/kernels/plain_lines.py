@@ -428,19 +428,20 @@ def _behind_number(
 ) -> cython.Py_ssize_t:
     """Return where a line's code begins behind its number, if it has one; -1 where that is not certain, as in one that is set in far."""
     begin: cython.Py_ssize_t = at
+    named: cython.bint
     while at < size and _is_blank(text[at]):
         at += 1
     if at == size:
         return size
     if at - begin > 3:
         return -1
-    if text[at] | 32 == 110:
-        at += 1
+    named = text[at] | 32 == 110
+    at += named
     begin = at
     while at < size and 48 <= text[at] <= 57:
         at += 1
     if at == begin:
-        return at if begin == size or text[begin - 1] | 32 != 110 else -1
+        return at if begin == size or not named else -1
     if at < size and not _is_blank(text[at]):
         return -1
     while at < size and _is_blank(text[at]):

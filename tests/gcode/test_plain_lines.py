@@ -260,6 +260,13 @@ def test_a_plain_line_means_what_the_grammar_says(dialect: str, kernel: str) -> 
     assert taken > (300 if kernel == "compiled" else 10)
 
 
+def test_nothing_before_a_text_is_looked_at() -> None:
+    """What is there may be no memory of the process. Uncompiled, it is the last byte of the text: here the N of a number."""
+    scan = PlainScan("heidenhain")
+    scan._reader = uncompiled("plain_lines").PlainReader(*line_runs.tables_of("heidenhain"))
+    assert scan.read(Source(b"L X+1 F100\n; N", "t"), Cursor(0, 0, 1))[0] == 2
+
+
 def test_most_lines_of_posts_go_through_arrays() -> None:
     """Of 20,000 lines of each shape all but a few go that way: the first ones, and where runs end."""
     texts = {
