@@ -47,6 +47,10 @@ class BlockError(Exception):
         self.hint = hint
         self.values = values
 
+    def within(self, place: str, word: str = "") -> BlockError:
+        """Return the fault as that of a line which another one runs."""
+        return BlockError(self.code, f"{place}: {self.message}", word, hint=self.hint, values=self.values)
+
 
 class Stop(Exception):
     """The run ends here: a bound is reached, or the program aborts itself; carries the diagnostic's fault."""

@@ -208,9 +208,9 @@ def test_a_loop_that_a_fault_lets_run_on_is_left(
     run: Any, monkeypatch: pytest.MonkeyPatch, wrong: str, loop: str
 ) -> None:
     """What would have ended it may be what was wrong: reading goes on behind it, and finds the next fault."""
-    from cncgen.gcode.flow import course
+    from cncgen.gcode.flow import recurrence
 
-    monkeypatch.setattr(course, "_MOST_AFTER_A_FAULT", 5_000)
+    monkeypatch.setattr(recurrence, "_MOST_AFTER_A_FAULT", 5_000)
     out = run(f"{wrong}\n{loop}\nG1 X=\nM2\n", max_steps=1_000_000)
     assert [(code, line) for code, line, _ in out.errors] == [("syntax", 1), ("syntax", 3 + loop.count("\n"))]
     whole = run(f"#1=0\n{loop}\nM2\n", max_steps=20_000)

@@ -431,13 +431,14 @@ def test_a_program_number_or_name_alone_is_of_fanuc(run: Any, head: str) -> None
     assert [event.dwell_s for event in out.path.events if event.name == "dwell"] == [0.5]
 
 
-@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc", "sinumerik"])
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc", "sinumerik", "heidenhain"])
 def test_a_link_out_of_the_search_path_is_not_followed(tmp_path: Path, dialect: str) -> None:
     """The file that it leads to holds the subprogram; a link within the folder is followed."""
     texts = {
         "linuxcnc": ("part.ngc", "o<part> sub\nG0 X1\no<part> endsub\n", "o<part> call\nM2\n"),
         "fanuc": ("O0012.nc", "O12\nG0 X1\nM99\n", "M98 P12\nM30\n"),
         "sinumerik": ("PART.SPF", "G0 X1\nM17\n", "PART\nM30\n"),
+        "heidenhain": ("PART.H", "L X+1 FMAX\n", "CALL PGM PART\nM30\n"),
     }
     name, subprogram, program = texts[dialect]
     inside, outside = tmp_path / "inside", tmp_path / "outside"

@@ -200,11 +200,11 @@ class Recorder:
 
 
 @contextmanager
-def recording(ip: Interpreter) -> Iterator[Recorder]:
-    """Let motions of a profile be made on a recorder, in a state that is put back behind them."""
+def recording(ip: Interpreter, plane: int = 18) -> Iterator[Recorder]:
+    """Let motions in a plane be made on a recorder, without compensation, in a state that is put back behind them."""
     state, sink, guard = ip.state, ip.sink, ip.guard
-    ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
-    recorder = ip.sink = Recorder(state.position)
+    ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy(), compensation=40)
+    recorder = ip.sink = Recorder(state.position, plane)
     ip.guard = None
     try:
         yield recorder
@@ -225,7 +225,6 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
     with recording(ip) as recorder:
         # A profile goes on with the motion in force; where none is, its first line is a traverse.
         ip.state.motion = ip.state.motion if ip.state.motion in PLAIN_MOTIONS else 0
-        ip.state.compensation = 40
 
         def take(made: Block) -> None:
             corners.extend(_execute(ip, recorder, made))

@@ -1,6 +1,8 @@
 """The order in which lines are executed: straight on, in loops and branches, in subroutines and macros.
 
-running      `Runner`, one run of a program
+run          what the runs of all languages have in common
+running      `Runner`, one run of a program of G-code
+language_run `LanguageRun`, one run of a program of SINUMERIK or Heidenhain's plain language: its lines as records, frames of calls
 course       line after line, wherever they lead: scanned, computed while they are read, or parsed and kept
 computing    lines that a kernel computes while it reads them, O-words that lead to written labels among them
 pending      plain blocks that are read and not yet run, in columns; `batches` hands them to a kernel

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
 #: Lines whose effects are kept; a loop is rarely longer.
 _MAX_KEPT = 65_536
-#: Blocks that loops may execute after a fault: the faulty line might have ended the loop.
-_MOST_AFTER_A_FAULT = 1_000_000
 
 
 class Course:
@@ -165,22 +163,11 @@ class Course:
         parts = self._parts
         self._since, self._looked = 0, True
         parts.pending.flush()
-        if parts.faults.found and parts.ip.budget.steps - self._begun > _MOST_AFTER_A_FAULT:
-            raise Astray
         if self._recurrence is None:
             from cncgen.gcode.flow.recurrence import Recurrence
 
-            self._recurrence = Recurrence(parts.ip, parts.control.calls)
-        if self._recurrence.found(back):
-            if parts.faults.found:
-                # An earlier faulty line might have ended it.
-                raise Astray
-            parts.ip.base.block = empty_block(here)
-            message = (
-                f"back to line {back.line} with everything as it was there before: this goes on for ever"
-            )
-            hint = "does anything in the loop change what ends it? for one round, leave the jump back out"
-            raise Astray(BlockError("too-many-steps", message, hint=hint))
+            self._recurrence = Recurrence(parts.ip, parts.faults, lambda: parts.control.calls.records)
+        self._recurrence.look(here, back, self._begun)
 
     # Effects of lines.
 

@@ -1,105 +1,372 @@
-"""The common parts of the runs of all languages, and of SINUMERIK's and Heidenhain's plain language."""
+"""Runs of SINUMERIK and of Heidenhain's plain language: line after line of a program, wherever jumps, loops, repeats and calls lead.
+
+A language says what its lines mean; all that leads from line to line is here.
+"""
 
 from __future__ import annotations
 
-import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from types import FunctionType
+from typing import ClassVar, Generic, TypeVar
 
-from cncgen.diagnostics import Diagnostics, Severity
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
+from cncgen.gcode.budget import LINE, PAUSE
+from cncgen.gcode.codes.turning_profiles import MAX_MOVES, Recorder, recording
 from cncgen.gcode.doubts import tell
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
+from cncgen.gcode.flow.plain_lines import PlainLane
+from cncgen.gcode.flow.recurrence import Recurrence
+from cncgen.gcode.flow.run import Run
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
-from cncgen.gcode.text.dialects import Choice, chosen
+from cncgen.gcode.text.dialects import Choice
 from cncgen.gcode.text.labels import Cursor
-from cncgen.toolpath.reading import ReadOptions
+from cncgen.gcode.text.lanes import empty_block
+from cncgen.gcode.text.line_runs import ProgramLines
+from cncgen.gcode.text.search import opened, places, search_path
+
+#: Lines after which rows are taken away.
+_YIELD = 512
 
 
-class Run:
-    """One run of a program on a sink.
+@dataclass(slots=True)
+class Line:
+    """A line of a program: its place."""
 
-    Args:
-        source: The text of the main program.
-        options: How it is read.
-        sink: Takes the canonical calls.
-        diagnostics: Receives the faults.
-        path: Where the program stands; subprograms are looked for beside it.
-        choice: The dialect, if it was chosen before.
+    here: Cursor
 
-    Attributes:
-        reporter: Takes the faults.
-        sources: The texts: the main program, then files in the order in which they were called.
-        ip: The interpreter.
-    """
-
-    ip: Interpreter
-
-    def __init__(
-        self,
-        source: Source,
-        options: ReadOptions,
-        sink: Sink,
-        diagnostics: Diagnostics,
-        *,
-        path: str | os.PathLike[str] | None = None,
-        choice: Choice | None = None,
-    ) -> None:
-        self.reporter = Reporter(diagnostics)
-        self.sources = [source]
-        self._options, self._path = options, path
-        self._choice = choice or chosen(source, options.dialect)
-        self._faults = Faults(self.sources, sink, self.reporter)
-        self._assemble(sink)
-
-    def _assemble(self, sink: Sink) -> None:
-        """Make the interpreter, and what leads it through the program."""
+    def says(self) -> bool:
+        """Tell whether it says anything."""
         raise NotImplementedError
 
 
-class LanguageRun(Run):
-    """A run of a language that leads through a program by itself."""
+L = TypeVar("L", bound=Line)
 
-    #: The dialect of the interpreter, and how a program ends.
+
+@dataclass(slots=True)
+class Program(Generic[L]):
+    """The lines of a program."""
+
+    lines: ProgramLines[L]
+
+    def labelled(self, name: str) -> list[int]:
+        """Return the lines of a label, in the order of the text."""
+        raise NotImplementedError
+
+
+P = TypeVar("P", bound=Program)
+#: What the attributes of a run name and is no state of it, or is seen otherwise.
+_FIXED = (Run, Interpreter, Faults, Reporter, Recurrence, PlainLane, Source, Choice, Program, FunctionType)
+
+
+@dataclass(slots=True)
+class Frame(Generic[P]):
+    """A program in progress, or a part of one that was called.
+
+    Attributes:
+        program: Its lines.
+        at: The line that comes next.
+        end: The line at which it ends.
+        ran: The line that was run last.
+        rounds: Rounds of the call that follow this one.
+        part: Whether it is a part of the program below it.
+        loops: Of loops that count, by their lines: the end, or the rounds left.
+        repeats: Parts that are repeated: first and last line, rounds left, and the line behind them.
+        back: Gives the caller back what is its own.
+    """
+
+    program: P
+    at: int = 0
+    end: int = -1
+    ran: int = -1
+    rounds: int = 0
+    part: bool = False
+    loops: dict[int, float] = field(default_factory=dict)
+    repeats: list[tuple[int, int, int, int]] = field(default_factory=list)
+    back: Callable[[], None] | None = None
+
+    def __post_init__(self) -> None:
+        if self.end < 0:
+            self.end = len(self.program.lines)
+
+    def restart(self, at: int) -> None:
+        """Go on at a line, outside of all loops."""
+        self.at, self.ran = at, -1
+        self.loops.clear()
+        self.repeats.clear()
+
+    def repeat(self) -> None:
+        """Where the end of a part that is repeated was reached, begin it again, or go on behind its REPEAT."""
+        first, last, left, behind = self.repeats[-1]
+        if self.at == last + 1 and first <= self.ran <= last:
+            self.repeats.pop()
+            if left > 0:
+                self.repeats.append((first, last, left - 1, behind))
+            self.at, self.ran = first if left > 0 else behind, -1
+
+
+class LanguageRun(Run, Generic[P]):
+    """A run of a language whose programs are lists of lines.
+
+    Attributes:
+        frames: The programs in progress, the innermost last.
+    """
+
+    #: The dialect of the interpreter, how a program ends, and the suffixes of files with subprograms, the best first.
     dialect, ends_with = "", ""
-    #: Whether plain lines are interpreted in arrays, which gives the same sooner.
-    batches = True
+    suffixes: tuple[str, ...] = ()
+    #: The grammar of lines that are plain in every state, none where lines hang on what stands before them; and whether they are
+    #: interpreted in arrays, which gives the same sooner.
+    plain, batches = "", True
+    #: What does a statement of some kind: the run, the program in progress, its line, and what it says.
+    statements: ClassVar[Mapping[str, Callable[..., None]]] = {}
 
     def _assemble(self, sink: Sink) -> None:
         """Make the interpreter."""
         self.ip = Interpreter(sink, self._options, self._faults.remark, self.dialect)
+        self.frames: list[Frame[P]] = []
+        self._folders = search_path(self._path, self._options.include)
+        self._files: dict[str, P] = {}
+        self._recurrence = Recurrence(self.ip, self._faults, lambda: vars(self), _FIXED)
+        #: The first line of the main program that was not run; blocks that were counted when it was reached, and at the last look.
+        self._reached = self._begun = self._looked = 0
         self._prepare()
+        lane = self.plain and self.batches
+        self._lane = PlainLane(self.ip, self.sources, self.plain, self._made) if lane else None
+
+    # What a language says.
 
     def _prepare(self) -> None:
         """Make what the language needs."""
 
-    def _open(self) -> bool:
-        """Tell of the dialect and of doubts; tell whether the program is text."""
+    def _load(self, index: int, name: str) -> P:
+        """Return the program of a source."""
+        raise NotImplementedError
+
+    def _begin(self, main: P) -> None:
+        """Put what the language begins with in force."""
+
+    def _line(self, frame: Frame[P], at: int) -> None:
+        """Run a line of a program."""
+        raise NotImplementedError
+
+    def _run_plain(self, lane: PlainLane, frame: Frame[P], most: int) -> int:
+        """Run so many plain lines in arrays at most; return the first that was not run."""
+        raise NotImplementedError
+
+    def _made(self, begin: list[float], motion: memoryview, end: memoryview, centre: memoryview) -> None:
+        """Take what the language keeps of motions that were made in arrays."""
+
+    def _take_up(self, frame: Frame[P], at: int) -> None:
+        """Go on behind a line that failed."""
+
+    def _settle(self) -> None:
+        """End what the lines so far have left open: a curve of several blocks."""
+        if self.ip.guard is not None:
+            self.ip.guard(self.ip, Block({}, m=(20,)))
+
+    def _counters(self) -> object:
+        """Return what in nearly every loop tells one round from the next."""
+        return [(frame.loops, frame.repeats) for frame in self.frames]
+
+    # From line to line.
+
+    def run(self) -> Iterator[None]:
+        """Run to the end; yields now and then, so that rows can be taken away."""
         source = self.sources[0]
         if self._faults.refuses(source):
-            return False
+            return
         tell(self.reporter, source, self._choice)
-        return True
-
-    def _enter(self, here: Cursor) -> None:
-        """Begin with a line: remarks and motions are of it."""
-        self.ip.base.block = Block({}, source=here.source, line=here.line, offset=here.offset)
-
-    def _fail(self, here: Cursor, error: BlockError) -> None:
-        """Report that a line failed; end the program where lines fail again and again."""
+        self.ip.begin()
         try:
-            self._faults.fail(here, error)
-        except Astray:
-            message = "lines fail again and again: the program counts as endless"
-            raise Stop(BlockError("too-many-steps", message, hint="mend the faults above")) from None
+            main = self._load(0, "")
+            self._begin(main)
+            self.frames.append(Frame(main))
+            yield from self._run()
+            self._finish(main)
+        except Stop as stop:
+            self._faults.here(stop.error)
 
-    def _check_end(self, last: Cursor) -> None:
-        """Warn of a program that its last line does not end."""
-        if not self.ip.state.ended and not self._faults.found:
-            self.ip.base.block = Block({}, line=last.line, offset=last.offset)
+    def _run(self) -> Iterator[None]:
+        frames, ip = self.frames, self.ip
+        main, budget = frames[0], ip.budget
+        while frames and not ip.state.ended:
+            frame = frames[-1]
+            try:
+                many = False
+                try:
+                    many = self._step(frame)
+                except BlockError as error:
+                    self._fail(frame, error)
+                if frame is main and frame.ran >= self._reached:
+                    self._reached = budget.forward = frame.ran + 1
+                    self._begun = self._looked = budget.steps
+                elif budget.steps - self._looked >= PAUSE and frame.at <= frame.ran:
+                    self._look(frame)
+            except Astray as astray:
+                self._go_on(astray)
+            if many or budget.steps % _YIELD == 0:
+                yield
+
+    def _step(self, frame: Frame[P]) -> bool:
+        """Run the next line of the innermost program, or leave it at its end; tell whether it was a run of plain ones."""
+        if frame.repeats:
+            frame.repeat()
+        at = frame.at
+        if at >= frame.end:
+            self.leave()
+            return False
+        ip = self.ip
+        if self._lane is not None and frame.program.lines.plain_at(at) is not None:
+            end = frame.repeats[-1][1] + 1 if frame.repeats and at <= frame.repeats[-1][1] else frame.end
+            frame.at = self._run_plain(self._lane, frame, min(end - at, ip.budget.left()))
+            if frame.at > at:
+                frame.ran = frame.at - 1
+                return True
+        frame.at, frame.ran = at + 1, at
+        ip.budget.count(1, LINE)
+        ip.base.block = empty_block(frame.program.lines[at].here)
+        self._line(frame, at)
+        return False
+
+    def _enter(self, line: Line) -> None:
+        """Begin with a line: remarks and motions are of it."""
+        self.ip.base.block = empty_block(line.here)
+
+    def _fail(self, frame: Frame[P], error: BlockError) -> None:
+        """Report that the line failed which was run last."""
+        lines = frame.program.lines
+        at = frame.ran if error.at is None else error.at
+        self._faults.fail(lines[min(max(at, 0), len(lines) - 1)].here, error)
+        self._take_up(frame, frame.ran)
+
+    def _look(self, frame: Frame[P]) -> None:
+        """Raise where a jump back finds everything as it was at an earlier one; a call or an end is none."""
+        if not self.frames or self.frames[-1] is not frame:
+            return
+        # When it was is no part of the state.
+        self._looked = 0
+        lines = frame.program.lines
+        self._recurrence.look(lines[frame.ran].here, lines[frame.at].here, self._begun, self._counters())
+        self._looked = self.ip.budget.steps
+
+    def _go_on(self, astray: Astray) -> None:
+        """Give up all calls and loops, and go on at the first line that was not run."""
+        if astray.error is not None:
+            self._faults.here(astray.error)
+        while len(self.frames) > 1:
+            with suppress(BlockError):
+                self._pop()
+        for main in self.frames:
+            main.restart(self._reached)
+
+    def _finish(self, main: P) -> None:
+        """Report missing parts at the end of the text."""
+        last = next((line.here for line in reversed(main.lines) if line.says()), None)
+        here = last or Cursor(0, 0, 1)
+        try:
+            self._settle()
+            self.ip.end_compensation()
+        except BlockError as error:
+            self._faults.at(here, error)
+        if last is None:
+            self._faults.at(here, BlockError("empty-program", f"{self.sources[0].name} has no block"))
+        elif not self.ip.state.ended and not self._faults.found:
+            self.ip.base.block = empty_block(here)
             names = self.ends_with
-            error = BlockError(
+            fault = BlockError(
                 "no-program-end", f"the program ends without {names}", hint=f"{names.split()[0]} ends it"
             )
-            self._faults.remark(error, Severity.WARNING)
+            self._faults.remark(fault, Severity.WARNING)
+
+    # Calls.
+
+    def enter(self, frame: Frame[P], word: str) -> None:
+        """Begin a call.
+
+        Raises:
+            Astray: Calls would nest deeper than the options allow.
+        """
+        most = self._options.max_call_depth
+        if len(self.frames) > most:
+            message = f"calls are nested more than {most} deep"
+            raise Astray(BlockError("call-depth", message, word, hint="is the recursion without end?"))
+        self.frames.append(frame)
+
+    def leave(self) -> None:
+        """End the innermost call, or its present round; parts of the program that end with it are left too."""
+        while len(self.frames) > 1 and self.frames[-1].part:
+            self._pop()
+        frame = self.frames[-1]
+        if frame.rounds > 0:
+            frame.rounds -= 1
+            frame.restart(0)
+        else:
+            self._pop()
+
+    def _pop(self) -> None:
+        """End the innermost call, and give its caller back what is its own."""
+        frame = self.frames.pop()
+        if frame.back is not None:
+            frame.back()
+
+    def label(self, program: P, name: str, message: str, word: str, hint: str) -> int:
+        """Return the first line of a label; raise where it stands nowhere."""
+        found = program.labelled(name)
+        if not found:
+            raise BlockError("label-missing", message, word, hint=hint)
+        return found[0]
+
+    def file(self, name: str, missing: str, word: str, hint: str) -> Source:
+        """Return the file of a name beside the program or in a folder of --include.
+
+        Raises:
+            BlockError: There is none; `missing` says what is looked for.
+        """
+        source = opened(self._folders, name, self.suffixes)
+        if source is None:
+            raise BlockError("sub-missing", f"{missing} in {places(self._folders)}", word, hint=hint)
+        return source
+
+    def program_of(self, name: str, missing: str, word: str, hint: str) -> P:
+        """Return a program of a file, which is read once."""
+        found = self._files.get(name)
+        if found is None:
+            self.sources.append(self.file(name, missing, word, hint))
+            found = self._files[name] = self._load(len(self.sources) - 1, name)
+        return found
+
+    # Contours.
+
+    def record(self, frame: Frame[P], name: str, plane: int) -> Recorder:
+        """Run lines as a contour, whose motions are taken; the machine is afterwards as it was.
+
+        Raises:
+            BlockError: A line is wrong, or reads a contour itself.
+        """
+        ip, frames, block = self.ip, self.frames, self.ip.base.block
+        if isinstance(ip.sink, Recorder):
+            raise BlockError("not-read", f"the contour {name} is called within a contour")
+        # The frame below is none that can be left.
+        self.frames = [Frame(frame.program, end=0), frame]
+        try:
+            with recording(ip, plane) as recorder:
+                while len(self.frames) > 1 and not ip.state.ended:
+                    inner = self.frames[-1]
+                    try:
+                        self._step(inner)
+                    except BlockError as error:
+                        line = inner.program.lines[max(inner.ran, 0)].here.line
+                        raise error.within(f"line {line} of the contour {name}") from None
+                    if len(recorder.segments) > MAX_MOVES:
+                        message = f"the contour {name} has more than {MAX_MOVES} moves"
+                        raise BlockError("profile-length", message)
+                self._settle()
+        finally:
+            self.frames, ip.base.block = frames, block
+        return recorder

@@ -76,8 +76,7 @@ def _steps(control: FlowControl, take: Take, here: Cursor, word: str) -> Iterato
             effect, after = met[here]
             target = effect() or after
         except BlockError as error:
-            message = f"line {here.line} of the profile: {error.message}"
-            raise BlockError(error.code, message, word, hint=error.hint, values=error.values) from None
+            raise error.within(f"line {here.line} of the profile", word) from None
         yield here, target
         here = target
     raise BlockError("profile-length", f"the profile executes more than {_MAX_STEPS} lines", word)

@@ -10,8 +10,8 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.doubts import tell
 from cncgen.gcode.errors import Astray, BlockError, Stop
 from cncgen.gcode.flow.course import Course
-from cncgen.gcode.flow.language_run import Run
 from cncgen.gcode.flow.parts import assemble
+from cncgen.gcode.flow.run import Run
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.parameters import write_parameters

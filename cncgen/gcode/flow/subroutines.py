@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 
-from cncgen.diagnostics import UsageError
 from cncgen.gcode.block import Value
 from cncgen.gcode.budget import LINE
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.source import Source, open_source
+from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor, Label, shown
-from cncgen.gcode.text.search import candidates, leaves_path, search_path
+from cncgen.gcode.text.search import leaves_path, opened, places, search_path
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -104,20 +103,15 @@ class Subroutines:
                 hint="give the bare name, and the folder with --include",
             )
         folders = search_path(self._program, self.ip.options.include)
-        for folder in folders:
-            for path in candidates(folder, name):
-                try:
-                    source = open_source(path, str(path))
-                except UsageError:
-                    continue
-                self.sources.append(source)
-                self._files[name] = len(self.sources) - 1
-                return self._files[name]
-        places = ", ".join(str(folder) for folder in folders) or "the search path, which is empty"
+        source = opened(folders, name)
+        if source is not None:
+            self.sources.append(source)
+            self._files[name] = len(self.sources) - 1
+            return self._files[name]
         what = f"program {name}" if self.ip.dialect == "fanuc" else f"subroutine o{shown(label)}"
         raise BlockError(
             "sub-missing",
-            f"there is no {what} in the text, and no file of that name in {places}",
+            f"there is no {what} in the text, and no file of that name in {places(folders)}",
             "O",
             hint="--include adds a folder to the search path",
         )

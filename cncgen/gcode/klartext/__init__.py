@@ -2,7 +2,9 @@
 
 lines      the lines of a text without numbers and comments
 program_text   what the lines of a program say
-running    `HeidenhainRunner`: each statement as it is run; labels, CALL LBL with REP, jumps FN 9 to 12
+executing  blocks on the interpreter: words with their values, motions, contours that are read
+contour_lines  statements that draw: RND, CT, APPR, free contours
+running    `HeidenhainRunner`: all other statements; labels, CALL LBL with REP, jumps FN 9 to 12
 contours   RL RR, RND CHF, CT, APPR and DEP
 din_iso    DIN/ISO, said in plain language
 planes     tilted planes as frames: PLANE SPATIAL, cycle 19

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cncgen.gcode.klartext import programs
-from cncgen.gcode.source import Source, open_source
+from cncgen.gcode.source import Source
 from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
 from cncgen.units import AXIS_LETTERS
 
@@ -59,7 +59,7 @@ def moving_axes(text: Source, folders: Sequence[Path] = (), rotary: str = "") ->
     return "".join(letter for letter in AXIS_LETTERS if letter in named)
 
 
-def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[Path], rotary: str) -> set[str]:
+def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[str], rotary: str) -> set[str]:
     code = _COMMENTS.sub(b"", text.translate(_BLANKS))
     named = {
         axis[0][-1:].decode().upper() for words in _WORDS.finditer(code) for axis in _AXIS.finditer(words[0])
@@ -70,8 +70,8 @@ def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[Path], rot
         named |= set("XYZ")
     if _TURNED.search(code):
         named |= set(rotary)
-    for path in programs.called(code, folders) if deep and b"PGM" in code.upper() else ():
-        if path not in seen:
-            seen.add(path)
-            named |= _named(bytes(open_source(path, str(path)).data[:]), folders, deep - 1, seen, rotary)
+    for source in programs.called(code, folders) if deep and b"PGM" in code.upper() else ():
+        if source.name not in seen:
+            seen.add(source.name)
+            named |= _named(bytes(source.data[:]), folders, deep - 1, seen, rotary)
     return named

@@ -23,6 +23,7 @@ from functools import partial
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.klartext import lines
+from cncgen.gcode.klartext.program_text import Frame
 from cncgen.gcode.klartext.running import HeidenhainRunner
 from cncgen.gcode.sinks.sink import Point
 from cncgen.gcode.source import Source
@@ -371,30 +372,29 @@ class IsoRunner(HeidenhainRunner):
         super()._prepare()
         self._modes = Modes()
 
-    def _said(self, bare: str) -> list[str]:
+    def _said(self, bare: str, *, begun: bool) -> list[str]:
         """Return a block as blocks of the plain language, where that depends on no mode."""
         body = re.sub(rf"\A\s*(?=N){_N}\s*", "", bare, flags=re.IGNORECASE).rstrip()
         body = body.removesuffix("*").strip() if body.strip() != "*" else ""
-        opened = any(line.startswith("BEGIN PGM") for _, line in self._bodies.entries())
         try:
-            return said(body, opened)
+            return said(body, begun)
         except BlockError:
             return [body]
 
-    def _line(self, at: int, body: str) -> None:
+    def _run_block(self, frame: Frame, at: int, body: str) -> None:
         if _PLAIN.match(body):
-            super()._line(at, body)
+            super()._run_block(frame, at, body)
             return
         said(body, True)
         following = self._following(at)
-        behind = self._bodies[following] if following is not None else ""
+        behind = self._lines[following].body if following is not None else ""
         for statement in self._modes.statements(body, behind):
-            super()._line(at, statement)
+            super()._run_block(frame, at, statement)
 
     def _leads(self, at: int) -> Callable[[Point], complex | None] | None:
         modes, following = replace(self._modes), self._following(at)
         while following is not None:
-            body = self._bodies[following]
+            body = self._lines[following].body
             if not _PLAIN.match(body):
                 for statement in modes.statements(body):
                     if statement.startswith("CC"):
@@ -407,4 +407,4 @@ class IsoRunner(HeidenhainRunner):
         return None
 
     def _draws(self, at: int) -> bool:
-        return super()._draws(at) or not _PLAIN.match(self._bodies[at])
+        return super()._draws(at) or not _PLAIN.match(self._lines[at].body)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.flow import language_run
 from cncgen.gcode.flow.language_run import LanguageRun
 from cncgen.gcode.klartext import lines
-from cncgen.gcode.source import Source
+from cncgen.gcode.klartext.free_contours import Known
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.line_runs import PlainScan, ProgramLines, run_of
@@ -19,92 +22,109 @@ _NUMBER = re.compile(r"\s*/?\s*(\d{1,9})\s")
 UNREAD = Statement("unread")
 #: How words of free contours begin.
 _FREE = ("FP", "FL", "FC")
-#: Statements kept.
-_MOST_KEPT = 4096
+#: What a block says; those of late are kept.
+_parse = lru_cache(4096)(plain_language.parse)
 
 
-class ProgramText(LanguageRun):
+@dataclass(slots=True)
+class Line(language_run.Line):
+    """A line: its place, and its text without number and comment."""
+
+    body: str
+
+    def says(self) -> bool:
+        """Tell whether it is more than a comment."""
+        return bool(self.body) and not self.body.startswith("*")
+
+
+@dataclass(slots=True)
+class Program(language_run.Program[Line]):
+    """The lines of a program.
+
+    Attributes:
+        labels: Lines by label.
+        begun: Whether a line begins the program.
+        ends: End and direction of the motion of each line that has made one.
+    """
+
+    labels: dict[str, list[int]] = field(default_factory=dict)
+    begun: bool = False
+    ends: dict[int, Known] = field(default_factory=dict)
+
+    def labelled(self, name: str) -> list[int]:
+        """Return the lines of a label."""
+        return self.labels.get(name, [])
+
+
+Frame = language_run.Frame[Program]
+
+
+class ProgramText(LanguageRun[Program]):
     """A run, as far as it reads."""
 
-    #: The grammar of lines that are plain in every state; none where lines hang on what stands before them.
-    plain: str = "heidenhain"
+    plain = "heidenhain"
 
     def _prepare(self) -> None:
-        self._begin_text(self.sources[0])
         #: Whether a free contour is among the lines, which may name blocks before it.
         self._is_free = False
-        self._labels: dict[str, int] = {}
-        #: Statements of late by their text.
-        self._parsed: dict[str, Statement] = {}
 
-    def _begin_text(self, source: Source) -> None:
-        """Have no lines, of another text from now on."""
-        self._lines: ProgramLines[Cursor] = ProgramLines(source, lambda here: here)
-        self._bodies: ProgramLines[str] = ProgramLines(
-            source, lambda here: lines.bare(source.text_at(here.offset))
+    def _load(self, index: int, name: str) -> Program:
+        """Read the lines of a source, and the labels."""
+        source = self.sources[index]
+        program = Program(
+            ProgramLines(source, lambda here: Line(here, lines.bare(source.text_at(here.offset))))
         )
-
-    def _read(self, source: Source, index: int = 0) -> None:
-        """Take the lines, their text without numbers and comments, and the labels."""
         scan = PlainScan(self.plain) if self.plain and self.batches else None
 
         def passed(offset: int, number: int) -> tuple[int, int]:
             run = run_of(scan, source, Cursor(index, offset, number), whole=False) if scan else None
             if run is None:
                 return offset, number
-            self._lines.add_run(run)
-            self._bodies.add_run(run)
+            program.lines.add_run(run)
             return run.after, number + run.count
 
         block_delete = self._options.block_delete
         for offset, number, bare, below in lines.bodies(source, block_delete=block_delete, passed=passed):
             if below:
-                self._bodies.replace_last(f"{self._bodies[-1]} {bare}")
-            for own in () if below else self._said(bare):
+                program.lines[-1].body += f" {bare}"
+            for own in () if below else self._said(bare, begun=program.begun):
                 head = own[:3].upper()
                 self._is_free = self._is_free or head.startswith(_FREE)
                 if head == "LBL":
-                    label = self._ahead(len(self._lines), own)
+                    label = self._ahead(len(program.lines), own)
                     if label.kind == "label" and label.data[0] != "0":
-                        self._labels.setdefault(label.data[0], len(self._lines))
-                self._lines.append(Cursor(index, offset, number))
-                self._bodies.append(own)
+                        program.labels.setdefault(label.data[0], []).append(len(program.lines))
+                program.begun = program.begun or own.startswith("BEGIN PGM")
+                program.lines.append(Line(Cursor(index, offset, number), own))
+        return program
 
-    def _said(self, bare: str) -> list[str]:
-        """Return a line as blocks, its parameters of a cycle apart."""
+    def _said(self, bare: str, *, begun: bool) -> list[str]:
+        """Return a line as blocks, its parameters of a cycle apart; `begun` tells whether a line above begins the program."""
         return lines.apart(bare)
+
+    @property
+    def _lines(self) -> ProgramLines[Line]:
+        """The lines of the program in progress."""
+        return self.frames[-1].program.lines
 
     def _following(self, at: int) -> int | None:
         """Return the next line that is not a comment."""
-        return next(
-            (
-                k
-                for k in range(at + 1, len(self._bodies))
-                if self._bodies[k] and not self._bodies[k].startswith("*")
-            ),
-            None,
-        )
+        found = self._lines
+        for k in range(at + 1, len(found)):
+            if found[k].says():
+                return k
+        return None
 
     def _number(self, at: int) -> int:
         """Return the number of a block in the text, 0 where it has none."""
-        here = self._lines[at]
+        here = self._lines[at].here
         digits = _NUMBER.match(self.sources[here.source].text_at(here.offset))
         return int(digits[1]) if digits else 0
-
-    def _parse(self, body: str) -> Statement:
-        """Return what a block says; those of late are kept."""
-        found = self._parsed.get(body)
-        if found is None:
-            found = plain_language.parse(body)
-            if len(self._parsed) >= _MOST_KEPT:
-                self._parsed.clear()
-            self._parsed[body] = found
-        return found
 
     def _statement(self, at: int, body: str) -> Statement:
         """Return what a line says that is run; its faults point into the text."""
         try:
-            return self._parse(body)
+            return _parse(body)
         except BlockError as error:
             self._point(at, body, error)
             raise
@@ -112,13 +132,13 @@ class ProgramText(LanguageRun):
     def _point(self, at: int, said: str, error: BlockError) -> None:
         """Let a fault point into the text of a line, whose column is that of a part of it."""
         if error.column:
-            here = self._lines[at]
+            here = self._lines[at].here
             before = self.sources[here.source].text_at(here.offset).find(said[: error.column - 1] or said)
             error.column = error.column + before if before >= 0 else 0
 
     def _ahead(self, at: int, body: str | None = None) -> Statement:
         """Return what a line says that is not run now, whose faults it will tell by itself."""
         try:
-            return self._parse(self._bodies[at] if body is None else body)
+            return _parse(self._lines[at].body if body is None else body)
         except BlockError:
             return UNREAD

@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from cncgen.gcode.source import Source
+from cncgen.gcode.text.search import opened
 from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
 
 #: The cycle whose calls run a program.
@@ -17,7 +19,8 @@ _CALLS = re.compile(
     rf"(\S[^;\r\n]*?)[ \t]*(?:{TERMINALS['COMMENT']})?\r?$".encode(),
     re.MULTILINE | re.IGNORECASE,
 )
-_SUFFIXES = ("", ".h", ".nc")
+#: Suffixes of files with programs, the best first.
+SUFFIXES = ("", ".h", ".nc")
 
 
 def bare(name: str) -> str:
@@ -31,23 +34,9 @@ def of_cycle(rest: str) -> str:
     return bare(match["name"]) if match else ""
 
 
-def file_of(name: str, folders: Sequence[Path]) -> Path | None:
-    """Return the file of a program, the first that stands in one of the folders; small letters and capitals are one to the control."""
-    wanted = [f"{name}{suffix}".lower() for suffix in _SUFFIXES]
-    for folder in folders:
-        found = (
-            [p for p in folder.iterdir() if p.name.lower() in wanted and p.is_file()]
-            if folder.is_dir()
-            else []
-        )
-        if found:
-            return min(found, key=lambda p: (wanted.index(p.name.lower()), p.name))
-    return None
-
-
-def called(text: bytes, folders: Sequence[Path]) -> Iterator[Path]:
-    """Yield the files of the programs that a text calls."""
+def called(text: bytes, folders: Sequence[Path]) -> Iterator[Source]:
+    """Yield the programs of files that a text calls."""
     for match in _CALLS.finditer(text):
-        found = file_of(bare(match[1].decode("utf-8", "replace")), folders)
+        found = opened(folders, bare(match[1].decode("utf-8", "replace")), SUFFIXES)
         if found is not None:
             yield found

@@ -5,7 +5,7 @@ expressions  values of expressions: the common ones, with texts, variables and o
 variables    R parameters, DEF variables, system variables
 programs     texts as programs: labels, loops and branches, PROC, files of subprograms
 said         what the blocks of a text name, before it runs; `axes` are those of its columns
-running      `SinumerikRunner`: the order in which lines are executed, with calls and jumps
+running      `SinumerikRunner`: what branches, loops, jumps and calls mean
 motions      one block on the interpreter: modes, words, positions, arcs; `commands` are words without a number
 cycles also have CYCLE800, a frame (`cncgen.gcode.codes.affine`)
 curves       ASPLINE, CSPLINE, POLY

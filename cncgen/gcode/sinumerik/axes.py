@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from cncgen.diagnostics import UsageError
 from cncgen.gcode.sinumerik import soft_approach
-from cncgen.gcode.sinumerik.programs import programs_ahead
+from cncgen.gcode.sinumerik.programs import SUFFIXES, programs_ahead
 from cncgen.gcode.sinumerik.said import Said
-from cncgen.gcode.source import Source, open_source
-from cncgen.gcode.text.search import candidates, leaves_path
+from cncgen.gcode.source import Source
+from cncgen.gcode.text.search import opened
 from cncgen.units import AXIS_LETTERS
 
 #: Components of the tool's direction, and what turns a plane: the machine's rotary axes follow them together.
@@ -66,13 +65,4 @@ def _axes(said: Said, plane: str, rotary: str) -> set[str]:
 
 def _file(name: str, folders: Sequence[Path]) -> Source | None:
     """Return the subprogram of a name, None where no folder has one."""
-    if leaves_path(name) or len(name) < 2:
-        return None
-    for folder in folders:
-        for suffix in (".spf", ".mpf"):
-            for path in candidates(folder, f"{name}{suffix}"):
-                try:
-                    return open_source(path, str(path))
-                except UsageError:
-                    continue
-    return None
+    return opened(folders, name, SUFFIXES[:2]) if len(name) > 1 else None

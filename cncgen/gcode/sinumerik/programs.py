@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 from weakref import WeakKeyDictionary
 
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.flow import language_run
 from cncgen.gcode.sinumerik.reading import Statement, parse
 from cncgen.gcode.sinumerik.said import Said
 from cncgen.gcode.source import MAX_LINE, Source
+from cncgen.gcode.text import search
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.line_runs import PlainScan, ProgramLines, numbers_found, run_of
 from cncgen.grammars.terminals import SINUMERIK as TERMINALS
@@ -23,6 +25,8 @@ _CLOSES = {
     "until": "repeat",
 }
 _OPENS = ("if", "loop", "for", "while", "repeat")
+#: Suffixes of files with subprograms, the best first.
+SUFFIXES = (".spf", ".mpf", *search.SUFFIXES)
 #: Characters of a block, and of a macro's text, beyond which neither is expanded (840D: 512).
 _MOST_EXPANDED = 512
 #: A macro: a name for a text (840D, Programming Guide Job Planning, "Macro technique").
@@ -41,12 +45,15 @@ Faults = list[tuple[Cursor, BlockError]]
 
 
 @dataclass(slots=True)
-class Line:
-    """A line: its statement or its fault, and its place."""
+class Line(language_run.Line):
+    """A line: its place, and its statement or its fault."""
 
     statement: Statement
-    here: Cursor
     fault: BlockError | None = None
+
+    def says(self) -> bool:
+        """Tell whether it has words or a fault."""
+        return bool(self.statement.items or self.fault)
 
 
 class _Texts:
@@ -72,7 +79,7 @@ class _Texts:
 
     def plain(self, here: Cursor) -> Line:
         """Return a plain line."""
-        return Line(self.statement(self._source.text_at(here.offset))[0], here)
+        return Line(here, self.statement(self._source.text_at(here.offset))[0])
 
 
 class Labels:
@@ -102,7 +109,7 @@ class Labels:
 
 
 @dataclass(slots=True)
-class Program:
+class Program(language_run.Program[Line]):
     """The lines of a program.
 
     Attributes:
@@ -116,12 +123,15 @@ class Program:
     """
 
     name: str
-    lines: ProgramLines[Line]
     labels: Labels
     other: dict[int, int] = field(default_factory=dict)
     formals: tuple[tuple[object, ...], ...] = ()
     saves: bool = False
     said: Said = field(default_factory=Said)
+
+    def labelled(self, name: str) -> list[int]:
+        """Return the lines of a label or block number."""
+        return self.labels.of(name)
 
 
 #: What was read of main programs before they run.
@@ -185,7 +195,7 @@ def _expanded(text: str, macros: dict[str, str]) -> str:
 def _program(name: str, source: Source, texts: _Texts) -> Program:
     """Return a program without lines."""
     lines = ProgramLines(source, texts.plain)
-    return Program(name, lines, Labels(source, lines))
+    return Program(lines, name, Labels(source, lines))
 
 
 def _is_begun(program: Program) -> bool:
@@ -198,18 +208,15 @@ def _is_begun(program: Program) -> bool:
 
 def _line(text: str, here: Cursor, texts: _Texts, said: Said, length: int) -> Line:
     if length > MAX_LINE:
-        return Line(
-            Statement(),
-            here,
-            BlockError("line-too-long", f"a line of {length} bytes; the longest is {MAX_LINE}", column=1),
-        )
+        error = BlockError("line-too-long", f"a line of {length} bytes; the longest is {MAX_LINE}", column=1)
+        return Line(here, Statement(), error)
     try:
         statement, is_new = texts.statement(text)
     except BlockError as error:
-        return Line(Statement(), here, error)
+        return Line(here, Statement(), error)
     if is_new:
         said.take(statement.items)
-    return Line(statement, here)
+    return Line(here, statement)
 
 
 def _add(program: Program, line: Line) -> None:

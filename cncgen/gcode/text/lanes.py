@@ -94,4 +94,5 @@ def comment_of(text: str) -> str | None:
 
 def empty_block(here: Cursor) -> Block:
     """Return a block without words, as the place of diagnostics of its line."""
-    return Block({}, source=here.source, line=here.line, offset=here.offset)
+    source, offset, line = here
+    return Block({}, (), (), None, source, line, offset)

@@ -5,7 +5,10 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
+from cncgen.diagnostics import UsageError
+from cncgen.gcode.source import Source, open_source
 from cncgen.grammars.terminals import FANUC
 
 TYPE_CHECKING = False
@@ -13,7 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 #: Suffixes of files with subprograms; FANUC's have often none.
-_SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".txt", "")
+SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".txt", "")
 
 
 def search_path(program: str | os.PathLike[str] | None, include: Sequence[Path]) -> list[Path]:
@@ -23,18 +26,33 @@ def search_path(program: str | os.PathLike[str] | None, include: Sequence[Path])
     return ([Path(program).parent] if program else []) + list(include)
 
 
-def candidates(folder: Path, name: str) -> list[Path]:
+def places(folders: Sequence[Path]) -> str:
+    """Return how a message names the folders."""
+    return ", ".join(str(folder) for folder in folders) or "the search path, which is empty"
+
+
+def opened(folders: Sequence[Path], name: str, suffixes: Sequence[str] = SUFFIXES) -> Source | None:
+    """Return the first file that may hold a subprogram and can be read, None where no folder has one."""
+    if not leaves_path(name):
+        for folder in folders:
+            for path in candidates(folder, name, suffixes):
+                with suppress(UsageError):
+                    return open_source(path, str(path))
+    return None
+
+
+def candidates(folder: Path, name: str, suffixes: Sequence[str] = SUFFIXES) -> list[Path]:
     """Return the files of a folder that may hold a subprogram, the best first (names are case-insensitive).
 
     A symbolic link that leads out of the folder is passed over: a program opens no file beyond the search path.
     """
-    exact = folder / f"{name}.ngc"
+    exact = folder / f"{name}{suffixes[0]}"
     try:
         if _holds(folder, exact):
             return [exact]
         if not folder.is_dir():
             return []
-        wanted = [f"{spelling}{suffix}".lower() for spelling in _spellings(name) for suffix in _SUFFIXES]
+        wanted = [f"{spelling}{suffix}".lower() for spelling in _spellings(name) for suffix in suffixes]
         found = [path for path in folder.iterdir() if path.name.lower() in wanted and _holds(folder, path)]
         return sorted(found, key=lambda path: (wanted.index(path.name.lower()), path.name))
     except (OSError, ValueError):  # no name of a file: too long, or with a NUL

@@ -1,0 +1,215 @@
+"""Blocks of a program in plain language on the interpreter: words with their values, motions, cycles at their ends, contours that are read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+from cncgen.gcode.block import (
+    AXIS_INDEX,
+    CIRCLE,
+    CYCLE_CALL,
+    POLAR_ARC,
+    POLAR_LINE,
+    RADIUS_ARC,
+    Block,
+    Value,
+    gather,
+)
+from cncgen.gcode.codes.plain_language import Plain
+from cncgen.gcode.codes.turning_profiles import Segment
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.flow import recovery
+from cncgen.gcode.flow.plain_lines import PlainLane
+from cncgen.gcode.klartext import contours, cycles, programs
+from cncgen.gcode.klartext.program_text import Frame, ProgramText
+from cncgen.gcode.text import plain_language
+from cncgen.gcode.text.evaluation import evaluate
+from cncgen.gcode.text.plain_language import Statement
+
+#: Cycles from this number on have their surface in Q203, and take M109 and M110 for their arcs on the control.
+OF_PARAMETERS = 200
+#: What helps where a file is missing.
+INCLUDE = "--include adds a folder to the search path"
+_ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
+
+
+class Execution(ProgramText):
+    """A run, as far as it executes blocks."""
+
+    def _prepare(self) -> None:
+        super()._prepare()
+        #: Whether each motion calls the cycle (M89).
+        self._modal = False
+        #: The part of the feed that M103 lets motions downwards have, 0 for all of it.
+        self._plunge = 0.0
+        #: The program that cycle 12 names.
+        self._of_cycle = ""
+        #: The side of a contour that is read and not run, None where lines are run.
+        self._side: int | None = None
+
+    def _run_plain(self, lane: PlainLane, frame: Frame, most: int) -> int:
+        if self._modal or self._plunge or self._is_free:
+            return frame.at
+        return lane.run(frame.program.lines, frame.at, most, Plain.of(self.ip).tool_feed)
+
+    def _made(self, begin: list[float], motion: memoryview, end: memoryview, centre: memoryview) -> None:
+        """Keep the direction in which the last of plain motions ends that goes along X or Y."""
+        for row in range(len(motion) - 1, -1, -1):
+            x, y = (end[row - 1, 0], end[row - 1, 1]) if row else begin[:2]
+            way = complex(end[row, 0] - x, end[row, 1] - y)
+            if way:
+                Plain.of(self.ip).heading = way
+                return
+
+    def _take_up(self, frame: Frame, at: int) -> None:
+        """Stand where a line leads that failed, with its feed: arcs behind it were blamed for beginning elsewhere."""
+        if self.ip.guard is not None:
+            return
+        words: dict[str, float] = {}
+        for letter, value in plain_language.place(frame.program.lines[at].body):
+            with suppress(BlockError):
+                words |= gather([(letter, evaluate(value, self.ip.parameters))]).words
+        feed = words.pop("f", 0.0)
+        if feed > 0.0:
+            recovery.attempt(self.ip, Block({"f": feed}))
+        recovery.stand(self.ip, Block(words))
+
+    def _now(self, value: Value) -> float:
+        """Return the present value of what a block gives; raise where a double cannot hold it."""
+        try:
+            found = evaluate(value, self.ip.parameters)
+        except BlockError as error:
+            error.hint = error.hint or "was the Q parameter set?"
+            raise
+        if not math.isfinite(found):
+            raise BlockError("number-range", f"a value is {found:g}, beyond the range of numbers")
+        return found
+
+    def _block(self, at: int, words: Sequence[tuple[str, Value]]) -> Block:
+        """Return words as a block, values known."""
+        block = gather([(letter, evaluate(value, self.ip.parameters)) for letter, value in words])
+        here = self._lines[at].here
+        block.source, block.line, block.offset = here.source, here.line, here.offset
+        return block
+
+    def _here(
+        self, at: int, g: tuple[int, ...] = (), words: dict[str, float] | None = None, m: tuple[int, ...] = ()
+    ) -> Block:
+        """Return a block that stands at a line."""
+        here = self._lines[at].here
+        return Block(words or {}, g, m, None, here.source, here.line, here.offset)
+
+    def _plain(self, at: int, statement: Statement) -> None:
+        """Execute a line of motions, tools and M functions."""
+        marks = statement.marks
+        if marks:
+            self._modal = self._modal or "M89" in marks
+            if "M103" in marks:
+                self._plunge = self._now(marks["M103"]) / 100.0
+        block = self._block(at, statement.words)
+        usual = contours.plunge(self.ip, block, self._plunge)
+        called = CYCLE_CALL in block.g
+        if called:
+            block.g = tuple(number for number in block.g if number != CYCLE_CALL)
+            self._modal = False
+        if self.ip.state.compensation != 40 and "R0" in marks and not {410, 420} & set(block.g):
+            self._execute(Block({}, (400,), (), None, 0, block.line, block.offset))
+        moves = not AXIS_INDEX.keys().isdisjoint(block.words) or any(
+            number in (*_ARCS, POLAR_LINE) for number in block.g
+        )
+        if moves:
+            corner = self._corner_after(at)
+            if corner is not None:
+                block.words[corner[0]] = corner[1]
+        self._move(block)
+        if usual is not None:
+            self._execute(Block({"f": usual}, (), (), None, block.source, block.line, block.offset))
+        if moves and self._is_free:
+            self.frames[-1].program.ends[at] = complex(*self.ip.state.position[:2]), Plain.of(self.ip).heading
+        if "t" in block.words:
+            self._tell_tool()
+        if called or (self._modal and moves):
+            self._call_cycle(at, block)
+
+    def _corner_after(self, at: int) -> tuple[str, float] | None:
+        """Return the corner that the line behind a motion puts at its end."""
+        return None
+
+    def _call_cycle(self, at: int, block: Block) -> None:
+        """Run the cycle at the tool's place, or the program of cycle 12 from there on."""
+        if Plain.of(self.ip).cycle == programs.CYCLE and not self._modal:
+            self._call_program(self._of_cycle)
+        else:
+            if self.ip.contour_feed and Plain.of(self.ip).cycle >= OF_PARAMETERS:
+                message = "M109 and M110 do not act on the arcs of cycles here: their feed is that of the tool's centre"
+                hint = "the path is not changed by it"
+                self.ip.warn_once(BlockError("feed-function", message, "M109", hint=hint))
+            cycles.call(self.ip, Block({}, (), (), None, 0, block.line, block.offset))
+
+    def _call_program(self, name: str) -> None:
+        """CALL PGM: another file, beside the program or in a folder of --include; its labels are its own."""
+        if not name:
+            message, hint = (
+                "no program is named that is called",
+                'SEL PGM "PART.H", or CYCL DEF 12.1 PGM PART.H, names it',
+            )
+            raise BlockError("sub-missing", message, "PGM", hint=hint)
+        program = self.program_of(name, f"there is no program {name} ({name}.H)", "PGM", INCLUDE)
+        program.ends.clear()
+        self.enter(Frame(program), "CALL")
+
+    def _tell_tool(self) -> None:
+        """Set the Q parameters that the control keeps of the tool: radius, axis (2, Z), unit (1, inch), length."""
+        ip = self.ip
+        tool = ip.tools.find(ip.state.tool)
+        length, radius = (tool.offset[2], tool.diameter / 2.0) if tool else (0.0, 0.0)
+        scale = ip.table_scale()
+        for number, value in (
+            (108, radius * scale),
+            (109, 2.0),
+            (113, float(ip.state.inches)),
+            (114, length * scale),
+        ):
+            ip.parameters.set_number(float(number), value)
+
+    def _move(self, block: Block) -> None:
+        """Execute a block, and keep the direction in which it ends."""
+        state, plain = self.ip.state, Plain.of(self.ip)
+        before = state.position.copy()
+        self._execute(block)
+        way = complex(state.position[0] - before[0], state.position[1] - before[1])
+        if way and not any(number in _ARCS for number in block.g):
+            plain.heading = way
+
+    def _execute(self, block: Block) -> None:
+        if self._side is not None:
+            for number in block.g:
+                self._side = self._side or {410: 1, 420: -1}.get(number, 0)
+            block = replace(block, g=tuple(number for number in block.g if number not in (400, 410, 420)))
+        if self.ip.guard is not None:
+            self.ip.base.block = block
+            self.ip.guard(self.ip, block)
+        if block.words or block.g or block.m:
+            self.ip.execute(block)
+
+    def _target(self, name: str) -> int:
+        """Return the line of a label."""
+        message = f"LBL {name} is called, and stands nowhere"
+        return self.label(self.frames[-1].program, name, message, "LBL", f"LBL {name} begins what is run")
+
+    def _contour(self, label: str) -> tuple[list[Segment], int]:
+        """Return the contour of a subprogram, and the side of the tool: 1 by RL, -1 by RR, 0 by neither."""
+        target = self._target(label.upper())
+        self._settle()
+        plain = Plain.of(self.ip)
+        kept = plain.heading, plain.cycle
+        self._side = 0
+        try:
+            frame = Frame(self.frames[-1].program, at=target + 1, part=True)
+            return self.record(frame, f"LBL {label}", 17).segments[1:], self._side
+        finally:
+            self._side = None
+            plain.heading, plain.cycle = kept

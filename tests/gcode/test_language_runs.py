@@ -1,0 +1,103 @@
+"""Runs of SINUMERIK and Heidenhain's plain language from line to line: what one executor does for both.
+
+Expected motions are counted by hand from the texts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from tests.gcode.conftest import Move
+
+
+@pytest.fixture
+def places(moves: Callable[..., list[Move]]) -> Callable[[str, str], list[tuple[float, float]]]:
+    """Return the ends in X and Y of the motions of a program without errors."""
+    return lambda text, dialect: [end[:2] for end in moves(text, dialect=dialect)]
+
+
+def test_a_part_is_repeated_whose_last_line_calls(places: Any) -> None:
+    """Once, and twice again."""
+    text = "G0 X0 Y0\nA1: G1 X=IC(1) F100\nSUB1\nREPEAT A1 P=2\nM30\nPROC SUB1\nG1 Y=IC(1)\nRET\n"
+    steps = places(text, "sinumerik")
+    assert steps[-6:] == [(1, 0), (1, 1), (2, 1), (2, 2), (3, 2), (3, 3)]
+
+
+def test_a_part_is_repeated_whose_last_line_ends_a_loop(places: Any) -> None:
+    """The loop runs all of its rounds each time."""
+    text = (
+        "DEF INT II\nG0 X0 Y0\nA1: G1 X=IC(1) F100\nFOR II=1 TO 2\nG1 Y=IC(1)\nENDFOR\nREPEAT A1 P=1\nM30\n"
+    )
+    assert places(text, "sinumerik")[-6:] == [(1, 0), (1, 1), (1, 2), (2, 2), (2, 3), (2, 4)]
+
+
+@pytest.mark.parametrize("head", ["", ";NAME\n", "\n\n"])
+def test_a_main_program_may_begin_with_proc(places: Any, head: str) -> None:
+    """Whatever stands before it."""
+    assert places(f"{head}PROC PART\nG0 X1 Y2\nG1 X3 F100\nM30\n", "sinumerik")[-1] == (3, 2)
+
+
+ENDLESS = {
+    "sinumerik": ("A1:\nG1 X5 F100\nG1 X0\nGOTOB A1\nG1 X9 XX\nM30\n", 4, 5),
+    "heidenhain": ("LBL 1\nL X+5 F100\nL X+0\nFN 9: IF +0 EQU +0 GOTO LBL 1\nL X+9 XX\nM30\n", 4, 5),
+}
+
+
+@pytest.mark.parametrize("dialect", ENDLESS)
+def test_a_loop_that_changes_nothing_is_endless(run: Any, dialect: str) -> None:
+    """It is known by its state, long before any bound, and reading goes on behind it."""
+    text, line, fault = ENDLESS[dialect]
+    out = run(text, dialect=dialect)
+    assert [at for _, at, _ in out.errors] == [line, fault]
+    assert out.errors[0][0] == "too-many-steps"
+
+
+COUNTING = {
+    "R parameter": ("sinumerik", "R1=0\nA1:\nR1=R1+1\nIF R1<9000 GOTOB A1\nG0 X=R1\nM30\n"),
+    "variable": (
+        "sinumerik",
+        "DEF INT NN\nWHILE NN<9000\nNN=NN+1\nENDWHILE\nG0 X=NN\nM30\n",
+    ),
+    "element": (
+        "sinumerik",
+        "DEF INT NN[2]\nWHILE NN[1]<9000\nNN[1]=NN[1]+1\nENDWHILE\nG0 X=NN[1]\nM30\n",
+    ),
+    "place": ("sinumerik", "G0 X0\nA1:\nG0 X=IC(1)\nIF $P_EP[X]<9000 GOTOB A1\nM30\n"),
+    "rounds": ("sinumerik", "G0 X0\nSUB1 P9000\nM30\nPROC SUB1\nG0 X=IC(1)\nRET\n"),
+    "tool": ("sinumerik", "$TC_DP3[1,1]=0\nA1:\n$TC_DP3[1,1]=$TC_DP3[1,1]+1\nIF $TC_DP3[1,1]<9000 GOTOB A1\nG0 X=$TC_DP3[1,1]\nM30\n"),
+    "Q parameter": ("heidenhain", "LBL 1\nQ1 = Q1 + 1\nFN 12: IF Q1 LT 9000 GOTO LBL 1\nL X+Q1 FMAX\nM30\n"),
+    "repetition": ("heidenhain", "L X+0 FMAX\nLBL 1\nL IX+1 FMAX\nCALL LBL 1 REP 8999\nM30\n"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", COUNTING)
+def test_a_loop_that_counts_is_not(places: Any, name: str) -> None:
+    """Wherever its count is kept."""
+    dialect, text = COUNTING[name]
+    assert places(text, dialect)[-1][0] == 9000.0
+
+
+def test_the_contour_of_a_cycle_names_its_line_that_is_wrong(run: Any) -> None:
+    """As a profile of G-code does; the fault is at the call."""
+    text = (
+        "TOOL CALL 1 Z S1000 F100\nL X+0 Y+0 Z+5 FMAX\nCYCL DEF 14.0\nCYCL DEF 14.1 CONTOUR LABEL 1\n"
+        "CYCL DEF 25 ~\nQ1=-1 ~\nQ3=0 ~\nQ5=0 ~\nQ7=5 ~\nQ10=-1 ~\nQ11=50 ~\nQ12=100 ~\nQ15=1\nCYCL CALL\nM30\n"
+        "LBL 1\nL X+1 Y+0 RL\nL X+Q99999\nLBL 0\n"
+    )
+    out = run(text, dialect="heidenhain")
+    assert [line for _, line, _ in out.errors] == [14]
+    assert any(d.message.startswith("line 18 of the contour LBL 1: ") for d in out.diagnostics)
+
+
+def test_reading_goes_on_where_no_line_was_run(run: Any) -> None:
+    """Behind a loop without end, wherever the last line stands of a subprogram that was called before."""
+    calls = (
+        "SUB1\n"
+        + "A1:\nG1 X5 F100\nG1 X0\nGOTOB A1\nG1 XX\nG1 YY\nM30\nPROC SUB1\n"
+        + 12 * "G0 Z0\n"
+        + "RET\n"
+    )
+    assert [at for _, at, _ in run(calls, dialect="sinumerik").errors] == [5, 6, 7]
