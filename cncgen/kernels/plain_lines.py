@@ -441,7 +441,7 @@ def _behind_number(
     while at < size and 48 <= text[at] <= 57:
         at += 1
     if at == begin:
-        return at if begin == size or not named else -1
+        return -1 if named else at
     if at < size and not _is_blank(text[at]):
         return -1
     while at < size and _is_blank(text[at]):

@@ -267,6 +267,20 @@ def test_nothing_before_a_text_is_looked_at() -> None:
     assert scan.read(Source(b"L X+1 F100\n; N", "t"), Cursor(0, 0, 1))[0] == 2
 
 
+def test_a_number_without_digits_is_no_empty_line() -> None:
+    """The grammar has no block N, so it is a fault among plain lines too, as line by line."""
+    text = (
+        "0 BEGIN PGM T MM\nTOOL CALL 1 Z S900 F500\n"
+        + "L X+1 F AUTO\n" * 9
+        + "N\n"
+        + "L X+2\n" * 9
+        + "L X+3 M30\n"
+    )
+    found = [run(text, "heidenhain", CountingSink(), batches=batches)[1] for batches in (True, False)]
+    assert found[0] == found[1]
+    assert any("error[unsupported-block]" in one for one in found[0])
+
+
 def test_most_lines_of_posts_go_through_arrays() -> None:
     """Of 20,000 lines of each shape all but a few go that way: the first ones, and where runs end."""
     texts = {
