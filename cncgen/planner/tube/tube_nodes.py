@@ -187,8 +187,12 @@ def nodes_of(
     feeds = feed[found].copy()
     inner = last & (found + 1 < len(feed))
     feeds[inner] = np.minimum(feeds[inner], feed[found[inner] + 1])
-    rooms = _rooms(program, first, places, node, vertex, found, part, point, tangent, tolerance, scales.part)
-    tangent[_loose(program, own, node, vertex - first, tolerance[found])] = 0.0
+    near = program.nearest(point, first + found, part)
+    loose = _loose(program, own, node, vertex - first, scales.part * tolerance[found], near[1])
+    rooms = _rooms(
+        program, first, places, vertex, near, found, part, point, tangent, tolerance, node, scales.part
+    )
+    tangent[loose] = 0.0
     when = np.interp(node, grid.s, grid.t)
     if ends[1]:
         # At a rest it is the time of arrival.
@@ -313,18 +317,32 @@ def _divided(where: Ints, border: Bools, u: Floats) -> Ints:
     return np.array(out)
 
 
-def _loose(program: Programmed, own: slice, node: Floats, row: Ints, tolerance: Floats) -> Bools:
-    """Tell which nodes have no plane: those of sharp corners, and those within the tolerance of a corner from where the rows go back.
+def _loose(
+    program: Programmed, own: slice, node: Floats, row: Ints, tolerance: Floats, along: Floats
+) -> Bools:
+    """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where the rows turn back.
 
-    Planes there would make the motion go as deep into a corner as the plan does.
+    Planes there would make the motion go as deep into a corner, or into several that are a way back together, as the plan does.
     """
     entry, leave = program.column("entry")[own], program.column("leave")[own]
     corner = np.flatnonzero((row > 0) & (row < len(entry)))
-    turn = np.sqrt(((entry[row[corner]] - leave[row[corner] - 1]) ** 2).sum(axis=1))
-    tip = np.concatenate([[-np.inf], node[corner[turn > _GOES_BACK]], [np.inf]])
-    after = np.searchsorted(tip, node)
-    out: Bools = np.minimum(node - tip[after - 1], tip[after] - node) < tolerance
-    out[corner[turn > _SHARP]] = True
+    before, after = along.copy(), along.copy()
+    before[corner], after[corner] = leave[row[corner] - 1], entry[row[corner]]
+    out = np.zeros(len(node), bool)
+    out[corner[np.sqrt(((after - before)[corner] ** 2).sum(axis=1)) > _SHARP]] = True
+    change, pair, lag = np.zeros(len(node) + 1, np.int64), np.arange(len(node)), 0
+    while len(pair):
+        # Between a node and the one `lag` after it.
+        back = pair[np.sqrt(((after[pair + lag] - before[pair]) ** 2).sum(axis=1)) > _GOES_BACK]
+        reach = np.minimum(tolerance[back], tolerance[back + lag])
+        begin = np.searchsorted(node, node[back + lag] - reach, side="right")
+        end = np.searchsorted(node, node[back] + reach)
+        np.add.at(change, begin[begin < end], 1)
+        np.add.at(change, end[begin < end], -1)
+        lag += 1
+        pair = pair[pair + lag < len(node)]
+        pair = pair[node[pair + lag] - node[pair] < 2.0 * tolerance[pair]]
+    out |= np.cumsum(change[:-1]) > 0
     return out
 
 
@@ -332,19 +350,20 @@ def _rooms(
     program: Programmed,
     first: int,
     places: Floats,
-    node: Floats,
     vertex: Ints,
+    near: tuple[Floats, Floats],
     found: Ints,
     part: Floats,
     point: Floats,
     tangent: Floats,
     tolerance: Floats,
+    node: Floats,
     used: float,
 ) -> tuple[Ints, Floats, Floats, Floats, Floats]:
     """Return how many rows of room each node has, and their centres, directions, radii and tolerances, all for a part that is used."""
     count, total = len(places) - 1, len(node)
     own = slice(first - program.base, first - program.base + len(tolerance))
-    centre, direction = program.nearest(point, first + found, part)
+    centre, direction = near
     radius = tolerance[found]
     allowed = tolerance[found].copy()
     # A line through a row has no end. Where the plane lets nodes go along it beyond the row by more than the tolerance, a ball bounds them.

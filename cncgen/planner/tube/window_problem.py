@@ -210,6 +210,7 @@ class Search:
         offset: Floats,
         jerk: Floats,
         parts: Sequence[tuple[int, int]],
+        far: bool = False,
     ) -> Solved:
         """Return the solution of a problem that differs in `radius` and `between`, from a guess strictly within it.
 
@@ -219,6 +220,7 @@ class Search:
             velocity, acceleration, offset: Shape (N + 1, n), the guess at the nodes.
             jerk: Shape (N, n), between them.
             parts: First and last nodes, between which the motion is searched anew; the states there stay, and all beside them.
+            far: Whether the guess is far from a solution.
         """
         self.rows[:, -1] = self.unit / given.radius
         with np.errstate(divide="ignore"):
@@ -228,7 +230,7 @@ class Search:
             self._move(step, velocity, acceleration, offset, jerk, first, last)
             end = self.arrays.x[last].copy()
             tube = self.tube if last - first == len(step) else self._part(first, last)
-            found.append(kernel.solve(tube, _AGAIN, _END, _MOST_AGAIN, False, True))
+            found.append(kernel.solve(tube, _WIDER if far else _AGAIN, _END, _MOST_AGAIN, False, True))
             if last < len(step):
                 # The step before is missed by at most both halves of what counts as exact, the one behind by no more than before.
                 self.arrays.x[last] = end
@@ -239,6 +241,10 @@ class Search:
                 "residual": max(each["residual"] for each in found),
             }
         )
+
+    def moves(self, given: Problem) -> float:
+        """Return the largest part of its room that a node has less in a problem."""
+        return float((1.0 - given.radius / self.unit * self.rows[:, -1]).max(initial=0.0))
 
     def _part(self, first: int, last: int) -> tube_point.Tube:
         """Return the search from a node to another one, which works on the same arrays, so goes on with their multipliers."""

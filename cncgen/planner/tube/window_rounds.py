@@ -30,6 +30,8 @@ _LONG = 25
 _LOCAL, _NARROWEST = 2, 0.1
 #: Part of the tolerance that is planned with by which a motion may be over it.
 PASSED = 0.004
+#: Part of its room by which that of a node is narrower beyond which a search goes on from further away first.
+_FAR = 0.5
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
 #: Nodes after the beginning of a window that keep their room ahead: the state that is expected there may be over the tolerance itself.
@@ -263,14 +265,18 @@ def _narrower(got: Found, given: Problem, parts: list[tuple[int, int]]) -> tuple
     """Return a search that goes on with less room, in all of a window where parts of it are not enough; and the iterations over all."""
     search, before = got
     whole, spent = [(0, len(given.step))], 0
-    guess = again(given, before)
+    guess, far = again(given, before), search.moves(given) > _FAR
     if parts != whole:
         found = search.narrower(given, *guess, parts)
         spent = found.iterations * sum(last - first for first, last in parts) // len(given.step) + 1
         if found.status == 1:
             return (search, found), spent
-    found = search.narrower(given, *guess, whole)
-    return (search, found), spent + found.iterations
+    for each in (far, not far):
+        found = search.narrower(given, *guess, whole, each)
+        spent += found.iterations
+        if found.status == 1:
+            break
+    return (search, found), spent
 
 
 def _spread(found: Solved, columns: Ints, state: Floats, end: Floats) -> Solved:

@@ -132,6 +132,18 @@ def test_the_tips_of_folds_are_left_out_as_far_as_the_tolerance_allows(name: str
     assert 0.998 < seconds / least < 1.015
 
 
+def test_a_way_back_by_two_right_angles_is_left_out_within_the_tolerance() -> None:
+    """From rest to rest jerk alone bounds an axis, so its way d takes (32 d/J)^(1/3) at least."""
+    jerk, ends = 2e4, [(0.003, -0.022), (0.012, -0.048), (0.044, -0.037), (0.05, -0.054), (0.008, -0.07), (0.037, -0.074), (0.031, -0.051)]  # fmt: skip
+    text = "\n".join(
+        ["(START, X0 Y0)", "G21 G90 G94 G17 G64 P0.043 F2000", *polyline([(0, 0), *ends]), "M30", ""]
+    )
+    seconds, broken = planned(text, machine(400.0, 6000.0, jerk))
+    assert not broken
+    least = (32.0 * 0.051 / jerk) ** (1.0 / 3.0)
+    assert 0.998 < seconds / least < 1.015
+
+
 def test_lines_of_a_hundredth_between_larger_ones_are_passed_within_the_tolerance() -> None:
     """A star of 20 µm: the path without it, which is within the tolerance of the rows, takes as long."""
     ends = [(0, 0), (1, 0)]
@@ -588,7 +600,7 @@ def test_parts_that_are_searched_again_are_those_of_the_whole_window(monkeypatch
     narrower = Search.narrower
 
     def seen(self: Search, *given: object) -> Solved:
-        searched.append(given[-1])  # type: ignore[arg-type]
+        searched.append(given[6])  # type: ignore[arg-type]
         return narrower(self, *given)  # type: ignore[arg-type]
 
     monkeypatch.setattr(Search, "narrower", seen)
