@@ -134,7 +134,7 @@ class MachineName(FileName):
         from cncgen.machine import profile_names
 
         names = [CompletionItem(name) for name in profile_names() if name.startswith(incomplete)]
-        # What precedes an entry that asks bash for files is forgotten.
+        # bash forgets the entries before one that asks it for files.
         return super().shell_complete(ctx, param, incomplete) + names
 
 

@@ -48,7 +48,7 @@ def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
 
 
 class _Listed:
-    """What a program within a text says: its number, which ones it calls, and whether it ends as a main program or returns."""
+    """The facts of a program within a text: its number, which ones it calls, and whether it ends as a main program or returns."""
 
     def __init__(self, source: Source, at: int, end: int) -> None:
         begin = grammar.parse(source.text_at(at), "fanuc")

@@ -34,7 +34,7 @@ class Source:
     """The bytes of one file, mapped, not read; `name` is how diagnostics call it.
 
     Attributes:
-        different: What `dialects.different` found, once it was asked.
+        different: The result of `dialects.different`, once it was asked.
     """
 
     def __init__(self, data: bytes | mmap.mmap, name: str) -> None:

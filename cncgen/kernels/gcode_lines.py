@@ -22,7 +22,7 @@ _SHAPES = cython.declare(cython.Py_ssize_t, 512)
 _STORE = cython.declare(cython.Py_ssize_t, 1 << 16)
 #: Sums have 32 bits.
 _ALL = cython.declare(cython.uint, 0xFFFFFFFF)
-#: By byte: what it is in a shape, small letters and signs themselves.
+#: By byte: its kind in a shape; small letters and signs stand for themselves.
 _FOLD = cython.declare(cython.uchar[256])
 #: The same with digits as they stand.
 _PLAIN = cython.declare(cython.uchar[256])
@@ -69,7 +69,7 @@ def zeros(size):
 
 @cython.cclass
 class Code:
-    """Instructions of lines, the numbers that they push, and what there is to say of the line read last: what a parser fills.
+    """Instructions of lines, the numbers that they push, and the messages of the line read last. A parser fills them.
 
     Attributes:
         text: The text of the line read last, which begins at `begin`.

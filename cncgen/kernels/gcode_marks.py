@@ -14,7 +14,7 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
 from cncgen.kernels.gcode_lines import zeros
 
 _WIDTH = 8
-#: Bytes of a text that has room for one row to begin with, and rows then, at most; those that are not filled take no time.
+#: Bytes of a text that has room for one row to begin with, and rows then, at most; empty rows take no time.
 _BYTES, _ROWS = 16, 65_536
 
 #: Kinds of O-words that another one leads to: the next branch, ENDIF, ENDWHILE, ENDREPEAT, the end of a loop, ENDSUB; and the subroutine.
@@ -103,7 +103,7 @@ class Marks:
 
     @cython.cfunc
     def _make_room(self, most: cython.Py_ssize_t) -> cython.void:
-        """Make room for so many rows; those that are there stay."""
+        """Make room for so many rows, and keep the present ones."""
         before = self.rows
         self.rows = zeros(8 * _WIDTH * most).cast("q", [most, _WIDTH])
         if before is not None:

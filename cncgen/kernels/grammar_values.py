@@ -31,7 +31,7 @@ class Reader:
 
     Args:
         tables: A module of tables (``grammars/tables_*.py``).
-        functions: What makes the value of a rule, by its alias or name.
+        functions: Functions that make the value of a rule, by its alias or name.
 
     Attributes:
         begin: Where the rule begins whose function runs.

@@ -28,7 +28,7 @@ _OFF_AGAIN = cython.declare(cython.double, 10.0)
 #: A step is halved so often at most.
 _HALVINGS = cython.declare(cython.int, 6)
 #: The barrier parameter µ falls to µ^(11/8), at most this part of itself, once the residual and, in parts of the
-#: parameter, the products of slacks and multipliers are near. What ends near the solution has a residual below the third number.
+#: parameter, the products of slacks and multipliers are near. A search that ends near the solution has a residual below the third number.
 _FALL = cython.declare(cython.double, 0.2)
 _CLOSE = cython.declare(cython.double, 0.1)
 _NEAR = cython.declare(cython.double, 1e-3)
@@ -186,7 +186,7 @@ def _limits(tube: Tube, n: cython.Py_ssize_t) -> _Steps:
     d: cython.double
     along: cython.double
     c: cython.double
-    # What steps are divided by, so that whole steps are the longest.
+    # Divisors of steps, so that whole steps are the longest.
     steps: _Steps = _Steps(_TAU, _TAU, 0.0)
     x: cython.double[:, ::1] = tube.x
     u: cython.double[:, ::1] = tube.u

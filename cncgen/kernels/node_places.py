@@ -407,7 +407,7 @@ def spread(
 @cython.nogil
 @cython.exceptval(check=False)
 def _largest(x: cython.double[:, :, :, ::1], order: cython.Py_ssize_t, n: cython.Py_ssize_t) -> cython.double:
-    """Return the largest size of a derivative at three places of an interval; what is not a number where one of them is not."""
+    """Return the largest size of a derivative at three places of an interval; NaN where one of them is NaN."""
     e: cython.Py_ssize_t
     d: cython.Py_ssize_t
     most: cython.double = 0.0

@@ -1,4 +1,4 @@
-"""What a solution of the least-time problem is as a motion: pieces in time, names of limits, bends under it, minima of the speed.
+"""A solution of the least-time problem as a motion: pieces in time, names of limits, bends under it, minima of the speed.
 
 Called by `cncgen.planner.least_time`. ``kind`` is that of `cncgen.planner.least_time.mesh`.
 """

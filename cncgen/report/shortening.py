@@ -412,7 +412,7 @@ def _fitted(saved: Callable[[int], float], pairs: int) -> Slope:
     # The plan at the value scatters too, and all even parts with it.
     (_, bend, _), spread = _least_squares(np.stack([x**0, x, x**2], axis=1), even)
     bent = abs(bend) - _STUDENT_SURE[three] * np.sqrt(spread[1, 1])
-    # What neighbours have in common, differences of other plans see too.
+    # Differences of other plans see the common part of neighbours too.
     scatter *= max(np.sqrt(1.0 + pairs / _OTHERS), _in_series(rest))
     bound = np.hypot(away, _STUDENT[one] * scatter)
     if bent > max(bound, _KINK * (abs(slope) + abs(bend))):

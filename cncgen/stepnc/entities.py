@@ -233,8 +233,8 @@ class Entities:
 
         Args:
             name: How messages call it.
-            ids: Those that the file gives; one that is given twice counts once.
-            hint: What to write in place of several.
+            ids: The ids in the file; one that is given twice counts once.
+            hint: The text to write in place of several.
 
         Raises:
             Skip: where there are several: none of them is more valid than another.

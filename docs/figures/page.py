@@ -22,7 +22,7 @@ FLAGS = (
     "--hide-scrollbars",
 )
 STOCK = ("--stock", "box:-20,-15,-15,100,60,0", "--tool", "1=flat:10", "--tool", "2=drill:6,118")
-#: What `cncgen report` makes each page of.
+#: The arguments of `cncgen report` for each page.
 PAGES = {
     "bracket": (f"{PROGRAMS}/bracket.nc", "--why", *STOCK),
     "butterfly": (f"{PROGRAMS}/butterfly.nc", "-m", "xy-table", "--compare", "feedrate=ild", "--why"),

@@ -33,7 +33,7 @@ class Pocket:
 class Clearing:
     """How a pocket is cleared: tool radius, step aside, levels in Z, heights, feeds, and the sense (1 counter-clockwise).
 
-    What is finished has been cleared: above the last level, the floor, the tool goes along the wall alone.
+    A finished pocket has been cleared before: above the last level, the floor, the tool goes along the wall alone.
     """
 
     radius: float

@@ -102,7 +102,7 @@ COMPENSATION, STRICT_COMPENSATION, COMPENSATION_PLANE, ROTARY_PATH, TOOL_POINT, 
     64,
 )
 _FOLLOWED = ROTARY_PATH | TOOL_POINT
-#: What codes of several modules do that is refused under these.
+#: An effect that codes of several modules have and that is refused under these.
 CHANGES_SYSTEM = ("changes the coordinate system", COMPENSATION | INTERRUPTS | _FOLLOWED)
 CHANGES_ORIGIN = ("changes the origin", COMPENSATION | INTERRUPTS | _FOLLOWED)
 CHANGES_OFFSETS = ("changes offsets", _FOLLOWED)
@@ -154,9 +154,9 @@ class Code:
         plane: The plane that it chooses, a key of `modal.PLANE_AXES`, or 0.
         waits: Whether blocks with it may wait while lines behind them are computed: it reads and sets no parameter, and leads nowhere.
         calls: Letter whose number names the program that it calls; where it has no `words`, all others are arguments.
-        refused: What it does that does not go with other codes: ``changes the units``; and under which it is refused, in bits.
+        refused: The effect that does not go with other codes: ``changes the units``; and under which it is refused, in bits.
         without: Which of those have it not, or have another one: ``lathes``, or ``others``, which leave an M code to the machine's builder.
-        axis_words: What axis words are beside it: ``places``, places also under G91 (``absolute``), or ``sizes``.
+        axis_words: The meaning of axis words beside it: ``places``, places also under G91 (``absolute``), or ``sizes``.
         depth: Letter of the distance of a lathe that is the depth from R, not from where the tool stands.
         pitched: Whether F may be a pitch beside it.
         ends: What it ends: ``program`` or ``subprogram``.

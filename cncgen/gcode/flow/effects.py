@@ -1,4 +1,4 @@
-"""What a line does: the course of a run and the profiles of turning cycles have it from here."""
+"""The effect of a line, for the course of a run and for the profiles of turning cycles."""
 
 from __future__ import annotations
 

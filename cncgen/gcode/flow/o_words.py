@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class _Looks:
-    """Keywords that an O-word of a branch or loop searches in its subroutine: those that must stand above it, and those below."""
+    """Keywords that an O-word of a branch or loop searches in its subroutine: above it, and below it."""
 
     above: tuple[str, ...] = ()
     below: tuple[str, ...] = ()
@@ -38,7 +38,7 @@ class _Looks:
 
 
 _LOOP_ENDS = ("endwhile", "endrepeat", "while")
-#: What BREAK and CONTINUE look for.
+#: The goal of BREAK and CONTINUE.
 _LOOP_END = "the loop's end"
 _BRANCHES = {
     "if": _Looks((), ("elseif", "else", "endif"), "endif"),
@@ -116,7 +116,7 @@ class FlowControl:
 
     @cached_property
     def _methods(self) -> dict[str, Method]:
-        """What executes each keyword; most programs have no O-word, and do not import it."""
+        """The function that executes each keyword; most programs have no O-word, and do not import it."""
         from cncgen.gcode.flow import sub_words
 
         return {

@@ -115,7 +115,7 @@ def rough(contours: Contours) -> None:
     """22: rows, then once around, Q3 off the wall and Q4 off the floor."""
     q = contours.q
     if q[18]:
-        message = f"Q18 = {q[18]:g} of {contours.name}: what that tool has left is not worked out, the whole contour is cleared again"
+        message = f"Q18 = {q[18]:g} of {contours.name}: the contour is cleared as a whole, since the rest of that tool is not computed"
         hint = "the time is longer than on the control"
         contours.ip.warn_once(
             BlockError("contour-cleared", message, contours.name, hint=hint), Severity.WARNING

@@ -211,7 +211,7 @@ class _Words:
 
 @dataclass(slots=True)
 class Modes:
-    """What stays in force from block to block: the motion, G91, the sense of the last arc; and the radius of a G27 that waits for its end."""
+    """The modes that stay in force from block to block: the motion, G91, the sense of the last arc; and the radius of a G27 that waits for its end."""
 
     motion: int = 1
     steps: bool = False

@@ -2,7 +2,7 @@
 programming").
 
 Each element is a directed line or circle. Its own words, its start and the element before it give the lines or circles that it may be, and
-where it may end; what they leave open, the next elements decide: where both meet or touch, or the line or arc of a given radius that touches
+where it may end; the next elements decide what is left open: where both meet or touch, or the line or arc of a given radius that touches
 both. All solutions are followed from element to element. One must be left at the end, or the one that FSELECT chooses.
 
 The order by which FSELECT counts is not published. Here lines on the right side of what they are given by come before those on the left,
@@ -106,7 +106,7 @@ def _open(element: Element, count: int = 0) -> BlockError:
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """A solution as far as it goes: what is solved, where and in which direction it goes on, and the elements whose ends are open, with
+    """A solution as far as it goes: the solved elements, where and in which direction it goes on, and the elements whose ends are open, with
     their curves where these are known."""
 
     done: tuple[Segment, ...]

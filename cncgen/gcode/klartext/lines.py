@@ -25,12 +25,12 @@ _NUMBERED = _form(rf"\s*{_N}\s")
 #: A block that a switch leaves out, before its number or behind it.
 _SLASH = _form(rf"\s*(?:{_N}\s+)?/")
 _REMARK = _form(rf"\s*(?:{_N}\s*)?(?:{TERMINALS['COMMENT']}|{TERMINALS['HEADING']})")
-#: What follows a comment that ends in ~ and is no part of it: a parameter, a point, the next block.
+#: Text behind a comment that ends in ~ and does not belong to it: a parameter, a point, the next block.
 _GOES_ON = _form(rf"\s*(?:{SETTING}|{TERMINALS['PLACES_OF']}\s*\(|{_N}\s|/|\Z)")
 #: A line of PATTERN DEF, whose points stand in parentheses.
 _POINTS = _form(rf"\s*(?:{_N}\s+)?(?:PATTERN\s+DEF|{TERMINALS['PLACES_OF']}(?<=\d))")
 _SETS = _form(rf"\s*(?:{SETTING}|FN\b)")
-#: What begins a block, where a formula may go on.
+#: The beginning of a block, where a formula may go on.
 _BEGINS = _form(
     rf"{_N}\s|\s*(?:{SETTING}|(?:L|LP|CC?|CR|CP|CT|FN|RND|CHF|LBL|CALL|TOOL|CYCL|APPR|DEP|STOP|END|PLANE|FUNCTION|TRANS|BLK)\b|M\s*\d)"
 )

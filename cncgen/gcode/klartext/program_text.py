@@ -18,7 +18,7 @@ from cncgen.gcode.text.plain_language import Statement
 
 #: The number of a block in the text.
 _NUMBER = re.compile(r"\s*/?\s*(\d{1,9})\s")
-#: What stands for a block that is not read, where it is looked at from another one.
+#: It stands for an unread block when another block looks at it.
 UNREAD = Statement("unread")
 #: How words of free contours begin.
 _FREE = ("FP", "FL", "FC")

@@ -132,7 +132,7 @@ class HeidenhainRunner(ContourLines):
         raise BlockError("unsupported-block", f"FN {statement.data[0]} is not read", "FN", hint=hint)
 
     def _pass(self, frame: Frame, at: int, statement: Statement) -> None:
-        """What prints, sends or waits, and texts, which are not kept: statements that use one report it."""
+        """Pass statements that print, send or wait, and texts, which are not kept: a statement that uses one reports it."""
 
     def _parameters(self, frame: Frame, at: int, take: Callable[[Statement, int], None]) -> None:
         """Run the lines of parameters behind a cycle; go on behind them."""

@@ -31,7 +31,7 @@ def milled(v: Sequence[float], first: int) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True)
 class MillingModes:
-    """What the digits choose.
+    """The choices of the digits.
 
     Attributes:
         depth: 1 where the depth is a distance from RFP, 2 where it is a coordinate, 0 as without AMODE.

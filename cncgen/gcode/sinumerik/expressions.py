@@ -54,7 +54,7 @@ def number(value: Scalar, what: str = "the value") -> float:
     return value
 
 
-# What has its value when the program runs.
+# Expressions that have their value when the program runs.
 
 
 @dataclass(frozen=True, slots=True)

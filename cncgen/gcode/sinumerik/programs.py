@@ -119,7 +119,7 @@ class Program(language_run.Program[Line]):
             ELSE, the end of a loop, and the beginning of the loop that an end closes.
         formals: Parameters of PROC: type, name, whether by reference, usual value, whether an array.
         saves: Whether PROC says SAVE.
-        said: What the blocks of its text name.
+        said: The names in the blocks of its text.
     """
 
     name: str
@@ -134,7 +134,7 @@ class Program(language_run.Program[Line]):
         return self.labels.of(name)
 
 
-#: What was read of main programs before they run.
+#: Main programs that were read before they run.
 _ahead: WeakKeyDictionary[Source, tuple[list[Program], Faults]] = WeakKeyDictionary()
 
 

@@ -117,7 +117,7 @@ def _block(*items: Item) -> Item:
 
 
 def _setting(target: tuple[str, tuple[Value, ...]], value: Value) -> Item:
-    """Return a setting: whose R parameter is known, or whose name the run looks up."""
+    """Return a setting, of a known R parameter or of a name that the run looks up."""
     where = expressions.variable(*target)
     if isinstance(where, RParameter) and not isinstance(value, Function | Chain):
         return ("assign", where.index, value)

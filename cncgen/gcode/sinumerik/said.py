@@ -1,4 +1,4 @@
-"""What the blocks of a text of SINUMERIK name, taken while they are read and known before the program runs."""
+"""The names in the blocks of a text of SINUMERIK, collected while they are read, before the program runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _TURNING = {"LIMS", *(f"CYCLE{n}" for n in (92, 93, 94, 95, 96, 97, 98, 99, 930,
 
 
 class Said:
-    """What the blocks of a text name.
+    """The names in the blocks of a text.
 
     Attributes:
         codes: G and M words: letter and number.

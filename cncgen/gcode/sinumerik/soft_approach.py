@@ -34,7 +34,7 @@ _TINY = 1e-9
 
 @dataclass(slots=True)
 class Soft:
-    """What a block says of an approach or a retraction.
+    """The words of a block about an approach or a retraction.
 
     Attributes:
         code, radius, height, feed: The code, DISR, DISCL or None, FAD or 0.

@@ -35,7 +35,7 @@ _ADDED = 1
 
 
 class _Call:
-    """The parameters of one call; those that are left out, and texts, are 0."""
+    """The parameters of one call; texts and parameters that are left out are 0."""
 
     def __init__(self, values: list[Scalar | None]) -> None:
         self.numbers = [value if isinstance(value, (int, float)) else 0.0 for value in values]

@@ -24,7 +24,7 @@ from cncgen.kernels import gcode_codes
 from cncgen.kernels.gcode_names import marked
 from cncgen.records import dataclass
 
-#: What leads elsewhere and is led to by nothing.
+#: Kinds of marks that lead elsewhere and that nothing leads to.
 _LEAVING = ("call", "return", "break", "continue", "goto", "then")
 #: Digits of an N word beyond which nothing names it.
 _MOST_DIGITS = 99

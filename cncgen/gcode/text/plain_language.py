@@ -25,6 +25,7 @@ from cncgen.gcode.block import (
     AXIS_INDEX,
     CIRCLE,
     CYCLE_CALL,
+    LARGEST,
     OVERSIZE,
     POLAR_ARC,
     POLAR_LINE,
@@ -63,7 +64,7 @@ class Statement(NamedTuple):
     Attributes:
         kind: What it is: ``block`` (words that are executed), else the rule of the grammar.
         words: Letters of G-code and values.
-        data: What else its rule says.
+        data: The other values of its rule.
         marks: Of its words those that the program's run acts on: R0, M89, M103.
     """
 
@@ -193,6 +194,15 @@ def _number_of(q: str) -> float:
     return found
 
 
+def _whole(digits: str) -> int:
+    """Return the whole number of a tool or file."""
+    found = number(digits)
+    if found > LARGEST:
+        message = f"the number is not within ±{LARGEST:g}"
+        raise BlockError("number-range", message, column=_reader().begin + 1, hint="take a smaller number")
+    return int(found)
+
+
 def _parameter(q: str) -> Value:
     return expressions.parameter(_number_of(q))
 
@@ -302,7 +312,7 @@ def _nothing(value: Value) -> Words:
     return []
 
 
-#: What words mean that are not a letter of G-code.
+#: Meanings of the words that are not a letter of G-code.
 _MEANINGS: dict[str, Callable[[Value], Words]] = {
     **{f"I{letter.upper()}": _step(index) for letter, index in AXIS_INDEX.items()},
     "RL": lambda column: [("g", 41.0)],
@@ -501,9 +511,9 @@ RULES: dict[str, Callable[..., Any]] = {
     "motion": _motion, "surface_line": _surface_line, "words": _alone, "corner": lambda kind, size, *_: Statement("corner", data=(kind.upper(), size)),
     "way": lambda kind, form, *words: Statement("way", data=(kind.upper(), form.upper(), words)),
     "free": lambda head, *words: Statement("free", data=(head.upper(), words)),
-    "select": lambda digits: Statement("select", data=(int(number(digits)),)),
+    "select": lambda digits: Statement("select", data=(_whole(digits),)),
     "tool_call": _tool_call, "tool_sizes": _tool_sizes, "tool_axis": _tool_axis, "tool_name": _tool_named,
-    "tool_number": lambda text: float(int(number(text))),
+    "tool_number": lambda text: float(_whole(text)),
     "cycle": _cycle, "cycle_call": _cycle_call, "stop": _stop, "label": _label, "label_here": _kind("label"), "call": _kind("call"),
     "repeats": lambda times, *_: times,
     **{rule: _kind(rule) for rule in ("call_program", "select_program", "call_selected", "select_pattern", "select_table", "plane", "transform", "function_block")},

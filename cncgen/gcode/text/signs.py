@@ -1,4 +1,4 @@
-"""Signs by which the control of a program is recognised: what each is called, for what it speaks, and how it is found.
+"""Signs by which the control of a program is recognised: the name of each, the control that it speaks for, and how to find it.
 
 `cncgen.gcode.text.dialects` weighs them.
 """
@@ -11,7 +11,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-#: Evidence for dialects: what it is called, its weights, the pattern of its lines, and texts one of which stands in each such line.
+#: Evidence for dialects: its name, its weights, the pattern of its lines, and texts one of which stands in each such line.
 #: Most programs have none, so that most patterns are never compiled. (Records of as many take twice as long to make.)
 Sign = tuple[str, dict[str, float], bytes, tuple[bytes, ...]]
 
@@ -134,7 +134,7 @@ _ELSEWHERE_BARE = (
     _of("hnc", 12, "a thread by G82", rb"^G82(?![\d.])(?=[^\n]*[XU])(?=[^\n]*[ZW])[^\nRYLKQ]*F(?=\d)(?:" + _NUMBER + rb")[^\nRYLKQ]*$", b"G82"),
     _of("hnc", 12, "a turning pass by G80", rb"^G80[XU]" + _V + rb"[^\nRYLQK]*[ZW]" + _V + rb"[^\nRYLQK]*F", b"G80X", b"G80U"),
     _of("hnc", 15, "radius or diameter by G36 or G37", rb"^(?:G\d+)*G3[67](?:G\d+)*(?![XYZUWIJKRHQP\d.])", b"G36", b"G37"),
-    _of("hnc", 15, "a mirror image by G24 or G25", rb"^(?:G\d+)*G2[45][XYZ]-?[.\d]+$", b"G24", b"G25"),
+    _of("hnc", 15, "a mirror image by G24 or G25", rb"^(?:G\d+)*G2[45][XYZ]" + SIGNED + rb"$", b"G24", b"G25"),
     _of("hnc", 20, "a rotation by G68 P", _W + rb"G68[XYZ](?=[^\n]*P\d)[^\nRIJKQ]*$", b"G68"),
     _of("hnc", 20, "a loop without brackets", rb"^(?:ENDW|WHILE\[?#\d+\]?(?:LT|LE|GT|GE|EQ|NE)[^\n]*(?<!DO\d))$", b"ENDW", b"WHILE#", b"WHILE["),
     _of("maho", 30, "the head of a file of Philips' controls", rb"^%PM\d*$", b"%PM"),
@@ -313,7 +313,7 @@ X_AND_Z = rb"[XU]" + _V + rb"[^\n]*[ZW]" + _V + rb"|[XZ]" + _V
 #: before a bare block.
 REMARKS = rb"(?m:^|(?<=[ \t])|(?=;))(?:" + COMMENT + rb")"
 NUMBERS = rb"(?m:^)(?=[/N])(?P<before>%(DELETE)b)?(?i:%(LINE_NUMBER)b)?(?P<behind>%(DELETE)b)?" % _TERMINALS
-#: What is doubtful in another dialect, as it stands in the different lines of a text (`cncgen.gcode.doubts`).
+#: Patterns of words that other dialects read otherwise, in the different lines of a text (`cncgen.gcode.doubts`).
 LONG_WAIT = rb"P[ \t]*\d{3}"
 LONG_LENGTHS = {digits: rb"[XYZ][ \t]*[-+]?\d{%d}" % digits for digits in (4, 5)}
 LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?" + _WITH_POINT

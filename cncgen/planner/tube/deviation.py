@@ -89,7 +89,7 @@ def excess(
 
     Args:
         path: The rows from where the motion begins to where it ends, or beyond.
-        ends: Where on them the setpoint before it is, and places that all have to be reached at its end: what follows goes on from one.
+        ends: Where on them the setpoint before it is, and places that all have to be reached at its end: the next motion goes on from one.
         motion: Over all axes.
         first_s: Time of its first setpoint.
         period_s: Time between setpoints.
@@ -159,7 +159,7 @@ def followed(
 
     Args:
         path, entry, first_s, period_s, passed: As of `excess`.
-        plan: Shape (k, n) and (k,), velocities at times from its start to its end, s; what gives positions at times.
+        plan: Shape (k, n) and (k,), velocities at times from its start to its end, s; and a function of time that returns positions.
         chord_mm: By which chords of the plan may leave the rows where their tolerance is less.
     """
     velocity, t, position = plan

@@ -89,7 +89,7 @@ def joins(
         found: The motion, over all axes.
         ends: Times of the plan where it begins and ends, s.
         beside: Whether the plan is known before it, and after it; elsewhere nothing is asked.
-        plan: What gives positions of the plan at times.
+        plan: Returns positions of the plan at times.
         limits: Shape (n,) each: velocity, acceleration and jerk.
         period_s: Time between setpoints.
     """

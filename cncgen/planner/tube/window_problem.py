@@ -257,7 +257,7 @@ class Search:
                 setattr(part, name, getattr(whole, name)[begin:stop])
         part.first = whole.first[first : last + 2] - row
         if last < len(whole.h0):
-            # What the motion of the last step is multiplied by is the multiplier of the state that it ends in.
+            # The multiplier of the last step's motion is that of the state in which it ends.
             part.goal, part.exact = whole.x[last].copy(), 0.5 * whole.exact
             part.lamT, part.lamT2 = whole.lam[last - 1].copy(), whole.lamT2.copy()
         return tube_point.Tube(part, part)

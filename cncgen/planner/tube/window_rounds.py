@@ -43,7 +43,7 @@ _ROUND, _STEP, _CELL = 120, 0.03, 0.004
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """What windows are searched within: velocity, acceleration and jerk of the axes, shape (axes,) each, scaled, and the period."""
+    """The limits of the search: velocity, acceleration and jerk of the axes, shape (axes,) each, scaled, and the period."""
 
     velocity: Floats
     acceleration: Floats
@@ -90,11 +90,11 @@ class Rounds:
     Attributes:
         window: The window; as it is expected, where its rounds have begun ahead.
         number: Of the last round; -1 before the first.
-        motion: What that found, over all axes.
+        motion: The motion found by that search, over all axes.
         exact: Whether it holds all that the search is given, from where the window begins.
         early: Whether where it begins is only expected.
         changed: Whether judging it has changed what the next one is given.
-        units: What the rounds have taken that is not counted yet.
+        units: The work of the rounds that is not counted yet.
     """
 
     def __init__(self, window: Window, bounds: Bounds, goal: Floats, allowed: Floats) -> None:
@@ -127,7 +127,7 @@ class Rounds:
             self._got, spent = _narrower(self._got, given, self._parts)
         long = self.number == 1 and self._got is not None and self._got[1].iterations > _LONG
         if self._got is None or self._got[1].status != 1 or long:
-            # What ends because iterations run out is a motion, but not the fastest one.
+            # A search whose iterations run out ends in a motion, but not in the fastest one.
             anew, more = begun(given, nodes, near) if near or not self.early else (None, 0)
             self._got, spent = faster(self._got, anew), spent + more
         self.units += _ROUND + int(self._step * spent)
@@ -169,7 +169,7 @@ class Rounds:
         changed |= self._held != known
         self.changed = bool(changed.any())
         if self.number:
-            # What begins elsewhere than it was searched from is made to meet that.
+            # A motion that begins elsewhere than its search did is made to meet that state.
             changed[0] |= not self.exact
             reach = _BESIDE * self.bounds.felt(float(nodes.feed.max()))
             self._parts = _parts(changed, np.cumsum(found.step), reach)

@@ -36,7 +36,7 @@ Made = tuple[Rounds, Window, Solved | None]
 
 
 class Following(Protocol):
-    """What gives the windows after one."""
+    """The source of the windows after one."""
 
     def __call__(self, begin: int, planned: int) -> tuple[Nodes, int] | None:
         """Return the nodes of the window after so many nodes, where the one before it has `planned` of them, and after how many of
@@ -101,7 +101,7 @@ class WindowSearch:
     """The search of one window after the other.
 
     Attributes:
-        units, bound: What all searches have taken, in units of some 10 µs, and what they may take.
+        units, bound: The work of all searches, in units of some 10 µs, and its bound.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class WindowSearch:
             program: The rows.
             machine: Its period.
             reference: The plan along them.
-            hand: What hands on the motions that are found.
+            hand: The function that hands on the motions that are found.
             limits: Shape (axes,) each: velocity, acceleration and jerk.
         """
         self.program, self.machine, self.reference, self.hand = program, machine, reference, hand
@@ -136,7 +136,7 @@ class WindowSearch:
 
         Args:
             window: The window.
-            following: What gives the windows after it, whose search then begins.
+            following: The source of the windows after it, whose search then begins.
         """
         rounds = self._begun_ahead(window)
         known = rounds is not None

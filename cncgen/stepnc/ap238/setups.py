@@ -117,7 +117,7 @@ class Setups:
             raise self.entities.get(product).fault("stepnc-nesting", text)
         self._open.add(product)
         try:
-            # What a workpiece is made from may be its material alone, without a shape.
+            # The raw piece of a workpiece may be its material alone, without a shape.
             made_of = [self.piece(p, True) for p in dict.fromkeys(self._raw_products(product))]
             shaped = dict(piece for piece in made_of if piece is not None)
             ident = self.entities.only("raw piece of a workpiece", shaped)

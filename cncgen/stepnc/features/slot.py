@@ -117,7 +117,8 @@ def mill(job: Job) -> tuple[CutterPath, ...]:
     if free > SAME_WIDTH:
         if job.shape.slope and "flat" in job.shape.ends:
             job.warn(
-                "stepnc-uncut", "the walls of a flat end lean as the others do; what they leave is not cut"
+                "stepnc-uncut",
+                "the walls of a flat end lean as the others do; the rest beside them is not cut",
             )
         return pocket.mill(_as_pocket(job, course, top))
     if job.shape.slope:
