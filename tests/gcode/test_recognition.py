@@ -235,6 +235,11 @@ def test_a_control_that_is_not_read_is_named_in_one_error(text: str, control: st
     assert control in errors[0].message
 
 
+def test_a_loop_without_the_number_of_its_do_is_of_macros() -> None:
+    """A loop of Huazhong has no DO; a forgotten number would have refused the program as of another control."""
+    assert dialect_of("#1=0\nWHILE [#1 LT 3] DO\n#1=#1+1\nEND\nM30")[0] == "fanuc"
+
+
 @pytest.mark.parametrize(
     "text",
     [

@@ -136,7 +136,7 @@ _ELSEWHERE_BARE = (
     _of("hnc", 15, "radius or diameter by G36 or G37", rb"^(?:G\d+)*G3[67](?:G\d+)*(?![XYZUWIJKRHQP\d.])", b"G36", b"G37"),
     _of("hnc", 15, "a mirror image by G24 or G25", rb"^(?:G\d+)*G2[45][XYZ]" + SIGNED + rb"$", b"G24", b"G25"),
     _of("hnc", 20, "a rotation by G68 P", _W + rb"G68[XYZ](?=[^\n]*P\d)[^\nRIJKQ]*$", b"G68"),
-    _of("hnc", 20, "a loop without brackets", rb"^(?:ENDW|WHILE\[?#\d+\]?(?:LT|LE|GT|GE|EQ|NE)[^\n]*(?<!DO\d))$", b"ENDW", b"WHILE#", b"WHILE["),
+    _of("hnc", 20, "a loop without brackets", rb"^(?:ENDW|WHILE\[?#\d+\]?(?:LT|LE|GT|GE|EQ|NE)(?![^\n]*DO)[^\n]*)$", b"ENDW", b"WHILE#", b"WHILE["),
     _of("maho", 30, "the head of a file of Philips' controls", rb"^%PM\d*$", b"%PM"),
     _of("maho", 20, "a repeat or call by N=", _W + rb"G(?:14[^\n]*N1=|2[29][^\n]*N=)", b"G14", b"N="),
     _of("maho", 15, "a blank by G98 or G99", _W + rb"G9[89]X" + _V + rb"[^\n]*Z" + _V + rb"[^\n]*I" + _V + rb"[^\n]*J" + _V + rb"[^\n]*K", b"G98X", b"G99X"),
