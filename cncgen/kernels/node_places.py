@@ -130,7 +130,7 @@ def spacing(
         acceleration, jerk, bend, turn, twist, top: Shape (n,), see `cncgen.planner.least_time.mesh_spacing.along`, and the largest q.
         s, speed, gained: Shape (n,), places, ascending; the largest speed there, and the q that full acceleration leads to.
         slow: Shape (k,), places that count as bends whatever they are.
-        density: Parts of the radius of curvature and of a ramp; growth; and of v/A.
+        density: Parts of the radius of curvature, of |x'''|^(-1/2), of a ramp; growth; and of v/A.
         period: T.
         out: See above.
     """
@@ -167,10 +167,10 @@ def spacing(
             ramp = a / j
             time = 2.0 * sqrt(v / j) if v < a * a / j else v / a + ramp
             beyond = max(out[n] - 1.1 * (0.5 * time) * v, 0.0)
-            step = max(density[1] * min(ramp, sqrt(v / j)), period * _unseen(ramp / period))
+            step = max(density[2] * min(ramp, sqrt(v / j)), period * _unseen(ramp / period))
             step *= min(v, a * ramp + sqrt(a * (s[last] - s[0])))
-            step = max(step, density[3] * gained[n] / a) + density[2] * beyond
-            out[n] = min(step, _over(density[0], turn[n]))
+            step = max(step, density[4] * gained[n] / a) + density[3] * beyond
+            out[n] = min(min(step, _over(density[0], turn[n])), _over(density[1], sqrt(twist[n])))
 
 
 @cython.cfunc
@@ -267,7 +267,7 @@ def graded(
     s: cython.const[cython.double][::1],
     spacing: cython.const[cython.double][::1],
     low: cython.const[cython.double][::1],
-    growth: cython.double,
+    growth: cython.const[cython.double][::1],
     fine: cython.double[::1],
     out: cython.double[::1],
 ) -> int:
@@ -275,7 +275,7 @@ def graded(
 
     Args:
         s, spacing, low: Shape (n,), places, ascending, the spacing there and the lowered one.
-        growth: Of the spacing between them.
+        growth: Shape (n - 1,), of the spacing between them.
         fine, out: Room for 3 n.
     """
     n: cython.Py_ssize_t
@@ -299,10 +299,10 @@ def graded(
             if top <= (1.0 + _ALIKE) * _STEEP * min(low[n], low[n + 1]):
                 continue
             # Where growth from both ends meets, if it does so below the top.
-            met = 0.5 * (s[n] + s[n + 1] + (low[n + 1] - low[n]) / growth)
-            up = min(s[n] + (top - low[n]) / growth, met)
-            down = max(s[n + 1] - (top - low[n + 1]) / growth, met)
-            height = min(top, low[n] + growth * (met - s[n]))
+            met = 0.5 * (s[n] + s[n + 1] + (low[n + 1] - low[n]) / growth[n])
+            up = min(s[n] + (top - low[n]) / growth[n], met)
+            down = max(s[n + 1] - (top - low[n + 1]) / growth[n], met)
+            height = min(top, low[n] + growth[n] * (met - s[n]))
             if s[n] < up < s[n + 1]:
                 fine[count] = up
                 out[count] = height

@@ -20,6 +20,7 @@ from cncgen.kernels import along_path as kernel
 from cncgen.kernels import node_places
 from cncgen.planner.least_time.corners import Corners, nearest
 from cncgen.planner.limits.axis_limits import AxisLimits, along_path, lowered, resolution
+from cncgen.planner.limits.speed_changes import change_time
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
@@ -47,6 +48,7 @@ class Density:
 
     Attributes:
         bend: Of the radius of curvature.
+        twist: Of |x'''|^(-1/2).
         change: Of the distance on which x''' v³ of an axis changes by its jerk limit.
         ramp: Of the distance that a ramp of the acceleration from 0 to its limit takes.
         panel: Of the length of a panel of the path (docs/arc-length.md).
@@ -56,6 +58,7 @@ class Density:
     """
 
     bend: float
+    twist: float
     change: float
     ramp: float
     panel: float
@@ -67,9 +70,9 @@ class Density:
         return Density(*(part / factor for part in astuple(self)))
 
 
-DENSITY = Density(0.08, 2.0, 0.2, 1.3, 0.15, 0.02)
+DENSITY = Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2, 0.02)
 #: Length of the interval beside a rest: the least of these parts of the distance in which full jerk reaches full acceleration, of
-#: that in which it reaches the largest speed, of the radius of curvature, and of the distance to the next breakpoint.
+#: that in which it reaches the largest speed, of the radius of curvature, and of the distance to the next slow place.
 _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 60.0
 #: Where the path hardly bends beside a rest, that interval need not be shorter than this many periods at the speed there.
 _BRIEF = 0.002
@@ -77,6 +80,15 @@ _BRIEF = 0.002
 _NARROW = 0.2
 #: Spacing next to the interval beside a rest, as a part of that: there v, and so the jerk of a constant q'', changes fastest.
 _NEXT = 0.25
+#: Largest spacing as a part of the distance between two rests. The jerk changes its sign three times on the way.
+_STRETCH = 1.0 / 100.0
+#: A breakpoint that is passed more slowly than this part of the largest speed counts as a rest.
+_LOW = 0.2
+#: A bend slows the motion down if its speed is below this part of what is reached from the rest before it; and a bound of the
+#: logarithms of speeds, by which `_bends` keeps rests apart.
+_LOWER, _LOGS = 0.7, 100.0
+#: Bounds of q that differ by less than this part are taken to be equal.
+_ALIKE = 1e-6
 #: A block that has fewer nodes than this gets closer ones, and by which factor at most.
 AMPLE, CLOSEST = 3000, 4.0
 #: The plan from which the search for a better path starts has nodes this many times as close: the search ends at the same time.
@@ -129,6 +141,7 @@ class _Survey:
         x[:, np.searchsorted(probes, corners.s)] = sides[1]
         x[:, -1] = sides[0][:, -1]
         shape = _shape(bounds, x, probes, corners, sides, top_at)
+        bends = _bends(shape, probes, corners)
         return cls(
             bounds,
             corners,
@@ -139,7 +152,7 @@ class _Survey:
             shape,
             x[3],
             _seen(bounds, x[1], probes),
-            _first(bounds, corners, sides, lines, top_at),
+            _first(bounds, corners, sides, lines, top_at, bends),
         )
 
 
@@ -179,8 +192,14 @@ def placed(
 
 def _place(survey: _Survey, density: Density) -> Floats:
     """Return the nodes of a block in a density."""
-    corners, probes = survey.corners, survey.probes
-    spacing = np.maximum(_spacing(survey, density), survey.least)
+    corners, probes, shape = survey.corners, survey.probes, survey.shape
+    spacing = _spacing(survey, density)
+    rests = corners.s[corners.stop]
+    if len(rests) > 1:
+        # BlockEnd the outermost ones it is the distance to a rest in another block.
+        apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
+        spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
+    spacing = np.maximum(spacing, survey.least)
     before, after = clear_ends(survey.first, probes, spacing, corners.s)
     first = np.minimum(before, after)
     tight = np.flatnonzero((corners.stop & np.isfinite(first)) | (corners.zone > 0))
@@ -190,7 +209,9 @@ def _place(survey: _Survey, density: Density) -> Floats:
     borders = _borders(corners, before, after, survey.lines)
     stretch = np.searchsorted(corners.s, borders[:-1], side="right") - 1
     whole = survey.lines[stretch] | _beside_rest(corners, borders)
-    return spread_nodes(*graded(probes, spacing, density.growth), borders, whole)
+    low = corners.s[corners.stop | _slow(shape[5], probes, corners)]
+    growth = _growth(shape, probes, low, density.growth)
+    return spread_nodes(*graded(probes, spacing, growth), borders, whole)
 
 
 def along(bounds: AxisLimits, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -241,7 +262,7 @@ def _spacing(survey: _Survey, density: Density) -> Floats:
     at = np.searchsorted(s, corners.s)
     gained = gained_square(s, speed, acceleration, corners)
     slow = at[corners.stop | np.isfinite(corners.speed)]
-    parts = np.array([density.bend, density.ramp, density.growth, density.brief])
+    parts = np.array([density.bend, density.twist, density.ramp, density.growth, density.brief])
     node_places.spacing(*shape, s, speed, gained, slow, parts, survey.bounds.period_s, out)
     before = survey.x3.copy()
     before[at] = survey.sides[0][3]
@@ -280,12 +301,53 @@ def gained_square(s: Floats, speed: Floats, acceleration: Floats, corners: Corne
     return np.maximum(lowered(q, way), 0.0)
 
 
+def _bends(shape: tuple[Floats, ...], s: Floats, corners: Corners) -> tuple[Floats, Floats]:
+    """Return how far before and after each breakpoint where the motion rests it must slow down for a bend, infinite for none.
+
+    That is the nearest place of which the speed, by what the path is like there, is a part `_LOWER` of what full jerk and full
+    acceleration from the rest reach between, as the path lets them.
+
+    Args:
+        shape: Result of `_shape` at the places `s`.
+        s: Shape (n,), places, ascending.
+        corners: The breakpoints, which are among the places.
+    """
+    acceleration, jerk, bend, _, twist, top = shape
+    rest = np.searchsorted(s, corners.s[corners.stop])
+    found = np.full((2, len(corners.s)), np.inf)
+    if not len(rest):
+        return found[0], found[1]
+    with np.errstate(divide="ignore"):
+        speed = np.minimum(np.sqrt(np.minimum(top, acceleration / bend)), elementary.cbrt(jerk / twist))
+    here = np.arange(len(s))
+    for out, step in zip(found, (-1, 1), strict=True):
+        # Number of the rest that each place is left from, in the order of the way; −1 before the first one.
+        order = here[::step]
+        number = np.searchsorted(np.sort(step * rest), step * order, side="right") - 1
+        order, number = order[number >= 0], number[number >= 0]
+        start = rest[::step][number]
+        way = np.abs(s[order] - s[start])
+        gained = np.minimum(
+            elementary.cbrt(4.5 * jerk[start] * way**2), np.sqrt(2.0 * acceleration[start] * way)
+        )
+        # The running maximum from each rest on, of all rests at once: each is given a range of logarithms of its own.
+        with np.errstate(divide="ignore"):
+            height = elementary.log(np.minimum(gained, speed[order])).clip(-_LOGS, _LOGS)
+        reached = np.maximum.accumulate(height + 4.0 * _LOGS * number) - 4.0 * _LOGS * number
+        slow = np.flatnonzero(elementary.log(speed[order]) < reached + elementary.log(_LOWER))
+        away = np.full(len(rest), np.inf)
+        np.minimum.at(away, number[slow], way[slow])
+        out[corners.stop] = away[::step]
+    return found[0], found[1]
+
+
 def _first(
     bounds: AxisLimits,
     corners: Corners,
     sides: tuple[Floats, Floats],
     lines: NDArray[np.bool_],
     top_at: TopAt,
+    bends: tuple[Floats, Floats],
 ) -> tuple[Floats, Floats]:
     """Return the lengths of the intervals before and after each breakpoint where the motion rests.
 
@@ -293,12 +355,20 @@ def _first(
 
     Args:
         bounds, corners, sides, lines, top_at: As `placed` takes them.
+        bends: Shape (breakpoints,) each, how far before and after each rest the motion must slow down for a bend.
     """
     curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
     rest = np.flatnonzero(corners.stop & curved)
-    gap = np.diff(corners.s, prepend=-np.inf, append=np.inf)
+    # A corner that is passed slows the motion as a rest does, and so does what is slower beyond a breakpoint.
+    slow = corners.s[corners.stop | np.isfinite(corners.speed) | _slower(bounds, corners, sides, top_at)]
+    apart = _PART * np.diff(slow, prepend=-np.inf, append=np.inf)
+    at = np.searchsorted(slow, corners.s[rest])
+    gap = np.diff(corners.s, prepend=-np.inf, append=np.inf) / 3.0
     found = []
-    for x, near, side in ((sides[0], gap[:-1][rest], -1), (sides[1], gap[1:][rest], 1)):
+    for x, far, near, bent, side in (
+        (sides[0], apart[at], gap[:-1], bends[0], -1),
+        (sides[1], apart[at + 1], gap[1:], bends[1], 1),
+    ):
         acceleration, jerk, _, turn, _ = along(bounds, x[:, rest])
         # Where a curve stands, no limit bounds the motion along it, and the first wish is no number.
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -315,9 +385,28 @@ def _first(
         least, brief = _seen(bounds, x[1], corners.s)[rest], _BRIEF * bounds.period_s * speed
         least = np.where(wanted[2] > brief, np.minimum(least, brief), least)
         out = np.full(len(corners.s), np.inf)
-        out[rest] = np.minimum(np.maximum(np.fmin.reduce([*wanted, _PART * near]), least), near / 3.0)
+        wanted.append(_PART * bent[rest])
+        out[rest] = np.minimum.reduce([np.maximum(np.fmin.reduce(wanted), least), far, near[rest]])
         found.append(out)
     return found[0], found[1]
+
+
+def _slower(
+    bounds: AxisLimits, corners: Corners, sides: tuple[Floats, Floats], top_at: TopAt
+) -> NDArray[np.bool_]:
+    """Tell at which breakpoints a stretch ends that is slower than what leads to it, and than full jerk from a rest gets there.
+
+    It does so from v = (9/2 J d²)^(1/3) at the distance d.
+    """
+    rests = corners.s[corners.stop]
+    if not len(rests):
+        return corners.stop
+    left, right = (top_at(corners.s, x, side) for x, side in zip(sides, (-1, 1), strict=True))
+    low = np.minimum(left, right)
+    away = np.abs(corners.s - rests[nearest(rests, corners.s)])
+    jerk = along_path(bounds.jerk, sides[0][1], sides[1][1])
+    out: NDArray[np.bool_] = low * (1.0 + _ALIKE) < np.maximum(left, right)
+    return out & (elementary.power(low, 1.5) < 4.5 * jerk * away**2)
 
 
 def clear_ends(
@@ -377,7 +466,26 @@ def _probes(path: Path, corners: Corners, seen: float) -> tuple[Floats, Floats]:
     return np.append(inner.ravel(), borders[-1]), there
 
 
-def graded(s: Floats, spacing: Floats, growth: float) -> tuple[Floats, Floats]:
+def _slow(top: Floats, s: Floats, corners: Corners) -> NDArray[np.bool_]:
+    """Tell which breakpoints are passed so slowly, beside the largest q at the places `s`, that it is nearly a rest."""
+    return corners.speed < _LOW * np.sqrt(top[np.searchsorted(s, corners.s)])
+
+
+def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats, growth: float) -> Floats:
+    """Return the growth of the spacing between neighbouring places: half of it where a motion from or to a low
+    speed gains it.
+
+    A constant q'' has full jerk at the faster end of an interval alone, and v changes fastest there.
+    """
+    acceleration, jerk, *_, top = shape
+    if not len(low):
+        return np.full(len(s) - 1, growth)
+    speed = np.sqrt(top)
+    near = np.abs(s - low[nearest(low, s)]) <= 0.5 * speed * change_time(speed, acceleration, jerk)
+    return np.where(near[:-1] | near[1:], 0.5 * growth, growth)
+
+
+def graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]:
     """Lower the spacing so that it grows by at most `growth` per length along the path, in both directions.
 
     Between places whose spacing differs by much it grows from the smaller one as fast as it may, up to the larger one:
@@ -386,13 +494,14 @@ def graded(s: Floats, spacing: Floats, growth: float) -> tuple[Floats, Floats]:
     Args:
         s: Shape (n,), places, ascending.
         spacing: Shape (n,), largest spacing there.
-        growth: See above.
+        growth: Shape (n − 1,), between them.
 
     Returns:
         Places, those inserted among them, and the spacing there.
     """
+    grown = np.concatenate([[0.0], np.cumsum(growth * np.diff(s))])
     fine, out = np.empty((2, 3 * len(s)))
-    count = node_places.graded(s, spacing, lowered(spacing, growth * s), growth, fine, out)
+    count = node_places.graded(s, spacing, lowered(spacing, grown), growth, fine, out)
     return fine[:count], out[:count]
 
 
