@@ -8,7 +8,7 @@ import cython
 from cython.cimports.cncgen.kernels.gcode_codes import MAX_LINE
 from cython.cimports.libc.math import floor
 
-#: What a terminal is in a plain line: a word with its number, the name of a word, a sign, the number behind a name, a motion that is a
+#: The role of a terminal in a plain line: a word with its number, the name of a word, a sign, the number behind a name, a motion that is a
 #: line, the words of a traverse and of a tool's feed, what only stands between them; 0 for what no plain line has.
 ROLES = {"word": 1, "name": 2, "sign": 3, "number": 4, "line": 5, "fast": 6, "auto": 7, "between": 8}
 _WORD = cython.declare(cython.int, 1)
@@ -94,7 +94,7 @@ class PlainReader:
 
     Args:
         tables: A module of tables (``grammars/tables_*.py``).
-        roles: What each terminal of plain lines is (`ROLES`), by its name.
+        roles: The role of each terminal of plain lines (`ROLES`), by its name.
         rules: The rules of plain lines that have a function, by alias or name.
         words, named: The letters of words, as one token and as a name with a number behind it.
         numbered: Whether lines begin with a number that is not of the grammar, comments neither, and each block is a line.

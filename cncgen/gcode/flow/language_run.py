@@ -60,7 +60,7 @@ class Program(Generic[L]):
 
 
 P = TypeVar("P", bound=Program)
-#: What the attributes of a run name and is no state of it, or is seen otherwise.
+#: Types of attributes of a run that are not its state, or whose state is compared otherwise.
 _FIXED = (Run, Interpreter, Faults, Reporter, Recurrence, PlainLane, Source, Choice, Program, FunctionType)
 
 
@@ -123,7 +123,7 @@ class LanguageRun(Run, Generic[P]):
     #: The grammar of lines that are plain in every state, none where lines hang on what stands before them; and whether they are
     #: interpreted in arrays, which gives the same sooner.
     plain, batches = "", True
-    #: What does a statement of some kind: the run, the program in progress, its line, and what it says.
+    #: Functions that run a statement, by its kind; they take the run, the program in progress, its line, and what it says.
     statements: ClassVar[Mapping[str, Callable[..., None]]] = {}
 
     def _assemble(self, sink: Sink) -> None:
@@ -139,7 +139,7 @@ class LanguageRun(Run, Generic[P]):
         lane = self.plain and self.batches
         self._lane = PlainLane(self.ip, self.sources, self.plain, self._made) if lane else None
 
-    # What a language says.
+    # The parts of a language.
 
     def _prepare(self) -> None:
         """Make what the language needs."""

@@ -32,7 +32,7 @@ class PlainLane:
         ip: The interpreter.
         sources: The texts of the run.
         name: The grammar's.
-        made: Is told of motions.
+        made: Takes the motions that were made.
 
     Attributes:
         taken: How many lines with words went through arrays.

@@ -60,7 +60,7 @@ class Recurrence:
             here: The line that leads back.
             back: The line that comes next.
             begun: Blocks that were executed before a line was last reached for the first time.
-            counters: What tells nearly every round from the next.
+            counters: The values that differ in nearly every round.
 
         Raises:
             Astray: The program can never go on, or a fault keeps it from going on.

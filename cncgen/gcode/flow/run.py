@@ -1,4 +1,4 @@
-"""What the runs of all languages have in common."""
+"""The common part of the runs of all languages."""
 
 from __future__ import annotations
 

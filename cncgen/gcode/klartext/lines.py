@@ -9,7 +9,7 @@ from cncgen.gcode.source import Source
 from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
 
 _N, _Q = TERMINALS["BLOCK_NUMBER"], TERMINALS["Q"]
-#: What sets a parameter.
+#: The setting of a parameter.
 SETTING = rf"(?:{_Q}|{TERMINALS['TEXT_PARAMETER']})\s*="
 
 
