@@ -8,12 +8,8 @@ Hermite polynomial of degree 7 a cell, as the feed correction polynomial of K. E
 
 import cython
 import numpy as np
+from cython.cimports.cncgen.kernels.bspline import Curves, Span
 from cython.cimports.libc.math import ldexp, sqrt
-
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.bspline import Curves, Span
-else:
-    from cncgen.kernels.bspline import Curves, Span
 
 #: Points of the Gauss-Legendre rule.
 _POINTS = cython.declare(cython.Py_ssize_t, 7)

@@ -1,11 +1,7 @@
 """Where a mesh crosses a field of dexels (`cncgen.kernels.dexel_sweeps`)."""
 
 import cython
-
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.removal import first_node, last_node
-else:
-    from cncgen.kernels.removal import first_node, last_node
+from cython.cimports.cncgen.kernels.removal import first_node, last_node
 
 
 @cython.cfunc

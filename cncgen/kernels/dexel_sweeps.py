@@ -9,12 +9,8 @@ over space: their tangent plane at one point tells for all the square that the t
 """
 
 import cython
+from cython.cimports.cncgen.kernels.swept_body import CLOSE, ENDLESS, SweptBody
 from cython.cimports.libc.math import ceil, fabs, floor, sqrt
-
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.swept_body import CLOSE, ENDLESS, SweptBody
-else:
-    from cncgen.kernels.swept_body import CLOSE, ENDLESS, SweptBody
 
 #: Columns of the result of `cut_lines`.
 COLUMNS = 11

@@ -22,18 +22,11 @@ Nocedal and Wright, Numerical Optimization (2006), Algorithm 14.3), with separat
 """
 
 import cython
+from cython.cimports.cncgen.kernels.least_time_between import apply, tighten
+from cython.cimports.cncgen.kernels.least_time_matrix import factorize, substitute, survey, turn
+from cython.cimports.cncgen.kernels.least_time_passes import correct, gather, predict, set_up, wake
+from cython.cimports.cncgen.kernels.least_time_problem import Problem, sides
 from cython.cimports.libc.math import fabs, log
-
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.least_time_between import apply, tighten
-    from cython.cimports.cncgen.kernels.least_time_matrix import factorize, substitute, survey, turn
-    from cython.cimports.cncgen.kernels.least_time_passes import correct, gather, predict, set_up, wake
-    from cython.cimports.cncgen.kernels.least_time_problem import Problem, sides
-else:
-    from cncgen.kernels.least_time_between import apply, tighten
-    from cncgen.kernels.least_time_matrix import factorize, substitute, survey, turn
-    from cncgen.kernels.least_time_passes import correct, gather, predict, set_up, wake
-    from cncgen.kernels.least_time_problem import Problem, sides
 
 #: Quantity that a row bounds: q or the middle ordinate, acceleration or d, jerk.
 BOX, ACCELERATION, JERK = range(3)

@@ -4,18 +4,10 @@
 """
 
 import cython
+from cython.cimports.cncgen.kernels.least_time_problem import (
+    B, D, END, K, LANES, MOTION, PART, PLACES, ROWS, SCALE, SIZE, USED, Problem, size, vectorized,
+)  # fmt: skip
 from cython.cimports.libc.math import fabs, sqrt
-
-# The columns are named line by line, not one below the other.
-# ruff: noqa: I001
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.least_time_problem import (
-        B, D, END, K, LANES, MOTION, PART, PLACES, ROWS, SCALE, SIZE, USED, Problem, size, vectorized,
-    )  # fmt: skip
-else:
-    from cncgen.kernels.least_time_problem import (
-        B, D, END, K, LANES, MOTION, PART, PLACES, ROWS, SCALE, SIZE, USED, Problem, size, vectorized,
-    )  # fmt: skip
 
 _INDEX = cython.typedef(cython.Py_ssize_t)
 _REAL = cython.typedef(cython.double)

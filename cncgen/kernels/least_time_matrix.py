@@ -5,22 +5,12 @@ Columns are those of `cncgen.kernels.least_time_problem`; `cncgen.kernels.least_
 """
 
 import cython
+from cython.cimports.cncgen.kernels.least_time_problem import (
+    B, D, DB, DD, DK, E0, E1, E2, E3, END, ENTER, FIXED, G, H, K, LANES, LEAVE, LEFT, M00, M01, M02, M11,
+    M12, M22, MIDDLE1, MIDDLE2, MOTION, PACE, RIGHT, ROOT, SCALE, SIZE, SLOPE, SUMMED, SUMS, WEIGHT0, WEIGHT1,
+    WEIGHT2, Problem, size, vectorized,
+)  # fmt: skip
 from cython.cimports.libc.math import sqrt
-
-# The columns are named line by line, not one below the other.
-# ruff: noqa: I001
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.least_time_problem import (
-        B, D, DB, DD, DK, E0, E1, E2, E3, END, ENTER, FIXED, G, H, K, LANES, LEAVE, LEFT, M00, M01, M02, M11,
-        M12, M22, MIDDLE1, MIDDLE2, MOTION, PACE, RIGHT, ROOT, SCALE, SIZE, SLOPE, SUMMED, SUMS, WEIGHT0, WEIGHT1,
-        WEIGHT2, Problem, size, vectorized,
-    )  # fmt: skip
-else:
-    from cncgen.kernels.least_time_problem import (
-        B, D, DB, DD, DK, E0, E1, E2, E3, END, ENTER, FIXED, G, H, K, LANES, LEAVE, LEFT, M00, M01, M02, M11,
-        M12, M22, MIDDLE1, MIDDLE2, MOTION, PACE, RIGHT, ROOT, SCALE, SIZE, SLOPE, SUMMED, SUMS, WEIGHT0, WEIGHT1,
-        WEIGHT2, Problem, size, vectorized,
-    )  # fmt: skip
 
 _INDEX = cython.typedef(cython.Py_ssize_t)
 _REAL = cython.typedef(cython.double)

@@ -9,24 +9,13 @@ into w, through it into λ, and leave the dual residual at more than a hundredth
 """
 
 import cython
+from cython.cimports.cncgen.kernels.least_time_matrix import begin, gathered, spread
+from cython.cimports.cncgen.kernels.least_time_problem import (
+    A0, A1, A2, B, D, DB, DD, DK, DW0, DW1, DY0, DY1, END, FOUND0, FOUND1, FOUND2, FOUND3, G, H, K, LANES, M00,
+    M01, M02, M11, M12, M22, MOTION, PART, ROOT, ROWS, SCALE, SIZE, SLOPE, SUMMED, SUMS, W0, W1, Y0, Y1, Problem,
+    find_runs, inlined, vectorized,
+)  # fmt: skip
 from cython.cimports.libc.math import fabs
-
-# The columns are named line by line, not one below the other.
-# ruff: noqa: I001
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.least_time_matrix import begin, gathered, spread
-    from cython.cimports.cncgen.kernels.least_time_problem import (
-        A0, A1, A2, B, D, DB, DD, DK, DW0, DW1, DY0, DY1, END, FOUND0, FOUND1, FOUND2, FOUND3, G, H, K, LANES, M00,
-        M01, M02, M11, M12, M22, MOTION, PART, ROOT, ROWS, SCALE, SIZE, SLOPE, SUMMED, SUMS, W0, W1, Y0, Y1, Problem,
-        find_runs, inlined, vectorized,
-    )  # fmt: skip
-else:
-    from cncgen.kernels.least_time_matrix import begin, gathered, spread
-    from cncgen.kernels.least_time_problem import (
-        A0, A1, A2, B, D, DB, DD, DK, DW0, DW1, DY0, DY1, END, FOUND0, FOUND1, FOUND2, FOUND3, G, H, K, LANES, M00,
-        M01, M02, M11, M12, M22, MOTION, PART, ROOT, ROWS, SCALE, SIZE, SLOPE, SUMMED, SUMS, W0, W1, Y0, Y1, Problem,
-        find_runs, inlined, vectorized,
-    )  # fmt: skip
 
 _INDEX = cython.typedef(cython.Py_ssize_t)
 _REAL = cython.typedef(cython.double)

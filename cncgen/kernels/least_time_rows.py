@@ -4,22 +4,12 @@
 """
 
 import cython
+from cython.cimports.cncgen.kernels.least_time_matrix import survey
+from cython.cimports.cncgen.kernels.least_time_problem import (
+    A0, A1, A2, B, D, END, LANES, MOTION, PART, ROOT, ROWS, SCALE, W0, W1, Problem, find_runs, size,
+    vectorized,
+)  # fmt: skip
 from cython.cimports.libc.math import cbrt, fabs, sqrt
-
-# The columns are named line by line, not one below the other.
-# ruff: noqa: I001
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.least_time_matrix import survey
-    from cython.cimports.cncgen.kernels.least_time_problem import (
-        A0, A1, A2, B, D, END, LANES, MOTION, PART, ROOT, ROWS, SCALE, W0, W1, Problem, find_runs, size,
-        vectorized,
-    )  # fmt: skip
-else:
-    from cncgen.kernels.least_time_matrix import survey
-    from cncgen.kernels.least_time_problem import (
-        A0, A1, A2, B, D, END, LANES, MOTION, PART, ROOT, ROWS, SCALE, W0, W1, Problem, find_runs, size,
-        vectorized,
-    )  # fmt: skip
 
 _INDEX = cython.typedef(cython.Py_ssize_t)
 _REAL = cython.typedef(cython.double)

@@ -7,14 +7,10 @@ Functions take the number of axes as an argument: `solve` hands on 2 and 3 as co
 """
 
 import cython
+from cython.cimports.cncgen.kernels.tube_point import Tube, measure
+from cython.cimports.cncgen.kernels.tube_step import backward, forward
 from cython.cimports.libc.math import fabs, sqrt
 
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.tube_point import Tube, measure
-    from cython.cimports.cncgen.kernels.tube_step import backward, forward
-else:
-    from cncgen.kernels.tube_point import Tube, measure
-    from cncgen.kernels.tube_step import backward, forward
 from cncgen.kernels.tube_point import BEYOND
 
 _BEYOND = cython.declare(cython.double, BEYOND)

@@ -7,14 +7,9 @@ parameter.
 
 import cython
 import numpy as np
+from cython.cimports.cncgen.kernels.arc_length import cell_at, parameter_at
+from cython.cimports.cncgen.kernels.bspline import Curves, Span
 from cython.cimports.libc.math import sqrt
-
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.arc_length import cell_at, parameter_at
-    from cython.cimports.cncgen.kernels.bspline import Curves, Span
-else:
-    from cncgen.kernels.arc_length import cell_at, parameter_at
-    from cncgen.kernels.bspline import Curves, Span
 
 #: Kinds of rows that are closed forms elsewhere, and that are curves; the values of `cncgen.geometry.path`.
 _ARC = cython.declare(cython.int, 1)

@@ -14,12 +14,8 @@ is a sum over control points, here those of x'''. Columns of y are scaled so tha
 
 import cython
 import numpy as np
+from cython.cimports.cncgen.kernels.smoothing_lengths import adjust, choose, lay, length_at, lower
 from cython.cimports.libc.math import sqrt
-
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.smoothing_lengths import adjust, choose, lay, length_at, lower
-else:
-    from cncgen.kernels.smoothing_lengths import adjust, choose, lay, length_at, lower
 
 #: Degree of the spline: x''' is continuous and linear between knots.
 DEGREE = 4

@@ -7,13 +7,10 @@ method from either end goes to the interval's ends without passing them.
 """
 
 import cython
+from cython.cimports.cncgen.kernels.removal import lift, lowest_at
 from cython.cimports.libc.math import fabs, sqrt
 
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.removal import lift, lowest_at
-else:
-    from cncgen.kernels.removal import lift, lowest_at
-
+if not cython.compiled:
     # As in swept_body.pxd.
     CLOSE, ENDLESS = 1e-8, 1e299
 

@@ -5,12 +5,9 @@ axes as an argument: `backward` and `forward` hand on 2 and 3 as constants, for 
 """
 
 import cython
+from cython.cimports.cncgen.kernels.tube_point import Tube
 from cython.cimports.libc.math import sqrt
 
-if cython.compiled:
-    from cython.cimports.cncgen.kernels.tube_point import Tube
-else:
-    from cncgen.kernels.tube_point import Tube
 from cncgen.kernels.tube_point import RHO
 
 _RHO = cython.declare(cython.double, RHO)
