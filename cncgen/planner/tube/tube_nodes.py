@@ -318,11 +318,17 @@ def _divided(where: Ints, border: Bools, u: Floats) -> Ints:
 
 
 def _loose(
-    program: Programmed, own: slice, node: Floats, row: Ints, tolerance: Floats, along: Floats
+    program: Programmed,
+    own: slice,
+    node: Floats,
+    row: Ints,
+    tolerance: Floats,
+    along: Floats,
 ) -> Bools:
-    """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where the rows turn back.
+    """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where rows turn back or feeds change.
 
-    Planes there would make the motion go as deep into a corner, or into several that are a way back together, as the plan does.
+    Planes there would make the motion go as deep into a corner, or into several that are a way back together, as the plan does, and
+    change its speed where the plan changes it.
     """
     entry, leave = program.column("entry")[own], program.column("leave")[own]
     corner = np.flatnonzero((row > 0) & (row < len(entry)))
@@ -331,6 +337,10 @@ def _loose(
     out = np.zeros(len(node), bool)
     out[corner[np.sqrt(((after - before)[corner] ** 2).sum(axis=1)) > _SHARP]] = True
     change, pair, lag = np.zeros(len(node) + 1, np.int64), np.arange(len(node)), 0
+    feed = program.column("feed")[own]
+    other = corner[feed[row[corner]] != feed[row[corner] - 1]]
+    np.add.at(change, np.searchsorted(node, node[other] - tolerance[other]), 1)
+    np.add.at(change, np.searchsorted(node, node[other] + tolerance[other], side="right"), -1)
     while len(pair):
         # Between a node and the one `lag` after it.
         back = pair[np.sqrt(((after[pair + lag] - before[pair]) ** 2).sum(axis=1)) > _GOES_BACK]
@@ -405,7 +415,9 @@ def _rooms(
         slight = turn < _SLIGHT
         # The disc takes the place of the band before it.
         centre, direction, radius = centre.copy(), direction.copy(), radius.copy()
-        smooth = turn < 1e-3
+        # Where the feed changes there is no plane to bound the node along the rows.
+        feed = program.column("feed")[own]
+        smooth = (turn < 1e-3) & (feed[m] == feed[m + 1])
         disc = corners[~smooth]
         centre[disc], direction[disc], radius[disc] = at[~smooth], 0.0, narrow[~smooth]
         radius[disc] *= np.where(slight[~smooth], np.cos(0.5 * turn[~smooth]), 1.0)

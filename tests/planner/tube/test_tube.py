@@ -132,6 +132,17 @@ def test_the_tips_of_folds_are_left_out_as_far_as_the_tolerance_allows(name: str
     assert 0.998 < seconds / least < 1.015
 
 
+@pytest.mark.parametrize(("tolerance", "least"), [(0.02, 0.30753), (0.1, 0.30113)])
+def test_a_change_of_feed_is_made_where_the_tolerance_lets_the_faster_row_reach(
+    tolerance: float, least: float
+) -> None:
+    """A straight line at 10 and then at 50 mm/s; the least times are found by direct multiple shooting, as above."""
+    text = f"(START, X0 Y0)\nG21 G90 G94 G17 G64 P{tolerance}\nG1 X1 Y1 F600\nX5 Y5 F3000\nM30\n"
+    seconds, broken = planned(text, machine())
+    assert not broken
+    assert 0.999 < seconds / least < 1.005
+
+
 def test_a_way_back_by_two_right_angles_is_left_out_within_the_tolerance() -> None:
     """From rest to rest jerk alone bounds an axis, so its way d takes (32 d/J)^(1/3) at least."""
     jerk, ends = 2e4, [(0.003, -0.022), (0.012, -0.048), (0.044, -0.037), (0.05, -0.054), (0.008, -0.07), (0.037, -0.074), (0.031, -0.051)]  # fmt: skip
