@@ -175,7 +175,6 @@ SHARED_MODULES = {
     "units": "AP238: of its entities; elsewhere of the house",
     "strategy": "the entry that planner.strategies loads, one a room",
     "limits": "verify judges limits with code of its own",
-    "curvature": "baselines: the strategy of that name",
     "search": "for a place in a text, and for parameters",
     **dict.fromkeys(
         ("arcs", "corners", "frames", "lines", "nurbs", "offsets", "splines"),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.planner.record import Limit, Profile
-from cncgen.toolpath.record import Event
+from cncgen.toolpath.record import Event, Toolpath
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -50,6 +50,16 @@ def assemble(
     name = np.int8(Limit.STOP) if why is None else why[at_rest]
     profile = Profile(t, s, v, a, j, c, np.insert(limit, where, name))
     return profile, t[offset + earlier]
+
+
+def events_before(toolpath: Toolpath, index: Ints) -> list[tuple[int, int, Event]]:
+    """Return the events of a toolpath, with the source line of each and the place in `index` of the moving row that it is before.
+
+    Args:
+        toolpath: The rows.
+        index: Shape (m,), the numbers of those that move.
+    """
+    return [(int(np.searchsorted(index, row)), line, event) for row, line, event in toolpath.event_rows]
 
 
 def waits_of(events: Sequence[tuple[int, int, Event]], joints: int, first: int = 0) -> Floats:

@@ -14,7 +14,7 @@ periods on the curve; speed then follows |C'|, not the plan.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
 
@@ -102,22 +102,9 @@ def retime_one(trajectory: Trajectory, stepper: Stepper, period_s: float, late_s
         now, planned = steps.t[-1], end
     parts.append(cut(plan, planned, plan.t[-1], now - planned))
     profile = joined(parts)
-    at = _time_map(plan, profile, known, late_s)
-    return replace(
-        trajectory,
-        profile=profile,
-        events=tuple((float(at(t)), line, event) for t, line, event in trajectory.events),
-        corners=tuple(replace(corner, t_s=float(at(corner.t_s))) for corner in trajectory.corners),
-    )
-
-
-def _time_map(
-    plan: Profile, profile: Profile, known: list[tuple[Floats, Floats]], late_s: float
-) -> Callable[[float], np.floating]:
-    """Return the function from a time of the plan to that of the retimed motion."""
-    planned = np.concatenate([plan.t[:1], *(p for p, _ in known), plan.t[-1:]])
+    times = np.concatenate([plan.t[:1], *(p for p, _ in known), plan.t[-1:]])
     real = np.concatenate([plan.t[:1] + late_s, *(r for _, r in known), profile.t[-1:]])
-    return lambda t: np.interp(t, planned, real)
+    return trajectory.retimed(profile, lambda t: float(np.interp(t, times, real)))
 
 
 def _stepped(steps: Steps, plan: Profile) -> Profile:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any
 
@@ -139,6 +139,15 @@ class Trajectory:
     corners: tuple[SharpCorner, ...] = ()
     values: Mapping[str, Any] = field(default_factory=dict)
     cubics: Cubics | None = None
+
+    def retimed(self, profile: Profile, at: Callable[[float], float]) -> Trajectory:
+        """Return the same motion with another profile; `at` gives the new times of its events and corners."""
+        return replace(
+            self,
+            profile=profile,
+            events=tuple((float(at(t)), line, event) for t, line, event in self.events),
+            corners=tuple(replace(corner, t_s=float(at(corner.t_s))) for corner in self.corners),
+        )
 
     def __repr__(self) -> str:
         return f"Trajectory({self.toolpath!r}, {self.profile!r})"

@@ -335,16 +335,7 @@ def _with_knots(trajectory: Trajectory, knots: Floats) -> Trajectory:
     held = np.diff(planned) < duration * (1.0 - 1e-9)
     zero = np.zeros(len(v))
     profile = Profile(t, s, v, zero, zero, zero, np.where(held, np.int8(Limit.SATURATION), limit))
-
-    def at(time: float) -> float:
-        return float(np.interp(time, planned, t))
-
-    return replace(
-        trajectory,
-        profile=profile,
-        events=tuple((at(when), line, event) for when, line, event in trajectory.events),
-        corners=tuple(replace(corner, t_s=at(corner.t_s)) for corner in trajectory.corners),
-    )
+    return trajectory.retimed(profile, lambda time: float(np.interp(time, planned, t)))
 
 
 def _remark(trajectory: Trajectory, knots: Floats, counts: dict[str, int]) -> Diagnostic:

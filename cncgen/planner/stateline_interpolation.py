@@ -15,7 +15,7 @@ While the reference stands still, the error of a stable loop decays below any δ
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -183,12 +183,7 @@ def _with_waits(trajectory: Trajectory, ticks: Floats, waits: Floats, late_s: fl
     def real(t: float) -> float:
         return t + float(total[np.searchsorted(at, t, side="left")])
 
-    return replace(
-        trajectory,
-        profile=joined(parts),
-        events=tuple((real(t), line, event) for t, line, event in trajectory.events),
-        corners=tuple(replace(corner, t_s=real(corner.t_s)) for corner in trajectory.corners),
-    )
+    return trajectory.retimed(joined(parts), real)
 
 
 def _standing(s: float, start_s: float, wait_s: float) -> Profile:

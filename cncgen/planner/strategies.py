@@ -17,9 +17,9 @@ from cncgen.toolpath.record import Toolpath
 _STRATEGIES = {
     "optimal": ("cncgen.planner.least_time.strategy", "plan_least_time"),
     "ild": ("cncgen.planner.ild.strategy", "plan_ild"),
-    "constant": ("cncgen.planner.baselines.constant", "plan_constant"),
-    "adaptive": ("cncgen.planner.baselines.adaptive", "plan_adaptive"),
-    "curvature": ("cncgen.planner.baselines.curvature", "plan_curvature"),
+    "constant": ("cncgen.planner.baselines.strategy", "plan_constant"),
+    "adaptive": ("cncgen.planner.baselines.strategy", "plan_adaptive"),
+    "curvature": ("cncgen.planner.baselines.strategy", "plan_curvature"),
 }
 
 

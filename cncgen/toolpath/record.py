@@ -160,6 +160,14 @@ class Toolpath:
         return np.concatenate([self.start[None, :], self.end[:-1]]) if len(self) else self.end
 
     @property
+    def event_rows(self) -> list[tuple[int, int, Event]]:
+        """Number, source line and event of each row that is one, in order."""
+        import numpy as np
+
+        rows = np.flatnonzero(self.kind == Kind.EVENT).tolist()
+        return [(row, int(self.line[row]), self.events[int(self.curve[row])]) for row in rows]
+
+    @property
     def chord_tolerance(self) -> Floats:
         """Shape (n,), mm: how far chords may be from each row under CONTINUOUS, all of its tolerance where it is not smoothed."""
         return self.tolerance if self.chord_room is None else self.chord_room

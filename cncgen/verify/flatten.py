@@ -142,12 +142,11 @@ def _waits(toolpath: Toolpath) -> Floats:
     """Return how long the axes have to have stood by the end of each row: dwells after one another add up."""
     out = np.zeros(len(toolpath))
     total = 0.0
-    for row in np.flatnonzero(toolpath.kind == Kind.EVENT):
+    for row, _, event in toolpath.event_rows:
         if row > 0 and toolpath.kind[row - 1] != Kind.EVENT:
             total = 0.0
-        dwell = toolpath.events[toolpath.curve[row]].dwell_s
-        total += dwell
-        out[row] = total if dwell > 0 else 0.0
+        total += event.dwell_s
+        out[row] = total if event.dwell_s > 0 else 0.0
     return out
 
 

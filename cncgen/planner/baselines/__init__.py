@@ -1,1 +1,1 @@
-"""The feedrates that the papers compare with: `constant`, `adaptive` and `curvature`, each a law for `baseline`."""
+"""The feedrates that the papers compare with: `constant`, `adaptive` and `curvature`, each a law of speed by curvature."""

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Severity
 from cncgen.machine.record import Machine
-from cncgen.planner.assembly import assemble, timed, waits_of
+from cncgen.planner.assembly import assemble, events_before, timed, waits_of
 from cncgen.planner.controls.control_blocks import Blocks, blocks_of
 from cncgen.planner.controls.rules import CONTROLS, Control
 from cncgen.planner.controls.trapezoids import AllowedSpeeds, cut_at, entry_speeds, trapezoids
 from cncgen.planner.limits.row_limits import RowLimits
 from cncgen.planner.record import Limit, Trajectory
-from cncgen.toolpath.record import Kind, Toolpath
+from cncgen.toolpath.record import Toolpath
 
 Floats = NDArray[np.float64]
 
@@ -87,10 +87,7 @@ def _planned(
     (duration, v, a), ends, limit = cut_at(rows.start, *pieces, first)
     owner = np.searchsorted(rows.end, ends - 0.5 * np.diff(ends, prepend=first), side="left")
     offset = np.searchsorted(owner, np.arange(len(rows) + 1))
-    events = [
-        (int(np.searchsorted(rows.index, row)), int(chunk.line[row]), chunk.events[int(chunk.curve[row])])
-        for row in np.flatnonzero(chunk.kind == Kind.EVENT)
-    ]
+    events = events_before(chunk, rows.index)
     waits, why = waits_of(events, len(rows) + 1), np.full(len(rows) + 1, Limit.STOP, np.int8)
     stops = _rests(blocks, speed, len(rows)) & (waits == 0.0)
     waits[stops] = control.stop_periods * machine.period_s

@@ -11,6 +11,7 @@ from cncgen.geometry import elementary
 from cncgen.geometry.curvature import CurvatureExtrema, curvature_extrema
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
+from cncgen.planner.assembly import events_before
 from cncgen.planner.ild.junctions import joint_speeds, turned
 from cncgen.planner.ild.sharp_corners import CornerRule
 from cncgen.planner.limits.axis_limits import AxisLimits
@@ -200,10 +201,8 @@ def _slows(cap: Floats, top: Floats) -> NDArray[np.bool_]:
 def _stops(stretch: Stretch, rows: RowLimits) -> None:
     """Put the events at their joints, and rest where an event or the path mode asks for it."""
     toolpath = stretch.toolpath
-    for row in np.flatnonzero(toolpath.kind == Kind.EVENT):
-        event = toolpath.events[int(toolpath.curve[row])]
-        joint = int(np.searchsorted(rows.index, row))
-        stretch.events.append((joint, int(toolpath.line[row]), event))
+    stretch.events = events_before(toolpath, rows.index)
+    for joint, _, event in stretch.events:
         if event.stands:
             stretch.lower(joint, 0.0, Limit.STOP)
     for row in np.flatnonzero(toolpath.path_mode[rows.index] == PathMode.EXACT_STOP):

@@ -133,8 +133,7 @@ def _moves(toolpath: Toolpath) -> bool:
 def _standing(toolpath: Toolpath, t_s: float) -> Trajectory:
     """Return the trajectory of a toolpath that does not move: its events and their dwells."""
     path = toolpath.path
-    rows = np.flatnonzero(toolpath.kind == Kind.EVENT)
-    events = [(0, int(toolpath.line[row]), toolpath.events[toolpath.curve[row]]) for row in rows]
+    events = [(0, line, event) for _, line, event in toolpath.event_rows]
     nothing = np.zeros(0)
     profile, arrival = assemble(
         t_s,

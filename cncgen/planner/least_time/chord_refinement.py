@@ -195,13 +195,8 @@ class _Scene:
     @classmethod
     def of(cls, given: Intervals, course: MeshPath, pieces: MotionPieces, q: Floats, n: int) -> _Scene:
         """Look at the first `n` intervals."""
-        offset = pieces.offset[: n + 1]
-        owner = np.repeat(np.arange(n), np.diff(offset))
-        count = len(owner)
-        v, a, j, c = (each[:count] for each in (pieces.v, pieces.a, pieces.j, pieces.c))
-        s = np.concatenate([[0.0], np.cumsum(given.h[:n])])
-        time = np.concatenate([[0.0], np.cumsum(pieces.duration[:count])])
-        place = np.append(s[owner] + pieces.place[:count], s[-1])
+        profile, owner = pieces.profile(given.h[:n])
+        offset, v = pieces.offset[: n + 1], profile.v
         seen = np.empty((6, n))
         planned_motion.bends(given.h[:n], given.x1, given.x2, course.bounds.scale, q, v, offset, seen)
         speed, sharpest, corner, *bend = seen
@@ -210,10 +205,10 @@ class _Scene:
         rest = np.append(np.flatnonzero(stands & (corner > 0.0)), n)
         return cls(
             course=course,
-            profile=Profile(time, place, v, a, j, c, pieces.limit[:count]),
+            profile=profile,
             owner=owner,
-            s=s,
-            t=time[offset],
+            s=np.append(0.0, np.cumsum(given.h[:n])),
+            t=profile.t[offset],
             speed=speed,
             bend=np.stack(bend, axis=1),
             sharpest=sharpest,

@@ -630,11 +630,7 @@ def _rests(toolpath: Toolpath, path: Path, crawls: Bools) -> Floats:
     events."""
     row_s = path.row_s
     exact = np.flatnonzero((np.diff(row_s) > 0) & (toolpath.path_mode == PathMode.EXACT_STOP))
-    waits = [
-        row
-        for row in np.flatnonzero(toolpath.kind == Kind.EVENT)
-        if toolpath.events[toolpath.curve[row]].stands
-    ]
+    waits = [row for row, _, event in toolpath.event_rows if event.stands]
     slow = np.flatnonzero(crawls)
     return row_s[np.concatenate([exact + 1, slow, slow + 1, np.array(waits, np.int64)])]
 

@@ -428,10 +428,6 @@ def _chords(toolpath: Toolpath, row: Ints, bounds: AxisLimits) -> Floats:
 
 
 def _events(toolpath: Toolpath, path: Path, s: Floats) -> list[tuple[int, int, Event]]:
-    rows = np.flatnonzero(toolpath.kind == Kind.EVENT)
-    rows = rows[(path.row_s[rows] >= s[0]) & (path.row_s[rows] <= s[-1])]
-    node = nearest(s, path.row_s[rows]) if len(rows) else rows
-    return [
-        (int(at), int(toolpath.line[row]), toolpath.events[toolpath.curve[row]])
-        for at, row in zip(node, rows, strict=True)
-    ]
+    events = [each for each in toolpath.event_rows if s[0] <= path.row_s[each[0]] <= s[-1]]
+    node = nearest(s, path.row_s[[row for row, *_ in events]]).tolist() if events else []
+    return [(at, line, event) for at, (_, line, event) in zip(node, events, strict=True)]

@@ -15,7 +15,7 @@ from cncgen.planner.least_time.mesh import LINE
 from cncgen.planner.least_time.problem import Intervals
 from cncgen.planner.limits.axis_limits import along_path
 from cncgen.planner.limits.speed_changes import peak_speed, rise_time
-from cncgen.planner.record import Limit
+from cncgen.planner.record import Limit, Profile
 
 Floats = NDArray[np.float64]
 
@@ -39,6 +39,15 @@ class MotionPieces:
     j: Floats
     c: Floats
     limit: NDArray[np.int8]
+
+    def profile(self, h: Floats) -> tuple[Profile, NDArray[np.int64]]:
+        """Return the motion over the first intervals, of lengths `h`, and the interval of each piece; way and time begin at 0."""
+        count = self.offset[len(h)]
+        owner = np.repeat(np.arange(len(h)), np.diff(self.offset[: len(h) + 1]))
+        way, t = (np.concatenate([[0.0], np.cumsum(each)]) for each in (h, self.duration[:count]))
+        s = np.append(way[owner] + self.place[:count], way[-1])
+        v, a, j, c = (each[:count] for each in (self.v, self.a, self.j, self.c))
+        return Profile(t, s, v, a, j, c, self.limit[:count]), owner
 
 
 def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> MotionPieces:

@@ -63,11 +63,7 @@ class PathMotion:
     def planned(cls, course: MeshPath, h: Floats, pieces: MotionPieces) -> PathMotion:
         """Return what is planned on intervals of the lengths `h`: way and time from 0 on, without waits."""
         s = np.concatenate([[0.0], np.cumsum(h)])
-        owner = np.repeat(np.arange(len(h)), np.diff(pieces.offset))
-        t = np.concatenate([[0.0], np.cumsum(pieces.duration)])
-        place = np.append(s[owner] + pieces.place, s[-1])
-        profile = Profile(t, place, pieces.v, pieces.a, pieces.j, pieces.c, pieces.limit)
-        return cls(course, s, course.breakpoints(), profile)
+        return cls(course, s, course.breakpoints(), pieces.profile(h)[0])
 
     @classmethod
     def gone(cls, mesh: Mesh, profile: Profile, bounds: AxisLimits) -> PathMotion:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic
 from cncgen.geometry.tables import empty_arcs, empty_nurbs
 from cncgen.machine.record import Machine
+from cncgen.planner.profile_parts import cut
 from cncgen.planner.record import Cubics, Limit, Profile, SharpCorner, Trajectory
 from cncgen.planner.tube.programmed import Programmed
-from cncgen.planner.tube.reference_path import Reference, between
+from cncgen.planner.tube.reference_path import Reference
 from cncgen.planner.tube.tube_nodes import Nodes
 from cncgen.planner.tube.window_problem import Solved
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
@@ -127,7 +128,7 @@ class Hand:
                         self._drop()
                         continue
                     break
-                part = between(trajectory, begin, end)
+                part = Trajectory(trajectory.toolpath, trajectory.row_s, cut(p, begin, end))
             due = self._due(float(p.t[-1]) if whole else end)
             yield replace(part, profile=replace(part.profile, t=part.profile.t + self.later), **due)
             self.time = end

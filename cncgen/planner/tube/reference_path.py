@@ -189,27 +189,5 @@ def moved(trajectory: Trajectory, later_s: float) -> Trajectory:
     """Return a trajectory shifted in time."""
     if later_s == 0.0:
         return trajectory
-    return replace(
-        trajectory,
-        profile=replace(trajectory.profile, t=trajectory.profile.t + later_s),
-        events=tuple((t + later_s, line, event) for t, line, event in trajectory.events),
-        corners=tuple(replace(corner, t_s=corner.t_s + later_s) for corner in trajectory.corners),
-    )
-
-
-def between(trajectory: Trajectory, begin: float, end: float) -> Trajectory:
-    """Return the part of a trajectory from one time to another, without events and corners."""
-    p = trajectory.profile
-    begin, end = max(begin, float(p.t[0])), min(end, float(p.t[-1]))
-    first = int(np.clip(np.searchsorted(p.t, begin, side="right") - 1, 0, len(p) - 1))
-    last = int(np.clip(np.searchsorted(p.t, end, side="left"), first + 1, len(p)))
-    ends = motion_at(p, np.array([begin, end]))
-    t, s = p.t[first : last + 1].copy(), p.s[first : last + 1].copy()
-    v, a = p.v[first:last].copy(), p.a[first:last].copy()
-    if begin > t[0]:
-        # The state within a piece; c and j stay.
-        inside = motion_at(replace(p, t=p.t), np.array([begin]))
-        t[0], s[0], v[0], a[0] = begin, inside.s[0], inside.v[0], inside.a[0]
-    t[-1], s[-1] = end, ends.s[1] if end < p.t[-1] else p.s[-1]
-    part = Profile(t, s, v, a, p.j[first:last], p.c[first:last], p.limit[first:last])
-    return Trajectory(trajectory.toolpath, trajectory.row_s, part)
+    later = replace(trajectory.profile, t=trajectory.profile.t + later_s)
+    return trajectory.retimed(later, lambda t: t + later_s)

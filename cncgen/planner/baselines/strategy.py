@@ -1,4 +1,4 @@
-"""The papers' baselines: a speed for every place of the path, without regard to acceleration.
+"""The papers' baselines, `constant`, `adaptive` and `curvature`: a speed for every place of the path, without regard to acceleration.
 
 Speed follows curvature at once and starts and ends with a step, as in the papers that `ild` is compared with. Between two places v² is
 linear in s (constant acceleration). The places are close enough for a relative error of 0.001.
@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from cncgen.geometry.curvature import CurvatureExtrema, curvature_extrema
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
-from cncgen.planner.assembly import assemble, timed, waits_of
+from cncgen.planner.assembly import assemble, events_before, timed, waits_of
+from cncgen.planner.limits.bend_speeds import chord_speed, curvature_speed
 from cncgen.planner.limits.row_limits import RowLimits, row_limits_of
+from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import Kind, Toolpath
 
@@ -31,7 +33,30 @@ _HALVINGS = 20
 _FIRST = 64
 
 
-def plan_by_curvature(
+def plan_constant(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Trajectory]:
+    """Travel at the feed, or at the axes' velocity where that is lower; acceleration and jerk are not limited."""
+    return _by_curvature(chunks, machine, lambda curvature, feed: feed, Limit.FEED)
+
+
+def plan_adaptive(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Trajectory]:
+    """Travel at the feed, or at what the chord error allows (Yeh and Hsu 2002): V_af = (2/T_s) √(2δ/κ − δ²) (Tsai 2010, eq. 24)."""
+    tolerance, period = machine.chord_tolerance_mm, machine.period_s
+    return _by_curvature(
+        chunks, machine, lambda bend, feed: chord_speed(bend, tolerance, period), Limit.CHORD
+    )
+
+
+def plan_curvature(
+    chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions
+) -> Iterator[Trajectory]:
+    """Travel at V_cf = κ̄ V_max/(κ + κ̄) (Tsai 2010, eq. 25), κ̄ = `kbar_per_mm`."""
+    kbar = options.kbar_per_mm
+    return _by_curvature(
+        chunks, machine, lambda bend, feed: curvature_speed(bend, feed, kbar), Limit.CURVATURE
+    )
+
+
+def _by_curvature(
     chunks: Iterable[Toolpath], machine: Machine, law: SpeedLaw, limit: Limit
 ) -> Iterator[Trajectory]:
     """Plan chunks with the speed that `law` gives for the curvature of each place.
@@ -58,10 +83,7 @@ def plan_by_curvature(
         slow = start[inside] < rows.top[owner[:-1][inside]] * (1.0 - 1e-12)
         bound = np.where(slow, np.int8(limit), rows.top_limit[owner[:-1][inside]])
         offset = np.searchsorted(owner[:-1][inside], np.arange(len(rows) + 1))
-        events = [
-            (int(np.searchsorted(rows.index, row)), int(chunk.line[row]), chunk.events[int(chunk.curve[row])])
-            for row in np.flatnonzero(chunk.kind == Kind.EVENT)
-        ]
+        events = events_before(chunk, rows.index)
         zero = np.zeros(len(a))
         profile, arrival = assemble(
             t_s,
