@@ -104,7 +104,7 @@ def test_old_cycles_frames_and_a_dwell(moves: Any) -> None:
 @pytest.mark.parametrize(
     ("body", "expected"),
     [
-        ("N50 G00 G43 X+5 *\n", [("unsupported-block", 6)]),
+        ("N50 G00 G53 X+5 *\n", [("unsupported-block", 6)]),
         ("N50 G74 P01 -2 P02 -20 *\n", [("unsupported-block", 6)]),
         ("N50 G01 X+5 Y+5 F100 *\nN60 G26 R5 *\nN70 X+10 F100 *\n", [("approach-words", 6)]),
         ("N50 G27 R5 *\nN60 G01 G41 X+5 F100 *\n", [("approach-words", 7)]),

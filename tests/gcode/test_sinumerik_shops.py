@@ -313,7 +313,7 @@ def test_a_contour_that_is_called_beforehand(run: Run, call: str, name: str) -> 
         ),
         ("G[3]=1", "not-read", "G[3]=1"),
         ("G[8]=200", "not-read", "G[8]=200"),
-        ("G0 X1 MEAS=1", "not-read", "measuring"),
+        ("G0 X1 MEASA=1", "not-read", "measuring"),
     ],
 )
 def test_faults_of_calls_and_groups(run: Run, line: str, code: str, part: str) -> None:
@@ -542,3 +542,17 @@ def test_constant_cutting_rate_says_what_f_is(
     said = [line[14:-1] for line in found if line.startswith("SET_FEED_MODE(")]
     assert [float(line[14:-1]) for line in found if line.startswith("SET_FEED_RATE(")][:-1] == feeds
     assert said[-2] == mode
+
+
+def test_an_origin_by_its_frame_variable(run: Run) -> None:
+    """$P_IFRAME=$P_UIFR[n] puts an origin in force as G54 to G57 do, and $P_UIFR[3]=$P_UIFR[2] copies one."""
+    text = "$P_UIFR[2]=CTRANS(X,100,Y,20)\nR1=2\n$P_IFRAME=$P_UIFR[R1]\nG0 X1 Y1\n$P_UIFR[3]=$P_UIFR[2]\nG56 X2\n$P_IFRAME=$P_UIFR[0]\nX3 Y1\nM30\n"
+    assert ends(run, text) == [[101, 21, 0], [102, 21, 0], [3, 1, 0]]
+
+
+def test_a_motion_with_meas_is_planned_to_its_end_and_kept(run: Run) -> None:
+    """The variables of the probe have the end of that motion, not the place of a later one (Job planning 03/2006, 5.7)."""
+    text = "G54 G0 X5 Z50\nMEAS=1 G1 Z-10 F300\nG0 Z50\nIF $AC_MEA[1]==0 GOTOF ENDE\nX=$AA_MW[Z] Z=$AA_MM[X]\nENDE:\nM30\n"
+    out = run(text, dialect="sinumerik")
+    assert ends(run, text) == [[5, 0, 50], [5, 0, -10], [5, 0, 50], [-10, 0, 5]]
+    assert [d.code for d in out.diagnostics if d.severity == "note"] == ["probe-not-run"]

@@ -67,6 +67,7 @@ class Plain:
         sizes: Length and diameter, before oversizes, of the tools that had some.
         defined: The tools whose sizes TOOL DEF gave.
         labels: The contours of cycle 14, and `contour`, what reads one: its segments, and the side of the tool.
+        paraxial: 1 where lines along one axis go the radius of the tool further (R+), -1 where they end so far before (R-), else 0.
         tool_feed: The feed of the last TOOL CALL with one, in the program's units a minute, which FAUTO takes.
     """
 
@@ -77,6 +78,7 @@ class Plain:
     parts: dict[str, float] = field(default_factory=dict)
     sizes: dict[int, tuple[float, float]] = field(default_factory=dict)
     defined: set[int] = field(default_factory=set)
+    paraxial: float = 0.0
     tool_feed: float = 0.0
     labels: list[str] = field(default_factory=list)
     contour: Callable[[str], tuple[list[Segment], int]] | None = None

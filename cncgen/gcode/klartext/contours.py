@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from cncgen.gcode.block import AXIS_INDEX, Block, Value
+from cncgen.gcode.block import AXIS_INDEX, CIRCLE, POLAR_ARC, POLAR_LINE, RADIUS_ARC, Block, Value
 from cncgen.gcode.codes.arcs import tangent_centre
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.feeds import set_feed
@@ -23,6 +24,7 @@ from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point, TryingSink
+from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.plain_language import Raw
 
 
@@ -48,6 +50,36 @@ def plunge(ip: Interpreter, block: Block, part: float) -> float | None:
         return None
     block.words["f"] = bound
     return feed
+
+
+_CURVES = frozenset((CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE))
+
+
+def lengthen(ip: Interpreter, block: Block, marks: Mapping[str, Value], body: str) -> None:
+    """Let a line along X or Y end the radius of the tool further (R+, G43) or earlier (R-, G44), until R0, RL or RR.
+
+    (TNC 406, "Electrode radius compensation"; iTNC 530, "DIN/ISO programming", 5.3: G43 and G44 are for movements of a single axis, which
+    they lengthen and shorten.)
+    """
+    plain = Plain.of(ip)
+    if "R±" in marks:
+        plain.paraxial = evaluate(marks["R±"], ip.parameters)
+    elif "R0" in marks or {410, 420} & set(block.g):
+        plain.paraxial = 0.0
+    along = [letter for letter in "xy" if letter in block.words]
+    line = not {0, 10}.isdisjoint(block.g)
+    if not plain.paraxial or not (along if line else _CURVES.intersection(block.g)):
+        return
+    step = re.search(r"\bI[XY]", body, re.IGNORECASE)
+    if len(along) > 1 or not line or step:
+        message = f"R{'+' if plain.paraxial > 0.0 else '-'} is in force, and the block {'has an increment' if step else 'moves along more than one axis'}"
+        raise BlockError(
+            "paraxial", message, "R", hint="X+50 R+ goes along one axis; R0, RL or RR ends R+ and R-"
+        )
+    tool = ip.tools.find(ip.state.tool)
+    radius = tool.diameter / 2.0 * ip.table_scale() if tool else 0.0
+    way = block.words[along[0]] - ip.state.position["xy".index(along[0])]
+    block.words[along[0]] += math.copysign(radius, way) * plain.paraxial if way else 0.0
 
 
 _AXES = frozenset("XYZABC")

@@ -51,7 +51,7 @@ class Execution(ProgramText):
         self._side: int | None = None
 
     def _run_plain(self, lane: PlainLane, frame: Frame, most: int) -> int:
-        if self._modal or self._plunge or self._is_free:
+        if self._modal or self._plunge or self._is_free or Plain.of(self.ip).paraxial:
             return frame.at
         return lane.run(frame.program.lines, frame.at, most, Plain.of(self.ip).tool_feed)
 
@@ -110,6 +110,7 @@ class Execution(ProgramText):
             if "M103" in marks:
                 self._plunge = self._now(marks["M103"]) / 100.0
         block = self._block(at, statement.words)
+        contours.lengthen(self.ip, block, marks, self._lines[at].body)
         usual = contours.plunge(self.ip, block, self._plunge)
         called = CYCLE_CALL in block.g
         if called:

@@ -12,13 +12,12 @@ from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.codes import rotary_paths, tool_point
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.cutter_compensation import feed_along_contour
-from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.tools import table_offset
 from cncgen.gcode.codes.turning_profiles import Recorder
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik import orientation, swivelling
+from cncgen.gcode.sinumerik import measuring, orientation, swivelling
 from cncgen.gcode.sinumerik.expressions import Scalar, number
-from cncgen.gcode.state.systems import MORE_COUNT, SYSTEM_COUNT
+from cncgen.gcode.sinumerik.frame_variables import use_origin
 from cncgen.records import replace
 from cncgen.toolpath.record import Event
 from cncgen.units import INCH
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 _MACHINE_AXES = ("X1", "Y1", "Z1", "A1", "B1", "C1")
 #: Names of words that take a value by =.
 NAMED = frozenset(
-    [*_MACHINE_AXES, *orientation.VECTOR, *(f"S{k}" for k in range(1, 10)), *(f"M{k}" for k in range(1, 100)),
+    [*_MACHINE_AXES, *orientation.VECTOR, *measuring.WORDS, *(f"S{k}" for k in range(1, 10)), *(f"M{k}" for k in range(1, 100)),
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
      "CTOL", "OTOL", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
      "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "PRIO", "H1", "H2", "D1", "T1", "T2", "T3",]
@@ -77,7 +76,7 @@ _NAMED_NOT_READ = {
     "PRESETON": "another position of an axis",
     "BLOCK": "a part of another program",
     "ISOCALL": "a subprogram of the ISO dialect",
-    **dict.fromkeys(("MEAS", "MEAW", "MEASA", "MEAWA", "MEAC"), "measuring"),
+    **dict.fromkeys(("MEASA", "MEAWA", "MEAC"), "measuring by axes"),
     **dict.fromkeys(("LEADON", "COUPON", "TRAILON", "EGON"), "coupled axes"),
 }  # fmt: skip
 
@@ -217,7 +216,7 @@ def mode(motions: Motions, code: int, words: Words) -> None:
     elif code in (58, 59):
         _part_of_shift(motions, code, words)
     elif 54 <= code <= 57 or 505 <= code <= 599 or code == 500:
-        _system(motions, code)
+        use_origin(motions, 0 if code == 500 else code - 53 if code < 100 else code - 500, f"G{code}")
     elif code in (450, 451):
         motions.sharp_corners = code == 451
         if isinstance(motions.ip.sink, CompensatedSink):
@@ -508,20 +507,6 @@ def _pole(motions: Motions, code: int, words: Words) -> None:
         )
     motions.pole = base + offset
     motions.polar = (0.0, 0.0)
-
-
-def _system(motions: Motions, code: int) -> None:
-    motions.settle()
-    number_ = SYSTEM_COUNT + MORE_COUNT if code == 500 else code - 53 if code < 100 else code - 500
-    if motions.ip.state.compensation != 40:
-        raise BlockError(
-            "comp-refused",
-            f"G{code} changes the origin, and cutter compensation is on",
-            f"G{code}",
-            hint="turn it off before (G40)",
-        )
-    with motions.shifting():
-        use_system(motions.ip, number_)
 
 
 def _path(motions: Motions, code: int, words: Words) -> None:

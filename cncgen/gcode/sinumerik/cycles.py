@@ -26,7 +26,7 @@ Values = list[Scalar | None]
 #: Cycles that are named and not read.
 NOT_READ = frozenset(
     {"CYCLE60", "CYCLE63", "CYCLE64", "CYCLE78", "CYCLE79",
-     "CYCLE98", "CYCLE899", "CYCLE93", "CYCLE94", "CYCLE99",
+     "CYCLE98", "CYCLE899", "CYCLE94", "CYCLE99",
      "CYCLE951", "CYCLE952", "HOLES3"}
 )  # fmt: skip
 #: Steps of one hole beyond which a step counts as a mistake.

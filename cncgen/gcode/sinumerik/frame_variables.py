@@ -1,4 +1,4 @@
-"""Frame variables of SINUMERIK: $P_UIFR[n], the origins of G54 and after, and $P_PFRAME, the programmable frame.
+"""Frame variables of SINUMERIK: $P_UIFR[n], the origins of G54 and after, $P_IFRAME, the one in force, and $P_PFRAME, the programmable frame.
 
 A frame is written as a chain of CTRANS, CROT, CSCALE, CMIRROR and CFINE, or part by part: ``$P_UIFR[1,X,TR]=10`` (840D sl, Job planning,
 "Frames").
@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES, AXIS_INDEX
 from cncgen.gcode.codes import affine as frames
+from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinumerik.expressions import Chain, Function, Scalar, Value, Variable, evaluate, number
 from cncgen.gcode.sinumerik.swivelling import take_frames
-from cncgen.gcode.state.systems import first_parameter, load_system
+from cncgen.gcode.state.systems import MORE_COUNT, SYSTEM_COUNT, first_parameter, load_system
 from cncgen.records import replace
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 #: Functions that make a frame.
 MAKERS = ("CTRANS", "CROT", "CSCALE", "CMIRROR", "CFINE")
 #: Variables that hold a frame.
-ORIGINS, PROGRAMMABLE = "$P_UIFR", "$P_PFRAME"
+ORIGINS, PROGRAMMABLE, IN_FORCE = "$P_UIFR", "$P_PFRAME", "$P_IFRAME"
 VARIABLES = (ORIGINS, PROGRAMMABLE)
 #: Parts of a frame: shift, fine shift, rotation, scale, mirror.
 PARTS = ("TR", "FI", "RT", "SC", "MI")
@@ -33,6 +34,8 @@ LAST_ORIGIN = 99
 
 def is_frame(value: Value) -> bool:
     """Tell whether an expression is a frame."""
+    if isinstance(value, Variable):
+        return len(value.indices) == {ORIGINS: 1, PROGRAMMABLE: 0}.get(value.name, -1)
     return isinstance(value, Chain) or (isinstance(value, Function) and value.name in MAKERS)
 
 
@@ -65,6 +68,9 @@ def _frame(motions: Motions, value: Value) -> frames.Frame:
 def set_frame(motions: Motions, name: str, at: list[Scalar], value: Value) -> None:
     """Set a frame variable; an origin is a shift alone."""
     motions.settle()
+    if name == IN_FORCE and not at and isinstance(value, Variable) and value.name == ORIGINS:
+        use_origin(motions, round(number(evaluate(value.indices[0], motions.store))), name)
+        return
     made = _frame(motions, value)
     if name == PROGRAMMABLE and not at:
         take_frames(motions, replace(motions.frames, programmable=made, added=frames.NO_SHIFT))
@@ -96,6 +102,16 @@ def _system(index: Scalar) -> int:
         message = f"{ORIGINS}[{system}]: origins are 1 to {LAST_ORIGIN}"
         raise BlockError("system-number", message, ORIGINS, hint="1 is G54, 5 is G505")
     return system
+
+
+def use_origin(motions: Motions, origin: int, word: str) -> None:
+    """Put an origin in force: 0 that of G500, 1 to 4 those of G54 to G57, others those of G505 and after."""
+    motions.settle()
+    if motions.ip.state.compensation != 40:
+        message = f"{word} changes the origin, and cutter compensation is on"
+        raise BlockError("comp-refused", message, word, hint="turn it off before (G40)")
+    with motions.shifting():
+        use_system(motions.ip, _system(origin) if origin else SYSTEM_COUNT + MORE_COUNT)
 
 
 def _origin(ip: Interpreter, system: int) -> list[float]:

@@ -26,6 +26,8 @@ from cncgen.gcode.sinumerik import (
     cycles,
     faces,
     frame_variables,
+    grooves,
+    measuring,
     orientation,
     pockets,
     polar,
@@ -64,6 +66,7 @@ _CYCLES = {
     "SLOT2": pockets.bows,
     "CYCLE70": thread_milling.thread_of_profile,
     "CYCLE90": thread_milling.thread,
+    "CYCLE93": grooves.groove,
     **contour_cycles.CYCLES,
 }
 
@@ -303,6 +306,7 @@ class Motions:
         ended = self._functions(words)
         self._dwell(words)
         moved = self._move(words)
+        measuring.keep(self, words)
         self._left_over(words)
         if moved and self.modal is not None and not self.in_modal:
             name, arguments = self.modal

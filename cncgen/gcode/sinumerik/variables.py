@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from cncgen.gcode.block import AXIS_INDEX
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinumerik import frame_variables, tool_data
+from cncgen.gcode.sinumerik import frame_variables, measuring, tool_data
 from cncgen.gcode.sinumerik.expressions import Scalar, number
 
 #: R parameters that there are.
@@ -62,6 +62,8 @@ class Store:
         self.tools = tool_data.ToolData(ip)
         self.r: dict[int, float] = {}
         self.scopes: list[dict[str, Variable]] = [{}]
+        #: Where the last motion with MEAS ended, in the program's coordinates and in the machine's.
+        self.touched: tuple[list[float], list[float]] | None = None
 
     def define(self, kind: str, name: str, bounds: tuple[int, ...], values: list[Scalar]) -> None:
         """Define a variable of the program in progress."""
@@ -167,14 +169,13 @@ class Store:
         state = self.ip.state
         if name in _PLANE_AXES and not indices:
             return {17: "XYZ", 18: "ZXY", 19: "YZX"}[state.plane][_PLANE_AXES.index(name)]
-        if (
-            name in _PLACES
-            and len(indices) == 1
-            and isinstance(indices[0], str)
-            and indices[0].lower() in AXIS_INDEX
-        ):
-            position = state.position if _PLACES[name] == "program" else self.ip.machine_position()
-            return position[AXIS_INDEX[indices[0].lower()]]
+        axis = AXIS_INDEX.get(str(indices[0]).lower()) if len(indices) == 1 else None
+        if name in _PLACES and axis is not None:
+            return (state.position if _PLACES[name] == "program" else self.ip.machine_position())[axis]
+        if name in measuring.PLACES and axis is not None and self.touched is not None:
+            return self.touched[measuring.PLACES[name]][axis]
+        if name == measuring.SWITCHED and len(indices) == 1:
+            return float(self.touched is not None)
         if name == frame_variables.ORIGINS:
             return frame_variables.part(self.ip, indices)
         if name in _COUNTERS:

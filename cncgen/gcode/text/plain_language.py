@@ -65,7 +65,7 @@ class Statement(NamedTuple):
         kind: What it is: ``block`` (words that are executed), else the rule of the grammar.
         words: Letters of G-code and values.
         data: The other values of its rule.
-        marks: Of its words those that the program's run acts on: R0, M89, M103.
+        marks: Of its words those that the program's run acts on: R0, R+ and R- (R±), M89, M103.
     """
 
     kind: str
@@ -246,6 +246,11 @@ def _radius(value: Value | str) -> Raw:
     return "R", number(value) if isinstance(value, str) else value
 
 
+def _paraxial(sign: str) -> Raw:
+    """Return R+ or R-, the compensation of a line along one axis."""
+    return _sense("R", sign)
+
+
 def _misplaced(name: str, value: Value) -> Raw:
     message = f"{name.upper()}: oversizes of a tool stand in TOOL CALL alone"
     hint = "TOOL CALL 5 Z S2000 DL+0.1 DR-0.02"
@@ -324,9 +329,9 @@ _MEANINGS: dict[str, Callable[[Value], Words]] = {
     "M": lambda value: _FUNCTIONS.get(value, [("m", value)]),
     "M128": lambda value: [("g", TIP / 10.0)],
     "M140": lambda value: [("g", RETRACT / 10.0), ("mb", value)],
-    **dict.fromkeys(("R0", "FMAX", "M89", "M90", "M103", ""), _nothing),
+    **dict.fromkeys(("R0", "R±", "FMAX", "M89", "M90", "M103", ""), _nothing),
 }
-_MARKS = frozenset(("R0", "M89", "M103"))
+_MARKS = frozenset(("R0", "R±", "M89", "M103"))
 
 
 def _block(
@@ -502,7 +507,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "start": lambda statement=_EMPTY: statement,
     "number": number, "parameter": _parameter, "signed_parameter": _signed_parameter, "pi": lambda: math.pi, "unary": _unary,
     "binary": _binary, "function": _function,
-    "word": _word, "word_shortened": lambda name, value: _word(name, value[1:]), "sense": _sense, "setting": _setting, "radius": _radius, "misplaced": _misplaced, "m_function": _m_function,
+    "word": _word, "word_shortened": lambda name, value: _word(name, value[1:]), "sense": _sense, "setting": _setting, "radius": _radius, "paraxial": _paraxial, "misplaced": _misplaced, "m_function": _m_function,
     "nothing": lambda *parts: ("", 0.0), "idle": lambda *parts: ("M90", 0.0), "tip": lambda *parts: ("M128", 0.0), "retract": _retract,
     "plunge": lambda feed, percent: ("M103", percent or 0.0),
     "normal": lambda *parts: ("", 0.0), "orientation": _turned,

@@ -1,0 +1,200 @@
+"""CYCLE93 of SINUMERIK: grooves along Z, outside or inside, from the left or the right (840D, turning cycles, "CYCLE93").
+
+The shape is the cycle's. Plunges, and how they come to it, are ours, after the sister cycle CYCLE930: a groove wider than the tool is cut in
+several plunges, each at most four fifths of its width beside the last (840D sl, Operating Manual Turning 05/2017, 10.2.3). The left corner
+of the tool is where the program's Z is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik.arcs import follow
+from cncgen.gcode.sinumerik.cycles import Values, filled
+from cncgen.units import INCH
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions
+
+#: The width of a tool that no table gives, and how far it lifts off where VRT does not say, mm; the part of its width between plunges.
+_WIDTH, _LIFT, _ASIDE = 3.0, 1.0, 0.8
+_MOST, _TINY = 10_000, 1e-9
+
+
+@dataclass(slots=True)
+class _Groove:
+    """A groove seen from outside: Z along it, the height above the axis, negative for grooves inside; `side` is -1 there.
+
+    Attributes:
+        left, right: Its walls along Z.
+        top, base: The heights of its edge and base.
+        inner: The corners of the base, left and right: above 0 a radius, below 0 the leg of a chamfer.
+        width: Of the tool.
+        lift: How far the tool lifts off.
+    """
+
+    motions: Motions
+    side: int
+    left: float
+    right: float
+    top: float
+    base: float
+    inner: tuple[float, float]
+    width: float
+    lift: float
+
+    @property
+    def middle(self) -> float:
+        """Where the two halves of the base meet, between its corners."""
+        left, right = map(abs, self.inner)
+        return (self.left + left + self.right - right - self.width) / 2.0
+
+    def floor(self, z: float) -> float:
+        """Return the height down to which the tool may go at a place without cutting into the corners of the base."""
+        lows = [0.0]
+        for size, away in zip(self.inner, (z - self.left, self.right - self.width - z), strict=True):
+            short = abs(size) - away
+            if short > 0.0:
+                lows.append(size - math.sqrt(max(size * size - short * short, 0.0)) if size > 0.0 else short)
+        return self.base + max(lows)
+
+    def to(self, z: float, height: float, *, rapid: bool = False) -> None:
+        """Go to a place of the left corner of the tool."""
+        follow(self.motions, complex(z, self.side * height), rapid=rapid)
+
+    def begin(self, z: float) -> None:
+        """Traverse above a place: outside the part along Z, else out of it first."""
+        above, now = self.top + self.lift, self.motions.ip.state.position
+        height = max(self.side * now[0], above)
+        if self.side * now[0] < above:
+            self.to(now[2], above, rapid=True)
+        self.to(z, height, rapid=True)
+        if height > above:
+            self.to(z, above, rapid=True)
+
+    def plunge(self, z: float, floor: float, count: int, dwell: float) -> None:
+        """Cut down to a height in equal steps, lift off between them, wait at the end."""
+        self.begin(z)
+        for k in range(1, count + 1):
+            height = self.top - (self.top - floor) * k / count
+            self.to(z, height)
+            if k < count:
+                self.to(z, height + self.lift, rapid=True)
+        if dwell:
+            self.motions.emit({"p": dwell}, (40,))
+        self.to(z, self.top + self.lift, rapid=True)
+
+    def finish(self, edge: float, to_right: bool) -> None:
+        """Cut one wall from its edge down, with its corners, and the base to its middle."""
+        way = 1 if to_right else -1
+        wall = self.left if to_right else self.right - self.width
+        corner = self.inner[0 if to_right else 1]
+        outer, inner = abs(edge), abs(corner)
+        self.begin(wall - way * outer)
+        self.to(wall - way * outer, self.top)
+        self._corner(wall, self.top - outer, complex(-way * outer, 0.0), edge, -way)
+        self.to(wall, self.base + inner)
+        self._corner(wall + way * inner, self.base, complex(0.0, inner), corner, way)
+        self.to(self.middle, self.base)
+        self.to(self.middle, self.top + self.lift, rapid=True)
+
+    def _corner(self, z: float, height: float, centre: complex, size: float, spin: int) -> None:
+        """Go to the end of a corner, whose centre is seen from there."""
+        if size > 0.0:
+            middle = complex(z + centre.real, self.side * (height + centre.imag))
+            follow(self.motions, complex(z, self.side * height), middle, spin * self.side)
+        elif size < 0.0:
+            self.to(z, height)
+
+
+def _faults(motions: Motions, v: list[float]) -> Iterator[tuple[str, str, str]]:
+    """Yield the faults of the parameters: their codes, what is wrong, and what helps."""
+    kind = round(v[15])
+    if motions.ip.state.plane != 18:
+        yield "cycle-words", "works in the plane G18", "G18 stands before it"
+    if motions.diameter == "none":
+        yield (
+            "not-read",
+            "with DIAMOF, where SPD may be a radius, is not read",
+            "DIAMON before it says that X is a diameter",
+        )
+    if kind not in (1, 3, 5, 7, 11, 13, 15, 17):
+        yield (
+            "not-read",
+            f"with VARI = {kind} (a groove of a face) is not read",
+            "1, 3, 5, 7, or 10 more are along Z",
+        )
+    if v[4] or v[5] or v[6]:
+        yield (
+            "not-read",
+            "with slanting walls or on a slope (STA1, ANG1, ANG2) is not read",
+            "they are 0 for a groove at right angles",
+        )
+    if v[2] <= 0.0 or v[3] <= 0.0 or min(v[11:14]) < 0.0 or v[11] >= v[3]:
+        yield (
+            "cycle-words",
+            f"has the width {v[2]:g}, the depth {v[3]:g}, the allowances {v[11]:g} and {v[12]:g}",
+            "WIDG, DIAG, FAL1, FAL2",
+        )
+    if max(map(abs, v[7:9])) + max(map(abs, v[9:11])) > v[3]:
+        yield "cycle-words", "has corners larger than it is deep", "RCO1, RCO2, RCI1, RCI2"
+
+
+def _width(motions: Motions, name: str, base: float) -> float:
+    """Return the width of the tool, for a base of that width between its corners, and say how the groove is cut with it."""
+    ip = motions.ip
+    known = 2.0 * ip.tool_radius()
+    width = known or min(_WIDTH / (INCH if ip.state.inches else 1.0), base)
+    if not 0.0 < width <= base + _TINY:
+        message = f"the tool, {width:g} wide, does not go into {name}, whose base is {base:g} wide between its corners"
+        raise BlockError("cycle-tool", message, name, hint="WIDG is the width of the groove")
+    whence = "the diameter of the tool table" if known else "which no tool table gives"
+    message = f"{name} plunges with a tool {width:g} wide, {whence}, whose left corner the program's Z is: its passes are cncgen's own"
+    hint = "--tool-table gives the width as the diameter; walls and base are the cycle's"
+    ip.warn_once(BlockError("tool-assumed", message, name, hint=hint))
+    return width
+
+
+def groove(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE93(SPD, SPL, WIDG, DIAG, STA1, ANG1, ANG2, RCO1, RCO2, RCI1, RCI2, FAL1, FAL2, IDEP, DTB, VARI, VRT), SPD a diameter.
+
+    VARI 1 and 5 are outside, 3 and 7 inside; SPL is the left edge of 1 and 3, the right one of 5 and 7. RCO and RCI round the edge and the
+    base above 0 and chamfer them below 0, by their length (CHF) or with 10 more by their leg (CHR).
+    """
+    v = [filled(values, k) for k in range(17)]
+    for code, what, hint in _faults(motions, v):
+        raise BlockError(code, f"{name} {what}", name, hint=hint)
+    kind, leg = round(v[15]) % 10, 1.0 if round(v[15]) > 10 else math.sqrt(0.5)
+    from_left, side = kind in (1, 3), -1 if kind in (3, 7) else 1
+    sizes = [size if size >= 0.0 else size * leg for size in v[7:11]]
+    edges, inner = (sizes[:2], sizes[2:]) if from_left else (sizes[1::-1], sizes[:1:-1])
+    left, top = v[1] if from_left else v[1] - v[2], side * v[0] / 2.0
+    width = _width(motions, name, v[2] - sum(map(abs, inner)))
+    lift = abs(v[16]) or _LIFT / (INCH if motions.ip.state.inches else 1.0)
+    job = _Groove(motions, side, left, left + v[2], top, top - v[3], (inner[0], inner[1]), width, lift)
+    _rough(job, name, v, from_left)
+    if v[11] or v[12] or any(sizes):
+        job.finish(edges[not from_left], from_left)
+        job.finish(edges[from_left], not from_left)
+
+
+def _rough(job: _Groove, name: str, v: list[float], from_left: bool) -> None:
+    """Plunge from the side of the start on, down to the allowances."""
+    first, last = job.left + v[12], job.right - job.width - v[12]
+    if last < first - _TINY:
+        message = f"{name}, {v[2]:g} wide, has no room for its allowances {v[12]:g} beside a tool {job.width:g} wide"
+        raise BlockError("cycle-tool", message, name, hint="FAL2 is left on both walls")
+    count = math.ceil((last - first) / (_ASIDE * job.width) - _TINY)
+    down = math.ceil((v[3] - v[11]) / v[13] - _TINY) if v[13] else 1
+    if max(count, down) > _MOST:
+        message = f"{name} makes {count + 1} plunges of {down} steps"
+        raise BlockError("cycle-infeed", message, name, hint="is IDEP too small?")
+    speed = job.motions.ip.state.speed
+    dwell = v[14] if v[14] >= 0.0 else -60.0 * v[14] / speed if speed > 0.0 else 0.0
+    places = [first + (last - first) * k / max(count, 1) for k in range(count + 1)]
+    for place in places if from_left else reversed(places):
+        job.plunge(place, job.floor(place) + v[11], down, dwell)

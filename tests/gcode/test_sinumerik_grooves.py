@@ -1,0 +1,90 @@
+"""CYCLE93 of SINUMERIK: the walls, base and corners are those of its parameters, the plunges those that the module states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cncgen.toolpath.record import FeedMode, Kind
+
+Run = Callable[..., Any]
+HEAD = "G18 G90 G95 DIAMON\nT2 D1\nG97 S600 M4\nG0 X{x} Z0\nF0.1\n"
+
+
+@pytest.fixture
+def cut(run: Run, tmp_path: Path) -> Callable[..., tuple[Any, list[list[float]]]]:
+    """Return the outcome of a cycle with a tool 4 wide that comes from a diameter, and the ends of its motions: X, Z, 1 for a cut, 0 for a traverse."""
+    table = tmp_path / "t.tbl"
+    table.write_text("T2 P2 D4 ;groover\n")
+
+    def of(cycle: str, x: float = 60.0) -> tuple[Any, list[list[float]]]:
+        out = run(f"{HEAD.format(x=x)}{cycle}\nM30\n", dialect="sinumerik", tool_table=str(table))
+        rows = out.path.kind != Kind.EVENT
+        feed = np.where(out.path.feed_mode == FeedMode.RAPID, 0.0, 1.0)
+        return out, (np.round(np.column_stack([out.path.end[:, [0, 2]], feed])[rows], 9) + 0.0).tolist()[1:]
+
+    return of
+
+
+def test_plunges_from_the_left_in_steps(cut: Any) -> None:
+    """10 wide with a tool of 4: two steps aside of 3 (3.2 at most); 6 deep in three steps of 2 (2.5 at most), 1 mm back between them."""
+    out, found = cut("CYCLE93(50,-30,10,6,0,0,0,0,0,0,0,0,0,2.5,0,1)")
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["tool-assumed"]
+    expected = [[30, -30, 0], [26, -30, 0]]
+    for z in (-30, -27, -24):
+        expected += [[26, z, 0]] * (z != -30)
+        expected += [[23, z, 1], [24, z, 0], [21, z, 1], [22, z, 0], [19, z, 1], [26, z, 0]]
+    assert found == expected
+
+
+def test_inside_from_the_right_with_allowances(cut: Any) -> None:
+    """A bore of 50 with a groove of 8 by 3, its right edge at -10: 0.2 stay on the walls and 0.1 on the base, which are then cut to size."""
+    _, found = cut("CYCLE93(50,-10,8,3,0,0,0,0,0,0,0,0.1,0.2,0,0,7)", x=40.0)
+    left, right = -18.0, -14.0
+    plunges = [-14.2, -16.0, -17.8]
+    expected = [[20, -14.2, 0], [24, -14.2, 0]]
+    for z in plunges:
+        expected += [[24, z, 0]] * (z != -14.2)
+        expected += [[27.9, z, 1], [24, z, 0]]
+    for wall in (right, left):
+        expected += [[24, wall, 0], [25, wall, 1], [28, wall, 1], [28, -16, 1], [24, -16, 0]]
+    assert found == expected
+
+
+def test_corners(cut: Any) -> None:
+    """A radius of 1 at the edge and a chamfer of the leg 0.5 in the base at the start, the other way round behind; CHF is √2 legs long."""
+    out, found = cut("CYCLE93(50,0,10,6,0,0,0,1,-0.5,-0.5,1,0,0,0,0,11)")
+    # The first plunge stands in the chamfer of the base, the last in its radius.
+    assert [row[0] for row in found if row[2] == 1.0][:3] == [19.5, 19.0, 20.0]
+    assert found[9:] == [
+        [26, -1, 0], [25, -1, 1], [24, 0, 1], [19.5, 0, 1], [19, 0.5, 1], [19, 2.75, 1], [26, 2.75, 0],
+        [26, 6.5, 0], [25, 6.5, 1], [24.5, 6, 1], [20, 6, 1], [19, 5, 1], [19, 2.75, 1], [26, 2.75, 0],
+    ]  # fmt: skip
+    arcs = out.path.arcs
+    assert np.round(arcs.centre, 9).tolist() == [[24, 0, -1], [20, 0, 5]]
+    _, found = cut(f"CYCLE93(50,0,10,6,0,0,0,{-math.sqrt(2.0)},0,0,0,0,0,0,0,1)")
+    assert [25, -1, 1] in found
+    assert [24, 0, 1] in found
+
+
+@pytest.mark.parametrize(
+    ("cycle", "code"),
+    [
+        ("CYCLE93(50,0,10,6,0,0,0,0,0,0,0,0,0,0,0,2)", "not-read"),
+        ("CYCLE93(50,0,10,6,5,0,0,0,0,0,0,0,0,0,0,1)", "not-read"),
+        ("CYCLE93(50,0,10,6,0,10,0,0,0,0,0,0,0,0,0,1)", "not-read"),
+        ("DIAMOF CYCLE93(50,0,10,6,0,0,0,0,0,0,0,0,0,0,0,1)", "not-read"),
+        ("CYCLE93(50,0,3,6,0,0,0,0,0,0,0,0,0,0,0,1)", "cycle-tool"),
+        ("CYCLE93(50,0,5,6,0,0,0,0,0,1,1,0,0,0,0,1)", "cycle-tool"),
+        ("CYCLE93(50,0,5,6,0,0,0,0,0,0,0,0,0.6,0,0,1)", "cycle-tool"),
+        ("CYCLE93(50,0,10,0,0,0,0,0,0,0,0,0,0,0,0,1)", "cycle-words"),
+        ("G17 CYCLE93(50,0,10,6,0,0,0,0,0,0,0,0,0,0,0,1)", "cycle-words"),
+    ],
+)
+def test_what_is_not_cut(cut: Any, cycle: str, code: str) -> None:
+    assert [found for found, *_ in cut(cycle.replace(" ", "\n"))[0].errors] == [code]
