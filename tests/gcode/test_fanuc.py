@@ -155,7 +155,7 @@ def test_the_next_program_of_a_file_is_not_run(run: Any) -> None:
 
 
 def test_rotation_mirror_and_scaling(run: Any) -> None:
-    assert fanuc(run, "G68 X0 Y0 R90\nG0 X10 Y0\nG69\nX0\nM30") == [[0, 10, 0], [0, 10, 0]]
+    assert fanuc(run, "G68 X0 Y0 R90\nG0 X10 Y0\nG69\nX1\nM30") == [[0, 10, 0], [1, 10, 0]]
     assert fanuc(run, "G51.1 X5\nG0 X10 Y1\nG50.1\nX1\nM30") == [[0, 1, 0], [1, 1, 0]]
     assert fanuc(run, "G51 X10 Y0 P2\nG0 X20 Y1\nG50\nX0\nM30") == [[30, 2, 0], [0, 2, 0]]
 

@@ -12,12 +12,13 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Callable
 
-from cncgen.gcode.codes.frames import FramedSink, check_factors
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinks.sink import Curve, Point, Sink
+from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES, to_machine, to_program, zeros
+from cncgen.ranges import FACTORS
 from cncgen.records import dataclass, field, replace
 from cncgen.units import INCH
 
@@ -83,6 +84,11 @@ def turn(axis: int, degrees: float) -> Matrix:
     return tuple((r[0], r[1], r[2]) for r in rows)
 
 
+def diagonal(a: float, b: float, c: float) -> Matrix:
+    """Return the scaling of the axes by factors."""
+    return (a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c)
+
+
 def made(kind: str, values: dict[str, float]) -> Frame:
     """Return the frame that TRANS, ROT, SCALE or MIRROR of SINUMERIK makes of values of X Y Z.
 
@@ -99,7 +105,7 @@ def made(kind: str, values: dict[str, float]) -> Frame:
     if min(abs(a), abs(b), abs(c)) == 0.0:
         message = "SCALE has a factor of 0, which leaves nothing"
         raise BlockError("scale-missing", message, "SCALE", hint="SCALE alone ends the scaling")
-    return Frame(((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c)))
+    return Frame(diagonal(a, b, c))
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +114,12 @@ class Frame:
 
     matrix: Matrix = UNIT
     shift: Vector = NO_SHIFT
+
+    @classmethod
+    def about(cls, centre: Vector, matrix: Matrix) -> Frame:
+        """Return a matrix about a centre, which stays where it is."""
+        x, y, z = applied(matrix, centre)
+        return cls(matrix, (centre[0] - x, centre[1] - y, centre[2] - z))
 
     def then(self, inner: Frame) -> Frame:
         """Return this frame with another within it."""
@@ -206,77 +218,77 @@ class Frames:
         return replace(self, programmable=frame, added=(parts[0], parts[1], parts[2]))
 
 
-class AffineSink(FramedSink):
-    """Passes calls on in work coordinates; arcs that leave their plane become splines."""
+class FramedSink(PassingSink):
+    """Passes calls on to `inner` with their positions in work coordinates; `at` is where the tool stands, in programmed ones."""
 
-    frame: Frame  # type: ignore[assignment]
-    #: The frame of the program, without what a turned table or head makes of it.
-    program: Frame
+    def __init__(self, inner: Sink, frame: Frame, at: Point) -> None:
+        super().__init__(inner)
+        self.frame, self.at = frame, at
 
-    def __init__(self, inner: Sink, frame: Frame, at: Point, axes: Positions | None, whole: Frame) -> None:
-        super().__init__(inner, whole)  # type: ignore[arg-type]
-        self.program, self._axes, self._at = frame, axes, at
+    def snapshot(self) -> object:
+        """Return a key of this state."""
+        return self.frame
 
-    def renew(self, ip: Interpreter) -> None:
-        """Carry the plane as the origin and the tool's length in force have it."""
-        if self._axes is not None:
-            self.frame = carried(ip, self._axes).then(self.program)
+    def _led(self, end: Point) -> Point:
+        """Return work coordinates of where a motion leads, and stand there."""
+        self.at = list(end)
+        return self.frame.to_work(end)
 
     def straight_traverse(self, end: Point) -> None:
         """Move."""
-        self._at = list(end)
-        super().straight_traverse(end)
+        self.inner.straight_traverse(self._led(end))
 
     def straight_feed(self, end: Point) -> None:
         """Move."""
-        self._at = list(end)
-        super().straight_feed(end)
+        self.inner.straight_feed(self._led(end))
 
     def straight_probe(self, end: Point) -> None:
         """Move."""
-        self._at = list(end)
-        super().straight_probe(end)
+        self.inner.straight_probe(self._led(end))
 
-    def place(self, position: Point) -> None:
-        """Stand somewhere."""
-        self._at = list(position)
-        super().place(position)
-
-    def offsets_changed(self, position: Point) -> None:
-        """Take a change of offsets: the tool has not moved, and its programmed position is another."""
-        self._at = list(position)
-
-    def nurbs_feed(self, curve: Curve) -> None:
-        """Move."""
-        self._at = list(curve.points[-1])
-        super().nurbs_feed(curve)
+    def rigid_tap(self, end: Point, pitch: float) -> None:
+        """Move there and back."""
+        self.inner.rigid_tap(self.frame.to_work(end), pitch)
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Move; an arc out of its plane becomes a spline through the same points."""
+        """Move; a mirrored arc turns the other way, one out of its plane becomes a spline through the same points."""
         scale = self.frame.in_plane(plane)
         a, b, n = PLANE_AXES[plane]
         if scale:
             centre = list(end)
             centre[a], centre[b] = first, second
             centre = self.frame.to_work(centre)
-            self.inner.arc_feed(
-                self.frame.to_work(end), centre[a], centre[b], turns if scale > 0.0 else -turns, plane
-            )
-        elif end[n] != self._at[n]:
+            turns = turns if scale > 0.0 else -turns
+            self.inner.arc_feed(self._led(end), centre[a], centre[b], turns, plane)
+            return
+        if end[n] != self.at[n]:
             raise BlockError(
                 "arc-turned",
                 f"a helix of G{plane} under a rotation out of its plane, or unequal scaling, is not read",
                 "",
                 hint="ROT and CYCLE800 without words end a rotation",
             )
-        else:
-            self.inner.nurbs_feed(self._spline(end, complex(first, second), turns, plane))
-        self._at = list(end)
+        self.nurbs_feed(self._spline(end, complex(first, second), turns, plane))
+
+    def nurbs_feed(self, curve: Curve) -> None:
+        """Move: control points are carried along, weights and knots stay."""
+        self.at = list(curve.points[-1])
+        self.inner.nurbs_feed(
+            replace(curve, points=[self.frame.to_work(list(point)) for point in curve.points])
+        )
+
+    def place(self, position: Point) -> None:
+        """Stand somewhere."""
+        self.inner.place(self._led(position))
+
+    def offsets_changed(self, position: Point) -> None:
+        """Take a change of offsets: the tool has not moved, and its programmed position is another."""
+        self.at = list(position)
 
     def _spline(self, end: Point, centre: complex, turns: int, plane: int) -> Curve:
         """Return an arc as a rational B-spline of degree 2, a piece a third of a turn at most (Piegl and Tiller, "The NURBS Book", 7.3)."""
         a, b, _ = PLANE_AXES[plane]
-        start = complex(self._at[a], self._at[b])
+        start = complex(self.at[a], self.at[b])
         spoke, last = start - centre, complex(end[a], end[b]) - centre
         if spoke == 0.0:  # behind an error, which left the tool in the centre
             raise BlockError(
@@ -287,7 +299,7 @@ class AffineSink(FramedSink):
         sweep = (sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1)
         count = max(1, math.ceil(sweep / (2.0 * math.pi / 3.0) - 1e-9))
         half = sweep / count / 2.0
-        points, weights, knots = [list(self._at)], [1.0], [0.0] * 3
+        points, weights, knots = [list(self.at)], [1.0], [0.0] * 3
         for k in range(1, count + 1):
             middle = centre + spoke * cmath.rect(1.0 / math.cos(half), spin * (2 * k - 1) * half)
             tip = (
@@ -301,7 +313,20 @@ class AffineSink(FramedSink):
                 points.append(point)
                 weights.append(weight)
             knots += [float(k)] * (2 if k < count else 3)
-        return Curve(2, [self.frame.to_work(p) for p in points], tuple(weights), tuple(knots))
+        return Curve(2, points, tuple(weights), tuple(knots))
+
+
+class AffineSink(FramedSink):
+    """A frame whose plane a table or head may carry; `program` is that of the program alone."""
+
+    def __init__(self, inner: Sink, frame: Frame, at: Point, axes: Positions | None, whole: Frame) -> None:
+        super().__init__(inner, whole, at)
+        self.program, self._axes = frame, axes
+
+    def renew(self, ip: Interpreter) -> None:
+        """Carry the plane as the origin and the tool's length in force have it."""
+        if self._axes is not None:
+            self.frame = carried(ip, self._axes).then(self.program)
 
 
 def carried(ip: Interpreter, axes: Positions | None) -> Frame:
@@ -318,22 +343,43 @@ def carried(ip: Interpreter, axes: Positions | None) -> Frame:
     return Frame(plane, (x, y, z))
 
 
-def change(ip: Interpreter, frame: Frame, axes: Positions | None = None) -> None:
-    """Put another frame in force, carried by rotary axes at positions; the tool stays where it is in work coordinates.
+def check_factors(factors: list[float], word: str) -> None:
+    """Raise where a frame scales by more, or by less, than leaves digits on the way there and back.
 
     Raises:
-        BlockError: Cutter compensation is on, or the frame scales by more or less than it may.
+        BlockError: A factor is not within `cncgen.ranges.FACTORS`.
+    """
+    least, most = FACTORS
+    wrong = next((factor for factor in factors if not least <= abs(factor) <= most), None)
+    if wrong is not None:
+        message = f"the frame scales by {wrong:g}, which is not within {least:g} to {most:g}"
+        raise BlockError("number-range", message, word, hint="factors of frames in frames multiply")
+
+
+def stand(ip: Interpreter, frame: Frame, sink: Callable[[Sink, Point], FramedSink] | None) -> None:
+    """Put a frame in force by a sink before that of the run, or none; the tool stays where it is in work coordinates.
+
+    Raises:
+        BlockError: Cutter compensation is on.
     """
     if ip.state.compensation != 40:
         raise BlockError(
             "frame-compensation", "a frame cannot change under cutter compensation", "", hint="use G40"
         )
+    framed = ip.sink if isinstance(ip.sink, FramedSink) else None
+    work = framed.frame.to_work(ip.state.position) if framed else ip.state.position
+    inner = framed.inner if framed else ip.sink
+    ip.state.position = frame.to_programmed(work)
+    ip.sink = sink(inner, list(ip.state.position)) if sink else inner
+
+
+def change(ip: Interpreter, frame: Frame, axes: Positions | None = None) -> None:
+    """Put another frame in force, carried by rotary axes at positions.
+
+    Raises:
+        BlockError: Cutter compensation is on, or the frame scales by more or less than it may.
+    """
+    whole = carried(ip, axes).then(frame)
+    idle = frame.idle() and axes is None
     check_factors(frame.factors(), "")
-    old = ip.sink.frame if isinstance(ip.sink, AffineSink) else Frame()
-    inner = ip.sink.inner if isinstance(ip.sink, AffineSink) else ip.sink
-    work, whole = old.to_work(ip.state.position), carried(ip, axes).then(frame)
-    ip.state.position = whole.to_programmed(work)
-    if frame.idle() and axes is None:
-        ip.sink = inner
-        return
-    ip.sink = AffineSink(inner, frame, list(ip.state.position), axes, whole)
+    stand(ip, whole, None if idle else lambda inner, at: AffineSink(inner, frame, at, axes, whole))

@@ -1,23 +1,21 @@
 """FANUC's frames within a program: scaling G51, mirror images G51.1, rotation G68; polar coordinates G16.
 
-The interpreter goes on in programmed coordinates; a `FramedSink` between it and the sink turns its calls into work coordinates: ``work
+The interpreter goes on in programmed coordinates; an `affine.FramedSink` between it and the sink turns its calls into work coordinates: ``work
 = rotation (scaling (mirror (programmed)))``, the order of the manuals (B-63324EN, 14.6-14.9).
 """
 
 from __future__ import annotations
 
-import math
-
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.codes import affine
 from cncgen.gcode.codes.dwell import has_point
 from cncgen.gcode.codes.polar import polar_from
 from cncgen.gcode.codes.table import ROTARY_PATH, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
+from cncgen.gcode.sinks.sink import Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
-from cncgen.ranges import FACTORS
 from cncgen.records import dataclass, field, replace
 
 _FANUC = ("fanuc",)
@@ -42,45 +40,21 @@ class CoordinateFrame:
     turn_centre: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     plane: int = 17
 
-    def idle(self) -> bool:
-        """Tell whether nothing is changed."""
-        return not self.mirror and self.scale == [1.0, 1.0, 1.0] and self.angle == 0.0
-
-    def has(self, part: str) -> bool:
-        """Tell whether a part (``mirror``, ``scale`` or ``angle``) changes anything."""
-        return bool(getattr(self, part) != getattr(CoordinateFrame(), part))
-
-    def to_work(self, point: Point) -> Point:
-        """Return work coordinates of a programmed point."""
-        out = list(point)
+    def whole(self) -> affine.Frame:
+        """Return it as one affine map."""
+        turned, mirrored = affine.Frame(), affine.Frame()
+        if self.angle:
+            turn = affine.turn(PLANE_AXES[self.plane][2], self.angle)
+            turned = affine.Frame.about(_vector(self.turn_centre), turn)
         for axis, at in self.mirror.items():
-            out[axis] = 2.0 * at - out[axis]
-        for axis in range(3):
-            out[axis] = self.scale_centre[axis] + (out[axis] - self.scale_centre[axis]) * self.scale[axis]
-        self._turn(out, self.angle)
-        return out
+            sides, centre = [1.0] * 3, [0.0] * 3
+            sides[axis], centre[axis] = -1.0, at
+            mirrored = affine.Frame.about(_vector(centre), affine.diagonal(*sides)).then(mirrored)
+        scaled = affine.Frame.about(_vector(self.scale_centre), affine.diagonal(*self.scale))
+        return turned.then(scaled.then(mirrored))
 
-    def to_programmed(self, point: Point) -> Point:
-        """Return the programmed point of work coordinates: the inverse of `to_work`."""
-        out = list(point)
-        self._turn(out, -self.angle)
-        for axis in range(3):
-            out[axis] = self.scale_centre[axis] + (out[axis] - self.scale_centre[axis]) / self.scale[axis]
-        for axis, at in self.mirror.items():
-            out[axis] = 2.0 * at - out[axis]
-        return out
-
-    def _turn(self, point: Point, degrees: float) -> None:
-        if degrees == 0.0:
-            return
-        first, second, _ = PLANE_AXES[self.plane]
-        c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-        x, y = point[first] - self.turn_centre[first], point[second] - self.turn_centre[second]
-        point[first] = self.turn_centre[first] + c * x - s * y
-        point[second] = self.turn_centre[second] + s * x + c * y
-
-    def flips(self, plane: int) -> bool:
-        """Tell whether arcs of a plane turn the other way; raise where they stop being arcs."""
+    def check_arc(self, plane: int) -> None:
+        """Raise where arcs of a plane stop being arcs."""
         first, second, normal = PLANE_AXES[plane]
         if abs(self.scale[first]) != abs(self.scale[second]):
             raise BlockError(
@@ -96,83 +70,44 @@ class CoordinateFrame:
                 "",
                 hint="G69 ends the rotation",
             )
-        sign = math.copysign(1.0, self.scale[first]) * math.copysign(1.0, self.scale[second])
-        for axis in (first, second):
-            sign = -sign if axis in self.mirror else sign
-        return sign < 0.0
 
 
-class FramedSink(PassingSink):
-    """Passes calls on to `inner` with their positions in work coordinates."""
+def _vector(point: list[float]) -> affine.Vector:
+    return point[0], point[1], point[2]
 
-    def __init__(self, inner: Sink, frame: CoordinateFrame) -> None:
-        super().__init__(inner)
-        self.frame = frame
+
+class _FanucSink(affine.FramedSink):
+    """Passes calls on in work coordinates; arcs that leave their plane are refused."""
+
+    def __init__(self, inner: Sink, parts: CoordinateFrame, at: Point) -> None:
+        super().__init__(inner, parts.whole(), at)
+        self.parts = parts
 
     def snapshot(self) -> CoordinateFrame:
         """Return a key of this state."""
-        return self.frame
-
-    def straight_traverse(self, end: Point) -> None:
-        """Move."""
-        self.inner.straight_traverse(self.frame.to_work(end))
-
-    def straight_feed(self, end: Point) -> None:
-        """Move."""
-        self.inner.straight_feed(self.frame.to_work(end))
-
-    def straight_probe(self, end: Point) -> None:
-        """Move."""
-        self.inner.straight_probe(self.frame.to_work(end))
-
-    def rigid_tap(self, end: Point, pitch: float) -> None:
-        """Move."""
-        self.inner.rigid_tap(self.frame.to_work(end), pitch)
+        return self.parts
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Move; a mirrored arc turns the other way."""
-        a, b, _ = PLANE_AXES[plane]
-        centre = list(end)
-        centre[a], centre[b] = first, second
-        centre = self.frame.to_work(centre)
-        turns = -turns if self.frame.flips(plane) else turns
-        self.inner.arc_feed(self.frame.to_work(end), centre[a], centre[b], turns, plane)
-
-    def nurbs_feed(self, curve: Curve) -> None:
-        """Move: control points are carried along, weights and knots stay."""
-        points = [self.frame.to_work(list(point)) for point in curve.points]
-        self.inner.nurbs_feed(replace(curve, points=points))
-
-    def place(self, position: Point) -> None:
-        """Stand somewhere."""
-        self.inner.place(self.frame.to_work(position))
-
-    def offsets_changed(self, position: Point) -> None:
-        """Take a change of offsets, which no frame of FANUC's needs to know."""
+        """Move."""
+        self.parts.check_arc(plane)
+        super().arc_feed(end, first, second, turns, plane)
 
 
-def _change(ip: Interpreter, frame: CoordinateFrame) -> None:
+def _change(ip: Interpreter, parts: CoordinateFrame) -> None:
     """Put another frame in force; the tool stays where it is in work coordinates."""
-    if ip.state.compensation != 40:
-        raise BlockError(
-            "frame-compensation", "a frame cannot change under cutter compensation", "", hint="use G40"
-        )
-    old = ip.sink.frame if isinstance(ip.sink, FramedSink) else CoordinateFrame()
-    inner = ip.sink.inner if isinstance(ip.sink, FramedSink) else ip.sink
-    work = old.to_work(ip.state.position)
-    ip.sink = inner if frame.idle() else FramedSink(inner, frame)
-    ip.state.position = frame.to_programmed(work)
+    frame = parts.whole()
+    affine.stand(ip, frame, None if frame.idle() else lambda inner, at: _FanucSink(inner, parts, at))
 
 
 def _current(ip: Interpreter) -> CoordinateFrame:
     """Return a copy of the frame in force."""
-    if not isinstance(ip.sink, FramedSink):
+    if not isinstance(ip.sink, affine.FramedSink):
         return CoordinateFrame()
-    f = ip.sink.frame
-    if not isinstance(f, CoordinateFrame):
+    if not isinstance(ip.sink, _FanucSink):
         raise BlockError(
             "frame-compensation", "G50 to G51.1 and G68 do not go with a tilted plane", "", hint="G69 ends it"
         )
+    f = ip.sink.parts
     return CoordinateFrame(
         dict(f.mirror), list(f.scale), list(f.scale_centre), f.angle, list(f.turn_centre), f.plane
     )
@@ -209,19 +144,6 @@ def _angle(ip: Interpreter, block: Block) -> float:
     return angle / 1000.0
 
 
-def check_factors(factors: list[float], word: str) -> None:
-    """Raise where a frame scales by more, or by less, than leaves digits on the way there and back.
-
-    Raises:
-        BlockError: A factor is not within `cncgen.ranges.FACTORS`.
-    """
-    least, most = FACTORS
-    wrong = next((factor for factor in factors if not least <= abs(factor) <= most), None)
-    if wrong is not None:
-        message = f"the frame scales by {wrong:g}, which is not within {least:g} to {most:g}"
-        raise BlockError("number-range", message, word, hint="factors of frames in frames multiply")
-
-
 def scaling(ip: Interpreter, block: Block) -> None:
     """G51 X Y Z P, or I J K: scale about a point, in all axes or each by its own factor."""
     words = {letter: _factor(ip, letter, value) for letter, value in block.words.items() if letter in "pijk"}
@@ -238,7 +160,7 @@ def scaling(ip: Interpreter, block: Block) -> None:
             zero.upper(),
             hint="G50 ends the scaling",
         )
-    check_factors(factors, "G51")
+    affine.check_factors(factors, "G51")
     frame = _current(ip)
     frame.scale, frame.scale_centre = factors, _point(ip, block)
     _change(ip, frame)
@@ -321,7 +243,7 @@ def rotation(ip: Interpreter, block: Block) -> None:
 
 def no_rotation(ip: Interpreter, block: Block) -> None:
     """G69: no rotation, no tilted plane."""
-    if isinstance(ip.sink, FramedSink) and not isinstance(ip.sink.frame, CoordinateFrame):
+    if isinstance(ip.sink, affine.AffineSink):
         _change(ip, CoordinateFrame())
         return
     frame = _current(ip)

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import MOTION
+from cncgen.gcode.codes.affine import FramedSink
 from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, FollowedSink, Path
-from cncgen.gcode.codes.frames import FramedSink
 from cncgen.gcode.codes.table import ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.codes.tools import number_in_force, table_offset
 from cncgen.gcode.errors import BlockError

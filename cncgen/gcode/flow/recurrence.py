@@ -124,8 +124,8 @@ class Recurrence:
         ip = self._ip
         sink, states = ip.sink, list[object]()
         while sink is not ip.base:
+            from cncgen.gcode.codes.affine import FramedSink
             from cncgen.gcode.codes.compensated_sink import CompensatedSink
-            from cncgen.gcode.codes.frames import FramedSink
 
             if not isinstance(sink, CompensatedSink | FramedSink):
                 return None

@@ -77,7 +77,8 @@ class Datums:
             self._shift(words)
         elif number == 8:
             named = "".join(name for name, _ in given)
-            self.take(8, _along([-1.0 if axis in named else 1.0 for axis in "XYZ"]) if named else None)
+            sides = (-1.0 if axis in named else 1.0 for axis in "XYZ")
+            self.take(8, affine.Frame(affine.diagonal(*sides)) if named else None)
         elif number == 10:
             if not words.keys() & {"ROT", "IROT"}:
                 raise BlockError(
@@ -185,12 +186,6 @@ class Datums:
         self.take(7, affine.Frame(shift=(x, y, z)) if x or y or z else None)
 
 
-def _along(factors: list[float], shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> affine.Frame:
-    """Return the frame with a factor for each axis."""
-    a, b, c = factors
-    return affine.Frame(((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c)), shift)
-
-
 def _scaled(number: int, factors: list[float], centre: list[float], hint: str) -> affine.Frame | None:
     """Return the frame of factors about a centre; None where they change nothing.
 
@@ -202,5 +197,4 @@ def _scaled(number: int, factors: list[float], centre: list[float], hint: str) -
         raise BlockError("scale-missing", message, "CYCL", hint=hint)
     if factors == [1.0, 1.0, 1.0]:
         return None
-    x, y, z = (middle * (1.0 - factor) for middle, factor in zip(centre, factors, strict=True))
-    return _along(factors, (x, y, z))
+    return affine.Frame.about((centre[0], centre[1], centre[2]), affine.diagonal(*factors))
