@@ -14,6 +14,7 @@ from cncgen.geometry.path import Path
 from cncgen.planner.least_time.crawling import crawling
 from cncgen.planner.limits.axis_limits import (
     JUMP_SHARE,
+    STEP_TAKES,
     STOP_SPEED,
     SWAY_SHARE,
     AxisLimits,
@@ -166,7 +167,7 @@ def corners_of(
     together = _together(bounds, s, turn, v)
     speed = np.where(together < v, together, speed)
     v = together[:, None]
-    share = linear * v + square * v**2
+    share = STEP_TAKES * linear * v + square * v**2
     felt = (max_over_axes(share) > _NEGLIGIBLE) | (chord < np.sqrt(top))
     corner |= felt & (speed < np.sqrt(top))
     speed[~felt & ~corner & ~stop] = np.inf

@@ -18,7 +18,7 @@ from cncgen.planner.least_time.corners import BlockEnd, Corners, corners_of, dis
 from cncgen.planner.least_time.crawling import crawling
 from cncgen.planner.least_time.mesh_spacing import MOST, TooManyNodesError, placed
 from cncgen.planner.least_time.speed_caps import SpeedCap
-from cncgen.planner.limits.axis_limits import JUMP_SHARE, SWAY_SHARE, AxisLimits
+from cncgen.planner.limits.axis_limits import JUMP_SHARE, STEP_TAKES, SWAY_SHARE, AxisLimits
 from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
@@ -380,7 +380,7 @@ def _factors(s: Floats, corners: Corners) -> Floats:
     change = np.zeros((len(s), *corners.jump_share.shape[1:]))
     np.add.at(change, np.maximum(first, 0), corners.jump_share[near])
     np.add.at(change, np.minimum(last, len(s) - 1), -corners.jump_share[near])
-    return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - JUMP_SHARE - SWAY_SHARE)
+    return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - STEP_TAKES * JUMP_SHARE - SWAY_SHARE)
 
 
 def _x3_excess(

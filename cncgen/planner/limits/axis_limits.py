@@ -26,6 +26,10 @@ Floats = NDArray[np.float64]
 #: Part of the jerk limit that a jump of tangent or curvature may take at most; the rest is for the motion around it. Chosen:
 #: with more the motion beside a corner can hardly brake or accelerate, with less corners are passed more slowly.
 JUMP_SHARE = 0.75
+#: Part of the jerk limit by which the motion around a step of the tangent has less, by the part that the step takes. A third difference
+#: that ends a period after the step sees all of its share J, and half a period of full jerk from before its way with 1/48 of its weight:
+#: share + rest 47/48 + 1/48 is 1 at most.
+STEP_TAKES = 48.0 / 47.0
 #: Part of the jerk limit, beside `JUMP_SHARE`, that the acceleration along the path may take while a jump is passed.
 SWAY_SHARE = 0.02
 #: Speed at a jump of the tangent, as a multiple of the smaller of J T² and A T, below which the motion stops there instead.

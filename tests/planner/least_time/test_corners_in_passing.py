@@ -61,6 +61,27 @@ def test_third_differences_hold_at_every_phase() -> None:
             assert found <= 1.001 * machine.axes[letter].max_jerk
 
 
+def test_full_jerk_a_period_and_a_half_from_a_step_of_the_tangent_is_seen_beside_it() -> None:
+    """A third difference is a mean of x''' with the quadratic B-spline, two periods of which may lie on one side of a step that it sees in full.
+
+    Beyond a period and a half from the step lies 0.5³/6 = 1/48 of its weight (de Boor (1978)), where jerk may be full.
+    """
+    rng, at, text = np.random.default_rng(102), np.zeros(2), ["G21 G90 G94 G61"]
+    mm, turn, way = 10 ** rng.uniform(-3.5, -1.5), 10 ** rng.uniform(-2, -0.5), rng.uniform(0, 6)
+    for _ in range(25):
+        at = at + mm * rng.uniform(0.2, 1.5) * np.array([np.cos(way), np.sin(way)])
+        way += turn * rng.normal()
+        text.append(f"G1 X{at[0]:.7f} Y{at[1]:.7f} F6000")
+    jerks, period = np.array([3970.0, 10710.0]), 0.001
+    axes = {"X": Axis("X", 0.72, 61.0, jerks[0]), "Y": Axis("Y", 1.9, 166.0, jerks[1])}
+    machine = Machine("table", axes, period_s=period, chord_tolerance_mm=0.001, path_tolerance_mm=0.01)
+    (part,) = plan(read_text("\n".join([*text, "M2", ""])).chunks(), machine, PlanOptions())
+    parts = 480
+    x = _positions(part, np.arange(0.0, part.profile.t[-1] + 3 * period, period / parts))[:, :2]
+    third = x[3 * parts :] - 3 * x[2 * parts : -parts] + 3 * x[parts : -2 * parts] - x[: -3 * parts]
+    assert (np.abs(third).max(axis=0) <= jerks * period**3).all()
+
+
 def _positions(part: Trajectory, t: np.ndarray) -> np.ndarray:
     """Evaluate a trajectory at those of the times that are its own: it rests before the first and after the last."""
     first, last = part.profile.t[[0, -1]]
