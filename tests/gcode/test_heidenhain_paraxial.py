@@ -41,3 +41,12 @@ def test_g43_and_g44_of_din_iso(run: Run) -> None:
 def test_what_is_no_line_along_one_axis_to_a_coordinate_is_refused(run: Run, line: str) -> None:
     out = run(f"{HEAD}X+10 R+\n{line}\n9 END PGM A MM\n", dialect="heidenhain")
     assert [code for code, *_ in out.errors] == ["paraxial"]
+
+
+@pytest.mark.parametrize(("first", "then"), [("RL", "RR"), ("RR", "RL")])
+def test_one_side_does_not_follow_the_other(run: Run, first: str, then: str) -> None:
+    """Between RL and RR a block with R0 is needed (TNC 640, "Radius compensation"), which the control asks for as well."""
+    lines = f"L X+0 Y+0 {first} F100\nL X+10\nL X+20 {{}}{then}\nL X+30\nL X+40 Y+20 R0\n9 END PGM A MM\n"
+    out = run(HEAD + lines.format(""), dialect="heidenhain")
+    assert [code for code, *_ in out.errors] == ["comp-refused"]
+    assert run(HEAD + lines.format("R0\nL Y+9 "), dialect="heidenhain").errors == []

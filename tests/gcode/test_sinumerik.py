@@ -405,7 +405,7 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "a mode of a tap": ('CYCLE84(10,0,2,-8,,0,3,,1,0,200,200,,1,,,,,"","","",0,1,3)', ("not-read", 1, 1)),
     "a hole along X": ("CYCLE84(10,0,2,-8,,0,3,,1,0,200,200,1)", ("not-read", 1, 1)),
     "a parameter beyond the mode": ("CYCLE82(10,0,2,-8,,0,0,1,12,1)", ("not-read", 1, 1)),
-    "a face of corners": ("F100\nCYCLE61(20,0,2,-4,0,0,30,20,2,100,0,500,31,0,1,1010)", ("not-read", 2, 1)),
+    "a face of corners": ("F100\nCYCLE61(20,0,2,-4,5,0,30,20,2,100,0,500,31,0,1,1010)", ("not-read", 2, 1)),
     "a face that neither roughs nor finishes": ("F100\nT1 M6\nCYCLE71(20,0,2,-4,0,0,30,20,0,2,4,0,0,500,33,0)", ("not-read", 3, 1)),
     "a spigot with a chamfer": ("F100\nCYCLE77(20,0,2,-4,,20,50,10,2,0,0,500,100,0,5,26,1)", ("not-read", 2, 1)),
     "an edge alone": ("F100\nPOCKET4(20,0,2,-4,10,0,0,2,0,0,500,100,0,4)", ("not-read", 2, 1)),
@@ -449,6 +449,8 @@ def test_what_is_wrong_is_named_where_it_stands(run: Any, name: str) -> None:
         ("CYCLE71(20,0,2,-4,0,0,-30,-20,0,2,4,0,0,500,31,0)", (-32, 2, -18, -2)),
         ("CYCLE61(20,0,2,-4,0,0,30,20,2,100,0,500,31,0,1,10)", (-2, 32, 2, 18)),
         ("CYCLE61(20,0,2,4,0,0,30,20,2,4,0,500,31,0,1,1)", (-2, 32, 2, 18)),
+        # From a corner at 0 the opposite one's coordinates are the sides.
+        ("CYCLE61(20,0,2,-4,0,0,30,20,2,100,0,500,31,0,1,11010)", (-2, 32, 2, 18)),
         # Beside the wall by the radius, and from X+ by a diameter and the clearance beyond the blank.
         ("CYCLE76(20,0,2,-4,,30,20,5,50,10,0,2,0,0,500,100,0,1)", (33, 71, -2, 22)),
         ("CYCLE77(20,0,2,-4,,20,50,10,2,0,0,500,100,0,1,26)", (38, 69, -2, 22)),

@@ -556,3 +556,18 @@ def test_a_motion_with_meas_is_planned_to_its_end_and_kept(run: Run) -> None:
     out = run(text, dialect="sinumerik")
     assert ends(run, text) == [[5, 0, 50], [5, 0, -10], [5, 0, 50], [-10, 0, 5]]
     assert [d.code for d in out.diagnostics if d.severity == "note"] == ["probe-not-run"]
+
+
+@pytest.mark.parametrize(
+    "cycle",
+    [
+        'CYCLE978(100,9000,,1,5,3,2,3,2,1,"",,0,1.01,1.01,-1.01,0.34,1,0,,1,1)',
+        'CYCLE977(103,9000,,1,20,,,10,2,0,10,28,,1,1,"",,0,1.01,1.01,-1.01,0.34,1,0,,1,1)',
+        "CYCLE961",
+    ],
+)
+def test_measuring_cycles_are_passed_over_with_a_warning(run: Run, cycle: str) -> None:
+    """They lead back to where they began (840D sl, Measuring cycles 03/2009), and nothing can be touched here."""
+    text = f"G54 G0 X5 Z50\n{cycle}\nX6\nM30\n"
+    assert ends(run, text) == [[5, 0, 50], [6, 0, 50]]
+    assert codes(run, text) == ["probe-not-run"]

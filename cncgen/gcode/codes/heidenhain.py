@@ -6,7 +6,7 @@
 ```
 
 SPL is a cubic polynomial in each axis, ``X(t) = K3X t³ + K2X t² + K1X t + X`` with t from 1 to 0, so that the end is at
-t = 0 (iTNC 530, "Spline interpolation"): a Bézier curve exactly, which becomes a B-spline. Its start may differ by 1 µm an axis
+t = 0 (iTNC 530, "Spline interpolation"). It is a Bézier curve exactly, which becomes a B-spline. Its start may differ by 1 µm an axis
 from where the tool is, its direction by 0.1 degrees from the spline before it.
 """
 

@@ -216,8 +216,11 @@ def _centre(cycle: HoleCycle) -> None:
 
 
 def _levels(number: int, q: Sequence[float]) -> tuple[float, float] | None:
-    """Return surface and depth of a cycle that has them from other parameters than Q203 and Q201: 204 from the part's thickness, 240 with
-    Q343 = 1 from where the point is as wide as Q344 (T-ANGLE of the control's tool table, which the table here does not have)."""
+    """Return surface and depth of a cycle that has them from other parameters than Q203 and Q201.
+
+    204 has them from the part's thickness, 240 with Q343 = 1 from where the point is as wide as Q344. The angle of the point is T-ANGLE of
+    the control's tool table, which the table here does not have.
+    """
     if number == 204:
         return q[203], -q[250]
     if number != 240 or not round(q[343]):

@@ -10,7 +10,7 @@ N50 I+50 J+50 *                      CC X+50 Y+50
 N60 G02 X+95 Y+50 *                  C X+95 Y+50 DR-
 ```
 
-The motion and G90 or G91 stay in force from block to block as they are run, so that a label is run with those of its call; what does not
+The motion and G90 or G91 stay in force from block to block as they are run, so that a label is run with those of its call. What does not
 depend on them is said when the text is read. (TNC 410, 426 and iTNC 530, "DIN/ISO programming"; the pilots' lists of G functions.)
 """
 

@@ -118,6 +118,9 @@ class Execution(ProgramText):
             self._modal = False
         if self.ip.state.compensation != 40 and "R0" in marks and not {410, 420} & set(block.g):
             self._execute(Block({}, (400,), (), None, 0, block.line, block.offset))
+        if {self.ip.state.compensation * 10, *block.g} >= {410, 420}:
+            message = f"{'RL is followed by RR' if 420 in block.g else 'RR is followed by RL'} without a block with R0 between"
+            raise BlockError("comp-refused", message, "R", hint="a line with R0 leads off the contour before")
         moves = not AXIS_INDEX.keys().isdisjoint(block.words) or any(
             number in (*_ARCS, POLAR_LINE) for number in block.g
         )

@@ -2,11 +2,11 @@
 programming").
 
 Each element is a directed line or circle. Its own words, its start and the element before it give the lines or circles that it may be, and
-where it may end; the next elements decide what is left open: where both meet or touch, or the line or arc of a given radius that touches
+where it may end. The next elements decide what is left open: where both meet or touch, or the line or arc of a given radius that touches
 both. All solutions are followed from element to element. One must be left at the end, or the one that FSELECT chooses.
 
 The order by which FSELECT counts is not published. Here lines on the right side of what they are given by come before those on the left,
-and so do places on the right of the way from one circle to another; a line leaves a circle before it enters it. So counted are the
+and so do places on the right of the way from one circle to another. A line leaves a circle before it enters it. So counted are the
 solutions of the manual's second and third example.
 """
 

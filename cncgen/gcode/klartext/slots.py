@@ -91,8 +91,10 @@ def works(cycle: HoleCycle) -> tuple[bool, bool, float, float]:
 
 
 def bows(cycle: HoleCycle) -> None:
-    """254: Q377 slots of width Q219 along the circle Q375, each over the angle Q248, Q378 from one to the next: about Q216 Q217 from Q376 on
-    (Q367 = 0), or the first with its middle where the tool is, at the angle Q376 (2)."""
+    """254: Q377 slots of width Q219 along the circle Q375, each over the angle Q248, Q378 from one to the next.
+
+    They lie about Q216 Q217 from Q376 on (Q367 = 0), or the first has its middle where the tool is, at the angle Q376 (2).
+    """
     q, ip, tool = cycle.q, cycle.ip, cycle.ip.cutting_radius(cycle.name, cycle.q[219] / 2.0)
     roughs, finishes, side, floor = works(cycle)
     count = round(q[377] or 1.0)

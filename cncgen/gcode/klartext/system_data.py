@@ -8,9 +8,9 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.units import INCH
 
-#: The data, by ID and NR: program, state of the machine, tool table, what TOOL CALL said, position in the machine's and in the program's
-#: coordinates; the index of ID50 is the tool, of ID240 and ID270 the axis from 1 on (iTNC 530 HSCI technical manual, 9.5.4). Lengths are in mm whatever the
-#: program's unit ("List of FN functions" of TNC 7).
+#: The data, by ID and NR: program, state of the machine, tool table, the values of TOOL CALL, position in the machine's and in the program's
+#: coordinates. The index of ID50 is the tool, of ID240 and ID270 the axis from 1 on (iTNC 530 HSCI technical manual, 9.5.4). Lengths are in
+#: mm whatever the program's unit ("List of FN functions" of TNC 7).
 _STATE: dict[tuple[int, int], Callable[[Interpreter, int], float]] = {
     (10, 1): lambda ip, index: float(ip.state.inches),
     (20, 1): lambda ip, index: float(ip.state.tool),

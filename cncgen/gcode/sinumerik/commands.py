@@ -755,6 +755,7 @@ CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     "SETMS": _master,
     "SETINT": _interrupt,
     "FGROUP": _path_axes,
+    **measuring.CYCLES,
     **dict.fromkeys(("INIT", "START", "WAITE", "GET", "GETD", "RELEASE"), _other_channel),
     **dict.fromkeys(
         ("WORKPIECE", "CYCLE832", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL",

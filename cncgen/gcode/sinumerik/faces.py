@@ -135,12 +135,14 @@ def face(motions: Motions, name: str, values: Values) -> None:
 def face_of_blank(motions: Motions, name: str, values: Values) -> None:
     """CYCLE61(RTP, RFP, SDIS, DP, PA, PO, LENG, WID, MID, MIDA, FALD, FFP1, VARI, LIM, DMODE, AMODE).
 
-    The ones of AMODE tell whether DP is a distance (1), the tens whether MIDA is a part of the tool's diameter in percent (1).
+    The ones of AMODE tell whether DP is a distance (1), the tens whether MIDA is a part of the tool's diameter in percent (1). Thousands and
+    ten thousands tell whether LENG and WID are coordinates (1), which is read where PA and PO are 0: then they are distances as well.
     """
     v = [filled(values, k) for k in range(16)]
-    mode = round(v[15])
-    if mode // 100 or v[13] or mode % 10 > 1 or mode // 10 > 1:
-        message = f"AMODE = {mode} or LIM = {v[13]:g} of {name} (corners as coordinates, sides that bound the face) is not read"
+    mode, corners = round(v[15]) % 1000, round(v[15]) // 1000
+    beside = (corners % 10 == 1 and v[4] != 0.0) or (corners // 10 == 1 and v[5] != 0.0)
+    if mode // 100 or v[13] or mode % 10 > 1 or mode // 10 > 1 or corners not in (0, 1, 10, 11) or beside:
+        message = f"AMODE = {v[15]:g} or LIM = {v[13]:g} of {name} (corners as coordinates, sides that bound the face) is not read"
         raise BlockError(
             "not-read",
             message,

@@ -1,8 +1,8 @@
 """CYCLE93 of SINUMERIK: grooves along Z, outside or inside, from the left or the right (840D, turning cycles, "CYCLE93").
 
-The shape is the cycle's. Plunges, and how they come to it, are ours, after the sister cycle CYCLE930: a groove wider than the tool is cut in
-several plunges, each at most four fifths of its width beside the last (840D sl, Operating Manual Turning 05/2017, 10.2.3). The left corner
-of the tool is where the program's Z is.
+The shape is the cycle's. The plunges are ours, after the sister cycle CYCLE930 (840D sl, Operating Manual Turning 05/2017, 10.2.3): a groove
+wider than the tool is cut in several plunges, each at most four fifths of its width beside the last. The left corner of the tool is where
+the program's Z is.
 """
 
 from __future__ import annotations

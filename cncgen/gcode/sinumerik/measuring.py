@@ -1,4 +1,5 @@
 """MEAS and MEAW of SINUMERIK: a motion that a probe watches (840D sl, Job planning 03/2006, 5.7, "Measurements with touch trigger probe").
+Measuring cycles (840D sl, "Measuring cycles" 03/2009), which measure a part or a tool and lead back to where they began.
 
 The places of all axes where the probe switches are kept; with MEAS the motion ends there, with MEAW it goes on to its end. Nothing switches
 here: the motion is planned to its end, and it is taken as touched there, so that the program goes on.
@@ -12,6 +13,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.errors import BlockError
 
 if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.cycles import Values
     from cncgen.gcode.sinumerik.motions import Motions, Words
 
 WORDS = ("MEAS", "MEAW")
@@ -30,3 +32,17 @@ def keep(motions: Motions, words: Words) -> None:
     message = f"{name} is planned to the programmed point"
     ip.warn_once(BlockError("probe-not-run", message, name, hint=hint), Severity.NOTE)
     motions.store.touched = list(ip.state.position), list(ip.machine_position())
+
+
+def pass_over(motions: Motions, name: str, values: Values) -> None:
+    """Pass over a measuring cycle, as nothing can be touched."""
+    list(values)
+    message = f"{name} measures with a probe: passed over, and offsets, tools and results stay as they are"
+    hint = "its motions take time that is not counted; origins and tools are those of --parameters and --tool-table"
+    motions.ip.warn_once(BlockError("probe-not-run", message, name, hint=hint))
+
+
+CYCLES = {
+    f"CYCLE{number}": pass_over
+    for number in (*range(961, 964), *range(971, 980), 982, *range(994, 999), 9960)
+}

@@ -1,11 +1,11 @@
 """CYCLE800 of SINUMERIK: a swivelled plane as a frame, and the rotary axes that bring it square to the tool.
 
-CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, DIR, FR_I, DMODE): the origin goes to X0 Y0 Z0, turns by A B C as MODE says, and
-goes to X1 Y1 Z1 in the turned plane (840D sl, Programming cycles externally, CYCLE800; Operating Manual, "Swiveling").
+Its parameters are FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, DIR, FR_I, DMODE. The origin goes to X0 Y0 Z0, turns by A B C as MODE
+says, and goes to X1 Y1 Z1 in the turned plane (840D sl, Programming cycles externally, CYCLE800; Operating Manual, "Swiveling").
 
-MODE is a number of bits: 6 and 7 tell what the angles are (0 turns one after the other, 1 a solid angle, 2 projections, 3 positions of
-the rotary axes), and each two from bit 0 on the axis of A, B and C (1 is X, 2 is Y, 3 is Z): 57 turns about X, the new Y, the new Z, and
-27 about Z, the new Y, the new X.
+MODE is a number of bits. 6 and 7 tell what the angles are: 0 turns one after the other, 1 a solid angle, 2 projections, 3 positions of the
+rotary axes. Each two from bit 0 on are the axis of A, B and C: 1 is X, 2 is Y, 3 is Z. So 57 turns about X, the new Y, the new Z, and 27
+about Z, the new Y, the new X.
 
 On a machine with kinematics the rotary axes turn, and a frame around the others carries the plane (`codes.affine`).
 """
@@ -130,8 +130,8 @@ def _matrix(call: _Call, kinematics: Kinematics | None) -> affine.Matrix:
 def _projected(angles: dict[int, float], order: list[int]) -> affine.Matrix:
     """Return the rotation of a plane whose edges in two planes of the coordinates have two angles, and of the third about its normal.
 
-    Of the axes a, b (cyclic, so the pair X Y in either order, and Y Z, Z X) the new one of a is that turned about b, and the plane's line
-    in the plane beside a is b turned about a.
+    The axes a, b are in cyclic order: X Y, Y Z or Z X. The new one of a is that turned about b. The plane's line in the plane beside a is
+    b turned about a.
     """
     a, b = order[:2] if (order[1] - order[0]) % 3 == 1 else order[1::-1]
     along, aside = (_column(affine.turn(k, angles[k]), j) for k, j in ((b, a), (a, b)))
