@@ -1,35 +1,30 @@
-"""Words of SINUMERIK without a number (TRANS, MCALL, TRAORI …), G functions as modes, and commands with arguments."""
+"""Words of SINUMERIK without a number (TRANS, MCALL, TRAORI …), and commands with arguments."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, AXIS_INDEX, Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.codes import rotary_paths, tool_point
-from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.cutter_compensation import feed_along_contour
 from cncgen.gcode.codes.tools import table_offset
-from cncgen.gcode.codes.turning_profiles import Recorder
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik import measuring, orientation, swivelling
 from cncgen.gcode.sinumerik.expressions import Scalar, number
-from cncgen.gcode.sinumerik.frame_variables import use_origin
 from cncgen.records import replace
 from cncgen.toolpath.record import Event
-from cncgen.units import INCH
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
 
 #: Axes of the machine, by which G74 and G75 name those that they move.
-_MACHINE_AXES = ("X1", "Y1", "Z1", "A1", "B1", "C1")
+MACHINE_AXES = ("X1", "Y1", "Z1", "A1", "B1", "C1")
 #: Names of words that take a value by =.
 NAMED = frozenset(
-    [*_MACHINE_AXES, *orientation.VECTOR, *measuring.WORDS, *(f"S{k}" for k in range(1, 10)), *(f"M{k}" for k in range(1, 100)),
+    [*MACHINE_AXES, *orientation.VECTOR, *measuring.WORDS, *(f"S{k}" for k in range(1, 10)), *(f"M{k}" for k in range(1, 100)),
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
      "CTOL", "OTOL", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
      "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "PRIO", "H1", "H2", "D1", "T1", "T2", "T3",]
@@ -50,17 +45,6 @@ _ACCEPTED = frozenset(
 _APPROACHES = ("KONT", "KONTC", "KONTT")
 _MOTIONS = ("ASPLINE", "CSPLINE", "BSPLINE", "POLY", "CIP", "CT")
 _FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
-#: G functions that are accepted: they choose how corners stop or come close.
-_PLAIN = frozenset((9, 60, 601, 602, 603, 62, 621, 63, 290, 460, 461, 462, 810, 820, 830))
-#: The side of soft approaches: that of G41 and G42, left, right, where the tool comes from.
-_SIDES = {140: 2, 141: 1, 142: -1, 143: 0}
-_SURFACE = (96, 97, 961, 962, 971, 972, 973)
-_FEED_MODES = {93: 930, 94: 940, 95: 950}
-_NOT_READ = {
-    291: "the ISO dialect (--dialect fanuc reads it)", 34: "threads of growing lead", 35: "threads of falling lead",
-    5: "inclined plunge", 7: "inclined plunge", 931: "the feed as a time",
-    942: "frozen feed", 952: "frozen feed",
-}  # fmt: skip
 
 
 #: Commands that are named and not read.
@@ -84,12 +68,12 @@ _NAMED_NOT_READ = {
 def check_name(name: str) -> None:
     """Raise where a name is a command, or a step of ShopMill, that is not read."""
     if name in _NAMED_NOT_READ:
-        raise _not_read(name, _NAMED_NOT_READ[name])
+        raise not_read(name, _NAMED_NOT_READ[name])
     if name[:2] in ("E_", "F_") and name[2:].isupper():
-        raise _not_read(name, "a step of ShopMill or ShopTurn")
+        raise not_read(name, "a step of ShopMill or ShopTurn")
 
 
-def _not_read(name: str, what: str = "") -> BlockError:
+def not_read(name: str, what: str = "") -> BlockError:
     message = f"{name} ({what}) is not read" if what else f"{name} is not read"
     return BlockError("not-read", message, name, hint="docs/sinumerik.md lists what is read")
 
@@ -161,12 +145,12 @@ def _frame_values(motions: Motions, name: str, words: Words, shifts: bool) -> di
         motions.ip.warn(BlockError("frame-diameter", message, "X", hint=hint), Severity.WARNING)
     other = [axis for axis in words.axes if axis not in "XYZ"]
     if other:
-        raise _not_read(f"{name} of {other[0]}", "frames are of X Y Z")
+        raise not_read(f"{name} of {other[0]}", "frames are of X Y Z")
     words.axes.clear()
     return values
 
 
-def _part_of_shift(motions: Motions, code: int, words: Words) -> None:
+def part_of_shift(motions: Motions, code: int, words: Words) -> None:
     """G58 sets the shift of TRANS of the axes it names, G59 that of ATRANS (Fundamentals, "Axial work offset")."""
     motions.settle()
     values = _frame_values(motions, f"G{code}", words, shifts=True)
@@ -188,155 +172,12 @@ def _step(motions: Motions, kind: str, values: dict[str, float], rpl: float | No
     return frames.made(kind, values)
 
 
-# G functions.
-
-
-def mode(motions: Motions, code: int, words: Words) -> None:
-    """Put a G function in force."""
-    emit = motions.emit
-    if code in (17, 18, 19):
-        motions.plane_assumed = False
-        motions.settle()
-        emit({}, (code * 10,))
-        motions.pole = 0j
-    elif code in (40, 41, 42):
-        _compensate(motions, code)
-    elif code in (70, 71, 700, 710):
-        _units(motions, code)
-    elif code in (90, 91):
-        motions.absolute = code == 90
-    elif code in _FEED_MODES:
-        motions.feed_said = True
-        if motions.ip.state.feed_mode != code:
-            emit({}, (_FEED_MODES[code],))
-    elif code in _SURFACE:
-        _surface(motions, code, words)
-    elif code in (110, 111, 112):
-        _pole(motions, code, words)
-    elif code in (58, 59):
-        _part_of_shift(motions, code, words)
-    elif 54 <= code <= 57 or 505 <= code <= 599 or code == 500:
-        use_origin(motions, 0 if code == 500 else code - 53 if code < 100 else code - 500, f"G{code}")
-    elif code in (450, 451):
-        motions.sharp_corners = code == 451
-        if isinstance(motions.ip.sink, CompensatedSink):
-            motions.ip.sink.centre.cut_outside(motions.sharp_corners)
-    elif code in (60, 64) or 641 <= code <= 645:
-        _path(motions, code, words)
-    elif code in (25, 26):
-        _bounds(motions, code, words)
-    elif code in _SIDES:
-        motions.soft_side = _SIDES[code]
-    elif code in (340, 341):
-        motions.soft_in_plane = code == 341
-    elif code in _NOT_READ:
-        raise _not_read(f"G{code}", _NOT_READ[code])
-    elif code not in _PLAIN:
-        raise BlockError(
-            "unknown-code", f"G{code} is not read", f"G{code}", hint="docs/sinumerik.md lists what is read"
-        )
-
-
-def _units(motions: Motions, code: int) -> None:
-    """G70 and G71 change the unit of lengths alone, G700 and G710 that of F too; the feed in force does not change.
-
-    The basic system is metric (840D sl, Fundamentals, "Inch or metric dimensions").
-    """
-    state, feed, inches = motions.ip.state, motions.ip.state.feed, motions.ip.state.inches
-    motions.settle()
-    motions.emit({}, (200 if code in (70, 700) else 210,))
-    motions.feed_scale = 1.0 / INCH if code == 70 else 1.0
-    if feed and state.inches != inches and state.feed_mode != 93:
-        motions.emit({"f": feed / INCH if state.inches else feed * INCH})
-
-
-def _bounds(motions: Motions, code: int, words: Words) -> None:
-    """G25 and G26: least and largest speed of the spindle, or a working area; neither is checked here."""
-    for name in [name for name in words.named if name[0] == "S" and name[1:].isdigit()]:
-        words.named.pop(name)
-    words.named.pop("S", None)
-    if words.axes:
-        hint = "travel_mm of the machine file is checked"
-        motions.note("zone-not-checked", f"the working area of G{code} is not checked", f"G{code}", hint)
-        words.axes.clear()
-
-
-def _compensate(motions: Motions, code: int) -> None:
-    motions.settle()
-    ip = motions.ip
-    if code == 40:
-        motions.emit({}, (400,))
-        return
-    if isinstance(ip.sink, Recorder):
-        raise _not_read(f"G{code}", "the cycle keeps the tool beside its contour")
-    if motions.edge == 0:
-        raise BlockError(
-            "comp-diameter",
-            f"G{code} with D0: no radius is in force",
-            f"G{code}",
-            hint="D1 takes the tool's radius",
-        )
-    if motions.allowance:
-        _compensate_with_allowance(motions, code)
-    else:
-        motions.emit({"d": float(ip.state.tool)} if ip.state.tool else {}, (code * 10,))
-    if isinstance(ip.sink, CompensatedSink):
-        ip.sink.centre.cut_outside(motions.sharp_corners)
-
-
-def _compensate_with_allowance(motions: Motions, code: int) -> None:
-    """Begin compensation by the tool's radius and OFFN."""
-    ip = motions.ip
-    tool = ip.tools.find(ip.state.tool)
-    radius = (tool.diameter / 2.0 if tool else 0.0) * ip.table_scale() + motions.allowance
-    if radius < 0.0:
-        message = f"OFFN={motions.allowance:g} leaves a radius of {radius:g} to compensate"
-        raise BlockError(
-            "comp-radius", message, "OFFN", hint=f"OFFN is {radius - motions.allowance:g} or more below 0"
-        )
-    words = {"d": 2.0 * radius}
-    if tool and ip.state.plane == 18:
-        words["l"] = float(tool.orientation)
-    motions.emit(words, (code * 10 + 1,))
-
-
-def modal_values(motions: Motions, words: Words) -> None:
-    """OVR, the override of the feed in percent, OFFN, the allowance beside the tool's radius, and LIMS, the bound of the speed under G96."""
-    limit = words.named.pop("LIMS", None)
-    if 92 in words.g and "S" in words.named and not words.axes:
-        words.g.remove(92)
-        limit = words.named.pop("S")
-        message = (
-            "G92 S is read as LIMS: the bound of the spindle's speed under G96, as on SINUMERIK 810 and 820"
-        )
-        motions.note("speed-bound", message, "G92", "LIMS= says it on later controls")
-    if limit is not None:
-        state = motions.ip.state
-        state.speed_limit = limit[1]
-        if state.constant_surface is not None and 96 not in words.g:
-            motions.emit({"s": state.speed}, (960,))
-    if "OVR" in words.named:
-        percent = words.named.pop("OVR")[1]
-        if not 0.0 < percent <= _MOST_OVERRIDE:
-            message = f"OVR={percent:g} is not above 0 and at most {_MOST_OVERRIDE:g} percent"
-            raise BlockError("feed-override", message, "OVR", hint="OVR=100 is the feed as it is written")
-        feed, before = motions.ip.state.feed, motions.override
-        motions.override = percent / 100.0
-        if feed and "F" not in words.named:
-            motions.emit({"f": feed * motions.override / before})
-    if "OFFN" in words.named:
-        value = words.named.pop("OFFN")[1]
-        if value != motions.allowance and motions.ip.state.compensation != 40:
-            raise _not_read("OFFN", "an allowance that changes while compensation is on")
-        motions.allowance = value
-
-
 def position(motions: Motions, words: Words, *, beside: bool) -> None:
     """POS[X]=, POSA[X]=: move axes by themselves, at FA or in traverse; beside a traverse they go along with it."""
     moved, words.positions = words.positions, {}
     if beside:
         if motions.motion != "G0":
-            raise _not_read("POS", f"an axis that moves by itself beside {motions.motion}")
+            raise not_read("POS", f"an axis that moves by itself beside {motions.motion}")
         words.axes.update(moved)
         return
     feeds = [motions.axis_feeds.get(axis) for axis in moved]
@@ -348,7 +189,7 @@ def position(motions: Motions, words: Words, *, beside: bool) -> None:
     words.axes.update(moved)
     motions.go(words)
     if motions.motion == "G1":
-        motions.emit({"f": feed} if feed else {}, (_FEED_MODES[mode],) if mode != 94 else ())
+        motions.emit({"f": feed} if feed else {}, (10 * mode,) if mode != 94 else ())
     motions.set_motion(before)
 
 
@@ -396,7 +237,7 @@ def _of_group(motions: Motions, words: Words, name: str, at: Scalar, mode: str, 
     group, place = round(number(at, "the number of a group")), round(value)
     members = _GROUPS.get(group, ())
     if not 1 <= place <= len(members):
-        raise _not_read(
+        raise not_read(
             f"G[{group}]={place}",
             f"of the groups {', '.join(map(str, sorted(_GROUPS)))} those are that G words name",
         )
@@ -442,8 +283,6 @@ INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = 
     "FGREF": _radius_of_feed,
     "LIMS": _limit_of_spindle,
 }
-#: The largest OVR, in percent.
-_MOST_OVERRIDE = 200.0
 
 
 def take_edge(motions: Motions) -> None:
@@ -459,129 +298,6 @@ def take_edge(motions: Motions) -> None:
         tool = ip.state.tool if motions.edge else 0
         with motions.shifting():
             motions.emit({"h": float(tool)} if tool else {}, (430 if tool else 490,))
-
-
-def _surface(motions: Motions, code: int, words: Words) -> None:
-    """G96 and kin, of one group with G94 and G95: G96 has a feed a revolution, G961 and G971 one a minute, G962, G972 and G973 that in force.
-
-    F in force counts on where no G94 said what it is (840D sl, Fundamentals, "Constant cutting rate").
-    """
-    state = motions.ip.state
-    feed_mode = {96: 95, 961: 94, 971: 94}.get(code, state.feed_mode)
-    if state.feed_mode != feed_mode:
-        feed = state.feed
-        motions.emit({}, (_FEED_MODES[feed_mode],))
-        if feed and not motions.feed_said:
-            motions.emit({"f": feed})
-    if code >= 971 or code == 97:
-        motions.emit({}, (970,))
-        return
-    speed = words.named.pop("S", words.named.pop(f"S{motions.master}", None))
-    if speed is None:
-        if state.constant_surface is None:
-            raise BlockError(
-                "speed-missing", f"G{code} has no S", f"G{code}", hint="G96 S200 is 200 m a minute"
-            )
-        return
-    motions.emit({"s": speed[1]}, (960,))
-
-
-def _pole(motions: Motions, code: int, words: Words) -> None:
-    """G110 from where the tool is, G111 from the origin, G112 from the last pole; by axis words or AP RP."""
-    first, second, _ = motions.plane()
-    position = motions.ip.state.position
-    base = {110: complex(position[first], position[second]), 111: 0j, 112: motions.pole}[code]
-    if {"AP", "RP"} & words.named.keys():
-        angle, radius = (words.named.pop(n, ("", 0.0))[1] for n in ("AP", "RP"))
-        offset = radius * complex(math.cos(math.radians(angle)), math.sin(math.radians(angle)))
-    else:
-        offset = complex(*(words.axes.pop(AXES[k].upper(), ("", 0.0))[1] for k in (first, second)))
-    if motions.diameter.startswith("G90") and 0 in (first, second):
-        raise _not_read(f"G{code} while X is a diameter", "a pole of lathes")
-    if words.axes:
-        raise BlockError(
-            "pole-plane",
-            f"G{code} has an axis outside the plane",
-            next(iter(words.axes)),
-            hint="a pole lies in the plane",
-        )
-    motions.pole = base + offset
-    motions.polar = (0.0, 0.0)
-
-
-def _path(motions: Motions, code: int, words: Words) -> None:
-    if code == 60:
-        motions.set_path("G60", None)
-        return
-    motions.set_path(f"G{code}", None if code == 64 or motions.path[0] == "G60" else motions.path[1])
-    if code == 641:
-        tolerance(motions, words)
-
-
-def tolerance(motions: Motions, words: Words) -> None:
-    """ADIS of G641 and G642, CTOL of G642, G645 and the compressors: how far the path may be left.
-
-    A corner whose rounding begins at the distance ADIS is left by half of it at most.
-    """
-    found = {
-        name: words.named.pop(name)[1] for name in ("ADIS", "ADISPOS", "CTOL", "OTOL") if name in words.named
-    }
-    value = found.get("CTOL", found["ADIS"] / 2.0 if "ADIS" in found else None)
-    if value is None or motions.path[0] == "G60":
-        return
-    if value < 0.0:
-        raise BlockError(
-            "negative-tolerance", f"a tolerance of {value:g} is negative", "ADIS", hint="it is 0 or more"
-        )
-    motions.set_path(motions.path[0], value)
-
-
-def home(motions: Motions, words: Words) -> None:
-    """G74 to the reference point, G75 to the fixed point, of the axes named."""
-    code = 280 if 74 in words.g else 300
-    motions.settle()
-    position = motions.ip.state.position
-    if words.named.pop("FP", ("", 1.0))[1] != 1.0:
-        raise BlockError(
-            "not-read", "where fixed points beyond the first lie is not known", "FP", hint="FP=1 is read"
-        )
-    named = [*words.axes, *(name[0] for name in _MACHINE_AXES if words.named.pop(name, None))]
-    axes = {axis.lower(): position[AXIS_INDEX[axis.lower()]] for axis in named}
-    words.axes.clear()
-    if axes:
-        motions.emit(axes, (code,))
-
-
-def thread(motions: Motions, words: Words, given: dict[str, float]) -> None:
-    """G33, G331 and G332: a line in step with the spindle, K (I, J) a revolution."""
-    lead = None
-    for name in ("K", "J", "I"):
-        if name in words.named:
-            lead = abs(words.named.pop(name)[1])
-    if not lead:
-        raise BlockError(
-            "pitch-missing", f"{motions.motion} has no lead", motions.motion, hint="K is the lead along Z"
-        )
-    words.named.pop("SF", None)
-    if motions.motion == "G33":
-        motions.emit({**given, "k": lead}, (330,))
-        return
-    # Rigid tapping runs in and, by G332, out again, each at lead times speed.
-    ip = motions.ip
-    if ip.state.speed <= 0.0:
-        raise BlockError(
-            "spindle-stopped",
-            f"{motions.motion} needs the speed of the spindle",
-            motions.motion,
-            hint="S gives it",
-        )
-    feed, feed_mode = ip.state.feed, ip.state.feed_mode
-    if feed_mode != 94:
-        motions.emit({}, (940,))
-    motions.emit({"f": lead * ip.state.speed, **given}, (10,))
-    motions.emit({}, (940,)) if feed_mode == 94 else motions.emit({}, (_FEED_MODES[feed_mode],))
-    if feed:
-        motions.emit({"f": feed})
 
 
 # Switches and commands with arguments.
@@ -604,7 +320,7 @@ def _tracyl(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """TRACYL(d): Y is the way on the surface of a cylinder of that diameter, unrolled, where the axis is C."""
     numbers = [0.0 if value is None else number(value) for value in values]
     if not numbers or numbers[0] <= 0.0 or any(value not in (0.0, 1.0) for value in numbers[1:]):
-        raise _not_read(
+        raise not_read(
             f"TRACYL({', '.join(f'{v:g}' for v in numbers)})", "TRACYL(40) is, with the diameter alone"
         )
     motions.settle()
@@ -617,7 +333,7 @@ def _tracyl(motions: Motions, name: str, values: list[Scalar | None]) -> None:
 
 def _transmit_of(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     if values and values[0] not in (None, 1.0):
-        raise _not_read(f"TRANSMIT({values[0]})", "the first transformation is")
+        raise not_read(f"TRANSMIT({values[0]})", "the first transformation is")
     _transmit(motions)
 
 
@@ -699,7 +415,7 @@ def nothing(motions: Motions, name: str, values: list[Scalar | None]) -> None:
 
 def _traori_of(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     if values and values[0] not in (None, 1.0):
-        raise _not_read(f"TRAORI({values[0]})", "the machine file describes one transformation")
+        raise not_read(f"TRAORI({values[0]})", "the machine file describes one transformation")
     _traori(motions)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -14,7 +13,6 @@ from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.affine import Frames
 from cncgen.gcode.codes.corners import leave_out
 from cncgen.gcode.codes.offsets import use_system
-from cncgen.gcode.codes.subprograms import of_builder
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -26,13 +24,13 @@ from cncgen.gcode.sinumerik import (
     cycles,
     faces,
     frame_variables,
-    grooves,
-    measuring,
+    g_functions,
     orientation,
     pockets,
     polar,
     soft_approach,
     swivelling,
+    technology,
     thread_milling,
 )
 from cncgen.gcode.sinumerik.expressions import Function, Quoted, Scalar, Value, Variable, evaluate, number
@@ -47,9 +45,6 @@ MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
 _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
-#: Words of a spindle's speed. M of a larger number than that of any spindle extends the address of a function of the builder: M20=151.
-_SPINDLE, _MOST_SPINDLES = re.compile(r"S\d?"), 9
-_ENDS = {2: True, 30: True, 17: True}
 _CYCLES = {
     **cycles.CYCLES,
     "CYCLE800": swivelling.swivel,
@@ -297,14 +292,14 @@ class Motions:
             self._take(item, words)
         if words.calls and not words.axes and not words.g and not words.commands:
             self._call(words)
-            return self._functions(words)
+            return technology.functions(self, words)
         if words.commands or words.calls:
             commands.run(self, words)
         commands.rounding(self, words)
         self._modes(words)
-        self._technology(words)
-        ended = self._functions(words)
-        self._dwell(words)
+        technology.take(self, words)
+        ended = technology.functions(self, words)
+        technology.dwell(self, words)
         moved = self._move(words)
         measuring.keep(self, words)
         self._left_over(words)
@@ -352,11 +347,11 @@ class Motions:
 
     def _word(self, letter: str, value: float, words: Words) -> None:
         if letter == "G":
-            words.g.append(_whole("G", value))
+            words.g.append(technology.whole("G", value))
         elif letter == "M":
-            words.m.append(_whole("M", value))
+            words.m.append(technology.whole("M", value))
         elif letter == "L":
-            words.calls.append((f"L{_whole('L', value)}", None))
+            words.calls.append((f"L{technology.whole('L', value)}", None))
         elif letter in AXES.upper():
             _once(words.axes, letter, ("", value))
         else:
@@ -452,7 +447,7 @@ class Motions:
 
     def _modes(self, words: Words) -> None:
         """Put the G functions of a block in force, in the order of the text."""
-        commands.modal_values(self, words)
+        technology.modal_values(self, words)
         for code in words.g:
             if code in _MOTIONS:
                 self.set_motion(_MOTIONS[code])
@@ -460,9 +455,9 @@ class Motions:
                 # The retraction ends compensation behind its arc.
                 continue
             elif code not in (4, 9, 53, 153, 74, 75) and code not in soft_approach.CODES:
-                commands.mode(self, code, words)
+                g_functions.mode(self, code, words)
         if {"ADIS", "ADISPOS", "CTOL", "OTOL"} & words.named.keys():
-            commands.tolerance(self, words)
+            g_functions.tolerance(self, words)
 
     def set_motion(self, name: str) -> None:
         """Take another motion; a curve of several blocks ends."""
@@ -494,124 +489,6 @@ class Motions:
             self.emit({}, (611,))
         else:
             self.emit({} if tolerance is None else {"p": tolerance}, (640,))
-
-    def _technology(self, words: Words) -> None:
-        """Take F, S, T, D; tools of other spindles than the first are passed over."""
-        for store in (words.texts, words.named):
-            if "T1" in store:
-                store["T"] = store.pop("T1")  # type: ignore[assignment]
-            store.pop("T2", None)
-            store.pop("T3", None)
-        if "T" in words.texts:
-            name = words.texts.pop("T")
-            found = self.ip.tools.named(name)
-            if found is None:
-                message = (
-                    f'the tool "{name}" has no length and no radius: no remark of the tool table is that name'
-                )
-                hint = "T and a number takes one of --tool-table; further names are not reported"
-                self.note_once("tool-name", message, "T", hint)
-            words.named.setdefault("T", ("", float(found or 0)))
-        feed = words.named.pop("F", None) if 4 not in words.g else None
-        if "FZ" in words.named:
-            feed = "", self._feed_of_teeth(words.named.pop("FZ")[1])
-        out: dict[str, float] = {} if feed is None else {"f": feed[1] * self.feed_scale * self.override}
-        for name in [name for name in words.named if _SPINDLE.fullmatch(name) and 4 not in words.g]:
-            if name in ("S", f"S{self.master}"):
-                out["s"] = words.named.pop(name)[1]
-            else:
-                self.speeds[name] = words.named.pop(name)[1]
-        tool = words.named.pop("T", None)
-        if tool is not None:
-            out["t"] = tool[1]
-        changes = 6 in words.m
-        if out or changes:
-            self.emit(out, (), (60,) if changes else ())
-        if tool is not None and self.turret and self.ip.state.plane != 18:
-            message = (
-                "the program has no M6: T is taken to change the tool at once, as with machine data 22550 = 0"
-            )
-            self.note_once("tool-at-once", message, "T", "M6 behind T changes the tool where 22550 is 1")
-        if tool is not None and self.turret and tool[1]:
-            self.emit({"q": tool[1]}, (), (610,))
-            changes = True
-        edge = words.named.pop("D", None)
-        if changes or edge is not None:
-            self.edge = _whole("D", edge[1]) if edge is not None else 1
-            commands.take_edge(self)
-
-    def _feed_of_teeth(self, feed: float) -> float:
-        """Return the feed a revolution of a feed a tooth, FZ.
-
-        Raises:
-            BlockError: G95 is not in force, or the number of teeth is not known.
-        """
-        tool = self.ip.state.tool
-        teeth = self.store.tools.teeth.get(tool, 0.0)
-        what = (
-            "is of G95"
-            if self.ip.state.feed_mode != 95
-            else f"needs the number of teeth of tool {tool}"
-            if teeth <= 0.0
-            else ""
-        )
-        if what:
-            message = f"FZ={feed:g}, a feed a tooth, {what}"
-            raise BlockError(
-                "feed-missing",
-                message,
-                "FZ",
-                hint=f"G95 F is FZ times the teeth, or $TC_DPNT[{tool},1]=4 says how many there are",
-            )
-        return feed * teeth
-
-    def _functions(self, words: Words) -> bool:
-        """Do the M functions; tell whether one ends the program."""
-        for name in list(words.named):
-            if name[0] == "M" and name[1:].isdigit():
-                value = _whole("M", words.named.pop(name)[1])
-                if name == f"M{self.master}" or int(name[1:]) > _MOST_SPINDLES:
-                    words.m.append(value)
-        ended = False
-        for code in words.m:
-            if code in _ENDS:
-                self.settle()
-                ended = True
-            elif code == 6:
-                continue
-            elif code == 70:
-                self.note("axis-spindle", "M70 turns the spindle into an axis: passed over", "M70")
-            elif ("M", code * 10) in self.ip.codes and code < 60:
-                self.emit({}, (), (code * 10,))
-            elif code not in (40, 41, 42, 43, 44, 45):
-                of_builder(code * 10, "").run(self.ip, Block({}, m=(code * 10,)))
-        return ended or "RET" in words.commands
-
-    def _dwell(self, words: Words) -> None:
-        """G4 F seconds, or S revolutions."""
-        if 4 not in words.g:
-            return
-        seconds = words.named.pop("F", None)
-        spindle = next((name for name in words.named if _SPINDLE.fullmatch(name)), "S")
-        turns = words.named.pop(spindle, None)
-        if seconds is None and turns is None:
-            raise BlockError(
-                "dwell-missing",
-                "G4 has neither F (seconds) nor S (revolutions)",
-                "G4",
-                hint="G4 F0.5 waits half a second",
-            )
-        if seconds is None:
-            assert turns is not None
-            speed = (
-                self.ip.state.speed if spindle in ("S", f"S{self.master}") else self.speeds.get(spindle, 0.0)
-            )
-            if speed <= 0.0:
-                message = f"G4 {spindle} counts revolutions, and the spindle does not turn"
-                raise BlockError("spindle-stopped", message, spindle, hint="G4 F waits for seconds")
-            seconds = ("", 60.0 * turns[1] / speed)
-        self.end()
-        self.emit({"p": seconds[1]}, (40,))
 
     # Plain lines.
 
@@ -662,7 +539,7 @@ class Motions:
     def _move(self, words: Words) -> bool:
         """Make the motion of a block; tell whether it has one."""
         if 74 in words.g or 75 in words.g:
-            commands.home(self, words)
+            g_functions.home(self, words)
             return False
         orientation.take(self, words)
         soft = soft_approach.of(self, words)
@@ -798,7 +675,7 @@ class Motions:
         elif self.motion in ("ASPLINE", "CSPLINE", "POLY"):
             curves.point(self, words, end)
         else:
-            commands.thread(self, words, given)
+            g_functions.thread(self, words, given)
 
     def corner(self, words: Words) -> dict[str, float]:
         """Return the chamfer or rounding at the end of a motion, as words of the interpreter."""
@@ -822,17 +699,6 @@ class Motions:
                 left,
                 hint="is it of another motion, or a variable without DEF?",
             )
-
-
-def _whole(letter: str, value: float) -> int:
-    if value != round(value) or value < 0:
-        raise BlockError(
-            "not-whole",
-            f"{letter}{value:g} is not a whole number of 0 or more",
-            letter,
-            hint="write it without decimals",
-        )
-    return round(value)
 
 
 def _once(words: dict[str, tuple[str, float]], name: str, value: tuple[str, float]) -> None:

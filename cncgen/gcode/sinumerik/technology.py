@@ -1,0 +1,187 @@
+"""Feeds, speeds, tools and M functions of a block of SINUMERIK."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.subprograms import of_builder
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik import commands
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions, Words
+
+#: The largest OVR, in percent.
+_MOST_OVERRIDE = 200.0
+#: Words of a spindle's speed. M of a larger number than that of any spindle extends the address of a function of the builder: M20=151.
+_SPINDLE, _MOST_SPINDLES = re.compile(r"S\d?"), 9
+_ENDS = {2: True, 30: True, 17: True}
+
+
+def modal_values(motions: Motions, words: Words) -> None:
+    """OVR, the override of the feed in percent, OFFN, the allowance beside the tool's radius, and LIMS, the bound of the speed under G96."""
+    limit = words.named.pop("LIMS", None)
+    if 92 in words.g and "S" in words.named and not words.axes:
+        words.g.remove(92)
+        limit = words.named.pop("S")
+        message = (
+            "G92 S is read as LIMS: the bound of the spindle's speed under G96, as on SINUMERIK 810 and 820"
+        )
+        motions.note("speed-bound", message, "G92", "LIMS= says it on later controls")
+    if limit is not None:
+        state = motions.ip.state
+        state.speed_limit = limit[1]
+        if state.constant_surface is not None and 96 not in words.g:
+            motions.emit({"s": state.speed}, (960,))
+    if "OVR" in words.named:
+        percent = words.named.pop("OVR")[1]
+        if not 0.0 < percent <= _MOST_OVERRIDE:
+            message = f"OVR={percent:g} is not above 0 and at most {_MOST_OVERRIDE:g} percent"
+            raise BlockError("feed-override", message, "OVR", hint="OVR=100 is the feed as it is written")
+        feed, before = motions.ip.state.feed, motions.override
+        motions.override = percent / 100.0
+        if feed and "F" not in words.named:
+            motions.emit({"f": feed * motions.override / before})
+    if "OFFN" in words.named:
+        value = words.named.pop("OFFN")[1]
+        if value != motions.allowance and motions.ip.state.compensation != 40:
+            raise commands.not_read("OFFN", "an allowance that changes while compensation is on")
+        motions.allowance = value
+
+
+def take(motions: Motions, words: Words) -> None:
+    """Take F, S, T, D; tools of other spindles than the first are passed over."""
+    for store in (words.texts, words.named):
+        if "T1" in store:
+            store["T"] = store.pop("T1")  # type: ignore[assignment]
+        store.pop("T2", None)
+        store.pop("T3", None)
+    if "T" in words.texts:
+        name = words.texts.pop("T")
+        found = motions.ip.tools.named(name)
+        if found is None:
+            message = (
+                f'the tool "{name}" has no length and no radius: no remark of the tool table is that name'
+            )
+            hint = "T and a number takes one of --tool-table; further names are not reported"
+            motions.note_once("tool-name", message, "T", hint)
+        words.named.setdefault("T", ("", float(found or 0)))
+    feed = words.named.pop("F", None) if 4 not in words.g else None
+    if "FZ" in words.named:
+        feed = "", _feed_of_teeth(motions, words.named.pop("FZ")[1])
+    out: dict[str, float] = {} if feed is None else {"f": feed[1] * motions.feed_scale * motions.override}
+    for name in [name for name in words.named if _SPINDLE.fullmatch(name) and 4 not in words.g]:
+        if name in ("S", f"S{motions.master}"):
+            out["s"] = words.named.pop(name)[1]
+        else:
+            motions.speeds[name] = words.named.pop(name)[1]
+    tool = words.named.pop("T", None)
+    if tool is not None:
+        out["t"] = tool[1]
+    changes = 6 in words.m
+    if out or changes:
+        motions.emit(out, (), (60,) if changes else ())
+    if tool is not None and motions.turret and motions.ip.state.plane != 18:
+        message = (
+            "the program has no M6: T is taken to change the tool at once, as with machine data 22550 = 0"
+        )
+        motions.note_once("tool-at-once", message, "T", "M6 behind T changes the tool where 22550 is 1")
+    if tool is not None and motions.turret and tool[1]:
+        motions.emit({"q": tool[1]}, (), (610,))
+        changes = True
+    edge = words.named.pop("D", None)
+    if changes or edge is not None:
+        motions.edge = whole("D", edge[1]) if edge is not None else 1
+        commands.take_edge(motions)
+
+
+def _feed_of_teeth(motions: Motions, feed: float) -> float:
+    """Return the feed a revolution of a feed a tooth, FZ.
+
+    Raises:
+        BlockError: G95 is not in force, or the number of teeth is not known.
+    """
+    tool = motions.ip.state.tool
+    teeth = motions.store.tools.teeth.get(tool, 0.0)
+    what = (
+        "is of G95"
+        if motions.ip.state.feed_mode != 95
+        else f"needs the number of teeth of tool {tool}"
+        if teeth <= 0.0
+        else ""
+    )
+    if what:
+        message = f"FZ={feed:g}, a feed a tooth, {what}"
+        raise BlockError(
+            "feed-missing",
+            message,
+            "FZ",
+            hint=f"G95 F is FZ times the teeth, or $TC_DPNT[{tool},1]=4 says how many there are",
+        )
+    return feed * teeth
+
+
+def functions(motions: Motions, words: Words) -> bool:
+    """Do the M functions; tell whether one ends the program."""
+    for name in list(words.named):
+        if name[0] == "M" and name[1:].isdigit():
+            value = whole("M", words.named.pop(name)[1])
+            if name == f"M{motions.master}" or int(name[1:]) > _MOST_SPINDLES:
+                words.m.append(value)
+    ended = False
+    for code in words.m:
+        if code in _ENDS:
+            motions.settle()
+            ended = True
+        elif code == 6:
+            continue
+        elif code == 70:
+            motions.note("axis-spindle", "M70 turns the spindle into an axis: passed over", "M70")
+        elif ("M", code * 10) in motions.ip.codes and code < 60:
+            motions.emit({}, (), (code * 10,))
+        elif code not in (40, 41, 42, 43, 44, 45):
+            of_builder(code * 10, "").run(motions.ip, Block({}, m=(code * 10,)))
+    return ended or "RET" in words.commands
+
+
+def dwell(motions: Motions, words: Words) -> None:
+    """G4 F seconds, or S revolutions."""
+    if 4 not in words.g:
+        return
+    seconds = words.named.pop("F", None)
+    spindle = next((name for name in words.named if _SPINDLE.fullmatch(name)), "S")
+    turns = words.named.pop(spindle, None)
+    if seconds is None and turns is None:
+        raise BlockError(
+            "dwell-missing",
+            "G4 has neither F (seconds) nor S (revolutions)",
+            "G4",
+            hint="G4 F0.5 waits half a second",
+        )
+    if seconds is None:
+        assert turns is not None
+        speed = (
+            motions.ip.state.speed
+            if spindle in ("S", f"S{motions.master}")
+            else motions.speeds.get(spindle, 0.0)
+        )
+        if speed <= 0.0:
+            message = f"G4 {spindle} counts revolutions, and the spindle does not turn"
+            raise BlockError("spindle-stopped", message, spindle, hint="G4 F waits for seconds")
+        seconds = ("", 60.0 * turns[1] / speed)
+    motions.end()
+    motions.emit({"p": seconds[1]}, (40,))
+
+
+def whole(letter: str, value: float) -> int:
+    """Return the number of a function as a whole one."""
+    if value != round(value) or value < 0:
+        raise BlockError(
+            "not-whole",
+            f"{letter}{value:g} is not a whole number of 0 or more",
+            letter,
+            hint="write it without decimals",
+        )
+    return round(value)
