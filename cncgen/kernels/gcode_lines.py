@@ -9,6 +9,7 @@ that followed the last one's before, and others are found by a sum over their sh
 from mmap import mmap
 
 import cython
+from cython.cimports.cncgen.kernels.decimals import decimal
 from cython.cimports.cncgen.kernels.gcode_codes import (
     AFTER, AT, CODE, FIRST_CONSTANT, FOLLOWING, MARK, MARKS, MAX_LINE, NUMBER_OF_LINE, REFUSED, SHAPE_BLANK, SHAPE_CODE,
     SHAPE_DIGIT, SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_NEXT, SHAPE_PLACE, SHAPE_POINT_FIRST, SHAPE_ROW,
@@ -26,15 +27,11 @@ _ALL = cython.declare(cython.uint, 0xFFFFFFFF)
 _FOLD = cython.declare(cython.uchar[256])
 #: The same with digits as they stand.
 _PLAIN = cython.declare(cython.uchar[256])
-_POWERS = cython.declare(cython.double[23])
-#: Digits that a mantissa of 64 bits holds, and the integer up to which doubles have no gaps.
-_DIGITS = cython.declare(cython.int, 18)
-_EXACT = cython.declare(cython.ulonglong, 9007199254740992)
 
 
 @cython.cfunc
 def _fill_tables() -> cython.void:
-    """Fill the tables of bytes and powers, once."""
+    """Fill the tables of bytes, once."""
     c: cython.int
     for c in range(256):
         # Comments and bytes beyond ASCII are not taken.
@@ -48,8 +45,6 @@ def _fill_tables() -> cython.void:
         _PLAIN[c] = _FOLD[c]
     for c in b"0123456789.":
         _FOLD[c] = SHAPE_DIGIT
-    for c in range(23):
-        _POWERS[c] = 10.0**c
 
 
 _fill_tables()
@@ -274,15 +269,13 @@ class Shapes:
             elif _FOLD[c] != SHAPE_BLANK:
                 break
             at += 1
-        if digits == 0 or digits > _DIGITS or mantissa > _EXACT or (at < size and c == 46):
+        value: cython.double = decimal(mantissa, digits, digits - decimals if decimals >= 0 else 0)
+        if value != value or (at < size and c == 46):
             self.form = 0
             return at
-        self.value[count] = cython.cast(cython.double, mantissa)
-        if decimals >= 0:
-            if form == SHAPE_WHOLE:
-                form = SHAPE_DOTTED
-            # Both are doubles without error, so the quotient is rounded once (Clinger, as in `part21_scan.points`).
-            self.value[count] /= _POWERS[digits - decimals]
+        self.value[count] = value
+        if decimals >= 0 and form == SHAPE_WHOLE:
+            form = SHAPE_DOTTED
         self.form = form
         return at
 

@@ -17,6 +17,7 @@ An instruction is one number, ``operation + 256 * operand``. FLOW is followed by
 """
 
 import cython
+from cython.cimports.cncgen.kernels.decimals import decimal, is_blank
 from cython.cimports.cncgen.kernels.gcode_codes import (
     ARC_TANGENT, BINARY, COMMENT, COMPUTED_LABEL, DELETED, END, END_DO, EXISTS, EXISTS_NAMED, FLOW, FUNCTION, GOTO, INCREMENTS,
     MAX_LINE, MESSAGE, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED, OUTPUT, PARAMETER, POWER, PROGRAM, RULE_ARC_TANGENT,
@@ -32,27 +33,13 @@ from cncgen.kernels.gcode_lines import zeros
 #: Number of BSPLINE of Siemens among the G codes (`cncgen.gcode.block`).
 _BSPLINE = cython.declare(cython.double, 1060.0)
 
-_POWERS = cython.declare(cython.double[23])
-_DIGITS = cython.declare(cython.int, 18)
-_EXACT = cython.declare(cython.ulonglong, 9007199254740992)
 _DEPTH = cython.declare(cython.int, 70_000)
-_k: cython.int
-for _k in range(23):
-    _POWERS[_k] = 10.0**_k
 
 #: Letters whose numbers without a decimal point count in least increments, as bits (A is bit 0).
 _LENGTHS = cython.declare(cython.uint, sum(1 << (ord(letter) - 97) for letter in "xyzabcuvwijkqr"))
 
 #: A token: its terminal (-1 for none), the offset behind it, and the number of its literal (0 for none).
 _Token = cython.struct(kind=cython.int, taken=cython.Py_ssize_t, literal=cython.int)
-
-
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _is_blank(c: cython.int) -> cython.bint:
-    """Tell whether a byte is a blank."""
-    return c == 32 or c == 9 or c == 13
 
 
 @cython.cfunc
@@ -181,7 +168,7 @@ class Parser(Code):
         token: _Token
         self._begin(offset)
         while True:
-            while at < size and _is_blank(self.text[at]):
+            while at < size and is_blank(self.text[at]):
                 at += 1
             if at >= size or self.text[at] == 10:
                 if at == size and at < self.text.shape[0] and self.text[at] != 10:
@@ -241,7 +228,7 @@ class Parser(Code):
             if step >= 0:
                 d = step
                 taken = to + 1
-            elif not _is_blank(self.text[to]):
+            elif not is_blank(self.text[to]):
                 break
             to += 1
         if self.token[mode | d] < 0:
@@ -294,7 +281,7 @@ class Parser(Code):
         to: cython.Py_ssize_t
         found: _Token = _Token(kind=-1, taken=at, literal=0)
         for to in range(at, end):
-            if not _is_blank(self.text[to]):
+            if not is_blank(self.text[to]):
                 d = self.move[d << 6 | self.classes[self.text[to]]]
                 if self.token[mode | d] >= 0:
                     found = _Token(kind=self.token[mode | d], taken=to + 1, literal=self.literal[d])
@@ -560,29 +547,26 @@ class Parser(Code):
     def _number(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.double:
         """Return the number that stands between two offsets: the double nearest to its decimal text."""
         mantissa: cython.ulonglong = 0
+        digits: cython.int = 0
         decimals: cython.int = 0
         dotted: cython.bint = False
         negative: cython.bint = False
         value: cython.double
         c: cython.int
         i: cython.Py_ssize_t
-        if end - begin > _DIGITS:
-            return self._long_number(begin, end)
         for i in range(begin, end):
             c = self.text[i]
             if 48 <= c <= 57:
                 mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
+                digits += 1
                 decimals += dotted
             elif c == 46:
                 dotted = True
             elif c == 45:
                 negative = True
-        if mantissa > _EXACT:
+        value = decimal(mantissa, digits, decimals)
+        if value != value:
             return self._long_number(begin, end)
-        value = cython.cast(cython.double, mantissa)
-        if decimals > 0:
-            # Both are doubles without error, so the quotient is rounded once (Clinger, as in `part21_scan.points`).
-            value /= _POWERS[decimals]
         return -value if negative else value
 
     @cython.cfunc

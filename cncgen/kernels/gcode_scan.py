@@ -7,6 +7,7 @@ blocks hold.
 """
 
 import cython
+from cython.cimports.cncgen.kernels.decimals import decimal
 
 #: The terminals of the grammars that are read here, as they stand there: where one changes, no tables are made until this does too.
 TERMINALS = {
@@ -48,17 +49,10 @@ _DELETE = cython.declare(cython.int, 6)
 _LINE_NUMBER = cython.declare(cython.int, 7)
 _KIND = cython.declare(cython.schar[256])
 
-#: Powers of ten that are doubles without error.
-_POWERS = cython.declare(cython.double[23])
-
-#: Digits that a mantissa of 64 bits holds, and the integer up to which doubles have no gaps.
-_DIGITS = cython.declare(cython.int, 18)
-_EXACT = cython.declare(cython.ulonglong, 9007199254740992)
-
 
 @cython.cfunc
 def _fill_tables() -> cython.void:
-    """Fill the tables of bytes and powers, once."""
+    """Fill the table of bytes, once."""
     c: cython.int
     for c in range(256):
         _KIND[c] = 0
@@ -72,8 +66,6 @@ def _fill_tables() -> cython.void:
     _KIND[40] = _PARENTHESIS
     _KIND[59] = _SEMICOLON
     _KIND[47] = _DELETE
-    for c in range(23):
-        _POWERS[c] = 10.0**c
 
 
 _fill_tables()
@@ -128,12 +120,9 @@ def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed:
         elif c != 32 and c != 9:
             break
         i += 1
-    if digits == 0 or digits > _DIGITS or mantissa > _EXACT:
+    value = decimal(mantissa, digits, digits - whole if whole >= 0 else 0)
+    if value != value:
         return _Number(value=0.0, after=-1)
-    value = cython.cast(cython.double, mantissa)
-    if whole >= 0:
-        # Both are doubles without error, so the quotient is rounded once (Clinger, as in `part21_scan.points`).
-        value /= _POWERS[digits - whole]
     return _Number(value=-value if negative else value, after=i)
 
 

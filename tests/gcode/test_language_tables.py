@@ -238,7 +238,7 @@ def test_tables_are_those_of_the_grammar(name: str) -> None:
 
 def test_the_kernel_runs_uncompiled() -> None:
     tables = import_module("cncgen.grammars.tables_sinumerik")
-    slow = uncompiled("grammar_values").Reader(tables, _Shapes())
+    slow = uncompiled("grammar_values", "grammar_tables").Reader(tables, _Shapes())
     fast = grammar_values.Reader(tables, _Shapes())
     for text in ("N10 LAB: G1 X=IC(2*R1) ; note", "FOR R1=1 TO 5", "X=(1+2", "G1 X= ; nothing", "", "G1 !"):
         assert slow.parse(text) == fast.parse(text)

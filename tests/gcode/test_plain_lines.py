@@ -237,7 +237,9 @@ def test_a_plain_line_means_what_the_grammar_says(dialect: str, kernel: str) -> 
     rng, parts = random.Random(5), PARTS[dialect].split("|")
     scan = PlainScan(dialect)
     if kernel == "uncompiled":
-        reader = uncompiled("plain_lines").PlainReader(*line_runs.tables_of(dialect))
+        reader = uncompiled("plain_lines", "decimals", "grammar_tables").PlainReader(
+            *line_runs.tables_of(dialect)
+        )
         scan._reader = reader
     taken = 0
     for _ in range(40_000 if kernel == "compiled" else 1_500):
@@ -263,7 +265,9 @@ def test_a_plain_line_means_what_the_grammar_says(dialect: str, kernel: str) -> 
 def test_nothing_before_a_text_is_looked_at() -> None:
     """What is there may be no memory of the process. Uncompiled, it is the last byte of the text: here the N of a number."""
     scan = PlainScan("heidenhain")
-    scan._reader = uncompiled("plain_lines").PlainReader(*line_runs.tables_of("heidenhain"))
+    scan._reader = uncompiled("plain_lines", "decimals", "grammar_tables").PlainReader(
+        *line_runs.tables_of("heidenhain")
+    )
     assert scan.read(Source(b"L X+1 F100\n; N", "t"), Cursor(0, 0, 1))[0] == 2
 
 

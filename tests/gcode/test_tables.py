@@ -62,7 +62,10 @@ def test_lines_of_one_shape(count: int, plain: bool) -> None:
     """Lines that are read by the shape of another one have the instructions that the tables give."""
     kernel, kept = gcode_parse, gcode_lines
     if plain:
-        kernel, kept = uncompiled("gcode_parse", "gcode_lines"), uncompiled("gcode_lines")
+        kernel, kept = (
+            uncompiled("gcode_parse", "decimals", "gcode_lines"),
+            uncompiled("gcode_lines", "decimals"),
+        )
     parser = kernel.Parser(import_module("cncgen.grammars.tables_linuxcnc"), STORED["linuxcnc"])
     seed = random.SystemRandom().randrange(1 << 32)
     dice = random.Random(seed)
@@ -195,7 +198,7 @@ def test_lines_of_programs(folder: str) -> None:
 
 
 def test_the_kernel_runs_uncompiled() -> None:
-    slow = uncompiled("gcode_parse", "gcode_lines")
+    slow = uncompiled("gcode_parse", "decimals", "gcode_lines")
     tables = import_module("cncgen.grammars.tables_linuxcnc")
     for text in ("N10 G1 X-1.5 Y[#1+2*SIN[30]] (note)", "o<a b> call [1] [2]", "#<x>=-#5 ; tail", "X1..2"):
         found = []
@@ -216,7 +219,10 @@ def test_the_kernel_runs_uncompiled() -> None:
         assert found[0] == found[1]
     text = memoryview(b"G18 G1 X-1.5 Y[2]\nM98 P7 G#1 @3\no<a> call (Z1)\no9 call [1]\n)X1\nC1/B2\n")
     named = []
-    for module, names in ((gcode_parse, gcode_names), (slow, uncompiled("gcode_names", "gcode_lines"))):
+    for module, names in (
+        (gcode_parse, gcode_names),
+        (slow, uncompiled("gcode_names", "decimals", "gcode_lines")),
+    ):
         parser = module.Parser(tables, 5000)
         first = array("i", bytes(16 * gcode_codes.CODE_NUMBERS))
         calls = bytearray(len(first) // 2)

@@ -7,7 +7,7 @@ programs     texts as programs: labels, loops and branches, PROC, files of subpr
 said         what the blocks of a text name, before it runs; `axes` are those of its columns
 running      `SinumerikRunner`: what branches, loops, jumps and calls mean
 motions      one block on the interpreter: modes, words, positions, arcs; `commands` are words without a number
-g_functions  G functions; `technology` feeds, speeds, tools and M functions
+g_functions  G functions; `feeds_and_tools` feeds, speeds, tools and M functions
 cycles also have CYCLE800, a frame (`cncgen.gcode.codes.affine`)
 curves       ASPLINE, CSPLINE, POLY
 cycles       CYCLE81 to 86, 840, HOLES1, HOLES2; `pockets` POCKET3, POCKET4, SLOT1

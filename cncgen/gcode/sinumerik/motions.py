@@ -23,14 +23,16 @@ from cncgen.gcode.sinumerik import (
     curves,
     cycles,
     faces,
+    feeds_and_tools,
     frame_variables,
     g_functions,
+    grooves,
+    measuring,
     orientation,
     pockets,
     polar,
     soft_approach,
     swivelling,
-    technology,
     thread_milling,
 )
 from cncgen.gcode.sinumerik.expressions import Function, Quoted, Scalar, Value, Variable, evaluate, number
@@ -292,14 +294,14 @@ class Motions:
             self._take(item, words)
         if words.calls and not words.axes and not words.g and not words.commands:
             self._call(words)
-            return technology.functions(self, words)
+            return feeds_and_tools.functions(self, words)
         if words.commands or words.calls:
             commands.run(self, words)
         commands.rounding(self, words)
         self._modes(words)
-        technology.take(self, words)
-        ended = technology.functions(self, words)
-        technology.dwell(self, words)
+        feeds_and_tools.take(self, words)
+        ended = feeds_and_tools.functions(self, words)
+        feeds_and_tools.dwell(self, words)
         moved = self._move(words)
         measuring.keep(self, words)
         self._left_over(words)
@@ -347,11 +349,11 @@ class Motions:
 
     def _word(self, letter: str, value: float, words: Words) -> None:
         if letter == "G":
-            words.g.append(technology.whole("G", value))
+            words.g.append(feeds_and_tools.whole("G", value))
         elif letter == "M":
-            words.m.append(technology.whole("M", value))
+            words.m.append(feeds_and_tools.whole("M", value))
         elif letter == "L":
-            words.calls.append((f"L{technology.whole('L', value)}", None))
+            words.calls.append((f"L{feeds_and_tools.whole('L', value)}", None))
         elif letter in AXES.upper():
             _once(words.axes, letter, ("", value))
         else:
@@ -447,7 +449,7 @@ class Motions:
 
     def _modes(self, words: Words) -> None:
         """Put the G functions of a block in force, in the order of the text."""
-        technology.modal_values(self, words)
+        feeds_and_tools.modal_values(self, words)
         for code in words.g:
             if code in _MOTIONS:
                 self.set_motion(_MOTIONS[code])

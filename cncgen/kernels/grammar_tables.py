@@ -1,0 +1,170 @@
+"""The tables of a grammar whose tokens blanks may part (``grammars/lalr.py``), and their run over a text.
+
+One DFA finds the tokens that the parser's state allows, the longest first; the LALR automaton shifts and reduces them. What a token or a
+rule means is for the class to say that has `Tables` for its base. Small letters count as capitals.
+"""
+
+import cython
+from cython.cimports.cncgen.kernels.decimals import is_blank, is_of_name
+
+
+@cython.cclass
+class Tables:
+    """The tables of a grammar.
+
+    Args:
+        tables: A module of tables (``grammars/tables_*.py``).
+
+    Attributes:
+        text: What is read, a byte a character; those beyond ASCII are alike.
+        silent: By rule, whether it does nothing.
+        stack: States, up to `depth`.
+        taken: The place behind the token that is shifted.
+        refused: Where the last text was refused, behind its last token where it ends too early.
+        terminals: Names of the terminals, the end of the text last.
+    """
+
+    def __init__(self, tables):
+        if not cython.compiled:
+            self.widths = [0] * 4
+        self.action, self.widths[0] = _rows(tables.ACTION)
+        self.goto, self.widths[1] = _rows(tables.GOTO)
+        self.move, self.widths[2] = _rows(tables.MOVE)
+        self.token, self.widths[3] = _rows(tables.TOKEN)
+        self.mode, self.classes = _rows(tables.MODE)[0], _rows(tables.CLASSES)[0]
+        self.passed, self.apart = _rows(tables.PASSED)[0], _rows(tables.APART)[0]
+        self.origin, self.length = _rows(tables.ORIGIN)[0], _rows(tables.LENGTH)[0]
+        self.terminals, self.starts = tables.TERMINALS, tables.STARTS
+        self.end = len(self.terminals) - 1
+        self.stack = memoryview(bytearray(4 * 64)).cast("i")
+        self.silent = memoryview(bytearray(4 * len(tables.RULES))).cast("i")
+        self.depth = 0
+        self.choose("start")
+
+    def choose(self, start: str):
+        """Choose the rule by which texts are read."""
+        self.first, self.accept = self.starts[start]
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def run(self, at: cython.Py_ssize_t, size: cython.Py_ssize_t) -> cython.int:
+        """Read the text from `at` to `size` by the rule that was chosen; return 1, or 0 where it is refused."""
+        text: cython.const[cython.uchar][::1] = self.text
+        kind: cython.int
+        step: cython.int
+        state: cython.int = self.first
+        behind: cython.Py_ssize_t = at
+        self.depth = 0
+        self.stack[0] = state
+        while True:
+            # Most blanks are one.
+            at += at < size and text[at] == 32
+            while at < size and text[at] <= 32 and is_blank(text[at]):
+                at += 1
+            kind = self.end
+            if at < size:
+                kind = _find(self, text, at, size, self.mode[state] * self.widths[3])
+                if kind < 0:
+                    break
+                if self.passed[kind]:
+                    at = self.taken
+                    continue
+            step = self.action[state * self.widths[0] + kind]
+            while step < 0 and (kind != self.end or state != self.accept):
+                if not self.silent[-step - 1] and self._reduced(-step - 1, at) == 0:
+                    return 0
+                self.depth -= self.length[-step - 1]
+                state = self.goto[self.stack[self.depth] * self.widths[1] + self.origin[-step - 1]]
+                self.depth += 1
+                if self.depth == self.stack.shape[0]:
+                    self._deepen()
+                self.stack[self.depth] = state
+                step = self.action[state * self.widths[0] + kind]
+            if kind == self.end and state == self.accept:
+                return 1
+            if step <= 0:
+                break
+            if self._shifted(kind, at) == 0:
+                return 0
+            state = step - 1
+            self.depth += 1
+            if self.depth == self.stack.shape[0]:
+                self._deepen()
+            self.stack[self.depth] = state
+            at = behind = self.taken
+        self.refused = at if at < size else behind
+        return 0
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _deepen(self) -> cython.int:
+        """Make the stack twice as deep."""
+        deeper = memoryview(bytearray(8 * self.depth)).cast("i")
+        deeper[: self.depth] = self.stack
+        self.stack = deeper
+        return 0
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _shifted(self, kind: cython.int, at: cython.Py_ssize_t) -> cython.int:
+        """Take a token that begins at a place; return 0 to refuse the text."""
+        raise NotImplementedError
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _reduced(self, rule: cython.int, at: cython.Py_ssize_t) -> cython.int:
+        """Take a rule whose parts were taken, before the token at a place; return 0 to refuse the text."""
+        raise NotImplementedError
+
+    def expected(self) -> list:
+        """Return the names of the terminals that could stand where the last text was refused."""
+        return [self.terminals[kind] for kind in range(self.end + 1) if self._fits(kind)]
+
+    def _fits(self, kind: cython.int) -> bool:
+        """Tell whether a terminal could stand where the last text was refused: its reductions lead to a shift."""
+        stack: list = [self.stack[k] for k in range(self.depth + 1)]
+        state: cython.int = stack.pop()
+        step: cython.int
+        while not (kind == self.end and state == self.accept):
+            step = self.action[state * self.widths[0] + kind]
+            if step >= 0:
+                return step > 0
+            stack.append(state)
+            del stack[len(stack) - self.length[-step - 1] :]
+            state = stack[len(stack) - 1]
+            state = self.goto[state * self.widths[1] + self.origin[-step - 1]]
+        return True
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _find(
+    tables: Tables,
+    text: cython.const[cython.uchar][::1],
+    at: cython.Py_ssize_t,
+    size: cython.Py_ssize_t,
+    mode: cython.int,
+) -> cython.int:
+    """Return the terminal of the longest token at a place that a mode of the scanner has, -1 for none; `taken` is the place behind it."""
+    found: cython.int = -1
+    kind: cython.int
+    d: cython.int = 0
+    c: cython.int
+    while at < size:
+        c = text[at]
+        d = tables.move[d * tables.widths[2] + tables.classes[c]]
+        if d < 0:
+            break
+        at += 1
+        kind = tables.token[mode + d]
+        # c is the last character of the token.
+        if kind >= 0 and not (tables.apart[kind] and is_of_name(c) and at < size and is_of_name(text[at])):
+            found = kind
+            tables.taken = at
+    return found
+
+
+def _rows(table):
+    """Return the numbers of a table of a generated module, and how many columns it has."""
+    return memoryview(table[1]).cast("h"), table[0]
