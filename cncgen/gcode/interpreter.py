@@ -7,7 +7,8 @@ of lines is the business of `cncgen.gcode.flow`. Methods here serve several hand
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 
 from cncgen.diagnostics import Severity
@@ -34,6 +35,8 @@ from cncgen.units import INCH
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from cncgen.gcode.codes.heidenhain import Ended
     from cncgen.gcode.codes.plain_language import Plain
     from cncgen.gcode.codes.saved import Saved
@@ -248,6 +251,19 @@ class Interpreter:
         """Go to an end point in a straight line."""
         (self.sink.straight_traverse if rapid else self.sink.straight_feed)(end)
         self.state.position, self.state.moved = end, True
+
+    @contextmanager
+    def on_trial(self, sink: Sink, **changes: Any) -> Iterator[None]:
+        """Let motions be made on another sink, at a feed of 1, in a state with changes; both are put back behind them."""
+        state, before = self.state, (self.sink, self.guard, self.compensated_position)
+        changes.setdefault("position", state.position.copy())
+        self.state = replace(state, feed=1.0, feed_mode=94, **changes)
+        self.sink, self.guard, self.compensated_position = sink, None, None
+        try:
+            yield
+        finally:
+            self.state = state
+            self.sink, self.guard, self.compensated_position = before
 
     def _in_machine(self, block: Block, end: list[float]) -> list[float]:
         """Return where axis words in machine coordinates (G53) lead."""

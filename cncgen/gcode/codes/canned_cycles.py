@@ -314,11 +314,6 @@ _MEANINGS = {
 }
 
 
-def words_hint(missing: list[str]) -> str:
-    """Return the first missing word of a cycle."""
-    return _MEANINGS.get(missing[0], f"{missing[0]} is the bottom of the hole")
-
-
 def _check_block(ip: Interpreter, block: Block, number: int) -> None:
     """Raise where the words of a cycle are missing or wrong."""
     state, name = ip.state, f"G{number / 10:g}"
@@ -331,22 +326,20 @@ def _check_block(ip: Interpreter, block: Block, number: int) -> None:
         raise BlockError("cycle-feed-mode", f"{name} needs G94 or G95, and G93 is in force", name)
     check_feed(ip, block, name)
     words = state.cycle.words if isinstance(state.cycle, Sticky) else {}
-    _demand(words, "r" + AXES[state.plane_axes()[2]] + ("ijk" if number == 870 else ""), name)
+    demand(words, "r" + AXES[state.plane_axes()[2]] + ("ijk" if number == 870 else ""), name)
 
 
-def _demand(words: dict[str, float], needs: str, name: str) -> None:
+def demand(words: dict[str, float], needs: str, name: str) -> None:
     """Raise where words are missing."""
     missing = [letter.upper() for letter in needs if letter not in words]
     if missing:
-        raise BlockError(
-            "cycle-words", f"{name} has no {' and no '.join(missing)}", name, hint=words_hint(missing)
-        )
+        hint = _MEANINGS.get(missing[0], f"{missing[0]} is the bottom of the hole")
+        raise BlockError("cycle-words", f"{name} has no {' and no '.join(missing)}", name, hint=hint)
 
 
-def _check_cut(number: int, words: dict[str, float]) -> None:
+def check_cut(words: dict[str, float], needs: str, name: str) -> None:
     """Raise where a word of the cut itself is missing or wrong; LinuxCNC finds that when the tool is at R."""
-    name, needs = f"G{number / 10:g}", CYCLES[number].needs
-    _demand(words, needs, name)
+    demand(words, needs, name)
     if words.get("p", 0.0) < 0.0:
         raise BlockError("dwell-negative", f"P{words['p']:g} of {name} is negative", "P")
     if "q" in needs and words["q"] <= 0.0:
@@ -393,7 +386,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     exact = state.path_mode is PathMode.EXACT_PATH
     if not exact:
         ip.sink.set_motion_control_mode(PathMode.EXACT_PATH, None, None)
-    _check_cut(number, sticky.words)
+    check_cut(sticky.words, CYCLES[number].needs, f"G{number / 10:g}")
     step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
     for _ in range(count):
         end = ip.end_point(step)

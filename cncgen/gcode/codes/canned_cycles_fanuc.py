@@ -21,8 +21,8 @@ from cncgen.gcode.codes.canned_cycles import (
     Hole,
     HoleMoves,
     Sticky,
+    check_cut,
     repeats,
-    words_hint,
 )
 from cncgen.gcode.codes.dwell import has_point, seconds_of
 from cncgen.gcode.codes.lathe_fanuc import increments
@@ -319,14 +319,7 @@ def check_words(ip: Interpreter, block: Block, number: int, words: dict[str, flo
         words["r"] = ip.state.position[ip.state.plane_axes()[2]]
         text = f"{name} has no R: the hole begins where the tool stands, at {words['r']:g}, as on Haas's controls"
         _doubt(ip, text, "R is the height that the hole begins at; other controls take 0, or refuse it")
-    elif missing:
-        raise BlockError(
-            "cycle-words", f"{name} has no {' and no '.join(missing)}", name, hint=words_hint(missing)
-        )
-    if words.get("p", 0.0) < 0.0:
-        raise BlockError("dwell-negative", f"P{words['p']:g} of {name} is negative", "P")
-    if "q" in needs and words["q"] <= 0.0:
-        raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
+    check_cut(words, needs, name)
 
 
 def _doubt(ip: Interpreter, text: str, hint: str) -> None:

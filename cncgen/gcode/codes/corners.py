@@ -23,7 +23,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import PassingSink, Point, Sink, TryingSink
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
-from cncgen.records import dataclass, replace
+from cncgen.records import dataclass
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -99,17 +99,14 @@ class _Trying(_Holding, TryingSink):
         """Keep nothing: a traverse makes no corner."""
 
 
-def tried_motion(ip: Interpreter, run: Callable[[], None]) -> _Motion | None:
-    """Return the feed motion that would be made, or None; a fault is reported when it is made."""
-    sink, guard, beside = ip.sink, ip.guard, ip.compensated_position
-    trying = _Trying(sink)
-    ip.sink, ip.guard, ip.compensated_position = trying, None, None
+def tried_motion(ip: Interpreter, run: Callable[[], None], **changes: Any) -> _Motion | None:
+    """Return the feed motion that would be made in a state with changes, or None; a fault is reported when it is made."""
+    trying = _Trying(ip.sink)
     try:
-        run()
+        with ip.on_trial(trying, **changes):
+            run()
     except BlockError:
         return None
-    finally:
-        ip.sink, ip.guard, ip.compensated_position = sink, guard, beside
     return trying.motion
 
 
@@ -286,14 +283,9 @@ class _Corner:
         words = {letter: value for letter, value in block.words.items() if letter in _WORDS}
         rows = {number: ip.codes.row("G", number) for number in block.g}
         codes = tuple(number for number, row in rows.items() if row is not None and row.group in _GROUPS)
-        state = ip.state
-        ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
-        try:
-            run = partial(ip.execute, Block(words, codes, (), None, block.source, block.line, block.offset))
-            motion = tried_motion(ip, run) if words else None
-        finally:
-            ip.state = state
-            ip.sink.block = self.block
+        run = partial(ip.execute, Block(words, codes, (), None, block.source, block.line, block.offset))
+        motion = tried_motion(ip, run) if words else None
+        ip.sink.block = self.block
         if motion is None:
             raise self._fault(
                 "corner-next", "is not followed by a feed motion (G1, G2, G3) in the next block"

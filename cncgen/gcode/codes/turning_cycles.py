@@ -139,14 +139,9 @@ def _is_left(start: complex, profile: list[Segment]) -> bool:
 
 def _check_monotonic(profile: list[Segment], name: str) -> None:
     """Raise where a profile goes back along the travel."""
-    for segment in profile:
-        places = [p.real for p in segment.extremes()]
-        if min(places) < segment.start.real - TINY or max(places) > segment.end.real + TINY:
-            raise BlockError(
-                "profile-not-monotonic",
-                f"the profile of {name} goes back along the travel: that part cannot be cut from one side",
-                "Q",
-            )
+    if not all(segment.advances() for segment in profile):
+        message = f"the profile of {name} goes back along the travel: that part cannot be cut from one side"
+        raise BlockError("profile-not-monotonic", message, "Q")
 
 
 def finish(ip: Interpreter, block: Block) -> None:

@@ -110,30 +110,6 @@ def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], b
     return recorder.segments, bool(rapid), away, both
 
 
-def shifted(profile: list[Segment], by: complex) -> list[Segment]:
-    """Return a profile shifted."""
-    return [
-        Segment(s.start + by, s.end + by, None if s.centre is None else s.centre + by, s.spin)
-        for s in profile
-    ]
-
-
-def _rises(profile: list[Segment]) -> bool:
-    """Tell whether a profile, seen along the travel and upwards, never goes back or down."""
-    for segment in profile:
-        for of in (lambda p: p.real, lambda p: p.imag):
-            places = [of(p) for p in segment.extremes()]
-            if min(places) < of(segment.start) - TINY or max(places) > of(segment.end) + TINY:
-                return False
-    return True
-
-
-def advances(segment: Segment) -> bool:
-    """Tell whether a segment never goes back along the travel."""
-    places = [p.real for p in segment.extremes()]
-    return min(places) >= segment.start.real - TINY and max(places) <= segment.end.real + TINY
-
-
 def _allowance(ip: Interpreter, block: Block, name: str) -> complex:
     """Return the allowances W and U, this one a diameter, along Z and X."""
     along, across = (
@@ -155,15 +131,15 @@ def _contour(
     start = complex(position[Z], position[X])
     for left_out in (0, away) if 0 < away < len(moves) - 1 else (0,):
         part = moves[: len(moves) - left_out]
-        profile = shifted(part[1:], allowance)
+        profile = [segment.shifted(allowance) for segment in part[1:]]
         way, above = part[-1].end - part[0].end, start - part[0].end
         travel, height = (way.imag, above.real) if swap else (way.real, above.imag)
         across = complex(_sign(travel), _sign(height))
         path = [segment.seen(across, swap) for segment in profile]
-        if _rises(path):
+        if all(segment.advances() and segment.rises() for segment in path):
             break
     else:
-        if both and all(advances(segment) for segment in path):
+        if both and all(segment.advances() for segment in path):
             left_out = 0
         elif both:
             message = f"the profile of {name} goes back along {'X' if swap else 'Z'}"
@@ -177,8 +153,9 @@ def _contour(
         message = f"the traverse at the end of the profile of {name} goes back: it is taken as the way off, and not roughed"
         hint = "let Q name the line before it"
         ip.warn(BlockError("profile-way-off", message, "Q", hint=hint), Severity.WARNING)
-    top = shifted([Segment(start, start)], profile[0].start - moves[0].end)[0]
-    begin, home = top.seen(across, swap).start, Segment(start, start).seen(across, swap).start
+    here = Segment(start, start)
+    top = here.shifted(profile[0].start - moves[0].end)
+    begin, home = top.seen(across, swap).start, here.seen(across, swap).start
     return across, begin, home, path, rapid
 
 
@@ -330,7 +307,7 @@ def like_it(ip: Interpreter, block: Block) -> None:
         left = 1.0 - index / (count - 1) if count > 1 else 1.0
         by = allowance + way * left
         lathe.rapid(start + by)
-        path = shifted(moves, by)
+        path = [segment.shifted(by) for segment in moves]
         lathe.rapid(path[0].end)
         for segment in path[1:]:
             lathe.follow(segment, segment.end)

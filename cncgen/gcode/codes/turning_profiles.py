@@ -128,6 +128,21 @@ class Segment:
             points += [p for k in range(4) if self.holds(p := self.centre + self.radius() * 1j**k)]
         return points
 
+    def advances(self) -> bool:
+        """Tell whether the segment never goes back along the travel."""
+        places = [p.real for p in self.extremes()]
+        return min(places) >= self.start.real - TINY and max(places) <= self.end.real + TINY
+
+    def rises(self) -> bool:
+        """Tell whether the segment never goes down."""
+        depths = [p.imag for p in self.extremes()]
+        return min(depths) >= self.start.imag - TINY and max(depths) <= self.end.imag + TINY
+
+    def shifted(self, by: complex) -> Segment:
+        """Return the segment shifted."""
+        centre = None if self.centre is None else self.centre + by
+        return replace(self, start=self.start + by, end=self.end + by, centre=centre)
+
     def halves(self) -> list[Segment]:
         """Return the segment, an arc cut where it turns from rising to falling or back."""
         if self.centre is None:
@@ -202,14 +217,9 @@ class Recorder:
 @contextmanager
 def recording(ip: Interpreter, plane: int = 18) -> Iterator[Recorder]:
     """Let motions in a plane be made on a recorder, without compensation, in a state that is put back behind them."""
-    state, sink, guard = ip.state, ip.sink, ip.guard
-    ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy(), compensation=40)
-    recorder = ip.sink = Recorder(state.position, plane)
-    ip.guard = None
-    try:
+    recorder: Any = Recorder(ip.state.position, plane)
+    with ip.on_trial(recorder, compensation=40):
         yield recorder
-    finally:
-        ip.state, ip.sink, ip.guard = state, sink, guard
 
 
 def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:

@@ -157,28 +157,17 @@ class Heading(TryingSink):
 
 def first_heading(ip: Interpreter, start: Point, read: Callable[[], Block]) -> complex | None:
     """Return the direction in which a block would leave a point, from which its increments count too."""
-    plain, state, sink = Plain.of(ip), ip.state, ip.sink
-    kept = replace(plain)
-    trying = Heading(sink)
+    kept, trying = replace(Plain.of(ip)), Heading(ip.sink)
     trying.at = list(start)
-    ip.state, ip.sink = replace(state, position=list(start), feed=1.0, feed_mode=94, compensation=40), trying
     try:
-        block = read()
-        ip.execute(
-            Block(
-                dict(block.words),
-                tuple(g for g in block.g if g not in (400, 410, 420)),
-                (),
-                None,
-                block.source,
-                block.line,
-                block.offset,
-            )
-        )
+        with ip.on_trial(trying, position=list(start), compensation=40):
+            block = read()
+            codes = tuple(g for g in block.g if g not in (400, 410, 420))
+            words = dict(block.words)
+            ip.execute(Block(words, codes, (), None, block.source, block.line, block.offset))
     except BlockError:
         return None
     finally:
-        ip.state, ip.sink = state, sink
         ip.plain_language = kept
     return trying.first
 

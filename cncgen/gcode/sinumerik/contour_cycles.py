@@ -14,7 +14,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.lathe_fanuc import Turning
 from cncgen.gcode.codes.pockets import levels_of
 from cncgen.gcode.codes.turning_cycles import Lathe
-from cncgen.gcode.codes.turning_cycles_fanuc import advances, levels, shifted
+from cncgen.gcode.codes.turning_cycles_fanuc import levels
 from cncgen.gcode.codes.turning_profiles import Segment, check_cuts, moved_aside
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.arcs import follow
@@ -177,7 +177,7 @@ def turn(motions: Motions, name: str, values: Values) -> None:
     travel = (high - low).imag if swap else (high - low).real
     across = complex(math.copysign(1.0, travel), -1.0 if inside and not swap else 1.0)
     path = [segment.seen(across, swap) for segment in contour]
-    if not all(advances(segment) for segment in path):
+    if not all(segment.advances() for segment in path):
         message = f"the contour of {name} goes back along {'X' if swap else 'Z'}"
         raise BlockError(
             "profile-not-monotonic", message, name, hint="cut what lies behind in a cycle of its own"
@@ -194,7 +194,7 @@ def turn(motions: Motions, name: str, values: Values) -> None:
     if vari < 5 or vari > 8:
         # FAL moves the contour aside, FALZ and FALX back and up.
         back, up = (v[3], v[2]) if swap else (v[2], v[3])
-        rough = shifted(moved_aside(path, v[4], True), complex(-back, up))
+        rough = [segment.shifted(complex(-back, up)) for segment in moved_aside(path, v[4], True)]
         top = max(p.imag for segment in rough for p in segment.extremes())
         bottom = min(p.imag for segment in rough for p in segment.extremes())
         check_cuts(top, bottom, v[1], name)

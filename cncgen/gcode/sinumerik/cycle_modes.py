@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, of_two
+from cncgen.gcode.sinumerik.cycles import Hole, Values, check_mode_plane, filled, of_two
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -62,17 +62,9 @@ class MillingModes:
             BlockError: A digit has a meaning that is not read.
         """
         shape, plane, mode = (round(filled(values, index + k)) for k in range(3))
-        what = ""
-        hint = "0 is the usual value of each digit"
+        check_mode_plane(motions, name, plane)
+        what, hint = "", "0 is the usual value of each digit"
         point = shape // 1000 % 10
-        if plane % 10 not in (0, motions.ip.state.plane - 16):
-            message = f"DMODE = {plane} of {name} chooses another plane than G{motions.ip.state.plane}, which is in force"
-            raise BlockError(
-                "cycle-plane",
-                message,
-                name,
-                hint="its ones are 1 for G17, 2 for G18, 3 for G19, 0 for the plane in force",
-            )
         if shape // 100 % 10 > 1:
             what = f"GMODE = {shape} (the place of the start alone is worked out)"
         elif point >= len(points):

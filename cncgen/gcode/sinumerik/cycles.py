@@ -301,22 +301,26 @@ def _turned_thread(motions: Motions, name: str, values: Values) -> None:
         motions.move({"Z": first}, rapid=True)
 
 
+def check_mode_plane(motions: Motions, name: str, plane: int) -> None:
+    """Refuse DMODE whose ones choose another plane than that in force: 1 to 3, 0 for none."""
+    if plane % 10 not in (0, motions.ip.state.plane - 16):
+        message = f"DMODE = {plane} of {name} chooses another plane than G{motions.ip.state.plane}, which is in force"
+        hint = "its ones are 1 for G17, 2 for G18, 3 for G19, 0 for the plane in force"
+        raise BlockError("cycle-plane", message, name, hint=hint)
+
+
 def _modes(motions: Motions, name: str, values: Values, index: int, most: Sequence[int]) -> list[int]:
     """Return the digits of AMODE, ones first and none above its `most`: they choose what other parameters mean. It is the last one of a cycle.
 
     GMODE, at `index`, and DMODE, whose ones are the plane (1 to 3; 0 the one in force), stand before it.
     """
     shape, plane, mode = (round(filled(values, index + k)) for k in range(3))
+    check_mode_plane(motions, name, plane)
     digits = [mode // 10**place % 10 for place in range(len(most))]
     beyond = next((k for k in range(index + 3, len(values)) if filled(values, k)), None)
     hint = "0 is the usual value of each"
     if shape:
         message, hint = f"GMODE = {shape} of {name} is not read", "GMODE = 0 is the depth of the tip"
-    elif plane % 10 not in (0, motions.ip.state.plane - 16):
-        message = f"DMODE = {plane} of {name} chooses another plane than G{motions.ip.state.plane}, which is in force"
-        raise BlockError(
-            "cycle-plane", message, name, hint="1 is G17, 2 is G18, 3 is G19, 0 the plane in force"
-        )
     elif not 0 <= mode < 10 ** len(most) or any(map(operator.gt, digits, most)):
         message = f"AMODE = {mode} of {name} is not read"
     elif beyond is not None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import cmath
 import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES
@@ -249,12 +249,9 @@ def _tried(motions: Motions, words: Words, end: list[float]) -> Segment | None:
     """Return the motion of a block in the plane, without making it."""
     ip, plane = motions.ip, motions.ip.state.plane
     start, kept = ip.state.position.copy(), motions.fields()
-    state = ip.state
-    ip.state = replace(state, feed=1.0, feed_mode=94, compensation=40, position=start.copy())
     try:
-        found = tried_motion(ip, lambda: motions.make(copy.deepcopy(words), end.copy()))
+        found = tried_motion(ip, lambda: motions.make(copy.deepcopy(words), end.copy()), compensation=40)
     finally:
-        ip.state = state
         motions.set_fields(kept)
     if found is None:
         return None

@@ -156,12 +156,6 @@ class ProgramLines(Generic[T]):
         self._high = self._low + len(part)
         return part[at - self._low]
 
-    def replace_last(self, entry: T) -> None:
-        """Put another entry in the place of the last one, which is of no run."""
-        last = self._parts[-1]
-        assert isinstance(last, list)
-        last[-1] = entry
-
     def entries(self) -> Iterator[tuple[int, T]]:
         """Yield the entries that are of no run, and their places."""
         for start, part in zip(self._starts, self._parts, strict=True):
