@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from math import exp
 
 import numpy as np
@@ -100,20 +100,8 @@ class PdPlusAxis:
 
     @property
     def row(self) -> list[float]:
-        """Return the numbers in the order of the kernel's columns."""
-        return [
-            self.gain,
-            self.position,
-            self.derivative,
-            self.feedforward,
-            self.bound,
-            self.counts_per_mm,
-            self.counts_per_rad,
-            self.decay,
-            self.drive,
-            self.travel_speed,
-            self.travel_drive,
-        ]
+        """Return the numbers in the order of the kernel's columns, which is theirs; friction has none."""
+        return list(astuple(self)[:-1])
 
 
 def limit_reactive(

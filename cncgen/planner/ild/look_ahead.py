@@ -85,7 +85,7 @@ def settled(segments: Segments, start_mm_s: float, profile: str) -> int:
 
 @dataclass(frozen=True, slots=True)
 class SegmentPieces:
-    """SegmentPieces of constant jerk (or of an exponential ramp) of consecutive segments, `k` of them.
+    """Pieces of constant jerk (or of an exponential ramp) of consecutive segments, `k` of them.
 
     Attributes:
         duration: Shape (k,), s.

@@ -433,7 +433,7 @@ def _cuts(bounds: AxisLimits, s: Floats, stop: Bools, turn: Floats, left: Floats
 
     With the setpoints a = j₁ τ³/6 before and b = j₂ (T − τ)³/6 after it at most, |Δ| a b/(a + b) is cut. That is largest at
     1/(j₁ τ⁴) = 1/(j₂ (T − τ)⁴), |Δ| T³/6 by the fourth power of j₁^(-1/4) + j₂^(-1/4); for a = A₁ τ²/2 and b likewise, |Δ| T²/2 by
-    the third power of A₁^(-1/3) + A₂^(-1/3). The cut of curves beside it is added for the whole way of a period. SetpointAlignment within a
+    the third power of A₁^(-1/3) + A₂^(-1/3). The cut of curves beside it is added for the whole way of a period. Rests within a
     period of each other, J T³/32 or A T²/4 apart at most, are in one chord, and their Δ add up.
 
     Args:

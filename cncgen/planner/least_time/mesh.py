@@ -1,11 +1,12 @@
 """A block of a toolpath as intervals between nodes, with all data of the least-time problem.
 
-`mesh_of` cuts a block (a `Section`, with its breakpoints classified) into the intervals of a `Mesh`, on which `problem` works.
+`mesh_of` cuts a block at its breakpoints, which `corners` classifies, and between them into the intervals of a `Mesh`, on which `problem`
+works.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from cncgen.geometry.path import Path
 from cncgen.kernels import node_places
 from cncgen.planner.least_time.corners import BlockEnd, Corners, corners_of, distinct, nearest, rows_beside
 from cncgen.planner.least_time.crawling import crawling
-from cncgen.planner.least_time.mesh_spacing import MOST, TooManyNodesError, placed
+from cncgen.planner.least_time.mesh_spacing import MOST, TooManyNodesError, TopAt, placed
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.limits.axis_limits import JUMP_SHARE, STEP_TAKES, SWAY_SHARE, AxisLimits
 from cncgen.planner.limits.program_feeds import Feeds
@@ -122,161 +123,116 @@ def mesh_of(
     Raises:
         NoPlanError: It would be more intervals than memory is meant for.
     """
+    feeds = Feeds.of(toolpath, path)
+    crawls = crawling(path, feeds.speed, bounds)
+
+    def top_at(s: Floats, x: Floats, side: int) -> Floats:
+        """Return the largest q at places with the derivatives x by all but jumps."""
+        row = path.row_of(s, side)
+        q, _ = bounds.top(feeds.speed[row], feeds.limit[row], x[1], x[2])
+        return cap.lower(s, x, q) if cap else q
+
+    corners, sides = _breakpoints(toolpath, path, bounds, feeds, crawls, top_at, before, after)
+    lines = _lines(path, corners)
+    if cap and cap.straight:
+        # Crawling rows are slower than any cap.
+        lines &= crawls[path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))]
     exact = (toolpath.path_mode == PathMode.EXACT_PATH) & (toolpath.feed_mode != FeedMode.RAPID)
     coarse = coarse and not exact[toolpath.kind != Kind.EVENT].any()
-    return Section.of(toolpath, path, bounds, before, after, cap).mesh(coarse)
+    try:
+        s = placed(path, bounds, corners, sides, lines, top_at, coarse)
+    except TooManyNodesError as many:
+        raise NoPlanError(_too_many(toolpath, path, many)) from None
+    return _intervals(toolpath, path, bounds, feeds, cap, corners, sides, lines, s)
 
 
-@dataclass(frozen=True, slots=True)
-class Section:
-    """A block and its `n` breakpoints, before it is known which of them are rests.
+def _breakpoints(
+    toolpath: Toolpath,
+    path: Path,
+    bounds: AxisLimits,
+    feeds: Feeds,
+    crawls: NDArray[np.bool_],
+    top_at: TopAt,
+    before: BlockEnd | None,
+    after: BlockEnd | None,
+) -> tuple[Corners, tuple[Floats, Floats]]:
+    """Return the breakpoints of a block, classified, and the derivatives on the left and right of each, shape (4, n, axes) each."""
+    seams = _seams(toolpath, path, feeds)
+    sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
+    # At its ends a path is what it is within; a curve that ends in a cusp has no direction there.
+    sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
+    between = path.row_of(0.5 * (seams[:-1] + seams[1:]))
+    apart = _lasting(seams, between, feeds.speed, bounds.period_s) & crawls[between]
+    first, last = distinct(seams, sides, bounds, apart, path.kind[between] == Kind.NURBS)
+    sides = (sides[0][:, first], sides[1][:, last])
+    top = np.minimum(top_at(seams[first], sides[0], -1), top_at(seams[last], sides[1], 1))
+    corners = corners_of(toolpath, path, bounds, crawls, seams[first], sides, top, before, after)
+    kept = ~_straight_on(path, feeds, corners, sides)
+    return corners.only(kept), (sides[0][:, kept], sides[1][:, kept])
 
-    Attributes:
-        toolpath, path: The block and its geometry.
-        bounds: Limits.
-        feeds: Of its rows.
-        cap: A largest speed along the path, beside the bounds.
-        crawls: Shape (rows,), which rows begin and end at rest.
-        s: Shape (n,), the breakpoints, path coordinate.
-        sides: Derivatives on the left and on the right of each, shape (4, n, axes) each.
-        top: Shape (n,), the largest q there by everything but jumps.
-        before, after: The end of the block before and the start of the next; None where the motion starts or ends.
-    """
 
-    toolpath: Toolpath
-    path: Path
-    bounds: AxisLimits
-    feeds: Feeds
-    cap: SpeedCap | None
-    crawls: NDArray[np.bool_]
-    s: Floats
-    sides: tuple[Floats, Floats]
-    top: Floats
-    before: BlockEnd | None
-    after: BlockEnd | None
-
-    @classmethod
-    def of(
-        cls,
-        toolpath: Toolpath,
-        path: Path,
-        bounds: AxisLimits,
-        before: BlockEnd | None,
-        after: BlockEnd | None,
-        cap: SpeedCap | None,
-    ) -> Section:
-        """Take a block, see `mesh_of`."""
-        feeds = Feeds.of(toolpath, path)
-        seams = _seams(toolpath, path, feeds)
-        sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
-        # BlockEnd its ends a path is what it is within; a curve that ends in a cusp has no direction there.
-        sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
-        crawls = crawling(path, feeds.speed, bounds)
-        between = path.row_of(0.5 * (seams[:-1] + seams[1:]))
-        apart = _lasting(seams, between, feeds.speed, bounds.period_s) & crawls[between]
-        first, last = distinct(seams, sides, bounds, apart, path.kind[between] == Kind.NURBS)
-        sides = (sides[0][:, first], sides[1][:, last])
-        out = cls(
-            toolpath,
-            path,
-            bounds,
-            feeds,
-            cap,
-            crawls,
-            seams[first],
-            sides,
-            np.zeros(len(first)),
-            before,
-            after,
-        )
-        top = np.minimum(out._top_at(seams[first], sides[0], -1), out._top_at(seams[last], sides[1], 1))
-        return replace(out, top=top)
-
-    def corners(self) -> Corners:
-        """Classify the breakpoints."""
-        return corners_of(
-            self.toolpath,
-            self.path,
-            self.bounds,
-            self.crawls,
-            self.s,
-            self.sides,
-            self.top,
-            self.before,
-            self.after,
-        )
-
-    def _top_at(self, s: Floats, x: Floats, side: int) -> Floats:
-        """Return the largest q at places with the derivatives x by all but jumps."""
-        row = self.path.row_of(s, side)
-        q, _ = self.bounds.top(self.feeds.speed[row], self.feeds.limit[row], x[1], x[2])
-        return self.cap.lower(s, x, q) if self.cap else q
-
-    def mesh(self, coarse: bool) -> Mesh:
-        """Cut it into intervals, see `mesh_of`."""
-        toolpath, path, bounds, feeds, cap = self.toolpath, self.path, self.bounds, self.feeds, self.cap
-        sides, crawls = self.sides, self.crawls
-        corners = self.corners()
-        kept = ~_straight_on(path, feeds, corners, sides)
-        corners, sides = corners.only(kept), (sides[0][:, kept], sides[1][:, kept])
-        lines = _lines(path, corners)
-        if cap and cap.straight:
-            # Crawling rows are slower than any cap.
-            lines &= crawls[path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))]
-        try:
-            s = placed(path, bounds, corners, sides, lines, self._top_at, coarse)
-        except TooManyNodesError as many:
-            raise NoPlanError(_too_many(toolpath, path, many)) from None
-        n = len(s) - 1
-        places = np.empty((n, 2))
-        places[:, 0], places[:, 1] = s[:-1], 0.5 * (s[:-1] + s[1:])
-        seen = path.evaluate(places.ravel(), 3).reshape(4, n, 2, -1)
-        node = nearest(s, corners.s)
-        x = np.empty((4, n, 3, seen.shape[3]))
-        x[:, :, :2], x[:, :-1, 2] = seen, seen[:, 1:, 0]
-        # Breakpoints that no setpoint can tell apart are one node, whose sides are those of the first and of the last.
-        x[:, node[1:] - 1, 2] = sides[0][:, 1:]
-        x[:, node[:-1], 0] = sides[1][:, :-1]
-        row = path.row_of(places[:, 1])
-        flat = np.repeat(row, 3)
-        top, limit = bounds.top(
-            feeds.speed[flat], feeds.limit[flat], *(each.reshape(3 * n, -1) for each in x[1:3])
-        )
-        top3, which = top.reshape(n, 3), limit.reshape(n, 3)
-        stop, corner, cuts = np.zeros((3, n + 1), bool)
-        stop[node], corner[node], cuts[node] = corners.stop, corners.corner, corners.cuts
-        if cap:
-            capped = cap.on_intervals(s, x, stop[:-1], stop[1:])
-            capped[node[:-1][lines]] = np.inf
-            which[capped < top3] = cap.limit
-            top3 = np.minimum(top3, capped)
-        node_top, node_acceleration = np.full((2, n + 1), np.inf)
-        node_top[node], node_acceleration[node] = corners.speed**2, corners.acceleration
-        kind = np.full(n, SPLINE, np.int8)
-        kind[stop[:-1]] = LEAVE
-        kind[stop[1:]] = ENTER
-        kind[node[:-1][lines]] = LINE
-        _calm(x, np.diff(s), kind == SPLINE)
-        return Mesh(
-            toolpath=toolpath,
-            path=path,
-            s=s,
-            kind=kind,
-            x1=x[1],
-            x2=x[2],
-            x3=x[3],
-            top=top3,
-            top_limit=which[np.arange(n), top3.argmin(axis=1)],
-            node_top=node_top,
-            node_acceleration=node_acceleration,
-            factor=_factors(s, corners),
-            x3_excess=_x3_excess(path, s, kind, x[3], top3, bounds.jerk),
-            chord=_chords(toolpath, row, bounds),
-            stop=stop,
-            corner=corner,
-            cuts=cuts[:-1],
-            events=_events(toolpath, path, s),
-        )
+def _intervals(
+    toolpath: Toolpath,
+    path: Path,
+    bounds: AxisLimits,
+    feeds: Feeds,
+    cap: SpeedCap | None,
+    corners: Corners,
+    sides: tuple[Floats, Floats],
+    lines: NDArray[np.bool_],
+    s: Floats,
+) -> Mesh:
+    """Return the intervals between the nodes `s`."""
+    n = len(s) - 1
+    places = np.empty((n, 2))
+    places[:, 0], places[:, 1] = s[:-1], 0.5 * (s[:-1] + s[1:])
+    seen = path.evaluate(places.ravel(), 3).reshape(4, n, 2, -1)
+    node = nearest(s, corners.s)
+    x = np.empty((4, n, 3, seen.shape[3]))
+    x[:, :, :2], x[:, :-1, 2] = seen, seen[:, 1:, 0]
+    # Breakpoints that no setpoint can tell apart are one node, whose sides are those of the first and of the last.
+    x[:, node[1:] - 1, 2] = sides[0][:, 1:]
+    x[:, node[:-1], 0] = sides[1][:, :-1]
+    row = path.row_of(places[:, 1])
+    flat = np.repeat(row, 3)
+    top, limit = bounds.top(
+        feeds.speed[flat], feeds.limit[flat], *(each.reshape(3 * n, -1) for each in x[1:3])
+    )
+    top3, which = top.reshape(n, 3), limit.reshape(n, 3)
+    stop, corner, cuts = np.zeros((3, n + 1), bool)
+    stop[node], corner[node], cuts[node] = corners.stop, corners.corner, corners.cuts
+    if cap:
+        capped = cap.on_intervals(s, x, stop[:-1], stop[1:])
+        capped[node[:-1][lines]] = np.inf
+        which[capped < top3] = cap.limit
+        top3 = np.minimum(top3, capped)
+    node_top, node_acceleration = np.full((2, n + 1), np.inf)
+    node_top[node], node_acceleration[node] = corners.speed**2, corners.acceleration
+    kind = np.full(n, SPLINE, np.int8)
+    kind[stop[:-1]] = LEAVE
+    kind[stop[1:]] = ENTER
+    kind[node[:-1][lines]] = LINE
+    _calm(x, np.diff(s), kind == SPLINE)
+    return Mesh(
+        toolpath=toolpath,
+        path=path,
+        s=s,
+        kind=kind,
+        x1=x[1],
+        x2=x[2],
+        x3=x[3],
+        top=top3,
+        top_limit=which[np.arange(n), top3.argmin(axis=1)],
+        node_top=node_top,
+        node_acceleration=node_acceleration,
+        factor=_factors(s, corners),
+        x3_excess=_x3_excess(path, s, kind, x[3], top3, bounds.jerk),
+        chord=_chords(toolpath, row, bounds),
+        stop=stop,
+        corner=corner,
+        cuts=cuts[:-1],
+        events=_events(toolpath, path, s),
+    )
 
 
 def _too_many(toolpath: Toolpath, path: Path, many: TooManyNodesError) -> Diagnostic:

@@ -196,7 +196,7 @@ def _place(survey: _Survey, density: Density) -> Floats:
     spacing = _spacing(survey, density)
     rests = corners.s[corners.stop]
     if len(rests) > 1:
-        # BlockEnd the outermost ones it is the distance to a rest in another block.
+        # Beyond the outermost ones it is the distance to a rest in another block.
         apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
         spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
     spacing = np.maximum(spacing, survey.least)

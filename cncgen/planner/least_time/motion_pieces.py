@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class MotionPieces:
-    """MotionPieces of `n` intervals, `k` in all.
+    """Pieces of `n` intervals, `k` in all.
 
     Attributes:
         offset: Shape (n + 1,): the piece that each interval begins with, and k.

@@ -9,8 +9,7 @@ results, and starts again if a result may be improved.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,20 +83,6 @@ class Intervals:
     node_acceleration: Floats
     limits: Floats
 
-    #: The columns that have a row an interval and stand in `Mesh` under the same name.
-    MESH_COLUMNS: ClassVar = (
-        "kind",
-        "x1",
-        "x2",
-        "x3",
-        "top",
-        "top_limit",
-        "factor",
-        "x3_excess",
-        "node_top",
-        "node_acceleration",
-    )
-
     def __len__(self) -> int:
         return len(self.h)
 
@@ -107,17 +92,21 @@ class Intervals:
         h = np.concatenate([np.diff(mesh.s[rows.start : rows.stop + 1]) for mesh, rows in parts])
         columns = {
             name: np.concatenate([getattr(mesh, name)[rows] for mesh, rows in parts])
-            for name in cls.MESH_COLUMNS
+            for name in _MESH_COLUMNS
         }
         columns["kind"][-1] = LINE if columns["kind"][-1] == LINE else ENTER
         return cls(h=h, limits=limits, **columns)
 
     def head(self, n: int) -> Intervals:
         """Return the first `n` intervals, the last of which enters rest."""
-        columns = {name: getattr(self, name)[:n] for name in ("h", *self.MESH_COLUMNS)}
+        columns = {name: getattr(self, name)[:n] for name in ("h", *_MESH_COLUMNS)}
         columns["kind"] = columns["kind"].copy()
         columns["kind"][-1] = ENTER
         return replace(self, **columns)
+
+
+#: The columns that have a row an interval and stand in `Mesh` under the same name.
+_MESH_COLUMNS = tuple(each.name for each in fields(Intervals) if each.name not in ("h", "limits"))
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from cncgen.machine.record import Machine
 from cncgen.planner.least_time.block_planning import plan_blocks
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.motion import motion_at, time_at
+from cncgen.planner.profile_parts import joined
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.toolpath.record import Toolpath
 
@@ -45,17 +46,8 @@ def by_block(trajectories: Iterable[Trajectory]) -> Iterator[PlannedBlock]:
 
 
 def _joined(parts: list[Trajectory]) -> PlannedBlock:
-    profiles = [part.profile for part in parts]
-    last = profiles[-1]
-    profile = Profile(
-        *(
-            np.concatenate([*(getattr(p, name)[:-1] for p in profiles), getattr(last, name)[-1:]])
-            for name in "ts"
-        ),
-        *(np.concatenate([getattr(p, name) for p in profiles]) for name in ("v", "a", "j", "c", "limit")),
-    )
     remarks = tuple(remark for part in parts for remark in part.values.get("diagnostics", ()))
-    return PlannedBlock(parts[0].toolpath, profile, remarks)
+    return PlannedBlock(parts[0].toolpath, joined([part.profile for part in parts]), remarks)
 
 
 def replan(trajectories: Iterable[Trajectory], machine: Machine) -> Iterator[Trajectory]:
