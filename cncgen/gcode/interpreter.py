@@ -35,8 +35,6 @@ from cncgen.units import INCH
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
-
     from cncgen.gcode.codes.heidenhain import Ended
     from cncgen.gcode.codes.plain_language import Plain
     from cncgen.gcode.codes.saved import Saved
@@ -253,11 +251,19 @@ class Interpreter:
         self.state.position, self.state.moved = end, True
 
     @contextmanager
-    def on_trial(self, sink: Sink, **changes: Any) -> Iterator[None]:
-        """Let motions be made on another sink, at a feed of 1, in a state with changes; both are put back behind them."""
+    def on_trial(
+        self, sink: Sink, position: list[float] | None = None, compensation: int | None = None
+    ) -> Iterator[None]:
+        """Let motions be made on another sink, at a feed of 1, from a position and under a compensation of its own; all is put back behind
+        them."""
         state, before = self.state, (self.sink, self.guard, self.compensated_position)
-        changes.setdefault("position", state.position.copy())
-        self.state = replace(state, feed=1.0, feed_mode=94, **changes)
+        self.state = replace(
+            state,
+            feed=1.0,
+            feed_mode=94,
+            position=list(state.position if position is None else position),
+            compensation=state.compensation if compensation is None else compensation,
+        )
         self.sink, self.guard, self.compensated_position = sink, None, None
         try:
             yield

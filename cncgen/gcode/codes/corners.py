@@ -99,11 +99,11 @@ class _Trying(_Holding, TryingSink):
         """Keep nothing: a traverse makes no corner."""
 
 
-def tried_motion(ip: Interpreter, run: Callable[[], None], **changes: Any) -> _Motion | None:
-    """Return the feed motion that would be made in a state with changes, or None; a fault is reported when it is made."""
+def tried_motion(ip: Interpreter, run: Callable[[], None], compensation: int | None = None) -> _Motion | None:
+    """Return the feed motion that would be made, under a compensation of its own, or None; a fault is reported when it is made."""
     trying = _Trying(ip.sink)
     try:
-        with ip.on_trial(trying, **changes):
+        with ip.on_trial(trying, compensation=compensation):
             run()
     except BlockError:
         return None

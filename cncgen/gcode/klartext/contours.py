@@ -160,7 +160,7 @@ def first_heading(ip: Interpreter, start: Point, read: Callable[[], Block]) -> c
     kept, trying = replace(Plain.of(ip)), Heading(ip.sink)
     trying.at = list(start)
     try:
-        with ip.on_trial(trying, position=list(start), compensation=40):
+        with ip.on_trial(trying, start, compensation=40):
             block = read()
             codes = tuple(g for g in block.g if g not in (400, 410, 420))
             words = dict(block.words)
