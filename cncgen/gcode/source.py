@@ -24,8 +24,9 @@ MAX_STREAM = 4 * 1024**3
 _HEAD = 4096
 #: Bytes of a stream that are read at a time.
 _BLOCK = 1 << 20
-#: Bytes of the leader and trailer of a tape: blank places, and the codes DC1 to DC4 that start and stop its reader and punch.
-_TAPE = b"\0\x11\x12\x13\x14"
+#: Bytes of the leader and trailer of a tape: blank places, and the codes DC1 to DC4 that start and stop its reader and punch; and the
+#: Control-Z that ends a text of CP/M and MS-DOS, with which XMODEM fills its last block.
+_TAPE = b"\0\x11\x12\x13\x14\x1a"
 #: Byte order marks of UTF-16.
 _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 

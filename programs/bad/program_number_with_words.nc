@@ -1,3 +1,4 @@
-; expect 2:7:syntax
-O0001 G0 X5
+; expect 3:6:syntax
+#<depth>=5
+O100 G0 X#<depth>
 M2

@@ -400,11 +400,11 @@ def test_heads_of_programs(run: Any, head: str) -> None:
         ("<PART", "syntax", 1),
         ("M98 <>", "syntax", 5),
         ("G1 <5> X2", "unused-word", 4),
-        ("<A> G1", "syntax", 5),
+        ("<A> G1 X1", "feed-missing", 5),
     ],
 )
 def test_names_stand_alone_on_their_line(run: Any, block: str, code: str, column: int) -> None:
-    """Or behind a word that calls by name."""
+    """Or at the beginning of a line, where words may follow as behind a number; or behind a word that calls by name."""
     out = run(f"O1\n{block}\nM30", dialect="fanuc")
     assert out.errors == [(code, 2, column)]
 
@@ -490,6 +490,24 @@ def test_the_leader_of_a_tape_is_passed_over(run: Any) -> None:
     assert points(run("O1\nG0 X1\nM30\n%\n%\n", dialect="fanuc")) == [[1, 0, 0]]
 
 
+def test_words_behind_the_number_of_a_program(run: Any) -> None:
+    """They run with the program, from the text and from each call: O1000 G21 was refused, and N takes the place of O (B-63684EN, 13)."""
+    text = "O0001 (PART) G20 G90 G0 X1\nM98 P2 L2\nG65 P3 A7.\nM30\nO0002 #1=#1+1 G91 G0 X2\nM99\nO0003 G90 X#1\nM99"
+    assert np.round(points(run(text, dialect="fanuc")), 9).tolist() == [
+        [25.4, 0, 0],
+        [76.2, 0, 0],
+        [127, 0, 0],
+        [177.8, 0, 0],
+    ]
+
+
+def test_mitsubishi_ramps_a_skip(run: Any) -> None:
+    """G31 R1 (M80 programming manual, "Skip function") moves as G31 does; R had no code."""
+    out = run("O1\nG31 R1 X5 F100\nM30", dialect="fanuc")
+    assert points(out) == [[5, 0, 0]]
+    assert out.errors == []
+
+
 def test_no_dynamic_fixture_offset(run: Any) -> None:
     assert fanuc(run, "G54.2 P0\nG0 X1\nM30") == [[1, 0, 0]]
     assert run("G54.2 P1\nM30", dialect="fanuc").errors == [("unknown-code", 1, 1)]
@@ -500,6 +518,8 @@ def test_heads_of_mach_and_tormach(run: Any) -> None:
     out = run("G90 G64 G50 G15 G69\nG70\nG0 X1\nG71\nG0 X1\nM2")
     assert points(out) == [[25.4, 0, 0], [1, 0, 0]]
     assert [d.code for d in out.diagnostics] == ["other-control"] * 2
+    # Where LinuxCNC itself is asked for, `rs274` decides ("Unknown g code used"); `canon` refused it, and reading did not.
+    assert run("G50\nM2", dialect="linuxcnc").errors == [("unknown-code", 1, 1)]
 
 
 def test_two_tools_before_m6_of_mazak(run: Any) -> None:

@@ -149,8 +149,13 @@ def test_a_comment_with_pairs_of_parentheses_is_one_comment(run: Run, comment: s
     assert found.path.end[found.path.kind != Kind.EVENT, 0].tolist() == [1, 2]
 
 
-def test_an_open_comment_within_another_stays_an_error(run: Run) -> None:
-    assert run("O1\nG0 X1 (A (B) G1 X2\nM30").errors == [("nested-comment", 2, 7)]
+@pytest.mark.parametrize("line", ["G0 X1 (A (B)", "G0 X1 (A)(B (C)", "G0 (A (B) X1"])
+def test_a_comment_ends_at_its_first_parenthesis(run: Run, line: str) -> None:
+    """As on the control, which ignores what stands between control-out and control-in (B-64484EN, 13.1): macros of a shop were refused."""
+    found = run(f"O1\n{line}\nG1 X2 F100\nM30")
+    assert found.errors == []
+    assert found.path.end[found.path.kind != Kind.EVENT, 0].tolist() == [1, 2]
+    assert [d.span.line for d in found.diagnostics if d.code == "other-control"] == [2]
 
 
 def test_h_beside_a_call_is_not_taken_as_a_tool_offset(run: Run) -> None:

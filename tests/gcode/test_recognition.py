@@ -159,6 +159,8 @@ def test_hours_at_such_feeds_are_said_once_with_the_other_reading() -> None:
 
 #: Programs of controls that are not read, in the style of their manuals, and what each control is called.
 UNREAD = [
+    ("T001001T000M6\nG0 X10 Y0", "Mazak's INTEGREX and other turning centres with milling"),
+    ("IF[PRES EQ 1]NM59\nM58\nNM59 M59\nG0 X800 Z800", "Okuma's OSP controls"),
     ("$SHAFT.MIN%\nO0001\nG50 S2000\nG00 X800 Z800\nT010101\nG96 S200 M03\nG85 NLAP1 D4 F0.3\nM02", "Okuma"),
     ("O1001\nG16 H0\nG0 Z9999\nM6 T1\nG15 H1\nG0 X10. Y20.\nG56 Z15. H1\nG1 Z-5. F333.\nM2", "Okuma"),
     ("O1\nVC1=10\nVC2=VC1+5\nG0 X=VC2\nM2", "Okuma"),

@@ -161,16 +161,16 @@ WORDS = st.sampled_from(
 
 @pytest.mark.parametrize(
     ("leader", "trailer"),
-    [(b"\x11\x12", b"\x13\x14"), (b"", b"\0" * 20), (b"\0" * 20, b"\x14")],
-    ids=["codes", "blank behind", "blank before"],
+    [(b"\x11\x12", b"\x13\x14"), (b"", b"\0" * 20), (b"\0" * 20, b"\x14"), (b"", b"\x1a" * 9)],
+    ids=["codes", "blank behind", "blank before", "Control-Z"],
 )
 @pytest.mark.parametrize("stream", [True, False])
 def test_what_leads_and_trails_a_tape_is_no_text(
     tmp_path: Path, leader: bytes, trailer: bytes, stream: bool
 ) -> None:
-    """What a serial line brings: DC2 before and DC4 behind, blanks. Of a stream that began with blanks only 4096 bytes were read."""
+    """What a serial line brings: DC2 before and DC4 behind, blanks, Control-Z. Of a stream that began with blanks only 4096 bytes were read."""
     blocks = b"".join(b"G1 X%d. F100.\n" % k for k in range(1000))
-    data = leader + b"%\nO1\nG21\n" + blocks + b"M30\n%\n" + trailer
+    data = leader + b"%\nO1\nG21\n" + blocks + trailer
     (tmp_path / "t.nc").write_bytes(data)
     program = read(io.BytesIO(data) if stream else tmp_path / "t.nc", "t.nc", ReadOptions())
     ends = [end[0] for chunk in program.chunks() for end in chunk.end.tolist()]

@@ -27,12 +27,15 @@ def forbid(ip: Interpreter, block: Block) -> None:
 
 
 def cancelled(ip: Interpreter, block: Block) -> None:
-    """G15, G50, G69 in LinuxCNC's dialect: the modes that they end are never on; its own interpreter refuses them."""
-    if ip.options.stand_alone:
+    """G15, G50, G69 of Mach and Tormach: the modes that they end are never on; LinuxCNC's own interpreter refuses them.
+
+    Raises:
+        BlockError: The program is to be read as LinuxCNC's own.
+    """
+    if ip.options.stand_alone or ip.options.dialect == "linuxcnc":
         name = next(f"G{number // 10}" for number in block.g if number in _ENDS)
-        raise BlockError(
-            "unknown-code", f"{name} is not supported", name, hint="`cncgen codes` lists all that are read"
-        )
+        hint = "LinuxCNC has it not; --dialect auto reads it as Mach and Tormach do: it ends a mode that is never on"
+        raise BlockError("unknown-code", f"{name} is not supported", name, hint=hint)
 
 
 def no_fixture(ip: Interpreter, block: Block) -> None:

@@ -41,6 +41,10 @@ def comment(ip: Interpreter, block: Block, text: str) -> None:
     else:
         if match and keyword == "START":
             start(ip, match.group(2))
+        if text.count("(") > text.count(")"):
+            message = "a comment ends at its first ), whatever ( stands within it: what follows is read"
+            hint = "close each ( of a comment, or leave it out"
+            ip.warn_once(BlockError("other-control", message, "(", hint=hint))
         if text:
             ip.sink.call(f'COMMENT("{text.lstrip()}")')
 

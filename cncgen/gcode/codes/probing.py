@@ -63,7 +63,7 @@ def _probe(tenths: int) -> Handler:
 
 
 def skip(ip: Interpreter, block: Block) -> None:
-    """G31 of FANUC: a line that the skip signal ends, here never; its end is in #5061 and after."""
+    """G31 of FANUC: a line that the skip signal ends, here never; its end is in #5061 and after. R1 of Mitsubishi ramps its speed."""
     if not has_axis(block):
         raise BlockError("axis-missing", "G31 has no axis word", "G31")
     check_feed(ip, block, "G31")
@@ -101,7 +101,7 @@ def measures(ip: Interpreter, block: Block, number: int, values: list[float]) ->
     return True
 
 
-_SKIP = Code("G", 310, "non-modal", Stage.MOTION, skip, "line that the skip signal ends", "xyzabcuvwpq", "own", dialects=("fanuc",),
+_SKIP = Code("G", 310, "non-modal", Stage.MOTION, skip, "line that the skip signal ends", "xyzabcuvwpqr", "own", dialects=("fanuc",),
     refused=("ends at a signal", COMPENSATION | ROTARY_PATH | TOOL_POINT))  # fmt: skip
 _PROBES = tuple(
     Code("G", tenths, "motion", Stage.MOTION, _probe(tenths), f"probe {text}", _WORDS, "motion", refused=("probes", COMPENSATION))

@@ -61,6 +61,7 @@ _MODULES = (
     "codes.thread_cycles_fanuc",
     "codes.lathe_drilling_fanuc",
     "codes.haas_pockets",
+    "codes.offset_motions",
     "codes.tool_point",
     "codes.rotary_paths",
     "codes.tilted_planes",

@@ -12,8 +12,6 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 370): "automatic tool length measurement",
     **dict.fromkeys((("G", 412), ("G", 422)), "three-dimensional cutter compensation"),
     ("G", 435): "tool centre point control with tool vectors",
-    **dict.fromkeys((("G", n) for n in (450, 460, 480)), "a tool offset added to a motion"),
-    ("G", 470): "a tool offset added to a motion; engraving on Haas's mills",
     **dict.fromkeys((("G", 512),), "polygon turning"),
     ("G", 544): "workpiece setting error compensation",
     ("G", 661): "a modal macro called in each block",
@@ -34,11 +32,7 @@ _TILTED = "post it with the rotary axes in place and X Y Z as the axes go, with 
 #: Advice for a code that is not read.
 WITHOUT: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", n) for n in (683, 684)), _TILTED),
-    **dict.fromkeys(
-        (("G", n) for n in (450, 460, 480)),
-        "G41 or G42 with D moves a path by the tool's radius; or post the moves themselves",
-    ),
-    **dict.fromkeys((("G", n) for n in (470, 1500)), "post it as the moves that it makes: G1, G2, G3"),
+    ("G", 1500): "post it as the moves that it makes: G1, G2, G3",
 }
 #: Codes of FANUC's lathes (system A) in place of those of mills, G numbers in tenths.
 ON_LATHES: dict[int, str] = {

@@ -23,11 +23,18 @@ def effect_of(
     """Return what a line does, `after` which another stands, and whether it is an O-word."""
     if parsed.deletable and control.ip.options.block_delete:
         return lambda: None, False
+    begin = None
     if parsed.flow is not None and parsed.flow.then is None:
-        return _o_word(control, parsed.flow, here, after), True
+        begin = _o_word(control, parsed.flow, here, after)
+        if not (parsed.words or parsed.settings):
+            return begin, True
+        # Words behind the number of a program (FANUC).
+        parsed.flow = None
     run = compiler().action(parsed, here) if parsed.flow is None else compiler().then(parsed.flow, here)
 
     def effect() -> Cursor | None:
+        if begin is not None:
+            begin()
         control.flush()
         run()
         return control.follow_jump(here, after) if control.ip.jump is not None else None

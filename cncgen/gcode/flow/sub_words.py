@@ -170,5 +170,7 @@ def _call_number(
         hint = f"use o{number} CALL"
         raise BlockError("sub-kind", f"o{number} is a SUB, which M98 cannot run", "P", hint=hint)
     frame = control.calls.enter(label, after, values)
-    frame.again = (target.after, times - 1)
-    return target.after
+    # Words may stand behind the number of a program.
+    begin = target.cursor if target.keyword == "program" else target.after
+    frame.again = (begin, times - 1)
+    return begin
