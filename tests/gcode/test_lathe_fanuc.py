@@ -663,3 +663,18 @@ def test_a_thread_without_last_passes(run: Any) -> None:
     assert [(d.code, d.span.line) for d in none.diagnostics if d.severity == "warning" and d.span] == [
         ("thread-words", 3)
     ]
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("G28 U0 W0\nG50 S2000\nG96 S200 M3\nG0 X100. Z5.", False),
+        ("G28 U0 W0\nG96 S200 M3\nG0 X100. Z5.", True),
+        ("G0 X100. Z5.\nG96 S200 M3", False),
+    ],
+)
+def test_a_spindle_that_starts_unbounded_beside_the_axis_warns(lines: str, said: bool) -> None:
+    """A shop's program begins with G28 U0 W0 and G96 S200 M03: of the plan's 550 s, 530 s were the spindle's and unsaid."""
+    _, faults, program = outcome(f"{lines}\nG1 Z-20. F.2")
+    assert not faults
+    assert ("speed-unbounded" in [d.code for d in program.diagnostics]) is said

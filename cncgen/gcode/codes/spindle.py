@@ -18,6 +18,9 @@ _SPINDLES = 8
 TURNS = {1: "START_SPINDLE_CLOCKWISE", -1: "START_SPINDLE_COUNTERCLOCKWISE", 0: "STOP_SPINDLE_TURNING"}
 #: The largest speed in the canonical call where D is missing.
 _NO_LIMIT = 1e30
+#: Revolutions a minute that no spindle of a lathe makes.
+_TOO_FAST = 100_000.0
+_BOUND = "bound it before: G50 S or G92 S, in LinuxCNC D of G96, on SINUMERIK LIMS="
 
 
 def spindle_of(ip: Interpreter, block: Block) -> int:
@@ -37,9 +40,11 @@ def _event(ip: Interpreter, rest: bool) -> Event:
         around = (
             2.0 * math.pi * max(abs(state.position[0]), LEAST_RADIUS_MM / (INCH if state.inches else 1.0))
         )
-        values["speed_rpm"] = min(
-            state.speed * (12.0 if state.inches else 1000.0) / around, state.constant_surface
-        )
+        turns = min(state.speed * (12.0 if state.inches else 1000.0) / around, state.constant_surface)
+        values["speed_rpm"] = turns
+        if rest and state.direction and state.constant_surface == _NO_LIMIT and turns > _TOO_FAST:
+            message = f"a surface speed without a bound, beside X0: {turns:.0f} rev/min, and the time to get there counts"
+            ip.warn_once(BlockError("speed-unbounded", message, "M", hint=_BOUND))
         values["surface_ft_min" if state.inches else "surface_m_min"] = state.speed
     return Event("spindle", rest, values=values)
 

@@ -36,6 +36,7 @@ _MODULES = (
     "codes.offsets",
     "codes.offsets_fanuc",
     "codes.dwell",
+    "codes.dynamic_offsets",
     "flow.macros",
     "codes.accepted",
     "codes.comments",

@@ -23,7 +23,6 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 1410): "cutter compensation in space",
     ("G", 1430): "tool length compensation of five axes",
     ("G", 2350): "tool centre point control of Haas",
-    **dict.fromkeys((("G", 2540), ("G", 2550)), "dynamic work offset of Haas"),
     **dict.fromkeys((("G", 2680), ("G", 2690)), "a tilted working plane of Haas"),
     **dict.fromkeys((("M", n) for n in (820, 830, 840)), "a code of 3D printers"),
 }
