@@ -24,6 +24,9 @@ FLAGS = [
     "-ffp-contract=off",
     "--param=vect-max-version-for-alias-checks=64",
 ]
+#: Loops over the axes and states of a node have few turns, the same ones for two and for three axes: without them, 5 % less time.
+UNROLLED = ["--param=max-completely-peeled-insns=2000", "--param=max-completely-peel-times=64"]
+TUBE = ("cncgen.kernels.tube_step", "cncgen.kernels.tube_point", "cncgen.kernels.least_time_tube")
 LINK = ["-Wl,-s"] if sys.platform == "linux" else []
 #: What Cython writes for typed arrays, once for all kernels: as a part of each it was four fifths of the C.
 SHARED = "cncgen.kernels._shared"
@@ -55,7 +58,9 @@ def kernel_extensions() -> list[Extension]:
             name,
             [path],
             optional=True,
-            extra_compile_args=FLAGS + [READING.get(name, "-O1")] * name.startswith(CALLING),
+            extra_compile_args=FLAGS
+            + [READING.get(name, "-O1")] * name.startswith(CALLING)
+            + UNROLLED * (name in TUBE),
             extra_link_args=LINK,
         )
         for name, path in (sources | {SHARED: "cncgen/kernels/_shared.c"}).items()

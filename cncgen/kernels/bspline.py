@@ -171,6 +171,9 @@ class Span:
         d: cython.Py_ssize_t
         saved: cython.double
         term: cython.double
+        x: cython.double
+        y: cython.double
+        z: cython.double
         if self.plain:
             columns -= 1
             out[0, columns] = 1.0
@@ -186,7 +189,18 @@ class Span:
                     saved = (u - self.curves.knots[i + 1 + j - r]) * term
                 self.basis[r] = saved
             if p - r <= order:
-                for d in range(columns):
+                # Three sums side by side: each alone waits for its last term.
+                for d in range(0, columns - 2, 3):
+                    x = y = z = 0.0
+                    for j in range(r + 1):
+                        term = self.basis[j]
+                        x += term * self.q[p - r, j, d]
+                        y += term * self.q[p - r, j, d + 1]
+                        z += term * self.q[p - r, j, d + 2]
+                    out[p - r, d] = x
+                    out[p - r, d + 1] = y
+                    out[p - r, d + 2] = z
+                for d in range(columns - columns % 3, columns):
                     term = 0.0
                     for j in range(r + 1):
                         term += self.basis[j] * self.q[p - r, j, d]

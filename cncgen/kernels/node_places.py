@@ -504,3 +504,43 @@ def bulging(
                 held = min(held, _over(jerk[d], size))
                 bend = max(bend, fabs(x3[n, 0, d] - 2.0 * x3[n, 1, d] + x3[n, 2, d]) / jerk[d])
             out[n] = bend * min(pow(max(top[n, 0], max(top[n, 1], top[n, 2])), 1.5), most * held)
+
+
+def concealed(
+    at: cython.const[cython.longlong][::1],
+    s: cython.const[cython.double][::1],
+    x3: cython.const[cython.double][:, :, ::1],
+    quarters: cython.const[cython.double][:, ::1],
+    believed: cython.double,
+    excess: cython.double,
+    out: cython.double[:, ::1],
+) -> None:
+    """Fill ``out[at]`` with what x''' differs at the quarter points from the parabola through its three values, times `excess`.
+
+    At a cusp there is nothing to compare: 0.
+
+    Args:
+        at: Shape (k,), numbers of the intervals.
+        s: Shape (n + 1,), nodes.
+        x3: Shape (n, 3, axes), third derivatives at the start, middle and end of each interval.
+        quarters: Shape (2 k, axes), those at a quarter and three quarters of each interval `at`.
+        believed: Largest of these that is believed, times the square of the length.
+        excess: The factor.
+        out: Shape (n, axes).
+    """
+    i: cython.Py_ssize_t
+    n: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    most: cython.double
+    one: cython.double
+    other: cython.double
+    with cython.nogil:
+        for i in range(at.shape[0]):
+            n = at[i]
+            most = believed / ((s[n + 1] - s[n]) * (s[n + 1] - s[n]))
+            for d in range(out.shape[1]):
+                one = 0.375 * x3[n, 0, d] + 0.75 * x3[n, 1, d] - 0.125 * x3[n, 2, d]
+                other = -0.125 * x3[n, 0, d] + 0.75 * x3[n, 1, d] + 0.375 * x3[n, 2, d]
+                one = fabs(min(max(quarters[2 * i, d], -most), most) - one)
+                other = fabs(min(max(quarters[2 * i + 1, d], -most), most) - other)
+                out[n, d] = excess * max(one, other) if one < _INFINITE and other < _INFINITE else 0.0

@@ -51,8 +51,8 @@ _BEND, _MOST = 0.03, 8.0
 #: Allowance for values between the quarter points, as a multiple of those at the points: slightly more in x''', and twice as much in
 #: x''.
 _EXCESS = 2.5
-#: Values at a quarter and three quarters of an interval of the parabola through those at its start, middle and end.
-_QUARTERS = np.array([[0.375, 0.75, -0.125], [-0.125, 0.75, 0.375]])
+#: The third derivative at the quarter points is taken to be at most this over the square of the length of the interval.
+_BELIEVED = 0.3
 
 
 @dataclass(slots=True)
@@ -363,16 +363,8 @@ def _x3_excess(
     if not len(at):
         return out
     quarters = s[at, None] + np.diff(s)[at, None] * (0.25, 0.75)
-    there = path.evaluate(quarters.ravel(), 3)[3].reshape(len(at), 2, -1)
-    bound = 0.3 / np.diff(s)[at, None, None] ** 2
-    there = np.clip(there, -bound, bound)
-    three = np.moveaxis(x3[at], 1, 0)
-    # At a cusp there is nothing to compare.
-    apart = [
-        np.abs(there[:, n] - (part[0] * three[0] + part[1] * three[1] + part[2] * three[2]))
-        for n, part in enumerate(_QUARTERS)
-    ]
-    out[at] = _EXCESS * np.nan_to_num(np.maximum(*apart), nan=0.0, posinf=0.0)
+    there = path.evaluate(quarters.ravel(), 3)[3]
+    node_places.concealed(at, s, x3, there, _BELIEVED, _EXCESS, out)
     return out
 
 

@@ -77,6 +77,26 @@ def test_spacing_grows_back_from_a_place_that_is_fine_for_the_sake_of_the_next()
     assert len(mesh_spacing.spread_nodes(fine, out, s[[0, 2]], np.zeros(1, bool))) < 1200
 
 
+@given(st.integers(0, 2**32 - 1))
+def test_third_derivatives_at_the_quarter_points_are_compared_with_the_parabola(seed: int) -> None:
+    """Lagrange's parabola through three values, by numpy; at a cusp, where one of them is no number, there is nothing to compare."""
+    random = np.random.default_rng(seed)
+    s = np.cumsum(random.uniform(0.01, 1.0, 9))
+    x3, quarters = random.normal(size=(8, 3, 2)), random.normal(scale=5.0, size=(6, 2))
+    at = np.array([1, 4, 7])
+    quarters[3, 0] = np.nan
+    found = np.zeros((8, 2))
+    node_places.concealed(at, s, x3, quarters, 0.3, 2.5, found)
+    for k, n in enumerate(at):
+        for axis in range(2):
+            parabola = np.polyfit([0.0, 0.5, 1.0], x3[n, :, axis], 2)
+            believed = 0.3 / (s[n + 1] - s[n]) ** 2
+            there = np.clip(quarters[2 * k : 2 * k + 2, axis], -believed, believed)
+            apart = np.nan_to_num(np.abs(there - np.polyval(parabola, [0.25, 0.75])).max(), nan=0.0)
+            assert found[n, axis] == pytest.approx(2.5 * apart, rel=1e-9, abs=1e-12)
+    assert not found[[0, 2, 3, 5, 6]].any()
+
+
 def test_distance_to_the_nearest_other_place() -> None:
     s = np.arange(8.0)
     mine = np.array([True, True, False, True, True, True, True, False])
