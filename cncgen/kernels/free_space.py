@@ -30,6 +30,7 @@ Near = cython.struct(
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
 def _near(
@@ -69,6 +70,7 @@ def _near(
 
 
 @cython.cfunc
+@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
 def _least(near: Near, low: cython.double, high: cython.double) -> cython.double:

@@ -19,7 +19,7 @@ from cncgen.setpoints.columns import position_column
 from cncgen.setpoints.differences import DifferencePeaks
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Kind, Program, Toolpath
-from cncgen.units import ORDER_NAMES, ORDERS, file_unit, to_file
+from cncgen.units import ORDER_NAMES, ORDERS, file_unit, is_rotary, to_file
 
 if TYPE_CHECKING:
     from cncgen.report.line_times import LineTimes
@@ -270,7 +270,8 @@ class Summary:
 def _turning(trajectory: Trajectory) -> NDArray[np.bool_]:
     """Tell the pieces of a profile whose path is the angle of rotary axes and not a length, shape (pieces,)."""
     profile, rows = trajectory.profile, trajectory.toolpath
-    turns = rows.path.turns
+    # Without rotary axes the rows need not be measured.
+    turns = rows.path.turns if any(map(is_rotary, rows.axes)) else np.zeros(1, np.bool_)
     if not turns.any():
         return np.zeros(len(profile), np.bool_)
     middle = 0.5 * (profile.s[:-1] + profile.s[1:])
