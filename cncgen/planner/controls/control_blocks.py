@@ -16,8 +16,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-#: Parts that a curve is cut into at least, and at most.
-_FEWEST, _MOST = 1, 20_000
+#: Parts that a curve is cut into at most.
+_MOST = 20_000
 #: Points of a curve at which its curvature is looked at, to cut it.
 _PROBES = 33
 #: Distance from the ends of a row at which its own derivatives are taken, as a part of its length.
@@ -122,14 +122,14 @@ def weakest(way_in: Floats, way_out: Floats, axes: str, machine: Machine) -> Flo
 
 def _parts(toolpath: Toolpath, rows: RowLimits, chord_mm: float) -> Ints:
     """Return the number of parts that each row is cut into: a chord of length h over curvature κ is κ h²/8 from its curve."""
-    count = np.full(len(rows), _FEWEST)
+    count = np.ones(len(rows), np.int64)
     curved = np.flatnonzero(toolpath.kind[rows.index] != Kind.LINE)
     if len(curved):
         fraction = np.linspace(_INSIDE, 1.0 - _INSIDE, _PROBES)
         at = rows.start[curved, None] + fraction * rows.length[curved, None]
         bend = np.linalg.norm(toolpath.path.evaluate(at.ravel(), 2)[2][:, :3], axis=1).reshape(at.shape)
         parts = rows.length[curved] * np.sqrt(bend.max(axis=1) / (8.0 * chord_mm))
-        count[curved] = np.clip(np.ceil(parts), _FEWEST, _MOST).astype(np.int64)
+        count[curved] = np.clip(np.ceil(parts), 1, _MOST).astype(np.int64)
     return count
 
 

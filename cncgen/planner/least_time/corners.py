@@ -15,7 +15,6 @@ from cncgen.planner.least_time.crawling import crawling
 from cncgen.planner.limits.axis_limits import (
     JUMP_SHARE,
     STEP_TAKES,
-    STOP_SPEED,
     SWAY_SHARE,
     AxisLimits,
     along_path,
@@ -575,14 +574,6 @@ def corner_zones(
     return seen * (speed + 0.5 * seen * rise)
 
 
-def _weakest(bounds: AxisLimits, left: Floats, right: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return acceleration and jerk along the path, the smaller of both sides, and the change of speed that they give in `STOP_SPEED`
-    periods."""
-    acceleration, jerk = (along_path(each, left, right) for each in (bounds.acceleration, bounds.jerk))
-    period = bounds.period_s
-    return acceleration, jerk, STOP_SPEED * np.minimum(jerk * period, acceleration) * period
-
-
 def _lost(bounds: AxisLimits, share: Floats, left: Floats, right: Floats) -> Floats:
     """Return what part of the jerk along the path jumps take, shape (n,), the mean of both sides.
 
@@ -617,7 +608,8 @@ def break_even_speed(
         top: Shape (n,), the largest q there.
         lost: Shape (n,), the part of the jerk along the path that each takes.
     """
-    acceleration, jerk, slowest = _weakest(bounds, left, right)
+    acceleration, jerk = (along_path(each, left, right) for each in (bounds.acceleration, bounds.jerk))
+    slowest = np.minimum(jerk * bounds.period_s, acceleration) * bounds.period_s
     places = np.concatenate([s[:1], s[1:-1][slow[1:-1]], s[-1:]])
     before = s - places[np.maximum(np.searchsorted(places, s) - 1, 0)]
     after = places[np.minimum(np.searchsorted(places, s, side="right"), len(places) - 1)] - s

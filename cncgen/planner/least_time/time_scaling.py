@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.planner.least_time.mesh import SPLINE
 from cncgen.planner.least_time.problem import Intervals, Solution, profile
-from cncgen.planner.limits.axis_limits import STOP_SPEED, along_path
+from cncgen.planner.limits.axis_limits import along_path
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
@@ -49,7 +49,7 @@ def obstacle(given: Intervals, q: Floats, period_s: float) -> int:
     worst = spline[np.argmax(np.maximum(acceleration, elementary.power(jerk, 2.0 / 3.0)))]
     steep = np.abs(given.x1[worst]).max(axis=0, keepdims=True)
     a, j = (float(along_path(limit, steep)[0]) for limit in given.limits)
-    slow = np.sqrt(q[worst].max()) < STOP_SPEED * min(j * period_s, a) * period_s
+    slow = np.sqrt(q[worst].max()) < min(j * period_s, a) * period_s
     left, right = (np.abs(given.x3[worst, end] / given.limits[1]).max() for end in (0, 2))
     return int(worst + (right > left)) if slow else 0
 

@@ -32,8 +32,6 @@ JUMP_SHARE = 0.75
 STEP_TAKES = 48.0 / 47.0
 #: Part of the jerk limit, beside `JUMP_SHARE`, that the acceleration along the path may take while a jump is passed.
 SWAY_SHARE = 0.02
-#: Speed at a jump of the tangent, as a multiple of the smaller of J T² and A T, below which the motion stops there instead.
-STOP_SPEED = 1.0
 #: A bend is too short to show in setpoints if it is shorter than the first part of J T³/6, the way that full jerk leads from
 #: rest in a period, and than the second part of A T²/2, that of full acceleration: J T³/50 and A T²/200 (docs/least-time.md).
 _UNSEEN = 0.12, 0.01

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.kernels import along_path
 from cncgen.machine.record import Machine
-from cncgen.planner.limits.axis_limits import JUMP_SHARE, STOP_SPEED, AxisLimits, axis_scale
+from cncgen.planner.limits.axis_limits import JUMP_SHARE, AxisLimits, axis_scale
 from cncgen.toolpath.record import PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -68,7 +68,7 @@ class Chords:
             tolerance, turn: Shape (n,), P, mm, and |Δ| of unit vectors.
             length: Shape (n,), of the shorter row beside each, mm.
         """
-        kept = elementary.power(np.maximum(JUMP_SHARE, _SURELY * STOP_SPEED * turn) / _ROUNDED, 1.5)
+        kept = elementary.power(np.maximum(JUMP_SHARE, _SURELY * turn) / _ROUNDED, 1.5)
         out: NDArray[np.bool_] = tolerance < kept * self.jerk[1] * self.period_s**3
         return out & ((turn * length > 8.0 * tolerance) | (tolerance < self.most_mm))
 
