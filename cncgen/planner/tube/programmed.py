@@ -108,6 +108,10 @@ class Programmed:
             parts[:] = [np.concatenate(parts)]
         return parts[0]
 
+    def joints(self, rows: slice) -> Floats:
+        """Return where rows, counted from `base`, begin and the last one ends, shape (rows + 1, axes)."""
+        return np.concatenate([self.column("start")[rows], self.column("end")[rows][-1:]])
+
     def forget(self, row: int) -> None:
         """Forget the rows before `row`."""
         drop = row - self.base

@@ -26,6 +26,7 @@ from cncgen.planner.tube.window_rounds import PASSED, Window, moving
 from cncgen.planner.tube.window_search import AHEAD, WindowSearch
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 #: Nodes of a window, of the first one, for which the first setpoints wait, and those over which the end of one is felt, at most.
 WINDOW, FIRST, OVERLAP = 1300, 450, 300
@@ -49,6 +50,8 @@ _FINEST = 16.0
 _WAITED = 256
 #: Borders are apart by this part of the narrower tolerance at least.
 _APART = 0.05
+#: Corners that the plan passes in one place are borders each if they are apart by this part of it.
+_MATTERS = 0.1
 #: Units that a plan has by default, more for each line of the program beyond a number of them (a long program is not an endless one),
 #: and units that a step of --max-steps allows.
 _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 200_000, 1000, 500, 400
@@ -247,9 +250,8 @@ class Tube:
             run.row += stopping if closed else 0
             run.closed = closed
             return
-        border = _apart(
-            border, places, program.column("tolerance")[run.row - base : run.row - base + stopping]
-        )
+        own = slice(run.row - base, run.row - base + stopping)
+        border, places = _apart(border, places, program.column("tolerance")[own], program.joints(own))
         found = nodes_of(
             program,
             self.reference,
@@ -367,7 +369,7 @@ class Tube:
             if found is not None:
                 took = float(found.step.sum()) + self.hand.standing(run.t, found)
                 better = took < (1.0 - _LESS) * before
-            if tail is not None or better or not (alone or (count <= _SMALLEST and found is None)):
+            if tail is not None or better or not (alone if found is not None else count <= _SMALLEST):
                 break
         return found, better
 
@@ -440,10 +442,13 @@ class Tube:
         places = np.clip(self.places.between(first, stop + 1), run.s, nodes.s[-1])
         border = np.ones(len(places), bool)
         border[1:-1] = borders_of(program, first, places, np.interp(places, grid.s, grid.v), scales)
-        tolerance = scales.part * program.column("tolerance")[first - program.base : stop - program.base]
+        own = slice(first - program.base, stop - program.base)
+        border, places = _apart(
+            border, places, scales.part * program.column("tolerance")[own], program.joints(own)
+        )
         begun = 0.0 if run.part >= 1.0 else run.part
         return nodes_of(
-            program, self.reference, grid, first, places, _apart(border, places, tolerance), (run.part == 0.0, whole), scales,
+            program, self.reference, grid, first, places, border, (run.part == 0.0, whole), scales,
             (begun, float(nodes.part[-1])),
         )  # fmt: skip
 
@@ -518,25 +523,56 @@ def _stop(nodes: Nodes, size: int) -> int:
     return int(at[np.argmax(away)]) + 1
 
 
-def _apart(border: NDArray[np.bool_], places: Floats, tolerance: Floats) -> NDArray[np.bool_]:
-    """Return borders of which none is nearer to the one before it than a part of the tolerance of either: nodes have to be apart.
+def _apart(
+    border: NDArray[np.bool_], places: Floats, tolerance: Floats, points: Floats
+) -> tuple[NDArray[np.bool_], Floats]:
+    """Return borders and places so that no border is nearer to the one before it than a part of the tolerance of either: nodes have to be
+    apart.
+
+    Where the plan passes several corners in one place, those that are apart themselves move on; the others are no borders.
 
     Args:
         border: Shape (rows + 1,).
         places: Shape (rows + 1,), ascending.
         tolerance: Shape (rows,); at a border the narrower one of its rows counts.
+        points: Shape (rows + 1, axes), the joints.
     """
-    out = border.copy()
-    least = _APART * np.minimum(np.append(tolerance[:1], tolerance), np.append(tolerance, tolerance[-1:]))
-    end, last = len(places) - 1, 0
-    for k in np.flatnonzero(border)[1:].tolist():
-        if places[k] - places[last] < min(least[k], least[last]):
+    narrow = np.minimum(np.append(tolerance[:1], tolerance), np.append(tolerance, tolerance[-1:]))
+    least = _APART * narrow
+    at = np.flatnonzero(border)
+    if not (np.diff(places[at]) < np.minimum(least[at[1:]], least[at[:-1]])).any():
+        return border, places
+    for matters in (_MATTERS, np.inf):
+        kept = _kept(at, places, least, points, matters * narrow)
+        moved, gap = places[kept].tolist(), np.minimum(least[kept[1:]], least[kept[:-1]]).tolist()
+        for k in range(1, len(kept)):
+            moved[k] = max(moved[k], moved[k - 1] + gap[k - 1])
+        moved[-1] = float(places[-1])
+        for k in range(len(kept) - 2, 0, -1):
+            moved[k] = min(moved[k], moved[k + 1] - gap[k])
+        if len(kept) == 2 or moved[1] >= moved[0] + gap[0]:
+            break
+    out = np.zeros(len(border), bool)
+    out[kept] = True
+    before = np.clip(np.searchsorted(kept, np.arange(len(places)), side="right") - 1, 0, len(kept) - 2)
+    places = np.clip(places, np.take(moved, before), np.take(moved, before + 1))
+    places[kept] = moved
+    return out, places
+
+
+def _kept(at: Ints, places: Floats, least: Floats, points: Floats, matters: Floats) -> Ints:
+    """Return those of borders `at` that are apart from the one before on the plan, or themselves; the arguments are those of `_apart`."""
+    kept, end = [0], len(places) - 1
+    for k in at[1:].tolist():
+        last = kept[-1]
+        near = places[k] - places[last] < min(least[k], least[last])
+        if near and ((points[k] - points[last]) ** 2).sum() <= matters[k] ** 2:
             if k < end:
-                out[k] = False
                 continue
-            out[last] = last == 0
-        last = k
-    return out
+            if last:
+                kept.pop()
+        kept.append(k)
+    return np.array(kept)
 
 
 def _rest(found: Solved, first: int) -> Solved:

@@ -36,6 +36,8 @@ _SLIGHT = 0.15
 _GOES_BACK = 1.42
 #: Part of the room at which the plan is where it would be outside.
 _TAKEN = 0.9
+#: Where joints are so many times as far apart as the plan goes between them, it cuts off what lies there; nodes that the motion has on it.
+_CUT, _FEWEST = 2.0, 3
 #: Nodes after which a border is made at a corner that has none.
 _LONGEST = 128
 #: Tangents before and after a place are opposite where the length of their sum is less: rounding of unit vectors is 1e-16.
@@ -173,7 +175,11 @@ def nodes_of(
     joint[0] = True
     joint |= border
     clock = _Clock.of(grid, places, joint, border, ends, scales, scales.part * float(tolerance.min()))
-    node, last = clock.spaced(border[joint])
+    ends_at = np.flatnonzero(border)
+    apart = np.sqrt((np.diff(program.joints(own)[ends_at], axis=0) ** 2).sum(axis=1))
+    fewest = np.ones(len(places), np.int64)
+    fewest[ends_at[:-1][apart > _CUT * np.diff(places[ends_at])]] = _FEWEST
+    node, last = clock.spaced(border[joint], fewest[joint])
     vertex = np.full(len(node), -1, np.int64)
     vertex[last] = first + np.searchsorted(places, node[last])
     found = np.clip(np.searchsorted(places, node, side="left") - 1, 0, count - 1)
@@ -279,12 +285,14 @@ class _Clock:
         pace = np.where(np.append(quick, quick[-1:]) <= 0, v, pace)
         return cls(s, free, v, time, pace, lowered(at, _GROWTH * time), where, (slow[0], slow[1]))
 
-    def spaced(self, border: Bools) -> tuple[Floats, Bools]:
-        """Return nodes, shape (k,), and which of them are borders; `border` tells those of the joints."""
+    def spaced(self, border: Bools, fewest: Ints) -> tuple[Floats, Bools]:
+        """Return nodes, shape (k,), and which of them are borders; `border` tells those of the joints, `fewest` how many follow one at least."""
         s, at = self.s, self.spacing
         u = np.concatenate([[0.0], np.cumsum(np.diff(self.time) * 0.5 * (1.0 / at[1:] + 1.0 / at[:-1]))])
         blocks = _divided(self.where, border, u)
-        each = np.maximum(np.ceil(np.diff(u[blocks]) - 0.2), 1).astype(np.int64)
+        least = np.ones(len(s), np.int64)
+        least[self.where] = fewest
+        each = np.maximum(np.ceil(np.diff(u[blocks]) - 0.2).astype(np.int64), least[blocks[:-1]])
         begin = np.repeat(blocks[:-1], each)
         number = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each) + 1
         size = np.repeat(each, each)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import cncgen
 from cncgen.kernels import tube_places
 from cncgen.machine.reading import machine_from_toml
-from cncgen.machine.record import Machine
+from cncgen.machine.record import Axis, Machine
 from cncgen.planner.tube import window_rounds
 from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Problem, Search, Solved
@@ -130,6 +130,21 @@ def test_the_tips_of_folds_are_left_out_as_far_as_the_tolerance_allows(name: str
     seconds, broken = planned(text, machine(*limits))
     assert not broken
     assert 0.998 < seconds / least < 1.015
+
+
+def test_corners_that_the_plan_passes_in_one_place_are_nodes_all_the_same() -> None:
+    """A motion within a tolerance is one within a larger one, so that takes no longer, though the plan passes more corners at once."""
+    ends = [(0.0703, 0.0831), (-0.0242, 0.0513), (-0.079, 0.0836), (-0.1387, -0.0077), (-0.1027, -0.0699), (-0.2282, -0.079),
+            (-0.1891, -0.013), (-0.2624, -0.0273), (-0.1506, -0.0728)]  # fmt: skip
+    axes = {"X": Axis("X", 250.0, 2500.0, 5e4), "Y": Axis("Y", 120.0, 900.0, 2e4)}
+    table = Machine("table", axes, 0.001, 0.001, path_tolerance_mm=0.01)
+    before = np.inf
+    for tolerance in (0.08, 0.09, 0.1, 0.11):
+        head = ["(START, X0 Y0)", f"G21 G90 G94 G17 G64 P{tolerance} F8000"]
+        seconds, broken = planned("\n".join([*head, *polyline([(0, 0), *ends]), "M30", ""]), table)
+        assert not broken
+        assert seconds < 1.001 * before
+        before = seconds
 
 
 @pytest.mark.parametrize(("tolerance", "least"), [(0.02, 0.30753), (0.1, 0.30113)])
