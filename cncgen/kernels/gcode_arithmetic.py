@@ -10,12 +10,16 @@ import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
     ABS, ACOS, ADD, AND, ASIN, COS, DIVIDE, EQ, EXP, FIX, FUP, GE, GT, LE, LN, LT, MOD, MULTIPLY, NE, OR, POWER, ROUND, SIN, SQRT,
     SUBTRACT, TAN,
+    ABOVE, ARC_OF, AT_LEAST, BELOW, CEILING, ANGLE_OF, FRACTION, GREATER, LESSER, MINUS, NEGATED, OTHER_THAN, REMAINDER,
+    SAME, SIGN_OF, SQUARE, TRUNC, WHOLE_QUOTIENT,
 )  # fmt: skip
 from cython.cimports.libc.math import (
     acos,
     asin,
+    atan,
     atan2,
     ceil,
+    copysign,
     cos,
     exp,
     fabs,
@@ -23,12 +27,16 @@ from cython.cimports.libc.math import (
     fmod,
     isfinite,
     log,
+    log10,
     pow,
     sin,
     sqrt,
     tan,
+    trunc,
 )
 
+#: Reals of SINUMERIK are the same within this part of the larger one (`sinumerik.expressions`).
+_LAST_BITS = cython.declare(cython.double, 2.0**-48)
 #: Equal in comparisons (`expressions.EQUAL`).
 _EQUAL = cython.declare(cython.double, 1e-4)
 _NAN = cython.declare(cython.double, float("nan"))
@@ -124,14 +132,16 @@ def arc_tangent(y: cython.double, x: cython.double) -> cython.double:
 def function_of(name: cython.int, a: cython.double) -> cython.double:
     """Return the value of a function of one argument, by its number; NaN outside its domain."""
     value: cython.double = _NAN
-    if name == ABS:
+    if name >= TRUNC:
+        value = _function_of_languages(name, a)
+    elif name == ABS:
         value = fabs(a)
     elif name == FIX:
         value = floor(a)
     elif name == FUP:
         value = ceil(a)
     elif name == ROUND:
-        value = floor(fabs(a) + 0.5) * (-1.0 if a < 0.0 else 1.0)
+        value = copysign(floor(fabs(a) + 0.5), a)
     elif name == SQRT and a >= 0.0:
         value = sqrt(a)
     elif name == EXP:
@@ -159,6 +169,29 @@ def _function_of_angle(name: cython.int, a: cython.double) -> cython.double:
     return tangent(a) if name == TAN else _NAN
 
 
+@cython.cfunc
+@cython.exceptval(check=False)
+def _function_of_languages(name: cython.int, a: cython.double) -> cython.double:
+    """Return the value of a function that G-code does not have; NaN outside its domain. A whole 0 has no sign."""
+    if name == TRUNC:
+        return trunc(a) + 0.0
+    if name == CEILING:
+        return ceil(a) + 0.0
+    if name == SQUARE:
+        return a * a
+    if name == NEGATED:
+        return 1.0 if a == 0.0 else 0.0
+    if name == FRACTION:
+        return fmod(a, 1.0)
+    if name == SIGN_OF:
+        return (1.0 if a > 0.0 else -1.0) if a != 0.0 else 0.0
+    if name == ARC_OF:
+        return atan(a) * _PER_RADIAN
+    if name == MINUS:
+        return -a
+    return log10(a) if a > 0.0 else _NAN
+
+
 # Operators.
 
 
@@ -166,6 +199,8 @@ def _function_of_angle(name: cython.int, a: cython.double) -> cython.double:
 @cython.exceptval(check=False)
 def joined(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
     """Return ``a operator b``; NaN where it has no value."""
+    if operator >= WHOLE_QUOTIENT:
+        return _joined_in_languages(operator, a, b)
     if operator == ADD:
         return a + b
     if operator == SUBTRACT:
@@ -216,3 +251,26 @@ def _holds(operator: cython.int, a: cython.double, b: cython.double) -> cython.b
     if operator == OR:
         return a != 0.0 or b != 0.0
     return (a != 0.0) != (b != 0.0)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _joined_in_languages(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
+    """Return ``a operator b`` of an operator that G-code does not have; NaN where it has no value."""
+    same: cython.bint
+    if operator == WHOLE_QUOTIENT:
+        return trunc(a / b) + 0.0 if b != 0.0 else _NAN
+    if operator == REMAINDER:
+        return fmod(a, b) if b != 0.0 else _NAN
+    if operator == LESSER:
+        return b if b < a else a
+    if operator == GREATER:
+        return b if b > a else a
+    if operator == ANGLE_OF:
+        return arc_tangent(a, b)
+    same = fabs(a - b) <= _LAST_BITS * (fabs(b) if fabs(b) > fabs(a) else fabs(a))
+    if operator == SAME or operator == OTHER_THAN:
+        return 1.0 if same == (operator == SAME) else 0.0
+    if operator == ABOVE or operator == BELOW:
+        return 1.0 if not same and (a > b) == (operator == ABOVE) else 0.0
+    return 1.0 if same or (a > b) == (operator == AT_LEAST) else 0.0

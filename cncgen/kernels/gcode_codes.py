@@ -129,6 +129,31 @@ OPERATIONS = {
     "THEN": 19,
     "INCREMENTS": 20,
     "OUTPUT": 21,
+    "SET_STORED": 22,
+}
+#: Operators and functions of SINUMERIK and Heidenhain that G-code does not have; relations hold for reals that differ in more than the last
+#: bits.
+OF_LANGUAGES = {
+    "WHOLE_QUOTIENT": 60,
+    "REMAINDER": 61,
+    "SAME": 62,
+    "OTHER_THAN": 63,
+    "ABOVE": 64,
+    "BELOW": 65,
+    "AT_LEAST": 66,
+    "AT_MOST": 67,
+    "LESSER": 68,
+    "GREATER": 69,
+    "ANGLE_OF": 70,
+    "TRUNC": 80,
+    "SQUARE": 81,
+    "NEGATED": 82,
+    "FRACTION": 83,
+    "LOG_10": 84,
+    "SIGN_OF": 85,
+    "ARC_OF": 86,
+    "MINUS": 87,
+    "CEILING": 88,
 }
 #: Numbers of each table, at most: they stand in the parser itself, where each is found in one step.
 MOST = {
@@ -247,6 +272,7 @@ _NAMES = {
 CONSTANTS = {
     **NUMBERS,
     **OPERATIONS,
+    **OF_LANGUAGES,
     **{f"RULE_{name.upper()}": number for name, number in ACTIONS.items() if number},
     **{
         _NAMES.get(name, name).upper().replace("-", "_"): number

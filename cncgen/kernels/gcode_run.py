@@ -14,7 +14,7 @@ from cython.cimports.cncgen.kernels.gcode_arithmetic import arc_tangent, functio
 from cython.cimports.cncgen.kernels.gcode_codes import (
     AFTER, ARC_TANGENT, AT, AT_NEXT, AT_PREVIOUS, BEHIND, BINARY, CODE, COMMENT, DELETED, END, FIRST_CONSTANT, FLOW, FOLLOWING,
     FUNCTION, HERE, KEYWORD, LABEL, LINE, MARK, MARKS, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED, NUMBER_OF_LINE, OFFSET, OTHER,
-    O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, REFUSED, ROW, SET, SET_NAMED, STAY, STORED,
+    O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, REFUSED, ROW, SET, SET_NAMED, SET_STORED, STAY, STORED,
     TARGET, WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_frames import Frame
@@ -70,6 +70,7 @@ class Computer:
         columns: The columns of `gcode_scan.scan`: line, offset, flags, ends of the words, letters, values.
         waits: Tells whether a block with a code, a letter and a whole number, may wait.
         pause: Lines after which a jump back ends a run.
+        at_once: Whether a setting acts in its own line, and all numbers from `least` on, which are whole, are those of parameters.
 
     Attributes:
         blocks: How many blocks stand in the columns; whoever takes them sets it to 0.
@@ -104,6 +105,8 @@ class Computer:
     sorts = cython.declare(bytearray)
     waits = cython.declare(object)
     pause = cython.declare(cython.Py_ssize_t)
+    at_once = cython.declare(cython.bint)
+    least = cython.declare(cython.int)
     taken = cython.declare(cython.uchar[200])
     entries = cython.declare(dict)
     blocks = cython.declare(cython.Py_ssize_t, visibility="public")
@@ -135,10 +138,11 @@ class Computer:
     found = cython.declare(cython.double)
     next = cython.declare(cython.Py_ssize_t)
 
-    def __init__(self, text, parser, numbers, named, reserved, columns, waits, pause):
+    def __init__(self, text, parser, numbers, named, reserved, columns, waits, pause, at_once=False, least=1):
         if not cython.compiled:
             self.taken = [0] * (2 * _MOST_CODE)
         self.waits, self.pause = waits, pause
+        self.at_once, self.least = at_once, least
         self.text = text
         self.code, self.constants, self.names = parser.code, parser.constants, parser.names
         self.numbers = numbers
@@ -186,8 +190,14 @@ class Computer:
         self.parameters, self.frames, self.outermost = parameters, frames, outermost
         self.deepest, self.source = deepest, source
 
-    def run(self, offset: cython.Py_ssize_t, line: cython.longlong, local: dict) -> cython.Py_ssize_t:
-        """Run lines from `offset` on until one is not certain, a column is full, or the text ends.
+    def run(
+        self,
+        offset: cython.Py_ssize_t,
+        line: cython.longlong,
+        local: dict,
+        most: cython.Py_ssize_t = 1 << 62,
+    ) -> cython.Py_ssize_t:
+        """Run lines from `offset` on until one is not certain, a column is full, the text ends, or so many were run.
 
         Settings are done, blocks go to the columns, behind those that stand there. `local` are the named parameters of the
         subroutine in force. When `since` is `pause`, the next jump back ends the run. Returns the offset of the first line not read.
@@ -201,12 +211,14 @@ class Computer:
         self.meets = False
         self.back = self.away = None
         r = self._row(offset, line)
-        while r >= 0 and self.blocks < self.block_line.shape[0]:
+        while r >= 0 and self.blocks < self.block_line.shape[0] and self.lines < most:
             offset, line, after = self.kept[r, AT], self.kept[r, NUMBER_OF_LINE], self.kept[r, AFTER]
             self.last = r
             self.words = self.word_end[self.blocks - 1] if self.blocks > 0 else 0
             keyword = self._execute(r)
             if keyword < 0:
+                if self.at_once:
+                    self._undo()
                 break
             top = len(self.frames) == 0
             if keyword == _PLAIN:
@@ -372,6 +384,10 @@ class Computer:
                 depth -= 2
                 if not self._set_later(operation == SET_NAMED, stack[depth], stack[depth + 1]):
                     return _UNCERTAIN
+            elif operation == SET_STORED:
+                depth -= 1
+                if not self._set(operand, stack[depth]):
+                    return _UNCERTAIN
             elif operation == FUNCTION:
                 stack[depth - 1] = function_of(operand, stack[depth - 1])
                 if not isfinite(stack[depth - 1]):
@@ -440,7 +456,7 @@ class Computer:
     def _end_block(self, r: cython.Py_ssize_t) -> cython.void:
         """Do the settings of a line, and make a block of its words."""
         k: cython.int
-        for k in range(self.settings):
+        for k in range(0 if self.at_once else self.settings):
             if self.target[k] >= 0:
                 self.numbers[self.target[k]] = self.set_to[k]
             else:
@@ -461,6 +477,12 @@ class Computer:
     def _index(self, value: cython.double) -> cython.int:
         """Return the number of a parameter; -1 unless it is plain storage."""
         whole: cython.double = floor(value + 0.5)
+        if self.at_once:
+            return (
+                cython.cast(cython.int, whole)
+                if value == whole and self.least <= value < self.numbers.shape[0]
+                else -1
+            )
         if fabs(value - whole) > _WHOLE or not 0.0 < whole < _STORAGE:
             return -1
         return cython.cast(cython.int, whole)
@@ -499,12 +521,32 @@ class Computer:
             self.target[self.settings] = -1 - k
         else:
             k = self._index(target)
-            if k < 0:
-                return False
+            if k < 0 or self.at_once:
+                return k >= 0 and self._set(k, value)
             self.target[self.settings] = k
         self.set_to[self.settings] = value
         self.settings += 1
         return True
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _set(self, k: cython.int, value: cython.double) -> cython.bint:
+        """Set a parameter, and keep its value of before; tell whether it can be done."""
+        if self.settings == _MOST_SETTINGS or not isfinite(value):
+            return False
+        self.target[self.settings] = k
+        self.set_to[self.settings] = self.numbers[k]
+        self.settings += 1
+        self.numbers[k] = value
+        return True
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _undo(self) -> cython.void:
+        """Give the parameters that a line has set their values of before."""
+        while self.settings > 0:
+            self.settings -= 1
+            self.numbers[self.target[self.settings]] = self.set_to[self.settings]
 
     # O-words.
 

@@ -29,9 +29,9 @@ _MOST_WORDS = cython.declare(cython.int, 32)
 _AXES = cython.declare(cython.uint, sum(1 << (ord(letter) - 97) for letter in "xyzabcuvw"))
 
 
-@cython.cfunc
+@cython.ccall
 @cython.exceptval(check=False)
-def _value(
+def plain_value(
     text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, end: cython.Py_ssize_t
 ) -> cython.double:
     """Return the number of a token: a sign, digits with at most one point or comma, blanks; NaN where it is not certain."""
@@ -169,10 +169,10 @@ class PlainReader(Tables):
     def _line(self, at: cython.Py_ssize_t, size: cython.Py_ssize_t) -> cython.int:
         """Read the line from `at` to `size`; tell whether it is plain."""
         if self.numbered:
-            size = _code_end(self.text, at, size)
+            size = code_end(self.text, at, size)
             if size < 0:
                 return 0
-            at = _behind_number(self.text, at, size)
+            at = behind_number(self.text, at, size)
             if at == size:
                 return 1
             if at < 0:
@@ -245,7 +245,7 @@ class PlainReader(Tables):
     @cython.exceptval(check=False)
     def _word(self, letter: cython.int, at: cython.Py_ssize_t, minus: cython.bint) -> cython.bint:
         """Put a word with the number of the token from `at` on into the columns; tell whether it is certain."""
-        value: cython.double = _value(self.text, at, self.taken)
+        value: cython.double = plain_value(self.text, at, self.taken)
         if value != value:
             return False
         if letter == 103:
@@ -273,10 +273,9 @@ class PlainReader(Tables):
         self.seen |= cython.cast(cython.uint, 1) << (letter - 97)
 
 
-@cython.cfunc
-@cython.nogil
+@cython.ccall
 @cython.exceptval(check=False)
-def _code_end(
+def code_end(
     text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, size: cython.Py_ssize_t
 ) -> cython.Py_ssize_t:
     """Return where the code of a numbered line ends, before its comment; -1 where the comment may go on in the next line (~)."""
@@ -291,10 +290,9 @@ def _code_end(
     return end
 
 
-@cython.cfunc
-@cython.nogil
+@cython.ccall
 @cython.exceptval(check=False)
-def _behind_number(
+def behind_number(
     text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, size: cython.Py_ssize_t
 ) -> cython.Py_ssize_t:
     """Return where a line's code begins behind its number, if it has one; -1 where that is not certain, as in one that is set in far."""

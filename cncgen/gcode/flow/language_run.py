@@ -5,6 +5,7 @@ A language says what its lines mean; all that leads from line to line is here.
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -137,7 +138,11 @@ class LanguageRun(Run, Generic[P]):
         self._reached = self._begun = self._looked = 0
         self._prepare()
         lane = self.plain and self.batches
-        self._lane = PlainLane(self.ip, self.sources, self.plain, self._made) if lane else None
+        self._lane = (
+            PlainLane(self.ip, self.sources, self.plain, self._made, self._parameter_values())
+            if lane
+            else None
+        )
 
     # The parts of a language.
 
@@ -157,6 +162,18 @@ class LanguageRun(Run, Generic[P]):
 
     def _run_plain(self, lane: PlainLane, frame: Frame[P], most: int) -> int:
         """Run so many plain lines in arrays at most; return the first that was not run."""
+        raise NotImplementedError
+
+    def _parameter_values(self) -> array[float]:
+        """Return the values of R or Q parameters by number."""
+        return self.ip.parameters.numbers
+
+    def _in_modes(self, run: Callable[[], int]) -> int:
+        """Run blocks in arrays, in modes that mean for the interpreter what they mean in the language; return what `run` returns."""
+        return run()
+
+    def _run_words(self, at: int, here: Cursor, words: list[tuple[str, float]]) -> None:
+        """Run a block of a line whose words are known."""
         raise NotImplementedError
 
     def _made(self, begin: list[float], motion: memoryview, end: memoryview, centre: memoryview) -> None:
@@ -215,6 +232,10 @@ class LanguageRun(Run, Generic[P]):
 
     def _step(self, frame: Frame[P]) -> bool:
         """Run the next line of the innermost program, or leave it at its end; tell whether it was a run of plain ones."""
+        lane = self._lane
+        if lane is not None and lane.waiting >= 0:
+            self._run_waiting(frame, lane)
+            return True
         if frame.repeats:
             frame.repeat()
         at = frame.at
@@ -222,9 +243,9 @@ class LanguageRun(Run, Generic[P]):
             self.leave()
             return False
         ip = self.ip
-        if self._lane is not None and frame.program.lines.plain_at(at) is not None:
+        if lane is not None and frame.program.lines.plain_at(at) is not None:
             end = frame.repeats[-1][1] + 1 if frame.repeats and at <= frame.repeats[-1][1] else frame.end
-            frame.at = self._run_plain(self._lane, frame, min(end - at, ip.budget.left()))
+            frame.at = self._run_plain(lane, frame, min(end - at, ip.budget.left()))
             if frame.at > at:
                 frame.ran = frame.at - 1
                 return True
@@ -233,6 +254,18 @@ class LanguageRun(Run, Generic[P]):
         ip.base.block = empty_block(frame.program.lines[at].here)
         self._line(frame, at)
         return False
+
+    def _run_waiting(self, frame: Frame[P], lane: PlainLane) -> None:
+        """Run the blocks that wait; a fault leaves those behind its block for the next step."""
+        last = frame.at - 1
+        while lane.waiting >= 0:
+            index = self._in_modes(lane.go_on)
+            if index >= 0:
+                frame.ran, here = lane.line_of(index), lane.blocks.cursor(index)
+                self.ip.base.block = empty_block(here)
+                self._run_words(frame.ran, here, lane.blocks.pairs(index))
+        frame.ran = last
+        self.ip.base.block = empty_block(lane.last)
 
     def _enter(self, line: Line) -> None:
         """Begin with a line: remarks and motions are of it."""
@@ -259,6 +292,8 @@ class LanguageRun(Run, Generic[P]):
         """Give up all calls and loops, and go on at the first line that was not run."""
         if astray.error is not None:
             self._faults.here(astray.error)
+        if self._lane is not None:
+            self._lane.waiting = -1
         while len(self.frames) > 1:
             with suppress(BlockError):
                 self._pop()
@@ -369,4 +404,6 @@ class LanguageRun(Run, Generic[P]):
                 self._settle()
         finally:
             self.frames, ip.base.block = frames, block
+            if self._lane is not None:
+                self._lane.waiting = -1
         return recorder

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from bisect import bisect_left
 
 from cncgen.gcode.flow.batches import Batches, Made
@@ -9,7 +10,8 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import empty_block
-from cncgen.gcode.text.line_runs import PlainScan
+from cncgen.gcode.text.line_runs import PARAMETERS, PlainScan, code_of
+from cncgen.kernels.gcode_run import Computer
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -18,8 +20,8 @@ if TYPE_CHECKING:
     class _Runs(Protocol):
         """The lines of a program, as far as they tell of runs of plain ones."""
 
-        def plain_at(self, at: int) -> tuple[Cursor, int] | None:
-            """Return the place of a plain line, and how many begin with it."""
+        def plain_at(self, at: int) -> tuple[Cursor, int, bool] | None:
+            """Return the place of a line of a run, how many begin with it, and whether these compute."""
 
 
 _NO_CYCLES: frozenset[int] = frozenset()
@@ -36,12 +38,22 @@ class PlainLane:
 
     Attributes:
         taken: How many lines with words went through arrays.
+        blocks: The blocks of lines that were computed and wait, from `waiting` on.
+        waiting: The next of them, -1 for none.
+        last: The last line that was computed.
     """
 
-    def __init__(self, ip: Interpreter, sources: list[Source], name: str, made: Made) -> None:
+    def __init__(
+        self, ip: Interpreter, sources: list[Source], name: str, made: Made, numbers: array[float]
+    ) -> None:
         self._ip, self._sources = ip, sources
+        self._name, self._numbers = name, numbers
+        self._computers: dict[int, Computer] = {}
+        self.waiting = -1
+        self.last = Cursor(0, 0, 1)
         self._scan = PlainScan(name)
-        self._batches = Batches(ip, self._scan.blocks, made)
+        self.blocks = self._scan.blocks
+        self._batches = Batches(ip, self.blocks, made)
         #: The columns: of which program, up to which line, the next block, where the run of the first line begins, the tool's feed.
         self._lines: _Runs | None = None
         self._next = self._after = self._index = self._first = 0
@@ -57,7 +69,10 @@ class PlainLane:
             most: Lines that are run at most.
             auto: The feed of the tool in force.
         """
-        ip, blocks = self._ip, self._scan.blocks
+        ip, blocks = self._ip, self.blocks
+        found = lines.plain_at(at)
+        if found is not None and found[2]:
+            return self._compute(at, found[0], min(found[1], most))
         known = self._lines is lines and self._next <= at < self._after and self._auto == auto
         if not known and not self._read(lines, at, auto):
             return at
@@ -85,8 +100,49 @@ class PlainLane:
         found = lines.plain_at(at)
         if found is None:
             return False
-        here, left = found
+        here, left, _ = found
         read, _ = self._scan.read(self._sources[here.source], here, left, auto)
         self._lines, self._auto = lines, auto
         self._next, self._after, self._index, self._first = at, at + read, 0, here.line - at
         return read > 0
+
+    # Lines with parameters and arithmetic.
+
+    def _compute(self, at: int, here: Cursor, most: int) -> int:
+        """Run so many lines at most, whose blocks wait then; return the first that was not run."""
+        if most < 1 or not self._ip.batchable(_NO_CYCLES):
+            return at
+        computer = self._computers.get(here.source)
+        if computer is None:
+            computer = self._computers[here.source] = Computer(
+                self._sources[here.source].bytes, code_of(self._name), self._numbers, {}, frozenset(), self.blocks.columns(), _waits,
+                1 << 62, at_once=True, least=PARAMETERS[self._name],
+            )  # fmt: skip
+        computer.blocks = 0
+        end = computer.run(here.offset, here.line, {}, most)
+        self._lines, self._first = None, here.line - at
+        self.blocks.count, self.blocks.source = computer.blocks, here.source
+        self.waiting = 0 if computer.blocks else -1
+        if computer.lines:
+            begin = self._sources[here.source].data.rfind(b"\n", 0, end - 1) + 1
+            self.last = Cursor(here.source, begin, here.line + computer.lines - 1)
+            self._ip.base.block = empty_block(self.last)
+            self._ip.budget.count(computer.lines)
+        return at + int(computer.lines)
+
+    def go_on(self) -> int:
+        """Run blocks that wait; return the first that arrays do not take, whose place is no longer one that waits, -1 for none."""
+        begin, count = self.waiting, self.blocks.count
+        index = self._batches.run(begin, count) if self._ip.batchable(_NO_CYCLES) else begin
+        self.taken += index - begin
+        self.waiting = index + 1 if index + 1 < count else -1
+        return index if index < count else -1
+
+    def line_of(self, index: int) -> int:
+        """Return the line of a block that waits."""
+        return int(self.blocks.line[index]) - self._first
+
+
+def _waits(letter: str, number: int) -> bool:
+    """Tell whether a block with a code may wait: motions, spindle and coolant."""
+    return number in ((0, 1, 2, 3) if letter == "G" else (3, 4, 5, 7, 8, 9))

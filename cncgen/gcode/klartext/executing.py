@@ -27,6 +27,7 @@ from cncgen.gcode.klartext import contours, cycles, programs
 from cncgen.gcode.klartext.program_text import Frame, ProgramText
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.evaluation import evaluate
+from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.plain_language import Statement
 
 #: Cycles from this number on have their surface in Q203, and take M109 and M110 for their arcs on the control.
@@ -47,6 +48,8 @@ class Execution(ProgramText):
         self._plunge = 0.0
         #: The program that cycle 12 names.
         self._of_cycle = ""
+        #: The words of the block that is run, where they were computed before.
+        self._given_words: list[tuple[str, float]] | None = None
         #: The side of a contour that is read and not run, None where lines are run.
         self._side: int | None = None
 
@@ -54,6 +57,11 @@ class Execution(ProgramText):
         if self._modal or self._plunge or self._is_free or Plain.of(self.ip).paraxial:
             return frame.at
         return lane.run(frame.program.lines, frame.at, most, Plain.of(self.ip).tool_feed)
+
+    def _run_words(self, at: int, here: Cursor, words: list[tuple[str, float]]) -> None:
+        self._given_words = words
+        self._plain(at, Statement("block", words))
+        self._given_words = None
 
     def _made(self, begin: list[float], motion: memoryview, end: memoryview, centre: memoryview) -> None:
         """Keep the direction in which the last of plain motions ends that goes along X or Y."""
@@ -69,7 +77,11 @@ class Execution(ProgramText):
         if self.ip.guard is not None:
             return
         words: dict[str, float] = {}
-        for letter, value in plain_language.place(frame.program.lines[at].body):
+        known, self._given_words = self._given_words, None
+        # Parameters may be those of lines behind it by now.
+        for letter, value in known or plain_language.place(frame.program.lines[at].body):
+            if known and letter not in AXIS_INDEX and letter != "f":
+                continue
             with suppress(BlockError):
                 words |= gather([(letter, evaluate(value, self.ip.parameters))]).words
         feed = words.pop("f", 0.0)

@@ -517,9 +517,8 @@ class Motions:
             return run()
         finally:
             state.absolute = True
-            if self.plain_moved:
-                self.motion = f"G{state.motion // 10}"
-            else:
+            self.motion = f"G{state.motion // 10}"
+            if not self.plain_moved:
                 state.motion = before
 
     def take_plain(self, begin: list[float], motion: memoryview, end: memoryview, centre: memoryview) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, cast
@@ -16,6 +17,7 @@ from cncgen.gcode.sinumerik.expressions import RParameter, Scalar, Value, evalua
 from cncgen.gcode.sinumerik.motions import Motions
 from cncgen.gcode.sinumerik.programs import SUFFIXES, Program, programs_of
 from cncgen.gcode.sinumerik.variables import Store, Variable
+from cncgen.gcode.text.labels import Cursor
 
 Frame = language_run.Frame[Program]
 
@@ -54,7 +56,16 @@ class SinumerikRunner(LanguageRun[Program]):
 
     def _run_plain(self, lane: PlainLane, frame: Frame, most: int) -> int:
         at, lines = frame.at, frame.program.lines
-        return self.motions.run_plain(lambda: lane.run(lines, at, most)) if self.motions.is_plain() else at
+        return self._in_modes(lambda: lane.run(lines, at, most)) if self.motions.is_plain() else at
+
+    def _in_modes(self, run: Callable[[], int]) -> int:
+        return self.motions.run_plain(run)
+
+    def _run_words(self, at: int, here: Cursor, words: list[tuple[str, float]]) -> None:
+        self.motions.block([("word", letter.upper(), value) for letter, value in words], here)
+
+    def _parameter_values(self) -> array[float]:
+        return self.store.r
 
     def _made(self, begin: list[float], motion: memoryview, end: memoryview, centre: memoryview) -> None:
         self.motions.take_plain(begin, motion, end, centre)

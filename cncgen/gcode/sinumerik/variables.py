@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass, field
 
 from cncgen.gcode.block import AXIS_INDEX
@@ -60,7 +61,7 @@ class Store:
     def __init__(self, ip: Interpreter) -> None:
         self.ip = ip
         self.tools = tool_data.ToolData(ip)
-        self.r: dict[int, float] = {}
+        self.r = array("d", bytes(8 * (MOST_R + 1)))
         self.scopes: list[dict[str, Variable]] = [{}]
         #: Where the last motion with MEAS ended, in the program's coordinates and in the machine's.
         self.touched: tuple[list[float], list[float]] | None = None
@@ -114,7 +115,7 @@ class Store:
 
     def parameter(self, index: float) -> float:
         """Return R[index]."""
-        return self.r.get(self._number(index), 0.0)
+        return self.r[self._number(index)]
 
     def set_parameter(self, index: float, value: Scalar) -> None:
         """Set R[index]."""

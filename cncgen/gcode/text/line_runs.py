@@ -11,6 +11,8 @@ from typing import Any, Generic, TypeVar
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import PlainBlocks
+from cncgen.kernels import gcode_codes as codes
+from cncgen.kernels.language_code import LanguageCode
 from cncgen.kernels.plain_lines import PlainReader
 from cncgen.records import dataclass
 
@@ -18,6 +20,8 @@ T = TypeVar("T")
 
 #: Lines of a run, at least: a shorter one takes as long in arrays as line by line.
 LEAST = 6
+#: The same of lines with parameters and arithmetic.
+LEAST_COMPUTED = 2
 #: By the name of a grammar's tables, what `PlainReader` takes: the roles of terminals, rules, letters of words and of names, and whether
 #: numbers and comments are not of the grammar.
 _PLAIN: dict[str, tuple[dict[str, str], set[str], str, str, bool]] = {
@@ -44,6 +48,62 @@ _PLAIN: dict[str, tuple[dict[str, str], set[str], str, str, bool]] = {
 }  # fmt: skip
 
 
+#: The same of what `LanguageCode` takes: terminals, what rules do, letters of words, letter and numbers of parameters, operators and functions
+#: by their names, and whether lines begin with L and a number that is not of the grammar.
+_COMPUTED: dict[str, tuple[Any, ...]] = {
+    "sinumerik": (
+        {
+            "BLOCK_NUMBER", "ADDRESS", "PLAIN", "NAME", "EQUAL", "SIGN", "PLAIN_NUMBER", "TIMES", "RELATION", "LPAR", "RPAR", "LSQB",
+            "RSQB", "COMMA", "AND", "OR", "XOR", "NOT",
+        },
+        {
+            **dict.fromkeys(("line", "block"), "alone"), "negation": "function",
+            **dict.fromkeys(("binary", "compare", "both", "or_", "xor"), "operator"), "number": "number", "parameter": "parameter",
+            "variable": "element", "signed": "sign", "function": "call", "arguments": "arguments", "word": "word", "target": "target",
+            "setting": "setting",
+        },
+        "xyzabcuvwijkfg", "r", 0, 32_767,
+        {
+            b"+": codes.ADD, b"-": codes.SUBTRACT, b"*": codes.MULTIPLY, b"/": codes.DIVIDE, b"DIV": codes.WHOLE_QUOTIENT,
+            b"MOD": codes.REMAINDER, b"AND": codes.AND, b"OR": codes.OR, b"XOR": codes.XOR, b"==": codes.SAME,
+            b"<>": codes.OTHER_THAN, b">": codes.ABOVE, b"<": codes.BELOW, b">=": codes.AT_LEAST, b"<=": codes.AT_MOST,
+        },
+        {
+            **{(name.encode(), 1): getattr(codes, name) for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "SQRT", "ABS", "TRUNC", "ROUND", "LN", "EXP")},
+            (b"POT", 1): codes.SQUARE, (b"ROUNDUP", 1): codes.CEILING, (b"NOT", 1): codes.NEGATED, (b"ATAN2", 2): codes.ANGLE_OF,
+            (b"MINVAL", 2): codes.LESSER, (b"MAXVAL", 2): codes.GREATER,
+        },
+        False,
+    ),
+    "heidenhain": (
+        {
+            "MOTION", "AXIS", "FEED", "R", "M", "SIGNED", "FAST", "NUMBER", "Q", "SIGN", "TIMES", "POWER", "DIVISION", "FUNCTION", "PI",
+            "LPAR", "RPAR", "EQUAL", "COLON", "ROOT", "SINE", "COSINE", *(f"FN_{n}" for n in range(8)),
+        },
+        {
+            "start": "alone", "motion": "motion", "word": "named", "m_function": "named", "radius": "radius", "setting": "fast",
+            "number": "number", **dict.fromkeys(("parameter", "signed_parameter"), "parameter"), "pi": "pi", "unary": "sign",
+            "function": "function", "binary": "operator", **dict.fromkeys(("assignment", "fn_assignment"), "setting"),
+            **dict.fromkeys(("operation", "one_operand"), "operation"),
+        },
+        "xyzabcuvwfm", "q", 1, 4_999,
+        {
+            b"+": codes.ADD, b"-": codes.SUBTRACT, b"*": codes.MULTIPLY, b"/": codes.DIVIDE, b"DIV": codes.DIVIDE,
+            b"%": codes.REMAINDER, b"^": codes.POWER,
+        },
+        {
+            **{(name.encode(), 1): getattr(codes, name) for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "SQRT", "ABS", "LN", "EXP")},
+            (b"ATAN", 1): codes.ARC_OF, (b"SQ", 1): codes.SQUARE, (b"INT", 1): codes.TRUNC, (b"FRAC", 1): codes.FRACTION,
+            (b"NEG", 1): codes.MINUS, (b"LOG", 1): codes.LOG_10, (b"SGN", 1): codes.SIGN_OF,
+        },
+        True,
+    ),
+}  # fmt: skip
+
+#: The least number of a parameter.
+PARAMETERS = {"sinumerik": 0, "heidenhain": 1}
+
+
 def tables_of(name: str) -> tuple[Any, ...]:
     """Return what `PlainReader` takes, by the name of a grammar's tables."""
     return import_module(f"cncgen.grammars.tables_{name}"), *_PLAIN[name]
@@ -53,6 +113,14 @@ def tables_of(name: str) -> tuple[Any, ...]:
 def _reader(name: str) -> PlainReader:
     """Return the kernel that reads plain lines by the tables of a grammar."""
     return PlainReader(*tables_of(name))
+
+
+def code_of(name: str) -> LanguageCode:
+    """Return what reads lines with parameters and arithmetic into instructions."""
+    return LanguageCode(import_module(f"cncgen.grammars.tables_{name}"), *_COMPUTED[name])
+
+
+_code = cache(code_of)
 
 
 class PlainScan:
@@ -67,6 +135,8 @@ class PlainScan:
         #: The offset behind plain lines that were too few for a run.
         self.few = 0
         self._reader = _reader(name)
+        self._code = _code(name)
+        self._seen = 0
 
     def read(self, source: Source, here: Cursor, most: int = 1 << 62, auto: float = 1.0) -> tuple[int, int]:
         """Fill the columns with plain lines from a line on; return how many lines they are, and the offset behind them.
@@ -82,26 +152,36 @@ class PlainScan:
             source.bytes, here.offset, here.line, most, auto, *blocks.columns()
         )
         blocks.source = here.source
+        self._seen = self._reader.seen
         return lines, offset
+
+    def computed(self, source: Source, here: Cursor, *, whole: bool) -> LineRun | None:
+        """Return the run of lines with parameters and arithmetic that begins at a line, None where they are few; `whole` as `run_of`."""
+        lines, after, blocks, last, last_at = self._code.run_from(source.bytes, here.offset)
+        self._seen = self._code.seen
+        if blocks and not whole:
+            lines, after = last, last_at
+        return LineRun(here, lines, after, computed=True) if lines >= LEAST_COMPUTED else None
 
     @property
     def letters(self) -> set[str]:
         """Letters of the words of the lines that were read last."""
-        return {chr(97 + k) for k in range(26) if self._reader.seen >> k & 1}
+        return {chr(97 + k) for k in range(26) if self._seen >> k & 1}
 
     @property
     def codes(self) -> list[int]:
         """Numbers of their G words."""
-        return [k for k in range(4) if self._reader.seen >> 26 + k & 1]
+        return [k for k in range(4) if self._seen >> 26 + k & 1]
 
 
 @dataclass(frozen=True, slots=True)
 class LineRun:
-    """Plain lines that follow one another: the place of the first one, how many they are, and the offset behind them."""
+    """Lines that follow one another: the place of the first one, how many they are, the offset behind them, and whether they compute."""
 
     here: Cursor
     count: int
     after: int
+    computed: bool = False
 
 
 class ProgramLines(Generic[T]):
@@ -168,15 +248,15 @@ class ProgramLines(Generic[T]):
             if isinstance(part, LineRun):
                 yield start, part
 
-    def plain_at(self, at: int) -> tuple[Cursor, int] | None:
-        """Return the place of a line, and how many plain lines begin with it in its run; None where it is of no run."""
+    def plain_at(self, at: int) -> tuple[Cursor, int, bool] | None:
+        """Return the place of a line, how many lines begin with it in its run, and whether these compute; None where it is of no run."""
         if self._low <= at < self._high:
             return None
         k = bisect_right(self._starts, at) - 1
         part = self._parts[k]
         if isinstance(part, list):
             return None
-        return self._place(k, part, at), self._starts[k] + part.count - at
+        return self._place(k, part, at), self._starts[k] + part.count - at, part.computed
 
     def _place(self, k: int, run: LineRun, at: int) -> Cursor:
         """Return the place of a line of a run."""
@@ -201,12 +281,12 @@ def run_of(scan: PlainScan, source: Source, here: Cursor, *, whole: bool) -> Lin
         whole: Whether the last line with a word is one of them, and what is behind it; it is none where its effect hangs on later lines.
     """
     if here.offset < scan.few:
-        return None
+        return scan.computed(source, here, whole=whole)
     lines, after = scan.read(source, here)
     blocks = scan.blocks
     if blocks.count < LEAST:
         scan.few = after
-        return None
+        return scan.computed(source, here, whole=whole)
     if not whole:
         lines, after = blocks.line[blocks.count - 1] - here.line, blocks.offset[blocks.count - 1]
     return LineRun(here, lines, after)

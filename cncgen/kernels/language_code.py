@@ -1,0 +1,452 @@
+"""Read lines of languages whose rules make values, by the tables of their grammars, into the instructions that `gcode_run` runs.
+
+A line is taken if it is words of motions and settings of R or Q parameters, by numbers, these parameters and their arithmetic. `Words` says
+of a grammar what its terminals and rules do here; all else refuses the line, which `grammar_values` reads then.
+"""
+
+import cython
+from cython.cimports.cncgen.kernels.gcode_codes import (
+    BINARY,
+    END,
+    FUNCTION,
+    MAX_LINE,
+    NAME,
+    NEGATIVE,
+    NUMBER,
+    PARAMETER,
+    SET,
+    SET_STORED,
+    STORED,
+    WORD,
+)  # fmt: skip
+from cython.cimports.cncgen.kernels.gcode_lines import Code
+from cython.cimports.cncgen.kernels.grammar_tables import Tables
+from cython.cimports.cncgen.kernels.plain_lines import behind_number, code_end, plain_value
+
+#: What a rule does: its parts stand alone, a number, a parameter (with a sign or without), an element R[…], a sign, an operator between
+#: values, a function before one, one with its arguments in brackets, a word as one token, a name with a value behind it, the target of a
+#: setting, a setting, one of FN with its operator, the radius R0, the end of a line L, a traverse, pi.
+WORKS = {
+    "alone": 0, "number": 1, "parameter": 2, "element": 3, "sign": 4, "operator": 5, "function": 6, "call": 7, "arguments": 8,
+    "word": 9, "named": 10, "target": 11, "setting": 12, "operation": 13, "radius": 14, "motion": 15, "fast": 16, "pi": 17,
+}  # fmt: skip
+_NUMBER = cython.declare(cython.int, 1)
+_PARAMETER = cython.declare(cython.int, 2)
+_ELEMENT = cython.declare(cython.int, 3)
+_SIGN = cython.declare(cython.int, 4)
+_OPERATOR = cython.declare(cython.int, 5)
+_FUNCTION = cython.declare(cython.int, 6)
+_CALL = cython.declare(cython.int, 7)
+_ARGUMENTS = cython.declare(cython.int, 8)
+_WORD = cython.declare(cython.int, 9)
+_NAMED = cython.declare(cython.int, 10)
+_TARGET = cython.declare(cython.int, 11)
+_SETTING = cython.declare(cython.int, 12)
+_OPERATION = cython.declare(cython.int, 13)
+_RADIUS = cython.declare(cython.int, 14)
+_MOTION = cython.declare(cython.int, 15)
+_FAST = cython.declare(cython.int, 16)
+_PI = cython.declare(cython.int, 17)
+
+#: Symbols of a line on the stack, at most.
+_DEEPEST = cython.declare(cython.int, 120)
+#: The letters of axes, as bits.
+_AXES = cython.declare(cython.uint, sum(1 << (ord(letter) - 97) for letter in "xyzabcuvw"))
+#: Lines in a row that compute nothing: a scan of plain lines takes them in less time.
+_PLAIN = cython.declare(cython.Py_ssize_t, 64)
+_PI_VALUE = cython.declare(cython.double, 3.141592653589793)
+
+
+@cython.cclass
+class Emitter(Tables):
+    """The run of the tables over a line, which writes its code.
+
+    Args:
+        code: Holds the code.
+        tables: A module of tables (``grammars/tables_*.py``).
+        terminals: The terminals of lines that are taken.
+        works: What rules do (`WORKS`), by alias or name.
+        words: Letters of words.
+        parameter: The letter of parameters, a small one; `most` is the largest number of one, `least` the smallest.
+        operators, functions: By their names, in capitals.
+        lines: Whether a motion begins with L, and a line with a number that is not of the grammar.
+    """
+
+    code = cython.declare(Code)
+    work: cython.int[::1]
+    known: cython.int[::1]
+    begins = cython.declare(cython.Py_ssize_t[128])
+    ends = cython.declare(cython.Py_ssize_t[128])
+    codes = cython.declare(cython.int[128])
+    operators = cython.declare(dict)
+    functions = cython.declare(dict)
+    letters = cython.declare(cython.uint)
+    given = cython.declare(cython.uint)
+    seen = cython.declare(cython.uint)
+    letter = cython.declare(cython.int)
+    base = cython.declare(cython.int)
+    least = cython.declare(cython.longlong)
+    most = cython.declare(cython.longlong)
+    lines = cython.declare(cython.bint)
+    computes = cython.declare(cython.bint)
+    fast = cython.declare(cython.bint)
+
+    def __init__(
+        self, code, tables, terminals, works, words, parameter, least, most, operators, functions, lines
+    ):
+        Tables.__init__(self, tables)
+        if not cython.compiled:
+            self.begins, self.ends, self.codes = [0] * 128, [0] * 128, [0] * 128
+        self.code = code
+        missing = sorted(terminals - set(tables.TERMINALS)) + sorted(
+            works.keys() - {name for name, _, _ in tables.RULES}
+        )
+        if missing:
+            raise ValueError(f"the grammar has no {missing[0]}")
+        self.known = memoryview(bytearray(4 * (self.end + 1))).cast("i")
+        for k, name in enumerate(tables.TERMINALS):
+            self.known[k] = name in terminals
+        self.work = memoryview(bytearray(4 * len(tables.RULES))).cast("i")
+        for k, (name, _, parts) in enumerate(tables.RULES):
+            self.work[k] = WORKS[works[name]] if name in works else -1
+            if not name and -1 not in parts and (self.length[k] < 3 or parts[0] & 1 == 0):
+                # A list, or a part that is passed on. A list of three symbols has commas: more than two arguments.
+                self.work[k] = 0
+        self.letters = sum(1 << (ord(letter) - 97) for letter in words)
+        self.letter, self.least, self.most = ord(parameter), least, most
+        self.operators, self.functions, self.lines = operators, functions, lines
+        self.seen = 0
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def read(self, at: cython.Py_ssize_t, size: cython.Py_ssize_t) -> cython.int:
+        """Write the code of the line from `at` to `size`; return 0 where it is not taken."""
+        self.given = 0
+        self.computes = self.fast = False
+        if self.lines:
+            size = code_end(self.text, at, size)
+            if size < 0:
+                return 0
+            at = behind_number(self.text, at, size)
+            if at < 0:
+                return 0
+        if at < size and self.run(at, size) == 0:
+            return 0
+        self._emit(END, 0)
+        return 1
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _emit(self, operation: cython.int, operand: cython.int) -> cython.void:
+        """Write an instruction."""
+        self.code.code[self.code.used] = operation + 256 * operand
+        self.code.used += 1
+        if operation != NUMBER and operation != WORD and operation != END and operation != NAME:
+            self.computes = True
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _constant(self, value: cython.double) -> cython.int:
+        """Write the instruction that pushes a number; return 0 where the number is not certain."""
+        if value != value:
+            return 0
+        self.code.constants[self.code.numbers] = value
+        self._emit(NUMBER, self.code.numbers - self.base)
+        self.code.numbers += 1
+        return 1
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _shifted(self, kind: cython.int, at: cython.Py_ssize_t) -> cython.int:
+        """Keep where a token stands."""
+        k: cython.int = self.depth + 1
+        if not self.known[kind] or k >= _DEEPEST:
+            return 0
+        self.begins[k], self.ends[k], self.codes[k] = at, self.taken, self.code.used
+        return 1
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _reduced(self, rule: cython.int, at: cython.Py_ssize_t) -> cython.int:
+        """Write the code of a rule."""
+        work: cython.int = self.work[rule]
+        count: cython.int = self.length[rule]
+        k: cython.int = self.depth - count + 1
+        taken: cython.int = 1
+        if work < 0 or k >= _DEEPEST:
+            return 0
+        if count == 0:
+            self.begins[k] = self.ends[k] = at
+            self.codes[k] = self.code.used
+            return 1
+        if work == _NUMBER:
+            taken = self._constant(plain_value(self.text, self.begins[k], self.ends[k]))
+        elif work == _PARAMETER or work == _ELEMENT:
+            taken = self._parameter(k, count, work)
+        elif work == _SIGN:
+            taken = self._signed(k)
+        elif work == _OPERATOR:
+            taken = self._operator(k + 1)
+        elif work == _FUNCTION:
+            taken = self._function(k, 1)
+        elif work == _CALL:
+            # The count of arguments stands where the brackets end.
+            taken = self._function(k, cython.cast(cython.int, self.ends[k + 1]))
+        elif work == _ARGUMENTS:
+            # ( value ), or ( value list ).
+            self.ends[k] = count - 2
+            return count == 3 or count == 4
+        elif work == _WORD:
+            taken = self._constant(plain_value(self.text, self.begins[k] + 1, self.ends[k])) and self._put(
+                self.text[self.begins[k]] | 32, True
+            )
+        elif work == _NAMED:
+            taken = (
+                count == 2
+                and self.ends[k] == self.begins[k] + 1
+                and self._put(self.text[self.begins[k]] | 32, False)
+            )
+        elif work == _TARGET:
+            taken = count == 1 or (count == 4 and self._is_parameter(k, 0))
+            self.ends[k] = self.ends[k] if count == 1 else 0
+            return taken
+        elif work == _SETTING or work == _OPERATION:
+            taken = self._setting(k, count, work)
+        elif work == _RADIUS:
+            # R0 alone ends a compensation that is not in force.
+            taken = (
+                count == 2
+                and self.ends[k + 1] == self.begins[k + 1] + 1
+                and self.text[self.begins[k + 1]] == 48
+            )
+        elif work == _MOTION:
+            taken = self._motion(k)
+        elif work == _FAST:
+            taken = self.text[self.ends[k] - 1] | 32 == 120
+            self.fast = True
+        elif work == _PI:
+            taken = self._constant(_PI_VALUE)
+        if count > 1:
+            self.ends[k] = self.ends[k + count - 1]
+        return taken
+
+    # The parts of a line.
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _is_parameter(self, k: cython.int, digits: cython.int) -> cython.int:
+        """Tell whether a token is the letter of parameters, with digits behind it or without."""
+        long: cython.bint = self.ends[k] > self.begins[k] + 1
+        return self.text[self.begins[k]] | 32 == self.letter and long == (digits > 0)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _index(self, k: cython.int) -> cython.longlong:
+        """Return the number of a parameter, -1 where the token is none that is taken."""
+        found: cython.longlong = 0
+        i: cython.Py_ssize_t
+        if not self._is_parameter(k, 1) or self.ends[k] - self.begins[k] > 8:
+            return -1
+        for i in range(self.begins[k] + 1, self.ends[k]):
+            if not 48 <= self.text[i] <= 57:
+                return -1
+            found = 10 * found + self.text[i] - 48
+        return found if self.least <= found <= self.most else -1
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _parameter(self, k: cython.int, count: cython.int, work: cython.int) -> cython.int:
+        """Write the reading of a parameter: R5, R[…], -Q5."""
+        index: cython.longlong
+        if work == _ELEMENT:
+            if count != 4 or not self._is_parameter(k, 0):
+                return 0
+            self._emit(PARAMETER, 0)
+            return 1
+        index = self._index(k + count - 1)
+        if index < 0:
+            return 0
+        self._emit(STORED, index)
+        if count == 2 and self.text[self.begins[k]] == 45:
+            self._emit(NEGATIVE, 0)
+        return 1
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _signed(self, k: cython.int) -> cython.int:
+        """Write a sign; that of a number is the number's."""
+        last: cython.int = self.code.used - 1
+        if self.text[self.begins[k]] == 45:
+            if self.code.code[last] & 255 == NUMBER and last == self.codes[k + 1]:
+                self.code.constants[self.code.numbers - 1] = -self.code.constants[self.code.numbers - 1]
+            else:
+                self._emit(NEGATIVE, 0)
+        return 1
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _operator(self, k: cython.int) -> cython.int:
+        """Write the operator that stands at a place of the stack."""
+        name: bytes = bytes(self.text[self.begins[k] : self.ends[k]])
+        number = self.operators.get(name.upper())
+        if number is None:
+            return 0
+        self._emit(BINARY, number)
+        return 1
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _function(self, k: cython.int, count: cython.int) -> cython.int:
+        """Write a function of so many values, whose name stands at a place of the stack."""
+        name: bytes = bytes(self.text[self.begins[k] : self.ends[k]])
+        number = self.functions.get((name.upper(), count))
+        if number is None:
+            return 0
+        self._emit(FUNCTION if count == 1 else BINARY, number)
+        return 1
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _put(self, letter: cython.int, fixed: cython.bint) -> cython.int:
+        """Write a word of the value on top; return 0 where it is not taken."""
+        bit: cython.uint
+        value: cython.double
+        if not 97 <= letter <= 122 or not self.letters >> (letter - 97) & 1:
+            return 0
+        if letter == 103 or letter == 109:
+            if self.code.numbers == self.base:
+                return 0
+            value = self.code.constants[self.code.numbers - 1]
+            fixed = fixed or self.code.code[self.code.used - 1] & 255 == NUMBER
+            if not fixed or not (
+                value == 0.0
+                or value == 1.0
+                or value == 2.0
+                or value == 3.0
+                or (letter == 109 and 4.0 <= value <= 9.0 and value != 6.0)
+            ):
+                return 0
+            if letter == 103:
+                self.seen |= cython.cast(cython.uint, 1) << (26 + cython.cast(cython.int, value))
+            elif value < 3.0 or value != cython.cast(cython.int, value):
+                return 0
+        bit = cython.cast(cython.uint, 1) << (letter - 97)
+        self.given |= bit
+        self.seen |= bit
+        self._emit(WORD, letter)
+        return 1
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _setting(self, k: cython.int, count: cython.int, work: cython.int) -> cython.int:
+        """Write a setting: R1=, R[…]=, X=, Q1 =, FN 0: Q1 =, FN 1: Q1 = a + b, FN 5: Q1 = SQRT a."""
+        index: cython.longlong
+        fn: cython.int
+        if work == _OPERATION or count == 5:
+            if work == _OPERATION and count == 7:
+                fn = self.text[self.ends[k] - 1]
+                # Each of FN 1 to FN 4 has its operator.
+                if not 49 <= fn <= 52 or self.text[self.begins[k + 5]] | 32 != b"+-*d"[fn - 49] | 32:
+                    return 0
+                if self._operator(k + 5) == 0:
+                    return 0
+            elif work == _OPERATION and (count != 6 or self._function(k + 4, 1) == 0):
+                return 0
+            k += 2
+        elif self.ends[k] == 0:
+            self._emit(SET, 0)
+            return 1
+        index = self._index(k)
+        if index >= 0:
+            self._emit(SET_STORED, index)
+            return 1
+        if self.lines or self.ends[k] != self.begins[k] + 1 or self.text[self.begins[k]] | 32 == 103:
+            return 0
+        return self._put(self.text[self.begins[k]] | 32, False)
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _motion(self, k: cython.int) -> cython.int:
+        """Write the code of a motion: a line with an axis, of traverse or feed."""
+        if (
+            self.ends[k] != self.begins[k] + 1
+            or self.text[self.begins[k]] | 32 != 108
+            or not self.given & _AXES
+        ):
+            return 0
+        self._emit(NAME, 0 if self.fast else 1)
+        self._emit(WORD, 103)
+        return 1
+
+
+@cython.final
+@cython.cclass
+class LanguageCode(Code):
+    """The code of lines of a language; `seen` has a bit for each letter of the words that were read, from 26 on one for each number of G."""
+
+    emitter = cython.declare(Emitter)
+    seen = cython.declare(cython.uint, visibility="public")
+
+    def __init__(self, *arguments):
+        Code.__init__(self)
+        self.emitter = Emitter(self, *arguments)
+        self.seen = 0
+
+    @cython.ccall
+    @cython.exceptval(-1, check=False)
+    def read(self, offset: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Read the line at `offset` of `text` (`Code.read`)."""
+        end: cython.Py_ssize_t = offset
+        used: cython.int = self.used
+        self.emitter.base = self.numbers
+        self.begin = offset
+        self.flags = 0
+        self.error = -1
+        while end < self.text.shape[0] and self.text[end] != 10:
+            end += 1
+        self.emitter.text = self.text
+        if end - offset > MAX_LINE or self.emitter.read(offset, end) == 0:
+            self.error = offset
+            self.used, self.numbers = used, self.emitter.base
+        return end
+
+    def run_from(self, text: cython.const[cython.uchar][::1], offset: cython.Py_ssize_t) -> tuple:
+        """Read lines from `offset` on, up to one that is not taken or to many that compute nothing.
+
+        Returns:
+            How many lines; where the next one begins; how many of them have words; how many lines stand before the last of these, and
+            where it begins.
+        """
+        found: tuple = (0, offset, 0, 0, offset)
+        before: tuple = found
+        at: cython.Py_ssize_t = offset
+        begin: cython.Py_ssize_t
+        lines: cython.Py_ssize_t = 0
+        plain: cython.Py_ssize_t = 0
+        blocks: cython.Py_ssize_t = 0
+        last: cython.Py_ssize_t = 0
+        last_at: cython.Py_ssize_t = offset
+        seen: cython.uint = 0
+        self.text = text
+        self.emitter.seen = 0
+        while at < text.shape[0] and plain < _PLAIN:
+            begin = at
+            self.used = self.numbers = 0
+            seen = self.emitter.seen
+            at = self.read(at) + 1
+            # A run begins with a line that says something.
+            if self.error >= 0 or (lines == 0 and self.used == 1):
+                self.emitter.seen = seen
+                break
+            if self.emitter.given:
+                blocks += 1
+                last, last_at = lines, begin
+            lines += 1
+            found = (lines, min(at, text.shape[0]), blocks, last, last_at)
+            plain = 0 if self.emitter.computes else plain + 1
+            if plain == 0:
+                before = found
+        self.seen = self.emitter.seen
+        return before if plain == _PLAIN else found
