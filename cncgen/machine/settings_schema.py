@@ -127,6 +127,7 @@ TABLES: Mapping[str, tuple[Key, ...]] = MappingProxyType(
             Key("spindle_braking_rpm_s", "how fast it slows down", _RATE, _is_rate, "as it speeds up"),
             Key("spindle_ramp", "instead of rates: seconds from standstill to some speeds", "rising pairs [rpm, s]",
                 _is_ramp, "the rates"),
+            Key("spindle_max_rpm", "how fast it turns at most under G96, whatever the program's bound", _RATE, _is_rate, "no bound"),
             Key("spindle_orient_s", "time to turn to an angle from standstill", _TIME, _is_time, "0"),
             Key("coolant_s", "time to switch coolant", _TIME, _is_time, "0"),
             Key("pallet_s", "time of a pallet change", _TIME, _is_time, "0"),

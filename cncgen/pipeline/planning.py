@@ -80,10 +80,11 @@ def machine_of(machine: Machine | str | os.PathLike[str]) -> Machine:
 
 
 def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOptions:
-    """Return options of reading, completed by a machine's tables ``[interpreter]`` and ``[kinematics]``.
+    """Return options of reading, completed by a machine's tables ``[interpreter]``, ``[kinematics]`` and ``[times]``.
 
     Of the first, ``least_increment_mm`` is the unit of numbers without a decimal point, and ``dialect`` the control's language
-    (an option that names one has precedence); the second is read by `cncgen.machine.kinematics`.
+    (an option that names one has precedence); the second is read by `cncgen.machine.kinematics`; of the third, ``spindle_max_rpm`` bounds
+    the spindle under a constant surface speed.
 
     Raises:
         UsageError: A setting is wrong.
@@ -97,6 +98,9 @@ def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOpti
         from cncgen.gcode.state.settings import interpreter_settings
 
         how = interpreter_settings(machine.settings["interpreter"], how)
+    fastest = machine.settings.get("times", {}).get("spindle_max_rpm")
+    if fastest is not None and how.fastest_spindle is None:
+        how = replace(how, fastest_spindle=float(fastest))
     return how
 
 

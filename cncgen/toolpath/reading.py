@@ -37,6 +37,7 @@ class ReadOptions:
             no path of a machine's axes (G-code).
         least_increment: Unit of a number without a decimal point where a FANUC control is set so, mm or degrees
             (inches: a tenth of it): 0.001 reads ``X10`` as 0.01 mm. None: it counts like ``X10.``.
+        fastest_spindle: Revolutions a minute that the spindle does not exceed under a constant surface speed (G96), or None.
         inch_tables: Whether lengths in the tool table and the parameter file are inches (else mm).
         stand_alone: Whether the machine is the imaginary one of LinuxCNC's stand-alone interpreter (`cncgen.gcode.sinks.standalone`),
         as for the calls that `canon` prints. tool_tips: Whether positions are those of the tools' tips: offsets of tools (G43) are
@@ -64,6 +65,7 @@ class ReadOptions:
     workingsteps: bool = False
     tips_alone: bool = False
     least_increment: float | None = None
+    fastest_spindle: float | None = None
     kinematics: Kinematics | None = None
     save_parameters: Path | None = None
     include: tuple[Path, ...] = field(default=())
@@ -126,5 +128,9 @@ _RULES: tuple[tuple[tuple[str, ...], Callable[[object], bool], str], ...] = (
     (("inch_tables", "stand_alone", "tool_tips", "workingsteps", "block_delete"), _is_truth, "True or False"),
     (("max_call_depth", "chunk_rows"), _is_count, "a whole number greater than 0"),
     (("max_steps",), _is_count_or_none, "a whole number greater than 0, or None"),
-    (("least_increment", "tolerance_mm"), _is_positive_or_none, "a number greater than 0, or None"),
+    (
+        ("least_increment", "fastest_spindle", "tolerance_mm"),
+        _is_positive_or_none,
+        "a number greater than 0, or None",
+    ),
 )

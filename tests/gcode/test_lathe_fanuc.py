@@ -665,6 +665,21 @@ def test_a_thread_without_last_passes(run: Any) -> None:
     ]
 
 
+@pytest.mark.parametrize("bound", ["", "G50 S9000\n"])
+def test_a_constant_surface_speed_keeps_to_the_fastest_of_the_machines_spindle(bound: str) -> None:
+    """As if G50 said so: the control bounds the speed by its parameter as well (FANUC, B-64304EN, "Constant surface speed control")."""
+    text = "G0 X100. Z5.\n{}G96 S200 M3\nG1 X0 F.2\nG97 S800"
+    given, _, program = outcome(text.format(bound), fastest_spindle=1000.0)
+    told, _, _ = outcome(text.format("G50 S1000\n"))
+    speeds = [
+        [e.values["speed_rpm"] for e in each.events if "speed_rpm" in e.values] for each in (given, told)
+    ]
+    assert speeds[0] == speeds[1]
+    assert max(speeds[0]) == 1000.0
+    assert np.array_equal(given.feed, told.feed, equal_nan=True)
+    assert "speed-unbounded" not in [d.code for d in program.diagnostics]
+
+
 @pytest.mark.parametrize(
     ("lines", "said"),
     [

@@ -5,6 +5,7 @@ from __future__ import annotations
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.offsets import given_axes, set_g92, use_system
+from cncgen.gcode.codes.spindle import bound_surface_speed
 from cncgen.gcode.codes.table import CHANGES_OFFSETS, CHANGES_ORIGIN, CHANGES_SYSTEM, Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
@@ -174,9 +175,7 @@ def preset_position(ip: Interpreter, block: Block, name: str) -> None:
             )
         state.speed_limit = limit
         if state.constant_surface is not None:
-            state.constant_surface = limit
-            ip.sink.set_surface_speed(limit)
-            ip.sink.call(f"SET_SPINDLE_MODE(0 {limit:.4f})")
+            bound_surface_speed(ip, limit)
     elif not axes:
         hint = f"{name} X0 names the position X0"
         raise BlockError("axis-missing", f"{name} has no axis word", name, hint=hint)

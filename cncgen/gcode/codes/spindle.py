@@ -20,7 +20,7 @@ TURNS = {1: "START_SPINDLE_CLOCKWISE", -1: "START_SPINDLE_COUNTERCLOCKWISE", 0: 
 _NO_LIMIT = 1e30
 #: Revolutions a minute that no spindle of a lathe makes.
 _TOO_FAST = 100_000.0
-_BOUND = "bound it before: G50 S or G92 S, in LinuxCNC D of G96, on SINUMERIK LIMS="
+_BOUND = "bound it before: G50 S or G92 S, in LinuxCNC D of G96, on SINUMERIK LIMS=; or spindle_max_rpm under [times] of the machine file"
 
 
 def spindle_of(ip: Interpreter, block: Block) -> int:
@@ -124,10 +124,16 @@ def constant_surface(ip: Interpreter, block: Block) -> None:
         raise BlockError(
             "speed-missing", "G96 has no surface speed", "G96", hint="give it as S in the same block"
         )
+    bound_surface_speed(ip, limit, max(spindle_of(ip, block), 0))
+
+
+def bound_surface_speed(ip: Interpreter, limit: float, spindle: int = 0) -> None:
+    """Begin or go on with G96 at so many rev/min at most, and no more than the machine's spindle makes."""
+    limit = min(limit, ip.options.fastest_spindle or limit)
     ip.state.constant_surface = limit
     # D0 leaves the mode in LinuxCNC: a limit of 0 is its sign of G97.
     ip.sink.set_surface_speed(limit or None)
-    ip.sink.call(f"SET_SPINDLE_MODE({max(spindle_of(ip, block), 0)} {limit:.4f})")
+    ip.sink.call(f"SET_SPINDLE_MODE({spindle} {limit:.4f})")
 
 
 def constant_revolutions(ip: Interpreter, block: Block) -> None:
