@@ -120,6 +120,8 @@ def test_what_stands_on_the_command_line_is_what_the_reader_is_given(
         spindle_sign="tool",
         max_steps=7,
         tolerance_mm=0.02,
+        # The machine's, which has no option.
+        fastest_spindle=12_000.0,
     )
 
 

@@ -462,6 +462,8 @@ def programs_by_number(draw: st.DrawFn, labels: Labels) -> Lines:
     number_of = next(labels)
     labels.tail += [
         f"o{number_of}",
+        # Names are those of the subroutine alone.
+        "#<a> = #1",
         "G91 G1 X[#1 / 10] F100",
         "G90",
         *draw(computed()),
