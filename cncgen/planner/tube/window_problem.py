@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 #: Barrier parameter at the start, near the solution and at the end, and iterations at most.
-_START, _NEAR, _END, _MOST = 1e-3, 1e-5, 1e-6, 120
+_START, _NEAR, _END, _MOST = 1e-3, 1e-5, 1e-6, 200
 #: Barrier parameter where a search goes on with a narrower problem, and iterations at most.
 _AGAIN, _MOST_AGAIN = 3e-6, 40
 #: Barrier parameter where it goes on with a wider one.
