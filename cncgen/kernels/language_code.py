@@ -1,7 +1,8 @@
 """Read lines of languages whose rules make values, by the tables of their grammars, into the instructions that `gcode_run` runs.
 
-A line is taken if it is words of motions and settings of R or Q parameters, by numbers, these parameters and their arithmetic. `Words` says
-of a grammar what its terminals and rules do here; all else refuses the line, which `grammar_values` reads then.
+A line is taken if it has words of motions and settings of R or Q parameters alone, by numbers, these parameters and their arithmetic. The
+arguments of `Emitter` give the terminals and rules of a grammar that are read here; all others refuse the line, which `grammar_values`
+reads then.
 """
 
 import cython
