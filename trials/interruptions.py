@@ -194,7 +194,9 @@ def stopped(case: Case, whole: Whole, given: Path, how: str, rng: random.Random,
         trouble = _faults(case, whole, how, before, folder, scratch, tally)
         # Before the first line of cncgen runs, an interrupt is the interpreter's to tell.
         if (b"Traceback" in said and b"/cncgen/" in said) or b"internal error" in said or code == 70:
-            trouble.append(f"exit {code}, said {said[-800:].decode('utf-8', 'replace')}")
+            trouble.append(
+                f"exit {code}, said {said[max(said.find(b'Traceback'), 0) :][:1500].decode('utf-8', 'replace')}"
+            )
         tally.faults += [f"{case.name}, {how}: {each}" for each in trouble]
 
 

@@ -13,6 +13,7 @@ import sys
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from sys import UnraisableHookArgs
     from types import FrameType
     from typing import Any, NoReturn
 
@@ -27,7 +28,9 @@ _last_words: list[Callable[[int], None]] = []
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command that the arguments (default: the process's own) name, and exit with its code."""
     before: dict[int, Any] = {}
+    unraised = sys.unraisablehook
     try:
+        sys.unraisablehook = _end_unraised
         _take_signals(before)
         import gc
 
@@ -44,6 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     _leave_threads(code)
     for number, handler in before.items():
         _signal.signal(number, handler)
+    sys.unraisablehook = unraised
     if arguments is None and sys.getprofile() is None:
         _leave(code)
     sys.exit(code)
@@ -78,13 +82,27 @@ def _end(number: int, frame: FrameType | None) -> None:
     """
     while frame is not None:
         if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
-            for say in _last_words:
-                say(number)
-            os._exit(128 + number)
+            _end_at_once(number)
         frame = frame.f_back
     if number == _signal.SIGINT:
         raise KeyboardInterrupt
     raise SystemExit(128 + number)
+
+
+def _end_unraised(lost: UnraisableHookArgs) -> None:
+    """End the run where a signal came amid a destructor or a library's callback, which cannot pass its exception on."""
+    if lost.exc_type is KeyboardInterrupt:
+        _end_at_once(_signal.SIGINT)
+    if isinstance(lost.exc_value, SystemExit):
+        _end_at_once(int(str(lost.exc_value.code)) - 128)
+    sys.__unraisablehook__(lost)
+
+
+def _end_at_once(number: int) -> NoReturn:
+    """Say the last words of a run that a signal ends, and end the process."""
+    for say in _last_words:
+        say(number)
+    os._exit(128 + number)
 
 
 def _leave_threads(code: int) -> None:

@@ -589,6 +589,37 @@ def test_an_interrupt_amid_imports(in_folder: Path, file: str, function: str, co
     assert [path.name for path in in_folder.iterdir()] == ["small.nc"]
 
 
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_signal_amid_a_destructor_ends_the_run(name: str) -> None:
+    """What a destructor raises is printed and lost: the command would go on, and end with 0."""
+    script = (
+        "import os, signal\nfrom cncgen.cli import app, main\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        f"class Last:\n    def __del__(self):\n        os.kill(os.getpid(), signal.{name})\n"
+        "def run(arguments):\n    Last()\n    return 0\n"
+        "app.run = run\nmain([])\n"
+    )
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=60, check=False)
+    assert run.returncode == 128 + getattr(signal, name)
+    assert run.stderr == (b"error[interrupted]: the command was interrupted\n" if name == "SIGINT" else b"")
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 9])
+def test_an_interrupt_while_hdf5_writes(in_folder: Path, count: int) -> None:
+    """HDF5 calls the file's methods back, and ends the process where one of them raises."""
+    pytest.importorskip("h5py")
+    script = INTERRUPTED.replace("out.csv", "out.h5")
+    run = subprocess.run(
+        [sys.executable, "-c", script, "hdf5.py", "write", str(count)],
+        capture_output=True,
+        timeout=60,
+        check=False,
+    )
+    assert run.returncode == 130
+    assert run.stderr == b"error[interrupted]: the command was interrupted\n"
+    assert [path.name for path in in_folder.iterdir()] == ["small.nc"]
+
+
 def test_a_signal_amid_an_import_leaves_no_temporary_file(
     in_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import atexit
 import shutil
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,8 @@ from cncgen.setpoints.writers.spooled import spool_of
 
 #: Rows of a chunk of the file.
 _CHUNK_ROWS = 16_384
+#: Signals whose handlers raise, by name; not every system has each.
+_ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 class Writer:
@@ -26,24 +30,26 @@ class Writer:
         h5py: Any = needed("hdf5")
         self._sink, self._layout, self._rows = sink, layout, 0
         self._spool = _Spool()
-        self._file = h5py.File(self._spool, "w", track_order=True)
-        # The library writes what it holds at the end of the process, when the spool's methods are gone.
-        atexit.register(self._file.close)
-        self._file.attrs["period_s"] = layout.period_s
-        for key, text in layout.metadata.items():
-            self._file.attrs[key] = text
-        for name in layout.names:
-            kind = np.int64 if name in INTEGERS else np.float64
-            self._file.create_dataset(name, (0,), kind, maxshape=(None,), chunks=(_CHUNK_ROWS,))
+        with _signals_held():
+            self._file = h5py.File(self._spool, "w", track_order=True)
+            # The library writes what it holds at the end of the process, when the spool's methods are gone.
+            atexit.register(self._file.close)
+            self._file.attrs["period_s"] = layout.period_s
+            for key, text in layout.metadata.items():
+                self._file.attrs[key] = text
+            for name in layout.names:
+                kind = np.int64 if name in INTEGERS else np.float64
+                self._file.create_dataset(name, (0,), kind, maxshape=(None,), chunks=(_CHUNK_ROWS,))
 
     def write(self, chunk: Setpoints) -> None:
         """Write the rows of a chunk."""
         matrix = self._layout.matrix(chunk)
         check_finite(matrix, self._layout.names, chunk.first)
         first, self._rows = self._rows, self._rows + len(matrix)
-        for name, column in zip(self._layout.names, matrix.T, strict=True):
-            self._file[name].resize((self._rows,))
-            self._file[name][first:] = column
+        with _signals_held():
+            for name, column in zip(self._layout.names, matrix.T, strict=True):
+                self._file[name].resize((self._rows,))
+                self._file[name][first:] = column
         if self._spool.fault is not None:
             self._end()
 
@@ -56,10 +62,35 @@ class Writer:
 
     def _end(self) -> None:
         """Close HDF5's side of the file; raise the fault on ours."""
-        self._file.close()
+        with _signals_held():
+            self._file.close()
         atexit.unregister(self._file.close)
         if self._spool.fault is not None:
             raise self._spool.fault
+
+
+@contextmanager
+def _signals_held() -> Iterator[None]:
+    """Hold signals until the block ends: HDF5 loses what a handler raises amid a method of the spool, or ends the process.
+
+    A handler whose signal came meanwhile is called at the end. Other threads than the main one get no signals.
+    """
+    came: list[int] = []
+    handlers: dict[int, Any] = {}
+    try:
+        for name in _ENDING:
+            number = getattr(signal, name, None)
+            if number is not None and callable(signal.getsignal(number)):
+                handlers[number] = signal.signal(number, lambda number, _: came.append(number))
+    except ValueError:  # not the main thread
+        handlers.clear()
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for number in came:
+            signal.raise_signal(number)
 
 
 class _Spool:
