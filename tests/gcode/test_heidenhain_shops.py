@@ -374,3 +374,27 @@ def test_datums_of_a_table(tmp_path: Path) -> None:
 )
 def test_datums_that_are_not_there(tmp_path: Path, body: str, code: str) -> None:
     assert of_file(tmp_path, f"{body}\nL X+1 FMAX")[1] == [code]
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        # A preset ends the datum shift, mirroring, rotation and factors (iTNC 530, "Datum setting (cycle 247)").
+        ("CYCL DEF 7.0 DATUM\nCYCL DEF 7.1 IX-60\nL X+0 Y+1 FMAX\nCYCL DEF 247 PRESET ~\n Q339=+1\nCYCL DEF 7.0 DATUM\nCYCL DEF 7.1 IX+60\nL X+0 FMAX",
+         [[-60, 1, 0], [60, 1, 0]]),
+        ("CYCL DEF 8.0 MIRROR\nCYCL DEF 8.1 X\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+90\nCYCL DEF 247 PRESET ~\n Q339=+1\nL X+5 Y+1 FMAX", [[5, 1, 0]]),
+        ("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+45\nCYCL DEF 247 PRESET ~\n Q339=+1\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 IROT+90\nL X+5 FMAX",
+         [[0, 5, 0]]),
+        # A block that begins behind a comment that ends in ~ is run, as posts write their heads; so is one without a number.
+        ("1 ;MCX FILE -~\n2 L X+10 FMAX", [[10, 0, 0]]),
+        ("1 * - PART ~\n2 L X+10 FMAX", [[10, 0, 0]]),
+        (";HEAD ~\nL X+10 FMAX", [[10, 0, 0]]),
+        (f"{DRILL.rstrip()} ;DWELL ~\nL X+10 FMAX", [[10, 0, 0]]),
+        # The text of a comment goes on below it.
+        ("1 ;HEAD ~\n    L X+99 IS NOT RUN\n2 L X+10 FMAX", [[10, 0, 0]]),
+        # Words go on behind ~, however far in they stand.
+        ("1 L X+10 ~\n  Y+5 ~\nFMAX", [[10, 5, 0]]),
+    ],
+)  # fmt: skip
+def test_presets_and_blocks_that_go_on(run: Run, body: str, expected: list[list[float]]) -> None:
+    assert ends(run, body) == expected

@@ -60,6 +60,14 @@ class Datums:
         affine.change(self._ip, whole, self._axes)
         self._frames = wanted
 
+    def untransform(self) -> None:
+        """End every frame but the tilted plane, as a preset does (iTNC 530, "Datum setting (cycle 247)": shift, mirroring, rotation and
+        scaling factors)."""
+        self._angle = 0.0
+        for number in [*self._frames]:
+            if number != _TILTED:
+                self.take(number, None)
+
     def of_cycle(self, number: int, rest: str) -> None:
         """Take the words of a cycle's frame.
 

@@ -86,18 +86,22 @@ def bodies(
         text = source.text_at(offset)
         if not goes_on:
             left_out = _SLASH.match(text) is not None
-        # A comment that ends in ~ goes on in the next line; one behind words, or in a cycle, unless that line is of the block.
-        remark = goes_on and (whole or (remark and _GOES_ON.match(text) is None))
+        # A comment that ends in ~ goes on in the next line, unless a block begins there in the first column; one behind words, or in a
+        # cycle, unless that line is of the block.
+        begins = _BEGINS.match(text) is not None
+        goes_on = goes_on and not (remark and begins and not text[0].isspace())
+        remark = goes_on and remark and (whole or _GOES_ON.match(text) is None)
         whole = (remark and whole) or (_REMARK.match(text) is not None and not goes_on)
-        # So does a formula; the parameters of a cycle are blocks of their own.
-        rest = goes_on and formula and not remark and _BEGINS.match(text) is None
+        # So does a formula, and so do words; the parameters of a cycle are blocks of their own.
+        rest = goes_on and formula and not remark and not begins
+        more = goes_on and not (remark or begins or _GOES_ON.match(text))
         # A block that is left out goes on behind ~ as well.
         goes_on = text.rstrip().endswith("~")
         if left_out:
             text = "" if block_delete else text.replace("/", " ", 1)
         body = "" if remark else body_of(text, formula=rest)
-        remark = remark or ";" in text
-        below = rest or (numbered and _WORDS_BELOW.match(body) is not None)
+        remark = remark or whole or ";" in text
+        below = rest or more or (numbered and _WORDS_BELOW.match(body) is not None)
         numbered = below or _NUMBERED.match(text) is not None
         said = _without_number(body)
         formula = rest or _SETS.match(said) is not None

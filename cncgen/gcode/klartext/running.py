@@ -319,8 +319,9 @@ class HeidenhainRunner(ContourLines):
         return Path(found.name).name, bytes(found.data[:]).decode("utf-8", "replace")
 
     def _preset(self, frame: Frame, at: int) -> None:
-        """247: the preset Q339; numbers 1 to 9 are the origins G54 to G59.3 of the parameter file."""
+        """247: the preset Q339; numbers 1 to 9 are the origins G54 to G59.3 of the parameter file. It ends cycles 7, 8, 10, 11 and 26."""
         self._parameters(frame, at, self._take_parameter)
+        self._datums.untransform()
         number = round(self._q(339))
         if 1 <= number <= SYSTEM_COUNT:
             use_system(self.ip, number)
