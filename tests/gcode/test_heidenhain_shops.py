@@ -392,6 +392,8 @@ def test_datums_that_are_not_there(tmp_path: Path, body: str, code: str) -> None
         (f"{DRILL.rstrip()} ;DWELL ~\nL X+10 FMAX", [[10, 0, 0]]),
         # The text of a comment goes on below it.
         ("1 ;HEAD ~\n    L X+99 IS NOT RUN\n2 L X+10 FMAX", [[10, 0, 0]]),
+        # A remark that ends in * makes no program of DIN/ISO of numbers with N.
+        ("N1 L X+10 FMAX\nN2 ; * PART *\nN3 * - PART *\nN4 L Y+5 FMAX", [[10, 0, 0], [10, 5, 0]]),
         # Words go on behind ~, however far in they stand.
         ("1 L X+10 ~\n  Y+5 ~\nFMAX", [[10, 5, 0]]),
     ],

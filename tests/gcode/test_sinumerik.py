@@ -376,6 +376,10 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "a negative radius": ("G0 AP=0 RP=-5", ("polar-words", 1, 9)),
     "a word of nothing": ("G0 X1 CR=5", ("unused-word", 1, 7)),
     "a word twice": ("G0 X1 X2", ("repeated-word", 1, 4)),
+    # Alarm 12060: the same G group twice in one block.
+    "two motions": ("G1 G0 X1 F100", ("modal-conflict", 1, 4)),
+    "absolute and increments": ("G90 X1 G91 Y2", ("modal-conflict", 1, 8)),
+    "two origins": ("G54 G17 G55 X1", ("modal-conflict", 1, 9)),
     "a code": ("G777 X1", ("unknown-code", 1, 1)),
     "a code that is not read": ("G34 X1", ("not-read", 1, 1)),
     "no depth": ("F100\nCYCLE81(10,0,2)", ("cycle-depth", 2, 1)),

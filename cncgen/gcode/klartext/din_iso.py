@@ -33,7 +33,7 @@ from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
 _N, _Q, _STRING = TERMINALS["BLOCK_NUMBER"], TERMINALS["Q"], TERMINALS["STRING"]
 _TEXT = re.compile(
     rf"^[ \t]*%[^\n;]*?G7[01]\b|^[ \t]*/?[ \t]*(?=N){_N}[ \t]*"
-    rf"(?:G98[ \t]*L|T\d+[ \t]*G1[789]|G99[ \t]*T|D\d\d[ \t]*Q|G2\d\d\b[^\n]*{_Q}[ \t]*=|[^\n]*\*[ \t\r]*$)".encode(),
+    rf"(?:G98[ \t]*L|T\d+[ \t]*G1[789]|G99[ \t]*T|D\d\d[ \t]*Q|G2\d\d\b[^\n]*{_Q}[ \t]*=|[^\n;*]+\*[ \t\r]*$)".encode(),
     re.MULTILINE | re.IGNORECASE,
 )
 _NUMBER = rf"(?:[-+]?\s*{_Q}|{TERMINALS['SIGNED']})"

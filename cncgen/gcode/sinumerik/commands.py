@@ -70,7 +70,9 @@ def check_name(name: str) -> None:
     if name in _NAMED_NOT_READ:
         raise not_read(name, _NAMED_NOT_READ[name])
     if name[:2] in ("E_", "F_") and name[2:].isupper():
-        raise not_read(name, "a step of ShopMill or ShopTurn")
+        error = not_read(name, "a step of ShopMill or ShopTurn, or a subprogram that is not found")
+        error.hint = "write the step in G code with the cycles of docs/sinumerik.md; --include adds a folder of subprograms"
+        raise error
 
 
 def not_read(name: str, what: str = "") -> BlockError:
@@ -272,6 +274,21 @@ _GROUPS = {
     1: (0, 1, 2, 3), 6: (17, 18, 19), 7: (40, 41, 42), 8: (500, 54, 55, 56, 57, *range(505, 600)), 10: (60, 64, 641, 642, 643, 644, 645),
     13: (70, 71, 700, 710), 14: (90, 91), 15: (93, 94, 95), 18: (450, 451),
 }  # fmt: skip
+
+
+def refuse_conflict(codes: list[int]) -> None:
+    """Raise where a block has two G functions of one group (alarm 12060 of the control)."""
+    for members in {**_GROUPS, 1: _MOTIONS_OF_BLOCKS}.values():
+        found = [*dict.fromkeys(code for code in codes if code in members)]
+        if len(found) > 1:
+            message = f"G{found[0]} and G{found[1]} stand in one block: a group has one G function in force"
+            raise BlockError(
+                "modal-conflict", message, f"G{found[1]}", hint="leave one out, or write two blocks"
+            )
+
+
+#: The G functions of group 1, threads among them.
+_MOTIONS_OF_BLOCKS = (0, 1, 2, 3, 33, 34, 35, 331, 332)
 #: Settings of one index: an axis, a spindle or a group.
 INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = {
     **dict.fromkeys(("POS", "POSA"), _own_position),

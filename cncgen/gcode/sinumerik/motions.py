@@ -450,6 +450,7 @@ class Motions:
     def _modes(self, words: Words) -> None:
         """Put the G functions of a block in force, in the order of the text."""
         feeds_and_tools.modal_values(self, words)
+        commands.refuse_conflict(words.g)
         for code in words.g:
             if code in _MOTIONS:
                 self.set_motion(_MOTIONS[code])
