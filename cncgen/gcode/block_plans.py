@@ -36,6 +36,7 @@ _PLAIN_LETTERS = "dehijklpqr"
 #: Block plans that are kept; a program uses some dozens.
 _MAX_PLANS = 4096
 G53 = 530
+_M98 = 980
 #: G0 and G1.
 _STRAIGHT = (0, 10)
 #: The group of codes that hold for their block alone.
@@ -119,7 +120,7 @@ class BlockPlans:
         allowed = set().union(*(code.words for code in codes), *(code.named for code in codes))
         for letter in block.words:
             if letter not in allowed:
-                raise _unused(letter, self.codes, self._of_lathes(letter, block))
+                raise _unused(letter, self.codes, self._elsewhere(letter, block))
         steps = remarks + [code.run for code in sorted(codes, key=lambda code: code.stage)]
         steps += [code.after for code in codes if code.after is not None]
         return BlockPlan(tuple(steps))
@@ -134,12 +135,18 @@ class BlockPlans:
         _check_groups(codes)
         return _one_mover(codes) if self.dialect == "fanuc" else codes, remarks
 
-    def _of_lathes(self, letter: str, block: Block) -> str:
-        """Return the name of a code of a mill's block that takes the word on lathes."""
+    def _elsewhere(self, letter: str, block: Block) -> str:
+        """Return the advice on a word that a code of the block takes on lathes, or that seems to be an argument of M98."""
+        word = letter.upper()
+        if self.dialect == "fanuc" and _M98 in block.m:
+            return (
+                f"M98 hands no arguments on: G65 P with {word} sets parameters of the program that it calls"
+            )
         if self._table != "fanuc":
             return ""
         codes = (table("fanuc-lathe").get(("G", number)) for number in block.g)
-        return next((code.name for code in codes if code is not None and letter in code.words), "")
+        name = next((code.name for code in codes if code is not None and letter in code.words), "")
+        return f"{name} takes {word} on lathes, which --dialect fanuc-lathe reads" if name else ""
 
     def _of_lone_words(self, block: Block, codes: list[Code]) -> list[Code]:
         """Return the codes of words that mean something by themselves, unless a code of the block takes them."""
@@ -268,14 +275,12 @@ def _check_groups(codes: list[Code]) -> None:
         seen[code.group] = code
 
 
-def _unused(letter: str, codes: Codes, of_lathes: str) -> BlockError:
-    """Return the fault of a word that no code of its block uses; on lathes that code would."""
+def _unused(letter: str, codes: Codes, advice: str) -> BlockError:
+    """Return the fault of a word that no code of its block uses; the advice, if any, goes before the codes that do."""
     users = sorted({code.number: code.name for code in codes.values() if letter in code.words}.items())
     names = ", ".join(name for _, name in users[:8])
-    hint = f"it belongs to {names}" if names else ""
-    if of_lathes:
-        hint = f"{of_lathes} takes {letter.upper()} on lathes, which --dialect fanuc-lathe reads"
-    if letter == "e":
+    hint = advice or (f"it belongs to {names}" if names else "")
+    if letter == "e" and not advice:
         hint = "numbers have no exponent in G-code, and printers' extruders are not read" + (
             f"; E {hint[3:]}" if hint else ""
         )

@@ -239,3 +239,34 @@ def test_files_of_subprograms(tmp_path: Any, run: Any, name: str) -> None:
     """FANUC's files are named by their program number, often without a suffix."""
     (tmp_path / name).write_text("O0012\nG0 X3\nM99\n")
     assert fanuc(run, "M98 P12\nM198 P12\nM30", include=(tmp_path,)) == [[3, 0, 0]]
+
+
+def test_l_of_an_arc_is_its_number_of_turns(calls: Any) -> None:
+    """Four turns and a quarter are L5 (B-63944EN/02, 4.7, spiral interpolation)."""
+    lines = calls("G0 X5 Z5\nG3 X5 Z-10 I-5 L5 F100\nG2 X0 Y-5 Z-12 I-5 L2\nM30", dialect="fanuc")
+    arcs = [line for line in lines if line.startswith("ARC_FEED")]
+    assert arcs == [
+        "ARC_FEED(5.0000, 0.0000, 0.0000, 0.0000, 5, -10.0000, 0.0000, 0.0000, 0.0000)",
+        "ARC_FEED(0.0000, -5.0000, 0.0000, 0.0000, -2, -12.0000, 0.0000, 0.0000, 0.0000)",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "code"), [("L0", "arc-turns"), ("L1.5", "not-whole"), ("P2 L2", "arc-turns")]
+)
+def test_turns_that_no_arc_has(run: Any, words: str, code: str) -> None:
+    assert run(f"G0 X5\nG3 I-5 {words} F100\nM30", dialect="fanuc").errors[0][:2] == (code, 2)
+
+
+def test_turns_by_l_are_not_linuxcnc_s(run: Any) -> None:
+    """`rs274` refuses L there."""
+    assert run("G0 X5\nG3 X5 I-5 L2 F100\nM2", dialect="linuxcnc").errors[0] == ("unused-word", 2, 11)
+
+
+@pytest.mark.parametrize("block", ["M98 P9 I10. X1.", "M98 P9 E3"])
+def test_arguments_of_m98_are_told_to_be_those_of_g65(run: Any, block: str) -> None:
+    """Controls hand arguments on by G65 and G66 alone (B-63324EN, 15.7)."""
+    out = run(f"{block}\nM30\nO9\nM99", dialect="fanuc")
+    said = next(d for d in out.diagnostics if d.code == "unused-word")
+    assert said.hint is not None
+    assert said.hint.startswith("M98 hands no arguments on: G65 P with ")

@@ -293,6 +293,10 @@ def test_passes_like_the_profile() -> None:
     for x, z in ((4.2, 2.1), (2.2, 1.1), (0.2, 0.1)):
         expected += [(30 + x, 5 + z, 0), (10 + x, 1 + z, 0), (10 + x, -5 + z, 1), (20 + x, -5 + z, 1)]
     assert found == [tuple(np.round(move, 9)) for move in [*expected, (30, 5, 0)]]
+    # In one block, as on Haas's lathes: I and K are the way, radii, D the number of passes (Haas lathe operator's manual, "G73").
+    text = f"G0 X60. Z5.\n{{}}\n{lines}"
+    one = moves(text.format("G73 P1 Q2 I4. K2. D3 U.4 W.1 F.2"))
+    assert one == moves(text.format("G73 U4. W2. R3\nG73 P1 Q2 U.4 W.1 F.2"))
 
 
 # Grooves and threads.
@@ -370,6 +374,7 @@ WRONG = {
     "a fault in the profile": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nN2 G2 Z-5. R1.", ("arc-radius", 5, 5)),
     "too many cuts": ("G0 X60. Z2. F.1\nG71 U.00001 R1.\nG71 P1 Q2\nN1 G0 X20.\nN2 G1 Z-5.", ("profile-step", 5, 1)),
     "no passes": ("G73 U1. W1. R0", ("profile-passes", 3, 13)),
+    "no passes in one block": ("G73 P1 Q2 I1. D0 F.1", ("profile-passes", 3, 15)),
     "no lead": ("G32 Z-5.", ("pitch-missing", 3, 1)),
     "a negative lead": ("G32 Z-5. F-1.", ("pitch-missing", 3, 10)),
     "no spindle": ("M5\nG32 Z-5. F1.", ("spindle-stopped", 4, 1)),

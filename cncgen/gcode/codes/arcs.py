@@ -1,7 +1,7 @@
-"""G2 and G3: arcs and helices by centre (I J K) or radius (R), with turns (P).
+"""G2 and G3: arcs and helices by centre (I J K) or radius (R), with turns (P, on FANUC's controls L of G90).
 
-Source: Kramer et al. (2000), section 3.5.3; turns as in LinuxCNC's manual, "G2, G3". Runs of plain blocks are interpreted by the
-kernel `gcode_motion` to the same effect.
+Source: Kramer et al. (2000), section 3.5.3; turns as in LinuxCNC's manual, "G2, G3", and as FANUC's spiral interpolation counts them
+(B-63944EN/02, 4.7: four turns and a quarter are L5). Runs of plain blocks are interpreted by the kernel `gcode_motion` to the same effect.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ import math
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes.lines import check_feed, feed, has_axis
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import BOTH, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import (
@@ -23,6 +24,7 @@ from cncgen.gcode.sinks.sink import (
 )
 from cncgen.gcode.state.modal import Stage
 from cncgen.kernels.arc_centres import centre_from_radius
+from cncgen.records import replace
 
 _OFFSETS = "ijk"
 _POLAR = {"@", "^"}
@@ -68,6 +70,9 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
     name = "G2" if clockwise else "G3"
     state.motion = 20 if clockwise else 30
     words = block.words
+    if "l" in words and not state.absolute:
+        _repeat(ip, block, clockwise, name)
+        return
     has_offset = not set(_OFFSETS).isdisjoint(words)
     if not has_offset and "r" not in words:
         message = f"{name} has neither a centre (I J K) nor a radius (R)"
@@ -96,6 +101,21 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
     ip.sink.arc_feed(end, x, y, -turns if clockwise else turns, state.plane)
     state.position = end
     state.moved = True
+
+
+def _repeat(ip: Interpreter, block: Block, clockwise: bool, name: str) -> None:
+    """Make an arc of G91 L times, as shops write it for Haas's mills (``G91 G3 I-1.5 Z-.104 L5`` goes .52 deep), and say so."""
+    from cncgen.gcode.codes.canned_cycles import repeats
+
+    count = repeats(block, "l", 1)
+    message = f"L{count} of {name} in G91 makes its arc {count} times, as on Haas's mills"
+    hint = f"on FANUC's controls with spiral interpolation it is one arc of {count} turns; G90 with L is beyond doubt"
+    if count > 1:
+        ip.warn_once(BlockError("other-control", message, "L", hint=hint))
+    once = replace(block, words={letter: value for letter, value in block.words.items() if letter != "l"})
+    for _ in range(count):
+        ip.budget.count(1, LINE)
+        _arc(ip, once, clockwise)
 
 
 def _line(ip: Interpreter, block: Block, name: str, message: str) -> None:
@@ -138,12 +158,17 @@ def _length(ip: Interpreter, end: list[float], centre: tuple[float, float], turn
 
 
 def _turns(block: Block, name: str) -> int:
-    """Return P, the number of turns begun."""
-    value = block.words.get("p", 1.0)
+    """Return P, or L of FANUC's controls in G90, the number of turns begun."""
+    given = [letter for letter in "pl" if letter in block.words]
+    if len(given) > 1:
+        message = f"{name} has both P and L, and each is its number of turns"
+        raise BlockError("arc-turns", message, "L", hint="write one of them")
+    word = given[0].upper() if given else "P"
+    value = block.words.get(word.lower(), 1.0)
     if abs(value - round(value)) > 1e-4:
-        raise BlockError("not-whole", f"P{value:g} of {name} is not a whole number of turns", "P")
+        raise BlockError("not-whole", f"{word}{value:g} of {name} is not a whole number of turns", word)
     if round(value) < 1:
-        raise BlockError("arc-turns", f"P{value:g} of {name}: an arc begins at least one turn", "P")
+        raise BlockError("arc-turns", f"{word}{value:g} of {name}: an arc begins at least one turn", word)
     return round(value)
 
 
@@ -253,10 +278,10 @@ def check_radii(
         )
 
 
-_WORDS = "xyzabcuvwijkrp@^"
 _SUMMONS = "xyzabcuvwijk@^"
-CODES = (
-    Code("G", 20, "motion", Stage.MOTION, clockwise, "arc or helix, clockwise", _WORDS, "motion", _SUMMONS, moves="plane", waits=True),
-    Code("G", 30, "motion", Stage.MOTION, counter_clockwise, "arc or helix the other way", _WORDS, "motion", _SUMMONS, moves="plane",
-        waits=True),
+CODES = tuple(
+    Code("G", number, "motion", Stage.MOTION, run, f"arc or helix, {way}", _SUMMONS + "rp" + turns, "motion", _SUMMONS, dialects=(dialect,),
+        moves="plane", waits=True)
+    for dialect, turns in zip(BOTH, ("", "l"), strict=True)
+    for number, run, way in ((20, clockwise, "clockwise"), (30, counter_clockwise, "counter-clockwise"))
 )  # fmt: skip

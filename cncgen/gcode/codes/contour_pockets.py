@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 from cncgen.gcode.codes.flat_cutter import FlatCutter
@@ -159,7 +159,7 @@ def around(
     for way in ways:
         points = _polygon(way, _CHORD)
         for a, b in pairwise([*points, points[0]]):
-            if not _free(a, b, segments, distance - 2.0 * _CHORD):
+            if not free(a, b, segments, distance - 2.0 * _CHORD):
                 message = f"the tool does not go between two walls of {name} near X{a.real:.3f} Y{a.imag:.3f}"
                 raise BlockError("cycle-tool", message, name, hint="take a smaller tool")
     return ways
@@ -207,27 +207,36 @@ def walls(ip: Interpreter, ways: Sequence[Sequence[Segment]], how: Clearing) -> 
 
 
 def clear(
-    ip: Interpreter, contours: Sequence[Contour], radius: float, how: Clearing, gap: float, name: str
+    ip: Interpreter,
+    contours: Sequence[Contour],
+    radius: float,
+    how: Clearing,
+    gap: float,
+    name: str,
+    *,
+    turn: complex = 1.0 + 0j,
+    opened: Callable[[float, float], complex] | None = None,
 ) -> None:
     """Mill the rows of a radius to and fro at each level, over the start where a wall stands between them.
 
-    The previous level cut everything that lies at least `gap` above a level.
+    The previous level cut everything that lies at least `gap` above a level. `turn` is the direction of the rows. `opened` goes down to a
+    level, from the height that is free above it, and returns where the tool stands then.
 
     Raises:
         BlockError: The tool goes in nowhere.
     """
-    tool, found = FlatCutter(ip), rows(contours, radius, how.step, name)
+    tool, found = FlatCutter(ip, 0j, turn), rows(contours, radius, how.step, name)
     segments = [s for contour in contours for s in contour]
     if not any(spans for _, spans in found):
         message = f"the tool of diameter {2.0 * how.radius:g} does not go into the contours of {name}"
         raise BlockError("cycle-tool", message, name, hint="take a smaller tool")
     above = how.start
     for level in how.levels:
-        at, back = None, False
+        at, back = opened(level, above) if opened else None, False
         for y, spans in found:
             for a, b in reversed(spans) if back else spans:
                 begin, end = complex(b if back else a, y), complex(a if back else b, y)
-                if at is None or not _free(at, begin, segments, radius):
+                if at is None or not free(at, begin, segments, radius):
                     tool.to(z=max(how.start, ip.state.position[2]), rapid=True)
                     tool.to(begin, rapid=True)
                     tool.to(z=above, rapid=True)
@@ -242,7 +251,7 @@ def clear(
         above = min(how.start, level + gap)
 
 
-def _free(p: complex, q: complex, segments: Sequence[Segment], radius: float) -> bool:
+def free(p: complex, q: complex, segments: Sequence[Segment], radius: float) -> bool:
     """Tell whether a straight way between two places of the tool keeps the radius from each segment."""
     way = Segment(p, q)
     if abs(q - p) < _TINY:

@@ -68,7 +68,7 @@ def _moved(name: str, times: float) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         words = {letter: value for letter, value in block.words.items() if letter not in "dh"}
         if _ENGRAVING & words.keys():
-            message = f"{name} with P, E or R (engraving on Haas's mills) is not read"
+            message = f"{name} with P, E or R (engraving on Haas's mills) is not read: its letters are strokes of the control's O9876"
             raise BlockError("not-read", message, name, hint="post it as the moves that it makes: G1, G2, G3")
         if not has_axis(block):
             raise BlockError("axis-missing", f"{name} has no axis word", name)

@@ -62,6 +62,7 @@ _MODULES = (
     "codes.thread_cycles_fanuc",
     "codes.lathe_drilling_fanuc",
     "codes.haas_pockets",
+    "codes.general_pocket",
     "codes.offset_motions",
     "codes.tool_point",
     "codes.rotary_paths",

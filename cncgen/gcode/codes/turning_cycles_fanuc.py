@@ -283,23 +283,29 @@ def _over(segment: Segment, at: float) -> list[complex]:
 
 
 def like_it(ip: Interpreter, block: Block) -> None:
-    """G73: passes along the profile, from the way of all passes (G73 U W R) and the allowances U W down to these."""
+    """G73: passes along the profile, from the way of all passes and the allowances U W down to these.
+
+    The way and the number of passes stand in a block before it (G73 U W R), or in the same one (I K D, radii, as on Haas's lathes and
+    FANUC's series 10 to 15).
+    """
     words, kept = block.words, turning_of(ip)
-    if "p" not in words and "q" not in words:
-        x, z, count = kept.pattern
-        count = whole(block, "r", "G73") if "r" in words else count
-        if not 1 <= count <= MAX_CUTS:
-            raise BlockError("profile-passes", f"R{count} of G73 must be from 1 to {MAX_CUTS}", "R")
-        x, z = (
-            length_of(ip, block, letter, "G73", DEEP) if letter in words else before
-            for letter, before in (("u", x), ("w", z))
-        )
-        kept.pattern = x, z, count
+    alone = "p" not in words and "q" not in words
+    across, along, often = "uwr" if alone else "ikd"
+    x, z, count = kept.pattern
+    count = whole(block, often, "G73") if often in words else count
+    if not 1 <= count <= MAX_CUTS:
+        message = f"{often.upper()}{count} of G73 must be from 1 to {MAX_CUTS}"
+        raise BlockError("profile-passes", message, often.upper())
+    x, z = (
+        length_of(ip, block, letter, "G73", DEEP) if letter in words else before
+        for letter, before in ((across, x), (along, z))
+    )
+    kept.pattern = x, z, count
+    if alone:
         return
     check_feed(ip, block, "G73")
     _without_compensation(ip, "G73")
     moves, *_ = _profile(ip, block, "G73")
-    x, z, count = kept.pattern
     start = complex(ip.state.position[Z], ip.state.position[X])
     allowance, way = _allowance(ip, block, "G73"), complex(z, x)
     lathe = Lathe(ip, complex(1.0, 1.0), False)
@@ -340,6 +346,6 @@ CODES = tuple(
         (700, finish, "finish the profile of lines N P to N Q", "pquwd"),
         (710, _rough("G71", False), "rough a profile along Z; first U R alone: depth (or D of Haas), lift", "pquwrd"),
         (720, _rough("G72", True), "rough a profile along X; first W R alone: depth (or D of Haas), lift", "pquwrd"),
-        (730, like_it, "rough a profile in passes like it; first U W R alone: way and number of passes", "pquwr"),
+        (730, like_it, "rough a profile in passes like it; way and number by U W R alone before it, or by I K D", "pquwrikd"),
     )
 )  # fmt: skip

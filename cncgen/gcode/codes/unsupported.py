@@ -19,7 +19,6 @@ MEANING: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", n) for n in (750, 770, 780, 790)), "a grinding cycle"),
     ("G", 535): "the coordinates of MAZATROL, on Mazak's controls",
     ("G", 811): "chopping",
-    ("G", 1500): "a general pocket cycle",
     ("G", 1410): "cutter compensation in space",
     ("G", 1430): "tool length compensation of five axes",
     ("G", 2350): "tool centre point control of Haas",
@@ -31,11 +30,11 @@ _TILTED = "post it with the rotary axes in place and X Y Z as the axes go, with 
 #: Advice for a code that is not read.
 WITHOUT: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", n) for n in (683, 684)), _TILTED),
-    ("G", 1500): "post it as the moves that it makes: G1, G2, G3",
 }
 #: Codes of FANUC's lathes (system A) in place of those of mills, G numbers in tenths.
 ON_LATHES: dict[int, str] = {
     330: "lathes cut threads with G32",
+    340: "G32 cuts threads of one lead",
     **dict.fromkeys((430, 440), "T has the offset on lathes: T0101"),
     910: "U and W are distances on lathes",
     **dict.fromkeys((930, 950), "G98 and G99 say what F means on lathes"),

@@ -29,7 +29,8 @@ def run_profile(control: FlowControl, take: Take, first: Cursor, end: Cursor | L
         control: O-words and the calls in progress; its interpreter's parameters are read and set.
         take: Receives the blocks.
         first: The first line.
-        end: The last line; or the label of the subroutine, whose end it is, and whose locals are its own.
+        end: The last line; or the label of the subroutine, whose end it is, and whose locals are its own
+            (FANUC's go on with those of the caller).
         word: The word of the cycle that names the profile.
 
     Raises:
@@ -39,7 +40,7 @@ def run_profile(control: FlowControl, take: Take, first: Cursor, end: Cursor | L
     calls, block = control.calls, control.ip.base.block
     depth = len(calls.frames)
     if not isinstance(end, Cursor):
-        calls.enter(end, first, [0.0] * LOCALS)
+        calls.enter(end, first, [0.0] * LOCALS if control.ip.dialect == "linuxcnc" else None)
     try:
         for here, target in _steps(control, take, first, word):
             if isinstance(end, Cursor):
