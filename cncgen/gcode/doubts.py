@@ -90,7 +90,7 @@ _OKUMA = _Doubt(
 )
 _LINUXCNC = (
     _Doubt(
-        _BEFORE + rb"G(?:0?4|74|8[24689])(?![\d.])[^(;\nG]*?(?P<word>P)[ \t]*\d{3,}(?![\d.])",
+        _BEFORE + rb"G(?:0?4|74|8[24689])(?![\d.])(?:[^(;\nG]|G9[89])*?(?P<word>P)[ \t]*\d{3,}(?![\d.])",
         "P is a dwell in seconds; FANUC's controls count it in milliseconds",
         "--dialect fanuc reads milliseconds; P0.5 waits half a second here",
         (b"P",),

@@ -63,6 +63,7 @@ def test_sinumeriks_own_language_is_named(run: Callable[..., Outcome], line: str
         ("G21 (dwell)\nG04 P500\nG4 P600\nM2", [(2, 5)]),
         ("G82 X1 Y1 Z-1 R1 P0.5 F100\nG64 P100\nG10 L2 P1 X100\nM2", []),
         ("G0 Z5\nG98 G82 X1 Y1 Z-1 R1 P250 F100\nM2", [(2, 22)]),
+        ("G0 Z5\nG82 G98 X1 Y1 Z-1 R1 P250 F100\nM2", [(2, 22)]),
     ],
 )
 def test_a_dwell_of_minutes_may_be_milliseconds(

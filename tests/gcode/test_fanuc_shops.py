@@ -66,6 +66,18 @@ def test_p_beside_m3_names_a_spindle(run: Run) -> None:
     assert codes(run, "G21 S500 M3 P11\nG0 X1\nM5 P11\nM30") == [("warning", "spindle-number")]
 
 
+def test_g60_in_a_canned_cycle_makes_its_hole(run: Run) -> None:
+    """Plates with a thousand holes are drilled so. FANUC excepts only the drilling axis from coming from one side (B-63324EN, 4.2)."""
+    out = run(
+        "G90 G54 G60 X1 Y2\nG0 Z5\nG81 G99 Z-3 R1 L0 F100\nG54 G60 X4 Y6\nG60 Y7\nG80\nG60 X0\nM30",
+        dialect="fanuc",
+    )
+    assert out.errors == []
+    ends = out.path.end[out.path.kind != Kind.EVENT][:, :3].tolist()
+    assert [end for end in ends if end[2] == -3.0] == [[4, 6, -3], [4, 7, -3]]
+    assert ends[-1] == [0, 7, 1]
+
+
 @pytest.mark.parametrize("code", ["G60", "G27"])
 def test_g60_and_g27_traverse_once(calls: Callable[..., list[str]], code: str) -> None:
     """The code of motion in force comes back behind them (B-63324EN, 4.2 and 6)."""

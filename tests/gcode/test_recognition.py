@@ -378,6 +378,15 @@ def test_words_of_sinumerik_in_comments_do_not_count() -> None:
     assert dialect_of("G0 X1\nSOFT\nG1 X5 F100\nM30")[0] == "sinumerik"
 
 
+@pytest.mark.parametrize(
+    "remark",
+    ["; toward workpiece (stop on contact)", '(T="DRILL" D10)', "; supply = AC (230 V)", '; MSG ("done")'],
+)
+def test_calls_and_values_of_sinumerik_in_comments_do_not_count(remark: str) -> None:
+    """The first is of a program for grbl; CYCLE800(0) and X=AC(5) of blocks stand before any comment."""
+    assert dialect_of(f"G21\nG38.2 Z-10 F100 {remark}\nG0 Z5\nM2") == ("linuxcnc", "")
+
+
 #: Signs of the table, by their place in it, for messages of a test that fails.
 SIGNS = [*signs.WRITTEN, *signs.SPOKEN, *signs.BARE]
 

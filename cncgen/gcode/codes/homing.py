@@ -9,7 +9,16 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.offsets import given_axes
-from cncgen.gcode.codes.table import COMPENSATION, GOES_HOME, LATHE, ROTARY_PATH, TOOL_POINT, Code, Handler
+from cncgen.gcode.codes.table import (
+    COMPENSATION,
+    GOES_HOME,
+    IS_CYCLE,
+    LATHE,
+    ROTARY_PATH,
+    TOOL_POINT,
+    Code,
+    Handler,
+)
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -113,12 +122,18 @@ def checked(ip: Interpreter, block: Block) -> None:
 
 
 def from_one_side(ip: Interpreter, block: Block) -> None:
-    """G60: traverse to the axis words; the way by which the control comes from one side (parameter 5440) is not made."""
+    """G60: traverse to the axis words, in a canned cycle to its hole; the way by which the control comes from one side (parameter 5440)
+    is not made.
+    """
     message = "G60 goes straight to its place: the overrun of parameter 5440 is not made"
     ip.warn_once(
         BlockError("reference-point", message, "G60", hint="it takes a few millimetres more"), Severity.NOTE
     )
-    _placed(ip, block, "G60")
+    modal = ip.codes.row("G", ip.state.motion)
+    if modal is not None and modal.refused == IS_CYCLE and has_axis(block):
+        modal.run(ip, block)
+    else:
+        _placed(ip, block, "G60")
 
 
 def _placed(ip: Interpreter, block: Block, name: str) -> None:

@@ -40,6 +40,8 @@ SIGNED = rb"[-+]?(?:" + _NUMBER + rb")"
 _WITH_POINT = rb"(?!\d+(?![\d.]))(?:" + _NUMBER + rb")"
 _AT = rb"^[ \t]*(?:" + BLOCK_NUMBER + rb"[ \t]*)?"
 _W = rb"(?<![A-Z_])"
+#: What stands before a word that is in no comment: those of all languages begin by ``(`` or ``;``.
+_SAID = rb"^[^;(\n]*\b"
 #: Controls that are recognised and not read, and how a diagnostic calls their language.
 UNREAD = {
     "accutex": "AccuteX's and other wire EDM machines",
@@ -187,13 +189,13 @@ WRITTEN = (
     _sign("an O-word", _all(30, _L),
           rb"^[ \t]*/?[ \t]*(?:N[ \t]*(?:" + _NUMBER + rb")[ \t]*)?O[ \t]*(?:\d+|" + _TERMINALS[b"NAME"] + rb"|\[[^\n]*?\]|#\S+?)[ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT|RETURN|ENDSUB)\b", b"SUB", b"CALL", b"IF", b"WHILE", b"DO", b"REPEAT", b"RETURN"),
     _sign("the head of a file of SINUMERIK", _all(30, _S), rb"^[ \t]*(?:%_N_\w+_(?:MPF|SPF)\b|;\$PATH=)", b"%_N", b";$PATH"),
-    _sign("a message of SINUMERIK", _all(12, _S), rb"\bMSG[ \t]*\([ \t]*[\")]", b"MSG"),
-    _sign("a cycle of SINUMERIK", _all(20, _S), rb"\b(?:CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|LONGHOLE|WORKPIECE|CONTPRON)[ \t]*\(", b"CYCLE", b"POCKET", b"SLOT", b"HOLE", b"WORKPIECE", b"CONTPRON"),
+    _sign("a message of SINUMERIK", _all(12, _S), _SAID + rb"MSG[ \t]*\([ \t]*[\")]", b"MSG"),
+    _sign("a cycle of SINUMERIK", _all(20, _S), _SAID + rb"(?:CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|LONGHOLE|WORKPIECE|CONTPRON)[ \t]*\(", b"CYCLE", b"POCKET", b"SLOT", b"HOLE", b"WORKPIECE", b"CONTPRON"),
     _sign("a call with arguments", _all(8, _S), _AT + rb"[A-Z_]{3}\w*[ \t]*\((?:[-+.\w$\"]*,)+[-+.\w$\"]*\)[ \t]*(?:" + _REMARK + rb")?$", b","),
     _sign("a step of ShopMill", _all(20, _S), _AT + rb"[EF]_[A-Z_]+\d*[ \t]*\(", b"E_", b"F_"),
     _sign("a definition of SINUMERIK", _all(20, _S), _AT + rb"(?:DEF[ \t]+(?:REAL|INT|BOOL|CHAR|STRING|AXIS|FRAME)\b|PROC[ \t]+[A-Z_]|EXTERN[ \t]+[A-Z_])", b"DEF", b"PROC", b"EXTERN"),
-    _sign("a tool by its name", _all(12, _S), rb"\bT[ \t]*=[ \t]*\"", b'"'),
-    _sign("a value of SINUMERIK", _all(12, _S), rb"=[ \t]*(?:AC|IC|DC|ACP|ACN)[ \t]*\(", b"="),
+    _sign("a tool by its name", _all(12, _S), _SAID + rb"T[ \t]*=[ \t]*\"", b'"'),
+    _sign("a value of SINUMERIK", _all(12, _S), rb"^[^;(\n]*=[ \t]*(?:AC|IC|DC|ACP|ACN)[ \t]*\(", b"="),
 )  # fmt: skip
 _COMMANDS = (
     b"TRAORI TRAFOOF TRANSMIT TRACYL MCALL STOPRE SUPA CFTCP CFC CFIN FFWON FFWOF SOFT BRISK COMPON COMPCAD COMPCURV COMPOF ORIWKS ORIMKS ORIAXES UPATH FIFOCTRL DIAMON DIAMOF DIAM90 CSPLINE ASPLINE RTLIOF RTLION WAITM"
