@@ -53,6 +53,7 @@ _PI = cython.declare(cython.int, 17)
 _DEEPEST = cython.declare(cython.int, 120)
 #: The letters of axes, as bits.
 _AXES = cython.declare(cython.uint, sum(1 << (ord(letter) - 97) for letter in "xyzabcuvw"))
+_FEED = cython.declare(cython.uint, 32)
 #: Lines in a row that compute nothing: a scan of plain lines takes them in less time.
 _PLAIN = cython.declare(cython.Py_ssize_t, 64)
 _PI_VALUE = cython.declare(cython.double, 3.141592653589793)
@@ -375,6 +376,7 @@ class Emitter(Tables):
             self.ends[k] != self.begins[k] + 1
             or self.text[self.begins[k]] | 32 != 108
             or not self.given & _AXES
+            or (self.fast and self.given & _FEED)
         ):
             return 0
         self._emit(NAME, 0 if self.fast else 1)

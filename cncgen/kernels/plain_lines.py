@@ -27,6 +27,7 @@ _DEEPEST = cython.declare(cython.int, 48)
 _MOST_WORDS = cython.declare(cython.int, 32)
 #: The letters of axes, as bits.
 _AXES = cython.declare(cython.uint, sum(1 << (ord(letter) - 97) for letter in "xyzabcuvw"))
+_FEED = cython.declare(cython.uint, 32)
 
 
 @cython.ccall
@@ -184,8 +185,8 @@ class PlainReader(Tables):
         if self.run(at, size) == 0:
             return 0
         if self.numbered:
-            # A line without an axis is not one.
-            if not self.straight or not self.given & _AXES:
+            # A line without an axis is not one, and none is a traverse at a feed.
+            if not self.straight or not self.given & _AXES or (self.fast and self.given & _FEED):
                 return 0
             self._put(103, 0.0 if self.fast else 1.0)
         return 1

@@ -400,3 +400,19 @@ def test_datums_that_are_not_there(tmp_path: Path, body: str, code: str) -> None
 )  # fmt: skip
 def test_presets_and_blocks_that_go_on(run: Run, body: str, expected: list[list[float]]) -> None:
     assert ends(run, body) == expected
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "L X+5 F200 FMAX",
+        "L X+5 FMAX F200",
+        "L X+Q1 FMAX R0 F200",
+        "L X+5 RL R0",
+        "L X+5 R0 RR F100",
+        "L X+5 FMAX FAUTO",
+    ],
+)
+def test_a_block_with_two_feeds_or_two_sides_is_refused(run: Run, body: str) -> None:
+    """The control takes one of them a block: a traverse at F200 would have been one at full speed."""
+    assert said(run, f"Q1 = 3\nTOOL CALL 1 Z S100 F100\nL Z+5 FMAX\n{body}")[-1] == ("error", "repeated-word")

@@ -66,3 +66,15 @@ def test_traori_holds_the_tip_on_its_place(run: Any) -> None:
 )
 def test_frames_upon_frames(moves: Any, text: str, end: tuple[float, float]) -> None:
     assert moves(f"{text}\nM30", dialect="sinumerik")[-1][:2] == pytest.approx(end)
+
+
+def test_g63_taps_at_its_feed_whatever_motion_is_in_force(calls: Any) -> None:
+    """G63 was a traverse behind G0, which is in force again behind it (840D sl, Fundamentals, "Tapping with compensating chuck")."""
+    found = calls("S200 M3\nG0 X0 Y0 Z2\nG63 Z-50 F250\nG63 Z3 M4\nX5\nM30", dialect="sinumerik")
+    moves = [call.split(", 0.0000, 0.0000, 0.0000)")[0] for call in found if call.startswith("STRAIGHT")]
+    assert moves == [
+        "STRAIGHT_TRAVERSE(0.0000, 0.0000, 2.0000",
+        "STRAIGHT_FEED(0.0000, 0.0000, -50.0000",
+        "STRAIGHT_FEED(0.0000, 0.0000, 3.0000",
+        "STRAIGHT_TRAVERSE(5.0000, 0.0000, 3.0000",
+    ]

@@ -560,9 +560,12 @@ class Motions:
             self.settle()
             self._machine(words)
             return True
-        feed, own = self.ip.state.feed, words.named.pop("FB", None)
+        feed, own, motion = self.ip.state.feed, words.named.pop("FB", None), self.motion
         if own is not None:
             self.emit({"f": own[1] * self.feed_scale * self.override})
+        if 63 in words.g:
+            # It taps at F whatever motion is in force, which is so again behind it (840D sl, Fundamentals, "Tapping with compensating chuck").
+            self.set_motion("G1")
         if 9 in words.g and self.path[0] != "G60":
             path = self.path
             self.set_path("G60", None)
@@ -570,6 +573,8 @@ class Motions:
             self.set_path(*path)
         else:
             self.make(words, end)
+        if 63 in words.g:
+            self.motion = motion
         if own is not None and feed:
             self.emit({"f": feed})
         return True

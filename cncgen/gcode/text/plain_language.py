@@ -332,6 +332,8 @@ _MEANINGS: dict[str, Callable[[Value], Words]] = {
     **dict.fromkeys(("R0", "R±", "FMAX", "M89", "M90", "M103", ""), _nothing),
 }
 _MARKS = frozenset(("R0", "R±", "M89", "M103"))
+#: Words of which a block has one: its feed, and the tool's side.
+_OF_ONE = frozenset(("F", "FMAX", "FAUTO", "FU", "FZ")), frozenset(("R0", "RL", "RR", "R±"))
 
 
 def _block(
@@ -368,8 +370,18 @@ def line(words: Iterable[Raw]) -> Words:
     return own
 
 
+def _refuse_two(words: Sequence[Raw]) -> None:
+    """Raise where a block has two feeds, or two sides of the tool."""
+    for family in _OF_ONE:
+        found = [*dict.fromkeys(name for name, _ in words if name in family)]
+        if len(found) > 1:
+            message = f"{found[0]} and {found[1]} stand in one block".replace("±", "")
+            raise BlockError("repeated-word", message, found[1].rstrip("±"), hint="a block has one of them")
+
+
 def _motion(head: str, *words: Raw) -> Statement:
     name = head.strip().upper()
+    _refuse_two(words)
     if name == "L":
         return _block(line(words), words)
     own, fast = meant(words), _is_fast(words)
@@ -384,6 +396,7 @@ def _motion(head: str, *words: Raw) -> Statement:
 def _alone(*words: Raw) -> Statement:
     """M functions, or an axis: a line along it alone (positioning parallel to an axis)."""
     first = words[0][0]
+    _refuse_two(words)
     if first[:1] == "M":
         return _block(meant(words), words)
     if first.removeprefix("I").lower() not in AXIS_INDEX:
