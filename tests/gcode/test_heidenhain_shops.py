@@ -416,3 +416,17 @@ def test_presets_and_blocks_that_go_on(run: Run, body: str, expected: list[list[
 def test_a_block_with_two_feeds_or_two_sides_is_refused(run: Run, body: str) -> None:
     """The control takes one of them a block: a traverse at F200 would have been one at full speed."""
     assert said(run, f"Q1 = 3\nTOOL CALL 1 Z S100 F100\nL Z+5 FMAX\n{body}")[-1] == ("error", "repeated-word")
+
+
+def test_a_cycle_that_is_not_read_is_named_once(run: Run) -> None:
+    """Each call of it was a fault of its own: no cycle to call."""
+    out = run(
+        program(
+            "CYCL DEF 225 GRAVIEREN ~\n Q513=10\nL X+1 FMAX M99\nL X+2 FMAX M99\nCYCL DEF 239 LOAD ~\n Q570=+0"
+        ),
+        dialect="heidenhain",
+    )
+    assert [(d.code, d.message) for d in out.diagnostics if d.code != "no-tool-table"] == [
+        ("unsupported-block", "cycle 225 (engraving) is not read"),
+        ("cycle-idle", "cycle 239 moves no tool: passed over"),
+    ]

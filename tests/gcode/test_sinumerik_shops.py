@@ -571,3 +571,22 @@ def test_measuring_cycles_are_passed_over_with_a_warning(run: Run, cycle: str) -
     text = f"G54 G0 X5 Z50\n{cycle}\nX6\nM30\n"
     assert ends(run, text) == [[5, 0, 50], [6, 0, 50]]
     assert codes(run, text) == ["probe-not-run"]
+
+
+def test_a_cycle_that_is_not_read_says_what_it_does_and_what_stands_in_its_place(run: Run) -> None:
+    found = run('CYCLE952("A",,"",1)\nCYCLE3106(1)\nM30', dialect="sinumerik").diagnostics
+    told = [(d.code, d.message, d.hint.split(";")[0]) for d in found if d.severity == "error"]
+    assert told == [
+        (
+            "not-read",
+            "the cycle CYCLE952 (stock removal) is not read",
+            "CYCLE95 roughs and finishes a contour",
+        ),
+        ("not-read", "the cycle CYCLE3106 is not read", "docs/sinumerik.md lists those that are read"),
+    ]
+
+
+def test_a_cycle_of_the_machines_builder_is_a_subprogram(run: Run) -> None:
+    """It was refused although the text has it: cycles of the builder and the user are programs like any (840D sl, Job planning)."""
+    text = "CYCLE3106(1,2)\nM30\n%_N_CYCLE3106_SPF\nPROC CYCLE3106(REAL A, REAL B)\nG0 X=A Y=B\nRET"
+    assert ends(run, text) == [[1, 2, 0]]

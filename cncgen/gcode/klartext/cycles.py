@@ -269,8 +269,8 @@ _OLD: dict[int, tuple[str, ...]] = {
 }
 _THREAD = 18
 _OLD_POCKETS = {3: slots.slot, 4: slots.rectangle, 5: slots.circle}
-#: Cycles that move nothing: orientation of the spindle; tuning of the control by the machine's builder.
-_IDLE = (13, 332, 392)
+#: Cycles that move nothing that is planned: orientation of the spindle; weighing the load, tuning by the machine's builder.
+_IDLE = (13, 239, 332, 392)
 
 
 def take_part(ip: Interpreter, number: int, part: int, text: str) -> None:
@@ -428,10 +428,21 @@ READ = tuple(
 _NO_DEPTH = (202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 240, 241, 251, 252, 253, 254, 256, 257, 262, 265, 267)  # fmt: skip
 
 
+#: The cycle in force after one that is not read, whose calls tell nothing more.
+_NOT_READ = -1
+#: What cycles do that are not read.
+_UNREAD: tuple[tuple[Sequence[int], str], ...] = (
+    ((225,), "engraving"), ((258,), "a stud of several sides"), ((270,), "the ways to and from a contour train"),
+    ((271, 272, 273, 274, 277, *range(1271, 1283)), "contours in trochoids, OCM"), ((275,), "a slot in trochoids"), ((276,), "a contour train in space"),
+    ((27, 28, 29, 39), "contours on the surface of a cylinder"), ((30,), "points of digitising"), ((285, 286, 287, 880), "gears"), ((291, 292), "turning by interpolation"),
+    (range(400, 500), "probing, which TCH PROBE has"), (range(800, 900), "turning"), (range(1000, 1100), "grinding"),
+)  # fmt: skip
+
+
 def define(ip: Interpreter, number: int) -> None:
     """CYCL DEF: take the cycle that the calls run."""
     if number in _IDLE:
-        message = f"cycle {number} moves nothing: passed over"
+        message = f"cycle {number} moves no tool: passed over"
         ip.warn(
             BlockError("cycle-idle", message, "CYCL", hint="is it a cycle of the machine's builder?"),
             Severity.NOTE,
@@ -447,8 +458,10 @@ def define(ip: Interpreter, number: int) -> None:
     if number in PATTERNS:
         ip.parameters.set_number(301.0, 1.0)
     if number not in READ:
-        message = f"cycle {number} is not read ({', '.join(map(str, READ))} are)"
-        raise BlockError("unsupported-block", message, "CYCL", hint="write its moves as L blocks")
+        Plain.of(ip).cycle = _NOT_READ
+        what = next((f" ({what})" for numbers, what in _UNREAD if number in numbers), "")
+        hint = "write its moves as L blocks, or another cycle: docs/heidenhain.md lists those that are read"
+        raise BlockError("unsupported-block", f"cycle {number}{what} is not read", "CYCL", hint=hint)
     Plain.of(ip).cycle = number
 
 
@@ -457,6 +470,8 @@ def call(ip: Interpreter, here: Block) -> None:
     plain = Plain.of(ip)
     number, q = plain.cycle, ip.parameters.numbers
     ip.sink.block = here
+    if number == _NOT_READ:
+        return
     if number == programs.CYCLE:
         message = "cycle 12 calls a program at the points of a pattern, or under M89: not read"
         raise BlockError("unsupported-block", message, "CYCL", hint="CYCL CALL and M99 call it")

@@ -23,12 +23,6 @@ if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
 
 Values = list[Scalar | None]
-#: Cycles that are named and not read.
-NOT_READ = frozenset(
-    {"CYCLE60", "CYCLE63", "CYCLE64", "CYCLE78", "CYCLE79",
-     "CYCLE98", "CYCLE899", "CYCLE94", "CYCLE99",
-     "CYCLE951", "CYCLE952", "HOLES3"}
-)  # fmt: skip
 #: Steps of one hole beyond which a step counts as a mistake.
 _MOST_STEPS = 10_000
 #: The distance that CYCLE83 keeps from the last depth, mm: that part of the way down to it, within bounds; how far it goes back to

@@ -34,6 +34,7 @@ from cncgen.gcode.sinumerik import (
     soft_approach,
     swivelling,
     thread_milling,
+    unread_cycles,
 )
 from cncgen.gcode.sinumerik.expressions import Function, Quoted, Scalar, Value, Variable, evaluate, number
 from cncgen.gcode.sinumerik.reading import Item
@@ -427,13 +428,12 @@ class Motions:
             (commands.CALLS.get(name) or _CYCLES[name])(self, name, parameters)
             if name in _CYCLES:
                 parameters.tell_beyond(self, name)
-        elif name in cycles.NOT_READ or name.startswith(("CYCLE", "LONGHOLE", "SLOT", "POCKET")):
-            raise BlockError(
-                "not-read",
-                f"the cycle {name} is not read",
-                name,
-                hint=f"read are {', '.join(sorted(_CYCLES))}",
-            )
+        elif unread_cycles.is_cycle(name):
+            # A cycle of the machine's builder, or the user's, is a subprogram.
+            try:
+                self.begin_call(name, arguments, times)
+            except BlockError as error:
+                raise (unread_cycles.refused(name) if error.code == "sub-missing" else error) from None
         elif name == "EXTCALL":
             values = [None if node is None else evaluate(node, self.store) for node in arguments or ()]
             self.begin_call(file_name(str(values[0] if values else "")), None, times)

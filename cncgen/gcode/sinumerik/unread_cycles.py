@@ -1,0 +1,41 @@
+"""Cycles of SINUMERIK that are not read: what each does, and what may stand in its place."""
+
+from __future__ import annotations
+
+from cncgen.gcode.errors import BlockError
+
+#: The names with which a call is of a cycle, if no subprogram has it.
+_BEGINNINGS = ("CYCLE", "LCYC", "LONGHOLE", "SLOT", "POCKET", "HOLES")
+_GROOVE, _THREAD, _STOCK = (
+    "CYCLE93 cuts grooves",
+    "CYCLE97 cuts threads",
+    "CYCLE95 roughs and finishes a contour",
+)
+#: What a cycle does, and the sister that is read. (840D sl, Job planning, "Programming cycles externally")
+_KNOWN = {
+    "CYCLE60": ("engraving", ""), "CYCLE63": ("a pocket or spigot of any contour", "CYCLE72 mills along a contour"),
+    "CYCLE64": ("predrilling of a pocket", "CYCLE83 drills"), "CYCLE78": ("drilling and milling of a thread", "CYCLE83 drills, CYCLE70 and CYCLE90 mill threads"),
+    "CYCLE79": ("a spigot of several edges", "CYCLE72 mills along a contour"), "CYCLE899": ("an open slot", "SLOT1 and POCKET3 clear closed ones"),
+    "CYCLE92": ("cutting off", _GROOVE), "CYCLE930": ("a groove", _GROOVE),
+    **dict.fromkeys(("CYCLE94", "CYCLE96", "CYCLE940"), ("an undercut", "its contour as blocks of G1 and G2")),
+    "CYCLE98": ("a chain of threads", _THREAD), "CYCLE99": ("a thread", _THREAD),
+    **dict.fromkeys(("CYCLE950", "CYCLE951", "CYCLE952"), ("stock removal", _STOCK)),
+}  # fmt: skip
+
+
+def is_cycle(name: str) -> bool:
+    """Tell whether a name is a cycle's, as no command has it."""
+    return name.startswith(_BEGINNINGS)
+
+
+def refused(name: str) -> BlockError:
+    """Return what is said of a cycle that is not read."""
+    what, instead = _KNOWN.get(name, ("of 802S and 802C" if name[0] == "L" and name[1] == "C" else "", ""))
+    message = f"the cycle {name}{f' ({what})' if what else ''} is not read"
+    hint = f"{instead}; " if instead else ""
+    return BlockError(
+        "not-read",
+        message,
+        name,
+        hint=f"{hint}docs/sinumerik.md lists those that are read; --include adds a folder of subprograms",
+    )
