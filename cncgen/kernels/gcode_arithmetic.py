@@ -10,7 +10,7 @@ import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
     ABS, ACOS, ADD, AND, ASIN, COS, DIVIDE, EQ, EXP, FIX, FUP, GE, GT, LE, LN, LT, MOD, MULTIPLY, NE, OR, POWER, ROUND, SIN, SQRT,
     SUBTRACT, TAN,
-    ABOVE, ARC_OF, AT_LEAST, BELOW, CEILING, ANGLE_OF, FRACTION, GREATER, LESSER, MINUS, NEGATED, OTHER_THAN, REMAINDER,
+    ABOVE, APART, ARC_OF, AT_LEAST, BELOW, CEILING, ANGLE_OF, FRACTION, GREATER, LESSER, MINUS, NEAR, NEGATED, OTHER_THAN, REMAINDER,
     SAME, SIGN_OF, SQUARE, TRUNC, WHOLE_QUOTIENT,
 )  # fmt: skip
 from cython.cimports.libc.math import (
@@ -37,6 +37,8 @@ from cython.cimports.libc.math import (
 
 #: Reals of SINUMERIK are the same within this part of the larger one (`sinumerik.expressions`).
 _LAST_BITS = cython.declare(cython.double, 2.0**-48)
+#: Q parameters that are nearer than this are equal (`expressions.HEIDENHAIN`).
+_NEAR = cython.declare(cython.double, 1e-9)
 #: Equal in comparisons (`expressions.EQUAL`).
 _EQUAL = cython.declare(cython.double, 1e-4)
 _NAN = cython.declare(cython.double, float("nan"))
@@ -268,6 +270,8 @@ def _joined_in_languages(operator: cython.int, a: cython.double, b: cython.doubl
         return b if b > a else a
     if operator == ANGLE_OF:
         return arc_tangent(a, b)
+    if operator == NEAR or operator == APART:
+        return 1.0 if (fabs(a - b) < _NEAR) == (operator == NEAR) else 0.0
     same = fabs(a - b) <= _LAST_BITS * (fabs(b) if fabs(b) > fabs(a) else fabs(a))
     if operator == SAME or operator == OTHER_THAN:
         return 1.0 if same == (operator == SAME) else 0.0

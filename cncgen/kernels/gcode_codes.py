@@ -130,7 +130,12 @@ OPERATIONS = {
     "INCREMENTS": 20,
     "OUTPUT": 21,
     "SET_STORED": 22,
+    "SET_VARIABLE": 23,
+    "JUMP": 24,
 }
+#: Jumps of SINUMERIK and Heidenhain: always, within branches and loops or to a label; where the condition does not hold, or holds; FOR,
+#: which counts up to a value, its target behind the instruction; CALL LBL with REP, which counts rounds.
+JUMPS = ("TURNS", "GOES", "UNLESS", "WHEN", "COUNTS", "REPEATS")
 #: Operators and functions of SINUMERIK and Heidenhain that G-code does not have; relations hold for reals that differ in more than the last
 #: bits.
 OF_LANGUAGES = {
@@ -145,6 +150,8 @@ OF_LANGUAGES = {
     "LESSER": 68,
     "GREATER": 69,
     "ANGLE_OF": 70,
+    "NEAR": 71,
+    "APART": 72,
     "TRUNC": 80,
     "SQUARE": 81,
     "NEGATED": 82,
@@ -281,7 +288,16 @@ CONSTANTS = {
     },
     **{
         name: number
-        for names in (LINE_COLUMNS, SHAPE_BYTES, SHAPE_COLUMNS, MARK_COLUMNS, WAYS, MODE_PLACES, LEVEL_PLACES)
+        for names in (
+            JUMPS,
+            LINE_COLUMNS,
+            SHAPE_BYTES,
+            SHAPE_COLUMNS,
+            MARK_COLUMNS,
+            WAYS,
+            MODE_PLACES,
+            LEVEL_PLACES,
+        )
         for number, name in enumerate(names)
     },
     **WORDS_OF_CYCLES,

@@ -12,10 +12,10 @@ error: a value that the machine's state enters, an unknown name, a division by z
 import cython
 from cython.cimports.cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AFTER, ARC_TANGENT, AT, AT_NEXT, AT_PREVIOUS, BEHIND, BINARY, CODE, COMMENT, DELETED, END, FIRST_CONSTANT, FLOW, FOLLOWING,
-    FUNCTION, HERE, KEYWORD, LABEL, LINE, MARK, MARKS, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED, NUMBER_OF_LINE, OFFSET, OTHER,
-    O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, REFUSED, ROW, SET, SET_NAMED, SET_STORED, STAY, STORED,
-    TARGET, WORD,
+    AFTER, ARC_TANGENT, AT, AT_NEXT, AT_PREVIOUS, BEHIND, BINARY, CODE, COMMENT, COUNTS, DELETED, END, FIRST_CONSTANT, FLOW, FOLLOWING,
+    FUNCTION, GOES, HERE, JUMP, KEYWORD, LABEL, LINE, MARK, MARKS, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED, NUMBER_OF_LINE, OFFSET, OTHER,
+    O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, REFUSED, REPEATS, ROW, SET, SET_NAMED, SET_STORED,
+    SET_VARIABLE, STAY, STORED, TARGET, UNLESS, WHEN, WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_frames import Frame
 from cython.cimports.libc.math import fabs, floor, isfinite
@@ -53,6 +53,10 @@ _LEFT_OUT = cython.declare(cython.int, DELETED | REFUSED)
 #: Kinds of lines: uncertain, a block or settings; else the number of its keyword.
 _UNCERTAIN = cython.declare(cython.int, -1)
 _PLAIN = cython.declare(cython.int, 0)
+#: Kinds of lines with a jump of a language: this, and the jump.
+_JUMPS = cython.declare(cython.int, 1000)
+#: Types of variables that hold numbers.
+_NUMERIC = frozenset(("REAL", "INT", "BOOL"))
 #: The sort of names that cannot be set; 0 and 1 are those of the call in progress and of all.
 _RESERVED = cython.declare(cython.int, 2)
 
@@ -71,6 +75,7 @@ class Computer:
         waits: Tells whether a block with a code, a letter and a whole number, may wait.
         pause: Lines after which a jump back ends a run.
         at_once: Whether a setting acts in its own line, and all numbers from `least` on, which are whole, are those of parameters.
+        scopes: Variables by name, with type, bounds and values: of the program in progress the last ones, of all programs the first.
 
     Attributes:
         blocks: How many blocks stand in the columns; whoever takes them sets it to 0.
@@ -80,6 +85,7 @@ class Computer:
         back: The O-word, by offset and line, whose jump back ended the last run, or None; `away`, where it led to in another text.
         reached, reached_line: The first line that was never reached outside of calls.
         since: Lines read since that line, or since whoever looks set it to 0.
+        ran, ran_line: The line that was read last.
     """
 
     text: cython.const[cython.uchar][::1]
@@ -107,6 +113,12 @@ class Computer:
     pause = cython.declare(cython.Py_ssize_t)
     at_once = cython.declare(cython.bint)
     least = cython.declare(cython.int)
+    scopes = cython.declare(list)
+    leads = cython.declare(object)
+    enters = cython.declare(object)
+    loops = cython.declare(dict)
+    ways = cython.declare(dict)
+    counter = cython.declare(cython.int)
     taken = cython.declare(cython.uchar[200])
     entries = cython.declare(dict)
     blocks = cython.declare(cython.Py_ssize_t, visibility="public")
@@ -119,6 +131,8 @@ class Computer:
     reached = cython.declare(cython.Py_ssize_t, visibility="public")
     reached_line = cython.declare(cython.longlong, visibility="public")
     since = cython.declare(cython.Py_ssize_t, visibility="public")
+    ran = cython.declare(cython.Py_ssize_t, visibility="public")
+    ran_line = cython.declare(cython.longlong, visibility="public")
     parameters = cython.declare(object)
     frames = cython.declare(list)
     outermost = cython.declare(object)
@@ -138,11 +152,20 @@ class Computer:
     found = cython.declare(cython.double)
     next = cython.declare(cython.Py_ssize_t)
 
-    def __init__(self, text, parser, numbers, named, reserved, columns, waits, pause, at_once=False, least=1):
+    def __init__(
+        self, text, parser, numbers, named, reserved, columns, waits, pause, at_once=False, least=1, scopes=()
+    ):
         if not cython.compiled:
             self.taken = [0] * (2 * _MOST_CODE)
         self.waits, self.pause = waits, pause
-        self.at_once, self.least = at_once, least
+        self.at_once, self.least, self.scopes = (
+            at_once,
+            least,
+            list(scopes) if isinstance(scopes, tuple) else scopes,
+        )
+        self.leads = self.enters = None
+        self.loops, self.ways = {}, {}
+        self.ran = self.ran_line = 0
         self.text = text
         self.code, self.constants, self.names = parser.code, parser.constants, parser.names
         self.numbers = numbers
@@ -190,6 +213,19 @@ class Computer:
         self.parameters, self.frames, self.outermost = parameters, frames, outermost
         self.deepest, self.source = deepest, source
 
+    def lead(self, leads, enters, loops: dict):
+        """Say how the next runs follow jumps of SINUMERIK and Heidenhain.
+
+        Args:
+            leads: Returns by the number of a line with a jump its index among the lines of the program, and index, offset and number of
+                the line that it leads to; None where that is not certain. Without it, jumps end a run.
+            enters: Takes the index of a line that was jumped to, where loops are in progress.
+            loops: The loops in progress by the indices of their lines (`flow.language_run.Frame`).
+        """
+        if leads is not self.leads:
+            self.ways = {}
+        self.leads, self.enters, self.loops = leads, enters, loops
+
     def run(
         self,
         offset: cython.Py_ssize_t,
@@ -227,7 +263,7 @@ class Computer:
                 self.next = self._following(r)
             else:
                 self.meets = self.count == 0
-                if not self._flow(r, keyword):
+                if not (self._jump(r, keyword - _JUMPS) if keyword >= _JUMPS else self._flow(r, keyword)):
                     break
                 self.lines += 1
                 if top and after > self.reached:
@@ -235,6 +271,7 @@ class Computer:
                     self.since = -self.lines
                 if self.away is not None:
                     break
+            self.ran, self.ran_line = offset, line
             if self.next < 0:
                 # The end of the text.
                 offset, line = -1 - self.next, line + 1
@@ -264,7 +301,7 @@ class Computer:
         m: cython.Py_ssize_t
         self.used = self.last = 0
         self.thrown += 1
-        self.entries = {}
+        self.entries, self.ways = {}, {}
         self.store.forget()
         for m in range(self.count):
             self.marks[m, HERE] = self.marks[m, BEHIND] = -1
@@ -308,8 +345,12 @@ class Computer:
                 if self.marks[m, OFFSET] == offset:
                     return self.marks[m, HERE]
                 end = self.marks[m, OFFSET]
-        if first == _KEPT or not self.store.code.room() or (self.count == 0 and first > _SHORT):
-            # Without O-words, no line comes again.
+        if (
+            first == _KEPT
+            or not self.store.code.room()
+            or (self.count == 0 and self.leads is None and first > _SHORT)
+        ):
+            # Without jumps, no line comes again.
             self._forget()
             first = 0
         self.used = self.store.compile(offset, line, first, min(first + self.ahead, _KEPT), end)
@@ -407,6 +448,18 @@ class Computer:
                 if k < 0:
                     return _UNCERTAIN
                 stack[depth - 1] = self.numbers[k]
+            elif operation == SET_VARIABLE:
+                depth -= 1
+                if not self._set_variable(operand, stack[depth]):
+                    return _UNCERTAIN
+            elif operation == JUMP:
+                if self.leads is None:
+                    return _UNCERTAIN
+                if operand == COUNTS:
+                    self.counter = self.code[at]
+                for k in range(depth):
+                    self.argument[k] = stack[k]
+                return _JUMPS + operand
             elif operation == ARC_TANGENT:
                 depth -= 1
                 stack[depth - 1] = arc_tangent(stack[depth - 1], stack[depth])
@@ -502,6 +555,12 @@ class Computer:
 
         Parameters that tell the machine's state are not stored, so they are not found.
         """
+        if self.at_once:
+            variable = self._variable(k)
+            if variable is None:
+                return False
+            self.found = variable.values[0]
+            return True
         value = (self.named if self._sort(k) else self.local).get(self.names[k])
         if value is None:
             return False
@@ -543,10 +602,99 @@ class Computer:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _undo(self) -> cython.void:
-        """Give the parameters that a line has set their values of before."""
+        """Give the parameters and variables that a line has set their values of before."""
+        k: cython.longlong
         while self.settings > 0:
             self.settings -= 1
-            self.numbers[self.target[self.settings]] = self.set_to[self.settings]
+            k = self.target[self.settings]
+            if k >= 0:
+                self.numbers[k] = self.set_to[self.settings]
+            else:
+                self._variable(-1 - k).values[0] = self.set_to[self.settings]
+
+    # Variables and jumps of SINUMERIK and Heidenhain.
+
+    @cython.cfunc
+    def _variable(self, k: cython.int):
+        """Return the variable of a name that holds one number, else None."""
+        if not self.scopes:
+            return None
+        name = self.names[k]
+        found = self.scopes[len(self.scopes) - 1].get(name)
+        if found is None:
+            found = self.scopes[0].get(name)
+        return found if found is not None and not found.bounds and found.kind in _NUMERIC else None
+
+    @cython.cfunc
+    def _set_variable(self, k: cython.int, value: cython.double) -> cython.bint:
+        """Set a variable, and keep its value of before; tell whether it can be done."""
+        variable = self._variable(k)
+        if variable is None or self.settings == _MOST_SETTINGS or not isfinite(value):
+            return False
+        if variable.kind == "INT":
+            value = round(value)
+        elif variable.kind == "BOOL":
+            value = 1.0 if value != 0.0 else 0.0
+        self.target[self.settings] = -1 - k
+        self.set_to[self.settings] = variable.values[0]
+        self.settings += 1
+        variable.values[0] = value
+        return True
+
+    @cython.cfunc
+    def _jump(self, r: cython.Py_ssize_t, jump: cython.int) -> cython.bint:
+        """Follow the jump of a row to the `next` line; tell whether it is certain where that is."""
+        value: cython.double = self.argument[0]
+        goes: cython.bint = True
+        way: tuple = self.ways.get(r)
+        if way is None:
+            way = self.leads(self.kept[r, NUMBER_OF_LINE])
+            if way is None:
+                return False
+            self.ways[r] = way
+        here = way[0]
+        if jump == UNLESS:
+            goes = value == 0.0
+        elif jump == WHEN:
+            goes = value != 0.0
+        elif jump == REPEATS:
+            left = self.loops.get(here)
+            if left is None:
+                if not fabs(value) <= _LARGEST:
+                    return False
+                left = float(round(value))
+            goes = left > 0.0
+            if goes:
+                self.loops[here] = left - 1.0
+            elif here in self.loops:
+                del self.loops[here]
+        elif jump == COUNTS:
+            if here in self.loops:
+                if (self.counter & 255) == SET_VARIABLE:
+                    if not self._has(self.counter >> 8):
+                        return False
+                    value = self.found + 1.0
+                else:
+                    value = self.numbers[self.counter >> 8] + 1.0
+            if not isfinite(self.argument[1]):
+                return False
+            if (self.counter & 255) == SET_VARIABLE:
+                if not self._set_variable(self.counter >> 8, value):
+                    return False
+            elif not self._set(self.counter >> 8, value):
+                return False
+            goes = value > self.argument[1]
+            if not goes:
+                self.loops[here] = self.argument[1]
+            elif here in self.loops:
+                del self.loops[here]
+        if not goes:
+            self.next = self._following(r)
+            return True
+        self.next = self._row(way[2], way[3])
+        if (jump == GOES or jump == WHEN) and self.loops:
+            self.enters(way[1])
+        return True
 
     # O-words.
 

@@ -8,16 +8,25 @@ reads then.
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
     BINARY,
+    COUNTS,
     END,
     FUNCTION,
+    GOES,
+    JUMP,
     MAX_LINE,
     NAME,
+    NAMED,
     NEGATIVE,
     NUMBER,
     PARAMETER,
+    REPEATS,
     SET,
     SET_STORED,
+    SET_VARIABLE,
     STORED,
+    TURNS,
+    UNLESS,
+    WHEN,
     WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_lines import Code
@@ -26,10 +35,11 @@ from cython.cimports.cncgen.kernels.plain_lines import behind_number, code_end, 
 
 #: What a rule does: its parts stand alone, a number, a parameter (with a sign or without), an element R[…], a sign, an operator between
 #: values, a function before one, one with its arguments in brackets, a word as one token, a name with a value behind it, the target of a
-#: setting, a setting, one of FN with its operator, the radius R0, the end of a line L, a traverse, pi.
+#: setting, a setting, one of FN with its operator, the radius R0, the end of a line L, a traverse, pi; jumps (`gcode_codes.JUMPS`), a label.
 WORKS = {
     "alone": 0, "number": 1, "parameter": 2, "element": 3, "sign": 4, "operator": 5, "function": 6, "call": 7, "arguments": 8,
     "word": 9, "named": 10, "target": 11, "setting": 12, "operation": 13, "radius": 14, "motion": 15, "fast": 16, "pi": 17,
+    "unless": 18, "goes": 19, "when": 20, "turns": 21, "counts": 22, "repeats": 23, "label": 24,
 }  # fmt: skip
 _NUMBER = cython.declare(cython.int, 1)
 _PARAMETER = cython.declare(cython.int, 2)
@@ -48,6 +58,13 @@ _RADIUS = cython.declare(cython.int, 14)
 _MOTION = cython.declare(cython.int, 15)
 _FAST = cython.declare(cython.int, 16)
 _PI = cython.declare(cython.int, 17)
+_UNLESS = cython.declare(cython.int, 18)
+_GOES = cython.declare(cython.int, 19)
+_WHEN = cython.declare(cython.int, 20)
+_TURNS = cython.declare(cython.int, 21)
+_COUNTS = cython.declare(cython.int, 22)
+_REPEATS = cython.declare(cython.int, 23)
+_LABEL = cython.declare(cython.int, 24)
 
 #: Symbols of a line on the stack, at most.
 _DEEPEST = cython.declare(cython.int, 120)
@@ -67,10 +84,12 @@ class Emitter(Tables):
         code: Holds the code.
         tables: A module of tables (``grammars/tables_*.py``).
         terminals: The terminals of lines that are taken.
+        leading: The terminals of jumps, and of what they lead to: of lines that are taken where jumps are followed.
         works: What rules do (`WORKS`), by alias or name.
         words: Letters of words.
         parameter: The letter of parameters, a small one; `most` is the largest number of one, `least` the smallest.
         operators, functions: By their names, in capitals.
+        names: Numbers that names stand for.
         lines: Whether a motion begins with L, and a line with a number that is not of the grammar.
     """
 
@@ -89,25 +108,42 @@ class Emitter(Tables):
     base = cython.declare(cython.int)
     least = cython.declare(cython.longlong)
     most = cython.declare(cython.longlong)
+    names = cython.declare(dict)
+    variables = cython.declare(set)
+    follows = cython.declare(cython.bint)
+    goes = cython.declare(cython.bint)
     lines = cython.declare(cython.bint)
     computes = cython.declare(cython.bint)
     fast = cython.declare(cython.bint)
 
     def __init__(
-        self, code, tables, terminals, works, words, parameter, least, most, operators, functions, lines
+        self,
+        code,
+        tables,
+        terminals,
+        leading,
+        works,
+        words,
+        parameter,
+        least,
+        most,
+        operators,
+        functions,
+        names,
+        lines,
     ):
         Tables.__init__(self, tables)
         if not cython.compiled:
             self.begins, self.ends, self.codes = [0] * 128, [0] * 128, [0] * 128
         self.code = code
-        missing = sorted(terminals - set(tables.TERMINALS)) + sorted(
+        missing = sorted((terminals | leading) - set(tables.TERMINALS)) + sorted(
             works.keys() - {name for name, _, _ in tables.RULES}
         )
         if missing:
             raise ValueError(f"the grammar has no {missing[0]}")
         self.known = memoryview(bytearray(4 * (self.end + 1))).cast("i")
         for k, name in enumerate(tables.TERMINALS):
-            self.known[k] = name in terminals
+            self.known[k] = 1 if name in terminals else 2 if name in leading else 0
         self.work = memoryview(bytearray(4 * len(tables.RULES))).cast("i")
         for k, (name, _, parts) in enumerate(tables.RULES):
             self.work[k] = WORKS[works[name]] if name in works else -1
@@ -116,7 +152,9 @@ class Emitter(Tables):
                 self.work[k] = 0
         self.letters = sum(1 << (ord(letter) - 97) for letter in words)
         self.letter, self.least, self.most = ord(parameter), least, most
-        self.operators, self.functions, self.lines = operators, functions, lines
+        self.operators, self.functions, self.names, self.lines = operators, functions, names, lines
+        self.variables = set()
+        self.follows = self.goes = False
         self.seen = 0
 
     @cython.cfunc
@@ -124,7 +162,7 @@ class Emitter(Tables):
     def read(self, at: cython.Py_ssize_t, size: cython.Py_ssize_t) -> cython.int:
         """Write the code of the line from `at` to `size`; return 0 where it is not taken."""
         self.given = 0
-        self.computes = self.fast = False
+        self.computes = self.fast = self.goes = False
         if self.lines:
             size = code_end(self.text, at, size)
             if size < 0:
@@ -134,6 +172,8 @@ class Emitter(Tables):
                 return 0
         if at < size and self.run(at, size) == 0:
             return 0
+        if self.goes:
+            self._emit(JUMP, GOES)
         self._emit(END, 0)
         return 1
 
@@ -164,7 +204,7 @@ class Emitter(Tables):
     def _shifted(self, kind: cython.int, at: cython.Py_ssize_t) -> cython.int:
         """Keep where a token stands."""
         k: cython.int = self.depth + 1
-        if not self.known[kind] or k >= _DEEPEST:
+        if not self.known[kind] or (self.known[kind] == 2 and not self.follows) or k >= _DEEPEST:
             return 0
         self.begins[k], self.ends[k], self.codes[k] = at, self.taken, self.code.used
         return 1
@@ -230,6 +270,8 @@ class Emitter(Tables):
             self.fast = True
         elif work == _PI:
             taken = self._constant(_PI_VALUE)
+        elif work >= _UNLESS:
+            taken = self._jumping(work, k, count)
         if count > 1:
             self.ends[k] = self.ends[k + count - 1]
         return taken
@@ -263,6 +305,8 @@ class Emitter(Tables):
         """Write the reading of a parameter: R5, R[…], -Q5."""
         index: cython.longlong
         if work == _ELEMENT:
+            if count == 1:
+                return self._named(NAMED, k)
             if count != 4 or not self._is_parameter(k, 0):
                 return 0
             self._emit(PARAMETER, 0)
@@ -364,9 +408,58 @@ class Emitter(Tables):
         if index >= 0:
             self._emit(SET_STORED, index)
             return 1
-        if self.lines or self.ends[k] != self.begins[k] + 1 or self.text[self.begins[k]] | 32 == 103:
+        if not self.lines and self.ends[k] != self.begins[k] + 1:
+            return self._named(SET_VARIABLE, k)
+        if self.lines or self.text[self.begins[k]] | 32 == 103:
             return 0
         return self._put(self.text[self.begins[k]] | 32, False)
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _named(self, operation: cython.int, k: cython.int) -> cython.int:
+        """Write the reading or setting of a variable whose name stands at a place of the stack; a name may be that of a number."""
+        token: bytes = bytes(self.text[self.begins[k] : self.ends[k]])
+        name: str = token.decode().upper()
+        if operation == NAMED and name in self.names:
+            return self._constant(self.names[name])
+        if not self.follows and name not in self.variables:
+            return 0
+        if name not in self.code.names:
+            self.code.names.append(name)
+        self._emit(operation, self.code.names.index(name))
+        return 1
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _jumping(self, work: cython.int, k: cython.int, count: cython.int) -> cython.int:
+        """Write a jump, or pass a label."""
+        index: cython.longlong
+        if work == _LABEL:
+            # LBL 0 ends a subprogram.
+            return count == 1 or bytes(self.text[self.begins[k + 1] : self.ends[k + 1]]).strip(b'"') != b"0"
+        if work == _GOES:
+            self.goes = True
+            return 1
+        if work == _WHEN:
+            if count > 1 and self._operator(k + 4) == 0:
+                return 0
+            self.goes = False
+        elif work == _REPEATS and (count != 4 or self.code.used != self.codes[k + 3] + 1):
+            return 0
+        elif work == _COUNTS:
+            self._emit(JUMP, COUNTS)
+            if self.ends[k + 1] == 0:
+                return 0
+            index = self._index(k + 1)
+            if index < 0:
+                return self._named(SET_VARIABLE, k + 1)
+            self._emit(SET_STORED, index)
+            return 1
+        self._emit(
+            JUMP,
+            UNLESS if work == _UNLESS else WHEN if work == _WHEN else REPEATS if work == _REPEATS else TURNS,
+        )
+        return 1
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
@@ -396,6 +489,14 @@ class LanguageCode(Code):
         Code.__init__(self)
         self.emitter = Emitter(self, *arguments)
         self.seen = 0
+
+    def follow(self):
+        """Take lines with jumps, labels and variables from now on."""
+        self.emitter.follows = True
+
+    def define(self, names):
+        """Take lines with variables of these names, and no others."""
+        self.emitter.variables = names
 
     @cython.ccall
     @cython.exceptval(-1, check=False)

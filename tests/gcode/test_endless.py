@@ -107,11 +107,11 @@ COSTLY = {
     ),
     "pecks": ("F100\nG83 X1 Y1 Z-10 R1 Q0.001 L1000\nM2\n", "linuxcnc"),
     "lines of SINUMERIK": (
-        "R1=0\nFOR R1=0 TO 1000000000\nG1 X=R1 Y=SIN(R1) F100\nENDFOR\nM30\n",
+        "R1=0\nFOR R1=0 TO 1000000000\nG1 X=IC(0.001) Y=SIN(R1) F100\nENDFOR\nM30\n",
         "sinumerik",
     ),
     "lines of Heidenhain": (
-        "BEGIN PGM A MM\nLBL 1\nQ1 = Q1 + 1\nL X+Q1 F100\nFN 12: IF +Q1 LT +999999999 GOTO LBL 1\nEND PGM A MM\n",
+        "BEGIN PGM A MM\nLBL 1\nQ1 = Q1 + 1\nL IX+0.001 F100\nFN 12: IF +Q1 LT +999999999 GOTO LBL 1\nEND PGM A MM\n",
         "heidenhain",
     ),
 }

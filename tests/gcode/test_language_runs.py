@@ -80,6 +80,32 @@ def test_a_loop_that_counts_is_not(places: Any, name: str) -> None:
     assert places(text, dialect)[-1][0] == 9000.0
 
 
+LONG = {
+    "FOR": ("sinumerik", "R2=0\nFOR R1=1 TO 200000\nR2=R2+R1\nENDFOR\nG0 X=R2/1000000\nM30\n"),
+    "variables": ("sinumerik", "DEF INT NN\nDEF REAL SUM\nWHILE NN<200000\nNN=NN+1\nSUM=SUM+NN\nENDWHILE\nG0 X=SUM/1000000\nM30\n"),
+    "GOTOB": ("sinumerik", "R1=0 R2=0\nA1:\nR1=R1+1\nR2=R2+R1\nIF R1<200000 GOTOB A1\nG0 X=R2/1000000\nM30\n"),
+    "FN 12": ("heidenhain", "LBL 1\nQ1 = Q1 + 1\nQ2 = Q2 + Q1\nFN 12: IF Q1 LT 200000 GOTO LBL 1\nQ3 = Q2 / 1000000\nL X+Q3 FMAX\nM30\n"),
+    "REP": ("heidenhain", "LBL 1\nQ1 = Q1 + 1\nQ2 = Q2 + Q1\nCALL LBL 1 REP 199999\nQ3 = Q2 / 1000000\nL X+Q3 FMAX\nM30\n"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_a_loop_of_many_rounds_is_not_endless(places: Any, name: str) -> None:
+    """The sum of the numbers 1 to n is n (n + 1) / 2."""
+    dialect, text = LONG[name]
+    assert places(text, dialect)[-1][0] == pytest.approx(200_000 * 200_001 / 2 / 1e6, abs=1e-9)
+
+
+def test_what_a_call_has_run_is_not_reached_by_its_caller(run: Any) -> None:
+    """The subprogram stands behind the endless loop, and the lines between are read afterwards."""
+    text = (
+        "CALL LBL 2\nLBL 1\nL X+5 F100\nL X+0\nFN 9: IF +0 EQU +0 GOTO LBL 1\nL X+9 XX\nM30\nLBL 2\n"
+        + 9 * "Q1 = 1\n"
+        + "LBL 0\n"
+    )
+    assert [at for _, at, _ in run(text, dialect="heidenhain").errors] == [5, 6]
+
+
 def test_the_contour_of_a_cycle_names_its_line_that_is_wrong(run: Any) -> None:
     """As a profile of G-code does; the fault is at the call."""
     text = (

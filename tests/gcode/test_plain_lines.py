@@ -292,6 +292,66 @@ def test_lines_that_compute_give_in_arrays_what_handlers_give(dialect: str) -> N
     assert taken > 100
 
 
+def loop(rng: random.Random, dialect: str, depth: int, number: list[int]) -> list[str]:
+    """Return a loop or branch with lines in it, and others of them."""
+    number[0] += 1
+    k = number[0]
+    body = [
+        line
+        for _ in range(rng.randint(1, 4))
+        for line in (
+            loop(rng, dialect, depth + 1, number)
+            if depth < 3 and rng.random() < 0.3
+            else [computed_line(rng, dialect)]
+        )
+    ]
+    others = OTHERS_OF_SINUMERIK if dialect == "sinumerik" else OTHERS_OF_HEIDENHAIN
+    if rng.random() < 0.2:
+        body.insert(rng.randrange(len(body) + 1), rng.choice(others))
+    count, last = 20 + k, rng.randint(0, 9)
+    if dialect == "heidenhain":
+        head = [f"Q{count} = 0", f"LBL {k}", f"Q{count} = Q{count} + 1"]
+        ways = (
+            f"FN 12: IF Q{count} LT {last} GOTO LBL {k}", f"FN 10: IF +Q{count} NE +{last % 3} GOTO LBL {k}",
+            f"FN 9: IF Q{count} EQU 1 GOTO LBL {k}", f"CALL LBL {k} REP {last}", f"CALL LBL {k} REP {last}/{last}", f"CALL LBL {k} REP Q{count}",
+        )  # fmt: skip
+        return [*head, *body, rng.choice(ways)]
+    step = f"R{count}=R{count}+1"
+    name = rng.choice(("NN", "XX", f"R{count}", "FLAG"))
+    return rng.choice(
+        (
+            [f"FOR {name}={rng.choice(('0', 'R1', '1.6'))} TO {last}", *body, "ENDFOR"],
+            [f"WHILE R{count}<{last}", step, *body, "ENDWHILE"],
+            ["REPEAT", *body, step, f"UNTIL R{count}>={last}"],
+            [f"IF {formula(rng, dialect)}>2", *body, "ELSE", computed_line(rng, dialect), "ENDIF"],
+            [f"IF NN=={last} AND TRUE", *body, "ENDIF"],
+            [f"AA{k}:", *body, step, f"N{k} IF R{count}<{last} {rng.choice(('GOTOB', 'GOTO'))} AA{k}"],
+            [f"IF R{count}>1 GOTOF AA{k}", *body, f"AA{k}: {step}"],
+            ["LOOP", step, f"IF R{count}>{last} GOTOF AA{k}", *body, "ENDLOOP", f"AA{k}:"],
+            [f"XX=R1*{last} FLAG=XX>1", *body, "NN=XX+R2", "G1 X=XX Y=NN+FLAG"],
+            [f"AA{k}:", step, *body, f"REPEAT AA{k} P={last % 3}"],
+        )
+    )
+
+
+@pytest.mark.parametrize("dialect", ["sinumerik", "heidenhain"])
+def test_loops_in_the_kernel_give_what_handlers_give(dialect: str) -> None:
+    """On random programs of fresh seeds, with other lines and faults in loops: each call, row and fault is the same."""
+    first = random.SystemRandom().randrange(1 << 32)
+    for seed in range(first, first + 40):
+        rng = random.Random(seed)
+        number = [0]
+        lines = [line for _ in range(rng.randint(1, 4)) for line in loop(rng, dialect, 0, number)]
+        if dialect == "sinumerik":
+            outer = ["DEF INT NN", "DEF REAL XX", "DEF BOOL FLAG", "FOR R10=1 TO 3"]
+            text = "\n".join([*outer, "G17 G90 G94 F1000", *lines, "ENDFOR", "M30"])
+        else:
+            outer = ["BEGIN PGM T MM", "TOOL CALL 1 Z S5000 F600", "Q1 = 1", "Q2 = 2.5", "LBL 90"]
+            text = "\n".join([*outer, *lines, "CALL LBL 90 REP 2", "END PGM T MM"])
+        print("seed", seed)
+        assert_alike(text + "\n", dialect)
+
+
 def test_a_code_alone_among_computed_lines_stays_in_force() -> None:
     """G0 in a line of its own is the motion of the lines behind it, of which the first is one that arrays do not take."""
     text = "G1 F100\nR1=1\nX=R1\nG0\nR2=2\nX=IC(1)\nM30\n"

@@ -259,6 +259,7 @@ def test_constants_of_kernels_have_names_of_their_own() -> None:
             codes.NUMBERS,
             codes.OPERATIONS,
             codes.OF_LANGUAGES,
+            codes.JUMPS,
             codes.WORDS_OF_CYCLES,
             codes.ASIDES,
             codes.SETS_OF_WORDS,

@@ -9,8 +9,9 @@ from array import array
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from types import FunctionType
-from typing import ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -19,7 +20,7 @@ from cncgen.gcode.codes.turning_profiles import MAX_MOVES, Recorder, recording
 from cncgen.gcode.doubts import tell
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
-from cncgen.gcode.flow.plain_lines import PlainLane
+from cncgen.gcode.flow.plain_lines import NO_CYCLES, PlainLane
 from cncgen.gcode.flow.recurrence import Recurrence
 from cncgen.gcode.flow.run import Run
 from cncgen.gcode.interpreter import Interpreter
@@ -28,11 +29,13 @@ from cncgen.gcode.source import Source
 from cncgen.gcode.text.dialects import Choice
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import empty_block
-from cncgen.gcode.text.line_runs import ProgramLines
+from cncgen.gcode.text.line_runs import LEAST, ProgramLines
 from cncgen.gcode.text.search import opened, places, search_path
 
 #: Lines after which rows are taken away.
 _YIELD = 512
+#: How often in a row lines are run together from one on that are too few for it.
+_TRIES = 3
 
 
 @dataclass(slots=True)
@@ -54,6 +57,12 @@ class Program(Generic[L]):
     """The lines of a program."""
 
     lines: ProgramLines[L]
+    #: The first line that was never run; lines that are run by themselves, whatever leads to them; how often in a row few lines were run
+    #: together from a line on; whether each line stands for itself.
+    reached: int = field(default=0, kw_only=True)
+    apart: set[int] = field(default_factory=set, kw_only=True)
+    short: dict[int, int] = field(default_factory=dict, kw_only=True)
+    alone: bool = field(default=True, kw_only=True)
 
     def labelled(self, name: str) -> list[int]:
         """Return the lines of a label, in the order of the text."""
@@ -74,6 +83,7 @@ class Frame(Generic[P]):
         at: The line that comes next.
         end: The line at which it ends.
         ran: The line that was run last.
+        reached: The first line that was never run in it.
         rounds: Rounds of the call that follow this one.
         part: Whether it is a part of the program below it.
         loops: Of loops that count, by their lines: the end, or the rounds left.
@@ -85,6 +95,7 @@ class Frame(Generic[P]):
     at: int = 0
     end: int = -1
     ran: int = -1
+    reached: int = 0
     rounds: int = 0
     part: bool = False
     loops: dict[int, float] = field(default_factory=dict)
@@ -124,6 +135,8 @@ class LanguageRun(Run, Generic[P]):
     #: The grammar of lines that are plain in every state, none where lines hang on what stands before them; and whether they are
     #: interpreted in arrays, which gives the same sooner.
     plain, batches = "", True
+    #: Whether the end of a motion may hang on the line behind it.
+    hangs = False
     #: Functions that run a statement, by its kind; they take the run, the program in progress, its line, and what it says.
     statements: ClassVar[Mapping[str, Callable[..., None]]] = {}
 
@@ -139,7 +152,15 @@ class LanguageRun(Run, Generic[P]):
         self._prepare()
         lane = self.plain and self.batches
         self._lane = (
-            PlainLane(self.ip, self.sources, self.plain, self._made, self._parameter_values())
+            PlainLane(
+                self.ip,
+                self.sources,
+                self.plain,
+                self._made,
+                self._parameter_values(),
+                self._scopes(),
+                hangs=self.hangs,
+            )
             if lane
             else None
         )
@@ -167,6 +188,21 @@ class LanguageRun(Run, Generic[P]):
     def _parameter_values(self) -> array[float]:
         """Return the values of R or Q parameters by number."""
         return self.ip.parameters.numbers
+
+    def _scopes(self) -> list[dict[str, Any]]:
+        """Return the variables of the programs in progress."""
+        return []
+
+    def _led_to(self, program: P, at: int) -> int | None:
+        """Return the line to which a line leads, None where that is not certain."""
+        raise NotImplementedError
+
+    def _enters(self, frame: Frame[P], at: int) -> None:
+        """Begin with a line that was jumped to."""
+
+    def _is_plain(self) -> bool:
+        """Tell whether lines mean in arrays what they mean in the language."""
+        raise NotImplementedError
 
     def _in_modes(self, run: Callable[[], int]) -> int:
         """Run blocks in arrays, in modes that mean for the interpreter what they mean in the language; return what `run` returns."""
@@ -220,10 +256,14 @@ class LanguageRun(Run, Generic[P]):
                     many = self._step(frame)
                 except BlockError as error:
                     self._fail(frame, error)
-                if frame is main and frame.ran >= self._reached:
-                    self._reached = budget.forward = frame.ran + 1
+                if frame is main and frame.reached > self._reached:
+                    self._reached = budget.forward = frame.reached
                     self._begun = self._looked = budget.steps
-                elif budget.steps - self._looked >= PAUSE and frame.at <= frame.ran:
+                elif (
+                    budget.steps - self._looked >= PAUSE
+                    and frame.at <= frame.ran
+                    and (self._lane is None or self._lane.waiting < 0)
+                ):
                     self._look(frame)
             except Astray as astray:
                 self._go_on(astray)
@@ -243,28 +283,75 @@ class LanguageRun(Run, Generic[P]):
             self.leave()
             return False
         ip = self.ip
-        if lane is not None and frame.program.lines.plain_at(at) is not None:
-            end = frame.repeats[-1][1] + 1 if frame.repeats and at <= frame.repeats[-1][1] else frame.end
-            frame.at = self._run_plain(lane, frame, min(end - at, ip.budget.left()))
-            if frame.at > at:
-                frame.ran = frame.at - 1
+        program = frame.program
+        if lane is not None:
+            found = program.lines.plain_at(at)
+            if at < program.reached and (found is None or found[2]) and self._follow(frame, lane):
                 return True
+            if found is not None:
+                end = frame.repeats[-1][1] + 1 if frame.repeats and at <= frame.repeats[-1][1] else frame.end
+                frame.at = self._run_plain(lane, frame, min(end - at, ip.budget.left()))
+                if frame.at > at:
+                    frame.ran = frame.at - 1
+                    self._reach(frame, frame.at)
+                    return True
         frame.at, frame.ran = at + 1, at
+        self._reach(frame, frame.at)
         ip.budget.count(1, LINE)
         ip.base.block = empty_block(frame.program.lines[at].here)
         self._line(frame, at)
         return False
 
+    def _follow(self, frame: Frame[P], lane: PlainLane) -> bool:
+        """Run lines that were run before, wherever they lead; tell whether some were run."""
+        program, at = frame.program, frame.at
+        tries = program.short.get(at, 0)
+        if (
+            tries == _TRIES
+            or not program.alone
+            or at in program.apart
+            or frame.repeats
+            or frame.end < len(program.lines)
+        ):
+            return False
+        if not self._is_plain() or not self.ip.batchable(NO_CYCLES):
+            return False
+        steps = self.ip.budget.steps
+
+        def run() -> int:
+            return lane.follow(
+                program.lines,
+                at,
+                program.apart,
+                partial(self._led_to, program),
+                partial(self._enters, frame),
+                frame.loops,
+                frame.reached,
+                steps - self._looked,
+            )
+
+        frame.at = self._in_modes(run)
+        count = self.ip.budget.steps - steps
+        program.short[at] = tries + 1 if count < LEAST else 0
+        if count:
+            frame.ran = lane.ran
+            self._reach(frame, lane.reached)
+        return count > 0
+
+    def _reach(self, frame: Frame[P], at: int) -> None:
+        """Say that lines were run up to one."""
+        frame.reached = max(frame.reached, at)
+        frame.program.reached = max(frame.program.reached, at)
+
     def _run_waiting(self, frame: Frame[P], lane: PlainLane) -> None:
         """Run the blocks that wait; a fault leaves those behind its block for the next step."""
-        last = frame.at - 1
         while lane.waiting >= 0:
             index = self._in_modes(lane.go_on)
             if index >= 0:
                 frame.ran, here = lane.line_of(index), lane.blocks.cursor(index)
                 self.ip.base.block = empty_block(here)
                 self._run_words(frame.ran, here, lane.blocks.pairs(index))
-        frame.ran = last
+        frame.ran = lane.ran
         self.ip.base.block = empty_block(lane.last)
 
     def _enter(self, line: Line) -> None:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_left
+from collections.abc import Callable, Container
+from typing import Any
 
+from cncgen.gcode.budget import PAUSE
 from cncgen.gcode.flow.batches import Batches, Made
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import Source
@@ -20,11 +23,23 @@ if TYPE_CHECKING:
     class _Runs(Protocol):
         """The lines of a program, as far as they tell of runs of plain ones."""
 
+        def __len__(self) -> int:
+            """Return how many they are."""
+
         def plain_at(self, at: int) -> tuple[Cursor, int, bool] | None:
             """Return the place of a line of a run, how many begin with it, and whether these compute."""
 
+        def place(self, at: int) -> Cursor:
+            """Return the place of a line."""
 
-_NO_CYCLES: frozenset[int] = frozenset()
+        def index_of(self, number: int) -> int:
+            """Return the line of a number in the text."""
+
+
+NO_CYCLES: frozenset[int] = frozenset()
+#: Returns the line to which a line leads, None where that is not certain; and what `Computer.lead` takes.
+Lead = Callable[[int], int | None]
+Leads = Callable[[int], tuple[int, int, int, int] | None]
 
 
 class PlainLane:
@@ -35,20 +50,35 @@ class PlainLane:
         sources: The texts of the run.
         name: The grammar's.
         made: Takes the motions that were made.
+        numbers: The values of R or Q parameters.
+        scopes: The variables of the programs in progress.
+        hangs: Whether the end of a motion may hang on the line behind it.
 
     Attributes:
         taken: How many lines with words went through arrays.
         blocks: The blocks of lines that were computed and wait, from `waiting` on.
         waiting: The next of them, -1 for none.
-        last: The last line that was computed.
+        last: The last line that was computed, and its index, `ran`.
+        reached: The first line that was never reached, behind those that were computed.
     """
 
     def __init__(
-        self, ip: Interpreter, sources: list[Source], name: str, made: Made, numbers: array[float]
+        self,
+        ip: Interpreter,
+        sources: list[Source],
+        name: str,
+        made: Made,
+        numbers: array[float],
+        scopes: list[dict[str, Any]],
+        *,
+        hangs: bool,
     ) -> None:
         self._ip, self._sources = ip, sources
         self._name, self._numbers = name, numbers
+        self._scopes, self._hangs = scopes, hangs
         self._computers: dict[int, Computer] = {}
+        self._leads: dict[int, Leads] = {}
+        self.ran = self.reached = 0
         self.waiting = -1
         self.last = Cursor(0, 0, 1)
         self._scan = PlainScan(name)
@@ -72,11 +102,11 @@ class PlainLane:
         ip, blocks = self._ip, self.blocks
         found = lines.plain_at(at)
         if found is not None and found[2]:
-            return self._compute(at, found[0], min(found[1], most))
+            return self.compute(lines, at, found[0], min(found[1], most))
         known = self._lines is lines and self._next <= at < self._after and self._auto == auto
         if not known and not self._read(lines, at, auto):
             return at
-        if most < 1 or not ip.batchable(_NO_CYCLES):
+        if most < 1 or not ip.batchable(NO_CYCLES):
             return at
         # The number of the line as the columns have it.
         count, number = blocks.count, self._first + at
@@ -108,39 +138,102 @@ class PlainLane:
 
     # Lines with parameters and arithmetic.
 
-    def _compute(self, at: int, here: Cursor, most: int) -> int:
-        """Run so many lines at most, whose blocks wait then; return the first that was not run."""
-        if most < 1 or not self._ip.batchable(_NO_CYCLES):
-            return at
-        computer = self._computers.get(here.source)
+    def follow(
+        self,
+        lines: _Runs,
+        at: int,
+        apart: Container[int],
+        lead: Lead,
+        enters: Callable[[int], None],
+        loops: dict[int, float],
+        reached: int,
+        since: int,
+    ) -> int:
+        """Run lines from one on that was run before, wherever their jumps lead; return the first that was not run.
+
+        Args:
+            lines: The program.
+            at: The line.
+            apart: Lines that are run by themselves, whatever leads to them.
+            lead: Returns the line to which a line leads, None where that is not certain.
+            enters: Takes a line that was jumped to.
+            loops: The loops in progress.
+            reached: The first line that was never reached.
+            since: Lines that were run since a look at the state.
+        """
+        here = lines.place(at)
+        leads = self._leads.get(id(lines))
+        if leads is None:
+            leads = self._leads[id(lines)] = _leads(lines, lead, apart)
+        computer = self._computer(here.source)
+        computer.lead(leads, enters, loops)
+        computer.reached = lines.place(reached).offset if reached < len(lines) else 1 << 60
+        computer.reached_line, computer.since = 0, since
+        at = self.compute(lines, at, here, self._ip.budget.left())
+        computer.lead(None, None, {})
+        self.reached = lines.index_of(computer.reached_line) if computer.reached_line else reached
+        return at
+
+    def _computer(self, source: int) -> Computer:
+        computer = self._computers.get(source)
         if computer is None:
-            computer = self._computers[here.source] = Computer(
-                self._sources[here.source].bytes, code_of(self._name), self._numbers, {}, frozenset(), self.blocks.columns(), _waits,
-                1 << 62, at_once=True, least=PARAMETERS[self._name],
+            computer = self._computers[source] = Computer(
+                self._sources[source].bytes, code_of(self._name), self._numbers, {}, frozenset(), self.blocks.columns(), _waits,
+                PAUSE, at_once=True, least=PARAMETERS[self._name], scopes=self._scopes,
             )  # fmt: skip
+        return computer
+
+    def compute(self, lines: _Runs, at: int, here: Cursor, most: int) -> int:
+        """Run so many lines at most, whose blocks wait then; return the first that was not run."""
+        if most < 1 or not self._ip.batchable(NO_CYCLES):
+            return at
+        computer = self._computer(here.source)
         computer.blocks = 0
-        end = computer.run(here.offset, here.line, {}, most)
-        self._lines, self._first = None, here.line - at
+        computer.run(here.offset, here.line, {}, most)
+        self._lines = lines
+        # The columns are no longer those of plain lines.
+        self._next = self._after = 0
         self.blocks.count, self.blocks.source = computer.blocks, here.source
         self.waiting = 0 if computer.blocks else -1
-        if computer.lines:
-            begin = self._sources[here.source].data.rfind(b"\n", 0, end - 1) + 1
-            self.last = Cursor(here.source, begin, here.line + computer.lines - 1)
-            self._ip.base.block = empty_block(self.last)
-            self._ip.budget.count(computer.lines)
-        return at + int(computer.lines)
+        if not computer.lines:
+            return at
+        self.last = Cursor(here.source, computer.ran, computer.ran_line)
+        self.ran = lines.index_of(computer.ran_line)
+        self._ip.base.block = empty_block(self.last)
+        self._ip.budget.count(computer.lines)
+        return lines.index_of(computer.line)
 
     def go_on(self) -> int:
         """Run blocks that wait; return the first that arrays do not take, whose place is no longer one that waits, -1 for none."""
         begin, count = self.waiting, self.blocks.count
-        index = self._batches.run(begin, count) if self._ip.batchable(_NO_CYCLES) else begin
+        last = count - self._hangs
+        index = self._batches.run(begin, last) if begin < last and self._ip.batchable(NO_CYCLES) else begin
         self.taken += index - begin
-        self.waiting = index + 1 if index + 1 < count else -1
+        # Behind the last one nothing waits, but where the run ended is still to be taken up.
+        self.waiting = index + 1 if index < count else -1
         return index if index < count else -1
 
     def line_of(self, index: int) -> int:
         """Return the line of a block that waits."""
-        return int(self.blocks.line[index]) - self._first
+        assert self._lines is not None
+        return self._lines.index_of(self.blocks.line[index])
+
+
+def _leads(lines: _Runs, lead: Lead, apart: Container[int]) -> Leads:
+    """Return what tells, by the number of a line with a jump, its index, and index, offset and number of the line that it leads to.
+
+    Lines that stand `apart` are none that it may lead to.
+    """
+
+    def leads(number: int) -> tuple[int, int, int, int] | None:
+        at = lines.index_of(number)
+        target = lead(at)
+        if target is None or target >= len(lines) or target in apart:
+            return None
+        place = lines.place(target)
+        return at, target, place.offset, place.line
+
+    return leads
 
 
 def _waits(letter: str, number: int) -> bool:

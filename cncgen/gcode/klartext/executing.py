@@ -53,8 +53,11 @@ class Execution(ProgramText):
         #: The side of a contour that is read and not run, None where lines are run.
         self._side: int | None = None
 
+    def _is_plain(self) -> bool:
+        return not (self._modal or self._plunge or self._is_free or Plain.of(self.ip).paraxial)
+
     def _run_plain(self, lane: PlainLane, frame: Frame, most: int) -> int:
-        if self._modal or self._plunge or self._is_free or Plain.of(self.ip).paraxial:
+        if not self._is_plain():
             return frame.at
         return lane.run(frame.program.lines, frame.at, most, Plain.of(self.ip).tool_feed)
 

@@ -69,8 +69,8 @@ def _without_number(body: str) -> str:
 
 def bodies(
     source: Source, *, block_delete: bool, passed: Callable[[int, int], tuple[int, int]]
-) -> Iterator[tuple[int, int, str, bool]]:
-    """Yield of each line its offset, number, text without number and comment, and whether it goes on with the block above.
+) -> Iterator[tuple[int, int, str, bool, bool]]:
+    """Yield of each line its offset, number, text without number and comment, whether it goes on with the block above, or with its line.
 
     Args:
         source: The text.
@@ -96,7 +96,7 @@ def bodies(
         rest = goes_on and formula and not remark and not begins
         more = goes_on and not (remark or begins or _GOES_ON.match(text))
         # A block that is left out goes on behind ~ as well.
-        goes_on = text.rstrip().endswith("~")
+        behind, goes_on = goes_on, text.rstrip().endswith("~")
         if left_out:
             text = "" if block_delete else text.replace("/", " ", 1)
         body = "" if remark else body_of(text, formula=rest)
@@ -105,7 +105,7 @@ def bodies(
         numbered = below or _NUMBERED.match(text) is not None
         said = _without_number(body)
         formula = rest or _SETS.match(said) is not None
-        yield offset, number, body if rest else said, below
+        yield offset, number, body if rest else said, below, behind
         offset, number = source.line_end(offset) + 1, number + 1
 
 

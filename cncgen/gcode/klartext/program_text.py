@@ -62,7 +62,7 @@ Frame = language_run.Frame[Program]
 class ProgramText(LanguageRun[Program]):
     """A run, as far as it reads."""
 
-    plain = "heidenhain"
+    plain, hangs = "heidenhain", True
 
     def _prepare(self) -> None:
         #: Whether a free contour is among the lines, which may name blocks before it.
@@ -84,9 +84,13 @@ class ProgramText(LanguageRun[Program]):
             return run.after, number + run.count
 
         block_delete = self._options.block_delete
-        for offset, number, bare, below in lines.bodies(source, block_delete=block_delete, passed=passed):
+        texts = lines.bodies(source, block_delete=block_delete, passed=passed)
+        for offset, number, bare, below, behind in texts:
+            if behind:
+                program.apart.add(len(program.lines))
             if below:
                 program.lines[-1].body += f" {bare}"
+                program.alone = False
             for own in () if below else self._said(bare, begun=program.begun):
                 head = own[:3].upper()
                 self._is_free = self._is_free or head.startswith(_FREE)
@@ -138,7 +142,15 @@ class ProgramText(LanguageRun[Program]):
 
     def _ahead(self, at: int, body: str | None = None) -> Statement:
         """Return what a line says that is not run now, whose faults it will tell by itself."""
-        try:
-            return _parse(self._lines[at].body if body is None else body)
-        except BlockError:
-            return UNREAD
+        return self._ahead_in(self.frames[-1].program, at) if body is None else _unread(body)
+
+    def _ahead_in(self, program: Program, at: int) -> Statement:
+        """Return the same of a line of a program."""
+        return _unread(program.lines[at].body)
+
+
+def _unread(body: str) -> Statement:
+    try:
+        return _parse(body)
+    except BlockError:
+        return UNREAD

@@ -18,7 +18,7 @@ from cncgen.gcode.klartext.contour_lines import ContourLines
 from cncgen.gcode.klartext.datums import Datums
 from cncgen.gcode.klartext.executing import INCLUDE, OF_PARAMETERS
 from cncgen.gcode.klartext.hole_cycle import FASTEST
-from cncgen.gcode.klartext.program_text import Frame
+from cncgen.gcode.klartext.program_text import Frame, Program
 from cncgen.gcode.state.systems import SYSTEM_COUNT
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.plain_language import Statement
@@ -74,6 +74,12 @@ class HeidenhainRunner(ContourLines):
         return feed
 
     # Jumps.
+
+    def _led_to(self, program: Program, at: int) -> int | None:
+        statement = self._ahead_in(program, at)
+        name = {"jump": -1, "call": 0}.get(statement.kind)
+        found = program.labelled(statement.data[name]) if name is not None else []
+        return found[0] + 1 if found else None
 
     def _pass_label(self, frame: Frame, at: int, statement: Statement) -> None:
         """LBL 0 ends a subprogram; other labels are passed."""

@@ -22,6 +22,14 @@ from cncgen.gcode.text.labels import Cursor
 Frame = language_run.Frame[Program]
 
 
+def _target(program: Program, at: int, how: str, label: str) -> int | None:
+    """Return the line to which a jump leads: forward (GOTOF), back (GOTOB), either (GOTO, GOTOC)."""
+    lines = program.labelled(label)
+    after = next((line for line in lines if line > at), None)
+    before = next((line for line in reversed(lines) if line <= at), None)
+    return {"GOTOF": after, "GOTOB": before}.get(how, before if after is None else after)
+
+
 class SinumerikRunner(LanguageRun[Program]):
     """One run of a program of SINUMERIK."""
 
@@ -54,9 +62,36 @@ class SinumerikRunner(LanguageRun[Program]):
         self.motions.settle()
         super()._settle()
 
+    def _is_plain(self) -> bool:
+        return self.motions.is_plain()
+
     def _run_plain(self, lane: PlainLane, frame: Frame, most: int) -> int:
         at, lines = frame.at, frame.program.lines
-        return self._in_modes(lambda: lane.run(lines, at, most)) if self.motions.is_plain() else at
+        return self._in_modes(lambda: lane.run(lines, at, most)) if self._is_plain() else at
+
+    def _scopes(self) -> list[dict[str, Any]]:
+        return self.store.scopes
+
+    def _led_to(self, program: Program, at: int) -> int | None:
+        statement = program.lines[at].statement
+        other = program.other.get(at)
+        if statement.kind in ("if", "while", "for", "else"):
+            return None if other is None else other + 1
+        if statement.kind in ("endloop", "endwhile", "endfor", "until"):
+            return other
+        if statement.kind == "jump":
+            how, label = statement.data
+        elif statement.kind == "if-jump" and len(statement.data[0]) == 1:
+            _, how, label = statement.data[0][0][1]
+        else:
+            return None
+        return _target(program, at, how, label) if isinstance(label, str) else None
+
+    def _enters(self, frame: Frame, at: int) -> None:
+        """Leave the loops that a line is not in."""
+        other = frame.program.other
+        for begin in [begin for begin in frame.loops if not begin < at <= other[begin]]:
+            del frame.loops[begin]
 
     def _in_modes(self, run: Callable[[], int]) -> int:
         return self.motions.run_plain(run)
@@ -163,17 +198,10 @@ class SinumerikRunner(LanguageRun[Program]):
             target = label
         else:
             target = str(self.store.value(label, [])).upper()
-        lines = frame.program.labelled(target)
-        after = [line for line in lines if line > at]
-        before = [line for line in lines if line <= at]
-        where = {"GOTOF": after[:1], "GOTOB": before[-1:]}.get(how, after[:1] or before[-1:])
-        if where:
-            frame.at = where[0]
-            frame.loops = {
-                begin: last
-                for begin, last in frame.loops.items()
-                if begin < frame.at <= frame.program.other[begin]
-            }
+        where = _target(frame.program, at, how, target)
+        if where is not None:
+            frame.at = where
+            self._enters(frame, where)
         elif how != "GOTOC":
             way = {"GOTOF": " below it", "GOTOB": " above it"}.get(how, "")
             raise BlockError(

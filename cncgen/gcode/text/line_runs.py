@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
+import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from importlib import import_module
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
@@ -16,7 +17,16 @@ from cncgen.kernels.language_code import LanguageCode
 from cncgen.kernels.plain_lines import PlainReader
 from cncgen.records import dataclass
 
-T = TypeVar("T")
+
+class _Entry(Protocol):
+    """What stands for a line."""
+
+    @property
+    def here(self) -> Cursor:
+        """Its place."""
+
+
+T = TypeVar("T", bound=_Entry)
 
 #: Lines of a run, at least: a shorter one takes as long in arrays as line by line.
 LEAST = 6
@@ -48,8 +58,8 @@ _PLAIN: dict[str, tuple[dict[str, str], set[str], str, str, bool]] = {
 }  # fmt: skip
 
 
-#: The same of what `LanguageCode` takes: terminals, what rules do, letters of words, letter and numbers of parameters, operators and functions
-#: by their names, and whether lines begin with L and a number that is not of the grammar.
+#: The same of what `LanguageCode` takes: terminals, those of jumps and labels, what rules do, letters of words, letter and numbers of parameters, operators and functions
+#: by their names, numbers that have names, and whether lines begin with L and a number that is not of the grammar.
 _COMPUTED: dict[str, tuple[Any, ...]] = {
     "sinumerik": (
         {
@@ -57,7 +67,12 @@ _COMPUTED: dict[str, tuple[Any, ...]] = {
             "RSQB", "COMMA", "AND", "OR", "XOR", "NOT",
         },
         {
-            **dict.fromkeys(("line", "block"), "alone"), "negation": "function",
+            "LABEL", "IF", "ELSE", "ENDIF", "LOOP", "ENDLOOP", "FOR", "TO", "ENDFOR", "WHILE", "ENDWHILE", "REPEAT", "UNTIL", "GOTO",
+        },
+        {
+            **dict.fromkeys(("line", "block", "endif", "loop", "repeat"), "alone"), "for_": "counts", "jump": "goes", "if_jump": "when",
+            **dict.fromkeys(("if_", "while_", "until"), "unless"),
+            **dict.fromkeys(("else_", "endloop", "endfor", "endwhile"), "turns"), "negation": "function",
             **dict.fromkeys(("binary", "compare", "both", "or_", "xor"), "operator"), "number": "number", "parameter": "parameter",
             "variable": "element", "signed": "sign", "function": "call", "arguments": "arguments", "word": "word", "target": "target",
             "setting": "setting",
@@ -73,6 +88,7 @@ _COMPUTED: dict[str, tuple[Any, ...]] = {
             (b"POT", 1): codes.SQUARE, (b"ROUNDUP", 1): codes.CEILING, (b"NOT", 1): codes.NEGATED, (b"ATAN2", 2): codes.ANGLE_OF,
             (b"MINVAL", 2): codes.LESSER, (b"MAXVAL", 2): codes.GREATER,
         },
+        {"TRUE": 1.0, "FALSE": 0.0, "PI": math.pi, "$PI": math.pi},
         False,
     ),
     "heidenhain": (
@@ -81,6 +97,10 @@ _COMPUTED: dict[str, tuple[Any, ...]] = {
             "LPAR", "RPAR", "EQUAL", "COLON", "ROOT", "SINE", "COSINE", *(f"FN_{n}" for n in range(8)),
         },
         {
+            *(f"FN_{n}" for n in range(9, 13)), "IF", "GOTO", "EQUALS", "DIFFERS", "GREATER", "LESS", "_LBL", "CALL", "REP", "IDENTIFIER", "STRING",
+        },
+        {
+            "jump": "when", "call": "repeats", "label_here": "label", "label": "label", "repeats": "alone",
             "start": "alone", "motion": "motion", "word": "named", "m_function": "named", "radius": "radius", "setting": "fast",
             "number": "number", **dict.fromkeys(("parameter", "signed_parameter"), "parameter"), "pi": "pi", "unary": "sign",
             "function": "function", "binary": "operator", **dict.fromkeys(("assignment", "fn_assignment"), "setting"),
@@ -89,13 +109,15 @@ _COMPUTED: dict[str, tuple[Any, ...]] = {
         "xyzabcuvwfm", "q", 1, 4_999,
         {
             b"+": codes.ADD, b"-": codes.SUBTRACT, b"*": codes.MULTIPLY, b"/": codes.DIVIDE, b"DIV": codes.DIVIDE,
-            b"%": codes.REMAINDER, b"^": codes.POWER,
+            b"%": codes.REMAINDER, b"^": codes.POWER, b"EQU": codes.NEAR, b"NE": codes.APART, b"NEQ": codes.APART, b"GT": codes.GT,
+            b"LT": codes.LT,
         },
         {
             **{(name.encode(), 1): getattr(codes, name) for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "SQRT", "ABS", "LN", "EXP")},
             (b"ATAN", 1): codes.ARC_OF, (b"SQ", 1): codes.SQUARE, (b"INT", 1): codes.TRUNC, (b"FRAC", 1): codes.FRACTION,
             (b"NEG", 1): codes.MINUS, (b"LOG", 1): codes.LOG_10, (b"SGN", 1): codes.SIGN_OF,
         },
+        {},
         True,
     ),
 }  # fmt: skip
@@ -117,10 +139,15 @@ def _reader(name: str) -> PlainReader:
 
 def code_of(name: str) -> LanguageCode:
     """Return what reads lines with parameters and arithmetic into instructions."""
+    code = LanguageCode(import_module(f"cncgen.grammars.tables_{name}"), *_COMPUTED[name])
+    code.follow()
+    return code
+
+
+@cache
+def _code(name: str) -> LanguageCode:
+    """Return what reads runs of such lines, which have no jumps."""
     return LanguageCode(import_module(f"cncgen.grammars.tables_{name}"), *_COMPUTED[name])
-
-
-_code = cache(code_of)
 
 
 class PlainScan:
@@ -195,6 +222,8 @@ class ProgramLines(Generic[T]):
     def __init__(self, source: Source, made: Callable[[Cursor], T]) -> None:
         self._source, self._made = source, made
         self._starts: list[int] = []
+        #: Numbers of the first lines of the parts.
+        self._numbers: list[int] = []
         self._parts: list[list[T] | LineRun] = []
         self._count = 0
         #: The entries that were asked for last: where they begin and end.
@@ -210,12 +239,14 @@ class ProgramLines(Generic[T]):
             last.append(entry)
         else:
             self._starts.append(self._count)
+            self._numbers.append(entry.here.line)
             self._parts.append([entry])
         self._count += 1
 
     def add_run(self, run: LineRun) -> None:
         """Add plain lines."""
         self._starts.append(self._count)
+        self._numbers.append(run.here.line)
         self._parts.append(run)
         self._count += run.count
 
@@ -257,6 +288,19 @@ class ProgramLines(Generic[T]):
         if isinstance(part, list):
             return None
         return self._place(k, part, at), self._starts[k] + part.count - at, part.computed
+
+    def place(self, at: int) -> Cursor:
+        """Return the place of a line."""
+        found = self.plain_at(at)
+        return self[at].here if found is None else found[0]
+
+    def index_of(self, number: int) -> int:
+        """Return the first line from a number in the text on."""
+        k = bisect_right(self._numbers, number) - 1
+        part = self._parts[k]
+        if isinstance(part, list):
+            return self._starts[k] + bisect_left(part, number, key=lambda entry: entry.here.line)
+        return self._starts[k] + min(number - part.here.line, part.count)
 
     def _place(self, k: int, run: LineRun, at: int) -> Cursor:
         """Return the place of a line of a run."""
