@@ -590,3 +590,32 @@ def test_a_cycle_of_the_machines_builder_is_a_subprogram(run: Run) -> None:
     """It was refused although the text has it: cycles of the builder and the user are programs like any (840D sl, Job planning)."""
     text = "CYCLE3106(1,2)\nM30\n%_N_CYCLE3106_SPF\nPROC CYCLE3106(REAL A, REAL B)\nG0 X=A Y=B\nRET"
     assert ends(run, text) == [[1, 2, 0]]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "at"),
+    [
+        (
+            "sinumerik",
+            "G0 X0\nTRANS X-100 Z-7\nG0 X10 Z10\nT2 D1\nM6\nG0 Y20\nM30\n",
+            "-90.0000, 20.0000, 3.0000",
+        ),
+        (
+            "heidenhain",
+            "BEGIN PGM A MM\nCYCL DEF 7.0 DATUM\nCYCL DEF 7.1 X-100\nCYCL DEF 7.2 Z-7\n"
+            "L X+10 Z+10 FMAX\nTOOL CALL 2 Z S1000\nL Y+20 FMAX\nEND PGM A MM\n",
+            "-90.0000, 20.0000, 3.0000",
+        ),
+        (
+            "fanuc",
+            "G21 G90\nG0 X10. Z10.\nG51.1 X0.\nT2 M6\nG0 Y20.\nM30\n",
+            "10.0000, 20.0000, 10.0000",
+        ),
+    ],
+)
+def test_a_tool_change_in_a_frame_leaves_the_tool_where_it_is(
+    calls: Run, dialect: str, text: str, at: str
+) -> None:
+    """`canon` put it off by the frame once more: after TRANS X-100 the next motion went from X-90 to X-190."""
+    motions = [c for c in calls(text, dialect=dialect) if "STRAIGHT_TRAVERSE" in c]
+    assert motions[-1] == f"STRAIGHT_TRAVERSE({at}, 0.0000, 0.0000, 0.0000)"

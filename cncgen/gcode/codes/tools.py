@@ -108,8 +108,9 @@ def put_in(ip: Interpreter, number: int) -> None:
 
 
 def take_position(ip: Interpreter, block: Block) -> None:
-    """Take the position anew from the machine."""
-    ip.state.position = ip.base.where(ip.state.position)
+    """Take the position anew from the machine: LinuxCNC alone asks, and its numbers know no frames."""
+    if ip.dialect == "linuxcnc":
+        ip.state.position = ip.base.where(ip.state.position)
 
 
 def name_tool(ip: Interpreter, block: Block) -> None:

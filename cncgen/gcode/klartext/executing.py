@@ -176,7 +176,8 @@ class Execution(ProgramText):
                 'SEL PGM "PART.H", or CYCL DEF 12.1 PGM PART.H, names it',
             )
             raise BlockError("sub-missing", message, "PGM", hint=hint)
-        program = self.program_of(name, f"there is no program {name} ({name}.H)", "PGM", INCLUDE)
+        file = name if "." in name else f"{name}.H"
+        program = self.program_of(name, f"there is no program {file}", "PGM", INCLUDE)
         program.ends.clear()
         self.enter(Frame(program), "CALL")
 
