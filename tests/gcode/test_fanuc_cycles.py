@@ -160,6 +160,27 @@ def test_q_and_r_left_out(run: Any) -> None:
     ]
 
 
+def test_bores_step_off_the_wall_by_i_and_j(run: Any) -> None:
+    """I and J are the way aside where Q is none (Haas mill operator's manual, G76); Q of an earlier cycle is not meant."""
+    aside = [[1, 0, -5, 1], [1.1, -0.2, -5, 0], [1.1, -0.2, 10, 0], [1, 0, 10, 0]]
+    assert moves(run, "G76 X1 Z-5 R2 I.1 J-.2")[2:] == aside
+    assert moves(run, "G83 X1 Z-5 R2 Q9\nG76 I.1 J-.2 X1")[-4:] == aside
+    assert moves(run, "G76 X1 Z-5 R2 J-.2 K2")[2:6] == [
+        [1, 0, -5, 1],
+        [1, -0.2, -5, 0],
+        [1, -0.2, 10, 0],
+        [1, 0, 10, 0],
+    ]
+    out = run(START + "G76 X1 Z-5 R2 I.1\nG80\nM30", dialect="fanuc")
+    assert not any(d.code == "cycle-shift" for d in out.diagnostics)
+
+
+def test_g77_bores_back_as_g87(run: Any) -> None:
+    """``G77 Z-1. R-1.6 Q0.1`` (Haas mill operator's manual, G77)."""
+    assert moves(run, "G77 X1 Z-5 R-8 Q1") == moves(run, "G87 X1 Z-5 R-8 Q1")
+    assert moves(run, "G77 X1 Z-5 R-8 I1") == moves(run, "G87 X1 Z-5 R-8 Q1")
+
+
 def test_steps_of_haas(run: Any) -> None:
     """I is the first step, J what each next one is less, K the least one (Haas mill operator's manual, G83 and G73)."""
     levels = [row[2] for row in moves(run, "G83 X1 Z-20 R2 I10 J3 K5") if row[3]]

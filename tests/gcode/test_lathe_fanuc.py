@@ -99,6 +99,10 @@ SIMPLE = {
     "G94": ("G94 X10. Z-1. F.2", [(25, -1, 0), (5, -1, 1), (5, 2, 1), (25, 2, 0)]),
     "G94 taper": ("G94 X10. Z-3. R-2. F.2", [(25, -5, 0), (5, -3, 1), (5, 2, 1), (25, 2, 0)]),
     "G92": ("G92 X46. Z-20. F1.5", [(23, 2, 0), (23, -20, 1), (25, -20, 0), (25, 2, 0)]),
+    "G92 from an angle": (
+        "G92 X46. Z-20. F1.5 Q180000",
+        [(23, 2, 0), (23, -20, 1), (25, -20, 0), (25, 2, 0)],
+    ),
     "G32": ("G32 Z-20. F1.5", [(25, -20, 1)]),
 }
 
@@ -305,6 +309,28 @@ def test_passes_like_the_profile() -> None:
 def test_drilling_in_steps() -> None:
     found = moves("G0 X0. Z2.\nG74 R.5\nG74 Z-8. Q4000 F.1")[1:]
     assert found == [(0, -2, 1), (0, -1.5, 0), (0, -6, 1), (0, -5.5, 0), (0, -8, 1), (0, 2, 0)]
+
+
+def test_radial_holes_of_haas() -> None:
+    """X is the bottom and R a place, both diameters, Y Z C the hole's (Haas lathe operator's manual, "G241", with its example in mm)."""
+    text = (
+        "G98 G54 G0 X125. Z-19. C0\nG241 X53. Y3. Z-33. C35. R100. F500.\nX47. Y-6. Z-22. C-75.\nG0 G80 Z25."
+    )
+    path, faults, _ = outcome(text)
+    assert faults == []
+    rows = path.kind != Kind.EVENT
+    ends = [
+        end for end, feed in zip(path.end[rows], path.feed_mode[rows], strict=True) if feed != FeedMode.RAPID
+    ]
+    found = [
+        (*end[:3].round(6).tolist(), round(math.degrees(end[list(path.axes).index("C")]), 6)) for end in ends
+    ]
+    assert found == [(26.5, 3.0, -33.0, 35.0), (23.5, -6.0, -22.0, -75.0)]
+
+
+def test_left_hand_taps_of_haas_feed_as_right_hand_ones() -> None:
+    taps = "G98 G0 X0. Z5.\n{} Z-10. R2. F500.\nG80"
+    assert moves(taps.format("G184")) == moves(taps.format("G84"))
 
 
 def test_grooving_in_steps_and_cuts_beside_one_another() -> None:

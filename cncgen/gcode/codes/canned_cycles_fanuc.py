@@ -1,9 +1,10 @@
-"""Canned cycles with FANUC's words: G73, G74, G76, G81 to G89 (B-63324EN, 13.1).
+"""Canned cycles with FANUC's words: G73, G74, G76, G81 to G89 (B-63324EN, 13.1), and G77 of Haas.
 
 They differ from LinuxCNC's: P is milliseconds and may be left out; K counts the repeats (K0 keeps the words and makes
 no hole; L is taken too); the words of a hole stay in force from cycle to cycle until G80 or a motion code; the tool goes
 across at the height where it is and then to R; G76 and G87 move away from the wall by Q, in the direction of the
-plane's first axis (parameter 5148 of the control). A block without an axis word or R makes no hole.
+plane's first axis (parameter 5148 of the control), or without Q by I and J (Haas mill operator's manual, "G76"). A block without an
+axis word or R makes no hole.
 """
 
 from __future__ import annotations
@@ -168,13 +169,17 @@ def _tap_in_step(hole: Hole, direction: int) -> None:
 
 def _shift(hole: Hole) -> tuple[dict[int, float], dict[int, float]]:
     """Return the places across of the tool beside the hole and in it; say which way is taken to be away from the wall."""
-    ip = hole.ip
-    first = ip.state.plane_axes()[0]
+    ip, words = hole.ip, hole.words
+    first, second, _ = ip.state.plane_axes()
     middle = ip.state.position[first]
+    if "q" not in words:
+        other = ip.state.position[second]
+        beside = {first: middle + words.get("i", 0.0), second: other + words.get("j", 0.0)}
+        return beside, {first: middle, second: other}
     message = f"the tool is taken to leave the wall along {AXES[first].upper()}+; the control has the direction in a parameter"
     hint = "it is parameter 5148 of FANUC, 5101 of its older controls, setting 27 of Haas"
     ip.warn_once(BlockError("cycle-shift", message, "Q", hint=hint), Severity.NOTE)
-    return {first: middle + hole.words["q"]}, {first: middle}
+    return {first: middle + words["q"]}, {first: middle}
 
 
 def _fine_bore(hole: Hole) -> None:
@@ -211,7 +216,8 @@ def _back_bore(hole: Hole) -> None:
 HOLES = {
     730: Cycle(_pecking(730), "q", "drill, breaking chips every Q", "ij"),
     740: Cycle(_tap(-1), "", "tap, left-hand", "j", taps=True),
-    760: Cycle(_fine_bore, "q", "bore, step off the wall by Q, traverse out", aside=True),
+    760: Cycle(_fine_bore, "q", "bore, step off the wall by Q, traverse out", "ij", aside=True),
+    770: Cycle(_back_bore, "q", "back bore from R up to Z, as G87 (Haas)", "ij", aside=True),
     810: Cycle(CYCLES[810].run, "", "drill"),
     820: Cycle(HoleMoves("Bwc"), "", "drill, dwell for P"),
     830: Cycle(_pecking(830), "q", "drill, out of the hole every Q", "ij"),
@@ -221,11 +227,11 @@ HOLES = {
     843: Cycle(lambda hole: _tap_in_step(hole, -1), "", "tap in step with the spindle, left-hand", taps=True),
     850: Cycle(CYCLES[850].run, "", "bore, feed out"),
     860: Cycle(HoleMoves("B0c1"), "", "bore, stop the spindle, traverse out"),
-    870: Cycle(_back_bore, "q", "back bore from R up to Z, Q beside the hole on the way", aside=True),
+    870: Cycle(_back_bore, "q", "back bore from R up to Z, Q beside the hole on the way", "ij", aside=True),
     880: Cycle(HoleMoves("Bw0!c1"), "", "bore, dwell for P, stop for the operator"),
     890: Cycle(HoleMoves("BwRc"), "", "bore, dwell for P, feed out"),
 }
-_BACK = 870
+_BACK = (770, 870)
 
 
 def _cycle(number: int) -> Handler:
@@ -261,13 +267,20 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
         state.rigid = IN_ROW if state.rigid == ARMED else 0
         sticky = Sticky(level=state.position[normal])
     letters = _LETTERS + AXES[normal] + HOLES[number].takes
-    if "i" in block.words or (sticky.number == number and "i" in sticky.words):
+    if not HOLES[number].aside and ("i" in block.words or (sticky.number == number and "i" in sticky.words)):
         letters += "k"
     given = {k: v for k, v in block.words.items() if k in letters}
     if "p" in given:
         given["p"] = seconds_of(ip, block)
     relative = sticky.relative - given.keys() if state.absolute else sticky.relative | given.keys()
     words = {**sticky.words, **given}
+    if HOLES[number].aside and not given.keys().isdisjoint("qij"):
+        # Q or I J says how far the tool goes aside, not both.
+        words = {
+            k: v
+            for k, v in words.items()
+            if k not in "qij" or (k in given and (k == "q" or "q" not in given))
+        }
     if HOLES[number].aside and "q" in given:
         words["q"] = _off_wall(ip, block, number)
     elif HOLES[number].needs and "q" in given and AXES[normal] in words:
@@ -305,7 +318,7 @@ def check_words(ip: Interpreter, block: Block, number: int, words: dict[str, flo
     name = f"G{number // 10}"
     check_feed(ip, block, name)
     needs = "r" + AXES[ip.state.plane_axes()[2]] + HOLES[number].needs
-    if "i" in words:
+    if "i" in words or (HOLES[number].aside and "j" in words):
         needs = needs.replace("q", "")
     missing = [letter.upper() for letter in needs if letter not in words]
     if missing == ["Q"] and not HOLES[number].aside:
@@ -315,7 +328,7 @@ def check_words(ip: Interpreter, block: Block, number: int, words: dict[str, flo
             f"{name} has no Q: it drills to the bottom at once, as some controls do",
             "Q is the depth of a step",
         )
-    elif missing == ["R"] and number != _BACK:
+    elif missing == ["R"] and number not in _BACK:
         words["r"] = ip.state.position[ip.state.plane_axes()[2]]
         text = f"{name} has no R: the hole begins where the tool stands, at {words['r']:g}, as on Haas's controls"
         _doubt(ip, text, "R is the height that the hole begins at; other controls take 0, or refuse it")
@@ -334,7 +347,7 @@ def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> No
     # R and the depth keep the meaning of their block, whatever mode is in force now.
     retract = words["r"] + (sticky.level if "r" in sticky.relative else 0.0)
     bottom = words[depth] + (retract if depth in sticky.relative else 0.0)
-    if (bottom > retract) != (number == _BACK) and bottom != retract:
+    if (bottom > retract) != (number in _BACK) and bottom != retract:
         raise BlockError(
             "cycle-depth",
             f"the bottom, {depth.upper()} {bottom:.4f}, is on the wrong side of R {retract:.4f}",
@@ -343,11 +356,11 @@ def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> No
     clear = max(sticky.level, retract) if state.retract_old else retract
     hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
     step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
-    letter = "k" if "k" in block.words and "i" not in sticky.words else "l"
+    letter = "k" if "k" in block.words and (HOLES[number].aside or "i" not in sticky.words) else "l"
     for _ in range(repeats(block, letter, 0)):
         end = ip.end_point(step)
         hole.across({first: end[first], second: end[second]})
-        if number != _BACK:
+        if number not in _BACK:
             hole.traverse(retract)
         HOLES[number].run(hole)
     state.moved = True

@@ -1,4 +1,5 @@
-"""Drilling on lathes: G83 G84 G85 along Z and G87 G88 G89 along X of FANUC (B-64304EN-1, 5.1), and G81 G82 G86 of Haas's lathes.
+"""Drilling on lathes: G83 G84 G85 along Z and G87 G88 G89 along X of FANUC (B-64304EN-1, 5.1), and of Haas's lathes G81 G82 G86 and G184
+along Z, and G241 to G249 along X.
 
 Words stay in force until G80. The tool goes back to the level where the first hole of a row began. FANUC counts R as a distance
 from that level, Haas as a place. The reading between the level and the bottom is taken; if both are, FANUC's is taken with a
@@ -25,6 +26,8 @@ _MOVES = {
     870: (830, "x"),
     880: (840, "x"),
     890: (850, "x"),
+    1840: (740, "z"),
+    **{2400 + number: (800 + number, "x") for number in (10, 20, 30, 50, 60, 80, 90)},
 }
 #: The distance from R to the bottom, and the words of the places of holes.
 _DEPTHS = {"z": "w", "x": "u"}

@@ -74,7 +74,7 @@ def _pass(name: str, number: int) -> Handler:
 
 
 def thread(ip: Interpreter, block: Block) -> None:
-    """G92 F: to X, a thread along Z, out and back."""
+    """G92 F: to X, a thread along Z, out and back; the spindle's angle Q that it begins at is not planned."""
     if "s" in block.words and block.words.keys().isdisjoint(_WORDS + "f"):
         message = "G92 S is taken as the largest speed of the spindle, as systems B and C of lathes' G codes have it"
         hint = "system A has G50 S; --dialect fanuc-lathe-b reads system B"
@@ -120,7 +120,7 @@ def thread_pass(ip: Interpreter, x: float, z: float, lead: float, chamfer: float
 CODES = (
     Code("G", _ALONG, "motion", Stage.MOTION, _pass("G90", _ALONG), "cut along Z to X and Z, and back", _WORDS + "i", "motion", summons="xzuwr",
         dialects=ONLY, moves="XZ", refused=IS_TURNING),
-    Code("G", _THREAD, "motion", Stage.MOTION, thread, "cut a thread of lead F to X and Z, and back", _WORDS + "fi", "motion",
+    Code("G", _THREAD, "motion", Stage.MOTION, thread, "cut a thread of lead F to X and Z, and back", _WORDS + "fiq", "motion",
         summons="xzuwr", dialects=ONLY, takes="f", moves="XZ", refused=SYNCHRONISED),
     Code("G", _ACROSS, "motion", Stage.MOTION, _pass("G94", _ACROSS), "cut along X to X and Z, and back", _WORDS + "k", "motion", summons="xzuwr",
         dialects=ONLY, moves="XZ", refused=IS_TURNING),

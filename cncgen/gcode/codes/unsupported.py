@@ -35,6 +35,7 @@ WITHOUT: dict[tuple[str, int], str] = {
 ON_LATHES: dict[int, str] = {
     330: "lathes cut threads with G32",
     340: "G32 cuts threads of one lead",
+    770: "G77 mills flats on Haas's lathes, which is not read; post it as the moves that it makes",
     **dict.fromkeys((430, 440), "T has the offset on lathes: T0101"),
     910: "U and W are distances on lathes",
     **dict.fromkeys((930, 950), "G98 and G99 say what F means on lathes"),

@@ -131,6 +131,7 @@ _ELSEWHERE_BARE = (
     _of("fadal", 20, "no tool and no fixture by H0 E0", rb"(?:H0E0|E0H0)(?![.\d])", b"H0E0", b"E0H0"),
     _of("fadal", 6, "a tool length by H alone", rb"^(?:G90)?H\d{1,2}Z" + SIGNED + rb"(?:M\d+)*$|^(?:G90)?E0X", b"H", b"E0"),
     _of("fagor", 12, "a depth I of a cycle", _W + rb"G(?:69|8[1-9])(?![\d.])(?![^\n]*[JR])[^\n]*Z" + _V + rb"[^\nI]*I-[.\d]", b"G69", *(b"G8%d" % digit for digit in range(1, 10))),
+    _of("fagor", 12, "a corner by G36 to G39 with R", _W + rb"G3[6-9]R[.\d]", *(b"G3%dR" % digit for digit in range(6, 10))),
     ("tool and offset T1.1", {"fagor": 6.0, "osai": 6.0}, rb"^T(?=\d{1,2}(?!\d))" + _WITH_POINT + rb"(?<=\d)(?<!\d{3})(?:M0?6)?$", (b"T",)),
     _of("fagor", 6, "a parameter P as a value", rb"(?<![A-Z])[XYZIJKFS]P\d+", *(b"%cP" % letter for letter in b"XYZIJKFS")),
     _of("hnc", 20, "a turning cycle in one block with X and Z", _W + rb"G7[1-3](?=[^\n]*P\d)(?=[^\n]*Q\d)(?=[^\n]*[XZ]-?[.\d])(?=[^\n]*[UW][.\d])[^\nY]*$", b"G71", b"G72", b"G73"),
