@@ -270,3 +270,25 @@ def test_arguments_of_m98_are_told_to_be_those_of_g65(run: Any, block: str) -> N
     said = next(d for d in out.diagnostics if d.code == "unused-word")
     assert said.hint is not None
     assert said.hint.startswith("M98 hands no arguments on: G65 P with ")
+
+
+def test_variables_of_the_control_that_nobody_has_set(run: Any, tmp_path: Any) -> None:
+    """#1004 is an input, #3012 the time, #4115 the program (B-63324EN, 15.2); each counts as 0, which the first one says."""
+    text = "O1\nG0 X[#1004] Y[#3012]\nX[#4115+1]\nM30"
+    assert fanuc(run, text) == [[1, 0, 0]]
+    found = [d for d in run(text, dialect="fanuc").diagnostics if d.code == "variable-assumed"]
+    assert [(d.severity.value, d.span.line, d.span.column) for d in found if d.span] == [("note", 2, 6)]
+    assert "#1004" in found[0].message
+    # What the program or a parameter file sets is known; so are origins, of which 0 is a value.
+    assert ("note", "variable-assumed") not in remarks(run, "#1004=0\nG0 X[#1004+#5221+#2001+#3001]\nM30")
+    file = tmp_path / "p.var"
+    file.write_text("1004 0\n")
+    out = run("G0 X[#1004]\nM30", dialect="fanuc", parameters=file)
+    assert not any(d.code == "variable-assumed" for d in out.diagnostics)
+
+
+@pytest.mark.parametrize("number", [2401, 2501, 2601, 2801])
+def test_radii_and_origins_by_older_numbers_are_not_set_in_silence(run: Any, number: int) -> None:
+    """#2401 on are radii, #2501 and #2601 also G54 X and Y of other controls (B-63324EN, 15.2): neither is meant for sure."""
+    assert ("warning", "other-control") in remarks(run, f"#{number}=5.\nG0 X1\nM30")
+    assert remarks(run, "#2201=5.\nG0 X1\nM30") == []

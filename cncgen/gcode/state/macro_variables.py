@@ -2,7 +2,7 @@
 
 Positions, modal codes, tool data (offset memory C: length and radius, geometry and wear apart) and the work coordinate
 systems, which take effect as soon as they are set. Axes count in the order X Y Z A B C U V W. Variables without
-a meaning here (inputs, counters, date) are plain storage.
+a meaning here (inputs, counters, date) are plain storage, which a note tells where they are read unset.
 """
 
 from __future__ import annotations
@@ -30,6 +30,10 @@ _OLD_TOOL_DATA = {2001: (0, 1), 2201: (0, 0)}
 #: Origins: shift of all, G54 to G59, G54.1 P1 to P48.
 _ORIGINS = (range(5201, 5329), range(7001, 7961))
 _TIMER = 3001
+#: Variables that tell of the control or the machine: signals, data of tools and origins by their older numbers, alarms, date, codes.
+_OF_THE_CONTROL = (range(1000, 2001), range(2401, 5001))
+#: Radii of tools on some controls, and origins on others, by older numbers.
+_OLD_DATA = range(2401, 2901)
 _CYCLE_CODES = 100
 
 
@@ -156,7 +160,20 @@ def read(ip: Interpreter, index: int) -> float:
         tool = ip.tools.find(number)
         return 0.0 if tool is None else _parts(tool, radius)[wear] * ip.table_scale()
     value = ip.parameters.numbers[index]
+    if value == 0.0 and _is_untold(ip, index):
+        message = f"#{index} tells of the control or the machine, and is not known here: it counts as 0"
+        hint = "--parameters gives such a variable a value; the program may set it before it reads it"
+        ip.warn_once(BlockError("variable-assumed", message, "#", hint=hint), Severity.NOTE)
     return value * ip.scale_of((index - 1) % 20) if _is_origin(index) else value
+
+
+def _is_untold(ip: Interpreter, index: int) -> bool:
+    """Tell whether a variable of the control has been given no value."""
+    return (
+        any(index in numbers for numbers in _OF_THE_CONTROL)
+        and index not in ip.parameters.listed
+        and index not in ip.parameters.stored
+    )
 
 
 def store(ip: Interpreter, index: int, value: float) -> None:
@@ -178,7 +195,12 @@ def store(ip: Interpreter, index: int, value: float) -> None:
             hint="#100 to #199 and #500 to #999 are free",
         )
     else:
+        if index in _OLD_DATA:
+            message = f"#{index} is the radius of a tool on some controls and an origin on others: here it is neither, and nothing moves by it"
+            hint = "#12001 and #13001 on are radii, #5221 on origins"
+            ip.warn_once(BlockError("other-control", message, "#", hint=hint))
         ip.parameters.numbers[index] = value
+        ip.parameters.stored.add(index)
 
 
 def _set_tool(ip: Interpreter, radius: int, wear: int, number: int, value: float) -> None:

@@ -49,6 +49,7 @@ class Parameters:
         local: Named parameters of the innermost subroutine.
         named: Global ones (their names begin with ``_``).
         listed: Numbers that the parameter file names; they are kept, as are some others always.
+        stored: Numbers of FANUC's plain storage that the program has set.
     """
 
     def __init__(self, interpreter: Interpreter) -> None:
@@ -68,6 +69,7 @@ class Parameters:
         self.local: dict[str, float] = {}
         self.named: dict[str, float] = {}
         self.listed: set[int] = set()
+        self.stored: set[int] = set()
         #: Values of the common variables that lie beyond the others.
         self._beyond: dict[int, float] = {}
 
