@@ -81,6 +81,14 @@ def test_parameters_of_the_caller_make_the_outline(run: Any, tmp_path: Path) -> 
     assert fed(outcome(run, tmp_path, text, outline)).tolist() == fed(outcome(run, tmp_path, text)).tolist()
 
 
+def test_without_a_tool_table_the_tool_goes_around_the_corners(run: Any) -> None:
+    """The step of 3 is half the width of a tool that does not fit in corners of 2.5."""
+    outline = "G1 Y10\nX-17.5\nG3 X-20 Y7.5 R2.5\nG1 Y-10\nX20\nY10\nX0\nM99"
+    out = run(f"{HEAD}G150 X0 Y0 Z-1 R1 Q2 J3 P2 G41 D1 F100\nM30\nO2\n{outline}", dialect="fanuc")
+    assert out.errors == []
+    assert [d.severity.value for d in out.diagnostics if d.code == "tool-assumed"] == ["warning"]
+
+
 GOOD = "G150 X0 Y0 Z-3 R1 Q1.5 J3 P2 G41 D1 F100"
 
 

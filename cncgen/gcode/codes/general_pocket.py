@@ -85,12 +85,27 @@ def _parted(contour: list[Segment]) -> list[list[Segment]]:
     return [contour] if contour else []
 
 
-def _radius(ip: Interpreter, block: Block, step: float) -> float:
-    """Return the radius of the tool of D; where no table gives it, that of a tool that steps aside by half its width."""
+def _radius(ip: Interpreter, block: Block) -> float:
+    """Return the radius of the tool of D; 0 where no table gives it."""
     tool = ip.tools.find(radius_number_in_force(ip, block, _NAME))
     if tool is None:
         raise BlockError("unknown-tool", "D is not in the tool table", "D")
-    return abs(tool.diameter) * ip.table_scale() / 2.0 or ip.cutting_radius(_NAME, step / 0.8)
+    return abs(tool.diameter) * ip.table_scale() / 2.0
+
+
+def _room(
+    contours: Sequence[tuple[Sequence[Segment], bool]], step: float, finish: float, climb: bool
+) -> float:
+    """Return the radius of a tool that no table gives: that of one that steps aside by half its width, or a smaller one that goes around."""
+    radius = step
+    while radius > step / 8.0:
+        try:
+            around(contours, radius + finish, _NAME, climb=climb)
+        except BlockError:
+            radius *= 0.8
+        else:
+            break
+    return radius
 
 
 def _steps(ip: Interpreter, words: dict[str, float]) -> tuple[float, bool]:
@@ -139,7 +154,7 @@ def pocket(ip: Interpreter, block: Block) -> None:
     ip.end_compensation()
     check_feed(ip, block, _NAME)
     step, upright = _steps(ip, words)
-    radius, finish = _radius(ip, block, step), words.get("k", 0.0)
+    radius, finish = _radius(ip, block), words.get("k", 0.0)
     begin = ip.end_point(replace(block, words={letter: words[letter] for letter in "xy" if letter in words}))
     ip.go(begin, rapid=True)
     # Where rows lie along Y, all is seen turned by a right angle.
@@ -156,6 +171,7 @@ def pocket(ip: Interpreter, block: Block) -> None:
         )
     contours = [(part, k > 0) for k, part in enumerate(parts)]
     check(contours, _NAME)
+    radius = radius or ip.cutting_radius(_NAME, _room(contours, step, finish, side == 41) / 0.8)
     levels = _levels(words["r"], words["z"], words["q"])
     how = Clearing(radius, step, levels, words["r"], state.feed, state.feed)
     _mill(FlatCutter(ip, 0j, turn), contours, how, finish, complex(*begin[:2]) / turn, side == 41)
