@@ -151,6 +151,18 @@ def test_a_grid_of_holes(run: Run) -> None:
     assert len(found) == 6
 
 
+def test_a_grid_begins_at_the_corner_nearest_to_the_tool(run: Run) -> None:
+    """The cycle of the 840D (software 6.2) compares half of each side with the position before it; the first hole was always that of SPCA, SPCO."""
+    assert holes(run, "G0 X25 Y5\nCYCLE801(0,0,0,10,20,3,2)")[1:] == [
+        [20, 0],
+        [10, 0],
+        [0, 0],
+        [0, 20],
+        [10, 20],
+        [20, 20],
+    ]
+
+
 def test_a_frame_of_holes(run: Run) -> None:
     found = holes(run, "CYCLE801(1,2,0,10,20,4,3,1)")
     assert len(found) == 10

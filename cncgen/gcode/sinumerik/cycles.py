@@ -617,7 +617,8 @@ def _circle(motions: Motions, name: str, values: Values) -> None:
 def _grid(motions: Motions, name: str, values: Values) -> None:
     """CYCLE801(SPCA, SPCO, STA, DIS1, DIS2, NUM1, NUM2, VARI): holes in a grid, or (VARI 1) on its frame.
 
-    Rows along the smaller distance are visited to and fro.
+    Rows along the smaller distance are visited to and fro, from the corner that is nearest to the tool, as the cycle of
+    the 840D has it (software 6.2).
     """
     _modal(motions, name)
     if any(filled(values, k) for k in (9, 10)) or (len(values) > 11 and values[11]):
@@ -631,10 +632,16 @@ def _grid(motions: Motions, name: str, values: Values) -> None:
     origin, steps = complex(filled(values, 0), filled(values, 1)), (filled(values, 3), filled(values, 4))
     counts = _count(name, values, 5), _count(name, values, 6)
     inner = 0 if abs(steps[0]) <= abs(steps[1]) else 1
+    first, second, _ = motions.plane()
+    position = motions.ip.state.position
+    here = (complex(position[first], position[second]) - origin) / way
+    lines = []
+    for at, step, count in zip((here.real, here.imag), steps, counts, strict=True):
+        line = list(range(count))
+        lines.append(line if abs(at) <= abs(at - (count - 1) * step) else line[::-1])
     places = []
-    for row in range(counts[1 - inner]):
-        line = range(counts[inner]) if row % 2 == 0 else reversed(range(counts[inner]))
-        for column in line:
+    for number, row in enumerate(lines[1 - inner]):
+        for column in lines[inner] if number % 2 == 0 else lines[inner][::-1]:
             at = (column, row) if inner == 0 else (row, column)
             if round(filled(values, 7)) == 1 and not any(
                 k in (0, n - 1) for k, n in zip(at, counts, strict=True)

@@ -143,7 +143,7 @@ class Store:
             "variable-unknown",
             f"{name} has no value: no DEF gives it one",
             name,
-            hint=f"DEF REAL {name} at the top of the program",
+            hint=f"DEF REAL {name} at the top of the program; a parameter of PROC has a value where a program calls it",
         )
 
     def set_value(self, name: str, indices: list[Scalar], value: Scalar) -> None:
