@@ -10,8 +10,8 @@ import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
     ABS, ACOS, ADD, AND, ASIN, COS, DIVIDE, EQ, EXP, FIX, FUP, GE, GT, LE, LN, LT, MOD, MULTIPLY, NE, OR, POWER, ROUND, SIN, SQRT,
     SUBTRACT, TAN,
-    ABOVE, APART, ARC_OF, AT_LEAST, BELOW, CEILING, ANGLE_OF, FRACTION, GREATER, LESSER, MINUS, NEAR, NEGATED, OTHER_THAN, REMAINDER,
-    SAME, SIGN_OF, SQUARE, TRUNC, WHOLE_QUOTIENT,
+    ABOVE, ANGLE_OF, APART, ARC_OF, AT_LEAST, BELOW, BITS_AND, BITS_NOT, BITS_OR, CEILING, FRACTION, GREATER, LENGTH_OF, LESSER, MINUS,
+    NEAR, NEGATED, OTHER_THAN, REMAINDER, SAME, SIGN_OF, SQUARE, TRUNC, TURN_OF, WHOLE_QUOTIENT,
 )  # fmt: skip
 from cython.cimports.libc.math import (
     acos,
@@ -25,6 +25,7 @@ from cython.cimports.libc.math import (
     fabs,
     floor,
     fmod,
+    hypot,
     isfinite,
     log,
     log10,
@@ -41,6 +42,8 @@ _LAST_BITS = cython.declare(cython.double, 2.0**-48)
 _NEAR = cython.declare(cython.double, 1e-9)
 #: Equal in comparisons (`expressions.EQUAL`).
 _EQUAL = cython.declare(cython.double, 1e-4)
+#: Whole numbers below it have bits.
+_MOST_BITS = cython.declare(cython.double, 2.0**53)
 _NAN = cython.declare(cython.double, float("nan"))
 
 #: pi / 180 in two halves of 26 bits and what is left of it, and what splits a number so (2^27 + 1).
@@ -191,6 +194,8 @@ def _function_of_languages(name: cython.int, a: cython.double) -> cython.double:
         return atan(a) * _PER_RADIAN
     if name == MINUS:
         return -a
+    if name == BITS_NOT:
+        return cython.cast(cython.double, ~cython.cast(cython.longlong, a)) if fabs(a) < _MOST_BITS else _NAN
     return log10(a) if a > 0.0 else _NAN
 
 
@@ -270,6 +275,8 @@ def _joined_in_languages(operator: cython.int, a: cython.double, b: cython.doubl
         return b if b > a else a
     if operator == ANGLE_OF:
         return arc_tangent(a, b)
+    if operator >= LENGTH_OF:
+        return _joined_by_heidenhain(operator, a, b) if operator <= TURN_OF else _joined_bits(operator, a, b)
     if operator == NEAR or operator == APART:
         return 1.0 if (fabs(a - b) < _NEAR) == (operator == NEAR) else 0.0
     same = fabs(a - b) <= _LAST_BITS * (fabs(b) if fabs(b) > fabs(a) else fabs(a))
@@ -278,3 +285,27 @@ def _joined_in_languages(operator: cython.int, a: cython.double, b: cython.doubl
     if operator == ABOVE or operator == BELOW:
         return 1.0 if not same and (a > b) == (operator == ABOVE) else 0.0
     return 1.0 if same or (a > b) == (operator == AT_LEAST) else 0.0
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _joined_by_heidenhain(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
+    """Return the length of (a, b), or the angle whose sine and cosine are as a to b, 0 to 360."""
+    angle: cython.double
+    if operator == LENGTH_OF:
+        return hypot(a, b)
+    angle = arc_tangent(a, b)
+    return angle + (0.0 if angle >= 0.0 else 360.0)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _joined_bits(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
+    """Return AND, OR or XOR of the bits of whole numbers."""
+    if not (fabs(a) < _MOST_BITS and fabs(b) < _MOST_BITS):
+        return _NAN
+    one: cython.longlong = cython.cast(cython.longlong, a)
+    other: cython.longlong = cython.cast(cython.longlong, b)
+    if operator == BITS_AND:
+        return cython.cast(cython.double, one & other)
+    return cython.cast(cython.double, one | other if operator == BITS_OR else one ^ other)

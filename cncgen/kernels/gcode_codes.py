@@ -152,6 +152,11 @@ OF_LANGUAGES = {
     "ANGLE_OF": 70,
     "NEAR": 71,
     "APART": 72,
+    "LENGTH_OF": 73,
+    "TURN_OF": 74,
+    "BITS_AND": 75,
+    "BITS_OR": 76,
+    "BITS_XOR": 77,
     "TRUNC": 80,
     "SQUARE": 81,
     "NEGATED": 82,
@@ -161,6 +166,7 @@ OF_LANGUAGES = {
     "ARC_OF": 86,
     "MINUS": 87,
     "CEILING": 88,
+    "BITS_NOT": 89,
 }
 #: Numbers of each table, at most: they stand in the parser itself, where each is found in one step.
 MOST = {

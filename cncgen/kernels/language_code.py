@@ -393,8 +393,12 @@ class Emitter(Tables):
         if work == _OPERATION or count == 5:
             if work == _OPERATION and count == 7:
                 fn = self.text[self.ends[k] - 1]
-                # Each of FN 1 to FN 4 has its operator.
-                if not 49 <= fn <= 52 or self.text[self.begins[k + 5]] | 32 != b"+-*d"[fn - 49] | 32:
+                # Each of FN 1 to FN 4 has its operator, which the grammar tells of FN 8 and FN 13 alone.
+                if (
+                    49 <= fn <= 52
+                    and self.text[self.ends[k] - 2] != 49
+                    and self.text[self.begins[k + 5]] | 32 != b"+-*d"[fn - 49] | 32
+                ):
                     return 0
                 if self._operator(k + 5) == 0:
                     return 0

@@ -167,3 +167,16 @@ def test_a_wrong_parameter_file_names_every_fault(run: Any, tmp_path: Any) -> No
         ("parameter-file", 1),
         ("parameter-file", 3),
     ]
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect"),
+    [
+        ("%\nO1\n#1=[-7. MOD 0]\nM30\n%\n", "fanuc"),
+        ("BEGIN PGM A MM\nQ1 = -7 % 0\nEND PGM A MM\n", "heidenhain"),
+        ("R1=-7 MOD 0\nM30\n", "sinumerik"),
+    ],
+)
+def test_a_remainder_without_value_shows_what_is_divided(run: Any, text: str, dialect: str) -> None:
+    """With its sign, which was left out."""
+    assert "-7 MOD 0 has no value" in [d.message for d in run(text, dialect=dialect).diagnostics]

@@ -352,6 +352,12 @@ def test_loops_in_the_kernel_give_what_handlers_give(dialect: str) -> None:
         assert_alike(text + "\n", dialect)
 
 
+def test_lines_of_variables_go_through_arrays() -> None:
+    """Those of DEF with one number each, from their definition on."""
+    lines = "".join(f"AA=BB+{k} NN=AA/2\nG1 X=AA Y=NN F100\n" for k in range(20))
+    assert assert_alike(f"DEF REAL AA, BB\nDEF INT NN\nG90\n{lines}M30\n", "sinumerik") == 20
+
+
 def test_a_code_alone_among_computed_lines_stays_in_force() -> None:
     """G0 in a line of its own is the motion of the lines behind it, of which the first is one that arrays do not take."""
     text = "G1 F100\nR1=1\nX=R1\nG0\nR2=2\nX=IC(1)\nM30\n"

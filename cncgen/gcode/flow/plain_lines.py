@@ -79,6 +79,8 @@ class PlainLane:
         self._computers: dict[int, Computer] = {}
         self._leads: dict[int, Leads] = {}
         self.ran = self.reached = 0
+        #: How many of the last blocks hang on the lines behind them.
+        self._open = 0
         self.waiting = -1
         self.last = Cursor(0, 0, 1)
         self._scan = PlainScan(name)
@@ -102,7 +104,9 @@ class PlainLane:
         ip, blocks = self._ip, self.blocks
         found = lines.plain_at(at)
         if found is not None and found[2]:
-            return self.compute(lines, at, found[0], min(found[1], most))
+            count = self._compute(lines, found[0], min(found[1], most))
+            self.ran, self._open = at + count - 1, 0
+            return at + count
         known = self._lines is lines and self._next <= at < self._after and self._auto == auto
         if not known and not self._read(lines, at, auto):
             return at
@@ -169,7 +173,12 @@ class PlainLane:
         computer.lead(leads, enters, loops)
         computer.reached = lines.place(reached).offset if reached < len(lines) else 1 << 60
         computer.reached_line, computer.since = 0, since
-        at = self.compute(lines, at, here, self._ip.budget.left())
+        if self._compute(lines, here, self._ip.budget.left()):
+            self.ran, at, self._open = (
+                lines.index_of(computer.ran_line),
+                lines.index_of(computer.line),
+                self._hangs,
+            )
         computer.lead(None, None, {})
         self.reached = lines.index_of(computer.reached_line) if computer.reached_line else reached
         return at
@@ -183,10 +192,10 @@ class PlainLane:
             )  # fmt: skip
         return computer
 
-    def compute(self, lines: _Runs, at: int, here: Cursor, most: int) -> int:
-        """Run so many lines at most, whose blocks wait then; return the first that was not run."""
+    def _compute(self, lines: _Runs, here: Cursor, most: int) -> int:
+        """Run so many lines at most, whose blocks wait then; return how many were run."""
         if most < 1 or not self._ip.batchable(NO_CYCLES):
-            return at
+            return 0
         computer = self._computer(here.source)
         computer.blocks = 0
         computer.run(here.offset, here.line, {}, most)
@@ -195,18 +204,16 @@ class PlainLane:
         self._next = self._after = 0
         self.blocks.count, self.blocks.source = computer.blocks, here.source
         self.waiting = 0 if computer.blocks else -1
-        if not computer.lines:
-            return at
-        self.last = Cursor(here.source, computer.ran, computer.ran_line)
-        self.ran = lines.index_of(computer.ran_line)
-        self._ip.base.block = empty_block(self.last)
-        self._ip.budget.count(computer.lines)
-        return lines.index_of(computer.line)
+        if computer.lines:
+            self.last = Cursor(here.source, computer.ran, computer.ran_line)
+            self._ip.base.block = empty_block(self.last)
+            self._ip.budget.count(computer.lines)
+        return int(computer.lines)
 
     def go_on(self) -> int:
         """Run blocks that wait; return the first that arrays do not take, whose place is no longer one that waits, -1 for none."""
         begin, count = self.waiting, self.blocks.count
-        last = count - self._hangs
+        last = count - self._open
         index = self._batches.run(begin, last) if begin < last and self._ip.batchable(NO_CYCLES) else begin
         self.taken += index - begin
         # Behind the last one nothing waits, but where the run ended is still to be taken up.

@@ -169,63 +169,19 @@ def unary(name: str, a: Value) -> Value:
 
 # Operators and functions.
 
-Operator = Callable[[float, float], float]
-_SHARED = common.functions("()")
-_FUNCTIONS: dict[str, Callable[[float], float]] = {
-    **{name.upper(): _SHARED[name] for name in ("sin", "cos", "tan", "asin", "acos", "sqrt", "abs")},
-    "POT": lambda x: x * x,
-    "TRUNC": lambda x: float(math.trunc(x)),
-    "ROUND": _SHARED["round"],
-    "ROUNDUP": lambda x: float(math.ceil(x)),
-    "LN": _SHARED["ln"],
-    "EXP": _SHARED["exp"],
-    "B_NOT": lambda x: float(~common.bits(x)),
+_FUNCTIONS = {
+    name: common.function_of(name, number, "()") for name, number in common.FUNCTIONS_OF_SINUMERIK.items()
 }
 _SIGNS: dict[str, Callable[[float], float]] = {
     "-": lambda x: -x,
     "+": lambda x: x,
     "NOT": lambda x: float(x == 0.0),
 }
-_TWO: dict[str, Operator] = {
-    "ATAN2": lambda y, x: math.degrees(math.atan2(y, x)),
-    "MINVAL": min,
-    "MAXVAL": max,
-}
-#: Comparisons of reals hold within this part of the larger one (840D: the last four bits of a double).
-_EQUAL = 2.0**-48
+_TWO = {name: common.operator_of(number) for name, number in common.PAIRS_OF_SINUMERIK.items()}
+_OPERATORS = {name: common.operator_of(number) for name, number in common.OF_SINUMERIK.items()}
 
 
-def _equal(a: float, b: float) -> bool:
-    return abs(a - b) <= _EQUAL * max(abs(a), abs(b))
-
-
-def _divided(operator: str, function: Operator) -> Operator:
-    def run(a: float, b: float) -> float:
-        if b == 0.0:
-            raise BlockError("division-by-zero", f"{a:g} {operator} 0 has no value")
-        return function(a, b)
-
-    return run
-
-
-_OPERATORS: dict[str, Operator] = {
-    **{operator: common.BINARY[operator] for operator in "+-*/"},
-    **{operator.upper(): common.BINARY[operator] for operator in ("and", "or", "xor")},
-    "DIV": _divided("DIV", lambda a, b: float(math.trunc(a / b))),
-    "MOD": _divided("MOD", math.fmod),
-    "==": lambda a, b: float(_equal(a, b)),
-    "<>": lambda a, b: float(not _equal(a, b)),
-    ">": lambda a, b: float(a > b and not _equal(a, b)),
-    "<": lambda a, b: float(a < b and not _equal(a, b)),
-    ">=": lambda a, b: float(a >= b or _equal(a, b)),
-    "<=": lambda a, b: float(a <= b or _equal(a, b)),
-    "B_AND": lambda a, b: float(common.bits(a) & common.bits(b)),
-    "B_OR": lambda a, b: float(common.bits(a) | common.bits(b)),
-    "B_XOR": lambda a, b: float(common.bits(a) ^ common.bits(b)),
-}
-
-
-def _of_numbers(operator: str, function: Operator) -> Callable[[Scalar, Scalar], Scalar]:
+def _of_numbers(operator: str, function: common.Operator) -> Callable[[Scalar, Scalar], Scalar]:
     """Return an operator that takes no texts."""
 
     def run(a: Scalar, b: Scalar) -> Scalar:

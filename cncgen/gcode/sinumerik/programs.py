@@ -174,10 +174,18 @@ def programs_of(source: Source, index: int, name: str = "") -> tuple[list[Progra
         if line.statement.kind == "proc":
             found[-1].formals, found[-1].saves = line.statement.data[1], "SAVE" in line.statement.data[2]
         _add(found[-1], line)
+        scan.variables |= _variables(line.statement)
         offset, number = end + 1, number + 1
     for program in found:
         faults += _connect(program)
     return found, faults
+
+
+def _variables(statement: Statement) -> set[str]:
+    """Return the names of variables that a line defines, each of one number."""
+    if statement.kind == "def" and statement.data[0] in ("REAL", "INT", "BOOL"):
+        return {name for name, bounds, _ in statement.data[1] if not bounds}
+    return set()
 
 
 def _expanded(text: str, macros: dict[str, str]) -> str:

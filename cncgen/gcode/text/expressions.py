@@ -7,13 +7,13 @@ take anything but zero as true, ``EQ`` and ``NE`` compare within 1e-4, operators
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable, Mapping
 
 from cncgen.gcode.block import Computed, Value, nearest
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.text.evaluation import EQUAL, evaluate
+from cncgen.gcode.text.evaluation import evaluate
 from cncgen.kernels import gcode_arithmetic
+from cncgen.kernels import gcode_codes as codes
 from cncgen.records import dataclass
 
 TYPE_CHECKING = False
@@ -21,121 +21,79 @@ if TYPE_CHECKING:
     from cncgen.gcode.state.parameters import Parameters
 
 
-def _divide(a: float, b: float) -> float:
-    if b == 0.0:
-        raise BlockError("division-by-zero", f"{a:g} / 0 has no value")
-    return a / b
+Operator = Callable[[float, float], float]
+Function = Callable[[float], float]
+#: Numbers beyond it have no bits that AND, OR, XOR and NOT could take.
+_MOST_BITS = 2.0**53
+#: What a division is called whose divisor is 0.
+_DIVISIONS = {codes.DIVIDE: "/", codes.MOD: "MOD", codes.REMAINDER: "MOD", codes.WHOLE_QUOTIENT: "DIV"}
+_BITS = (codes.BITS_AND, codes.BITS_OR, codes.BITS_XOR, codes.BITS_NOT)
+_ANGLES = (codes.SIN, codes.COS, codes.TAN)
+#: Operators that have no value for some finite numbers.
+_PARTIAL = frozenset((codes.POWER, *_DIVISIONS, *_BITS))
 
 
-def _modulo(a: float, b: float) -> float:
-    """Return the remainder with the sign of the divisor's size: never negative."""
-    if b == 0.0:
-        raise BlockError("division-by-zero", f"{a:g} MOD 0 has no value")
-    try:
-        rest = math.fmod(a, b)
-    except ValueError:
-        raise BlockError("domain", f"{a:g} MOD {b:g} has no value") from None
-    return rest + abs(b) if rest < 0.0 else rest
+def operator_of(number: int) -> Operator:
+    """Return an operator by its number in the kernel, which computes it here too; a fault says why there is no value."""
 
-
-def _remainder(a: float, b: float) -> float:
-    """Return the remainder with the sign of what is divided."""
-    return math.copysign(_modulo(abs(a), abs(b)), a)
-
-
-def _power(a: float, b: float) -> float:
-    if a < 0.0 and not b.is_integer():
-        raise BlockError("domain", f"{a:g} ** {b:g} has no real value")
-    if a == 0.0 and b < 0.0:
-        raise BlockError("division-by-zero", f"0 ** {b:g} has no value")
-    try:
-        return a**b
-    except OverflowError:
-        raise BlockError("number-range", f"{a:g} ** {b:g} is too large") from None
-
-
-def _checked(name: str, function: Callable[[float], float], shown: str = "[]") -> Callable[[float], float]:
-    """Return a function whose domain errors are faults of the block."""
-
-    def run(a: float) -> float:
-        try:
-            return function(a)
-        except (ValueError, OverflowError):
-            raise _without_value(name, a, shown) from None
+    def run(a: float, b: float) -> float:
+        value: float = gcode_arithmetic.joined(number, a, b)
+        if value != value and number in _PARTIAL and a == a and b == b:
+            raise _without_result(number, a, b)
+        return value
 
     return run
 
 
-def _without_value(name: str, a: float, shown: str, why: str = " has no finite real value") -> BlockError:
-    """Return the fault of a function; within ( ) functions stand as they are named, so that the fault has its place."""
+def _without_result(number: int, a: float, b: float) -> BlockError:
+    """Return the fault of an operator."""
+    if number in _BITS:
+        return _too_large(b if abs(a) < _MOST_BITS else a)
+    if number == codes.POWER:
+        if a < 0.0 and not b.is_integer():
+            return BlockError("domain", f"{a:g} ** {b:g} has no real value")
+        if a == 0.0 and b < 0.0:
+            return BlockError("division-by-zero", f"0 ** {b:g} has no value")
+        return BlockError("number-range", f"{a:g} ** {b:g} is too large")
+    if b == 0.0:
+        return BlockError("division-by-zero", f"{a:g} {_DIVISIONS[number]} 0 has no value")
+    return BlockError("domain", f"{a:g} {_DIVISIONS[number]} {b:g} has no value")
+
+
+def _too_large(a: float) -> BlockError:
+    return BlockError("number-range", f"{a:g} is too large for AND, OR and XOR")
+
+
+def function_of(name: str, number: int, shown: str = "[]") -> Function:
+    """Return a function by its name and its number in the kernel, as `operator_of`; faults show the value within these brackets."""
     word = name.upper()
-    return BlockError("domain", f"{word}{shown[0]}{a:g}{shown[1]}{why}", word if shown == "()" else "")
-
-
-def _of_angle(name: str, function: Callable[[float], float], shown: str) -> Callable[[float], float]:
-    """Return a function of an angle in degrees, which must be of a size that it can be told from others."""
 
     def run(a: float) -> float:
-        if not abs(a) < gcode_arithmetic.LARGEST_ANGLE:
-            most = gcode_arithmetic.LARGEST_ANGLE
-            raise _without_value(name, a, shown, f": the angle is too large; its size must be below {most:g}")
-        return function(a)
+        value: float = gcode_arithmetic.function_of(number, a)
+        if value != value and a == a:
+            if number in _BITS:
+                raise _too_large(a)
+            most, why = gcode_arithmetic.LARGEST_ANGLE, " has no finite real value"
+            if number in _ANGLES:
+                why = f": the angle is too large; its size must be below {most:g}"
+            # Within ( ) functions stand as they are named, so that the fault has its place.
+            raise BlockError("domain", f"{word}{shown[0]}{a:g}{shown[1]}{why}", word if shown == "()" else "")
+        return value
 
     return run
 
 
-def _of_ratio(name: str, function: Callable[[float], float], shown: str) -> Callable[[float], float]:
-    """Return an inverse function, of -1 to 1."""
-
-    def run(a: float) -> float:
-        if not -1.0 <= a <= 1.0:
-            raise _without_value(name, a, shown)
-        return function(a)
-
-    return run
-
-
-BINARY: dict[str, Callable[[float, float], float]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": _divide,
-    "**": _power,
-    "mod": _modulo,
-    "and": lambda a, b: 1.0 if a and b else 0.0,
-    "or": lambda a, b: 1.0 if a or b else 0.0,
-    "xor": lambda a, b: 1.0 if bool(a) != bool(b) else 0.0,
-    "eq": lambda a, b: 1.0 if abs(a - b) < EQUAL else 0.0,
-    "ne": lambda a, b: 0.0 if abs(a - b) < EQUAL else 1.0,
-    "gt": lambda a, b: 1.0 if a > b else 0.0,
-    "ge": lambda a, b: 1.0 if a >= b else 0.0,
-    "lt": lambda a, b: 1.0 if a < b else 0.0,
-    "le": lambda a, b: 1.0 if a <= b else 0.0,
+BINARY = {
+    name: operator_of(codes.LITERALS[name])
+    for name in ("+", "-", "*", "/", "**", "mod", "and", "or", "xor", "eq", "ne", "gt", "ge", "lt", "le")
+}
+UNARY = {
+    name: function_of(name, codes.LITERALS[name])
+    for name in ("abs", "acos", "asin", "cos", "exp", "fix", "fup", "ln", "round", "sin", "sqrt", "tan")
 }
 
 #: The least increment of lengths and angles where no machine says it, mm and degrees (IS-B); in inches a tenth.
 LEAST_INCREMENT = 0.001
-
-
-def functions(shown: str = "[]") -> dict[str, Callable[[float], float]]:
-    """Return the functions of one value, whose faults show it within these brackets."""
-    return {
-        "abs": abs,
-        "acos": _of_ratio("acos", gcode_arithmetic.arc_cosine, shown),
-        "asin": _of_ratio("asin", gcode_arithmetic.arc_sine, shown),
-        "cos": _of_angle("cos", gcode_arithmetic.cosine, shown),
-        "exp": _checked("exp", math.exp, shown),
-        "fix": _checked("fix", lambda a: math.copysign(math.floor(a), a), shown),
-        "fup": _checked("fup", lambda a: math.copysign(math.ceil(a), a), shown),
-        "ln": _checked("ln", math.log, shown),
-        "round": _checked("round", lambda a: math.copysign(math.floor(abs(a) + 0.5), a), shown),
-        "sin": _of_angle("sin", gcode_arithmetic.sine, shown),
-        "sqrt": _checked("sqrt", math.sqrt, shown),
-        "tan": _of_angle("tan", gcode_arithmetic.tangent, shown),
-    }
-
-
-UNARY = functions()
 
 
 def _plain(value: float) -> float:
@@ -143,21 +101,14 @@ def _plain(value: float) -> float:
     return value if value == value else 0.0
 
 
-def _fill(function: Callable[[float, float], float]) -> Callable[[float, float], float]:
+def _fill(function: Operator) -> Operator:
     """Return an operator that takes vacant operands as 0."""
     return lambda a, b: function(_plain(a), _plain(b))
 
 
-def _fill_one(function: Callable[[float], float]) -> Callable[[float], float]:
+def _fill_one(function: Function) -> Function:
     """Return a function that takes a vacant argument as 0."""
     return lambda a: function(_plain(a))
-
-
-def bits(a: float) -> int:
-    """Return a number as the whole number whose bits AND, OR, XOR and NOT take."""
-    if not abs(a) < 2.0**53:
-        raise BlockError("number-range", f"{a:g} is too large for AND, OR and XOR")
-    return int(a)
 
 
 def _same(a: float, b: float) -> bool:
@@ -169,8 +120,20 @@ def _same(a: float, b: float) -> bool:
 class Arithmetic:
     """Operators and functions of a dialect by name."""
 
-    binary: Mapping[str, Callable[[float, float], float]]
-    unary: Mapping[str, Callable[[float], float]]
+    binary: Mapping[str, Operator]
+    unary: Mapping[str, Function]
+
+
+def _whole(name: str, function: Callable[[float], int]) -> Function:
+    """Return a function of the digits of a whole number."""
+
+    def run(a: float) -> float:
+        try:
+            return float(function(a))
+        except (ValueError, OverflowError):
+            raise BlockError("domain", f"{name.upper()}[{a:g}] has no finite real value") from None
+
+    return run
 
 
 LINUXCNC = Arithmetic(BINARY, UNARY)
@@ -178,57 +141,58 @@ LINUXCNC = Arithmetic(BINARY, UNARY)
 FANUC = Arithmetic(
     {
         **{name: _fill(function) for name, function in BINARY.items()},
-        "and": _fill(lambda a, b: float(bits(a) & bits(b))),
-        "or": _fill(lambda a, b: float(bits(a) | bits(b))),
-        "xor": _fill(lambda a, b: float(bits(a) ^ bits(b))),
-        "mod": _fill(_remainder),
+        "and": _fill(operator_of(codes.BITS_AND)),
+        "or": _fill(operator_of(codes.BITS_OR)),
+        "xor": _fill(operator_of(codes.BITS_XOR)),
+        "mod": _fill(operator_of(codes.REMAINDER)),
         "eq": lambda a, b: 1.0 if _same(a, b) else 0.0,
         "ne": lambda a, b: 0.0 if _same(a, b) else 1.0,
     },
     {
         **{name: _fill_one(function) for name, function in UNARY.items()},
         "asin": _fill_one(lambda a: UNARY["asin"](a) % 360.0),
-        "fix": _fill_one(_checked("fix", lambda a: float(math.trunc(a)))),
-        "fup": _fill_one(_checked("fup", lambda a: math.copysign(math.ceil(abs(a)), a))),
+        "fix": _fill_one(function_of("fix", codes.TRUNC)),
+        "fup": _fill_one(lambda a: math.copysign(UNARY["fup"](abs(a)), a)),
         "sqr": _fill_one(UNARY["sqrt"]),
         "rnd": _fill_one(UNARY["round"]),
-        "bin": _fill_one(_checked("bin", lambda a: float(int(f"{int(a):x}")))),
-        "bcd": _fill_one(_checked("bcd", lambda a: float(int(f"{int(a):d}", 16)))),
+        "bin": _fill_one(_whole("bin", lambda a: int(f"{int(a):x}"))),
+        "bcd": _fill_one(_whole("bcd", lambda a: int(f"{int(a):d}", 16))),
     },
 )
 
-_OF_Q = functions("()")
+#: Operators of Heidenhain and SINUMERIK by their numbers, functions by theirs and how many values they take; the kernel that reads lines
+#: takes both from here.
+OF_HEIDENHAIN = {
+    "+": codes.ADD, "-": codes.SUBTRACT, "*": codes.MULTIPLY, "/": codes.DIVIDE, "DIV": codes.DIVIDE, "%": codes.REMAINDER,
+    "^": codes.POWER, "LEN": codes.LENGTH_OF, "ANG": codes.TURN_OF, "EQU": codes.NEAR, "NE": codes.APART, "NEQ": codes.APART,
+    "GT": codes.GT, "LT": codes.LT,
+}  # fmt: skip
+FUNCTIONS_OF_HEIDENHAIN = {
+    **{name: codes.CONSTANTS[name] for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "SQRT", "ABS", "LN", "EXP")},
+    "ATAN": codes.ARC_OF, "SQ": codes.SQUARE, "INT": codes.TRUNC, "FRAC": codes.FRACTION, "NEG": codes.MINUS, "LOG": codes.LOG_10,
+    "SGN": codes.SIGN_OF,
+}  # fmt: skip
+OF_SINUMERIK = {
+    "+": codes.ADD, "-": codes.SUBTRACT, "*": codes.MULTIPLY, "/": codes.DIVIDE, "DIV": codes.WHOLE_QUOTIENT, "MOD": codes.REMAINDER,
+    "AND": codes.AND, "OR": codes.OR, "XOR": codes.XOR, "==": codes.SAME, "<>": codes.OTHER_THAN, ">": codes.ABOVE, "<": codes.BELOW,
+    ">=": codes.AT_LEAST, "<=": codes.AT_MOST, "B_AND": codes.BITS_AND, "B_OR": codes.BITS_OR, "B_XOR": codes.BITS_XOR,
+}  # fmt: skip
+FUNCTIONS_OF_SINUMERIK = {
+    **{
+        name: codes.CONSTANTS[name]
+        for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "SQRT", "ABS", "TRUNC", "ROUND", "LN", "EXP")
+    },
+    "POT": codes.SQUARE, "ROUNDUP": codes.CEILING, "B_NOT": codes.BITS_NOT,
+}  # fmt: skip
+#: Functions of SINUMERIK of two values.
+PAIRS_OF_SINUMERIK = {"ATAN2": codes.ANGLE_OF, "MINVAL": codes.LESSER, "MAXVAL": codes.GREATER}
 #: Q parameters of Heidenhain: values nearer than 1e-9 are equal, a remainder has the sign of what is divided.
 HEIDENHAIN = Arithmetic(
-    {
-        **{name: BINARY[name] for name in "+-*/"},
-        "DIV": _divide,
-        "%": _remainder,
-        "^": _power,
-        "LEN": math.hypot,
-        "ANG": lambda a, b: math.degrees(math.atan2(a, b)) % 360.0,
-        "EQU": lambda a, b: 1.0 if abs(a - b) < 1e-9 else 0.0,
-        **dict.fromkeys(("NE", "NEQ"), lambda a, b: 1.0 if abs(a - b) >= 1e-9 else 0.0),
-        "GT": BINARY["gt"],
-        "LT": BINARY["lt"],
-    },
-    {
-        **{
-            name.upper(): _OF_Q[name]
-            for name in ("sin", "cos", "tan", "asin", "acos", "sqrt", "abs", "ln", "exp")
-        },
-        "ATAN": lambda a: math.degrees(math.atan(a)),
-        "SQ": lambda a: a * a,
-        "INT": _checked("int", lambda a: float(math.trunc(a)), "()"),
-        "FRAC": _checked("frac", lambda a: math.fmod(a, 1.0), "()"),
-        "NEG": operator.neg,
-        "LOG": _checked("log", math.log10, "()"),
-        "SGN": lambda a: math.copysign(1.0, a) if a else 0.0,
-    },
+    {name: operator_of(number) for name, number in OF_HEIDENHAIN.items()},
+    {name: function_of(name, number, "()") for name, number in FUNCTIONS_OF_HEIDENHAIN.items()},
 )
 
 
-Operator = Callable[[float, float], float]
 #: Operators in a row that call one another; a longer row is run through.
 _NESTED = 6
 

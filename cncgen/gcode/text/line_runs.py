@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import Any, Generic, Protocol, TypeVar
 
 from cncgen.gcode.source import Source
+from cncgen.gcode.text import expressions
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.kernels import gcode_codes as codes
@@ -58,13 +59,18 @@ _PLAIN: dict[str, tuple[dict[str, str], set[str], str, str, bool]] = {
 }  # fmt: skip
 
 
+def _named(numbers: dict[str, int]) -> dict[bytes, int]:
+    """Return numbers by the bytes of their names."""
+    return {name.encode(): number for name, number in numbers.items()}
+
+
 #: The same of what `LanguageCode` takes: terminals, those of jumps and labels, what rules do, letters of words, letter and numbers of parameters, operators and functions
 #: by their names, numbers that have names, and whether lines begin with L and a number that is not of the grammar.
 _COMPUTED: dict[str, tuple[Any, ...]] = {
     "sinumerik": (
         {
             "BLOCK_NUMBER", "ADDRESS", "PLAIN", "NAME", "EQUAL", "SIGN", "PLAIN_NUMBER", "TIMES", "RELATION", "LPAR", "RPAR", "LSQB",
-            "RSQB", "COMMA", "AND", "OR", "XOR", "NOT",
+            "RSQB", "COMMA", "AND", "OR", "XOR", "NOT", "B_AND", "B_OR", "B_XOR", "B_NOT",
         },
         {
             "LABEL", "IF", "ELSE", "ENDIF", "LOOP", "ENDLOOP", "FOR", "TO", "ENDFOR", "WHILE", "ENDWHILE", "REPEAT", "UNTIL", "GOTO",
@@ -73,20 +79,15 @@ _COMPUTED: dict[str, tuple[Any, ...]] = {
             **dict.fromkeys(("line", "block", "endif", "loop", "repeat"), "alone"), "for_": "counts", "jump": "goes", "if_jump": "when",
             **dict.fromkeys(("if_", "while_", "until"), "unless"),
             **dict.fromkeys(("else_", "endloop", "endfor", "endwhile"), "turns"), "negation": "function",
-            **dict.fromkeys(("binary", "compare", "both", "or_", "xor"), "operator"), "number": "number", "parameter": "parameter",
+            **dict.fromkeys(("binary", "compare", "both", "or_", "xor", "bit_and", "bit_or", "bit_xor"), "operator"), "bit_not": "function", "number": "number", "parameter": "parameter",
             "variable": "element", "signed": "sign", "function": "call", "arguments": "arguments", "word": "word", "target": "target",
             "setting": "setting",
         },
         "xyzabcuvwijkfg", "r", 0, 32_767,
+        _named(expressions.OF_SINUMERIK),
         {
-            b"+": codes.ADD, b"-": codes.SUBTRACT, b"*": codes.MULTIPLY, b"/": codes.DIVIDE, b"DIV": codes.WHOLE_QUOTIENT,
-            b"MOD": codes.REMAINDER, b"AND": codes.AND, b"OR": codes.OR, b"XOR": codes.XOR, b"==": codes.SAME,
-            b"<>": codes.OTHER_THAN, b">": codes.ABOVE, b"<": codes.BELOW, b">=": codes.AT_LEAST, b"<=": codes.AT_MOST,
-        },
-        {
-            **{(name.encode(), 1): getattr(codes, name) for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "SQRT", "ABS", "TRUNC", "ROUND", "LN", "EXP")},
-            (b"POT", 1): codes.SQUARE, (b"ROUNDUP", 1): codes.CEILING, (b"NOT", 1): codes.NEGATED, (b"ATAN2", 2): codes.ANGLE_OF,
-            (b"MINVAL", 2): codes.LESSER, (b"MAXVAL", 2): codes.GREATER,
+            **{(name.encode(), 1): number for name, number in expressions.FUNCTIONS_OF_SINUMERIK.items()}, (b"NOT", 1): codes.NEGATED,
+            **{(name.encode(), 2): number for name, number in expressions.PAIRS_OF_SINUMERIK.items()},
         },
         {"TRUE": 1.0, "FALSE": 0.0, "PI": math.pi, "$PI": math.pi},
         False,
@@ -94,7 +95,7 @@ _COMPUTED: dict[str, tuple[Any, ...]] = {
     "heidenhain": (
         {
             "MOTION", "AXIS", "FEED", "R", "M", "SIGNED", "FAST", "NUMBER", "Q", "SIGN", "TIMES", "POWER", "DIVISION", "FUNCTION", "PI",
-            "LPAR", "RPAR", "EQUAL", "COLON", "ROOT", "SINE", "COSINE", *(f"FN_{n}" for n in range(8)),
+            "LPAR", "RPAR", "EQUAL", "COLON", "ROOT", "SINE", "COSINE", "LENGTH", "ANGLE", "FN_13", *(f"FN_{n}" for n in range(9)),
         },
         {
             *(f"FN_{n}" for n in range(9, 13)), "IF", "GOTO", "EQUALS", "DIFFERS", "GREATER", "LESS", "_LBL", "CALL", "REP", "IDENTIFIER", "STRING",
@@ -107,16 +108,8 @@ _COMPUTED: dict[str, tuple[Any, ...]] = {
             **dict.fromkeys(("operation", "one_operand"), "operation"),
         },
         "xyzabcuvwfm", "q", 1, 4_999,
-        {
-            b"+": codes.ADD, b"-": codes.SUBTRACT, b"*": codes.MULTIPLY, b"/": codes.DIVIDE, b"DIV": codes.DIVIDE,
-            b"%": codes.REMAINDER, b"^": codes.POWER, b"EQU": codes.NEAR, b"NE": codes.APART, b"NEQ": codes.APART, b"GT": codes.GT,
-            b"LT": codes.LT,
-        },
-        {
-            **{(name.encode(), 1): getattr(codes, name) for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "SQRT", "ABS", "LN", "EXP")},
-            (b"ATAN", 1): codes.ARC_OF, (b"SQ", 1): codes.SQUARE, (b"INT", 1): codes.TRUNC, (b"FRAC", 1): codes.FRACTION,
-            (b"NEG", 1): codes.MINUS, (b"LOG", 1): codes.LOG_10, (b"SGN", 1): codes.SIGN_OF,
-        },
+        _named(expressions.OF_HEIDENHAIN),
+        {(name.encode(), 1): number for name, number in expressions.FUNCTIONS_OF_HEIDENHAIN.items()},
         {},
         True,
     ),
@@ -159,6 +152,8 @@ class PlainScan:
 
     def __init__(self, name: str) -> None:
         self.blocks = PlainBlocks()
+        #: Names of variables that hold one number each.
+        self.variables: set[str] = set()
         #: The offset behind plain lines that were too few for a run.
         self.few = 0
         self._reader = _reader(name)
@@ -184,6 +179,7 @@ class PlainScan:
 
     def computed(self, source: Source, here: Cursor, *, whole: bool) -> LineRun | None:
         """Return the run of lines with parameters and arithmetic that begins at a line, None where they are few; `whole` as `run_of`."""
+        self._code.define(self.variables)
         lines, after, blocks, last, last_at = self._code.run_from(source.bytes, here.offset)
         self._seen = self._code.seen
         if blocks and not whole:
