@@ -430,3 +430,14 @@ def test_a_cycle_that_is_not_read_is_named_once(run: Run) -> None:
         ("unsupported-block", "cycle 225 (engraving) is not read"),
         ("cycle-idle", "cycle 239 moves no tool: passed over"),
     ]
+
+
+@pytest.mark.parametrize("end", ["STOP M30", "STOP M9 M2", "M0 M30"])
+def test_a_stop_in_the_last_block(calls: Run, end: str) -> None:
+    """Posts of shops end with STOP M30: it was refused, as two M functions of one group."""
+    found = calls(program(f"L X+5 FMAX\n{end}\nL X+9 FMAX"), dialect="heidenhain")
+    assert [call for call in found if call.startswith(("PROGRAM_", "STRAIGHT"))] == [
+        "STRAIGHT_TRAVERSE(5.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)",
+        "PROGRAM_STOP()",
+        "PROGRAM_END()",
+    ]

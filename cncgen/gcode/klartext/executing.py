@@ -35,6 +35,8 @@ OF_PARAMETERS = 200
 #: What helps where a file is missing.
 INCLUDE = "--include adds a folder to the search path"
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
+#: M2 and M30.
+_ENDS = (20, 300)
 
 
 class Execution(ProgramText):
@@ -143,7 +145,11 @@ class Execution(ProgramText):
             corner = self._corner_after(at)
             if corner is not None:
                 block.words[corner[0]] = corner[1]
+        ends = tuple(number for number in block.m if number in _ENDS) if 0 in block.m else ()
+        block.m = tuple(number for number in block.m if number not in ends)
         self._move(block)
+        if ends:  # STOP M30: the program waits, and then ends
+            self._execute(Block({}, (), ends[:1], None, block.source, block.line, block.offset))
         if usual is not None:
             self._execute(Block({"f": usual}, (), (), None, block.source, block.line, block.offset))
         if moves and self._is_free:

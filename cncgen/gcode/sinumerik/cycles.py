@@ -636,9 +636,9 @@ def _grid(motions: Motions, name: str, values: Values) -> None:
     position = motions.ip.state.position
     here = (complex(position[first], position[second]) - origin) / way
     lines = []
-    for at, step, count in zip((here.real, here.imag), steps, counts, strict=True):
-        line = list(range(count))
-        lines.append(line if abs(at) <= abs(at - (count - 1) * step) else line[::-1])
+    for along, step, count in zip((here.real, here.imag), steps, counts, strict=True):
+        line = range(count)
+        lines.append(line if abs(along) <= abs(along - (count - 1) * step) else line[::-1])
     places = []
     for number, row in enumerate(lines[1 - inner]):
         for column in lines[inner] if number % 2 == 0 else lines[inner][::-1]:
