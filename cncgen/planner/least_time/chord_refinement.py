@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import max_over_axes
+from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.kernels import planned_motion
 from cncgen.planner.least_time.corners import NO_TURN
 from cncgen.planner.least_time.mesh import LINE, SPLINE, Mesh
@@ -470,18 +470,12 @@ def _lowered(
     return replace(given, top=top, top_limit=top_limit, node_top=node_top)
 
 
-def _size(x: Floats) -> Floats:
-    """Return the lengths of vectors, shape (k,), given as (k, axes)."""
-    out: Floats = np.sqrt(np.einsum("ij,ij->i", x, x))
-    return out
-
-
 def distances_from_chords(x: Floats, a: Floats, b: Floats) -> Floats:
     """Return the distances of points from chords, shape (k,), all given as (k, axes)."""
     chord, side = b - a, x - a
     square = np.einsum("ij,ij->i", chord, chord)
     part = np.einsum("ij,ij->i", chord, side) / np.where(square > 0.0, square, 1.0)
-    return _size(side - np.clip(part, 0.0, 1.0)[:, None] * chord)
+    return norm(side - np.clip(part, 0.0, 1.0)[:, None] * chord)
 
 
 def _beside(places: Floats, away: Floats, part: float) -> Floats:

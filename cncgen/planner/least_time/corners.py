@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import max_over_axes
+from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.geometry.path import Path
 from cncgen.planner.least_time.crawling import crawling
 from cncgen.planner.limits.axis_limits import (
@@ -45,8 +45,8 @@ _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 SEEN = 1.5, 1.36
 #: Where a corner lies on a chord over it: parts of its length.
 _BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
-#: Largest turn of a direction that there can be, and largest one that is rounding alone, rad.
-_WHOLE, NO_TURN = 2.0, 1e-9
+#: Largest turn of a direction that is rounding alone, rad.
+NO_TURN = 1e-9
 #: Cost of a jump that is passed on either side of it, in periods: by itself, and where it takes all jerk along the path; and
 #: what it is taken to cost at least: so slow passes as a side that hardly moves allows leave some windows no start.
 #: With one cost of 0.6 to 0.8 some of 112 random programs take 0.6 to 1.1 % longer, with none 13 of them 0.5 to 2.5 %.
@@ -173,12 +173,13 @@ def corners_of(
     stop |= speed <= 0.0
     passed = felt & ~stop
     acceleration, there, sway = _swayed(bounds, together, turn * passed[:, None], left[1], right[1])
+    straight = _straight(path, s, before, after)
     zone = corner_zones(
         bounds,
         together,
         there,
         (linear * v, square * v**2),
-        _straight(path, s, before, after),
+        straight,
         left[1],
         right[1],
     )
@@ -192,7 +193,7 @@ def corners_of(
         jump_share=np.stack([pulse, share + sway], 1) * passed[:, None, None],
         acceleration=acceleration,
         zone=np.where(passed, zone, 0.0),
-        cuts=_cuts(bounds, s, stop, turn, left[1:3], right[1:3]),
+        cuts=_cuts(bounds, stop, turn, straight),
     )
 
 
@@ -334,7 +335,7 @@ def corner_chord_speed(bounds: AxisLimits, s: Floats, turn: Floats, jerk: Floats
         jerk: Shape (n,), j, the jerk along the path there.
         speed: Shape (n,), v that all else allows.
     """
-    size = _size(bounds, turn)
+    size = norm(bounds.scale * turn)
     period = bounds.period_s
     single = np.full(len(s), np.inf)
     turned = size > 0.0
@@ -427,57 +428,27 @@ def _largest_part(kept: Callable[[Floats, Ints], Bools], at: Ints, least: float)
     return low
 
 
-def _cuts(bounds: AxisLimits, s: Floats, stop: Bools, turn: Floats, left: Floats, right: Floats) -> Bools:
+def _cuts(bounds: AxisLimits, stop: Bools, turn: Floats, straight: Bools) -> Bools:
     """Tell which corners are rests that the chord of a period may cut by more than the chord tolerance, shape (n,).
 
-    With the setpoints a = j₁ τ³/6 before and b = j₂ (T − τ)³/6 after it at most, |Δ| a b/(a + b) is cut. That is largest at
-    1/(j₁ τ⁴) = 1/(j₂ (T − τ)⁴), |Δ| T³/6 by the fourth power of j₁^(-1/4) + j₂^(-1/4); for a = A₁ τ²/2 and b likewise, |Δ| T²/2 by
-    the third power of A₁^(-1/3) + A₂^(-1/3). The cut of curves beside it is added for the whole way of a period. Rests within a
-    period of each other, J T³/32 or A T²/4 apart at most, are in one chord, and their Δ add up.
+    In the time t from rest, or to it, an axis goes J t³/6 or A t²/2 at most. Of the path under a chord over the rest, no place is
+    further than that from an end of the chord, t being a period. Of lines the chord is furthest from their corners, which it
+    passes within half a period of one of its ends.
 
     Args:
         bounds: Limits.
-        s: Shape (n,), where they are.
         stop: Shape (n,), which corners are rests.
         turn: Shape (n, axes), Δ there.
-        left, right: Shape (2, n, axes), dx/ds and d²x/ds² on both sides.
+        straight: Shape (n,), whether lines meet there.
     """
-    out = np.zeros(len(stop), bool)
+    t = bounds.period_s * np.where(straight, 0.5, 1.0)[:, None]
+    way = bounds.scale * np.minimum(bounds.jerk * t**3 / 6.0, bounds.acceleration * t**2 / 2.0)
+    # Axes that the machine lacks do not move.
+    far = norm(np.where(np.isfinite(way), way, 0.0)) > bounds.chord_mm
+    out: Bools = stop & (norm(bounds.scale * turn) > NO_TURN) & far
     # The end of a block is the start of the next one.
-    size = _size(bounds, turn)
-    rest = np.flatnonzero(stop[:-1] & (size[:-1] > NO_TURN))
-    size = size[rest]
-    acceleration, jerk = (
-        np.stack([along_path(limit, side[0, rest]) for side in (left, right)], axis=1)
-        for limit in (bounds.acceleration, bounds.jerk)
-    )
-    period = bounds.period_s
-    way = np.minimum(
-        period**3 / 3.0 / elementary.power(elementary.power(jerk, -0.25).sum(axis=1), 4.0),
-        period**2 / elementary.power(elementary.power(acceleration, -1.0 / 3.0).sum(axis=1), 3.0),
-    )
-    longest = np.minimum(jerk * period**3 / 6.0, acceleration * period**2 / 2.0)
-    # Where all control points of a curve coincide, limits do not bound the way, and derivatives do not show a bend.
-    longest[~np.isfinite(longest)] = 0.0
-    bend = np.stack([_size(bounds, side[1, rest]) for side in (left, right)], axis=1)
-    # A cusp has no curvature; on the way of a period no direction turns by more than two.
-    with np.errstate(divide="ignore"):
-        bend = np.nan_to_num(np.fmin(bend, _WHOLE / longest))
-    # Twice what is cut, by |Δ|, and by the bends.
-    curved = 0.5 * (bend * longest).sum(axis=1) * way + 0.25 * (bend * longest**2).max(axis=1)
-    apart = np.minimum(jerk * period**3 / 32.0, acceleration * period**2 / 4.0).max(axis=1, initial=0.0)
-    first, last = (
-        np.searchsorted(s[rest], s[rest] - apart),
-        np.searchsorted(s[rest], s[rest] + apart, "right"),
-    )
-    turned = np.concatenate([[0.0], np.cumsum(size)])
-    out[rest] = (turned[last] - turned[first]) * way + curved > 2.0 * bounds.chord_mm
+    out[-1] = False
     return out
-
-
-def _size(bounds: AxisLimits, turn: Floats) -> Floats:
-    """Return |Δ|, a degree counted as a millimetre."""
-    return np.sqrt(np.einsum("ij,ij,j->i", turn, turn, bounds.scale**2))
 
 
 def distinct(
