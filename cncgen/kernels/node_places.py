@@ -6,19 +6,10 @@ Called by `cncgen.planner.least_time.mesh_spacing`, which says what the numbers 
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import ceil, expm1, fabs, log1p, pow, sqrt
+from cython.cimports.libc.math import ceil, expm1, fabs, log1p, pow
 
-#: The path counts as straight where following it at top speed takes at most this part of the limits.
-_CALM = cython.declare(cython.double, 0.01)
-#: Bounds of q, and ratios of spacings, that differ by less than this part are taken to be equal.
+#: Ratios of spacings that differ by less than this part are taken to be equal.
 _ALIKE = cython.declare(cython.double, 1e-6)
-#: Duration A/J of a ramp of the acceleration, in periods, and the spacing in time, in periods, that is then close enough;
-#: linear between. The jerk in a third difference is weighed with at most 3/(4 T), so that difference is at most 3/2 A/T:
-#: ramps shorter than 2/3 T do not show in setpoints at all, and slightly longer ones hardly.
-_SHORT = cython.declare(cython.double, 2.0 / 3.0)
-_LONG = cython.declare(cython.double, 1.25)
-_WIDE = cython.declare(cython.double, 0.5)
-_CLOSE = cython.declare(cython.double, 0.25)
 #: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
 _NO_TURN = cython.declare(cython.double, 1e-9)
 #: Where the spacings at neighbouring places differ by more than this factor, they are not interpolated linearly (`graded`).
@@ -63,116 +54,6 @@ def lowered(
                 out[n] = min(out[n], least - way[n])
 
 
-def distance_to_others(
-    s: cython.const[cython.double][::1], mine: cython.const[cython.char][::1], out: cython.double[::1]
-) -> None:
-    """Fill `out` with the distance of each place to the nearest one that is not `mine`; 0 there, and finite everywhere."""
-    n: cython.Py_ssize_t
-    last: cython.Py_ssize_t = s.shape[0] - 1
-    there: cython.double
-    with cython.nogil:
-        there = s[0]
-        for n in range(last + 1):
-            if not mine[n]:
-                there = s[n]
-            out[n] = s[n] - there
-        there = s[last]
-        for n in range(last, -1, -1):
-            if not mine[n]:
-                there = s[n]
-            out[n] = min(out[n], there - s[n])
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _unseen(ramp: cython.double) -> cython.double:
-    """Return the spacing in periods that is close enough where a ramp of the acceleration lasts so many periods."""
-    if ramp > _LONG:
-        return 0.0
-    if ramp <= _SHORT:
-        return _WIDE
-    return (_CLOSE - _WIDE) / (_LONG - _SHORT) * (ramp - _SHORT) + _WIDE
-
-
-def top_speeds(
-    acceleration: cython.const[cython.double][::1],
-    bend: cython.const[cython.double][::1],
-    top: cython.const[cython.double][::1],
-    out: cython.double[::1],
-) -> None:
-    """Fill `out` with the largest speed at places by the bound of q and by the acceleration across a bend."""
-    n: cython.Py_ssize_t
-    with cython.nogil:
-        for n in range(out.shape[0]):
-            out[n] = sqrt(min(top[n], _over(acceleration[n], bend[n])))
-
-
-def spacing(
-    acceleration: cython.const[cython.double][::1],
-    jerk: cython.const[cython.double][::1],
-    bend: cython.const[cython.double][::1],
-    turn: cython.const[cython.double][::1],
-    twist: cython.const[cython.double][::1],
-    top: cython.const[cython.double][::1],
-    s: cython.const[cython.double][::1],
-    speed: cython.const[cython.double][::1],
-    gained: cython.const[cython.double][::1],
-    slow: cython.const[cython.longlong][::1],
-    density: cython.const[cython.double][::1],
-    period: cython.double,
-    out: cython.double[::1],
-) -> None:
-    """Fill `out` with the largest spacing at places by the shape of the path and the speed that it allows there.
-
-    Args:
-        acceleration, jerk, bend, turn, twist, top: Shape (n,), see `cncgen.planner.least_time.mesh_spacing.along`, and the largest q.
-        s, speed, gained: Shape (n,), places, ascending; the largest speed there, and the q that full acceleration leads to.
-        slow: Shape (k,), places that count as bends whatever they are.
-        density: Parts of the radius of curvature, of |x'''|^(-1/2), of a ramp; growth; and of v/A.
-        period: T.
-        out: See above.
-    """
-    n: cython.Py_ssize_t
-    last: cython.Py_ssize_t = s.shape[0] - 1
-    a: cython.double
-    j: cython.double
-    v: cython.double
-    ramp: cython.double
-    step: cython.double
-    time: cython.double
-    beyond: cython.double
-    calm: cython.char[::1] = np.zeros(last + 1, np.int8)
-    with cython.nogil:
-        for n in range(last + 1):
-            calm[n] = bend[n] * top[n] < _CALM * acceleration[n] and twist[n] * top[n] * speed[n] < (
-                _CALM * jerk[n]
-            )
-            # Equal within a tolerance: rounding differs from one unit of length to another, and must not change the nodes.
-            if 0 < n < last:
-                calm[n] = (
-                    calm[n]
-                    and fabs(top[n] - top[n - 1]) <= _ALIKE * top[n]
-                    and fabs(top[n + 1] - top[n]) <= _ALIKE * top[n + 1]
-                )
-        for n in range(slow.shape[0]):
-            calm[slow[n]] = 0
-    distance_to_others(s, calm, out)
-    with cython.nogil:
-        for n in range(last + 1):
-            a = acceleration[n]
-            j = jerk[n]
-            v = speed[n]
-            ramp = a / j
-            time = 2.0 * sqrt(v / j) if v < a * a / j else v / a + ramp
-            beyond = max(out[n] - 1.1 * (0.5 * time) * v, 0.0)
-            step = max(density[2] * min(ramp, sqrt(v / j)), period * _unseen(ramp / period))
-            step *= min(v, a * ramp + sqrt(a * (s[last] - s[0])))
-            step = max(step, density[4] * gained[n] / a) + density[3] * beyond
-            out[n] = min(min(step, _over(density[0], turn[n])), _over(density[1], sqrt(twist[n])))
-
-
 @cython.cfunc
 @cython.inline
 @cython.nogil
@@ -212,7 +93,8 @@ def change(
     path, from its start to its end, as x''' may jump at its borders; at a border the larger of both sides counts.
 
     Args:
-        acceleration, bend, turn, twist, top, s: See `spacing`; four places a panel, and the end.
+        acceleration, bend, turn, twist, top, s: Shape (n,), places, ascending, see `cncgen.planner.least_time.mesh_spacing.along`, and the
+            largest q; four places a panel, and the end.
         x3, before: Shape (n, axes), third derivatives after and before the places.
         jerk: Shape (axes,).
         panels: Shape (n,), length of the panel there.

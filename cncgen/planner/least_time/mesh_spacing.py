@@ -24,6 +24,8 @@ from cncgen.planner.limits.speed_changes import change_time
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
 #: Largest q at path coordinates, given the derivatives there, and whether the row before (-1) or after (1) is meant.
 TopAt = Callable[[Floats, Floats, int], Floats]
 
@@ -50,11 +52,9 @@ class Density:
         bend: Of the radius of curvature.
         twist: Of |x'''|^(-1/2).
         change: Of the distance on which x''' v³ of an axis changes by its jerk limit.
-        ramp: Of the distance that a ramp of the acceleration from 0 to its limit takes.
+        ramp: Where the bound of the speed has a step: of the way that a ramp of the acceleration from 0 to its limit takes there.
         panel: Of the length of a panel of the path (docs/arc-length.md).
         growth: Largest growth of the spacing per length along the path.
-        brief: A ramp needs no nodes closer than this part of the way v²/A: of the time v/A that full acceleration takes from
-            rest to the speed there.
     """
 
     bend: float
@@ -63,14 +63,13 @@ class Density:
     ramp: float
     panel: float
     growth: float
-    brief: float
 
     def times(self, factor: float) -> Density:
         """Return the density of nodes that stand `factor` times as close."""
         return Density(*(part / factor for part in astuple(self)))
 
 
-DENSITY = Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2, 0.02)
+DENSITY = Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2)
 #: Length of the interval beside a rest: the least of these parts of the distance in which full jerk reaches full acceleration, of
 #: that in which it reaches the largest speed, of the radius of curvature, and of the distance to the next slow place.
 _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 60.0
@@ -89,6 +88,8 @@ _LOW = 0.2
 _LOWER, _LOGS = 0.7, 100.0
 #: Bounds of q that differ by less than this part are taken to be equal.
 _ALIKE = 1e-6
+#: The path counts as straight where following it at top speed takes at most this part of the acceleration limits.
+_CALM = 0.01
 #: A block that has fewer nodes than this gets closer ones, and by which factor at most.
 AMPLE, CLOSEST = 3000, 4.0
 #: The plan from which the search for a better path starts has nodes this many times as close: the search ends at the same time.
@@ -108,6 +109,7 @@ class _Survey:
         probes: Shape (n,), path coordinate of the places, ascending; every breakpoint is one.
         panels: Shape (n,), length of the path's panel there; infinite on lines and arcs.
         shape: Result of `_shape` at the places.
+        steps: Shape (n,), see `_steps`.
         x3: Shape (n, axes), third derivatives there.
         least: Shape (n,), the least distance of nodes there.
         first: Shape (breakpoints,) each, the intervals before and after rests, see `_first`.
@@ -116,10 +118,11 @@ class _Survey:
     bounds: AxisLimits
     corners: Corners
     sides: tuple[Floats, Floats]
-    lines: NDArray[np.bool_]
+    lines: Bools
     probes: Floats
     panels: Floats
     shape: tuple[Floats, ...]
+    steps: Bools
     x3: Floats
     least: Floats
     first: tuple[Floats, Floats]
@@ -131,16 +134,18 @@ class _Survey:
         bounds: AxisLimits,
         corners: Corners,
         sides: tuple[Floats, Floats],
-        lines: NDArray[np.bool_],
+        lines: Bools,
         top_at: TopAt,
     ) -> _Survey:
         """Look at a block."""
         seen = min(float(resolution(bounds, side[1]).min()) for side in sides)
         probes, panels = _probes(path, corners, seen)
+        at = np.searchsorted(probes, corners.s)
         x = path.evaluate(probes, 3)
-        x[:, np.searchsorted(probes, corners.s)] = sides[1]
+        x[:, at] = sides[1]
         x[:, -1] = sides[0][:, -1]
-        shape = _shape(bounds, x, probes, corners, sides, top_at)
+        left, right = (top_at(corners.s, each, side) for each, side in zip(sides, (-1, 1), strict=True))
+        shape = _shape(bounds, x, top_at(probes, x, 1), at, sides[0], left)
         bends = _bends(shape, probes, corners)
         return cls(
             bounds,
@@ -150,9 +155,10 @@ class _Survey:
             probes,
             panels,
             shape,
+            _steps(shape, at, left, right),
             x[3],
             _seen(bounds, x[1], probes),
-            _first(bounds, corners, sides, lines, top_at, bends),
+            _first(bounds, corners, sides, lines, (left, right), bends),
         )
 
 
@@ -161,7 +167,7 @@ def placed(
     bounds: AxisLimits,
     corners: Corners,
     sides: tuple[Floats, Floats],
-    lines: NDArray[np.bool_],
+    lines: Bools,
     top_at: TopAt,
     coarse: bool,
 ) -> Floats:
@@ -235,16 +241,22 @@ def along(bounds: AxisLimits, x: Floats) -> tuple[Floats, Floats, Floats, Floats
 
 
 def _shape(
-    bounds: AxisLimits, x: Floats, s: Floats, corners: Corners, sides: tuple[Floats, Floats], top_at: TopAt
+    bounds: AxisLimits, x: Floats, top: Floats, at: Ints, left: Floats, left_top: Floats
 ) -> tuple[Floats, ...]:
-    """Return what `along` does at the places `s`, and the largest q there; at breakpoints the worse of both sides."""
-    found = (*along(bounds, x), top_at(s, x, 1))
-    at = np.searchsorted(s, corners.s[1:])
-    left = sides[0][:, 1:]
-    before = (*along(bounds, left), top_at(corners.s[1:], left, -1))
+    """Return what `along` does at places, and the largest q there; at breakpoints the worse of both sides.
+
+    Args:
+        bounds: Limits.
+        x: Shape (4, n, axes), position and derivatives at the places, on their right.
+        top: Shape (n,), the largest q there.
+        at: Shape (k,), which of them are breakpoints.
+        left, left_top: Shape (4, k, axes) and (k,), the same on the left of these.
+    """
+    found = (*along(bounds, x), top)
+    before = (*along(bounds, left), left_top)
     worst = (np.minimum, np.minimum, np.maximum, np.maximum, np.maximum, np.minimum)
     for mine, other, worse in zip(found, before, worst, strict=True):
-        mine[at] = worse(mine[at], other)
+        mine[at[1:]] = worse(mine[at[1:]], other[1:])
     return found
 
 
@@ -255,24 +267,21 @@ def _seen(bounds: AxisLimits, x1: Floats, s: Floats) -> Floats:
 
 def _spacing(survey: _Survey, density: Density) -> Floats:
     """Return the largest spacing at the places of a block by the shape of the path and the speed that it allows, shape (n,), mm."""
-    shape, s, corners = survey.shape, survey.probes, survey.corners
-    acceleration, _, bend, turn, twist, top = shape
-    speed, out = np.empty((2, len(s)))
-    node_places.top_speeds(acceleration, bend, top, speed)
-    at = np.searchsorted(s, corners.s)
-    gained = gained_square(s, speed, acceleration, corners)
-    slow = at[corners.stop | np.isfinite(corners.speed)]
-    parts = np.array([density.bend, density.twist, density.ramp, density.growth, density.brief])
-    node_places.spacing(*shape, s, speed, gained, slow, parts, survey.bounds.period_s, out)
+    acceleration, jerk, bend, turn, twist, top = survey.shape
+    with np.errstate(divide="ignore"):
+        out = np.minimum(density.bend / turn, density.twist / np.sqrt(twist))
+        speed = np.sqrt(np.minimum(top, acceleration / bend))
+        ramp = speed * np.minimum(acceleration / jerk, np.sqrt(speed / jerk))
+    out = np.where(survey.steps, np.minimum(out, density.ramp * ramp), out)
     before = survey.x3.copy()
-    before[at] = survey.sides[0][3]
+    before[np.searchsorted(survey.probes, survey.corners.s)] = survey.sides[0][3]
     node_places.change(
         acceleration,
         bend,
         turn,
         twist,
         top,
-        s,
+        survey.probes,
         survey.x3,
         before,
         survey.bounds.jerk,
@@ -284,21 +293,29 @@ def _spacing(survey: _Survey, density: Density) -> Floats:
     return out
 
 
-def gained_square(s: Floats, speed: Floats, acceleration: Floats, corners: Corners) -> Floats:
-    """Return v² at the places `s` that full acceleration leads to from slower ones, from rests and from passed corners.
+def _steps(shape: tuple[Floats, ...], at: Ints, left: Floats, right: Floats) -> Bools:
+    """Tell at which places the bound of q has a step, or changes although the path is straight (a cap does), shape (n,).
+
+    Elsewhere nodes that follow the bends of the path are dense enough for the ramps of the acceleration, too.
 
     Args:
-        s: Shape (n,), places, ascending.
-        speed: Shape (n,), the largest v there by the shape of the path.
-        acceleration: Shape (n,), along the path.
-        corners: The breakpoints, which are among the places.
+        shape: Result of `_shape` at the n places.
+        at: Shape (k,), which of them are breakpoints.
+        left, right: Shape (k,), the largest q on both sides of these.
     """
-    q = speed**2
-    at = np.searchsorted(s, corners.s)
-    q[at] = np.minimum(q[at], np.where(corners.stop, 0.0, corners.speed**2))
-    rise = 2.0 * np.maximum(acceleration[:-1], acceleration[1:]) * np.diff(s)
-    way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, q.max()))])
-    return np.maximum(lowered(q, way), 0.0)
+    acceleration, _, bend, _, _, top = shape
+
+    def differ(one: Floats, other: Floats) -> Bools:
+        out: Bools = np.abs(one - other) > _ALIKE * np.minimum(one, other)
+        return out
+
+    with np.errstate(invalid="ignore"):
+        changes = differ(top[1:], top[:-1])
+        out: Bools = (np.append(changes, False) | np.append(False, changes)) & (
+            bend * top < _CALM * acceleration
+        )
+        out[at] |= differ(left, right)
+    return out
 
 
 def _bends(shape: tuple[Floats, ...], s: Floats, corners: Corners) -> tuple[Floats, Floats]:
@@ -345,8 +362,8 @@ def _first(
     bounds: AxisLimits,
     corners: Corners,
     sides: tuple[Floats, Floats],
-    lines: NDArray[np.bool_],
-    top_at: TopAt,
+    lines: Bools,
+    tops: tuple[Floats, Floats],
     bends: tuple[Floats, Floats],
 ) -> tuple[Floats, Floats]:
     """Return the lengths of the intervals before and after each breakpoint where the motion rests.
@@ -354,26 +371,27 @@ def _first(
     They are infinite where it does not rest, and where nothing but straight lines from rest to rest meets.
 
     Args:
-        bounds, corners, sides, lines, top_at: As `placed` takes them.
+        bounds, corners, sides, lines: As `placed` takes them.
+        tops: Shape (breakpoints,) each, the largest q on their left and right.
         bends: Shape (breakpoints,) each, how far before and after each rest the motion must slow down for a bend.
     """
     curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
     rest = np.flatnonzero(corners.stop & curved)
     # A corner that is passed slows the motion as a rest does, and so does what is slower beyond a breakpoint.
-    slow = corners.s[corners.stop | np.isfinite(corners.speed) | _slower(bounds, corners, sides, top_at)]
+    slow = corners.s[corners.stop | np.isfinite(corners.speed) | _slower(bounds, corners, sides, tops)]
     apart = _PART * np.diff(slow, prepend=-np.inf, append=np.inf)
     at = np.searchsorted(slow, corners.s[rest])
     gap = np.diff(corners.s, prepend=-np.inf, append=np.inf) / 3.0
     found = []
-    for x, far, near, bent, side in (
-        (sides[0], apart[at], gap[:-1], bends[0], -1),
-        (sides[1], apart[at + 1], gap[1:], bends[1], 1),
+    for x, far, near, bent, top in (
+        (sides[0], apart[at], gap[:-1], bends[0], tops[0]),
+        (sides[1], apart[at + 1], gap[1:], bends[1], tops[1]),
     ):
         acceleration, jerk, _, turn, _ = along(bounds, x[:, rest])
         # Where a curve stands, no limit bounds the motion along it, and the first wish is no number.
         with np.errstate(divide="ignore", invalid="ignore"):
             # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
-            speed = np.sqrt(top_at(corners.s[rest], x[:, rest], side))
+            speed = np.sqrt(top[rest])
             slow = elementary.power(2.0 * speed, 1.5) / (6.0 * np.sqrt(jerk))
             wanted = [
                 _FIRST * elementary.power(acceleration, 3.0) / (6.0 * jerk**2),
@@ -392,8 +410,8 @@ def _first(
 
 
 def _slower(
-    bounds: AxisLimits, corners: Corners, sides: tuple[Floats, Floats], top_at: TopAt
-) -> NDArray[np.bool_]:
+    bounds: AxisLimits, corners: Corners, sides: tuple[Floats, Floats], tops: tuple[Floats, Floats]
+) -> Bools:
     """Tell at which breakpoints a stretch ends that is slower than what leads to it, and than full jerk from a rest gets there.
 
     It does so from v = (9/2 J d²)^(1/3) at the distance d.
@@ -401,11 +419,10 @@ def _slower(
     rests = corners.s[corners.stop]
     if not len(rests):
         return corners.stop
-    left, right = (top_at(corners.s, x, side) for x, side in zip(sides, (-1, 1), strict=True))
-    low = np.minimum(left, right)
+    low = np.minimum(*tops)
     away = np.abs(corners.s - rests[nearest(rests, corners.s)])
     jerk = along_path(bounds.jerk, sides[0][1], sides[1][1])
-    out: NDArray[np.bool_] = low * (1.0 + _ALIKE) < np.maximum(left, right)
+    out: Bools = low * (1.0 + _ALIKE) < np.maximum(*tops)
     return out & (elementary.power(low, 1.5) < 4.5 * jerk * away**2)
 
 
@@ -466,7 +483,7 @@ def _probes(path: Path, corners: Corners, seen: float) -> tuple[Floats, Floats]:
     return np.append(inner.ravel(), borders[-1]), there
 
 
-def _slow(top: Floats, s: Floats, corners: Corners) -> NDArray[np.bool_]:
+def _slow(top: Floats, s: Floats, corners: Corners) -> Bools:
     """Tell which breakpoints are passed so slowly, beside the largest q at the places `s`, that it is nearly a rest."""
     return corners.speed < _LOW * np.sqrt(top[np.searchsorted(s, corners.s)])
 
@@ -505,7 +522,7 @@ def graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]:
     return fine[:count], out[:count]
 
 
-def _borders(corners: Corners, before: Floats, after: Floats, lines: NDArray[np.bool_]) -> Floats:
+def _borders(corners: Corners, before: Floats, after: Floats, lines: Bools) -> Floats:
     """Return the places that must be nodes: breakpoints, the first interval on the curved sides of a rest, and zones."""
     leaves = np.flatnonzero(corners.stop[:-1] & ~lines)
     enters = np.flatnonzero(corners.stop[1:] & ~lines) + 1
@@ -530,14 +547,14 @@ def _with_zones(corners: Corners, borders: Floats) -> Floats:
     return np.union1d(borders, edge[(apart > least) & ~_beside_rest(corners, borders)[after - 1]])
 
 
-def _beside_rest(corners: Corners, borders: Floats) -> NDArray[np.bool_]:
+def _beside_rest(corners: Corners, borders: Floats) -> Bools:
     """Tell which stretches between borders leave or enter a rest."""
     rest = np.zeros(len(borders), bool)
     rest[np.searchsorted(borders, corners.s[corners.stop])] = True
     return rest[:-1] | rest[1:]
 
 
-def spread_nodes(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_]) -> Floats:
+def spread_nodes(s: Floats, spacing: Floats, borders: Floats, whole: Bools) -> Floats:
     """Divide each stretch between borders evenly in the measure ds / spacing; `whole` stretches are not divided.
 
     Raises:

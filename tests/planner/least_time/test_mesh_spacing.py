@@ -21,7 +21,6 @@ from cncgen.pipeline import plan as plan_program
 from cncgen.pipeline import read_text, sample
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import mesh_spacing
-from cncgen.planner.least_time.corners import Corners
 from cncgen.planner.least_time.fixed_blocks import blocks
 from cncgen.planner.least_time.mesh import mesh_of
 from cncgen.planner.limits.axis_limits import AxisLimits
@@ -97,30 +96,27 @@ def test_third_derivatives_at_the_quarter_points_are_compared_with_the_parabola(
     assert not found[[0, 2, 3, 5, 6]].any()
 
 
-def test_distance_to_the_nearest_other_place() -> None:
-    s = np.arange(8.0)
-    mine = np.array([True, True, False, True, True, True, True, False])
-    found = np.empty(8)
-    node_places.distance_to_others(s, mine.view(np.int8), found)
-    assert found.tolist() == [0, 1, 0, 1, 2, 2, 1, 0]
+@pytest.mark.parametrize("rows", [(1000, 6000), (6000, 1000), (6000, 5800)])
+def test_a_step_of_the_feed_amid_a_line_takes_a_ramp(rows: tuple[int, int]) -> None:
+    """Full jerk leads from one feed to the other, Δv/A + A/J or 2 √(Δv/J) long at their mean, on the slower row's far side."""
+    first, second = rows
+    text = f"G21 G90 G61 G1 X500 F{first}\nX1000 F{second}\nM2\n"
+    mill = load("generic-mill")
+    (*_, last) = plan(read_text(text).chunks(), mill, PlanOptions())
+    axis, v = mill.axes["X"], np.array(rows) / 60.0
 
+    def ramp(change: float) -> float:
+        a, j = axis.max_acceleration, axis.max_jerk
+        return change / a + a / j if change > a * a / j else 2.0 * float(np.sqrt(change / j))
 
-def test_speed_that_acceleration_leads_to_from_slow_places() -> None:
-    """v² = 2 A d from a rest and from a corner passed at 3, and what the path allows elsewhere; A is 2, 4 from place 3 on."""
-    s = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
-    joints = Corners(
-        s=s[[0, 5]],
-        stop=np.array([True, False]),
-        corner=np.zeros(2, bool),
-        speed=np.array([0.0, 3.0]),
-        jump_share=np.zeros((2, 2, 1)),
-        acceleration=np.full(2, np.inf),
-        zone=np.zeros(2),
-        cuts=np.zeros(2, bool),
-    )
-    speed = np.sqrt([100.0, 100.0, 7.0, 100.0, 100.0, 100.0])
-    found = mesh_spacing.gained_square(s, speed, np.array([2.0, 2.0, 2.0, 4.0, 4.0, 4.0]), joints)
-    np.testing.assert_allclose(found, [0.0, 4.0, 7.0, 15.0, 17.0, 9.0])
+    change = abs(v[1] - v[0])
+    # The ramp lies on the faster row, as no row may be faster than its feed.
+    way = ramp(change) * v.mean()
+    ends = sum(0.5 * ramp(each) for each in v)
+    length = np.array([500.0, 500.0])
+    length[int(v.argmax())] -= way
+    expected = float((length / v).sum()) + ramp(change) + ends
+    assert last.profile.t[-1] == pytest.approx(expected, rel=2e-4)
 
 
 @pytest.mark.parametrize("jerk", [2.5e7, 1e9])
