@@ -294,7 +294,7 @@ def _spacing(survey: _Survey, density: Density) -> Floats:
 
 
 def _steps(shape: tuple[Floats, ...], at: Ints, left: Floats, right: Floats) -> Bools:
-    """Tell at which places the bound of q has a step, or changes although the path is straight (a cap does), shape (n,).
+    """Tell at which places the bound of q may have a step, or changes although the path is straight (a cap does), shape (n,).
 
     Elsewhere nodes that follow the bends of the path are dense enough for the ramps of the acceleration, too.
 
@@ -315,6 +315,8 @@ def _steps(shape: tuple[Floats, ...], at: Ints, left: Floats, right: Floats) -> 
             bend * top < _CALM * acceleration
         )
         out[at] |= differ(left, right)
+    # What comes beyond the ends of the block is not known.
+    out[[0, -1]] = True
     return out
 
 
