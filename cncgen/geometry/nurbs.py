@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cncgen.geometry.tables import Floats, Ints, NurbsTable
+from cncgen.geometry.tables import Floats, Ints, NurbsTable, ranges
 from cncgen.kernels import arc_length, bspline
 
 #: Units in the last place of the largest coordinate that a control point of a straight line may be beside it for rounding
@@ -94,7 +94,7 @@ def take(table: NurbsTable, curves: ArrayLike) -> NurbsTable:
     def gather(offset: Ints) -> tuple[Ints, Ints]:
         sizes = offset[index + 1] - offset[index]
         new = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-        return np.arange(new[-1]) + np.repeat(offset[index] - new[:-1], sizes), new
+        return ranges(offset[index], sizes)[1], new
 
     points, point_offset = gather(table.point_offset)
     knots, knot_offset = gather(table.knot_offset)

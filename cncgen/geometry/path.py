@@ -18,7 +18,7 @@ from cncgen.geometry import elementary
 from cncgen.geometry import nurbs as splines
 from cncgen.geometry.arcs import Spirals, spirals
 from cncgen.geometry.columns import max_over_axes, norm, total
-from cncgen.geometry.tables import ArcTable, Floats, Ints, NurbsTable
+from cncgen.geometry.tables import ArcTable, Floats, Ints, NurbsTable, ranges
 from cncgen.kernels import arc_length, path_derivatives
 from cncgen.units import ROTARY_LETTERS
 
@@ -552,9 +552,9 @@ class Path:
         item = self._item[rows]
         first = self._nurbs.offset[item]
         count = self._nurbs.offset[item + 1] - first
-        index = np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+        of, index = ranges(first, count)
         there = self._nurbs.begins[index] & arc_length.PANEL != 0
-        of = np.repeat(np.arange(len(rows)), count)[there]
+        of = of[there]
         begin = self._nurbs.cells[index[there], 1]
         end = np.append(begin[1:], 0.0)
         last = np.diff(of, append=len(rows)) > 0

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.geometry.path import ARC, LINE, NURBS, Path
-from cncgen.geometry.tables import Floats, Ints
+from cncgen.geometry.tables import Floats, Ints, ranges
 
 #: Part of the tolerance that cubic pieces of an arc may miss it by.
 ARC_SHARE = 1e-3
@@ -86,9 +86,9 @@ def _cut(
     arcs, curves = np.flatnonzero(kind == ARC), np.flatnonzero(kind == NURBS)
     if arcs.size:
         count[arcs] = _arc_counts(path, chosen[arcs], tolerance[arcs])
-    row = np.repeat(np.arange(len(chosen)), count)
+    row, number = ranges(np.zeros_like(count), count)
     h = (length / count)[row]
-    at = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)) * h
+    at = number * h
     if curves.size:
         others = np.flatnonzero(kind[row] != NURBS)
         of, begin, width = _nurbs_cuts(path, chosen[curves], tolerance[curves])

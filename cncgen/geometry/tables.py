@@ -11,6 +11,12 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
+def ranges(first: Ints, count: Ints) -> tuple[Ints, Ints]:
+    """Return of which range each number is, and the numbers, shape (n,) each: `count` numbers from each of `first` on, in a row."""
+    of = np.repeat(np.arange(len(count)), count)
+    return of, np.arange(len(of)) + (first - np.cumsum(count) + count)[of]
+
+
 @dataclass(frozen=True, slots=True)
 class ArcTable:
     """Circular arcs and helices in space, `m` rows.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.tables import ranges
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.limits.row_limits import RowLimits, row_limits_of
@@ -84,8 +85,7 @@ def blocks_of(toolpath: Toolpath, machine: Machine, chord_mm: float) -> tuple[Bl
     path = toolpath.path
     rows = row_limits_of(toolpath, path, machine, bends=False)
     count = _parts(toolpath, rows, chord_mm)
-    row = np.repeat(np.arange(len(rows)), count)
-    part = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+    row, part = ranges(np.zeros_like(count), count)
     step = rows.length[row] / count[row]
     start = rows.start[row] + part * step
     end = np.where(part + 1 == count[row], rows.end[row], start + step)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
 from cncgen.geometry.columns import max_over_axes, norm
+from cncgen.geometry.tables import ranges
 from cncgen.kernels import planned_motion
 from cncgen.planner.least_time.corners import NO_TURN
 from cncgen.planner.least_time.mesh import LINE, SPLINE, Mesh
@@ -112,8 +113,6 @@ def held(
         long chord is kept, and chords over the same place that begin earlier or later become shorter too.
     """
     scene = _Scene.of(given, course, pieces, q, count)
-    if scene.calm():
-        return None
     begin, end = scene.brief(count == len(given))
     if len(begin):
         # Once they take a period, their chords are measured like all others.
@@ -172,7 +171,6 @@ class _Scene:
         bend: Shape (n, 3), |x''| at its start, middle and end, 1/mm, by which the path leaves its chord.
         sharpest: Shape (n,), the largest of them.
         corner: Shape (n,), |Δx'| at its start.
-        passed: Whether any corner is passed.
         end: Shape (n,), how many intervals there are up to the next rest in a corner, or to the last.
         tolerance: Shape (n,), mm.
         period: T, s.
@@ -187,7 +185,6 @@ class _Scene:
     bend: Floats
     sharpest: Floats
     corner: Floats
-    passed: bool
     end: Ints
     tolerance: Floats
     period: float
@@ -213,26 +210,10 @@ class _Scene:
             bend=np.stack(bend, axis=1),
             sharpest=sharpest,
             corner=corner,
-            passed=bool(np.any(corner[~stands])),
             end=rest[np.searchsorted(rest, np.arange(n), side="right")],
             tolerance=course.tolerance()[:n],
             period=course.bounds.period_s,
         )
-
-    def calm(self) -> bool:
-        """Tell whether no chord can be too long, because no corner is passed and the speed changes so little about bends.
-
-        The chord over a bend, the sharpest of its own, is no longer than T (v + a T), with the largest acceleration a.
-        """
-        if self.passed:
-            return False
-        length = self.period * (self.speed + self.period * np.abs(self.profile.a).max())
-        part = 8.0 * (1.0 + _OVER)
-        at = np.flatnonzero(length**2 * self.sharpest > part * self.tolerance.min())
-        first = np.maximum(np.searchsorted(self.t, self.t[at] - self.period, side="right") - 1, 0)
-        last = np.minimum(np.searchsorted(self.t, self.t[at + 1] + self.period), len(self.speed))
-        length = self.period * _over(self.speed, first, last)
-        return not np.any(length**2 * self.sharpest[at] > -part * _over(-self.tolerance, first, last))
 
     def brief(self, rests: bool) -> tuple[Floats, Floats]:
         """Return between which ways the motion goes from rest to rest in less than a period, too far from the chord, shape (k,) each.
@@ -270,7 +251,7 @@ class _Scene:
         begin = np.maximum(self.t[at], self.t[at + 1] - _LATE * self.period)
         count = np.ceil(_COARSE * (self.t[at + 1] - begin) / self.period).astype(np.int64)
         step = np.repeat((self.t[at + 1] - begin) / count, count)
-        start = np.repeat(begin, count) + step * _counted(np.zeros(len(at), np.int64), count)
+        start = np.repeat(begin, count) + step * ranges(np.zeros_like(count), count)[1]
         return start[start + self.period <= np.repeat(self.t[self.end[at]], count)]
 
     def too_long(self, start: Floats) -> Floats:
@@ -407,8 +388,7 @@ class _Scene:
         node = 1 + np.flatnonzero((self.corner[1:] > 0.0) | (turn > _TURN))
         first = np.searchsorted(self.t[node], start, side="right")
         count = np.searchsorted(self.t[node], start + self.period) - first
-        chord = np.repeat(np.arange(len(start)), count)
-        each = _counted(first, count)
+        chord, each = ranges(first, count)
         seen = np.unique(each)
         x = self.course.positions(node[seen], np.zeros(len(seen)))[np.searchsorted(seen, each)]
         tolerance = np.maximum(self.tolerance[node[each]], self.tolerance[node[each] - 1])
@@ -453,7 +433,7 @@ def _lowered(
     within = np.clip(np.searchsorted(s, tip, side="right") - 1, 0, n - 1)
     first = np.minimum(np.searchsorted(middle, begin), within)
     last = np.maximum(np.searchsorted(middle, end, side="right"), within + 1)
-    chord, at = _pairs(first, last)
+    chord, at = ranges(first, np.maximum(last - first, 0))
     here = q[:n]
     values = np.stack([here[:, 0], 0.25 * (here[:, 0] + 2.0 * here[:, 1] + here[:, 2]), here[:, 2]], axis=1)
     # Beside a rest, the bound is that of the moving end.
@@ -463,7 +443,8 @@ def _lowered(
     chord, at = chord[curved], at[curved]
     np.minimum.at(top, at, part[chord, None] * values[at])
     top_limit[at] = Limit.CHORD
-    chord, at = _pairs(np.searchsorted(s[:-1], begin), np.searchsorted(s[:-1], end, side="right"))
+    first, last = np.searchsorted(s[:-1], begin), np.searchsorted(s[:-1], end, side="right")
+    chord, at = ranges(first, last - first)
     moving = q[at, 0] > 0.0
     chord, at = chord[moving], at[moving]
     np.minimum.at(node_top, at, part[chord] * q[at, 0])
@@ -506,14 +487,3 @@ def _over(values: Floats, first: Ints, last: Ints) -> Floats:
     pairs = np.stack([first, last], axis=1).ravel()
     out: Floats = np.maximum.reduceat(np.append(values, -np.inf), pairs)[::2] if len(pairs) else np.zeros(0)
     return out
-
-
-def _counted(first: Ints, count: Ints) -> Ints:
-    """Return the numbers from each of `first` on, `count` of them, in one row."""
-    return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
-
-
-def _pairs(first: Ints, last: Ints) -> tuple[Ints, Ints]:
-    """Return the numbers of ranges, and with each the numbers from `first` to before `last` of it."""
-    count = np.maximum(last - first, 0)
-    return np.repeat(np.arange(len(count)), count), _counted(first, count)

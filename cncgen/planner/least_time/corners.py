@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.geometry.path import Path
+from cncgen.geometry.tables import ranges
 from cncgen.planner.least_time.crawling import crawling
 from cncgen.planner.limits.axis_limits import (
     JUMP_SHARE,
@@ -306,8 +307,7 @@ def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: Ints, step: Floats) -
     last = np.searchsorted(s, s[at] + 2.0 * step, side="right")
     count = last - first
     begin = np.cumsum(count) - count
-    owner = np.repeat(np.arange(len(at)), count)
-    each = np.arange(len(owner)) + (first - begin)[owner]
+    owner, each = ranges(first, count)
     away = (s[each] - s[at][owner]) / step[owner]
     largest = np.zeros(len(at))
     for phase, times, weights, jump in (

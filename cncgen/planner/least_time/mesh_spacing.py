@@ -50,7 +50,6 @@ class Density:
 
     Attributes:
         bend: Of the radius of curvature.
-        twist: Of |x'''|^(-1/2).
         change: Of the distance on which x''' v³ of an axis changes by its jerk limit.
         ramp: Where the bound of the speed has a step: of the way that a ramp of the acceleration from 0 to its limit takes there.
         panel: Of the length of a panel of the path (docs/arc-length.md).
@@ -58,7 +57,6 @@ class Density:
     """
 
     bend: float
-    twist: float
     change: float
     ramp: float
     panel: float
@@ -69,7 +67,7 @@ class Density:
         return Density(*(part / factor for part in astuple(self)))
 
 
-DENSITY = Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2)
+DENSITY = Density(0.08, 2.0, 0.2, 1.3, 0.2)
 #: Length of the interval beside a rest: the least of these parts of the distance in which full jerk reaches full acceleration, of
 #: that in which it reaches the largest speed, of the radius of curvature, and of the distance to the next slow place.
 _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 60.0
@@ -269,7 +267,7 @@ def _spacing(survey: _Survey, density: Density) -> Floats:
     """Return the largest spacing at the places of a block by the shape of the path and the speed that it allows, shape (n,), mm."""
     acceleration, jerk, bend, turn, twist, top = survey.shape
     with np.errstate(divide="ignore"):
-        out = np.minimum(density.bend / turn, density.twist / np.sqrt(twist))
+        out = density.bend / turn
         speed = np.sqrt(np.minimum(top, acceleration / bend))
         ramp = speed * np.minimum(acceleration / jerk, np.sqrt(speed / jerk))
     out = np.where(survey.steps, np.minimum(out, density.ramp * ramp), out)

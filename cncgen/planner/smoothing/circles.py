@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
 from cncgen.geometry.arcs import Spirals, spirals
-from cncgen.geometry.tables import ArcTable, Floats, Ints
+from cncgen.geometry.tables import ArcTable, Floats, Ints, ranges
 from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.toolpath.building import join_arcs
 from cncgen.toolpath.record import Toolpath
@@ -86,9 +86,8 @@ class Circles:
             first, stop: Shape (m,), ascending.
         """
         count = stop - first
-        of = np.repeat(np.arange(len(first)), count)
         at = np.cumsum(count) - count
-        rows = np.arange(len(of)) + (first - at)[of]
+        of, rows = ranges(first, count)
         which, begin = parts.curve[rows], starts[first]
         sweep, normal = parts.arcs.sweep[which], parts.arcs.normal[parts.curve[first]]
         centre = parts.arcs.centre[which]

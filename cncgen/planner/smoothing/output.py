@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import nurbs
 from cncgen.geometry.corridor import Spline
-from cncgen.geometry.tables import NurbsTable, empty_arcs
+from cncgen.geometry.tables import NurbsTable, empty_arcs, ranges
 from cncgen.kernels.smoothing import DEGREE
 from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 
@@ -115,7 +115,7 @@ def _pieces(knots: Floats, points: Floats, first: Ints, stop: Ints) -> NurbsTabl
 
     def gather(extra: int) -> tuple[Ints, Ints]:
         offset = np.concatenate([[0], np.cumsum(spans + extra)]).astype(np.int64)
-        return np.arange(offset[-1]) + np.repeat(first - offset[:-1], spans + extra), offset
+        return ranges(first, spans + extra)[1], offset
 
     which, point_offset = gather(DEGREE)
     at, knot_offset = gather(2 * DEGREE + 1)

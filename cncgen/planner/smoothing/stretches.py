@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.columns import norm
+from cncgen.geometry.tables import ranges
 from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.smoothing.circles import OFF, TURN, Circles, arcs_of, goes_on
 from cncgen.planner.smoothing.runs import LEAST_TOLERANCE
@@ -109,9 +110,8 @@ class Stretches:
         count = self.first[rows + 1] - self.first[rows]
         if count.max() == 1:
             return self.first[rows], row_t, np.arange(len(rows))
-        of = np.repeat(np.arange(len(rows)), count)
+        of, part = ranges(self.first[rows], count)
         last = np.cumsum(count) - 1
-        part = np.arange(len(of)) + (self.first[rows + 1] - 1 - last)[of]
         way = np.cumsum(self.part_length[part])
         before = np.concatenate([[0.0], way[last[:-1]]])
         share = np.divide(
