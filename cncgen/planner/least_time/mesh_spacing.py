@@ -125,40 +125,6 @@ class _Survey:
     least: Floats
     first: tuple[Floats, Floats]
 
-    @classmethod
-    def of(
-        cls,
-        path: Path,
-        bounds: AxisLimits,
-        corners: Corners,
-        sides: tuple[Floats, Floats],
-        lines: Bools,
-        top_at: TopAt,
-    ) -> _Survey:
-        """Look at a block."""
-        seen = min(float(resolution(bounds, side[1]).min()) for side in sides)
-        probes, panels = _probes(path, corners, seen)
-        at = np.searchsorted(probes, corners.s)
-        x = path.evaluate(probes, 3)
-        x[:, at] = sides[1]
-        x[:, -1] = sides[0][:, -1]
-        left, right = (top_at(corners.s, each, side) for each, side in zip(sides, (-1, 1), strict=True))
-        shape = _shape(bounds, x, top_at(probes, x, 1), at, sides[0], left)
-        bends = _bends(shape, probes, corners)
-        return cls(
-            bounds,
-            corners,
-            sides,
-            lines,
-            probes,
-            panels,
-            shape,
-            _steps(shape, at, left, right),
-            x[3],
-            _seen(bounds, x[1], probes),
-            _first(bounds, corners, sides, lines, (left, right), bends),
-        )
-
 
 def placed(
     path: Path,
@@ -186,7 +152,16 @@ def placed(
     Raises:
         TooManyNodesError: They are more than `MOST`.
     """
-    survey = _Survey.of(path, bounds, corners, sides, lines, top_at)
+    probes, panels = _probes(path, corners, min(float(resolution(bounds, side[1]).min()) for side in sides))
+    at = np.searchsorted(probes, corners.s)
+    x = path.evaluate(probes, 3)
+    x[:, at] = sides[1]
+    x[:, -1] = sides[0][:, -1]
+    tops = (top_at(corners.s, sides[0], -1), top_at(corners.s, sides[1], 1))
+    shape = _shape(bounds, x, top_at(probes, x, 1), at, sides[0], tops[0])
+    first = _first(bounds, corners, sides, lines, tops, _bends(shape, probes, corners))
+    steps, least = _steps(shape, at, *tops), _seen(bounds, x[1], probes)
+    survey = _Survey(bounds, corners, sides, lines, probes, panels, shape, steps, x[3], least, first)
     if coarse:
         return _place(survey, DENSITY.times(COARSE))
     s = _place(survey, DENSITY)
@@ -313,7 +288,7 @@ def _steps(shape: tuple[Floats, ...], at: Ints, left: Floats, right: Floats) -> 
             bend * top < _CALM * acceleration
         )
         out[at] |= differ(left, right)
-    # What comes beyond the ends of the block is not known.
+    # The block does not know whether there is one at its ends.
     out[[0, -1]] = True
     return out
 
