@@ -186,6 +186,18 @@ def test_the_suffix_speaks_where_nothing_else_does() -> None:
     assert choose(Source(text, "part.nc")).dialect == "linuxcnc"
 
 
+def test_main_blocks_of_a_program_of_sinumerik() -> None:
+    """A block with : for N begins a section (840D sl, Fundamentals): it was taken for Acramatic's."""
+    found = choose(Source(b":100 G54\nN110 G0 X1\n:120 G1 Y5 F100\nM30\n", "part.mpf"))
+    assert (found.dialect, found.unread) == ("sinumerik", "")
+
+
+def test_pockets_of_older_controls_are_named(run: Run) -> None:
+    found = run("R22=10 R23=5 R24=3 L930\nM30\n", dialect="sinumerik").diagnostics
+    (hint,) = [told.hint for told in found if told.code == "sub-missing"]
+    assert hint.endswith("it mills a circular pocket, as POCKET2 and POCKET4 here")
+
+
 @pytest.fixture
 def ten(tmp_path: Path) -> Path:
     """Return a tool table: tool 1 is 10 mm wide."""

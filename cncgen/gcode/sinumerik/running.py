@@ -12,7 +12,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import language_run
 from cncgen.gcode.flow.language_run import LanguageRun
 from cncgen.gcode.flow.plain_lines import PlainLane
-from cncgen.gcode.sinumerik import expressions
+from cncgen.gcode.sinumerik import expressions, unread_cycles
 from cncgen.gcode.sinumerik.expressions import RParameter, Scalar, Value, evaluate, number, variable
 from cncgen.gcode.sinumerik.motions import Motions
 from cncgen.gcode.sinumerik.programs import SUFFIXES, Program, programs_of
@@ -292,7 +292,7 @@ class SinumerikRunner(LanguageRun[Program]):
 
     def _find(self, name: str) -> Program:
         missing = f"{name} is not read: it is not a command, and no subprogram of that name is in the text or"
-        return self.program_of(name, missing, name, f"{name}.SPF in a folder of --include is found")
+        return self.program_of(name, missing, name, unread_cycles.hint_of(name))
 
     def _scope(self, program: Program, arguments: tuple[Any, ...]) -> dict[str, Variable]:
         """Return the variables that a call begins with: the parameters of PROC."""

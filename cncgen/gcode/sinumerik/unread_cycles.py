@@ -23,6 +23,19 @@ _KNOWN = {
 }  # fmt: skip
 
 
+#: Cycles of the controls before the 840D, which a program calls by R parameters and L.
+_OLDER = {
+    "L903": "a rectangular pocket, as POCKET1 and POCKET3 here",
+    "L930": "a circular pocket, as POCKET2 and POCKET4 here",
+}
+
+
+def hint_of(name: str) -> str:
+    """Return what helps where no subprogram has a name."""
+    older = f"; on SINUMERIK 810 and 820 it mills {_OLDER[name]}" if name in _OLDER else ""
+    return f"{name}.SPF in a folder of --include is found{older}"
+
+
 def is_cycle(name: str) -> bool:
     """Tell whether a name is a cycle's, as no command has it."""
     return name.startswith(_BEGINNINGS)

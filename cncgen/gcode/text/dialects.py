@@ -119,7 +119,7 @@ def choose(source: Source) -> Choice:
         *_found(signs.SPOKEN, replace(written, text=_without(signs.REMARKS, written.text))),
         *_found(signs.BARE, blocks),
         *_of_feeds(blocks),
-        *_of_name(source.name),
+        *_of_name(source.name, written),
     ]
     totals = dict.fromkeys((*signs.READ, *UNREAD), 0.0)
     for _, weights, _ in found:
@@ -135,6 +135,8 @@ def _blocks(written: _Lines) -> _Lines:
 
 
 _Found = tuple[str, dict[str, float], int]
+#: A block with : for N.
+_MAIN_BLOCK = rb"^:\d+[ \t]+[A-Z]"
 
 
 def _found(wanted: Iterable[Sign], lines: _Lines) -> Iterable[_Found]:
@@ -148,10 +150,14 @@ def _found(wanted: Iterable[Sign], lines: _Lines) -> Iterable[_Found]:
                 break
 
 
-def _of_name(name: str) -> Iterable[_Found]:
-    """Yield the signs of a file's suffix: SINUMERIK's programs are .mpf and .spf."""
-    if name.lower().endswith((".mpf", ".spf")):
-        yield "the suffix of SINUMERIK's programs", {_S: 4.0}, 1
+def _of_name(name: str, lines: _Lines) -> Iterable[_Found]:
+    """Yield the signs of a file's suffix: SINUMERIK's programs are .mpf and .spf; their main blocks begin with :."""
+    if not name.lower().endswith((".mpf", ".spf")):
+        return
+    yield "the suffix of SINUMERIK's programs", {_S: 4.0}, 1
+    main = lines.search(_MAIN_BLOCK) if b":" in lines.text else None
+    if main:
+        yield "a main block of SINUMERIK", {_S: 20.0, "acramatic": -20.0}, lines.number(main)
 
 
 def _of_feeds(blocks: _Lines) -> Iterable[_Found]:
