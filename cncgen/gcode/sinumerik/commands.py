@@ -278,17 +278,20 @@ _GROUPS = {
 
 def refuse_conflict(codes: list[int]) -> None:
     """Raise where a block has two G functions of one group (alarm 12060 of the control)."""
-    for members in {**_GROUPS, 1: _MOTIONS_OF_BLOCKS}.values():
-        found = [*dict.fromkeys(code for code in codes if code in members)]
-        if len(found) > 1:
-            message = f"G{found[0]} and G{found[1]} stand in one block: a group has one G function in force"
-            raise BlockError(
-                "modal-conflict", message, f"G{found[1]}", hint="leave one out, or write two blocks"
-            )
+    if len(codes) < 2:
+        return
+    found: dict[int, int] = {}
+    for code in codes:
+        other = found.setdefault(_GROUP_OF[code], code) if code in _GROUP_OF else code
+        if other != code:
+            message = f"G{other} and G{code} stand in one block: a group has one G function in force"
+            raise BlockError("modal-conflict", message, f"G{code}", hint="leave one out, or write two blocks")
 
 
-#: The G functions of group 1, threads among them.
-_MOTIONS_OF_BLOCKS = (0, 1, 2, 3, 33, 34, 35, 331, 332)
+#: The groups of G functions, threads among those of group 1.
+_GROUP_OF = {code: group for group, members in _GROUPS.items() for code in members} | dict.fromkeys(
+    (33, 34, 35, 331, 332), 1
+)
 #: Settings of one index: an axis, a spindle or a group.
 INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = {
     **dict.fromkeys(("POS", "POSA"), _own_position),

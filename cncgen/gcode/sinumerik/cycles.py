@@ -642,12 +642,12 @@ def _grid(motions: Motions, name: str, values: Values) -> None:
     places = []
     for number, row in enumerate(lines[1 - inner]):
         for column in lines[inner] if number % 2 == 0 else lines[inner][::-1]:
-            at = (column, row) if inner == 0 else (row, column)
+            place = (column, row) if inner == 0 else (row, column)
             if round(filled(values, 7)) == 1 and not any(
-                k in (0, n - 1) for k, n in zip(at, counts, strict=True)
+                k in (0, n - 1) for k, n in zip(place, counts, strict=True)
             ):
                 continue
-            places.append(origin + way * complex(at[0] * steps[0], at[1] * steps[1]))
+            places.append(origin + way * complex(place[0] * steps[0], place[1] * steps[1]))
     _visit(motions, places)
 
 
