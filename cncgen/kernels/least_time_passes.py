@@ -104,9 +104,9 @@ def _put(
 def _approach(
     rows: cython.double[::1], motion: cython.double[::1], sums: cython.double[::1], at: _Place
 ) -> vectorized:
-    """Fill the first column of `sums` with what a run of rows asleep uses of its limits."""
+    """Fill the first column of `sums` with what a run of rows asleep uses of its limits beyond what wakes it."""
     for j in range(at.first, at.stop):
-        sums[j] = fabs(_value(rows, motion, at.rows + j, at.motion + j)) / rows[at.rows + PART + j]
+        sums[j] = fabs(_value(rows, motion, at.rows + j, at.motion + j)) - _NEAR * rows[at.rows + PART + j]
 
 
 @cython.ccall
@@ -127,7 +127,7 @@ def wake(problem: Problem, level: cython.double) -> cython.bint:
         at = _place(problem, problem.asleep.of, i)
         _approach(rows, motion, sums, at)
         for j in range(at.first, at.stop):
-            if sums[j] > _NEAR:
+            if sums[j] > 0.0:
                 part = rows[at.rows + PART + j]
                 value = _value(rows, motion, at.rows + j, at.motion + j)
                 least = _LEAST * part

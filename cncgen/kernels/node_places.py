@@ -5,17 +5,13 @@ Called by `cncgen.planner.least_time.mesh_spacing`, which says what the numbers 
 """
 
 import cython
-import numpy as np
 from cython.cimports.libc.math import ceil, expm1, fabs, log1p, pow
 
 #: Ratios of spacings that differ by less than this part are taken to be equal.
 _ALIKE = cython.declare(cython.double, 1e-6)
-#: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
-_NO_TURN = cython.declare(cython.double, 1e-9)
 #: Where the spacings at neighbouring places differ by more than this factor, they are not interpolated linearly (`graded`).
 _STEEP = cython.declare(cython.double, 1.5)
 _INFINITE = cython.declare(cython.double, float("inf"))
-_LARGEST = cython.declare(cython.double, float(np.finfo(float).max))
 
 
 @cython.cfunc
@@ -52,97 +48,6 @@ def lowered(
                 least = up
             else:
                 out[n] = min(out[n], least - way[n])
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _cube(
-    steady: cython.double,
-    x3: cython.const[cython.double][:, ::1],
-    n: cython.Py_ssize_t,
-    jerk: cython.const[cython.double][::1],
-) -> cython.double:
-    """Return the cube of the speed at a place that the jerk of steady motion allows, `steady` at most."""
-    d: cython.Py_ssize_t
-    most: cython.double = 0.0
-    for d in range(jerk.shape[0]):
-        most = max(most, fabs(x3[n, d]) / jerk[d])
-    return min(steady, _over(1.0, most))
-
-
-def change(
-    acceleration: cython.const[cython.double][::1],
-    bend: cython.const[cython.double][::1],
-    turn: cython.const[cython.double][::1],
-    twist: cython.const[cython.double][::1],
-    top: cython.const[cython.double][::1],
-    s: cython.const[cython.double][::1],
-    x3: cython.const[cython.double][:, ::1],
-    before: cython.const[cython.double][:, ::1],
-    jerk: cython.const[cython.double][::1],
-    panels: cython.const[cython.double][::1],
-    part: cython.double,
-    panel: cython.double,
-    out: cython.double[::1],
-) -> None:
-    """Lower a spacing to the distance on which x''' v^3 of an axis changes by `part` times its jerk limit, and to parts of panels.
-
-    v is the largest speed at which acceleration and jerk hold in steady motion. Differences are taken within a panel of the
-    path, from its start to its end, as x''' may jump at its borders; at a border the larger of both sides counts.
-
-    Args:
-        acceleration, bend, turn, twist, top, s: Shape (n,), places, ascending, see `cncgen.planner.least_time.mesh_spacing.along`, and the
-            largest q; four places a panel, and the end.
-        x3, before: Shape (n, axes), third derivatives after and before the places.
-        jerk: Shape (axes,).
-        panels: Shape (n,), length of the panel there.
-        part: See above.
-        panel: The part of a panel, where the path turns on it.
-        out: Shape (n,), lowered.
-    """
-    n: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    last: cython.Py_ssize_t = s.shape[0] - 1
-    end: cython.const[cython.double][:, ::1]
-    apart: cython.double
-    step: cython.double
-    x: cython.double
-    rate: cython.double = 0.0
-    left: cython.double = 0.0
-    steady: cython.double
-    other: cython.double
-    cube: cython.double
-    next: cython.double
-    known: cython.bint
-    with cython.nogil:
-        steady = pow(min(top[0], _over(acceleration[0], bend[0])), 1.5)
-        for n in range(last + 1):
-            # rate: over the stretch after this place; left: over that before.
-            left = rate
-            rate = 0.0
-            if n < last:
-                end = before if n % 4 == 3 else x3
-                other = pow(min(top[n + 1], _over(acceleration[n + 1], bend[n + 1])), 1.5)
-                cube = _cube(steady, x3, n, jerk)
-                next = _cube(other, end, n + 1, jerk)
-                steady = other
-                apart = s[n + 1] - s[n]
-                step = 0.0
-                known = True
-                for d in range(jerk.shape[0]):
-                    x = fabs(end[n + 1, d] - x3[n, d])
-                    # About a place where a curve stands, x''' is rounding.
-                    if x * (apart * apart) >= _NO_TURN:
-                        step = max(step, x / jerk[d])
-                    known = known and x == x
-                rate = step * min(cube, next) / apart if known else 0.0
-                rate = min(rate, _LARGEST) if rate == rate else 0.0
-            out[n] = min(out[n], _over(part, max(left, rate)))
-            # Panels follow the parameter, too: where a straight curve stands still, they are tiny and independent of the path.
-            if turn[n] * panels[n] + twist[n] * (panels[n] * panels[n]) > _NO_TURN:
-                out[n] = min(out[n], panel * panels[n])
 
 
 def graded(

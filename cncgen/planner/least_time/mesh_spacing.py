@@ -50,14 +50,12 @@ class Density:
 
     Attributes:
         bend: Of the radius of curvature.
-        change: Of the distance on which x''' v³ of an axis changes by its jerk limit.
         ramp: Where the bound of the speed has a step: of the way that a ramp of the acceleration from 0 to its limit takes there.
         panel: Of the length of a panel of the path (docs/arc-length.md).
         growth: Largest growth of the spacing per length along the path.
     """
 
     bend: float
-    change: float
     ramp: float
     panel: float
     growth: float
@@ -67,7 +65,9 @@ class Density:
         return Density(*(part / factor for part in astuple(self)))
 
 
-DENSITY = Density(0.08, 2.0, 0.2, 1.3, 0.2)
+DENSITY = Density(0.08, 0.2, 1.3, 0.2)
+#: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
+_NO_TURN = 1e-9
 #: Length of the interval beside a rest: the least of these parts of the distance in which full jerk reaches full acceleration, of
 #: that in which it reaches the largest speed, of the radius of curvature, and of the distance to the next slow place.
 _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 60.0
@@ -108,7 +108,6 @@ class _Survey:
         panels: Shape (n,), length of the path's panel there; infinite on lines and arcs.
         shape: Result of `_shape` at the places.
         steps: Shape (n,), see `_steps`.
-        x3: Shape (n, axes), third derivatives there.
         least: Shape (n,), the least distance of nodes there.
         first: Shape (breakpoints,) each, the intervals before and after rests, see `_first`.
     """
@@ -121,7 +120,6 @@ class _Survey:
     panels: Floats
     shape: tuple[Floats, ...]
     steps: Bools
-    x3: Floats
     least: Floats
     first: tuple[Floats, Floats]
 
@@ -161,7 +159,7 @@ def placed(
     shape = _shape(bounds, x, top_at(probes, x, 1), at, sides[0], tops[0])
     first = _first(bounds, corners, sides, lines, tops, _bends(shape, probes, corners))
     steps, least = _steps(shape, at, *tops), _seen(bounds, x[1], probes)
-    survey = _Survey(bounds, corners, sides, lines, probes, panels, shape, steps, x[3], least, first)
+    survey = _Survey(bounds, corners, sides, lines, probes, panels, shape, steps, least, first)
     if coarse:
         return _place(survey, DENSITY.times(COARSE))
     s = _place(survey, DENSITY)
@@ -241,29 +239,16 @@ def _seen(bounds: AxisLimits, x1: Floats, s: Floats) -> Floats:
 def _spacing(survey: _Survey, density: Density) -> Floats:
     """Return the largest spacing at the places of a block by the shape of the path and the speed that it allows, shape (n,), mm."""
     acceleration, jerk, bend, turn, twist, top = survey.shape
+    panels = survey.panels
     with np.errstate(divide="ignore"):
         out = density.bend / turn
         speed = np.sqrt(np.minimum(top, acceleration / bend))
         ramp = speed * np.minimum(acceleration / jerk, np.sqrt(speed / jerk))
     out = np.where(survey.steps, np.minimum(out, density.ramp * ramp), out)
-    before = survey.x3.copy()
-    before[np.searchsorted(survey.probes, survey.corners.s)] = survey.sides[0][3]
-    node_places.change(
-        acceleration,
-        bend,
-        turn,
-        twist,
-        top,
-        survey.probes,
-        survey.x3,
-        before,
-        survey.bounds.jerk,
-        survey.panels,
-        density.change,
-        density.panel,
-        out,
-    )
-    return out
+    # Panels follow the parameter, too: where a straight curve stands still, they are tiny and independent of the path.
+    with np.errstate(invalid="ignore"):
+        turns = turn * panels + twist * panels**2 > _NO_TURN
+    return np.where(turns, np.minimum(out, density.panel * panels), out)
 
 
 def _steps(shape: tuple[Floats, ...], at: Ints, left: Floats, right: Floats) -> Bools:
