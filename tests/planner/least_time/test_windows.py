@@ -109,7 +109,7 @@ M2
 
 
 def test_what_stalls_beside_the_optimum_is_tried_again_from_below() -> None:
-    """It had ended at 26.1558 s; starts from 0.5, 0.8, 0.9 and 0.95 of that speed squared all ended at 26.1461 s (26.1473 with
+    """It had ended at 26.1558 s; starts from 0.5, 0.8, 0.9 and 0.95 of that speed squared all ended at 26.1461 s (26.14729 with
     the nodes of today)."""
     axes = {
         letter: Axis(letter, v, 10.0 * v, 250.0 * v) for letter, v in (("X", 6.0), ("Y", 20.0), ("Z", 20.0))
