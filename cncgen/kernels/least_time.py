@@ -250,12 +250,40 @@ def _due(iteration: cython.int, gap: cython.double) -> cython.bint:
     return iteration > 2 and (gap < 0.012 or (gap < 0.3 and iteration % 2 == 0))
 
 
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _respond(system: _NewtonSystem, gathered: cython.bint, out: cython.double[::1]) -> cython.void:
+    """Fill `out` with the last column of the inverse Newton matrix, as a part of its last entry, where it can be factored.
+
+    Args:
+        system: Its matrix is that of the iterate if `gathered`, else of an earlier one.
+        out: Shape (n + 2,).
+    """
+    n: cython.Py_ssize_t = system.problem.n
+    k: cython.Py_ssize_t
+    end: cython.double
+    if not gathered:
+        system.step = system.rise = 0.0
+        survey(system.problem)
+        system.gather()
+    if system.factorize():
+        for k in range(n + 2):
+            system.right[k] = 0.0
+        system.right[n] = 1.0
+        system.answer(out)
+        end = out[n]
+        for k in range(n + 2):
+            out[k] /= end
+
+
 def solve(
     problem: Problem,
     tolerance: cython.double,
     slack: cython.double,
     most: cython.int,
     report: cython.double[::1],
+    change: cython.double[::1],
 ) -> int:
     """Improve the unknowns to the least time within the rows; the problem is changed in place.
 
@@ -266,6 +294,8 @@ def solve(
         most: Iterations at most.
         report: Shape (7,): F, gap, primal infeasibility, iterations, dual residual, worst ratio between the ends, and by how
             much steps fell short: −Σ log of the part of each that was gone.
+        change: Shape (n + 2,), zeros: becomes dc/dc[n], how the solution follows where its last unknown is pushed, a change of q
+            by the change of q at the end. Stays as it is where the matrix lost its positive diagonal by rounding.
 
     Returns:
         0; 1 where it came near and then stalled (every limit held, dual residual ten times larger at most); or why it did
@@ -320,34 +350,6 @@ def solve(
     report[4] = residual
     report[5] = verdict.worst
     report[6] = short
-    return status
-
-
-def response(problem: Problem, out: cython.double[::1]) -> int:
-    """Tell how the solution follows where its last unknown is pushed: the last column of the inverse Newton matrix.
-
-    Args:
-        problem: As `solve` has left it.
-        out: Shape (n + 2,), zeros: becomes dc/dc[n], a change of q by the change of q at the end.
-
-    Returns:
-        0, or −2 where the matrix lost its positive diagonal by rounding.
-    """
-    system: _NewtonSystem = _NewtonSystem(problem)
-    n: cython.Py_ssize_t = problem.n
-    k: cython.Py_ssize_t
-    end: cython.double
-    positive: cython.bint
     with cython.nogil:
-        survey(problem)
-        system.gather()
-        positive = system.factorize()
-        if positive:
-            for k in range(n + 2):
-                system.right[k] = 0.0
-            system.right[n] = 1.0
-            system.answer(out)
-            end = out[n]
-            for k in range(n + 2):
-                out[k] /= end
-    return 0 if positive else -2
+        _respond(system, status == 0, change)
+    return status

@@ -10,6 +10,7 @@ results, and starts again if a result may be improved.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from cncgen.planner.least_time.mesh import ENTER, LINE, SPLINE, Mesh
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
+_Any = TypeVar("_Any", bound=np.generic)
 
 #: Duality gap, as a part of the time, at which the iteration ends where the result is confirmed, and else; and part by which limits
 #: may be exceeded between nodes.
@@ -91,9 +93,9 @@ class Intervals:
         """Return parts of meshes as one row that ends at rest, with the limits of acceleration and jerk."""
         h = np.concatenate([np.diff(mesh.s[rows.start : rows.stop + 1]) for mesh, rows in parts])
         columns = {
-            name: np.concatenate([getattr(mesh, name)[rows] for mesh, rows in parts])
-            for name in _MESH_COLUMNS
+            name: _joined([getattr(mesh, name)[rows] for mesh, rows in parts]) for name in _MESH_COLUMNS
         }
+        columns["kind"] = columns["kind"].copy()
         columns["kind"][-1] = LINE if columns["kind"][-1] == LINE else ENTER
         return cls(h=h, limits=limits, **columns)
 
@@ -103,6 +105,11 @@ class Intervals:
         columns["kind"] = columns["kind"].copy()
         columns["kind"][-1] = ENTER
         return replace(self, **columns)
+
+
+def _joined(parts: list[NDArray[_Any]]) -> NDArray[_Any]:
+    """Return the rows of all parts; of a single one, itself."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 #: The columns that have a row an interval and stand in `Mesh` under the same name.
@@ -346,16 +353,14 @@ def run_from(
     least_time_rows.build(kernel, columns.box, columns.sway, columns.held_right)
     if thinned:
         least_time_rows.thin(kernel, _REACH, FAR)
-    report = np.zeros(7)
+    report, change = np.zeros(7), np.zeros(len(columns.at) + 2)
     gap, most = GAP if settled else ROUGH_GAP, MOST_THINNED if thinned else MOST
-    status = least_time.solve(kernel, gap, SLACK, most, report)
+    status = least_time.solve(kernel, gap, SLACK, most, report, change)
     held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
     q = ordinates(given, columns.at, columns.ends, np.asarray(kernel.c))
     limit = _binding(given, columns, kernel)
     unfelt = 0
     if status >= 0 or held:
-        change = np.zeros(len(columns.at) + 2)
-        least_time.response(kernel, change)
         unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
     left = 0.0 if status == 0 else float(report[1] / report[0]) if status == 1 else np.inf
     return SolverRun(
