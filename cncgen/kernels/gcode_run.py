@@ -113,7 +113,7 @@ class Computer:
     pause = cython.declare(cython.Py_ssize_t)
     at_once = cython.declare(cython.bint)
     least = cython.declare(cython.int)
-    scopes = cython.declare(list)
+    scopes = cython.declare(object)
     leads = cython.declare(object)
     enters = cython.declare(object)
     loops = cython.declare(dict)
@@ -158,11 +158,7 @@ class Computer:
         if not cython.compiled:
             self.taken = [0] * (2 * _MOST_CODE)
         self.waits, self.pause = waits, pause
-        self.at_once, self.least, self.scopes = (
-            at_once,
-            least,
-            list(scopes) if isinstance(scopes, tuple) else scopes,
-        )
+        self.at_once, self.least, self.scopes = at_once, least, scopes
         self.leads = self.enters = None
         self.loops, self.ways = {}, {}
         self.ran = self.ran_line = 0
@@ -646,6 +642,9 @@ class Computer:
         """Follow the jump of a row to the `next` line; tell whether it is certain where that is."""
         value: cython.double = self.argument[0]
         goes: cython.bint = True
+        # The counter of a loop: the operation that sets it, and its operand.
+        named: cython.bint = (self.counter & 255) == SET_VARIABLE
+        k: cython.int = self.counter >> 8
         way: tuple = self.ways.get(r)
         if way is None:
             way = self.leads(self.kept[r, NUMBER_OF_LINE])
@@ -670,18 +669,12 @@ class Computer:
                 del self.loops[here]
         elif jump == COUNTS:
             if here in self.loops:
-                if (self.counter & 255) == SET_VARIABLE:
-                    if not self._has(self.counter >> 8):
-                        return False
-                    value = self.found + 1.0
-                else:
-                    value = self.numbers[self.counter >> 8] + 1.0
+                if named and not self._has(k):
+                    return False
+                value = (self.found if named else self.numbers[k]) + 1.0
             if not isfinite(self.argument[1]):
                 return False
-            if (self.counter & 255) == SET_VARIABLE:
-                if not self._set_variable(self.counter >> 8, value):
-                    return False
-            elif not self._set(self.counter >> 8, value):
+            if not (self._set_variable(k, value) if named else self._set(k, value)):
                 return False
             goes = value > self.argument[1]
             if not goes:

@@ -430,7 +430,7 @@ _NO_DEPTH = (202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 24
 
 #: The cycle in force after one that is not read, whose calls tell nothing more.
 _NOT_READ = -1
-#: What cycles do that are not read.
+#: By number, the task of each cycle that is not read.
 _UNREAD: tuple[tuple[Sequence[int], str], ...] = (
     ((225,), "engraving"), ((258,), "a stud of several sides"), ((270,), "the ways to and from a contour train"),
     ((271, 272, 273, 274, 277, *range(1271, 1283)), "contours in trochoids, OCM"), ((275,), "a slot in trochoids"), ((276,), "a contour train in space"),

@@ -31,7 +31,7 @@ _OLDER = {
 
 
 def hint_of(name: str) -> str:
-    """Return what helps where no subprogram has a name."""
+    """Return advice on a name that no subprogram has."""
     older = f"; on SINUMERIK 810 and 820 it mills {_OLDER[name]}" if name in _OLDER else ""
     return f"{name}.SPF in a folder of --include is found{older}"
 
@@ -42,7 +42,7 @@ def is_cycle(name: str) -> bool:
 
 
 def refused(name: str) -> BlockError:
-    """Return what is said of a cycle that is not read."""
+    """Return the error of a cycle that is not read."""
     what, instead = _KNOWN.get(name, ("of 802S and 802C" if name[0] == "L" and name[1] == "C" else "", ""))
     message = f"the cycle {name}{f' ({what})' if what else ''} is not read"
     hint = f"{instead}; " if instead else ""

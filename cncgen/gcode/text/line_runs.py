@@ -64,8 +64,8 @@ def _named(numbers: dict[str, int]) -> dict[bytes, int]:
     return {name.encode(): number for name, number in numbers.items()}
 
 
-#: The same of what `LanguageCode` takes: terminals, those of jumps and labels, what rules do, letters of words, letter and numbers of parameters, operators and functions
-#: by their names, numbers that have names, and whether lines begin with L and a number that is not of the grammar.
+#: By language, the arguments of `LanguageCode`: terminals, those of jumps and labels, what rules do, letters of words, letter and numbers
+#: of parameters. Then follow operators, functions and constants by their names, and whether lines begin with L and a number.
 _COMPUTED: dict[str, tuple[Any, ...]] = {
     "sinumerik": (
         {
