@@ -52,6 +52,13 @@ class BlockError(Exception):
         return BlockError(self.code, f"{place}: {self.message}", word, hint=self.hint, values=self.values)
 
 
+def refuse(word: str, *faults: tuple[bool, str, str, str]) -> None:
+    """Raise the first fault that holds: of each whether it does, its code, its message, and what helps ("": the cure of its code)."""
+    for holds, code, message, hint in faults:
+        if holds:
+            raise BlockError(code, message, word, hint=hint)
+
+
 class Stop(Exception):
     """The run ends here: a bound is reached, or the program aborts itself; carries the diagnostic's fault."""
 

@@ -14,12 +14,11 @@ from itertools import pairwise
 
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.pockets import Clearing
-from cncgen.gcode.codes.turning_profiles import Segment, moved_aside
+from cncgen.gcode.codes.steps import steps_of
+from cncgen.gcode.codes.turning_profiles import Segment, backwards, moved_aside
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 
-#: Rows beyond which a step counts as a mistake.
-_MOST = 10_000
 _TINY = 1e-9
 #: Ends of a contour farther apart than this leave it open, mm.
 _CLOSED = 0.01
@@ -37,12 +36,8 @@ def closed(contour: Contour, name: str) -> list[Segment]:
         BlockError: It is open, or has no area.
     """
     if not contour or abs(contour[-1].end - contour[0].start) > _CLOSED or abs(area(contour)) < _TINY:
-        raise BlockError(
-            "profile-length",
-            f"a contour of {name} is not closed",
-            name,
-            hint="its last move leads back to its start",
-        )
+        hint = "its last move leads back to its start"
+        raise BlockError("profile-length", f"a contour of {name} is not closed", name, hint=hint)
     return list(contour)
 
 
@@ -120,11 +115,8 @@ def rows(contours: Sequence[Contour], radius: float, step: float, name: str) -> 
     polygons = [_polygon(contour, radius / 4.0) for contour in contours]
     heights = [p.imag for s in segments for p in s.extremes()]
     low, high = min(heights) + radius, max(heights) - radius
-    count = math.ceil((high - low) / step - _TINY) if high > low + _TINY else 0
-    if count > _MOST:
-        raise BlockError(
-            "cycle-infeed", f"{name} makes more than {_MOST} rows", name, hint="is the step aside too small?"
-        )
+    makes, hint = f"{name} makes {{}} rows", "is the step aside too small?"
+    count = steps_of(high - low, step, name, makes, hint, 0) if high > low + _TINY else 0
     found = []
     for k in range(count + 1):
         y = low + (high - low) * k / max(count, 1)
@@ -169,7 +161,7 @@ def _beside(contour: Contour, distance: float, island: bool, climb: bool) -> lis
     """Return the way around one contour, from the middle of its longest segment: the wall on its right where it climbs."""
     way = list(contour)
     if (area(contour) > 0.0) == (island == climb):
-        way = [Segment(s.end, s.start, s.centre, -s.spin) for s in reversed(way)]
+        way = backwards(way)
     longest = max(
         range(len(way)),
         key=lambda k: (

@@ -7,22 +7,18 @@ those of the cycle.
 
 from __future__ import annotations
 
-import math
-
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.cutter_compensation import radius_number_in_force
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.steps import MOST, steps_of
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import whole
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 
 _Z = 2
-#: Circles or depths beyond which a step counts as a mistake.
-_MOST = 10_000
-_TINY = 1e-9
 
 
 def _radii(words: dict[str, float], name: str, tool: float) -> list[float]:
@@ -32,29 +28,23 @@ def _radii(words: dict[str, float], name: str, tool: float) -> list[float]:
         BlockError: I, K and Q do not go together, or the tool does not fit.
     """
     first = words.get("i", 0.0)
-    if first <= 0.0:
-        raise BlockError(
-            "cycle-words", f"{name} has no radius I above 0", name, hint="I is the radius of the first circle"
-        )
     last, step = words.get("k", first), words.get("q", 0.0)
-    if last < first or (last > first and step <= 0.0):
-        message = f"K{last:g} of {name} is to be I{first:g} or more, with a step Q above 0 between them"
-        raise BlockError(
-            "cycle-words", message, "K", hint="G13 I0.3 K1. Q0.3 cuts circles of 0.3, 0.6, 0.9 and 1"
-        )
-    count = math.ceil((last - first) / step - _TINY) if last > first else 0
-    if count > _MOST:
-        raise BlockError(
-            "cycle-infeed",
-            f"Q{step:g} of {name} makes {count} circles",
-            "Q",
-            hint=f"at most {_MOST} are made",
-        )
-    found = [min(first + k * step, last) - tool for k in range(count + 1)]
-    if found[-1] <= 0.0:
-        message = f"the circle of {name}, {last:g}, is not larger than the tool's radius, {tool:g}"
-        raise BlockError("cycle-tool", message, name, hint="D0 takes no radius off")
-    return [radius for radius in found if radius > 0.0]
+    wrong = last < first or (last > first and step <= 0.0)
+    order = f"K{last:g} of {name} is to be I{first:g} or more, with a step Q above 0 between them"
+    smaller = f"the circle of {name}, {last:g}, is not larger than the tool's radius, {tool:g}"
+    refuse(
+        name,
+        (
+            first <= 0.0,
+            "cycle-words",
+            f"{name} has no radius I above 0",
+            "I is the radius of the first circle",
+        ),
+    )
+    refuse("K", (wrong, "cycle-words", order, "G13 I0.3 K1. Q0.3 cuts circles of 0.3, 0.6, 0.9 and 1"))
+    refuse(name, (last <= tool, "cycle-tool", smaller, "D0 takes no radius off"))
+    count = steps_of(last - first, step, "Q", f"Q{step:g} of {name} makes {{}} circles", least=0)
+    return [radius for k in range(count + 1) if (radius := min(first + k * step, last) - tool) > 0.0]
 
 
 def _depths(ip: Interpreter, block: Block, name: str) -> list[float]:
@@ -63,8 +53,8 @@ def _depths(ip: Interpreter, block: Block, name: str) -> list[float]:
     if "z" not in block.words:
         return [start]
     count = whole(block, "l", name) if "l" in block.words else 1
-    if not 1 <= count <= _MOST or (count > 1 and ip.state.absolute):
-        message = f"L{count} of {name} cuts Z as often in steps: it is from 1 to {_MOST}, and above 1 in G91"
+    if not 1 <= count <= MOST or (count > 1 and ip.state.absolute):
+        message = f"L{count} of {name} cuts Z as often in steps: it is from 1 to {MOST}, and above 1 in G91"
         raise BlockError("cycle-repeats", message, "L", hint="G91 G13 Z-0.1 L5 cuts to 0.5")
     if ip.state.absolute:
         return [block.words["z"]]
@@ -74,17 +64,13 @@ def _depths(ip: Interpreter, block: Block, name: str) -> list[float]:
 def _pocket(name: str, sense: int) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         state = ip.state
-        if state.plane != 17 or state.compensation != 40:
-            raise BlockError(
-                "cycle-plane", f"{name} works in G17 and G40", name, hint="use G17 and G40 before it"
-            )
-        if "d" not in block.words and state.radius_number is None:
-            raise BlockError(
-                "comp-diameter",
-                f"{name} has no D",
-                name,
-                hint="D is the number of the tool's radius, D0 none",
-            )
+        elsewhere = state.plane != 17 or state.compensation != 40
+        bare = "d" not in block.words and state.radius_number is None
+        refuse(
+            name,
+            (elsewhere, "cycle-plane", f"{name} works in G17 and G40", "use G17 and G40 before it"),
+            (bare, "comp-diameter", f"{name} has no D", "D is the number of the tool's radius, D0 none"),
+        )
         check_feed(ip, block, name)
         number = radius_number_in_force(ip, block, name)
         tool = ip.tools.find(number)

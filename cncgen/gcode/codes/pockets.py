@@ -9,12 +9,11 @@ import cmath
 import math
 
 from cncgen.gcode.codes.flat_cutter import FlatCutter
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.steps import MOST
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.records import dataclass
 
-#: Loops or levels beyond which a step counts as a mistake.
-_MOST = 10_000
 _TINY = 1e-9
 
 
@@ -27,6 +26,11 @@ class Pocket:
     width: float
     corner: float
     angle: float = 0.0
+
+    def within(self, side: float) -> Pocket:
+        """Return the pocket that leaves an allowance on this one's wall."""
+        corner = max(self.corner - side, 0.0)
+        return Pocket(self.centre, self.length - side, self.width - side, corner, self.angle)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,39 +50,19 @@ class Clearing:
     finish: bool = False
 
 
-def levels_of(surface: float, depth: float, infeed: float, name: str) -> tuple[float, ...]:
-    """Return the levels from a surface down to a depth, equal steps not deeper than an infeed."""
-    way = surface - depth
-    count = max(1, math.ceil(way / infeed - _TINY)) if infeed > 0.0 else 1
-    if count > _MOST:
-        raise BlockError(
-            "cycle-infeed",
-            f"an infeed of {infeed:g} makes {count} levels of {name}",
-            name,
-            hint=f"at most {_MOST} levels are made",
-        )
-    return tuple(surface - way * (k + 1) / count for k in range(count))
-
-
 def clear(ip: Interpreter, pocket: Pocket, how: Clearing, name: str) -> None:
     """Clear a pocket, and go back to the height of the start.
 
     Raises:
         BlockError: The tool does not fit, or steps aside by nothing.
     """
-    if min(pocket.length, pocket.width) < how.radius - _TINY:
-        raise BlockError(
-            "cycle-tool",
-            f"{name} is {2.0 * min(pocket.length, pocket.width):g} wide, and the tool has the diameter {2.0 * how.radius:g}",
-            name, hint="take a smaller tool, whose diameter the tool table has",
-        )  # fmt: skip
-    if how.step <= 0.0:
-        raise BlockError(
-            "cycle-tool",
-            f"{name} steps aside by {how.step:g}: the tool has no radius",
-            name,
-            hint="--tool-table gives the diameter of the tool",
-        )
+    narrow = min(pocket.length, pocket.width)
+    refuse(
+        name,
+        (narrow < how.radius - _TINY, "cycle-tool", f"{name} is {2.0 * narrow:g} wide, and the tool has the diameter {2.0 * how.radius:g}",
+         "take a smaller tool, whose diameter the tool table has"),
+        (how.step <= 0.0, "cycle-tool", f"{name} steps aside by {how.step:g}: the tool has no radius", "--tool-table gives the diameter of the tool"),
+    )  # fmt: skip
     PocketPath(ip, pocket, how).run(name)
 
 
@@ -113,13 +97,8 @@ class PocketPath(FlatCutter):
         if self.how.radius > 0.0 and self.pocket.corner < min(self.pocket.length, self.pocket.width) - _TINY:
             step = min(step, math.sqrt(2.0) * self.how.radius)
         count = math.floor(reach / step + _TINY)
-        if count > _MOST:
-            raise BlockError(
-                "cycle-tool",
-                f"{name} makes {count} loops",
-                name,
-                hint=f"at most {_MOST} are made: is the step aside too small?",
-            )
+        hint = f"at most {MOST} are made: is the step aside too small?"
+        refuse(name, (count > MOST, "cycle-tool", f"{name} makes {count} loops", hint))
         inner = [reach] if reach - step * count > self.how.radius + _TINY else []
         return [*inner, *(step * k for k in range(count, -1, -1))]
 

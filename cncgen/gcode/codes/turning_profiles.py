@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 
@@ -39,6 +39,11 @@ _SMOOTH = 1e-9
 #: How far along the travel an arc around an outside corner leads at least (program units; measured on LinuxCNC's
 #: interpreter); shorter ones are left out.
 _LEAST_ROLL = 0.01
+
+
+def backwards(path: Sequence[Segment]) -> list[Segment]:
+    """Return a path from its end to its start."""
+    return [Segment(s.end, s.start, s.centre, -s.spin) for s in reversed(path)]
 
 
 @dataclass(frozen=True, slots=True)

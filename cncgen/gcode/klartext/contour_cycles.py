@@ -12,7 +12,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.contour_pockets import area, around, check, clear, closed, rows, walls
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.pockets import Clearing
-from cncgen.gcode.codes.turning_profiles import Segment, moved_aside
+from cncgen.gcode.codes.turning_profiles import Segment, backwards, moved_aside
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
@@ -175,7 +175,7 @@ def train(ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
     way.to(z=max(ip.state.position[2], q[7]), rapid=True)
     for k, level in enumerate(infeeds(q[5], q[5] + q[1], abs(q[10]), name, "Q10")):
         back = k % 2 == 1 and q[15] == 0.0
-        run = [Segment(s.end, s.start, s.centre, -s.spin) for s in reversed(path)] if back else path
+        run = backwards(path) if back else path
         if k == 0 or q[15] != 0.0:
             way.to(run[0].start, rapid=True)
         ip.sink.set_feed_rate(q[11])

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 
-from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath, levels_of
+from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath
+from cncgen.gcode.codes.steps import levels_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import slots

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.lathe_fanuc import Turning
-from cncgen.gcode.codes.pockets import levels_of
+from cncgen.gcode.codes.steps import levels_of
 from cncgen.gcode.codes.turning_cycles import Lathe
 from cncgen.gcode.codes.turning_cycles_fanuc import levels
-from cncgen.gcode.codes.turning_profiles import Segment, check_cuts, moved_aside
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.turning_profiles import Segment, backwards, check_cuts, moved_aside
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.arcs import follow
 from cncgen.gcode.sinumerik.cycle_modes import MillingModes
 from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
@@ -35,10 +35,9 @@ def _contour(motions: Motions, name: str, values: Values, least: int) -> list[Se
     if (text is None or text == "") and len(motions.contours) == 1:
         text = motions.contours[0]
     if not isinstance(text, str) or not text.strip():
+        message = f"the first parameter of {name} is not the name of a contour"
         hint = f'{name}("CONTOUR", …), {name}("BEGIN:END", …), or CYCLE62 before it'
-        raise BlockError(
-            "cycle-words", f"the first parameter of {name} is not the name of a contour", name, hint=hint
-        )
+        raise BlockError("cycle-words", message, name, hint=hint)
     found = motions.contour(text.strip().upper())
     if len(found) < least + 1:
         raise BlockError("profile-length", f"the contour {text} of {name} has fewer than {least} moves", name)
@@ -52,14 +51,9 @@ def _way(
 
     1 is a tangential line, 2 a quadrant, 3 a semicircle; `off` leads off the contour.
     """
-    if kind not in (1.0, 2.0, 3.0):
-        message = f"the way on or off {kind:g} of {name} is not read"
-        raise BlockError(
-            "not-read",
-            message,
-            name,
-            hint="AS1 and AS2 are 1 (line), 2 (quadrant), 3 (semicircle), in the plane",
-        )
+    message = f"the way on or off {kind:g} of {name} is not read"
+    hint = "AS1 and AS2 are 1 (line), 2 (quadrant), 3 (semicircle), in the plane"
+    refuse(name, (kind not in (1.0, 2.0, 3.0), "not-read", message, hint))
     if kind == 1.0:
         return point - heading * size, None
     centre = point + off * size
@@ -71,9 +65,8 @@ def call(motions: Motions, name: str, values: Values) -> None:
 
     TYPE 0 is a subprogram, 1 a contour of the editor, between E_LAB_A_KNAME and E_LAB_E_KNAME, 2 what stands between two labels.
     """
-    texts = [
-        value.strip().upper() if isinstance(value, str) else "" for value in (*values, "", "", "", "")[:4]
-    ]
+    four = (*values, "", "", "", "")[:4]
+    texts = [value.strip().upper() if isinstance(value, str) else "" for value in four]
     kind = values[1] if len(values) > 1 else 0.0
     if not any(texts):
         motions.contours.clear()
@@ -95,16 +88,10 @@ def mill(motions: Motions, name: str, values: Values) -> None:
     v = [0.0, *(filled(values, k) for k in range(1, 17))]
     modes = MillingModes.of(motions, name, values, 20)
     vari, side = round(v[10]), round(v[11])
-    if (
-        filled(values, 17)
-        or vari % 10 not in (1, 2)
-        or vari // 10 % 10 > 1
-        or vari >= 400
-        or side not in (40, 41, 42)
-    ):
-        message = f"VARI = {vari}, RL = {side} or a parameter behind LP2 of {name} is not read"
-        hint = "VARI is 1 or 2, 10 more for G1 between, 0 to 300 more for the way up; RL is 40, 41 or 42"
-        raise BlockError("not-read", message, name, hint=hint)
+    wrong = vari % 10 not in (1, 2) or vari // 10 % 10 > 1 or vari >= 400 or side not in (40, 41, 42)
+    message = f"VARI = {vari}, RL = {side} or a parameter behind LP2 of {name} is not read"
+    hint = "VARI is 1 or 2, 10 more for G1 between, 0 to 300 more for the way up; RL is 40, 41 or 42"
+    refuse(name, (wrong or filled(values, 17) != 0.0, "not-read", message, hint))
     depth = given(values, 4)
     hole = Hole.of(motions, name, [v[1], v[2], v[3], None if depth is None else modes.depth_of(depth, v[2])])
     ip, rough = motions.ip, vari % 10 == 1
@@ -153,44 +140,32 @@ def turn(motions: Motions, name: str, values: Values) -> None:
     """
     v = [0.0, *(filled(values, k) for k in range(1, 12))]
     vari, ip = round(v[8]) % 200, motions.ip
+    kinds = 1 <= vari <= 12 and round(v[8]) // 200 <= 1
     faults = (
-        (
-            not 1 <= vari <= 12 or round(v[8]) // 200 > 1,
-            f"has VARI = {v[8]:g}",
-            "VARI is 1 to 12, or 200 more",
-        ),
+        (not kinds, f"has VARI = {v[8]:g}", "VARI is 1 to 12, or 200 more"),
         (ip.state.plane != 18, "works in the plane G18", "G18 stands before it"),
         (vari not in range(5, 9) and v[1] <= 0.0, "has no infeed MID", "MID is the depth of a cut"),
         (min(v[2:5]) < 0.0, "has an allowance below 0", "FALZ, FALX and FAL are without a sign"),
     )
-    for wrong, what, hint in faults:
-        if wrong:
-            raise BlockError("cycle-words", f"{name} {what}", name, hint=hint)
+    refuse(name, *((wrong, "cycle-words", f"{name} {what}", hint) for wrong, what, hint in faults))
     inside, swap = (vari - 1) // 2 % 2 == 1, vari % 2 == 0
     contour = _contour(motions, name, values, 1)[1:]
-    ends = (contour[0].start, contour[-1].end)
-    low, high = sorted(
-        ends, key=lambda p: (p.real if swap else p.imag) * (-1.0 if inside and not swap else 1.0)
-    )
-    if ends[0] != low:
-        contour = [Segment(s.end, s.start, s.centre, -s.spin) for s in reversed(contour)]
+    ends, outwards = (contour[0].start, contour[-1].end), -1.0 if inside and not swap else 1.0
+    low, high = sorted(ends, key=lambda p: (p.real if swap else p.imag) * outwards)
+    contour = contour if ends[0] == low else backwards(contour)
     travel = (high - low).imag if swap else (high - low).real
-    across = complex(math.copysign(1.0, travel), -1.0 if inside and not swap else 1.0)
+    across = complex(math.copysign(1.0, travel), outwards)
     path = [segment.seen(across, swap) for segment in contour]
-    if not all(segment.advances() for segment in path):
-        message = f"the contour of {name} goes back along {'X' if swap else 'Z'}"
-        raise BlockError(
-            "profile-not-monotonic", message, name, hint="cut what lies behind in a cycle of its own"
-        )
+    returns = not all(segment.advances() for segment in path)
+    message = f"the contour of {name} goes back along {'X' if swap else 'Z'}"
+    refuse(name, (returns, "profile-not-monotonic", message, "cut what lies behind in a cycle of its own"))
     lift = v[11] or (_LIFT / INCH if ip.state.inches else _LIFT)
     before, lathe = ip.state.feed, Lathe(ip, across, swap)
     tool = ip.tools.find(ip.state.tool)
     if motions.edge and tool and tool.diameter:
         message = f"{name} turns without the radius of the tool's nose"
-        ip.warn(
-            BlockError("comp-roughing", message, name, hint="G42 and the contour itself finish with it"),
-            Severity.WARNING,
-        )
+        hint = "G42 and the contour itself finish with it"
+        ip.warn(BlockError("comp-roughing", message, name, hint=hint), Severity.WARNING)
     if vari < 5 or vari > 8:
         # FAL moves the contour aside, FALZ and FALX back and up.
         back, up = (v[3], v[2]) if swap else (v[2], v[3])

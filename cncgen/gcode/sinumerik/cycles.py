@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, SupportsIndex, overload
 
 from cncgen.gcode.block import AXES
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.steps import MOST, steps_of
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.expressions import Scalar
 from cncgen.units import INCH
 
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
 
 Values = list[Scalar | None]
-#: Steps of one hole beyond which a step counts as a mistake.
-_MOST_STEPS = 10_000
 #: The distance that CYCLE83 keeps from the last depth, mm: that part of the way down to it, within bounds; how far it goes back to
 #: break chips, mm.
 _AHEAD, _LEAST_AHEAD, _MOST_AHEAD, _BREAK = 1.0 / 50.0, 0.6, 7.0, 1.0
@@ -56,17 +55,11 @@ class CycleParameters(list[Scalar | None]):
 
     def tell_beyond(self, motions: Motions, name: str) -> None:
         """Warn of parameters behind the last one that the cycle has looked at."""
-        beyond = [
-            k + 1
-            for k in range(self.looked, len(self))
-            if super(CycleParameters, self).__getitem__(k) not in (None, 0.0, "")
-        ]
+        looked = self.looked
+        beyond = [k + 1 for k, value in enumerate(self) if k >= looked and value not in (None, 0.0, "")]
         if beyond:
-            several = (
-                f"s {beyond[0]} to {beyond[-1]} of {name} are"
-                if len(beyond) > 1
-                else f" {beyond[0]} of {name} is"
-            )
+            one = f" {beyond[0]} of {name} is"
+            several = f"s {beyond[0]} to {beyond[-1]} of {name} are" if len(beyond) > 1 else one
             message = f"parameter{several} not read; the cycle is made as without"
             hint = f"docs/sinumerik.md says what is read; {name} has it in the first {beyond[0] - 1}"
             motions.ip.warn_once(BlockError("cycle-parameters", message, name, hint=hint))
@@ -76,11 +69,8 @@ def given(values: Values, index: int) -> float | None:
     """Return a parameter, None where it is left out."""
     value = values[index] if index < len(values) else None
     if isinstance(value, str):
-        raise BlockError(
-            "cycle-words",
-            f"parameter {index + 1} of the cycle is a text, and a number is needed",
-            hint="see docs/sinumerik.md",
-        )
+        message = f"parameter {index + 1} of the cycle is a text, and a number is needed"
+        raise BlockError("cycle-words", message, hint="see docs/sinumerik.md")
     return value
 
 
@@ -92,17 +82,14 @@ def filled(values: Values, index: int, usual: float = 0.0) -> float:
 
 def check_plane(motions: Motions, name: str) -> None:
     """Refuse a cycle that works in G17 in another plane."""
-    if motions.ip.state.plane != 17:
-        message = f"{name} works in plane G17, not in G{motions.ip.state.plane}"
-        raise BlockError("cycle-plane", message, name, hint="use G17")
+    plane = motions.ip.state.plane
+    refuse(name, (plane != 17, "cycle-plane", f"{name} works in plane G17, not in G{plane}", "use G17"))
 
 
 def milling_feed(motions: Motions, name: str, value: float) -> float:
     """Return the feed of a milling cycle: its own, or F of the program where it gives none."""
-    feed = value or motions.ip.state.feed
-    if feed <= 0.0:
-        message = f"{name} has no feed: FFP1 and F are not given"
-        raise BlockError("feed-missing", message, name, hint="FFP1 mills, FFD plunges")
+    feed, message = value or motions.ip.state.feed, f"{name} has no feed: FFP1 and F are not given"
+    refuse(name, (feed <= 0.0, "feed-missing", message, "FFP1 mills, FFD plunges"))
     return feed
 
 
@@ -129,35 +116,31 @@ class Hole:
             motions.ip.warn_once(BlockError("plane-doubtful", message, name, hint=hint))
         back, reference, clearance = (filled(values, k) for k in range(3))
         absolute, relative = given(values, 3), given(values, 4)
-        if absolute is None and relative is None:
-            raise BlockError(
-                "cycle-depth",
-                f"{name} has no depth: neither DP nor DPR",
-                name,
-                hint="the fourth parameter is the depth, the fifth its distance from RFP",
-            )
+        missing = absolute is None and relative is None
         depth = _depth(motions, name, reference, absolute, relative)
         start = reference + abs(clearance)
-        if depth >= reference:
-            raise BlockError(
-                "cycle-depth",
-                f"the depth of {name}, {depth:g}, is not below its reference plane, {reference:g}",
-                name,
-                hint="DP is a coordinate below RFP",
-            )
-        if back < start:
-            raise BlockError(
-                "cycle-depth",
-                f"the retraction plane of {name}, {back:g}, is below where it begins, {start:g} (RFP + SDIS)",
-                name,
-                hint="RTP is RFP + SDIS or above",
-            )
+        refuse(
+            name,
+            (missing, "cycle-depth", f"{name} has no depth: neither DP nor DPR",
+             "the fourth parameter is the depth, the fifth its distance from RFP"),
+            (depth >= reference, "cycle-depth", f"the depth of {name}, {depth:g}, is not below its reference plane, {reference:g}",
+             "DP is a coordinate below RFP"),
+            (back < start, "cycle-depth", f"the retraction plane of {name}, {back:g}, is below where it begins, {start:g} (RFP + SDIS)",
+             "RTP is RFP + SDIS or above"),
+        )  # fmt: skip
         return cls(motions, back, start, depth, reference)
 
     def go(self, level: float, *, rapid: bool) -> None:
         """Go along the axis."""
         axis = AXES[self.motions.plane()[2]]
         self.motions.move({axis: level}, rapid=rapid)
+
+    def drill(self, wait: float = 0.0, feed: float | None = None) -> None:
+        """Traverse to the start, go down at a feed, that in force where it is None, and wait."""
+        self.go(self.start, rapid=True)
+        self.feed(feed)
+        self.go(self.depth, rapid=False)
+        self.dwell(wait)
 
     def dwell(self, time: float) -> None:
         """Wait: seconds, or revolutions where negative."""
@@ -194,24 +177,27 @@ def _depth(
     return depth
 
 
-def _drill(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE81, CYCLE82: DTB GMODE DMODE AMODE, whose ones choose DP or DPR (of CYCLE81 DP, a depth or a diameter) and tens the unit of DTB."""
-    end, each = _modes(motions, name, values, 6, (2, 2))
+def _hole(motions: Motions, name: str, values: Values, modes: int) -> tuple[Hole, float]:
+    """Return a hole, and its dwell DTB: the ones of AMODE, two behind GMODE at `modes`, choose DP or DPR (of CYCLE81 DP, a depth or a
+    diameter), the tens the unit of DTB."""
+    end, each = _modes(motions, name, values, modes, (2, 2))
     hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
-    hole.go(hole.start, rapid=True)
-    hole.go(hole.depth, rapid=False)
-    hole.dwell(_waits(filled(values, 5), each))
+    return hole, _waits(filled(values, 5), each)
+
+
+def _drill(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE81, CYCLE82: DTB GMODE DMODE AMODE."""
+    hole, wait = _hole(motions, name, values, 6)
+    hole.drill(wait)
     hole.go(hole.back, rapid=True)
 
 
 def depth_of(name: str, values: Values) -> float:
     """Return the depth DP of a cycle, its fourth parameter; raise where it is left out."""
     depth = given(values, 3)
-    if depth is None:
-        raise BlockError(
-            "cycle-depth", f"{name} has no depth DP", name, hint="the fourth parameter is the depth"
-        )
-    return depth
+    missing = depth is None
+    refuse(name, (missing, "cycle-depth", f"{name} has no depth DP", "the fourth parameter is the depth"))
+    return depth or 0.0
 
 
 def _depths(hole: Hole, first: float, degression: float, least: float, name: str) -> list[float]:
@@ -220,18 +206,11 @@ def _depths(hole: Hole, first: float, degression: float, least: float, name: str
 
     The last two are alike where less than half of DAM would be left."""
     depths, step = [max(first, hole.depth)], hole.reference - first
-    if step <= 0.0:
-        raise BlockError(
-            "cycle-infeed",
-            f"the first depth of {name}, {first:g}, is not below its reference plane",
-            name,
-            hint="FDEP is a coordinate, FDPR a distance from RFP",
-        )
+    message = f"the first depth of {name}, {first:g}, is not below its reference plane"
+    refuse(name, (step <= 0.0, "cycle-infeed", message, "FDEP is a coordinate, FDPR a distance from RFP"))
+    many, hint = f"{name} makes more than {MOST} steps", "is FDPR too small?"
     while depths[-1] > hole.depth:
-        if len(depths) >= _MOST_STEPS:
-            raise BlockError(
-                "cycle-infeed", f"{name} makes more than {_MOST_STEPS} steps", name, hint="is FDPR too small?"
-            )
+        refuse(name, (len(depths) >= MOST, "cycle-infeed", many, hint))
         smaller = step * -degression if degression < 0.0 else step - degression
         floor = least if degression < 0.0 else least or degression or step
         step = max(smaller, floor) if step > floor else step
@@ -251,11 +230,8 @@ def _turned_thread(motions: Motions, name: str, values: Values) -> None:
     NRC cuts of equal depth (VARI 1 outside, 2 inside) or equal section (3, 4) at IANG along a flank, or both in turn below 0; then the
     allowance FAL, and NID passes more. The tool leaves the thread by 1 mm. The angle of the spindle at the start (NSP, NUMT) moves no axis.
     """
-    pitch, start, finish = (
-        _pitch(name, given(values, 1), given(values, 0)),
-        filled(values, 2),
-        filled(values, 3),
-    )
+    pitch = _pitch(name, given(values, 1), given(values, 0))
+    start, finish = filled(values, 2), filled(values, 3)
     radii = filled(values, 4) / 2.0, filled(values, 5) / 2.0
     depth, allowance = filled(values, 8), filled(values, 9)
     angle, cuts, idle = filled(values, 10), round(filled(values, 12)), round(filled(values, 13))
@@ -265,15 +241,13 @@ def _turned_thread(motions: Motions, name: str, values: Values) -> None:
         (start == finish, "has no length: SPL is FPL", "SPL and FPL are where it begins and ends"),
         (min(radii) <= 0.0, "has no diameter", "DM1 and DM2 are the diameters at its ends"),
         (not 0.0 <= allowance < depth, f"has the depth {depth:g} and the allowance {allowance:g}", "TDEP is above FAL"),
-        (not 1 <= cuts <= _MOST_STEPS, f"has {cuts} cuts", "NRC counts them"),
-        (not 0 <= idle <= _MOST_STEPS or not 1 <= starts <= 100, "has a wrong number of passes or starts", "NID, NUMT"),
+        (not 1 <= cuts <= MOST, f"has {cuts} cuts", "NRC counts them"),
+        (not 0 <= idle <= MOST or not 1 <= starts <= 100, "has a wrong number of passes or starts", "NID, NUMT"),
         (kind not in (1, 2, 3, 4), f"has VARI = {kind}", "VARI is 1 to 4"),
         (abs(angle) >= 60.0, f"has the infeed angle {angle:g}", "IANG is half the angle of the flanks at most"),
         (abs(radii[1] - radii[0]) > abs(finish - start), "is steeper than 45 degrees", "such a thread has its lead along X"),
     )  # fmt: skip
-    for wrong, what, hint in faults:
-        if wrong:
-            raise BlockError("thread-words", f"{name} {what}", name, hint=hint)
+    refuse(name, *((wrong, "thread-words", f"{name} {what}", hint) for wrong, what, hint in faults))
     way, side = math.copysign(1.0, finish - start), 1.0 if kind in (1, 3) else -1.0
     first, last = start - way * abs(filled(values, 6)), finish + way * abs(filled(values, 7))
     slope = (radii[1] - radii[0]) / (finish - start)
@@ -281,9 +255,8 @@ def _turned_thread(motions: Motions, name: str, values: Values) -> None:
     rough = depth - allowance
     depths = [rough * (math.sqrt(k / cuts) if kind > 2 else k / cuts) for k in range(1, cuts + 1)]
     depths += [depth] * ((1 if allowance else 0) + idle)
-    out = (max if side > 0.0 else min)(radii) + side * (
-        _OFF_THREAD / INCH if motions.ip.state.inches else _OFF_THREAD
-    )
+    off = _OFF_THREAD / INCH if motions.ip.state.inches else _OFF_THREAD
+    out = (max if side > 0.0 else min)(radii) + side * off
     motions.move({"X": out, "Z": first}, rapid=True)
     for k, cut in [(k, cut) for _ in range(starts) for k, cut in enumerate(depths)]:
         flank = way * cut * math.tan(math.radians(abs(angle))) * (-1.0 if angle < 0.0 and k % 2 else 1.0)
@@ -326,19 +299,19 @@ def _modes(motions: Motions, name: str, values: Values, index: int, most: Sequen
 
 def _check_axis(name: str, values: Values) -> None:
     """Refuse AXN, the thirteenth parameter, where it chooses another axis than the one beside the plane."""
-    if filled(values, 12) not in (0.0, 3.0):
-        message = f"AXN = {filled(values, 12):g} of {name} (a hole along an axis of the plane) is not read"
-        raise BlockError("not-read", message, name, hint="AXN = 3, or none, is the axis beside the plane")
+    axis = filled(values, 12)
+    message = f"AXN = {axis:g} of {name} (a hole along an axis of the plane) is not read"
+    refuse(
+        name, (axis not in (0.0, 3.0), "not-read", message, "AXN = 3, or none, is the axis beside the plane")
+    )
 
 
 def of_two(name: str, values: Values, index: int, digit: int) -> tuple[float | None, float | None]:
     """Return a depth as a coordinate and as a distance, of which a digit of AMODE chooses: 0 the one that is given, 1 the distance, 2 the coordinate."""
     absolute, relative = given(values, index), given(values, index + 1)
-    if digit and (relative, absolute)[digit - 1] is None:
-        message = f"AMODE of {name} chooses a depth that is not given"
-        raise BlockError(
-            "cycle-depth", message, name, hint="the digit 1 chooses the distance, 2 the coordinate"
-        )
+    missing = digit > 0 and (relative, absolute)[digit - 1] is None
+    message = f"AMODE of {name} chooses a depth that is not given"
+    refuse(name, (missing, "cycle-depth", message, "the digit 1 chooses the distance, 2 the coordinate"))
     return (None, relative) if digit == 1 else (absolute, None if digit else relative)
 
 
@@ -359,13 +332,11 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
     _check_axis(name, values)
     hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
     absolute, relative = of_two(name, values, 5, begin)
-    if absolute is None and relative is None:
-        raise BlockError(
-            "cycle-infeed",
-            f"{name} has no first depth: neither FDEP nor FDPR",
-            name,
-            hint="the sixth parameter is the first depth, the seventh its distance from RFP",
-        )
+    missing, hint = (
+        absolute is None and relative is None,
+        "the sixth parameter is the first depth, the seventh its distance from RFP",
+    )
+    refuse(name, (missing, "cycle-infeed", f"{name} has no first depth: neither FDEP nor FDPR", hint))
     first = _depth(motions, name, hole.reference, absolute, relative)
     degression = filled(values, 7)
     degression = (degression, abs(degression), -abs(degression) / 100.0)[less]
@@ -398,14 +369,11 @@ def _pitch(name: str, size: float | None, pitch: float | None) -> float:
         return abs(pitch)
     coarse = {1: .25, 2: .4, 3: .5, 4: .7, 5: .8, 6: 1.0, 8: 1.25, 10: 1.5, 12: 1.75, 14: 2.0, 16: 2.0, 18: 2.5, 20: 2.5, 22: 2.5, 24: 3.0,
               27: 3.0, 30: 3.5, 33: 3.5, 36: 4.0, 39: 4.0, 42: 4.5, 45: 4.5, 48: 5.0}  # fmt: skip
-    found = coarse.get(round(abs(size or 0.0)))
-    if found is None:
-        raise BlockError(
-            "pitch-missing",
-            f"{name} has no lead: neither MPIT nor PIT",
-            name,
-            hint="PIT is the lead, MPIT the size of a metric thread",
-        )
+    found, hint = (
+        coarse.get(round(abs(size or 0.0)), 0.0),
+        "PIT is the lead, MPIT the size of a metric thread",
+    )
+    refuse(name, (not found, "pitch-missing", f"{name} has no lead: neither MPIT nor PIT", hint))
     return found
 
 
@@ -420,18 +388,16 @@ def _tap(motions: Motions, name: str, values: Values) -> None:
     hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
     wait = _waits(filled(values, 5), each)
     unit = filled(values, 13)
-    if unit not in (0.0, 1.0):
-        message = f"PITA = {unit:g} of {name} (a lead in inches or threads an inch) is not read"
-        raise BlockError("not-read", message, name, hint="PITA = 1 is a lead in mm")
+    message = f"PITA = {unit:g} of {name} (a lead in inches or threads an inch) is not read"
+    refuse(name, (unit not in (0.0, 1.0), "not-read", message, "PITA = 1 is a lead in mm"))
     left = hand == 2 or (hand == 0 and (given(values, 7) or given(values, 8) or 0.0) < 0.0)
     lead, speed = _pitch(name, given(values, 7), given(values, 8)), filled(values, 10)
     steps, infeed = [hole.depth], abs(filled(values, 16))
     how = round(filled(values, 15)) % 10
     if how and infeed:
-        count = math.ceil((hole.reference - hole.depth) / infeed - 1e-9)
-        if count > _MOST_STEPS:
-            message = f"DAM = {infeed:g} of {name} makes {count} steps"
-            raise BlockError("cycle-infeed", message, name, hint=f"at most {_MOST_STEPS} are made")
+        count = steps_of(
+            hole.reference - hole.depth, infeed, name, f"DAM = {infeed:g} of {name} makes {{}} steps"
+        )
         steps = [*(hole.reference - infeed * k for k in range(1, count)), hole.depth]
     back = (abs(filled(values, 17)) or hole.mm(_BREAK)) if how == 1 else None
     speeds = (speed, filled(values, 11) or speed)
@@ -459,10 +425,8 @@ def _tapped(
 ) -> None:
     """Tap in and out at lead times speed, the spindle turning back on the way out; between steps back by `back`, or out of the hole."""
     motions = hole.motions
-    if min(speeds) <= 0.0:
-        raise BlockError(
-            "spindle-stopped", f"{name} has no speed", name, hint="SST of CYCLE84, or S before CYCLE840"
-        )
+    stopped = min(speeds) <= 0.0
+    refuse(name, (stopped, "spindle-stopped", f"{name} has no speed", "SST of CYCLE84, or S before CYCLE840"))
     feed, feed_mode = motions.ip.state.feed, motions.ip.state.feed_mode
     hole.go(hole.start, rapid=True)
     if feed_mode != 94:
@@ -484,38 +448,30 @@ def _tapped(
 
 
 def _ream(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE85: DTB, FFR in, RFF out, GMODE DMODE AMODE (ones for the depth, tens for DTB)."""
-    end, each = _modes(motions, name, values, 8, (2, 2))
-    hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
+    """CYCLE85: DTB, FFR in, RFF out, GMODE DMODE AMODE."""
+    hole, wait = _hole(motions, name, values, 8)
     feed = motions.ip.state.feed
-    hole.go(hole.start, rapid=True)
-    hole.feed(given(values, 6))
-    hole.go(hole.depth, rapid=False)
-    hole.dwell(_waits(filled(values, 5), each))
+    hole.drill(wait, given(values, 6))
     hole.feed(given(values, 7))
     hole.go(hole.start, rapid=False)
     hole.feed(feed)
     hole.go(hole.back, rapid=True)
 
 
+def _turn(name: str, direction: float) -> int:
+    """Return the M function of SDIR, which turns the spindle."""
+    message = f"SDIR = {direction:g} of {name} is neither 3 nor 4"
+    refuse(name, (direction not in (3.0, 4.0), "cycle-spindle", message, "3 turns as M3, 4 as M4"))
+    return round(10.0 * direction)
+
+
 def _bore(motions: Motions, name: str, values: Values) -> None:
     """CYCLE86: DTB, SDIR, the way off the wall RPA RPO RPAP, POSS (where the spindle stands, which moves no axis), and modes as of CYCLE85."""
     filled(values, 10)
-    end, each = _modes(motions, name, values, 11, (2, 2))
-    hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
+    hole, wait = _hole(motions, name, values, 11)
     first, second, normal = motions.plane()
-    direction = filled(values, 6)
-    if direction not in (3.0, 4.0):
-        raise BlockError(
-            "cycle-spindle",
-            f"SDIR = {direction:g} of {name} is neither 3 nor 4",
-            name,
-            hint="3 turns as M3, 4 as M4",
-        )
-    motions.emit({}, (), (30 if direction == 3.0 else 40,))
-    hole.go(hole.start, rapid=True)
-    hole.go(hole.depth, rapid=False)
-    hole.dwell(_waits(filled(values, 5), each))
+    motions.emit({}, (), (_turn(name, filled(values, 6)),))
+    hole.drill(wait)
     motions.emit({}, (), (50,))
     place = motions.ip.state.position
     steps = {AXES[k]: place[k] + filled(values, 7 + j) for j, k in enumerate((first, second, normal))}
@@ -528,17 +484,10 @@ def _bore(motions: Motions, name: str, values: Values) -> None:
 
 def _bore_stop(motions: Motions, name: str, values: Values) -> None:
     """CYCLE87 (SDIR) and CYCLE88 (DTB SDIR): in, stop spindle and program at the bottom, traverse out."""
-    hole = Hole.of(motions, name, values)
-    direction = filled(values, 5 if name == "CYCLE87" else 6)
-    if direction not in (3.0, 4.0):
-        message = f"SDIR = {direction:g} of {name} is neither 3 nor 4"
-        raise BlockError("cycle-spindle", message, name, hint="3 turns as M3, 4 as M4")
-    turn = 30 if direction == 3.0 else 40
+    hole, waits = Hole.of(motions, name, values), name == "CYCLE88"
+    turn = _turn(name, filled(values, 6 if waits else 5))
     motions.emit({}, (), (turn,))
-    hole.go(hole.start, rapid=True)
-    hole.go(hole.depth, rapid=False)
-    if name == "CYCLE88":
-        hole.dwell(filled(values, 5))
+    hole.drill(filled(values, 5) if waits else 0.0)
     motions.emit({}, (), (50,))
     motions.emit({}, (), (0,))
     hole.go(hole.back, rapid=True)
@@ -548,21 +497,14 @@ def _bore_stop(motions: Motions, name: str, values: Values) -> None:
 def _bore_feed(motions: Motions, name: str, values: Values) -> None:
     """CYCLE89: in, wait DTB, out at the same feed."""
     hole = Hole.of(motions, name, values)
-    hole.go(hole.start, rapid=True)
-    hole.go(hole.depth, rapid=False)
-    hole.dwell(filled(values, 5))
+    hole.drill(filled(values, 5))
     hole.go(hole.start, rapid=False)
     hole.go(hole.back, rapid=True)
 
 
 def _modal(motions: Motions, name: str) -> None:
-    if motions.modal is None:
-        raise BlockError(
-            "cycle-missing",
-            f"{name} has no cycle that it calls",
-            name,
-            hint="MCALL CYCLE81(...) stands before",
-        )
+    missing, hint = motions.modal is None, "MCALL CYCLE81(...) stands before"
+    refuse(name, (missing, "cycle-missing", f"{name} has no cycle that it calls", hint))
 
 
 def _visit(motions: Motions, places: list[complex]) -> None:
@@ -575,14 +517,14 @@ def _visit(motions: Motions, places: list[complex]) -> None:
 
 
 def _count(name: str, values: Values, index: int) -> int:
-    count = round(filled(values, index))
-    if not 1 <= count <= 10_000:
-        raise BlockError(
-            "cycle-repeats",
-            f"NUM = {count} of {name} is not within 1 to 10000",
-            name,
-            hint="NUM counts the holes",
-        )
+    return count_of(name, filled(values, index), "holes")
+
+
+def count_of(name: str, number: float, what: str) -> int:
+    """Return how many holes or slots NUM counts."""
+    count = round(number)
+    message = f"NUM = {count} of {name} is not within 1 to {MOST}"
+    refuse(name, (not 1 <= count <= MOST, "cycle-repeats", message, f"NUM counts the {what}"))
     return count
 
 
@@ -591,11 +533,9 @@ def _row(motions: Motions, name: str, values: Values) -> None:
     _modal(motions, name)
     way = cmath.rect(1.0, math.radians(filled(values, 2)))
     origin = complex(filled(values, 0), filled(values, 1))
-    places = [
-        origin + way * (filled(values, 3) + k * filled(values, 4)) for k in range(_count(name, values, 5))
-    ]
-    first, second, _ = motions.plane()
-    here = complex(motions.ip.state.position[first], motions.ip.state.position[second])
+    begin, step = filled(values, 3), filled(values, 4)
+    places = [origin + way * (begin + k * step) for k in range(_count(name, values, 5))]
+    here = motions.here_in_plane()
     if abs(places[-1] - here) < abs(places[0] - here):
         places.reverse()
     _visit(motions, places)
@@ -606,12 +546,13 @@ def _circle(motions: Motions, name: str, values: Values) -> None:
     _modal(motions, name)
     count = _count(name, values, 5)
     step = filled(values, 4) or 360.0 / count
-    centre = complex(filled(values, 0), filled(values, 1))
-    radius = filled(values, 2)
-    _visit(
-        motions,
-        [centre + cmath.rect(radius, math.radians(filled(values, 3) + k * step)) for k in range(count)],
+    centre, radius, begin = (
+        complex(filled(values, 0), filled(values, 1)),
+        filled(values, 2),
+        filled(values, 3),
     )
+    turns = [math.radians(begin + k * step) for k in range(count)]
+    _visit(motions, [centre + cmath.rect(radius, turn) for turn in turns])
 
 
 def _grid(motions: Motions, name: str, values: Values) -> None:
@@ -621,20 +562,14 @@ def _grid(motions: Motions, name: str, values: Values) -> None:
     the 840D has it (software 6.2).
     """
     _modal(motions, name)
-    if any(filled(values, k) for k in (9, 10)) or (len(values) > 11 and values[11]):
-        raise BlockError(
-            "not-read",
-            f"{name} with slanting sides or holes left out is not read",
-            name,
-            hint="ANG1, ANG2 and HIDE are empty",
-        )
+    slants = any(filled(values, k) for k in (9, 10)) or bool(len(values) > 11 and values[11])
+    message = f"{name} with slanting sides or holes left out is not read"
+    refuse(name, (slants, "not-read", message, "ANG1, ANG2 and HIDE are empty"))
     way = cmath.rect(1.0, math.radians(filled(values, 2)))
     origin, steps = complex(filled(values, 0), filled(values, 1)), (filled(values, 3), filled(values, 4))
     counts = _count(name, values, 5), _count(name, values, 6)
     inner = 0 if abs(steps[0]) <= abs(steps[1]) else 1
-    first, second, _ = motions.plane()
-    position = motions.ip.state.position
-    here = (complex(position[first], position[second]) - origin) / way
+    here = (motions.here_in_plane() - origin) / way
     lines = []
     for along, step, count in zip((here.real, here.imag), steps, counts, strict=True):
         line = range(count)
@@ -643,11 +578,9 @@ def _grid(motions: Motions, name: str, values: Values) -> None:
     for number, row in enumerate(lines[1 - inner]):
         for column in lines[inner] if number % 2 == 0 else lines[inner][::-1]:
             place = (column, row) if inner == 0 else (row, column)
-            if round(filled(values, 7)) == 1 and not any(
-                k in (0, n - 1) for k, n in zip(place, counts, strict=True)
-            ):
-                continue
-            places.append(origin + way * complex(place[0] * steps[0], place[1] * steps[1]))
+            on_frame = any(k in (0, n - 1) for k, n in zip(place, counts, strict=True))
+            if on_frame or round(filled(values, 7)) != 1:
+                places.append(origin + way * complex(place[0] * steps[0], place[1] * steps[1]))
     _visit(motions, places)
 
 
@@ -669,10 +602,8 @@ def _places(motions: Motions, name: str, values: Values) -> None:
             value = filled(values, 2 + 2 * k + axis)
             at[axis] = at[axis] + value if kinds[axis][k] == "2" and places else value
         places.append(complex(*at))
-    if not places:
-        raise BlockError(
-            "cycle-words", f"{name} has no place", name, hint="X0 and Y0 are its third and fourth argument"
-        )
+    hint = "X0 and Y0 are its third and fourth argument"
+    refuse(name, (not places, "cycle-words", f"{name} has no place", hint))
     _visit(motions, places)
 
 

@@ -10,17 +10,15 @@ import math
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.flat_cutter import FlatCutter
-from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath, levels_of
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath
+from cncgen.gcode.codes.steps import MOST, levels_of, steps_of
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.cycle_modes import CORNERS, MillingModes, milled
 from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, milling_feed
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
 
-#: Rows or loops beyond which a step counts as a mistake.
-_MOST = 10_000
-_TINY = 1e-9
 #: Part of the tool's diameter by which rows and loops step aside where the cycle does not say it.
 _USUAL_STEP = 0.8
 
@@ -46,17 +44,19 @@ class _Mill(FlatCutter):
         super().__init__(motions.ip, origin, cmath.rect(1.0, math.radians(angle)))
         self.name, self.hole, self.angle = name, hole, angle
         self.radius = motions.ip.cutting_radius(name)
-        if self.radius <= 0.0:
-            raise BlockError(
-                "cycle-tool",
-                f"{name} steps aside by a part of the tool, which has no radius",
-                name,
-                hint="--tool-table gives the diameter of the tool",
-            )
+        message = f"{name} steps aside by a part of the tool, which has no radius"
+        refuse(
+            name, (self.radius <= 0.0, "cycle-tool", message, "--tool-table gives the diameter of the tool")
+        )
         self.cutting = milling_feed(motions, name, feeds[0])
         self.plunge = feeds[1] or motions.ip.state.feed
         motions.ip.state.motion = 10
         self.to(z=hole.back, rapid=True)
+
+    def levels(self, floor: float, infeed: float, rough: bool) -> tuple[float, ...]:
+        """Return the levels down to an allowance above the floor, or the floor alone to finish it."""
+        hole = self.hole
+        return levels_of(hole.reference, hole.depth + floor, infeed, self.name) if rough else (hole.depth,)
 
     def down(self, place: complex, level: float) -> None:
         """Go to a place beside the part, and down to a level."""
@@ -74,9 +74,10 @@ class _Mill(FlatCutter):
 
 def _kind(name: str, vari: float) -> tuple[bool, int]:
     """Return whether VARI roughs, and its tens."""
-    if vari % 10 not in (1.0, 2.0):
-        message = f"VARI = {vari:g} of {name} neither roughs nor finishes"
-        raise BlockError("not-read", message, name, hint="VARI ends in 1 to rough, in 2 to finish")
+    message = f"VARI = {vari:g} of {name} neither roughs nor finishes"
+    refuse(
+        name, (vari % 10 not in (1.0, 2.0), "not-read", message, "VARI ends in 1 to rough, in 2 to finish")
+    )
     return vari % 10 == 1.0, round(vari) // 10 % 10
 
 
@@ -84,23 +85,17 @@ def _face(
     mill: _Mill, size: tuple[float, float], step: float, levels: tuple[float, ...], way: int, over: float
 ) -> None:
     """Mill rows over a rectangle from its corner on, along its first axis (way 1, 3) or second (2, 4), in one sense (1, 2) or both."""
-    if way not in (1, 2, 3, 4):
-        raise BlockError(
-            "not-read",
-            f"the tens of VARI of {mill.name} are {way}",
-            mill.name,
-            hint="31 goes to and fro along X",
-        )
     along, across = size if way in (1, 3) else size[::-1]
-    count = math.ceil(abs(across) / step - _TINY)
-    if not 1 <= count <= _MOST or along == 0.0:
-        message = f"{mill.name} makes {count} rows of {abs(along):g}"
-        raise BlockError(
-            "cycle-tool",
-            message,
-            mill.name,
-            hint=f"1 to {_MOST} rows are made: LENG, WID and MIDA say how many",
-        )
+    makes, hint = (
+        f"{mill.name} makes {{}} rows of {abs(along):g}",
+        f"1 to {MOST} rows are made: LENG, WID and MIDA say how many",
+    )
+    count = steps_of(abs(across), step, mill.name, makes, hint, least=0)
+    refuse(
+        mill.name,
+        (way not in (1, 2, 3, 4), "not-read", f"the tens of VARI of {mill.name} are {way}", "31 goes to and fro along X"),
+        (count < 1 or along == 0.0, "cycle-tool", makes.format(count), hint),
+    )  # fmt: skip
     sense = math.copysign(1.0, along)
     ends = (-sense * (mill.radius + over), along + sense * (mill.radius + over))
 
@@ -128,8 +123,8 @@ def face(motions: Motions, name: str, values: Values) -> None:
     rough, way = _kind(name, v[14])
     hole = Hole.of(motions, name, [*values[:3], depth_of(name, values)])
     mill = _Mill(motions, name, hole, (v[13], v[13]), complex(v[4], v[5]), v[8])
-    levels = levels_of(hole.reference, hole.depth + v[12], v[9], name) if rough else (hole.depth,)
-    _face(mill, (v[6], v[7]), v[10] or _USUAL_STEP * 2.0 * mill.radius, levels, way, abs(v[11]))
+    step = v[10] or _USUAL_STEP * 2.0 * mill.radius
+    _face(mill, (v[6], v[7]), step, mill.levels(v[12], v[9], rough), way, abs(v[11]))
 
 
 def face_of_blank(motions: Motions, name: str, values: Values) -> None:
@@ -141,21 +136,18 @@ def face_of_blank(motions: Motions, name: str, values: Values) -> None:
     v = [filled(values, k) for k in range(16)]
     mode, corners = round(v[15]) % 1000, round(v[15]) // 1000
     beside = (corners % 10 == 1 and v[4] != 0.0) or (corners // 10 == 1 and v[5] != 0.0)
-    if mode // 100 or v[13] or mode % 10 > 1 or mode // 10 > 1 or corners not in (0, 1, 10, 11) or beside:
-        message = f"AMODE = {v[15]:g} or LIM = {v[13]:g} of {name} (corners as coordinates, sides that bound the face) is not read"
-        raise BlockError(
-            "not-read",
-            message,
-            name,
-            hint="AMODE = 10 has the depth as a coordinate and the infeed in percent",
-        )
+    unread = (
+        mode // 100 or v[13] or mode % 10 > 1 or mode // 10 > 1 or corners not in (0, 1, 10, 11) or beside
+    )
+    message = f"AMODE = {v[15]:g} or LIM = {v[13]:g} of {name} (corners as coordinates, sides that bound the face) is not read"
+    hint = "AMODE = 10 has the depth as a coordinate and the infeed in percent"
+    refuse(name, (bool(unread), "not-read", message, hint))
     depth = v[1] - abs(v[3]) if mode % 10 == 1 else depth_of(name, values)
     hole = Hole.of(motions, name, [*values[:3], depth])
     mill = _Mill(motions, name, hole, (v[11], v[11]), complex(v[4], v[5]), 0.0)
     rough, way = _kind(name, v[12])
-    levels = levels_of(hole.reference, hole.depth + v[10], v[8], name) if rough else (hole.depth,)
     step = v[9] * (2.0 * mill.radius / 100.0 if mode // 10 == 1 else 1.0) or _USUAL_STEP * 2.0 * mill.radius
-    _face(mill, (v[6], v[7]), step, levels, way, 0.0)
+    _face(mill, (v[6], v[7]), step, mill.levels(v[10], v[8], rough), way, 0.0)
 
 
 def _round(mill: _Mill, half: complex, corner: float, excess: float, values: dict[str, float]) -> None:
@@ -163,26 +155,20 @@ def _round(mill: _Mill, half: complex, corner: float, excess: float, values: dic
     rough, _ = _kind(mill.name, values["vari"] or 1.0)
     side, floor = (values["fal"], values["fald"]) if rough else (0.0, 0.0)
     step = _USUAL_STEP * 2.0 * mill.radius
-    count = max(1, math.ceil((excess - side) / step - _TINY))
-    if count > _MOST or min(half.real, half.imag) <= 0.0 or values["cdir"] not in (0.0, 1.0, 2.0, 3.0):
-        message = f"the size or sense (CDIR = {values['cdir']:g}) of {mill.name} has no meaning"
-        raise BlockError(
-            "cycle-tool", message, mill.name, hint="LENG, WID or the diameter are above 0; CDIR is 0 to 3"
-        )
+    count = steps_of(excess - side, step, mill.name, f"{mill.name} makes {{}} loops")
+    wrong = min(half.real, half.imag) <= 0.0 or values["cdir"] not in (0.0, 1.0, 2.0, 3.0)
+    message = f"the size or sense (CDIR = {values['cdir']:g}) of {mill.name} has no meaning"
+    hint = "LENG, WID or the diameter are above 0; CDIR is 0 to 3"
+    refuse(mill.name, (wrong, "cycle-tool", message, hint))
     # Climb milling beside an outer wall goes clockwise where the spindle does.
     turns_right = mill.ip.state.direction >= 0
     clockwise = {0.0: turns_right, 1.0: not turns_right, 2.0: True, 3.0: False}[values["cdir"]]
-    levels = (
-        levels_of(mill.hole.reference, mill.hole.depth + floor, values["mid"], mill.name)
-        if rough
-        else (mill.hole.depth,)
-    )
+    levels = mill.levels(floor, values["mid"], rough)
     away = half.real + max(excess, side) + 2.0 * mill.radius + abs(mill.hole.start - mill.hole.reference)
     # Seen with its length along Y, so that loops begin at the side towards X+.
     wall = Pocket(mill.origin, half.imag, half.real, corner, mill.angle + 90.0)
-    how = Clearing(
-        -mill.radius, step, levels, mill.hole.start, mill.cutting, mill.plunge, -1 if clockwise else 1
-    )
+    sense = -1 if clockwise else 1
+    how = Clearing(-mill.radius, step, levels, mill.hole.start, mill.cutting, mill.plunge, sense)
     PocketPath(mill.ip, wall, how).free(complex(0.0, -away), side, count)
     mill.end()
 
@@ -192,18 +178,16 @@ def rectangle(motions: Motions, name: str, values: Values) -> None:
     v = [filled(values, k) for k in range(20)]
     how = milled(v[:18], 11)
     modes = MillingModes.of(motions, name, values, 22, CORNERS)
-    x, y = modes.corner
-    mill = _Mill(
-        motions,
-        name,
-        modes.hole(motions, name, values),
+    (x, y), half, feeds = (
+        modes.corner,
+        complex(abs(v[5]), abs(v[6])) / 2.0,
         (how["feed"], how["plunge"] or how["feed"]),
-        complex(v[8], v[9])
-        + complex(x * abs(v[5]), y * abs(v[6])) / 2.0 * cmath.rect(1.0, math.radians(v[10])),
-        v[10],
     )
-    excess = max(0.0, v[18] - v[5], v[19] - v[6]) / 2.0
-    _round(mill, complex(abs(v[5]), abs(v[6])) / 2.0, abs(v[7]), excess, how)
+    middle = complex(v[8], v[9]) + complex(x * half.real, y * half.imag) * cmath.rect(
+        1.0, math.radians(v[10])
+    )
+    mill = _Mill(motions, name, modes.hole(motions, name, values), feeds, middle, v[10])
+    _round(mill, half, abs(v[7]), max(0.0, v[18] - v[5], v[19] - v[6]) / 2.0, how)
 
 
 def circle(motions: Motions, name: str, values: Values) -> None:
@@ -211,12 +195,6 @@ def circle(motions: Motions, name: str, values: Values) -> None:
     v = [filled(values, k) for k in range(16)]
     how, radius = milled(v[:15], 8), abs(v[5]) / 2.0
     modes = MillingModes.of(motions, name, values, 18)
-    mill = _Mill(
-        motions,
-        name,
-        modes.hole(motions, name, values),
-        (how["feed"], how["plunge"] or how["feed"]),
-        complex(v[6], v[7]),
-        0.0,
-    )
+    feeds = how["feed"], how["plunge"] or how["feed"]
+    mill = _Mill(motions, name, modes.hole(motions, name, values), feeds, complex(v[6], v[7]), 0.0)
     _round(mill, complex(radius, radius), radius, max(0.0, v[15] / 2.0 - radius), how)

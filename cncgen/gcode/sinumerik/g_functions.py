@@ -166,8 +166,7 @@ def _surface(motions: Motions, code: int, words: Words) -> None:
 def _pole(motions: Motions, code: int, words: Words) -> None:
     """G110 from where the tool is, G111 from the origin, G112 from the last pole; by axis words or AP RP."""
     first, second, _ = motions.plane()
-    position = motions.ip.state.position
-    base = {110: complex(position[first], position[second]), 111: 0j, 112: motions.pole}[code]
+    base = {110: motions.here_in_plane(), 111: 0j, 112: motions.pole}[code]
     if {"AP", "RP"} & words.named.keys():
         angle, radius = (words.named.pop(n, ("", 0.0))[1] for n in ("AP", "RP"))
         offset = radius * complex(math.cos(math.radians(angle)), math.sin(math.radians(angle)))

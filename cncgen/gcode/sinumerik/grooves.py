@@ -8,11 +8,11 @@ the program's Z is.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.steps import steps_of
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.arcs import follow
 from cncgen.gcode.sinumerik.cycles import Values, filled
 from cncgen.units import INCH
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 #: The width of a tool that no table gives, and how far it lifts off where VRT does not say, mm; the part of its width between plunges.
 _WIDTH, _LIFT, _ASIDE = 3.0, 1.0, 0.8
-_MOST, _TINY = 10_000, 1e-9
+_TINY = 1e-9
 
 
 @dataclass(slots=True)
@@ -111,37 +111,19 @@ class _Groove:
             self.to(z, height)
 
 
-def _faults(motions: Motions, v: list[float]) -> Iterator[tuple[str, str, str]]:
-    """Yield the faults of the parameters: their codes, what is wrong, and what helps."""
-    kind = round(v[15])
-    if motions.ip.state.plane != 18:
-        yield "cycle-words", "works in the plane G18", "G18 stands before it"
-    if motions.diameter == "none":
-        yield (
-            "not-read",
-            "with DIAMOF, where SPD may be a radius, is not read",
-            "DIAMON before it says that X is a diameter",
-        )
-    if kind not in (1, 3, 5, 7, 11, 13, 15, 17):
-        yield (
-            "not-read",
-            f"with VARI = {kind} (a groove of a face) is not read",
-            "1, 3, 5, 7, or 10 more are along Z",
-        )
-    if v[4] or v[5] or v[6]:
-        yield (
-            "not-read",
-            "with slanting walls or on a slope (STA1, ANG1, ANG2) is not read",
-            "they are 0 for a groove at right angles",
-        )
-    if v[2] <= 0.0 or v[3] <= 0.0 or min(v[11:14]) < 0.0 or v[11] >= v[3]:
-        yield (
-            "cycle-words",
-            f"has the width {v[2]:g}, the depth {v[3]:g}, the allowances {v[11]:g} and {v[12]:g}",
-            "WIDG, DIAG, FAL1, FAL2",
-        )
-    if max(map(abs, v[7:9])) + max(map(abs, v[9:11])) > v[3]:
-        yield "cycle-words", "has corners larger than it is deep", "RCO1, RCO2, RCI1, RCI2"
+def _check(motions: Motions, name: str, v: list[float]) -> None:
+    """Raise where parameters are wrong."""
+    kind, corners = round(v[15]), max(map(abs, v[7:9])) + max(map(abs, v[9:11]))
+    faults = (
+        (motions.ip.state.plane != 18, "cycle-words", "works in the plane G18", "G18 stands before it"),
+        (motions.diameter == "none", "not-read", "with DIAMOF, where SPD may be a radius, is not read", "DIAMON before it says that X is a diameter"),
+        (kind not in (1, 3, 5, 7, 11, 13, 15, 17), "not-read", f"with VARI = {kind} (a groove of a face) is not read", "1, 3, 5, 7, or 10 more are along Z"),
+        (any(v[4:7]), "not-read", "with slanting walls or on a slope (STA1, ANG1, ANG2) is not read", "they are 0 for a groove at right angles"),
+        (v[2] <= 0.0 or v[3] <= 0.0 or min(v[11:14]) < 0.0 or v[11] >= v[3], "cycle-words",
+         f"has the width {v[2]:g}, the depth {v[3]:g}, the allowances {v[11]:g} and {v[12]:g}", "WIDG, DIAG, FAL1, FAL2"),
+        (corners > v[3], "cycle-words", "has corners larger than it is deep", "RCO1, RCO2, RCI1, RCI2"),
+    )  # fmt: skip
+    refuse(name, *((wrong, code, f"{name} {what}", hint) for wrong, code, what, hint in faults))
 
 
 def _width(motions: Motions, name: str, base: float) -> float:
@@ -149,9 +131,10 @@ def _width(motions: Motions, name: str, base: float) -> float:
     ip = motions.ip
     known = 2.0 * ip.tool_radius()
     width = known or min(_WIDTH / (INCH if ip.state.inches else 1.0), base)
-    if not 0.0 < width <= base + _TINY:
-        message = f"the tool, {width:g} wide, does not go into {name}, whose base is {base:g} wide between its corners"
-        raise BlockError("cycle-tool", message, name, hint="WIDG is the width of the groove")
+    message = (
+        f"the tool, {width:g} wide, does not go into {name}, whose base is {base:g} wide between its corners"
+    )
+    refuse(name, (not 0.0 < width <= base + _TINY, "cycle-tool", message, "WIDG is the width of the groove"))
     whence = "the diameter of the tool table" if known else "which no tool table gives"
     message = f"{name} plunges with a tool {width:g} wide, {whence}, whose left corner the program's Z is: its passes are cncgen's own"
     hint = "--tool-table gives the width as the diameter; walls and base are the cycle's"
@@ -166,8 +149,7 @@ def groove(motions: Motions, name: str, values: Values) -> None:
     base above 0 and chamfer them below 0, by their length (CHF) or with 10 more by their leg (CHR).
     """
     v = [filled(values, k) for k in range(17)]
-    for code, what, hint in _faults(motions, v):
-        raise BlockError(code, f"{name} {what}", name, hint=hint)
+    _check(motions, name, v)
     kind, leg = round(v[15]) % 10, 1.0 if round(v[15]) > 10 else math.sqrt(0.5)
     from_left, side = kind in (1, 3), -1 if kind in (3, 7) else 1
     sizes = [size if size >= 0.0 else size * leg for size in v[7:11]]
@@ -185,14 +167,12 @@ def groove(motions: Motions, name: str, values: Values) -> None:
 def _rough(job: _Groove, name: str, v: list[float], from_left: bool) -> None:
     """Plunge from the side of the start on, down to the allowances."""
     first, last = job.left + v[12], job.right - job.width - v[12]
-    if last < first - _TINY:
-        message = f"{name}, {v[2]:g} wide, has no room for its allowances {v[12]:g} beside a tool {job.width:g} wide"
-        raise BlockError("cycle-tool", message, name, hint="FAL2 is left on both walls")
-    count = math.ceil((last - first) / (_ASIDE * job.width) - _TINY)
-    down = math.ceil((v[3] - v[11]) / v[13] - _TINY) if v[13] else 1
-    if max(count, down) > _MOST:
-        message = f"{name} makes {count + 1} plunges of {down} steps"
-        raise BlockError("cycle-infeed", message, name, hint="is IDEP too small?")
+    message = (
+        f"{name}, {v[2]:g} wide, has no room for its allowances {v[12]:g} beside a tool {job.width:g} wide"
+    )
+    refuse(name, (last < first - _TINY, "cycle-tool", message, "FAL2 is left on both walls"))
+    count = steps_of(last - first, _ASIDE * job.width, name, f"{name} makes {{}} plunges", least=0)
+    down = steps_of(v[3] - v[11], v[13], name, f"{name} plunges in {{}} steps", "is IDEP too small?")
     speed = job.motions.ip.state.speed
     dwell = v[14] if v[14] >= 0.0 else -60.0 * v[14] / speed if speed > 0.0 else 0.0
     places = [first + (last - first) * k / max(count, 1) for k in range(count + 1)]

@@ -48,6 +48,8 @@ MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
 _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
+#: The state that a contour may change while it is only examined.
+_EXAMINED = ("motion", "absolute", "pole", "polar", "rounding", "diameter", "modal", "heading", "path", "curve", "here")  # fmt: skip
 _CYCLES = {
     **cycles.CYCLES,
     "CYCLE800": swivelling.swivel,
@@ -213,6 +215,11 @@ class Motions:
         first, second, normal = PLANE_AXES[self.ip.state.plane]
         return first, second, normal
 
+    def here_in_plane(self) -> complex:
+        """Return where the tool is in the plane."""
+        first, second, _ = self.plane()
+        return complex(self.ip.state.position[first], self.ip.state.position[second])
+
     def move(self, end: dict[str, float], *, rapid: bool) -> None:
         """Go to coordinates in a straight line."""
         self.emit({axis.lower(): value for axis, value in end.items()}, (0 if rapid else 10,))
@@ -220,33 +227,12 @@ class Motions:
     def save(self) -> object:
         """Return the state that SAVE of PROC brings back: modes, frame, motion."""
         state = self.ip.state
-        return _Kept(
-            self.motion,
-            self.absolute,
-            self.frames.copy(),
-            state.plane,
-            state.feed,
-            state.feed_mode,
-            self.path,
-            state.system,
-        )
+        modes = state.plane, state.feed, state.feed_mode, self.path, state.system
+        return _Kept(self.motion, self.absolute, self.frames.copy(), *modes)
 
     def fields(self) -> dict[str, Any]:
         """Return the state that a contour may change while it is only examined."""
-        names = (
-            "motion",
-            "absolute",
-            "pole",
-            "polar",
-            "rounding",
-            "diameter",
-            "modal",
-            "heading",
-            "path",
-            "curve",
-            "here",
-        )
-        return {name: getattr(self, name) for name in names}
+        return {name: getattr(self, name) for name in _EXAMINED}
 
     def set_fields(self, fields: dict[str, Any]) -> None:
         """Bring them back."""
@@ -672,13 +658,8 @@ class Motions:
         elif self.motion in ("G2", "G3", "CT", "CIP"):
             arcs.make(self, words, given, end, about_pole)
         elif self.motion == "BSPLINE":
-            self.emit(
-                {
-                    **given,
-                    **{n.lower(): words.named.pop(n)[1] for n in ("PW", "PL", "SD") if n in words.named},
-                },
-                (10_600,),
-            )
+            own = {n.lower(): words.named.pop(n)[1] for n in ("PW", "PL", "SD") if n in words.named}
+            self.emit({**given, **own}, (10_600,))
         elif self.motion in ("ASPLINE", "CSPLINE", "POLY"):
             curves.point(self, words, end)
         else:

@@ -9,10 +9,20 @@ import cmath
 import math
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow, levels_of
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow
+from cncgen.gcode.codes.steps import MOST, levels_of
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.cycle_modes import CORNERS, MillingModes, milled
-from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, given, milling_feed
+from cncgen.gcode.sinumerik.cycles import (
+    Hole,
+    Values,
+    check_plane,
+    count_of,
+    depth_of,
+    filled,
+    given,
+    milling_feed,
+)
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -32,14 +42,13 @@ def _levels(name: str, motions: Motions, values: Values, depth: float) -> Hole:
 def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[str, float]) -> None:
     """Clear a pocket from the reference plane down, roughing or finishing as VARI says, and go to the retraction plane."""
     radius = motions.ip.cutting_radius(name, min(pocket.length, pocket.width))
-    if how["vari"] % 10 not in (0.0, 1.0, 2.0):
-        message = f"VARI = {how['vari']:g} of {name} (finishing an edge, or chamfering) is not read"
-        raise BlockError("not-read", message, name, hint="VARI = 1 roughs, 2 finishes")
+    message = f"VARI = {how['vari']:g} of {name} (finishing an edge, or chamfering) is not read"
+    refuse(
+        name, (how["vari"] % 10 not in (0.0, 1.0, 2.0), "not-read", message, "VARI = 1 roughs, 2 finishes")
+    )
     rough = how["vari"] % 10 != 2
     side, floor = (how["fal"], how["fald"]) if rough else (0.0, 0.0)
-    pocket = Pocket(
-        pocket.centre, pocket.length - side, pocket.width - side, max(pocket.corner - side, 0.0), pocket.angle
-    )
+    pocket = pocket.within(side)
     levels = levels_of(hole.reference, hole.depth + floor, how["mid"], name)
     feed = milling_feed(motions, name, how["feed"])
     plunge = how["plunge"] or feed
@@ -48,12 +57,8 @@ def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[
     step = how["step"] or _USUAL_STEP * 2.0 * radius
     climb = how["cdir"] in (0.0, 3.0) if motions.ip.state.direction >= 0 else how["cdir"] == 3.0
     sense = 1 if climb or how["cdir"] == 3.0 else -1
-    clear(
-        motions.ip,
-        pocket,
-        Clearing(radius, step, levels, hole.start, feed, plunge, sense, finish=not rough),
-        name,
-    )
+    work = Clearing(radius, step, levels, hole.start, feed, plunge, sense, finish=not rough)
+    clear(motions.ip, pocket, work, name)
     motions.ip.sink.set_feed_rate(motions.ip.state.feed)
     motions.move({"Z": hole.back}, rapid=True)
 
@@ -61,8 +66,7 @@ def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[
 def _place(motions: Motions, values: Values, index: int) -> complex:
     """Return the reference point of a cycle: two parameters, or where the motion that called it (MCALL) has led, where both are left out."""
     if motions.in_modal and given(values, index) is None and given(values, index + 1) is None:
-        first, second, _ = motions.plane()
-        return complex(motions.ip.state.position[first], motions.ip.state.position[second])
+        return motions.here_in_plane()
     return complex(filled(values, index), filled(values, index + 1))
 
 
@@ -102,14 +106,8 @@ def circle(motions: Motions, name: str, values: Values) -> None:
 def old_rectangle(motions: Motions, name: str, values: Values) -> None:
     """POCKET1(RTP, RFP, SDIS, DP, DPR, LENG, WID, CRAD, CPA, CPO, STA1, FFD, FFP1, MID, CDIR, FAL, VARI), of older controls."""
     v = [filled(values, k) for k in range(17)]
-    hole = Hole.of(motions, name, values)
-    _cleared(
-        motions,
-        name,
-        hole,
-        Pocket(complex(v[8], v[9]), abs(v[5]) / 2.0, abs(v[6]) / 2.0, v[7], v[10]),
-        _old_how(v, 11),
-    )
+    pocket = Pocket(complex(v[8], v[9]), abs(v[5]) / 2.0, abs(v[6]) / 2.0, v[7], v[10])
+    _cleared(motions, name, Hole.of(motions, name, values), pocket, _old_how(v, 11))
 
 
 def old_circle(motions: Motions, name: str, values: Values) -> None:
@@ -122,17 +120,7 @@ def old_circle(motions: Motions, name: str, values: Values) -> None:
 def _old_how(v: list[float], first: int) -> dict[str, float]:
     """Return FFD, FFP1, MID, CDIR, FAL, VARI from a parameter on; VARI 0 roughs and finishes in one go here."""
     plunge, feed, mid, cdir, fal, vari = v[first : first + 6]
-    left = fal if round(vari) == 1 else 0.0
-    return {
-        "mid": mid,
-        "fal": left,
-        "fald": 0.0,
-        "feed": feed,
-        "plunge": plunge,
-        "cdir": cdir,
-        "vari": vari,
-        "step": 0.0,
-    }
+    return milled((mid, fal if round(vari) == 1 else 0.0, 0.0, feed, plunge, cdir, vari), 0)
 
 
 def bows(motions: Motions, name: str, values: Values) -> None:
@@ -142,35 +130,19 @@ def bows(motions: Motions, name: str, values: Values) -> None:
     """
     v = [filled(values, k) for k in range(19)]
     ip, hole, count = motions.ip, Hole.of(motions, name, values), round(v[5])
-    if (
-        ip.state.plane != 17
-        or not 1 <= count <= 10_000
-        or not 0.0 < v[6] < 360.0
-        or round(v[18]) not in (0, 1, 2)
-    ):
-        message = f"{name} has NUM = {count}, AFSL = {v[6]:g} and VARI = {v[18]:g}, in G{ip.state.plane}"
-        raise BlockError(
-            "cycle-words",
-            message,
-            name,
-            hint="NUM counts the slots, AFSL is the angle of one, VARI is 0 to 2; in G17",
-        )
-    radius = ip.cutting_radius(name, v[7] / 2.0)
+    wrong = not 1 <= count <= MOST or not 0.0 < v[6] < 360.0 or round(v[18]) not in (0, 1, 2)
+    message = f"{name} has NUM = {count}, AFSL = {v[6]:g} and VARI = {v[18]:g}, in G{ip.state.plane}"
+    hint = "NUM counts the slots, AFSL is the angle of one, VARI is 0 to 2; in G17"
+    refuse(name, (wrong or ip.state.plane != 17, "cycle-words", message, hint))
+    radius, sense = ip.cutting_radius(name, v[7] / 2.0), 1 if v[16] == 3.0 else -1
     feed = milling_feed(motions, name, v[14])
-    levels = levels_of(hole.reference, hole.depth, v[15], name)
-    how = Clearing(
-        radius, _USUAL_STEP * 2.0 * radius, levels, hole.start, feed, v[13] or feed, 1 if v[16] == 3.0 else -1
-    )
+    levels, step = levels_of(hole.reference, hole.depth, v[15], name), _USUAL_STEP * 2.0 * radius
+    how = Clearing(radius, step, levels, hole.start, feed, v[13] or feed, sense)
+    half = v[7] / 2.0 - (v[17] if round(v[18]) == 1 else 0.0)
     motions.move({"Z": hole.back}, rapid=True)
     for k in range(count):
         begin = v[11] + k * (v[12] or 360.0 / count)
-        clear_bow(
-            ip,
-            Bow(complex(v[8], v[9]), v[10], begin, begin + v[6]),
-            v[7] / 2.0 - (v[17] if round(v[18]) == 1 else 0.0),
-            how,
-            name,
-        )
+        clear_bow(ip, Bow(complex(v[8], v[9]), v[10], begin, begin + v[6]), half, how, name)
     ip.sink.set_feed_rate(ip.state.feed)
     motions.move({"Z": hole.back}, rapid=True)
 
@@ -184,7 +156,7 @@ def slots(motions: Motions, name: str, values: Values) -> None:
     v = [filled(values, k) for k in range(25)]
     modes = MillingModes.of(motions, name, values, 28, _FROM_RAD)
     feed = v[20] or v[14] if v[18] % 10 == 2.0 else v[14]
-    how = {"mid": v[15], "fal": v[17], "fald": v[22], "feed": feed, "plunge": v[13], "cdir": v[16], "vari": v[18], "step": 0.0}  # fmt: skip
+    how = milled((v[15], v[17], v[22], feed, v[13], v[16], v[18]), 0)
     _rays(motions, name, values, modes, v, v[7] / 2.0, how)
 
 
@@ -196,7 +168,7 @@ def long_holes(motions: Motions, name: str, values: Values) -> None:
     v = [filled(values, k) for k in range(16)]
     modes = MillingModes.of(motions, name, values, 17, _FROM_RAD)
     radius = motions.ip.cutting_radius(name)
-    how = {"mid": v[14], "fal": 0.0, "fald": 0.0, "feed": v[13], "plunge": v[12], "cdir": 0.0, "vari": 0.0, "step": 0.0}  # fmt: skip
+    how = milled((v[14], 0.0, 0.0, v[13], v[12], 0.0, 0.0), 0)
     _rays(motions, name, values, modes, [*v[:7], 2.0 * radius, *v[7:12]], radius, how)
 
 
@@ -211,11 +183,7 @@ def _rays(
 ) -> None:
     """Clear NUM slots (v[5]) of LENG (v[6]) and half a width about CPA CPO (v[8:10]), from RAD (v[10]) on at STA1 (v[11]) and INDA (v[12])."""
     check_plane(motions, name)
-    hole = modes.hole(motions, name, values)
-    count = round(v[5])
-    if not 1 <= count <= 10_000:
-        message = f"NUM = {count} of {name} is not within 1 to 10000"
-        raise BlockError("cycle-repeats", message, name, hint="NUM counts the slots")
+    hole, count = modes.hole(motions, name, values), count_of(name, v[5], "slots")
     step = v[12] or 360.0 / count
     for k in range(count):
         angle = v[11] + k * step

@@ -11,14 +11,14 @@ import math
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.flat_cutter import FlatCutter
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.steps import MOST
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.cycle_modes import MillingModes
 from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, filled, given, milling_feed
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
 
-_MOST = 10_000
 _TINY = 1e-9
 
 
@@ -36,15 +36,14 @@ def thread(motions: Motions, name: str, values: Values) -> None:
     tool = motions.ip.cutting_radius(name, math.inf if kind == 1 else half)
     radius = half + tool if kind == 1 else half - tool
     hint = "DIATH and KDIAM are the diameters, PIT the lead, CDIR 2 or 3, TYPTH 0 inside or 1 outside"
-    for wrong, message in (
+    faults = (
         (sense not in (2, 3) or kind not in (0, 1), f"CDIR = {v[9]:g} or TYPTH = {v[10]:g} of {name} has no meaning"),
         (pitch <= 0.0 or min(outer, half) <= 0.0 or 0.0 < outer < core, f"{name} has the diameters {outer:g} and {core:g} and the lead {pitch:g}"),
         (radius <= 0.0 or tool <= 0.0, f"{name} is {2.0 * half:g} wide, and the tool has the diameter {2.0 * tool:g}"),
         (kind == 0 and 0.0 < core < 2.0 * tool - _TINY, f"the tool, {2.0 * tool:g} wide, does not go into the core of {name}, {core:g}"),
-        ((hole.start - hole.depth) / max(pitch, _TINY) > _MOST, f"PIT = {pitch:g} of {name} makes more than {_MOST} turns"),
-    ):  # fmt: skip
-        if wrong:
-            raise BlockError("cycle-tool", message, name, hint=hint)
+        ((hole.start - hole.depth) / max(pitch, _TINY) > MOST, f"PIT = {pitch:g} of {name} makes more than {MOST} turns"),
+    )  # fmt: skip
+    refuse(name, *((wrong, "cycle-tool", message, hint) for wrong, message in faults))
     beyond = pitch / 4.0 * (2.0 * tool + (outer / 2.0 + tool if kind == 1 else outer / 2.0 - tool)) / outer
     middle, before = complex(v[11], v[12]), motions.ip.state.feed
     hole.go(hole.back, rapid=True)
@@ -80,15 +79,14 @@ def thread_of_profile(motions: Motions, name: str, values: Values) -> None:
     tool = motions.ip.cutting_radius(name, math.inf if kind == 1 else root - depth)
     height = abs(hole.start - hole.depth)
     hint = "DIATH is the nominal diameter, H1 the depth of the thread, PIT its lead, TYPTH 0 inside or 1 outside, VARI as 11 or 122"
-    for wrong, message in (
+    faults = (
         (how not in (1, 2) or way not in (1, 2) or hand > 1 or vari > 199 or kind not in (0, 1), f"VARI = {vari} or TYPTH = {kind} of {name} has no meaning"),
         (round(v[8]) > 1 or round(v[16]) > 1, f"NT = {v[8]:g} (a tool of several teeth) or PITA = {v[16]:g} (another unit of the lead) of {name} is not read"),
-        (pitch <= 0.0 or height / max(pitch, _TINY) > _MOST, f"{name} has the lead {pitch:g}"),
-        (depth <= 0.0 or not 0.0 <= left < depth or depth / (v[9] or depth) > _MOST, f"{name} has the depth {depth:g}, the allowance {left:g} and passes of {v[9]:g}"),
+        (pitch <= 0.0 or height / max(pitch, _TINY) > MOST, f"{name} has the lead {pitch:g}"),
+        (depth <= 0.0 or not 0.0 <= left < depth or depth / (v[9] or depth) > MOST, f"{name} has the depth {depth:g}, the allowance {left:g} and passes of {v[9]:g}"),
         (tool <= 0.0 or root <= 0.0 or (kind == 0 and tool > root - depth + _TINY), f"the tool, {2.0 * tool:g} wide, does not go into {name} of {outer:g}"),
-    ):  # fmt: skip
-        if wrong:
-            raise BlockError("cycle-tool", message, name, hint=hint)
+    )  # fmt: skip
+    refuse(name, *((wrong, "cycle-tool", message, hint) for wrong, message in faults))
     aim = depth - (left if how == 1 else 0.0)
     count = math.ceil(aim / v[9] - _TINY) if how == 1 and v[9] > 0.0 else 1
     # Seen from above a thread to the right goes up counter-clockwise.
