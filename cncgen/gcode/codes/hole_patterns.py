@@ -6,17 +6,17 @@ M700V/M70V programming manual (machining centre), "Special fixed cycle", of whic
 
 from __future__ import annotations
 
+import cmath
 import math
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.canned_cycles import MAX_REPEATS, Sticky
 from cncgen.gcode.codes.canned_cycles_fanuc import HOLES, PATTERN, check_words, make_holes
+from cncgen.gcode.codes.places import in_rows, on_circle
 from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
-
-Place = tuple[float, float]
 
 
 def _count(words: dict[str, float], letter: str, name: str, hint: str) -> int:
@@ -34,35 +34,23 @@ def _count(words: dict[str, float], letter: str, name: str, hint: str) -> int:
     return round(value)
 
 
-def _on_circle(radius: float, start: float, step: float, count: int) -> list[Place]:
-    """Return places about the middle, angles in degrees."""
-    angles = [math.radians(start + k * step) for k in range(count)]
-    return [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
-
-
-def _circle(words: dict[str, float], count: int) -> list[Place]:
+def _circle(words: dict[str, float], count: int) -> list[complex]:
     step = math.copysign(360.0 / count, words["i"] * count)
-    return _on_circle(abs(words["i"]), words.get("j", 0.0), step, abs(count))
+    return on_circle(0j, abs(words["i"]), words.get("j", 0.0), step, abs(count))
 
 
-def _arc(words: dict[str, float], count: int) -> list[Place]:
+def _arc(words: dict[str, float], count: int) -> list[complex]:
     step = words["k"] if "l" in words else words["p"]
-    return _on_circle(abs(words["i"]), words.get("j", 0.0), math.copysign(1.0, count) * step, abs(count))
+    return on_circle(0j, abs(words["i"]), words.get("j", 0.0), math.copysign(1.0, count) * step, abs(count))
 
 
-def _line(words: dict[str, float], count: int) -> list[Place]:
-    angle = math.radians(words.get("j", 0.0))
-    return [(k * words["i"] * math.cos(angle), k * words["i"] * math.sin(angle)) for k in range(abs(count))]
+def _line(words: dict[str, float], count: int) -> list[complex]:
+    return in_rows(0j, cmath.rect(1.0, math.radians(words.get("j", 0.0))) * words["i"], 0j, abs(count), 1)
 
 
-def _grid(words: dict[str, float], count: int) -> list[Place]:
+def _grid(words: dict[str, float], count: int) -> list[complex]:
     """Return rows along X, one back and the next forth."""
-    columns, rows = abs(count), abs(round(words["k"]))
-    return [
-        ((columns - 1 - k if row % 2 else k) * words["i"], row * words["j"])
-        for row in range(rows)
-        for k in range(columns)
-    ]
+    return in_rows(0j, complex(words["i"]), 1j * words["j"], abs(count), abs(round(words["k"])))
 
 
 #: Of each code: its letters, those that must be there, the letter of the count, its places, help and an example.
@@ -87,29 +75,24 @@ def _pattern(number: int) -> Handler:
         turning = counts == "l" and {"p", "q"} <= words.keys()
         if state.motion not in HOLES or not isinstance(state.cycle, Sticky) or turning:
             hint = "G81 stands before it or in its block; turning cycles are of --dialect fanuc-lathe"
-            raise BlockError(
-                "cycle-missing", f"{name} has no cycle in force that it repeats", name, hint=hint
-            )
-        strange = [
-            c.upper() for c in words if c in "ijklpq" and c not in letters + ("pq" if counts == "l" else "")
-        ]
+            message = f"{name} has no cycle in force that it repeats"
+            raise BlockError("cycle-missing", message, name, hint=hint)
+        taken = letters + ("pq" if counts == "l" else "")
+        strange = [c.upper() for c in words if c in "ijklpq" and c not in taken]
         missing = [c.upper() for c in needs if c not in words] + ["I"] * (words.get("i") == 0.0)
-        if state.plane != 17 or missing or strange:
-            what = (
-                f"no {' and no '.join(missing)}"
-                if missing
-                else f"a word {strange[0]}"
-                if strange
-                else "no G17"
-            )
-            raise BlockError("cycle-words", f"{name} has {what}", name, hint=example)
+        refuse(
+            name,
+            (bool(missing), "cycle-words", f"{name} has no {' and no '.join(missing)}", example),
+            (bool(strange), "cycle-words", f"{name} has a word {''.join(strange[:1])}", example),
+            (state.plane != 17, "cycle-words", f"{name} has no G17", example),
+        )
         count = _count(words, counts, name, example)
         if places is _grid:
             _count(words, "k", name, example)
         check_words(ip, block, state.motion, state.cycle.words)
         centre = ip.end_point(Block({k: v for k, v in words.items() if k in "xy"}, block.g))
-        for across, up in places(words, count):
-            place = [centre[0] + across, centre[1] + up]
+        for at in places(words, count):
+            place = [centre[0] + at.real, centre[1] + at.imag]
             if not state.absolute:
                 place = [at - here for at, here in zip(place, state.position, strict=False)]
             here = Block({"x": place[0], "y": place[1]}, (), (), None, block.source, block.line, block.offset)

@@ -1,7 +1,7 @@
-"""Motions and cycles of Heidenhain's plain language that G-code lacks: CC C CR CP LP, drilling and reaming.
+"""Motions and tools of Heidenhain's plain language that G-code lacks: CC C CR CP LP, M140, oversizes of tools.
 
 An arc about the pole lies in the plane of the pole's axes, and DR+ is right-handed about the third axis;
-angles count from the plane's first axis: X in XY, Y in YZ, Z in ZX (iTNC 530, "Path contours", "Cycles for drilling").
+angles count from the plane's first axis: X in XY, Y in YZ, Z in ZX (iTNC 530, "Path contours").
 """
 
 from __future__ import annotations
@@ -14,8 +14,6 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.block import (
     AXES,
     CIRCLE,
-    CYCLE,
-    CYCLE_CALL,
     OVERSIZE,
     POLAR_ARC,
     POLAR_LINE,
@@ -43,14 +41,10 @@ from cncgen.gcode.sinks.sink import RADIUS_TOLERANCE
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
 from cncgen.kernels.arc_centres import centre_from_radius
 from cncgen.records import dataclass, field
-from cncgen.toolpath.record import Event
 
 DIALECT = "heidenhain"
 _PLANES = {frozenset(AXES[column] for column in PLANE_AXES[plane][:2]): plane for plane in (17, 18, 19)}
 _Z = 2
-_DRILL, _REAM = 200, 201
-#: Infeeds of one hole beyond which Q202 counts as a mistake.
-_MAX_INFEEDS = 10_000
 #: A sweep that is less than this below a full turn counts as full (turns).
 _WHOLE = 1e-9
 
@@ -206,64 +200,6 @@ def polar_line(ip: Interpreter, block: Block) -> None:
     ip.go(end, rapid="fmax" in words)
 
 
-def define(ip: Interpreter, block: Block) -> None:
-    """CYCL DEF: the cycle that CYCL CALL and M99 run; its Q parameters follow."""
-    number = round(block.words["cycle"])
-    plain = Plain.of(ip)
-    plain.cycle = 0
-    if number not in (_DRILL, _REAM):
-        message = f"cycle {number} is not read (200 drilling and 201 reaming are)"
-        raise BlockError("unsupported-block", message, "CYCL", hint="write its moves as L blocks")
-    plain.cycle = number
-
-
-def tell_no_depth(ip: Interpreter, number: int) -> None:
-    """Warn of a cycle without depth ("if you program the depth = 0, the cycle will not be executed")."""
-    message = f"cycle {number} has the depth Q201 = 0: it is not made"
-    ip.warn(BlockError("cycle-depth", message, "CYCL", hint="Q201 is below 0"), Severity.WARNING)
-
-
-def run_cycle(ip: Interpreter, block: Block) -> None:
-    """CYCL CALL, M99: the cycle where the tool is, by Q200 to Q211."""
-    number = Plain.of(ip).cycle
-    if not number:
-        raise BlockError("cycle-missing", "no cycle to call", "M99", hint="CYCL DEF gives it before")
-    q = ip.parameters.numbers
-    top, bottom = q[203] + q[200], q[203] + q[201]
-    if q[201] == 0.0:
-        tell_no_depth(ip, number)
-        return
-    if q[206] <= 0.0:
-        raise BlockError("feed-missing", f"the feed of the cycle, Q206 = {q[206]:g}, is not above 0", "M99")
-    tool = FlatCutter(ip)
-    tool.to(z=top, rapid=True)
-    ip.sink.set_feed_rate(q[206])
-    infeed = abs(q[202]) if number == _DRILL and q[202] else abs(q[201])
-    count = max(1, math.ceil(abs(q[201]) / infeed - _WHOLE)) if infeed else 1
-    if count > _MAX_INFEEDS:
-        message = f"Q202 = {q[202]:g} makes more than {_MAX_INFEEDS} infeeds"
-        raise BlockError("cycle-infeed", message, "M99", hint="Q202 is the depth of one infeed")
-    way = 1.0 if q[201] > 0.0 else -1.0
-    for index in range(1, count):
-        depth = q[203] + way * infeed * index
-        tool.to(z=depth)
-        tool.to(z=top, rapid=True)
-        _dwell(ip, q[210])
-        tool.to(z=depth + q[200], rapid=True)
-    tool.to(z=bottom)
-    _dwell(ip, q[211])
-    if number == _REAM:
-        ip.sink.set_feed_rate(q[208] or q[206])
-        tool.to(z=top)
-    tool.to(z=max(top, q[203] + q[204]), rapid=True)
-    ip.sink.set_feed_rate(ip.state.feed)
-
-
-def _dwell(ip: Interpreter, seconds: float) -> None:
-    if seconds > 0.0:
-        ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
-
-
 def retract(ip: Interpreter, block: Block) -> None:
     """M140 MB: back from the workpiece along the tool, by a way; MAX, to the end of travel, is passed over."""
     way = block.words["mb"]
@@ -397,8 +333,4 @@ CODES = (
     Code("G", TIP_OFF, "tip", Stage.TOOL_LENGTH, tip_off, "end of M128", title="M129", dialects=(DIALECT,)),
     Code("G", REMARK, "remark", Stage.COMMENT, remark, "a note on a word that changes no motion", title="M92", named=("remark",),
         dialects=(DIALECT,)),
-    Code("G", CYCLE, "cycle", Stage.RETRACT, define,
-        "cycle of the calls that follow: 200 drilling, 201 reaming; 7 datum shift, 32 tolerance", title="CYCL DEF", named=("cycle",),
-        dialects=(DIALECT,)),
-    Code("G", CYCLE_CALL, "cycle call", Stage.STOP, run_cycle, "run the cycle here; M99 too", title="CYCL CALL", dialects=(DIALECT,)),
 )  # fmt: skip

@@ -13,7 +13,7 @@ from cncgen.gcode.codes.contour_pockets import area, around, check, clear, close
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.pockets import Clearing
 from cncgen.gcode.codes.turning_profiles import Segment, backwards, moved_aside
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
 from cncgen.units import INCH
@@ -40,30 +40,20 @@ class Contours:
         self.ip, self.q, self.name = ip, q, name
         self.start = q[5] + q[6]
         self.contours: list[tuple[list[Segment], bool]] = []
-        if not labels:
-            raise BlockError(
-                "cycle-missing", f"{name} has no contour", name, hint="CYCL DEF 14.1 CONTOUR LABEL 1 names it"
-            )
         radius = ip.tool_radius()
-        if q[1] >= 0.0 or (radius <= 0.0 and ip.tools.given):
-            message = f"{name} has the depth Q1 = {q[1]:g} and a tool of diameter {2.0 * radius:g}"
-            raise BlockError(
-                "cycle-words",
-                message,
-                name,
-                hint="Q1 is below 0; --tool-table gives the diameter of the tool",
-            )
+        wrong = q[1] >= 0.0 or (radius <= 0.0 and ip.tools.given)
+        message = f"{name} has the depth Q1 = {q[1]:g} and a tool of diameter {2.0 * radius:g}"
+        refuse(
+            name,
+            (not labels, "cycle-missing", f"{name} has no contour", "CYCL DEF 14.1 CONTOUR LABEL 1 names it"),
+            (wrong, "cycle-words", message, "Q1 is below 0; --tool-table gives the diameter of the tool"),
+        )
         for label in labels:
             contour, side = read(label)
             contour = closed(contour, f"LBL {label}")
-            if side == 0:
-                message = f"the contour LBL {label} of {name} has neither RL nor RR"
-                raise BlockError(
-                    "cycle-words",
-                    message,
-                    name,
-                    hint="counter-clockwise with RL, or clockwise with RR, is a pocket",
-                )
+            message = f"the contour LBL {label} of {name} has neither RL nor RR"
+            hint = "counter-clockwise with RL, or clockwise with RR, is a pocket"
+            refuse(name, (side == 0, "cycle-words", message, hint))
             # The tool is left of RL: inside a contour that goes counter-clockwise.
             self.contours.append((contour, (area(contour) > 0.0) != (side > 0)))
         check(self.contours, name)
@@ -89,9 +79,8 @@ class Contours:
     def how(self, levels: tuple[float, ...]) -> Clearing:
         """Return how the tool goes: feeds Q12 and Q11."""
         q = self.q
-        if q[11] <= 0.0 or q[12] <= 0.0:
-            message = f"{self.name} has no feed: Q11 = {q[11]:g}, Q12 = {q[12]:g}"
-            raise BlockError("feed-missing", message, self.name, hint="Q11 plunges, Q12 mills")
+        message = f"{self.name} has no feed: Q11 = {q[11]:g}, Q12 = {q[12]:g}"
+        refuse(self.name, (min(q[11], q[12]) <= 0.0, "feed-missing", message, "Q11 plunges, Q12 mills"))
         return Clearing(self.radius, (q[2] or 1.0) * self.radius, levels, self.start, q[12], q[11])
 
     def around(self, allowance: float, levels: tuple[float, ...]) -> None:
@@ -116,10 +105,10 @@ def rough(contours: Contours) -> None:
     q = contours.q
     if q[18]:
         message = f"Q18 = {q[18]:g} of {contours.name}: the contour is cleared as a whole, since the rest of that tool is not computed"
-        hint = "the time is longer than on the control"
-        contours.ip.warn_once(
-            BlockError("contour-cleared", message, contours.name, hint=hint), Severity.WARNING
+        cleared = BlockError(
+            "contour-cleared", message, contours.name, hint="the time is longer than on the control"
         )
+        contours.ip.warn_once(cleared, Severity.WARNING)
     levels = contours.levels(q[4])
     contours.rows(q[3], levels)
     contours.around(q[3], levels)
@@ -164,11 +153,9 @@ def pilot(contours: Contours) -> None:
 def train(ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
     """25: along one open contour, Q3 off it, level by level; Q15 goes to and fro (0) or in one direction."""
     q, radius = ip.parameters.numbers, ip.tool_radius()
-    if len(labels) != 1 or q[1] >= 0.0 or q[11] <= 0.0 or q[12] <= 0.0:
-        message = f"{name} has {len(labels)} contours, the depth Q1 = {q[1]:g}, the feeds Q11 = {q[11]:g} and Q12 = {q[12]:g}"
-        raise BlockError(
-            "cycle-words", message, name, hint="one label of cycle 14, Q1 below 0, feeds above 0"
-        )
+    wrong = len(labels) != 1 or q[1] >= 0.0 or min(q[11], q[12]) <= 0.0
+    message = f"{name} has {len(labels)} contours, the depth Q1 = {q[1]:g}, the feeds Q11 = {q[11]:g} and Q12 = {q[12]:g}"
+    refuse(name, (wrong, "cycle-words", message, "one label of cycle 14, Q1 below 0, feeds above 0"))
     contour, where = read(labels[0])
     path = moved_aside(contour, radius + q[3], where > 0) if where else contour
     way = FlatCutter(ip)

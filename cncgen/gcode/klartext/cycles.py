@@ -10,16 +10,17 @@ import math
 from collections.abc import Callable, Sequence
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import CYCLE_CALL, Block
-from cncgen.gcode.codes.plain_language import Plain, tell_no_depth
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.places import in_rows, on_circle
+from cncgen.gcode.codes.plain_language import Plain
+from cncgen.gcode.codes.steps import MOST, steps_of
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import contour_cycles, finishing, programs, slots, studs, threads
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.plain_language import words_of
 
-_MOST_STEPS = 10_000
 #: How far cycle 202 steps off the wall, mm, and by Q214 where to.
 _OFF = 0.2
 #: The angle of the point of a centring tool, degrees, where its diameter says how deep it goes.
@@ -27,25 +28,39 @@ _POINT_DEG = 90.0
 _WAYS = {0: 0j, 1: -1 + 0j, 2: -1j, 3: 1 + 0j, 4: 1j}
 
 
-def _bore(cycle: HoleCycle) -> None:
-    """202: in, off the wall by 0.2 mm where Q214 says so, out at Q208."""
-    q = cycle.q
-    way = _WAYS.get(round(q[214]))
-    if way is None:
-        raise BlockError(
-            "cycle-words",
-            f"Q214 = {q[214]:g} of cycle 202 is not within 0 to 4",
-            "CYCL",
-            hint="0 stays, 1 to 4 are X- Y- X+ Y+",
-        )
-    cycle.go(cycle.start, rapid=True)
-    cycle.feed(q[206], "Q206")
+def _drill(cycle: HoleCycle) -> None:
+    """200: in infeeds of Q202, out after each for Q210 and back to Q200 above it; upwards where the depth Q201 is above 0."""
+    q, way = cycle.q, math.copysign(1.0, cycle.q[201])
+    makes, hint = f"Q202 = {q[202]:g} makes {{}} infeeds", "Q202 is the depth of one infeed"
+    cycle.begin()
+    count = steps_of(abs(q[201]), abs(q[202]), "CYCL", makes, hint)
+    for k in range(1, count):
+        depth = q[203] + way * abs(q[202]) * k
+        cycle.go(depth, rapid=False)
+        cycle.go(cycle.start, rapid=True)
+        cycle.dwell(q[210])
+        cycle.go(depth + q[200], rapid=True)
     cycle.go(cycle.bottom, rapid=False)
     cycle.dwell(q[211])
+    cycle.end()
+
+
+def _ream(cycle: HoleCycle) -> None:
+    """201: in at Q206, wait Q211, out at Q208."""
+    cycle.drill()
+    cycle.out()
+    cycle.end()
+
+
+def _bore(cycle: HoleCycle) -> None:
+    """202: in, off the wall by 0.2 mm where Q214 says so, out at Q208."""
+    number = cycle.q[214]
+    message, hint = f"Q214 = {number:g} of cycle 202 is not within 0 to 4", "0 stays, 1 to 4 are X- Y- X+ Y+"
+    refuse("CYCL", (round(number) not in _WAYS, "cycle-words", message, hint))
+    cycle.drill()
     place = cycle.place()
-    cycle.to(place + _OFF * way, rapid=True)
-    cycle.feed(q[208] or q[206], "Q208")
-    cycle.go(cycle.start, rapid=False)
+    cycle.to(place + _OFF * _WAYS[round(number)], rapid=True)
+    cycle.out()
     cycle.end()
     cycle.to(place, rapid=True)
 
@@ -53,15 +68,9 @@ def _bore(cycle: HoleCycle) -> None:
 def _steps(cycle: HoleCycle, begin: float | None = None) -> list[float]:
     """Return the depths of 203 and 205 from the surface, or a start, on: Q202, less by Q212 each time, at least Q205."""
     q, depths, at = cycle.q, list[float](), cycle.q[203] if begin is None else begin
-    step = abs(q[202]) or abs(q[201])
+    step, many = abs(q[202]) or abs(q[201]), f"Q202 = {q[202]:g} makes more than {MOST} infeeds"
     while at > cycle.bottom:
-        if len(depths) >= _MOST_STEPS:
-            raise BlockError(
-                "cycle-infeed",
-                f"Q202 = {q[202]:g} makes more than {_MOST_STEPS} infeeds",
-                "CYCL",
-                hint="Q202 is the depth of one infeed",
-            )
+        refuse("CYCL", (len(depths) >= MOST, "cycle-infeed", many, "Q202 is the depth of one infeed"))
         at = max(cycle.bottom, at - step)
         depths.append(at)
         step = max(step - abs(q[212]), abs(q[205]) or 1e-3) if q[212] else step
@@ -71,11 +80,6 @@ def _steps(cycle: HoleCycle, begin: float | None = None) -> list[float]:
 def _universal(cycle: HoleCycle) -> None:
     """203: as 200, with smaller and smaller infeeds, Q213 chip breaks of Q256 before the tool goes out, out at Q208 (0: at Q206)."""
     q = cycle.q
-
-    def out() -> None:
-        cycle.feed(q[208] or q[206], "Q208")
-        cycle.go(cycle.start, rapid=False)
-
     cycle.go(cycle.start, rapid=True)
     breaks = round(q[213])
     for depth in _steps(cycle):
@@ -88,11 +92,11 @@ def _universal(cycle: HoleCycle) -> None:
             cycle.go(depth + abs(q[256]), rapid=False)
             continue
         breaks = round(q[213])
-        out()
+        cycle.out()
         cycle.dwell(q[210])
         cycle.go(depth + q[200], rapid=True)
     cycle.dwell(q[211])
-    out()
+    cycle.out()
     cycle.end()
 
 
@@ -105,9 +109,9 @@ def _peck(cycle: HoleCycle) -> None:
     depths, at = _steps(cycle), q[203]
     if q[379]:
         at = q[203] - q[379]
-        if not cycle.bottom < at < q[203]:
-            message = f"the start Q379 = {q[379]:g} of cycle 205 is not between the surface and the depth Q201 = {q[201]:g}"
-            raise BlockError("cycle-words", message, "CYCL", hint="Q379 is how deep the hole is already")
+        message = f"the start Q379 = {q[379]:g} of cycle 205 is not between the surface and the depth Q201 = {q[201]:g}"
+        hint = "Q379 is how deep the hole is already"
+        refuse("CYCL", (not cycle.bottom < at < q[203], "cycle-words", message, hint))
         depths = _steps(cycle, at)
         cycle.feed(q[253], "Q253")
         cycle.go(at + min(0.2 * q[379], q[200]), rapid=False)
@@ -127,17 +131,14 @@ def _peck(cycle: HoleCycle) -> None:
 
 def _tap(cycle: HoleCycle) -> None:
     """207: in and out in step with the spindle, Q239 a revolution (below 0: left)."""
-    ip, pitch = cycle.ip, cycle.q[239]
-    if not pitch:
-        raise BlockError(
-            "pitch-missing", "cycle 207 has no pitch: Q239 = 0", "CYCL", hint="Q239 is the pitch"
-        )
-    if ip.state.speed <= 0.0:
-        raise BlockError(
-            "spindle-stopped", "cycle 207 has no speed of the spindle", "CYCL", hint="TOOL CALL 5 Z S500"
-        )
+    pitch, speed = cycle.q[239], cycle.ip.state.speed
+    refuse(
+        "CYCL",
+        (not pitch, "pitch-missing", "cycle 207 has no pitch: Q239 = 0", "Q239 is the pitch"),
+        (speed <= 0.0, "spindle-stopped", "cycle 207 has no speed of the spindle", "TOOL CALL 5 Z S500"),
+    )
     cycle.go(cycle.start, rapid=True)
-    cycle.feed(abs(pitch) * ip.state.speed, "Q239 S")
+    cycle.feed(abs(pitch) * speed, "Q239 S")
     cycle.go(cycle.bottom, rapid=False)
     cycle.go(cycle.start, rapid=False)
     cycle.end()
@@ -148,32 +149,17 @@ def _bore_milling(cycle: HoleCycle) -> None:
     ip, q = cycle.ip, cycle.q
     tool = ip.cutting_radius(cycle.name, q[335] / 2.0)
     radius = q[335] / 2.0 - tool
-    if radius <= 0.0:
-        raise BlockError(
-            "cycle-tool",
-            f"Q335 = {q[335]:g} is not above the tool's diameter, {2.0 * tool:g}",
-            "CYCL",
-            hint="cycle 200 drills",
-        )
-    if q[334] <= 0.0:
-        raise BlockError(
-            "cycle-infeed",
-            f"Q334 = {q[334]:g}, the depth of a turn, must be above 0",
-            "CYCL",
-            hint="each turn of the helix goes deeper by Q334",
-        )
-    middle = cycle.place()
-    sense = -1 if q[351] < 0.0 else 1
-    turns = math.ceil((cycle.start - cycle.bottom) / q[334] - 1e-9)
-    if turns > _MOST_STEPS:
-        raise BlockError(
-            "cycle-infeed",
-            f"Q334 = {q[334]:g} makes {turns} turns",
-            "CYCL",
-            hint="Q334 is the depth of one turn",
-        )
-    cycle.go(cycle.start, rapid=True)
-    cycle.feed(q[206], "Q206")
+    narrow = f"Q335 = {q[335]:g} is not above the tool's diameter, {2.0 * tool:g}"
+    flat = f"Q334 = {q[334]:g}, the depth of a turn, must be above 0"
+    refuse(
+        "CYCL",
+        (radius <= 0.0, "cycle-tool", narrow, "cycle 200 drills"),
+        (q[334] <= 0.0, "cycle-infeed", flat, "each turn of the helix goes deeper by Q334"),
+    )
+    middle, sense = cycle.place(), -1 if q[351] < 0.0 else 1
+    makes, hint = f"Q334 = {q[334]:g} makes {{}} turns", "Q334 is the depth of one turn"
+    turns = steps_of(cycle.start - cycle.bottom, q[334], "CYCL", makes, hint)
+    cycle.begin()
     cycle.to(middle + radius)
     for count in (turns, 1):
         cycle.arc(middle + radius, middle, sense * count, cycle.bottom)
@@ -207,10 +193,7 @@ def _centre(cycle: HoleCycle) -> None:
         message = f"cycle 240 takes the depth {depth:g} from the diameter Q344 = {cycle.q[344]:g} for a point of {_POINT_DEG:g} degrees"
         hint = "Q343=0 with the depth Q201 leaves no doubt: the tool table has no angle of a point"
         cycle.ip.warn_once(BlockError("tool-assumed", message, "CYCL", hint=hint), Severity.WARNING)
-    cycle.go(cycle.start, rapid=True)
-    cycle.feed(cycle.q[206], "Q206")
-    cycle.go(cycle.bottom, rapid=False)
-    cycle.dwell(cycle.q[211])
+    cycle.drill()
     cycle.go(cycle.start, rapid=True)
     cycle.end()
 
@@ -219,25 +202,23 @@ def _levels(number: int, q: Sequence[float]) -> tuple[float, float] | None:
     """Return surface and depth of a cycle that has them from other parameters than Q203 and Q201.
 
     204 has them from the part's thickness, 240 with Q343 = 1 from where the point is as wide as Q344. The angle of the point is T-ANGLE of
-    the control's tool table, which the table here does not have.
+    the control's tool table, which the table here does not have. 200 and 201 go upwards too.
     """
     if number == 204:
         return q[203], -q[250]
+    if number in (200, 201) and q[201]:
+        return q[203], q[201]
     if number != 240 or not round(q[343]):
         return None
-    if not q[344]:
-        message = "Q343 = 1 of cycle 240 takes the depth from the diameter Q344, which is 0"
-        raise BlockError("cycle-words", message, "CYCL", hint="Q343=0 takes the depth Q201")
+    message = "Q343 = 1 of cycle 240 takes the depth from the diameter Q344, which is 0"
+    refuse("CYCL", (not q[344], "cycle-words", message, "Q343=0 takes the depth Q201"))
     return q[203], -abs(q[344]) / 2.0 / math.tan(math.radians(_POINT_DEG / 2.0))
 
 
 def _tap_floating(cycle: HoleCycle) -> None:
     """206: in at Q206, wait Q211, out at Q206 with the spindle turning back."""
-    q, ip = cycle.q, cycle.ip
-    cycle.go(cycle.start, rapid=True)
-    cycle.feed(q[206], "Q206")
-    cycle.go(cycle.bottom, rapid=False)
-    cycle.dwell(q[211])
+    ip = cycle.ip
+    cycle.drill()
     ip.sink.set_spindle(ip.state.speed, -ip.state.direction)
     cycle.go(cycle.start, rapid=False)
     ip.sink.set_spindle(ip.state.speed, ip.state.direction)
@@ -300,11 +281,13 @@ def take_part(ip: Interpreter, number: int, part: int, text: str) -> None:
 def _old(ip: Interpreter, number: int) -> None:
     """1 pecks, 2 taps with a floating chuck, 17 taps in step with the spindle, 3 to 5 clear a slot or a pocket: from where the tool is,
     the set-up clearance above. 18 cuts a thread from there on."""
-    names, parts = _OLD[number], Plain.of(ip).parts
-    missing = [f"{number}.{k} {names[k - 1]}" for k in range(1, len(names) + 1) if names[k - 1] not in parts]
-    if missing:
-        message = f"cycle {number} has no {missing[0]}"
-        raise BlockError("cycle-words", message, "CYCL", hint=f"CYCL DEF {missing[0]} gives it")
+    parts = Plain.of(ip).parts
+    for k, name in enumerate(_OLD[number], 1):
+        part = f"{number}.{k} {name}"
+        refuse(
+            "CYCL",
+            (name not in parts, "cycle-words", f"cycle {number} has no {part}", f"CYCL DEF {part} gives it"),
+        )
     values = {"RADIUS": 0.0, "FIRST": 0.0, **parts}
     if number == _THREAD:
         _cut_thread(ip, values["DEPTH"], values["PITCH"])
@@ -331,11 +314,9 @@ def _old(ip: Interpreter, number: int) -> None:
 
 def _cut_thread(ip: Interpreter, depth: float, pitch: float) -> None:
     """18: to a depth from where the tool is, in step with the spindle, which then stands; ways to and from it are the program's."""
-    if not depth or not pitch or ip.state.speed <= 0.0:
-        message = f"cycle 18 has DEPTH = {depth:g}, PITCH = {pitch:g} and a spindle of S{ip.state.speed:g}"
-        raise BlockError(
-            "cycle-words", message, "CYCL", hint="DEPTH below 0 leads downwards; TOOL CALL gives S"
-        )
+    wrong = not depth or not pitch or ip.state.speed <= 0.0
+    message = f"cycle 18 has DEPTH = {depth:g}, PITCH = {pitch:g} and a spindle of S{ip.state.speed:g}"
+    refuse("CYCL", (wrong, "cycle-words", message, "DEPTH below 0 leads downwards; TOOL CALL gives S"))
     end = ip.state.position.copy()
     end[Z] += depth
     turn = 1 if (depth < 0.0) == (pitch > 0.0) else -1
@@ -367,13 +348,11 @@ def _back_bore(cycle: HoleCycle) -> None:
     below by Q249."""
     q = cycle.q
     way = _WAYS.get(round(q[214]))
-    if not way or min(q[249], q[250]) <= 0.0:
-        message = f"Q214 = {q[214]:g}, Q249 = {q[249]:g} and Q250 = {q[250]:g} do not make cycle 204"
-        raise BlockError(
-            "cycle-words", message, "CYCL", hint="Q214 is 1 to 4: X- Y- X+ Y+; depths are above 0"
-        )
+    message = f"Q214 = {q[214]:g}, Q249 = {q[249]:g} and Q250 = {q[250]:g} do not make cycle 204"
+    wrong, hint = not way or min(q[249], q[250]) <= 0.0, "Q214 is 1 to 4: X- Y- X+ Y+; depths are above 0"
+    refuse("CYCL", (wrong, "cycle-words", message, hint))
     middle = cycle.place()
-    beside = middle + q[251] * way
+    beside = middle + q[251] * (way or 0j)
     below = q[203] - q[250] - q[252]
     cycle.go(cycle.start, rapid=True)
     cycle.to(beside, rapid=True)
@@ -408,24 +387,22 @@ def _single_lip(cycle: HoleCycle) -> None:
     cycle.dwell(q[211])
     if q[427] > 0.0:
         ip.sink.set_spindle(q[427], turn)
-    cycle.feed(q[208] or q[206], "Q208")
-    cycle.go(cycle.start, rapid=False)
+    cycle.out()
     cycle.end()
 
 
 _RUN: dict[int, Callable[[HoleCycle], None]] = {
-    202: _bore, 203: _universal, 204: _back_bore, 241: _single_lip, 254: slots.bows, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling, 209: _tap_breaking, 240: _centre, 251: _rectangle, 252: _round, 253: _slot, **threads.RUN, **finishing.RUN,
+    200: _drill, 201: _ream, 202: _bore, 203: _universal, 204: _back_bore, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling,
+    209: _tap_breaking, 240: _centre, 241: _single_lip, 251: _rectangle, 252: _round, 253: _slot, 254: slots.bows, **threads.RUN, **finishing.RUN,
 }  # fmt: skip
-#: Cycles that are run by the interpreter's own code, and patterns, which run at once.
-_OWN, PATTERNS = (200, 201), (220, 221)
+#: Patterns, which run at once.
+PATTERNS = (220, 221)
 _CONTOURS = (*contour_cycles.RUN, contour_cycles.TRAIN)
-READ = tuple(
-    sorted((*_OLD, *_RUN, *_OWN, programs.CYCLE, *studs.RUN, *PATTERNS, *contour_cycles.DATA, *_CONTOURS))
-)
+READ = tuple(sorted((*_OLD, *_RUN, programs.CYCLE, *studs.RUN, *PATTERNS, *contour_cycles.DATA, *_CONTOURS)))
 
 
 #: Cycles that do nothing without a depth Q201.
-_NO_DEPTH = (202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 240, 241, 251, 252, 253, 254, 256, 257, 262, 265, 267)  # fmt: skip
+_NO_DEPTH = (200, 201, 202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 240, 241, 251, 252, 253, 254, 256, 257, 262, 265, 267)  # fmt: skip
 
 
 #: The cycle in force after one that is not read, whose calls tell nothing more.
@@ -484,13 +461,16 @@ def call(ip: Interpreter, here: Block) -> None:
     elif number in _OLD:
         _old(ip, number)
     elif (levels := _levels(number, q)) is None and number in _NO_DEPTH and q[201] == 0.0:
-        tell_no_depth(ip, number)
+        # "If you program the depth = 0, the cycle will not be executed."
+        message = f"cycle {number} has the depth Q201 = 0: it is not made"
+        ip.warn(BlockError("cycle-depth", message, "CYCL", hint="Q201 is below 0"), Severity.WARNING)
     elif number in _RUN:
         _RUN[number](HoleCycle(ip, f"cycle {number}", levels))
     elif number in studs.RUN:
         studs.RUN[number](ip, f"cycle {number}")
     else:
-        ip.execute(Block({}, (CYCLE_CALL,), (), None, here.source, here.line, here.offset))
+        hint = "CYCL DEF gives it before"
+        raise BlockError("cycle-missing", "no cycle to call", "M99", hint=hint)
 
 
 def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
@@ -498,36 +478,23 @@ def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
 
     From one place to the next the tool goes at the set-up clearance (Q301 = 0) or at the second one (1).
     """
-    if not cycle:
-        raise BlockError(
-            "cycle-missing",
-            f"cycle {number} has no cycle that it calls",
-            "CYCL",
-            hint="CYCL DEF 200 stands before",
-        )
     q = ip.parameters.numbers
     columns, lines = (q[241], 1.0) if number == 220 else (q[242], q[243])
-    if not (columns >= 0.5 and lines >= 0.5 and columns * lines <= _MOST_STEPS):
-        raise BlockError(
-            "cycle-repeats",
-            f"cycle {number} has {columns * lines:g} places",
-            "CYCL",
-            hint="Q241, or Q242 and Q243, count them",
-        )
+    counted = columns >= 0.5 and lines >= 0.5 and columns * lines <= MOST
+    refuse(
+        "CYCL",
+        (not cycle, "cycle-missing", f"cycle {number} has no cycle that it calls", "CYCL DEF 200 stands before"),
+        (not counted, "cycle-repeats", f"cycle {number} has {columns * lines:g} places", "Q241, or Q242 and Q243, count them"),
+    )  # fmt: skip
     across, down = round(columns), round(lines)
     if number == 220:
         # The stopping angle is that of the last place, but of a whole circle.
         whole = abs(q[246] - q[245]) >= 360.0
         step = q[247] or (q[246] - q[245]) / max(1, across if whole else across - 1)
-        turn = [math.radians(q[245] + k * step) for k in range(across)]
-        places = [complex(q[216], q[217]) + cmath.rect(q[244] / 2.0, angle) for angle in turn]
+        places = on_circle(complex(q[216], q[217]), q[244] / 2.0, q[245], step, across)
     else:
         way = cmath.rect(1.0, math.radians(q[224]))
-        origin = complex(q[225], q[226])
-        order = [
-            (k if line % 2 == 0 else across - 1 - k, line) for line in range(down) for k in range(across)
-        ]
-        places = [origin + way * complex(k * q[237], line * q[238]) for k, line in order]
+        places = in_rows(complex(q[225], q[226]), way * q[237], way * 1j * q[238], across, down)
     Plain.of(ip).cycle = cycle
     second = q[204]
     for k, place in enumerate(places):

@@ -10,7 +10,7 @@ import cmath
 import math
 
 from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, PocketPath
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds, infeeds
 
 _TINY = 1e-9
@@ -21,11 +21,11 @@ _BESIDE = 3.5
 def _radius(cycle: HoleCycle, half: float = math.inf) -> float:
     """Return the radius of the tool."""
     radius = cycle.ip.cutting_radius(cycle.name, half)
-    if not 0.0 < radius <= half + _TINY:
-        message = f"{cycle.name} is {2.0 * half:g} wide, and the tool has the diameter {2.0 * radius:g}"
-        if half == math.inf:
-            message = f"{cycle.name} goes along a wall at the radius of the tool, which has none"
-        raise BlockError("cycle-tool", message, "CYCL", hint="--tool-table gives the diameter of the tool")
+    message = f"{cycle.name} is {2.0 * half:g} wide, and the tool has the diameter {2.0 * radius:g}"
+    if half == math.inf:
+        message = f"{cycle.name} goes along a wall at the radius of the tool, which has none"
+    wrong, hint = not 0.0 < radius <= half + _TINY, "--tool-table gives the diameter of the tool"
+    refuse("CYCL", (wrong, "cycle-tool", message, hint))
     return radius
 
 
@@ -37,9 +37,8 @@ def _finish(cycle: HoleCycle, wall: Pocket, allowance: float, outside: bool) -> 
     q, radius = cycle.q, _radius(cycle, math.inf if outside else min(wall.length, wall.width))
     levels = infeeds(q[203], cycle.bottom, abs(q[202]), cycle.name)
     check_feeds(cycle)
-    how = Clearing(
-        -radius if outside else radius, 1.0, levels, cycle.start, q[207], q[206], -1 if outside else 1
-    )
+    reach, sense = (-radius, -1) if outside else (radius, 1)
+    how = Clearing(reach, 1.0, levels, cycle.start, q[207], q[206], sense)
     path = PocketPath(cycle.ip, wall, how)
     edge = path.begin(0.0)
     if outside:
@@ -133,12 +132,13 @@ def _slot_width(cycle: HoleCycle) -> tuple[float, float]:
     q = cycle.q
     half = abs(q[219]) / 2.0
     radius = _radius(cycle, half)
-    if half > 3.0 * radius + _TINY or round(q[215]) not in (0, 1, 2):
-        message = f"{cycle.name} has Q215 = {q[215]:g} and the width {2.0 * half:g} for a tool of diameter {2.0 * radius:g}"
-        hint = "Q215 is 0, 1 or 2; the tool is a third of the width or more"
-        raise BlockError("cycle-tool", message, "CYCL", hint=hint)
-    if q[207] <= 0.0:
-        raise BlockError("feed-missing", f"{cycle.name} has no feed: Q207 = 0", "CYCL", hint="Q207 mills")
+    wrong = half > 3.0 * radius + _TINY or round(q[215]) not in (0, 1, 2)
+    message = f"{cycle.name} has Q215 = {q[215]:g} and the width {2.0 * half:g} for a tool of diameter {2.0 * radius:g}"
+    refuse(
+        "CYCL",
+        (wrong, "cycle-tool", message, "Q215 is 0, 1 or 2; the tool is a third of the width or more"),
+        (q[207] <= 0.0, "feed-missing", f"{cycle.name} has no feed: Q207 = 0", "Q207 mills"),
+    )
     return half, radius
 
 
@@ -211,9 +211,8 @@ def slot(cycle: HoleCycle) -> None:
     half, radius = _slot_width(cycle)
     turn, side = cmath.rect(1.0, math.radians(q[224])), half - radius
     reach = abs(q[218]) / 2.0 - half
-    if reach < 0.0:
-        message = f"{cycle.name} is {abs(q[218]):g} long and {2.0 * half:g} wide"
-        raise BlockError("cycle-words", message, "CYCL", hint="Q218 is the length, Q219 the width")
+    message = f"{cycle.name} is {abs(q[218]):g} long and {2.0 * half:g} wide"
+    refuse("CYCL", (reach < 0.0, "cycle-words", message, "Q218 is the length, Q219 the width"))
     begin, end = _middle(cycle) - reach * turn, _middle(cycle) + reach * turn
     _slot_begins(cycle, begin)
     if round(q[215]) != 2:
@@ -231,13 +230,12 @@ def bow(cycle: HoleCycle) -> None:
     q = cycle.q
     half, radius = _slot_width(cycle)
     side, ring = half - radius, abs(q[244]) / 2.0
-    if ring < half or not 0.0 < abs(q[248]) < 360.0:
-        message = (
-            f"{cycle.name} is {2.0 * half:g} wide on a circle of {2.0 * ring:g}, over {q[248]:g} degrees"
-        )
-        raise BlockError(
-            "cycle-words", message, "CYCL", hint="Q244 is the diameter of the middle line, Q248 the angle"
-        )
+    wrong, hint = (
+        ring < half or not 0.0 < abs(q[248]) < 360.0,
+        "Q244 is the diameter of the middle line, Q248 the angle",
+    )
+    message = f"{cycle.name} is {2.0 * half:g} wide on a circle of {2.0 * ring:g}, over {q[248]:g} degrees"
+    refuse("CYCL", (wrong, "cycle-words", message, hint))
     along = Bow(_middle(cycle), ring, *sorted((q[245], q[245] + q[248])))
     begin, end = along.place(ring, along.begin), along.place(ring, along.end)
     _slot_begins(cycle, begin)

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
-
 from cncgen.gcode.codes.flat_cutter import FlatCutter
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.steps import steps_of
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.toolpath.record import Event
 
 Z = 2
 #: A feed that cycles are given as MAX, or above which they mean it, mm a minute.
 FASTEST = 99_999.0
-#: Infeeds beyond which their depth counts as a mistake.
-_MOST = 10_000
 
 
 def infeeds(surface: float, bottom: float, step: float, name: str, word: str = "Q202") -> tuple[float, ...]:
@@ -22,19 +19,16 @@ def infeeds(surface: float, bottom: float, step: float, name: str, word: str = "
     Raises:
         BlockError: They are too many.
     """
-    count = max(1, math.ceil((surface - bottom) / step - 1e-9)) if step > 0.0 else 1
-    if count > _MOST:
-        message = f"{word} = {step:g} makes {count} infeeds of {name}"
-        raise BlockError("cycle-infeed", message, "CYCL", hint=f"{word} is the depth of one infeed")
+    makes, hint = f"{word} = {step:g} makes {{}} infeeds of {name}", f"{word} is the depth of one infeed"
+    count = steps_of(surface - bottom, step, "CYCL", makes, hint)
     return (*(surface - k * step for k in range(1, count)), bottom)
 
 
 def check_feeds(cycle: HoleCycle) -> None:
     """Raise where a milling cycle has no feed."""
     q = cycle.q
-    if min(q[206], q[207]) <= 0.0:
-        message = f"{cycle.name} has no feed: Q207 = {q[207]:g}, Q206 = {q[206]:g}"
-        raise BlockError("feed-missing", message, "CYCL", hint="Q207 mills, Q206 plunges")
+    message = f"{cycle.name} has no feed: Q207 = {q[207]:g}, Q206 = {q[206]:g}"
+    refuse("CYCL", (min(q[206], q[207]) <= 0.0, "feed-missing", message, "Q207 mills, Q206 plunges"))
 
 
 class HoleCycle(FlatCutter):
@@ -51,13 +45,8 @@ class HoleCycle(FlatCutter):
         surface, depth = levels or (q[203], q[201])
         self.start, self.bottom = surface + q[200], surface + depth
         self.back = max(self.start, surface + q[204])
-        if depth >= 0.0 and levels is None:
-            raise BlockError(
-                "cycle-depth",
-                f"the depth of {name}, Q201 = {q[201]:g}, does not lead downwards",
-                "CYCL",
-                hint="Q201 is below 0",
-            )
+        message = f"the depth of {name}, Q201 = {q[201]:g}, does not lead downwards"
+        refuse("CYCL", (depth >= 0.0 and levels is None, "cycle-depth", message, "Q201 is below 0"))
 
     def go(self, z: float, *, rapid: bool) -> None:
         """Go to a height."""
@@ -65,21 +54,31 @@ class HoleCycle(FlatCutter):
 
     def feed(self, feed: float, what: str = "") -> None:
         """Take a feed."""
-        if feed <= 0.0:
-            raise BlockError(
-                "feed-missing",
-                f"the feed of {self.name}, {what} = {feed:g}, is not above 0",
-                "CYCL",
-                hint=f"{what} is mm a minute",
-            )
+        message = f"the feed of {self.name}, {what} = {feed:g}, is not above 0"
+        refuse("CYCL", (feed <= 0.0, "feed-missing", message, f"{what} is mm a minute"))
         super().feed(feed)
+
+    def begin(self) -> None:
+        """Traverse to the set-up clearance, and take the feed downwards, Q206."""
+        self.go(self.start, rapid=True)
+        self.feed(self.q[206], "Q206")
+
+    def drill(self) -> None:
+        """Go from the set-up clearance to the bottom, and wait Q211."""
+        self.begin()
+        self.go(self.bottom, rapid=False)
+        self.dwell(self.q[211])
+
+    def out(self) -> None:
+        """Go to the set-up clearance at Q208, where that is 0 at Q206."""
+        self.feed(self.q[208] or self.q[206], "Q208")
+        self.go(self.start, rapid=False)
 
     def down(self, at: float, depth: float, out: float | None = None) -> None:
         """Go from a depth down to another one, back by Q256, or out to a height, after each Q257 to break the chip."""
         q = self.q
-        if q[257] > 0.0 and (at - depth) / q[257] > _MOST:
-            message = f"Q257 = {q[257]:g} makes more than {_MOST} chip breaks"
-            raise BlockError("cycle-infeed", message, "CYCL", hint="Q257 is the way to the next chip break")
+        makes, hint = f"Q257 = {q[257]:g} makes {{}} chip breaks", "Q257 is the way to the next chip break"
+        steps_of(at - depth, q[257], "CYCL", makes, hint)
         while q[257] > 0.0 and at - q[257] > depth:
             at -= q[257]
             self.go(at, rapid=False)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 from cncgen.gcode.block import Value
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.places import in_rows, on_circle
+from cncgen.gcode.codes.steps import MOST
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.klartext import tables
 
-_MOST = 10_000
 _NAMES = ("NUMX", "NUMY", "NUM", "ROTX", "ROTY", "ROT", "START", "STEP", "DX", "DY", "D", "X", "Y", "Z")
 #: Words that each kind must have.
 _NEEDS = {"POS": "X Y", "ROW": "X Y D NUM", "PAT": "X Y DX DY NUMX NUMY", "FRAME": "X Y DX DY NUMX NUMY", "CIRC": "X Y D NUM", "PITCHCIRC": "X Y D STEP NUM"}  # fmt: skip
@@ -40,9 +41,8 @@ def places(parts: Sequence[tuple[str, dict[str, Value]]], now: Callable[[Value],
             message = f"{kind} of PATTERN DEF has no {missing[0]}"
             raise BlockError("cycle-words", message, "PATTERN", hint=f"{kind} has {_NEEDS[kind]}")
         found += [(place, words.get("Z", 0.0)) for place in _of_kind(kind, words)]
-        if len(found) > _MOST:
-            message = f"PATTERN DEF has more than {_MOST} places"
-            raise BlockError("cycle-repeats", message, "PATTERN", hint="NUM counts them")
+        many = f"PATTERN DEF has more than {MOST} places"
+        refuse("PATTERN", (len(found) > MOST, "cycle-repeats", many, "NUM counts them"))
     return found
 
 
@@ -56,25 +56,16 @@ def of_table(text: str, name: str) -> list[Place]:
     return [(complex(row.get("X", 0.0), row.get("Y", 0.0)), row.get("Z", 0.0)) for row in rows]
 
 
-def _of_kind(kind: str, words: dict[str, float]) -> Iterator[complex]:
+def _of_kind(kind: str, words: dict[str, float]) -> list[complex]:
     first = complex(words["X"], words["Y"])
     across, down = words.get("NUMX", words.get("NUM", 1.0)), words.get("NUMY", 1.0)
-    if not (across >= 1.0 and down >= 1.0 and across * down <= _MOST):
-        message = f"{kind} of PATTERN DEF has {across:g} by {down:g} places"
-        raise BlockError("cycle-repeats", message, "PATTERN", hint="NUM, or NUMX and NUMY, count them")
+    counted = across >= 1.0 and down >= 1.0 and across * down <= MOST
+    message = f"{kind} of PATTERN DEF has {across:g} by {down:g} places"
+    refuse("PATTERN", (not counted, "cycle-repeats", message, "NUM, or NUMX and NUMY, count them"))
     if kind in ("CIRC", "PITCHCIRC"):
         step = words["STEP"] if kind == "PITCHCIRC" else 360.0 / round(across)
-        for k in range(round(across)):
-            yield first + cmath.rect(words["D"] / 2.0, math.radians(words.get("START", 0.0) + k * step))
-        return
-    turn = words.get("ROT", 0.0)
-    along = words.get("DX", words.get("D", 0.0)) * cmath.rect(
-        1.0, math.radians(turn + words.get("ROTX", 0.0))
-    )
+        return on_circle(first, words["D"] / 2.0, words.get("START", 0.0), step, round(across))
+    turn, length = words.get("ROT", 0.0), words.get("DX", words.get("D", 0.0))
+    along = cmath.rect(1.0, math.radians(turn + words.get("ROTX", 0.0))) * length
     aside = words.get("DY", 0.0) * cmath.rect(1.0, math.radians(90.0 + turn + words.get("ROTY", 0.0)))
-    columns, rows = round(across), round(down)
-    for row in range(rows):
-        # Rows are visited to and fro.
-        for column in range(columns) if row % 2 == 0 else range(columns - 1, -1, -1):
-            if kind != "FRAME" or row in (0, rows - 1) or column in (0, columns - 1):
-                yield first + column * along + row * aside
+    return in_rows(first, along, aside, round(across), round(down), frame=kind == "FRAME")

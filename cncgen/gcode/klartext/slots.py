@@ -10,12 +10,11 @@ import math
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.steps import MOST
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import finishing
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds, infeeds
-
-_MOST = 10_000
 
 
 def pocket(
@@ -29,9 +28,9 @@ def pocket(
     step, sense = (q[370] or 1.0) * tool, -1 if q[351] < 0.0 else 1
     wall = Pocket(middle, length / 2.0, width / 2.0, corner, angle)
     if roughs:
-        inside = Pocket(middle, length / 2.0 - side, width / 2.0 - side, max(corner - side, 0.0), angle)
         levels = infeeds(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
-        clear(ip, inside, Clearing(tool, step, levels, cycle.start, q[207], q[206], sense), cycle.name)
+        how = Clearing(tool, step, levels, cycle.start, q[207], q[206], sense)
+        clear(ip, wall.within(side), how, cycle.name)
     if finishes and side > 0.0:
         levels = infeeds(q[203], cycle.bottom, abs(q[338]), cycle.name, "Q338")
         how = Clearing(tool, step, levels, cycle.start, q[385] or q[207], q[206], sense)
@@ -78,15 +77,15 @@ def works(cycle: HoleCycle) -> tuple[bool, bool, float, float]:
     """
     q, kind = cycle.q, round(cycle.q[215])
     check_feeds(cycle)
-    if kind not in (0, 1, 2):
-        message = f"Q215 = {q[215]:g} of {cycle.name} is not 0, 1 or 2"
-        raise BlockError("cycle-words", message, "CYCL", hint="0 roughs and finishes, 1 roughs, 2 finishes")
+    message = f"Q215 = {q[215]:g} of {cycle.name} is not 0, 1 or 2"
+    refuse(
+        "CYCL", (kind not in (0, 1, 2), "cycle-words", message, "0 roughs and finishes, 1 roughs, 2 finishes")
+    )
     side, floor = max(q[368], 0.0), max(q[369], 0.0)
     if kind == 2 and not side and not floor:
         message = f"{cycle.name} finishes (Q215 = 2) and has no allowance Q368 or Q369: it is not made"
-        cycle.ip.warn(
-            BlockError("cycle-idle", message, "CYCL", hint="allowances say what is left"), Severity.WARNING
-        )
+        idle = BlockError("cycle-idle", message, "CYCL", hint="allowances say what is left")
+        cycle.ip.warn(idle, Severity.WARNING)
     return kind != 2, kind != 1, side, floor
 
 
@@ -98,10 +97,9 @@ def bows(cycle: HoleCycle) -> None:
     q, ip, tool = cycle.q, cycle.ip, cycle.ip.cutting_radius(cycle.name, cycle.q[219] / 2.0)
     roughs, finishes, side, floor = works(cycle)
     count = round(q[377] or 1.0)
-    if not 1 <= count <= _MOST or not 0.0 < abs(q[248]) <= 360.0:
-        message = f"Q377 = {q[377]:g} or Q248 = {q[248]:g} of {cycle.name} makes no slot"
-        hint = "Q377 counts the slots, Q248 is the angle of one"
-        raise BlockError("cycle-words", message, "CYCL", hint=hint)
+    wrong = not 1 <= count <= MOST or not 0.0 < abs(q[248]) <= 360.0
+    message = f"Q377 = {q[377]:g} or Q248 = {q[248]:g} of {cycle.name} makes no slot"
+    refuse("CYCL", (wrong, "cycle-words", message, "Q377 counts the slots, Q248 is the angle of one"))
     middle, start = complex(q[216], q[217]), q[376]
     if round(q[367]) == 2:
         middle = cycle.place() - cmath.rect(q[375] / 2.0, math.radians(q[376]))

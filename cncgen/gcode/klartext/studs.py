@@ -9,35 +9,30 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath
-from cncgen.gcode.codes.steps import levels_of
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.steps import MOST, levels_of, steps_of
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import slots
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds, infeeds
 
 #: The cycle that mills a face from the tool's place on.
 FACE = 233
-_MOST = 10_000
 _TINY = 1e-9
 #: How far beside the blank cycles 256 and 257 go down, mm.
 _BESIDE = 2.0
 
 
 def _radius(ip: Interpreter, name: str) -> float:
-    radius = ip.cutting_radius(name)
-    if radius <= 0.0:
-        message = f"{name} goes around at the radius of the tool, which has none"
-        raise BlockError("cycle-tool", message, "CYCL", hint="--tool-table gives the diameter of the tool")
+    radius, message = ip.cutting_radius(name), f"{name} goes around at the radius of the tool, which has none"
+    refuse("CYCL", (radius <= 0.0, "cycle-tool", message, "--tool-table gives the diameter of the tool"))
     return radius
 
 
 def _count(way: float, step: float, name: str) -> int:
     """Return how many steps a way takes, one at least."""
-    count = max(1, math.ceil(way / step - _TINY)) if step > 0.0 else _MOST + 1
-    if count > _MOST:
-        message = f"{name} makes more than {_MOST} loops or rows"
-        raise BlockError("cycle-infeed", message, "CYCL", hint="Q370 is the step aside in radii of the tool")
-    return count
+    makes, hint = f"{name} makes {{}} loops or rows", "Q370 is the step aside in radii of the tool"
+    refuse("CYCL", (step <= 0.0, "cycle-infeed", f"{name} steps aside by {step:g}", hint))
+    return steps_of(way, step, "CYCL", makes, hint)
 
 
 def _stud(
@@ -47,9 +42,11 @@ def _stud(
     ip, name, q = cycle.ip, cycle.name, cycle.q
     radius, before = _radius(ip, name), cycle.place()
     excess = max(blank.real - size.real, blank.imag - size.imag) / 2.0
-    if min(size.real, size.imag) <= 0.0 or excess < -_TINY:
-        message = f"{name} has a blank of {blank.real:g} by {blank.imag:g} and a stud of {size.real:g} by {size.imag:g}"
-        raise BlockError("cycle-words", message, "CYCL", hint="the blank is not smaller than the stud")
+    wrong = min(size.real, size.imag) <= 0.0 or excess < -_TINY
+    message = (
+        f"{name} has a blank of {blank.real:g} by {blank.imag:g} and a stud of {size.real:g} by {size.imag:g}"
+    )
+    refuse("CYCL", (wrong, "cycle-words", message, "the blank is not smaller than the stud"))
     side, step = q[368], (q[370] or 1.0) * radius
     count = _count(excess - side, step, name)
     # Seen with its length along Y, so that loops begin at the side to the right.
@@ -96,10 +93,10 @@ def face_from_here(ip: Interpreter, name: str) -> None:
     """
     q = ip.parameters.numbers
     way, place = round(q[389]), round(q[367])
-    if way not in range(5) or place not in range(-1, 5) or any(q[limit] for limit in (347, 348, 349)):
-        message = f"Q389 = {way}, Q367 = {place} or walls of {name} (Q347, Q348, Q349) are not read"
-        hint = "Q389 is 0 to 4, Q367 -1 to 4, and Q347 to Q349 are 0"
-        raise BlockError("unsupported-block", message, "CYCL", hint=hint)
+    unread = way not in range(5) or place not in range(-1, 5) or any(q[limit] for limit in (347, 348, 349))
+    message = f"Q389 = {way}, Q367 = {place} or walls of {name} (Q347, Q348, Q349) are not read"
+    hint = "Q389 is 0 to 4, Q367 -1 to 4, and Q347 to Q349 are 0"
+    refuse("CYCL", (unread, "unsupported-block", message, hint))
     back = {0: (0.5, 0.5), 2: (1.0, 0.0), 3: (1.0, 1.0), 4: (0.0, 1.0)}.get(place, (0.0, 0.0))
     x, y = ip.state.position[:2]
     corner = (x - back[0] * q[218], y - back[1] * q[219])
@@ -109,9 +106,9 @@ def face_from_here(ip: Interpreter, name: str) -> None:
 def _face(ip: Interpreter, name: str, corner: tuple[float, float], along: int, way: int) -> None:
     """Mill a face in rows along X (0) or Y (1)."""
     q, radius = ip.parameters.numbers, _radius(ip, name)
-    if way not in (0, 1, 2, *((3,) if name == f"cycle {FACE}" else ())) or q[227] < q[386]:
-        message = f"Q389 = {q[389]:g}, Q227 = {q[227]:g} and Q386 = {q[386]:g} do not make {name}"
-        raise BlockError("cycle-words", message, "CYCL", hint="Q389 is 0, 1 or 2; Q386 lies below Q227")
+    wrong = way not in (0, 1, 2, *((3,) if name == f"cycle {FACE}" else ())) or q[227] < q[386]
+    message = f"Q389 = {q[389]:g}, Q227 = {q[227]:g} and Q386 = {q[386]:g} do not make {name}"
+    refuse("CYCL", (wrong, "cycle-words", message, "Q389 is 0, 1 or 2; Q386 lies below Q227"))
     cycle = HoleCycle(ip, name, (q[227], q[386] - q[227]))
     length, width = (q[218], q[219]) if along == 0 else (q[219], q[218])
     count = _count(abs(width), (q[370] or 1.0) * radius, name)
@@ -157,11 +154,9 @@ def multipass(ip: Interpreter, name: str) -> None:
     """
     q, radius = ip.parameters.numbers, _radius(ip, name)
     count, length, width = round(q[240]), q[218], q[219]
-    if not 1 <= count <= _MOST or length == 0.0 or width == 0.0:
-        message = f"{name} has Q240 = {q[240]:g} rows on a face of {length:g} by {width:g}"
-        raise BlockError(
-            "cycle-infeed", message, "CYCL", hint=f"1 to {_MOST} rows; Q218 and Q219 are the sides"
-        )
+    wrong = not 1 <= count <= MOST or length == 0.0 or width == 0.0
+    message = f"{name} has Q240 = {q[240]:g} rows on a face of {length:g} by {width:g}"
+    refuse("CYCL", (wrong, "cycle-infeed", message, f"1 to {MOST} rows; Q218 and Q219 are the sides"))
     over, across = math.copysign(radius, length), math.copysign(1.0, width)
     ends = (q[225] - over, q[225] + length + over)
     reach = max(abs(width) - 2.0 * radius, 0.0)
@@ -195,11 +190,9 @@ def ruled(ip: Interpreter, name: str) -> None:
     q, lift = ip.parameters.numbers, 2.0 * _radius(ip, name)
     first, second, third, fourth = ([q[225 + 3 * k + axis] for axis in range(3)] for k in range(4))
     count = round(q[240])
-    if not 2 <= count <= _MOST:
-        message = f"Q240 = {q[240]:g} of {name} is not a number of lines from 2 to {_MOST}"
-        raise BlockError(
-            "cycle-infeed", message, "CYCL", hint="the first line joins points 1 and 2, the last one 4 and 3"
-        )
+    message = f"Q240 = {q[240]:g} of {name} is not a number of lines from 2 to {MOST}"
+    hint = "the first line joins points 1 and 2, the last one 4 and 3"
+    refuse("CYCL", (not 2 <= count <= MOST, "cycle-infeed", message, hint))
     cycle = HoleCycle(ip, name, (0.0, 0.0))
 
     def to(place: list[float], *, up: float = 0.0, rapid: bool = False) -> None:

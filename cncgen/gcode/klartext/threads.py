@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import math
 
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.steps import steps_of
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z, infeeds
 from cncgen.records import dataclass
-
-_MOST = 10_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,18 +37,17 @@ def _helix(cycle: HoleCycle, way: _Way, climb: bool, threads: int) -> None:
     q, pitch, wall = cycle.q, abs(cycle.q[239]), cycle.q[335] / 2.0
     tool = cycle.ip.cutting_radius(cycle.name, wall)
     radius = wall + tool if way.outside else wall - tool
-    if min(wall, radius) <= 0.0 or pitch == 0.0 or threads < 0:
-        message = f"Q335 = {q[335]:g}, Q239 = {q[239]:g} and Q355 = {threads} do not make a thread for a tool of diameter {2.0 * tool:g}"
-        hint = "Q335 is wider than the tool, Q239 the pitch, Q355 the threads of one step"
-        raise BlockError("cycle-tool", message, "CYCL", hint=hint)
+    wrong = min(wall, radius) <= 0.0 or pitch == 0.0 or threads < 0
+    message = f"Q335 = {q[335]:g}, Q239 = {q[239]:g} and Q355 = {threads} do not make a thread for a tool of diameter {2.0 * tool:g}"
+    hint = "Q335 is wider than the tool, Q239 the pitch, Q355 the threads of one step"
+    refuse("CYCL", (wrong, "cycle-tool", message, hint))
     anticlockwise = climb != way.outside
     upwards, sense = (q[239] > 0.0) == anticlockwise, 1 if anticlockwise else -1
     step = pitch if upwards else -pitch
-    turns = math.ceil(-q[201] / pitch - 1e-9) if threads == 1 else 1
-    count = math.ceil(-q[201] / (threads * pitch) - 1e-9) if threads > 1 else 1
-    if max(turns, count) > _MOST:
-        message = f"Q239 = {q[239]:g} makes {max(turns, count)} turns"
-        raise BlockError("cycle-infeed", message, "CYCL", hint="Q239 is the pitch")
+    parts = steps_of(
+        -q[201], threads * pitch, "CYCL", f"Q239 = {q[239]:g} makes {{}} turns", "Q239 is the pitch"
+    )
+    turns, count = (parts, 1) if threads == 1 else (1, parts)
     bottom = q[203] + q[201]
     first = bottom if upwards else bottom + pitch * turns + (count - 1) * threads * pitch
     for k in range(count):

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, SupportsIndex, overload
 
 from cncgen.gcode.block import AXES
+from cncgen.gcode.codes.places import in_rows, on_circle
 from cncgen.gcode.codes.steps import MOST, steps_of
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.expressions import Scalar
@@ -546,13 +547,8 @@ def _circle(motions: Motions, name: str, values: Values) -> None:
     _modal(motions, name)
     count = _count(name, values, 5)
     step = filled(values, 4) or 360.0 / count
-    centre, radius, begin = (
-        complex(filled(values, 0), filled(values, 1)),
-        filled(values, 2),
-        filled(values, 3),
-    )
-    turns = [math.radians(begin + k * step) for k in range(count)]
-    _visit(motions, [centre + cmath.rect(radius, turn) for turn in turns])
+    centre, radius = complex(filled(values, 0), filled(values, 1)), filled(values, 2)
+    _visit(motions, on_circle(centre, radius, filled(values, 3), step, count))
 
 
 def _grid(motions: Motions, name: str, values: Values) -> None:
@@ -566,21 +562,18 @@ def _grid(motions: Motions, name: str, values: Values) -> None:
     message = f"{name} with slanting sides or holes left out is not read"
     refuse(name, (slants, "not-read", message, "ANG1, ANG2 and HIDE are empty"))
     way = cmath.rect(1.0, math.radians(filled(values, 2)))
-    origin, steps = complex(filled(values, 0), filled(values, 1)), (filled(values, 3), filled(values, 4))
-    counts = _count(name, values, 5), _count(name, values, 6)
-    inner = 0 if abs(steps[0]) <= abs(steps[1]) else 1
+    origin, steps = complex(filled(values, 0), filled(values, 1)), [filled(values, 3), filled(values, 4)]
+    counts = [_count(name, values, 5), _count(name, values, 6)]
     here = (motions.here_in_plane() - origin) / way
-    lines = []
-    for along, step, count in zip((here.real, here.imag), steps, counts, strict=True):
-        line = range(count)
-        lines.append(line if abs(along) <= abs(along - (count - 1) * step) else line[::-1])
-    places = []
-    for number, row in enumerate(lines[1 - inner]):
-        for column in lines[inner] if number % 2 == 0 else lines[inner][::-1]:
-            place = (column, row) if inner == 0 else (row, column)
-            on_frame = any(k in (0, n - 1) for k, n in zip(place, counts, strict=True))
-            if on_frame or round(filled(values, 7)) != 1:
-                places.append(origin + way * complex(place[0] * steps[0], place[1] * steps[1]))
+    ways = []
+    for unit, place, step, count in zip((way, way * 1j), (here.real, here.imag), steps, counts, strict=True):
+        near = abs(place) <= abs(place - (count - 1) * step)
+        ways.append(unit * step * (1.0 if near else -1.0))
+        origin += 0.0 if near else unit * step * (count - 1)
+    # Rows lie along the smaller distance.
+    row = 0 if abs(steps[0]) <= abs(steps[1]) else 1
+    frame = round(filled(values, 7)) == 1
+    places = in_rows(origin, ways[row], ways[1 - row], counts[row], counts[1 - row], frame=frame)
     _visit(motions, places)
 
 
