@@ -177,7 +177,9 @@ class BlockPlans:
             meaning = MEANING.get((letter, number), "")
             if other:
                 meaning = meaning or table(other)[letter, number].help
-                hint = f"it is a code of the {other} dialect: --dialect {other}"
+                hint = WITHOUT.get(
+                    (letter, number), f"it is a code of the {other} dialect: --dialect {other}"
+                )
             if letter == "G" and self._table in LATHES:
                 hint = ON_LATHES.get(number, hint)
             shown = f"{name} ({meaning})" if meaning else name

@@ -171,3 +171,22 @@ def test_the_origins_g110_to_g129_of_haas_are_those_of_g154(run: Run) -> None:
         assert found.errors == []
         assert found.path.end[-1, 0] == 6
     assert run("O1\nG109 G0 X1\nM30").errors[0][0] == "unknown-code"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "block", "message", "hint"),
+    [
+        ("fanuc", "G72.1 P100 L6 X0 Y0 R60.", "G72.1 (copies of a subprogram, turned or shifted)", "G68"),
+        ("fanuc", "G72.2 P100 L3 I30. J0.", "G72.2 (copies of a subprogram, turned or shifted)", "G52"),
+        ("fanuc-lathe", "G68", "G68", "second turret"),
+    ],
+)
+def test_a_code_that_other_dialects_have_is_named_as_what_it_is_here(
+    run: Run, dialect: str, block: str, message: str, hint: str
+) -> None:
+    """Operator's Manual 30i, B-63944EN, "Figure copying" and "Mirror image for double turret"; both were called LinuxCNC's roughing."""
+    found = run(f"O1\n{block}\nM30\nO100\nM99", dialect=dialect)
+    error = next(one for one in found.diagnostics if one.severity == "error")
+    assert error.code == "unknown-code"
+    assert error.message.startswith(message)
+    assert hint in (error.hint or "")

@@ -78,7 +78,8 @@ FLOW = (
     *('GOTO "LAB"', "GOTOS", "CASE E OF 1 GOTOF LAB 2 GOTOB N10 DEFAULT GOTOF LAB", "CASE R1 OF -1 GOTOF LAB", "DEF REAL AA"),
     *("DEF INT AA=3,BB[2]=SET(1,2)", "DEF STRING[20] NAME", "DEF REAL AA[3]=(1,E,3)", "PROC UP", "EXTERN UP(REAL, VAR INT)"),
     *("PROC UP(REAL AA, VAR INT BB, STRING[3] CC, REAL DD[3]=E) SAVE", "CALL BLOCK LAB TO LAB_2", "WHEN $AA_IM[X]>5 DO M5"),
-    *("ID=1 EVERY R1 DO X=3", "%_N_ABC_MPF", "%"),
+    *("ID=1 EVERY R1 DO X=3", "%_N_ABC_MPF", "%ABC_SPF", "%"),
+    *("X 1 Y -2.5 F 100", "R 1=E", "GOTOF N 10", "N 10 G 1 X E", "IF R 1==E GOTOB LAB", "R 1_A=E"),
 )  # fmt: skip
 
 

@@ -16,6 +16,9 @@ from cncgen.toolpath.record import FeedMode, Kind
 MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "plain": ("G0 X1 Y2\nG1 Z-3 F100", [(1, 2, 0), (1, 2, -3)]),
     "numbers and labels": ("N10 START: G0 X1\n:20 G0 X2\n/N30 X9\nN40 X3 ; X8", [(1,), (2,), (3,)]),
+    # 840D, Fundamentals, 10.2004, pp. 2-13 and 2-14; 11/2006, p. 62.
+    "blanks behind the letter": ("N 10 G 0 X 1 Y -2.5\nR 1 = 3 Z=R 1 S 1=500\nIF R 01 == 3 GOTOF N 50\nX9\nN50 X 2", [(1, -2.5), (1, -2.5, 3), (2, -2.5, 3)]),
+    "the head of a tape": ("%FLANGE3_MPF\nL10\nM30\n%L10_SPF\nG0 X1\nM17", [(1,)]),
     "G1 is in force": ("F100 X5", [(5,)]),
     "incremental": ("G91 G0 X1\nX1 Y2\nG90 X0", [(1,), (2, 2), (0, 2)]),
     "IC and AC": ("G0 X=IC(2) Y=AC(3)\nG91 X=AC(1) Y1", [(2, 3), (1, 4)]),

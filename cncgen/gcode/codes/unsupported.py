@@ -13,6 +13,7 @@ MEANING: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", 412), ("G", 422)), "three-dimensional cutter compensation"),
     ("G", 435): "tool centre point control with tool vectors",
     **dict.fromkeys((("G", 512),), "polygon turning"),
+    **dict.fromkeys((("G", 721), ("G", 722)), "copies of a subprogram, turned or shifted"),
     ("G", 544): "workpiece setting error compensation",
     ("G", 661): "a modal macro called in each block",
     **dict.fromkeys((("G", 683), ("G", 684)), "a tilted working plane"),
@@ -30,11 +31,14 @@ _TILTED = "post it with the rotary axes in place and X Y Z as the axes go, with 
 #: Advice for a code that is not read.
 WITHOUT: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", n) for n in (683, 684)), _TILTED),
+    ("G", 721): "G68 with its own angle before each M98 turns the copies",
+    ("G", 722): "G52 with its own place before each M98 shifts the copies",
 }
 #: Codes of FANUC's lathes (system A) in place of those of mills, G numbers in tenths.
 ON_LATHES: dict[int, str] = {
     330: "lathes cut threads with G32",
     340: "G32 cuts threads of one lead",
+    680: "on lathes it is the mirror image of a second turret, which is not read",
     770: "G77 mills flats on Haas's lathes, which is not read; post it as the moves that it makes",
     **dict.fromkeys((430, 440), "T has the offset on lathes: T0101"),
     910: "U and W are distances on lathes",

@@ -78,12 +78,17 @@ def _line(delete: str | None, number: str | None, label: str | None, found: Item
     kind, *data = found or ("block", [])
     items = data.pop() if kind in ("block", "assign") else []
     name = label.rstrip(": \t").upper() if label else ""
-    return Statement(kind, items, tuple(data), number.upper() if number else "", name, delete is not None)
+    return Statement(kind, items, tuple(data), _name(number) if number else "", name, delete is not None)
+
+
+def _name(text: str) -> str:
+    """Return a name in capitals; blanks may stand before its number (840D, Fundamentals, 2.2, "Variable identifiers")."""
+    return "".join(text.upper().split())
 
 
 def _header(text: str) -> Statement:
-    """Return the statement of ``%_N_NAME_MPF``, whose data is the name."""
-    name = text.upper().removeprefix("%_N_")
+    """Return the statement of ``%_N_NAME_MPF`` or ``%NAME_MPF``, whose data is the name."""
+    name = text.upper().removeprefix("%").removeprefix("_N_")
     ends = [at for suffix in ("_MPF", "_SPF") if (at := name.find(suffix)) > 0]
     return Statement("header", data=(name[: min(ends)],) if ends else ("",))
 
@@ -159,11 +164,11 @@ VALUES: dict[str, Callable[..., Any]] = {
     "call": lambda name, arguments: ("call", name.upper(), arguments),
     "command": lambda name: ("name", name.upper()),
     "text": lambda text: ("text", _text(text)),
-    "target": lambda name, *indices: (name.upper(), _given(indices)),
+    "target": lambda name, *indices: (_name(name), _given(indices)),
     "arguments": lambda *c: () if c == (None,) else c,
     "number": _number,
     "string": _constant,
-    "parameter": lambda name: expressions.variable(name.upper(), ()),
+    "parameter": lambda name: expressions.variable(_name(name), ()),
     "variable": lambda name, *indices: expressions.variable(name.upper(), _given(indices)),
     "function": lambda name, arguments: expressions.function(name.upper(), arguments),
     "negative": lambda a: -a,
@@ -180,7 +185,7 @@ VALUES: dict[str, Callable[..., Any]] = {
     "bit_and": partial(expressions.binary, "B_AND"),
     "bit_or": partial(expressions.binary, "B_OR"),
     "bit_xor": partial(expressions.binary, "B_XOR"),
-    "jump": lambda goto, target: ("jump", goto.upper(), target.strip("\"'").upper()),
+    "jump": lambda goto, target: ("jump", goto.upper(), _name(target.strip("\"'"))),
     "computed_jump": _computed_jump,
     "begin": lambda goto: ("jump", goto.upper(), ""),
     "if_jump": lambda *c: ("if-jump", tuple(zip(c[::2], c[1::2], strict=True))),
