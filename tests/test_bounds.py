@@ -104,7 +104,11 @@ CASES: dict[str, tuple[dict[str, str | bytes], tuple[str, ...], int, str]] = {
         {"s.nc": f"R1={'1+' * 4700}1\nR2=SQRT(-R1)\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "-4701"
     ),
     "functions in functions of SINUMERIK": (
-        {"s.nc": f"R1={'SIN(' * 1900}R2{')' * 1900}\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "expression-depth"
+        {"s.nc": f"R1={'SIN(' * 1900}R2{')' * 1900}\nR2=SQRT(R1-1)\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "SQRT(-1)"
+    ),
+    "indices in indices of SINUMERIK": (
+        {"s.nc": f"R1={'R[' * 4000}R2{']' * 4000}\nDEF REAL AA[2]\nR2=SQRT(R1-1+{'AA[' * 1900}R2{']' * 1900})\nM30\n"},
+        ("check", "s.nc", "--dialect", "sinumerik"), 1, "SQRT(-1)"
     ),
     "a word of five thousand digits of SINUMERIK": (
         {"s.nc": f"G90{'9' * 5000}!\nM30\n"}, ("check", "s.nc", "--dialect", "sinumerik"), 1, "syntax"

@@ -10,7 +10,7 @@ import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
     ABS, ACOS, ADD, AND, ASIN, COS, DIVIDE, EQ, EXP, FIX, FUP, GE, GT, LE, LN, LT, MOD, MULTIPLY, NE, OR, POWER, ROUND, SIN, SQRT,
     SUBTRACT, TAN,
-    ABOVE, ANGLE_OF, APART, ARC_OF, AT_LEAST, BELOW, BITS_AND, BITS_NOT, BITS_OR, CEILING, FRACTION, GREATER, LENGTH_OF, LESSER, MINUS,
+    ABOVE, ANGLE_OF, APART, ARC_OF, AT_LEAST, AWAY, BELOW, BITS_AND, BITS_NOT, BITS_OR, CEILING, EQUAL, FRACTION, GREATER, JOIN, LENGTH_OF, LESSER, MINUS,
     NEAR, NEGATED, OTHER_THAN, REMAINDER, SAME, SIGN_OF, SQUARE, TRUNC, TURN_OF, WHOLE_QUOTIENT,
 )  # fmt: skip
 from cython.cimports.libc.math import (
@@ -194,6 +194,8 @@ def _function_of_languages(name: cython.int, a: cython.double) -> cython.double:
         return atan(a) * _PER_RADIAN
     if name == MINUS:
         return -a
+    if name >= AWAY:
+        return copysign(ceil(fabs(a)), a) if name == AWAY else a
     if name == BITS_NOT:
         return cython.cast(cython.double, ~cython.cast(cython.longlong, a)) if fabs(a) < _MOST_BITS else _NAN
     return log10(a) if a > 0.0 else _NAN
@@ -275,6 +277,14 @@ def _joined_in_languages(operator: cython.int, a: cython.double, b: cython.doubl
         return b if b > a else a
     if operator == ANGLE_OF:
         return arc_tangent(a, b)
+    if operator >= EQUAL:
+        return (
+            _NAN
+            if operator == JOIN
+            else 1.0
+            if (a == b or (a != a and b != b)) == (operator == EQUAL)
+            else 0.0
+        )
     if operator >= LENGTH_OF:
         return _joined_by_heidenhain(operator, a, b) if operator <= TURN_OF else _joined_bits(operator, a, b)
     if operator == NEAR or operator == APART:

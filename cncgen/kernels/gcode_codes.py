@@ -136,8 +136,9 @@ OPERATIONS = {
 #: Jumps of SINUMERIK and Heidenhain: always, within branches and loops or to a label; where the condition does not hold, or holds; FOR,
 #: which counts up to a value, its target behind the instruction; CALL LBL with REP, which counts rounds.
 JUMPS = ("TURNS", "GOES", "UNLESS", "WHEN", "COUNTS", "REPEATS")
-#: Operators and functions of SINUMERIK and Heidenhain that G-code does not have; relations hold for reals that differ in more than the last
-#: bits.
+#: Operators and functions of SINUMERIK, Heidenhain and Macro B that G-code does not have; relations hold for reals that differ in more than
+#: the last bits. Exactly equal are vacant
+#: values too; JOIN is of texts.
 OF_LANGUAGES = {
     "WHOLE_QUOTIENT": 60,
     "REMAINDER": 61,
@@ -157,6 +158,8 @@ OF_LANGUAGES = {
     "BITS_AND": 75,
     "BITS_OR": 76,
     "BITS_XOR": 77,
+    "EQUAL": 78,
+    "UNEQUAL": 79,
     "TRUNC": 80,
     "SQUARE": 81,
     "NEGATED": 82,
@@ -167,6 +170,9 @@ OF_LANGUAGES = {
     "MINUS": 87,
     "CEILING": 88,
     "BITS_NOT": 89,
+    "AWAY": 90,
+    "PLUS": 91,
+    "JOIN": 95,
 }
 #: Numbers of each table, at most: they stand in the parser itself, where each is found in one step.
 MOST = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -12,11 +13,15 @@ from hypothesis import strategies as st
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik import expressions as sinumerik
 from cncgen.gcode.text import expressions
-from cncgen.kernels import gcode_arithmetic
+from cncgen.gcode.text.evaluation import evaluate
+from cncgen.kernels import gcode_arithmetic, gcode_codes, gcode_formulas
 from cncgen.kernels.gcode_codes import LITERALS
 
 from .plain import uncompiled
 
+BINARY, EQUAL, FUNCTION, NEGATIVE = (
+    gcode_codes.CONSTANTS[name] for name in ("BINARY", "EQUAL", "FUNCTION", "NEGATIVE")
+)
 KERNELS = [gcode_arithmetic, uncompiled("gcode_arithmetic")]
 NUMBERS = st.one_of(
     st.floats(-1e12, 1e12), st.sampled_from([0.0, -0.0, 1.0, -1.0, 2.0, 0.5, 30.0, 90.0, 1e-4])
@@ -116,35 +121,47 @@ OF_LANGUAGES: dict[str, tuple[Any, Any]] = {
     "B_AND": (sinumerik._OPERATORS, lambda a, b: int(a) & int(b)),
     "B_OR": (sinumerik._OPERATORS, lambda a, b: int(a) | int(b)),
     "B_XOR": (sinumerik._OPERATORS, lambda a, b: int(a) ^ int(b)),
-    "MINVAL": (sinumerik._TWO, min),
-    "MAXVAL": (sinumerik._TWO, max),
-    "ATAN2": (sinumerik._TWO, lambda a, b: math.degrees(math.atan2(a, b))),
-    "%": (expressions.HEIDENHAIN.binary, math.fmod),
-    "^": (expressions.HEIDENHAIN.binary, power),
-    "ANG": (expressions.HEIDENHAIN.binary, lambda a, b: math.degrees(math.atan2(a, b)) % 360.0),
-    "EQU": (expressions.HEIDENHAIN.binary, lambda a, b: abs(a - b) < 1e-9),
-    "NE": (expressions.HEIDENHAIN.binary, lambda a, b: abs(a - b) >= 1e-9),
+    "MINVAL": (sinumerik._OPERATORS, min),
+    "MAXVAL": (sinumerik._OPERATORS, max),
+    "ATAN2": (sinumerik._OPERATORS, lambda a, b: math.degrees(math.atan2(a, b))),
+    "%": (expressions.OF_HEIDENHAIN, math.fmod),
+    "^": (expressions.OF_HEIDENHAIN, power),
+    "ANG": (expressions.OF_HEIDENHAIN, lambda a, b: math.degrees(math.atan2(a, b)) % 360.0),
+    "EQU": (expressions.OF_HEIDENHAIN, lambda a, b: abs(a - b) < 1e-9),
+    "NE": (expressions.OF_HEIDENHAIN, lambda a, b: abs(a - b) >= 1e-9),
 }
 FUNCTIONS_OF_LANGUAGES: dict[str, tuple[Any, Any]] = {
-    "POT": (sinumerik._FUNCTIONS, lambda a: a * a),
-    "TRUNC": (sinumerik._FUNCTIONS, math.trunc),
-    "ROUNDUP": (sinumerik._FUNCTIONS, math.ceil),
-    "B_NOT": (sinumerik._FUNCTIONS, lambda a: ~int(a)),
-    "ATAN": (expressions.HEIDENHAIN.unary, lambda a: math.degrees(math.atan(a))),
-    "INT": (expressions.HEIDENHAIN.unary, math.trunc),
-    "FRAC": (expressions.HEIDENHAIN.unary, lambda a: math.fmod(a, 1.0)),
-    "NEG": (expressions.HEIDENHAIN.unary, lambda a: -a),
-    "LOG": (expressions.HEIDENHAIN.unary, math.log10),
-    "SGN": (expressions.HEIDENHAIN.unary, lambda a: math.copysign(1.0, a) if a else 0.0),
+    "POT": (expressions.FUNCTIONS_OF_SINUMERIK, lambda a: a * a),
+    "TRUNC": (expressions.FUNCTIONS_OF_SINUMERIK, math.trunc),
+    "ROUNDUP": (expressions.FUNCTIONS_OF_SINUMERIK, math.ceil),
+    "B_NOT": (expressions.FUNCTIONS_OF_SINUMERIK, lambda a: ~int(a)),
+    "ATAN": (expressions.FUNCTIONS_OF_HEIDENHAIN, lambda a: math.degrees(math.atan(a))),
+    "INT": (expressions.FUNCTIONS_OF_HEIDENHAIN, math.trunc),
+    "FRAC": (expressions.FUNCTIONS_OF_HEIDENHAIN, lambda a: math.fmod(a, 1.0)),
+    "NEG": (expressions.FUNCTIONS_OF_HEIDENHAIN, lambda a: -a),
+    "LOG": (expressions.FUNCTIONS_OF_HEIDENHAIN, math.log10),
+    "SGN": (expressions.FUNCTIONS_OF_HEIDENHAIN, lambda a: math.copysign(1.0, a) if a else 0.0),
 }
 
 
-def told(function: Any, *arguments: float) -> float:
-    """Return the value of an operator or function of a language, NaN where it is a fault."""
-    try:
-        return float(function(*arguments))
-    except BlockError:
-        return math.nan
+def told(name: int, language: expressions.Arithmetic, *operands: float) -> float:
+    """Return the value of an operator or function of a language, known or computed when the program runs; NaN where it is a fault."""
+    make = expressions.binary if len(operands) == 2 else expressions.unary
+    known, asked = make(name, *operands, language), make(name, lambda p: operands[0], *operands[1:], language)
+    found = []
+    for value in (known, asked):
+        try:
+            found.append(float(evaluate(value, None)))  # type: ignore[arg-type]
+        except BlockError:
+            found.append(math.nan)
+    assert same(*found)
+    return found[0]
+
+
+def language_of(numbers: dict[str, int]) -> expressions.Arithmetic:
+    """Return the language of a table of operators or functions."""
+    heidenhain = numbers in (expressions.OF_HEIDENHAIN, expressions.FUNCTIONS_OF_HEIDENHAIN)
+    return expressions.HEIDENHAIN if heidenhain else sinumerik._ARITHMETIC
 
 
 def same(a: float, b: float) -> bool:
@@ -157,7 +174,7 @@ def test_operators_are_those_of_the_manual(name: str, a: float, b: float) -> Non
     wanted = value_of(OPERATORS[name], a, b)
     for kernel in KERNELS:
         assert same(kernel.joined(LITERALS[name], a, b), wanted)
-    assert same(told(expressions.BINARY[name], a, b), wanted)
+    assert same(told(LITERALS[name], expressions.LINUXCNC, a, b), wanted)
 
 
 @given(st.sampled_from(sorted(FUNCTIONS)), NUMBERS)
@@ -165,22 +182,57 @@ def test_functions_are_those_of_the_manual(name: str, a: float) -> None:
     wanted = value_of(FUNCTIONS[name], a)
     for kernel in KERNELS:
         assert same(kernel.function_of(LITERALS[name], a), wanted)
-    assert same(told(expressions.UNARY[name], a), wanted)
+    assert same(told(LITERALS[name], expressions.LINUXCNC, a), wanted)
 
 
 @given(st.sampled_from(sorted(OF_LANGUAGES)), NUMBERS, NUMBERS)
 def test_operators_of_the_languages(name: str, a: float, b: float) -> None:
-    table, definition = OF_LANGUAGES[name]
-    assert same(told(table[name], a, b), value_of(definition, a, b))
+    numbers, definition = OF_LANGUAGES[name]
+    assert same(told(numbers[name], language_of(numbers), a, b), value_of(definition, a, b))
 
 
 @given(st.sampled_from(sorted(FUNCTIONS_OF_LANGUAGES)), NUMBERS)
 def test_functions_of_the_languages(name: str, a: float) -> None:
-    table, definition = FUNCTIONS_OF_LANGUAGES[name]
-    assert same(told(table[name], a), value_of(definition, a))
+    numbers, definition = FUNCTIONS_OF_LANGUAGES[name]
+    assert same(told(numbers[name], language_of(numbers), a), value_of(definition, a))
 
 
 @pytest.mark.parametrize("kernel", KERNELS, ids=["compiled", "plain"])
 def test_what_is_no_function_has_no_value(kernel: Any) -> None:
     assert all(math.isnan(kernel.function_of(LITERALS[name], 1.0)) for name in ("bin", "sqr", "if", "+"))
     assert kernel.arc_tangent(1.0, -1.0) == 135.0
+
+
+@pytest.mark.parametrize("kernel", [gcode_formulas, uncompiled("gcode_formulas")], ids=["compiled", "plain"])
+def test_formulas(kernel: Any) -> None:
+    """Operands of names and of elements, texts and vacant values; no nesting takes depth."""
+    asked: list[Any] = []
+
+    def without(*step: Any) -> float:
+        asked.append(step)
+        return 7.0
+
+    element = SimpleNamespace(operands=(1.0, lambda store: 2.0), of=lambda store, a, b: store[int(a + b)])
+    formula = kernel.Formula(element, without)
+    formula.add(kernel.Formula(0.5, without))
+    formula.apply(BINARY, LITERALS["*"])
+    formula.apply(NEGATIVE, 0)
+    assert formula([0.0, 0.0, 0.0, 8.0]) == -4.0
+    deep = kernel.Formula(0.0, without)
+    for _ in range(5_000):
+        deep = kernel.Formula(SimpleNamespace(operands=(deep,), of=lambda store, a: a + 1.0), without)
+    assert deep(None) == 5_000.0
+    text = kernel.Formula(lambda store: "A", without)
+    text.apply(FUNCTION, LITERALS["sin"])
+    root = kernel.Formula(-1.0, without)
+    root.apply(FUNCTION, LITERALS["sqrt"])
+    assert (text(None), root(None)) == (7.0, 7.0)
+    assert asked == [(FUNCTION, LITERALS["sin"], "A", None), (FUNCTION, LITERALS["sqrt"], -1.0, None)]
+    vacant = kernel.Formula(math.nan, without, True)
+    vacant.add(3.0)
+    vacant.apply(BINARY, LITERALS["+"])
+    assert vacant(None) == 3.0
+    same = kernel.Formula(math.nan, without, True)
+    same.add(0.0)
+    same.apply(BINARY, EQUAL)
+    assert same(None) == 0.0

@@ -11,7 +11,7 @@ from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
-from cncgen.gcode.text.evaluation import evaluate, too_deep
+from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
 from cncgen.records import replace
 
@@ -90,7 +90,7 @@ class Compiler:
                     if not -LARGEST <= number <= LARGEST:
                         # The check that `gather` makes of known values, with its message.
                         gather([(letter, number)])
-            except (BlockError, RecursionError) as error:
+            except BlockError as error:
                 raise _at(error, letter.upper()) from None
             execute(Block(words, g, m, comment, source, line, offset), plans)
 
@@ -136,7 +136,7 @@ class Compiler:
             def name() -> None:
                 try:
                     number = computed(parameters)
-                except (BlockError, RecursionError) as error:
+                except BlockError as error:
                     raise _at(error, "#") from None
                 (parameters.named if everywhere else parameters.local)[target] = number
 
@@ -147,7 +147,7 @@ class Compiler:
             def store() -> None:
                 try:
                     parameters.numbers[index] = computed(parameters)
-                except (BlockError, RecursionError) as error:
+                except BlockError as error:
                     raise _at(error, "#") from None
 
             return store
@@ -227,11 +227,10 @@ def _constant(value: float) -> Computed:
     return lambda parameters: value
 
 
-def _at(error: BlockError | RecursionError, word: str) -> BlockError:
+def _at(error: BlockError, word: str) -> BlockError:
     """Return the fault of a value that belongs to a word of the block."""
-    fault = error if isinstance(error, BlockError) else too_deep()
-    fault.word = fault.word or word
-    return fault
+    error.word = error.word or word
+    return error
 
 
 def evaluated(letter: str, value: Value, parameters: Parameters) -> float:
@@ -239,5 +238,4 @@ def evaluated(letter: str, value: Value, parameters: Parameters) -> float:
     try:
         return evaluate(value, parameters)
     except BlockError as error:
-        error.word = error.word or letter.upper()
-        raise
+        raise _at(error, letter.upper()) from None

@@ -14,7 +14,6 @@ from cncgen.gcode.errors import Astray, BlockError
 from cncgen.gcode.flow.effects import Effect, effect_of
 from cncgen.gcode.flow.parts import Parts
 from cncgen.gcode.flow.reading import first_line
-from cncgen.gcode.text.evaluation import too_deep
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import empty_block
 from cncgen.kernels import gcode_scan
@@ -151,9 +150,9 @@ class Course:
                 self._since += 1
             parts.ip.budget.count(1, LINE)
             target = effect() or following
-        except (BlockError, RecursionError) as error:
+        except BlockError as error:
             following = target = parts.lines.after(here)
-            parts.faults.fail(here, error if isinstance(error, BlockError) else too_deep())
+            parts.faults.fail(here, error)
         self._here = target
         if self._since >= PAUSE and target <= here:
             self._look(here, target)

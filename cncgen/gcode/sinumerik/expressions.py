@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Protocol, cast
+from typing import Protocol
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text import expressions as common
-from cncgen.gcode.text.evaluation import too_deep
+from cncgen.kernels import gcode_codes as codes
 from cncgen.records import dataclass
 
 Scalar = float | str
@@ -31,14 +31,9 @@ def evaluate(value: Value, variables: Variables) -> Scalar:
     """Return the present value of an expression.
 
     Raises:
-        BlockError: A name or function is not known, the result has no value, or functions and signs are nested too deep.
+        BlockError: A name or function is not known, or the result has no value.
     """
-    if isinstance(value, float):
-        return value
-    try:
-        return value(variables)
-    except RecursionError:
-        raise too_deep() from None
+    return value if isinstance(value, float) else value(variables)
 
 
 def number(value: Scalar, what: str = "the value") -> float:
@@ -74,12 +69,19 @@ class RParameter:
 
     index: Value
 
+    @property
+    def operands(self) -> tuple[Value, ...]:
+        """What is computed before it."""
+        return () if isinstance(self.index, float) else (self.index,)
+
+    @staticmethod
+    def of(variables: Variables, index: Scalar) -> Scalar:
+        """Return the value of R[index]."""
+        return variables.parameter(number(index, "the number of R"))
+
     def __call__(self, variables: Variables) -> Scalar:
         """Return its value."""
-        index = self.index
-        if not isinstance(index, float):
-            index = number(index(variables), "the number of R")
-        return variables.parameter(index)
+        return self.of(variables, evaluate(self.index, variables))
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +90,15 @@ class Variable:
 
     name: str
     indices: tuple[Value, ...]
+
+    @property
+    def operands(self) -> tuple[Value, ...]:
+        """What is computed before it."""
+        return self.indices
+
+    def of(self, variables: Variables, *indices: Scalar) -> Scalar:
+        """Return the value of an element."""
+        return variables.value(self.name, list(indices))
 
     def __call__(self, variables: Variables) -> Scalar:
         """Return its value."""
@@ -104,7 +115,7 @@ class Function:
     def __call__(self, variables: Variables) -> Scalar:
         """Raise the fault of a function that stands where a number is needed."""
         name, count = self.name, sum(argument is not None for argument in self.arguments)
-        wanted = 1 if name in _FUNCTIONS else 2 if name in _TWO else 3 if name == "BOUND" else 0
+        wanted = 1 if name in _ONE else 2 if name in _TWO else 3 if name == "BOUND" else 0
         if wanted:
             raise BlockError(
                 "function-arguments", f"{name} has {count} arguments, and takes {wanted}", name, hint=f"{name} takes {wanted}"
@@ -113,7 +124,7 @@ class Function:
             "function-unknown",
             f"the function {name} is not read",
             name,
-            hint=f"read are {', '.join([*_FUNCTIONS, *_TWO])}",
+            hint=f"read are {', '.join([*_ONE, *_TWO])}",
         )
 
 
@@ -134,7 +145,10 @@ _CONSTANTS = {"TRUE": 1.0, "FALSE": 0.0, "$PI": math.pi, "PI": math.pi}
 
 
 def variable(name: str, indices: tuple[Value, ...]) -> Value:
-    """Return what a name stands for."""
+    """Return what a name stands for; indices with indices of their own are formulas, so that nothing nests."""
+    indices = tuple(
+        common.begun(index, _ARITHMETIC) if getattr(index, "operands", ()) else index for index in indices
+    )
     if name[0] == "R" and name[1:].isdigit() and not indices:
         return RParameter(float(name[1:]))
     if name == "R" and len(indices) == 1:
@@ -147,7 +161,7 @@ def variable(name: str, indices: tuple[Value, ...]) -> Value:
 def function(name: str, arguments: tuple[Value | None, ...]) -> Value:
     """Return the value of a function."""
     given = [argument for argument in arguments if argument is not None]
-    if name in _FUNCTIONS and len(given) == 1:
+    if name in _ONE and len(given) == 1:
         return unary(name, given[0])
     if name in _TWO and len(given) == 2:
         return binary(name, *given)
@@ -159,58 +173,46 @@ def function(name: str, arguments: tuple[Value | None, ...]) -> Value:
 
 def binary(operator: str, a: Value, b: Value) -> Value:
     """Return ``a operator b``."""
-    return cast(Value, common.binary(operator, cast(Any, a), cast(Any, b), _ARITHMETIC))
+    found: Value = common.binary(_OPERATORS[operator], a, b, _ARITHMETIC)
+    return found
 
 
 def unary(name: str, a: Value) -> Value:
     """Return a function or sign of a value."""
-    return cast(Value, common.unary(name, cast(Any, a), _ARITHMETIC))
+    found: Value = (
+        common.negative(a, _ARITHMETIC) if name == "-" else common.unary(_UNARY[name], a, _ARITHMETIC)
+    )
+    return found
 
 
 # Operators and functions.
 
-_FUNCTIONS = {
-    name: common.function_of(name, number, "()") for name, number in common.FUNCTIONS_OF_SINUMERIK.items()
-}
-_SIGNS: dict[str, Callable[[float], float]] = {
-    "-": lambda x: -x,
-    "+": lambda x: x,
-    "NOT": lambda x: float(x == 0.0),
-}
-_TWO = {name: common.operator_of(number) for name, number in common.PAIRS_OF_SINUMERIK.items()}
-_OPERATORS = {name: common.operator_of(number) for name, number in common.OF_SINUMERIK.items()}
+_ONE, _TWO = common.FUNCTIONS_OF_SINUMERIK, common.PAIRS_OF_SINUMERIK
+_OPERATORS = {**common.OF_SINUMERIK, **_TWO, "<<": codes.JOIN}
+_UNARY = {**_ONE, "NOT": codes.NEGATED, "+": codes.PLUS}
 
 
-def _of_numbers(operator: str, function: common.Operator) -> Callable[[Scalar, Scalar], Scalar]:
-    """Return an operator that takes no texts."""
+class _Arithmetic(common.Arithmetic):
+    """The arithmetic of numbers and texts."""
 
-    def run(a: Scalar, b: Scalar) -> Scalar:
-        if isinstance(a, str) or isinstance(b, str):
-            if operator in ("==", "<>") and isinstance(a, str) and isinstance(b, str):
-                return float((a.upper() == b.upper()) == (operator == "=="))
-            raise BlockError(
-                "value-kind",
-                f"{operator} needs two numbers, and one of its values is a text",
-                hint="<< joins texts",
+    def without(self, operation: int, which: int, a: common.Scalar, b: common.Scalar) -> common.Scalar:
+        """Return the value of an operator on texts."""
+        if operation == codes.BINARY:
+            if which == codes.JOIN:
+                return "".join(value if isinstance(value, str) else f"{value:g}" for value in (a, b))
+            if isinstance(a, str) and isinstance(b, str) and which in (codes.SAME, codes.OTHER_THAN):
+                return float((a.upper() == b.upper()) == (which == codes.SAME))
+            if isinstance(a, str) or isinstance(b, str):
+                message = f"{self.names[which]} needs two numbers, and one of its values is a text"
+                raise BlockError("value-kind", message, hint="<< joins texts")
+        elif a is not None:
+            number(
+                a,
+                "the value"
+                if operation == codes.NEGATIVE or which not in _ONE.values()
+                else f"the argument of {self.names[which]}",
             )
-        return function(a, b)
-
-    return run
+        return super().without(operation, which, a, b)
 
 
-def _of_number(what: str, function: Callable[[float], float]) -> Callable[[Scalar], Scalar]:
-    """Return a function that takes a number."""
-    return lambda x: function(number(x, what))
-
-
-def _joined(a: Scalar, b: Scalar) -> str:
-    return "".join(value if isinstance(value, str) else f"{value:g}" for value in (a, b))
-
-
-_ARITHMETIC = common.Arithmetic(
-    cast(Any, {"<<": _joined, **{name: _of_numbers(name, f) for name, f in (_OPERATORS | _TWO).items()}}),
-    cast(Any, {
-        **{name: _of_number(f"the argument of {name}", f) for name, f in _FUNCTIONS.items()},
-        **{name: _of_number("the value", f) for name, f in _SIGNS.items()},
-    }),
-)  # fmt: skip
+_ARITHMETIC = _Arithmetic(common.names_of(_OPERATORS, _UNARY))

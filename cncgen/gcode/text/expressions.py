@@ -1,4 +1,4 @@
-"""Values of expressions: numbers where they are known when the text is read, else functions of the parameters.
+"""Values of expressions: numbers where they are known when the text is read, else formulas that the kernel computes.
 
 Operators and functions are those of LinuxCNC's manual ("Expressions", "Functions"): angles are degrees, ``AND OR XOR``
 take anything but zero as true, ``EQ`` and ``NE`` compare within 1e-4, operators of one rank group from the left.
@@ -8,21 +8,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any
 
 from cncgen.gcode.block import Computed, Value, nearest
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.kernels import gcode_arithmetic
 from cncgen.kernels import gcode_codes as codes
-from cncgen.records import dataclass
+from cncgen.kernels.gcode_formulas import Formula
+from cncgen.records import dataclass, field
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.state.parameters import Parameters
 
 
-Operator = Callable[[float, float], float]
-Function = Callable[[float], float]
+#: A number or a text, and a value of one.
+Scalar = float | str | None
 #: Numbers beyond it have no bits that AND, OR, XOR and NOT could take.
 _MOST_BITS = 2.0**53
 #: What a division is called whose divisor is 0.
@@ -31,18 +33,47 @@ _BITS = (codes.BITS_AND, codes.BITS_OR, codes.BITS_XOR, codes.BITS_NOT)
 _ANGLES = (codes.SIN, codes.COS, codes.TAN)
 #: Operators that have no value for some finite numbers.
 _PARTIAL = frozenset((codes.POWER, *_DIVISIONS, *_BITS))
+#: The least increment of lengths and angles where no machine says it, mm and degrees (IS-B); in inches a tenth.
+LEAST_INCREMENT = 0.001
 
 
-def operator_of(number: int) -> Operator:
-    """Return an operator by its number in the kernel, which computes it here too; a fault says why there is no value."""
+Operand = float | Callable[..., float | str]
 
-    def run(a: float, b: float) -> float:
-        value: float = gcode_arithmetic.joined(number, a, b)
-        if value != value and number in _PARTIAL and a == a and b == b:
-            raise _without_result(number, a, b)
-        return value
 
-    return run
+@dataclass(frozen=True, slots=True)
+class Arithmetic:
+    """What a language has of operators and functions.
+
+    Attributes:
+        names: Those of operators and functions in faults, by their numbers in the kernel.
+        brackets: What stands around the argument of a function in faults. Within ( ) functions stand as they are named, so that faults have
+            their place.
+        replaced: The operators and functions that it means by those of the common grammar, by their numbers.
+        fills: Whether vacant operands (NaN) count as 0.
+    """
+
+    names: Mapping[int, str]
+    brackets: str = "()"
+    replaced: Mapping[int, int] = field(default_factory=dict)
+    fills: bool = False
+
+    def without(self, operation: int, number: int, a: Scalar, b: Scalar) -> Scalar:
+        """Return the value of a step for which the kernel has none, or raise its fault; `b` is None for a function."""
+        assert isinstance(a, float)
+        if operation == codes.BINARY and isinstance(b, float):
+            if number in _PARTIAL and a == a and b == b:
+                raise _without_result(number, a, b)
+            return math.nan
+        if a != a:
+            return a
+        if number in _BITS:
+            raise _too_large(a)
+        name = self.names[number]
+        why = " has no finite real value"
+        if number in _ANGLES:
+            why = f": the angle is too large; its size must be below {gcode_arithmetic.LARGEST_ANGLE:g}"
+        word = name if self.brackets == "()" else ""
+        raise BlockError("domain", f"{name}{self.brackets[0]}{a:g}{self.brackets[1]}{why}", word)
 
 
 def _without_result(number: int, a: float, b: float) -> BlockError:
@@ -64,101 +95,35 @@ def _too_large(a: float) -> BlockError:
     return BlockError("number-range", f"{a:g} is too large for AND, OR and XOR")
 
 
-def function_of(name: str, number: int, shown: str = "[]") -> Function:
-    """Return a function by its name and its number in the kernel, as `operator_of`; faults show the value within these brackets."""
-    word = name.upper()
+class _Macro(Arithmetic):
+    """The arithmetic of Macro B, with functions of digits."""
 
-    def run(a: float) -> float:
-        value: float = gcode_arithmetic.function_of(number, a)
-        if value != value and a == a:
-            if number in _BITS:
-                raise _too_large(a)
-            most, why = gcode_arithmetic.LARGEST_ANGLE, " has no finite real value"
-            if number in _ANGLES:
-                why = f": the angle is too large; its size must be below {most:g}"
-            # Within ( ) functions stand as they are named, so that the fault has its place.
-            raise BlockError("domain", f"{word}{shown[0]}{a:g}{shown[1]}{why}", word if shown == "()" else "")
-        return value
-
-    return run
+    def without(self, operation: int, number: int, a: Scalar, b: Scalar) -> Scalar:
+        """Return BIN or BCD of a whole number."""
+        if isinstance(a, float) and number in (codes.BIN, codes.BCD):
+            with suppress(ValueError, OverflowError):
+                return float(int(f"{int(a):x}") if number == codes.BIN else int(f"{int(a):d}", 16))
+        return Arithmetic.without(self, operation, number, a, b)
 
 
-BINARY = {
-    name: operator_of(codes.LITERALS[name])
-    for name in ("+", "-", "*", "/", "**", "mod", "and", "or", "xor", "eq", "ne", "gt", "ge", "lt", "le")
-}
-UNARY = {
-    name: function_of(name, codes.LITERALS[name])
-    for name in ("abs", "acos", "asin", "cos", "exp", "fix", "fup", "ln", "round", "sin", "sqrt", "tan")
-}
-
-#: The least increment of lengths and angles where no machine says it, mm and degrees (IS-B); in inches a tenth.
-LEAST_INCREMENT = 0.001
+def names_of(*tables: Mapping[str, int]) -> dict[int, str]:
+    """Return the names of operators or functions by their numbers."""
+    return {number: name.upper() for table in tables for name, number in table.items()}
 
 
-def _plain(value: float) -> float:
-    """Return a number, 0 for a vacant one (NaN)."""
-    return value if value == value else 0.0
-
-
-def _fill(function: Operator) -> Operator:
-    """Return an operator that takes vacant operands as 0."""
-    return lambda a, b: function(_plain(a), _plain(b))
-
-
-def _fill_one(function: Function) -> Function:
-    """Return a function that takes a vacant argument as 0."""
-    return lambda a: function(_plain(a))
-
-
-def _same(a: float, b: float) -> bool:
-    """Tell whether two values are equal in a macro: a vacant one equals a vacant one only."""
-    return (a != a and b != b) or a == b
-
-
-@dataclass(frozen=True, slots=True)
-class Arithmetic:
-    """Operators and functions of a dialect by name."""
-
-    binary: Mapping[str, Operator]
-    unary: Mapping[str, Function]
-
-
-def _whole(name: str, function: Callable[[float], int]) -> Function:
-    """Return a function of the digits of a whole number."""
-
-    def run(a: float) -> float:
-        try:
-            return float(function(a))
-        except (ValueError, OverflowError):
-            raise BlockError("domain", f"{name.upper()}[{a:g}] has no finite real value") from None
-
-    return run
-
-
-LINUXCNC = Arithmetic(BINARY, UNARY)
+_LITERALS = names_of({name: number for name, number in codes.LITERALS.items() if "[" not in name})
+LINUXCNC = Arithmetic({number: _LITERALS[number] for number in range(codes.ABS, codes.TAN + 1)}, "[]")
 #: Macro B: vacant operands, FIX and FUP by magnitude, AND OR XOR of the bits of whole numbers (B-63324EN, 15.3).
-FANUC = Arithmetic(
+FANUC = _Macro(
+    {**LINUXCNC.names, codes.TRUNC: "FIX", codes.AWAY: "FUP", codes.BIN: "BIN", codes.BCD: "BCD"},
+    "[]",
     {
-        **{name: _fill(function) for name, function in BINARY.items()},
-        "and": _fill(operator_of(codes.BITS_AND)),
-        "or": _fill(operator_of(codes.BITS_OR)),
-        "xor": _fill(operator_of(codes.BITS_XOR)),
-        "mod": _fill(operator_of(codes.REMAINDER)),
-        "eq": lambda a, b: 1.0 if _same(a, b) else 0.0,
-        "ne": lambda a, b: 0.0 if _same(a, b) else 1.0,
+        codes.AND: codes.BITS_AND, codes.OR: codes.BITS_OR, codes.XOR: codes.BITS_XOR, codes.MOD: codes.REMAINDER,
+        codes.EQ: codes.EQUAL, codes.NE: codes.UNEQUAL, codes.FIX: codes.TRUNC, codes.FUP: codes.AWAY, codes.SQR: codes.SQRT,
+        codes.RND: codes.ROUND,
     },
-    {
-        **{name: _fill_one(function) for name, function in UNARY.items()},
-        "asin": _fill_one(lambda a: UNARY["asin"](a) % 360.0),
-        "fix": _fill_one(function_of("fix", codes.TRUNC)),
-        "fup": _fill_one(lambda a: math.copysign(UNARY["fup"](abs(a)), a)),
-        "sqr": _fill_one(UNARY["sqrt"]),
-        "rnd": _fill_one(UNARY["round"]),
-        "bin": _fill_one(_whole("bin", lambda a: int(f"{int(a):x}"))),
-        "bcd": _fill_one(_whole("bcd", lambda a: int(f"{int(a):d}", 16))),
-    },
-)
+    fills=True,
+)  # fmt: skip
 
 #: Operators of Heidenhain and SINUMERIK by their numbers, functions by theirs and how many values they take; the kernel that reads lines
 #: takes both from here.
@@ -187,121 +152,79 @@ FUNCTIONS_OF_SINUMERIK = {
 #: Functions of SINUMERIK of two values.
 PAIRS_OF_SINUMERIK = {"ATAN2": codes.ANGLE_OF, "MINVAL": codes.LESSER, "MAXVAL": codes.GREATER}
 #: Q parameters of Heidenhain: values nearer than 1e-9 are equal, a remainder has the sign of what is divided.
-HEIDENHAIN = Arithmetic(
-    {name: operator_of(number) for name, number in OF_HEIDENHAIN.items()},
-    {name: function_of(name, number, "()") for name, number in FUNCTIONS_OF_HEIDENHAIN.items()},
-)
+HEIDENHAIN = Arithmetic(names_of(FUNCTIONS_OF_HEIDENHAIN))
 
 
-#: Operators in a row that call one another; a longer row is run through.
-_NESTED = 6
+def begun(first: Operand, arithmetic: Arithmetic) -> Formula:
+    """Return a formula that begins with a value; one that begins so already may grow, as no value is an operand twice."""
+    return first if isinstance(first, Formula) else Formula(first, arithmetic.without, arithmetic.fills)
 
 
-def binary(name: str, a: Value, b: Value, arithmetic: Arithmetic = LINUXCNC) -> Value:
-    """Return ``a name b``; a row of operators of any length takes no more depth than `_NESTED` calls."""
-    function = arithmetic.binary[name]
-    if isinstance(a, float) and isinstance(b, float):
-        try:
-            return function(a, b)
-        except BlockError:
-            return lambda p: function(a, b)
-    if isinstance(a, float):
-        return _after(function, a, b)
-    nested = getattr(a, "nested", 0)
-    if nested < _NESTED:
-        computed = _joined(function, a, b)
-        computed.nested = nested + 1  # type: ignore[attr-defined]
-        return computed
-    step = function, b if callable(b) else _constant(b)
-    if hasattr(a, "steps"):
-        # The left operand of an operator is not the left operand of another one, so it may grow.
-        a.steps.append(step)
-        return a
-    return _row(a, [step])
+def joined_by(operator: int, a: Operand, b: Operand, arithmetic: Arithmetic) -> Formula:
+    """Return what an operator of the kernel makes of two values."""
+    found = begun(a, arithmetic)
+    found.add(b)
+    found.apply(codes.BINARY, operator)
+    return found
 
 
-def _after(function: Operator, known: float, b: Value) -> Computed:
-    """Return an operator whose left side is known."""
-    assert callable(b)
-    return lambda p: function(known, b(p))
+def _known(formula: Formula) -> Any:
+    """Return the value of a formula of numbers; one with a fault or of a text is left for the run."""
+    with suppress(BlockError):
+        found = formula(None)
+        return found if isinstance(found, float) else formula
+    return formula
 
 
-def _joined(function: Operator, a: Computed, b: Value) -> Computed:
-    """Return an operator; the operand that is known is not called: most operators of real programs have one."""
-    if isinstance(b, float):
-        return lambda p: function(a(p), b)
-    return lambda p: function(a(p), b(p))
+def binary(operator: int, a: Operand, b: Operand, arithmetic: Arithmetic = LINUXCNC) -> Any:
+    """Return ``a operator b``."""
+    found = joined_by(arithmetic.replaced.get(operator, operator), a, b, arithmetic)
+    return _known(found) if isinstance(a, float) and isinstance(b, float) else found
 
 
-def _constant(value: float) -> Computed:
-    return lambda p: value
+def unary(function: int, a: Operand, arithmetic: Arithmetic = LINUXCNC) -> Any:
+    """Return ``function[a]``."""
+    number = arithmetic.replaced.get(function, function)
+    if number not in arithmetic.names:
+        raise BlockError("unknown-function", f"{_LITERALS[function]}[…] is not a function of this dialect")
+    found = begun(a, arithmetic)
+    found.apply(codes.FUNCTION, number)
+    if number == codes.ASIN and arithmetic is FANUC:
+        found.add(360.0)
+        found.apply(codes.BINARY, codes.MOD)
+    return _known(found) if isinstance(a, float) else found
 
 
-def _row(first: Computed, steps: list[tuple[Operator, Computed]]) -> Computed:
-    """Return operators one after another, from the left; `steps` may grow until the expression is read."""
-
-    def run(p: Parameters) -> float:
-        total = first(p)
-        for function, value in steps:
-            total = function(total, value(p))
-        return total
-
-    run.steps, run.nested = steps, _NESTED  # type: ignore[attr-defined]
-    return run
-
-
-def unary(name: str, a: Value, arithmetic: Arithmetic = LINUXCNC) -> Value:
-    """Return ``name[a]``."""
-    function = arithmetic.unary.get(name)
-    if function is None:
-        raise BlockError("unknown-function", f"{name.upper()}[…] is not a function of this dialect")
-    if isinstance(a, float):
-        try:
-            return function(a)
-        except BlockError:
-            value = a
-            return lambda p: function(value)
-    return lambda p: function(a(p))
-
-
-def negative(a: Value) -> Value:
-    """Return ``-a``; signs in a row do not nest."""
+def negative(a: Operand, arithmetic: Arithmetic = LINUXCNC) -> Any:
+    """Return ``-a``."""
     if isinstance(a, float):
         return -a
-    positive: Computed | None = getattr(a, "positive", None)
-    if positive is not None:
-        return positive
-
-    def run(p: Parameters) -> float:
-        return -a(p)
-
-    run.positive = a  # type: ignore[attr-defined]
-    return run
+    found = begun(a, arithmetic)
+    found.apply(codes.NEGATIVE, 0)
+    return found
 
 
-def increments(a: Value) -> Value:
+def _increment(p: Parameters) -> float:
+    return p.interpreter.increment()
+
+
+def _increments_in_one(p: Parameters) -> float:
+    """Return how many of the control's least increments a millimetre, inch or degree has."""
+    interpreter = p.interpreter
+    least = interpreter.options.least_increment or LEAST_INCREMENT
+    return float(round(1.0 / (least / (10.0 if interpreter.state.inches else 1.0))))
+
+
+def increments(a: Value, arithmetic: Arithmetic) -> Value:
     """Return a number of least increments in the units in force."""
-    return lambda p: evaluate(a, p) * p.interpreter.increment()
+    return joined_by(codes.MULTIPLY, a, _increment, arithmetic)
 
 
 def rounded_to_increment(a: Value) -> Value:
     """Return ROUND in a word of FANUC, which rounds to the least increment of the word (B-63324EN, 15.3, "ROUND function")."""
-
-    def run(p: Parameters) -> float:
-        value = evaluate(a, p)
-        if value != value:
-            return 0.0
-        interpreter = p.interpreter
-        counts = round(
-            1.0
-            / (
-                (interpreter.options.least_increment or LEAST_INCREMENT)
-                / (10.0 if interpreter.state.inches else 1.0)
-            )
-        )
-        return math.copysign(math.floor(abs(value) * counts + 0.5) / counts, value)
-
-    return run
+    whole = joined_by(codes.MULTIPLY, a, _increments_in_one, FANUC)
+    whole.apply(codes.FUNCTION, codes.ROUND)
+    return joined_by(codes.DIVIDE, whole, _increments_in_one, FANUC)
 
 
 def arc_tangent(y: Value, x: Value | None, arithmetic: Arithmetic = LINUXCNC) -> Value:
@@ -310,36 +233,33 @@ def arc_tangent(y: Value, x: Value | None, arithmetic: Arithmetic = LINUXCNC) ->
     Raises:
         BlockError: ``ATAN[y]`` alone in LinuxCNC's dialect.
     """
-    macro = arithmetic is FANUC
-    if x is None:
-        if not macro:
-            raise BlockError(
-                "syntax", "ATAN needs two values: ATAN[y]/[x]", "ATAN", hint="ATAN[y]/[1] for the slope y"
-            )
-        return lambda p: math.degrees(math.atan(_plain(evaluate(y, p))))
-    over = x
-
-    def angle(p: Parameters) -> float:
-        found = math.degrees(math.atan2(_plain(evaluate(y, p)), _plain(evaluate(over, p))))
-        return found + 360.0 if macro and found < 0.0 else found
-
-    return angle
+    if x is not None:
+        return joined_by(codes.TURN_OF if arithmetic is FANUC else codes.ANGLE_OF, y, x, arithmetic)
+    if arithmetic is not FANUC:
+        raise BlockError(
+            "syntax", "ATAN needs two values: ATAN[y]/[x]", "ATAN", hint="ATAN[y]/[1] for the slope y"
+        )
+    found = begun(y, arithmetic)
+    found.apply(codes.FUNCTION, codes.ARC_OF)
+    return found
 
 
-def parameter(target: Value | str) -> Value:
+def parameter(target: Value | str, arithmetic: Arithmetic = LINUXCNC) -> Value:
     """Return ``#target``: a number, a name or a function that computes the number."""
     if isinstance(target, str):
-        return _named(target)
+        return _of_name(target)
     if isinstance(target, float):
         index = nearest(target, "the number of a parameter")
         if index == target and 0 < index < 1000:
             return lambda p: p.numbers[index]
         number = target
         return lambda p: p.number(number)
-    return lambda p: p.number(target(p))
+    found = begun(target, arithmetic)
+    found.take(_numbered, 1)
+    return found
 
 
-def _named(name: str) -> Computed:
+def _of_name(name: str) -> Computed:
     """Return ``#<name>``."""
 
     def of_all(p: Parameters) -> float:
@@ -353,10 +273,19 @@ def _named(name: str) -> Computed:
     return of_all if name.startswith("_") else of_the_subroutine
 
 
-def exists(target: Value | str) -> Value:
+def exists(target: Value | str, arithmetic: Arithmetic = LINUXCNC) -> Value:
     """Return ``EXISTS[#<name>]``: 1 where the parameter has a value, or a parameter of that number exists."""
     if isinstance(target, str):
         name = target
         return lambda p: 1.0 if p.has(name) else 0.0
-    number = target
-    return lambda p: 1.0 if p.has_number(evaluate(number, p)) else 0.0
+    found = begun(target, arithmetic)
+    found.take(_exists, 1)
+    return found
+
+
+def _numbered(p: Parameters, number: float) -> float:
+    return p.number(number)
+
+
+def _exists(p: Parameters, number: float) -> float:
+    return 1.0 if p.has_number(number) else 0.0

@@ -127,11 +127,12 @@ class _Values:
         elif operation in ("NAMED", "PARAMETER"):
             target = self._reader.names[operand] if operation == "NAMED" else stack.pop()
             self._asks = self._asks or asks_state(target)
-            stack.append(expressions.parameter(target))
+            stack.append(expressions.parameter(target, self._arithmetic))
         elif operation in ("EXISTS", "EXISTS_NAMED"):
             stack.append(
                 expressions.exists(
-                    self._reader.names[operand] if operation == "EXISTS_NAMED" else stack.pop()
+                    self._reader.names[operand] if operation == "EXISTS_NAMED" else stack.pop(),
+                    self._arithmetic,
                 )
             )
         elif operation == "WORD":
@@ -149,18 +150,18 @@ class _Values:
         arithmetic = self._arithmetic
         last = self._pop()
         if operation == "BINARY":
-            return expressions.binary(_LITERALS[operand], self._pop(), last, arithmetic)
+            return expressions.binary(operand, self._pop(), last, arithmetic)
         if operation == "FUNCTION":
             if self._rounds_length(_LITERALS[operand]):
                 return expressions.rounded_to_increment(last)
-            return expressions.unary(_LITERALS[operand], last, arithmetic)
+            return expressions.unary(operand, last, arithmetic)
         if operation == "ARC_TANGENT":
             return expressions.arc_tangent(self._pop(), last, arithmetic)
         if operation == "SLOPE":
             return expressions.arc_tangent(last, None, arithmetic)
         if operation == "INCREMENTS":
-            return expressions.increments(last)
-        return expressions.negative(last)
+            return expressions.increments(last, arithmetic)
+        return expressions.negative(last, arithmetic)
 
     def _rounds_length(self, name: str) -> bool:
         """Tell whether a function is FANUC's ROUND in a word of a length or an angle: the first instruction behind it that takes values.

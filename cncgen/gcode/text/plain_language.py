@@ -44,6 +44,7 @@ from cncgen.gcode.block import (
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text import expressions
 from cncgen.gcode.text.syntax_errors import Language, refusal
+from cncgen.kernels import gcode_codes as codes
 from cncgen.kernels.grammar_values import Reader
 
 TYPE_CHECKING = False
@@ -208,19 +209,19 @@ def _parameter(q: str) -> Value:
 
 
 def _signed_parameter(sign: str, q: str) -> Value:
-    return expressions.negative(_parameter(q)) if sign == "-" else _parameter(q)
+    return _unary(sign, _parameter(q))
 
 
 def _unary(sign: str, value: Value) -> Value:
-    return expressions.negative(value) if sign == "-" else value
+    return expressions.negative(value, expressions.HEIDENHAIN) if sign == "-" else value
 
 
 def _binary(a: Value, operator: str, b: Value) -> Value:
-    return expressions.binary(operator.upper(), a, b, expressions.HEIDENHAIN)
+    return expressions.binary(expressions.OF_HEIDENHAIN[operator.upper()], a, b, expressions.HEIDENHAIN)
 
 
 def _function(name: str, a: Value) -> Value:
-    return expressions.unary(name.upper(), a, expressions.HEIDENHAIN)
+    return expressions.unary(expressions.FUNCTIONS_OF_HEIDENHAIN[name.upper()], a, expressions.HEIDENHAIN)
 
 
 # Words.
@@ -294,14 +295,19 @@ def _step(index: int) -> Callable[[Value], Words]:
     letter = "xyzabcuvw"[index]
 
     def meaning(value: Value) -> Words:
-        return [(letter, lambda p: p.interpreter.state.position[index] + expressions.evaluate(value, p))]
+        here: Computed = lambda p: p.interpreter.state.position[index]  # noqa: E731
+        return [(letter, expressions.joined_by(codes.ADD, here, value, expressions.HEIDENHAIN))]
 
     return meaning
 
 
-def _of_a_turn(value: Value) -> Computed:
+def _of_a_turn(value: Value) -> Value:
     """Return the feed a minute of FU, a feed of each turn of the spindle; of FZ, of each tooth, for a tool with one."""
-    return lambda p: p.interpreter.state.speed * expressions.evaluate(value, p)
+    return expressions.joined_by(codes.MULTIPLY, _speed, value, expressions.HEIDENHAIN)
+
+
+def _speed(p: Parameters) -> float:
+    return p.interpreter.state.speed
 
 
 def _called_feed(p: Parameters) -> float:
