@@ -21,8 +21,9 @@ Ints = NDArray[np.int64]
 #: Part of the tolerance that chords of the motion may leave it by where they are longer than those of setpoints, or two phases of
 #: setpoints differ by; and how many phases are looked at, at most.
 _CHORD, PHASES = 0.004, 12
-#: Factors on the tolerance that are tried if it is exceeded: doublings, and then bisections between the last two.
-_DOUBLINGS, _HALVINGS = 6, 5
+#: Factors on the tolerance that are tried if it is exceeded, since with more than it takes, corners near each other are passed elsewhere;
+#: and bisections between the last two where that tells nothing.
+_FACTORS, _HALVINGS = [1.0 + 0.01 * 5.0**k for k in range(6)], 5
 #: Part of a period within which times are the same.
 _SAME = 1e-6
 #: Work of a walk beside its pairs, in pairs.
@@ -71,10 +72,17 @@ class _Walk(NamedTuple):
     at: Ints
     space: kernel.FreeSpace
 
+    @property
+    def last(self) -> int:
+        """The last line that was reached."""
+        first, low, _ = self.space.reached()
+        return first + len(low) - 1
+
 
 def excess(
     path: RowLines,
     ends: tuple[Reached, Reached],
+    own: Ints,
     motion: Solved,
     first_s: float,
     period_s: float,
@@ -84,12 +92,13 @@ def excess(
     """Return by how much setpoints of a motion, of their own phase and others, are over the tolerance before each node, and the work.
 
     The distances have shape (k,), mm, the work is about the pairs of a chord and a line that were looked at. −∞ stands where they are
-    not, or by no more than a part of it that may be passed. Where they go along the rows in order only with more than twice the
-    tolerance, it may be less than that. Where every place is near enough, but not in order, it is what more of it would do.
+    not, or by no more than a part of it that may be passed. Vertices that are missed count before their own node, else before the one
+    that is nearest in time. Where every place is near enough, but not in order, it is what more of the tolerance would do.
 
     Args:
         path: The rows from where the motion begins to where it ends, or beyond.
         ends: Where on them the setpoint before it is, and places that all have to be reached at its end: the next motion goes on from one.
+        own: Shape (vertices,): the node of each vertex of the rows, −1 for none.
         motion: Over all axes.
         first_s: Time of its first setpoint.
         period_s: Time between setpoints.
@@ -107,10 +116,9 @@ def excess(
         first = walker.walk(points, allowed)
         if first.whole:
             continue
-        found, factor = first, 1.0
-        for _ in range(_DOUBLINGS):
-            factor *= 2.0
-            found = walker.walk(points, factor * allowed)
+        less, factor, found = 1.0, 1.0, first
+        for more in _FACTORS:
+            less, factor, found = factor, more, walker.walk(points, more * allowed)
             if found.whole:
                 break
         np.maximum.at(over, node[1:], (found.out - path.tolerance[found.line])[1:])
@@ -121,15 +129,16 @@ def excess(
             (way**2).sum(axis=1), 1e-300
         )
         when = t[chord] + np.clip(part, 0.0, 1.0) * (t[chord + 1] - t[chord])
-        np.maximum.at(
-            over, np.minimum(np.searchsorted(end, when), len(end) - 1), found.back[seen] - beside[seen]
-        )
+        near = np.where(own[seen] < 0, np.minimum(np.searchsorted(end, when), len(end) - 1), own[seen])
+        np.maximum.at(over, near, found.back[seen] - beside[seen])
         if not (over > passed * path.tolerance.max()).any():
-            less = 0.5 * factor
             for _ in range(_HALVINGS):
                 half = 0.5 * (less + factor)
-                less, factor = (less, half) if walker.walk(points, half * allowed).whole else (half, factor)
-            stuck = node[min(first.chords + 1, len(node) - 1)]
+                walk = walker.walk(points, half * allowed)
+                less, factor, found = (less, half, walk) if walk.whole else (half, factor, found)
+            # Vertices that are reached in time only with more of it.
+            late = (seen > first.last) & (found.at[seen] <= first.chords)
+            stuck = near[late] if late.any() else node[min(first.chords + 1, len(node) - 1)]
             over[stuck] = (factor * (1.0 + passed) - 1.0) * path.tolerance.max()
     return over, walker.cells
 

@@ -333,7 +333,8 @@ def _loose(
     tolerance: Floats,
     along: Floats,
 ) -> Bools:
-    """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where rows turn back or feeds change.
+    """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where feeds change, or within
+    twice of it where rows turn back: one place may then be within the tolerance of all between.
 
     Planes there would make the motion go as deep into a corner, or into several that are a way back together, as the plan does, and
     change its speed where the plan changes it.
@@ -352,14 +353,14 @@ def _loose(
     while len(pair):
         # Between a node and the one `lag` after it.
         back = pair[np.sqrt(((after[pair + lag] - before[pair]) ** 2).sum(axis=1)) > _GOES_BACK]
-        reach = np.minimum(tolerance[back], tolerance[back + lag])
+        reach = 2.0 * np.minimum(tolerance[back], tolerance[back + lag])
         begin = np.searchsorted(node, node[back + lag] - reach, side="right")
         end = np.searchsorted(node, node[back] + reach)
         np.add.at(change, begin[begin < end], 1)
         np.add.at(change, end[begin < end], -1)
         lag += 1
         pair = pair[pair + lag < len(node)]
-        pair = pair[node[pair + lag] - node[pair] < 2.0 * tolerance[pair]]
+        pair = pair[node[pair + lag] - node[pair] < 4.0 * tolerance[pair]]
     out |= np.cumsum(change[:-1]) > 0
     return out
 

@@ -24,6 +24,8 @@ _WIDER = 1e-4
 #: Part of the jerk limit that what nodes are missed by may make of a third difference; the most and, in parts of what doubles
 #: can tell, the least that is asked of the scaled states.
 _SHOWS, _MISSED, _TOLD = 1e-4, 1e-7, 4.0
+#: Times between nodes are at least and at most these parts of those of the guess; where less is asked, at least the second part.
+_SHORTEST, _MORE, _MOST_TIME = 0.05, 1.5, 8.0
 #: Weight of jerk squared: calms where the feed alone binds. Cost of a step of mean length.
 _CALM, _COST = 0.01, 0.02
 #: Arrays of a problem and of its workspace that have a row for each node, for each step between two, and for each row of room.
@@ -80,6 +82,7 @@ class Problem:
         centre, direction: Shape (rows, n): a line through a point, or a point (direction 0).
         radius: Shape (rows,): how near the node is to it, mm.
         feed: Shape (N + 1,): speed over the weighed axes, infinite for none.
+        longest: Shape (N,): most of the time between nodes, s; a guess that takes nearly as long may take half of its own more.
         between: Shape (N,): speed to which an interval is held between its nodes, its axes as well; infinite where it need not be.
         start, goal: Shape (3, n): position, velocity and acceleration at both ends.
         period_s: Time between setpoints: nodes are met so exactly that third differences over it hold the jerk.
@@ -97,6 +100,7 @@ class Problem:
     direction: Floats
     radius: Floats
     feed: Floats
+    longest: Floats
     between: Floats
     start: Floats
     goal: Floats
@@ -167,8 +171,8 @@ class Search:
             rows=self.rows,
             feed=feed,
             between=self.between,
-            hlow=np.full(steps, 0.05),
-            hhigh=np.full(steps, 8.0),
+            hlow=np.full(steps, _SHORTEST),
+            hhigh=np.clip(given.longest / given.step, _MORE, _MOST_TIME),
             goal=state[-1].copy(),
             x=state,
             u=self.u,

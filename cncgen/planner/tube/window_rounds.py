@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.planner.tube.deviation import Reached, excess
 from cncgen.planner.tube.programmed import RowLines
-from cncgen.planner.tube.tube_nodes import Nodes
+from cncgen.planner.tube.tube_nodes import SPACING, Nodes
 from cncgen.planner.tube.window_judge import too_fast
 from cncgen.planner.tube.window_problem import Problem, Solved
 from cncgen.planner.tube.window_start import Found, again, begun, faster
@@ -32,6 +33,8 @@ _LOCAL, _NARROWEST = 2, 0.1
 PASSED = 0.004
 #: Part of its room by which that of a node is narrower beyond which a search goes on from further away first.
 _FAR = 0.5
+#: Times between nodes are at most so many times as long as usual beside those without a plane.
+_LONGEST = 1.5
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
 #: Nodes after the beginning of a window that keep their room ahead: the state that is expected there may be over the tolerance itself.
@@ -111,6 +114,7 @@ class Rounds:
         self.columns = moving(window.state, nodes)
         self.number, self.units, self.exact, self.changed, self.early = -1, 0, False, False, False
         self._radius, self._held = nodes.radius, np.zeros(len(nodes), bool)
+        self._own = _own(window)
         self._parts = [(0, len(nodes))]
         self._got: Found | None = None
         # Steps of Newton's method grow with the cube of the axes.
@@ -149,7 +153,7 @@ class Rounds:
         assert self._got is not None
         found = self._got[1]
         over, cells = excess(
-            window.path, window.goals, self.motion, first_s, self.bounds.period_s, PASSED, phases
+            window.path, window.goals, self._own, self.motion, first_s, self.bounds.period_s, PASSED, phases
         )
         self.units += int(_CELL * cells)
         if self.early:
@@ -191,7 +195,7 @@ class Rounds:
         if not np.array_equal(self.columns, moving(window.state, window.nodes)):
             return False
         search = self._got[0]
-        self.window, self.exact = window, False
+        self.window, self._own, self.exact = window, _own(window), False
         self._got = search, search.begin(window.state[:, self.columns])
         self.motion = _spread(self._got[1], self.columns, window.state, self.goal[0])
         return True
@@ -232,16 +236,37 @@ class Rounds:
             direction=nodes.direction[rooms].take(columns, axis=1),
             radius=self._radius[rooms],
             feed=feed,
+            longest=self._longest(),
             between=np.where(self._held, np.maximum(feed[1:], feed[:-1]), np.inf),
             start=start[:, columns],
             goal=self.goal[:, columns],
             period_s=bounds.period_s,
         )
 
+    def _longest(self) -> Floats:
+        """Return the most of the times between nodes, shape (k,), s: infinite but beside nodes that no plane holds.
+
+        Such nodes gather where the motion is slow, and one interval beside them grew so long that the motion left its room there.
+        """
+        loose = (self.window.nodes.tangent == 0.0).all(axis=1)
+        jerk = self.bounds.jerk
+        strongest = float(jerk[np.isfinite(jerk)].max())
+        usual = _LONGEST * SPACING[0] * elementary.cbrt(self.allowed / strongest)
+        return np.where(loose | np.append(loose[:1], loose[:-1]), usual, np.inf)
+
 
 def moving(start: Floats, nodes: Nodes) -> Ints:
     """Return the axes that move from a state over nodes."""
     return np.flatnonzero(np.ptp(np.concatenate([start[:1], nodes.point]), axis=0) > _STILL)
+
+
+def _own(window: Window) -> Ints:
+    """Return the node of each vertex of the rows of a window, −1 where it has none, shape (vertices,)."""
+    key, vertex = window.path.key, window.nodes.vertex
+    out = np.full(len(key), -1)
+    node = np.flatnonzero((vertex >= key[0]) & (vertex <= key[-1]))
+    out[np.searchsorted(key, vertex[node])] = node
+    return out
 
 
 def _around(values: Floats, t: Floats, reach: float) -> Floats:

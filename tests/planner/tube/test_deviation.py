@@ -42,8 +42,25 @@ def ends(path: RowLines, found: Solved) -> tuple[Reached, Reached]:
     return Reached.at(found.position[0], 0.0), Reached.at(found.position[-1], path.key[-1], path.key[-2])
 
 
+def none(path: RowLines) -> NDArray[np.int64]:
+    """Return that no vertex has a node."""
+    return np.full(len(path.key), -1)
+
+
 def over(path: RowLines, found: Solved, period_s: float = 1e-3, first_s: float = 0.0) -> Floats:
-    return excess(path, ends(path, found), found, first_s, period_s, 0.0)[0]
+    return excess(path, ends(path, found), none(path), found, first_s, period_s, 0.0)[0]
+
+
+def test_a_missed_vertex_counts_at_its_own_node() -> None:
+    """A motion that cuts a right angle from 0.3 before to 0.3 behind it leaves the vertex by 0.3/√2; elsewhere it is on the rows."""
+    path = rows((0, 0), (1, 0), (1, 1))
+    found = steady((0, 0), (0.7, 0), (1, 0.3), (1, 1))
+    for own in (25, 32):
+        at = none(path)
+        at[1] = own
+        by = excess(path, ends(path, found), at, found, 0.0, 1e-3, 0.0)[0]
+        assert np.argmax(by) == own
+        assert by[own] == pytest.approx(0.3 * np.sqrt(0.5) - TOLERANCE, abs=1e-6)
 
 
 def test_a_motion_beside_a_line_is_over_by_what_it_is_apart() -> None:
@@ -144,6 +161,6 @@ def test_a_motion_goes_on_from_where_it_may_be() -> None:
         0.0,
     )
     goal = ends(path, whole)[1]
-    assert (excess(path, (there, goal), rest, 0.0, 1e-3, 0.0)[0] <= 0.0).all()
+    assert (excess(path, (there, goal), none(path), rest, 0.0, 1e-3, 0.0)[0] <= 0.0).all()
     # From there a way that leaves out the turn is not in order.
-    assert excess(path, (there, goal), steady((0.75, 0), (1.5, 0)), 0.0, 1e-3, 0.0)[0].max() > 0.1
+    assert excess(path, (there, goal), none(path), steady((0.75, 0), (1.5, 0)), 0.0, 1e-3, 0.0)[0].max() > 0.1

@@ -132,6 +132,27 @@ def test_the_tips_of_folds_are_left_out_as_far_as_the_tolerance_allows(name: str
     assert 0.998 < seconds / least < 1.015
 
 
+#: Corners about a tolerance apart between longer rows: tolerance, feed, least time as above, and the ends of lines in tolerances.
+NEAR = [
+    (0.01, 6000, 0.1210, [(52.93, -43.02), (53.84, -43.88), (56.86, -45.7), (55.54, -46.05), (58.39, -43.31), (57.29, -43.64), (58.17, -43.87), (17.78, -36.33)]),
+    (0.03, 2000, 0.15075, [(-25.43, -26.25), (-25.95, -25.92), (-27.61, -25.26), (-27.93, -25.8), (-27.3, -26.03), (-26.01, -28.15), (-9.12, -2.16)]),
+    (0.01, 2000, 0.2009, [(-41.02, -100.6), (-39.96, -99.99), (-77.15, -77.24), (-76.88, -75.41), (-242.15, -71.93), (-241.09, -72.94)]),
+    (0.03, 9000, 0.18817, [(43.9, 44.62), (44.35, 44.0), (44.55, 41.55), (-11.79, 64.6)]),
+    (0.1, 6000, 0.30721, [(13.43, 61.78), (13.41, 62.3), (15.34, 59.83), (15.36, 60.87), (15.02, 61.31), (15.69, 61.25), (-56.29, 62.66)]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("number", range(len(NEAR)))
+def test_corners_about_a_tolerance_apart_are_passed_at_once(number: int) -> None:
+    """Rounds narrowed rooms that did not hold the missed corner, or the time between two nodes grew to several times that of a corner."""
+    tolerance, feed, least, ends = NEAR[number]
+    head = ["(START, X0 Y0)", f"G21 G90 G94 G17 G64 P{tolerance} F{feed}"]
+    rows = polyline([(0.0, 0.0), *(tolerance * np.array(ends)).tolist()])
+    seconds, broken = planned("\n".join([*head, *rows, "M30", ""]), machine())
+    assert not broken
+    assert 0.998 < seconds / least < 1.01
+
+
 def test_corners_that_the_plan_passes_in_one_place_are_nodes_all_the_same() -> None:
     """A motion within a tolerance is one within a larger one, so that takes no longer, though the plan passes more corners at once."""
     ends = [(0.0703, 0.0831), (-0.0242, 0.0513), (-0.079, 0.0836), (-0.1387, -0.0077), (-0.1027, -0.0699), (-0.2282, -0.079),
@@ -328,7 +349,7 @@ def straight(length: float, nodes: int) -> tuple[Problem, Floats]:
     given = Problem(
         np.full(2, V), np.full(2, A), np.full(2, J), np.ones(2), point, np.tile(t, (nodes + 1, 1)), np.full(nodes, 2.0 * h),
         np.concatenate([[0, 0], np.arange(1, nodes), [nodes - 1]]).astype(np.int64), point[1:-1].copy(), np.tile(t, (nodes - 1, 1)),
-        np.full(nodes - 1, 1e-3), np.full(nodes + 1, np.inf), np.full(nodes, np.inf), rest, goal, 1e-3,
+        np.full(nodes - 1, 1e-3), np.full(nodes + 1, np.inf), np.full(nodes, np.inf), np.full(nodes, np.inf), rest, goal, 1e-3,
     )  # fmt: skip
     return given, velocity[:, None] * t
 
