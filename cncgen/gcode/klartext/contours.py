@@ -19,9 +19,11 @@ from cncgen.gcode.codes.arcs import tangent_centre
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.feeds import set_feed
 from cncgen.gcode.codes.flat_cutter import FlatCutter
+from cncgen.gcode.codes.leads import lead_arc, lead_line
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.plain_language import Plain
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes.turning_profiles import Segment
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point, TryingSink
 from cncgen.gcode.text.evaluation import evaluate
@@ -176,13 +178,32 @@ def _radius(ip: Interpreter, side: int) -> float:
     return ip.tool_radius() if side else 0.0
 
 
-def _circle(way: ContourWay) -> float:
-    """Return the radius of the tool centre's arc, below 0 on the side of the part."""
-    radius = way.value("R")
-    if radius == 0.0:
-        message = f"{way.kind} {way.form} has an arc of R0"
-        raise BlockError("comp-radius", message, way.kind, hint="R5, or R-5 for the side of the part")
-    return radius
+def _lead(
+    way: ContourWay, beside: complex, tangent: complex, side: int, far: complex, *, leaving: bool
+) -> Segment:
+    """Return the line or arc of the tool's centre that leads beside a contour, or away from there; R below 0 is on the side of the part.
+
+    Args:
+        way: The words.
+        beside: Where the centre stands beside the contour's point.
+        tangent: The contour's direction there.
+        side: On which side the tool is, 1 for left.
+        far: Where the tool comes from or goes to.
+        leaving: Whether it is a departure.
+    """
+    sense = -1 if side < 0 else 1
+    if way.form in ("LT", "LN"):
+        along = tangent if way.form == "LT" else 1j * sense * tangent * (1.0 if leaving else -1.0)
+        return lead_line(beside, along, way.value("LEN"), leaving=leaving)
+    radius = sense * way.value("R")
+    message = f"{way.kind} {way.form} has an arc of R0"
+    refuse(way.kind, (radius == 0.0, "comp-radius", message, "R5, or R-5 for the side of the part"))
+    if way.form == "CT":
+        return lead_arc(beside, tangent, radius, math.radians(way.value("CCA")), leaving=leaving)
+    centre, spin = beside + 1j * tangent * radius, 1 if radius > 0.0 else -1
+    touched = _touch(far, centre, abs(radius), spin, leaving=leaving)
+    ends = (beside, touched) if leaving else (touched, beside)
+    return Segment(*ends, centre, spin)
 
 
 def _touch(place: complex, centre: complex, radius: float, sense: int, *, leaving: bool) -> complex:
@@ -247,31 +268,17 @@ def approach(
         )
     side = way.side or 0
     cutter, tool, a = FlatCutter(ip), _radius(ip, side), complex(start[0], start[1])
-    normal = tangent * (-1j if side < 0 else 1j)
-    beside = a + normal * tool
+    beside = a + tangent * (-1j if side < 0 else 1j) * tool
     ip.sink.block = here
     # LCT has one feed all the way; to where the other forms begin, the tool goes as it went before.
     rapid = ip.state.motion == 0 and way.form != "LCT"
     if way.form == "LCT" or ip.state.feed <= 0.0:
         _take_feed(ip, way, here)
-    sense = -1 if side < 0 else 1
-    if way.form in ("LT", "LN"):
-        along = -tangent if way.form == "LT" else normal
-        cutter.to(beside + along * way.value("LEN"), start[2], rapid=rapid)
+    lead = _lead(way, beside, tangent, side, cutter.place(), leaving=False)
+    cutter.to(lead.start, start[2], rapid=rapid)
+    if way.form != "LCT":
         _take_feed(ip, way, here)
-        cutter.to(beside)
-    else:
-        radius = _circle(way)
-        centre = beside + normal * radius
-        sense, radius = (sense if radius > 0.0 else -sense), abs(radius)
-        if way.form == "CT":
-            at = centre + (beside - centre) * cmath.rect(1.0, -sense * math.radians(way.value("CCA")))
-        else:
-            at = _touch(cutter.place(), centre, radius, sense, leaving=False)
-        cutter.to(at, start[2], rapid=rapid)
-        if way.form != "LCT":
-            _take_feed(ip, way, here)
-        cutter.arc(beside, centre, sense)
+    cutter.follow(lead)
     if side:
         ip.execute(Block({}, (410 if side > 0 else 420,), (), None, here.source, here.line, here.offset))
         if isinstance(ip.sink, CompensatedSink):
@@ -292,34 +299,17 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
     tangent = heading / abs(heading)
     side = {41: 1, 42: -1}.get(ip.state.compensation, 0)
     cutter, tool = FlatCutter(ip), _radius(ip, side)
-    e = cutter.place()
-    normal = tangent * (-1j if side < 0 else 1j)
+    beside = cutter.place() + tangent * (-1j if side < 0 else 1j) * tool
     ip.end_compensation()
     ip.sink.block = here
-    beside = e + normal * tool
     ip.state.position = [beside.real, beside.imag, *ip.state.position[2:]]
     _take_feed(ip, way, here)
-    sense = -1 if side < 0 else 1
-    if way.form == "LT":
-        cutter.to(beside + tangent * way.value("LEN"))
-    elif way.form == "LN":
-        cutter.to(beside + normal * way.value("LEN"))
-    else:
-        radius = _circle(way)
-        centre = beside + normal * radius
-        sense, radius = (sense if radius > 0.0 else -sense), abs(radius)
-        if way.form == "CT":
-            cutter.arc(
-                centre + (beside - centre) * cmath.rect(1.0, sense * math.radians(way.value("CCA"))),
-                centre,
-                sense,
-            )
-        else:
-            polar = "PR" in way.values or "PA" in way.values
-            end = complex(way.values.get("X", beside.real), way.values.get("Y", beside.imag))
-            end = _polar(ip, way) if polar else end
-            cutter.arc(_touch(end, centre, radius, sense, leaving=True), centre, sense)
-            cutter.to(end, way.values.get("Z"))
+    end = complex(way.values.get("X", beside.real), way.values.get("Y", beside.imag))
+    if way.form == "LCT" and way.values.keys() & {"PR", "PA"}:
+        end = _polar(ip, way)
+    cutter.follow(_lead(way, beside, tangent, side, end, leaving=True))
+    if way.form == "LCT":
+        cutter.to(end, way.values.get("Z"))
 
 
 def take_polar_end(ip: Interpreter, words: dict[str, float]) -> None:

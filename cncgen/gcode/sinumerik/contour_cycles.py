@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.lathe_fanuc import Turning
+from cncgen.gcode.codes.leads import lead_arc, lead_line
 from cncgen.gcode.codes.steps import levels_of
 from cncgen.gcode.codes.turning_cycles import Lathe
 from cncgen.gcode.codes.turning_cycles_fanuc import levels
@@ -44,20 +45,19 @@ def _contour(motions: Motions, name: str, values: Values, least: int) -> list[Se
     return found
 
 
-def _way(
-    point: complex, heading: complex, off: complex, kind: float, size: float, name: str
-) -> tuple[complex, complex | None]:
-    """Return where a way on to a point begins, seen against its direction, and the centre of its arc or None for a line.
+def _way(segment: Segment, kind: float, aside: float, name: str, *, leaving: bool) -> Segment:
+    """Return the way to the first segment of a contour, or away from its last: 1 is a tangential line, 2 a quadrant, 3 a semicircle.
 
-    1 is a tangential line, 2 a quadrant, 3 a semicircle; `off` leads off the contour.
+    Its size is that of `aside`, which is above 0 where it lies to the left of the contour.
     """
     message = f"the way on or off {kind:g} of {name} is not read"
     hint = "AS1 and AS2 are 1 (line), 2 (quadrant), 3 (semicircle), in the plane"
     refuse(name, (kind not in (1.0, 2.0, 3.0), "not-read", message, hint))
-    if kind == 1.0:
-        return point - heading * size, None
-    centre = point + off * size
-    return (centre - heading * size, centre) if kind == 2.0 else (point + 2.0 * off * size, centre)
+    point = segment.end if leaving else segment.start
+    heading = segment.heading(point)
+    if kind == 1.0 or not aside:
+        return lead_line(point, heading, abs(aside), leaving=leaving)
+    return lead_arc(point, heading, aside, (kind - 1.0) * math.pi / 2.0, leaving=leaving)
 
 
 def call(motions: Motions, name: str, values: Values) -> None:
@@ -104,29 +104,24 @@ def mill(motions: Motions, name: str, values: Values) -> None:
     contour = _contour(motions, name, values, 1)[1:]
     left = side == 41
     path = contour if side == 40 else moved_aside(contour, radius + (v[6] if rough else 0.0), left)
-    off = 1j if side != 42 else -1j
-    into, out_of = path[0].heading(path[0].start), path[-1].heading(path[-1].end)
-    begin, centre_on = _way(path[0].start, into, into * off, v[12] or 1.0, abs(v[13]), name)
-    end, centre_off = _way(path[-1].end, -out_of, out_of * off, v[15] or 1.0, abs(v[16]), name)
     spin = 1 if side != 42 else -1
+    on = _way(path[0], v[12] or 1.0, spin * abs(v[13]), name, leaving=False)
+    off = _way(path[-1], v[15] or 1.0, spin * abs(v[16]), name, leaving=True)
     hole.go(max(hole.back, ip.state.position[motions.plane()[2]]), rapid=True)
     steps = levels_of(hole.reference, hole.depth + (v[7] if rough else 0.0), v[5], name)
     for k, level in enumerate(steps):
-        if k == 0 or vari // 10 % 10 == 0:
-            follow(motions, begin, rapid=True)
-        else:
-            hole.feed(between)
-            follow(motions, begin)
+        rapid = k == 0 or vari // 10 % 10 == 0
+        hole.feed(None if rapid else between)
+        follow(motions, on.start, rapid=rapid)
         if k == 0 or vari // 100 < 2:
             hole.go(hole.start, rapid=True)
         hole.feed(plunge)
         hole.go(level, rapid=False)
         hole.feed(feed)
-        follow(motions, path[0].start, centre_on, spin)
-        for segment in path:
+        for segment in (on, *path):
             follow(motions, segment.end, segment.centre, segment.spin)
         hole.feed(between)
-        follow(motions, end, centre_off, spin)
+        follow(motions, off.end, off.centre, off.spin)
         if level != steps[-1] and vari // 100 < 3:
             hole.go((hole.back, hole.start, level + abs(v[3]))[vari // 100], rapid=True)
     hole.go(hole.back, rapid=True)

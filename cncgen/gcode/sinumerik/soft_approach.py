@@ -16,6 +16,7 @@ from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.corners import tried_motion
 from cncgen.gcode.codes.cutter_compensation import feed_along_contour
+from cncgen.gcode.codes.leads import lead_arc, lead_line
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.arcs import follow
@@ -225,8 +226,7 @@ def _arc(motions: Motions, soft: Soft, point: complex, heading: complex, *, on: 
     tool = {41: 1, 42: -1}.get(motions.ip.state.compensation, 0)
     quarters = (APPROACH if on else RETRACT)[soft.code]
     if not quarters:
-        far = point + (-heading if on else heading) * (soft.radius + radius)
-        return Segment(far, point) if on else Segment(point, far)
+        return lead_line(point, heading, soft.radius + radius, leaving=not on)
     first, second, _ = motions.plane()
     away = complex(soft.begin[first], soft.begin[second]) - point
     side = tool if soft.side == 2 else soft.side or (1 if (away * heading.conjugate()).imag >= 0.0 else -1)
@@ -239,10 +239,7 @@ def _arc(motions: Motions, soft: Soft, point: complex, heading: complex, *, on: 
     if beside * side <= _TINY:
         what = f"has DISR={soft.radius:g}, and the tool, of the radius {radius:g}, lies on the other side of the contour"
         raise soft.fault(what, "DISR", "make DISR larger")
-    centre = point + 1j * heading * beside
-    turn = cmath.rect(1.0, cmath.pi / 2.0 * quarters * side * (-1.0 if on else 1.0))
-    far = centre + (point - centre) * turn
-    return Segment(far, point, centre, side) if on else Segment(point, far, centre, side)
+    return lead_arc(point, heading, beside, cmath.pi / 2.0 * quarters, leaving=not on)
 
 
 def _tried(motions: Motions, words: Words, end: list[float]) -> Segment | None:
