@@ -21,9 +21,8 @@ def nothing(ip: Interpreter, block: Block) -> None:
 def forbid(ip: Interpreter, block: Block) -> None:
     """G22: a zone that the tool must not enter, which is not checked here."""
     hint = "travel_mm of the machine file is checked"
-    ip.warn_once(
-        BlockError("zone-not-checked", "the zone of G22 is not checked", "G22", hint=hint), Severity.NOTE
-    )
+    message = "the zone of G22 is not checked"
+    ip.warn_once(BlockError("zone-not-checked", message, "G22", hint=hint), Severity.NOTE)
 
 
 def cancelled(ip: Interpreter, block: Block) -> None:
@@ -55,12 +54,8 @@ def _sizes_of_x(diameters: int) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         if block.words.get("x") != diameters:
             known = "X0 (lengths)" if not diameters else "X1 (diameters)"
-            raise BlockError(
-                "not-read",
-                f"G10.9 is read with {known} alone",
-                "G10.9",
-                hint="--dialect chooses between mills and lathes",
-            )
+            message = f"G10.9 is read with {known} alone"
+            raise BlockError("not-read", message, "G10.9", hint="--dialect chooses between mills and lathes")
 
     return run
 

@@ -262,12 +262,10 @@ class FramedSink(PassingSink):
             self.inner.arc_feed(self._led(end), centre[a], centre[b], turns, plane)
             return
         if end[n] != self.at[n]:
-            raise BlockError(
-                "arc-turned",
-                f"a helix of G{plane} under a rotation out of its plane, or unequal scaling, is not read",
-                "",
-                hint="ROT and CYCLE800 without words end a rotation",
+            message = (
+                f"a helix of G{plane} under a rotation out of its plane, or unequal scaling, is not read"
             )
+            raise BlockError("arc-turned", message, "", hint="ROT and CYCLE800 without words end a rotation")
         self.nurbs_feed(self._spline(end, complex(first, second), turns, plane))
 
     def nurbs_feed(self, curve: Curve) -> None:
@@ -291,9 +289,8 @@ class FramedSink(PassingSink):
         start = complex(self.at[a], self.at[b])
         spoke, last = start - centre, complex(end[a], end[b]) - centre
         if spoke == 0.0:  # behind an error, which left the tool in the centre
-            raise BlockError(
-                "arc-centre", "the arc begins in its centre", hint="I J K lead from the start to the centre"
-            )
+            message = "the arc begins in its centre"
+            raise BlockError("arc-centre", message, hint="I J K lead from the start to the centre")
         spin = 1.0 if turns > 0 else -1.0
         sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
         sweep = (sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1)
@@ -363,9 +360,8 @@ def stand(ip: Interpreter, frame: Frame, sink: Callable[[Sink, Point], FramedSin
         BlockError: Cutter compensation is on.
     """
     if ip.state.compensation != 40:
-        raise BlockError(
-            "frame-compensation", "a frame cannot change under cutter compensation", "", hint="use G40"
-        )
+        message = "a frame cannot change under cutter compensation"
+        raise BlockError("frame-compensation", message, "", hint="use G40")
     framed = ip.sink if isinstance(ip.sink, FramedSink) else None
     work = framed.frame.to_work(ip.state.position) if framed else ip.state.position
     inner = framed.inner if framed else ip.sink

@@ -88,9 +88,8 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
     end = ip.end_point(block)
     if "r" in words and ip.dialect == "fanuc" and end == state.position and has_axis(block):
         message = f"{name} with R ends where it starts: an arc of no degrees, which moves nothing"
-        ip.warn(
-            BlockError("arc-end", message, "R", hint="a full circle has its centre (I J K)"), Severity.WARNING
-        )
+        hint = "a full circle has its centre (I J K)"
+        ip.warn(BlockError("arc-end", message, "R", hint=hint), Severity.WARNING)
         return
     if "r" in words:
         x, y = _centre_by_radius(ip, block, end, clockwise, name)
@@ -186,12 +185,8 @@ def _centre_by_radius(
         raise BlockError("arc-end", f"{name} with R has neither {both}: its end is not in the plane", name)
     chord = math.hypot(end[first] - start[first], end[second] - start[second])
     if chord == 0.0:
-        raise BlockError(
-            "arc-end",
-            f"{name} with R ends where it starts: every circle of that radius would do",
-            "R",
-            hint="a full circle needs its centre (I J K)",
-        )
+        message = f"{name} with R ends where it starts: every circle of that radius would do"
+        raise BlockError("arc-end", message, "R", hint="a full circle needs its centre (I J K)")
     centre = centre_from_radius(
         start[first],
         start[second],
@@ -202,13 +197,9 @@ def _centre_by_radius(
         RADIUS_TOLERANCE[state.inches],
     )
     if math.isnan(centre.real):
-        raise BlockError(
-            "arc-radius",
-            f"R{radius:g} is too small: the end is {chord:.4f} away, and 2 R is {2 * abs(radius):.4f}",
-            "R",
-            hint=f"R must be at least {chord / 2:.4f}",
-            values={"radius": radius, "chord": chord},
-        )
+        message = f"R{radius:g} is too small: the end is {chord:.4f} away, and 2 R is {2 * abs(radius):.4f}"
+        hint = f"R must be at least {chord / 2:.4f}"
+        raise BlockError("arc-radius", message, "R", hint=hint, values={"radius": radius, "chord": chord})
     return centre.real, centre.imag
 
 
@@ -221,20 +212,16 @@ def _centre_by_offset(ip: Interpreter, block: Block, end: list[float], name: str
     wrong = _OFFSETS[normal % 3]
     if wrong in block.words and not (ip.plain and block.words[wrong] == 0.0):
         plane = (AXES[first] + AXES[second]).upper()
-        raise BlockError(
-            "arc-plane",
-            f"{wrong.upper()} leads to no centre of an arc in the {plane} plane",
-            wrong.upper(),
-            hint=f"leave {wrong.upper()} out, or choose the plane of the arc: G17 XY, G18 ZX, G19 YZ",
-        )
+        message = f"{wrong.upper()} leads to no centre of an arc in the {plane} plane"
+        hint = f"leave {wrong.upper()} out, or choose the plane of the arc: G17 XY, G18 ZX, G19 YZ"
+        raise BlockError("arc-plane", message, wrong.upper(), hint=hint)
     centre = []
     for axis in (first, second):
         letter = _OFFSETS[axis % 3]
         if state.arc_absolute:
             if letter not in block.words:
-                raise BlockError(
-                    "arc-centre", f"{letter.upper()} is missing: G90.1 needs the whole centre", name
-                )
+                message = f"{letter.upper()} is missing: G90.1 needs the whole centre"
+                raise BlockError("arc-centre", message, name)
             centre.append(block.words[letter])
         else:
             centre.append(start[axis] + block.words.get(letter, 0.0))

@@ -47,9 +47,8 @@ def point(ip: Interpreter, block: Block) -> None:
         return
     weight, interval = words.get("pw", 1.0), words.get("pl", 1.0)
     if not 0.0 < weight <= _MAX_WEIGHT:
-        raise BlockError(
-            "nurbs-weight", f"PW={weight:g}: a weight is above 0 and at most {_MAX_WEIGHT:g}", "PW"
-        )
+        message = f"PW={weight:g}: a weight is above 0 and at most {_MAX_WEIGHT:g}"
+        raise BlockError("nurbs-weight", message, "PW")
     if interval < 0.0:
         raise BlockError("nurbs-knot", f"PL={interval:g} is negative", "PL")
     spline.block = block
@@ -67,10 +66,8 @@ def close(ip: Interpreter, block: Block) -> None:
     ip.state.spline = ip.guard = None
     degree, count = spline.degree, len(spline.points)
     if count <= degree:
-        raise BlockError(
-            "nurbs-points",
-            f"BSPLINE has {count} control points with its start; degree {degree} needs {degree + 1}",
-        )
+        message = f"BSPLINE has {count} control points with its start; degree {degree} needs {degree + 1}"
+        raise BlockError("nurbs-points", message)
     knots = [0.0] * (degree + 1)
     for interval in spline.intervals[degree:]:
         knots.append(knots[-1] + interval)

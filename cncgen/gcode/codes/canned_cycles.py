@@ -138,9 +138,8 @@ class HoleMoves:
         if self.between:
             step = hole.words["q"]
             if (hole.retract - hole.bottom) / step > MAX_PECKS:
-                raise BlockError(
-                    "cycle-peck", f"Q{step:g} makes more than {MAX_PECKS} steps of one hole", "Q"
-                )
+                message = f"Q{step:g} makes more than {MAX_PECKS} steps of one hole"
+                raise BlockError("cycle-peck", message, "Q")
             level = hole.retract - step
             while level > hole.bottom:
                 self._go(hole, self.between, level)
@@ -366,11 +365,8 @@ def _hole_of(ip: Interpreter, block: Block, sticky: Sticky) -> Hole:
     retract = words["r"] if state.absolute else level + words["r"]
     bottom = words[depth] if state.absolute else retract + words[depth]
     if bottom > retract:
-        raise BlockError(
-            "cycle-depth",
-            f"the bottom, {depth.upper()} {bottom:.4f}, is above R {retract:.4f}",
-            "R" if "r" in block.words else depth.upper(),
-        )
+        message = f"the bottom, {depth.upper()} {bottom:.4f}, is above R {retract:.4f}"
+        raise BlockError("cycle-depth", message, "R" if "r" in block.words else depth.upper())
     clear = max(level, retract) if state.retract_old else retract
     return Hole(ip, block, normal, retract, bottom, clear, words, max(round(block.words.get("$", 0.0)), 0))
 

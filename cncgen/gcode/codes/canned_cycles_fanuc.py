@@ -348,11 +348,8 @@ def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> No
     retract = words["r"] + (sticky.level if "r" in sticky.relative else 0.0)
     bottom = words[depth] + (retract if depth in sticky.relative else 0.0)
     if (bottom > retract) != (number in _BACK) and bottom != retract:
-        raise BlockError(
-            "cycle-depth",
-            f"the bottom, {depth.upper()} {bottom:.4f}, is on the wrong side of R {retract:.4f}",
-            "R" if "r" in block.words else depth.upper(),
-        )
+        message = f"the bottom, {depth.upper()} {bottom:.4f}, is on the wrong side of R {retract:.4f}"
+        raise BlockError("cycle-depth", message, "R" if "r" in block.words else depth.upper())
     clear = max(sticky.level, retract) if state.retract_old else retract
     hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
     step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)

@@ -157,8 +157,7 @@ def start(ip: Interpreter, text: str) -> None:
         machine[AXIS_INDEX[letter]] = float(match.group(2))
         place = match.end()
     if text[place:].strip():
-        raise BlockError(
-            "start-words", f"(START, …) takes axis letters with numbers, not {text[place:].strip()!r}"
-        )
+        message = f"(START, …) takes axis letters with numbers, not {text[place:].strip()!r}"
+        raise BlockError("start-words", message)
     ip.rebase(machine)
     ip.sink.place(ip.state.position)

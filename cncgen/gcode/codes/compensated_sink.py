@@ -309,12 +309,8 @@ class CompensatedSink(PassingSink):
 
     def set_g5x_offset(self, system: int, offset: Point) -> None:
         """Refuse to move the coordinate system."""
-        raise BlockError(
-            "comp-refused",
-            "the coordinate system in force cannot change while cutter compensation is on",
-            "G10",
-            hint="turn it off before (G40 and a straight move)",
-        )
+        message = "the coordinate system in force cannot change while cutter compensation is on"
+        raise BlockError("comp-refused", message, "G10", hint="turn it off before (G40 and a straight move)")
 
     def use_tool_length_offset(self, offset: Point) -> None:
         """Pass on; coordinates of where the tool stands change by as much."""

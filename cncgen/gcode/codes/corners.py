@@ -264,10 +264,8 @@ class _Corner:
         self.size = wanted
         if found is not None:
             message = f"{error.message}; it is made smaller, {low:.4g}, as the control does"
-            ip.warn(
-                BlockError(error.code, message, error.word, hint="the control does not say how much smaller"),
-                Severity.WARNING,
-            )
+            hint = "the control does not say how much smaller"
+            ip.warn(BlockError(error.code, message, error.word, hint=hint), Severity.WARNING)
             return found
         raise error
 

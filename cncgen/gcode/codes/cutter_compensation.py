@@ -35,11 +35,10 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
         name = f"G{41 if left else 42}{'.1' if dynamic else ''}"
         planes = _PLANES_OF_LINUXCNC if ip.dialect in _STRICT else _PLANES
         if state.plane not in planes:
-            raise BlockError(
-                "comp-plane",
-                f"{name} works in the planes {' and '.join(f'G{p}' for p in planes)}, not in G{state.plane}",
-                name,
+            message = (
+                f"{name} works in the planes {' and '.join(f'G{p}' for p in planes)}, not in G{state.plane}"
             )
+            raise BlockError("comp-plane", message, name)
         radius, orientation = (_programmed if dynamic else _of_the_tool)(ip, block, name)
         side = left == (radius >= 0.0)
         if (on := _sink_of(ip)) is not None and ip.dialect not in _STRICT:
@@ -208,11 +207,8 @@ def interrupt(ip: Interpreter, block: Block, name: str, what: str) -> None:
     message = (
         f"{name} {what}, and G{side} is on: it is cancelled for that, and begins again with the next move"
     )
-    ip.warn_once(
-        BlockError(
-            "comp-interrupted", message, name, hint="write G40 before, and G41 or G42 where it begins again"
-        )
-    )
+    hint = "write G40 before, and G41 or G42 where it begins again"
+    ip.warn_once(BlockError("comp-interrupted", message, name, hint=hint))
     ip.guard = partial(_begin_again, 410 if left else 420)
 
 
@@ -244,12 +240,9 @@ def _check_leaving(ip: Interpreter, block: Block) -> bool:
     motion = motions[0] if motions else ip.state.motion
     if motion in (20, 30):
         ip.guard = None
-        raise BlockError(
-            "comp-exit",
-            "the first move after cutter compensation is an arc; it must be straight",
-            "R" if "r" in block.words else "I",
-            hint="leave on a G0 or G1 longer than the tool's diameter",
-        )
+        message = "the first move after cutter compensation is an arc; it must be straight"
+        hint = "leave on a G0 or G1 longer than the tool's diameter"
+        raise BlockError("comp-exit", message, "R" if "r" in block.words else "I", hint=hint)
     return True
 
 

@@ -75,9 +75,8 @@ def _check_both(ip: Interpreter, block: Block, words: dict[str, float], angle: f
     if abs(beside) > _BESIDE:
         message = f"A{angle:g} leads {abs(beside):.3f} beside the end X{2.0 * words['x']:g} Z{words['z']:g}: the end counts"
         ip.base.block = block
-        ip.warn(
-            BlockError("drawing-angle", message, "A", hint="leave A or one of X and Z out"), Severity.WARNING
-        )
+        hint = "leave A or one of X and Z out"
+        ip.warn(BlockError("drawing-angle", message, "A", hint=hint), Severity.WARNING)
 
 
 def _meeting(

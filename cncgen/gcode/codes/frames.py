@@ -57,19 +57,12 @@ class CoordinateFrame:
         """Raise where arcs of a plane stop being arcs."""
         first, second, normal = PLANE_AXES[plane]
         if abs(self.scale[first]) != abs(self.scale[second]):
-            raise BlockError(
-                "arc-scaled",
-                f"unequal scaling ({self.scale[first]:g}, {self.scale[second]:g}) turns an arc into an ellipse",
-                "",
-                hint="scale both axes of the plane alike, or write lines",
-            )
+            message = f"unequal scaling ({self.scale[first]:g}, {self.scale[second]:g}) turns an arc into an ellipse"
+            hint = "scale both axes of the plane alike, or write lines"
+            raise BlockError("arc-scaled", message, "", hint=hint)
         if self.angle and normal != PLANE_AXES[self.plane][2]:
-            raise BlockError(
-                "arc-turned",
-                f"an arc of G{plane} under a rotation in G{self.plane} leaves its plane",
-                "",
-                hint="G69 ends the rotation",
-            )
+            message = f"an arc of G{plane} under a rotation in G{self.plane} leaves its plane"
+            raise BlockError("arc-turned", message, "", hint="G69 ends the rotation")
 
 
 def _vector(point: list[float]) -> affine.Vector:
@@ -104,9 +97,8 @@ def _current(ip: Interpreter) -> CoordinateFrame:
     if not isinstance(ip.sink, affine.FramedSink):
         return CoordinateFrame()
     if not isinstance(ip.sink, _FanucSink):
-        raise BlockError(
-            "frame-compensation", "G50 to G51.1 and G68 do not go with a tilted plane", "", hint="G69 ends it"
-        )
+        message = "G50 to G51.1 and G68 do not go with a tilted plane"
+        raise BlockError("frame-compensation", message, "", hint="G69 ends it")
     f = ip.sink.parts
     return CoordinateFrame(
         dict(f.mirror), list(f.scale), list(f.scale_centre), f.angle, list(f.turn_centre), f.plane
@@ -123,10 +115,8 @@ def _factor(ip: Interpreter, letter: str, value: float) -> float:
     if abs(value) < _THOUSANDTHS:
         return value
     message = f"{letter.upper()}{value:g} of G51 is read as thousandths: a factor of {value / 1000.0:g}"
-    ip.warn_once(
-        BlockError("scale-thousandths", message, letter.upper(), hint="factors below 100 are as written"),
-        Severity.NOTE,
-    )
+    hint = "factors below 100 are as written"
+    ip.warn_once(BlockError("scale-thousandths", message, letter.upper(), hint=hint), Severity.NOTE)
     return value / 1000.0
 
 
@@ -149,17 +139,12 @@ def scaling(ip: Interpreter, block: Block) -> None:
     words = {letter: _factor(ip, letter, value) for letter, value in block.words.items() if letter in "pijk"}
     factors = [words.get(letter, words.get("p", 1.0)) for letter in "ijk"]
     if not words:
-        raise BlockError(
-            "scale-missing", "G51 has no factor P (or I J K)", "G51", hint="G51 X0 Y0 P2 doubles"
-        )
+        message = "G51 has no factor P (or I J K)"
+        raise BlockError("scale-missing", message, "G51", hint="G51 X0 Y0 P2 doubles")
     if 0.0 in factors:
         zero = next(letter for letter in "pijk" if words.get(letter) == 0.0)
-        raise BlockError(
-            "scale-missing",
-            "G51 has a factor of 0, which leaves nothing",
-            zero.upper(),
-            hint="G50 ends the scaling",
-        )
+        message = "G51 has a factor of 0, which leaves nothing"
+        raise BlockError("scale-missing", message, zero.upper(), hint="G50 ends the scaling")
     affine.check_factors(factors, "G51")
     frame = _current(ip)
     frame.scale, frame.scale_centre = factors, _point(ip, block)
@@ -206,9 +191,8 @@ def no_mirror(ip: Interpreter, block: Block) -> None:
         message = (
             "G100 T changes the tool on Brother's controls, and is not read; G100 of Haas ends mirror images"
         )
-        raise BlockError(
-            "not-read", message, "G100", hint="T1 M6 changes the tool, and the next block goes on"
-        )
+        hint = "T1 M6 changes the tool, and the next block goes on"
+        raise BlockError("not-read", message, "G100", hint=hint)
     frame = _current(ip)
     axes = [AXIS_INDEX[letter] for letter in block.words if letter in "xyz"] or list(frame.mirror)
     for axis in axes:
@@ -222,20 +206,15 @@ def rotation(ip: Interpreter, block: Block) -> None:
         words = {{"a": "x", "b": "y"}.get(letter, letter): value for letter, value in block.words.items()}
         if ip.state.plane != 17 or len(words) < len(block.words):
             message = "A and B of G68 are X and Y of the centre in G17 (Mach3)"
-            raise BlockError(
-                "rotation-plane", message, "A" if "a" in block.words else "B", hint="write X and Y"
-            )
+            hint = "write X and Y"
+            raise BlockError("rotation-plane", message, "A" if "a" in block.words else "B", hint=hint)
         block = replace(block, words={"x": 0.0, "y": 0.0, **words})
     if "r" not in block.words:
         raise BlockError("rotation-angle", "G68 has no angle R", "G68", hint="G68 X0 Y0 R30, in degrees")
     if max(PLANE_AXES[ip.state.plane]) > 2:
         plane = f"G{ip.state.plane / 10:g}"
-        raise BlockError(
-            "rotation-plane",
-            f"G68 turns X, Y and Z, and the plane is {plane}",
-            "G68",
-            hint="choose G17, G18 or G19",
-        )
+        message = f"G68 turns X, Y and Z, and the plane is {plane}"
+        raise BlockError("rotation-plane", message, "G68", hint="choose G17, G18 or G19")
     frame = _current(ip)
     frame.angle, frame.turn_centre, frame.plane = _angle(ip, block), _point(ip, block), ip.state.plane
     _change(ip, frame)

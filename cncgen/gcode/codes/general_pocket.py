@@ -148,9 +148,8 @@ def pocket(ip: Interpreter, block: Block) -> None:
     side = state.compensation
     if state.plane != 17 or not state.absolute or side == 40:
         message = f"{_NAME} is read in G17 and G90, with G41 or G42"
-        raise BlockError(
-            "cycle-plane", message, _NAME, hint="G150 G41 D1 X1. Y1. Z-0.5 R0.1 Q0.2 J0.2 K0.01 P1000 F15."
-        )
+        hint = "G150 G41 D1 X1. Y1. Z-0.5 R0.1 Q0.2 J0.2 K0.01 P1000 F15."
+        raise BlockError("cycle-plane", message, _NAME, hint=hint)
     ip.end_compensation()
     check_feed(ip, block, _NAME)
     step, upright = _steps(ip, words)
@@ -166,9 +165,8 @@ def pocket(ip: Interpreter, block: Block) -> None:
     parts = [closed(part, _NAME) for part in _parted(moves[1:])] or [closed([], _NAME)]
     if (area(parts[0]) > 0.0) != (side == 41):
         message = f"the outline of {_NAME} goes {'counter-' if side == 42 else ''}clockwise, and G{side} is on its outside"
-        raise BlockError(
-            "not-read", message, "P", hint="G41 with an outline counter-clockwise, G42 with one clockwise"
-        )
+        hint = "G41 with an outline counter-clockwise, G42 with one clockwise"
+        raise BlockError("not-read", message, "P", hint=hint)
     contours = [(part, k > 0) for k, part in enumerate(parts)]
     check(contours, _NAME)
     radius = radius or ip.cutting_radius(_NAME, _room(contours, step, finish, side == 41) / 0.8)

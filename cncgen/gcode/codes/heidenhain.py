@@ -60,13 +60,9 @@ def spline(ip: Interpreter, block: Block) -> None:
         points[2][index] += k1 / 3.0
     gap = max(abs(p - q) for p, q in zip(points[0], start, strict=True)) * (INCH if state.inches else 1.0)
     if gap > START_TOLERANCE_MM * (1.0 + 1e-6):
-        raise BlockError(
-            "spline-start",
-            f"the spline begins {gap:.4f} mm from where the tool is, more than {START_TOLERANCE_MM} mm",
-            "SPL",
-            hint="K1 + K2 + K3 of an axis is the way from its end to its start",
-            values={"gap_mm": gap},
-        )
+        message = f"the spline begins {gap:.4f} mm from where the tool is, more than {START_TOLERANCE_MM} mm"
+        hint = "K1 + K2 + K3 of an axis is the way from its end to its start"
+        raise BlockError("spline-start", message, "SPL", hint=hint, values={"gap_mm": gap})
     points[0] = start.copy()
     _check_kink(ip, points)
     ip.sink.nurbs_feed(Curve(3, points, (1.0,) * 4, (0.0,) * 4 + (1.0,) * 4))
@@ -96,14 +92,8 @@ def _check_kink(ip: Interpreter, points: list[list[float]]) -> None:
     cross = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
     angle = math.degrees(math.atan2(math.hypot(*cross), sum(p * q for p, q in zip(a, b, strict=True))))
     if angle > KINK_DEGREES:
-        ip.warn(
-            BlockError(
-                "spline-kink",
-                f"the spline turns by {angle:.3f} degrees from the one before it, more than {KINK_DEGREES}",
-                "SPL",
-            ),
-            Severity.WARNING,
-        )
+        message = f"the spline turns by {angle:.3f} degrees from the one before it, more than {KINK_DEGREES}"
+        ip.warn(BlockError("spline-kink", message, "SPL"), Severity.WARNING)
 
 
 CODES = (

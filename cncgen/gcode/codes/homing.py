@@ -55,9 +55,8 @@ def _set(first: int) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         if has_axis(block):
             message = f"{name} stores where the machine stands, and its axis words are a move behind; Mach's {name} homes these axes"
-            ip.warn_once(
-                BlockError("other-control", message, name, hint=f"write {name} in a block of its own")
-            )
+            hint = f"write {name} in a block of its own"
+            ip.warn_once(BlockError("other-control", message, name, hint=hint))
         ip.parameters.set_offset(first, ip.machine_position(), ip.table_scale())
 
     return run
@@ -72,12 +71,9 @@ def other_point(ip: Interpreter, block: Block) -> None:
     """G30 P of FANUC: the axes of the block to the second reference point (P3 and P4 are not described)."""
     number = block.words.get("p", 2.0)
     if number != 2.0:
-        raise BlockError(
-            "reference-point",
-            f"reference point {number:g} is not known: the second alone is",
-            "P",
-            hint=f"its place is in parameters #{HOME_30} and after; use G30 P2, or G53",
-        )
+        message = f"reference point {number:g} is not known: the second alone is"
+        hint = f"its place is in parameters #{HOME_30} and after; use G30 P2, or G53"
+        raise BlockError("reference-point", message, "P", hint=hint)
     _named_axes(ip, block, "G30", HOME_30)
 
 
@@ -85,9 +81,8 @@ def _named_axes(ip: Interpreter, block: Block, name: str, first: int) -> None:
     axes = {index for index, _ in given_axes(block)}
     if not axes:
         if name != "G28":
-            raise BlockError(
-                "axis-missing", f"{name} has no axis word", name, hint=f"G91 {name} Z0 moves Z alone"
-            )
+            message = f"{name} has no axis word"
+            raise BlockError("axis-missing", message, name, hint=f"G91 {name} Z0 moves Z alone")
         message = "G28 without an axis word sends all axes, as on Haas's controls; FANUC's do not take it"
         ip.warn_once(BlockError("axis-missing", message, name, hint="G91 G28 Z0 moves Z alone"))
         axes = {0, 2} if ip.lathe else set(range(len(AXES)))
@@ -100,12 +95,8 @@ def from_reference(ip: Interpreter, block: Block) -> None:
     state = ip.state
     axes = given_axes(block)
     if state.between is None:
-        raise BlockError(
-            "reference-point",
-            "G29 with no G28 or G30 before it: the point on its way is not known",
-            "G29",
-            hint="use G0",
-        )
+        message = "G29 with no G28 or G30 before it: the point on its way is not known"
+        raise BlockError("reference-point", message, "G29", hint="use G0")
     if not axes:
         raise BlockError("axis-missing", "G29 has no axis word", "G29", hint="G29 X10 leads X back to 10")
     between, end = state.position.copy(), state.position.copy()
@@ -126,9 +117,8 @@ def from_one_side(ip: Interpreter, block: Block) -> None:
     is not made.
     """
     message = "G60 goes straight to its place: the overrun of parameter 5440 is not made"
-    ip.warn_once(
-        BlockError("reference-point", message, "G60", hint="it takes a few millimetres more"), Severity.NOTE
-    )
+    hint = "it takes a few millimetres more"
+    ip.warn_once(BlockError("reference-point", message, "G60", hint=hint), Severity.NOTE)
     modal = ip.codes.row("G", ip.state.motion)
     if modal is not None and modal.refused == IS_CYCLE and has_axis(block):
         modal.run(ip, block)

@@ -92,9 +92,8 @@ def _retract(ip: Interpreter, sticky: Sticky, bottom: float, axis: str) -> float
     within = [place for place in places if low - _TINY <= place <= high + _TINY]
     if not within:
         message = f"R{r:g} lies between {axis} {sticky.level:g} and the bottom {bottom:g} neither as a place nor as a distance"
-        raise BlockError(
-            "cycle-depth", message, "R", hint="R-3. from Z5. drills from Z2. on FANUC's controls"
-        )
+        hint = "R-3. from Z5. drills from Z2. on FANUC's controls"
+        raise BlockError("cycle-depth", message, "R", hint=hint)
     if len(within) == 2 and abs(within[0] - within[1]) > _TINY:
         message = f"R{r:g} is read as the distance to {axis} {places[1]:g}; on Haas's lathes it is the place {axis}{r:g}"
         ip.warn_once(BlockError("cycle-level", message, "R", hint="R0 with the tool at that place is both"))

@@ -251,9 +251,8 @@ def set_data(ip: Interpreter, block: Block) -> None:
         at, hint = (
             ("G10", "P is the number of the offset") if number is None else ("L", "L10 is geometry, L11 wear")
         )
-        raise BlockError(
-            "g10-words", "G10 has no P" if number is None else f"L{kind} of G10 is not read", at, hint=hint
-        )
+        message = "G10 has no P" if number is None else f"L{kind} of G10 is not read"
+        raise BlockError("g10-words", message, at, hint=hint)
     geometry = kind == 10 or number >= _GEOMETRY
     tool = ip.tools.entry(number % _GEOMETRY)
     if tool is None:

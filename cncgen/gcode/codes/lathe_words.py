@@ -84,9 +84,8 @@ def _in_system_a(ip: Interpreter, block: Block, renamed: dict[int, int]) -> Bloc
         if number in displaced(ip.system):
             own = next(own for own, of_a in renamed.items() if of_a == number)
             message = f"G{number / 10:g} is a code of system A; {ip.system} has it as G{own / 10:g}"
-            raise BlockError(
-                "unknown-code", message, f"G{number / 10:g}", hint="--dialect fanuc-lathe reads system A"
-            )
+            hint = "--dialect fanuc-lathe reads system A"
+            raise BlockError("unknown-code", message, f"G{number / 10:g}", hint=hint)
     codes = tuple(renamed.get(number, number) for number in block.g)
     if LATHE_ABSOLUTE in codes or LATHE_STEPS in codes:
         ip.steps = LATHE_STEPS in codes

@@ -18,21 +18,18 @@ def check_feed(ip: Interpreter, block: Block, name: str) -> None:
     state = ip.state
     if state.feed_mode == 93:
         if "f" not in block.words:
-            raise BlockError(
-                "feed-missing", f"{name} in inverse time mode (G93) needs F in its own block", name
-            )
+            message = f"{name} in inverse time mode (G93) needs F in its own block"
+            raise BlockError("feed-missing", message, name)
         if state.feed == 0.0:
             raise BlockError("feed-zero", "F0 in inverse time mode (G93) would take for ever", "F")
     elif state.feed == 0.0:
-        raise BlockError(
-            "feed-missing", f"{name} with no feed rate: F was not given or is 0", name, hint="add an F word"
-        )
+        message = f"{name} with no feed rate: F was not given or is 0"
+        raise BlockError("feed-missing", message, name, hint="add an F word")
     elif state.feed_mode == 95 and (
         state.speed == 0.0 or (state.direction == 0 and not (state.rigid or ip.options.stand_alone))
     ):
-        raise BlockError(
-            "spindle-stopped", f"{name} with feed per revolution (G95), but the spindle does not turn", name
-        )
+        message = f"{name} with feed per revolution (G95), but the spindle does not turn"
+        raise BlockError("spindle-stopped", message, name)
 
 
 def inverse_rate(ip: Interpreter) -> float | None:

@@ -45,11 +45,8 @@ def curve(ip: Interpreter, block: Block) -> None:
         raise _unfinished(spline, "G6.2")
     if not isinstance(spline, OpenCurve):
         if not opening:
-            raise BlockError(
-                "nurbs-closed",
-                "the curve has all its knots: a new one begins with G6.2",
-                next(iter(block.words)).upper(),
-            )
+            message = "the curve has all its knots: a new one begins with G6.2"
+            raise BlockError("nurbs-closed", message, next(iter(block.words)).upper())
         spline = state.spline = _open(ip, block)
     try:
         _take(ip, block, spline, opening)
@@ -71,13 +68,11 @@ def _open(ip: Interpreter, block: Block) -> OpenCurve:
         if rank not in _RANKS:
             raise BlockError("nurbs-rank", f"P{rank:g} of G6.2: the rank is 2, 3 or 4 (degree + 1)", "P")
         if state.feed_mode != 94:
-            raise BlockError(
-                "nurbs-mode", f"G6.2 does not go with G{state.feed_mode}", "G6.2", hint="use G94"
-            )
+            message = f"G6.2 does not go with G{state.feed_mode}"
+            raise BlockError("nurbs-mode", message, "G6.2", hint="use G94")
         if state.compensation != 40:
-            raise BlockError(
-                "nurbs-mode", "G6.2 does not go with cutter compensation", "G6.2", hint="use G40"
-            )
+            message = "G6.2 does not go with cutter compensation"
+            raise BlockError("nurbs-mode", message, "G6.2", hint="use G40")
         check_feed(ip, block, "G6.2")
     except BlockError:
         spline.broken = True
@@ -94,9 +89,8 @@ def _take(ip: Interpreter, block: Block, spline: OpenCurve, opening: bool) -> No
     knot = words["k"]
     has_point = any(letter in AXIS_INDEX for letter in words)
     if spline.knots and knot < spline.knots[-1]:
-        raise BlockError(
-            "nurbs-knot", f"knot K{knot:g} is less than the one before it, K{spline.knots[-1]:g}", "K"
-        )
+        message = f"knot K{knot:g} is less than the one before it, K{spline.knots[-1]:g}"
+        raise BlockError("nurbs-knot", message, "K")
     if has_point:
         _take_point(ip, block, spline, opening)
     elif opening:
@@ -120,11 +114,8 @@ def _take_point(ip: Interpreter, block: Block, spline: OpenCurve, opening: bool)
         )
     for letter in words:
         if letter in AXIS_INDEX and letter not in spline.axes and not spline.broken:
-            raise BlockError(
-                "nurbs-axes",
-                f"{letter.upper()} does not stand in the first block of this G6.2",
-                letter.upper(),
-            )
+            message = f"{letter.upper()} does not stand in the first block of this G6.2"
+            raise BlockError("nurbs-axes", message, letter.upper())
     weight = words.get("r", 1.0)
     if weight <= 0.0:
         raise BlockError("nurbs-weight", f"weight R{weight:g} must be above 0", "R")
@@ -184,31 +175,20 @@ def _check_knots(spline: OpenCurve) -> None:
         raise BlockError("nurbs-end-knots", f"all knots are {knots[0]:g}: the curve has no length in K", "K")
     for i in range(len(knots) - rank):
         if knots[i] == knots[i + rank]:
-            raise BlockError(
-                "nurbs-equal-knots",
-                f"the knot K{knots[i]:g} stands more than {rank} times, the rank of the curve",
-                "K",
-            )
+            message = f"the knot K{knots[i]:g} stands more than {rank} times, the rank of the curve"
+            raise BlockError("nurbs-equal-knots", message, "K")
     for i in range(rank, count):
         # The curve before these knots ends in one control point, the curve after them begins in the next one.
         gap = max(abs(p - q) for p, q in zip(spline.points[i - 1], spline.points[i], strict=True))
         if knots[i] == knots[i + rank - 1] and gap > START_TOLERANCE:
-            raise BlockError(
-                "nurbs-equal-knots",
-                f"{rank} equal knots K{knots[i]:g} part the curve: it goes on {gap:.4f} away",
-                "K",
-                values={"gap": gap},
-            )
+            message = f"{rank} equal knots K{knots[i]:g} part the curve: it goes on {gap:.4f} away"
+            raise BlockError("nurbs-equal-knots", message, "K", values={"gap": gap})
 
 
 def _unfinished(spline: OpenCurve, word: str) -> BlockError:
     missing = len(spline.points) + spline.rank - len(spline.knots)
-    return BlockError(
-        "nurbs-unfinished",
-        f"the G6.2 of line {spline.line} is not finished: {missing} of {spline.rank} knots that end it are missing",
-        word,
-        hint=f"end it with {spline.rank} blocks of K alone",
-    )
+    message = f"the G6.2 of line {spline.line} is not finished: {missing} of {spline.rank} knots that end it are missing"
+    return BlockError("nurbs-unfinished", message, word, hint=f"end it with {spline.rank} blocks of K alone")
 
 
 def check_finished(ip: Interpreter, block: Block) -> None:

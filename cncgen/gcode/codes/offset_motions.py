@@ -74,9 +74,8 @@ def _moved(name: str, times: float) -> Handler:
             raise BlockError("axis-missing", f"{name} has no axis word", name)
         motion = next((number for number in block.g if number in PLAIN_MOTIONS), ip.state.motion)
         if motion not in PLAIN_MOTIONS:
-            raise BlockError(
-                "not-read", f"{name} in a canned cycle is not read", name, hint="use G80 before it"
-            )
+            message = f"{name} in a canned cycle is not read"
+            raise BlockError("not-read", message, name, hint="use G80 before it")
         more = times * _offset(ip, block, name)
         if motion in (20, 30):
             _check_arc(ip, words, name)

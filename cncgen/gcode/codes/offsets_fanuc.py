@@ -22,12 +22,9 @@ def use_additional(ip: Interpreter, block: Block) -> None:
     """G54.1 P, which may be written G54 P."""
     number = whole(block, "p", "G54.1") if "p" in block.words else 1
     if not 1 <= number <= MORE_COUNT:
-        raise BlockError(
-            "system-number",
-            f"G54.1 P{number}: additional coordinate systems are P1 to P{MORE_COUNT}",
-            "P",
-            hint=f"the additional systems are G54.1 P1 to P{MORE_COUNT}",
-        )
+        message = f"G54.1 P{number}: additional coordinate systems are P1 to P{MORE_COUNT}"
+        hint = f"the additional systems are G54.1 P1 to P{MORE_COUNT}"
+        raise BlockError("system-number", message, "P", hint=hint)
     use_system(ip, SYSTEM_COUNT + number)
 
 
@@ -60,21 +57,16 @@ def set_data(ip: Interpreter, block: Block) -> None:
         _begin_data(ip, kind)
         return
     if kind not in (1, 2, 10, 11, 12, 13, 20):
-        raise BlockError(
-            "g10-words", f"L{kind} of G10: L is 1, 2, 3, 10 to 13, 20, 50 or 52", "L", hint=_KINDS
-        )
+        message = f"L{kind} of G10: L is 1, 2, 3, 10 to 13, 20, 50 or 52"
+        raise BlockError("g10-words", message, "L", hint=_KINDS)
     if "p" not in block.words:
         raise BlockError("g10-words", "G10 has no P: which one should be set?", "G10", hint=_KINDS)
     number = whole(block, "p", "G10")
     if kind in (2, 20):
         first, last = (1, MORE_COUNT) if kind == 20 else (0, 6)
         if not first <= number <= last:
-            raise BlockError(
-                "g10-words",
-                f"P{number} of G10 L{kind}: coordinate systems are {first} to {last}",
-                "P",
-                hint="P1 is G54; those of G54.1 are set by L20",
-            )
+            message = f"P{number} of G10 L{kind}: coordinate systems are {first} to {last}"
+            raise BlockError("g10-words", message, "P", hint="P1 is G54; those of G54.1 are set by L20")
         _set_origin(ip, block, number + (SYSTEM_COUNT if kind == 20 else 0))
     else:
         _set_tool(ip, block, 11 if kind == 1 else kind, number)
@@ -82,15 +74,9 @@ def set_data(ip: Interpreter, block: Block) -> None:
 
 def _begin_data(ip: Interpreter, kind: int) -> None:
     """Skip the blocks up to G11: they set data that this machine lacks."""
-    ip.warn_once(
-        BlockError(
-            "control-data",
-            f"G10 L{kind} sets {_DATA[kind]}: passed over up to G11",
-            "G10",
-            hint="the machine file says what cncgen knows of the machine",
-        ),
-        Severity.NOTE,
-    )
+    message = f"G10 L{kind} sets {_DATA[kind]}: passed over up to G11"
+    hint = "the machine file says what cncgen knows of the machine"
+    ip.warn_once(BlockError("control-data", message, "G10", hint=hint), Severity.NOTE)
     ip.skipping = True
 
 
@@ -102,17 +88,12 @@ def end_data(ip: Interpreter, block: Block) -> None:
 def _set_tool(ip: Interpreter, block: Block, kind: int, number: int) -> None:
     """G10 L10 and L11: length and its wear; L12 and L13: radius and its wear; incremental ones are added."""
     if "r" not in block.words:
-        raise BlockError(
-            "g10-words", f"G10 L{kind} has no value R", "G10", hint=f"G10 L{kind} P{number} R and the value"
-        )
+        message = f"G10 L{kind} has no value R"
+        raise BlockError("g10-words", message, "G10", hint=f"G10 L{kind} P{number} R and the value")
     tool = ip.tools.entry(number)
     if tool is None:
-        raise BlockError(
-            "unknown-tool",
-            f"tool {number} is not in the tool table",
-            "P",
-            hint="the tools are those of the file that --tool-table names",
-        )
+        hint = "the tools are those of the file that --tool-table names"
+        raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "P", hint=hint)
     value = block.words["r"] / ip.table_scale()
     what, is_wear = divmod(kind - 10, 2)
     sums = [tool.offset[2], tool.diameter / 2.0]
@@ -170,9 +151,8 @@ def preset_position(ip: Interpreter, block: Block, name: str) -> None:
     if "s" in block.words:
         limit = block.words["s"]
         if limit < 0.0:
-            raise BlockError(
-                "negative-speed", f"S{limit:g} of {name} is negative", "S", hint="it is the largest speed"
-            )
+            message = f"S{limit:g} of {name} is negative"
+            raise BlockError("negative-speed", message, "S", hint="it is the largest speed")
         state.speed_limit = limit
         if state.constant_surface is not None:
             bound_surface_speed(ip, limit)

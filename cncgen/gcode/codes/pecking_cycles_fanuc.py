@@ -38,9 +38,8 @@ def _step(ip: Interpreter, block: Block, axis: int, way: float, name: str) -> fl
         step = abs(increments(ip, block, letter) if letter == _STEP[axis] else block.words[letter])
     if step and abs(way) / step > _MAX_STEPS:
         message = f"{name} makes more than {_MAX_STEPS} steps of {step:g}"
-        raise BlockError(
-            "cycle-peck", message, letter.upper(), hint="whole numbers count in least increments"
-        )
+        hint = "whole numbers count in least increments"
+        raise BlockError("cycle-peck", message, letter.upper(), hint=hint)
     return step
 
 

@@ -90,9 +90,8 @@ def pole(ip: Interpreter, block: Block) -> None:
     plain = Plain.of(ip)
     letters = frozenset("xyz").intersection(block.words)
     if len(letters) > 2:
-        raise BlockError(
-            "pole-plane", "CC has three axes: a pole lies in a plane", "CC", hint="leave one out"
-        )
+        message = "CC has three axes: a pole lies in a plane"
+        raise BlockError("pole-plane", message, "CC", hint="leave one out")
     if len(letters) == 2:
         plain.plane = _PLANES[letters]
     first, second, _ = PLANE_AXES[plain.plane]
@@ -207,9 +206,8 @@ def retract(ip: Interpreter, block: Block) -> None:
         FlatCutter(ip).to(z=ip.state.position[_Z] + way, rapid=True)
         return
     message = "M140 MB MAX is passed over: where the travel ends is not known here"
-    ip.warn_once(
-        BlockError("retract-unknown", message, "M140", hint="M140 MB 50 retracts by 50"), Severity.NOTE
-    )
+    hint = "M140 MB 50 retracts by 50"
+    ip.warn_once(BlockError("retract-unknown", message, "M140", hint=hint), Severity.NOTE)
 
 
 def oversize(ip: Interpreter, block: Block) -> None:

@@ -19,11 +19,8 @@ def polar_end(state: State, block: Block, end: list[float]) -> None:
         letter = "@" if "@" in words else "^"
         raise BlockError("polar-plane", "@ and ^ go with the plane XY (G17) only", letter, hint="use G17")
     if "x" in words or "y" in words:
-        raise BlockError(
-            "polar-words",
-            "X or Y stands beside @ or ^, which give the same point",
-            "X" if "x" in words else "Y",
-        )
+        message = "X or Y stands beside @ or ^, which give the same point"
+        raise BlockError("polar-words", message, "X" if "x" in words else "Y")
     x, y = state.position[0], state.position[1]
     radius = math.hypot(x, y)
     if "@" in words and radius == 0.0 and "^" not in words:

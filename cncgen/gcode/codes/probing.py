@@ -46,12 +46,8 @@ def _probe(tenths: int) -> Handler:
             raise BlockError("probe-short", f"{name} starts where it ends", name)
         # Where contact is demanded, the program goes on only after it was made; `rs274` reports a probe without contact.
         touched = tenths in _DEMANDING and not ip.options.stand_alone
-        ip.warn_once(
-            BlockError(
-                "probe-not-run", f"{name} is planned to the programmed point", name, hint=_HINT[touched]
-            ),
-            Severity.NOTE,
-        )
+        message = f"{name} is planned to the programmed point"
+        ip.warn_once(BlockError("probe-not-run", message, name, hint=_HINT[touched]), Severity.NOTE)
         ip.sink.call("TURN_PROBE_ON()")
         ip.sink.straight_probe(end)
         ip.sink.call("TURN_PROBE_OFF()", Event("probe"))

@@ -188,9 +188,8 @@ def end(ip: Interpreter, name: str) -> bool:
 def _end(ip: Interpreter, name: str) -> None:
     """Take the sink away; the axes stay where they are."""
     if ip.state.compensation != 40:
-        raise BlockError(
-            "rotary-refused", f"{name} does not go with cutter compensation", name, hint="use G40"
-        )
+        message = f"{name} does not go with cutter compensation"
+        raise BlockError("rotary-refused", message, name, hint="use G40")
     sink = ip.sink
     if not isinstance(sink, RotarySink):
         return
@@ -227,12 +226,9 @@ def polar_on(ip: Interpreter, block: Block) -> None:
             return block
         words = dict(block.words)
         if not {180, 190}.isdisjoint(block.g):
-            raise BlockError(
-                "rotary-refused",
-                f"{name} has a plane of its own",
-                "G18" if 180 in block.g else "G19",
-                hint="end it before",
-            )
+            message = f"{name} has a plane of its own"
+            hint = "end it before"
+            raise BlockError("rotary-refused", message, "G18" if 180 in block.g else "G19", hint=hint)
         for letter, virtual in (("c", "y"), ("h", "v")):
             if letter in words and not by_y and (letter == "c" or ip.lathe):
                 words[virtual] = words.pop(letter)
@@ -284,9 +280,8 @@ def cylinder(ip: Interpreter, block: Block) -> None:
             return block
         words = dict(block.words)
         if not {170, 180, 190}.difference((10 * plane,)).isdisjoint(block.g):
-            raise BlockError(
-                "rotary-refused", f"the plane changes under {name}", "", hint=f"choose it before {name}"
-            )
+            message = f"the plane changes under {name}"
+            raise BlockError("rotary-refused", message, "", hint=f"choose it before {name}")
         if letter in words:
             words["y"] = words.pop(letter) * a_degree
         if "h" in words and ip.lathe:

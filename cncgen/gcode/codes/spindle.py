@@ -121,9 +121,8 @@ def constant_surface(ip: Interpreter, block: Block) -> None:
     if limit < 0.0:
         raise BlockError("negative-speed", f"D{limit:g} of G96 is negative", "D")
     if "s" not in block.words:
-        raise BlockError(
-            "speed-missing", "G96 has no surface speed", "G96", hint="give it as S in the same block"
-        )
+        message = "G96 has no surface speed"
+        raise BlockError("speed-missing", message, "G96", hint="give it as S in the same block")
     bound_surface_speed(ip, limit, max(spindle_of(ip, block), 0))
 
 

@@ -37,9 +37,8 @@ def _check_plane(ip: Interpreter, block: Block, name: str) -> None:
         raise BlockError("spline-plane", f"{name} works in the XY plane (G17) only", name)
     for letter in "zabcuvw":
         if letter in block.words:
-            raise BlockError(
-                "spline-axes", f"{name} moves X and Y only, not {letter.upper()}", letter.upper()
-            )
+            message = f"{name} moves X and Y only, not {letter.upper()}"
+            raise BlockError("spline-axes", message, letter.upper())
 
 
 def _pair(block: Block, letters: str, name: str, needed: bool) -> tuple[float, float] | None:
@@ -120,26 +119,23 @@ def _take(ip: Interpreter, block: Block, spline: OpenNurbs, opening: bool) -> No
     words, explicit = block.words, 52 in block.g
     if opening:
         if ip.state.compensation != 40:
-            raise BlockError(
-                "comp-refused", "G5.2 does not go with cutter compensation", "G5.2", hint="use G40 before"
-            )
+            message = "G5.2 does not go with cutter compensation"
+            raise BlockError("comp-refused", message, "G5.2", hint="use G40 before")
         order = words.get("l", 3.0)
         if order != round(order) or order < 2:
-            raise BlockError(
-                "spline-order", f"L{order:g} of G5.2: the order of a curve is 2 or more, whole", "L"
-            )
+            message = f"L{order:g} of G5.2: the order of a curve is 2 or more, whole"
+            raise BlockError("spline-order", message, "L")
         spline.order = round(order)
         if "x" not in words and "y" not in words:
             return
     point = _pair(block, "xy", "G5.2", needed=True)
     weight = words.get("p", 1.0 if explicit else 0.0)
     if weight <= 0.0:
-        raise BlockError(
-            "nurbs-weight",
-            f"P{weight:g}: a weight must be above 0" if "p" in words else "a control point has no weight P",
-            "P" if "p" in words else "X",
-            hint="write P1 where all control points weigh the same",
+        message = (
+            f"P{weight:g}: a weight must be above 0" if "p" in words else "a control point has no weight P"
         )
+        hint = "write P1 where all control points weigh the same"
+        raise BlockError("nurbs-weight", message, "P" if "p" in words else "X", hint=hint)
     assert point is not None
     spline.points.append(ip.end_point(block))
     spline.weights.append(weight)
@@ -157,9 +153,8 @@ def end_nurbs(ip: Interpreter, block: Block) -> None:
         return
     count, order = len(spline.points), spline.order
     if count < order:
-        raise BlockError(
-            "nurbs-points", f"{count} control points are too few for a curve of order {order}", "G5.3"
-        )
+        message = f"{count} control points are too few for a curve of order {order}"
+        raise BlockError("nurbs-points", message, "G5.3")
     inner = count - order
     knots = [0.0] * order + [float(k) for k in range(1, inner + 1)] + [float(inner + 1)] * order
     ip.sink.nurbs_feed(Curve(order - 1, spline.points, spline.weights, knots, inverse_rate(ip)))

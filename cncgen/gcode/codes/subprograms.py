@@ -31,9 +31,8 @@ def call(ip: Interpreter, block: Block) -> None:
 def back(ip: Interpreter, block: Block) -> None:
     """M99: end of a subprogram; in the main program, the end of it."""
     if ip.call_level() and ip.frame().again is None:
-        raise BlockError(
-            "sub-kind", "M99 cannot end a SUB that was called by CALL", "M99", hint="use ENDSUB or RETURN"
-        )
+        message = "M99 cannot end a SUB that was called by CALL"
+        raise BlockError("sub-kind", message, "M99", hint="use ENDSUB or RETURN")
     ip.jump = ("return", 0, 0)
 
 

@@ -57,12 +57,9 @@ def thread_fanuc(ip: Interpreter, block: Block) -> None:
     if not has_axis(block):
         return
     if state.pitch <= 0.0:
-        raise BlockError(
-            "pitch-missing",
-            f"G33 has no pitch: F is {state.pitch:g}",
-            "F" if "f" in words else "G33",
-            hint="F is the distance a revolution",
-        )
+        message = f"G33 has no pitch: F is {state.pitch:g}"
+        hint = "F is the distance a revolution"
+        raise BlockError("pitch-missing", message, "F" if "f" in words else "G33", hint=hint)
     thread(ip, replace(block, words={**words, "k": state.pitch}))
 
 

@@ -39,9 +39,8 @@ def _matrix(block: Block) -> affine.Matrix:
         order = whole(block, "q", "G68.2") if "q" in block.words else 0
         if order not in _ORDERS:
             message = f"Q{order} of G68.2 P1 is no order of the axes 1 2 3"
-            raise BlockError(
-                "plane-kind", message, "Q" if order else "P", hint="Q123 turns about X, then Y, then Z"
-            )
+            hint = "Q123 turns about X, then Y, then Z"
+            raise BlockError("plane-kind", message, "Q" if order else "P", hint=hint)
         turns = [affine.turn(int(axis) - 1, (i, j, k)[int(axis) - 1]) for axis in str(order)]
         steps = (turns[2], turns[1], turns[0])
     else:

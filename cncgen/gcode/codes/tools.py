@@ -55,15 +55,9 @@ def tell_unknown(ip: Interpreter, number: int, letter: str) -> None:
     """Say, once in a program, that the sizes of a tool are not known where no table gives them."""
     if number and ip.tools.invents(number):
         ip.tools.told = True
-        ip.warn(
-            BlockError(
-                "no-tool-table",
-                f"without a tool table, tool {number} has no length and no radius",
-                letter,
-                hint="--tool-table names a table in LinuxCNC's format",
-            ),
-            Severity.NOTE,
-        )
+        message = f"without a tool table, tool {number} has no length and no radius"
+        hint = "--tool-table names a table in LinuxCNC's format"
+        ip.warn(BlockError("no-tool-table", message, letter, hint=hint), Severity.NOTE)
 
 
 def load_tool_parameters(ip: Interpreter) -> None:
@@ -143,12 +137,8 @@ def use_offset(ip: Interpreter, offset: list[float], word: str = "G43") -> None:
         BlockError: Cutter compensation is on, and the control does not change the offset under it.
     """
     if ip.state.compensation != 40 and ip.dialect == "linuxcnc":
-        raise BlockError(
-            "comp-refused",
-            "the tool offset cannot change while cutter compensation is on",
-            word,
-            hint="use G40",
-        )
+        message = "the tool offset cannot change while cutter compensation is on"
+        raise BlockError("comp-refused", message, word, hint="use G40")
     machine = ip.machine_position()
     ip.state.tool_offset = offset
     ip.rebase(machine)
@@ -188,9 +178,8 @@ def length_number(ip: Interpreter, block: Block) -> None:
     if any(row.calls and row.letter == "M" for row in ip.codes.of(block)):
         number = block.words["h"]
         message = f"H{number:g} beside M98: Mazak's and Mitsubishi's controls begin at line N{number:g} there, FANUC's change the tool offset"
-        raise BlockError(
-            "other-control", message, "H", hint="write H in a block of its own where it is the tool offset"
-        )
+        hint = "write H in a block of its own where it is the tool offset"
+        raise BlockError("other-control", message, "H", hint=hint)
     if "d" not in block.words and any(
         row.group == "cutter compensation" and row.takes for row in ip.codes.of(block)
     ):
@@ -202,9 +191,8 @@ def length_number(ip: Interpreter, block: Block) -> None:
     elif code in (43, 44):
         _length_fanuc(ip, block, int(code))
     else:
-        raise BlockError(
-            "tcp-refused", f"H changes the tool offset: not under G{code:g}", "H", hint="use G49"
-        )
+        message = f"H changes the tool offset: not under G{code:g}"
+        raise BlockError("tcp-refused", message, "H", hint="use G49")
 
 
 def number_in_force(ip: Interpreter, block: Block, name: str) -> int:

@@ -174,9 +174,8 @@ def _rough(swap: bool, kind: int) -> Handler:
         words = block.words
         aside, step, lift = words.get("d", 0.0), words.get("i", 1.0), words.get("r", 0.5)
         if step <= 0.0 or lift <= 0.0:
-            raise BlockError(
-                "profile-step", f"I and R of {name} must be above 0", "I" if step <= 0.0 else "R"
-            )
+            message = f"I and R of {name} must be above 0"
+            raise BlockError("profile-step", message, "I" if step <= 0.0 else "R")
         job = _prepare(ip, block, name, swap)
         aside_path = moved_aside(job.profile, aside, job.left)
         path = [half for segment in aside_path for half in segment.halves()]

@@ -178,9 +178,8 @@ def check_cuts(high: float, low: float, step: float, name: str, word: str = "") 
         BlockError: They are more than `MAX_CUTS`.
     """
     if high - low > MAX_CUTS * step:
-        raise BlockError(
-            "profile-step", f"{name} makes more than {MAX_CUTS} cuts, each {step:g} deep", word or name
-        )
+        message = f"{name} makes more than {MAX_CUTS} cuts, each {step:g} deep"
+        raise BlockError("profile-step", message, word or name)
 
 
 class Recorder:
@@ -296,9 +295,8 @@ def fillet(one: Segment, two: Segment, radius: float) -> tuple[complex, complex,
     into, out_of = one.heading(one.end), two.heading(two.start)
     turn = (into.conjugate() * out_of).imag
     if abs(turn) < TINY:
-        raise BlockError(
-            "profile-corner", f"a fillet or chamfer of {radius:g} where the profile does not turn", "Q"
-        )
+        message = f"a fillet or chamfer of {radius:g} where the profile does not turn"
+        raise BlockError("profile-corner", message, "Q")
     side = 1 if turn > 0.0 else -1
     centre = meeting(_beside(one, radius, side), _beside(two, radius, side), side)
     if centre is None:
@@ -349,9 +347,8 @@ def moved_aside(profile: list[Segment], distance: float, left: bool) -> list[Seg
             if gouge.refused:
                 raise gouge
     except CompensationError as error:
-        raise BlockError(
-            "profile-corner", f"the profile cannot be moved aside by {distance:g}: {error}", "D"
-        ) from None
+        message = f"the profile cannot be moved aside by {distance:g}: {error}"
+        raise BlockError("profile-corner", message, "D") from None
     moves = [piece for piece in pieces if isinstance(piece, CentreMove)]
     ends = [move.end for move in moves]
     return [

@@ -44,12 +44,8 @@ class ContourLines(Execution):
         kind = statement.data[0]
         before = next((k for k in range(at - 1, -1, -1) if frame.program.lines[k].body), None)
         if before is None or not self._draws(before):
-            raise BlockError(
-                "corner-motion",
-                f"{kind} has no element of a contour before it",
-                kind,
-                hint="an L or C block leads to the corner",
-            )
+            message = f"{kind} has no element of a contour before it"
+            raise BlockError("corner-motion", message, kind, hint="an L or C block leads to the corner")
 
     def _draws(self, at: int) -> bool:
         """Tell whether a line is an element of a contour, or is not read."""
@@ -123,9 +119,8 @@ class ContourLines(Execution):
             if statement.kind == "select":
                 if not elements:
                     message = "FSELECT has no element before it whose solution it chooses"
-                    raise BlockError(
-                        "free-contour", message, "FSELECT", hint="it stands behind FL, FLT, FC or FCT"
-                    )
+                    hint = "it stands behind FL, FLT, FC or FCT"
+                    raise BlockError("free-contour", message, "FSELECT", hint=hint)
                 elements[-1].select = statement.data[0]
             elif statement.kind == "free":
                 head, words = statement.data

@@ -75,9 +75,8 @@ def lengthen(ip: Interpreter, block: Block, marks: Mapping[str, Value], body: st
     step = re.search(r"\bI[XY]", body, re.IGNORECASE)
     if len(along) > 1 or not line or step:
         message = f"R{'+' if plain.paraxial > 0.0 else '-'} is in force, and the block {'has an increment' if step else 'moves along more than one axis'}"
-        raise BlockError(
-            "paraxial", message, "R", hint="X+50 R+ goes along one axis; R0, RL or RR ends R+ and R-"
-        )
+        hint = "X+50 R+ goes along one axis; R0, RL or RR ends R+ and R-"
+        raise BlockError("paraxial", message, "R", hint=hint)
     tool = ip.tools.find(ip.state.tool)
     radius = tool.diameter / 2.0 * ip.table_scale() if tool else 0.0
     way = block.words[along[0]] - ip.state.position["xy".index(along[0])]
@@ -104,12 +103,8 @@ class ContourWay:
     def value(self, name: str) -> float:
         """Return a value that the way needs."""
         if name not in self.values:
-            raise BlockError(
-                "approach-words",
-                f"{self.kind} {self.form} has no {name}",
-                self.kind,
-                hint=f"{self.kind} {self.form} needs {name}",
-            )
+            hint = f"{self.kind} {self.form} needs {name}"
+            raise BlockError("approach-words", f"{self.kind} {self.form} has no {name}", self.kind, hint=hint)
         return self.values[name]
 
 
@@ -128,9 +123,8 @@ def way_of(kind: str, form: str, words: Sequence[Raw], now: Callable[[Value], fl
         elif name == "M":
             way.m.append(round(10.0 * now(value)))
         elif name not in ("FMAX", ""):
-            raise BlockError(
-                "syntax", f"{name} does not belong to {kind}", kind, hint=f"{kind} LT X+10 Y+5 LEN15 RL F200"
-            )
+            message = f"{name} does not belong to {kind}"
+            raise BlockError("syntax", message, kind, hint=f"{kind} LT X+10 Y+5 LEN15 RL F200")
     return way
 
 
@@ -210,12 +204,8 @@ def _touch(place: complex, centre: complex, radius: float, sense: int, *, leavin
     """Return where a circle is touched by the tangent to (or with `leaving` from it to) a place, in the sense of the circle."""
     apart = place - centre
     if abs(apart) <= radius:
-        raise BlockError(
-            "approach-words",
-            "APPR LCT or DEP LCT lies within its circle and has no tangent",
-            "R",
-            hint="take a smaller R, or a place farther away",
-        )
+        message = "APPR LCT or DEP LCT lies within its circle and has no tangent"
+        raise BlockError("approach-words", message, "R", hint="take a smaller R, or a place farther away")
     angle = math.acos(radius / abs(apart))
     turn = angle if leaving == (sense < 0) else -angle
     return centre + apart / abs(apart) * radius * cmath.rect(1.0, turn)
@@ -243,12 +233,8 @@ def approach(
 ) -> None:
     """APPR: to the first point of a contour, and beside it; `leads` gives the direction in which its first element leaves a point."""
     if ip.state.compensation != 40:
-        raise BlockError(
-            "approach-words",
-            "APPR stands where radius compensation is on",
-            "APPR",
-            hint="R0, or DEP, ends it before",
-        )
+        message = "APPR stands where radius compensation is on"
+        raise BlockError("approach-words", message, "APPR", hint="R0, or DEP, ends it before")
     start = ip.state.position.copy()
     for name, index in (("X", 0), ("Y", 1), ("Z", 2)):
         if name in way.values:
@@ -260,12 +246,9 @@ def approach(
         start[0], start[1] = point.real, point.imag
     tangent = leads(start) if leads is not None else None
     if tangent is None:
-        raise BlockError(
-            "approach-words",
-            "APPR is not followed by an element of a contour",
-            "APPR",
-            hint="an L, C or CR block leads along the contour",
-        )
+        message = "APPR is not followed by an element of a contour"
+        hint = "an L, C or CR block leads along the contour"
+        raise BlockError("approach-words", message, "APPR", hint=hint)
     side = way.side or 0
     cutter, tool, a = FlatCutter(ip), _radius(ip, side), complex(start[0], start[1])
     beside = a + tangent * (-1j if side < 0 else 1j) * tool
@@ -290,12 +273,8 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
     """DEP: away from the last point of a contour; compensation ends."""
     heading = Plain.of(ip).heading
     if heading is None:
-        raise BlockError(
-            "approach-words",
-            "DEP has no element of a contour before it",
-            "DEP",
-            hint="an L, C or CR block comes before",
-        )
+        message = "DEP has no element of a contour before it"
+        raise BlockError("approach-words", message, "DEP", hint="an L, C or CR block comes before")
     tangent = heading / abs(heading)
     side = {41: 1, 42: -1}.get(ip.state.compensation, 0)
     cutter, tool = FlatCutter(ip), _radius(ip, side)

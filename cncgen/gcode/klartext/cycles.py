@@ -420,10 +420,8 @@ def define(ip: Interpreter, number: int) -> None:
     """CYCL DEF: take the cycle that the calls run."""
     if number in _IDLE:
         message = f"cycle {number} moves no tool: passed over"
-        ip.warn(
-            BlockError("cycle-idle", message, "CYCL", hint="is it a cycle of the machine's builder?"),
-            Severity.NOTE,
-        )
+        hint = "is it a cycle of the machine's builder?"
+        ip.warn(BlockError("cycle-idle", message, "CYCL", hint=hint), Severity.NOTE)
         return
     if number in contour_cycles.DATA:
         return

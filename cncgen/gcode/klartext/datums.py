@@ -89,9 +89,8 @@ class Datums:
             self.take(8, affine.Frame(affine.diagonal(*sides)) if named else None)
         elif number == 10:
             if not words.keys() & {"ROT", "IROT"}:
-                raise BlockError(
-                    "rotation-angle", "cycle 10 has no angle ROT", "CYCL", hint="CYCL DEF 10.1 ROT+35"
-                )
+                message = "cycle 10 has no angle ROT"
+                raise BlockError("rotation-angle", message, "CYCL", hint="CYCL DEF 10.1 ROT+35")
             self._angle = words["ROT"] if "ROT" in words else self._angle + words["IROT"]
             self.take(10, affine.Frame(affine.turn(2, self._angle)) if self._angle else None)
         elif number == 11:

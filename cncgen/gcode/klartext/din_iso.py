@@ -238,12 +238,8 @@ class Modes:
         place = " ".join([*(words.polar if polar else ()), *words.axes])
         if not place:
             if motion in _ARCS and not before:
-                raise BlockError(
-                    "arc-end",
-                    f"G{motion:02} has no end",
-                    f"G{motion:02}",
-                    hint="X and Y give it; in polar coordinates, H",
-                )
+                hint = "X and Y give it; in polar coordinates, H"
+                raise BlockError("arc-end", f"G{motion:02} has no end", f"G{motion:02}", hint=hint)
             rest = " ".join(part for part in (side, words.feed, words.tail) if part)
             return [*before, *([f"L {rest}"] if rest else [])]
         return [*before, *self._moves(place, side, words, following)]
@@ -258,22 +254,14 @@ class Modes:
         before = [f"L {words.feed}"] if words.feed and (fast or soft) else []
         if self.leaving:
             if side != "R0" or self.motion not in _LINES:
-                raise BlockError(
-                    "approach-words",
-                    "G27 is followed by no line with G40, to where it leads",
-                    "G27",
-                    hint="G00 G40 X Y follows",
-                )
+                message = "G27 is followed by no line with G40, to where it leads"
+                raise BlockError("approach-words", message, "G27", hint="G00 G40 X Y follows")
             text, self.leaving = f"DEP {polar}LCT {place} R{self.leaving} {words.tail}", ""
             return [text, *([f"L {words.feed}"] if words.feed else [])]
         if soft:
             if side not in ("RL", "RR") or self.motion not in _LINES:
-                raise BlockError(
-                    "approach-words",
-                    "G26 stands behind no line with G41 or G42",
-                    "G26",
-                    hint="G01 G41 X Y comes before",
-                )
+                message = "G26 stands behind no line with G41 or G42"
+                raise BlockError("approach-words", message, "G26", hint="G01 G41 X Y comes before")
             return [
                 *before,
                 f"APPR {polar}LCT {place} R{soft['radius']} {side} {soft['feed'] or ''} {words.tail}",
@@ -323,11 +311,8 @@ class Modes:
             if match is None:
                 if words.g and words.g[0] not in (*_MOTIONS, *_SIDES, 90, 91):
                     raise _refused(f"G{words.g[0]:02}", _READ, f"G{words.g[0]:02}")
-                raise BlockError(
-                    "syntax",
-                    f"'{body[at:].split()[0]}' is no word of DIN/ISO",
-                    hint="G01 G41 X+10 Y-2.5 F200 M3",
-                )
+                message = f"'{body[at:].split()[0]}' is no word of DIN/ISO"
+                raise BlockError("syntax", message, hint="G01 G41 X+10 Y-2.5 F200 M3")
             at = match.end()
             if match["fast"]:
                 words.fast = True

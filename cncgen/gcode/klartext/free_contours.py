@@ -286,12 +286,8 @@ class Chain:
         known = self._before(number)
         if known is None:
             message = f"{element.name} refers to block {number}, whose end is not known before it"
-            raise BlockError(
-                "free-contour",
-                message,
-                element.name,
-                hint="it refers to a motion before it, by its block number",
-            )
+            hint = "it refers to a motion before it, by its block number"
+            raise BlockError("free-contour", message, element.name, hint=hint)
         return known
 
     def _reference(self, element: Element, part: _Part, number: int, block: str) -> float:

@@ -53,12 +53,8 @@ def idle(body: str) -> bool:
     if _IDLE.match(body):
         return True
     name = " ".join(body.upper().split()[:3])
-    raise BlockError(
-        "unsupported-block",
-        f"{name} is not read",
-        "FUNCTION",
-        hint="FUNCTION TCPM, RESET TCPM, DWELL and MODE MILL are",
-    )
+    hint = "FUNCTION TCPM, RESET TCPM, DWELL and MODE MILL are"
+    raise BlockError("unsupported-block", f"{name} is not read", "FUNCTION", hint=hint)
 
 
 def matrix(
@@ -93,12 +89,8 @@ def matrix(
         return _axes(base, normal)
     if name == "AXIAL":
         return _of_axes(named_axes(words), machine)
-    raise BlockError(
-        "unsupported-block",
-        f"PLANE {name} is not read",
-        "PLANE",
-        hint="PLANE SPATIAL, EULER, RELATIV, POINTS, VECTOR, AXIAL and RESET are",
-    )
+    hint = "PLANE SPATIAL, EULER, RELATIV, POINTS, VECTOR, AXIAL and RESET are"
+    raise BlockError("unsupported-block", f"PLANE {name} is not read", "PLANE", hint=hint)
 
 
 def _through(words: Mapping[str, float]) -> affine.Matrix:

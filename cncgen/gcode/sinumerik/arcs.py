@@ -63,12 +63,8 @@ def make(motions: Motions, words: Words, given: dict[str, float], end: list[floa
     else:
         spoke = _spoke(motions, words, begin)
     if turns != round(turns) or turns < 0:
-        raise BlockError(
-            "arc-turns",
-            f"TURN={turns:g} does not count full circles",
-            "TURN",
-            hint="TURN is 0 or more, whole",
-        )
+        message = f"TURN={turns:g} does not count full circles"
+        raise BlockError("arc-turns", message, "TURN", hint="TURN is 0 or more, whole")
     out = {**given, **corner, AXES[first]: finish.real, AXES[second]: finish.imag}
     if spoke is None:
         spoke = centre - begin
@@ -96,20 +92,12 @@ def _spoke(motions: Motions, words: Words, begin: complex) -> complex:
         found.append(value * motions.scale(AXES[column].upper()) - place if mode == "AC" else value)
     wrong = next((n for n in "IJK" if n in words.named), None)
     if wrong:
-        raise BlockError(
-            "arc-plane",
-            f"{wrong} is not of the plane G{motions.ip.state.plane}",
-            wrong,
-            hint="G17 has I J, G18 I K, G19 J K",
-        )
+        message = f"{wrong} is not of the plane G{motions.ip.state.plane}"
+        raise BlockError("arc-plane", message, wrong, hint="G17 has I J, G18 I K, G19 J K")
     spoke = complex(*found)
     if begin + spoke == begin:
-        raise BlockError(
-            "arc-centre",
-            f"{motions.motion} has no centre: neither I J K nor CR nor AR",
-            motions.motion,
-            hint="G2 X10 Y0 CR=10, or I5 J0",
-        )
+        message = f"{motions.motion} has no centre: neither I J K nor CR nor AR"
+        raise BlockError("arc-centre", message, motions.motion, hint="G2 X10 Y0 CR=10, or I5 J0")
     return spoke
 
 
@@ -119,20 +107,12 @@ def _radius_centre(
     """Return the centre of an arc of a radius; more than half a turn where it is negative."""
     chord = abs(finish - begin)
     if chord == 0.0:
-        raise BlockError(
-            "arc-radius",
-            f"CR={radius:g} ends where it starts: every circle of that radius would do",
-            "CR",
-            hint="a full circle needs I J K",
-        )
+        message = f"CR={radius:g} ends where it starts: every circle of that radius would do"
+        raise BlockError("arc-radius", message, "CR", hint="a full circle needs I J K")
     half = radius * radius - chord * chord / 4.0
     if half < -1e-3 * abs(radius):
-        raise BlockError(
-            "arc-radius",
-            f"CR={radius:g} is too small: the end is {chord:.4f} away",
-            "CR",
-            hint=f"CR is at least {chord / 2.0:.4f}",
-        )
+        message = f"CR={radius:g} is too small: the end is {chord:.4f} away"
+        raise BlockError("arc-radius", message, "CR", hint=f"CR is at least {chord / 2.0:.4f}")
     aside = math.sqrt(max(half, 0.0))
     # The centre is on the right of the chord for a clockwise arc of less than half a turn.
     way = (finish - begin) / chord * (-1j if clockwise else 1j)
@@ -145,12 +125,8 @@ def _angle_arc(
     """Return centre and end of an arc of the angle AR, whose end or centre is given."""
     angle = math.radians(words.named.pop("AR")[1])
     if not 0.0 < angle < 2.0 * math.pi:
-        raise BlockError(
-            "arc-angle",
-            f"AR={math.degrees(angle):g} is not the angle of an arc",
-            "AR",
-            hint="AR is above 0 and below 360",
-        )
+        message = f"AR={math.degrees(angle):g} is not the angle of an arc"
+        raise BlockError("arc-angle", message, "AR", hint="AR is above 0 and below 360")
     turn = cmath.rect(1.0, -angle if clockwise else angle)
     if {"I", "J", "K"} & words.named.keys():
         if ended and finish != begin:

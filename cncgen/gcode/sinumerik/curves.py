@@ -132,28 +132,19 @@ def _polynomial(motions: Motions, words: Words, end: Point) -> None:
     check_feed(ip, ip.sink.block, "POLY")
     length = words.named.pop("PL", ("", 1.0))[1]
     if length <= 0.0:
-        raise BlockError(
-            "nurbs-knot",
-            f"PL={length:g}, the length of an interval, must be above 0",
-            "PL",
-            hint="PL is 1 where it is left out",
-        )
+        message = f"PL={length:g}, the length of an interval, must be above 0"
+        raise BlockError("nurbs-knot", message, "PL", hint="PL is 1 where it is left out")
     start, finish = list(ip.state.position), list(end)
     coefficients: dict[int, list[float]] = {}
     degree = 1
     for axis, values in words.polynomials.items():
         column = AXIS_INDEX.get(axis.lower())
         if column is None:
-            raise BlockError(
-                "axis-missing", f"PO[{axis}] is of no axis", "PO", hint="axes are X Y Z A B C U V W"
-            )
+            message = f"PO[{axis}] is of no axis"
+            raise BlockError("axis-missing", message, "PO", hint="axes are X Y Z A B C U V W")
         if len(values) > _MOST_DEGREE:
-            raise BlockError(
-                "spline-order",
-                f"PO[{axis}] has degree {len(values)}; the most is {_MOST_DEGREE}",
-                "PO",
-                hint="leave the last ones out",
-            )
+            message = f"PO[{axis}] has degree {len(values)}; the most is {_MOST_DEGREE}"
+            raise BlockError("spline-order", message, "PO", hint="leave the last ones out")
         finish[column] = values[0] if motions.absolute else start[column] + values[0]
         coefficients[column] = values[1:]
         degree = max(degree, len(values))
@@ -189,21 +180,13 @@ def through(motions: Motions, words: Words, given: dict[str, float], end: Point)
             )
     first, second, normal = motions.plane()
     if not (start[normal] == middle[normal] == end[normal]):
-        raise BlockError(
-            "arc-plane",
-            f"CIP leaves the plane G{motions.ip.state.plane}: arcs in space are not read",
-            "CIP",
-            hint="choose the plane of the arc: G17, G18, G19",
-        )
+        message = f"CIP leaves the plane G{motions.ip.state.plane}: arcs in space are not read"
+        raise BlockError("arc-plane", message, "CIP", hint="choose the plane of the arc: G17, G18, G19")
     a, b, c = (complex(p[first], p[second]) for p in (start, middle, end))
     across = ((b - a).conjugate() * (c - a)).imag
     if abs(across) < 1e-9 * max(abs(b - a), abs(c - a), 1e-9) ** 2:
-        raise BlockError(
-            "arc-centre",
-            "CIP: start, intermediate point and end lie in a line",
-            "CIP",
-            hint="I1 J1 K1 is a point of the arc",
-        )
+        message = "CIP: start, intermediate point and end lie in a line"
+        raise BlockError("arc-centre", message, "CIP", hint="I1 J1 K1 is a point of the arc")
     u, v = b - a, c - a
     centre = a + 1j * (u * abs(v) ** 2 - v * abs(u) ** 2) / (2.0 * across)
     out = {**given, AXES[first]: c.real, AXES[second]: c.imag}

@@ -114,12 +114,8 @@ def _feed_of_teeth(motions: Motions, feed: float) -> float:
     )
     if what:
         message = f"FZ={feed:g}, a feed a tooth, {what}"
-        raise BlockError(
-            "feed-missing",
-            message,
-            "FZ",
-            hint=f"G95 F is FZ times the teeth, or $TC_DPNT[{tool},1]=4 says how many there are",
-        )
+        hint = f"G95 F is FZ times the teeth, or $TC_DPNT[{tool},1]=4 says how many there are"
+        raise BlockError("feed-missing", message, "FZ", hint=hint)
     return feed * teeth
 
 
@@ -154,12 +150,8 @@ def dwell(motions: Motions, words: Words) -> None:
     spindle = next((name for name in words.named if _SPINDLE.fullmatch(name)), "S")
     turns = words.named.pop(spindle, None)
     if seconds is None and turns is None:
-        raise BlockError(
-            "dwell-missing",
-            "G4 has neither F (seconds) nor S (revolutions)",
-            "G4",
-            hint="G4 F0.5 waits half a second",
-        )
+        message = "G4 has neither F (seconds) nor S (revolutions)"
+        raise BlockError("dwell-missing", message, "G4", hint="G4 F0.5 waits half a second")
     if seconds is None:
         assert turns is not None
         speed = (
@@ -178,10 +170,6 @@ def dwell(motions: Motions, words: Words) -> None:
 def whole(letter: str, value: float) -> int:
     """Return the number of a function as a whole one."""
     if value != round(value) or value < 0:
-        raise BlockError(
-            "not-whole",
-            f"{letter}{value:g} is not a whole number of 0 or more",
-            letter,
-            hint="write it without decimals",
-        )
+        message = f"{letter}{value:g} is not a whole number of 0 or more"
+        raise BlockError("not-whole", message, letter, hint="write it without decimals")
     return round(value)

@@ -40,9 +40,8 @@ def is_frame(value: Value) -> bool:
 
 
 def _refused(what: str, why: str) -> BlockError:
-    return BlockError(
-        "not-read", f"{what} ({why}) is not read", what, hint="docs/sinumerik.md lists what is read"
-    )
+    message = f"{what} ({why}) is not read"
+    return BlockError("not-read", message, what, hint="docs/sinumerik.md lists what is read")
 
 
 def _frame(motions: Motions, value: Value) -> frames.Frame:

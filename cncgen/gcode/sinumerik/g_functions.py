@@ -70,9 +70,8 @@ def mode(motions: Motions, code: int, words: Words) -> None:
     elif code in _NOT_READ:
         raise commands.not_read(f"G{code}", _NOT_READ[code])
     elif code not in _PLAIN:
-        raise BlockError(
-            "unknown-code", f"G{code} is not read", f"G{code}", hint="docs/sinumerik.md lists what is read"
-        )
+        message = f"G{code} is not read"
+        raise BlockError("unknown-code", message, f"G{code}", hint="docs/sinumerik.md lists what is read")
 
 
 def _units(motions: Motions, code: int) -> None:
@@ -108,12 +107,8 @@ def _compensate(motions: Motions, code: int) -> None:
     if isinstance(ip.sink, Recorder):
         raise commands.not_read(f"G{code}", "the cycle keeps the tool beside its contour")
     if motions.edge == 0:
-        raise BlockError(
-            "comp-diameter",
-            f"G{code} with D0: no radius is in force",
-            f"G{code}",
-            hint="D1 takes the tool's radius",
-        )
+        message = f"G{code} with D0: no radius is in force"
+        raise BlockError("comp-diameter", message, f"G{code}", hint="D1 takes the tool's radius")
     if motions.allowance:
         _compensate_with_allowance(motions, code)
     else:
@@ -129,9 +124,8 @@ def _compensate_with_allowance(motions: Motions, code: int) -> None:
     radius = (tool.diameter / 2.0 if tool else 0.0) * ip.table_scale() + motions.allowance
     if radius < 0.0:
         message = f"OFFN={motions.allowance:g} leaves a radius of {radius:g} to compensate"
-        raise BlockError(
-            "comp-radius", message, "OFFN", hint=f"OFFN is {radius - motions.allowance:g} or more below 0"
-        )
+        hint = f"OFFN is {radius - motions.allowance:g} or more below 0"
+        raise BlockError("comp-radius", message, "OFFN", hint=hint)
     words = {"d": 2.0 * radius}
     if tool and ip.state.plane == 18:
         words["l"] = float(tool.orientation)
@@ -156,9 +150,8 @@ def _surface(motions: Motions, code: int, words: Words) -> None:
     speed = words.named.pop("S", words.named.pop(f"S{motions.master}", None))
     if speed is None:
         if state.constant_surface is None:
-            raise BlockError(
-                "speed-missing", f"G{code} has no S", f"G{code}", hint="G96 S200 is 200 m a minute"
-            )
+            message = f"G{code} has no S"
+            raise BlockError("speed-missing", message, f"G{code}", hint="G96 S200 is 200 m a minute")
         return
     motions.emit({"s": speed[1]}, (960,))
 
@@ -175,12 +168,8 @@ def _pole(motions: Motions, code: int, words: Words) -> None:
     if motions.diameter.startswith("G90") and 0 in (first, second):
         raise commands.not_read(f"G{code} while X is a diameter", "a pole of lathes")
     if words.axes:
-        raise BlockError(
-            "pole-plane",
-            f"G{code} has an axis outside the plane",
-            next(iter(words.axes)),
-            hint="a pole lies in the plane",
-        )
+        message = f"G{code} has an axis outside the plane"
+        raise BlockError("pole-plane", message, next(iter(words.axes)), hint="a pole lies in the plane")
     motions.pole = base + offset
     motions.polar = (0.0, 0.0)
 
@@ -206,9 +195,8 @@ def tolerance(motions: Motions, words: Words) -> None:
     if value is None or motions.path[0] == "G60":
         return
     if value < 0.0:
-        raise BlockError(
-            "negative-tolerance", f"a tolerance of {value:g} is negative", "ADIS", hint="it is 0 or more"
-        )
+        message = f"a tolerance of {value:g} is negative"
+        raise BlockError("negative-tolerance", message, "ADIS", hint="it is 0 or more")
     motions.set_path(motions.path[0], value)
 
 
@@ -218,9 +206,8 @@ def home(motions: Motions, words: Words) -> None:
     motions.settle()
     position = motions.ip.state.position
     if words.named.pop("FP", ("", 1.0))[1] != 1.0:
-        raise BlockError(
-            "not-read", "where fixed points beyond the first lie is not known", "FP", hint="FP=1 is read"
-        )
+        message = "where fixed points beyond the first lie is not known"
+        raise BlockError("not-read", message, "FP", hint="FP=1 is read")
     named = [*words.axes, *(name[0] for name in commands.MACHINE_AXES if words.named.pop(name, None))]
     axes = {axis.lower(): position[AXIS_INDEX[axis.lower()]] for axis in named}
     words.axes.clear()
@@ -235,9 +222,8 @@ def thread(motions: Motions, words: Words, given: dict[str, float]) -> None:
         if name in words.named:
             lead = abs(words.named.pop(name)[1])
     if not lead:
-        raise BlockError(
-            "pitch-missing", f"{motions.motion} has no lead", motions.motion, hint="K is the lead along Z"
-        )
+        message = f"{motions.motion} has no lead"
+        raise BlockError("pitch-missing", message, motions.motion, hint="K is the lead along Z")
     words.named.pop("SF", None)
     if motions.motion == "G33":
         motions.emit({**given, "k": lead}, (330,))
@@ -245,12 +231,8 @@ def thread(motions: Motions, words: Words, given: dict[str, float]) -> None:
     # Rigid tapping runs in and, by G332, out again, each at lead times speed.
     ip = motions.ip
     if ip.state.speed <= 0.0:
-        raise BlockError(
-            "spindle-stopped",
-            f"{motions.motion} needs the speed of the spindle",
-            motions.motion,
-            hint="S gives it",
-        )
+        message = f"{motions.motion} needs the speed of the spindle"
+        raise BlockError("spindle-stopped", message, motions.motion, hint="S gives it")
     feed, feed_mode = ip.state.feed, ip.state.feed_mode
     if feed_mode != 94:
         motions.emit({}, (940,))

@@ -313,12 +313,8 @@ class Motions:
         elif kind == "poly":
             _, (name, indices), values = item
             if name != "PO" or len(indices) != 1:
-                raise BlockError(
-                    "syntax",
-                    f"{name}=( , ) does not belong to a polynomial",
-                    name,
-                    hint="PO[X]=(end, a2, a3)",
-                )
+                message = f"{name}=( , ) does not belong to a polynomial"
+                raise BlockError("syntax", message, name, hint="PO[X]=(end, a2, a3)")
             axis = str(evaluate(indices[0], self.store))
             words.polynomials[axis] = [number(evaluate(v, self.store)) for v in values]
         elif kind == "text" and words.commands[-1:] in (["EXTCALL"], ["CALL"]):
@@ -359,9 +355,8 @@ class Motions:
         if isinstance(node, Function) and function in MODES and len(node.arguments) == 1:
             mode, node = function, node.arguments[0] or 0.0
         elif function in ("CAC", "CIC", "CDC", "CACP", "CACN", "QU", "HF"):
-            raise BlockError(
-                "not-read", f"{function}() is not read", function, hint="AC, IC, DC, ACP and ACN are"
-            )
+            message = f"{function}() is not read"
+            raise BlockError("not-read", message, function, hint="AC, IC, DC, ACP and ACN are")
         elif frame_variables.is_frame(node):
             frame_variables.set_frame(self, name, at, node)
             return
@@ -384,12 +379,8 @@ class Motions:
             commands.INDEXED[name](self, words, name, at[0], mode, number(evaluate(node, self.store)))
             return
         if mode:
-            raise BlockError(
-                "variable-unknown",
-                f"{name}={mode}(...): {name} is not an axis",
-                name,
-                hint="axes are X Y Z A B C U V W",
-            )
+            message = f"{name}={mode}(...): {name} is not an axis"
+            raise BlockError("variable-unknown", message, name, hint="axes are X Y Z A B C U V W")
         if not self.store.has(name):
             commands.check_name(name)
         self.assign(name, at, evaluate(node, self.store))
@@ -572,15 +563,11 @@ class Motions:
     def _machine(self, words: Words) -> None:
         """Move to machine coordinates."""
         if self.motion not in ("G0", "G1"):
-            raise BlockError(
-                "g53-motion",
-                f"machine coordinates go with G0 and G1, not with {self.motion}",
-                hint="write G0 SUPA",
-            )
+            message = f"machine coordinates go with G0 and G1, not with {self.motion}"
+            raise BlockError("g53-motion", message, hint="write G0 SUPA")
         if not self.absolute and any(mode == "" for mode, _ in words.axes.values()):
-            raise BlockError(
-                "g53-motion", "machine coordinates are absolute, and G91 is in force", hint="use G90, or AC()"
-            )
+            message = "machine coordinates are absolute, and G91 is in force"
+            raise BlockError("g53-motion", message, hint="use G90, or AC()")
         out = {axis.lower(): value * self.scale(axis) for axis, (_, value) in words.axes.items()}
         words.axes.clear()
         length = self.ip.state.offsets()[3]
@@ -619,12 +606,8 @@ class Motions:
             return self._from_carried(axis, value, now) + value
         if mode in ("DC", "ACP", "ACN"):
             if axis not in "ABC":
-                raise BlockError(
-                    "axis-mode",
-                    f"{mode}() is for rotary axes, and {axis} is linear",
-                    axis,
-                    hint="AC() or IC()",
-                )
+                message = f"{mode}() is for rotary axes, and {axis} is linear"
+                raise BlockError("axis-mode", message, axis, hint="AC() or IC()")
             step = (value - now) % 360.0
             if mode == "ACN" and step:
                 step -= 360.0
@@ -681,12 +664,9 @@ class Motions:
             words.named.pop(name, None)
         left = next(iter([*words.named, *words.texts]), None)
         if left is not None:
-            raise BlockError(
-                "unused-word",
-                f"{left} stands in a block with nothing that uses it",
-                left,
-                hint="is it of another motion, or a variable without DEF?",
-            )
+            message = f"{left} stands in a block with nothing that uses it"
+            hint = "is it of another motion, or a variable without DEF?"
+            raise BlockError("unused-word", message, left, hint=hint)
 
 
 def _once(words: dict[str, tuple[str, float]], name: str, value: tuple[str, float]) -> None:

@@ -81,12 +81,8 @@ def take(motions: Motions, words: Words) -> None:
     if found is None:
         names = " and ".join(AXES[k].upper() for k in kinematics.axes)
         message = f"{names} of the machine do not turn the tool to any direction"
-        raise BlockError(
-            "orientation-vector",
-            message,
-            first,
-            hint="the axis next to the tool is A or B, or that of the table's frame",
-        )
+        hint = "the axis next to the tool is A or B, or that of the table's frame"
+        raise BlockError("orientation-vector", message, first, hint=hint)
     for column, before, angle in zip(kinematics.axes, now, found, strict=True):
         words.axes[AXES[column].upper()] = "AC", position[column] + angle - before
 

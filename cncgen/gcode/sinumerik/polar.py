@@ -27,12 +27,8 @@ def angle_end(motions: Motions, words: Words, end: list[float]) -> None:
         message = (
             f"ANG does not lead to a point: a line at an angle has {names}, one of them, that it comes to"
         )
-        raise BlockError(
-            "drawing-angle",
-            message,
-            "ANG",
-            hint="ANG=135 X40; two lines by their angles alone are not read",
-        )
+        hint = "ANG=135 X40; two lines by their angles alone are not read"
+        raise BlockError("drawing-angle", message, "ANG", hint=hint)
     column, other = (first, second) if given == [first] else (second, first)
     start = motions.ip.state.position
     end[other] = start[other] + (end[column] - start[column]) * across / along
@@ -43,12 +39,8 @@ def polar_end(motions: Motions, words: Words, end: list[float]) -> None:
     """Put in the end of AP (angle) and RP (radius) about the pole; a missing one keeps its last value."""
     first, second, _ = motions.plane()
     if {AXES[first].upper(), AXES[second].upper()} & words.axes.keys():
-        raise BlockError(
-            "polar-words",
-            "polar words AP RP stand beside an axis of their plane",
-            "AP",
-            hint="a point is either X Y or AP RP",
-        )
+        message = "polar words AP RP stand beside an axis of their plane"
+        raise BlockError("polar-words", message, "AP", hint="a point is either X Y or AP RP")
     spoke = complex(end[first], end[second]) - motions.pole
     here = (abs(spoke), math.degrees(cmath.phase(spoke)) if spoke else motions.polar[1])
     radius, angle = here[0], here[1]

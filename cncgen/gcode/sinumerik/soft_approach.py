@@ -61,12 +61,8 @@ class Soft:
     def fault(self, what: str, word: str = "", hint: str = "") -> BlockError:
         """Return a fault of the block."""
         name = word or f"G{self.code}"
-        return BlockError(
-            "soft-approach",
-            f"G{self.code} {what}",
-            name,
-            hint=hint or "G41 G247 DISR=10 DISCL=5 X Y Z begins a contour",
-        )
+        hint = hint or "G41 G247 DISR=10 DISCL=5 X Y Z begins a contour"
+        return BlockError("soft-approach", f"G{self.code} {what}", name, hint=hint)
 
     def level(self, floor: float, outer: float) -> float:
         """Return the height between a floor and where the tool comes from at which the slow infeed begins."""
@@ -154,9 +150,8 @@ def _lead(motions: Motions, soft: Soft, place: list[float], segment: Segment) ->
     _as_before(motions, soft, {normal: low})
     slow = soft.feed or feed
     if slow <= 0.0:
-        raise BlockError(
-            "feed-missing", f"G{soft.code} has no feed: neither FAD nor F", "F", hint="F feeds on the arc"
-        )
+        message = f"G{soft.code} has no feed: neither FAD nor F"
+        raise BlockError("feed-missing", message, "F", hint="F feeds on the arc")
     if soft.in_plane and abs(low - floor) > _TINY:
         motions.emit({"f": slow, AXES[normal]: floor}, (10,))
     if feed and (soft.in_plane or not soft.feed):

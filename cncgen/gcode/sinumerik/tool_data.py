@@ -31,12 +31,8 @@ def _index(name: str, at: list[Scalar]) -> tuple[int, int]:
     """Return the number of a tool's datum and the tool."""
     found = _DATA.match(name)
     if found is None or not 1 <= len(at) <= 2:
-        raise BlockError(
-            "variable-unknown",
-            f"the system variable {name} is not read",
-            name,
-            hint="$TC_DP3[1,1] is length 1 of tool 1",
-        )
+        message = f"the system variable {name} is not read"
+        raise BlockError("variable-unknown", message, name, hint="$TC_DP3[1,1] is length 1 of tool 1")
     edge = round(number(at[1])) if len(at) == 2 else 1
     return int(found[1]) if edge == 1 else 0, round(number(at[0]))
 
@@ -98,10 +94,8 @@ class ToolData:
 
     def _pass_over(self, name: str) -> None:
         message = f"{name} and other data of tools change nothing here: lengths, radius and position of edge 1 are kept"
-        self.ip.warn_once(
-            BlockError("tool-edge", message, name, hint="$TC_DP2, 3, 4, 6 and their wear are read"),
-            Severity.NOTE,
-        )
+        hint = "$TC_DP2, 3, 4, 6 and their wear are read"
+        self.ip.warn_once(BlockError("tool-edge", message, name, hint=hint), Severity.NOTE)
 
     def value(self, name: str, at: list[Scalar]) -> float:
         """Return a datum of a tool."""
@@ -110,12 +104,8 @@ class ToolData:
         if datum == _TYPE:
             return float(self._types.get(number_, 0))
         if datum not in (_ORIENTATION, _LENGTH_1, _LENGTH_2, _RADIUS, *_WEAR) or tool is None:
-            raise BlockError(
-                "variable-unknown",
-                f"the system variable {name} is not read",
-                name,
-                hint="$TC_DP3[1,1] is length 1 of tool 1",
-            )
+            message = f"the system variable {name} is not read"
+            raise BlockError("variable-unknown", message, name, hint="$TC_DP3[1,1] is length 1 of tool 1")
         if datum == _ORIENTATION:
             return float(tool.orientation)
         place = {_LENGTH_1: 0, _LENGTH_2: 2, _RADIUS: 1}[_WEAR.get(datum, datum)]

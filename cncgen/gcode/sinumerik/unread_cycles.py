@@ -46,9 +46,5 @@ def refused(name: str) -> BlockError:
     what, instead = _KNOWN.get(name, ("of 802S and 802C" if name[0] == "L" and name[1] == "C" else "", ""))
     message = f"the cycle {name}{f' ({what})' if what else ''} is not read"
     hint = f"{instead}; " if instead else ""
-    return BlockError(
-        "not-read",
-        message,
-        name,
-        hint=f"{hint}docs/sinumerik.md lists those that are read; --include adds a folder of subprograms",
-    )
+    hint = f"{hint}docs/sinumerik.md lists those that are read; --include adds a folder of subprograms"
+    return BlockError("not-read", message, name, hint=hint)

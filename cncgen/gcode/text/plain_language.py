@@ -189,9 +189,8 @@ def _number_of(q: str) -> float:
     found = float(q[2:]) + _OWN_NUMBERS[kind] if kind in _OWN_NUMBERS else float(q[1:])
     if found >= _BEYOND:
         message = f"{q.upper()} is not read: Q parameters go up to Q{_BEYOND - 1}"
-        raise BlockError(
-            "parameter-number", message, column=_reader().begin + 1, hint="take a smaller number"
-        )
+        hint = "take a smaller number"
+        raise BlockError("parameter-number", message, column=_reader().begin + 1, hint=hint)
     return found
 
 

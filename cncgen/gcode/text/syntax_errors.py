@@ -124,12 +124,10 @@ def syntax_error(data: bytes, reader: Parser) -> BlockError:
     if letter:
         hint = number_hint(letter, before, rest)
         return BlockError("syntax", f"{letter} has no number", column=column, hint=hint)
-    return BlockError(
-        "syntax",
-        f"{_found(rest)} where {_any_of(_expected_names(before, sorted(reader.expected())))} was expected",
-        column=column,
-        hint=hint_for(before, rest),
+    message = (
+        f"{_found(rest)} where {_any_of(_expected_names(before, sorted(reader.expected())))} was expected"
     )
+    return BlockError("syntax", message, column=column, hint=hint_for(before, rest))
 
 
 def _comment_error(rest: str, column: int) -> BlockError:
