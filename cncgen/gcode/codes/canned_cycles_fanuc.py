@@ -10,7 +10,7 @@ axis word or R makes no hole.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Container
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
@@ -89,11 +89,15 @@ def _pecking(number: int) -> Callable[[Hole], None]:
     return run
 
 
-def _orient(hole: Hole) -> None:
-    """Stop the spindle at its angle."""
+def _beside(hole: Hole, beside: dict[int, float], within: dict[int, float], level: float) -> None:
+    """Stop the spindle at its angle, go to a level beside the hole, and back within it start the spindle."""
     hole.turn(0)
     call = f"ORIENT_SPINDLE({hole.spindle}, {0.0:.4f}, 0)"
     hole.ip.sink.call(call, Event("spindle", True, values={"orient_deg": 0.0}))
+    hole.across(beside)
+    hole.traverse(level)
+    hole.across(within)
+    hole.turn(1)
 
 
 def _tap(direction: int) -> Callable[[Hole], None]:
@@ -187,29 +191,17 @@ def _fine_bore(hole: Hole) -> None:
     beside, within = _shift(hole)
     hole.feed(hole.bottom)
     hole.wait()
-    _orient(hole)
-    hole.across(beside)
-    hole.traverse(hole.clear)
-    hole.across(within)
-    hole.turn(1)
+    _beside(hole, beside, within, hole.clear)
 
 
 def _back_bore(hole: Hole) -> None:
     """G87: go down beside the hole to R, bore upward to Z, come out beside it."""
     beside, within = _shift(hole)
     level = hole.ip.state.position[hole.normal]
-    _orient(hole)
-    hole.across(beside)
-    hole.traverse(hole.retract)
-    hole.across(within)
-    hole.turn(1)
+    _beside(hole, beside, within, hole.retract)
     hole.feed(hole.bottom)
     hole.wait()
-    _orient(hole)
-    hole.across(beside)
-    hole.traverse(level)
-    hole.across(within)
-    hole.turn(1)
+    _beside(hole, beside, within, level)
 
 
 #: The moves of each cycle from R on (G87: from the start); I J of Haas are steps of drilling, J the speed of a tap on its way out.
@@ -256,16 +248,22 @@ def _cycle(number: int) -> Handler:
     return run
 
 
+def row_of_holes(ip: Interpreter, cycles: Container[int], normal: int) -> Sticky:
+    """Return what a row of holes of some cycles keeps; a new one begins where the tool is along the axis of that column."""
+    state = ip.state
+    if isinstance(state.cycle, Sticky) and state.motion in cycles:
+        return state.cycle
+    state.under = state.motion if state.motion in PLAIN_MOTIONS else 0
+    # M29 is for one row of holes, which any code of motion ends (B-64304EN-2, rigid tapping).
+    state.rigid = IN_ROW if state.rigid == ARMED else 0
+    return Sticky(level=state.position[normal])
+
+
 def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     """Return the words of this block and those kept since the first cycle of the row."""
     state = ip.state
     normal = state.plane_axes()[2]
-    sticky = state.cycle if isinstance(state.cycle, Sticky) and state.motion in HOLES else None
-    if sticky is None:
-        state.under = state.motion if state.motion in PLAIN_MOTIONS else 0
-        # M29 is for one row of holes, which any code of motion ends (B-64304EN-2, rigid tapping).
-        state.rigid = IN_ROW if state.rigid == ARMED else 0
-        sticky = Sticky(level=state.position[normal])
+    sticky = row_of_holes(ip, HOLES, normal)
     letters = _LETTERS + AXES[normal] + HOLES[number].takes
     if not HOLES[number].aside and ("i" in block.words or (sticky.number == number and "i" in sticky.words)):
         letters += "k"

@@ -9,6 +9,7 @@ import math
 
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes import affine
+from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.machine.kinematics import Kinematics
 
@@ -21,6 +22,14 @@ def normal_of(matrix: affine.Matrix) -> affine.Vector:
 def turn_in_plane(matrix: affine.Matrix) -> float:
     """Return the angle, degrees, by which a plane square to Z is turned."""
     return math.degrees(math.atan2(matrix[1][0], matrix[0][0]))
+
+
+def unreached(kinematics: Kinematics, word: str) -> BlockError:
+    """Return the fault of a direction to which the rotary axes do not turn the tool."""
+    names = " and ".join(AXES[k].upper() for k in kinematics.axes)
+    message = f"{names} of the machine do not turn the tool to any direction"
+    hint = "the axis next to the tool is A or B, or that of the table's frame"
+    return BlockError("orientation-vector", message, word, hint=hint)
 
 
 def positions(ip: Interpreter, kinematics: Kinematics) -> affine.Positions:

@@ -190,9 +190,7 @@ def walls(ip: Interpreter, ways: Sequence[Sequence[Segment]], how: Clearing) -> 
         for level in how.levels:
             tool.to(way[0].start, rapid=True)
             tool.to(z=how.start, rapid=True)
-            ip.sink.set_feed_rate(how.plunge)
-            tool.to(z=level)
-            ip.sink.set_feed_rate(how.feed)
+            tool.plunge(level, how.plunge, how.feed)
             for segment in way:
                 tool.follow(segment)
             tool.to(z=how.start, rapid=True)
@@ -232,9 +230,7 @@ def clear(
                     tool.to(z=max(how.start, ip.state.position[2]), rapid=True)
                     tool.to(begin, rapid=True)
                     tool.to(z=above, rapid=True)
-                    ip.sink.set_feed_rate(how.plunge)
-                    tool.to(z=level)
-                    ip.sink.set_feed_rate(how.feed)
+                    tool.plunge(level, how.plunge, how.feed)
                 tool.to(begin)
                 tool.to(end)
                 at = end

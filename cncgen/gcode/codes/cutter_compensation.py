@@ -15,6 +15,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.codes.compensated_sink import CompensatedSink
     from cncgen.gcode.interpreter import Interpreter
+    from cncgen.machine.tool_table import Tool
 
 #: How much farther than programmed (rad) LinuxCNC lets a compensated arc sweep, in inches (G20) and in mm: measured on its
 #: interpreter, for tools inside and outside of arcs, radii of 0.5 to 10 and sweeps of 0.1 to 1.5 rad.
@@ -135,12 +136,18 @@ def _programmed(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
 
 def _of_the_tool(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
     """Return radius (program units) and orientation of the tool of D, or of the one in the spindle."""
+    tool = tool_of_radius(ip, block, name)
+    tell_unknown(ip, tool.number, "D")
+    return tool.diameter * ip.table_scale() / 2.0, tool.orientation
+
+
+def tool_of_radius(ip: Interpreter, block: Block, name: str) -> Tool:
+    """Return the tool whose radius is in force; raise where the tool table does not have it."""
     number = radius_number_in_force(ip, block, name)
     tool = ip.tools.find(number)
     if tool is None:
         raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "D")
-    tell_unknown(ip, tool.number, "D")
-    return tool.diameter * ip.table_scale() / 2.0, tool.orientation
+    return tool
 
 
 def radius_number_in_force(ip: Interpreter, block: Block, name: str) -> int:

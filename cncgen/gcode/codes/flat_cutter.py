@@ -40,6 +40,12 @@ class FlatCutter:
         if not self._fast:
             self.ip.sink.set_feed_rate(feed)
 
+    def plunge(self, level: float, plunge: float, feed: float) -> None:
+        """Go to a height at one feed, and take another one there."""
+        self.feed(plunge)
+        self.to(z=level)
+        self.feed(feed)
+
     def arc(self, place: complex, centre: complex, turns: int, z: float | None = None) -> None:
         """Go to a place on an arc or a helix, counter-clockwise where `turns` is above 0."""
         end, middle = self._end(place, z), self.origin + centre * self.turn

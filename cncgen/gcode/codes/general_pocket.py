@@ -13,7 +13,7 @@ from contextlib import suppress
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.contour_pockets import area, around, check, clear, closed, free
-from cncgen.gcode.codes.cutter_compensation import radius_number_in_force
+from cncgen.gcode.codes.cutter_compensation import tool_of_radius
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.pockets import Clearing
@@ -87,10 +87,7 @@ def _parted(contour: list[Segment]) -> list[list[Segment]]:
 
 def _radius(ip: Interpreter, block: Block) -> float:
     """Return the radius of the tool of D; 0 where no table gives it."""
-    tool = ip.tools.find(radius_number_in_force(ip, block, _NAME))
-    if tool is None:
-        raise BlockError("unknown-tool", "D is not in the tool table", "D")
-    return abs(tool.diameter) * ip.table_scale() / 2.0
+    return abs(tool_of_radius(ip, block, _NAME).diameter) * ip.table_scale() / 2.0
 
 
 def _room(

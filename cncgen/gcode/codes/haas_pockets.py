@@ -8,7 +8,7 @@ those of the cycle.
 from __future__ import annotations
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.cutter_compensation import radius_number_in_force
+from cncgen.gcode.codes.cutter_compensation import tool_of_radius
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.steps import MOST, steps_of
@@ -72,10 +72,7 @@ def _pocket(name: str, sense: int) -> Handler:
             (bare, "comp-diameter", f"{name} has no D", "D is the number of the tool's radius, D0 none"),
         )
         check_feed(ip, block, name)
-        number = radius_number_in_force(ip, block, name)
-        tool = ip.tools.find(number)
-        if tool is None:
-            raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "D")
+        tool = tool_of_radius(ip, block, name)
         radii = _radii(block.words, name, abs(tool.diameter) * ip.table_scale() / 2.0)
         cutter = FlatCutter(ip)
         middle = cutter.place()

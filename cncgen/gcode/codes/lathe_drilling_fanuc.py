@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes.canned_cycles import Hole, Sticky
-from cncgen.gcode.codes.canned_cycles_fanuc import HOLES
+from cncgen.gcode.codes.canned_cycles_fanuc import HOLES, row_of_holes
 from cncgen.gcode.codes.dwell import seconds_of
 from cncgen.gcode.codes.lathe_fanuc import ONLY, increments
 from cncgen.gcode.codes.lines import check_feed
@@ -18,7 +18,7 @@ from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.state.modal import ARMED, IN_ROW, PLAIN_MOTIONS, Stage
+from cncgen.gcode.state.modal import Stage
 
 #: The cycle of mills whose moves a cycle makes, and the axis along which it drills.
 _MOVES = {
@@ -43,11 +43,7 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     state = ip.state
     axis = _MOVES[number][1]
     bottom = (axis, _DEPTHS[axis])
-    sticky = state.cycle if isinstance(state.cycle, Sticky) and state.motion in _MOVES else None
-    if sticky is None:
-        state.under = state.motion if state.motion in PLAIN_MOTIONS else 0
-        state.rigid = IN_ROW if state.rigid == ARMED else 0
-        sticky = Sticky(level=state.position[AXIS_INDEX[axis]])
+    sticky = row_of_holes(ip, _MOVES, AXIS_INDEX[axis])
     given = {letter: value for letter, value in block.words.items() if letter in (*bottom, *_KEPT)}
     if "q" in given:
         given["q"] = _step(ip, block)

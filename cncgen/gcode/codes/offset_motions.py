@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
-from cncgen.gcode.codes.cutter_compensation import radius_number_in_force
+from cncgen.gcode.codes.cutter_compensation import tool_of_radius
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, TOOL_POINT, Code, Handler
 from cncgen.gcode.errors import BlockError
@@ -35,11 +35,8 @@ def _offset(ip: Interpreter, block: Block, name: str) -> float:
     if ip.state.radius_number is None and not {"d", "h"} & block.words.keys():
         message = f"{name} has no D, and none is in force"
         raise BlockError("comp-diameter", message, name, hint="D is the number of the offset")
-    number = radius_number_in_force(ip, block, name)
-    tool = ip.tools.find(number)
-    if tool is None:
-        raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "D")
-    return tool.diameter * ip.table_scale() / 2.0 if number else 0.0
+    tool = tool_of_radius(ip, block, name)
+    return tool.diameter * ip.table_scale() / 2.0 if tool.number else 0.0
 
 
 def _longer(ip: Interpreter, words: dict[str, float], more: float) -> dict[str, float]:

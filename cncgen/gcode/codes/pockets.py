@@ -141,9 +141,7 @@ class PocketPath(FlatCutter):
     def down(self, level: float) -> None:
         """Go down to a level, and take the feed."""
         self.to(z=self.how.start, rapid=True)
-        self.feed(self.how.plunge)
-        self.to(z=level)
-        self.feed(self.how.feed)
+        self.plunge(level, self.how.plunge, self.how.feed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,9 +192,7 @@ def clear_bow(ip: Interpreter, bow: Bow, half: float, how: Clearing, name: str) 
     tool.to(begin, rapid=True)
     tool.to(z=how.start, rapid=True)
     for level in how.levels:
-        ip.sink.set_feed_rate(how.plunge)
-        tool.to(z=level)
-        ip.sink.set_feed_rate(how.feed)
+        tool.plunge(level, how.plunge, how.feed)
         for offset in offsets:
             if offset >= _TINY:
                 tool.to(bow.place(bow.radius + offset * how.sense, bow.begin))

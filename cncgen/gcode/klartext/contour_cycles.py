@@ -165,9 +165,7 @@ def train(ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
         run = backwards(path) if back else path
         if k == 0 or q[15] != 0.0:
             way.to(run[0].start, rapid=True)
-        ip.sink.set_feed_rate(q[11])
-        way.to(z=level)
-        ip.sink.set_feed_rate(q[12])
+        way.plunge(level, q[11], q[12])
         for segment in run:
             way.follow(segment)
         if q[15] != 0.0:

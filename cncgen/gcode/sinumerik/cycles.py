@@ -12,7 +12,7 @@ import math
 import operator
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, SupportsIndex, overload
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.places import in_rows, on_circle
@@ -37,13 +37,7 @@ class CycleParameters(list[Scalar | None]):
 
     looked = 0
 
-    @overload
-    def __getitem__(self, place: SupportsIndex) -> Scalar | None: ...
-
-    @overload
-    def __getitem__(self, place: slice) -> list[Scalar | None]: ...
-
-    def __getitem__(self, place: SupportsIndex | slice) -> Scalar | list[Scalar | None] | None:
+    def __getitem__(self, place: SupportsIndex | slice) -> Any:
         """Return one or some."""
         last = place.indices(len(self))[1] if isinstance(place, slice) else int(place) + 1
         self.looked = max(self.looked, last)

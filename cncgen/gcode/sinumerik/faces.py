@@ -49,7 +49,7 @@ class _Mill(FlatCutter):
             name, (self.radius <= 0.0, "cycle-tool", message, "--tool-table gives the diameter of the tool")
         )
         self.cutting = milling_feed(motions, name, feeds[0])
-        self.plunge = feeds[1] or motions.ip.state.feed
+        self.feed_down = feeds[1] or motions.ip.state.feed
         motions.ip.state.motion = 10
         self.to(z=hole.back, rapid=True)
 
@@ -62,9 +62,7 @@ class _Mill(FlatCutter):
         """Go to a place beside the part, and down to a level."""
         self.to(place, rapid=True)
         self.to(z=self.hole.start, rapid=True)
-        self.feed(self.plunge)
-        self.to(z=level)
-        self.feed(self.cutting)
+        self.plunge(level, self.feed_down, self.cutting)
 
     def end(self) -> None:
         """Go to the retraction plane, with the program's feed in force again."""
@@ -168,7 +166,7 @@ def _round(mill: _Mill, half: complex, corner: float, excess: float, values: dic
     # Seen with its length along Y, so that loops begin at the side towards X+.
     wall = Pocket(mill.origin, half.imag, half.real, corner, mill.angle + 90.0)
     sense = -1 if clockwise else 1
-    how = Clearing(-mill.radius, step, levels, mill.hole.start, mill.cutting, mill.plunge, sense)
+    how = Clearing(-mill.radius, step, levels, mill.hole.start, mill.cutting, mill.feed_down, sense)
     PocketPath(mill.ip, wall, how).free(complex(0.0, -away), side, count)
     mill.end()
 

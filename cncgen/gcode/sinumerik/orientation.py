@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.affine import applied
+from cncgen.gcode.codes.carried_planes import unreached
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import to_machine, zeros
 from cncgen.machine.kinematics import Vector, unit_vector
@@ -79,10 +80,7 @@ def take(motions: Motions, words: Words) -> None:
     now = _angles(motions, position, kinematics)
     found = kinematics.angles_of(direction, now)
     if found is None:
-        names = " and ".join(AXES[k].upper() for k in kinematics.axes)
-        message = f"{names} of the machine do not turn the tool to any direction"
-        hint = "the axis next to the tool is A or B, or that of the table's frame"
-        raise BlockError("orientation-vector", message, first, hint=hint)
+        raise unreached(kinematics, first)
     for column, before, angle in zip(kinematics.axes, now, found, strict=True):
         words.axes[AXES[column].upper()] = "AC", position[column] + angle - before
 

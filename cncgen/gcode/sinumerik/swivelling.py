@@ -14,9 +14,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.block import AXES
 from cncgen.gcode.codes import affine
-from cncgen.gcode.codes.carried_planes import normal_of, positions, words
+from cncgen.gcode.codes.carried_planes import normal_of, positions, unreached, words
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.expressions import Scalar
 from cncgen.records import replace
@@ -164,10 +163,7 @@ def _axes(
         return call.number(7), call.number(8)
     pairs = kinematics.pairs_of(normal_of(turned.matrix), positions(motions.ip, kinematics), 0.0)
     if not pairs:
-        names = " and ".join(AXES[k].upper() for k in kinematics.axes)
-        message = f"{names} of the machine do not turn the tool to any direction"
-        hint = "the axis next to the tool is A or B, or that of the table's frame"
-        raise BlockError("orientation-vector", message, _NAME, hint=hint)
+        raise unreached(kinematics, _NAME)
     pick = max if call.number(13) > 0.0 else min
     return pick(pairs, key=lambda pair: round(pair[kinematics.tilting], 6))
 
