@@ -132,6 +132,8 @@ OPERATIONS = {
     "SET_STORED": 22,
     "SET_VARIABLE": 23,
     "JUMP": 24,
+    "ELEMENT": 25,
+    "SET_ELEMENT": 26,
 }
 #: Jumps of SINUMERIK and Heidenhain: always, within branches and loops or to a label; where the condition does not hold, or holds; FOR,
 #: which counts up to a value, its target behind the instruction; CALL LBL with REP, which counts rounds.

@@ -12,12 +12,13 @@ error: a value that the machine's state enters, an unknown name, a division by z
 import cython
 from cython.cimports.cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AFTER, ARC_TANGENT, AT, AT_NEXT, AT_PREVIOUS, BEHIND, BINARY, CODE, COMMENT, COUNTS, DELETED, END, FIRST_CONSTANT, FLOW, FOLLOWING,
-    FUNCTION, GOES, HERE, JUMP, KEYWORD, LABEL, LINE, MARK, MARKS, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED, NUMBER_OF_LINE, OFFSET, OTHER,
-    O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, REFUSED, REPEATS, ROW, SET, SET_NAMED, SET_STORED,
-    SET_VARIABLE, STAY, STORED, TARGET, UNLESS, WHEN, WORD,
+    AFTER, ARC_TANGENT, AT, AT_NEXT, AT_PREVIOUS, BEHIND, BINARY, CODE, COMMENT, COUNTS, DELETED, ELEMENT, END, FIRST_CONSTANT, FLOW, FOLLOWING,
+    FUNCTION, HERE, JUMP, KEYWORD, LABEL, LINE, MARK, MARKS, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED, NUMBER_OF_LINE, OFFSET, OTHER,
+    O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, REFUSED, ROW, SET, SET_ELEMENT, SET_NAMED, SET_STORED,
+    SET_VARIABLE, STAY, STORED, TARGET, WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_frames import Frame
+from cython.cimports.cncgen.kernels.language_store import LanguageStore
 from cython.cimports.libc.math import fabs, floor, isfinite
 
 from cncgen.kernels.gcode_lines import Lines, zeros
@@ -55,8 +56,6 @@ _UNCERTAIN = cython.declare(cython.int, -1)
 _PLAIN = cython.declare(cython.int, 0)
 #: Kinds of lines with a jump of a language: this, and the jump.
 _JUMPS = cython.declare(cython.int, 1000)
-#: Types of variables that hold numbers.
-_NUMERIC = frozenset(("REAL", "INT", "BOOL"))
 #: The sort of names that cannot be set; 0 and 1 are those of the call in progress and of all.
 _RESERVED = cython.declare(cython.int, 2)
 
@@ -74,8 +73,7 @@ class Computer:
         columns: The columns of `gcode_scan.scan`: line, offset, flags, ends of the words, letters, values.
         waits: Tells whether a block with a code, a letter and a whole number, may wait.
         pause: Lines after which a jump back ends a run.
-        at_once: Whether a setting acts in its own line, and all numbers from `least` on, which are whole, are those of parameters.
-        scopes: Variables by name, with type, bounds and values: of the program in progress the last ones, of all programs the first.
+        language: What lines of SINUMERIK and Heidenhain read, set at once, and jump by; G-code has none.
 
     Attributes:
         blocks: How many blocks stand in the columns; whoever takes them sets it to 0.
@@ -112,12 +110,7 @@ class Computer:
     waits = cython.declare(object)
     pause = cython.declare(cython.Py_ssize_t)
     at_once = cython.declare(cython.bint)
-    least = cython.declare(cython.int)
-    scopes = cython.declare(object)
-    leads = cython.declare(object)
-    enters = cython.declare(object)
-    loops = cython.declare(dict)
-    ways = cython.declare(dict)
+    language = cython.declare(LanguageStore, visibility="public")
     counter = cython.declare(cython.int)
     taken = cython.declare(cython.uchar[200])
     entries = cython.declare(dict)
@@ -149,21 +142,18 @@ class Computer:
     flags = cython.declare(cython.int)
     settings = cython.declare(cython.int)
     arguments = cython.declare(cython.int)
-    found = cython.declare(cython.double)
     next = cython.declare(cython.Py_ssize_t)
 
-    def __init__(
-        self, text, parser, numbers, named, reserved, columns, waits, pause, at_once=False, least=1, scopes=()
-    ):
+    def __init__(self, text, parser, numbers, named, reserved, columns, waits, pause, language=None):
         if not cython.compiled:
             self.taken = [0] * (2 * _MOST_CODE)
         self.waits, self.pause = waits, pause
-        self.at_once, self.least, self.scopes = at_once, least, scopes
-        self.leads = self.enters = None
-        self.loops, self.ways = {}, {}
+        self.at_once = language is not None
+        self.language = language if self.at_once else LanguageStore(numbers, 1, ())
         self.ran = self.ran_line = 0
         self.text = text
         self.code, self.constants, self.names = parser.code, parser.constants, parser.names
+        self.language.names = parser.names
         self.numbers = numbers
         self.named = named
         self.local = {}
@@ -209,19 +199,6 @@ class Computer:
         self.parameters, self.frames, self.outermost = parameters, frames, outermost
         self.deepest, self.source = deepest, source
 
-    def lead(self, leads, enters, loops: dict):
-        """Say how the next runs follow jumps of SINUMERIK and Heidenhain.
-
-        Args:
-            leads: Returns by the number of a line with a jump its index among the lines of the program, and index, offset and number of
-                the line that it leads to; None where that is not certain. Without it, jumps end a run.
-            enters: Takes the index of a line that was jumped to, where loops are in progress.
-            loops: The loops in progress by the indices of their lines (`flow.language_run.Frame`).
-        """
-        if leads is not self.leads:
-            self.ways = {}
-        self.leads, self.enters, self.loops = leads, enters, loops
-
     def run(
         self,
         offset: cython.Py_ssize_t,
@@ -250,7 +227,7 @@ class Computer:
             keyword = self._execute(r)
             if keyword < 0:
                 if self.at_once:
-                    self._undo()
+                    self.language.undo()
                 break
             top = len(self.frames) == 0
             if keyword == _PLAIN:
@@ -297,7 +274,7 @@ class Computer:
         m: cython.Py_ssize_t
         self.used = self.last = 0
         self.thrown += 1
-        self.entries, self.ways = {}, {}
+        self.entries, self.language.ways = {}, {}
         self.store.forget()
         for m in range(self.count):
             self.marks[m, HERE] = self.marks[m, BEHIND] = -1
@@ -344,7 +321,7 @@ class Computer:
         if (
             first == _KEPT
             or not self.store.code.room()
-            or (self.count == 0 and self.leads is None and first > _SHORT)
+            or (self.count == 0 and self.language.leads is None and first > _SHORT)
         ):
             # Without jumps, no line comes again.
             self._forget()
@@ -389,7 +366,7 @@ class Computer:
         operand: cython.int
         k: cython.int
         self.given = 0
-        self.settings = 0
+        self.settings = self.language.settings = 0
         self.flags = _NUMBERED_BLOCK if self.kept[r, MARKS] & NUMBERED else 0
         if self.kept[r, MARKS] & _LEFT_OUT:
             return _UNCERTAIN
@@ -423,7 +400,7 @@ class Computer:
                     return _UNCERTAIN
             elif operation == SET_STORED:
                 depth -= 1
-                if not self._set(operand, stack[depth]):
+                if not self.language.set(operand, stack[depth]):
                     return _UNCERTAIN
             elif operation == FUNCTION:
                 stack[depth - 1] = function_of(operand, stack[depth - 1])
@@ -432,7 +409,7 @@ class Computer:
             elif operation == NAMED or operation == NAME:
                 if depth == _STACK or (operation == NAMED and not self._has(operand)):
                     return _UNCERTAIN
-                stack[depth] = self.found if operation == NAMED else operand
+                stack[depth] = self.language.found if operation == NAMED else operand
                 depth += 1
             elif operation == COMMENT:
                 self.flags |= _COMMENT
@@ -446,10 +423,18 @@ class Computer:
                 stack[depth - 1] = self.numbers[k]
             elif operation == SET_VARIABLE:
                 depth -= 1
-                if not self._set_variable(operand, stack[depth]):
+                if not self.language.set_variable(operand, stack[depth]):
+                    return _UNCERTAIN
+            elif operation == ELEMENT:
+                if not self.language.has_element(operand, stack[depth - 1]):
+                    return _UNCERTAIN
+                stack[depth - 1] = self.language.found
+            elif operation == SET_ELEMENT:
+                depth -= 2
+                if not self.language.set_element(operand, stack[depth], stack[depth + 1]):
                     return _UNCERTAIN
             elif operation == JUMP:
-                if self.leads is None:
+                if self.language.leads is None:
                     return _UNCERTAIN
                 if operand == COUNTS:
                     self.counter = self.code[at]
@@ -527,11 +512,7 @@ class Computer:
         """Return the number of a parameter; -1 unless it is plain storage."""
         whole: cython.double = floor(value + 0.5)
         if self.at_once:
-            return (
-                cython.cast(cython.int, whole)
-                if value == whole and self.least <= value < self.numbers.shape[0]
-                else -1
-            )
+            return self.language.index(value)
         if fabs(value - whole) > _WHOLE or not 0.0 < whole < _STORAGE:
             return -1
         return cython.cast(cython.int, whole)
@@ -547,20 +528,16 @@ class Computer:
 
     @cython.cfunc
     def _has(self, k: cython.int) -> cython.bint:
-        """Take the value of a named parameter as `found`; tell whether it has one.
+        """Take the value of a named parameter as `language.found`; tell whether it has one.
 
         Parameters that tell the machine's state are not stored, so they are not found.
         """
         if self.at_once:
-            variable = self._variable(k)
-            if variable is None:
-                return False
-            self.found = variable.values[0]
-            return True
+            return self.language.has(k)
         value = (self.named if self._sort(k) else self.local).get(self.names[k])
         if value is None:
             return False
-        self.found = value
+        self.language.found = value
         return True
 
     @cython.cfunc
@@ -577,117 +554,22 @@ class Computer:
         else:
             k = self._index(target)
             if k < 0 or self.at_once:
-                return k >= 0 and self._set(k, value)
+                return k >= 0 and self.language.set(k, value)
             self.target[self.settings] = k
         self.set_to[self.settings] = value
         self.settings += 1
         return True
 
     @cython.cfunc
-    @cython.exceptval(check=False)
-    def _set(self, k: cython.int, value: cython.double) -> cython.bint:
-        """Set a parameter, and keep its value of before; tell whether it can be done."""
-        if self.settings == _MOST_SETTINGS or not isfinite(value):
-            return False
-        self.target[self.settings] = k
-        self.set_to[self.settings] = self.numbers[k]
-        self.settings += 1
-        self.numbers[k] = value
-        return True
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _undo(self) -> cython.void:
-        """Give the parameters and variables that a line has set their values of before."""
-        k: cython.longlong
-        while self.settings > 0:
-            self.settings -= 1
-            k = self.target[self.settings]
-            if k >= 0:
-                self.numbers[k] = self.set_to[self.settings]
-            else:
-                self._variable(-1 - k).values[0] = self.set_to[self.settings]
-
-    # Variables and jumps of SINUMERIK and Heidenhain.
-
-    @cython.cfunc
-    def _variable(self, k: cython.int):
-        """Return the variable of a name that holds one number, else None."""
-        if not self.scopes:
-            return None
-        name = self.names[k]
-        found = self.scopes[len(self.scopes) - 1].get(name)
-        if found is None:
-            found = self.scopes[0].get(name)
-        return found if found is not None and not found.bounds and found.kind in _NUMERIC else None
-
-    @cython.cfunc
-    def _set_variable(self, k: cython.int, value: cython.double) -> cython.bint:
-        """Set a variable, and keep its value of before; tell whether it can be done."""
-        variable = self._variable(k)
-        if variable is None or self.settings == _MOST_SETTINGS or not isfinite(value):
-            return False
-        if variable.kind == "INT":
-            value = round(value)
-        elif variable.kind == "BOOL":
-            value = 1.0 if value != 0.0 else 0.0
-        self.target[self.settings] = -1 - k
-        self.set_to[self.settings] = variable.values[0]
-        self.settings += 1
-        variable.values[0] = value
-        return True
-
-    @cython.cfunc
     def _jump(self, r: cython.Py_ssize_t, jump: cython.int) -> cython.bint:
         """Follow the jump of a row to the `next` line; tell whether it is certain where that is."""
-        value: cython.double = self.argument[0]
-        goes: cython.bint = True
-        # The counter of a loop: the operation that sets it, and its operand.
-        named: cython.bint = (self.counter & 255) == SET_VARIABLE
-        k: cython.int = self.counter >> 8
-        way: tuple = self.ways.get(r)
-        if way is None:
-            way = self.leads(self.kept[r, NUMBER_OF_LINE])
-            if way is None:
-                return False
-            self.ways[r] = way
-        here = way[0]
-        if jump == UNLESS:
-            goes = value == 0.0
-        elif jump == WHEN:
-            goes = value != 0.0
-        elif jump == REPEATS:
-            left = self.loops.get(here)
-            if left is None:
-                if not fabs(value) <= _LARGEST:
-                    return False
-                left = float(round(value))
-            goes = left > 0.0
-            if goes:
-                self.loops[here] = left - 1.0
-            elif here in self.loops:
-                del self.loops[here]
-        elif jump == COUNTS:
-            if here in self.loops:
-                if named and not self._has(k):
-                    return False
-                value = (self.found if named else self.numbers[k]) + 1.0
-            if not isfinite(self.argument[1]):
-                return False
-            if not (self._set_variable(k, value) if named else self._set(k, value)):
-                return False
-            goes = value > self.argument[1]
-            if not goes:
-                self.loops[here] = self.argument[1]
-            elif here in self.loops:
-                del self.loops[here]
-        if not goes:
+        line: cython.longlong = self.kept[r, NUMBER_OF_LINE]
+        goes: cython.int = self.language.goes(r, line, jump, self.counter, self.argument[0], self.argument[1])
+        if goes > 0:
+            self.next = self._row(self.language.way[2], self.language.way[3])
+        elif goes == 0:
             self.next = self._following(r)
-            return True
-        self.next = self._row(way[2], way[3])
-        if (jump == GOES or jump == WHEN) and self.loops:
-            self.enters(way[1])
-        return True
+        return goes >= 0
 
     # O-words.
 

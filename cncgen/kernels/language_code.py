@@ -9,6 +9,7 @@ import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
     BINARY,
     COUNTS,
+    ELEMENT,
     END,
     FUNCTION,
     GOES,
@@ -21,6 +22,7 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     PARAMETER,
     REPEATS,
     SET,
+    SET_ELEMENT,
     SET_STORED,
     SET_VARIABLE,
     STORED,
@@ -251,9 +253,10 @@ class Emitter(Tables):
                 and self._put(self.text[self.begins[k]] | 32, False)
             )
         elif work == _TARGET:
-            taken = count == 1 or (count == 4 and self._is_parameter(k, 0))
-            self.ends[k] = self.ends[k] if count == 1 else 0
-            return taken
+            # That of an element ends below 0.
+            if count != 1:
+                self.ends[k] = 0 if self._is_parameter(k, 0) else -self.ends[k]
+            return count == 1 or count == 4
         elif work == _SETTING or work == _OPERATION:
             taken = self._setting(k, count, work)
         elif work == _RADIUS:
@@ -307,8 +310,10 @@ class Emitter(Tables):
         if work == _ELEMENT:
             if count == 1:
                 return self._named(NAMED, k)
-            if count != 4 or not self._is_parameter(k, 0):
+            if count != 4:
                 return 0
+            if not self._is_parameter(k, 0):
+                return self._named(ELEMENT, k)
             self._emit(PARAMETER, 0)
             return 1
         index = self._index(k + count - 1)
@@ -408,6 +413,9 @@ class Emitter(Tables):
         elif self.ends[k] == 0:
             self._emit(SET, 0)
             return 1
+        elif self.ends[k] < 0:
+            self.ends[k] = -self.ends[k]
+            return self._named(SET_ELEMENT, k)
         index = self._index(k)
         if index >= 0:
             self._emit(SET_STORED, index)
@@ -452,7 +460,7 @@ class Emitter(Tables):
             return 0
         elif work == _COUNTS:
             self._emit(JUMP, COUNTS)
-            if self.ends[k + 1] == 0:
+            if self.ends[k + 1] <= 0:
                 return 0
             index = self._index(k + 1)
             if index < 0:

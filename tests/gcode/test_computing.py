@@ -156,7 +156,7 @@ def test_the_kernel_runs_uncompiled(text: str) -> None:
     assert (compiled[0].numbers, compiled[0].local) == (plain[0].numbers, plain[0].local)
 
 
-PLAIN = uncompiled("gcode_run", "gcode_frames")
+PLAIN = uncompiled("gcode_run", "gcode_frames", "language_store")
 
 
 def test_lines_of_programs_agree_with_the_grammar() -> None:

@@ -127,3 +127,34 @@ def test_reading_goes_on_where_no_line_was_run(run: Any) -> None:
         + "RET\n"
     )
     assert [at for _, at, _ in run(calls, dialect="sinumerik").errors] == [5, 6, 7]
+
+
+ELEMENTS = """DEF REAL FELD[5]
+DEF INT GG[3]
+DEF REAL MAT[2,3]
+R1=0
+AGAIN:
+R1=R1+1
+FELD[R1 MOD 5]=R1/4 GG[R1 MOD 3]=FELD[R1 MOD 5]
+MAT[1,2]=FELD[2.5]
+G1 X=FELD[R1 MOD 5] Y=GG[R1 MOD 3] Z=MAT[1,2] F500
+IF R1<200 GOTOB AGAIN
+M30
+"""
+
+
+def test_elements_of_arrays_in_a_loop(moves: Any) -> None:
+    """An element is that of the rounded index, halves to the even one; INT rounds so too (840D, Job Planning, "Arrays")."""
+    elements, wanted = [0.0] * 5, []
+    for count in range(1, 201):
+        elements[count % 5] = count / 4
+        wanted.append((elements[count % 5], float(round(elements[count % 5])), elements[2]))
+    assert [end[:3] for end in moves(ELEMENTS, dialect="sinumerik")][-200:] == wanted
+
+
+def test_an_element_beyond_its_array_is_named_in_its_line(run: Any) -> None:
+    text = (
+        "DEF REAL FELD[5]\nR1=0\nAGAIN:\nR1=R1+1\nR2=R1 FELD[R1]=1\nG1 X=R2 F500\nIF R1<6 GOTOB AGAIN\nM30\n"
+    )
+    said = [(d.code, d.span.line, d.message) for d in run(text, dialect="sinumerik").diagnostics]
+    assert said == [("variable-index", 5, "FELD[5]: its indices are 0 to 4")]  # once a line

@@ -15,6 +15,7 @@ from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import empty_block
 from cncgen.gcode.text.line_runs import PARAMETERS, PlainScan, code_of
 from cncgen.kernels.gcode_run import Computer
+from cncgen.kernels.language_store import LanguageStore
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 
 NO_CYCLES: frozenset[int] = frozenset()
-#: Returns the line to which a line leads, None where that is not certain; and what `Computer.lead` takes.
+#: Returns the line to which a line leads, None where that is not certain; and what `LanguageStore.lead` takes.
 Lead = Callable[[int], int | None]
 Leads = Callable[[int], tuple[int, int, int, int] | None]
 
@@ -170,7 +171,7 @@ class PlainLane:
         if leads is None:
             leads = self._leads[id(lines)] = _leads(lines, lead, apart)
         computer = self._computer(here.source)
-        computer.lead(leads, enters, loops)
+        computer.language.lead(leads, enters, loops)
         computer.reached = lines.place(reached).offset if reached < len(lines) else 1 << 60
         computer.reached_line, computer.since = 0, since
         if self._compute(lines, here, self._ip.budget.left()):
@@ -179,7 +180,7 @@ class PlainLane:
                 lines.index_of(computer.line),
                 self._hangs,
             )
-        computer.lead(None, None, {})
+        computer.language.lead(None, None, {})
         self.reached = lines.index_of(computer.reached_line) if computer.reached_line else reached
         return at
 
@@ -188,7 +189,7 @@ class PlainLane:
         if computer is None:
             computer = self._computers[source] = Computer(
                 self._sources[source].bytes, code_of(self._name), self._numbers, {}, frozenset(), self.blocks.columns(), _waits,
-                PAUSE, at_once=True, least=PARAMETERS[self._name], scopes=self._scopes,
+                PAUSE, LanguageStore(self._numbers, PARAMETERS[self._name], self._scopes),
             )  # fmt: skip
         return computer
 
