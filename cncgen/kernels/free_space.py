@@ -34,13 +34,14 @@ Near = cython.struct(
 @cython.nogil
 @cython.exceptval(check=False)
 def _near(
+    n: cython.Py_ssize_t,
     centres: cython.double[:, ::1],
     i: cython.Py_ssize_t,
     line: cython.double[:, ::1],
     k: cython.Py_ssize_t,
     radius: cython.double,
 ) -> Near:
-    """Return the part of segment `k` of a line within a radius of centre `i`."""
+    """Return the part of segment `k` of a line within a radius of centre `i`, in `n` dimensions."""
     dot: cython.double = 0.0
     size: cython.double = 0.0
     square: cython.double = 0.0
@@ -48,12 +49,12 @@ def _near(
     half: cython.double
     d: cython.double
     c: cython.Py_ssize_t
-    for c in range(line.shape[1]):
+    for c in range(n):
         d = line[k + 1, c] - line[k, c]
         dot += (centres[i, c] - line[k, c]) * d
         size += d * d
     foot = dot / size if size > 0.0 else 0.0
-    for c in range(line.shape[1]):
+    for c in range(n):
         # Not |centre - start|² - dot²/size: the radius may be 1e-9 of the segment.
         d = centres[i, c] - line[k, c] - foot * (line[k + 1, c] - line[k, c])
         square += d * d
@@ -183,7 +184,15 @@ class FreeSpace:
         why: cython.int = _DONE
         with cython.nogil:
             while k < stop and why == _DONE:
-                why = self._strip(points, k, scale, count + (k - begin) if count >= 0 else -1)
+                # For as many dimensions as a compiler knows it unrolls the loops.
+                if points.shape[1] == 2:
+                    why = self._strip(2, points, k, scale, count + (k - begin) if count >= 0 else -1)
+                elif points.shape[1] == 3:
+                    why = self._strip(3, points, k, scale, count + (k - begin) if count >= 0 else -1)
+                else:
+                    why = self._strip(
+                        points.shape[1], points, k, scale, count + (k - begin) if count >= 0 else -1
+                    )
                 if why != _DONE:
                     break
                 if count >= 0:
@@ -195,10 +204,12 @@ class FreeSpace:
         return k, why
 
     @cython.cfunc
+    @cython.inline
     @cython.nogil
     @cython.exceptval(check=False)
     def _strip(
         self,
+        n: cython.Py_ssize_t,
         points: cython.double[:, ::1],
         i: cython.Py_ssize_t,
         scale: cython.double,
@@ -231,7 +242,7 @@ class FreeSpace:
                 return _MORE
             self.visited += 1
             radius = self.allowed[j] * scale
-            top = _near(points, i + 1, self.line, j, radius)
+            top = _near(n, points, i + 1, self.line, j, radius)
             low = self.low[j] if entered < 0.0 and self.low[j] > top.low else top.low
             self.next_low[j] = low
             self.next_high[j] = top.high
@@ -245,7 +256,7 @@ class FreeSpace:
                     self.nearest_segment = j
             if j == m - 1 and self.ended:
                 break
-            entered = self._cross(points, i, j, scale, 0.0 if own else entered, number)
+            entered = self._cross(n, points, i, j, scale, 0.0 if own else entered, number)
             j += 1
         if first < 0:
             return _DEAD
@@ -256,10 +267,12 @@ class FreeSpace:
         return _DONE
 
     @cython.cfunc
+    @cython.inline
     @cython.nogil
     @cython.exceptval(check=False)
     def _cross(
         self,
+        n: cython.Py_ssize_t,
         points: cython.double[:, ::1],
         i: cython.Py_ssize_t,
         j: cython.Py_ssize_t,
@@ -273,7 +286,7 @@ class FreeSpace:
         stayed at as long as either segment allows it, until the next segment allows it too.
         """
         allowed: cython.double = self.allowed[j] * scale
-        there: Near = _near(self.line, j + 1, points, i, allowed)
+        there: Near = _near(n, self.line, j + 1, points, i, allowed)
         low: cython.double = there.low if there.low > since else since
         high: cython.double = there.high
         least: cython.double
@@ -289,7 +302,7 @@ class FreeSpace:
             if number > self.during[j + 1, 1]:
                 self.during[j + 1, 1] = number
         if j + 2 < self.line.shape[0] and self.allowed[j + 1] * scale < allowed:
-            there = _near(self.line, j + 1, points, i, self.allowed[j + 1] * scale)
+            there = _near(n, self.line, j + 1, points, i, self.allowed[j + 1] * scale)
             if there.low > low:
                 low = there.low
             if there.high < high:
@@ -308,7 +321,7 @@ class FreeSpace:
         low: cython.double
         high: cython.double
         for j in range(self.first, self.last + 1):
-            near = _near(points, i, self.line, j, self.allowed[j])
+            near = _near(points.shape[1], points, i, self.line, j, self.allowed[j])
             low = near.low if near.low > self.low[j] else self.low[j]
             high = near.high if near.high < self.high[j] else self.high[j]
             self.next_low[j] = low

@@ -15,6 +15,8 @@ RHO = 1e7
 #: A barrier function of a point beyond its bounds.
 BEYOND = 1e300
 _BEYOND = cython.declare(cython.double, BEYOND)
+#: A product of slacks that is as small, or as large as its reciprocal, is not multiplied on.
+_SMALL = cython.declare(cython.double, 1e-20)
 
 
 @cython.cclass
@@ -179,7 +181,7 @@ def _measure(
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     m: cython.Py_ssize_t
-    product: cython.double
+    product: cython.double = 1.0
     y: cython.double
     plane: cython.double
     cost: cython.double = 0.0
@@ -187,20 +189,23 @@ def _measure(
     missed: cython.double = 0.0
     most: cython.double = 0.0
     for k in range(tube.steps):
-        product = (u[k, n] - tube.hlow[k]) * (tube.hhigh[k] - u[k, n])
+        # One logarithm for the slacks of several nodes.
+        if not (_SMALL < product and product * _SMALL < 1.0):
+            logs += log(product)
+            product = 1.0
+        product *= (u[k, n] - tube.hlow[k]) * (tube.hhigh[k] - u[k, n])
         y = 0.0
         for i in range(n):
             product *= 1.0 - u[k, i] * u[k, i]
             y += u[k, i] * u[k, i]
         cost += tube.cost * tube.h0[k] * (u[k, n] + 0.5 * tube.calm * y)
-        logs += log(product)
         if tube.between[k] > 0.0:
-            product = _middles(tube, n, k, x, u)
+            y = _middles(tube, n, k, x, u)
+            product *= y
             for i in range(n):
-                if fabs(tube.middle[k, i]) >= 1.0 or product <= 0.0:
+                if fabs(tube.middle[k, i]) >= 1.0 or y <= 0.0:
                     cost = 2.0 * _BEYOND
                 product *= 1.0 - tube.middle[k, i] * tube.middle[k, i]
-            logs += log(product)
         _missed(tube, n, k, x, u)
         for i in range(n):
             y = fabs(tube.miss[k, 3 * i]) + fabs(tube.miss[k, 3 * i + 1]) + fabs(tube.miss[k, 3 * i + 2])
@@ -208,7 +213,7 @@ def _measure(
             most = max(most, y)
         if k == 0:
             continue
-        product = _feed(tube, n, k, x)
+        product *= _feed(tube, n, k, x)
         plane = 0.0
         for i in range(n):
             plane += tube.t[k, i] * x[k, 3 * i]
@@ -218,14 +223,13 @@ def _measure(
             product *= 1.0 - y * y
         for m in range(tube.first[k], tube.first[k + 1]):
             product *= _row(tube, n, m, k, x)
-        logs += log(product)
         # Where along its row a node lies matters little: its motion is as exact beside the plane.
         missed += fabs(plane)
     for i in range(3 * n):
         y = fabs(x[tube.steps, i] - tube.goal[i])
         missed += y
         most = max(most, y)
-    tube.value, tube.logs, tube.missed, tube.most = cost, logs, missed, most
+    tube.value, tube.logs, tube.missed, tube.most = cost, logs + log(product), missed, most
 
 
 @cython.ccall

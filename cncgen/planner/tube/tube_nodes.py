@@ -186,8 +186,11 @@ def nodes_of(
     part = (node - places[found]) / np.maximum(places[found + 1] - places[found], 1e-300)
     low, high = np.where(found == 0, within[0], 0.0), np.where(found == count - 1, within[1], 1.0)
     part = low + (high - low) * part
-    (point, before), (_, after) = reference.at(node, -1), reference.at(node, 1)
-    tangent = before + after
+    point, tangent = reference.at(node, -1)
+    # Only at borders the path may turn.
+    after = tangent.copy()
+    after[last] = reference.at(node[last], 1)[1]
+    tangent += after
     tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), _OPPOSITE)[:, None]
     feed = program.column("feed")[own]
     feeds = feed[found].copy()
