@@ -136,8 +136,8 @@ OPERATIONS = {
     "SET_ELEMENT": 26,
 }
 #: Jumps of SINUMERIK and Heidenhain: always, within branches and loops or to a label; where the condition does not hold, or holds; FOR,
-#: which counts up to a value, its target behind the instruction; CALL LBL with REP, which counts rounds.
-JUMPS = ("TURNS", "GOES", "UNLESS", "WHEN", "COUNTS", "REPEATS")
+#: which counts up to a value, its target behind the instruction; CALL LBL with REP, which counts rounds, and without; LBL 0.
+JUMPS = ("TURNS", "GOES", "UNLESS", "WHEN", "COUNTS", "REPEATS", "CALLS", "LEAVES")
 #: Operators and functions of SINUMERIK, Heidenhain and Macro B that G-code does not have; relations hold for reals that differ in more than
 #: the last bits. Exactly equal are vacant
 #: values too; JOIN is of texts.

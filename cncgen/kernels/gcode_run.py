@@ -229,7 +229,7 @@ class Computer:
                 if self.at_once:
                     self.language.undo()
                 break
-            top = len(self.frames) == 0
+            top = len(self.frames) == 0 and self.language.depth == 0
             if keyword == _PLAIN:
                 self._end_block(r)
                 self.lines += 1
@@ -252,12 +252,12 @@ class Computer:
                 if (
                     keyword != _PLAIN
                     and self.kept[self.next, AT] <= offset
-                    and self.since + self.lines >= self.pause
+                    and self.since + self.lines >= self.pause * (1 + (self.language.depth > 0))
                 ):
                     self.back = (offset, line)
                 offset, line = self.kept[self.next, AT], self.kept[self.next, NUMBER_OF_LINE]
             r = self.next
-            if offset > self.reached and len(self.frames) == 0:
+            if offset > self.reached and len(self.frames) == 0 and self.language.depth == 0:
                 self.reached, self.reached_line = offset, line
                 self.since = -self.lines
             if self.back is not None:

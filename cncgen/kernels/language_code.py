@@ -8,12 +8,14 @@ reads then.
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
     BINARY,
+    CALLS,
     COUNTS,
     ELEMENT,
     END,
     FUNCTION,
     GOES,
     JUMP,
+    LEAVES,
     MAX_LINE,
     NAME,
     NAMED,
@@ -448,7 +450,9 @@ class Emitter(Tables):
         index: cython.longlong
         if work == _LABEL:
             # LBL 0 ends a subprogram.
-            return count == 1 or bytes(self.text[self.begins[k + 1] : self.ends[k + 1]]).strip(b'"') != b"0"
+            if count > 1 and bytes(self.text[self.begins[k + 1] : self.ends[k + 1]]).strip(b'"') == b"0":
+                self._emit(JUMP, LEAVES)
+            return 1
         if work == _GOES:
             self.goes = True
             return 1
@@ -456,6 +460,9 @@ class Emitter(Tables):
             if count > 1 and self._operator(k + 4) == 0:
                 return 0
             self.goes = False
+        elif work == _REPEATS and count == 3:
+            self._emit(JUMP, CALLS)
+            return 1
         elif work == _REPEATS and (count != 4 or self.code.used != self.codes[k + 3] + 1):
             return 0
         elif work == _COUNTS:

@@ -12,6 +12,9 @@ cdef class LanguageStore:
     cdef double found
     cdef public object leads
     cdef object enters
+    cdef object call
+    cdef object leave
+    cdef public int depth
     cdef dict loops
     cdef public dict ways
     cdef public tuple way

@@ -4,7 +4,16 @@ A setting acts in its own line. A line that is left to the interpreter gives bac
 """
 
 import cython
-from cython.cimports.cncgen.kernels.gcode_codes import COUNTS, GOES, REPEATS, SET_VARIABLE, UNLESS, WHEN
+from cython.cimports.cncgen.kernels.gcode_codes import (
+    CALLS,
+    COUNTS,
+    GOES,
+    LEAVES,
+    REPEATS,
+    SET_VARIABLE,
+    UNLESS,
+    WHEN,
+)
 from cython.cimports.libc.math import fabs, floor, isfinite
 
 #: Settings of a line, at most.
@@ -32,10 +41,10 @@ class LanguageStore:
         self.place = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("q")
         self.before = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("d")
         self.names, self.settings = [], 0
-        self.leads = self.enters = None
-        self.loops, self.ways, self.way = {}, {}, ()
+        self.leads = self.enters = self.call = self.leave = None
+        self.loops, self.ways, self.way, self.depth = {}, {}, (), 0
 
-    def lead(self, leads, enters, loops: dict):
+    def lead(self, leads, enters, loops: dict, call=None, leave=None):
         """Say how the next runs follow jumps.
 
         Args:
@@ -43,10 +52,13 @@ class LanguageStore:
                 the line that it leads to; None where that is not certain. Without it, jumps end a run.
             enters: Takes the index of a line that was jumped to, where loops are in progress.
             loops: The loops in progress by the indices of their lines (`flow.language_run.Frame`).
+            call: Begins a call by the indices of its line and of its first one; returns the loops in it, None where it cannot be.
+            leave: Ends it; returns what `leads` does for the line behind it, and the loops there, or None.
         """
         if leads is not self.leads:
             self.ways = {}
         self.leads, self.enters, self.loops = leads, enters, loops
+        self.call, self.leave, self.depth = call, leave, 0
 
     # Values.
 
@@ -178,6 +190,13 @@ class LanguageStore:
         goes: cython.bint = True
         named: cython.bint = (counter & 255) == SET_VARIABLE
         k: cython.int = counter >> 8
+        if jump == LEAVES:
+            back = self.leave() if self.depth > 0 else None
+            if back is None:
+                return -1
+            self.way, self.loops = back
+            self.depth -= 1
+            return 1
         way: tuple = self.ways.get(r)
         if way is None:
             way = self.leads(line)
@@ -201,6 +220,12 @@ class LanguageStore:
                 self.loops[here] = left - 1.0
             else:
                 self.loops.pop(here, None)
+        elif jump == CALLS:
+            loops = self.call(here, way[1])
+            if loops is None:
+                return -1
+            self.loops = loops
+            self.depth += 1
         elif jump == COUNTS:
             if here in self.loops:
                 if named and not self.has(k):

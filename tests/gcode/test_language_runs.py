@@ -158,3 +158,48 @@ def test_an_element_beyond_its_array_is_named_in_its_line(run: Any) -> None:
     )
     said = [(d.code, d.span.line, d.message) for d in run(text, dialect="sinumerik").diagnostics]
     assert said == [("variable-index", 5, "FELD[5]: its indices are 0 to 4")]  # once a line
+
+
+NESTED = """BEGIN PGM A MM
+Q1 = 0
+LBL 1
+Q1 = Q1 + 1
+CALL LBL "OUTER"
+L X+Q1 F500
+FN 12: IF +Q1 LT +300 GOTO LBL 1
+M30
+LBL "OUTER"
+Q2 = 0
+LBL 5
+Q2 = Q2 + 1
+CALL LBL 6
+CALL LBL 5 REP 2
+LBL 0
+LBL 6
+L Y+Q2 F500
+LBL 0
+END PGM A MM
+"""
+
+
+def test_calls_in_calls_and_repeats_in_them(places: Any) -> None:
+    """Each round runs the inner part three times, as REP 2 is twice again; Y counts these, X the rounds."""
+    found = places(NESTED, "heidenhain")
+    wanted = [(k - (j < 3), min(j + 1, 3)) for k in range(1, 301) for j in range(4)]
+    assert found[-len(wanted) :] == wanted
+
+
+@pytest.mark.parametrize("end", ["LBL 0", "FN 9: IF +0 EQU +0 GOTO LBL 7\nLBL 0"], ids=["around it", "in it"])
+def test_a_loop_with_a_call_that_changes_nothing_is_endless(run: Any, end: str) -> None:
+    text = (
+        "BEGIN PGM A MM\nLBL 1\nCALL LBL 6\nFN 9: IF +0 EQU +0 GOTO LBL 1\nM30\n"
+        f"LBL 6\nLBL 7\nL X+5 F100\nL X+0\n{end}\nEND PGM A MM\n"
+    )
+    assert [code for code, _, _ in run(text, dialect="heidenhain").errors] == ["too-many-steps"]
+
+
+def test_a_call_without_end_is_named(run: Any) -> None:
+    """The line of the call that would be one too deep, where lines are run together too."""
+    text = "BEGIN PGM A MM\nQ1 = 0\nCALL LBL 6\nM30\nLBL 6\nQ1 = Q1 + 1\nCALL LBL 6\nLBL 0\nEND PGM A MM\n"
+    said = [(code, line) for code, line, _ in run(text, dialect="heidenhain", max_call_depth=200).errors]
+    assert said == [("call-depth", 7)]

@@ -326,17 +326,39 @@ class LanguageRun(Run, Generic[P]):
                 partial(self._led_to, program),
                 partial(self._enters, frame),
                 frame.loops,
+                (self._begin_part, self._end_part),
                 frame.reached,
                 steps - self._looked,
             )
 
-        frame.at = self._in_modes(run)
+        at_last = self._in_modes(run)
+        # A part that was called may be in progress now.
+        inner = self.frames[-1]
+        inner.at = at_last
         count = self.ip.budget.steps - steps
         program.short[at] = tries + 1 if count < LEAST else 0
         if count:
-            frame.ran = lane.ran
+            inner.ran = lane.ran
             self._reach(frame, lane.reached)
         return count > 0
+
+    def _begin_part(self, at: int, target: int) -> dict[int, float] | None:
+        """Begin a call from a line of lines of the same program; return the loops in it, None where calls would nest too deep."""
+        caller = self.frames[-1]
+        if len(self.frames) > self._options.max_call_depth:
+            return None
+        caller.at, caller.ran = at + 1, at
+        self.frames.append(Frame(caller.program, at=target, part=True))
+        return self.frames[-1].loops
+
+    def _end_part(self) -> tuple[tuple[int, int, int, int], dict[int, float]] | None:
+        """End it; return the line behind the call, and the loops there, None where that is not one of lines that are run together."""
+        caller = self.frames[-2]
+        if caller.at >= caller.end or caller.at in caller.program.apart:
+            return None
+        self._pop()
+        place = caller.program.lines.place(caller.at)
+        return (caller.at, caller.at, place.offset, place.line), caller.loops
 
     def _reach(self, frame: Frame[P], at: int) -> None:
         """Say that lines were run up to one."""

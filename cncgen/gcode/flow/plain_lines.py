@@ -41,6 +41,8 @@ NO_CYCLES: frozenset[int] = frozenset()
 #: Returns the line to which a line leads, None where that is not certain; and what `LanguageStore.lead` takes.
 Lead = Callable[[int], int | None]
 Leads = Callable[[int], tuple[int, int, int, int] | None]
+Call = Callable[[int, int], dict[int, float] | None]
+Leave = Callable[[], tuple[tuple[int, int, int, int], dict[int, float]] | None]
 
 
 class PlainLane:
@@ -151,6 +153,7 @@ class PlainLane:
         lead: Lead,
         enters: Callable[[int], None],
         loops: dict[int, float],
+        calls: tuple[Call, Leave],
         reached: int,
         since: int,
     ) -> int:
@@ -163,6 +166,7 @@ class PlainLane:
             lead: Returns the line to which a line leads, None where that is not certain.
             enters: Takes a line that was jumped to.
             loops: The loops in progress.
+            calls: Begin and end a call of lines of the program.
             reached: The first line that was never reached.
             since: Lines that were run since a look at the state.
         """
@@ -171,7 +175,7 @@ class PlainLane:
         if leads is None:
             leads = self._leads[id(lines)] = _leads(lines, lead, apart)
         computer = self._computer(here.source)
-        computer.language.lead(leads, enters, loops)
+        computer.language.lead(leads, enters, loops, *calls)
         computer.reached = lines.place(reached).offset if reached < len(lines) else 1 << 60
         computer.reached_line, computer.since = 0, since
         if self._compute(lines, here, self._ip.budget.left()):
