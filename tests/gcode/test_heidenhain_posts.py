@@ -263,3 +263,31 @@ END PGM A MM
     assert out.errors == same.errors == []
     assert 5.0 in out.path.feed.tolist()
     assert [e.tolist() for e in out.path.end] == [e.tolist() for e in same.path.end]
+
+
+@pytest.mark.parametrize(
+    ("block", "message"),
+    [
+        ('SEL CONTOUR "TNC:\\\\C.HC"', "SEL CONTOUR is not read"),
+        ("CALL FOO", "CALL FOO is not read"),
+        ("Q1 = STRLEN ( SRC_QS2 )", "STRLEN, a function of texts, is not read"),
+    ],
+)
+def test_what_is_not_read_is_named(run: Any, block: str, message: str) -> None:
+    """TNC 640, 34059x, "SL Cycles with complex contour formula" and "Determining the length of a string"; both were faults of syntax."""
+    found = run(f"0 BEGIN PGM T MM\n1 {block}\n2 END PGM T MM", dialect="heidenhain")
+    error = next(one for one in found.diagnostics if one.severity == "error")
+    assert (error.code, error.message) == ("unsupported-block", message)
+
+
+@pytest.mark.parametrize("block", ["M94", "L M94 C", "L X+1 M94 C R0 FMAX"])
+def test_m94_is_a_function_of_the_control(run: Any, block: str) -> None:
+    """TNC 640, 34059x, "Reducing display of a rotary axis to a value less than 360 degrees: M94": alone or with axes."""
+    found = run(
+        f"0 BEGIN PGM T MM\n1 L X+0 C+400 R0 FMAX\n2 {block}\n3 L X+2 FMAX\n4 END PGM T MM",
+        dialect="heidenhain",
+    )
+    assert found.errors == []
+    warned = [one for one in found.diagnostics if one.severity == "warning"]
+    assert [one.code for one in warned] == ["contour-function"]
+    assert found.path.end[-1, 0] == 2

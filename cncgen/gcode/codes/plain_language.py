@@ -280,6 +280,8 @@ _REMARKS = {
          "the motions of probing take time that is not counted", Severity.WARNING),
     92: ("builders-point", "M92 counts from a point of the machine's builder: taken as machine zero, as M91", "M92",
          "M91 counts from machine zero", Severity.WARNING),
+    94: ("contour-function", "M94 (rotary axes count from 0 to 360 again) is not made: they keep their turns", "M94",
+         "the next position of a rotary axis may lie turns away here", Severity.WARNING),
     **{number: ("contour-function", f"M{number} ({what}) is not made: the contour is offset as it stands", f"M{number}",
                 "check the corners where it stands", Severity.WARNING)
        for number, what in ((97, "steps smaller than the tool"), (98, "open corners machined to their end"))},

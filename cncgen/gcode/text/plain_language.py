@@ -103,6 +103,8 @@ _NOT_READ: dict[Value, str] = {
 }
 _HINT = "--dialect reads other texts as G-code"
 _FORMULA_HINT = "Q1 = ( Q2 + 3 ) * SIN Q3"
+#: Functions of formulas whose operands are texts.
+_OF_TEXTS = ("STRLEN", "STRCOMP", "TONUMB", "INSTR")
 _READ = "of the plain language L, LN, LP, CC, C, CR, CP, CT, RND, CHF, APPR, DEP, SPL, TOOL CALL, CYCL DEF, LBL, CALL LBL, FN are read"
 _MOTIONS = {"SPL": SPL, "LP": POLAR_LINE, "CC": POLE, "CP": POLAR_ARC, "CR": RADIUS_ARC, "C": CIRCLE}
 _REMARK = ("g", REMARK / 10.0)
@@ -119,7 +121,7 @@ _LANGUAGE = Language(
         **dict.fromkeys(("TIMES", "POWER", "DIVISION"), "an operator"),
         **dict.fromkeys(
             ("OF_SENSE", "AXIS", "NAMED", "OF_WAY", "FEED", "R", "SIDE", "FAST", "AUTO", "DR", "OVERSIZE", "L", "D", "OWN", "REFERENCE", "CLOSED", "NORMAL",
-             "ORIENTATION", "NAME", "TOLERANCE", "M", "M90", "M103", "M112", "M118", "M120", "M124", "M128", "M138", "M140"),
+             "ORIENTATION", "NAME", "TOLERANCE", "M", "M90", "M94", "M103", "M112", "M118", "M120", "M124", "M128", "M138", "M140"),
             "a word",
         ),
         "COLON": ":", "UNIT": "TIME or REV", "STRING": 'a name "…"', "IDENTIFIER": "a name", "TEXT": "a text",
@@ -168,6 +170,14 @@ def _refused(reader: Reader, text: str, start: str) -> BlockError:
         word = " ".join(word.upper() for word in text.split()[:2] if word.isalpha())
         column = len(text) - len(text.lstrip()) + 1
         return BlockError("unsupported-block", f"{word or first}: {_READ}", column=column, hint=_HINT)
+    second = text[reader.error :].replace("(", " ").upper().partition(" ")[0]
+    if second.isalpha() and before.upper().split() in (["SEL"], ["CALL"]):
+        message = f"{before.strip().upper()} {second} is not read"
+        hint = "SEL and CALL take PGM, SEL also PATTERN and TABLE, CALL also LBL and SELECTED PGM"
+        return BlockError("unsupported-block", message, column=1, hint=hint)
+    if second in _OF_TEXTS:
+        message = f"{second}, a function of texts, is not read"
+        return BlockError("unsupported-block", message, column=reader.error + 1, hint=_FORMULA_HINT)
     expected = reader.expected()
     if before.rstrip().endswith(("+", "-")):
         # A sign and its number are one token, so behind a sign alone the tables wait for Q.
@@ -330,6 +340,7 @@ _MEANINGS: dict[str, Callable[[Value], Words]] = {
     "FAUTO": lambda column: [("f", _called_feed)],
     "FU": lambda value: [("f", _of_a_turn(value))],
     "FZ": lambda value: [("f", _of_a_turn(value)), _REMARK, ("remark", 3.0)],
+    "M94": lambda value: [_REMARK, ("remark", 94.0)],
     "DR±": lambda sense: [("dr", sense)],
     "M": lambda value: _FUNCTIONS.get(value, [("m", value)]),
     "M128": lambda value: [("g", TIP / 10.0)],
@@ -526,7 +537,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "number": number, "parameter": _parameter, "signed_parameter": _signed_parameter, "pi": lambda: math.pi, "unary": _unary,
     "binary": _binary, "function": _function,
     "word": _word, "word_shortened": lambda name, value: _word(name, value[1:]), "sense": _sense, "setting": _setting, "radius": _radius, "paraxial": _paraxial, "misplaced": _misplaced, "m_function": _m_function,
-    "nothing": lambda *parts: ("", 0.0), "idle": lambda *parts: ("M90", 0.0), "tip": lambda *parts: ("M128", 0.0), "retract": _retract,
+    "nothing": lambda *parts: ("", 0.0), "idle": lambda *parts: ("M90", 0.0), "turns_left_out": lambda *parts: ("M94", 0.0), "tip": lambda *parts: ("M128", 0.0), "retract": _retract,
     "plunge": lambda feed, percent: ("M103", percent or 0.0),
     "normal": lambda *parts: ("", 0.0), "orientation": _turned,
     "length_of_tool": lambda value: ("L", value), "diameter": lambda value: ("D", value),
