@@ -20,9 +20,11 @@ demo: install
 	$(BIN)/cncgen simulate out/butterfly.csv --axis-params xy-table -o out/response.csv
 	$(BIN)/cncgen verify out/butterfly.csv --program programs/butterfly.nc --machine xy-table
 
+# Modules of a checkout are compiled here, as pip does those of a wheel: where PYTHONDONTWRITEBYTECODE is set, each run did it anew.
 $(VENV)/.dev: pyproject.toml setup.py $(wildcard cncgen/kernels/*.py)
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	$(BIN)/python -m compileall -q cncgen
 	@touch $@
 
 dev: $(VENV)/.dev
