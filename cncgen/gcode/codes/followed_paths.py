@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.errors import BlockError
@@ -19,7 +19,7 @@ LOOK_DEGREES = 10.0
 
 
 class FollowedSink(PassingSink):
-    """Gives straight lines and arcs as paths to `_follow` of its subclass.
+    """Passes straight lines and arcs of the part on in lines of the machine's axes; its subclass tells where these stand.
 
     Attributes:
         name: The code that is in force.
@@ -78,9 +78,47 @@ class FollowedSink(PassingSink):
         self._follow(path, length, math.degrees(abs(sweep)))
         self._at = list(end)
 
-    def _follow(self, path: Path, length: float, sweep: float) -> None:
-        """Pass a path of a length on in lines of the axes; an arc has a sweep in degrees, else it is 0."""
+    def shown(self, point: Point) -> Point:
+        """Return the axes for a point of the part."""
         raise NotImplementedError
+
+    def _led(self, point: Point) -> Point:
+        """Return the axes for a point of the part, and stand there."""
+        self._at = list(point)
+        return self.shown(point)
+
+    def place(self, position: Point) -> None:
+        """Stand somewhere."""
+        self.inner.place(self._led(position))
+
+    def straight_traverse(self, end: Point) -> None:
+        """Traverse, each axis to its place."""
+        self.inner.straight_traverse(self._led(end))
+
+    def _rate_of(self, path: Path, length: float) -> float:
+        """Return how often a minute the motion could be made at F."""
+        raise NotImplementedError
+
+    def _pieces(self, path: Path, begin: Point, sweep: float) -> Iterator[tuple[float, Point]]:
+        """Yield place on the path (0 to 1) and axes of the ends of lines; an arc has a sweep in degrees, else it is 0."""
+        raise NotImplementedError
+
+    def _follow(self, path: Path, length: float, sweep: float) -> None:
+        """Pass a path of a length on in lines of the axes, each with its share of the time."""
+        state = self.ip.state
+        timed = state.feed_mode != 93
+        rate = self._rate_of(path, length) if timed else self._rate
+        if timed and rate:
+            self.inner.set_feed_mode(93, synched=False)
+        done, before = 0.0, self.shown(path(0.0))
+        for t, point in self._pieces(path, before, sweep):
+            if rate:
+                self.inner.set_inverse_time(rate / (t - done), math.dist(point[:3], before[:3]))
+            self.inner.straight_feed(point)
+            done, before = t, point
+        if timed and rate:
+            self.inner.set_feed_mode(state.feed_mode, synched=False)
+            self.inner.set_feed_rate(state.feed)
 
     def straight_probe(self, end: Point) -> None:
         """Refuse."""

@@ -65,53 +65,36 @@ class RotarySink(FollowedSink):
 
     def axes(self) -> Point:
         """Return program coordinates of where the axes stand."""
-        return self._shown(self._at, self._angle)
+        return self.shown(self._at)
 
     def stand(self, position: Point, angle: float) -> None:
         """Begin at a point of the part with the rotary axis at an angle."""
         self._at, self._angle = list(position), angle
 
-    def place(self, position: Point) -> None:
-        """Stand somewhere."""
-        self._at = list(position)
-        shown = self.axes()
-        self._angle = shown[self.rotary]
-        self.inner.place(shown)
+    def shown(self, point: Point) -> Point:
+        """Return the axes for a point of the part, the rotary one next to where it stands."""
+        return self._shown(point, self._angle)
 
-    def straight_traverse(self, end: Point) -> None:
-        """Traverse, each axis to its place."""
-        self._at = list(end)
-        shown = self.axes()
-        self._angle = shown[self.rotary]
-        self.inner.straight_traverse(shown)
+    def _led(self, point: Point) -> Point:
+        """Return the axes for a point of the part, and stand there."""
+        axes = super()._led(point)
+        self._angle = axes[self.rotary]
+        return axes
 
-    def _follow(self, path: Path, length: float, sweep: float) -> None:
-        """Pass a path on in lines of the axes, each with its share of the time."""
+    def _rate_of(self, path: Path, length: float) -> float:
+        """Return how often a minute the motion could be made at F."""
         state = self.ip.state
-        timed = state.feed_mode != 93
-        feed = state.feed * (state.speed if state.feed_mode == 95 else 1.0)
-        rate = (feed / length if length else 0.0) if timed else self._rate
-        if timed and rate:
-            self.inner.set_feed_mode(93, synched=False)
-        done, before = 0.0, self._shown(path(0.0), self._angle)
-        for t, point in self._pieces(path, before, max(1, math.ceil(sweep / LOOK_DEGREES))):
-            self.ip.budget.spend(MOTION)
-            if rate:
-                self.inner.set_inverse_time(rate / (t - done), math.dist(point[:3], before[:3]))
-            self.inner.straight_feed(point)
-            done, before = t, point
-        self._angle = before[self.rotary]
-        if timed and rate:
-            self.inner.set_feed_mode(state.feed_mode, synched=False)
-            self.inner.set_feed_rate(state.feed)
+        return state.feed * (state.speed if state.feed_mode == 95 else 1.0) / length if length else 0.0
 
-    def _pieces(self, path: Path, begin: Point, count: int) -> Iterator[tuple[float, Point]]:
+    def _pieces(self, path: Path, begin: Point, sweep: float) -> Iterator[tuple[float, Point]]:
         """Yield place on the path (0 to 1) and program coordinates of the ends of the axes' lines."""
-        done = 0.0
+        done, count = 0.0, max(1, math.ceil(sweep / LOOK_DEGREES))
         for k in range(1, count + 1):
             for t, point in self._halved(path, done, begin, k / count, _MAX_DEPTH):
+                self.ip.budget.spend(MOTION)
                 yield t, point
                 done, begin = t, point
+                self._angle = point[self.rotary]
 
     def _halved(
         self, path: Path, t0: float, before: Point, t1: float, depth: int

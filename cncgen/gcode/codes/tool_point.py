@@ -70,49 +70,20 @@ class ToolPointSink(FollowedSink):
 
     # Motions.
 
-    def straight_traverse(self, end: Point) -> None:
-        """Traverse to where the tip needs the machine."""
-        self.inner.straight_traverse(self.shown(end))
-        self._at = list(end)
-
-    def place(self, position: Point) -> None:
-        """Stand somewhere."""
-        self.inner.place(self.shown(position))
-        self._at = list(position)
-
-    def _follow(self, path: Path, length: float, sweep: float) -> None:
-        """Pass a path of the tip on in lines of the machine, each with its share of the time."""
-        rate = self._rate if self.ip.state.feed_mode == 93 else self._rate_of(path, length)
-        if rate == 0.0:
-            self.inner.straight_feed(self.shown(path(1.0)))
-            return
-        timed = self.ip.state.feed_mode != 93
-        if timed:
-            self.inner.set_feed_mode(93, False)
-        done, place = 0.0, self.shown(path(0.0))
-        for t, point in self._pieces(path, sweep):
-            self.inner.set_inverse_time(rate / (t - done), math.dist(point[:3], place[:3]))
-            self.inner.straight_feed(point)
-            done, place = t, point
-        if timed:
-            self.inner.set_feed_mode(self.ip.state.feed_mode, False)
-            self.inner.set_feed_rate(self.ip.state.feed)
-
     def _rate_of(self, path: Path, length: float) -> float:
         """Return how often a minute the motion could be made: F over the tip's way, else over the turn of the axes."""
         way = length or math.dist(path(0.0)[3:6], path(1.0)[3:6])
         return self.ip.state.feed / way if way else 0.0
 
-    def _pieces(self, path: Path, sweep: float) -> Iterator[tuple[float, Point]]:
+    def _pieces(self, path: Path, begin: Point, sweep: float) -> Iterator[tuple[float, Point]]:
         """Yield place on the path (0 to 1) and program coordinates of the machine's lines' ends."""
         turn = max([sweep, *(abs(a - b) for a, b in zip(path(0.0)[3:6], path(1.0)[3:6], strict=True))])
         count = max(_LOOK_PARTS, math.ceil(turn / LOOK_DEGREES)) if turn else 1
         self.ip.budget.spend(MOTION * count)
-        before = self.shown(path(0.0))
         for k in range(1, count + 1):
             after = self.shown(path(k / count))
-            yield from self._halved(path, (k - 1) / count, before, k / count, after, _MAX_DEPTH)
-            before = after
+            yield from self._halved(path, (k - 1) / count, begin, k / count, after, _MAX_DEPTH)
+            begin = after
 
     def _halved(
         self, path: Path, begin: float, before: Point, end: float, after: Point, depth: int
