@@ -24,6 +24,8 @@ _CHORD, PHASES = 0.004, 12
 #: Factors on the tolerance that are tried if it is exceeded, since with more than it takes, corners near each other are passed elsewhere;
 #: and bisections between the last two where that tells nothing.
 _FACTORS, _HALVINGS = [1.0 + 0.01 * 5.0**k for k in range(6)], 5
+#: Corners that are nearer than so many tolerances are passed elsewhere with hardly more than it takes.
+TIGHT = 4.0
 #: Part of a period within which times are the same.
 _SAME = 1e-6
 #: Work of a walk beside its pairs, in pairs.
@@ -110,6 +112,9 @@ def excess(
     allowed = (1.0 + passed) * path.tolerance
     beside = np.maximum(np.append(path.tolerance, 0.0), np.insert(path.tolerance, 0, 0.0))
     walker = _Walker(path, *ends)
+    corner = np.flatnonzero(own >= 0)
+    apart = np.sqrt((np.diff(path.points[corner], axis=0) ** 2).sum(axis=1))
+    tight = bool((apart < TIGHT * beside[corner[1:]]).any())
     for t in _phases(_bends(motion), motion.step, first_s, period_s, float(path.tolerance.min()), most):
         points, node = _at(motion, t)
         points[0] = ends[0].point
@@ -121,6 +126,8 @@ def excess(
             less, factor, found = factor, more, walker.walk(points, more * allowed)
             if found.whole:
                 break
+        if tight:
+            factor, found = walker.least(points, allowed, (less, factor), found)
         np.maximum.at(over, node[1:], (found.out - path.tolerance[found.line])[1:])
         seen = np.flatnonzero(np.isfinite(found.back) & (path.key <= max(ends[1].high)))
         chord = found.at[seen]
@@ -129,16 +136,18 @@ def excess(
             (way**2).sum(axis=1), 1e-300
         )
         when = t[chord] + np.clip(part, 0.0, 1.0) * (t[chord + 1] - t[chord])
-        near = np.where(own[seen] < 0, np.minimum(np.searchsorted(end, when), len(end) - 1), own[seen])
-        np.maximum.at(over, near, found.back[seen] - beside[seen])
+        near = np.minimum(np.searchsorted(end, when), len(end) - 1)
+        by = found.back[seen] - beside[seen]
+        # Before its own node too, where it has one.
+        mine = np.where(own[seen] < 0, near, own[seen])
+        for place in (near, mine):
+            np.maximum.at(over, place, by)
         if not (over > passed * path.tolerance.max()).any():
-            for _ in range(_HALVINGS):
-                half = 0.5 * (less + factor)
-                walk = walker.walk(points, half * allowed)
-                less, factor, found = (less, half, walk) if walk.whole else (half, factor, found)
+            if not tight:
+                factor, found = walker.least(points, allowed, (less, factor), found)
             # Vertices that are reached in time only with more of it.
             late = (seen > first.last) & (found.at[seen] <= first.chords)
-            stuck = near[late] if late.any() else node[min(first.chords + 1, len(node) - 1)]
+            stuck = mine[late] if late.any() else node[min(first.chords + 1, len(node) - 1)]
             over[stuck] = (factor * (1.0 + passed) - 1.0) * path.tolerance.max()
     return over, walker.cells
 
@@ -267,6 +276,17 @@ class _Walker:
         done, why = space.run(points, 0, count - 1, 1.0, count, 0, out, line)
         self.cells += space.cells + _WALK
         return _Walk(done, why == kernel.DONE and self._covers(space), out, line, back, at, space)
+
+    def least(
+        self, points: Floats, allowed: Floats, between: tuple[float, float], found: _Walk
+    ) -> tuple[float, _Walk]:
+        """Return a factor on what is allowed that is hardly more than it takes, and the walk with it; `found` is that with the larger one."""
+        less, more = between
+        for _ in range(_HALVINGS):
+            half = 0.5 * (less + more)
+            walk = self.walk(points, half * allowed)
+            less, more, found = (less, half, walk) if walk.whole else (half, more, found)
+        return more, found
 
     def _covers(self, space: kernel.FreeSpace) -> bool:
         """Tell whether all places of the goal are reached, but for intervals too short to tell."""

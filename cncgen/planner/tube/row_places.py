@@ -16,6 +16,9 @@ Floats = NDArray[np.float64]
 _AS_LONG = 0.8
 #: A row that takes less than this part of its length on the plan is not found.
 _HARDLY = 0.1
+#: The plan is within this part of the tolerance that is planned with of where rows begin, in order. With more, it would come near a corner
+#: of rows that fold, and leave it, before it comes near the one before.
+_NEAR = 1.02
 #: Rounding within which the plan meets a place exactly, mm.
 _EXACT = 1e-7
 #: Rows that are dropped at once, at least.
@@ -92,7 +95,7 @@ class RowPlaces:
         leaving = np.zeros(len(points), np.int64)
         # The plan meets some places exactly: in a room that is larger than the path any other place would be near as well.
         rest, met = (np.append(program.column(name), last)[have:].astype(bool) for name in ("rest", "met"))
-        within = np.where(met, _EXACT + 8.0 * np.spacing(np.abs(points).max()), 1.3 * both + 1e-6)
+        within = np.where(met, _EXACT + 8.0 * np.spacing(np.abs(points).max()), _NEAR * both + 1e-6)
         still = (grid.v[begin:] <= REST).astype(np.int8)
         found = tube_places.match(
             grid.x[begin:], grid.s[begin:], points, within, least, rest.astype(np.int8), still, self.reached, start, last,

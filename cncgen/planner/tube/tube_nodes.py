@@ -50,7 +50,7 @@ class Nodes:
 
     Attributes:
         s, t: Shape (k,): place and time (with waits) on the reference.
-        point, tangent: Shape (k, n).
+        point, tangent, looser: Shape (k, n): tangents are 0 where nodes have no plane, `looser` ones at more nodes.
         speed: Shape (k,): speed of the first guess.
         step: Shape (k,): time from the node before.
         plan_speed, plan_step: Shape (k,): the same of the plan, without waits.
@@ -67,6 +67,7 @@ class Nodes:
     t: Floats
     point: Floats
     tangent: Floats
+    looser: Floats
     speed: Floats
     step: Floats
     plan_speed: Floats
@@ -197,10 +198,11 @@ def nodes_of(
     inner = last & (found + 1 < len(feed))
     feeds[inner] = np.minimum(feeds[inner], feed[found[inner] + 1])
     near = program.nearest(point, first + found, part)
-    loose = _loose(program, own, node, vertex - first, scales.part * tolerance[found], near[1])
+    loose, looser = _loose(program, own, node, vertex - first, scales.part * tolerance[found], near[1])
     rooms = _rooms(
         program, first, places, vertex, near, found, part, point, tangent, tolerance, node, scales.part
     )
+    without = np.where(looser[:, None], 0.0, tangent)
     tangent[loose] = 0.0
     when = np.interp(node, grid.s, grid.t)
     if ends[1]:
@@ -211,6 +213,7 @@ def nodes_of(
         when,
         point,
         tangent,
+        without,
         clock.speed(node),
         np.diff(np.interp(node, clock.s, clock.time), prepend=0.0),
         np.interp(node, clock.s, clock.v),
@@ -335,9 +338,9 @@ def _loose(
     row: Ints,
     tolerance: Floats,
     along: Floats,
-) -> Bools:
-    """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where feeds change, or within
-    twice of it where rows turn back: one place may then be within the tolerance of all between.
+) -> tuple[Bools, Bools]:
+    """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where rows turn back or feeds
+    change; and of the second ones, within twice of it where rows turn back: one place may then be within the tolerance of all between.
 
     Planes there would make the motion go as deep into a corner, or into several that are a way back together, as the plan does, and
     change its speed where the plan changes it.
@@ -348,24 +351,26 @@ def _loose(
     before[corner], after[corner] = leave[row[corner] - 1], entry[row[corner]]
     out = np.zeros(len(node), bool)
     out[corner[np.sqrt(((after - before)[corner] ** 2).sum(axis=1)) > _SHARP]] = True
-    change, pair, lag = np.zeros(len(node) + 1, np.int64), np.arange(len(node)), 0
+    change, pair, lag = np.zeros((2, len(node) + 1), np.int64), np.arange(len(node)), 0
     feed = program.column("feed")[own]
     other = corner[feed[row[corner]] != feed[row[corner] - 1]]
-    np.add.at(change, np.searchsorted(node, node[other] - tolerance[other]), 1)
-    np.add.at(change, np.searchsorted(node, node[other] + tolerance[other], side="right"), -1)
+    for each in change:
+        np.add.at(each, np.searchsorted(node, node[other] - tolerance[other]), 1)
+        np.add.at(each, np.searchsorted(node, node[other] + tolerance[other], side="right"), -1)
     while len(pair):
         # Between a node and the one `lag` after it.
         back = pair[np.sqrt(((after[pair + lag] - before[pair]) ** 2).sum(axis=1)) > _GOES_BACK]
-        reach = 2.0 * np.minimum(tolerance[back], tolerance[back + lag])
-        begin = np.searchsorted(node, node[back + lag] - reach, side="right")
-        end = np.searchsorted(node, node[back] + reach)
-        np.add.at(change, begin[begin < end], 1)
-        np.add.at(change, end[begin < end], -1)
+        reach = np.minimum(tolerance[back], tolerance[back + lag])
+        for each, times in zip(change, (1.0, 2.0), strict=True):
+            begin = np.searchsorted(node, node[back + lag] - times * reach, side="right")
+            end = np.searchsorted(node, node[back] + times * reach)
+            np.add.at(each, begin[begin < end], 1)
+            np.add.at(each, end[begin < end], -1)
         lag += 1
         pair = pair[pair + lag < len(node)]
         pair = pair[node[pair + lag] - node[pair] < 4.0 * tolerance[pair]]
-    out |= np.cumsum(change[:-1]) > 0
-    return out
+    within = np.cumsum(change[:, :-1], axis=1) > 0
+    return out | within[0], out | within[1]
 
 
 def _rooms(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.planner.tube.deviation import Reached, excess
+from cncgen.planner.tube.deviation import TIGHT, Reached, excess
 from cncgen.planner.tube.programmed import RowLines
 from cncgen.planner.tube.tube_nodes import SPACING, Nodes
 from cncgen.planner.tube.window_judge import too_fast
@@ -86,6 +86,13 @@ class Window:
         """Whether no other window begins within it."""
         return self.final == len(self.nodes)
 
+    @property
+    def tangled(self) -> bool:
+        """Whether corners are so near each other that there are many local optima."""
+        corner = np.flatnonzero(vertex_nodes(self) >= 0)
+        apart = np.sqrt((np.diff(self.path.points[corner], axis=0) ** 2).sum(axis=1))
+        return bool((apart < TIGHT * self.path.tolerance[corner[1:] - 1]).any())
+
 
 class Rounds:
     """The rounds of a window: each searches, and narrows the room or holds speeds where what it found breaks something.
@@ -95,6 +102,8 @@ class Rounds:
         number: Of the last round; -1 before the first.
         motion: The motion found by that search, over all axes.
         exact: Whether it holds all that the search is given, from where the window begins.
+        tangent: Shape (nodes, axes), those of the planes of nodes.
+        bounded: Whether the times between nodes without planes are.
         early: Whether where it begins is only expected.
         changed: Whether judging it has changed what the next one is given.
         units: The work of the rounds that is not counted yet.
@@ -113,8 +122,9 @@ class Rounds:
         self.window, self.bounds, self.goal, self.allowed = window, bounds, goal, allowed
         self.columns = moving(window.state, nodes)
         self.number, self.units, self.exact, self.changed, self.early = -1, 0, False, False, False
+        self.tangent, self.bounded = nodes.tangent, False
         self._radius, self._held = nodes.radius, np.zeros(len(nodes), bool)
-        self._own = _own(window)
+        self._own = vertex_nodes(window)
         self._parts = [(0, len(nodes))]
         self._got: Found | None = None
         # Steps of Newton's method grow with the cube of the axes.
@@ -195,7 +205,7 @@ class Rounds:
         if not np.array_equal(self.columns, moving(window.state, window.nodes)):
             return False
         search = self._got[0]
-        self.window, self._own, self.exact = window, _own(window), False
+        self.window, self._own, self.exact = window, vertex_nodes(window), False
         self._got = search, search.begin(window.state[:, self.columns])
         self.motion = _spread(self._got[1], self.columns, window.state, self.goal[0])
         return True
@@ -217,7 +227,7 @@ class Rounds:
         """Return the problem of the next round."""
         start, nodes, columns, bounds = self.window.state, self.window.nodes, self.columns, self.bounds
         point = np.concatenate([start[:1], nodes.point]).take(columns, axis=1)
-        tangent = np.concatenate([nodes.tangent[:1], nodes.tangent]).take(columns, axis=1)
+        tangent = np.concatenate([self.tangent[:1], self.tangent]).take(columns, axis=1)
         tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), 1e-300)[:, None]
         # The state at the end is given: it needs no room.
         rooms = slice(len(nodes.radius) - int(nodes.count[-1]))
@@ -248,11 +258,11 @@ class Rounds:
 
         Such nodes gather where the motion is slow, and one interval beside them grew so long that the motion left its room there.
         """
-        loose = (self.window.nodes.tangent == 0.0).all(axis=1)
-        jerk = self.bounds.jerk
-        strongest = float(jerk[np.isfinite(jerk)].max())
-        usual = _LONGEST * SPACING[0] * elementary.cbrt(self.allowed / strongest)
-        return np.where(loose | np.append(loose[:1], loose[:-1]), usual, np.inf)
+        loose = (self.tangent == 0.0).all(axis=1)
+        jerk = self.bounds.jerk[self.columns]
+        weakest = float(jerk.min())
+        usual = _LONGEST * SPACING[0] * elementary.cbrt(self.allowed / weakest)
+        return np.where(self.bounded & (loose | np.append(loose[:1], loose[:-1])), usual, np.inf)
 
 
 def moving(start: Floats, nodes: Nodes) -> Ints:
@@ -260,7 +270,7 @@ def moving(start: Floats, nodes: Nodes) -> Ints:
     return np.flatnonzero(np.ptp(np.concatenate([start[:1], nodes.point]), axis=0) > _STILL)
 
 
-def _own(window: Window) -> Ints:
+def vertex_nodes(window: Window) -> Ints:
     """Return the node of each vertex of the rows of a window, −1 where it has none, shape (vertices,)."""
     key, vertex = window.path.key, window.nodes.vertex
     out = np.full(len(key), -1)

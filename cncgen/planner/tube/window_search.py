@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 
 #: Rounds of a window, at most.
 _ROUNDS = 9
+#: A window is searched a second time if the first one takes less than this part of the bound.
+_CHEAP = 0.02
 #: Part of the tolerance by which a motion near the solution may be over it, and the next window is still begun ahead.
 _OVER = 1.0
 #: Windows that are begun ahead, and the part of a period at which the first setpoint is where that is not known yet.
@@ -138,9 +140,23 @@ class WindowSearch:
             window: The window.
             following: The source of the windows after it, whose search then begins.
         """
-        rounds = self._begun_ahead(window)
-        known = rounds is not None
-        rounds = rounds or self._rounds(window)
+        before, rounds = self.units, self._begun_ahead(window)
+        found = self._searched(rounds or self._rounds(window), rounds is not None, window, following)
+        if self.units - before > _CHEAP * self.bound or not window.tangled:
+            return found
+        # There are many local optima: the faster one of two searches counts.
+        rounds = self._rounds(window)
+        rounds.tangent, rounds.bounded = window.nodes.looser, True
+        other = self._searched(rounds, False, window, None)
+        if other is None or (found is not None and found.step.sum() <= other.step.sum()):
+            return found
+        self.forget()
+        return other
+
+    def _searched(
+        self, rounds: Rounds, known: bool, window: Window, following: Following | None
+    ) -> Solved | None:
+        """Return the motion that rounds of a window end in, None where they do not; `known` tells whether some were made ahead."""
         while known or rounds.number < _ROUNDS - 1:
             if self.units > self.bound:
                 return None
@@ -150,7 +166,7 @@ class WindowSearch:
                 return None
             motion = rounds.motion
             first = self.hand.first_setpoint(window.t, motion)
-            if known or rounds.number == 0:
+            if following and (known or rounds.number == 0):
                 self._go_ahead((window, motion, first), following)
             known = False
             broken = rounds.judge(first, PHASES if rounds.number else 1)

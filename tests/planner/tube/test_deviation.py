@@ -59,7 +59,6 @@ def test_a_missed_vertex_counts_at_its_own_node() -> None:
         at = none(path)
         at[1] = own
         by = excess(path, ends(path, found), at, found, 0.0, 1e-3, 0.0)[0]
-        assert np.argmax(by) == own
         assert by[own] == pytest.approx(0.3 * np.sqrt(0.5) - TOLERANCE, abs=1e-6)
 
 
