@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.geometry import elementary
 from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.geometry.tables import ranges
 from cncgen.kernels import planned_motion
@@ -121,10 +120,10 @@ def held(
     start = scene.too_long(scene.suspects())
     if not len(start):
         return None
-    begin, end, tip, over, power = scene.measured(start)
+    begin, end, tip, over = scene.measured(start)
     if not len(begin):
         return None
-    shorter = elementary.power(_AIM / over, 0.5 * power)
+    shorter = _AIM / over
     if everywhere:
         return _lowered(given, scene.s, q, (begin, tip, end), shorter**2)
     begin, end = tip - shorter * (tip - begin), tip + shorter * (end - tip)
@@ -142,7 +141,6 @@ class _Compared:
         begin, end: Shape (k,), between which ways they lie.
         tip: Shape (k,), the way where the path is furthest from them.
         over: Shape (k,), the largest distance as a part of the tolerance.
-        quarters: Shape (k,), the mean of the distances a quarter of their way after the start and before the end.
     """
 
     phase: Ints
@@ -150,7 +148,6 @@ class _Compared:
     end: Floats
     tip: Floats
     over: Floats
-    quarters: Floats
 
     def peaks(self) -> Ints:
         """Return the phases around which the distance may exceed the tolerance."""
@@ -283,12 +280,11 @@ class _Scene:
         """Return the least tolerance of chords over corners, shape (k,), 0 for others: smoothing ends before them."""
         return np.where(cornered, self.course.bounds.chord_mm, 0.0)
 
-    def measured(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    def measured(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Compare chords about those from `start` on with the path.
 
         Returns: Of the chords that are too far from it: their begins and ends on the way, the places of the path furthest from them,
-            the largest distances as parts of the tolerance, and the powers of these by which v² falls. Over a bend, where a quarter of
-            the way before its end it is three quarters of that, it is as v²; over a corner, where it is a half, as v. Shape (k,) each.
+            and the largest distances as parts of the tolerance. Shape (k,) each.
         """
         parts = _FINE
         about = np.arange(-2, _FINE // _COARSE + 2)
@@ -306,14 +302,11 @@ class _Scene:
             phase = np.unique(top[:, None] + np.arange(1 - _CLOSE, _CLOSE))
         over = np.concatenate([each.over for each in found])
         far = over > 1.0 + _OVER
-        begin, end, tip, quarters = (
+        begin, end, tip = (
             np.concatenate(column)[far]
-            for column in zip(
-                *((each.begin, each.end, each.tip, each.quarters) for each in found), strict=True
-            )
+            for column in zip(*((each.begin, each.end, each.tip) for each in found), strict=True)
         )
-        power = 1.0 + np.clip(3.0 - 4.0 * quarters / over[far], 0.0, 1.0)
-        return begin, end, tip, over[far], power
+        return begin, end, tip, over[far]
 
     def time(self, begin: Floats, end: Floats) -> Floats:
         """Return how long the motion takes from one place to another, shape (k,), s."""
@@ -347,8 +340,7 @@ class _Scene:
         over[near] = np.maximum(over[near], self._closer(middle, x[at[near]], x[last[near]], floor[near]))
         over = np.maximum(over, self._tips(ticks[at] * step, x[at], x[last]))
         places = motion.s[np.searchsorted(ticks, phase + every * np.arange(_FINE + 1)[:, None])]
-        quarters = 0.5 * (_beside(places, away, 0.25) + _beside(places, away, 0.75))
-        return _Compared(phase, places[0], places[-1], places[furthest, own], over, quarters)
+        return _Compared(phase, places[0], places[-1], places[furthest, own], over)
 
     def _closer(self, middle: Floats, a: Floats, b: Floats, floor: Floats) -> Floats:
         """Return how far the furthest places within a 32nd part of a period are from chords, as a part of the tolerance.
@@ -457,22 +449,6 @@ def distances_from_chords(x: Floats, a: Floats, b: Floats) -> Floats:
     square = np.einsum("ij,ij->i", chord, chord)
     part = np.einsum("ij,ij->i", chord, side) / np.where(square > 0.0, square, 1.0)
     return norm(side - np.clip(part, 0.0, 1.0)[:, None] * chord)
-
-
-def _beside(places: Floats, away: Floats, part: float) -> Floats:
-    """Return how far the path is from chords at a part of their way, shape (k,).
-
-    Args:
-        places: Shape (m, k), ways, ascending, from the start of each chord to its end.
-        away: Shape (m, k), how far the path is from it there.
-        part: The part of the way.
-    """
-    way = places[0] + part * (places[-1] - places[0])
-    after = np.clip((places < way).sum(axis=0), 1, len(places) - 1)
-    own = np.arange(len(way))
-    one, other = places[after - 1, own], places[after, own]
-    share = (way - one) / np.where(other > one, other - one, 1.0)
-    return (1.0 - share) * away[after - 1, own] + share * away[after, own]
 
 
 def _peaks(phase: Ints, over: Floats, more: Floats) -> Bools:

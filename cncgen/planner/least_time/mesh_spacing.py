@@ -77,10 +77,6 @@ _BRIEF = 0.002
 _NARROW = 0.2
 #: Spacing next to the interval beside a rest, as a part of that: there v, and so the jerk of a constant q'', changes fastest.
 _NEXT = 0.25
-#: Largest spacing as a part of the distance between two rests. The jerk changes its sign three times on the way.
-_STRETCH = 1.0 / 100.0
-#: A breakpoint that is passed more slowly than this part of the largest speed counts as a rest.
-_LOW = 0.2
 #: A bend slows the motion down if its speed is below this part of what is reached from the rest before it; and a bound of the
 #: logarithms of speeds, by which `_bends` keeps rests apart.
 _LOWER, _LOGS = 0.7, 100.0
@@ -169,13 +165,8 @@ def placed(
 
 def _place(survey: _Survey, density: Density) -> Floats:
     """Return the nodes of a block in a density."""
-    corners, probes, shape = survey.corners, survey.probes, survey.shape
+    corners, probes = survey.corners, survey.probes
     spacing = _spacing(survey, density)
-    rests = corners.s[corners.stop]
-    if len(rests) > 1:
-        # Beyond the outermost ones it is the distance to a rest in another block.
-        apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
-        spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
     spacing = np.maximum(spacing, survey.least)
     before, after = clear_ends(survey.first, probes, spacing, corners.s)
     first = np.minimum(before, after)
@@ -186,8 +177,7 @@ def _place(survey: _Survey, density: Density) -> Floats:
     borders = _borders(corners, before, after, survey.lines)
     stretch = np.searchsorted(corners.s, borders[:-1], side="right") - 1
     whole = survey.lines[stretch] | _beside_rest(corners, borders)
-    low = corners.s[corners.stop | _slow(shape[5], probes, corners)]
-    growth = _growth(shape, probes, low, density.growth)
+    growth = _growth(survey.shape, probes, _slow_places(corners), density.growth)
     return spread_nodes(*graded(probes, spacing, growth), borders, whole)
 
 
@@ -279,7 +269,7 @@ def _steps(shape: tuple[Floats, ...], at: Ints, left: Floats, right: Floats) -> 
 
 
 def _bends(shape: tuple[Floats, ...], s: Floats, corners: Corners) -> tuple[Floats, Floats]:
-    """Return how far before and after each breakpoint where the motion rests it must slow down for a bend, infinite for none.
+    """Return how far before and after each breakpoint where the motion rests it must slow down for a bend or a feed, infinite for none.
 
     That is the nearest place of which the speed, by what the path is like there, is a part `_LOWER` of what full jerk and full
     acceleration from the rest reach between, as the path lets them.
@@ -333,12 +323,11 @@ def _first(
     Args:
         bounds, corners, sides, lines: As `placed` takes them.
         tops: Shape (breakpoints,) each, the largest q on their left and right.
-        bends: Shape (breakpoints,) each, how far before and after each rest the motion must slow down for a bend.
+        bends: Shape (breakpoints,) each, how far before and after each rest the motion must slow down for a bend or a feed.
     """
     curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
     rest = np.flatnonzero(corners.stop & curved)
-    # A corner that is passed slows the motion as a rest does, and so does what is slower beyond a breakpoint.
-    slow = corners.s[corners.stop | np.isfinite(corners.speed) | _slower(bounds, corners, sides, tops)]
+    slow = _slow_places(corners)
     apart = _PART * np.diff(slow, prepend=-np.inf, append=np.inf)
     at = np.searchsorted(slow, corners.s[rest])
     gap = np.diff(corners.s, prepend=-np.inf, append=np.inf) / 3.0
@@ -369,21 +358,9 @@ def _first(
     return found[0], found[1]
 
 
-def _slower(
-    bounds: AxisLimits, corners: Corners, sides: tuple[Floats, Floats], tops: tuple[Floats, Floats]
-) -> Bools:
-    """Tell at which breakpoints a stretch ends that is slower than what leads to it, and than full jerk from a rest gets there.
-
-    It does so from v = (9/2 J d²)^(1/3) at the distance d.
-    """
-    rests = corners.s[corners.stop]
-    if not len(rests):
-        return corners.stop
-    low = np.minimum(*tops)
-    away = np.abs(corners.s - rests[nearest(rests, corners.s)])
-    jerk = along_path(bounds.jerk, sides[0][1], sides[1][1])
-    out: Bools = low * (1.0 + _ALIKE) < np.maximum(*tops)
-    return out & (elementary.power(low, 1.5) < 4.5 * jerk * away**2)
+def _slow_places(corners: Corners) -> Floats:
+    """Return where rests and passed corners are, shape (k,), which slow the motion alike."""
+    return corners.s[corners.stop | np.isfinite(corners.speed)]
 
 
 def clear_ends(
@@ -441,11 +418,6 @@ def _probes(path: Path, corners: Corners, seen: float) -> tuple[Floats, Floats]:
     there = np.append(np.repeat(cells, 4), cells[-1])
     there[4:-1:4] = np.minimum(cells[:-1], cells[1:])
     return np.append(inner.ravel(), borders[-1]), there
-
-
-def _slow(top: Floats, s: Floats, corners: Corners) -> Bools:
-    """Tell which breakpoints are passed so slowly, beside the largest q at the places `s`, that it is nearly a rest."""
-    return corners.speed < _LOW * np.sqrt(top[np.searchsorted(s, corners.s)])
 
 
 def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats, growth: float) -> Floats:
