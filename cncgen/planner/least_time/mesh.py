@@ -21,6 +21,7 @@ from cncgen.planner.least_time.mesh_spacing import MOST, TooManyNodesError, TopA
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.limits.axis_limits import JUMP_SHARE, STEP_TAKES, SWAY_SHARE, AxisLimits
 from cncgen.planner.limits.program_feeds import Feeds
+from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -51,6 +52,9 @@ _BEND, _MOST = 0.03, 8.0
 #: Allowance for values between the quarter points, as a multiple of those at the points: slightly more in x''', and twice as much in
 #: x''.
 _EXCESS = 2.5
+#: Largest ratio of the bounds of q on an interval for which they need no look at its quarter points. A bound as s⁻², that of a velocity
+#: beside the place where its axis turns back, is passed by 3·10⁻⁴ there at a ratio of 1.3.
+_STEEP = 1.3
 #: The third derivative at the quarter points is taken to be at most this over the square of the length of the interval.
 _BELIEVED = 0.3
 
@@ -143,7 +147,9 @@ def mesh_of(
         s = placed(path, bounds, corners, sides, lines, top_at, coarse)
     except TooManyNodesError as many:
         raise NoPlanError(_too_many(toolpath, path, many)) from None
-    return _intervals(toolpath, path, bounds, feeds, cap, corners, sides, lines, s)
+    mesh = _intervals(toolpath, path, bounds, feeds, cap, corners, sides, lines, s)
+    _lower_steep(mesh, top_at)
+    return mesh
 
 
 def _breakpoints(
@@ -233,6 +239,30 @@ def _intervals(
         cuts=cuts[:-1],
         events=_events(toolpath, path, s),
     )
+
+
+def _lower_steep(mesh: Mesh, top_at: TopAt) -> None:
+    """Lower bounds of q where the parabola through the three of an interval is above the bound at a quarter of it.
+
+    Beside the place of a curve where a weak axis turns back, the bound of its velocity V²/x'² falls by a multiple from node to node.
+    Where q follows it, q is that parabola, a quarter of whose way from the first bound is (3 q₀ + 6 q₁ − q₂)/8.
+
+    Args:
+        mesh: The intervals; `top` is changed.
+        top_at: Gives the largest q.
+    """
+    top = mesh.top
+    low, high = top.min(axis=1), top.max(axis=1)
+    fast = (mesh.top_limit == Limit.VELOCITY) & (high > _STEEP * low) & np.isfinite(high)
+    at = np.flatnonzero(fast & (mesh.kind == SPLINE))
+    if not len(at):
+        return
+    places = (mesh.s[at, None] + np.diff(mesh.s)[at, None] * (0.25, 0.75)).ravel()
+    bound = top_at(places, mesh.path.evaluate(places, 3), 1).reshape(-1, 2)
+    for near, far, own in ((0, 2, bound[:, 0]), (2, 0, bound[:, 1])):
+        over = (3.0 * top[at, near] + 6.0 * top[at, 1] - top[at, far]) / 8.0 - own
+        lowered = np.maximum(top[at, near] - 8.0 / 3.0 * np.maximum(over, 0.0), low[at])
+        top[at, near] = lowered
 
 
 def _too_many(toolpath: Toolpath, path: Path, many: TooManyNodesError) -> Diagnostic:

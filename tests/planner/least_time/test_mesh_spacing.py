@@ -333,3 +333,18 @@ def test_bends_beside_control_points_of_large_weight_keep_the_jerk(rows: str, pe
     assert setpoints.axes == "XY"
     x = np.column_stack([setpoints.position, np.zeros(len(setpoints))])
     assert used(x, machine) <= 1.001
+
+
+@pytest.mark.parametrize("radius", [0.3333, 0.4, 0.4333])
+def test_a_velocity_that_an_arc_soon_needs_less_of_is_held_between_nodes(
+    radius: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """|y'| v is V of a weak Y at most: where Y turns back on a circle, (V/y')² falls by half from node to node (once 1.0018 V)."""
+    monkeypatch.setattr(mesh_spacing, "AMPLE", 0)
+    axes = {"X": Axis("X", 2.5, 133.0, 3e4), "Y": Axis("Y", 0.4, 100.0, 3e4)}
+    machine = Machine("weak", MappingProxyType(axes), 1e-3, 1e-3, 0.01)
+    for each in plan_program(read_text(f"G21 G90 G61 F6000\nG3 X0 Y0 I{-radius} J0\nM2\n"), machine):
+        profile = each.profile
+        motion = motion_at(profile, np.linspace(profile.t[0], profile.t[-1], 50_001)[1:-1])
+        slope = each.toolpath.path.evaluate(motion.s, 1)[1][:, each.toolpath.axes.index("Y")]
+        assert (np.abs(slope) * motion.v).max() <= 0.4 * (1.0 + 5e-4)
