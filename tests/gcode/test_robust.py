@@ -453,3 +453,25 @@ def test_a_link_out_of_the_search_path_is_not_followed(tmp_path: Path, dialect: 
         found = Diagnostics()
         check(main, "main.nc", ReadOptions(dialect=dialect), found)
         assert [each.code for each in found if each.severity == "error"] == codes
+
+
+@pytest.mark.parametrize(
+    ("dialect", "line"),
+    [
+        ("heidenhain", "CYCL DEF {}.1 X+1"),
+        ("heidenhain", "CYCL DEF 7.{} X+1"),
+        ("heidenhain", "TOOL CALL {} Z S1"),
+        ("heidenhain", "CALL LBL 1 REP {}"),
+        ("heidenhain", "%A G71 *\nN10 G{} X+1 *\nN20 %A G71 *"),
+        ("heidenhain", "%A G71 *\nN10 G98 L1 *\nN20 L1,{} *\nN30 %A G71 *"),
+        ("sinumerik", "$TC_DP{}[1,1]=2"),
+        ("sinumerik", "R1='H{}'"),
+        ("sinumerik", f"R1='B{'1' * 5000}'"),
+        ("sinumerik", "DEF REAL A[{}]"),
+        ("fanuc", "M98 P1 L{}"),
+        ("linuxcnc", "o{} call"),
+    ],
+)
+def test_a_number_of_5000_digits_is_a_fault(dialect: str, line: str) -> None:
+    """Python turns no text of more than 4300 digits into a whole number, and no whole number beyond 2^1024 into a float."""
+    assert consume(line.replace("{}", "9" * 5000).encode(), dialect=dialect)

@@ -38,6 +38,8 @@ _TEXT = re.compile(
 )
 _NUMBER = rf"(?:[-+]?\s*{_Q}|{TERMINALS['SIGNED']})"
 _HEAD = re.compile(r"%\s*(?P<name>[^\s*;]*?)\s*(?:G7(?P<unit>[01]))?\s*\Z", re.IGNORECASE)
+#: G functions have so many digits at most.
+_DIGITS_OF_G = 3
 _LABEL = re.compile(rf"G98\s*L\s*(?P<name>{_STRING}|\d+)\s*\Z", re.IGNORECASE)
 _CALL = re.compile(rf"L\s*(?P<name>{_STRING}|\d+)(?:\s*[.,]\s*(?P<times>\d+))?\s*\Z", re.IGNORECASE)
 _CORNER = re.compile(r"G2(?P<kind>[45])\s*R\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
@@ -106,7 +108,7 @@ def said(body: str, opened: bool) -> list[str]:
 
 
 def _said_call(match: re.Match[str]) -> list[str]:
-    repeats = match["times"] is not None and int(match["times"]) > 0
+    repeats = bool((match["times"] or "").strip("0"))
     return [f"CALL LBL {match['name']}" + (f" REP {match['times']}" if repeats else "")]
 
 
@@ -327,7 +329,7 @@ class Modes:
     def _word(self, words: _Words, letter: str, value: str) -> None:
         step = "I" if self.steps else ""
         if letter == "G":
-            if not value.isdecimal():
+            if not value.isdecimal() or len(value.lstrip("0")) > _DIGITS_OF_G:
                 raise _refused(f"G{value}", _READ, "G")
             g = int(value)
             words.g.append(g)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -112,7 +113,10 @@ def _constant(text: str) -> Value:
         for letter, base in (("H", 16), ("B", 2)):
             if inner[:1] == letter and len(inner) > 1:
                 with suppress(ValueError):
-                    return float(int(inner[1:], base))
+                    whole = int(inner[1:], base)
+                    # A double has 1024 bits before its point at most.
+                    value = float(whole) if whole.bit_length() < 1024 else math.inf
+                    return expressions.number(value, "a constant")
     return expressions.Quoted(_text(text))
 
 

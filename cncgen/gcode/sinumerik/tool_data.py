@@ -13,7 +13,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinumerik.expressions import Scalar, number
 from cncgen.machine.tool_table import Tool
 
-_DATA = re.compile(r"\$TC_DP(\d+)\Z")
+_DATA = re.compile(r"\$TC_DP(\d{1,4})\Z")
 #: Position of the edge, length 1, length 2, radius; and the wear of lengths and radius.
 _ORIENTATION, _LENGTH_1, _LENGTH_2, _RADIUS = 2, 3, 4, 6
 _WEAR = {12: _LENGTH_1, 13: _LENGTH_2, 15: _RADIUS}

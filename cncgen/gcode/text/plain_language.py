@@ -482,7 +482,7 @@ def _tool_named(name: str) -> tuple[Computed]:
 def _cycle(head: str, rest: str | None) -> Statement:
     """CYCL DEF: its number, its part or None, and the text behind."""
     digits, _, part = "".join(head.split()).partition(".")
-    return Statement("cycle", data=(int(digits), part or None, rest or ""))
+    return Statement("cycle", data=(_whole(digits), str(_whole(part)) if part else None, rest or ""))
 
 
 def tolerance(rest: str) -> Words:
