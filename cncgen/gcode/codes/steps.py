@@ -18,8 +18,8 @@ def steps_of(way: float, step: float, word: str, makes: str, hint: str = "", lea
         way: Their sum.
         step: The longest that one may be.
         word: The word to point at.
-        makes: What is said of too many, ``{}`` their number.
-        hint: What helps then; that at most `MOST` are made where it is left out.
+        makes: The message for too many steps; ``{}`` is replaced by their number.
+        hint: Its help; if left out, the help names `MOST`.
         least: The fewest.
 
     Raises:

@@ -52,8 +52,8 @@ _BEND, _MOST = 0.03, 8.0
 #: Allowance for values between the quarter points, as a multiple of those at the points: slightly more in x''', and twice as much in
 #: x''.
 _EXCESS = 2.5
-#: Largest ratio of the bounds of q on an interval for which they need no look at its quarter points. A bound as s⁻², that of a velocity
-#: beside the place where its axis turns back, is passed by 3·10⁻⁴ there at a ratio of 1.3.
+#: Quarter points are compared where the bounds of q on an interval differ by more than this factor. At 1.3, a bound that falls as s⁻² (of
+#: a velocity, beside the place where its axis turns back) is passed by 3·10⁻⁴.
 _STEEP = 1.3
 #: The third derivative at the quarter points is taken to be at most this over the square of the length of the interval.
 _BELIEVED = 0.3
@@ -242,10 +242,11 @@ def _intervals(
 
 
 def _lower_steep(mesh: Mesh, top_at: TopAt) -> None:
-    """Lower bounds of q where the parabola through the three of an interval is above the bound at a quarter of it.
+    """Lower the bounds of q that do not hold at the quarter points of their interval.
 
-    Beside the place of a curve where a weak axis turns back, the bound of its velocity V²/x'² falls by a multiple from node to node.
-    Where q follows it, q is that parabola, a quarter of whose way from the first bound is (3 q₀ + 6 q₁ − q₂)/8.
+    An interval has bounds q₀, q₁, q₂ at its start, middle and end. A motion that follows them has the parabola through the three,
+    which is (3 q₀ + 6 q₁ − q₂)/8 at the first quarter. Beside the place of a curve where a weak axis turns back, the bound V²/x'² of its
+    velocity falls by a multiple over an interval, and the parabola is above it at the quarter beside the larger bound, which is lowered.
 
     Args:
         mesh: The intervals; `top` is changed.

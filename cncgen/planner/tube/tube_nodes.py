@@ -50,7 +50,8 @@ class Nodes:
 
     Attributes:
         s, t: Shape (k,): place and time (with waits) on the reference.
-        point, tangent, looser: Shape (k, n): tangents are 0 where nodes have no plane, `looser` ones at more nodes.
+        point, tangent: Shape (k, n): place and direction; a tangent of 0 stands for a node without a plane.
+        looser: Shape (k, n): the tangents of the second search, which are 0 at more nodes.
         speed: Shape (k,): speed of the first guess.
         step: Shape (k,): time from the node before.
         plan_speed, plan_step: Shape (k,): the same of the plan, without waits.
