@@ -154,3 +154,38 @@ def test_a_percent_at_the_end_alone_ends_the_program(run: Any, dialect: str) -> 
     assert out.path.end[-1, 0] == 10.0
     remarks = ["text-behind-end", "stray-percent"] if dialect == "linuxcnc" else ["text-behind-end"]
     assert [d.code for d in out.diagnostics] == remarks
+
+
+@pytest.mark.parametrize(
+    ("way", "last"),
+    [
+        ("", (8, 10)),
+        ("I-5J-5", (8, 5.171573)),  # 2 beside X10 and 2 beside Y = X, below it: 8 - 2√2
+        ("I-5", (8, 8)),  # a wall to the left: inside corner
+        ("I5", (8, 12)),  # outside: where the offset paths cross, not rolled around
+        ("J5", (8, 10)),  # straight on
+        ("J-5", (8, 10)),  # back: they do not cross
+    ],
+)
+def test_a_direction_beside_g40_ends_the_last_move(
+    run: Any, tmp_path: Path, way: str, last: tuple[float, ...]
+) -> None:
+    """B-63014EN, "Cutter Compensation Cancel"; Okuma 5238-E, p. 84: the tool touches the last line and the imaginary one I J."""
+    assert ends(run, tmp_path, f"{ENTER}G40X30Y0{way}\nM30") == [(8, 0), last, (30, 0)]
+
+
+def test_a_direction_beside_g40_crosses_an_arc(run: Any, tmp_path: Path) -> None:
+    """Behind a quarter about (20, 10), offset to 12; its line at Y20 goes back to -X, 2 below it on the left: the arc's at Y18."""
+    text = f"{ENTER}G2X20Y20R10\nG1G40X30Y40I-5\nM30"
+    assert ends(run, tmp_path, text)[-2] == (round(20 - (12**2 - 8**2) ** 0.5, 6), 18)
+
+
+def test_a_direction_beside_g40_of_a_lathe_is_no_chamfer(run: Any, tmp_path: Path) -> None:
+    """The tip is the nose's centre (orientation 9): the face at Z-20 holds it 2 before, 2 outside of the turned diameter."""
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 D4 Q9\n")
+    text = "G21\nT0101\nG97S500M3\nG0X30.Z5.\nG42G1X20.Z0F0.2\nZ-20.\nG40G0X60.Z-15.I10.K0\nM30"
+    out = run(text, dialect="fanuc-lathe", tool_table=table)
+    assert out.errors == []
+    rows = [tuple(round(float(v), 6) for v in row[[0, 2]]) for row in out.path.end[out.path.kind < 3]]
+    assert rows[-2:] == [(12, -18), (30, -15)]

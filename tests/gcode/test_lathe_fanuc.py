@@ -215,6 +215,21 @@ def test_lines_of_a_profile_count_as_executed() -> None:
     assert outcome(text)[1] == [("too-many-steps", 49, 1)]
 
 
+def test_a_thread_of_varying_lead_goes_as_far_each_turn_as_its_lead() -> None:
+    """F2 K2 (FANUC 0-TD's example, Z4 to Z-4): 2 n + n² is 8 after two turns of 3 and 5; K-1 of a lead of 4 is 3.5, 2.5, then 1.5 of 2."""
+    assert moves("G0 X29. Z4.\nG34 Z-4. F2. K2.")[1:] == [(14.5, 1, 1), (14.5, -4, 1)]
+    assert moves("G0 X29. Z0.\nG34 Z-7.5 F4. K-1.")[1:] == [(14.5, -3.5, 1), (14.5, -6, 1), (14.5, -7.5, 1)]
+    path, _, _ = outcome("G0 X29. Z4.\nG34 Z-4. F2. K2.")
+    assert path.feed[path.kind != Kind.EVENT][1:].tolist() == pytest.approx([3 * 1000 / 60, 5 * 1000 / 60])
+
+
+@pytest.mark.parametrize("words", ["Z-4. F2.", "Z-10. F4. K-1."])
+def test_a_thread_without_a_change_of_lead_or_whose_lead_falls_to_nothing_is_refused(words: str) -> None:
+    """A lead of 4 that falls by 1 a turn ends after 8 mm, of 14."""
+    _, faults, _ = outcome(f"G0 X29. Z4.\nG34 {words}")
+    assert [code for code, *_ in faults] == ["pitch-missing"]
+
+
 @pytest.mark.parametrize("cycle", ["G71 U2. R.5\nG71", "G72 W2. R.5\nG72", "G73 U6. W3. R3\nG73"])
 @pytest.mark.parametrize(
     "lines",

@@ -315,6 +315,32 @@ def test_threads_of_cycle97(moves: Any, angle: str, kind: str, expected: list[tu
     assert all(b[2] == -22.0 and b[0] == a[0] for a, b in cuts)
 
 
+def test_a_chain_of_threads_of_cycle98(moves: Any) -> None:
+    """The manual's example (840D, Programming Guide, Cycles, 4.8), two cuts: from 10 before Z0 to 10 behind Z-80, X35.857 there.
+
+    Three leads in one pass; the tool leaves the thread by 1 beyond all its diameters, and the run-out of the last cone is one of them.
+    """
+    text = "G95 S1000 M4\nG0 X60 Z20 DIAMON G18\nCYCLE98(0,30,-30,30,-60,36,-80,50,10,10,0.92,,,,2,{},1.5,2,2,{},1)\nM2\n"
+    end = 25 + 10 * 7 / 20
+    found = moves(text.format(0, 1), dialect="sinumerik")
+    for cut in (0.46, 0.92):
+        way = [(15 - cut, 10), (15 - cut, -30), (18 - cut, -60), (end - cut, -90), (end + 1, -90)]
+        assert any(
+            [(m[0], m[2]) for m in found[k : k + 5]] == [pytest.approx(p) for p in way]
+            for k in range(len(found))
+        )
+    leads = [1.5, 2 * (1 + 0.1**2) ** 0.5, 2 * (1 + 0.35**2) ** 0.5]
+    assert [m[3] for m in found if m[3]] == pytest.approx([1000 * lead for lead in leads] * 2)
+
+
+@pytest.mark.parametrize(
+    "points", ["0,30,0,30,0,30,0,30", "0,30,-30,30,-20,36,-80,50", "0,30,-30,30,-40,60,-80,60"]
+)
+def test_chains_of_threads_that_nobody_can_cut(run: Any, points: str) -> None:
+    text = f"G18 S100 M3\nCYCLE98({points},2,2,1,,,,2,0,1,1,1,1,1)\nM30\n"
+    assert run(text, dialect="sinumerik").errors[0][:2] == ("thread-words", 2)
+
+
 @pytest.mark.parametrize(
     "words",
     [

@@ -247,6 +247,10 @@ class CompensatedSink(PassingSink):
         """Pass on all that waits."""
         self._take(self.centre.finish)
 
+    def leave_towards(self, way: complex) -> None:
+        """Pass on all that waits; the last move ends as if a line followed it in a direction."""
+        self._take(lambda: self.centre.leave_towards(way))
+
     # Other calls wait behind the motions that wait.
 
     def __getattr__(self, name: str) -> Any:

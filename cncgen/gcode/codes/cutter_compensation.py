@@ -26,6 +26,7 @@ _PLANES, _PLANES_OF_LINUXCNC = (17, 18, 19), (17, 18)
 _STRICT = ("linuxcnc",)
 ORIENTATIONS = 10
 _G40 = 400
+_CENTRE = "ijk"
 _GROUP = "cutter compensation"
 _LAST_DIGIT = 1e-12
 
@@ -179,9 +180,13 @@ def radius_number(ip: Interpreter, block: Block) -> None:
 
 
 def turn_off(ip: Interpreter, block: Block) -> None:
-    """G40."""
+    """G40; on FANUC's controls with I J K, the direction of a line that the last compensated move ends at as well."""
     sink = _sink_of(ip)
     leaves = sink is not None and sink.centre.moved
+    first, second, _ = ip.state.plane_axes()
+    way = complex(*(block.words.get(_CENTRE[axis], 0.0) for axis in (first, second)))
+    if sink is not None and way and ip.dialect not in _STRICT:
+        sink.leave_towards(way)
     end(ip)
     ip.sink.call('COMMENT("interpreter: cutter radius compensation off")')
     if leaves and not _check_leaving(ip, block):
@@ -256,7 +261,9 @@ def _check_leaving(ip: Interpreter, block: Block) -> bool:
 _STAGE = Stage.RADIUS_COMPENSATION
 _BEGINS = "begins cutter compensation"
 CODES = (
-    Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off", restores=("compensation", 40)),
+    Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off", dialects=("linuxcnc",), restores=("compensation", 40)),
+    Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off, at a line in the direction I J K", _CENTRE, dialects=("fanuc",),
+        restores=("compensation", 40)),
     Code("G", 410, _GROUP, _STAGE, _turn_on(True, False), "cutter compensation, tool left of the path", "d", takes="d", moves="plane",
         restores=("compensation", 41),
         refused=(_BEGINS, STRICT_COMPENSATION | TOOL_POINT)),

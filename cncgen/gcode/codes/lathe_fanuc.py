@@ -41,7 +41,7 @@ from cncgen.toolpath.record import Event
 
 ONLY = (LATHE,)
 _OTHER_SYSTEMS = tuple(dialect for dialect, renamed in LATHES.items() if renamed)
-_THREAD = 320
+_THREAD, _VARYING = 320, 340
 _G40, _OFF = 400, 40
 #: M3 and M4.
 _STARTS = frozenset((30, 40))
@@ -175,6 +175,41 @@ def thread(ip: Interpreter, block: Block) -> None:
         cut_thread(ip, ip.end_point(block), lead)
 
 
+def thread_of_varying_lead(ip: Interpreter, block: Block) -> None:
+    """G34 F K: as G32, with a lead of F at the start that grows by K each turn, or falls (B-64304EN-1, 4.2; M700V lathes, 6.6.3).
+
+    After n turns the tool is F n + K n² / 2 along the axis that goes farther: each turn is a motion of its own, with its mean lead.
+
+    Raises:
+        BlockError: ``pitch-missing``: there is no K, or the lead falls to 0 before the end.
+    """
+    first, number = lead_of(ip, block, "G34", _VARYING), 0
+    ip.state.motion = _VARYING
+    if not has_axis(block):
+        return
+    check_spindle(ip, "G34")
+    growth = block.words.get("k", 0.0)
+    if not growth:
+        hint = "K is how much the lead grows each turn; G32 has one lead"
+        raise BlockError("pitch-missing", "G34 has no change K of the lead", "G34", hint=hint)
+    start, end = list(ip.state.position), ip.end_point(block)
+    way = max(abs(end[axis] - start[axis]) for axis in (X, Z))
+    last = first**2 + 2.0 * growth * way
+    if last < 0.0:
+        message = f"the lead of G34 falls from {first:g} by {-growth:g} a turn to 0 after {first**2 / (-2.0 * growth):.4g} of {way:.4g}"
+        raise BlockError("pitch-missing", message, "K", hint="a larger F, a smaller K or a shorter thread")
+    turns = (last**0.5 - first) / growth
+    gone = 0.0
+    while number < turns:
+        done, number = number, number + 1
+        until = min(float(number), turns)
+        reached = first * until + growth * until**2 / 2.0
+        share = 1.0 if until == turns else reached / way
+        place = [a + share * (b - a) for a, b in zip(start, end, strict=True)] if share < 1.0 else end
+        cut_thread(ip, place, (reached - gone) / (until - done))
+        gone = reached
+
+
 def name_position(ip: Interpreter, block: Block) -> None:
     """G50: S is the largest speed of G96; X Z name the position."""
     if ip.state.compensation != _OFF and has_axis(block):
@@ -296,6 +331,8 @@ CODES = (
     Code("M", 60, "tool change", Stage.CHANGE, nothing, "no more than T has done: the turret has turned", dialects=ONLY),
     Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwfq", "motion", dialects=ONLY,
         takes="f", refused=("cuts a thread", ROTARY_PATH | PROFILE)),
+    Code("G", _VARYING, "motion", Stage.MOTION, thread_of_varying_lead, "as G32, the lead F growing by K each turn", "xyzuvwfkq", "motion",
+        dialects=ONLY, takes="f", refused=("cuts a thread", ROTARY_PATH | PROFILE)),
     Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a tool's offset, or a coordinate system", "xyzuvwcrqlp", "own",
         dialects=ONLY, refused=CHANGES_OFFSETS),
     Code("G", 500, "non-modal", Stage.REFERENCE, name_position, "S is the largest speed of G96; X Z U W name the position", "xyzuvws",

@@ -20,6 +20,8 @@ DISTANCES = {"u": ("x", X), "v": ("y", 1), "w": ("z", Z), "h": ("c", 5)}
 #: Columns of the words that are distances under G91.
 _PLACES = {"x": X, "y": 1, "z": Z, "c": 5}
 _G10, _LINE = 100, 10
+#: I K beside it are a direction.
+_G40 = 400
 #: Axes whose letters are also those of angles and chamfers.
 _ROTARY = frozenset("ac")
 #: Words of a line for the corner at its end, and those of mills.
@@ -102,7 +104,7 @@ def _corner(ip: Interpreter, block: Block, words: dict[str, float]) -> None:
     if "c" in words and (angle is not None or not _is_axis(ip, block, words)):
         words[",c"] = abs(words.pop("c"))
     for letter, corner in _CORNERS.items():
-        if letter in words:
+        if letter in words and not (_G40 in block.g and corner == ",c"):
             words[corner] = abs(words.pop(letter))
 
 

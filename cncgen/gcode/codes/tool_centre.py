@@ -348,6 +348,24 @@ class ToolCentre:
         """Return the waiting moves (G40, or the end of the program)."""
         return self._settle()
 
+    def leave_towards(self, way: complex) -> list[CentreMove | Any]:
+        """Return the waiting moves; the last one ends where its offset path crosses that of a line in a direction from its end.
+
+        FANUC's controls take where they cross at inside and outside corners alike, and where they do not, the place square to the
+        move (B-63014EN, "Cutter Compensation Cancel in the Offset Mode": G40 with I J K; Okuma's OSP-P200L, 5238-E, p. 84, and
+        Mitsubishi's M700V, 12.4, have the same).
+        """
+        last = self._curve
+        if last is not None and self.radius and self._renewed is None:
+            heading = way / abs(way)
+            beside = self._programmed + 1j * heading * self.radius * self.side
+            towards = OffsetCurve(beside, None, math.inf, 0, heading, heading)
+            turn = cmath.phase(heading / last.heading_out)
+            crossing = meeting(last, towards, 1 if turn > 0.0 else -1) if abs(turn) > self._smooth else None
+            if crossing is not None:
+                self._meet(last, towards, crossing)
+        return self.finish()
+
     def _check_entry(self, length: float) -> None:
         """Demand that the first move leads farther than the tool's radius, where the control does."""
         if self._curve is None and length <= self._least_entry:

@@ -37,7 +37,6 @@ WITHOUT: dict[tuple[str, int], str] = {
 #: Codes of FANUC's lathes (system A) in place of those of mills, G numbers in tenths.
 ON_LATHES: dict[int, str] = {
     330: "lathes cut threads with G32",
-    340: "G32 cuts threads of one lead",
     680: "on lathes it is the mirror image of a second turret, which is not read",
     770: "G77 mills flats on Haas's lathes, which is not read; post it as the moves that it makes",
     **dict.fromkeys((430, 440), "T has the offset on lathes: T0101"),
