@@ -7,8 +7,8 @@ that is normal to the path is the contour error (eq. 18). Derivation and figures
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from math import comb
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.kernels import filters
 from cncgen.machine.record import Machine, Servo
-from cncgen.machine.servo_schema import closed_loop
+from cncgen.machine.servo_schema import TransferFunction, closed_loop
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Trajectory
@@ -181,8 +181,41 @@ def prediction(machine: Machine, options: PlanOptions, letters: str) -> ContourP
     Raises:
         UsageError: An axis has no servo data, or a model whose error cannot be predicted; every such axis is named.
     """
+
+    def made(loop: TransferFunction) -> tuple[Floats, Floats]:
+        if loop.delay_s:
+            raise ValueError("its loop has a dead time")
+        return error_filter(loop.numerator, loop.denominator, machine.period_s)
+
+    fault = Diagnostic(
+        "contour-prediction",
+        "the contour error of axis {} cannot be predicted",
+        hint="give servo data with --axis-params, or leave max_contour_error_mm out of the machine",
+    )
+    axes, coefficients = predictions(machine, options, letters, made, fault)
+    return ContourPrediction(letters, axes, max((curve for _, curve in coefficients), default=0.0))
+
+
+def predictions(
+    machine: Machine,
+    options: PlanOptions,
+    letters: str,
+    made: Callable[[TransferFunction], tuple[Floats, Floats]],
+    fault: Diagnostic,
+) -> tuple[list[AxisPrediction], list[tuple[float, float]]]:
+    """Return the filters of axes at rest, and the `static_coefficients` of their loops.
+
+    Args:
+        machine, options: Where the servo data stand.
+        letters: The axes.
+        made: Returns the filter of a closed loop; raises ValueError where there is none.
+        fault: What to say of an axis without one, `{}` standing for its letter; the reason follows.
+
+    Raises:
+        UsageError: An axis has no servo data, or no filter; every such axis is named.
+    """
     axes: list[AxisPrediction] = []
-    coefficients: list[float] = []
+    coefficients: list[tuple[float, float]] = []
     faults: list[Diagnostic] = []
     for letter in letters:
         servo = servo_of(machine, options, letter)
@@ -190,23 +223,15 @@ def prediction(machine: Machine, options: PlanOptions, letters: str) -> ContourP
             if servo is None:
                 raise ValueError("it has no servo data")
             loop = closed_loop(servo, letter)
-            if loop.delay_s:
-                raise ValueError("its loop has a dead time")
-            b, a = error_filter(loop.numerator, loop.denominator, machine.period_s)
+            b, a = made(loop)
         except ValueError as problem:
-            faults.append(
-                Diagnostic(
-                    "contour-prediction",
-                    f"the contour error of axis {letter} cannot be predicted: {problem}",
-                    hint="give servo data with --axis-params, or leave max_contour_error_mm out of the machine",
-                )
-            )
+            faults.append(replace(fault, message=f"{fault.message.format(letter)}: {problem}"))
             continue
         axes.append(AxisPrediction(b, a, np.zeros(len(a) - 1)))
-        coefficients.append(static_coefficients(loop.numerator, loop.denominator)[1])
+        coefficients.append(static_coefficients(loop.numerator, loop.denominator))
     if faults:
         raise UsageError(faults)
-    return ContourPrediction(letters, axes, max(coefficients, default=0.0))
+    return axes, coefficients
 
 
 def memory_of(model: ContourPrediction) -> int:

@@ -19,10 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
-from cncgen.geometry import elementary
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.limits.speed_changes import change_time
-from cncgen.planner.motion import motion_at
+from cncgen.planner.motion import axes_at
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.planner.saturation import PdPlusAxis, pd_plus_axes
@@ -194,7 +193,8 @@ def named(trajectories: Iterator[Trajectory], machine: Machine, lowered: Machine
                 continue
             limits = _limits(lowered, letters, order)
             own = limits < _limits(machine, letters, order)
-            axis = (np.abs(_motion(trajectory, at, order)) / limits).argmax(axis=1)
+            middle = 0.5 * (profile.t[at] + profile.t[at + 1])
+            axis = (np.abs(axes_at(trajectory, middle, order + 1)) / limits).argmax(axis=1)
             limit[at[own[axis]]] = Limit.SATURATION
         yield replace(trajectory, profile=replace(profile, limit=limit))
 
@@ -203,18 +203,3 @@ def _limits(machine: Machine, letters: str, order: int) -> Floats:
     """Return speeds, accelerations or jerks of the axes, infinite for those that the machine does not have."""
     name = ("max_velocity", "max_acceleration", "max_jerk")[order]
     return np.array([getattr(machine.axes.get(letter), name, None) or np.inf for letter in letters])
-
-
-def _motion(trajectory: Trajectory, pieces: NDArray[np.int64], order: int) -> Floats:
-    """Return speed (order 0), acceleration (1) or jerk (2) of each axis in the middle of some pieces, shape (n, axes)."""
-    t = trajectory.profile.t
-    at = motion_at(trajectory.profile, 0.5 * (t[pieces] + t[pieces + 1]))
-    x = trajectory.toolpath.path.evaluate(at.s, 3)
-    v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]
-    if order == 0:
-        out: Floats = x[1] * v
-    elif order == 1:
-        out = x[2] * v**2 + x[1] * a
-    else:
-        out = x[3] * elementary.power(v, 3.0) + 3.0 * x[2] * v * a + x[1] * j
-    return out

@@ -20,15 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.diagnostics import Diagnostic
 from cncgen.machine.record import Machine
-from cncgen.machine.servo_schema import closed_loop
-from cncgen.planner.contour_prediction import (
-    AxisPrediction,
-    increment_filter,
-    servo_of,
-    static_coefficients,
-)
+from cncgen.machine.servo_schema import TransferFunction
+from cncgen.planner.contour_prediction import AxisPrediction, increment_filter, predictions
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.profile_parts import cut, joined
@@ -65,30 +60,19 @@ class Stateline:
         Raises:
             UsageError: An axis has no servo data, or a loop that is not stable or whose error cannot be predicted; each is named.
         """
-        loops, gains, faults = [], [], []
-        for letter in letters:
-            servo = servo_of(machine, options, letter)
-            try:
-                if servo is None:
-                    raise ValueError("it has no servo data")
-                loop = closed_loop(servo, letter)
-                b, a = increment_filter(loop.numerator, loop.denominator, machine.period_s)
-                if len(a) > 1 and np.abs(np.roots(a)).max() >= 1.0:
-                    raise ValueError("its loop is not stable")
-            except ValueError as problem:
-                faults.append(
-                    Diagnostic(
-                        "stateline",
-                        f"axis {letter} cannot be on a stateline: {problem}",
-                        hint="give servo data with --axis-params",
-                    )
-                )
-                continue
-            loops.append(AxisPrediction(b, a, np.zeros(len(a) - 1)))
-            gains.append(abs(static_coefficients(loop.numerator, loop.denominator)[0]))
-        if faults:
-            raise UsageError(faults)
-        return cls(loops, np.array(gains), options.stateline_bound_mm, machine.period_s)
+
+        def made(loop: TransferFunction) -> tuple[Floats, Floats]:
+            b, a = increment_filter(loop.numerator, loop.denominator, machine.period_s)
+            if len(a) > 1 and np.abs(np.roots(a)).max() >= 1.0:
+                raise ValueError("its loop is not stable")
+            return b, a
+
+        fault = Diagnostic(
+            "stateline", "axis {} cannot be on a stateline", hint="give servo data with --axis-params"
+        )
+        loops, gains = predictions(machine, options, letters, made, fault)
+        lags = np.array([abs(lag) for lag, _ in gains])
+        return cls(loops, lags, options.stateline_bound_mm, machine.period_s)
 
     def holds(self, steps: Floats, ahead: Floats) -> Ints:
         """Return for how many periods the line is low at each setpoint, shape (n,); the loops move on.

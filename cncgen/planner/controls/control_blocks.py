@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.tables import ranges
 from cncgen.machine.record import Machine
-from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.limits.row_limits import RowLimits, row_limits_of
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
@@ -110,14 +109,6 @@ def blocks_of(toolpath: Toolpath, machine: Machine, chord_mm: float) -> tuple[Bl
         stopped=(part == 0) & _after_event(toolpath, rows)[row],
         leads=np.arange(len(row)) == 0,
     ), rows
-
-
-def weakest(way_in: Floats, way_out: Floats, axes: str, machine: Machine) -> Floats:
-    """Return the largest acceleration along ways between two directions each that every axis can follow, shape (n,), mm/s²."""
-    share = np.maximum(np.abs(way_in), np.abs(way_out))
-    with np.errstate(divide="ignore"):
-        allowed: Floats = (AxisLimits.of(machine, axes).acceleration / share).min(axis=1, initial=np.inf)
-    return allowed
 
 
 def _parts(toolpath: Toolpath, rows: RowLimits, chord_mm: float) -> Ints:

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
 from cncgen.machine.record import Machine
-from cncgen.planner.controls.control_blocks import Blocks, weakest
+from cncgen.planner.controls.control_blocks import Blocks
 from cncgen.planner.controls.trapezoids import AllowedSpeeds
+from cncgen.planner.limits.axis_limits import AxisLimits, along_path
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -79,13 +80,12 @@ def grbl(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, AllowedSp
     towards = np.zeros_like(blocks.way_in)
     towards[1:] = blocks.way_in[1:] - blocks.way_out[:-1]
     towards /= np.maximum(np.linalg.norm(towards, axis=1), 1e-300)[:, None]
+    limit = AxisLimits.of(machine, axes).acceleration
     with np.errstate(divide="ignore"):
-        corner = np.sqrt(
-            weakest(towards, towards, axes, machine) * JUNCTION_DEVIATION_MM * half / (1.0 - half)
-        )
+        corner = np.sqrt(along_path(limit, towards) * JUNCTION_DEVIATION_MM * half / (1.0 - half))
     corner = np.where(cosine > _STRAIGHT, np.inf, np.where(cosine < -_STRAIGHT, 0.0, corner))
     corner[blocks.stopped] = 0.0
-    strength = weakest(blocks.way_in, blocks.way_out, axes, machine)
+    strength = along_path(limit, blocks.way_in, blocks.way_out)
     return blocks, AllowedSpeeds(blocks.feed, np.minimum(corner, _met(blocks.feed)), strength)
 
 

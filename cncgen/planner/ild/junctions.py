@@ -22,31 +22,24 @@ Floats = NDArray[np.float64]
 _TANGENT = 1e-6
 
 
-def turned(tangent_out: Floats, tangent_in: Floats) -> NDArray[np.bool_]:
+def turned(turn: Floats) -> NDArray[np.bool_]:
     """Tell at which joints the tangent turns by more than rounding, shape (n,)."""
-    return np.any(np.abs(tangent_in - tangent_out) >= _TANGENT, axis=1)
+    return np.any(np.abs(turn) >= _TANGENT, axis=1)
 
 
-def joint_speeds(
-    tangent_out: Floats,
-    tangent_in: Floats,
-    bend_out: Floats,
-    bend_in: Floats,
-    limits: AxisLimits,
-) -> Floats:
+def joint_speeds(turn: Floats, bend: Floats, limits: AxisLimits) -> Floats:
     """Return the highest speed at each joint.
 
     Args:
-        tangent_out, bend_out: Shape (n, axes), dx/ds and d²x/ds² at the end of the row before the joint.
-        tangent_in, bend_in: Shape (n, axes), at the start of the row after it.
+        turn, bend: Shape (n, axes), steps of dx/ds and d²x/ds² from the row before the joint to the row after it.
         limits: Limits of the axes, and T.
 
     Returns:
         Shape (n,), mm/s; infinite where nothing jumps.
     """
-    turn = np.abs(tangent_in - tangent_out)
+    jump = np.abs(bend)
+    turn = np.abs(turn)
     turn[turn < _TANGENT] = 0.0
-    jump = np.abs(bend_in - bend_out)
     with np.errstate(divide="ignore", invalid="ignore"):
         by_turn = np.where(turn > 0.0, limits.speed_step / turn, np.inf).min(axis=1, initial=np.inf)
         by_jump = np.where(jump > 0.0, np.sqrt(limits.jerk * limits.period_s / jump), np.inf)

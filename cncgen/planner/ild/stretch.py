@@ -36,11 +36,11 @@ class RowEnd:
 
 @dataclass(frozen=True, slots=True)
 class _Inner:
-    """Joints within curves, each of shape (n,): place, highest speed and the `Limit` behind it; see `Stretch`."""
+    """Joints within curves, each of shape (n,); see `Stretch`, whose columns have the same names."""
 
     s: Floats
-    speed: Floats
-    limit: NDArray[np.int8]
+    cap: Floats
+    cap_limit: NDArray[np.int8]
     sharp: NDArray[np.bool_]
     turns: NDArray[np.bool_]
 
@@ -125,25 +125,13 @@ def _joined(
     """Make the stretch whose joints are the rows' ends."""
     n = len(rows)
     limits = AxisLimits.of(machine, toolpath.axes)
-    cap = np.full(n + 1, np.inf)
-    turns = np.zeros(n + 1, dtype=bool)
-    turns[1:n] = turned(rows.tangent_out[:-1], rows.tangent_in[1:])
-    if n and before is not None:
-        turns[0] = turned(before.tangent[None], rows.tangent_in[:1])[0]
-        cap[0] = joint_speeds(
-            before.tangent[None],
-            rows.tangent_in[:1],
-            before.bend[None],
-            rows.bend_in[:1],
-            limits,
-        )[0]
-    cap[1:n] = joint_speeds(
-        rows.tangent_out[:-1],
-        rows.tangent_in[1:],
-        rows.bend_out[:-1],
-        rows.bend_in[1:],
-        limits,
-    )
+    turn, bend = rows.tangent_in.copy(), rows.bend_in.copy()
+    turn[1:] -= rows.tangent_out[:-1]
+    bend[1:] -= rows.bend_out[:-1]
+    turn[:1] -= before.tangent if before else turn[:1]
+    bend[:1] -= before.bend if before else bend[:1]
+    cap = np.append(joint_speeds(turn, bend, limits), np.inf)
+    turns = np.append(turned(turn), False)
     end = RowEnd(rows.tangent_out[-1], rows.bend_out[-1]) if n else before
     start_s = path.row_s[0]
     stretch = Stretch(
@@ -247,35 +235,25 @@ def _cusps(path: Path, rows: RowLimits, curves: Ints, machine: Machine) -> _Inne
     """Return the joints where the tangent jumps within a NURBS, at a knot of full multiplicity or where C' vanishes."""
     jumps = path.jumps()
     inside = (jumps.before == jumps.after) & np.isin(jumps.after, rows.index[curves])
-    inside &= turned(np.zeros_like(jumps.tangent), jumps.tangent)
-    n = int(np.count_nonzero(inside))
-    limits = AxisLimits.of(machine, path.axes)
-    still = np.zeros((n, len(path.axes)))
-    speed = joint_speeds(still, jumps.tangent[inside], still, still, limits)
-    yes = np.ones(n, dtype=bool)
-    return _Inner(jumps.s[inside], speed, np.full(n, Limit.CORNER, dtype=np.int8), yes, yes)
+    inside &= turned(jumps.tangent)
+    turn = jumps.tangent[inside]
+    speed = joint_speeds(turn, np.zeros_like(turn), AxisLimits.of(machine, path.axes))
+    yes = np.ones(len(turn), dtype=bool)
+    return _Inner(jumps.s[inside], speed, np.full(len(turn), Limit.CORNER, dtype=np.int8), yes, yes)
 
 
 def _insert(stretch: Stretch, inner: list[_Inner]) -> None:
     """Cut segments into several at joints within them; where two are at one place, the slower one is taken."""
     s = np.concatenate([i.s for i in inner])
-    order = np.lexsort((np.concatenate([i.speed for i in inner]), s))
+    order = np.lexsort((np.concatenate([i.cap for i in inner]), s))
     order = order[np.append(True, np.diff(s[order]) > _SAME_PLACE)] if len(order) else order
-    s = s[order]
-    joint = np.searchsorted(stretch.s, s)
-    values = {
-        name: np.concatenate([getattr(i, name) for i in inner])[order]
-        for name in ("speed", "limit", "sharp", "turns")
-    }
-    stretch.s = np.insert(stretch.s, joint, s)
-    stretch.cap = np.insert(stretch.cap, joint, values["speed"])
-    stretch.cap_limit = np.insert(stretch.cap_limit, joint, values["limit"])
-    stretch.sharp = np.insert(stretch.sharp, joint, values["sharp"])
-    stretch.turns = np.insert(stretch.turns, joint, values["turns"])
-    stretch.top = np.insert(stretch.top, joint, stretch.top[joint - 1])
-    stretch.top_limit = np.insert(stretch.top_limit, joint, stretch.top_limit[joint - 1])
-    stretch.acceleration = np.insert(stretch.acceleration, joint, stretch.acceleration[joint - 1])
-    stretch.jerk = np.insert(stretch.jerk, joint, stretch.jerk[joint - 1])
+    joint = np.searchsorted(stretch.s, s[order])
+    for name in _Inner.__slots__:
+        values = np.concatenate([getattr(i, name) for i in inner])[order]
+        setattr(stretch, name, np.insert(getattr(stretch, name), joint, values))
+    for name in ("top", "top_limit", "acceleration", "jerk"):
+        column = getattr(stretch, name)
+        setattr(stretch, name, np.insert(column, joint, column[joint - 1]))
     stretch.events = [
         (at + int(np.searchsorted(joint, at, side="right")), line, event)
         for at, line, event in stretch.events

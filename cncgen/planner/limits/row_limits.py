@@ -15,7 +15,7 @@ from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span
 from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
-from cncgen.planner.limits.axis_limits import AxisLimits
+from cncgen.planner.limits.axis_limits import AxisLimits, along_path
 from cncgen.planner.limits.bend_speeds import chord_speed
 from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.planner.record import Limit
@@ -82,10 +82,9 @@ def row_limits_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool 
     start, end = row_s[index], row_s[index + 1]
     limits = AxisLimits.of(machine, toolpath.axes)
     share, ends = _shares(toolpath, path, index, start, end)
-    with np.errstate(divide="ignore"):
-        velocity = (limits.velocity / share).min(axis=1, initial=np.inf)
-        acceleration = (limits.acceleration / share).min(axis=1, initial=np.inf)
-        jerk = (limits.jerk / share).min(axis=1, initial=np.inf)
+    velocity, acceleration, jerk = (
+        along_path(limit, share) for limit in (limits.velocity, limits.acceleration, limits.jerk)
+    )
     centripetal = np.minimum(acceleration, machine.max_centripetal_mm_s2 or np.inf)
     top, top_limit = _feeds(toolpath, path, index)
     top, top_limit = _lower(top, top_limit, velocity, Limit.VELOCITY)

@@ -71,16 +71,16 @@ def test_joint_speeds_are_differences_of_setpoints() -> None:
     limits = AxisLimits.of(machine, "XYZ")
     one, other = np.array([[1.0, 0.0, 0.0]]), np.array([[0.8, 0.6, 0.0]])
     none = np.zeros((1, 3))
-    (v,) = joint_speeds(one, other, none, none, limits)
+    (v,) = joint_speeds(other - one, none, limits)
     k = np.arange(-5, 6)[:, None]
     x = np.where(k < 0, k * v * one, k * v * other) * 1e-3
     third = np.abs(np.diff(x, 3, axis=0)).max() / 1e-9
     second = np.abs(np.diff(x, 2, axis=0)).max() / 1e-6
     assert second <= 2450.0
     assert 0.5 * 5e4 < third <= 5e4 * (1 + 1e-9)
-    assert not turned(one, one + 1e-7)[0]
-    assert joint_speeds(one, one, none, none, limits)[0] == np.inf
-    (bend,) = joint_speeds(one, one, none, np.array([[0.0, 0.2, 0.0]]), limits)
+    assert not turned(np.full((1, 3), 1e-7))[0]
+    assert joint_speeds(none, none, limits)[0] == np.inf
+    (bend,) = joint_speeds(none, np.array([[0.0, 0.2, 0.0]]), limits)
     assert bend**2 * 0.2 == pytest.approx(5e4 * 1e-3)
 
 
