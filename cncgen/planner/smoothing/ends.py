@@ -97,7 +97,7 @@ def _cut(rows: Toolpath, stop: int, before: tuple[bool, float]) -> tuple[Toolpat
     """
     if not np.any(rows.kind == Kind.NURBS):
         return between(rows, 0, stop), np.zeros(stop, bool), (False, 0.0)
-    path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
+    path = rows.path
     corners = _curve_ends(rows, path, before)
     parts: list[Toolpath] = []
     free: list[Bools] = []
@@ -182,19 +182,9 @@ def _row(rows: Toolpath, path: Path, k: int, corners: _CurveEnds) -> tuple[Toolp
     ends = np.concatenate([path.evaluate_parameter(np.full(len(at), k), u)[0], row.end])
     share = np.diff(np.concatenate([[0.0], at, [length]])) / length
     inverse = row.feed_mode[0] == FeedMode.INVERSE_TIME
-    parts = replace(
-        row,
-        kind=np.repeat(row.kind, n),
-        end=ends,
-        feed=np.repeat(row.feed, n) / (share if inverse else 1.0),
-        feed_mode=np.repeat(row.feed_mode, n),
-        path_mode=np.repeat(row.path_mode, n),
-        tolerance=np.repeat(row.tolerance, n),
-        curve=np.arange(n),
-        line=np.repeat(row.line, n),
-        source=np.repeat(row.source, n),
-        nurbs=split(row.nurbs, 0, u),
-    )
+    columns = row.columns(np.zeros(n, np.int64)) | {"end": ends, "curve": np.arange(n)}
+    columns["feed"] = columns["feed"] / (share if inverse else 1.0)
+    parts = replace(row, nurbs=split(row.nurbs, 0, u), **columns)
     free = np.zeros(n, bool)
     free[0], free[-1] = head, tail
     return parts, free

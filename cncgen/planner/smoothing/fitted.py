@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.fitting import fit_run
-from cncgen.geometry.path import Path
 from cncgen.geometry.tables import empty_arcs
 from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.smoothing.runs import classify
@@ -27,7 +26,7 @@ _CORNER = 0.866
 def fit_runs(chunks: Iterable[Toolpath], tolerance_mm: float) -> Iterator[Toolpath]:
     """Replace runs of LINE rows of one feed by cubic NURBS rows within a tolerance.
 
-    RowCorners of more than 30°, rapids, arcs and events end a run; runs of fewer than `LEAST_ROWS` stay as they are.
+    Corners of more than 30°, rapids, arcs and events end a run; runs of fewer than `LEAST_ROWS` stay as they are.
 
     Args:
         chunks: Consecutive stretches of one program.
@@ -60,10 +59,9 @@ def _runs(borders: NDArray[np.int64]) -> list[tuple[int, int]]:
 def _borders(rows: Toolpath, tolerance: float) -> NDArray[np.int64]:
     """Return where runs begin, 0 and the number of rows among them."""
     scale = axis_scale(rows.axes)
-    path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
     n = len(rows)
     asked = replace(rows, path_mode=np.zeros(n, np.int8), tolerance=np.full(n, tolerance))
-    classes = classify(asked, path, scale)
+    classes = classify(asked, rows.path, scale)
     fits = classes.fits & (rows.kind == Kind.LINE)
     split = np.ones(n, bool)
     turn = np.einsum("ij,ij->i", classes.leave[:-1, :3], classes.entry[1:, :3])
@@ -81,22 +79,7 @@ def _fitted(rows: Toolpath, first: int, last: int, tolerance: float) -> Toolpath
     part = between(rows, first, last)
     if last - first < LEAST_ROWS:
         return part
-    path = Path(part.axes, part.start, part.kind, part.end, part.curve, part.arcs, part.nurbs)
-    table = fit_run(path, tolerance, axis_scale(part.axes))
-    return Toolpath(
-        axes=part.axes,
-        start=part.start,
-        kind=np.array([Kind.NURBS], np.int8),
-        end=part.end[-1:],
-        feed=part.feed[:1],
-        feed_mode=part.feed_mode[:1],
-        path_mode=part.path_mode[:1],
-        tolerance=part.tolerance[:1],
-        curve=np.zeros(1, np.int64),
-        line=part.line[:1],
-        source=part.source[:1],
-        arcs=empty_arcs(),
-        nurbs=table,
-        events=(),
-        sources=part.sources,
-    )
+    table = fit_run(part.path, tolerance, axis_scale(part.axes))
+    one = part.columns(slice(0, 1)) | {"end": part.end[-1:], "curve": np.zeros(1, np.int64)}
+    one["kind"] = np.array([Kind.NURBS], np.int8)
+    return replace(part, arcs=empty_arcs(), nurbs=table, events=(), **one)

@@ -64,25 +64,18 @@ def rows_of(
     at = knots[4:-4]
     whole = of[owner[first]]
     begin, end = first[np.searchsorted(whole, whole)], stop[np.searchsorted(whole, whole, side="right") - 1]
-    made = replace(
-        source,
-        start=points[0] if knots[0] == knots[4] else _start(table),
-        kind=np.full(len(rows), Kind.NURBS, np.int8),
-        end=ends,
-        feed=_mean(feed, row_t, owner[first], at[first], at[stop]),
-        feed_mode=np.where(inverse[owner[first]], FeedMode.SPEED, source.feed_mode[rows]).astype(np.int8),
-        path_mode=source.path_mode[rows],
-        tolerance=source.tolerance[rows],
-        chord_room=_least(
+    columns = source.columns(rows) | {
+        "kind": np.full(len(rows), Kind.NURBS, np.int8),
+        "end": ends,
+        "feed": _mean(feed, row_t, owner[first], at[first], at[stop]),
+        "feed_mode": np.where(inverse[owner[first]], FeedMode.SPEED, source.feed_mode[rows]).astype(np.int8),
+        "curve": np.arange(len(rows)),
+        "chord_room": _least(
             room[of], row_t, at[np.maximum(begin - _AROUND, 0)], at[np.minimum(end + _AROUND, len(at) - 1)]
         ),
-        curve=np.arange(len(rows)),
-        line=source.line[rows],
-        source=source.source[rows],
-        arcs=empty_arcs(),
-        nurbs=table,
-        events=(),
-    )
+    }
+    start = points[0] if knots[0] == knots[4] else _start(table)
+    made = replace(source, start=start, arcs=empty_arcs(), nurbs=table, events=(), **columns)
     inside = events.start + np.flatnonzero(source.kind[events.start : events.stop] == Kind.EVENT)
     return _with_events(made, rows, source, inside) if inside.size else made
 

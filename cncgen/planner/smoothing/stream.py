@@ -23,12 +23,13 @@ from cncgen.geometry.path import LINE, Path
 from cncgen.geometry.pieces import ARC_SHARE, Pieces, pieces_of
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import axis_scale
+from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
 from cncgen.planner.smoothing.stretches import SAME, Stretches
 from cncgen.planner.smoothing.tolerance_split import Chords, chord_room
-from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
+from cncgen.toolpath.record import Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between, join
 
 Bools = NDArray[np.bool_]
@@ -111,7 +112,7 @@ class _Smoother:
             # How far the last row goes on is not known yet.
             stretches = stretches.but_last()
         rows, free_rows = stretches.rows, free[stretches.first[:-1]]
-        path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
+        path = rows.path
         if self.machine is not None:
             self.chords = Chords.of(self.machine, rows.axes)
         classes = classify(rows, path, axis_scale(rows.axes), free_rows, self.chords)
@@ -263,9 +264,7 @@ def _pace(rows: Toolpath, path: Path, window: Ints) -> tuple[Floats, Floats]:
     """Return the curvature of rows in their middles, and their feeds, shape (n,) each, 1/mm and mm/s."""
     bend, curves = np.zeros(len(window)), np.flatnonzero(path.kind[window] != LINE)
     bend[curves] = path.curvature_after(window[curves], 0.5 * path.row_length[window[curves]])
-    inverse = rows.feed_mode == FeedMode.INVERSE_TIME
-    feed = rows.feed * np.where(inverse, path.row_length, path.per_feed)
-    return bend, feed[window]
+    return bend, Feeds.of(rows, path).speed[window]
 
 
 def _deviation(pieces: Pieces, spline: Spline, given: Floats) -> Floats:

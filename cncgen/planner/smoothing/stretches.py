@@ -238,9 +238,8 @@ def _joined(parts: Toolpath, length: Floats, first: Ints) -> Toolpath:
     inverse = _inverse(parts, begin) & (last > begin)
     share = np.ones(len(begin))
     np.divide(length[begin], np.add.reduceat(length, begin), out=share, where=inverse)
-    columns = ("kind", "feed_mode", "path_mode", "tolerance", "curve", "line", "source")
-    picked = {name: getattr(parts, name)[begin] for name in columns}
-    return replace(parts, end=parts.end[last], feed=parts.feed[begin] * share, **picked)
+    columns = parts.columns(begin) | {"end": parts.end[last], "feed": parts.feed[begin] * share}
+    return replace(parts, **columns)
 
 
 def _aligned(parts: Toolpath, length: Floats, first: Ints) -> Toolpath:
