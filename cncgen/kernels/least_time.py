@@ -32,15 +32,10 @@ from cython.cimports.libc.math import fabs, log
 BOX, ACCELERATION, JERK = range(3)
 #: Intervals at the start of a window in motion whose limits are eased (`least_time_between.apply`).
 _EASED = cython.declare(cython.Py_ssize_t, 3)
-#: If, near the optimum, a limit is exceeded between the ends of intervals by more than this part, and by the same amount in so
-#: many iterations, it will stay so: the method gives up.
-_PASSED = cython.declare(cython.double, 0.003)
-_STUBBORN = cython.declare(cython.int, 3)
 #: The method has stalled after this many iterations in a row with short steps, or with the gap at its target but the residual
 #: not. (One short step alone is usual after a limit was lowered.)
 _STALLED = cython.declare(cython.int, 3)
-#: Duality gap, as a part of the time, below which an iterate is near the optimum: a bound that is exceeded between rows then stays
-#: so, and a run that stalls may return its iterate as a plan.
+#: Duality gap, as a part of the time, below which an iterate is near the optimum: a run that stalls may return it as a plan.
 _SETTLED = cython.declare(cython.double, 2e-4)
 #: Largest dual residual, as a part of the time, at the optimum, and of a plan to fall back on. A smaller one cannot be asked for:
 #: at a gap of 10⁻⁷ slacks are differences of numbers a million times as large, and rounding may leave this much.
@@ -184,8 +179,8 @@ class _StoppingRule:
     Attributes:
         tolerance, slack: As `solve` takes them.
         near, gap: That iterate and its duality gap, 1e300 for none yet.
-        worst, before: The largest part of a limit that was last found between the ends of intervals, and the time before.
-        stubborn, stalled: Iterations in a row that found the same passed, and that came no nearer.
+        worst: The largest part of a limit that was last found between the ends of intervals.
+        stalled: Iterations in a row that came no nearer.
     """
 
     tolerance: cython.double
@@ -193,8 +188,6 @@ class _StoppingRule:
     near: cython.double[::1]
     gap: cython.double
     worst: cython.double
-    before: cython.double
-    stubborn: cython.int
     stalled: cython.int
 
     def __init__(self, tolerance: cython.double, slack: cython.double, size: cython.Py_ssize_t) -> None:
@@ -202,31 +195,17 @@ class _StoppingRule:
         import numpy
 
         self.tolerance, self.slack, self.near, self.gap = tolerance, slack, numpy.zeros(size), 1e300
-        self.worst, self.before, self.stubborn, self.stalled = 0.0, 0.0, 0, 0
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def between(self, worst: cython.double) -> cython.void:
-        """Take what was found between the ends of intervals."""
-        self.before = self.worst
-        self.worst = worst
+        self.worst, self.stalled = 0.0, 0
 
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
     def of(self, system: _NewtonSystem, f: cython.double, residual: cython.double) -> cython.int:
         """Return 0 at the optimum, −1 where no further iteration would come nearer, 1 else."""
-        same: cython.bint
         optimal: cython.bint = system.gap < 2.0 * self.tolerance * f
         held: cython.bint = self.worst < 1.0 + self.slack and system.broken < self.slack
         if held and optimal and residual < _RESIDUAL * f:
             return 0
-        if system.gap < _SETTLED * f and self.worst > 1.0 + _PASSED:
-            same = fabs(self.worst - self.before) < 0.01 * (self.before - 1.0)
-            self.stubborn = self.stubborn + 1 if same else 0
-            if self.stubborn == _STUBBORN:
-                return -1
         if held and residual < _TRUSTED * f and system.gap < self.gap:
             self.gap = system.gap
             self.near[:] = system.problem.c
@@ -317,7 +296,7 @@ def solve(
             f = survey(problem)
             if _due(iteration, system.gap / f):
                 fresh = system.gap > 0.0006 * f
-                verdict.between(tighten(problem, slack, eased, fresh))
+                verdict.worst = tighten(problem, slack, eased, fresh)
                 if fresh or verdict.worst > 1.0 + slack:
                     apply(problem, slack, eased)
             if iteration == 0:
