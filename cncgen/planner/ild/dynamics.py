@@ -282,22 +282,40 @@ def _planned(window: OpenStretches, segments: Segments, profile: str) -> Segment
 def _cut(
     segments: Segments, place: Floats, joint: Ints, at: _Samples, cap: Floats, over: NDArray[np.bool_]
 ) -> tuple[Segments, Floats, Ints]:
-    """Cut every segment that runs above the cap around its worst place."""
-    owner = np.clip(np.searchsorted(place, at.s, side="right") - 1, 0, len(segments) - 1)
+    """Cut every segment that runs above the cap around its worst place; what is there has the cap as its top speed, joints too."""
+    fast, levels, ends = _plateaus(place, at, cap, over)
+    inner = (place[fast, None] < ends) & (ends < place[fast + 1, None])
+    inner[:, 1] &= ends[:, 1] > ends[:, 0]
+    more = inner.sum(axis=1)
+    added = np.zeros(len(segments), np.int64)
+    added[fast] = more
+    of, joints = np.repeat(np.arange(len(segments)), 1 + added), np.repeat(fast, more) + 1
+    caps = np.insert(joint_caps(segments.cap, segments.top), joints, np.repeat(levels, more))
+    place = np.insert(place, joints, ends[inner])
+    before = np.concatenate([[0], np.cumsum(added)])
+    top, limit = segments.top[of], segments.top_limit[of]
+    lasts = ends[:, 1] > ends[:, 0]
+    capped = (fast + before[fast] + inner[:, 0])[lasts]
+    top[capped], limit[capped] = np.minimum(top[capped], levels[lasts]), Limit.CONTOUR_ERROR
+    finer = Segments(np.diff(place), top, limit, segments.acceleration[of], segments.jerk[of], caps)
+    return finer, place, joint + before[joint]
+
+
+def _plateaus(
+    place: Floats, at: _Samples, cap: Floats, over: NDArray[np.bool_]
+) -> tuple[Ints, Floats, Floats]:
+    """Return the segments with samples above the cap, shape (k,), the cap at the worst of each, and the ends of its plateau, (k, 2)."""
+    owner = np.clip(np.searchsorted(place, at.s, side="right") - 1, 0, len(place) - 2)
     ratio = np.where(over, at.v / cap, 0.0)
-    columns = _CutSegments.of(segments, place)
-    added = np.zeros(len(segments) + 1, np.int64)
-    for segment in np.unique(owner[over])[::-1].tolist():
+    fast = np.unique(owner[over])
+    levels, ends = np.empty(len(fast)), np.empty((len(fast), 2))
+    for k, segment in enumerate(fast.tolist()):
         first, stop = np.searchsorted(owner, [segment, segment + 1]).tolist()
         worst = int(np.argmax(ratio[first:stop]))
-        level = cap[first + worst]
-        low, high = _run_around(cap[first:stop] <= level * (1.0 + _PLATEAU), worst)
-        begin = max(at.s[first + low], place[segment])
-        end = min(at.s[first + high], place[segment + 1])
-        added[segment + 1] = columns.split(segment, begin, end, level)
-    joint = joint + np.cumsum(added)[joint]
-    finer, place = columns.segments()
-    return finer, place, joint
+        levels[k] = cap[first + worst]
+        run = _run_around(cap[first:stop] <= levels[k] * (1.0 + _PLATEAU), worst)
+        ends[k] = np.clip(at.s[[first + each for each in run]], place[segment], place[segment + 1])
+    return fast, levels, ends
 
 
 def _run_around(flags: NDArray[np.bool_], i: int) -> tuple[int, int]:
@@ -308,56 +326,3 @@ def _run_around(flags: NDArray[np.bool_], i: int) -> tuple[int, int]:
     low = int(before[-1]) + 1 if len(before) else 0
     high = int(after[0]) - 1 if len(after) else len(flags) - 1
     return low, high
-
-
-@dataclass(slots=True)
-class _CutSegments:
-    """Segments as lists that grow by cuts."""
-
-    place: list[float]
-    top: list[float]
-    top_limit: list[int]
-    acceleration: list[float]
-    jerk: list[float]
-    cap: list[float]
-
-    @classmethod
-    def of(cls, segments: Segments, place: Floats) -> _CutSegments:
-        """Take the columns of segments."""
-        s = segments
-        cap = joint_caps(s.cap, s.top)
-        return cls(
-            place.tolist(),
-            s.top.tolist(),
-            s.top_limit.tolist(),
-            s.acceleration.tolist(),
-            s.jerk.tolist(),
-            cap.tolist(),
-        )
-
-    def split(self, segment: int, begin: float, end: float, level: float) -> int:
-        """Give the part from `begin` to `end` of a segment the top speed `level`; return how many joints that adds."""
-        inner = [s for s in (begin, end) if self.place[segment] < s < self.place[segment + 1]]
-        inner = sorted(set(inner))
-        n = len(inner)
-        for column in (self.top, self.top_limit, self.acceleration, self.jerk):
-            column[segment:segment] = [column[segment]] * n  # type: ignore[list-item]
-        self.place[segment + 1 : segment + 1] = inner
-        self.cap[segment + 1 : segment + 1] = [level] * n
-        capped = segment + (1 if begin > self.place[segment] else 0)
-        if end > begin:
-            self.top[capped] = min(self.top[capped], level)
-            self.top_limit[capped] = int(Limit.CONTOUR_ERROR)
-        return n
-
-    def segments(self) -> tuple[Segments, Floats]:
-        """Return the segments and the places of their joints."""
-        place = np.array(self.place)
-        return Segments(
-            length=np.diff(place),
-            top=np.array(self.top),
-            top_limit=np.array(self.top_limit, dtype=np.int8),
-            acceleration=np.array(self.acceleration),
-            jerk=np.array(self.jerk),
-            cap=np.array(self.cap),
-        ), place
