@@ -144,8 +144,9 @@ def test_a_probing_line_is_planned_to_its_end_with_a_note(run: Any, code: str) -
     ("plane", "arc"), [("G17.1", "U0 V10 I-10"), ("G18.1", "U0 W10 I-10"), ("G19.1", "V0 W10 J-10")]
 )
 def test_arcs_of_u_v_w_are_refused_and_lines_are_not(run: Any, plane: str, arc: str) -> None:
+    """The first line as in LinuxCNC's simple-gcode-generators, airfoil/0_naca_test.ngc: no direction of G40 lies in such a plane."""
     first = arc[0]
-    out = run(f"{plane}\nF100\nG1 {first}10\nG2 {arc}\nM2")
+    out = run(f"{plane} G40 G80\nF100\nG1 {first}10\nG2 {arc}\nM2")
     assert [(code, line) for code, line, _ in out.errors] == [("arc-plane", 4)]
     axes = out.axes.index(first)
     assert out.path.end[out.path.kind != 3][0, axes] == 10

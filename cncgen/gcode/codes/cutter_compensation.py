@@ -183,10 +183,10 @@ def turn_off(ip: Interpreter, block: Block) -> None:
     """G40; on FANUC's controls with I J K, the direction of a line that the last compensated move ends at as well."""
     sink = _sink_of(ip)
     leaves = sink is not None and sink.centre.moved
-    first, second, _ = ip.state.plane_axes()
-    way = complex(*(block.words.get(_CENTRE[axis], 0.0) for axis in (first, second)))
-    if sink is not None and way and ip.dialect not in _STRICT:
-        sink.leave_towards(way)
+    if sink is not None and ip.dialect not in _STRICT:
+        first, second, _ = ip.state.plane_axes()
+        if way := complex(*(block.words.get(_CENTRE[axis], 0.0) for axis in (first, second))):
+            sink.leave_towards(way)
     end(ip)
     ip.sink.call('COMMENT("interpreter: cutter radius compensation off")')
     if leaves and not _check_leaving(ip, block):
