@@ -213,10 +213,10 @@ NUMBERS = {
 #: Columns of the row of a line that is kept (`gcode_lines.Lines`): offset and number of the line, where its code begins, offset of the next
 #: line, the row of that (-1 for none yet), its marks, the row of its O-word (-1 for none yet), and where its constants begin.
 LINE_COLUMNS = ("AT", "NUMBER_OF_LINE", "CODE", "AFTER", "FOLLOWING", "MARKS", "MARK", "FIRST_CONSTANT")
-#: Kinds of bytes of a shape (`gcode_lines.Shapes`) beside those that stand for themselves: refused bytes, blanks, the end of the line,
-#: digits; and the forms of numbers, 1, 1.5 and .5, which stand in shapes.
+#: Kinds of bytes of a shape (`gcode_lines.Shapes`) beside those that stand for themselves: refused bytes, the end of the line, digits;
+#: and the forms of numbers, 1, 1.5 and .5, which stand in shapes.
 SHAPE_BYTES = (
-    "SHAPE_UNKNOWN", "SHAPE_BLANK", "SHAPE_LINE_END", "SHAPE_DIGIT", "SHAPE_WHOLE", "SHAPE_DOTTED", "SHAPE_POINT_FIRST",
+    "SHAPE_UNKNOWN", "SHAPE_LINE_END", "SHAPE_DIGIT", "SHAPE_WHOLE", "SHAPE_DOTTED", "SHAPE_POINT_FIRST",
 )  # fmt: skip
 #: Columns of the row of a shape: its sum, where it stands in the store (-1: nowhere) with the signs of its numbers behind it, its length,
 #: and common data of its lines: the begin of their code, and their marks.

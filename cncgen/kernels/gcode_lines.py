@@ -1,4 +1,4 @@
-"""Lines that are kept as instructions, by their shape: their text without numbers, ``g1x#[#+#*sin[#]]`` of ``G1 X[5 + 3.2 * SIN[30]]``.
+"""Lines that are kept as instructions, by their shape: their text without numbers, ``g# x[# + # * sin[#]]`` of ``G1 X[5 + 3.2 * SIN[30]]``.
 
 To the tables of a grammar all digits are one, and it does not matter how many stand together (``lalr.py`` sees to that). So lines of
 one shape have the same instructions, and push other numbers. The first line of a shape is read by the tables (`gcode_parse.Parser`), and
@@ -11,9 +11,9 @@ from mmap import mmap
 import cython
 from cython.cimports.cncgen.kernels.decimals import decimal
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AFTER, AT, CODE, FIRST_CONSTANT, FOLLOWING, MARK, MARKS, MAX_LINE, NUMBER_OF_LINE, REFUSED, SHAPE_BLANK, SHAPE_CODE,
-    SHAPE_DIGIT, SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_NEXT, SHAPE_PLACE, SHAPE_POINT_FIRST, SHAPE_ROW,
-    SHAPE_SUM, SHAPE_UNKNOWN, SHAPE_WHOLE,
+    AFTER, AT, CODE, FIRST_CONSTANT, FOLLOWING, MARK, MARKS, MAX_LINE, NUMBER_OF_LINE, REFUSED, SHAPE_CODE, SHAPE_DIGIT,
+    SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_NEXT, SHAPE_PLACE, SHAPE_POINT_FIRST, SHAPE_ROW, SHAPE_SUM,
+    SHAPE_UNKNOWN, SHAPE_WHOLE,
 )  # fmt: skip
 from cython.cimports.libc.math import copysign, fabs
 
@@ -23,6 +23,8 @@ _SHAPES = cython.declare(cython.Py_ssize_t, 512)
 _STORE = cython.declare(cython.Py_ssize_t, 1 << 16)
 #: Sums have 32 bits.
 _ALL = cython.declare(cython.uint, 0xFFFFFFFF)
+#: What stands for any blank.
+_BLANK = cython.declare(cython.int, 32)
 #: By byte: its kind in a shape; small letters and signs stand for themselves.
 _FOLD = cython.declare(cython.uchar[256])
 #: The same with digits as they stand.
@@ -39,7 +41,7 @@ def _fill_tables() -> cython.void:
     for c in range(65, 91):
         _FOLD[c] = c + 32
     for c in b" \t\r":
-        _FOLD[c] = SHAPE_BLANK
+        _FOLD[c] = _BLANK
     _FOLD[10] = SHAPE_LINE_END
     for c in range(256):
         _PLAIN[c] = _FOLD[c]
@@ -174,8 +176,6 @@ class Shapes:
         k: cython.Py_ssize_t
         for k in range(length):
             wanted = self.store[place + k]
-            while at < size and _PLAIN[self.text[at]] == SHAPE_BLANK:
-                at += 1
             if at == size:
                 return -1
             if wanted > SHAPE_POINT_FIRST:
@@ -187,9 +187,8 @@ class Shapes:
                 if self.form != wanted:
                     return -1
                 count += last != 110
-            last = wanted
-        while at < size and _PLAIN[self.text[at]] == SHAPE_BLANK:
-            at += 1
+            if wanted != _BLANK:
+                last = wanted
         if at < end and self.text[at] != 10:
             return -1
         self.count, self.row = count, row
@@ -214,13 +213,11 @@ class Shapes:
             c = _FOLD[self.text[at]]
             if c > SHAPE_POINT_FIRST:
                 at += 1
-                last = c
+                if c != _BLANK:
+                    last = c
                 if c | 2 == 62:
                     # A name begins with < and ends with >.
                     named = c == 60
-            elif c == SHAPE_BLANK:
-                at += 1
-                continue
             elif c == SHAPE_LINE_END:
                 break
             elif c == SHAPE_UNKNOWN:
@@ -249,7 +246,7 @@ class Shapes:
     def _number(
         self, at: cython.Py_ssize_t, size: cython.Py_ssize_t, count: cython.Py_ssize_t
     ) -> cython.Py_ssize_t:
-        """Take the number without a sign at `at`, with blanks anywhere in it, as the value `count`; return the offset behind it.
+        """Take the number without a sign at `at` as the value `count`; return the offset behind it.
 
         `form` is 0 where it is not certain.
         """
@@ -266,7 +263,7 @@ class Shapes:
             elif c == 46 and decimals < 0:
                 # Digits up to here are none of the decimals.
                 decimals = digits
-            elif _FOLD[c] != SHAPE_BLANK:
+            else:
                 break
             at += 1
         value: cython.double = decimal(mantissa, digits, digits - decimals if decimals >= 0 else 0)

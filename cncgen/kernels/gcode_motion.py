@@ -92,6 +92,7 @@ class Advance:
     Attributes:
         rows, asides, events: How many motions, asides, and asides that are events the last run made.
         drilled: How many of the motions are of holes.
+        waited: For how long blocks with G4 dwell, s.
         changed: The tool that was changed in last, -1 for none.
         reach: The largest number of a place or a centre, of either sign.
         full: Whether the last run ended as a column had no room for the block.
@@ -120,6 +121,7 @@ class Advance:
     asides = cython.declare(cython.Py_ssize_t, visibility="public")
     events = cython.declare(cython.Py_ssize_t, visibility="public")
     drilled = cython.declare(cython.Py_ssize_t, visibility="public")
+    waited = cython.declare(cython.double, visibility="public")
     changed = cython.declare(cython.double, visibility="public")
     reach = cython.declare(cython.double, visibility="public")
     full = cython.declare(cython.bint, visibility="public")
@@ -167,7 +169,7 @@ class Advance:
         self.force.take(self.modes, self.levels)
         self.rows = self.asides = self.events = self.drilled = 0
         self.changed = -1.0
-        self.reach = 0.0
+        self.reach = self.waited = 0.0
         for k in range(SLOT_I):
             self.reach = max(self.reach, fabs(self.position[k]))
         self.outcome = _MADE
@@ -391,6 +393,7 @@ class Advance:
             self.modes[FLOOD] = (self.modes[FLOOD] or self.block.coolant == 8) and self.block.coolant != 9
             self._aside(b, self.block.coolant, 0.0, True)
         if self.block.dwells:
+            self.waited += self.block.word[SLOT_P]
             self._aside(b, ASIDE_DWELL, self.block.word[SLOT_P], True)
         if self.block.plane:
             self._aside(b, self.block.plane, 0.0, False)

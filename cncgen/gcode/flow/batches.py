@@ -190,8 +190,7 @@ class Batches:
         kernel, sink = self._kernel, self._ip.sink
         if isinstance(sink, CountingSink):
             sink.count_events(kernel.events)
-            kinds, values = self._asides[1], self._asides[2]
-            sink.waited += sum(values[k] for k in range(kernel.asides) if kinds[k] == gcode_codes.ASIDE_DWELL)
+            sink.waited += kernel.waited
             self._hand_rows(0, kernel.rows)
             return
         begin = 0

@@ -7,7 +7,9 @@ Interpreting a block depends only on the state, so a state that recurs once recu
 from __future__ import annotations
 
 import io
-import pickle
+
+# `pickle` itself imports `re` and `enum`, which take as long as some 20,000 lines of a loop.
+from _pickle import Pickler, PicklingError, dumps
 from collections.abc import Callable
 
 from cncgen.gcode.errors import Astray, BlockError
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
 _MOST_AFTER_A_FAULT = 1_000_000
 
 
-class _StateWriter(pickle.Pickler):
+class _StateWriter(Pickler):
     """Writes a state; things that a run never changes, or that are seen otherwise, by their identity."""
 
     def __init__(self, file: io.BytesIO, fixed: tuple[type, ...]) -> None:
@@ -81,7 +83,7 @@ class Recurrence:
 
     def _found(self, back: Cursor, counters: object) -> bool:
         """Tell whether the run is at this line with everything as it was at an earlier look."""
-        numbers = self._ip.parameters.numbers.tobytes() + pickle.dumps(counters)
+        numbers = self._ip.parameters.numbers.tobytes() + dumps(counters)
         # Counters nearly always tell.
         if self._kept is not None and self._kept[:2] == (back, numbers) and self._kept[2] == self._others():
             return bool(self._kept[2])
@@ -115,7 +117,7 @@ class Recurrence:
         written = io.BytesIO()
         try:
             _StateWriter(written, self._fixed).dump(state)
-        except (TypeError, AttributeError, pickle.PicklingError):
+        except (TypeError, AttributeError, PicklingError):
             return b""
         return written.getvalue()
 
