@@ -35,6 +35,7 @@ GRAMMARS = {"linuxcnc": "gcode.lark", "fanuc": "fanuc.lark"}
 #: The same of languages whose rules make values, and the rules that a text may be read by.
 VALUES: dict[str, tuple[str, tuple[str, ...]]] = {
     "heidenhain": ("heidenhain.lark", ("start", "named_words")),
+    "din_iso": ("din_iso.lark", ("start",)),
     "sinumerik": ("sinumerik.lark", ("start",)),
 }
 #: What no letter, digit or underscore may follow, though no longer token is allowed there: GOTOFLABEL is no GOTOF LABEL.

@@ -115,12 +115,31 @@ def test_old_cycles_frames_and_a_dwell(moves: Any) -> None:
         ("N50 L5,0 *\n", [("label-missing", 6)]),
         ("N50 G01 X+5 ?3 *\n", [("syntax", 6)]),
         ("N50 T1 G17 S500 X+5 *\n", [("unsupported-block", 6)]),
+        ("N50 G18 T1 S500 *\n", [("unsupported-block", 6)]),
+        ("N50 G01 IX+5 F100 *\n", [("syntax", 6)]),
+        ("N50 D15 P01 5 *\n", [("unsupported-block", 6)]),
+        # R+ and R- take no increments, as in plain language.
+        ("N50 G01 G43 X+5 F100 *\nN60 G91 X+5 *\n", [("paraxial", 7)]),
     ],
 )
 def test_what_is_wrong_is_named(body: str, expected: list[tuple[str, int]]) -> None:
     found = Diagnostics()
     check(io.BytesIO(program(body + "N900 M2 *\n").encode()), "t.i", diagnostics=found)
     assert [(one.code, one.span.line) for one in found if one.severity == "error" and one.span] == expected
+
+
+def test_faults_name_their_place_in_the_text() -> None:
+    found = Diagnostics()
+    check(io.BytesIO(program("N50G01X+5 ?3*\nN60 M2*\n").encode()), "t.i", diagnostics=found)
+    assert [(one.span.line, one.span.column) for one in found if one.severity == "error" and one.span] == [
+        (6, 11)
+    ]
+
+
+def test_blanks_may_be_missing(moves: Any) -> None:
+    """A hole of 10 at (5, 0), as with blanks."""
+    body = "N50G00G40G90X+5Y+0Z+50M3*\nN60G201Q200=2 Q201=-10 Q206=100 Q211=0 Q208=0 Q203=+0 Q204=2*\nN70M99*\nN80M2*\n"
+    assert [move[2] for move in moves(program(body))] == [50, 2, -10, 2]
 
 
 def test_axes_of_polar_coordinates_and_cycles_have_columns() -> None:

@@ -12,6 +12,7 @@ from cncgen.grammars import lalr
 from lark import Lark, Tree
 from lark.exceptions import UnexpectedInput
 
+from cncgen.gcode.klartext import din_iso
 from cncgen.gcode.sinumerik import reading as sinumerik
 from cncgen.gcode.text import plain_language
 from cncgen.kernels import grammar_values
@@ -176,7 +177,39 @@ def heidenhain_line(dice: random.Random) -> str:
     return text
 
 
-LINES = {"heidenhain": heidenhain_line, "sinumerik": sinumerik_line}
+ISO_WORDS = (
+    *("G01", "G1", "G 03", "G17", "G41", "G91", "X", "Y", "Z", "I", "J", "H", "R", "F", "S", "M", "FU", "FMAX", "F AUTO", "M120 LA5", "M128"),
+    *("M118 X1 Y+Q2", "M140 MB MAX", "M103 F20", "IX"),
+)  # fmt: skip
+ISO_BLOCKS = (
+    *("%PART G71", "%PARTG70", "%PART", "G98 L1", 'G98L"AB"', "L1,3", "L 12", 'L"AB"', "L1.2", "G24 R2", "G25R+Q1 F100", "D00 Q1 P01 +5"),
+    *("D01Q2P01+Q1P02 2", "D12 P01 +Q1 P02 +1 P03 7", 'D9 P01 Q1 P02 -2 P03 "A"', "D14 P01 5", "D18: SYSREAD", "D00 P01 5", "G200 DRILLING"),
+    *("G247", "G125 X", "G83 P01 2 P02 -8 P03+Q3", "G37 P01 1 P02 2", "G39 P01 PART.I", "G39 PART", "G17 T1 S500", "T1 G17 S500 F2 DL+0.1 DR-Q2"),
+    *('T"AB"', "T Q5 G17", "G99 T2 L+0 R+5", "G51 T3", "G04 F0.5", "G4 2", "G62 T0.05 P01 1", "G62", "G28 X Y", "G28", "G38 M5", "G36 S0", "G30 G17 X0"),
+    *("G55 P01", "G412 X", "G75 P01 2", "G17 M3", "G54 X1 Y2", "G73 H+20", "Q5 = 2 * Q1", "FN 0: Q1 = 5", "RND R2", "APPR LT X1 R5"),
+    *("TOOL CALL 5 Z S200", "FL X5 DR+", "CYCL DEF 7.1 X+5", "PLANE RESET STAY", "LBL 5", "CALL LBL 5 REP 2"),
+)  # fmt: skip
+
+
+def iso_line(dice: random.Random) -> str:
+    """Return a block of DIN/ISO, of four one with a fault."""
+    if dice.random() < 0.5:
+        words = [dice.choice(ISO_WORDS) for _ in range(dice.randrange(6))]
+        said = [
+            word + dice.choice(VALUES_OF_Q) if len(word) == 1 or word in ("FU", "IX") else word
+            for word in words
+        ]
+        text = dice.choice((" ", "")).join(said)
+    else:
+        text = dice.choice(ISO_BLOCKS)
+    if dice.random() < 0.25 and text:
+        at = dice.randrange(len(text))
+        wrong = dice.choice(("", "=", "(", "R", "1", "X ", ".", "-", "+", '"', "G", "T"))
+        text = text[:at] + wrong + text[at + dice.randrange(2) :]
+    return text
+
+
+LINES = {"din_iso": iso_line, "heidenhain": heidenhain_line, "sinumerik": sinumerik_line}
 
 
 def _compare(name: str, count: int) -> None:
@@ -225,8 +258,15 @@ def test_letters_are_capital_or_small() -> None:
 )
 def test_each_rule_has_a_value(name: str, functions: dict[str, Callable[..., Any]]) -> None:
     """A rule that is renamed has no function, and a function without a rule would never run."""
-    rules = {name for name, _, _ in import_module(f"cncgen.grammars.tables_{name}").RULES if name}
-    assert rules == functions.keys()
+    assert _rules(name) == functions.keys()
+
+
+def _rules(name: str) -> set[str]:
+    return {name for name, _, _ in import_module(f"cncgen.grammars.tables_{name}").RULES if name}
+
+
+def test_rules_of_din_iso_are_those_of_the_plain_language_and_its_own() -> None:
+    assert _rules("din_iso") - plain_language.RULES.keys() == din_iso.RULES.keys()
 
 
 @pytest.mark.parametrize("name", sorted(lalr.VALUES))

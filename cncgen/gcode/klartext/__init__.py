@@ -6,7 +6,7 @@ executing  blocks on the interpreter: words with their values, motions, contours
 contour_lines  statements that draw: RND, CT, APPR, free contours
 running    `HeidenhainRunner`: all other statements; labels, CALL LBL with REP, jumps FN 9 to 12
 contours   RL RR, RND CHF, CT, APPR and DEP
-din_iso    DIN/ISO, said in plain language
+din_iso    DIN/ISO: its blocks by their own grammar to statements of the plain language
 planes     tilted planes as frames: PLANE SPATIAL, cycle 19
 programs   the files that CALL PGM names
 cycles     drilling, pockets and patterns that CYCL CALL, CYCL CALL POS, M99 and M89 run; cycles 1 to 5 and 17 in parts; 7 8 10 11 as frames, 9, 247

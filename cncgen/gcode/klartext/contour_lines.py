@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import ClassVar
 
@@ -50,7 +50,7 @@ class ContourLines(Execution):
     def _draws(self, at: int) -> bool:
         """Tell whether a line is an element of a contour, or is not read."""
         statement = self._ahead(at)
-        return statement.kind in ("tangent", "free", UNREAD.kind) or _drawn(statement)
+        return statement.kind in ("tangent", "free", UNREAD.kind) or is_drawn(statement)
 
     def _tangent(self, frame: Frame, at: int, statement: Statement) -> None:
         """CT X Y, CTP PR PA: an arc that goes on in the direction before."""
@@ -91,19 +91,23 @@ class ContourLines(Execution):
 
     def _leads(self, at: int) -> Callable[[Point], complex | None] | None:
         """Return what gives the direction in which the first element behind APPR leaves a point, past corners and poles, which are taken."""
-        following = self._following(at)
-        while following is not None:
-            statement = self._ahead(following)
+        for following, statement in self._behind(at):
             if statement.kind in ("free", "select"):
                 elements = self._elements(following)
                 if elements:
                     return partial(free_contours.first_heading, elements)
-            elif ("g", POLE / 10.0) in statement.words:
+            elif is_pole(statement):
                 self._plain(following, statement)
             elif statement.kind not in ("corner", "label"):
-                return partial(self._heading, following, statement) if _drawn(statement) else None
-            following = self._following(following)
+                return partial(self._heading, following, statement) if is_drawn(statement) else None
         return None
+
+    def _behind(self, at: int) -> Iterator[tuple[int, Statement]]:
+        """Yield the lines behind one, and what they say."""
+        following = self._following(at)
+        while following is not None:
+            yield following, self._ahead(following)
+            following = self._following(following)
 
     def _heading(self, at: int, statement: Statement, start: Point) -> complex | None:
         """Return the direction in which a block leaves a point."""
@@ -182,6 +186,11 @@ class ContourLines(Execution):
     }
 
 
-def _drawn(statement: Statement) -> bool:
+def is_drawn(statement: Statement) -> bool:
     """Tell whether a block is a line or an arc."""
     return statement.kind == "block" and any(word[0] == "g" and word[1] in _DRAWN for word in statement.words)
+
+
+def is_pole(statement: Statement) -> bool:
+    """Tell whether a block is CC."""
+    return ("g", POLE / 10.0) in statement.words

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import cmath
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -57,7 +56,7 @@ def plunge(ip: Interpreter, block: Block, part: float) -> float | None:
 _CURVES = frozenset((CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE))
 
 
-def lengthen(ip: Interpreter, block: Block, marks: Mapping[str, Value], body: str) -> None:
+def lengthen(ip: Interpreter, block: Block, marks: Mapping[str, Value]) -> None:
     """Let a line along X or Y end the radius of the tool further (R+, G43) or earlier (R-, G44), until R0, RL or RR.
 
     (TNC 406, "Electrode radius compensation"; iTNC 530, "DIN/ISO programming", 5.3: G43 and G44 are for movements of a single axis, which
@@ -72,7 +71,7 @@ def lengthen(ip: Interpreter, block: Block, marks: Mapping[str, Value], body: st
     line = not {0, 10}.isdisjoint(block.g)
     if not plain.paraxial or not (along if line else _CURVES.intersection(block.g)):
         return
-    step = re.search(r"\bI[XY]", body, re.IGNORECASE)
+    step = "IX" in marks or "IY" in marks
     if len(along) > 1 or not line or step:
         message = f"R{'+' if plain.paraxial > 0.0 else '-'} is in force, and the block {'has an increment' if step else 'moves along more than one axis'}"
         hint = "X+50 R+ goes along one axis; R0, RL or RR ends R+ and R-"

@@ -19,7 +19,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import contour_cycles, finishing, programs, slots, studs, threads
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
 from cncgen.gcode.text.evaluation import evaluate
-from cncgen.gcode.text.plain_language import words_of
+from cncgen.gcode.text.plain_language import Raw, words_of
 
 #: How far cycle 202 steps off the wall, mm, and by Q214 where to.
 _OFF = 0.2
@@ -261,10 +261,14 @@ def take_part(ip: Interpreter, number: int, part: int, text: str) -> None:
         define(ip, number)
         plain.parts = {}
         return
-    names = _OLD.get(number, ())
-    if plain.cycle != number or not 1 <= part <= len(names):
-        return
-    given = {name: evaluate(value, ip.parameters) for name, value in words_of(text) if value == value}
+    if plain.cycle == number and 1 <= part <= len(_OLD.get(number, ())):
+        take_value(ip, number, part, words_of(text))
+
+
+def take_value(ip: Interpreter, number: int, part: int, raw: Sequence[Raw]) -> None:
+    """Take the words of one of its values."""
+    plain, names = Plain.of(ip), _OLD[number]
+    given = {name: evaluate(value, ip.parameters) for name, value in raw if value == value}
     sense = given.pop("DR±", None)
     words = list(given.items())
     if words:

@@ -1,4 +1,4 @@
-"""Heidenhain's DIN/ISO: the language of TNCs in G functions, each block said as blocks of the plain language, which are then run.
+"""Heidenhain's DIN/ISO: the language of TNCs in G functions. Its grammar hands on the statements of the plain language, which are run.
 
 ```
 %PART G71 *                          BEGIN PGM PART MM
@@ -10,70 +10,75 @@ N50 I+50 J+50 *                      CC X+50 Y+50
 N60 G02 X+95 Y+50 *                  C X+95 Y+50 DR-
 ```
 
-The motion and G90 or G91 stay in force from block to block as they are run, so that a label is run with those of its call. What does not
-depend on them is said when the text is read. (TNC 410, 426 and iTNC 530, "DIN/ISO programming"; the pilots' lists of G functions.)
+The motion and G90 or G91 stay in force from block to block as they are run, so that a label is run with those of its call: what the words
+of a block mean is said then (`Modes`). (TNC 410, 426 and iTNC 530, "DIN/ISO programming"; the pilots' lists of G functions.)
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import cache, lru_cache
+from typing import Any, ClassVar
 
+from cncgen.gcode.block import Computed, Value
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.klartext import lines
-from cncgen.gcode.klartext.program_text import Frame
+from cncgen.gcode.klartext import cycles, lines, programs
+from cncgen.gcode.klartext.contour_lines import is_drawn, is_pole
+from cncgen.gcode.klartext.program_text import UNREAD, Frame, Program
 from cncgen.gcode.klartext.running import HeidenhainRunner
-from cncgen.gcode.sinks.sink import Point
 from cncgen.gcode.source import Source
+from cncgen.gcode.text import plain_language
+from cncgen.gcode.text.plain_language import Raw, Statement, Words, number
+from cncgen.gcode.text.syntax_errors import Language, refusal
 from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
+from cncgen.kernels.grammar_values import Reader
+from cncgen.records import dataclass, field, replace
 
 #: Signs of a text in DIN/ISO: its head, tool calls, labels, functions of Q and cycles as no program in plain language has them.
-_N, _Q, _STRING = TERMINALS["BLOCK_NUMBER"], TERMINALS["Q"], TERMINALS["STRING"]
+_N, _Q = TERMINALS["BLOCK_NUMBER"], TERMINALS["Q"]
 _TEXT = re.compile(
     rf"^[ \t]*%[^\n;]*?G7[01]\b|^[ \t]*/?[ \t]*(?=N){_N}[ \t]*"
     rf"(?:G98[ \t]*L|T\d+[ \t]*G1[789]|G99[ \t]*T|D\d\d[ \t]*Q|G2\d\d\b[^\n]*{_Q}[ \t]*=|[^\n;*]+\*[ \t\r]*$)".encode(),
     re.MULTILINE | re.IGNORECASE,
 )
-_NUMBER = rf"(?:[-+]?\s*{_Q}|{TERMINALS['SIGNED']})"
-_HEAD = re.compile(r"%\s*(?P<name>[^\s*;]*?)\s*(?:G7(?P<unit>[01]))?\s*\Z", re.IGNORECASE)
+#: What is taken off a block before it is read.
+_NUMBER = re.compile(rf"\A\s*(?=N){_N}\s*", re.IGNORECASE)
 #: G functions have so many digits at most.
 _DIGITS_OF_G = 3
-_LABEL = re.compile(rf"G98\s*L\s*(?P<name>{_STRING}|\d+)\s*\Z", re.IGNORECASE)
-_CALL = re.compile(rf"L\s*(?P<name>{_STRING}|\d+)(?:\s*[.,]\s*(?P<times>\d+))?\s*\Z", re.IGNORECASE)
-_CORNER = re.compile(r"G2(?P<kind>[45])\s*R\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
-_FUNCTION = re.compile(r"D\s*(?P<number>\d\d?)\b\s*(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
-_PART = re.compile(
-    rf"P\s*0?(?P<number>\d\d?)(?:\s+|(?=[-+]))(?P<value>{_STRING}|{_NUMBER}|[A-Z_][\w.:\\]*)", re.IGNORECASE
-)
-_CYCLE = re.compile(r"G(?P<number>[2-4]\d\d|12\d|139)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
-_OLD = re.compile(r"G(?P<number>8[3-6]|37|39)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
-_TOOL = re.compile(
-    rf"(?:(?P<other>G(?:99|51))\s*|G(?P<plane>1[789])\s*)?T\s*(?P<tool>{_STRING}|{_Q}|{TERMINALS['NUMBER']})(?P<rest>.*)\Z",
-    re.IGNORECASE | re.DOTALL,
-)
-_DATA = re.compile(r"G(?P<number>04|0?4|30|31|36|38|62|55)(?!\d)(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
-#: Blocks that TNC 7 and TNC 640 write in DIN/ISO as in plain language.
-_PLAIN = re.compile(
-    r"(?:BEGIN|END|APPR|DEP|PLANE|FUNCTION|PATTERN|SEL|CALL|TRANS|FN|LBL|CYCL|TOOL|BLK|RND|CHF|SPL|DECLARE|TCH|STOP|F(?:POL|LT?|CT?))\b"
-    rf"|{lines.SETTING}|\*|\Z",
-    re.IGNORECASE,
-)
-_WORD = re.compile(
-    rf"\s*(?:(?P<fast>F\s*MAX)|(?P<auto>F\s*AUTO)|(?P<tail>M\s*(?:140|118|120|128|112|124|138)\b.*)|(?P<letter>F[UZ]|D[LR]|[GXYZABCUVWIJKRHFSMT])\s*(?P<value>{_NUMBER}))",
-    re.IGNORECASE | re.DOTALL,
-)
+#: By the number of a function of Q, its operator between or before P01 and P02.
 _OPERATORS = {0: "", 1: "+", 2: "-", 3: "*", 4: "DIV", 5: "SQRT", 6: "SIN", 7: "COS", 8: "LEN", 9: "EQU", 10: "NE", 11: "GT", 12: "LT",
-    13: "ANG"}  # fmt: skip
+    13: "ANG", 14: ""}  # fmt: skip
+#: How many values they have, where it is not two.
+_VALUES = {0: 1, 5: 1, 6: 1, 7: 1, 9: 3, 10: 3, 11: 3, 12: 3, 14: 1}
+_ALARM = 14
 #: The cycles of P parameters, by their G function.
 _OF_PARTS = {83: 1, 84: 2, 85: 17, 86: 18}
 _LINES, _ARCS = (0, 1, 7, 10, 11), {2: -1, 12: -1, 3: 1, 13: 1}
 _MOTIONS = (0, 1, 2, 3, 5, 6, 7, 10, 11, 12, 13, 15, 16)
-_SIDES = {40: "R0", 41: "RL", 42: "RR", 43: "R+", 44: "R-"}
+_SIDES: dict[int, Raw] = {40: ("R0", 0.0), 41: ("RL", 0.0), 42: ("RR", 0.0), 43: ("R±", 1.0), 44: ("R±", -1.0)}  # fmt: skip
+_MODES = (*_MOTIONS, *_SIDES, 90, 91)
+#: Frames, by their G function.
+_FRAMES = {54: 7, 72: 11, 73: 10, 80: 19}
+_FEEDS = ("F", "FAUTO", "FU", "FZ")
 _READ = "G00 to G16, G24 to G31, G54, G62, G70 to G73, G79, G98 and the cycles are"
+_READ_OF_Q = "D00 to D14 with P01, P02 and P03 are"
 _POLES = {"I": "X", "J": "Y", "K": "Z"}
-_PLANES = {17: "Z", 18: "Y", 19: "X"}
+_PLACES = ("", *"XYZABCUVWJKHR")
+_PLANES = {17.0: "Z", 18.0: "Y", 19.0: "X"}
+#: The kind of a statement whose meaning hangs on the modes; its data are its words, G functions among them.
+_MODAL = "modal"
+_LANGUAGE = Language(
+    names={
+        **plain_language.LANGUAGE.names,
+        **dict.fromkeys(("G_FUNCTION", "PLANE_G", "PLACE"), "a word"), "PART": "P01", "CALLED": "a label", "COUNT": "a number",
+    },
+    hint="a word is a letter with a value: G01 G41 X+10 Y-2.5 F200 M3",
+)  # fmt: skip
+_SAID = plain_language.RULES
+#: P01 and the like: number, and value, or a number or text as it is written.
+_Part = tuple[int, Value | str]
 
 
 def is_iso(source: Source) -> bool:
@@ -81,272 +86,268 @@ def is_iso(source: Source) -> bool:
     return _TEXT.search(source.data) is not None
 
 
+def parse(body: str) -> Statement:
+    """Read one block, without its number, comment and the * at its end.
+
+    Raises:
+        BlockError: It is not one of the read statements; the column is that of `body`.
+    """
+    found: Statement = plain_language.read(_reader(), body, "start", _wrong)
+    return found
+
+
+@cache
+def _reader() -> Reader:
+    """Return the reader of all blocks."""
+    from cncgen.grammars import tables_din_iso
+
+    return Reader(tables_din_iso, {**_SAID, **RULES})
+
+
+def _wrong(reader: Reader, text: str, start: str) -> BlockError:
+    """Describe the text at which a block was refused."""
+    return refusal(text, reader.error, reader.expected(), _LANGUAGE)
+
+
 def _refused(what: str, hint: str, place: str) -> BlockError:
     return BlockError("unsupported-block", f"{what} of DIN/ISO is not read", place, hint=hint)
 
 
-def said(body: str, opened: bool) -> list[str]:
-    """Return a block that depends on no mode as blocks of the plain language; a motion as it stands.
-
-    Args:
-        body: The block, without number, comment and the * at its end.
-        opened: Whether the program has begun.
-    """
-    if _PLAIN.match(body):
-        return [body]
-    head = _HEAD.match(body)
-    if head:
-        if head["unit"] is None and opened:
-            return [f"CALL PGM {head['name']}"]
-        name, unit = head["name"] or "1", "INCH" if head["unit"] == "0" else "MM"
-        return [f"{'END' if opened else 'BEGIN'} PGM {name} {unit}"]
-    for pattern, say in _SAID:
-        match = pattern.match(body)
-        if match:
-            return say(match)
-    return [body]
+# Blocks.
 
 
-def _said_call(match: re.Match[str]) -> list[str]:
-    repeats = bool((match["times"] or "").strip("0"))
-    return [f"CALL LBL {match['name']}" + (f" REP {match['times']}" if repeats else "")]
+def _g(text: str) -> Raw:
+    digits = text[1:].strip()
+    if not digits.isdecimal() or len(digits.lstrip("0")) > _DIGITS_OF_G:
+        raise _refused(f"G{digits}", _READ, "G")
+    return "G", float(digits)
 
 
-def _said_corner(match: re.Match[str]) -> list[str]:
-    return [f"{'CHF ' if match['kind'] == '4' else 'RND R'}{match['rest']}"]
+def _given(value: Value | str) -> Value:
+    """Return the value of P01: a number, or what gives one."""
+    if isinstance(value, str) and value[0] == '"':
+        raise _refused(f"the text {value}", "P01 +5, P01 +Q5", value)
+    return number(value) if isinstance(value, str) else value
 
 
-def _parts(rest: str) -> dict[int, str]:
-    return {int(part["number"]): part["value"] for part in _PART.finditer(rest)}
+def _label(value: Value | str) -> str:
+    """Return the label that P03 names."""
+    if not isinstance(value, str):
+        raise _refused("a label by a parameter", 'P03 5, P03 "NAME"', "P")
+    found: str = _SAID["label"](value.lstrip("+"))
+    return found
 
 
-def _said_function(match: re.Match[str]) -> list[str]:
+def _function(head: str, q: str | None, *parts: _Part) -> Statement:
     """D00 to D14: FN."""
-    number, rest = int(match["number"]), match["rest"]
-    parts = _parts(rest)
-    target = re.match(_Q, rest, re.IGNORECASE)
-    name = f"D{number:02}"
-    if number == 14:
-        return [f"FN 14: ERROR = {parts.get(1, rest)}"]
-    wanted = 3 if 9 <= number <= 12 else 1 if number in (0, 5, 6, 7) else 2
-    if number not in _OPERATORS or not all(k in parts for k in range(1, wanted + 1)):
-        raise _refused(f"{name} {rest}".rstrip(), "D00 to D14 with P01, P02 and P03 are", name)
-    how = _OPERATORS[number]
-    if wanted == 3:
-        return [f"FN {number}: IF {parts[1]} {how} {parts[2]} GOTO LBL {parts[3].lstrip('+')}"]
-    if target is None:
+    which, given = int(head[1:]), dict(parts)
+    name, wanted = f"D{which:02}", range(1, _VALUES.get(which, 2) + 1)
+    missing = next((k for k in wanted if k not in given), 0)
+    if missing:
+        raise _refused(f"{name} without P0{missing}", _READ_OF_Q, name)
+    values = [given[k] for k in wanted]
+    if which == _ALARM:
+        return _SAID["alarm"](name, str(values[0]))
+    how, a, b = _OPERATORS[which], _given(values[0]), _given((*values, 0.0)[1])
+    if len(values) == 3:
+        return _SAID["jump"](name, a, how, b, _label(values[2]))
+    if q is None:
         raise _refused(f"{name} without Q", "D00 Q1 P01 +5 sets Q1", name)
-    value = f"{parts[1]} {how} {parts[2]}" if wanted == 2 else f"{how} {parts[1]}"
-    return [f"FN {number}: {target[0]} = {value}"]
+    if len(values) == 2:
+        return _SAID["operation"](f"FN{which}", q, a, how, b)
+    return _SAID["one_operand"](name, q, how, a) if how else _SAID["fn_assignment"](name, q, a)
 
 
-def _said_cycle(match: re.Match[str]) -> list[str]:
-    """G200 is CYCL DEF 200, G120 to G139 cycles 20 to 39, G4xx probing."""
-    number = int(match["number"])
-    if number >= 400:
-        return ["TCH PROBE"]
-    return lines.apart(f"CYCL DEF {number if number >= 200 else number - 100} {match['rest']}")
+def _unread(head: str, *_: str) -> Statement:
+    name = "".join(head.split()).upper()
+    raise _refused(name, _READ if name[0] == "G" else _READ_OF_Q, name)
 
 
-def _said_parts(match: re.Match[str]) -> list[str]:
-    """G83 to G86, whose values are P01 and so on; G37 the contours of a cycle, G39 a program that calls run."""
-    number, parts = int(match["number"]), _parts(match["rest"])
-    if number == 37:
-        return ["CYCL DEF 14.0", "CYCL DEF 14.1 CONTOUR LABEL " + " /".join(parts.values())]
-    if number == 39:
-        return ["CYCL DEF 12.0", f"CYCL DEF 12.1 PGM {parts.get(1, match['rest'].strip())}"]
-    cycle = _OF_PARTS[number]
-    return [f"CYCL DEF {cycle}.0", *(f"CYCL DEF {cycle}.{k} V {value}" for k, value in parts.items())]
+def _cycle(head: str, rest: str | None) -> Statement:
+    """G200 is CYCL DEF 200, G120 to G139 are cycles 20 to 39."""
+    which = int(head[1:])
+    return Statement("cycle", data=(which if which >= 200 else which - 100, None, rest or ""))
 
 
-def _said_tool(match: re.Match[str]) -> list[str]:
-    """T1 G17 S500 calls a tool, G99 T1 L+0 R+5 defines one, G51 T2 makes one ready."""
-    other, rest = (match["other"] or "").upper(), match["rest"]
-    if other:
-        return [f"TOOL DEF {match['tool']} {rest if other == 'G99' else ''}"]
-    plane = re.search(r"G(1[789])", f"G{match['plane']} {rest}")
-    words = re.sub(r"G(?:1[789]|40|90)(?!\d)", " ", rest)
-    moves = re.search(r"[XYZABCUVWIJK]\s*[-+\dQ]", words)
-    if moves or re.search(r"(?<![A-Z])G\s*\d", words):
+def _tool_call(plane: str | None, tool: Value | tuple[Computed], *words: Raw) -> Statement:
+    """T1 G17 S500: a tool into the spindle."""
+    own = [word for word in words if word[0] != "G"]
+    g = [*([float(plane[1:])] if plane else []), *(value for name, value in words if name == "G")]
+    if not {*_PLANES, 40.0, 90.0}.issuperset(g) or any(name.removeprefix("I") in _PLACES for name, _ in own):
         raise _refused("a tool call with a motion", "T1 G17 S500 stands alone", "T")
-    return [f"TOOL CALL {match['tool']} {_PLANES[int(plane[1])] if plane else 'Z'} {words}"]
+    axis = _SAID["tool_axis"](next((_PLANES[one] for one in g if one in _PLANES), "Z"))
+    return _SAID["tool_call"](tool, axis, *own)
 
 
-def _said_data(match: re.Match[str]) -> list[str]:
-    """G04 a dwell, G30 and G31 the blank, G36 orientation, G38 a stop, G62 the tolerance, G55 probing."""
-    number, rest = int(match["number"]), match["rest"].strip()
-    if number == 4:
-        return ["CYCL DEF 9.0", f"CYCL DEF 9.1 DWELL {rest.lstrip('Ff')}"]
-    if number == 62:
-        return ["CYCL DEF 32.0", f"CYCL DEF 32.1 {rest}"]
-    return {30: ["BLK FORM 0.1"], 31: ["BLK FORM 0.2"], 36: ["CYCL DEF 13"], 38: [f"STOP {rest}"]}.get(
-        number, ["TCH PROBE"]
-    )
+def _tolerance(path: Value | None, *parts: _Part) -> Statement:
+    return Statement("block", [("g", 64.0), *([("p", path)] if path is not None else [])])
 
 
-_SAID: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], list[str]]], ...] = (
-    (_LABEL, lambda match: [f"LBL {match['name']}"]),
-    (_CALL, _said_call),
-    (_CORNER, _said_corner),
-    (_FUNCTION, _said_function),
-    (_CYCLE, _said_cycle),
-    (_OLD, _said_parts),
-    (_TOOL, _said_tool),
-    (_DATA, _said_data),
-)
+def _frame(which: int, words: Sequence[Raw]) -> Statement:
+    return Statement("frame", data=(which, words))
+
+
+#: The function of each rule that the plain language does not have, by its name.
+RULES: dict[str, Callable[..., Any]] = {
+    "head": lambda text: Statement("head", data=(text, text[-1] == "0")),
+    "call_named": lambda text: Statement("head", data=(text[1:], None)),
+    "call_times": lambda name, times: Statement("call", data=(_SAID["label"](name), number(times or "0") or None)),
+    "corner_g": lambda head, size, *_: _SAID["corner"]("CHF" if head[-1] == "4" else "RND", size),
+    "d_function": _function, "unread": _unread, "part": lambda head, value: (int(head[1:]), value),
+    "cycle_g": _cycle, "orient": lambda *_: _SAID["cycle"]("13", None),
+    "old_cycle": lambda head, *parts: Statement("parts", data=(_OF_PARTS[int(head[1:])], {k: _given(value) for k, value in parts})),
+    "contours": lambda *parts: Statement("contours", data=tuple(_label(value) for _, value in parts)),
+    "program_cycle": lambda *parts: Statement("cycle", data=(programs.CYCLE, "1", parts[-1])),
+    "tool_call_g": _tool_call, "dwell_g": lambda seconds: _SAID["dwell"]("TIME", seconds), "tolerance_g": _tolerance,
+    "mirror": lambda *axes: _frame(8, [(axis.upper(), 0.0) for axis in axes]),
+    "modal": lambda *words: Statement(_MODAL, data=words), "g_function": _g, "radius_g": lambda value: ("R", value),
+}  # fmt: skip
+
+
+# Words that hang on the modes.
 
 
 @dataclass(slots=True)
 class _Words:
-    """The words of a block: G functions, axes and polar words with I where G91 was in force, centres, others as they stand."""
+    """The words of a block: G functions; axes, centres and polar words with I where G91 was in force; the radius, feeds, others."""
 
     g: list[int] = field(default_factory=list)
-    axes: list[str] = field(default_factory=list)
-    poles: list[str] = field(default_factory=list)
-    polar: list[str] = field(default_factory=list)
-    bare: dict[str, str] = field(default_factory=dict)
-    radius: str = ""
-    feed: str = ""
-    fast: bool = False
-    tail: str = ""
+    axes: list[Raw] = field(default_factory=list)
+    poles: list[Raw] = field(default_factory=list)
+    polar: list[Raw] = field(default_factory=list)
+    radius: list[Raw] = field(default_factory=list)
+    feed: list[Raw] = field(default_factory=list)
+    fast: list[Raw] = field(default_factory=list)
+    others: list[Raw] = field(default_factory=list)
+
+
+def _motion(head: str, *parts: Sequence[Raw]) -> Statement:
+    """Return a motion of the plain language with words."""
+    return _SAID["motion"](head, *(word for words in parts for word in words))
+
+
+def _alone(*parts: Sequence[Raw]) -> list[Statement]:
+    """Return a block L of words alone, none where there are none."""
+    return [_motion("L", *parts)] if any(parts) else []
 
 
 @dataclass(slots=True)
 class Modes:
-    """The modes that stay in force from block to block: the motion, G91, the sense of the last arc; and the radius of a G27 that waits for its end."""
+    """The modes that stay in force from block to block: the motion, G91, the sense of the last arc; and the words of a G27 that waits for its end."""
 
     motion: int = 1
     steps: bool = False
     sense: int = 1
-    leaving: str = ""
+    leaving: Sequence[Raw] = ()
 
-    def statements(self, body: str, following: str = "") -> list[str]:
-        """Return a block that moves, or changes modes, as blocks of the plain language; the block behind it may be G26.
+    def statements(self, given: Sequence[Raw], behind: Sequence[Raw] = ()) -> list[Statement]:
+        """Return a block that moves, or changes modes, as those of the plain language; the words of the block behind it may be of G26.
 
         Raises:
             BlockError: A function is not read, or an arc has no end.
         """
-        words = self._words(body)
-        own = [g for g in words.g if g not in (*_MOTIONS, *_SIDES, 90, 91)]
+        words = self._words(given)
+        own = [g for g in words.g if g not in _MODES]
         if own:
             return self._single(own, words)
         motion = next((g for g in words.g if g in _MOTIONS), None)
         self.motion = self.motion if motion is None else motion
         polar = self.motion >= 10
-        before = [f"CC {' '.join(words.poles)}"] if words.poles else []
-        side = next((_SIDES[g] for g in words.g if g in _SIDES), "")
-        if words.radius and polar:
-            words.polar.append(f"{'I' if self.steps else ''}PR{words.radius}")
-        place = " ".join([*(words.polar if polar else ()), *words.axes])
-        if not place:
-            if motion in _ARCS and not before:
-                hint = "X and Y give it; in polar coordinates, H"
-                raise BlockError("arc-end", f"G{motion:02} has no end", f"G{motion:02}", hint=hint)
-            rest = " ".join(part for part in (side, words.feed, words.tail) if part)
-            return [*before, *([f"L {rest}"] if rest else [])]
-        return [*before, *self._moves(place, side, words, following)]
+        poles = [_motion("CC", words.poles)] if words.poles else []
+        side = [_SIDES[g] for g in words.g if g in _SIDES][:1]
+        if polar:
+            words.polar += [("IPR" if self.steps else "PR", value) for _, value in words.radius]
+        place = [*(words.polar if polar else ()), *words.axes]
+        if place:
+            return [*poles, *self._moves(place, side, words, behind)]
+        if motion in _ARCS and not poles:
+            hint = "X and Y give it; in polar coordinates, H"
+            raise BlockError("arc-end", f"G{motion:02} has no end", f"G{motion:02}", hint=hint)
+        return [*poles, *_alone(side, words.feed, words.others)]
 
-    def _moves(self, place: str, side: str, words: _Words, following: str) -> list[str]:
-        soft = re.match(
-            rf"G26\s*R\s*(?P<radius>{_NUMBER})\s*(?P<feed>F\s*{_NUMBER})?", following, re.IGNORECASE
-        )
-        polar = "P" if self.motion >= 10 else ""
-        fast = self.motion in (0, 10) or words.fast
-        feed = "FMAX" if fast else words.feed
-        before = [f"L {words.feed}"] if words.feed and (fast or soft) else []
+    def _moves(
+        self, place: Sequence[Raw], side: Sequence[Raw], words: _Words, behind: Sequence[Raw]
+    ) -> list[Statement]:
+        soft = [word for word in behind if word[0] in ("R", "F")] if ("G", 26.0) in behind else []
+        polar, straight = "P" if self.motion >= 10 else "", self.motion in _LINES
+        fast = [("FMAX", 0.0)] if self.motion in (0, 10) else words.fast
+        before = _alone(words.feed) if fast or soft else []
         if self.leaving:
-            if side != "R0" or self.motion not in _LINES:
+            if side != [_SIDES[40]] or not straight:
                 message = "G27 is followed by no line with G40, to where it leads"
                 raise BlockError("approach-words", message, "G27", hint="G00 G40 X Y follows")
-            text, self.leaving = f"DEP {polar}LCT {place} R{self.leaving} {words.tail}", ""
-            return [text, *([f"L {words.feed}"] if words.feed else [])]
+            way = Statement("way", data=("DEP", f"{polar}LCT", [*place, *self.leaving, *words.others]))
+            self.leaving = ()
+            return [way, *_alone(words.feed)]
         if soft:
-            if side not in ("RL", "RR") or self.motion not in _LINES:
+            if side not in ([_SIDES[41]], [_SIDES[42]]) or not straight:
                 message = "G26 stands behind no line with G41 or G42"
                 raise BlockError("approach-words", message, "G26", hint="G01 G41 X Y comes before")
-            return [
-                *before,
-                f"APPR {polar}LCT {place} R{soft['radius']} {side} {soft['feed'] or ''} {words.tail}",
-            ]
-        tail = f"{side} {feed} {words.tail}"
-        if self.motion in _LINES:
-            return [*before, f"L{polar} {place} {tail}"]
+            way = Statement("way", data=("APPR", f"{polar}LCT", [*place, *soft, *side, *words.others]))
+            return [*before, way]
+        tail = (side, fast or words.feed, words.others)
+        if straight:
+            return [*before, _motion(f"L{polar}", place, *tail)]
         if self.motion in (6, 16):
-            return [f"CT{polar} {place} {tail}"]
+            return [_motion(f"CT{polar}", place, *tail)]
         self.sense = _ARCS.get(self.motion, self.sense)
-        turn = f"DR{'+' if self.sense > 0 else '-'}"
+        turn = [("DR±", float(self.sense))]
         if polar:
-            return [f"CP {place} {turn} {tail}"]
-        return [f"CR {place} R{words.radius} {turn} {tail}" if words.radius else f"C {place} {turn} {tail}"]
+            return [_motion("CP", place, turn, *tail)]
+        return [_motion("CR" if words.radius else "C", place, words.radius, turn, *tail)]
 
-    def _single(self, own: list[int], words: _Words) -> list[str]:
+    def _single(self, own: Sequence[int], words: _Words) -> list[Statement]:
         """Return a block of a function that is no motion."""
-        g, axes, step = own[0], " ".join(words.axes), "I" if self.steps else ""
-        if g == 27 and words.radius:
-            self.leaving = f"{words.radius} {words.feed}"
+        g = own[0]
+        if len(own) == 1 and g in _FRAMES:
+            turn = "IROT" if self.steps else "ROT"
+            angles = [(turn, value) for _, value in words.polar] or [(turn, 0.0)]
+            given = {72: [("SCL", value) for _, value in words.feed], 73: angles}.get(g, words.axes)
+            return [_frame(_FRAMES[g], given)]
+        if len(own) == 1 and g == 27 and words.radius:
+            self.leaving = [*words.radius, *words.feed]
             return []
-        simple = {
-            26: [],
-            29: ["CC"],
-            79: ["CYCL CALL " + " ".join(part for part in (words.feed, words.tail) if part)],
-            28: ["CYCL DEF 8.0", *([f"CYCL DEF 8.1 {' '.join(words.bare)}"] if words.bare else [])],
-            54: ["CYCL DEF 7.0", *(f"CYCL DEF 7.{k} {axis}" for k, axis in enumerate(words.axes, 1))],
-            72: ["CYCL DEF 11.0", f"CYCL DEF 11.1 SCL {words.feed[1:].strip()}"],
-            73: ["CYCL DEF 10.0", f"CYCL DEF 10.1 {step}ROT{''.join(p.removeprefix('I').removeprefix('PA') for p in words.polar) or '+0'}"],
-            80: ["CYCL DEF 19.0", f"CYCL DEF 19.1 {axes}"],
-            17: [f"L {words.tail}"] if words.tail else [],
-        }  # fmt: skip
+        simple: dict[int, Callable[[], list[Statement]]] = {
+            17: lambda: _alone(words.others),
+            26: list,
+            29: lambda: [_motion("CC")],
+            79: lambda: [_SAID["cycle_call"](None, *words.feed, *words.others)],
+        }
         if g not in simple or len(own) > 1:
             name = " ".join(f"G{one:02}" for one in own)
             raise _refused(name, _READ, f"G{g:02}")
-        return simple[g]
+        return simple[g]()
 
-    def _words(self, body: str) -> _Words:
-        """Return the words of a block; G90 and G91 stand before those that they are for."""
-        words, at = _Words(), 0
-        mirror = re.match(r"G28(?!\d)(?P<axes>[\sXYZABC]*)\Z", body, re.IGNORECASE)
-        if mirror:
-            words.g, words.bare = [28], dict.fromkeys(mirror["axes"].upper().split(), "")
-            return words
-        while at < len(body.rstrip()):
-            match = _WORD.match(body, at)
-            if match is None:
-                if words.g and words.g[0] not in (*_MOTIONS, *_SIDES, 90, 91):
-                    raise _refused(f"G{words.g[0]:02}", _READ, f"G{words.g[0]:02}")
-                message = f"'{body[at:].split()[0]}' is no word of DIN/ISO"
-                raise BlockError("syntax", message, hint="G01 G41 X+10 Y-2.5 F200 M3")
-            at = match.end()
-            if match["fast"]:
-                words.fast = True
-            elif match["auto"]:
-                words.feed = "FAUTO"
-            elif match["tail"]:
-                words.tail += f" {match['tail']}"
+    def _words(self, given: Sequence[Raw]) -> _Words:
+        """Return the words of a block by what they are; G90 and G91 stand before those that they are for."""
+        words = _Words()
+        for name, value in given:
+            step = "I" if self.steps else ""
+            if name == "G":
+                words.g.append(round(value))  # type: ignore[arg-type]
+                if words.g[-1] in (90, 91):
+                    self.steps = words.g[-1] == 91
+            elif name in _POLES:
+                words.poles.append((f"{step}{_POLES[name]}", value))
+            elif name in "XYZABCUVW":
+                words.axes.append((f"{step}{name}", value))
+            elif name[0] == "I":
+                hint = f"G91 {name[1:]} goes by an increment"
+                raise BlockError("syntax", f"'{name}' is no word of DIN/ISO", name, hint=hint)
+            elif name == "H":
+                words.polar.append((f"{step}PA", value))
             else:
-                self._word(words, match["letter"].upper(), "".join(match["value"].split()))
+                which = (
+                    words.radius
+                    if name == "R"
+                    else words.feed
+                    if name in _FEEDS
+                    else words.fast
+                    if name == "FMAX"
+                    else words.others
+                )
+                which.append((name, value))
         return words
-
-    def _word(self, words: _Words, letter: str, value: str) -> None:
-        step = "I" if self.steps else ""
-        if letter == "G":
-            if not value.isdecimal() or len(value.lstrip("0")) > _DIGITS_OF_G:
-                raise _refused(f"G{value}", _READ, "G")
-            g = int(value)
-            words.g.append(g)
-            if g in (90, 91):
-                self.steps = g == 91
-        elif letter in _POLES:
-            words.poles.append(f"{step}{_POLES[letter]}{value}")
-        elif letter in "XYZABCUVW":
-            words.axes.append(f"{step}{letter}{value}")
-        elif letter == "H":
-            words.polar.append(f"{step}PA{value}")
-        elif letter == "R":
-            words.radius = value
-        elif letter in ("F", "FU", "FZ"):
-            words.feed = f"{letter}{value}"
-        else:
-            words.tail += f" {letter}{value}"
 
 
 class IsoRunner(HeidenhainRunner):
@@ -354,44 +355,78 @@ class IsoRunner(HeidenhainRunner):
 
     ends_with = "% at its end, or M30"
     plain = ""
+    parse = staticmethod(lru_cache(4096)(parse))
+    label_heads = ("LBL", "G98")
 
     def _prepare(self) -> None:
         super()._prepare()
         self._modes = Modes()
 
-    def _said(self, bare: str, *, begun: bool) -> list[str]:
-        """Return a block as blocks of the plain language, where that depends on no mode."""
-        body = re.sub(rf"\A\s*(?=N){_N}\s*", "", bare, flags=re.IGNORECASE).rstrip()
-        body = body.removesuffix("*").strip() if body.strip() != "*" else ""
-        try:
-            return said(body, begun)
-        except BlockError:
-            return [body]
+    def _said(self, bare: str) -> list[str]:
+        body = _NUMBER.sub("", bare).rstrip()
+        return lines.apart(body.removesuffix("*").strip())
 
-    def _run_block(self, frame: Frame, at: int, body: str) -> None:
-        if _PLAIN.match(body):
-            super()._run_block(frame, at, body)
-            return
-        said(body, True)
-        following = self._following(at)
-        behind = self._lines[following].body if following is not None else ""
-        for statement in self._modes.statements(body, behind):
-            super()._run_block(frame, at, statement)
+    def _note(self, program: Program, own: str) -> None:
+        super()._note(program, own)
+        if own[:1] == "%" and program.head < 0:
+            program.head = len(program.lines)
 
-    def _leads(self, at: int) -> Callable[[Point], complex | None] | None:
-        modes, following = replace(self._modes), self._following(at)
-        while following is not None:
-            body = self._lines[following].body
-            if not _PLAIN.match(body):
-                for statement in modes.statements(body):
-                    if statement.startswith("CC"):
-                        self._plain(following, self._ahead(following, statement))
-                    elif re.match(r"(?:L|C|CR|CP|LP) (?=.*[XYZAR][-+\dQ])", statement):
-                        return partial(self._heading, following, self._ahead(following, statement))
-            elif not re.match(r"RND|CHF|LBL", body):
-                return super()._leads(at)
-            following = self._following(following)
-        return None
+    def _place(self, at: int) -> Words:
+        with suppress(BlockError):
+            said = self._meant(self._ahead(at), replace(self._modes))
+            return [word for one in said for word in plain_language.place_of(one)]
+        return []
+
+    def _meant(self, statement: Statement, modes: Modes, behind: Sequence[Raw] = ()) -> list[Statement]:
+        """Return what a block says in modes, which it changes."""
+        return modes.statements(statement.data, behind) if statement.kind == _MODAL else [statement]
+
+    def _behind(self, at: int) -> Iterator[tuple[int, Statement]]:
+        modes = replace(self._modes)
+        for following, statement in super()._behind(at):
+            for one in self._meant(statement, modes):
+                if statement.kind != _MODAL or one.kind != "block" or is_drawn(one) or is_pole(one):
+                    yield following, one
 
     def _draws(self, at: int) -> bool:
-        return super()._draws(at) or not _PLAIN.match(self._lines[at].body)
+        return super()._draws(at) or self._ahead(at).kind == _MODAL
+
+    def _run_modal(self, frame: Frame, at: int, statement: Statement) -> None:
+        """Run words in the modes in force."""
+        following = self._following(at)
+        behind = UNREAD if following is None else self._ahead(following)
+        for one in self._meant(statement, self._modes, behind.data if behind.kind == _MODAL else ()):
+            self._run_statement(frame, at, one)
+
+    def _head(self, frame: Frame, at: int, statement: Statement) -> None:
+        """%PART G71 begins and ends a program; %PART calls one."""
+        name, inches = statement.data
+        if frame.program.head == at:
+            self._plain(at, _SAID["begin_program"]("INCH" if inches else "MM"))
+        elif inches is None:
+            self._call_program(programs.bare(name))
+        else:
+            self._run_statement(frame, at, _SAID["end_program"]())
+
+    def _take_frame(self, frame: Frame, at: int, statement: Statement) -> None:
+        self._datums.set(*statement.data)
+
+    def _take_parts(self, frame: Frame, at: int, statement: Statement) -> None:
+        """G83 to G86: cycles whose values are P01 and so on."""
+        which, parts = statement.data
+        cycles.take_part(self.ip, which, 0, "")
+        for part, value in parts.items():
+            cycles.take_value(self.ip, which, part, [("V", value)])
+
+    def _take_contours(self, frame: Frame, at: int, statement: Statement) -> None:
+        """G37: the labels of contours."""
+        self._take_labels(list(statement.data))
+
+    statements: ClassVar[Mapping[str, Callable[..., None]]] = {
+        **HeidenhainRunner.statements,
+        _MODAL: _run_modal,
+        "head": _head,
+        "frame": _take_frame,
+        "parts": _take_parts,
+        "contours": _take_contours,
+    }

@@ -84,7 +84,7 @@ class Execution(ProgramText):
         words: dict[str, float] = {}
         known, self._given_words = self._given_words, None
         # Parameters may be those of lines behind it by now.
-        for letter, value in known or plain_language.place(frame.program.lines[at].body):
+        for letter, value in known or self._place(at):
             if known and letter not in AXIS_INDEX and letter != "f":
                 continue
             with suppress(BlockError):
@@ -93,6 +93,10 @@ class Execution(ProgramText):
         if feed > 0.0:
             recovery.attempt(self.ip, Block({"f": feed}))
         recovery.stand(self.ip, Block(words))
+
+    def _place(self, at: int) -> plain_language.Words:
+        """Return where a line leads that failed, and its feed, as far as it was read."""
+        return plain_language.place(self._lines[at].body)
 
     def _now(self, value: Value) -> float:
         """Return the present value of what a block gives; raise where a double cannot hold it."""
@@ -127,7 +131,7 @@ class Execution(ProgramText):
             if "M103" in marks:
                 self._plunge = self._now(marks["M103"]) / 100.0
         block = self._block(at, statement.words)
-        contours.lengthen(self.ip, block, marks, self._lines[at].body)
+        contours.lengthen(self.ip, block, marks)
         usual = contours.plunge(self.ip, block, self._plunge)
         called = CYCLE_CALL in block.g
         if called:

@@ -18,7 +18,7 @@ def _form(pattern: str) -> re.Pattern[str]:
 
 
 #: A parameter of a cycle that stands behind other words of its line.
-_GIVEN = _form(rf"\s(?={_Q}\s*=)")
+_GIVEN = _form(rf"(?:\s|(?<=\AG\d\d\d))(?={_Q}\s*=)")
 #: The number of a block, and it alone before a blank.
 _NUMBER = _form(rf"\s*(?:{_N}(?:\s+|(?=\*)|\Z))?")
 _NUMBERED = _form(rf"\s*{_N}\s")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -22,8 +23,6 @@ _NUMBER = re.compile(r"\s*/?\s*(\d{1,9})\s")
 UNREAD = Statement("unread")
 #: How words of free contours begin.
 _FREE = ("FP", "FL", "FC")
-#: What a block says; those of late are kept.
-_parse = lru_cache(4096)(plain_language.parse)
 
 
 @dataclass(slots=True)
@@ -43,12 +42,12 @@ class Program(language_run.Program[Line]):
 
     Attributes:
         labels: Lines by label.
-        begun: Whether a line begins the program.
+        head: The line with the first % of DIN/ISO, -1 without one.
         ends: End and direction of the motion of each line that has made one.
     """
 
     labels: dict[str, list[int]] = field(default_factory=dict)
-    begun: bool = False
+    head: int = -1
     ends: dict[int, Known] = field(default_factory=dict)
 
     def labelled(self, name: str) -> list[int]:
@@ -63,6 +62,9 @@ class ProgramText(LanguageRun[Program]):
     """A run, as far as it reads."""
 
     plain, hangs = "heidenhain", True
+    #: What a block says; those of late are kept. How blocks of labels begin.
+    parse: Callable[[str], Statement] = staticmethod(lru_cache(4096)(plain_language.parse))
+    label_heads: tuple[str, ...] = ("LBL",)
 
     def _prepare(self) -> None:
         #: Whether a free contour is among the lines, which may name blocks before it.
@@ -91,20 +93,23 @@ class ProgramText(LanguageRun[Program]):
             if below:
                 program.lines[-1].body += f" {bare}"
                 program.alone = False
-            for own in () if below else self._said(bare, begun=program.begun):
-                head = own[:3].upper()
-                self._is_free = self._is_free or head.startswith(_FREE)
-                if head == "LBL":
-                    label = self._ahead(len(program.lines), own)
-                    if label.kind == "label" and label.data[0] != "0":
-                        program.labels.setdefault(label.data[0], []).append(len(program.lines))
-                program.begun = program.begun or own.startswith("BEGIN PGM")
+            for own in () if below else self._said(bare):
+                self._note(program, own)
                 program.lines.append(Line(Cursor(index, offset, number), own))
         return program
 
-    def _said(self, bare: str, *, begun: bool) -> list[str]:
-        """Return a line as blocks, its parameters of a cycle apart; `begun` tells whether a line above begins the program."""
+    def _said(self, bare: str) -> list[str]:
+        """Return a line as blocks, its parameters of a cycle apart."""
         return lines.apart(bare)
+
+    def _note(self, program: Program, own: str) -> None:
+        """Keep what is asked of the next block of a program before it runs: its label, and whether it is of a free contour."""
+        head = own[:3].upper()
+        self._is_free = self._is_free or head.startswith(_FREE)
+        if head in self.label_heads:
+            label = self._unread(own)
+            if label.kind == "label" and label.data[0] != "0":
+                program.labels.setdefault(label.data[0], []).append(len(program.lines))
 
     @property
     def _lines(self) -> ProgramLines[Line]:
@@ -128,7 +133,7 @@ class ProgramText(LanguageRun[Program]):
     def _statement(self, at: int, body: str) -> Statement:
         """Return what a line says that is run; its faults point into the text."""
         try:
-            return _parse(body)
+            return self.parse(body)
         except BlockError as error:
             self._point(at, body, error)
             raise
@@ -140,17 +145,16 @@ class ProgramText(LanguageRun[Program]):
             before = self.sources[here.source].text_at(here.offset).find(said[: error.column - 1] or said)
             error.column = error.column + before if before >= 0 else 0
 
-    def _ahead(self, at: int, body: str | None = None) -> Statement:
+    def _ahead(self, at: int) -> Statement:
         """Return what a line says that is not run now, whose faults it will tell by itself."""
-        return self._ahead_in(self.frames[-1].program, at) if body is None else _unread(body)
+        return self._ahead_in(self.frames[-1].program, at)
 
     def _ahead_in(self, program: Program, at: int) -> Statement:
         """Return the same of a line of a program."""
-        return _unread(program.lines[at].body)
+        return self._unread(program.lines[at].body)
 
-
-def _unread(body: str) -> Statement:
-    try:
-        return _parse(body)
-    except BlockError:
-        return UNREAD
+    def _unread(self, body: str) -> Statement:
+        try:
+            return self.parse(body)
+        except BlockError:
+            return UNREAD

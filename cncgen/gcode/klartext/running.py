@@ -47,11 +47,10 @@ class HeidenhainRunner(ContourLines):
         """Run a line."""
         body = frame.program.lines[at].body
         if body and body[0] != "*":
-            self._run_block(frame, at, body)
+            self._run_statement(frame, at, self._statement(at, body))
 
-    def _run_block(self, frame: Frame, at: int, body: str) -> None:
-        """Run a block that stands in a line."""
-        statement = self._statement(at, body)
+    def _run_statement(self, frame: Frame, at: int, statement: Statement) -> None:
+        """Run what a line says."""
         run = self.statements.get(statement.kind)
         if len(self.frames) > 1 and statement.words in _ENDS and sum(not one.part for one in self.frames) > 1:
             self.leave()
@@ -239,9 +238,8 @@ class HeidenhainRunner(ContourLines):
         if number == 32:
             self._plain(at, Statement("block", plain_language.tolerance(rest) if part == "1" else []))
         elif number == _CONTOUR_LABELS:
-            plain = Plain.of(self.ip)
-            plain.contour = self._contour
-            plain.labels = [] if part in (None, "0") else [*plain.labels, *lines.labels_of(rest)]
+            before = Plain.of(self.ip).labels
+            self._take_labels([] if part in (None, "0") else [*before, *lines.labels_of(rest)])
         elif number == programs.CYCLE:
             Plain.of(self.ip).cycle = number
             self._of_cycle = programs.of_cycle(rest) if part == "1" else ""
@@ -251,6 +249,11 @@ class HeidenhainRunner(ContourLines):
             cycles.take_part(self.ip, number, int(part), rest)
         else:
             self._define(frame, at, number)
+
+    def _take_labels(self, labels: list[str]) -> None:
+        """Take the labels of contours."""
+        plain = Plain.of(self.ip)
+        plain.contour, plain.labels = self._contour, labels
 
     def _define(self, frame: Frame, at: int, number: int) -> None:
         """Take a cycle; a pattern runs once its Q parameters are read."""

@@ -66,7 +66,7 @@ class Statement(NamedTuple):
         kind: What it is: ``block`` (words that are executed), else the rule of the grammar.
         words: Letters of G-code and values.
         data: The other values of its rule.
-        marks: Of its words those that the program's run acts on: R0, R+ and R- (R±), M89, M103.
+        marks: Of its words those that the program's run acts on: R0, R+ and R- (R±), M89, M103, IX and IY.
     """
 
     kind: str
@@ -112,7 +112,7 @@ _REMARK = ("g", REMARK / 10.0)
 _LEADING = (0.0, 1.0, CIRCLE / 10.0, RADIUS_ARC / 10.0)
 #: Operators of functions that the grammar has as one token with others.
 _OPERATORS = {"1": ("+",), "2": ("-",), "3": ("*",), "4": ("DIV", "/")}
-_LANGUAGE = Language(
+LANGUAGE = Language(
     names={
         **dict.fromkeys(("NUMBER", "SIGNED"), "a number"),
         **dict.fromkeys(("Q", "TEXT_PARAMETER"), "a parameter Q"),
@@ -120,7 +120,7 @@ _LANGUAGE = Language(
         **dict.fromkeys(("FUNCTION", "PI", "ROOT", "SINE", "COSINE"), "a function"),
         **dict.fromkeys(("TIMES", "POWER", "DIVISION"), "an operator"),
         **dict.fromkeys(
-            ("OF_SENSE", "AXIS", "NAMED", "OF_WAY", "FEED", "R", "SIDE", "FAST", "AUTO", "DR", "OVERSIZE", "L", "D", "OWN", "REFERENCE", "CLOSED", "NORMAL",
+            ("OF_SENSE", "AXIS", "NAMED", "OF_TURNS", "COEFFICIENT", "OF_WAY", "FEED", "R", "SIDE", "FAST", "AUTO", "DR", "OVERSIZE", "L", "D", "OWN", "REFERENCE", "CLOSED", "NORMAL",
              "ORIENTATION", "NAME", "TOLERANCE", "M", "M90", "M94", "M103", "M112", "M118", "M120", "M124", "M128", "M138", "M140"),
             "a word",
         ),
@@ -138,20 +138,33 @@ def parse(body: str) -> Statement:
     Raises:
         BlockError: It is not one of the read statements; the column is that of `body`.
     """
-    return _read(body, "start")
+    found: Statement = read(_reader(), body, "start", _refused)
+    return found
 
 
 def words_of(text: str) -> list[Raw]:
     """Return the words of a part of a cycle: names and values, signs or nothing (NaN)."""
-    return _read(text, "named_words")
+    found: list[Raw] = read(_reader(), text, "named_words", _refused)
+    return found
 
 
-def _read(text: str, start: str) -> Any:
-    reader = _reader()
+def read(reader: Reader, text: str, start: str, refused: Callable[[Reader, str, str], BlockError]) -> Any:
+    """Return what a text says by a grammar of this language, its faults what `refused` makes of them."""
+    global _in_use
+    _in_use = reader
     found = reader.parse(text, start)
     if reader.error >= 0:
-        raise _refused(reader, text, start)
+        raise refused(reader, text, start)
     return found
+
+
+#: What reads the text whose rules run.
+_in_use: Reader | None = None
+
+
+def _column() -> int:
+    """Return the column of the rule that runs."""
+    return _in_use.begin + 1 if _in_use is not None else 0
 
 
 @cache
@@ -182,7 +195,7 @@ def _refused(reader: Reader, text: str, start: str) -> BlockError:
     if before.rstrip().endswith(("+", "-")):
         # A sign and its number are one token, so behind a sign alone the tables wait for Q.
         expected = [*expected, "NUMBER"]
-    return refusal(text, reader.error, expected, _LANGUAGE, _FORMULA_HINT if "=" in before else "")
+    return refusal(text, reader.error, expected, LANGUAGE, _FORMULA_HINT if "=" in before else "")
 
 
 # Values.
@@ -200,7 +213,7 @@ def _number_of(q: str) -> float:
     if found >= _BEYOND:
         message = f"{q.upper()} is not read: Q parameters go up to Q{_BEYOND - 1}"
         hint = "take a smaller number"
-        raise BlockError("parameter-number", message, column=_reader().begin + 1, hint=hint)
+        raise BlockError("parameter-number", message, column=_column(), hint=hint)
     return found
 
 
@@ -209,7 +222,7 @@ def _whole(digits: str) -> int:
     found = number(digits)
     if found > LARGEST:
         message = f"the number is not within ±{LARGEST:g}"
-        raise BlockError("number-range", message, column=_reader().begin + 1, hint="take a smaller number")
+        raise BlockError("number-range", message, column=_column(), hint="take a smaller number")
     return int(found)
 
 
@@ -246,7 +259,7 @@ def _sense(name: str, sign: str) -> Raw:
 
 def _setting(name: str) -> Raw:
     """FMAX, FAUTO, RL, RR; a word without a value: its column."""
-    return "".join(name.split()).upper(), float(_reader().begin + 1)
+    return "".join(name.split()).upper(), float(_column())
 
 
 def _radius(value: Value | str) -> Raw:
@@ -264,13 +277,13 @@ def _paraxial(sign: str) -> Raw:
 def _misplaced(name: str, value: Value) -> Raw:
     message = f"{name.upper()}: oversizes of a tool stand in TOOL CALL alone"
     hint = "TOOL CALL 5 Z S2000 DL+0.1 DR-0.02"
-    raise BlockError("unsupported-block", message, column=_reader().begin + 1, hint=hint)
+    raise BlockError("unsupported-block", message, column=_column(), hint=hint)
 
 
 def _m_function(value: Value) -> Raw:
     if value in _NOT_READ:
         message = f"M{value:g} ({_NOT_READ[value]}) is not read"
-        raise BlockError("unsupported-block", message, column=_reader().begin + 1, hint=_HINT)
+        raise BlockError("unsupported-block", message, column=_column(), hint=_HINT)
     return ("M89" if value == 89.0 else "M"), value
 
 
@@ -281,7 +294,7 @@ def _retract(height: str) -> Raw:
 def _turned(name: str, value: Value) -> Raw:
     message = "TX, TY, TZ of LN, the direction of the tool's axis, are not read"
     hint = "M128 with A, B, C turns the tool on a machine with kinematics"
-    raise BlockError("unsupported-block", message, column=_reader().begin + 1, hint=hint)
+    raise BlockError("unsupported-block", message, column=_column(), hint=hint)
 
 
 def meant(words: Iterable[Raw]) -> Words:
@@ -347,7 +360,7 @@ _MEANINGS: dict[str, Callable[[Value], Words]] = {
     "M140": lambda value: [("g", RETRACT / 10.0), ("mb", value)],
     **dict.fromkeys(("R0", "R±", "FMAX", "M89", "M90", "M103", ""), _nothing),
 }
-_MARKS = frozenset(("R0", "R±", "M89", "M103"))
+_MARKS = frozenset(("R0", "R±", "M89", "M103", "IX", "IY"))
 #: Words of which a block has one: its feed, and the tool's side.
 _OF_ONE = frozenset(("F", "FMAX", "FAUTO", "FU", "FZ")), frozenset(("R0", "RL", "RR", "R±"))
 
@@ -367,6 +380,11 @@ def place(body: str) -> Words:
         # A block that ends too early is left without its last word.
         read = read if len(read) < len(body) else " ".join(body.split()[:-1])
         return place(read) if read.strip() else []
+    return place_of(statement)
+
+
+def place_of(statement: Statement) -> Words:
+    """Return where a line or arc leads, and its feed."""
     moves = any(letter == "g" and value in _LEADING for letter, value in statement.words)
     return [word for word in statement.words if word[0] in AXIS_INDEX or word[0] == "f"] if moves else []
 
@@ -431,7 +449,7 @@ def _surface_line(*words: Raw) -> Statement:
 
 def _tool_axis(letter: str) -> Raw:
     if letter.upper() != "Z":
-        column = _reader().begin + 1
+        column = _column()
         raise BlockError("unsupported-block", "the tool's axis must be Z", column=column, hint=_HINT)
     return "", 0.0
 
