@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import re
 import subprocess
 import sys
@@ -681,3 +682,25 @@ def test_the_part_that_is_cut_is_shown_with_what_is_wrong_with_it(
     ActionChains(browser.driver).drag_and_drop_by_offset(browser.find("#path"), 40, 20).perform()
     browser.wait("return cncgen.filled > 0")
     assert browser.complaints() == []
+
+
+def test_short_lines_are_named_and_rotary_axes_drawn(
+    browser: Browser, tmp_path: Path, cncgen: Callable[..., Any]
+) -> None:
+    """Five waves in lines of 0.02 mm, four of which pass in a period: setpoints miss lines where time is lost."""
+    lines = "".join(f"G1 X{0.02 * k:.2f} Y{math.sin(0.04 * k):.4f} A{0.01 * k:.2f}\n" for k in range(1, 800))
+    (tmp_path / "a.nc").write_text(f"G21 G90 G64 P0.001 F60000\n{lines}M2\n")
+    cncgen("report", "a.nc", "-o", "page.html")
+    browser.open(tmp_path / "page.html")
+    browser.click("#tab-losses")
+    names = browser.run(
+        "return [...document.querySelectorAll('#panel-losses .link')].map((e) => e.innerText)"
+    )
+    lines_of = browser.run("return cncgen.part.header.places.map((place) => place.line)")
+    visited = browser.run(
+        "return cncgen.part.header.places.map((p) => cncgen.part.stretches.visits.has(p.line))"
+    )
+    assert not all(visited)
+    assert [re.match(r"line (\d+)", name)[1] for name in names] == [str(line) for line in lines_of]
+    titles = browser.run("return cncgen.charts.views.map((view) => view.panel.id)")
+    assert [title for title in titles if title.endswith("deg")] == ["acc-deg", "jerk-deg"]

@@ -89,7 +89,7 @@ export class Charts {
     this.theme = theme;
     this.on = on;
     this.range = [0, 1];
-    this.shown = new Set(["feed", "acc-mm", "jerk-mm", "contour"]);
+    this.shown = new Set(["feed", "acc-mm", "acc-deg", "jerk-mm", "jerk-deg", "contour"]);
     this.views = [];
     this.hover = this.current = -1;
     this.known = new WeakMap();

@@ -41,12 +41,12 @@ const keyName = (part, key) => lineName(part, Math.floor(key / 2 ** 32), key % 2
 
 /** Name a place: its line, how far along it where it is long; of a row the line that it is on. */
 export function placeName(part, row, source = part.source(row), line = part.line(row)) {
-  const visits = part.stretches?.visits.get(lineKey(source, line));
-  if (line === undefined || !visits) return `at ${duration(row * part.period)}`;
+  if (!line) return `at ${duration(row * part.period)}`;
+  const visits = part.stretches?.visits.get(lineKey(source, line)), name = lineName(part, source, line);
+  if (!visits) return name; // of a line between two setpoints
   const { starts } = part.stretches, away = (k) => Math.max(starts[k] - row, row - starts[k + 1], 0);
   const k = visits.reduce((best, one) => (away(one) < away(best) ? one : best));
   const long = starts[k + 1] - starts[k] > 200;
-  const name = lineName(part, source, line);
   return long ? `${name}, ${partWay(Math.round(100 * along(part.position, starts[k], starts[k + 1], row)))}` : name;
 }
 
