@@ -23,6 +23,7 @@ from cncgen.planner.contour_prediction import ContourPrediction, memory_of, pred
 from cncgen.planner.least_time.block_planning import plan_blocks, smooth_blocks
 from cncgen.planner.least_time.replanning import PlannedBlock, by_block, with_remarks
 from cncgen.planner.least_time.speed_caps import SpeedCap
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Limit, Trajectory
@@ -190,8 +191,8 @@ def plan_bounded(
     centripetal = _AIM * bound / per if per > 0.0 else np.inf
     plan = plan_blocks(smooth_blocks(chunks, machine), machine, centripetal)
     known: deque[_Slowness] = deque()
-    # Below the speed that one period of full jerk gives, no setpoint tells a cap from rest.
-    pulse = min(machine.axes[letter].max_jerk for letter in letters) * machine.period_s**2
+    # Below the speed that one period of full jerk or acceleration gives, no setpoint tells a cap from rest.
+    pulse = float(AxisLimits.of(machine, letters).speed_step.min())
     for power, back in _ROUNDS:
         after: deque[_Slowness] = deque()
         watch = _Watch.of(machine, options, letters)

@@ -13,6 +13,7 @@ from cncgen.diagnostics import Diagnostic
 from cncgen.machine.record import Machine
 from cncgen.planner.least_time.block_planning import plan_blocks
 from cncgen.planner.least_time.speed_caps import SpeedCap
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.motion import motion_at, time_at
 from cncgen.planner.profile_parts import joined
 from cncgen.planner.record import Limit, Profile, Trajectory
@@ -20,7 +21,7 @@ from cncgen.toolpath.record import Toolpath
 
 Floats = NDArray[np.float64]
 
-#: Least speed of a plan that counts as a cap, in J T².
+#: Least speed of a plan that counts as a cap, by the step of speed that setpoints may show.
 _SLOWEST = 0.01
 
 
@@ -53,7 +54,7 @@ def _joined(parts: list[Trajectory]) -> PlannedBlock:
 def replan(trajectories: Iterable[Trajectory], machine: Machine) -> Iterator[Trajectory]:
     """Plan the paths of trajectories again with the limits of a machine, nowhere faster than they are.
 
-    The method is that of `optimal`; the path is theirs. Speeds below a hundredth of J T², which a
+    The method is that of `optimal`; the path is theirs. Speeds below a hundredth of J T² and A T, which a
     plan has beside its stops alone, do not count as caps. Remarks of the first plan go on with the second.
 
     Args:
@@ -63,7 +64,7 @@ def replan(trajectories: Iterable[Trajectory], machine: Machine) -> Iterator[Tra
     Raises:
         NoPlanError: No motion within the limits was found.
     """
-    slowest = _SLOWEST * min(axis.max_jerk for axis in machine.axes.values()) * machine.period_s**2
+    slowest = _SLOWEST * AxisLimits.of(machine, "".join(machine.axes)).speed_step.min()
     remarks: deque[Diagnostic] = deque()
 
     def blocks() -> Iterator[tuple[Toolpath, SpeedCap]]:

@@ -17,7 +17,7 @@ from cncgen.geometry.columns import min_over_axes
 from cncgen.geometry.path import metric_columns
 from cncgen.kernels import along_path as kernel
 from cncgen.kernels import node_places
-from cncgen.machine.record import Machine
+from cncgen.machine.record import Axis, Machine
 from cncgen.planner.record import Limit
 from cncgen.units import DEGREE
 
@@ -32,6 +32,9 @@ JUMP_SHARE = 0.75
 STEP_TAKES = 48.0 / 47.0
 #: Part of the jerk limit, beside `JUMP_SHARE`, that the acceleration along the path may take while a jump is passed.
 SWAY_SHARE = 0.02
+#: A jerk limit counts as this multiple of A/T at most, which ramps to full acceleration in a tenth of a period. Setpoints show 2 A/T of
+#: any ramp, and shorter ones gain less than that tenth, but need nodes as close as they are short (docs/least-time.md).
+_HARDEST = 10.0
 #: A bend is too short to show in setpoints if it is shorter than the first part of J T³/6, the way that full jerk leads from
 #: rest in a period, and than the second part of A T²/2, that of full acceleration: J T³/50 and A T²/200 (docs/least-time.md).
 _UNSEEN = 0.12, 0.01
@@ -70,13 +73,17 @@ def chord_reserve(machine: Machine, axes: str) -> float:
     return min(given, float(np.linalg.norm(limits)) * machine.period_s**2 / 8.0)
 
 
+def _jerk(axis: Axis, period_s: float) -> float:
+    return min(axis.max_jerk, _HARDEST * axis.max_acceleration / period_s)
+
+
 @dataclass(frozen=True, slots=True)
 class AxisLimits:
     """The limits of a machine for the axes of a toolpath, in the order of its columns.
 
     Attributes:
         velocity, acceleration, jerk: Shape (axes,), mm/s, mm/s², mm/s³ (rad for rotary axes); infinite for axes that the
-            machine lacks.
+            machine lacks. The jerk is 10 A/T at most.
         period_s: Time between setpoints.
         chord_mm: Largest distance of the chord of a period from the path.
         chord_reserve_mm: Largest distance that such a chord can have from a path without corners (`chord_reserve`).
@@ -104,7 +111,7 @@ class AxisLimits:
         return cls(
             velocity=np.array([a.max_velocity if a else np.inf for a in axes], float),
             acceleration=np.array([a.max_acceleration if a else np.inf for a in axes], float),
-            jerk=np.array([a.max_jerk if a else np.inf for a in axes], float),
+            jerk=np.array([_jerk(a, machine.period_s) if a else np.inf for a in axes], float),
             period_s=machine.period_s,
             chord_mm=machine.chord_tolerance_mm,
             chord_reserve_mm=chord_reserve(machine, letters),
