@@ -79,7 +79,10 @@ def read(
     moving = _moving_axes(text, choice, path, options)
     axes = "".join(letter for letter in AXIS_LETTERS if letter in "XYZ" or letter in moving)
 
-    def chunks() -> Iterator[Toolpath]:
+    def chunks(spindle: float = 1.0) -> Iterator[Toolpath]:
+        how = options
+        if spindle != 1.0 and options.fastest_spindle is not None:
+            how = replace(options, fastest_spindle=spindle * options.fastest_spindle)
         builder = ToolpathBuilder(axes, np.zeros(len(axes)), [name])
         sink = ColumnsSink(
             builder,
@@ -101,7 +104,7 @@ def read(
             return chunk
 
         said: list[tuple[str, int, int]] = []
-        runner = _runner(text, options, sink, found, path=path, choice=choice)
+        runner = _runner(text, how, sink, found, path=path, choice=choice)
         for _ in runner.run():
             builder.sources = [source.name for source in runner.sources]
             if builder.count >= options.chunk_rows:

@@ -280,19 +280,20 @@ def canon(
         yield from reader.canon(file, name, how, diagnostics)
 
 
-def sound(program: Program, most: tuple[int, int] = PLANNED) -> Iterator[Toolpath]:
+def sound(program: Program, most: tuple[int, int] = PLANNED, spindle: float = 1.0) -> Iterator[Toolpath]:
     """Yield the toolpaths of a program as long as it has no error; after one, read the rest only to find the other errors.
 
     Args:
         program: The program.
         most: How many motions it may hand on where its options do not say, and how many more for each line.
+        spindle: See `Program.chunks`.
 
     Raises:
         ProgramError: With all that was found; or the program hands on more motions.
     """
     count = last = 0
     anyway, of_a_line = max(most[0], MOTIONS_OF_A_STEP * (program.max_steps or 0)), most[1]
-    for chunk in program.chunks():
+    for chunk in program.chunks(spindle):
         if program.diagnostics.has_errors:
             continue
         count, last = count + len(chunk), max(int(chunk.line.max(initial=0)), last)

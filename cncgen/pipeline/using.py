@@ -341,7 +341,7 @@ def why(
     where = machine_of(machine)
     program = program_of(program, where)
     case = Case(
-        lambda: sound(program, REPEATED),
+        lambda spindle=1.0: sound(program, REPEATED, spindle),
         where,
         as_read(options or PlanOptions(), program),
     )

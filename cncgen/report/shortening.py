@@ -16,6 +16,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -62,9 +63,9 @@ _NOISE, _JUMPS = 1e-6, 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A planning task: the program's chunks, the machine, the options."""
+    """A planning task: the program's chunks (see `cncgen.toolpath.record.Program`), the machine, the options."""
 
-    chunks: Callable[[], Iterable[Toolpath]]
+    chunks: Callable[..., Iterable[Toolpath]]
     machine: Machine
     options: PlanOptions
 
@@ -251,7 +252,10 @@ def quantities(case: Case, axes: str) -> list[Quantity]:
     times = machine.settings.get("times", {})
     return found + [
         Quantity(
-            f"times.{key}", _time_text(key, value), 1 if key.endswith("rpm_s") else -1, _scaled_time(key)
+            f"times.{key}",
+            _time_text(key, value),
+            1 if key.endswith(("rpm_s", "_rpm")) else -1,
+            _scaled_time(key),
         )
         for key, value in times.items()
         if key != "pockets" and value
@@ -493,7 +497,9 @@ def _scaled_time(key: str) -> Callable[[Case, float], Case]:
     def scaled(case: Case, factor: float) -> Case:
         settings = dict(case.machine.settings)
         settings["times"] = {**settings["times"], key: _longer(settings["times"][key], factor)}
-        return replace(case, machine=replace(case.machine, settings=settings))
+        # The program is read with the spindle's largest speed.
+        chunks = partial(case.chunks, factor) if key == "spindle_max_rpm" else case.chunks
+        return replace(case, machine=replace(case.machine, settings=settings), chunks=chunks)
 
     return scaled
 
@@ -511,7 +517,8 @@ def _time_text(key: str, value: _TimesEntry) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{code} {seconds:g}" for code, seconds in value.items())
     if isinstance(value, int | float):
-        return f"{value:g} rpm/s" if key.endswith("rpm_s") else f"{value:g} s"
+        unit = "rpm/s" if key.endswith("rpm_s") else "rpm" if key.endswith("_rpm") else "s"
+        return f"{value:g} {unit}"
     return f"{value[-1][1]:g} at {value[-1][0]:g} rpm"
 
 

@@ -222,7 +222,7 @@ def read(
     options = options or ReadOptions()
     file = StepFile(source, name, options)
 
-    def chunks() -> Iterator[Toolpath]:
+    def chunks(_spindle: float = 1.0) -> Iterator[Toolpath]:
         collector = StepColumns if options.workingsteps else Columns
         columns = collector(file.axes, name, file.line_of, options.tolerance_mm)
         for _ in file.execute(columns):

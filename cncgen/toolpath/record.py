@@ -201,7 +201,8 @@ class Program:
         language: ``gcode`` or ``stepnc``.
         axes: Letters of the axes that the program names, in the order of ``XYZABCUVW``, with X Y Z always there.
         moving_axes: Those of them that the output shows (the program's own).
-        chunks: Yields `Toolpath` of bounded size, at each call from the start of the program on.
+        chunks: Yields `Toolpath` of bounded size, at each call from the start of the program on. G-code takes a factor of the spindle's
+            largest speed (`ReadOptions.fastest_spindle`).
         diagnostics: Filled while reading; of several readings each fault stands there once.
         count_lines: Returns how many lines the text has; 0 where they are not counted.
         max_steps: Steps that the options of reading allow, None where they say nothing.
@@ -212,7 +213,7 @@ class Program:
     language: str
     axes: str
     moving_axes: str
-    chunks: Callable[[], Iterator[Toolpath]]
+    chunks: Callable[..., Iterator[Toolpath]]
     diagnostics: Diagnostics
     count_lines: Callable[[], int] = int
     max_steps: int | None = None

@@ -224,6 +224,20 @@ def test_times_of_the_machine_are_exact(tmp_path: Path) -> None:
     assert worth["times.tool_change_s"].lines[0][2] == pytest.approx(0.4, abs=1e-9)
 
 
+def test_a_faster_spindle_shortens_what_it_turns(tmp_path: Path) -> None:
+    """A surface speed of 400 m/min at 10 mm asks for 6366 rpm: 40 mm at 0.3 mm a turn take 120 / (2000 rpm / 60), 4 s, and 4 s / 1.1."""
+    machine = replace(load("xy-table"), settings={"times": {"spindle_max_rpm": 2000.0}})
+    (tmp_path / "a.nc").write_text("G21 G90\nG96 S400 M3\nG95 F0.3\nG0 X10 Y0\nG1 Y40\nM2\n")
+    now, found = why(tmp_path / "a.nc", machine)
+    (worth,) = (each for each in found if each.name == "times.spindle_max_rpm")
+    assert (worth.value, worth.change) == ("2000 rpm", 0.1)
+    # What the ramps at both ends take more is 2√(V/J), less than 1 ms.
+    assert now.parts["cutting"] == pytest.approx(4.0, abs=0.04)
+    assert worth.saved_s == pytest.approx(4.0 - 4.0 / 1.1, abs=2e-3)
+    assert worth.derivative_s == pytest.approx(0.4, abs=2e-3)
+    assert worth.lines[0][1] == 5
+
+
 def test_tables_of_times_are_changed_as_a_whole(tmp_path: Path) -> None:
     """Two coolant codes of 0.3 s and 0.2 s, and a spindle that reaches 6000 rpm in 0.8 s and stands again after as much."""
     table = {"m_codes": {"M8": 0.3, "M9": 0.2}, "spindle_ramp": [[6000, 0.8], [12000, 2.1]]}
