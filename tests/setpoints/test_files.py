@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import io
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -103,14 +106,41 @@ def test_jsonl_and_hal_lines(tmp_path: Path) -> None:
     )
 
 
-def test_npy_to_a_pipe_is_the_same_file(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+@pytest.mark.parametrize("kind", sorted({*FORMATS} - {"hdf5", "mat", "parquet", "arrow"}))
+def test_a_pipe_takes_the_same_file(
+    tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes], kind: str
+) -> None:
+    """The formats that are left out have no bytes of their own: libraries write them, with times and seeds."""
     chunk = stream()
-    write(tmp_path / "a.npy", "npy", [chunk])
+    layout = Layout(chunk.axes, chunk.period_s, (), {"program": "part.nc"}, DRIVES)
+    write(tmp_path / "a", kind, [chunk])
     with open_output(None) as sink:
-        writer = open_writer("npy", sink, Layout(chunk.axes, chunk.period_s))
+        writer = open_writer(kind, sink, layout)
         writer.write(chunk)
         writer.close()
-    assert capfdbinary.readouterr().out == (tmp_path / "a.npy").read_bytes()
+    assert capfdbinary.readouterr().out == (tmp_path / "a").read_bytes()
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+@pytest.mark.parametrize("way", ["pipe", "file"])
+def test_standard_input_is_read_as_the_file_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, way: str
+) -> None:
+    """A pipe cannot be gone back in; a file behind standard input is not one in a process that has its own."""
+    path = tmp_path / f"out.{kind}"
+    write(path, kind, [stream("XY")])
+    axes = "XY" if kind in ("npy", "f64", "hal") else None
+    with subprocess.Popen(["cat", path], stdout=subprocess.PIPE) as cat, open(path, "rb") as file:
+        standard = os.dup(0)
+        os.dup2(cat.stdout.fileno() if way == "pipe" else file.fileno(), 0)
+        try:
+            monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(os.fdopen(0, "rb", closefd=False)))
+            found, _, rows, _ = read("-", format=kind, axes=axes, period_s=0.001 if axes else None)
+        finally:
+            os.dup2(standard, 0)
+            os.close(standard)
+    assert found == "XY"
+    np.testing.assert_allclose(rows, read(path, axes=axes, period_s=0.001 if axes else None)[2])
 
 
 def test_format_by_suffix() -> None:

@@ -24,7 +24,8 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
 def columns(path: str) -> FileColumns:
     """Open a file: its data sets of plain numbers in one dimension that lie in the file itself."""
     h5py: Any = needed("hdf5")
-    tables = h5py.File(path, "r")
+    # The library opens no file that has lost its name, as a copy of a pipe has.
+    tables = h5py.File(open(path, "rb"), "r")  # noqa: SIM115 - closed with the process
     found = {
         key: item
         for key in tables

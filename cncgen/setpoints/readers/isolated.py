@@ -56,7 +56,13 @@ def isolated_blocks(file: BinaryIO, name: str, kind: str) -> Iterator[FileBlock]
     Raises:
         UsageError: The file has no setpoints, or the library cannot read it.
     """
-    with reading_faults(name), seekable(file) as source, started(kind, source.fileno()) as (asks, tells):
+    with (
+        reading_faults(name),
+        seekable(file) as source,
+        # The handle of standard input is another file in the process.
+        os.fdopen(os.dup(source.fileno()), "rb") as own,
+        started(kind, own.fileno()) as (asks, tells),
+    ):
         yield from _received(asks, tells, name, kind)
 
 

@@ -28,7 +28,7 @@ class Writer:
         needed("mcap")
         module: Any = needed("mcap", "mcap.writer")
         self._layout, self._sequence = layout, 0
-        self._file = module.Writer(sink)
+        self._file = module.Writer(_Counted(sink))
         self._file.start("ros2", "cncgen")
         schema = self._file.register_schema(TYPE, "ros2msg", DEFINITION.encode())
         self._channel = self._file.register_channel(TOPIC, "cdr", schema)
@@ -60,3 +60,18 @@ class Writer:
     def close(self) -> None:
         """Write the index."""
         self._file.finish()
+
+
+class _Counted:
+    """A sink that tells how much was written to it: the library asks for the place of each record, and pipes know none."""
+
+    def __init__(self, sink: Sink) -> None:
+        self._sink, self._written = sink, 0
+        self.flush = sink.flush
+
+    def write(self, data: bytes | bytearray | memoryview) -> int:
+        self._written += len(data)
+        return self._sink.write(data)
+
+    def tell(self) -> int:
+        return self._written
