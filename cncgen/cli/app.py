@@ -68,12 +68,12 @@ def _run(arguments: Sequence[str] | None) -> int:
         return error.exit_code
     except (OSError, SystemExit):
         raise
-    except MemoryError:
-        memory.lift()
-        fault = memory.exhausted()
-        messages.show_error(fault)
-        return fault.exit_code
     except Exception as error:
+        if memory.is_lack(error):
+            memory.lift()
+            fault = memory.exhausted()
+            messages.show_error(fault)
+            return fault.exit_code
         help = "this is a fault of cncgen; CNCGEN_TRACEBACK=1 in the environment shows the whole trace"
         messages.error("internal", f"internal error: {_origin(error)}{type(error).__name__}: {error}", help)
         if os.environ.get("CNCGEN_TRACEBACK"):

@@ -9,7 +9,7 @@ except ImportError:  # Windows has no such bounds
 
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
-from cncgen.room import MIB, taken
+from cncgen.room import MIB, room, taken
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 #: Memory that a run may take by default, MiB.
 DEFAULT_MIB = 1024
+#: More than threads have as their stack: 8 MiB by the defaults of Linux.
+_STACK = 16 * MIB
 
 
 class _Bound:
@@ -53,6 +55,12 @@ def lift() -> None:
     if resource is not None and _Bound.before is not None:
         resource.setrlimit(resource.RLIMIT_DATA, _Bound.before)
         _Bound.before = None
+
+
+def is_lack(error: Exception) -> bool:
+    """Tell whether an error says that memory is lacking: Python's own, or that of a thread for whose stack there is no room."""
+    threadless = isinstance(error, RuntimeError) and "start new thread" in str(error)
+    return isinstance(error, MemoryError) or (threadless and room() < _STACK)
 
 
 def exhausted() -> NoPlanError:

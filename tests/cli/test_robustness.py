@@ -10,6 +10,7 @@ import shlex
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -774,6 +775,24 @@ def test_a_run_that_needs_more_memory_than_it_may_take(
     assert "error[max-memory]: the run needs more memory than 1024 MiB" in said
     assert "--max-memory sets the bound" in said
     assert len(np.empty(2**28)) == 2**28
+
+
+def test_a_thread_without_room_for_its_stack_is_a_lack_of_memory(
+    in_folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Stacks of 8 MiB each do not fit 64 times into 64 MiB."""
+
+    def threads(*_: object, **__: object) -> None:
+        end = threading.Event()
+        try:
+            for _ in range(64):
+                threading.Thread(target=end.wait, daemon=True).start()
+        finally:
+            end.set()
+
+    monkeypatch.setattr("cncgen.pipeline.check", threads)
+    assert app.run(["check", "small.nc", "--max-memory", "64"]) == 3
+    assert "error[max-memory]: the run needs more memory than 64 MiB" in capsys.readouterr().err
 
 
 def test_a_bound_of_memory_beyond_what_a_system_counts(in_folder: Path) -> None:
