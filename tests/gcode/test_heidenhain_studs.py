@@ -44,6 +44,10 @@ def _stud(loop: list[tuple[float, float]], beside: tuple[float, float], depth: f
         (RECTANGLE.format(depth=3, turn=0), _stud(AROUND, (30, 0), 3)),
         # Turned by 90 degrees, x is y and y is -x.
         (RECTANGLE.format(depth=3, turn=90), _stud([(-y, x) for x, y in AROUND], (0, 30), 3)),
+        # Q437: off a corner, 24 + 4 + 2 and 14 + 4 + 2 from the middle; the lower left one, up the left side first; and the upper right one, up-cut.
+        (RECTANGLE.format(depth=3, turn=0) + " ~\n Q437=+1", _stud([*AROUND[4:9], *AROUND[1:5]], (-30, -20), 3)),
+        (RECTANGLE.format(depth=3, turn=0).replace("Q351=+1", "Q351=-1") + " ~\n Q437=+3",
+         _stud([*AROUND[7:0:-1], *AROUND[8:6:-1]], (30, 20), 3)),
         # A round stud of 20 out of 36: 8 aside, so two loops, at 18 and 14 from the middle; each quarter is an arc.
         (CIRCLE.format(depth=3, blank=36),
          _stud([(r * x, r * y) for r in (18, 14) for x, y in ((1, 0), (0, -1), (-1, 0), (0, 1), (1, 0))], (24, 0), 3)),
@@ -103,6 +107,7 @@ def test_levels_of_a_stud(moves: Any) -> None:
     [
         (RECTANGLE.format(depth=3, turn=0).replace("Q424=+48", "Q424=+39").replace("Q425=+28", "Q425=+19"), "cycle-words"),
         (RECTANGLE.format(depth=3, turn=0).replace("Q367=+0", "Q367=+5"), "cycle-words"),
+        (RECTANGLE.format(depth=3, turn=0) + " ~\n Q437=+5", "cycle-words"),
         (RECTANGLE.format(depth=-3, turn=0), "cycle-depth"),
         (CIRCLE.format(depth=3, blank=36).replace("Q207=+300", "Q207=+0"), "feed-missing"),
         (RULED.format(count=1), "cycle-infeed"),

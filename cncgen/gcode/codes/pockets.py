@@ -80,7 +80,6 @@ class PocketPath(FlatCutter):
             self.to(self.begin(offsets[0]), rapid=True)
             self.down(level)
             for offset in offsets if not self.how.finish or level == self.how.levels[-1] else offsets[-1:]:
-                self.to(self.begin(offset))
                 self.loop(offset)
             self.to(self.begin(offsets[0]))
             self.to(z=self.how.start, rapid=True)
@@ -106,12 +105,12 @@ class PocketPath(FlatCutter):
         """Return where a loop begins: in the middle of the long side."""
         return complex(0.0, -(self._half()[1] - offset))
 
-    def loop(self, offset: float) -> None:
-        """Go once around, from the middle of the long side."""
+    def loop(self, offset: float, corner: int | None = None) -> None:
+        """Go to where a loop begins, the middle of the long side or behind a corner, counter-clockwise from that side, and once around."""
         a, b = (half - offset for half in self._half())
         r = max(0.0, min(self.pocket.corner - self.how.radius - offset, a, b))
         if b < _TINY:
-            for place in (complex(a, 0.0), complex(-a, 0.0), 0j):
+            for place in (self.begin(offset), complex(a, 0.0), complex(-a, 0.0), 0j):
                 self.to(place)
             return
         side = float(self.how.sense)
@@ -119,22 +118,26 @@ class PocketPath(FlatCutter):
                    (complex(-a + r, b), complex(-a, b - r), complex(-a + r, b - r)), (complex(-a, -b + r), complex(-a + r, -b), complex(-a + r, -b + r))]  # fmt: skip
         if side < 0.0:
             corners = [(end, begin, centre) for begin, end, centre in reversed(corners)]
+        start = self.begin(offset)
+        if corner is not None:
+            behind = (corner if side > 0.0 else 3 - corner) + 1
+            corners = corners[behind:] + corners[:behind]
+            start = corners[-1][1]
+        self.to(start)
         for begin, end, centre in corners:
             self.to(begin)
             if r > _TINY:
                 self.arc(end, centre, self.how.sense)
-        self.to(complex(0.0, -b))
+        self.to(start)
 
-    def free(self, beside: complex, side: float, count: int) -> None:
+    def free(self, beside: complex, side: float, count: int, corner: int | None = None) -> None:
         """Mill what stands within the pocket free, whose tool has a radius below 0: at each level down beside the blank, loops in to `side`
-        in front of the wall, and back."""
+        in front of the wall, from the middle of its long side or a corner, and back."""
         for level in self.how.levels:
             self.to(beside, rapid=True)
             self.down(level)
             for k in range(count - 1, -1, -1):
-                offset = -(side + k * self.how.step)
-                self.to(self.begin(offset))
-                self.loop(offset)
+                self.loop(-(side + k * self.how.step), corner)
             self.to(beside)
             self.to(z=self.how.start, rapid=True)
 

@@ -1,7 +1,8 @@
 """Cycles of Heidenhain's plain language that mill from outside: 256 and 257 studs, 232 and 233 faces (TNC 640, user's manual for cycles),
 230 faces and 231 ruled surfaces (TNC 410, 426 and 430, user's manual, 8.8).
 
-The finished wall, the blank, levels, feeds, and the way to them, 2 mm to the right of the blank, are the cycle's; loops and rows are our own.
+The finished wall, the blank, levels, feeds, and the way to them, 2 mm to the right of the blank or off its corner that Q437 names (TNC 320,
+user's manual for cycles, 9/2016, p. 154), are the cycle's; loops and rows are our own.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ FACE = 233
 _TINY = 1e-9
 #: How far beside the blank cycles 256 and 257 go down, mm.
 _BESIDE = 2.0
+#: Where they do, along X and Y, by Q437: to the right, or at a corner, from the lower left one on.
+_APPROACHES = ((1, 0), (-1, -1), (1, -1), (1, 1), (-1, 1))
 
 
 def _radius(ip: Interpreter, name: str) -> float:
@@ -36,7 +39,13 @@ def _count(way: float, step: float, name: str) -> int:
 
 
 def _stud(
-    cycle: HoleCycle, place: complex, size: complex, blank: complex, corner: float, angle: float
+    cycle: HoleCycle,
+    place: complex,
+    size: complex,
+    blank: complex,
+    corner: float,
+    angle: float,
+    approach: int = 0,
 ) -> None:
     """Mill a stud free about its middle: loops from the blank in to the finished wall, at each level; back to where the tool was."""
     ip, name, q = cycle.ip, cycle.name, cycle.q
@@ -56,18 +65,23 @@ def _stud(
     check_feeds(cycle)
     path = PocketPath(ip, pocket, how)
     path.fastest = cycle.fastest
-    beside = complex(0.0, -(blank.real / 2.0 + radius + _BESIDE / (25.4 if ip.state.inches else 1.0)))
-    path.free(beside, side, count)
+    off = radius + _BESIDE / (25.4 if ip.state.inches else 1.0)
+    x, y = _APPROACHES[approach]
+    beside = complex(y * (blank.imag / 2.0 + off), -x * (blank.real / 2.0 + off))
+    path.free(beside, side, count, (approach + 1) % 4 if approach else None)
     cycle.end()
     cycle.to(before, rapid=True)
 
 
 def rectangle(ip: Interpreter, name: str) -> None:
-    """256: Q218 by Q219 out of Q424 by Q425, corners Q220, turned by Q224 about the tool's place, which Q367 names."""
+    """256: Q218 by Q219 out of Q424 by Q425, corners Q220, turned by Q224 about the tool's place, which Q367 names; from Q437 on."""
     q = ip.parameters.numbers
-    cycle = HoleCycle(ip, name)
+    cycle, approach = HoleCycle(ip, name), round(q[437])
+    message = f"Q437 = {q[437]:g} of {name} names no place to begin at"
+    hint = "0 is to the right of the stud, 1 to 4 are its corners from the lower left one on"
+    refuse("CYCL", (not 0 <= approach < len(_APPROACHES), "cycle-words", message, hint))
     middle = slots.middle_of(cycle, (q[218], q[219]), q[224])
-    _stud(cycle, middle, complex(q[218], q[219]), complex(q[424], q[425]), q[220], q[224])
+    _stud(cycle, middle, complex(q[218], q[219]), complex(q[424], q[425]), q[220], q[224], approach)
 
 
 def circle(ip: Interpreter, name: str) -> None:
