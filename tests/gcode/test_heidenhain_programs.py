@@ -132,6 +132,29 @@ def test_motions(run: Any, tmp_path: Path, name: str) -> None:
     assert ends(out.path.end[out.path.kind < 3][:, :3]) == ends(expected)
 
 
+@pytest.mark.parametrize("kind", [0, 1])
+def test_a_pattern_goes_along_its_circle_or_straight(calls: Any, kind: int) -> None:
+    """Q365 of 220, from (10, 0) to (-10, 0): through the middle, or half around, as fast as it can; drilling goes on at Q206."""
+    circle = "CYCL DEF 220 CIRCLE ~\n Q216=0 ~\n Q217=0 ~\n Q244=20 ~\n Q245=0 ~\n Q246=180 ~\n Q247=0 ~\n Q241=2 ~\n"
+    found = calls(f"{HEAD}{DRILL}{circle} Q365={kind}{TAIL}", dialect="heidenhain")
+    assert [call for call in found if "ARC" in call] == (
+        ["ARC_FEED(-10.0000, 0.0000, 0.0000, 0.0000, 1, 20.0000, 0.0000, 0.0000, 0.0000)"] if kind else []
+    )
+    assert [call for call in found if "RATE(150" in call or "RATE(99999" in call] == [
+        "SET_FEED_RATE(150.0000)",
+        *["SET_FEED_RATE(99999.0000)"] * kind,
+        "SET_FEED_RATE(150.0000)",
+    ]
+
+
+def test_a_depth_from_the_width_of_the_drill_on_has_a_warning(run: Any, tmp_path: Path) -> None:
+    """Q395 = 1 needs T-ANGLE of the control's tool table; a later cycle without Q395 drills with its tip again."""
+    out = outcome(run, tmp_path, f"{DRILL[:-1]} ~\n Q395=1\nCYCL CALL\n{DRILL}CYCL CALL")
+    assert [(d.severity, d.span.line) for d in out.diagnostics if d.code == "tool-assumed"] == [
+        ("warning", 13)
+    ]
+
+
 def test_the_manuals_circular_movements(run: Any, tmp_path: Path) -> None:
     """iTNC 530, "Circular movements with Cartesian coordinates": R5 of APPR and DEP is the arc of the middle of a tool of radius 10."""
     table = tmp_path / "tools.tbl"

@@ -51,6 +51,9 @@ def _stud(loop: list[tuple[float, float]], beside: tuple[float, float], depth: f
         # A round stud of 20 out of 36: 8 aside, so two loops, at 18 and 14 from the middle; each quarter is an arc.
         (CIRCLE.format(depth=3, blank=36),
          _stud([(r * x, r * y) for r in (18, 14) for x, y in ((1, 0), (0, -1), (-1, 0), (0, 1), (1, 0))], (24, 0), 3)),
+        # Begun at 90 degrees, x is y and y is -x.
+        (CIRCLE.format(depth=3, blank=36) + " ~\n Q376=+90",
+         _stud([(-r * y, r * x) for r in (18, 14) for x, y in ((1, 0), (0, -1), (-1, 0), (0, 1), (1, 0))], (0, 24), 3)),
         # Two levels of 232 to and fro: 1 mm, then the last 0 at the same; rows of 4 mm at 0 and 4, ends 4 + 1 beyond.
         (FACE.format(way=0, last=0), [(0, 0, 21, 0), (-5, 0, 21, 0), (-5, 0, 3, 0), (-5, 0, 0, 500), (35, 0, 0, 300), (35, 4, 0, 500), (-5, 4, 0, 300),
                                       (-5, 4, 3, 0), (-5, 4, 21, 0)]),

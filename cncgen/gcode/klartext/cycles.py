@@ -11,13 +11,14 @@ from collections.abc import Callable, Sequence
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
+from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.places import in_rows, on_circle
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.steps import MOST, steps_of
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import contour_cycles, finishing, programs, slots, studs, threads
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
+from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, Z
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.plain_language import Raw, words_of
 
@@ -25,6 +26,8 @@ from cncgen.gcode.text.plain_language import Raw, words_of
 _OFF = 0.2
 #: The angle of the point of a centring tool, degrees, where its diameter says how deep it goes.
 _POINT_DEG = 90.0
+#: Cycles whose Q395 = 1 counts the depth from where the drill is as wide as it gets.
+_TO_THE_TIP = (200, 203, 205, 241)
 _WAYS = {0: 0j, 1: -1 + 0j, 2: -1j, 3: 1 + 0j, 4: 1j}
 
 
@@ -401,6 +404,11 @@ _RUN: dict[int, Callable[[HoleCycle], None]] = {
 }  # fmt: skip
 #: Patterns, which run at once.
 PATTERNS = (220, 221)
+#: By number, what parameters are on a control whose cycle lacks them: a face is counted from the tool's place, the tool goes from place to
+#: place at the second clearance, straight, begins to the right of a stud, and drills to the depth with its tip.
+_LACKING = {
+    studs.FACE: {367.0: -1.0}, 220: {301.0: 1.0, 365.0: 0.0}, 221: {301.0: 1.0}, 256: {437.0: 0.0}, 257: {376.0: 0.0}, **{number: {395.0: 0.0} for number in _TO_THE_TIP},
+}  # fmt: skip
 _CONTOURS = (*contour_cycles.RUN, contour_cycles.TRAIN)
 READ = tuple(sorted((*_OLD, *_RUN, programs.CYCLE, *studs.RUN, *PATTERNS, *contour_cycles.DATA, *_CONTOURS)))
 
@@ -430,12 +438,8 @@ def define(ip: Interpreter, number: int) -> None:
     if number in contour_cycles.DATA:
         return
     Plain.of(ip).cycle = 0
-    # A control without Q367 counts a face from the tool's place.
-    if number == studs.FACE:
-        ip.parameters.set_number(367.0, -1.0)
-    # One without Q301 goes from place to place at the second clearance.
-    if number in PATTERNS:
-        ip.parameters.set_number(301.0, 1.0)
+    for parameter, value in _LACKING.get(number, {}).items():
+        ip.parameters.set_number(parameter, value)
     if number not in READ:
         Plain.of(ip).cycle = _NOT_READ
         what = next((f" ({what})" for numbers, what in _UNREAD if number in numbers), "")
@@ -467,6 +471,10 @@ def call(ip: Interpreter, here: Block) -> None:
         message = f"cycle {number} has the depth Q201 = 0: it is not made"
         ip.warn(BlockError("cycle-depth", message, "CYCL", hint="Q201 is below 0"), Severity.WARNING)
     elif number in _RUN:
+        if number in _TO_THE_TIP and round(q[395]):
+            message = f"Q395 = 1 of cycle {number} counts the depth from the width of the drill on: the tip goes there"
+            hint = "the tool table has no angle of a point: Q395=0 and a depth Q201 with the point leave no doubt"
+            ip.warn_once(BlockError("tool-assumed", message, "CYCL", hint=hint), Severity.WARNING)
         _RUN[number](HoleCycle(ip, f"cycle {number}", levels))
     elif number in studs.RUN:
         studs.RUN[number](ip, f"cycle {number}")
@@ -478,7 +486,8 @@ def call(ip: Interpreter, here: Block) -> None:
 def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
     """220 on a circle, 221 on lines: run the cycle that was defined before at each place.
 
-    From one place to the next the tool goes at the set-up clearance (Q301 = 0) or at the second one (1).
+    From one place to the next the tool goes at the set-up clearance (Q301 = 0) or at the second one (1), straight (Q365 = 0 of 220) or along
+    the circle (1).
     """
     q = ip.parameters.numbers
     columns, lines = (q[241], 1.0) if number == 220 else (q[242], q[243])
@@ -488,20 +497,25 @@ def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
         (not cycle, "cycle-missing", f"cycle {number} has no cycle that it calls", "CYCL DEF 200 stands before"),
         (not counted, "cycle-repeats", f"cycle {number} has {columns * lines:g} places", "Q241, or Q242 and Q243, count them"),
     )  # fmt: skip
-    across, down = round(columns), round(lines)
+    across, down, centre, step = round(columns), round(lines), complex(q[216], q[217]), 0.0
     if number == 220:
         # The stopping angle is that of the last place, but of a whole circle.
         whole = abs(q[246] - q[245]) >= 360.0
         step = q[247] or (q[246] - q[245]) / max(1, across if whole else across - 1)
-        places = on_circle(complex(q[216], q[217]), q[244] / 2.0, q[245], step, across)
+        places = on_circle(centre, q[244] / 2.0, q[245], step, across)
     else:
         way = cmath.rect(1.0, math.radians(q[224]))
         places = in_rows(complex(q[225], q[226]), way * q[237], way * 1j * q[238], across, down)
     Plain.of(ip).cycle = cycle
-    second = q[204]
+    second, cutter = q[204], FlatCutter(ip)
     for k, place in enumerate(places):
         ip.sink.block = here
-        ip.go([place.real, place.imag, *ip.state.position[2:]], rapid=True)
+        if k and number == 220 and round(q[365]) and q[244]:
+            cutter.feed(FASTEST)
+            cutter.arc(place, centre, 1 if step > 0.0 else -1)
+            cutter.feed(ip.state.feed)
+        else:
+            ip.go([place.real, place.imag, *ip.state.position[2:]], rapid=True)
         q[204] = 0.0 if round(q[301]) == 0 and k < len(places) - 1 else second
         try:
             call(ip, here)

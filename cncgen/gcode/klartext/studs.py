@@ -85,10 +85,10 @@ def rectangle(ip: Interpreter, name: str) -> None:
 
 
 def circle(ip: Interpreter, name: str) -> None:
-    """257: the diameter Q223 out of Q222."""
+    """257: the diameter Q223 out of Q222, begun at the angle Q376, which is -1 for the right."""
     q = ip.parameters.numbers
     cycle, middle = HoleCycle(ip, name), complex(*ip.state.position[:2])
-    _stud(cycle, middle, complex(q[223], q[223]), complex(q[222], q[222]), q[223] / 2.0, 0.0)
+    _stud(cycle, middle, complex(q[223], q[223]), complex(q[222], q[222]), q[223] / 2.0, max(q[376], 0.0))
 
 
 def face(ip: Interpreter, name: str) -> None:
