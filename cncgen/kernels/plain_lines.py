@@ -235,8 +235,10 @@ class PlainReader(Tables):
     @cython.inline
     @cython.exceptval(check=False)
     def _name(self, at: cython.Py_ssize_t) -> cython.int:
-        """Return the letter of a word by its name, 0 where it is not plain."""
+        """Return the letter of a word by its name, 0 where it is not plain; that of SINUMERIK's CR is R."""
         letter: cython.int = self.text[at] | 32
+        if self.taken == at + 2 and letter == 99 and self.text[at + 1] | 32 == 114:
+            return 114
         if self.taken != at + 1 or not 97 <= letter <= 122 or not self.named >> (letter - 97) & 1:
             return 0
         return letter
@@ -256,7 +258,7 @@ class PlainReader(Tables):
         if letter == 109 and not (3.0 <= value <= 9.0 and value != 6.0 and value == floor(value)):
             # Spindle and coolant alone are those of the interpreter.
             return False
-        if letter == 114:
+        if letter == 114 and self.numbered:
             # R0 alone ends a compensation that is not in force.
             return self.taken == at + 1 and self.text[at] == 48
         self._put(letter, -value if minus else value)

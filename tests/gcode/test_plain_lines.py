@@ -365,6 +365,13 @@ def test_a_code_alone_among_computed_lines_stays_in_force() -> None:
     assert any("STRAIGHT_TRAVERSE(2.0000" in call for call in calls), (calls, faults)
 
 
+def test_arcs_by_their_radius_go_through_arrays() -> None:
+    """Quarters of circles, and three of them where CR is below 0; one in front of a turn more, which handlers make."""
+    body = "G2 X10 Y10 CR=10\nG3 X0 Y0 CR=-10\n"
+    text = f"G17 G90 G94\nG1 X0 Y0 F500\n{20 * body}G2 X10 Y10 CR=10 TURN=1\n{20 * body}M30\n"
+    assert assert_alike(text, "sinumerik") == 80
+
+
 def words_by_grammar(text: str, dialect: str) -> list[tuple[str, float]] | None:
     """Return the words of a line as its grammar reads it, None where it is no plain line."""
     try:

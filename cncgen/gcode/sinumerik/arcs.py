@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.arcs import tangent_centre
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinks.sink import RADIUS_TOLERANCE
 from cncgen.gcode.sinumerik import curves
+from cncgen.kernels.arc_centres import centre_from_radius
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
@@ -47,7 +49,7 @@ def make(motions: Motions, words: Words, given: dict[str, float], end: list[floa
         curves.through(motions, words, given, end)
         return
     turns = words.named.pop("TURN", ("", 0.0))[1]
-    spoke = None
+    spoke, radius = None, 0.0
     clockwise = motions.motion == "G2"
     if motions.motion == "CT":
         way = complex(motions.heading[first], motions.heading[second]) if motions.heading else None
@@ -55,7 +57,8 @@ def make(motions: Motions, words: Words, given: dict[str, float], end: list[floa
         centre, sense = tangent_centre(begin, way, finish, "motion", hints)
         clockwise = sense < 0
     elif "CR" in words.named:
-        centre = _radius_centre(motions, begin, finish, words.named.pop("CR")[1], clockwise)
+        radius = words.named.pop("CR")[1]
+        centre = _radius_centre(motions, begin, finish, radius, clockwise)
     elif "AR" in words.named:
         centre, finish = _angle_arc(motions, words, begin, finish, clockwise, bool(given))
     elif polar and not {"I", "J", "K"} & words.named.keys():
@@ -68,9 +71,12 @@ def make(motions: Motions, words: Words, given: dict[str, float], end: list[floa
     out = {**given, **corner, AXES[first]: finish.real, AXES[second]: finish.imag}
     if spoke is None:
         spoke = centre - begin
-    out["ijk"[first % 3]], out["ijk"[second % 3]] = spoke.real, spoke.imag
     if turns:
         out["p"] = turns + 1.0
+    if radius and not turns:
+        out["r"] = radius
+    else:
+        out["ijk"[first % 3]], out["ijk"[second % 3]] = spoke.real, spoke.imag
     motions.emit(out, (20 if clockwise else 30,))
     head(motions, finish - (begin + spoke), clockwise=clockwise)
 
@@ -109,14 +115,13 @@ def _radius_centre(
     if chord == 0.0:
         message = f"CR={radius:g} ends where it starts: every circle of that radius would do"
         raise BlockError("arc-radius", message, "CR", hint="a full circle needs I J K")
-    half = radius * radius - chord * chord / 4.0
-    if half < -1e-3 * abs(radius):
+    tolerance = RADIUS_TOLERANCE[motions.ip.state.inches]
+    ends = begin.real, begin.imag, finish.real, finish.imag
+    centre: complex = centre_from_radius(*ends, radius, clockwise, tolerance)
+    if math.isnan(centre.real):
         message = f"CR={radius:g} is too small: the end is {chord:.4f} away"
         raise BlockError("arc-radius", message, "CR", hint=f"CR is at least {chord / 2.0:.4f}")
-    aside = math.sqrt(max(half, 0.0))
-    # The centre is on the right of the chord for a clockwise arc of less than half a turn.
-    way = (finish - begin) / chord * (-1j if clockwise else 1j)
-    return (begin + finish) / 2.0 + way * (aside if radius > 0.0 else -aside)
+    return centre
 
 
 def _angle_arc(

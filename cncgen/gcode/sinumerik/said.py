@@ -45,8 +45,8 @@ class Said:
                 self.files.add(file_name(said[0]))
 
     def take_plain(self, letters: Iterable[str], codes: Iterable[int]) -> None:
-        """Take the letters of plain lines, and the numbers of their G words."""
-        self.names |= {letter.upper() for letter in letters} - {"G"}
+        """Take the letters of plain lines (R is CR), and the numbers of their G words."""
+        self.names |= {"CR" if letter == "r" else letter.upper() for letter in letters} - {"G"}
         self.codes |= {("G", float(code)) for code in codes}
 
     def named(self, letter: str) -> bool:
