@@ -274,6 +274,8 @@ _REMARKS = {
         "write the points for the tool with its oversizes", Severity.WARNING),
     5: ("surface-normal", "DR2, the oversize of the corner's radius, is passed over: it counts for LN alone, whose points are not shifted",
         "TOOL", "without LN it changes nothing", Severity.NOTE),
+    6: ("feed-function", "FUNCTION FEED DWELL is not made: the time of its pauses is not counted", "FUNCTION", "the path is not changed by it",
+        Severity.WARNING),
     20: ("feed-inch", "F of a program in INCH is read as inches a minute; TNCs may count it in tenths of an inch a minute", "INCH",
          "compare a feed with what is meant", Severity.WARNING),
     40: ("probe-not-run", "TCH PROBE measures on the machine: passed over, and datums and Q parameters stay as they are", "TCH",

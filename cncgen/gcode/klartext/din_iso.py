@@ -61,11 +61,16 @@ _SIDES: dict[int, Raw] = {40: ("R0", 0.0), 41: ("RL", 0.0), 42: ("RR", 0.0), 43:
 _MODES = (*_MOTIONS, *_SIDES, 90, 91)
 #: Frames, by their G function.
 _FRAMES = {54: 7, 72: 11, 73: 10, 80: 19}
-_FEEDS = ("F", "FAUTO", "FU", "FZ")
+#: The kinds of words (`_Words`), those that G91 makes increments, and their names in plain language.
+_KINDS = {
+    "R": "radius", "H": "polar", "FMAX": "fast", **dict.fromkeys("IJK", "poles"), **dict.fromkeys("XYZABCUVW", "axes"),
+    **dict.fromkeys(("F", "FAUTO", "FU", "FZ"), "feed"),
+}  # fmt: skip
+_STEPPED = ("poles", "axes", "polar")
+_PLACES = frozenset(f"{step}{name}" for name in "IJKXYZABCUVWHR" for step in ("", "I"))
+_MEANT = {"I": "X", "J": "Y", "K": "Z", "H": "PA"}
 _READ = "G00 to G16, G24 to G31, G54, G62, G70 to G73, G79, G98 and the cycles are"
 _READ_OF_Q = "D00 to D14 with P01, P02 and P03 are"
-_POLES = {"I": "X", "J": "Y", "K": "Z"}
-_PLACES = ("", *"XYZABCUVWJKHR")
 _PLANES = {17.0: "Z", 18.0: "Y", 19.0: "X"}
 #: The kind of a statement whose meaning hangs on the modes; its data are its words, G functions among them.
 _MODAL = "modal"
@@ -173,7 +178,7 @@ def _tool_call(plane: str | None, tool: Value | tuple[Computed], *words: Raw) ->
     """T1 G17 S500: a tool into the spindle."""
     own = [word for word in words if word[0] != "G"]
     g = [*([float(plane[1:])] if plane else []), *(value for name, value in words if name == "G")]
-    if not {*_PLANES, 40.0, 90.0}.issuperset(g) or any(name.removeprefix("I") in _PLACES for name, _ in own):
+    if not {*_PLANES, 40.0, 90.0}.issuperset(g) or any(name in _PLACES for name, _ in own):
         raise _refused("a tool call with a motion", "T1 G17 S500 stands alone", "T")
     axis = _SAID["tool_axis"](next((_PLANES[one] for one in g if one in _PLANES), "Z"))
     return _SAID["tool_call"](tool, axis, *own)
@@ -298,55 +303,40 @@ class Modes:
 
     def _single(self, own: Sequence[int], words: _Words) -> list[Statement]:
         """Return a block of a function that is no motion."""
-        g = own[0]
-        if len(own) == 1 and g in _FRAMES:
+        g = own[0] if len(own) == 1 else -1
+        if g in _FRAMES:
             turn = "IROT" if self.steps else "ROT"
             angles = [(turn, value) for _, value in words.polar] or [(turn, 0.0)]
             given = {72: [("SCL", value) for _, value in words.feed], 73: angles}.get(g, words.axes)
             return [_frame(_FRAMES[g], given)]
-        if len(own) == 1 and g == 27 and words.radius:
+        if g == 17:
+            return _alone(words.others)
+        if g == 26:
+            return []
+        if g == 27 and words.radius:
             self.leaving = [*words.radius, *words.feed]
             return []
-        simple: dict[int, Callable[[], list[Statement]]] = {
-            17: lambda: _alone(words.others),
-            26: list,
-            29: lambda: [_motion("CC")],
-            79: lambda: [_SAID["cycle_call"](None, *words.feed, *words.others)],
-        }
-        if g not in simple or len(own) > 1:
-            name = " ".join(f"G{one:02}" for one in own)
-            raise _refused(name, _READ, f"G{g:02}")
-        return simple[g]()
+        if g == 29:
+            return [_motion("CC")]
+        if g == 79:
+            return [_SAID["cycle_call"](None, *words.feed, *words.others)]
+        raise _refused(" ".join(f"G{one:02}" for one in own), _READ, f"G{own[0]:02}")
 
     def _words(self, given: Sequence[Raw]) -> _Words:
         """Return the words of a block by what they are; G90 and G91 stand before those that they are for."""
         words = _Words()
         for name, value in given:
-            step = "I" if self.steps else ""
             if name == "G":
                 words.g.append(round(value))  # type: ignore[arg-type]
                 if words.g[-1] in (90, 91):
                     self.steps = words.g[-1] == 91
-            elif name in _POLES:
-                words.poles.append((f"{step}{_POLES[name]}", value))
-            elif name in "XYZABCUVW":
-                words.axes.append((f"{step}{name}", value))
-            elif name[0] == "I":
+                continue
+            if name.removeprefix("I") != name and len(name) > 1:
                 hint = f"G91 {name[1:]} goes by an increment"
                 raise BlockError("syntax", f"'{name}' is no word of DIN/ISO", name, hint=hint)
-            elif name == "H":
-                words.polar.append((f"{step}PA", value))
-            else:
-                which = (
-                    words.radius
-                    if name == "R"
-                    else words.feed
-                    if name in _FEEDS
-                    else words.fast
-                    if name == "FMAX"
-                    else words.others
-                )
-                which.append((name, value))
+            kind = _KINDS.get(name, "others")
+            meant = f"{'I' if self.steps else ''}{_MEANT.get(name, name)}" if kind in _STEPPED else name
+            getattr(words, kind).append((meant, value))
         return words
 
 

@@ -6,26 +6,14 @@ Spatial angles turn about the machine's X (SPA), then its Y (SPB), then its Z (S
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 
 from cncgen.gcode.codes import affine
 from cncgen.gcode.errors import BlockError
 from cncgen.machine.kinematics import Kinematics
 
-#: Functions that do not change motion, or end a mode that is never on.
-_IDLE = re.compile(
-    r"FUNCTION\s+(?:MODE\s+MILL|DCM\b|PROG\s+PATH|S-PULSE|FEED\s+DWELL\s+RESET|FEED\s+RESET|COUNT|FILE|LIFTOFF|PARAXCOMP\s+(?:DISPLAY|OFF)|PARAXMODE\s+OFF)\b",
-    re.IGNORECASE,
-)
-
 #: The kinematics of a machine, and where its rotary axes stand, degrees, the carrying one first.
 Machine = tuple[Kinematics, tuple[float, float]]
-#: Pauses of the feed.
-PAUSES = re.compile(r"FUNCTION\s+FEED\s+DWELL\s+D-TIME", re.IGNORECASE)
-#: Words of TCPM, which puts M128 in force, and of its end.
-TIP_ON = re.compile(r"FUNCTION\s+TCPM\b(?!\s+RESET)", re.IGNORECASE)
-TIP_OFF = re.compile(r"FUNCTION\s+(?:RESET\s+TCPM|TCPM\s+RESET)\b", re.IGNORECASE)
 
 
 def dwell_s(unit: str, value: float, speed: float) -> float:
@@ -36,25 +24,6 @@ def dwell_s(unit: str, value: float, speed: float) -> float:
         message = "FUNCTION DWELL REV waits for a spindle that has no speed"
         raise BlockError("spindle-stopped", message, "FUNCTION", hint="TOOL CALL 5 Z S500")
     return value * 60.0 / speed
-
-
-def no_pauses() -> BlockError:
-    """Return what is said of the pauses of FUNCTION FEED DWELL."""
-    message = "FUNCTION FEED DWELL is not made: the time of its pauses is not counted"
-    return BlockError("feed-function", message, "FUNCTION", hint="the path is not changed by it")
-
-
-def idle(body: str) -> bool:
-    """Tell whether a FUNCTION block changes nothing.
-
-    Raises:
-        BlockError: It is a FUNCTION that is not read.
-    """
-    if _IDLE.match(body):
-        return True
-    name = " ".join(body.upper().split()[:3])
-    hint = "FUNCTION TCPM, RESET TCPM, DWELL and MODE MILL are"
-    raise BlockError("unsupported-block", f"{name} is not read", "FUNCTION", hint=hint)
 
 
 def matrix(

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, TIP, TIP_OFF, Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError, Stop
@@ -280,17 +280,6 @@ class HeidenhainRunner(ContourLines):
             if behind[:2] != (8, "1") or not behind[2]:
                 self._datums.take(8, None)
 
-    def _function(self, frame: Frame, at: int, statement: Statement) -> None:
-        """FUNCTION TCPM puts M128 in force, FUNCTION RESET TCPM ends it; others change nothing, or are not read."""
-        body = f"FUNCTION {statement.data[0]}"
-        if planes.TIP_ON.match(body) or planes.TIP_OFF.match(body):
-            self._execute(self._here(at, (TIP if planes.TIP_ON.match(body) else TIP_OFF,)))
-            return
-        if planes.PAUSES.match(body):
-            self.ip.warn_once(planes.no_pauses(), Severity.WARNING)
-        else:
-            planes.idle(body)
-
     def _dwell(self, frame: Frame, at: int, statement: Statement) -> None:
         """FUNCTION DWELL."""
         unit, value = statement.data
@@ -366,5 +355,4 @@ class HeidenhainRunner(ContourLines):
         "plane": _plane,
         "dwell": _dwell,
         "transform": _transform,
-        "function_block": _function,
     }

@@ -539,6 +539,12 @@ def _operation(fn: str, q: str, a: Value, operator: str, b: Value) -> Statement:
     return Statement("set", data=(_number_of(q), _binary(a, operator, b)))
 
 
+def _function_unread(text: str) -> Statement:
+    name = " ".join(text.upper().split()[:2])
+    hint = "FUNCTION TCPM, RESET TCPM, DWELL and MODE MILL are"
+    raise BlockError("unsupported-block", f"FUNCTION {name} is not read", "FUNCTION", hint=hint)
+
+
 def _label(name: str) -> str:
     return name.strip('"').upper()
 
@@ -568,7 +574,9 @@ RULES: dict[str, Callable[..., Any]] = {
     "tool_number": lambda text: float(_whole(text)),
     "cycle": _cycle, "cycle_call": _cycle_call, "stop": _stop, "label": _label, "label_here": _kind("label"), "call": _kind("call"),
     "repeats": lambda times, *_: times,
-    **{rule: _kind(rule) for rule in ("call_program", "select_program", "call_selected", "select_pattern", "select_table", "plane", "transform", "function_block")},
+    **{rule: _kind(rule) for rule in ("call_program", "select_program", "call_selected", "select_pattern", "select_table", "plane", "transform")},
+    "tip_on": lambda *_: Statement("block", [("g", TIP / 10.0)]), "tip_off": lambda *_: Statement("block", [("g", TIP_OFF / 10.0)]),
+    "pauses": lambda *_: Statement("block", [_REMARK, ("remark", 6.0)]), "function_unread": _function_unread,
     "pattern": lambda kind, *words: (kind.upper().rstrip("0123456789"), dict(words)),
     "pattern_def": _kind("pattern_def"), "pattern_more": _kind("pattern_more"),
     "dwell": lambda unit, value: Statement("dwell", data=(unit.upper(), value)),
