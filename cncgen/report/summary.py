@@ -295,7 +295,7 @@ def as_text(summary: dict[str, Any]) -> str:
     lines = [
         f"{summary['program']} on {summary['machine']}: {duration(summary['cycle_time_s'])} ({split_text(summary)})"
         + f", {summary['path_length_mm']:.4f} mm, {counted(summary['motions'], 'motion')}, {counted(summary['samples'], 'setpoint')}",
-        f"feed: mean {feed['mean']:.2f}, max {feed['max']:.2f} mm/s; {counted(summary['sharp_corner_count'], 'sharp corner')}",
+        f"feed: mean {_short(feed['mean'])}, max {_short(feed['max'])} mm/s; {counted(summary['sharp_corner_count'], 'sharp corner')}",
     ]
     untimed = untimed_text(summary)
     if untimed:
@@ -314,14 +314,23 @@ def as_text(summary: dict[str, Any]) -> str:
     if kept:
         windows = counted(summary["tolerance_windows"], "window")
         lines.append(f"  {kept} of {windows} kept the plan along the path")
-    lines.extend(_loss_text(place, summary["program"]) for place in summary["slowest"][:3])
+    places = 3 if summary["path_length_mm"] > 1.0 else 6
+    lines.extend(_loss_text(place, summary["program"], places) for place in summary["slowest"][:3])
     return "\n".join(lines)
 
 
-def _loss_text(place: dict[str, Any], program: str) -> str:
+def _short(value: float) -> str:
+    """Return a number with two decimals, a small one with three digits."""
+    return f"{value:.2f}" if value >= 1.0 or value == 0.0 else f"{value:.3g}"
+
+
+def _loss_text(place: dict[str, Any], program: str, places: int) -> str:
     """Return a place where time is lost: how much, line (with its file, if it is not the program), position, time, limit."""
     file = "" if place["source"] == program else f" of {place['source']}"
     # Rounded first, and 0 added: no axis stands at -0.000.
-    at = " ".join(f"{k.split('_')[0].upper()}{round(v, 3) + 0.0:.3f}" for k, v in place["position"].items())
+    at = " ".join(
+        f"{k.split('_')[0].upper()}{round(v, places) + 0.0:.{places}f}" for k, v in place["position"].items()
+    )
     limit = f"{place['axis']} {place['limit'].replace('_', ' ')}".strip()
-    return f"  {1000 * place['lost_s']:.0f} ms lost at line {place['line']}{file}, {at}, {place['t_s']:.3f} s: {limit}"
+    lost = 1000 * place["lost_s"]
+    return f"  {lost:.{0 if lost >= 9.5 else 1}f} ms lost at line {place['line']}{file}, {at}, {place['t_s']:.3f} s: {limit}"

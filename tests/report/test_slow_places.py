@@ -135,3 +135,20 @@ def test_a_limit_that_no_axis_comes_near_has_no_axis() -> None:
         slow = SlowPlaces(500.0, axes)
         slow.add(trajectory([0.2]))
         assert [place.axis for place in slow.worst()] == [""]
+
+
+def test_what_lies_between_two_limits_is_lost_to_them() -> None:
+    """A row whose slow half is held by the jerk at its start, and at no limit while the jerk changes its sign."""
+    one = trajectory([0.2])
+    p = one.profile
+    halves = {name: np.append(getattr(p, name), getattr(p, name)[-1]) for name in ("v", "a", "j", "c")}
+    p = replace(
+        p,
+        t=np.array([0.0, p.t[1], p.t[1] + 0.3, p.t[2]]),
+        s=np.array([0.0, p.s[1], p.s[1] + 2.0, p.s[2]]),
+        limit=np.array([Limit.FEED, Limit.JERK, Limit.NONE], np.int8),
+        **halves,
+    )
+    slow = SlowPlaces(500.0)
+    slow.add(replace(one, profile=p))
+    assert [place.limit for place in slow.worst()] == [Limit.JERK]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +18,7 @@ from cncgen.pipeline import plan_with_summary, read_text
 from cncgen.planner import PlanOptions
 from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
 from cncgen.report import summary as summary_module
-from cncgen.report.summary import Summary, _top_speeds
+from cncgen.report.summary import Summary, _top_speeds, as_text
 from cncgen.setpoints.record import Setpoints
 
 ONE_LINE = "G21 G90 G61 F600\nG1 X10\nM2\n"
@@ -189,3 +190,15 @@ def test_how_much_of_a_program_is_planned() -> None:
     assert all(done is not None and done >= row * 0.1 / 18000.0 - 1e-9 for row, done in found)
     assert found[0][1] == pytest.approx(0.91, abs=0.05)
     assert summary.done() == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_motion_of_some_micrometres_is_told_in_its_digits() -> None:
+    """40 µm at 1 µm/s: with two decimals the feed would be 0.01 or 0.00 mm/s, and every place X0.000."""
+    program = read_text("G21 G90 G61\nG1 X0.00125 F0.06\nX0.0413\nM2\n")
+    stream, summary = plan_with_summary(program, load_machine("flexure-stage"))
+    for _ in stream:
+        pass
+    text = as_text(summary.as_json())
+    assert "max 0.001 mm/s" in text
+    assert re.search(r"0\.\d ms lost at line 3, X0\.041300", text)
+    assert ": none" not in text

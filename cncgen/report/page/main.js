@@ -2,7 +2,7 @@
 
 import { Charts } from "./charts.js";
 import { choices, colouring, palette } from "./colouring.js";
-import { duration, partly, share } from "./format.js";
+import { duration, partly, rounded, share } from "./format.js";
 import { heed, tell } from "./host.js";
 import { legend } from "./legend.js";
 import { lineKey, toolName } from "./lines.js";
@@ -172,10 +172,10 @@ class Page {
   heading() {
     const { summary, verdict, machine } = this.part.header;
     $("title").textContent = this.header.title;
-    const facts = [summary.feedrate];
-    if (summary.path_length_mm !== undefined) facts.push(`${summary.path_length_mm.toFixed(1)} mm`);
-    if (summary.feed_mm_s) facts.push(`mean ${summary.feed_mm_s.mean.toFixed(1)} mm/s`);
-    facts.push(`${this.part.rows.toLocaleString("en")} setpoints of ${Number((1000 * this.part.period).toPrecision(6))} ms`);
+    const facts = [summary.feedrate], short = (value) => (value < 10 ? rounded(value) : value.toFixed(1));
+    if (summary.path_length_mm !== undefined) facts.push(`${short(summary.path_length_mm)} mm`);
+    if (summary.feed_mm_s) facts.push(`mean ${short(summary.feed_mm_s.mean)} mm/s`);
+    facts.push(`${this.part.rows.toLocaleString("en")} setpoints of ${Number((1000 * this.part.period).toPrecision(6))}\u00a0ms`);
     $("subtitle").textContent = facts.filter(Boolean).join(" · ");
     $("subtitle").title = `${$("subtitle").textContent}; machine ${machine}`;
     $("cycle").textContent = duration(this.part.seconds);
