@@ -12,6 +12,7 @@ import click
 from cncgen.cli import memory, messages
 from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, SETPOINT_FORMAT, FiniteRange, NamedChoice, Uncertain
 from cncgen.extensions import DIALECT_GROUP
+from cncgen.ranges import TOLERANCE_MM
 from cncgen.toolpath.reading import DIALECTS, SPEED_UNITS, SPINDLE_SIGNS, UNITS
 
 Command = Callable[..., Any]
@@ -279,7 +280,7 @@ planning_options = _gathering(
     click.option(
         "--path-tolerance",
         metavar="MM",
-        type=FiniteRange(min=0, min_open=True),
+        type=FiniteRange(min=0, max=TOLERANCE_MM, min_open=True),
         help="How far continuous motion may leave the programmed path [default: the program's, else the machine's].",
     ),
     click.option(

@@ -10,6 +10,7 @@ import click
 from cncgen.cli import messages
 from cncgen.cli.options import machine_option, message_options, program_options, setpoint_options
 from cncgen.cli.types import FILE, FiniteRange
+from cncgen.ranges import TOLERANCE_MM
 
 
 @click.command("verify")
@@ -27,7 +28,7 @@ from cncgen.cli.types import FILE, FiniteRange
 @click.option(
     "--path-tolerance",
     metavar="MM",
-    type=FiniteRange(min=0, min_open=True),
+    type=FiniteRange(min=0, max=TOLERANCE_MM, min_open=True),
     help="Tolerance of continuous motion [default: the program's, else the machine's].",
 )
 @click.option(

@@ -56,11 +56,18 @@ def swept_sine(
             "excite-band",
             f"the band {low_hz:g} to {high_hz:g} Hz must rise and end below {0.5 / period_s:g} Hz",
         )
-    if not (0.0 < share <= 1.0 and LEAST_AMPLITUDE <= amplitude < math.inf and math.isfinite(center)):
-        raise _fault(
-            "excite-band",
-            f"share must be in (0, 1], the amplitude at least {LEAST_AMPLITUDE:g}, and the centre finite",
-        )
+    for what, value, holds, wanted in (
+        ("share", share, 0.0 < share <= 1.0, "more than 0 and at most 1"),
+        (
+            "amplitude",
+            amplitude,
+            LEAST_AMPLITUDE <= amplitude < math.inf,
+            f"at least {LEAST_AMPLITUDE:g} and finite",
+        ),
+        ("centre", center, math.isfinite(center), "finite"),
+    ):
+        if not holds:
+            raise _fault("excite-band", f"the {what} is {value:g}; it must be {wanted}")
     if not duration_s * low_hz >= 1.0:
         raise _fault("excite-band", f"one period of {low_hz:g} Hz does not fit into {duration_s:g} s")
     t = np.arange(0.0, duration_s + 0.5 * period_s, period_s)
