@@ -116,6 +116,10 @@ def test_a_program_that_turns_has_diameters_unless_it_says_otherwise(run: Any, p
     assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["diameter-doubtful"]
     assert out.errors == []
     assert out.path.end[out.path.kind < 3][:, [0, 2]].tolist() == [[10, 0], [15, -5]]
+    # One that says DIAMOF further on was in diameters until there.
+    later = run(text.replace("M30", "DIAMOF\nG0 X40\nM30"), dialect="sinumerik")
+    assert [d.code for d in later.diagnostics if d.severity == "warning"] == ["diameter-doubtful"]
+    assert later.path.end[later.path.kind < 3][:, 0].tolist() == [10, 15, 40]
     radii = run(f"DIAMOF\n{text}".replace("CR=5", "CR=9"), dialect="sinumerik")
     assert not [d for d in radii.diagnostics if d.severity == "warning"]
     # A mill may have a constant surface speed as well, for a boring head.

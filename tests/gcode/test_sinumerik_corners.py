@@ -5,6 +5,7 @@ No corner is made where no line or arc in the plane follows, or too many blocks 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -95,6 +96,14 @@ def test_dwell_counts_turns_of_another_spindle(run: Run) -> None:
     out = run("S1=100 M1=3\nS2=500 M2=3\nG4 S2=30\nM30", dialect="sinumerik")
     assert out.errors == []
     assert sum(e.dwell_s for e in out.path.events) == pytest.approx(3.6)
+
+
+@pytest.mark.parametrize(("x", "speed"), [(86, 200.0 / (math.pi * 0.086)), (10, 2800.0)])
+def test_dwell_counts_turns_at_a_constant_surface_speed(run: Run, x: float, speed: float) -> None:
+    """200 m a minute around the diameter on which the tool stands, and at most LIMS."""
+    out = run(f"G18 G90 G95 DIAMON\nG96 S200 LIMS=2800 M4\nG0 X{x} Z2\nG4 S2\nM30", dialect="sinumerik")
+    assert out.errors == []
+    assert sum(e.dwell_s for e in out.path.events) == pytest.approx(2 * 60.0 / speed)
 
 
 @pytest.mark.parametrize(

@@ -42,6 +42,14 @@ def test_plunges_from_the_left_in_steps(cut: Any) -> None:
     assert found == expected
 
 
+def test_revolutions_of_the_wait_are_those_of_the_groove(cut: Any) -> None:
+    """2 turns at 120 m a minute, around the diameter of the base: a groove as wide as the tool."""
+    out, _ = cut("G96 S120\nCYCLE93(50,-30,4,6,0,0,0,0,0,0,0,0,0,6,-2,1)")
+    assert out.errors == []
+    speed = 120.0 / (math.pi * 0.038)
+    assert [event.dwell_s for event in out.path.events if event.dwell_s] == pytest.approx([2 * 60.0 / speed])
+
+
 def test_inside_from_the_right_with_allowances(cut: Any) -> None:
     """A bore of 50 with a groove of 8 by 3, its right edge at -10: 0.2 stay on the walls and 0.1 on the base, which are then cut to size."""
     _, found = cut("CYCLE93(50,-10,8,3,0,0,0,0,0,0,0,0.1,0.2,0,0,7)", x=40.0)

@@ -9,7 +9,7 @@ from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import LEAST_RADIUS_MM
-from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.modal import Stage, State
 from cncgen.toolpath.record import Event
 from cncgen.units import INCH
 
@@ -32,16 +32,28 @@ def spindle_of(ip: Interpreter, block: Block) -> int:
     return round(value)
 
 
+def turns_a_minute(state: State) -> float:
+    """Return the speed of the spindle in rev/min; with a constant surface speed, the one where the tool stands."""
+    if not state.constant_surface:
+        return state.speed
+    around = 2.0 * math.pi * max(abs(state.position[0]), LEAST_RADIUS_MM / (INCH if state.inches else 1.0))
+    return min(state.speed * (12.0 if state.inches else 1000.0) / around, state.constant_surface)
+
+
+def waited_s(state: State, time: float) -> float:
+    """Return the seconds of a dwell that is negative where it counts revolutions; none where the spindle does not turn."""
+    if time >= 0.0:
+        return time
+    turns = turns_a_minute(state)
+    return -60.0 * time / turns if turns > 0.0 else 0.0
+
+
 def _event(ip: Interpreter, rest: bool) -> Event:
     state = ip.state
     values = {"speed_rpm": state.speed, "direction": state.direction}
     if state.constant_surface:
-        # The spindle's speed where the tool stands; it follows the tool from there.
-        around = (
-            2.0 * math.pi * max(abs(state.position[0]), LEAST_RADIUS_MM / (INCH if state.inches else 1.0))
-        )
-        turns = min(state.speed * (12.0 if state.inches else 1000.0) / around, state.constant_surface)
-        values["speed_rpm"] = turns
+        # The spindle's speed follows the tool from there.
+        values["speed_rpm"] = turns = turns_a_minute(state)
         if rest and state.direction and state.constant_surface == _NO_LIMIT and turns > _TOO_FAST:
             message = f"a surface speed without a bound, beside X0: {turns:.0f} rev/min, and the time to get there counts"
             ip.warn_once(BlockError("speed-unbounded", message, "M", hint=_BOUND))

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.places import in_rows, on_circle
+from cncgen.gcode.codes.spindle import waited_s
 from cncgen.gcode.codes.steps import MOST, steps_of
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.expressions import Scalar
@@ -140,11 +141,9 @@ class Hole:
 
     def dwell(self, time: float) -> None:
         """Wait: seconds, or revolutions where negative."""
-        if time < 0.0:
-            speed = self.motions.ip.state.speed
-            time = -60.0 * time / speed if speed > 0.0 else 0.0
-        if time:
-            self.motions.emit({"p": time}, (40,))
+        seconds = waited_s(self.motions.ip.state, time)
+        if seconds:
+            self.motions.emit({"p": seconds}, (40,))
 
     def mm(self, length: float) -> float:
         """Return a length in the unit of the program."""

@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Block
+from cncgen.gcode.codes.spindle import turns_a_minute
 from cncgen.gcode.codes.subprograms import of_builder
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik import commands
@@ -155,7 +156,7 @@ def dwell(motions: Motions, words: Words) -> None:
     if seconds is None:
         assert turns is not None
         speed = (
-            motions.ip.state.speed
+            turns_a_minute(motions.ip.state)
             if spindle in ("S", f"S{motions.master}")
             else motions.speeds.get(spindle, 0.0)
         )

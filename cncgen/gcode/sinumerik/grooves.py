@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from cncgen.gcode.codes.spindle import waited_s
 from cncgen.gcode.codes.steps import steps_of
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.arcs import follow
@@ -77,15 +78,16 @@ class _Groove:
             self.to(z, above, rapid=True)
 
     def plunge(self, z: float, floor: float, count: int, dwell: float) -> None:
-        """Cut down to a height in equal steps, lift off between them, wait at the end."""
+        """Cut down to a height in equal steps, lift off between them, wait at the end: seconds, or revolutions where negative."""
         self.begin(z)
         for k in range(1, count + 1):
             height = self.top - (self.top - floor) * k / count
             self.to(z, height)
             if k < count:
                 self.to(z, height + self.lift, rapid=True)
-        if dwell:
-            self.motions.emit({"p": dwell}, (40,))
+        seconds = waited_s(self.motions.ip.state, dwell)
+        if seconds:
+            self.motions.emit({"p": seconds}, (40,))
         self.to(z, self.top + self.lift, rapid=True)
 
     def finish(self, edge: float, to_right: bool) -> None:
@@ -173,8 +175,6 @@ def _rough(job: _Groove, name: str, v: list[float], from_left: bool) -> None:
     refuse(name, (last < first - _TINY, "cycle-tool", message, "FAL2 is left on both walls"))
     count = steps_of(last - first, _ASIDE * job.width, name, f"{name} makes {{}} plunges", least=0)
     down = steps_of(v[3] - v[11], v[13], name, f"{name} plunges in {{}} steps", "is IDEP too small?")
-    speed = job.motions.ip.state.speed
-    dwell = v[14] if v[14] >= 0.0 else -60.0 * v[14] / speed if speed > 0.0 else 0.0
     places = [first + (last - first) * k / max(count, 1) for k in range(count + 1)]
     for place in places if from_left else reversed(places):
-        job.plunge(place, job.floor(place) + v[11], down, dwell)
+        job.plunge(place, job.floor(place) + v[11], down, v[14])

@@ -178,7 +178,7 @@ class Motions:
         if turns:
             self.emit({}, (180,))
             self.diameter, self.plane_assumed = "G90 G91", True
-            message = "the program turns and says neither DIAMON nor DIAMOF: X is read as a diameter, in G18, as most lathes begin"
+            message = "the program turns and says neither DIAMON nor DIAMOF before X: X is read as a diameter, in G18, as most lathes begin"
             hint = "DIAMON or DIAMOF before the first motion says which"
             self.ip.warn(BlockError("diameter-doubtful", message, hint=hint), Severity.WARNING)
 

@@ -19,6 +19,7 @@ class Said:
         names: Letters of words, names of settings, commands and calls; ``CYCLE800(`` is a call with values.
         brackets: Names that stand alone in brackets behind the name of a setting: ``POS[X]``.
         files: Names of what may be subprograms.
+        unstated: Whether X is named before a command says how it is meant.
     """
 
     def __init__(self) -> None:
@@ -26,6 +27,7 @@ class Said:
         self.names: set[str] = set()
         self.brackets: set[str] = set()
         self.files: set[str] = set()
+        self.unstated = False
 
     def take(self, items: Sequence[Item]) -> None:
         """Take what the items of a block name."""
@@ -43,23 +45,31 @@ class Said:
                 self._name(said[0])
             elif kind == "text":
                 self.files.add(file_name(said[0]))
+        self._note_x()
 
     def take_plain(self, letters: Iterable[str], codes: Iterable[int]) -> None:
         """Take the letters of plain lines (R is CR), and the numbers of their G words."""
         self.names |= {"CR" if letter == "r" else letter.upper() for letter in letters} - {"G"}
         self.codes |= {("G", float(code)) for code in codes}
+        self._note_x()
 
     def named(self, letter: str) -> bool:
         """Tell whether an axis is named, with a number or without."""
         return any(name[0] == letter and (len(name) == 1 or name[1:].isdigit()) for name in self.names)
 
     def turns(self) -> bool:
-        """Tell whether the program turns and says nowhere how X is meant, nor names a plane or an axis of mills."""
+        """Tell whether the program turns and does not say how its first X is meant, nor names a plane or an axis of mills."""
         says = {"TRACYL", "TRANSMIT"} & self.names or {("G", 17.0), ("G", 19.0)} & self.codes
         turning = bool({("G", 96.0), ("G", 961.0)} & self.codes or _TURNING & self.names)
-        return turning and not (
-            says or self.named("Y") or any(name.startswith("DIAM") for name in self.names)
-        )
+        return turning and (self.unstated or not self._stated()) and not (says or self.named("Y"))
+
+    def _note_x(self) -> None:
+        """Note whether X is named, and no command of diameters up to here."""
+        if not self.unstated and "X" in self.names:
+            self.unstated = not self._stated()
+
+    def _stated(self) -> bool:
+        return any(name.startswith("DIAM") for name in self.names)
 
     def _word(self, letter: str, value: float) -> None:
         if letter in "GM":
