@@ -24,8 +24,6 @@ _FELT = 1.2
 _MORE = 1.1
 #: Parts of `_FELT` on both sides of what a round changes that are searched again, and of the window from which on all of it is.
 _BESIDE, _MOSTLY = 1.0, 0.6
-#: Iterations of the second round after which the search is begun anew as well.
-_LONG = 25
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there.
 #: Least room, as a part of the tolerance.
 _LOCAL, _NARROWEST = 2, 0.1
@@ -90,8 +88,9 @@ class Window:
     def tangled(self) -> bool:
         """Whether corners are so near each other that there are many local optima."""
         corner = np.flatnonzero(vertex_nodes(self) >= 0)
-        apart = np.sqrt((np.diff(self.path.points[corner], axis=0) ** 2).sum(axis=1))
-        return bool((apart < TIGHT * self.path.tolerance[corner[1:] - 1]).any())
+        # Along the rows: a closed contour ends in the corner where it began.
+        way = np.cumsum(np.sqrt((np.diff(self.path.points, axis=0) ** 2).sum(axis=1)))
+        return bool((np.diff(way[corner - 1]) < TIGHT * self.path.tolerance[corner[1:] - 1]).any())
 
 
 class Rounds:
@@ -139,8 +138,7 @@ class Rounds:
         given, spent = self._given(), 0
         if self._got is not None:
             self._got, spent = _narrower(self._got, given, self._parts)
-        long = self.number == 1 and self._got is not None and self._got[1].iterations > _LONG
-        if self._got is None or self._got[1].status != 1 or long:
+        if self._got is None or self._got[1].status != 1:
             # A search whose iterations run out ends in a motion, but not in the fastest one.
             anew, more = begun(given, nodes, near) if near or not self.early else (None, 0)
             self._got, spent = faster(self._got, anew), spent + more

@@ -18,6 +18,7 @@ from cncgen.machine.record import Axis, Machine
 from cncgen.planner.tube import window_rounds
 from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Problem, Search, Solved
+from cncgen.planner.tube.window_rounds import Rounds
 
 ROOT = Path(__file__).resolve().parents[3]
 Floats = NDArray[np.float64]
@@ -663,3 +664,25 @@ def test_parts_that_are_searched_again_are_those_of_the_whole_window(monkeypatch
     monkeypatch.setattr(window_rounds, "_MOSTLY", 0.0)
     assert by_parts == pytest.approx(seconds(), rel=2e-4)
     assert all(len(parts) == 1 and parts[0][0] == 0 for parts in searched)
+
+
+@pytest.mark.parametrize(
+    ("row", "searches"),
+    [("G3 X10 Y0 I0 J-5", 1), ("G1 X10 Y0.2", 2)],
+    ids=["a closed contour ends in its corner", "two corners two tolerances apart"],
+)
+def test_only_windows_with_corners_side_by_side_are_searched_twice(
+    monkeypatch: pytest.MonkeyPatch, row: str, searches: int
+) -> None:
+    """Near corners have many local optima; those of a contour that ends where it began are all of it apart."""
+    rounds: list[Rounds] = []
+    begin = Rounds.__init__
+
+    def begun(self: Rounds, *given: object) -> None:
+        rounds.append(self)
+        begin(self, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Rounds, "__init__", begun)
+    text = f"G21 G90 G94 F6000\nG64 P0.1\nG1 X10 Y0\n{row}\nG1 X0 Y10\nM2\n"
+    cncgen.plan_with_summary(cncgen.read_text(text), machine())[0].collect()
+    assert len(rounds) == searches
