@@ -48,10 +48,9 @@ SEEN = 1.5, 1.36
 _BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
 #: Largest turn of a direction that is rounding alone, rad.
 NO_TURN = 1e-9
-#: Cost of a jump that is passed on either side of it, in periods: by itself, and where it takes all jerk along the path; and
-#: what it is taken to cost at least: so slow passes as a side that hardly moves allows leave some windows no start.
+#: Cost of a jump that is passed on either side of it, in periods: by itself, and where it takes all jerk along the path.
 #: With one cost of 0.6 to 0.8 some of 112 random programs take 0.6 to 1.1 % longer, with none 13 of them 0.5 to 2.5 %.
-_DELAY, _SLOWED, _LEAST_DELAY = 0.4, 0.5, 0.6
+_DELAY, _SLOWED = 0.4, 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -451,26 +450,22 @@ def _cuts(bounds: AxisLimits, stop: Bools, turn: Floats, straight: Bools) -> Boo
     return out
 
 
-def distinct(
-    s: Floats, sides: tuple[Floats, Floats], bounds: AxisLimits, apart: Bools, curved: Bools
-) -> tuple[Ints, Ints]:
+def distinct(s: Floats, sides: tuple[Floats, Floats], bounds: AxisLimits, curved: Bools) -> tuple[Ints, Ints]:
     """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart.
 
     Members of a cluster follow each other within a quarter of a thousandth of J T³ (within a curve, a thousandth): the way
-    between them, be it a turn back, shows in a third difference by a thousandth of J at most. The ends of the block stay, and
-    so do those that have to be `apart` for other reasons.
+    between them, be it a turn back, shows in a third difference by a thousandth of J at most. The ends of the block stay.
 
     Args:
         s: Shape (n,), path coordinate.
         sides: Derivatives on the left and on the right of each, shape (4, n, axes) each.
         bounds: Limits.
-        apart: Shape (n − 1,), between which of them both stay.
         curved: Shape (n − 1,), between which of them a NURBS goes on.
     """
     # The rows that meet at a cluster count too: a length may be short for one row and long for axes that only the other moves.
     seen = np.minimum(*(resolution(bounds, side[1]) for side in sides))
     part = np.where(curved, _TOGETHER_WITHIN, _TOGETHER)
-    apart = apart | (np.diff(s) > part * np.minimum(seen[:-1], seen[1:]))
+    apart = np.diff(s) > part * np.minimum(seen[:-1], seen[1:])
     if not apart.any():
         ends = np.array([0, len(s) - 1])
         return ends, ends
@@ -568,7 +563,7 @@ def break_even_speed(
     """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.
 
     A stop takes v/a more on either side, a being the acceleration that the motion reaches there; passing, the jump leaves
-    little jerk for three periods, which costs 0.6 to 0.8 T on either side, by what it takes of the jerk along the path.
+    little jerk for three periods, which costs 0.4 to 0.9 T on either side, by what it takes of the jerk along the path.
     Slower than J T² or A T nothing is passed.
 
     Args:
@@ -586,7 +581,7 @@ def break_even_speed(
     after = places[np.minimum(np.searchsorted(places, s, side="right"), len(places) - 1)] - s
     speed = np.minimum(np.sqrt(top), elementary.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
     reached = np.minimum(acceleration, np.sqrt(speed * jerk))
-    return np.maximum(slowest, np.maximum(_DELAY + _SLOWED * lost, _LEAST_DELAY) * bounds.period_s * reached)
+    return np.maximum(slowest, (_DELAY + _SLOWED * lost) * bounds.period_s * reached)
 
 
 def _rests(toolpath: Toolpath, path: Path, crawls: Bools) -> Floats:

@@ -30,18 +30,11 @@ Ints = NDArray[np.int64]
 #: Kinds of intervals: `SPLINE`, one on which q is a quadratic; `LEAVE` and `ENTER`, one that leaves or enters a rest with
 #: constant jerk; `LINE`, a whole straight line from rest to rest.
 SPLINE, LEAVE, ENTER, LINE = range(4)
-#: Turn of the direction, and part of the feed that changes, below which a straight line goes on: that of coordinates
-#: rounded in their last places.
+#: Part of the feed that changes, below which a straight line goes on: speeds of G93 come from lengths, with their rounding.
 _STRAIGHT = 1e-9
-#: A part of a crawling row that takes less than this many periods is left out: only rounding separates a knot there from the
-#: cusp beside it.
-_BRIEF = 1e-4
-#: Relative rounding of a coordinate, some units in the last place: a direction taken from coordinates may be wrong by that
-#: over the length of its row.
-_DIGITS = 2.0**-50
 #: Relative change of a direction that is rounding alone.
 _LAST_DIGITS = 2.0**-48
-#: A turn of at least this is a corner, rad. Below it a turn counts only if the coordinates have the digits to show it.
+#: A turn of at least this is a corner, rad. A smaller one may be rounding of the coordinates of short rows.
 _SEEN = 1e-5
 #: Nodes stand so close that the direction turns less than this over an interval, rad, and its derivative changes accordingly
 #: (`mesh_spacing`). Where it turns more (cusps, bends too short to show), derivatives are replaced by values from the ends (`_calm`).
@@ -163,13 +156,12 @@ def _breakpoints(
     after: BlockEnd | None,
 ) -> tuple[Corners, tuple[Floats, Floats]]:
     """Return the breakpoints of a block, classified, and the derivatives on the left and right of each, shape (4, n, axes) each."""
-    seams = _seams(toolpath, path, feeds)
+    seams = path.breakpoints()
     sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
     # At its ends a path is what it is within; a curve that ends in a cusp has no direction there.
     sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
     between = path.row_of(0.5 * (seams[:-1] + seams[1:]))
-    apart = _lasting(seams, between, feeds.speed, bounds.period_s) & crawls[between]
-    first, last = distinct(seams, sides, bounds, apart, path.kind[between] == Kind.NURBS)
+    first, last = distinct(seams, sides, bounds, path.kind[between] == Kind.NURBS)
     sides = (sides[0][:, first], sides[1][:, last])
     top = np.minimum(top_at(seams[first], sides[0], -1), top_at(seams[last], sides[1], 1))
     corners = corners_of(toolpath, path, bounds, crawls, seams[first], sides, top, before, after)
@@ -276,44 +268,6 @@ def _too_many(toolpath: Toolpath, path: Path, many: TooManyNodesError) -> Diagno
         hint="it takes hours at the limits of some axis; are they in mm, degrees and s?",
         values={"nodes": many.nodes, "most": MOST},
     )
-
-
-def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
-    """Return the breakpoints of a path, shape (n,), without those where a straight line simply goes on at the same feed."""
-    s = path.breakpoints()
-    before, after = path.row_of(s, -1), path.row_of(s)
-    straight = (path.kind[before] == Kind.LINE) & (path.kind[after] == Kind.LINE) & (after == before + 1)
-    # Speeds of G93, or where rotary axes turn beside little, come from lengths, with their rounding.
-    same = np.isclose(feeds.speed[before], feeds.speed[after], rtol=_STRAIGHT, atol=0.0)
-    straight &= (toolpath.path_mode[before] != PathMode.EXACT_STOP) & same
-    straight[[0, -1]] = False
-    at = np.flatnonzero(straight)
-    if not len(at):
-        return s
-    place, one = path.evaluate(s[at], 1, -1)
-    other = path.evaluate(s[at], 1, 1)[1]
-    shorter = np.minimum(path.row_length[before[at]], path.row_length[after[at]])
-    # The direction of a row comes from rounded coordinates, so of a short row it has few digits. The shortest have none: their
-    # ends stay breakpoints, and the rows on both sides of them show whether that is a corner.
-    known = _STRAIGHT + _DIGITS * np.maximum(max_over_axes(np.abs(place)), np.abs(s[at])) / shorter
-    known = np.where(known < _SEEN, known, 0.0)
-    turn = max_over_axes(np.abs(other - one) / np.maximum(np.abs(one), 1.0))
-    return np.delete(s, at[turn < known])
-
-
-def _lasting(seams: Floats, row: Ints, speed: Floats, period_s: float) -> NDArray[np.bool_]:
-    """Tell which stretches between seams take time at their feed, or are the longest of their row: these must not be left out.
-
-    Args:
-        seams: Shape (n + 1,), path coordinate.
-        row: Shape (n,), the row of each stretch.
-        speed: Shape (rows,), mm/s, feeds.
-        period_s: Time between setpoints.
-    """
-    length = np.diff(seams)
-    longest = np.zeros(len(speed))
-    np.maximum.at(longest, row, length)
-    return (length > _BRIEF * period_s * speed[row]) | (length >= longest[row])
 
 
 def _straight_on(
