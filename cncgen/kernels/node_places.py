@@ -14,15 +14,6 @@ _STEEP = cython.declare(cython.double, 1.5)
 _INFINITE = cython.declare(cython.double, float("inf"))
 
 
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _over(a: cython.double, b: cython.double) -> cython.double:
-    """a / b for a > 0 and b >= 0; infinite where b is 0."""
-    return a / b if b > 0.0 else _INFINITE
-
-
 def lowered(
     values: cython.const[cython.double][::1], way: cython.const[cython.double][::1], out: cython.double[::1]
 ) -> None:
@@ -259,38 +250,6 @@ def calm(
                 for order in range(1, 4):
                     for d in range(x.shape[3]):
                         x[order, n, 1, d] = 0.5 * (x[order, n, 0, d] + x[order, n, 2, d])
-
-
-def bulging(
-    x3: cython.const[cython.double][:, :, ::1],
-    top: cython.const[cython.double][:, ::1],
-    jerk: cython.const[cython.double][::1],
-    most: cython.double,
-    out: cython.double[::1],
-) -> None:
-    """Fill `out` with the second difference of x''' v^3 over intervals as a part of the jerk limits.
-
-    Args:
-        x3: Shape (n, 3, axes), third derivatives at three places of each.
-        top: Shape (n, 3), the largest v^2 there.
-        jerk: Shape (axes,), limits.
-        most: The largest part of the jerk limit of an axis that x''' v^3 has.
-        out: Shape (n,).
-    """
-    n: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    size: cython.double
-    held: cython.double
-    bend: cython.double
-    with cython.nogil:
-        for n in range(out.shape[0]):
-            held = _INFINITE
-            bend = 0.0
-            for d in range(jerk.shape[0]):
-                size = max(fabs(x3[n, 0, d]), max(fabs(x3[n, 1, d]), fabs(x3[n, 2, d])))
-                held = min(held, _over(jerk[d], size))
-                bend = max(bend, fabs(x3[n, 0, d] - 2.0 * x3[n, 1, d] + x3[n, 2, d]) / jerk[d])
-            out[n] = bend * min(pow(max(top[n, 0], max(top[n, 1], top[n, 2])), 1.5), most * held)
 
 
 def concealed(

@@ -39,9 +39,6 @@ _SEEN = 1e-5
 #: Nodes stand so close that the direction turns less than this over an interval, rad, and its derivative changes accordingly
 #: (`mesh_spacing`). Where it turns more (cusps, bends too short to show), derivatives are replaced by values from the ends (`_calm`).
 _SHARP = 0.3
-#: The quarter points of an interval are looked at where the second difference of x''' v³ exceeds this part of the jerk limit;
-#: x''' v³ itself is taken to be at most this multiple of the limit, since the other terms of the jerk can cancel only so much.
-_BEND, _MOST = 0.03, 8.0
 #: Allowance for values between the quarter points, as a multiple of those at the points: slightly more in x''', and twice as much in
 #: x''.
 _EXCESS = 2.5
@@ -224,7 +221,7 @@ def _intervals(
         node_top=node_top,
         node_acceleration=node_acceleration,
         factor=_factors(s, corners),
-        x3_excess=_x3_excess(path, s, kind, x[3], top3, bounds.jerk),
+        x3_excess=_x3_excess(path, s, kind, x[3]),
         chord=_chords(toolpath, row, bounds),
         stop=stop,
         corner=corner,
@@ -324,27 +321,21 @@ def _factors(s: Floats, corners: Corners) -> Floats:
     return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - STEP_TAKES * JUMP_SHARE - SWAY_SHARE)
 
 
-def _x3_excess(
-    path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floats, jerk: Floats
-) -> Floats:
+def _x3_excess(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats) -> Floats:
     """Return by how much |x'''| within an interval may exceed what its three values show, shape (n, axes).
 
-    The kernel takes x''' as a quadratic over an interval. Where its second difference is large, the path is evaluated at the
-    quarter points too, and what differs there from the quadratic is the result, times `_EXCESS`. Intervals beside a rest
-    are left out: v³ grows as s² there, and at a rest in a cusp x''' is rounding.
+    The kernel takes x''' as a quadratic over an interval. The path is evaluated at the quarter points too, and what differs
+    there from the quadratic is the result, times `_EXCESS`. Intervals beside a rest are left out: v³ grows as s² there, and at
+    a rest in a cusp x''' is rounding.
 
     Args:
         path: The path.
         s: Shape (n + 1,), nodes.
         kind: Shape (n,), the kind of each interval.
         x3: Shape (n, 3, axes), third derivatives at the start, middle and end of each interval.
-        top: Shape (n, 3), largest v² there.
-        jerk: Shape (axes,), limits.
     """
     out = np.zeros((len(x3), x3.shape[2]))
-    bend = np.empty(len(x3))
-    node_places.bulging(x3, top, jerk, _MOST, bend)
-    at = np.flatnonzero((bend > _BEND) & (kind == SPLINE))
+    at = np.flatnonzero((kind == SPLINE) & x3.any(axis=(1, 2)))
     if not len(at):
         return out
     quarters = s[at, None] + np.diff(s)[at, None] * (0.25, 0.75)
