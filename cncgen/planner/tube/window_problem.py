@@ -17,8 +17,8 @@ Ints = NDArray[np.int64]
 
 #: Barrier parameter at the start, near the solution and at the end, and iterations at most.
 _START, _NEAR, _END, _MOST = 1e-3, 1e-5, 1e-6, 200
-#: Barrier parameter where a search goes on with a narrower problem, and iterations at most.
-_AGAIN, _MOST_AGAIN = 3e-6, 40
+#: Barrier parameter where a search goes on with a narrower problem.
+_AGAIN = 3e-6
 #: Barrier parameter where it goes on with a wider one.
 _WIDER = 1e-4
 #: Part of the jerk limit that what nodes are missed by may make of a third difference; the most and, in parts of what doubles
@@ -234,7 +234,7 @@ class Search:
             self._move(step, velocity, acceleration, offset, jerk, first, last)
             end = self.arrays.x[last].copy()
             tube = self.tube if last - first == len(step) else self._part(first, last)
-            found.append(kernel.solve(tube, _WIDER if far else _AGAIN, _END, _MOST_AGAIN, False, True))
+            found.append(kernel.solve(tube, _WIDER if far else _AGAIN, _END, _MOST, False, True))
             if last < len(step):
                 # The step before is missed by at most both halves of what counts as exact, the one behind by no more than before.
                 self.arrays.x[last] = end
