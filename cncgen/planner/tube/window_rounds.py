@@ -24,6 +24,8 @@ _FELT = 1.2
 _MORE = 1.1
 #: Parts of `_FELT` on both sides of what a round changes that are searched again, and of the window from which on all of it is.
 _BESIDE, _MOSTLY = 1.0, 0.6
+#: A search that goes on with less room and takes so many times as long as before has lost its way: one is begun anew as well.
+_LOST = 1.05
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there.
 #: Least room, as a part of the tolerance.
 _LOCAL, _NARROWEST = 2, 0.1
@@ -136,9 +138,12 @@ class Rounds:
         # The first round shows where room has to be less, which needs no exact motion.
         near = self.number == 0
         given, spent = self._given(), 0
+        lost = self._got is None
         if self._got is not None:
+            before = float(self._got[1].step.sum())
             self._got, spent = _narrower(self._got, given, self._parts)
-        if self._got is None or self._got[1].status != 1:
+            lost = self._got[1].status != 1 or float(self._got[1].step.sum()) > _LOST * before
+        if lost:
             # A search whose iterations run out ends in a motion, but not in the fastest one.
             anew, more = begun(given, nodes, near) if near or not self.early else (None, 0)
             self._got, spent = faster(self._got, anew), spent + more
