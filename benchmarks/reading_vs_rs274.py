@@ -230,6 +230,8 @@ def installed(folder: Path) -> str:
     place = Path(sysconfig.get_path("purelib", "venv", {"base": str(folder)})) / "cncgen"
     shutil.copytree(Path(cncgen.__file__).parent, place)
     shutil.copytree(Path(grammars.__file__).parent, place / "grammars", dirs_exist_ok=True)
+    # What it needs stays where it is; a file of paths in there is not followed.
+    (place.parent / "needed.pth").write_text(f"{sysconfig.get_path('purelib')}\n")
     subprocess.run([python, "-m", "compileall", "-q", place], check=True)
     return python
 
