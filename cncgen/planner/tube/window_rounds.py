@@ -91,8 +91,9 @@ class Window:
         """Whether corners are so near each other that there are many local optima."""
         corner = np.flatnonzero(vertex_nodes(self) >= 0)
         # Along the rows: a closed contour ends in the corner where it began.
-        way = np.cumsum(np.sqrt((np.diff(self.path.points, axis=0) ** 2).sum(axis=1)))
-        return bool((np.diff(way[corner - 1]) < TIGHT * self.path.tolerance[corner[1:] - 1]).any())
+        ways = np.sqrt((np.diff(self.path.points, axis=0) ** 2).sum(axis=1))
+        way = np.concatenate([[0.0], np.cumsum(ways)])
+        return bool((np.diff(way[corner]) < TIGHT * self.path.tolerance[corner[1:] - 1]).any())
 
 
 class Rounds:
