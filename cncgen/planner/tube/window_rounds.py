@@ -24,7 +24,7 @@ _FELT = 1.2
 _MORE = 1.1
 #: Parts of `_FELT` on both sides of what a round changes that are searched again, and of the window from which on all of it is.
 _BESIDE, _MOSTLY = 1.0, 0.6
-#: A search that goes on with less room and takes so many times as long as before has lost its way: one is begun anew as well.
+#: Where the motion of a round takes so many times as long as that of the round before, the search has lost its way, and begins anew as well.
 _LOST = 1.05
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there.
 #: Least room, as a part of the tolerance.
@@ -141,11 +141,11 @@ class Rounds:
         given, spent = self._given(), 0
         lost = self._got is None
         if self._got is not None:
+            # A search that goes astray ends in a motion as well, far from the fastest one.
             before = float(self._got[1].step.sum())
             self._got, spent = _narrower(self._got, given, self._parts)
             lost = self._got[1].status != 1 or float(self._got[1].step.sum()) > _LOST * before
         if lost:
-            # A search whose iterations run out ends in a motion, but not in the fastest one.
             anew, more = begun(given, nodes, near) if near or not self.early else (None, 0)
             self._got, spent = faster(self._got, anew), spent + more
         self.units += _ROUND + int(self._step * spent)
