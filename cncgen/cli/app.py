@@ -71,7 +71,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     except Exception as error:
         if memory.is_lack(error):
             memory.lift()
-            fault = memory.exhausted()
+            fault = memory.exhausted(error)
             messages.show_error(fault)
             return fault.exit_code
         help = "this is a fault of cncgen; CNCGEN_TRACEBACK=1 in the environment shows the whole trace"

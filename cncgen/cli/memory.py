@@ -9,7 +9,7 @@ except ImportError:  # Windows has no such bounds
 
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
-from cncgen.room import MIB, room, taken
+from cncgen.room import MIB, taken
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 #: Memory that a run may take by default, MiB.
 DEFAULT_MIB = 1024
-#: More than threads have as their stack: 8 MiB by the defaults of Linux.
-_STACK = 16 * MIB
 
 
 class _Bound:
@@ -58,17 +56,27 @@ def lift() -> None:
 
 
 def is_lack(error: Exception) -> bool:
-    """Tell whether an error says that memory is lacking: Python's own, or that of a thread for whose stack there is no room."""
-    threadless = isinstance(error, RuntimeError) and "start new thread" in str(error)
-    return isinstance(error, MemoryError) or (threadless and room() < _STACK)
+    """Tell whether an error says that memory is lacking: Python's own, or that of a thread that did not start."""
+    return isinstance(error, MemoryError) or _is_of_a_thread(error)
 
 
-def exhausted() -> NoPlanError:
-    """Return the message that ends a run that needs more."""
+def _is_of_a_thread(error: Exception) -> bool:
+    """Tell whether a thread did not start.
+
+    There is no room for its stack, or the system allows no more threads: Python tells neither from the other, and the
+    threads of the run may have ended, and freed their room, before anyone asks.
+    """
+    return isinstance(error, RuntimeError) and "start new thread" in str(error)
+
+
+def exhausted(error: Exception) -> NoPlanError:
+    """Return the message that ends a run that needs more than an `error` says it has."""
     if _Bound.allowed:
         who, hint = "which the system allows this process", "ulimit -d shows and sets that"
     else:
         who, hint = "the bound of a run", "--max-memory sets the bound, in MiB"
+    if _is_of_a_thread(error):
+        hint += ", and ulimit -u that of threads, which may be the one that is met"
     return NoPlanError(
         Diagnostic(
             "max-memory",

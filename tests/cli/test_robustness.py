@@ -780,19 +780,25 @@ def test_a_run_that_needs_more_memory_than_it_may_take(
 def test_a_thread_without_room_for_its_stack_is_a_lack_of_memory(
     in_folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Stacks of 8 MiB each do not fit 64 times into 64 MiB."""
+    """Stacks of 8 MiB each do not fit 64 times into 64 MiB, and are free again when the error is looked at."""
 
     def threads(*_: object, **__: object) -> None:
         end = threading.Event()
+        started = []
         try:
             for _ in range(64):
-                threading.Thread(target=end.wait, daemon=True).start()
+                started.append(threading.Thread(target=end.wait, daemon=True))
+                started[-1].start()
         finally:
             end.set()
+            for thread in started[:-1]:
+                thread.join()
 
     monkeypatch.setattr("cncgen.pipeline.check", threads)
     assert app.run(["check", "small.nc", "--max-memory", "64"]) == 3
-    assert "error[max-memory]: the run needs more memory than 64 MiB" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "error[max-memory]: the run needs more memory than 64 MiB" in said
+    assert "ulimit -u" in said
 
 
 def test_a_bound_of_memory_beyond_what_a_system_counts(in_folder: Path) -> None:
