@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from cncgen.arguments import expect, expect_fields, expect_path, undrawn
-from cncgen.diagnostics import Diagnostic, ProgramError, Span
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span
 from cncgen.pipeline.reading import PLANNED, PREDICTED, read, sound
 from cncgen.shown import html_of
 from cncgen.toolpath.reading import ReadOptions
@@ -236,7 +236,11 @@ def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
     Raises:
         UsageError: A signal is unknown, or `planned` is not a plan.
     """
-    expect(planned, Plan, "what is sampled", "what cncgen.plan returns")
+    return _sampled(expect(planned, Plan, "what is sampled", "what cncgen.plan returns"), signals)
+
+
+def _sampled(planned: Plan, signals: Sequence[str], remarks: Diagnostics | None = None) -> SetpointStream:
+    """Sample a plan as `sample` does; `remarks` takes what there is to say of the setpoints once they are drawn."""
     if isinstance(signals, str):
         signals = [name.strip() for name in signals.split(",") if name.strip()]
     wanted = "names of signals, as a list or by commas"
@@ -251,7 +255,7 @@ def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
     if planned.options is not None and planned.options.interpolator.startswith("two-stage"):
         from cncgen.setpoints.two_stage import two_stage
 
-        chunks = two_stage(chunks, planned.options.interpolator, planned.options.master_period_s)
+        chunks = two_stage(chunks, planned.options.interpolator, planned.options.master_period_s, remarks)
     if planned.promised:
         from cncgen.setpoints.holding import held
 
@@ -318,8 +322,7 @@ def plan_with_summary(
     how = as_read(how, program)
     summary = summary_of(program, where, how, line_times)
     trajectories = trajectories_of(summary.over_toolpaths(sound_for(program, how)), where, how)
-    stream = sample(
-        Plan(program, where, summary.over_trajectories(trajectories), how.keeps_limits, how), signals
-    )
+    planned = Plan(program, where, summary.over_trajectories(trajectories), how.keeps_limits, how)
+    stream = _sampled(planned, signals, summary.remarks)
     watched = replace(stream, chunks=summary.over_setpoints(stream.chunks))
     return watched, summary
