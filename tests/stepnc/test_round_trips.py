@@ -107,6 +107,38 @@ def test_gcode_to_ap238_to_gcode(path, inches):
     same(original, from_gcode("\n".join(gcode_lines([stepnc]))))
 
 
+def test_what_is_switched_without_a_motion_after_it_goes_along():
+    """The last M5 and M9 were lost, those before a stop too, and the spindle started after the dwell that waits for it."""
+    text = """(START, X0 Y0 Z50)
+        G21 G90 T3 M6
+        S1200 M3
+        G4 P2
+        G0 X10 Z5
+        M5
+        M1
+        S1500 M4 M8
+        G1 X20 F500
+        M9
+        M5
+        M30
+    """
+    original = from_gcode(text)
+    stream = io.StringIO()
+    write_ap238([original], stream, "t")
+    again = one(read(io.BytesIO(stream.getvalue().encode()), "t.stp", WHOLE))
+    for path in (original, again, from_gcode("\n".join(gcode_lines([again])))):
+        seen, turning, flood = [], 0.0, False
+        for event in path.events:
+            if event.name == "spindle":
+                turning = event.values["direction"] * event.values["speed_rpm"]
+            elif event.name == "coolant":
+                flood = event.values["flood"]
+            elif event.name in ("dwell", "stop", "end") and event.dwell_s + (event.name != "dwell") > 0:
+                seen.append((event.name, round(turning), flood))
+        assert seen == [("dwell", 1200, False), ("stop", 0, False), ("end", 0, False)]
+    assert not [e for e in again.events if e.name == "dwell" and e.dwell_s == 0.0]
+
+
 def test_tools_spindle_coolant_dwells_stops_and_modes_go_along():
     """All that a program says between its motions, in three planes, modes of feed apart from G93 (a speed in AP238)."""
     text = """(START, X0 Y0 Z50)

@@ -96,6 +96,11 @@ class _State:
     pitch: float | None = None
     probing: bool = False
 
+    @property
+    def running(self) -> tuple[float, tuple[bool, bool, bool]]:
+        """Return what spindle and coolant do: nothing where nobody said so."""
+        return self.spindle or 0.0, self.coolant or (False, False, False)
+
 
 class _Users(NamedTuple):
     """The sizes of a tool, as its event has them, and the operations that use it."""
@@ -123,6 +128,8 @@ class _Writer:
     _tools: dict[str, _Users] = field(default_factory=dict)
     _technologies: dict[tuple[float | None, float | None, float | None], Ref] = field(default_factory=dict)
     _functions: dict[tuple[bool, bool, bool], Ref] = field(default_factory=dict)
+    #: What spindle and coolant do as the last toolpath has them.
+    _attached: tuple[float, tuple[bool, bool, bool]] = (0.0, (False, False, False))
 
     def close(self) -> None:
         """Write what refers to all that came before."""
@@ -260,6 +267,7 @@ class _Writer:
 
     def _attach(self, path: Ref, feed: float | None) -> None:
         """Give a toolpath its technology and functions."""
+        self._attached = self.state.running
         pitch = None if feed is None else self.state.pitch
         key = (feed, self.state.spindle, pitch)
         if key != (None, None, None):
@@ -368,14 +376,30 @@ class _Writer:
             names = ("flood", "mist", "through_spindle")
             self.state.coolant = tuple(bool(values.get(n, False)) for n in names)  # type: ignore[assignment]
         elif event.name == "dwell":
-            path = self._path("feedstop")
-            item = self.file.measure("dwell time", event.dwell_s, self.file.second)
-            self.file.property(path, "dwell", "MACHINING_DWELL_TIME_REPRESENTATION", "dwell time", item)
+            if event.dwell_s > 0.0:
+                self._attach(self._feedstop(event.dwell_s), None)
+            else:
+                self._feedstop(0.0)
+        elif event.name == "end":
+            self._settle()
         elif event.name == "stop":
+            self._settle()
             optional = values.get("kind") == "optional"
             self._function("optional stop" if optional else "program stop", "")
         elif event.name == "message":
             self._function("display message", str(values.get("text", "")))
+
+    def _feedstop(self, seconds: float) -> Ref:
+        """Write a toolpath that waits."""
+        path = self._path("feedstop")
+        item = self.file.measure("dwell time", seconds, self.file.second)
+        self.file.property(path, "dwell", "MACHINING_DWELL_TIME_REPRESENTATION", "dwell time", item)
+        return path
+
+    def _settle(self) -> None:
+        """Switch what no toolpath has switched yet: a setting is that of a toolpath, so the last ones need one without motion."""
+        if self._attached != self.state.running:
+            self._attach(self._feedstop(0.0), None)
 
     def _function(self, kind: str, text: str) -> None:
         function = self.file.method("MACHINING_NC_FUNCTION", text or kind, kind)

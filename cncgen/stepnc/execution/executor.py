@@ -286,7 +286,7 @@ class ProgramExecutor:
         if path.functions is not None:
             machine.switch(path.functions)
         if path.kind == "dwell":
-            self._canon.dwell(self._seconds(path))
+            self._wait(path)
             return False
         if path.kind.startswith("connect"):
             self._connect = path.kind
@@ -331,6 +331,16 @@ class ProgramExecutor:
         self._moved = True
         self._check_swing(path)
         return True
+
+    def _wait(self, path: CutterPath) -> None:
+        """Turn the spindle as a feedstop says, and wait; one of no time that switches something is that switch alone."""
+        if path.technology is not None:
+            self._machine.set_speeds(
+                speeds(path.technology, self._machine.tool, path.ratio, self._warn)._replace(feed=None)
+            )
+        seconds = self._seconds(path)
+        if seconds > 0.0 or (path.technology is None and path.functions is None):
+            self._canon.dwell(seconds)
 
     def _turned(self, pieces: list[Piece], around: Technology, told: Technology) -> None:
         """Follow pieces at a constant cutting speed: the feed a turn becomes that in time, piece by piece."""
