@@ -14,6 +14,7 @@ from cncgen.gcode.block import AXES, PROGRAM, Block
 from cncgen.gcode.codes.table import (
     ALONE,
     BOTH,
+    IS_CYCLE,
     LATHE,
     LATHES,
     OFFSET_NUMBERS,
@@ -219,7 +220,25 @@ class BlockPlans:
                 letter.upper(),
                 hint="begin with G0, G1, G2 or G3",
             )
+        if modal is not None and modal.refused == IS_CYCLE and self.dialect == "fanuc":
+            used = {letter for code in codes for letter in code.words}
+            idle = {letter for letter in block.words.keys() - used if letter.upper() not in self._alone}
+            if idle and idle <= set(modal.words):
+                return _not_kept(modal, "".join(sorted(idle)))
         return None
+
+
+def _not_kept(cycle: Code, letters: str) -> Code:
+    """Return what words of a cycle do in a block that makes no hole: nothing, since FANUC's controls keep them from such blocks only that
+    have a place or R ("in a block containing hole position data", B-63324EN, 13.1)."""
+    names = " ".join(letters.upper())
+    message = f"{names} of {cycle.name} in a block that makes no hole: the holes behind it do not have it"
+    hint = "write it in a block with X Y Z or R; some controls keep it all the same"
+
+    def remark(ip: Interpreter, block: Block) -> None:
+        ip.warn(BlockError("cycle-words", message, names[0], hint=hint), Severity.WARNING)
+
+    return Code("G", cycle.number, "motion", Stage.MOTION, remark, "", letters)
 
 
 def _without_cancel(codes: list[Code]) -> list[Code]:

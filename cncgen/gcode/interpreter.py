@@ -278,7 +278,7 @@ class Interpreter:
             message = "G53 does not go with G91: its coordinates are absolute"
             if self.dialect != "fanuc":
                 raise BlockError("g53-motion", message, "G53", hint="use G90")
-            hint = "the control passes the block over; use G90"
+            hint = "the control passes the block over, and Mitsubishi's move by its distances (M700V, 14.4); use G90"
             self.warn(BlockError("g53-motion", message, "G53", hint=hint), Severity.WARNING)
             return state.position.copy()
         machine = self.machine_position()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -356,3 +357,69 @@ def test_round_in_a_word_rounds_to_the_least_increment(run: Run) -> None:
     assert ends(run, "G20\nG0X[ROUND[1.23456]]\nM30") == [[31.35884, 0, 0]]
     assert ends(run, "G21\nG65P2A[ROUND[1.2345]]\nM30\nO2\nG0X#1\nM99") == [[1, 0, 0]]
     assert ends(run, "G21\nG0X[ROUND[1.2345]]\nM30", "linuxcnc") == [[1, 0, 0]]
+
+
+#: Ends and centres within 0.1 um of each other, as CAM systems write them, a line of 0.2 um with the centre on its start, and one arc.
+POINTS = "G21 G90 G17 G1 X10 Y10 F500\nG2 X10.0001 Y10 I0.0001 J0\nG3 X10.0003 Y10 I0.0001 J0\nX10.0005 I0 J0\nG2 X12.0005 I1\nM30"
+
+
+@pytest.mark.parametrize("dialect", ["auto", "fanuc"])
+def test_arcs_that_a_control_does_not_resolve_are_lines(run: Run, dialect: str) -> None:
+    """grbl makes no segments of them (mc_arc), and on FANUC's controls I and J are 0 in the least increment of 0.001 mm."""
+    out = run(POINTS, dialect=dialect)
+    assert [(d.severity.value, d.code) for d in out.diagnostics] == [("warning", "arc-zero-radius")]
+    rows = out.path.kind != Kind.EVENT
+    assert out.path.end[rows, 0].tolist() == pytest.approx(
+        [10, 10.0001, 10.0003, 10.0005, 12.0005], abs=1e-12
+    )
+    assert [Kind(kind) for kind in out.path.kind[rows]] == [Kind.LINE] * 4 + [Kind.ARC]
+
+
+def test_linuxcnc_refuses_arcs_that_small(run: Run) -> None:
+    """Its interpreter says "Zero-radius arc" of each of the three."""
+    out = run(POINTS, dialect="linuxcnc")
+    assert [(code, line) for code, line, *_ in out.errors] == [("arc-zero-radius", n) for n in (2, 3, 4)]
+    # With its end written, an arc of no radius goes there; a circle of no radius is none on any control.
+    assert ends(run, "G21 G1 X1 F100\nG2 X1 Y0 Z-2 I0 J0\nM30") == [[1, 0, 0], [1, 0, -2]]
+    assert run("G21 G1 X1 F100\nG2 I0 J0\nM30", dialect="fanuc").errors[0][:2] == ("arc-zero-radius", 2)
+
+
+@pytest.mark.parametrize(
+    ("code", "dwell"),
+    [("G82 X1. Y1. Z-5. R2. P100 F100.", 0.1), ("G4 P100", 0.1), ("G0 X1. Y1.", None)],
+)
+def test_p_beside_g54_belongs_to_the_code_that_needs_it(run: Run, code: str, dwell: float | None) -> None:
+    """G54 P is G54.1 P; a dwell of 100 ms beside G54 was the additional system 100 as well, without a word."""
+    text = f"G21 G10 L20 P100 X777.\nG0 Z5.\nG54 {code}{'' if dwell else ' P100'}\nG80\nX1. Y1.\nM30"
+    out = run(text, dialect="fanuc")
+    assert out.errors == []
+    assert out.path.end[-1, 0] == (1.0 if dwell else 778.0)
+    assert ("system-number" in [d.code for d in out.diagnostics]) == bool(dwell)
+
+
+def test_g54_beside_a_pocket_of_haas(run: Run, tmp_path: Path) -> None:
+    """P of G150 is the program of its outline: a square of 40 mm, and a tool of 4 mm clears up to 18 mm from its centre."""
+    outline = "O1001\nG1 X20.\nY20.\nX-20.\nY-20.\nX20.\nY0\nM99"
+    text = f"O1\nG21 G0 X0 Y0 Z9.\nG150 G54 G41 X0 Y0 Z-5. P1001 R2. Q5. J2. D1 F100.\nG40 G0 Z9.\nM30\n{outline}\n%"
+    table = tmp_path / "tool.tbl"
+    table.write_text("T1 P1 D4\n")
+    out = run(text, dialect="fanuc", tool_table=table)
+    assert out.errors == []
+    assert abs(out.path.end[:, :2]).max() == pytest.approx(18.0)
+
+
+def test_words_of_a_cycle_in_a_block_without_a_hole_are_not_kept(run: Run) -> None:
+    """They are stored from blocks with the place of a hole alone (B-63324EN, 13.1): the second hole dwells 0.1 s as the first one."""
+    out = run("G21 G0 Z5.\nG82 X1. Y1. Z-5. R2. P100 F100.\nP900\nX5.\nG80\nM30", dialect="fanuc")
+    assert out.errors == []
+    assert [(d.severity.value, d.code) for d in out.diagnostics] == [("warning", "cycle-words")]
+    waits = [e.dwell_s for e in out.path.events if e.name == "dwell"]
+    assert waits == [0.1, 0.1]
+    assert ("unused-word", 2) in [e[:2] for e in run("G21 G0 Z5.\nP900\nM30", dialect="fanuc").errors]
+
+
+def test_m99_behind_a_condition_jumps_where_it_holds(run: Run) -> None:
+    """``N50 [#100 LT 10] M99 P10`` branches to N10 only where #100 is less than 10, "otherwise processing continues" (Haas 96-8000, "M99")."""
+    text = "G21\n#100=0\nN10 #100=#100+1\nG0 X#100\n[#100 LT 3] M99 P10\nN50 [#100 LT 3] M99 P10\nY1.\nM30"
+    assert ends(run, text) == [[1, 0, 0], [2, 0, 0], [3, 0, 0], [3, 1, 0]]
+    assert run("G21\n[1 LT 3] X5\nM30", dialect="fanuc").errors[0][:2] == ("syntax", 2)

@@ -174,3 +174,12 @@ def test_a_tool_set_one_axis_at_a_time_in_a_turned_system(
     said = calls(text, tool_table=table, inch_tables=True, stand_alone=True)
     entries = [line for line in said if line.startswith("SET_TOOL_TABLE_ENTRY(1,")]
     assert [line.split()[2:4] for line in entries] == [["2.5981", "1.5000"], ["1.0981", "4.0981"]]
+
+
+def test_numbered_systems_of_pathpilot(run: Any) -> None:
+    """G54.1 P2 is G55 on Tormach's PathPilot (its list of supported codes); LinuxCNC has no G54.1."""
+    out = run("G21 G10 L2 P2 X100\nG54.1 P2 G0 X1\nG54.1 P1 X1\nM2", dialect="linuxcnc")
+    assert out.errors == []
+    assert out.path.end[:2, 0].tolist() == [101.0, 1.0]
+    assert [(d.severity.value, d.code) for d in out.diagnostics] == [("warning", "other-control")]
+    assert run("G21 G54.1 P12 G0 X1\nM2", dialect="linuxcnc").errors[0][:2] == ("system-number", 1)

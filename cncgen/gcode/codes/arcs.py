@@ -77,7 +77,9 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
     if not has_offset and "r" not in words:
         message = f"{name} has neither a centre (I J K) nor a radius (R)"
         if ip.dialect == "fanuc" and has_axis(block):
-            _line(ip, block, name, message)
+            # As FANUC's controls do (parameter CIR, 3403#5 = 0, B-64310EN).
+            hint = f"write G1 for a line; controls with CIR (3403#5) = 1, and Haas's, refuse {name} without I J K and R"
+            _line(ip, block, BlockError("arc-centre", f"{message}: it is a straight line", name, hint=hint))
             return
         hint = "I J K lead from the start to the centre; R does not make full circles"
         raise BlockError("arc-centre", message, name, hint=hint)
@@ -94,7 +96,16 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
     if "r" in words:
         x, y = _centre_by_radius(ip, block, end, clockwise, name)
     else:
-        x, y = _centre_by_offset(ip, block, end, name)
+        x, y = _centre_by_offset(ip, block, name)
+        at_start, at_end = _radii(ip, end, (x, y))
+        if _is_point(ip, at_start, at_end) and (at_start or at_end or has_axis(block)):
+            unit = "inch" if state.inches else "mm"
+            message = f"{name} of radius {max(at_start, at_end):.2g} {unit} is less than a control resolves: it is a straight line"
+            hint = "let the CAM system write lines for arcs so small; LinuxCNC refuses them"
+            _line(ip, block, BlockError("arc-zero-radius", message, name, hint=hint))
+            return
+        word = next(letter.upper() for letter in _OFFSETS if letter in words)
+        check_radii(at_start, at_end, state.inches, word)
     if state.feed_mode == 93:
         ip.sink.set_inverse_time(state.feed, _length(ip, end, (x, y), -turns if clockwise else turns))
     ip.sink.arc_feed(end, x, y, -turns if clockwise else turns, state.plane)
@@ -117,15 +128,25 @@ def _repeat(ip: Interpreter, block: Block, clockwise: bool, name: str) -> None:
         _arc(ip, once, clockwise)
 
 
-def _line(ip: Interpreter, block: Block, name: str, message: str) -> None:
-    """Move straight, as FANUC's controls do where an arc has no centre and no radius (parameter CIR, 3403#5 = 0, B-64310EN)."""
-    state, motion = ip.state, ip.state.motion
-    hint = (
-        f"write G1 for a line; controls with CIR (3403#5) = 1, and Haas's, refuse {name} without I J K and R"
-    )
-    ip.warn_once(BlockError("arc-centre", f"{message}: it is a straight line", name, hint=hint))
+def _line(ip: Interpreter, block: Block, warning: BlockError) -> None:
+    """Move straight in place of an arc, with a warning that says why."""
+    motion = ip.state.motion
+    ip.warn_once(warning)
     feed(ip, block)
-    state.motion = motion
+    ip.state.motion = motion
+
+
+def _is_point(ip: Interpreter, at_start: float, at_end: float) -> bool:
+    """Tell whether start, end and centre of an arc are the same within a control's resolution, from its radii.
+
+    CAM systems write such arcs. Only LinuxCNC refuses them: grbl makes no segments of them and goes to the end (mc_arc, radii within
+    0.005 mm), and FANUC's I J K are 0 in its least increment of 0.001 mm and count as left out (B-64310EN).
+    """
+    if ip.dialect != "fanuc" and not ip.plain:
+        return False
+    inches = ip.state.inches
+    same = min(at_start, at_end) < RADIUS_TOLERANCE[inches]
+    return same and abs(at_start - at_end) <= CENTRE_TOLERANCE[inches]
 
 
 def _radius_counts(ip: Interpreter, name: str) -> None:
@@ -203,8 +224,8 @@ def _centre_by_radius(
     return centre.real, centre.imag
 
 
-def _centre_by_offset(ip: Interpreter, block: Block, end: list[float], name: str) -> tuple[float, float]:
-    """Return the centre from I J K, and check that both ends are on one circle."""
+def _centre_by_offset(ip: Interpreter, block: Block, name: str) -> tuple[float, float]:
+    """Return the centre from I J K."""
     state = ip.state
     first, second, normal = state.plane_axes()
     start = state.position
@@ -225,14 +246,15 @@ def _centre_by_offset(ip: Interpreter, block: Block, end: list[float], name: str
             centre.append(block.words[letter])
         else:
             centre.append(start[axis] + block.words.get(letter, 0.0))
-    x, y = centre
-    check_radii(
-        math.hypot(x - start[first], y - start[second]),
-        math.hypot(x - end[first], y - end[second]),
-        state.inches,
-        next(letter.upper() for letter in _OFFSETS if letter in block.words),
-    )
-    return x, y
+    return centre[0], centre[1]
+
+
+def _radii(ip: Interpreter, end: list[float], centre: tuple[float, float]) -> tuple[float, float]:
+    """Return the distances of an arc's start and end from its centre, in its plane."""
+    first, second, _ = ip.state.plane_axes()
+    start = ip.state.position
+    at_start = math.hypot(centre[0] - start[first], centre[1] - start[second])
+    return at_start, math.hypot(centre[0] - end[first], centre[1] - end[second])
 
 
 def check_radii(

@@ -35,6 +35,18 @@ def _select(system: int) -> Handler:
     return lambda ip, block: use_system(ip, system)
 
 
+def numbered_system(ip: Interpreter, block: Block) -> None:
+    """G54.1 P of Tormach's PathPilot, a LinuxCNC: P1 is G54, P2 is G55, and so on (PathPilot's list of codes). LinuxCNC has none."""
+    number = whole(block, "p", "G54.1") if "p" in block.words else 0
+    if not 1 <= number <= SYSTEM_COUNT:
+        given = f"P{number}" if number else "without P"
+        message = f"G54.1 {given}: the systems that are kept are P1 (G54) to P{SYSTEM_COUNT} (G59.3)"
+        raise BlockError("system-number", message, "P" if number else "G54.1", hint="write G54 to G59.3")
+    message = f"G54.1 P{number} is system {number}, as on Tormach's PathPilot; P1 is G54"
+    ip.warn_once(BlockError("other-control", message, "G54.1", hint="LinuxCNC itself has G54 to G59.3"))
+    use_system(ip, number)
+
+
 def given_axes(block: Block) -> list[tuple[int, float]]:
     """Return columns and values of the axis words of a block."""
     return [(AXIS_INDEX[letter], value) for letter, value in block.words.items() if letter in AXIS_INDEX]
@@ -220,6 +232,8 @@ CODES = (
             dialects=BOTH if k else ("linuxcnc",), refused=CHANGES_SYSTEM, restores=("system", k + 1))
         for k, number in enumerate(SYSTEM_CODES)
     ),
+    Code("G", 541, "coordinates", Stage.COORDINATES, numbered_system, "work coordinate system P (PathPilot)", "p", dialects=("linuxcnc",),
+        refused=CHANGES_SYSTEM),
     Code("G", 100, "non-modal", Stage.REFERENCE, table, "set a coordinate system or tool", _TABLE_WORDS, "own", dialects=("linuxcnc",),
         moves="XY", moves_with="r"),
     Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=("linuxcnc",), refused=CHANGES_ORIGIN),

@@ -15,6 +15,8 @@ from cncgen.gcode.state.systems import EXTERNAL, MORE_COUNT, SYSTEM_COUNT, first
 
 #: Data of G10 L that have no use without the control.
 _DATA = {3: "tool life data", 50: "parameters of the control", 52: "parameters of the control"}
+#: The number of G54, in tenths.
+FIRST_SYSTEM = 540
 _KINDS = "L2 P1 to P6 set G54 to G59, L20 P sets G54.1 P, L10 to L13 P R set a tool's length, its wear, radius, its wear"
 
 
@@ -38,11 +40,21 @@ def _of_haas(number: int) -> Handler:
 
 
 def first_system(ip: Interpreter, block: Block) -> None:
-    """G54; with P it is G54.1."""
-    if "p" in block.words:
-        use_additional(ip, block)
-    else:
+    """G54; with a P that no other G code of the block takes (``G54 G82 Z-5. R2. P200``) it is G54.1."""
+    if "p" not in block.words:
         use_system(ip, 1)
+        return
+    taker = next(
+        (ip.codes["G", n] for n in block.g if n != FIRST_SYSTEM and "p" in ip.codes["G", n].words), None
+    )
+    if taker is None:
+        use_additional(ip, block)
+        return
+    message = f"P{block.words['p']:g} is taken as that of {taker.name}, and G54 has none"
+    ip.warn_once(
+        BlockError("system-number", message, "P", hint="an additional system is G54.1 P, in a block before")
+    )
+    use_system(ip, 1)
 
 
 def set_data(ip: Interpreter, block: Block) -> None:
@@ -178,7 +190,7 @@ def preset(ip: Interpreter, block: Block) -> None:
 
 _FANUC = ("fanuc",)
 CODES = (
-    Code("G", 540, "coordinates", Stage.COORDINATES, first_system, "work coordinate system 1; with P as G54.1", "p", dialects=_FANUC,
+    Code("G", FIRST_SYSTEM, "coordinates", Stage.COORDINATES, first_system, "work coordinate system 1; with P as G54.1", "p", dialects=_FANUC,
         refused=CHANGES_SYSTEM),
     Code("G", 541, "coordinates", Stage.COORDINATES, use_additional, "additional system P", "p", dialects=_FANUC, refused=CHANGES_SYSTEM),
     Code("G", 1540, "coordinates", Stage.COORDINATES, use_additional, "additional system P (Haas)", "p", dialects=_FANUC,
