@@ -95,6 +95,17 @@ def test_a_helix(calls: Any, moves: Any, body: str, rounds: list[int]) -> None:
     assert [move[3] for move in moves(program(body, 5))[2:5]] == [1000, 1000, 100]
 
 
+def test_a_circle_without_an_angle_is_a_whole_one(calls: Any) -> None:
+    """CP DR+ alone goes around once: the pass along the floor of HEIDENHAIN's NC Solutions 11101, behind CP IPA+9000 DR+, 25 turns."""
+    text = program("CC X+0 Y+0\nLP PR+2 PA+0 R0 FMAX\nCP IPA+9000 Z-30 DR+ F500\nCP DR+\n", 5)
+    arcs = [
+        call.split("(")[1].split(",")
+        for call in calls(text, inch_tables=False)
+        if call.startswith("ARC_FEED")
+    ]
+    assert [[float(v) for v in arc[:6]] for arc in arcs] == [[2, 0, 0, 0, 25, -30], [2, 0, 0, 0, 1, -30]]
+
+
 def test_the_way_before_an_approach_is_a_traverse_behind_one(moves: Any) -> None:
     """ "If you programmed FMAX in the last positioning block before", the tool traverses to where the approach begins; not so with LCT."""
     text = program(

@@ -441,3 +441,45 @@ def test_a_stop_in_the_last_block(calls: Run, end: str) -> None:
         "PROGRAM_STOP()",
         "PROGRAM_END()",
     ]
+
+
+def test_repeats_that_a_parameter_counts(run: Run) -> None:
+    """REP Q3/Q3 is how an iTNC 530 writes repeats by a parameter (WALLX20X20.H of a shop was refused)."""
+    assert ends(run, "Q3 = 2\nLBL 1\nL IX+1 FMAX\nCALL LBL 1 REP Q3/Q3") == [[1, 0, 0], [2, 0, 0], [3, 0, 0]]
+
+
+COLUMN = [("warning", "variable-assumed")]
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected", "told"),
+    [
+        ("FN 18: SYSREAD Q1 = ID50 NR19 IDX1", [0, 0], COLUMN),
+        ("FN 18: SYSREAD Q1 = ID20 NR11", [0, 0], []),
+        ("FN 17: SYSWRITE ID50 NR1 IDX1 = +12.5\nFN 18: SYSREAD Q1 = ID50 NR1 IDX1", [12.5, 0], []),
+        ("FN 17: SYSWRITE ID50 NR2 IDX1 = +4\nFN 18: SYSREAD Q2 = ID50 NR2 IDX1", [0, 4], []),
+        (
+            'FN 17: SYSWRITE ID50 NR0 IDX1 = ""\nFN 17: SYSWRITE ID50 NR4 IDX1 = +0',
+            [0, 0],
+            [*COLUMN, *COLUMN],
+        ),
+        ("FN 17: SYSWRITE ID50 NR36 IDX Q1 = +Q1", [0, 0], COLUMN),
+    ],
+)
+def test_columns_of_the_tool_table(
+    run: Run, lines: str, expected: list[float], told: list[tuple[str, str]]
+) -> None:
+    """Numbers of columns as a shop's TOOL-TABLE-CLEANUP.H for TNC 640 names them: NR1 L, NR2 R, NR4 DL, NR19 R-OFFS, NR36 the kind."""
+    body = f"TOOL CALL 2 Z S1000\nQ1 = 0\nQ2 = 0\n{lines}\nL X+Q1 Y+Q2 Z+1 FMAX"
+    assert ends(run, body)[-1][:2] == expected
+    assert [told for told in said(run, body) if told[0] != "note"] == told
+
+
+def test_dl_is_not_of_the_tool_table(run: Run) -> None:
+    body = "TOOL DEF 1 L+10 R+2\nTOOL CALL 1 Z S1000 DL+1 DR+1\nFN 18: SYSREAD Q1 = ID50 NR1 IDX1\nFN 18: SYSREAD Q2 = ID50 NR2 IDX1\nL X+Q1 Y+Q2 FMAX"
+    assert ends(run, body)[-1][:2] == [10, 2]
+
+
+@pytest.mark.parametrize("line", ["ID50 NR5 IDX1 = +0.1", "ID503 NR1 IDX1 = +10"])
+def test_what_fn_17_may_move_is_refused(run: Run, line: str) -> None:
+    assert ("error", "unsupported-block") in said(run, f"FN 17: SYSWRITE {line}")

@@ -82,7 +82,7 @@ def test_motions(moves: Any, body: str, expected: list[Any]) -> None:
         (OLD.format(n=4) + "CYCL DEF 4.4 X20\nCYCL DEF 4.6 F100 DR+\nCYCL CALL", "cycle-words"),
         (OLD.format(n=5) + "CYCL DEF 5.4 RADIUS 3\nCYCL DEF 5.5 F100 DR+\nCYCL CALL", "cycle-tool"),
         (BOW.format(width=6, count=1, sense=1) + "\nCYCL CALL", "cycle-tool"),
-        (BOW.format(width=8, count=1, sense=1).replace("Q367=+0", "Q367=+1") + "\nCYCL CALL", "unsupported-block"),
+        (BOW.format(width=8, count=1, sense=1).replace("Q367=+0", "Q367=+4") + "\nCYCL CALL", "cycle-words"),
         (BOW.format(width=8, count=1, sense=1).replace("Q207=+500", "Q207=+0") + "\nCYCL CALL", "feed-missing"),
         (BORE.replace("Q214=+1", "Q214=+0") + HEIGHTS + "\nCYCL CALL", "cycle-words"),
         (f"{CENTRE}\nCYCL CALL PAT", "cycle-missing"),
@@ -100,19 +100,20 @@ def test_wrong_ones(run: Any, tmp_path: Path, body: str, code: str) -> None:
     assert next(d for d in out.diagnostics if d.severity == "error").hint
 
 
-def test_a_bow_about_the_tool_is_that_about_its_centre(moves: Any) -> None:
+@pytest.mark.parametrize(("where", "part"), [(1, 1.0), (2, 0.5), (3, 0.0)])
+def test_a_bow_about_the_tool_is_that_about_its_centre(moves: Any, where: int, part: float) -> None:
     """Q367 = 2: the tool in the middle of the slot, at the angle Q376. (30, 0) at 0 degrees of a circle of radius 30 about 0, over 90
-    degrees, is the slot from -45 degrees on."""
+    degrees, is the slot from -45 degrees on. 1 and 3: in its left and right end, as seen from the middle outwards, which no text says."""
     about = BOW.format(width=12, count=2, sense=1)
     values = dict(
         word.split("=") for word in about.replace("~", " ").split() if word.startswith("Q") and "=" in word
     )
-    half = float(values["Q248"]) / 2.0
-    radius, start = float(values["Q375"]) / 2.0, math.radians(float(values["Q376"]) + half)
+    angle = part * float(values["Q248"])
+    radius, start = float(values["Q375"]) / 2.0, math.radians(float(values["Q376"]) + angle)
     centre = complex(float(values["Q216"]), float(values["Q217"]))
     place = centre + radius * complex(math.cos(start), math.sin(start))
     by_tool = about.replace(f"Q376={values['Q376']}", f"Q376={math.degrees(start):+.9f}").replace(
-        "Q367=+0", "Q367=+2"
+        "Q367=+0", f"Q367=+{where}"
     )
     by_tool = by_tool.replace(f"Q216={values['Q216']}", "Q216=+999")
     head = f"{PLAIN}L X{place.real:+.9f} Y{place.imag:+.9f} FMAX\n"

@@ -291,4 +291,4 @@ def test_what_was_expected() -> None:
     """The states of the tables say what may follow."""
     reader = grammar_values.Reader(import_module("cncgen.grammars.tables_sinumerik"), _Shapes())
     assert reader.parse("GOTOF ; where?") is None
-    assert (reader.error, set(reader.expected())) == (5, {"NAME", "ADDRESS", "STRING"})
+    assert (reader.error, set(reader.expected())) == (5, {"NAME", "ADDRESS", "STRING", "PLAIN_NUMBER"})

@@ -118,7 +118,6 @@ def test_retracting_along_the_tool(run: Any) -> None:
         ("C X5 Y5 DR+", "pole-missing", 1),
         ("CC X0 Y0\nC X5 Y5 F100", "arc-sense", 1),
         ("CC X0 Y0\nL X5\nCP IPA+90 DR- F100", "arc-sense", 4),
-        ("CC X0 Y0\nCP DR- F100", "arc-end", 1),
         ("CC X0 Y0 Z0", "pole-plane", 1),
         ("L X5 F100\nCR X9 DR+", "arc-centre", 1),
         ("L X5 F100\nCR X9 R1 DR+", "arc-radius", 1),

@@ -643,3 +643,18 @@ def test_a_tool_change_in_a_frame_leaves_the_tool_where_it_is(
     """`canon` put it off by the frame once more: after TRANS X-100 the next motion went from X-90 to X-190."""
     motions = [c for c in calls(text, dialect=dialect) if "STRAIGHT_TRAVERSE" in c]
     assert motions[-1] == f"STRAIGHT_TRAVERSE({at}, 0.0000, 0.0000, 0.0000)"
+
+
+def test_a_jump_to_a_number(run: Run) -> None:
+    """GOTOF 90 goes to block N90 ("block number, e.g. 200, N300": 840D sl, Fundamentals, "Program jumps")."""
+    assert ends(run, "N10 G0 X1\nGOTOF 90\nN20 X2\nN90 X3\nM30") == [[1, 0, 0], [3, 0, 0]]
+
+
+def test_the_degree_of_a_spline_stands_alone(run: Run) -> None:
+    """SD in the block of BSPLINE, and the points behind it, as a public interpreter's example has it: five points of degree 2, uniform."""
+    out = run(
+        "G1 X0 Y0 F100\nBSPLINE SD=2\nX10 Y20\nX30 Y40\nX50 Y10\nX60 Y20\nG1 X70\nM30", dialect="sinumerik"
+    )
+    assert out.errors == []
+    assert out.path.nurbs.degree.tolist() == [2]
+    assert out.path.nurbs.knots.tolist() == [0, 0, 0, 1, 2, 3, 3, 3]

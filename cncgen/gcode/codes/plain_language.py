@@ -163,7 +163,7 @@ def radius_arc(ip: Interpreter, block: Block) -> None:
 
 
 def polar_arc(ip: Interpreter, block: Block) -> None:
-    """CP: an arc or helix about the pole to the angle PA, or by IPA."""
+    """CP: an arc or helix about the pole to the angle PA, or by IPA; without either the angle stays, which makes a whole turn."""
     words, (centre, plane) = block.words, _pole(ip, "CP")
     sense = _sense(block, "CP")
     spoke = _in_plane(ip.state.position, plane) - centre
@@ -172,11 +172,9 @@ def polar_arc(ip: Interpreter, block: Block) -> None:
         if sweep * sense <= 0.0:
             message = f"IPA{words['ipa']:g} and DR{'+' if sense > 0.0 else '-'} do not go the same way"
             raise BlockError("arc-sense", message, "IPA", hint="the sign of IPA is that of DR")
-    elif "pa" in words:
-        turn = (words["pa"] - math.degrees(cmath.phase(spoke))) / 360.0 if spoke else 0.0
-        sweep = sense * ((sense * turn) % 1.0 or 1.0)
     else:
-        raise BlockError("arc-end", "CP has no angle", "CP", hint="PA gives it, IPA the way to it")
+        turn = (words["pa"] - math.degrees(cmath.phase(spoke))) / 360.0 if "pa" in words and spoke else 0.0
+        sweep = sense * ((sense * turn) % 1.0 or 1.0)
     first, second, _ = PLANE_AXES[plane]
     end = ip.end_point(block)
     finish = centre + spoke * cmath.rect(1.0, 2.0 * math.pi * sweep)

@@ -128,12 +128,18 @@ class HeidenhainRunner(ContourLines):
         group, place, index = (round(self._now(value or 0.0)) for value in asked)
         self.ip.parameters.set_number(number, system_data.read(self.ip, group, place, index))
 
+    def _write_data(self, frame: Frame, at: int, statement: Statement) -> None:
+        """FN 17."""
+        *asked, value = statement.data
+        group, place, index = (round(self._now(part or 0.0)) for part in asked)
+        system_data.write(self.ip, group, place, index, 0.0 if isinstance(value, str) else self._now(value))
+
     def _alarm(self, frame: Frame, at: int, statement: Statement) -> None:
         message = f"the program raises an error: {frame.program.lines[at].body}"
         raise Stop(BlockError("program-alarm", message, "FN", hint="FN 14 ends the program"))
 
     def _not_read(self, frame: Frame, at: int, statement: Statement) -> None:
-        hint = "FN 0 to FN 14, FN 18 and formulas of Q are read"
+        hint = "FN 0 to FN 14, FN 17, FN 18 and formulas of Q are read"
         raise BlockError("unsupported-block", f"FN {statement.data[0]} is not read", "FN", hint=hint)
 
     def _pass(self, frame: Frame, at: int, statement: Statement) -> None:
@@ -339,6 +345,7 @@ class HeidenhainRunner(ContourLines):
         "predefined": _take_global,
         "jump": _jump,
         "system_data": _read_data,
+        "write_data": _write_data,
         "alarm": _alarm,
         "function_unknown": _not_read,
         "passed": _pass,

@@ -92,7 +92,8 @@ def works(cycle: HoleCycle) -> tuple[bool, bool, float, float]:
 def bows(cycle: HoleCycle) -> None:
     """254: Q377 slots of width Q219 along the circle Q375, each over the angle Q248, Q378 from one to the next.
 
-    They lie about Q216 Q217 from Q376 on (Q367 = 0), or the first has its middle where the tool is, at the angle Q376 (2).
+    They lie about Q216 Q217 from Q376 on (Q367 = 0), or the tool is in the first one at the angle Q376: in its middle (2), in its left (1) or
+    right end (3), as they are seen from the middle of the circle outwards, which no text says.
     """
     q, ip, tool = cycle.q, cycle.ip, cycle.ip.cutting_radius(cycle.name, cycle.q[219] / 2.0)
     roughs, finishes, side, floor = works(cycle)
@@ -101,14 +102,16 @@ def bows(cycle: HoleCycle) -> None:
     message = f"Q377 = {q[377]:g} or Q248 = {q[248]:g} of {cycle.name} makes no slot"
     refuse("CYCL", (wrong, "cycle-words", message, "Q377 counts the slots, Q248 is the angle of one"))
     middle, start = complex(q[216], q[217]), q[376]
-    if round(q[367]) == 2:
+    if kind := round(q[367]):
         middle = cycle.place() - cmath.rect(q[375] / 2.0, math.radians(q[376]))
-        start -= q[248] / 2.0
-    elif round(q[367]):
-        # Which of the ends is the left one, the manual shows in a figure alone.
-        message = f"Q367 = {q[367]:g} of {cycle.name}, the tool at one end of the slot, is not read"
-        hint = "Q367=0 has the centre Q216 Q217, Q367=2 the tool in the middle of the slot"
-        raise BlockError("unsupported-block", message, "CYCL", hint=hint)
+        parts = {1: 1.0, 2: 0.5, 3: 0.0}
+        if kind not in parts:
+            raise _refuse(cycle)
+        start -= parts[kind] * q[248]
+    if kind in (1, 3):
+        message = f"Q367 = {kind} of {cycle.name}: the slot goes from the tool on {('counter-' if (kind == 3) == (q[248] > 0.0) else '')}clockwise"
+        hint = "which end is the left one the manual shows in a figure alone; Q367=0 with Q216 Q217 or Q367=2 leave no doubt"
+        cycle.ip.warn_once(BlockError("slot-place", message, "CYCL", hint=hint))
     sense, feed = -1 if q[351] < 0.0 else 1, q[385] or q[207]
     runs = []
     if roughs:

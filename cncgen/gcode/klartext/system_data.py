@@ -1,9 +1,10 @@
-"""FN 18: SYSREAD, data of the control in a Q parameter (TNC 640, "FN 18 – Reading system data")."""
+"""FN 18: SYSREAD, data of the control in a Q parameter (TNC 640, "FN 18 – Reading system data"), and FN 17: SYSWRITE, which writes them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.units import INCH
@@ -20,6 +21,8 @@ _STATE: dict[tuple[int, int], Callable[[Interpreter, int], float]] = {
     (20, 5): lambda ip, index: {1: 0.0, -1: 1.0, 0: 2.0}[ip.state.direction],
     (20, 8): lambda ip, index: float(ip.state.flood),
     (20, 9): lambda ip, index: ip.state.feed * _unit(ip),
+    (20, 10): lambda ip, index: 0.0,
+    (20, 11): lambda ip, index: 0.0,
     (50, 1): lambda ip, index: _size(ip, index or ip.state.tool)[0],
     (50, 2): lambda ip, index: _size(ip, index or ip.state.tool)[1],
     (60, 1): lambda ip, index: float(ip.state.tool),
@@ -28,6 +31,8 @@ _STATE: dict[tuple[int, int], Callable[[Interpreter, int], float]] = {
     (270, 1): lambda ip, index: ip.state.position[index - 1] * (1.0 if 4 <= index <= 6 else _unit(ip)),
 }
 _AXES = 9
+#: ID of the tool table, NR of its columns L, R, and of the last one that moves the tool (R2, DL, DR, DR2).
+_TABLE, _LENGTH, _RADIUS, _LAST_SIZE = 50, 1, 2, 6
 
 
 def _unit(ip: Interpreter) -> float:
@@ -37,8 +42,12 @@ def _unit(ip: Interpreter) -> float:
 def _size(ip: Interpreter, number: int) -> tuple[float, float]:
     """Return length and radius of a tool in mm; zeros without one."""
     tool = ip.tools.find(number) if number else None
+    if tool is None:
+        return 0.0, 0.0
+    # DL and DR of a call are not of the table.
+    length, diameter = Plain.of(ip).sizes.get(number, (tool.offset[2], tool.diameter))
     scale = ip.table_scale() * _unit(ip)
-    return (tool.offset[2] * scale, tool.diameter * scale / 2.0) if tool else (0.0, 0.0)
+    return length * scale, diameter * scale / 2.0
 
 
 def read(ip: Interpreter, group: int, number: int, index: int) -> float:
@@ -48,8 +57,39 @@ def read(ip: Interpreter, group: int, number: int, index: int) -> float:
         BlockError: The data are not available.
     """
     told = _STATE.get((group, number))
+    if told is None and group == _TABLE:
+        _warn_of_column(ip, number, "0 is read from it")
+        return 0.0
     if told is None or (group in (240, 270) and not 1 <= index <= _AXES):
         message = f"FN 18 with ID{group} NR{number} IDX{index} is not read"
         hint = "ID10, ID20 (tool, speed, feed), ID50 (length and radius of a tool), ID60, ID240 and ID270 (position) are"
         raise BlockError("unsupported-block", message, "FN", hint=hint)
     return told(ip, index)
+
+
+def write(ip: Interpreter, group: int, number: int, index: int, value: float) -> None:
+    """Write ID, NR and IDX; of the tool table length and radius in mm, which hold from the next call of the tool on.
+
+    Raises:
+        BlockError: The data are not kept here, and motions may depend on them.
+    """
+    if group != _TABLE or (_RADIUS < number <= _LAST_SIZE and value):
+        message = f"FN 17 with ID{group} NR{number} IDX{index} = {value:g} is not read"
+        raise BlockError(
+            "unsupported-block", message, "FN", hint="ID50 (the tool table) is, but for R2, DL, DR and DR2"
+        )
+    if number not in (_LENGTH, _RADIUS):
+        _warn_of_column(ip, number, "writing it is passed over")
+        return
+    Plain.of(ip).sizes.pop(index, None)
+    tool, scale = ip.tools.made(index), ip.table_scale() * _unit(ip)
+    if number == _LENGTH:
+        tool.offset[2] = value / scale
+    else:
+        tool.diameter = 2.0 * value / scale
+
+
+def _warn_of_column(ip: Interpreter, number: int, what: str) -> None:
+    message = f"ID50 NR{number} is a column that the tool table here lacks: {what}"
+    hint = f"length (NR1) and radius (NR2) are kept; the control's program may go another way by NR{number}"
+    ip.warn_once(BlockError("variable-assumed", message, "FN", hint=hint))

@@ -131,6 +131,8 @@ class Motions:
         self.pole = 0j
         self.polar = (0.0, 0.0)
         self.rounding = 0.0
+        #: SD of a block of BSPLINE without axes.
+        self.degree = 3.0
         self.diameter = ""
         self.turret = False
         #: Factor of F, since G70 counts lengths in inches and F in mm.
@@ -443,7 +445,7 @@ class Motions:
         """Take another motion; a curve of several blocks ends."""
         if name != self.motion:
             self.end()
-            self.motion = name
+            self.motion, self.degree = name, 3.0
 
     def end(self) -> None:
         """End a curve of several blocks."""
@@ -531,6 +533,8 @@ class Motions:
         if words.positions:
             commands.position(self, words, beside=bool(words.axes or spoke or arc or words.polynomials))
         if not (words.axes or spoke or arc or words.polynomials):
+            if self.motion == "BSPLINE" and "SD" in words.named:
+                self.degree = words.named.pop("SD")[1]
             return False
         end = self.end_of(words)
         if {53, 153} & set(words.g) or "SUPA" in words.commands:
@@ -642,7 +646,7 @@ class Motions:
             arcs.make(self, words, given, end, about_pole)
         elif self.motion == "BSPLINE":
             own = {n.lower(): words.named.pop(n)[1] for n in ("PW", "PL", "SD") if n in words.named}
-            self.emit({**given, **own}, (10_600,))
+            self.emit({"sd": self.degree, **given, **own}, (10_600,))
         elif self.motion in ("ASPLINE", "CSPLINE", "POLY"):
             curves.point(self, words, end)
         else:

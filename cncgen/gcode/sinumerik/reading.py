@@ -142,6 +142,12 @@ def _formal(var: str | None, kind: str, _: object, name: str, extent: object, us
     return ("formal", kind.upper(), name.upper(), var is not None, usual, extent is not None)
 
 
+def _jump(goto: str, target: str) -> Item:
+    """Return a jump; the number of a block may stand without its N ("e.g.: 200, N300", 840D sl, Fundamentals, "Jumps to jump markers")."""
+    number = "N" if target[0].isdigit() else ""
+    return ("jump", goto.upper(), number + _name(target.strip("\"'")))
+
+
 def _computed_jump(goto: str, first: str, *parts: Value) -> Item:
     label: Value = expressions.Quoted(_text(first))
     for part in parts:
@@ -189,7 +195,7 @@ VALUES: dict[str, Callable[..., Any]] = {
     "bit_and": partial(expressions.binary, "B_AND"),
     "bit_or": partial(expressions.binary, "B_OR"),
     "bit_xor": partial(expressions.binary, "B_XOR"),
-    "jump": lambda goto, target: ("jump", goto.upper(), _name(target.strip("\"'"))),
+    "jump": _jump,
     "computed_jump": _computed_jump,
     "begin": lambda goto: ("jump", goto.upper(), ""),
     "if_jump": lambda *c: ("if-jump", tuple(zip(c[::2], c[1::2], strict=True))),

@@ -593,5 +593,6 @@ RULES: dict[str, Callable[..., Any]] = {
     "jump": lambda fn, a, how, b, label: Statement("jump", data=(_binary(a, how, b), label)),
     "alarm": lambda fn, text: Statement("alarm", data=(text or "",)),
     "system_data": lambda fn, q, *asked: Statement("system_data", data=(_number_of(q), *asked)),
+    "write_data": lambda fn, *given: Statement("write_data", data=given),
     "function_unknown": lambda fn, *_: Statement("function_unknown", data=("".join(c for c in fn if c.isdigit()),)),
 }  # fmt: skip
