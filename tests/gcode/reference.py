@@ -261,6 +261,7 @@ _TERMINALS = {
     "CORNER": [",c", ",r"],
     "SIGN": ["+", "-"],
     "I_FUNCTION": ["ifix[", "ifup["],
+    "RETURN": ["m99", "m099"],
 }
 
 

@@ -292,3 +292,37 @@ def test_radii_and_origins_by_older_numbers_are_not_set_in_silence(run: Any, num
     """#2401 on are radii, #2501 and #2601 also G54 X and Y of other controls (B-63324EN, 15.2): neither is meant for sure."""
     assert ("warning", "other-control") in remarks(run, f"#{number}=5.\nG0 X1\nM30")
     assert remarks(run, "#2201=5.\nG0 X1\nM30") == []
+
+
+def test_an_angle_beside_g91_is_added(run: Any) -> None:
+    """Six windows of Haas's example O60684 (96-8000, G68): each G91 G68 R60 turns on by 60 degrees; FANUC: parameter 5400 bit 0."""
+    text = "G90 G0 X0 Y0\nM97 P1000 L6\nM30\nN1000\nG91 G68 R60.\nG90 G0 X10. Y0\nX0 Y0\nM99\n"
+    corners = [row for row in fanuc(run, text) if row != [0, 0, 0]]
+    expected = [[10 * math.cos(k * math.pi / 3), 10 * math.sin(k * math.pi / 3), 0] for k in range(1, 7)]
+    assert np.allclose(corners, expected, atol=1e-8)
+    assert remarks(run, text).count(("warning", "rotation-incremental")) == 1
+
+
+def test_an_angle_under_an_earlier_g91_is_the_angle_itself(run: Any) -> None:
+    text = "G68 X0 Y0 R30.\nG91\nG68 X0 Y0 R90.\nG90 G0 X10. Y0\nM30"
+    assert fanuc(run, text) == [[0, 10, 0]]
+    assert ("warning", "rotation-incremental") in remarks(run, text)
+
+
+@pytest.mark.parametrize(("incremental", "expected"), [("", [0, 10, 0]), ("I0", [-10, 0, 0])])
+def test_an_angle_of_mach3_is_added_by_i(run: Any, incremental: str, expected: list[float]) -> None:
+    """Mach3's manual, G68: with I under G91 the angle is added to the one in effect; the value of I is not used."""
+    text = f"G68 A0 B0 R90.\nG91 G68 A0 B0 {incremental} R90.\nG90 G0 X10. Y0\nM30"
+    assert fanuc(run, text)[-1] == expected
+
+
+def test_g68_with_a_direction_turns_space(run: Any) -> None:
+    """The origin is shifted, then turned; a second G68 without a centre turns about the same origin (B-62764EN, 14, N1 and N2)."""
+    first, second = "G68 X10. Y20. Z30. I0 J0 K1. R90.\n", "G68 I1. J0 K0 R90.\n"
+    assert fanuc(run, f"{first}G0 X1. Y2. Z3.\nG69\nG0 X0\nM30") == [[8, 21, 33], [0, 21, 33]]
+    assert fanuc(run, f"{first}{second}G0 X1. Y2. Z3.\nG69\nM30") == [[13, 21, 32]]
+    # A third of a turn about the diagonal takes X to Y, Y to Z and Z to X.
+    assert fanuc(run, "G68 X0 Y0 Z0 I1. J1. K1. R120.\nG0 X1. Y2. Z3.\nM30") == [[3, 1, 2]]
+    assert ("error", "axis-missing") in remarks(run, second + "M30")
+    assert ("error", "plane-points") in remarks(run, "G68 X0 Y0 Z0 I0 J0 K0 R90.\nM30")
+    assert ("warning", "swivel-frame") in remarks(run, first + "M30")

@@ -84,6 +84,17 @@ def turn(axis: int, degrees: float) -> Matrix:
     return tuple((r[0], r[1], r[2]) for r in rows)
 
 
+def turn_about(axis: Vector, degrees: float) -> Matrix:
+    """Return the rotation about a direction of length 1: ``c 1 + (1 - c) n n^T + s [n]x`` (Rodrigues), exact for right angles."""
+    (c, _, _), (s, _, _), _ = turn(2, degrees)
+    columns = []
+    for k, unit_vector in enumerate(UNIT):
+        around, along = cross(axis, unit_vector), (1.0 - c) * axis[k]
+        x, y, z = (c * e + s * a + along * n for e, a, n in zip(unit_vector, around, axis, strict=True))
+        columns.append((x, y, z))
+    return of_columns(*columns)
+
+
 def diagonal(a: float, b: float, c: float) -> Matrix:
     """Return the scaling of the axes by factors."""
     return (a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c)

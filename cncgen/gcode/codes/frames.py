@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.codes import affine
+from cncgen.gcode.codes import affine, tilted_planes
 from cncgen.gcode.codes.dwell import has_point
 from cncgen.gcode.codes.polar import polar_from
 from cncgen.gcode.codes.table import ROTARY_PATH, Code
@@ -134,6 +134,24 @@ def _angle(ip: Interpreter, block: Block) -> float:
     return angle / 1000.0
 
 
+def _added_to(ip: Interpreter, block: Block, angle: float, of_mach3: bool) -> float:
+    """Return the angle that R of G68 is added to: under G91 it may be the angle in effect.
+
+    FANUC's parameter 5400 bit 0 (B-63503EN, 11) and Haas's setting 73 tell whether G91 adds. A program that writes G91
+    beside G68 counts on it (Haas 96-8000, O60684); a G91 from before may be there for the motions. Mach3 has I for it.
+    """
+    if ip.state.absolute or not angle:
+        return 0.0
+    if of_mach3:
+        return angle if "i" in block.words else 0.0
+    adds = 910 in block.g
+    done = "added to" if adds else "taken in place of"
+    message = f"R{block.words['r']:g} of G68 in G91 is {done} the {angle:g} degrees in effect"
+    hint = "parameter 5400 bit 0 of FANUC and setting 73 of Haas decide it; G69 before G68 makes both alike"
+    ip.warn_once(BlockError("rotation-incremental", message, "R", hint=hint))
+    return angle if adds else 0.0
+
+
 def scaling(ip: Interpreter, block: Block) -> None:
     """G51 X Y Z P, or I J K: scale about a point, in all axes or each by its own factor."""
     words = {letter: _factor(ip, letter, value) for letter, value in block.words.items() if letter in "pijk"}
@@ -201,22 +219,27 @@ def no_mirror(ip: Interpreter, block: Block) -> None:
 
 
 def rotation(ip: Interpreter, block: Block) -> None:
-    """G68 X Y R: turn the plane about a point; Mach3 calls X and Y of the point A and B."""
-    if {"a", "b"} & block.words.keys():
+    """G68 X Y R: turn the plane about a point; Mach3 calls X and Y of the point A and B. With I J K it turns space (`tilted_planes`)."""
+    of_mach3, direction = bool({"a", "b"} & block.words.keys()), {"i", "j", "k"} & block.words.keys()
+    if "r" not in block.words:
+        raise BlockError("rotation-angle", "G68 has no angle R", "G68", hint="G68 X0 Y0 R30, in degrees")
+    if direction and not of_mach3:
+        tilted_planes.convert(ip, block, _angle(ip, block))
+        return
+    if of_mach3:
         words = {{"a": "x", "b": "y"}.get(letter, letter): value for letter, value in block.words.items()}
-        if ip.state.plane != 17 or len(words) < len(block.words):
+        if ip.state.plane != 17 or len(words) < len(block.words) or direction - {"i"}:
             message = "A and B of G68 are X and Y of the centre in G17 (Mach3)"
             hint = "write X and Y"
             raise BlockError("rotation-plane", message, "A" if "a" in block.words else "B", hint=hint)
         block = replace(block, words={"x": 0.0, "y": 0.0, **words})
-    if "r" not in block.words:
-        raise BlockError("rotation-angle", "G68 has no angle R", "G68", hint="G68 X0 Y0 R30, in degrees")
     if max(PLANE_AXES[ip.state.plane]) > 2:
         plane = f"G{ip.state.plane / 10:g}"
         message = f"G68 turns X, Y and Z, and the plane is {plane}"
         raise BlockError("rotation-plane", message, "G68", hint="choose G17, G18 or G19")
     frame = _current(ip)
-    frame.angle, frame.turn_centre, frame.plane = _angle(ip, block), _point(ip, block), ip.state.plane
+    frame.angle = _angle(ip, block) + _added_to(ip, block, frame.angle, of_mach3)
+    frame.turn_centre, frame.plane = _point(ip, block), ip.state.plane
     _change(ip, frame)
 
 
@@ -249,7 +272,7 @@ CODES = (
     Code("G", 1010, "mirror", Stage.REFERENCE, mirror_of_haas, "mirror image about 0 (Haas)", "xyz", "own", dialects=_FANUC,
         without="lathes"),
     Code("G", 511, "mirror", Stage.REFERENCE, mirror, "mirror image", "xyz", "own", dialects=_FANUC, without="lathes"),
-    Code("G", 680, "rotation", Stage.REFERENCE, rotation, "rotation by R degrees", "xyzabr", "own", dialects=_FANUC, moves="plane",
+    Code("G", 680, "rotation", Stage.REFERENCE, rotation, "rotation by R degrees", "xyzabijkr", "own", dialects=_FANUC, moves="plane",
         without="lathes"),
     Code("G", 690, "rotation", Stage.COORDINATES, no_rotation, "no rotation", dialects=_FANUC, without="lathes"),
     Code("G", 160, "polar", Stage.DISTANCE, polar_on, "polar coordinates", dialects=_FANUC, moves="plane", without="lathes"),

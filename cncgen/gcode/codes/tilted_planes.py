@@ -134,6 +134,32 @@ def tilt(ip: Interpreter, block: Block) -> None:
     affine.change(ip, frame)
 
 
+def convert(ip: Interpreter, block: Block, angle: float) -> None:
+    """G68 X Y Z I J K R: shift the origin to X Y Z and turn by an angle, degrees, about I J K; a second G68 does so within the first.
+
+    B-62764EN, 14 ("Three-dimensional coordinate conversion"); Mitsubishi's M700V (13.23) multiplies the same matrices.
+
+    Raises:
+        BlockError: No direction, a first G68 without X Y Z, or another frame that it does not go with.
+    """
+    within = ip.sink.program if isinstance(ip.sink, affine.AffineSink) else affine.Frame()
+    hint = "G68 X0 Y0 Z0 I0 J1 K0 R90 turns about Y"
+    if not isinstance(ip.sink, affine.AffineSink) and ip.sink is not ip.base:
+        message = "G68 with I J K does not go with a rotation, G51, G51.1, G43.4, or cutter compensation"
+        raise BlockError("frame-compensation", message, "G68", hint="end them before")
+    given = sum(letter in block.words for letter in "xyz")
+    if given not in ((0, 3) if within != affine.Frame() else (3,)):
+        message = "G68 with I J K has no centre X Y Z"
+        raise BlockError("axis-missing", message, "G68", hint=hint)
+    message = "I J K of G68 have no direction"
+    axis = affine.unit(_vector(block, "ijk"), BlockError("plane-points", message, "G68", hint=hint))
+    message = "G68 with I J K turns the coordinates; the tool's length stays along the machine's Z here, and the control turns it too"
+    ip.warn_once(
+        BlockError("swivel-frame", message, "G68", hint="a tool of length 0 moves as on the control")
+    )
+    affine.change(ip, within.then(affine.Frame(affine.turn_about(axis, angle), _vector(block, "xyz"))))
+
+
 def align(ip: Interpreter, block: Block) -> None:
     """G53.1: turn the rotary axes until the tool stands along Z of the tilted plane."""
     if not isinstance(ip.sink, affine.AffineSink):
