@@ -215,11 +215,10 @@ class RemarkWarning(UserWarning):
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         self.diagnostic = diagnostic
-        super().__init__(diagnostic.render())
+        super().__init__(diagnostic)
 
-    def __reduce__(self) -> tuple[type[RemarkWarning], tuple[Diagnostic]]:
-        """Pickle by the diagnostic, of which the text is made."""
-        return type(self), (self.diagnostic,)
+    def __str__(self) -> str:
+        return self.diagnostic.render()
 
 
 class CncgenError(Exception):

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cncgen.arguments import is_number
-from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.diagnostics import Diagnostic, Severity, UsageError
 from cncgen.machine.drives import drive_faults, drive_table
+from cncgen.machine.plausible import new_doubts, tell
 from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS, NumberKey
 from cncgen.machine.record import Axis, Machine, Servo
 from cncgen.units import AXIS_LETTERS, file_unit, to_file
@@ -23,6 +24,10 @@ def check_machine(machine: Machine) -> None:
     ]
     if faults:
         raise UsageError(faults)
+    for axis in machine.axes.values():
+        for field, message, hint in new_doubts(axis, machine.period_s):
+            text = f"machine {machine.name}, {field} of axis {axis.letter}: {message}"
+            tell(Diagnostic("machine-doubt", text, severity=Severity.WARNING, hint=hint))
     check_servos({k: axis.servo for k, axis in machine.axes.items() if axis.servo is not None})
 
 

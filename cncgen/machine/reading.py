@@ -6,11 +6,13 @@ import difflib
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.diagnostics import Diagnostic, Severity, UsageError
 from cncgen.machine.drives import drive_faults, drive_of
+from cncgen.machine.plausible import new_doubts, tell
 from cncgen.machine.record import Axis, Drive, Machine, Servo
 from cncgen.machine.servo_schema import faults as servo_faults
 from cncgen.machine.settings_schema import TABLES as SETTINGS
@@ -105,7 +107,13 @@ def machine_from_tables(table: Mapping[str, Any], text: str, name: str) -> Machi
     settings = {key: _settings(file, table, key) for key in SETTINGS if key in table}
     file.raise_faults()
     values = {key: value for key, value in numbers.items() if value is not None}
-    return Machine(name=given, axes=MappingProxyType(axes), settings=MappingProxyType(settings), **values)
+    machine = Machine(name=given, axes=MappingProxyType(axes), settings=MappingProxyType(settings), **values)
+    for letter, (path, _) in _by_letter(file, table).items():
+        for field, message, hint in new_doubts(axes[letter], machine.period_s):
+            key = f"{path}.{_limit_key(field, letter)}"
+            said = file.placed("machine-doubt", key, f"{key}: {message}", hint)
+            tell(replace(said, severity=Severity.WARNING))
+    return machine
 
 
 def servos_from_toml(content: bytes, name: str) -> dict[str, Servo]:
@@ -184,9 +192,9 @@ def _by_letter(file: TomlFile, table: Mapping[str, Any]) -> dict[str, tuple[str,
 
 
 def _axis(file: TomlFile, letter: str, prefix: str, table: dict[str, Any]) -> Axis | None:
-    unit, factor = file_unit(letter), to_file(letter)
-    keys = {field: f"{field}_{unit}_s{power}" for field, (power, _) in AXIS_LIMITS.items()}
-    travel_key = f"travel_{unit}"
+    factor = to_file(letter)
+    keys = {field: _limit_key(field, letter) for field in AXIS_LIMITS}
+    travel_key = f"travel_{file_unit(letter)}"
     _unknown_keys(file, table, prefix, (*keys.values(), travel_key, "servo", "drive"), letter)
     limits = {
         field: _quantity(file, table, key, f"{prefix}.{key}", AXIS_LIMITS[field][1])
@@ -201,6 +209,11 @@ def _axis(file: TomlFile, letter: str, prefix: str, table: dict[str, Any]) -> Ax
     if travel is not None:
         travel = (travel[0] / factor, travel[1] / factor)
     return Axis(letter, velocity / factor, acceleration / factor, jerk / factor, travel, servo, drive)
+
+
+def _limit_key(field: str, letter: str) -> str:
+    """Return the key of a limit of an axis."""
+    return f"{field}_{file_unit(letter)}_s{AXIS_LIMITS[field][0]}"
 
 
 def _quantity(file: TomlFile, table: Mapping[str, Any], key: str, path: str, what: NumberKey) -> float | None:

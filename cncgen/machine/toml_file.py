@@ -20,7 +20,11 @@ class TomlFile:
         self.faults = Diagnostics()
 
     def fault(self, code: str, path: str, message: str, hint: str = "", **values: Any) -> None:
-        """Note a fault at a key path, with the line of the key or of the nearest table above it."""
+        """Note a fault at a key path; see `placed`."""
+        self.faults.add(self.placed(code, path, message, hint, **values))
+
+    def placed(self, code: str, path: str, message: str, hint: str = "", **values: Any) -> Diagnostic:
+        """Return a fault at a key path, with the line of the key or of the nearest table above it."""
         # A table that stands only in the headers of those below it is shown at the first of them.
         near = next((place for place in self.places if place == path or place.startswith(f"{path}.")), path)
         while near and near not in self.places:
@@ -32,16 +36,14 @@ class TomlFile:
             span = Span(self.name, line, column, length)
         elif self.name:
             message = f"{self.name}: {message}"
-        self.faults.add(
-            Diagnostic(
-                code,
-                message,
-                span=span,
-                excerpt=excerpt,
-                excerpt_offset=cut,
-                hint=hint,
-                values={"key": path, **values},
-            )
+        return Diagnostic(
+            code,
+            message,
+            span=span,
+            excerpt=excerpt,
+            excerpt_offset=cut,
+            hint=hint,
+            values={"key": path, **values},
         )
 
     def raise_faults(self) -> None:

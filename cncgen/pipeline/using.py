@@ -62,6 +62,7 @@ def simulate(
         UsageError: An axis that the machine has, or that moves, has no servo data, the controller does not exist for these axes, or (as they are drawn) setpoints
             are wrong.
     """
+    from cncgen.servo.loop_doubts import telling
     from cncgen.servo.named_schemes import scheme_maker, settings_of
     from cncgen.servo.simulate import simulate_scheme
     from cncgen.servo.stream import driven
@@ -69,7 +70,7 @@ def simulate(
     settle_s = expect_number(settle_s, "settle_s", high=LONGEST_SETTLE_S)
     chunks = _chunks_of(setpoints)
     servos = servos_of(machine)
-    made = scheme_maker(controller, servos, settings_of(coupling_of(machine)))
+    made = telling(scheme_maker(controller, servos, settings_of(coupling_of(machine))))
     if not isinstance(machine, Mapping):
         chunks = driven(chunks, known_axes(machine, servos))
     return simulate_scheme(chunks, made, settle_s=settle_s)

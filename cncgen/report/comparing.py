@@ -11,6 +11,7 @@ from cncgen.machine.record import Axis, Servo
 from cncgen.report.comparison import Demand, Fluctuation, StrategyFigures
 from cncgen.report.tables import number, text_table
 from cncgen.servo.command_limits import breaks, broken_values
+from cncgen.servo.loop_doubts import telling
 from cncgen.servo.named_schemes import Settings, scheme_maker
 from cncgen.servo.response_spread import drawn_figures, spread_values
 from cncgen.servo.scheme import SchemeMaker
@@ -179,7 +180,7 @@ def compare_controllers(
     first: UsageError | None = None
     for name, maker in zip(names, makers, strict=True):
         try:
-            responses = list(simulate_scheme(iter(setpoints), maker))
+            responses = list(simulate_scheme(iter(setpoints), telling(maker)))
             summary = {"controller": name, **summarize(responses)}
             if limits is not None:
                 summary["breaks"] = _breaks(setpoints, maker, limits)

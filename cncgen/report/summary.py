@@ -71,6 +71,8 @@ class Summary:
         self._way: float | None = None
         self._corners: list[SharpCorner] = []
         self._corner_count = self._motions = 0
+        #: Whether rotary axes turn along with linear ones: the feed of these is then not that of the tool on the workpiece.
+        self._turns_along = False
         self._split = TimeSplit()
         self._end_s = self._waited_s = self._stood_s = self._turned_s = self._length_mm = self._max_feed = 0.0
         self._values: dict[str, Any] = {}
@@ -81,6 +83,7 @@ class Summary:
         """Hand on the program's toolpaths, counting their motions."""
         for chunk in chunks:
             self._motions += int((chunk.kind != Kind.EVENT).sum())
+            self._turns_along = self._turns_along or _turns_along(chunk)
             yield chunk
 
     def over_trajectories(self, trajectories: Iterable[Trajectory]) -> Iterator[Trajectory]:
@@ -221,6 +224,7 @@ class Summary:
             if self._estimate
             else {letter.lower(): self._peak(k, letter) for k, letter in enumerate(self._axes)},
             "feed_mm_s": {"mean": self._length_mm / feeding if feeding > 0 else 0.0, "max": self._max_feed},
+            "feed_of": "slides" if self._turns_along else "path",
             "feed_over_time_mm_s": self._feeds.feeds_mm_s(),
             "sharp_corners": [self._corner(corner) for corner in self._corners],
             "sharp_corner_count": self._corner_count,
@@ -267,6 +271,16 @@ class Summary:
         return found
 
 
+def _turns_along(toolpath: Toolpath) -> bool:
+    """Tell whether a row of a toolpath moves rotary axes and linear ones together."""
+    rotary = np.array([is_rotary(letter) for letter in toolpath.axes])
+    if not rotary.any():
+        return False
+    moves = toolpath.end != toolpath.starts
+    moves[:, ~rotary] |= (toolpath.kind == Kind.ARC)[:, None]
+    return bool((moves[:, rotary].any(axis=1) & moves[:, ~rotary].any(axis=1)).any())
+
+
 def _turning(trajectory: Trajectory) -> NDArray[np.bool_]:
     """Tell the pieces of a profile whose path is the angle of rotary axes and not a length, shape (pieces,)."""
     profile, rows = trajectory.profile, trajectory.toolpath
@@ -295,7 +309,7 @@ def as_text(summary: dict[str, Any]) -> str:
     lines = [
         f"{summary['program']} on {summary['machine']}: {duration(summary['cycle_time_s'])} ({split_text(summary)})"
         + f", {summary['path_length_mm']:.4f} mm, {counted(summary['motions'], 'motion')}, {counted(summary['samples'], 'setpoint')}",
-        f"feed: mean {_short(feed['mean'])}, max {_short(feed['max'])} mm/s; {counted(summary['sharp_corner_count'], 'sharp corner')}",
+        f"feed{_feed_of(summary)}: mean {_short(feed['mean'])}, max {_short(feed['max'])} mm/s; {counted(summary['sharp_corner_count'], 'sharp corner')}",
     ]
     untimed = untimed_text(summary)
     if untimed:
@@ -317,6 +331,14 @@ def as_text(summary: dict[str, Any]) -> str:
     places = 3 if summary["path_length_mm"] > 1.0 else 6
     lines.extend(_loss_text(place, summary["program"], places) for place in summary["slowest"][:3])
     return "\n".join(lines)
+
+
+def _feed_of(summary: dict[str, Any]) -> str:
+    """Return whose feed it is, where it is not that of the tool on the workpiece."""
+    if summary.get("feed_of", "path") == "path":
+        return ""
+    slides = [letter for letter in summary["peak"] if not is_rotary(letter.upper())]
+    return f" of the slides {' '.join(slides).upper()} (the tool's on the workpiece is another while rotary axes turn along)"
 
 
 def _short(value: float) -> str:

@@ -12,6 +12,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Servo
 from cncgen.servo.bank import LoopBank
 from cncgen.servo.contour import ContourTracker
+from cncgen.servo.loop_doubts import telling
 from cncgen.servo.models import axis_loop
 from cncgen.servo.record import Response
 from cncgen.servo.scheme import Scheme, SchemeMaker
@@ -40,9 +41,8 @@ def simulate(
         UsageError: An axis has no servo data (``servo-missing``), the periods do not fit (``servo-period``), or a loop
             is unstable (``servo-unstable``).
     """
-    return simulate_scheme(
-        setpoints, lambda axes, period: own_scheme(servos, axes, period), settle_s=settle_s
-    )
+    maker = telling(lambda axes, period: own_scheme(servos, axes, period))
+    return simulate_scheme(setpoints, maker, settle_s=settle_s)
 
 
 def own_scheme(servos: Mapping[str, Servo], axes: str, period_s: float) -> Scheme:

@@ -167,7 +167,9 @@ def test_the_interpolator_that_breaks_limits_is_named(cncgen: Run, part: Path) -
     run = cncgen(
         "plan", part, "-m", "xy-table", "--interpolator", "two-stage-linear", "-q", "-o", "o.csv", "--json"
     )
-    (warning,) = [json.loads(line) for line in run.stderr.splitlines()]
+    said = {item["code"]: item for item in map(json.loads, run.stderr.splitlines())}
+    assert set(said) == {"plan-over-limits", "two-stage-distance"}
+    warning = said["plan-over-limits"]
     assert "optimal with two-stage-linear interpolation asks more" in warning["message"]
     assert "--interpolator arclength" in warning["hint"]
 
@@ -234,8 +236,9 @@ def test_rounding_is_no_broken_limit(cncgen: Run, part: Path, tmp_path: Path) ->
     slow = re.sub(r"max_jerk_mm_s3 = .*", "max_jerk_mm_s3 = 1e-6", shown)
     (tmp_path / "slow.toml").write_text(slow)
     (tmp_path / "tiny.nc").write_text("G21 G61\n(START, X20 Y20)\nG1 X20.00001 F1000\nM2\n")
-    run = cncgen("plan", "tiny.nc", "-m", "slow.toml", "-q", "-o", "o.csv")
-    assert (run.returncode, run.stderr) == (0, b"")
+    run = cncgen("plan", "tiny.nc", "-m", "slow.toml", "-q", "-o", "o.csv", "--json")
+    assert run.returncode == 0
+    assert {json.loads(line)["code"] for line in run.stderr.splitlines()} == {"machine-doubt"}
 
 
 @pytest.mark.parametrize("kind", ["csv", "jsonl", "npy", "npz", "f64", "hal", "arrow"])

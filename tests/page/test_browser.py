@@ -538,6 +538,21 @@ def test_a_small_screen_shows_all_of_it(browser: Browser, made: Path, width: int
 _PAPER = ("printed", "legend", "charts", "panel-losses", "panel-time")
 
 
+def test_a_turned_screen_shows_the_whole_path(shown: Browser) -> None:
+    """The path was cut off where a window became narrow, and the view of a person keeps its part of the picture."""
+    corners = """const { box, camera } = cncgen.scene, out = [];
+        for (const x of [0, 3]) for (const y of [1, 4]) for (const z of [2, 5]) out.push(camera.project(box[x], box[y], box[z]));
+        return [camera.width, camera.height, out]"""
+    for width, height in ((500, 900), (1000, 500), (1440, 1000)):
+        shown.driver.set_window_size(width, height)
+        settled(shown)
+        wide, high, points = shown.run(corners)
+        assert all(0 <= x <= wide and 0 <= y <= high for x, y, _ in points)
+        # One of both directions is filled, up to the margin of 14 %.
+        spans = [max(p[k] for p in points) - min(p[k] for p in points) for k in (0, 1)]
+        assert max(spans[0] / wide, spans[1] / high) == pytest.approx(0.86, abs=0.01)
+
+
 def test_paper_has_tables_and_the_picture(shown: Browser) -> None:
     settled(shown)
     camera = "const c = cncgen.scene.camera; return [c.width, c.height, c.scale]"
@@ -702,5 +717,6 @@ def test_short_lines_are_named_and_rotary_axes_drawn(
     )
     assert not all(visited)
     assert [re.match(r"line (\d+)", name)[1] for name in names] == [str(line) for line in lines_of]
+    assert browser.run("return cncgen.charts.views[0].panel.unit") == "mm/s of the slides"
     titles = browser.run("return cncgen.charts.views.map((view) => view.panel.id)")
     assert [title for title in titles if title.endswith("deg")] == ["acc-deg", "jerk-deg"]

@@ -52,6 +52,20 @@ def finished(summary: Summary, *trajectories: Trajectory, rows: int = 1) -> dict
     return summary.as_json()
 
 
+def test_whose_feed_it_is_where_rotary_axes_turn_along() -> None:
+    """A turn of C under G93 takes 2 s along 10 mm: 5 mm/s are those of the slide, and the tool's on a turning part are others."""
+    along = summed("G21 G90 G61 G93\nG1 X10 C90 F30\nM2\n", "generic-mill")
+    assert along["feed_of"] == "slides"
+    assert along["feed_mm_s"]["mean"] == pytest.approx(5.0)
+    assert (
+        "feed of the slides X (the tool's on the workpiece is another while rotary axes turn along)"
+        in as_text(along)
+    )
+    after = summed("G21 G90 G61 G94 F600\nG1 X10\nG1 C90\nM2\n", "generic-mill")
+    assert after["feed_of"] == "path"
+    assert "feed: mean" in as_text(after)
+
+
 def test_times_and_feeds_of_constant_speed() -> None:
     """20 mm at 10 mm/s and half a second of dwell; steps of speed ask v/T of acceleration and v/T² of jerk."""
     found = summed("G21 G90 G61 F600\nG1 X10\nG4 P0.5\nG1 X20\nM2\n")

@@ -60,16 +60,21 @@ export class Camera {
 
   /** Fit a box (lowest x y z, highest x y z) into the canvas, with room for what lies over it. */
   fit(box, margin = 0.86) {
+    for (let k = 0; k < 3; k++) this.centre[k] = (box[k] + box[k + 3]) / 2;
+    this.scale = this.fitting(box, margin);
+  }
+
+  /** Return the scale at which a box fits into the canvas. */
+  fitting(box, margin = 0.86) {
     const { right, up } = this.frame();
     let wide = 0, high = 0;
     for (let k = 0; k < 3; k++) {
-      this.centre[k] = (box[k] + box[k + 3]) / 2;
       const half = (box[k + 3] - box[k]) / 2;
       wide += Math.abs(right[k]) * half;
       high += Math.abs(up[k]) * half;
     }
     const least = 1e-3;
-    this.scale = margin * Math.min(this.width / (2 * Math.max(wide, least)), this.height / (2 * Math.max(high, least)));
+    return margin * Math.min(this.width / (2 * Math.max(wide, least)), this.height / (2 * Math.max(high, least)));
   }
 
   /** Return the matrix from space to clip coordinates, by columns, for points within a radius of the centre. */

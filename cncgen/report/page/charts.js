@@ -61,7 +61,7 @@ export function panels(parts) {
     if (there.length) found.push({ id, title, unit, curves: there, limits });
   };
   const feeds = parts.map((part, k) => ({ part, name: "feed_mm_s", label: k ? part.header.label : "feed", other: k, colour: k }));
-  add("feed", "Feed", "mm/s", feeds);
+  add("feed", "Feed", first.header.summary?.feed_of === "slides" ? "mm/s of the slides" : "mm/s", feeds);
   for (const [order, title, power] of [["vel", "Velocity", ""], ["acc", "Acceleration", "²"], ["jerk", "Jerk", "³"]]) {
     for (const unit of ["mm", "deg"]) {
       const axes = first.axes.filter((axis) => axis.unit === unit);

@@ -174,7 +174,7 @@ class Page {
     $("title").textContent = this.header.title;
     const facts = [summary.feedrate], short = (value) => (value < 10 ? rounded(value) : value.toFixed(1));
     if (summary.path_length_mm !== undefined) facts.push(`${short(summary.path_length_mm)} mm`);
-    if (summary.feed_mm_s) facts.push(`mean ${short(summary.feed_mm_s.mean)} mm/s`);
+    if (summary.feed_mm_s) facts.push(`mean ${short(summary.feed_mm_s.mean)} mm/s${summary.feed_of === "slides" ? " of the slides" : ""}`);
     facts.push(`${this.part.rows.toLocaleString("en")} setpoints of ${Number((1000 * this.part.period).toPrecision(6))}\u00a0ms`);
     $("subtitle").textContent = facts.filter(Boolean).join(" · ");
     $("subtitle").title = `${$("subtitle").textContent}; machine ${machine}`;
@@ -641,7 +641,7 @@ class Page {
   /** Put the picture where a printer finds it, in colours for white paper, and give the charts their size on it. */
   print() {
     const { theme } = this, { classList } = document.documentElement;
-    const { scale, width, height } = this.scene.camera;
+    const { scale } = this.scene.camera;
     const end = () => {
       classList.remove("paper");
       this.setTheme(theme);
@@ -653,8 +653,6 @@ class Page {
     this.setTheme("light");
     // The view of the screen, in the frame of the paper.
     this.scene.resize();
-    const { camera } = this.scene;
-    camera.scale *= Math.min(camera.width / width, camera.height / height);
     this.scene.draw();
     this.charts.paintAll();
     const sheet = document.createElement("canvas"), { canvas } = this.scene;

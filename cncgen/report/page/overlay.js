@@ -103,7 +103,8 @@ export class Overlay {
   }
 
   scaleBar(g, camera, quiet) {
-    const wanted = 110 / camera.scale, power = 10 ** Math.floor(Math.log10(wanted));
+    // Between the axes on its left and the legend on its right.
+    const wanted = Math.max(40, Math.min(110, camera.width - 300)) / camera.scale, power = 10 ** Math.floor(Math.log10(wanted));
     const length = power * [5, 2, 1].find((factor) => factor * power <= wanted * (1 + 1e-9));
     const pixels = length * camera.scale, x = 84, y = camera.height - 26;
     g.strokeStyle = g.fillStyle = quiet;

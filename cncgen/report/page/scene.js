@@ -124,6 +124,7 @@ export class Scene {
     });
   }
 
+  /** Take the size of the canvas; what filled it fills it again. */
   resize() {
     const paper = document.documentElement.classList.contains("paper");
     const ratio = paper ? 3 : Math.min(2, window.devicePixelRatio || 1);
@@ -131,8 +132,10 @@ export class Scene {
     if (!width || !height) return;
     this.canvas.width = Math.round(width * ratio);
     this.canvas.height = Math.round(height * ratio);
+    const before = this.box && this.camera.fitting(this.box);
     this.camera.width = width;
     this.camera.height = height;
+    if (before) this.camera.scale *= this.camera.fitting(this.box) / before;
     this.ratio = ratio;
     this.request(true);
   }

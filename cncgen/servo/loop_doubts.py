@@ -1,0 +1,95 @@
+"""What a closed loop cannot be meant to do: grow by itself, stand elsewhere than its setpoint, follow seconds behind it.
+
+The loops are simulated as they are given; what is said here is a remark. A loop z⁺ = A z + B0 r[k] + B1 r[k+1], x = C z + D r has the
+transfer function G(z) = C (z I − A)⁻¹ (B0 + z B1) + D. Over a setpoint that stands it settles at G(1), and over one of constant velocity v
+it stays v L behind, L = −T G'(1): with M = (I − A)⁻¹ and B = B0 + B1, G(1) = C M B + D and G'(1) = C M B1 − C M² B.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator
+
+import numpy as np
+
+from cncgen.diagnostics import Diagnostic, RemarkWarning, Severity
+from cncgen.servo.loop import AxisLoop
+from cncgen.servo.scheme import Scheme, SchemeMaker
+
+#: Poles whose growth in a control period is no more are on the unit circle but for rounding (a double eigenvalue keeps half the digits).
+LEAST_GROWTH = 1e-7
+#: Drives of machines stay 5 to 100 ms behind their setpoints (velocity gains of 10 to 200 1/s).
+LONGEST_LAG_S = 1.0
+#: A loop that ends so far from its setpoint, as a part of it, has a wrong gain.
+LEAST_MISS = 0.01
+
+
+def telling(maker: SchemeMaker) -> SchemeMaker:
+    """Return a maker of schemes that tells the doubts of the scheme that it makes, as `RemarkWarning`."""
+
+    def made(axes: str, period_s: float) -> Scheme:
+        scheme = maker(axes, period_s)
+        # Coupled axes are stable, or not, together.
+        for letter, loop in zip(axes, scheme.loops if scheme.coupling is None else (), strict=False):
+            for doubt in doubts(loop, letter):
+                warnings.warn(RemarkWarning(doubt), stacklevel=2)
+        return scheme
+
+    return made
+
+
+def doubts(loop: AxisLoop, letter: str) -> Iterator[Diagnostic]:
+    """Yield what is implausible of the closed loop of an axis."""
+    poles = loop.poles()
+    worst = poles[np.abs(poles).argmax()] if len(poles) else 0.0
+    growth = math.log(abs(worst)) if abs(worst) > 0.0 else -math.inf
+    if growth > LEAST_GROWTH:
+        yield _unstable(letter, complex(worst), loop.period)
+        return
+    settled, lag_s = _settled_and_lag(loop)
+    if abs(settled - 1.0) > LEAST_MISS:
+        yield _remark(
+            "servo-gain",
+            f"axis {letter} comes to rest at {settled:.4g} times the way of its setpoints",
+            "of a transfer function the last coefficients of numerator and denominator are to be equal",
+            gain=settled,
+        )
+    elif lag_s > LONGEST_LAG_S:
+        yield _remark(
+            "servo-lag",
+            f"axis {letter} stays {lag_s:.3g} s behind its setpoints: {100.0 * lag_s:.4g} mm at 100 mm/s",
+            "drives stay some 5 to 100 ms behind; are gains in 1/s and time constants in s?",
+            lag_s=lag_s,
+        )
+
+
+def _settled_and_lag(loop: AxisLoop) -> tuple[float, float]:
+    """Return G(1), and the time that the axis stays behind setpoints of constant velocity, s; (1, 0) of a loop that never settles."""
+    matrix, now, after = loop.transition()
+    to_rest = np.eye(len(matrix)) - matrix
+    if not len(matrix) or np.linalg.cond(to_rest) > 1e12:
+        return 1.0, 0.0
+    still = np.linalg.solve(to_rest, now + after)
+    settled = float(loop.output @ still) + loop.feedthrough
+    slope = float(loop.output @ np.linalg.solve(to_rest, after - still))
+    return settled, -loop.period * slope
+
+
+def _unstable(letter: str, pole: complex, period: float) -> Diagnostic:
+    growth_s = period / math.log(abs(pole))
+    turn_hz = abs(math.atan2(pole.imag, pole.real)) / (2.0 * math.pi * period)
+    turning = f", {turn_hz:.4g} Hz" if turn_hz > 0.0 else ""
+    return _remark(
+        "servo-unstable",
+        f"the closed loop of axis {letter} is unstable: its pole at {1.0 / growth_s:+.4g} 1/s{turning} grows by a factor of e "
+        f"every {growth_s:.4g} s",
+        "of a transfer function look at the signs of the denominator; else lower the gains",
+        pole_1_s=1.0 / growth_s,
+        pole_hz=turn_hz,
+        growth_s=growth_s,
+    )
+
+
+def _remark(code: str, message: str, hint: str, **values: float) -> Diagnostic:
+    return Diagnostic(code, message, severity=Severity.WARNING, hint=hint, values=values)
