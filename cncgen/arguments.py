@@ -111,3 +111,17 @@ def undrawn(chunks: Iterator[_T], what: str) -> Iterator[_T]:
             f"{what} was drawn already, and can be drawn once", hint="make it again, or keep what it gave"
         )
     return chunks
+
+
+def untouched(chunks: Iterator[_T], what: str) -> Iterator[_T]:
+    """Return a stream of which all is wanted.
+
+    Raises:
+        UsageError: Some of it has been drawn: the rest would look like all of it.
+    """
+    from inspect import GEN_CREATED, getgeneratorstate, isgenerator
+
+    chunks = undrawn(chunks, what)
+    if isgenerator(chunks) and getgeneratorstate(chunks) != GEN_CREATED:
+        raise wrong(f"{what} was drawn in part already, and here all of it is wanted", hint="make it again")
+    return chunks

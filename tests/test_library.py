@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -19,7 +20,15 @@ import numpy as np
 import pytest
 
 import cncgen
-from cncgen.diagnostics import Diagnostics, NoPlanError, ProgramError, Severity, UsageError, json_values
+from cncgen.diagnostics import (
+    Diagnostics,
+    NoPlanError,
+    ProgramError,
+    RemarkWarning,
+    Severity,
+    UsageError,
+    json_values,
+)
 from cncgen.machine import Axis, Servo
 
 SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
@@ -446,3 +455,45 @@ def test_values_as_json() -> None:
     assert json_values(values) == want
     said = cncgen.Diagnostic("a", "b", values={"limit": np.inf}).as_json()
     assert json.loads(json.dumps(said, allow_nan=False))["values"] == {"limit": None}
+
+
+def test_half_a_stream_is_not_taken_for_all_of_it(tmp_path: Path) -> None:
+    """What was left after a first chunk was written, and collected, as if it were the whole motion."""
+    stream = cncgen.sample(cncgen.plan(square(), "xy-table"))
+    next(iter(stream))
+    with pytest.raises(UsageError, match="was drawn in part already"):
+        stream.collect()
+    with pytest.raises(UsageError, match="was drawn in part already"):
+        cncgen.write(stream, tmp_path / "rest.csv")
+    assert not (tmp_path / "rest.csv").exists()
+
+
+def test_a_program_that_cannot_be_pickled_says_what_can() -> None:
+    with pytest.raises(TypeError, match="hand on the name of the file"):
+        pickle.dumps(square())
+
+
+def test_an_option_that_is_not_asked_for_is_told() -> None:
+    """--profile is one of ild: under optimal it was passed over in silence."""
+    with pytest.warns(RemarkWarning, match="profile = linear changes nothing here"):
+        cncgen.plan(square(), "xy-table", profile="linear")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        cncgen.plan(square(), "xy-table", feedrate="ild", profile="linear")
+        cncgen.plan(square(), "xy-table", interpolator="two-stage-linear", master_period_s=0.01)
+
+
+def test_a_signal_that_is_named_twice_is_one_column(tmp_path: Path) -> None:
+    stream = cncgen.sample(cncgen.plan(square(), "xy-table"), "vel,feed,vel")
+    assert stream.layout(("vel", "feed", "vel")).signals == ("vel", "feed")
+    assert list(stream.collect().signals) == ["vel", "feed"]
+
+
+@pytest.mark.parametrize(("unit", "told"), [(1.0, False), (16.0, False), (1000.0, True)])
+def test_times_in_milliseconds_are_told(unit: float, told: bool) -> None:
+    """Setpoints in slow motion keep every limit; a master's period of 16 ms is no other unit."""
+    good = cncgen.sample(cncgen.plan(square(), "xy-table")).collect()
+    slow = cncgen.Setpoints("XY", unit * 0.001, 0, good.position)
+    verdict = cncgen.judge(slow, square(), "xy-table")
+    assert ["verify-period" in {found.code for found in verdict.breaches}] == [told]
+    assert "verify-jerk" not in {found.code for found in verdict.breaches}

@@ -13,6 +13,7 @@ import click
 from cncgen.cli import messages
 from cncgen.cli.messages import write_summary
 from cncgen.cli.options import (
+    given,
     machine_option,
     message_options,
     output_option,
@@ -111,6 +112,8 @@ def command(
     kept: list[Response] | None = None if wanted is None and drawn is None else []
     servos = planning["axis_params"] or machine
     watch = ResponseSummary()
+    if wanted is None:
+        _tell_of_unused(source, format, planning)
     with _setpoints(source, machine, planning, (format, axes, period), reading) as stream:
         responses = watched(simulate(stream, servos, controller=controller, settle_s=settle), watch)
         responses = _keeping(responses, kept)
@@ -132,6 +135,16 @@ def command(
         result |= _more(kept, wanted, drawn, (servos, controller))
     write_summary(summary, result)
     messages.note(as_text(result))
+
+
+def _tell_of_unused(source: str, format: str | None, planning: dict[str, Any]) -> None:
+    """Warn of options of planning where nothing is planned."""
+    from cncgen.cli.reading import is_setpoint_file
+
+    named = given(name for name in planning if name != "axis_params")
+    if named and (format or source == "-" or is_setpoint_file(source)):
+        text = f"no use for {', '.join(named)}: {source} holds setpoints, which are planned already"
+        messages.warning("option-unused", text)
 
 
 def _keeping(responses: Iterator[Response], kept: list[Response] | None) -> Iterator[Response]:

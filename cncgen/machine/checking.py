@@ -26,7 +26,8 @@ def check_machine(machine: Machine) -> None:
         raise UsageError(faults)
     for axis in machine.axes.values():
         for field, message, hint in new_doubts(axis, machine.period_s):
-            text = f"machine {machine.name}, {field} of axis {axis.letter}: {message}"
+            where = f"{field} of axis {axis.letter}" if field in AXIS_LIMITS else field
+            text = f"machine {machine.name}, {where}: {message}"
             tell(Diagnostic("machine-doubt", text, severity=Severity.WARNING, hint=hint))
     check_servos({k: axis.servo for k, axis in machine.axes.items() if axis.servo is not None})
 

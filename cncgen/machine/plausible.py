@@ -17,6 +17,8 @@ from cncgen.units import file_unit, is_rotary, to_file
 
 #: Longest plausible times, s: to full velocity, to full acceleration, and from end to end of the travel.
 LONGEST_TO_VELOCITY_S, LONGEST_TO_ACCELERATION_S, LONGEST_TRAVEL_S = 30.0, 10.0, 1000.0
+#: Masters and drives take a setpoint every 0.05 to 20 ms.
+LONGEST_PERIOD_S = 0.1
 #: A velocity or an acceleration from here on stands for none: 1 km/s and 100 g, in mm, or as many degrees.
 FREE = 1e6
 
@@ -27,7 +29,7 @@ _MOST_TOLD = 1000
 
 
 class Doubt(NamedTuple):
-    """What is implausible: the field of `Axis` that it is about, what is said of it, and the likely unit."""
+    """What is implausible: the field of `Axis` that it is about, or ``period_s`` of the machine, what is said of it, and the likely unit."""
 
     field: str
     message: str
@@ -52,7 +54,10 @@ def doubts(axis: Axis, period_s: float) -> Iterator[Doubt]:
         yield Doubt("max_acceleration", text, hint)
     elif 2.0 * to_velocity < period_s and acceleration < FREE:
         text = f"at {acceleration:g} {unit}/s² {who} reaches its {velocity:g} {unit}/s in {_shown(to_velocity)}, less than half of the period of {_shown(period_s)}"
-        yield Doubt("max_velocity", text, faster)
+        slow = period_s > LONGEST_PERIOD_S
+        yield Doubt(
+            "period_s" if slow else "max_velocity", text, "is it in s? 1 ms is 0.001" if slow else faster
+        )
     if linear and axis.travel is not None and axis.travel[1] - axis.travel[0] > LONGEST_TRAVEL_S * velocity:
         length = axis.travel[1] - axis.travel[0]
         text = f"at {velocity:g} mm/s {who} needs {_shown(length / velocity)} for its travel of {length:g} mm"

@@ -110,7 +110,7 @@ def machine_from_tables(table: Mapping[str, Any], text: str, name: str) -> Machi
     machine = Machine(name=given, axes=MappingProxyType(axes), settings=MappingProxyType(settings), **values)
     for letter, (path, _) in _by_letter(file, table).items():
         for field, message, hint in new_doubts(axes[letter], machine.period_s):
-            key = f"{path}.{_limit_key(field, letter)}"
+            key = f"{path}.{_limit_key(field, letter)}" if field in AXIS_LIMITS else field
             said = file.placed("machine-doubt", key, f"{key}: {message}", hint)
             tell(replace(said, severity=Severity.WARNING))
     return machine

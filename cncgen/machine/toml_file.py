@@ -113,6 +113,8 @@ def _syntax_fault(text: str, name: str, message: str, kind: str) -> Diagnostic:
     if twice:
         path = ".".join(re.findall("'([^']*)'", twice[1]))
         said = f"the table [{path}] stands twice"
+    elif said == "Cannot overwrite a value":
+        said = f"the key {row.partition('=')[0].strip()} stands twice in its table"
     before, there = row[: column - 1], row[column - 1 :]
     return Diagnostic(
         f"{kind}-syntax",

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import warnings
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from cncgen.arguments import expect, expect_fields, expect_path, undrawn
-from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, RemarkWarning, Span
 from cncgen.pipeline.reading import PLANNED, PREDICTED, read, sound
 from cncgen.shown import html_of
 from cncgen.toolpath.reading import ReadOptions
@@ -160,7 +161,10 @@ def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOpt
     if options is not None:
         expect(options, PlanOptions, "options", "cncgen.PlanOptions (or its fields as keywords)")
     expect_fields(PlanOptions, asked)
-    return replace(options or PlanOptions(), **asked)
+    how = replace(options or PlanOptions(), **asked)
+    for remark in how.unused():
+        warnings.warn(RemarkWarning(remark), stacklevel=3)
+    return how
 
 
 def as_read(options: PlanOptions, program: Program) -> PlanOptions:

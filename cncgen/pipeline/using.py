@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from cncgen.arguments import expect, expect_axes, expect_number, expect_path, wrong
+from cncgen.arguments import expect, expect_axes, expect_number, expect_path, untouched, wrong
 from cncgen.pipeline.planning import (
     Plan,
     as_read,
@@ -237,11 +237,14 @@ def write(
             are passed on.
     """
     from cncgen.files import open_output
+    from cncgen.setpoints.stream import SetpointStream
     from cncgen.setpoints.writers import format_of, open_writer
 
     name = expect_path(target, "the target", "the name of a file")
     kind = format_of(name, format)
     setpoints = sample(setpoints) if isinstance(setpoints, Plan) else setpoints
+    if isinstance(setpoints, SetpointStream):
+        untouched(setpoints.chunks, repr(setpoints))
     # The first rows are drawn before the file is opened, so that a program that is refused leaves no file.
     first, chunks = _first_of(setpoints)
     rows = 0

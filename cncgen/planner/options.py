@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cncgen.arguments import expect, is_number
-from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.diagnostics import Diagnostic, Severity, UsageError
 from cncgen.machine.checking import check_servos
 from cncgen.machine.record import Servo
 
@@ -118,6 +118,28 @@ class PlanOptions:
             check_servos(
                 expect(self.servos, Mapping, "servos", "a mapping of letters to cncgen.machine.Servo")
             )
+
+    def unused(self) -> list[Diagnostic]:
+        """Return a warning for each option that was changed and that this kind of plan does not ask for."""
+        feedrate, usual = self.feedrate or "optimal", PlanOptions()
+        asked = {
+            "profile": (feedrate == "ild", "--feedrate ild"),
+            "corner_distance_mm": (feedrate == "ild", "--feedrate ild"),
+            "kbar_per_mm": (feedrate in ("ild", "curvature"), "--feedrate ild or curvature"),
+            "effort": (feedrate == "optimal", "--feedrate optimal"),
+            "stateline_bound_mm": (self.interpolator == "stateline", "--interpolator stateline"),
+            "master_period_s": (self.interpolator in TWO_STAGE, "--interpolator two-stage-…"),
+        }
+        return [
+            Diagnostic(
+                "option-unused",
+                f"{name} = {getattr(self, name)} changes nothing here: it is an option of {whose}",
+                severity=Severity.WARNING,
+                values={"option": name},
+            )
+            for name, (used, whose) in asked.items()
+            if not used and getattr(self, name) != getattr(usual, name)
+        ]
 
     def _faults_of_control(self) -> list[Diagnostic]:
         """Return the faults of `control`, and of options beside it."""

@@ -65,7 +65,7 @@ def sample(
         raise UsageError(
             Diagnostic("option-value", f"signals {', '.join(unknown)}: not one of {', '.join(SIGNALS)}")
         )
-    return _sample(trajectories, machine.period_s, axes, tuple(signals))
+    return _sample(trajectories, machine.period_s, axes, tuple(dict.fromkeys(signals)))
 
 
 def _sample(

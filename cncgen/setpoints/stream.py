@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cncgen.arguments import undrawn
+from cncgen.arguments import undrawn, untouched
 from cncgen.machine.record import Drive
 from cncgen.setpoints.columns import Layout
 from cncgen.setpoints.record import Setpoints
@@ -41,15 +41,15 @@ class SetpointStream:
 
     def layout(self, signals: Sequence[str] = ()) -> Layout:
         """Return the columns of a file of these setpoints with some signals."""
-        return Layout(self.axes, self.period_s, tuple(signals), self.metadata, self.drives)
+        return Layout(self.axes, self.period_s, tuple(dict.fromkeys(signals)), self.metadata, self.drives)
 
     def collect(self) -> Setpoints:
         """Draw all rows; return them as one chunk, with their signals and events.
 
         Raises:
-            UsageError: They were drawn already.
+            UsageError: They, or some of them, were drawn already.
         """
-        chunks = list(self)
+        chunks = list(untouched(self.chunks, repr(self)))
         if not chunks:
             return Setpoints(self.axes, self.period_s, 0, np.zeros((0, len(self.axes))))
         signals = {name: np.concatenate([c.signals[name] for c in chunks]) for name in chunks[0].signals}

@@ -219,5 +219,11 @@ class Program:
     max_steps: int | None = None
     for_lathe: bool = False
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Refuse to be pickled: the program reads its file as it is drawn."""
+        raise TypeError(
+            f"{self!r} reads its file on demand and cannot be pickled; hand on the name of the file"
+        )
+
     def __repr__(self) -> str:
         return f"Program({self.name!r}, {self.language}, axes {self.moving_axes or 'none'}, {self.diagnostics!r})"

@@ -8,12 +8,13 @@ are read side by side, so memory grows with neither.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.arguments import wrong
-from cncgen.diagnostics import Diagnostic, Diagnostics, UsageError
+from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
 from cncgen.machine.record import Machine
 from cncgen.setpoints.checking import check_range
 from cncgen.setpoints.columns import file_units
@@ -32,6 +33,8 @@ Floats = NDArray[np.float64]
 
 #: Segments of the path are cut to this many of the longest chords that the machine's speed allows.
 _CHORDS = 4.0
+#: Setpoints of another period than the machine's may be those of a slower master; so many times as far apart are in another unit.
+OTHER_PERIOD = 50.0
 
 
 def verify(
@@ -79,7 +82,7 @@ def verify(
         k: AxisJudge(machine.axes[k], setpoints.period_s, resolution) for k in axes if k in machine.axes
     }
     count, travelled = _draw(setpoints, matching, [axes.index(letter) for letter in shared], judges)
-    breaches = Diagnostics()
+    breaches = Diagnostics(_of_period(setpoints.period_s, machine))
     _judge_axes(path, axes, shared, travelled, machine, resolution, breaches)
     peaks: list[Peak] = []
     for judge in judges.values():
@@ -115,6 +118,15 @@ class _Observed:
         self.low = np.minimum(self.low, piece.points.min(axis=0))
         self.high = np.maximum(self.high, piece.points.max(axis=0))
         return piece
+
+
+def _of_period(period_s: float, machine: Machine) -> Iterator[Diagnostic]:
+    """Yield a warning of setpoints that come by far at other times than the machine takes them: all limits hold in slow motion."""
+    ratio = period_s / machine.period_s
+    if max(ratio, 1.0 / ratio) > OTHER_PERIOD:
+        message = f"the setpoints are {period_s:g} s apart, {ratio:.4g} times the machine's period of {machine.period_s:g} s"
+        found = breach("period", message, period_s=period_s, machine_period_s=machine.period_s)
+        yield replace(found, severity=Severity.WARNING, hint="are the times in seconds?")
 
 
 def _speed(letters: Iterable[str], machine: Machine) -> float:

@@ -488,3 +488,13 @@ def test_compare_says_that_interpolators_have_a_plan_of_their_own(
     for feedrates, said in (("optimal", True), ("ild", False)):
         assert run(["compare", str(tmp_path / "part.nc"), "-m", "xy-table", "--feedrates", feedrates]) == 0
         assert ("interpolators are compared on a plan of the speed" in capfd.readouterr().err) == said
+
+
+def test_options_of_planning_are_told_where_setpoints_are_planned_already(cncgen: Run, part: Path) -> None:
+    cncgen("plan", part, "-m", "xy-table", "-q", "-o", "o.csv")
+    run = cncgen(
+        "simulate", "o.csv", "--axis-params", "xy-table", "--feedrate", "ild", "-o", "r.csv", "--json"
+    )
+    (said,) = map(json.loads, run.stderr.splitlines())
+    assert (said["code"], said["severity"]) == ("option-unused", "warning")
+    assert "no use for --feedrate: o.csv holds setpoints" in said["message"]

@@ -361,6 +361,10 @@ def test_bounds_of_further_tables_are_allowed(table: str) -> None:
         ("[EMC]\nMACHINE = shop", "help: texts stand in quotes"),
         ("name = \u201cshop\u201d", "help: texts stand in straight quotes"),
         (GOOD + "[axes.x]\n", "error[machine-syntax]: the table [axes.x] stands twice"),
+        (
+            "period_s = 0.001\nperiod_s = 0.002\n" + GOOD,
+            "error[machine-syntax]: the key period_s stands twice in its table",
+        ),
         (GOOD.replace("0.0005", "2026-01-01"), "must be a number, is a date (2026-01-01)"),
         (GOOD.replace('"shop"', '""'), "name: must be a text that is not empty"),
     ],

@@ -234,7 +234,7 @@ def test_csv_of_spreadsheets_and_drives(tmp_path: Path, content: bytes) -> None:
     ("content", "told"),
     [
         (TEXT.encode("utf-16"), "names no time t_s"),
-        (TEXT.replace(",", ";").encode(), "names no time t_s"),
+        (TEXT.replace(",", ";").encode(), "has semicolons between the columns"),
         (b"t_s,x_mm,X_MM\n0,1,2\n", "names x_mm twice"),
         (b"t_s,t_s,x_mm\n0,1,2\n", "names t_s twice"),
         (b"t_s,speed\n0,1\n", "names no axis position"),
@@ -363,3 +363,10 @@ def test_a_chunk_that_few_bytes_make_huge_is_refused_before_it_is_unpacked(
     (tmp_path / "a.mcap").write_bytes(magic + record(1, text("ros2") + text("")) + record(6, chunk) + ends)
     with pytest.raises(UsageError, match="a chunk of it unpacks to more than 1 MiB"):
         read(tmp_path / "a.mcap")
+
+
+@pytest.mark.parametrize(("sign", "name"), [("\t", "tabs"), (" ", "blanks")])
+def test_other_signs_between_columns_are_named(tmp_path: Path, sign: str, name: str) -> None:
+    (tmp_path / "a.csv").write_text(f"t_s{sign}x_mm\n0{sign}0\n")
+    with pytest.raises(UsageError, match=f"has {name} between the columns, and a CSV file has commas"):
+        open_setpoints(str(tmp_path / "a.csv")).__enter__()

@@ -209,7 +209,7 @@ def _check_times(
             Diagnostic(
                 "setpoints-period",
                 f"{name}: row {row + at + 1} (t = {time_s[at]:.9g} s) comes {steps[at]:.9g} s after the one before it; "
-                f"the period is {period:.9g} s",
+                f"the period is {period:.4g} s",
                 values={"row": row + at + 1, "step_s": float(steps[at]), "period_s": period},
             )
         )

@@ -7,6 +7,7 @@ of lines go to the kernel; a line that it leaves (an exponent, many digits, a fa
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from typing import BinaryIO
 
@@ -79,6 +80,10 @@ def _header_fault(names: list[str], any_axis: bool) -> str:
     if twice:
         return f"names {twice} twice"
     if "t_s" not in names:
+        cells = re.split(r"([;\t ])", names[0])
+        if len(names) == 1 and "t_s" in cells and len(cells) > 1:
+            sign = {"\t": "tabs", " ": "blanks"}.get(cells[1], "semicolons")
+            return f"has {sign} between the columns, and a CSV file has commas"
         return "names no time t_s"
     return "" if any_axis else "names no axis position"
 
