@@ -140,7 +140,7 @@ _HEIDENHAIN = _Doubt(
 _INCREMENTS = _Doubt(
     _BEFORE + rb"(?P<word>[XYZ][ \t]*[-+]?\d{5,9})(?![\d.])",
     "a length of five digits without a point is read as it stands; controls that count least increments take it in thousandths",
-    "least_increment = 0.001 under [interpreter] of the machine file reads it so; with a point it is beyond doubt",
+    "least_increment_mm = 0.001 under [interpreter] of the machine file reads it so; with a point it is beyond doubt",
     (b"X", b"Y", b"Z"),
     signs.LONG_LENGTHS[5],
 )
@@ -150,6 +150,13 @@ _NO_POINTS = replace(
     sign=_BEFORE + rb"(?P<word>[XYZ][ \t]*[-+]?\d{4,9})(?![\d.])",
     message="no length has a decimal point: they are read as they stand; controls that count least increments take them in thousandths",
     within=signs.LONG_LENGTHS[4],
+)
+#: Those without a point beside whole numbers that end in one, which their author wrote for such controls.
+_ONE_WITHOUT_POINT = replace(
+    _INCREMENTS,
+    sign=_BEFORE + rb"(?P<word>" + signs.WHOLE_LENGTH + rb")",
+    message="this length has no decimal point, and others end in one: it is read as it stands; controls that count least increments take it in thousandths",
+    within=signs.WHOLE_LENGTH,
 )
 #: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
@@ -206,6 +213,15 @@ def _within(source: Source, at: int) -> bool:
     return cut_of(source.data[begin : source.line_end(begin)]) == at - begin > 0
 
 
+def _lengths(head: bytes, lines: bytes) -> _Doubt:
+    """Return the doubt about lengths without a point in a text of FANUC's."""
+    if not compiled(signs.LENGTH_WITH_POINT).search(lines):
+        return _NO_POINTS
+    if not compiled(signs.WHOLE_LENGTH).search(lines):
+        return _INCREMENTS
+    return _ONE_WITHOUT_POINT if compiled(signs.WHOLE_WITH_POINT).search(head) else _INCREMENTS
+
+
 def _doubts(
     source: Source, dialect: str, least_increment: float | None
 ) -> Iterator[tuple[Cursor, BlockError]]:
@@ -218,8 +234,7 @@ def _doubts(
     asked += [_SHORT_T] if language_of(dialect) == "fanuc" and dialect != "fanuc" else []
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
-        pointless = language_of(dialect) == "fanuc" and not compiled(signs.LENGTH_WITH_POINT).search(lines)
-        asked.append(_NO_POINTS if pointless else _INCREMENTS)
+        asked.append(_lengths(head, lines) if language_of(dialect) == "fanuc" else _INCREMENTS)
     found = [(doubt, doubt.found(head, lines)) for doubt in asked]
     if language_of(dialect) == "fanuc":
         import re

@@ -1,4 +1,4 @@
-; expect fanuc 2:1:rotation-angle 3:1:scale-missing 4:8:scale-missing 5:1:axis-missing 6:6:syntax 7:11:unused-word
+; expect fanuc 2:1:rotation-angle 3:1:scale-missing 4:8:scale-missing 5:1:axis-missing 6:6:syntax 7:1:axis-missing
 G68 X0 Y0
 G51 X0 Y0
 G51 X0 P0

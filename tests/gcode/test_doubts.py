@@ -26,6 +26,10 @@ def said(run: Callable[..., Outcome], text: str, dialect: str = "fanuc") -> list
         ("G0 X10.; G1 X20. F100.\nM30;", [(1, 8)]),
         ("G0 X10. ; the wall\n; G2 is next\nM30;", [(2, 1)]),
         ("G0 X10.;\nM30;", []),
+        # Whole numbers that end in a point are written for controls that count least increments without one (M700V manual, 5.3, type I).
+        ("G0 X10. Y0\nX12.5 Y-30\nM30", [(2, 7)]),
+        ("G0 X12.5 Y-30\nM30", []),
+        ("(Y5) G0 X10. Y0\nX#1 Y[3]\nM30", []),
     ],
 )
 def test_doubts_about_a_program_of_fanuc(

@@ -76,3 +76,12 @@ def test_h_of_a_lathe_is_a_distance_of_c(run: Any) -> None:
     alone = run("G0 X1 H1\nM30", dialect="fanuc-lathe")
     assert alone.errors == []
     assert np.degrees(alone.path.end[0, alone.path.axes.index("C")]) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("G10 L12 P1 R5.", 1), ("G10 L13 P1 R.1", 1), ("G10 L10 P1 R5.", 0)]
+)
+def test_an_offset_that_may_be_a_diameter_is_noted(run: Any, text: str, said: int) -> None:
+    """In diameter mode (setting 40) Haas's controls halve it (Haas mill operator's manual, G141)."""
+    found = run(f"{text}\nM30", dialect="fanuc").diagnostics
+    assert [(d.severity.value, d.code) for d in found].count(("note", "offset-radius")) == said

@@ -239,7 +239,7 @@ def test_a_speed_beside_g50_and_the_start_of_the_spindle(run: Run) -> None:
         ("S10 M3\nG84 Z-5. R2. F1250.", [("warning", "tap-pitch")]),
         ("G65 H01 P#100 Q5", [("error", "not-read")]),
         ("G10.9 X0\nG291\nG05.3 P35", []),
-        ("G10.9 X1", [("error", "not-read")]),
+        ("G10.9 X1.", [("error", "not-read")]),
     ],
 )
 def test_words_that_controls_refuse_or_take(run: Run, body: str, found: list[tuple[str, str]]) -> None:
@@ -423,3 +423,11 @@ def test_m99_behind_a_condition_jumps_where_it_holds(run: Run) -> None:
     text = "G21\n#100=0\nN10 #100=#100+1\nG0 X#100\n[#100 LT 3] M99 P10\nN50 [#100 LT 3] M99 P10\nY1.\nM30"
     assert ends(run, text) == [[1, 0, 0], [2, 0, 0], [3, 0, 0], [3, 1, 0]]
     assert run("G21\n[1 LT 3] X5\nM30", dialect="fanuc").errors[0][:2] == ("syntax", 2)
+
+
+def test_a_jump_after_settings_of_its_block(run: Run) -> None:
+    """Macros of shops write ``N1 #29=1 GOTO10``: the block runs from left to right."""
+    text = "O1\nG21 G54\nN1 #29=1 #2=4 GOTO[#29+9] (on)\nG0 X9\nN10 G0 X#29 Y#2\nM30"
+    assert ends(run, text) == [[1, 4, 0]]
+    assert codes(run, text) == []
+    assert codes(run, "O1\nG21\nG0 X5 GOTO10\nN10 M30") == [("error", "unsupported-flow")]

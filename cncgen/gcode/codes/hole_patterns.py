@@ -75,6 +75,8 @@ def _pattern(number: int) -> Handler:
         turning = counts == "l" and {"p", "q"} <= words.keys()
         if state.motion not in HOLES or not isinstance(state.cycle, Sticky) or turning:
             hint = "G81 stands before it or in its block; turning cycles are of --dialect fanuc-lathe"
+            if number in (350, 360):
+                hint = f"G81 stands before it or in its block; Haas's {name}, which measures with a probe, is not read"
             message = f"{name} has no cycle in force that it repeats"
             raise BlockError("cycle-missing", message, name, hint=hint)
         taken = letters + ("pq" if counts == "l" else "")

@@ -108,6 +108,10 @@ def _set_tool(ip: Interpreter, block: Block, kind: int, number: int) -> None:
         raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "P", hint=hint)
     value = block.words["r"] / ip.table_scale()
     what, is_wear = divmod(kind - 10, 2)
+    if what and value:
+        message = "R of G10 L12 and L13 is taken as a radius; the control may count it as a diameter"
+        hint = "setting 40 of Haas and parameter 5004 bit 2 of FANUC decide it"
+        ip.warn_once(BlockError("offset-radius", message, "R", hint=hint), Severity.NOTE)
     sums = [tool.offset[2], tool.diameter / 2.0]
     geometry, wear = sums[what] - tool.wear[what], tool.wear[what]
     if is_wear:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cncgen.gcode.block import Flow, Parsed
+from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import empty_block
 
@@ -23,20 +24,27 @@ def effect_of(
     """Return what a line does, `after` which another stands, and whether it is an O-word."""
     if parsed.deletable and control.ip.options.block_delete:
         return lambda: None, False
-    begin = None
+    begin, jumps = None, False
     if parsed.flow is not None and parsed.flow.then is None:
         begin = _o_word(control, parsed.flow, here, after)
         if not (parsed.words or parsed.settings):
             return begin, True
-        # Words behind the number of a program (FANUC).
+        # Words behind the number of a program, or settings before a jump (FANUC).
+        jumps = parsed.flow.keyword == "goto"
+        if jumps and parsed.words:
+            raise BlockError(
+                "unsupported-flow", "GOTO stands beside words", "GOTO", hint="give it a line of its own"
+            )
         parsed.flow = None
     run = compiler().action(parsed, here) if parsed.flow is None else compiler().then(parsed.flow, here)
 
     def effect() -> Cursor | None:
-        if begin is not None:
+        if begin is not None and not jumps:
             begin()
         control.flush()
         run()
+        if begin is not None and jumps:
+            return begin()
         return control.follow_jump(here, after) if control.ip.jump is not None else None
 
     return effect, False

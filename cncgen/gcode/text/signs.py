@@ -326,6 +326,9 @@ NUMBERS = rb"(?m:^)(?=[/N])(?P<before>%(DELETE)b)?(?i:%(LINE_NUMBER)b)?(?P<behin
 LONG_WAIT = rb"P[ \t]*\d{3}"
 LONG_LENGTHS = {digits: rb"[XYZ][ \t]*[-+]?\d{%d}" % digits for digits in (4, 5)}
 LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?" + _WITH_POINT
+WHOLE_LENGTH = rb"[XYZ][ \t]*[-+]?0*[1-9]\d*(?![\d.])"
+#: A whole one that ends in a point.
+WHOLE_WITH_POINT = rb"(?i)[XYZ][ \t]*[-+]?(?=0*[1-9])" + _WITH_POINT + rb"(?<=\.)(?!\d)"
 LAST_STAR = rb"(?m)\*[ \t]*\r?$"
 WORDS_OF_SIEMENS = (
     rb"CYCLE\d+[ \t]*\(|\bR\d+[ \t]*=|=[ \t]*[AI]C[ \t]*\(|\bGOTO[FBC]\b|\bMCALL\b|\bTRA(?:ORI|NS|FOOF)\b"
@@ -353,5 +356,15 @@ def patterns() -> Iterator[bytes]:
     """Yield the patterns that are compiled when the package is built."""
     yield from (by_line(sign[2]) for sign in (*WRITTEN, *SPOKEN, *BARE))
     yield from map(by_line, (CYCLES, HOLES, A_TURN, RETRACTS, ARC_IN_XZ, PLANE, FEEDS, OTHER_FEEDS, X_AND_Z))
-    yield from (FEEDS, COMMENT, REMARKS, NUMBERS, LENGTH_WITH_POINT, LAST_STAR, LONG_WAIT, WORDS_OF_SIEMENS)
+    yield from (
+        FEEDS,
+        COMMENT,
+        REMARKS,
+        NUMBERS,
+        LENGTH_WITH_POINT,
+        WHOLE_LENGTH,
+        LAST_STAR,
+        LONG_WAIT,
+        WORDS_OF_SIEMENS,
+    )
     yield from (*LONG_LENGTHS.values(), *UNITS.values(), LENGTH, FEED)
