@@ -73,7 +73,6 @@ def test_a_dwell_keeps_its_decimals(calls: Any, text: str, seconds: float) -> No
 WRONG: dict[str, tuple[str, tuple[str, int]]] = {
     "untilted points": ("L X+1 FMAX M130", ("unsupported-block", 3)),
     "a plane by vectors": ("PLANE VECTOR BX0 BY0 BZ1 NX0 NY0 NZ1 STAY", ("plane-points", 3)),
-    "the tool's direction": ("LN X+1 NX0 NY0 NZ1 TX0.1 TY0 TZ0.99 F100", ("unsupported-block", 3)),
     "a program that is missing": ("CALL PGM NOWHERE", ("sub-missing", 3)),
     "a cycle without a part": ("CYCL DEF 1.0 PECKING\nCYCL DEF 1.1 SETUP 2\nCYCL CALL", ("cycle-words", 5)),
     "a diameter that is missing": ("CYCL DEF 240 CENTERING ~\n Q343=1 ~\n Q206=100 ~\n Q344=0\nCYCL CALL", ("cycle-words", 7)),

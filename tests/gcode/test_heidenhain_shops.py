@@ -422,12 +422,12 @@ def test_a_cycle_that_is_not_read_is_named_once(run: Run) -> None:
     """Each call of it was a fault of its own: no cycle to call."""
     out = run(
         program(
-            "CYCL DEF 225 GRAVIEREN ~\n Q513=10\nL X+1 FMAX M99\nL X+2 FMAX M99\nCYCL DEF 239 LOAD ~\n Q570=+0"
+            "CYCL DEF 258 VIELECKZAPFEN ~\n Q513=10\nL X+1 FMAX M99\nL X+2 FMAX M99\nCYCL DEF 239 LOAD ~\n Q570=+0"
         ),
         dialect="heidenhain",
     )
     assert [(d.code, d.message) for d in out.diagnostics if d.code != "no-tool-table"] == [
-        ("unsupported-block", "cycle 225 (engraving) is not read"),
+        ("unsupported-block", "cycle 258 (a stud of several sides) is not read"),
         ("cycle-idle", "cycle 239 moves no tool: passed over"),
     ]
 
@@ -483,3 +483,32 @@ def test_dl_is_not_of_the_tool_table(run: Run) -> None:
 @pytest.mark.parametrize("line", ["ID50 NR5 IDX1 = +0.1", "ID503 NR1 IDX1 = +10"])
 def test_what_fn_17_may_move_is_refused(run: Run, line: str) -> None:
     assert ("error", "unsupported-block") in said(run, f"FN 17: SYSWRITE {line}")
+
+
+ENGRAVE = "CYCL DEF 225 ENGRAVING ~\n QS500={text} ;TEXT ~\n Q513=12 ~\n Q514={gap} ~\n Q515=0 ~\n Q516={arc} ~\n Q374={turn} ~\n Q517=0 ~\n Q207=500 ~\n"
+ENGRAVE += " Q201=-0.5 ~\n Q206=150 ~\n Q200=2 ~\n Q203=1 ~\n Q204=20\nL X+5 Y+7 R0 FMAX M3 M99"
+
+
+@pytest.mark.parametrize(
+    ("gap", "turn", "along"),
+    [(0, 0, (5 + 4, 7)), (1, 0, (5 + 4, 7)), (2, 0, (5 + 8, 7)), (0, 90, (5, 7 + 4))],
+)
+def test_text_is_engraved(run: Run, gap: float, turn: float, along: tuple[float, float]) -> None:
+    """225 (TNC 320, "ENGRAVING"): letters as high as Q513 from the tool's place on, turned by Q374, Q201 below the surface Q203, the gap times
+    Q514. I is a stroke of no width; our gap is a third of the height."""
+    body = "TOOL DEF 1 L+0 R+1\nTOOL CALL 1 Z S1000\n" + ENGRAVE.format(
+        text='"II"', gap=gap, arc=0, turn=turn
+    )
+    found = ends(run, body)
+    x, y = along
+    up = (0, 12) if turn == 0 else (-12, 0)
+    assert found == [
+        [5, 7, 0], [5, 7, 3], [5, 7, 0.5], [5 + up[0], 7 + up[1], 0.5], [5 + up[0], 7 + up[1], 3],
+        [x, y, 3], [x, y, 0.5], [x + up[0], y + up[1], 0.5], [x + up[0], y + up[1], 21],
+    ]  # fmt: skip
+    assert said(run, body) == [("warning", "engraving-letters")]
+
+
+@pytest.mark.parametrize(("text", "arc"), [('"A"', 1), ('"%time0"', 0), ("QS1 || QS2", 0)])
+def test_text_that_is_not_known_is_not_engraved(run: Run, text: str, arc: int) -> None:
+    assert ("error", "unsupported-block") in said(run, ENGRAVE.format(text=text, gap=0, arc=arc, turn=0))

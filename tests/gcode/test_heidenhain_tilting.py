@@ -117,3 +117,54 @@ def test_a_plane_out_of_reach_is_refused(run: Any) -> None:
     text = "0 BEGIN PGM A MM\nPLANE SPATIAL SPA+30 SPB+0 SPC+0 STAY\nL X+1 FMAX\nEND PGM A MM\n"
     out = run(text, dialect="heidenhain", kinematics=Kinematics(False, (5, 3)))
     assert [code for code, *_ in out.errors] == ["orientation-vector"]
+
+
+SIDE = f"X+{math.sin(math.radians(30)):.9f} {{0}}Y+0 {{0}}Z+{math.cos(math.radians(30)):.9f}"
+
+
+@pytest.mark.parametrize(
+    "direction",
+    [
+        "T" + SIDE.format("T"),
+        "N" + SIDE.format("N"),
+        "NX+0 NY+0 NZ+1 T" + SIDE.format("T"),
+    ],
+)
+def test_the_tool_takes_the_direction_of_ln(run: Any, direction: str) -> None:
+    """Under M128 the rotary axes turn to TX TY TZ, without them to the normal ("the TNC maintains the tool perpendicular to the workpiece
+    contour if no tool orientation is programmed", iTNC 530). 30 degrees about Y is A30 C90, or A-30 C-90, which is farther from A10 C80."""
+    body = f"L X+0 Y+0 Z+0 A+10 C+80 FMAX\nM128\nLN X+4 Y+5 Z+6 {direction} F1000"
+    last = places(run, body)[-1]
+    assert last[3:] == [30, 90]
+    assert last[:3] == pytest.approx(stands((4, 5, 6), 30, 90), abs=1e-5)
+    first = places(run, body.replace("\nM128", "").replace("F1000", "F1000 M128"))[-1]
+    assert first == last
+
+
+def test_directions_alone_move_the_axes_of_the_machine(run: Any) -> None:
+    """The manual's block: its vector is (0.0078922, -0.8764339, 0.2590319), about X by 73.5 degrees from Z."""
+    vector = np.array((0.0078922, -0.8764339, 0.2590319))
+    body = "LN X+31.737 Y+21.954 Z+33.165 NX+0.2637581 NY+0.0078922 NZ-0.8764339 TX+0.0078922 TY-0.8764339 TZ+0.2590319 F1000 M128"
+    *_, a, c = places(run, body)[-1]
+    assert turned(2, c) @ turned(0, a) @ (0, 0, 1) == pytest.approx(vector / np.linalg.norm(vector), abs=1e-6)
+
+
+def test_without_m128_the_direction_is_ignored(run: Any) -> None:
+    """ "If you have not activated M128 (or TCPM FUNCTION), then the TNC ignores the direction vector T" (iTNC 530)."""
+    assert places(run, "LN X+4 Y+5 Z+6 TX+0 TY+1 TZ+0 F1000") == [[4, 5, 6]]
+
+
+def test_a_direction_without_length(run: Any) -> None:
+    out = run(
+        "0 BEGIN PGM A MM\nM128\nLN X+4 TX+0 TY+0 TZ+0 F1000\nM30\nEND PGM A MM\n",
+        dialect="heidenhain",
+        kinematics=TRUNNION,
+    )
+    assert [code for code, *_ in out.errors] == ["orientation-vector"]
+
+
+def test_compensation_square_to_a_tilted_tool_is_refused(run: Any) -> None:
+    """ "3-D radius compensation with workpiece orientation" (iTNC 530) was made in the plane X Y where no kinematics are known."""
+    text = "0 BEGIN PGM A MM\nTOOL DEF 1 L+0 R+5\nTOOL CALL 1 Z S1\nM128\nLN X+4 Y+0 TX+0 TY+1 TZ+1 RR F1000\nL X+9\nL X+20 R0\nM30\nEND PGM A MM\n"
+    out = run(text, dialect="heidenhain", tips_alone=True)
+    assert next(code for code, *_ in out.errors) == "tcp-refused"

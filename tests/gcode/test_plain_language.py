@@ -123,7 +123,6 @@ def test_retracting_along_the_tool(run: Any) -> None:
         ("L X5 F100\nCR X9 R1 DR+", "arc-radius", 1),
         ("CC X5 Y0\nC X5 Y6 DR+ F100", "arc-radius", 1),
         ("L X1 FMAX M99", "cycle-missing", 11),
-        ("CYCL DEF 225 ENGRAVING", "unsupported-block", 1),
         ("CYCL DEF 27.0 CYLINDER SURFACE", "unsupported-block", 1),
         ("CALL LBL 1", "label-missing", 6),
         ("L X5 M130", "unsupported-block", 6),

@@ -46,6 +46,39 @@ def test_directions_are_positions_of_the_axes(
     assert angles(run, f"G0 {words}", kinematics)[-1] == expected
 
 
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        # z turned about X by B2 becomes (0, -sin, cos), which A2 turns about Z: A45 C30 of the fork.
+        ("ORIEULER\nG0 A2=30 B2=45 C2=77", [45, 30]),
+        # Rz(90) Ry(B2) z = Rz(90) (sin B2, 0, cos B2) = (0, sin B2, cos B2); A-45.
+        ("ORIRPY\nG0 A2=0 B2=45 C2=90", [-45, 0]),
+        # Rz(C2) Rx(A2) z: as Euler angles with A2 and C2 exchanged.
+        ("ORIRPY\nG0 A2=45 B2=0 C2=30", [45, 30]),
+    ],
+)
+def test_angles_of_the_tool(run: Any, words: str, expected: list[float]) -> None:
+    """RPY: "with C2 around the Z axis, then with B2 around the new Y axis and lastly with A2 around the new X axis"; Euler: A2 about Z, B2 about
+    the new X, C2 about the new Z (828D, Job planning 07/2010). The printed example, C2 = 90, B2 = 45, A2 = 30, by matrices."""
+    assert angles(run, words, TRUNNION)[-1] == expected
+
+
+def test_angles_of_the_printed_example(run: Any) -> None:
+    """Rz(90) Ry(45) Rx(30) z = Rz(90) (cos 30 sin 45, -sin 30, cos 30 cos 45) = (sin 30, cos 30 sin 45, cos 30 cos 45)."""
+    a, b = math.radians(30), math.radians(45)
+    vector = (
+        f"G0 A3={math.sin(a):.12f} B3={math.cos(a) * math.sin(b):.12f} C3={math.cos(a) * math.cos(b):.12f}"
+    )
+    assert angles(run, "ORIRPY\nG0 A2=30 B2=45 C2=90", FORK)[-1] == pytest.approx(
+        angles(run, vector, FORK)[-1], abs=1e-6
+    )
+
+
+def test_angles_without_a_kind_are_told_of(run: Any) -> None:
+    out = run("TRAORI\nG0 A2=30 B2=45\nTRAFOOF\nM30", dialect="sinumerik", kinematics=TRUNNION)
+    assert "orientation-angles" in [d.code for d in out.diagnostics]
+
+
 def test_positions_follow_on_over_a_turn(run: Any) -> None:
     """The direction goes round the cone of 45 degrees in steps of 60: C goes on, and back at the nearer side."""
     steps = [
@@ -113,7 +146,7 @@ def test_only_the_machines_axes_have_columns(run: Any) -> None:
         ("G0 A3=0 B3=0 C3=0", "orientation-vector", "has no length"),
         ("G0 A3=1 C5", "orientation-vector", "beside C"),
         ("TRAFOOF\nG0 A3=1", "unused-word", "TRAORI"),
-        ("G0 A2=10 B2=5", "not-read", "Euler or RPY"),
+        ("ORIRPY\nG0 A2=10 B2=5", "not-read", "C2 is missing"),
         ("G1 LEAD=5 X1 F100", "not-read", "angle of the tool"),
         ("ORICURVE", "not-read", "cone or a curve"),
     ],

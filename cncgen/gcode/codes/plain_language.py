@@ -62,6 +62,7 @@ class Plain:
         defined: The tools whose sizes TOOL DEF gave.
         labels: The contours of cycle 14, and `contour`, what reads one: its segments, and the side of the tool.
         paraxial: 1 where lines along one axis go the radius of the tool further (R+), -1 where they end so far before (R-), else 0.
+        texts: Texts by the number of their parameter QS, as far as they are known.
         tool_feed: The feed of the last TOOL CALL with one, in the program's units a minute, which FAUTO takes.
     """
 
@@ -74,6 +75,7 @@ class Plain:
     defined: set[int] = field(default_factory=set)
     paraxial: float = 0.0
     tool_feed: float = 0.0
+    texts: dict[int, str] = field(default_factory=dict)
     labels: list[str] = field(default_factory=list)
     contour: Callable[[str], tuple[list[Segment], int]] | None = None
 
@@ -254,14 +256,14 @@ def tip_on(ip: Interpreter, block: Block) -> None:
 
 def tip_off(ip: Interpreter, block: Block) -> None:
     """M129, FUNCTION RESET TCPM: axis words are those of the machine's axes again, the tool's length in force."""
-    if ip.state.length_code != _TIP_MODE:
+    if ip.state.length_code != TIP_MODE:
         return
     offset = table_offset(ip, ip.state.tool) if ip.state.tool else ip.state.tool_offset
     tool_point.end(ip, 49, list(offset))
 
 
 #: The code of tool lengths that M128 and G43.4 are.
-_TIP_MODE = 43.4
+TIP_MODE = 43.4
 _NAMED, _TEETH, _NORMALS = 1, 3, 4
 _REMARKS = {
     _TEETH: ("feed-teeth", "FZ is a feed of each tooth, and the tool table has no number of teeth: it is read as that of one tooth", "FZ",

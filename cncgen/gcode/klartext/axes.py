@@ -44,6 +44,9 @@ _CYCLES = re.compile(
 _TURNED = re.compile(
     rb"(?<![A-Z])PLANE[ \t][^\n]*?\b(?:TURN|MOVE)\b|CYCL[ \t]+DEF[ \t]+19\.1[^\n]*F", re.IGNORECASE
 )
+#: A direction of the tool, to which they turn under M128.
+_DIRECTION = re.compile(rb"(?<![A-Z])LN\b[^\n]*?[TN][XYZ][ \t]*[-+\dQ.,]", re.IGNORECASE)
+_TIP = re.compile(rb"(?<![A-Z])(?:M128|TCPM)\b", re.IGNORECASE)
 
 
 #: Programs that call each other deeper than this are not looked at.
@@ -68,7 +71,7 @@ def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[str], rota
         named |= set("XY")
     if _CYCLES.search(code):
         named |= set("XYZ")
-    if _TURNED.search(code):
+    if _TURNED.search(code) or (_DIRECTION.search(code) and _TIP.search(code)):
         named |= set(rotary)
     for source in programs.called(code, folders) if deep and b"PGM" in code.upper() else ():
         if source.name not in seen:

@@ -17,7 +17,7 @@ from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.steps import MOST, steps_of
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import contour_cycles, finishing, programs, slots, studs, threads
+from cncgen.gcode.klartext import contour_cycles, engraving, finishing, programs, slots, studs, threads
 from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, Z
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.plain_language import Raw, words_of
@@ -400,7 +400,7 @@ def _single_lip(cycle: HoleCycle) -> None:
 
 _RUN: dict[int, Callable[[HoleCycle], None]] = {
     200: _drill, 201: _ream, 202: _bore, 203: _universal, 204: _back_bore, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling,
-    209: _tap_breaking, 240: _centre, 241: _single_lip, 251: _rectangle, 252: _round, 253: _slot, 254: slots.bows, **threads.RUN, **finishing.RUN,
+    209: _tap_breaking, 240: _centre, 241: _single_lip, 251: _rectangle, 252: _round, 253: _slot, 225: engraving.engrave, 254: slots.bows, **threads.RUN, **finishing.RUN,
 }  # fmt: skip
 #: Patterns, which run at once.
 PATTERNS = (220, 221)
@@ -414,14 +414,14 @@ READ = tuple(sorted((*_OLD, *_RUN, programs.CYCLE, *studs.RUN, *PATTERNS, *conto
 
 
 #: Cycles that do nothing without a depth Q201.
-_NO_DEPTH = (200, 201, 202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 240, 241, 251, 252, 253, 254, 256, 257, 262, 265, 267)  # fmt: skip
+_NO_DEPTH = (200, 201, 202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 225, 240, 241, 251, 252, 253, 254, 256, 257, 262, 265, 267)  # fmt: skip
 
 
 #: The cycle in force after one that is not read, whose calls tell nothing more.
 _NOT_READ = -1
 #: By number, the task of each cycle that is not read.
 _UNREAD: tuple[tuple[Sequence[int], str], ...] = (
-    ((225,), "engraving"), ((258,), "a stud of several sides"), ((270,), "the ways to and from a contour train"),
+    ((258,), "a stud of several sides"), ((270,), "the ways to and from a contour train"),
     ((271, 272, 273, 274, 277, *range(1271, 1283)), "contours in trochoids, OCM"), ((275,), "a slot in trochoids"), ((276,), "a contour train in space"),
     ((27, 28, 29, 39), "contours on the surface of a cylinder"), ((30,), "points of digitising"), ((285, 286, 287, 880), "gears"), ((291, 292), "turning by interpolation"),
     (range(400, 500), "probing, which TCH PROBE has"), (range(800, 900), "turning"), (range(1000, 1100), "grinding"),

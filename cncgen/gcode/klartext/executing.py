@@ -23,7 +23,7 @@ from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import recovery
 from cncgen.gcode.flow.plain_lines import PlainLane
-from cncgen.gcode.klartext import contours, cycles, programs
+from cncgen.gcode.klartext import contours, cycles, orientation, programs
 from cncgen.gcode.klartext.program_text import Frame, ProgramText
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.evaluation import evaluate
@@ -131,6 +131,7 @@ class Execution(ProgramText):
             if "M103" in marks:
                 self._plunge = self._now(marks["M103"]) / 100.0
         block = self._block(at, statement.words)
+        orientation.take(self.ip, block)
         contours.lengthen(self.ip, block, marks)
         usual = contours.plunge(self.ip, block, self._plunge)
         called = CYCLE_CALL in block.g

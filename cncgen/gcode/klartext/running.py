@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -25,6 +26,8 @@ from cncgen.gcode.text.plain_language import Statement
 
 #: The cycle that names contours.
 _CONTOUR_LABELS = 14
+#: A text that is written out.
+_WRITTEN = re.compile(r'"([^"]*)"')
 #: Blocks that end a program that was called.
 _ENDS = ([("m", 2.0)], [("m", 30.0)])
 _FRAMES = (7, 8, 9, 10, 11, 19, 26, 247)
@@ -141,6 +144,14 @@ class HeidenhainRunner(ContourLines):
     def _not_read(self, frame: Frame, at: int, statement: Statement) -> None:
         hint = "FN 0 to FN 14, FN 17, FN 18 and formulas of Q are read"
         raise BlockError("unsupported-block", f"FN {statement.data[0]} is not read", "FN", hint=hint)
+
+    def _set_text(self, frame: Frame, at: int, statement: Statement) -> None:
+        """Keep a text that is written out, which cycle 225 engraves."""
+        number, text = statement.data
+        texts, whole = Plain.of(self.ip).texts, _WRITTEN.fullmatch(text.strip().rstrip("~").rstrip())
+        texts.pop(number, None)
+        if whole:
+            texts[number] = whole[1]
 
     def _pass(self, frame: Frame, at: int, statement: Statement) -> None:
         """Pass statements that print, send or wait, and texts, which are not kept: a statement that uses one reports it."""
@@ -348,6 +359,7 @@ class HeidenhainRunner(ContourLines):
         "write_data": _write_data,
         "alarm": _alarm,
         "function_unknown": _not_read,
+        "text": _set_text,
         "passed": _pass,
         "global_def": _define_globals,
         "call_program": _call_named,

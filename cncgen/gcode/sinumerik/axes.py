@@ -13,7 +13,7 @@ from cncgen.gcode.text.search import opened
 from cncgen.units import AXIS_LETTERS
 
 #: Components of the tool's direction, and what turns a plane: the machine's rotary axes follow them together.
-_DIRECTIONS = frozenset(("A3", "B3", "C3"))
+_DIRECTIONS = frozenset(("A3", "B3", "C3", "A2", "B2", "C2"))
 _TURNED = "CYCLE800("
 #: Words of an arc or of polar coordinates, in the plane in force; those along Z tell of another plane than G17.
 _IN_PLANE = frozenset(("I", "J", "K", "I1", "J1", "K1", "AP", "RP", "CR", "AR", "ANG"))

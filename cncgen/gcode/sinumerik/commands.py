@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 MACHINE_AXES = ("X1", "Y1", "Z1", "A1", "B1", "C1")
 #: Names of words that take a value by =.
 NAMED = frozenset(
-    [*MACHINE_AXES, *orientation.VECTOR, *measuring.WORDS, *(f"S{k}" for k in range(1, 10)), *(f"M{k}" for k in range(1, 100)),
+    [*MACHINE_AXES, *orientation.VECTOR, *orientation.ANGLES, *measuring.WORDS, *(f"S{k}" for k in range(1, 10)), *(f"M{k}" for k in range(1, 100)),
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
      "CTOL", "OTOL", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
      "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "PRIO", "H1", "H2", "D1", "T1", "T2", "T3",]
@@ -37,8 +37,7 @@ _ACCEPTED = frozenset(
      "CDOF", "CDOF2", "CDON", "CUT2D", "CUT2DF", "WALIMON", "WALIMOF", "DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",
      "DYNPREC", "SBLON", "SBLOF", "DISPLOF", "DISPLON", "FNORM", "FLIN", "FCUB", "CPRECON", "CPRECOF", "POLYPATH", "BAUTO", "BNAT",
      "BTAN", "EAUTO", "ENAT", "ETAN", "NEWCONF", "WAITP", "FPRAOFF", "LFON", "LFOF", "SPCON", "SPCOF", "SAVE", "ACTBLOCNO",
-     "DELAYFSTON", "PCALL", "DELAYFSTOF", "TOROTOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "DRFOF", "LIFTFAST", "CP", "ORIEULER", "ORIRPY", "ORIRPY2",
-     "ORIVIRT1", "ORIVIRT2",
+     "DELAYFSTON", "PCALL", "DELAYFSTOF", "TOROTOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "DRFOF", "LIFTFAST", "CP",
     ]
 )  # fmt: skip
 #: Ways to a contour around its first point, where that lies between.
@@ -299,7 +298,9 @@ INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = 
     **dict.fromkeys(("M", "S"), _spindle_function),
     "G": _of_group,
     **dict.fromkeys(("SPOS", "SPOSA"), _spindle_place),
-    **dict.fromkeys(("ACC", "FL", "OVRA", "VELOLIM", "ACCLIM", "JERKLIM"), _limit),
+    **dict.fromkeys(
+        ("ACC", "FL", "OVRA", "VELOLIM", "ACCLIM", "JERKLIM", "VELOLIMA", "ACCLIMA", "JERKLIMA"), _limit
+    ),
     "FGREF": _radius_of_feed,
     "LIMS": _limit_of_spindle,
 }
@@ -387,6 +388,15 @@ def _turning(kind: str) -> Callable[[Motions], None]:
     return run
 
 
+def _angles_of_tool(name: str) -> Callable[[Motions], None]:
+    """Return what ORIEULER and kin do: they say what A2 B2 C2 turn about."""
+
+    def run(motions: Motions) -> None:
+        motions.angles = name
+
+    return run
+
+
 def _vectors_of_machine(*, machine: bool) -> Callable[[Motions], None]:
     """Return what ORIMKS and ORIWKS do: directions are those of the machine's table, or of the program."""
 
@@ -411,6 +421,7 @@ _SWITCHES: dict[str, Callable[[Motions], None]] = {
     "CFTCP": _contour_feed(""),
     "ORIAXES": _turning("axes"),
     **dict.fromkeys(("ORIVECT", "ORIPLANE"), _turning("plane")),
+    **{name: _angles_of_tool(name) for name in ("ORIEULER", "ORIRPY", "ORIRPY2", "ORIVIRT1", "ORIVIRT2")},
     "ORIWKS": _vectors_of_machine(machine=False),
     "ORIMKS": _vectors_of_machine(machine=True),
     "TRAORI": _traori,

@@ -162,6 +162,8 @@ class Motions:
         #: How the tool turns in one block, "axes", "plane" or unsaid, and whether its directions are those of the machine.
         self.turning = ""
         self.machine_vectors = False
+        #: ORIEULER or ORIRPY, what A2 B2 C2 turn about.
+        self.angles = ""
         #: Whether G18 is taken for the plane in which a lathe begins.
         self.plane_assumed = False
         #: Whether the program has said what F is: G93, G94 or G95.

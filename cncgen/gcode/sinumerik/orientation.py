@@ -1,4 +1,4 @@
-"""Directions of the tool under TRAORI: A3 B3 C3 to positions of the rotary axes, and ORIVECT, which turns the tool in a plane.
+"""Directions of the tool under TRAORI: A3 B3 C3, A2 B2 C2 to positions of the rotary axes, and ORIVECT, which turns the tool in a plane.
 
 A3 B3 C3 is a vector from the tip to the spindle, of any length, in the coordinates of the program (ORIWKS) or of the machine's table
 (ORIMKS). Two pairs of positions point the tool there: the nearer one is taken (840D sl, Function Manual, Multi-axis transformations).
@@ -23,9 +23,13 @@ if TYPE_CHECKING:
 
 #: Components of the direction.
 VECTOR = ("A3", "B3", "C3")
+#: Angles of the direction, degrees.
+ANGLES = ("A2", "B2", "C2")
+#: By ORIEULER and ORIRPY: about what axes angles turn the tool from Z on, each about the axis that the ones before have turned (828D, Job
+#: planning 07/2010, 6.2 "Three, four and five axis transformation"). C2 of Euler angles turns about the tool.
+_TURNS = {"ORIEULER": ((2, "A2"), (0, "B2")), "ORIRPY": ((2, "C2"), (1, "B2"), (0, "A2"))}
 #: Words that tell the tool's direction otherwise.
 NOT_READ = {
-    **dict.fromkeys(("A2", "B2", "C2"), "Euler or RPY angles of the tool"),
     **dict.fromkeys(("A4", "B4", "C4", "A5", "B5", "C5"), "a normal of the surface"),
     **dict.fromkeys(("A6", "B6", "C6", "A7", "B7", "C7", "NUT", "XH", "YH", "ZH"), "a turn of the tool on a cone"),
     **dict.fromkeys(("LEAD", "TILT", "THETA"), "an angle of the tool to the path"),
@@ -53,27 +57,27 @@ def _angles(motions: Motions, at: list[float], kinematics: Kinematics) -> tuple[
 
 
 def take(motions: Motions, words: Words) -> None:
-    """Take A3 B3 C3 of a block as positions of the rotary axes; a missing component is 0.
+    """Take A3 B3 C3 or A2 B2 C2 of a block as positions of the rotary axes; a missing component of A3 B3 C3 is 0.
 
     Raises:
         BlockError: No TRAORI is in force, or the direction has no length or stands beside a rotary axis.
     """
-    if not words.named.keys() & {*VECTOR}:
+    first = next((name for name in (*VECTOR, *ANGLES) if name in words.named), None)
+    if first is None:
         return
-    first = next(name for name in VECTOR if name in words.named)
-    x, y, z = (words.named.pop(name, ("", 0.0))[1] for name in VECTOR)
     if motions.ip.state.length_code != 43.4:
         message = f"{first} is a direction of the tool, and TRAORI is not in force"
         raise BlockError("unused-word", message, first, hint="TRAORI stands before the first A3 B3 C3")
+    direction = _vector(words) if first in VECTOR else _turned(motions, words)
     beside = next((axis for axis in words.axes if axis in "ABC"), None)
-    if beside or math.hypot(x, y, z) == 0.0:
+    if beside or math.hypot(*direction) == 0.0:
         what = f"stands beside {beside}" if beside else "has no length"
+        x, y, z = direction
         message = f"the direction of the tool, A3={x:g} B3={y:g} C3={z:g}, {what}"
         raise BlockError("orientation-vector", message, first, hint="A3=0 B3=0 C3=1 is along Z")
     kinematics = _kinematics(motions)
     if kinematics is None:
         return
-    direction: Vector = (x, y, z)
     if not motions.machine_vectors:
         direction = applied(motions.frames.whole().matrix, direction)
     position = motions.ip.state.position
@@ -83,6 +87,41 @@ def take(motions: Motions, words: Words) -> None:
         raise unreached(kinematics, first)
     for column, before, angle in zip(kinematics.axes, now, found, strict=True):
         words.axes[AXES[column].upper()] = "AC", position[column] + angle - before
+
+
+def _vector(words: Words) -> Vector:
+    x, y, z = (words.named.pop(name, ("", 0.0))[1] for name in VECTOR)
+    return x, y, z
+
+
+def _turned(motions: Motions, words: Words) -> Vector:
+    """Return the direction of A2 B2 C2.
+
+    Raises:
+        BlockError: One of them is missing, or they are of other axes (ORIVIRT1, ORIVIRT2, ORIRPY2).
+    """
+    turns = _TURNS.get(motions.angles or "ORIEULER")
+    given = {name: words.named.pop(name)[1] for name in ANGLES if name in words.named}
+    missing = next((name for _, name in turns or () if name not in given), None)
+    if turns is None or missing:
+        what = (
+            f"{missing} is missing" if turns else f"{motions.angles} counts them about axes of machine data"
+        )
+        message = f"{' '.join(given)}, angles of the tool: {what}"
+        raise BlockError(
+            "not-read", message, next(iter(given)), hint="A3= B3= C3= say the direction without doubt"
+        )
+    if not motions.angles:
+        message = "A2 B2 C2 are read as Euler angles: neither ORIEULER nor ORIRPY stands before them"
+        motions.ip.warn_once(
+            BlockError("orientation-angles", message, "A2", hint="machine data 21100 of the control decides")
+        )
+    direction = [0.0, 0.0, 1.0]
+    for axis, name in reversed(turns):
+        c, s = math.cos(math.radians(given[name])), math.sin(math.radians(given[name]))
+        p, q = (axis + 1) % 3, (axis + 2) % 3
+        direction[p], direction[q] = c * direction[p] - s * direction[q], s * direction[p] + c * direction[q]
+    return direction[0], direction[1], direction[2]
 
 
 def lines(motions: Motions, given: dict[str, float]) -> Iterator[dict[str, float]]:

@@ -291,12 +291,6 @@ def _retract(height: str) -> Raw:
     return "M140", 0.0 if height.upper() == "MAX" else number(height)
 
 
-def _turned(name: str, value: Value) -> Raw:
-    message = "TX, TY, TZ of LN, the direction of the tool's axis, are not read"
-    hint = "M128 with A, B, C turns the tool on a machine with kinematics"
-    raise BlockError("unsupported-block", message, column=_column(), hint=hint)
-
-
 def meant(words: Iterable[Raw]) -> Words:
     """Return the words of G-code that words of the plain language mean."""
     found: Words = []
@@ -443,8 +437,8 @@ def _alone(*words: Raw) -> Statement:
 
 
 def _surface_line(*words: Raw) -> Statement:
-    """LN: a line, and the normal of the surface there, along which oversizes of the tool shift it."""
-    return _block([*line(words), _REMARK, ("remark", 4.0)], words)
+    """LN: a line, the normal of the surface there, along which oversizes of the tool shift it, and the direction of the tool."""
+    return _block([("g", 0.0 if _is_fast(words) else 1.0), *meant(words), _REMARK, ("remark", 4.0)], words)
 
 
 def _tool_axis(letter: str) -> Raw:
@@ -563,7 +557,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "word": _word, "word_shortened": lambda name, value: _word(name, value[1:]), "sense": _sense, "setting": _setting, "radius": _radius, "paraxial": _paraxial, "misplaced": _misplaced, "m_function": _m_function,
     "nothing": lambda *parts: ("", 0.0), "idle": lambda *parts: ("M90", 0.0), "turns_left_out": lambda *parts: ("M94", 0.0), "tip": lambda *parts: ("M128", 0.0), "retract": _retract,
     "plunge": lambda feed, percent: ("M103", percent or 0.0),
-    "normal": lambda *parts: ("", 0.0), "orientation": _turned,
+    "normal": lambda name, value: (name.upper(), value), "orientation": lambda name, value: (name.upper(), value),
     "length_of_tool": lambda value: ("L", value), "diameter": lambda value: ("D", value),
     "named_words": lambda *words: list(words), "flag": lambda name: (name.upper().strip(), math.nan),
     "motion": _motion, "surface_line": _surface_line, "words": _alone, "corner": lambda kind, size, *_: Statement("corner", data=(kind.upper(), size)),
@@ -582,7 +576,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "dwell": lambda unit, value: Statement("dwell", data=(unit.upper(), value)),
     "global_def": lambda *_: Statement("global_def"),
     "begin_program": _begin_program, "end_program": lambda *_: Statement("end_program", [("m", 2.0)]),
-    "passed": lambda *_: Statement("passed"), "probe": lambda *_: Statement("block", [_REMARK, ("remark", 40.0)]),
+    "text": lambda name, text: Statement("text", data=(_whole(name[2:]), text)), "passed": lambda *_: Statement("passed"), "probe": lambda *_: Statement("block", [_REMARK, ("remark", 40.0)]),
     "assignment": lambda q, value: Statement("set", data=(_number_of(q), value)),
     "fn_assignment": lambda fn, q, value: Statement("set", data=(_number_of(q), value)),
     "feed_of_parameter": lambda q, word: Statement("feed", data=(_number_of(q), word.upper().lstrip("F \t"))),

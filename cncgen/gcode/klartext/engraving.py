@@ -1,0 +1,48 @@
+"""225: text along a line from the tool's place on, letters of the height Q513 at the angle Q374, their gaps times Q514 (TNC 320, "ENGRAVING").
+
+Places, depth, heights and feeds are the cycle's; the letters are our own, since the control's are not published.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+from cncgen.gcode.codes.letters import strokes
+from cncgen.gcode.codes.plain_language import Plain
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds
+
+#: The parameter of the text.
+_TEXT = 500
+
+
+def engrave(cycle: HoleCycle) -> None:
+    """Engrave the text of QS500.
+
+    Raises:
+        BlockError: It is not known, has system variables, or lies on an arc.
+    """
+    q, text = cycle.q, Plain.of(cycle.ip).texts.get(_TEXT)
+    check_feeds(cycle)
+    place = cycle.place()
+    if text is None or "%" in text or round(q[516]):
+        what = (
+            f"Q516 = {q[516]:g}, text on an arc,"
+            if text and round(q[516])
+            else "the text, which the control composes,"
+        )
+        hint = 'QS500="ABC" and Q516=0 engrave a known text along a line'
+        raise BlockError("unsupported-block", f"{what} of {cycle.name} is not read", "CYCL", hint=hint)
+    message = f"{cycle.name} engraves letters of our own: those of the control are not published, and are longer or shorter"
+    hint = "places, depth, heights and feeds are the cycle's"
+    cycle.ip.warn_once(BlockError("engraving-letters", message, "CYCL", hint=hint))
+    turn = cmath.rect(1.0, math.radians(q[374]))
+    cycle.begin()
+    for stroke in strokes(text, q[513], q[514] or 1.0):
+        cycle.go(cycle.start, rapid=True)
+        cycle.to(place + stroke[0] * turn, rapid=True)
+        cycle.plunge(cycle.bottom, q[206], q[207])
+        for point in stroke[1:]:
+            cycle.to(place + point * turn)
+    cycle.end()
