@@ -124,7 +124,11 @@ def _column(axis: AxisLog, name: str) -> Any:
         low = axis.letter.lower()
         column = f"{low}_force" if name == "drive" else f"{low}_cmd_{file_unit(axis.letter)}"
         raise UsageError(
-            Diagnostic("log-columns", f"the model needs the column {column}, which the log has not")
+            Diagnostic(
+                "log-columns",
+                f"the model needs the column {column}, and the log has none",
+                hint="a log has t_s, the command x_cmd_mm and the position x_mm, as cncgen simulate writes them",
+            )
         )
     return values
 

@@ -243,7 +243,11 @@ def draw(data: PlotData, kinds: Sequence[str], output: str) -> list[str]:
     if target.suffix.lower() in FORMATS:
         if len(kinds) != 1:
             raise UsageError(
-                Diagnostic("plot-kind", f"{output} is one file for {len(kinds)} pictures; name a folder")
+                Diagnostic(
+                    "plot-kind",
+                    f"{output} is one file for {len(kinds)} pictures",
+                    hint=f"name a folder, or one of them: --kinds {kinds[0]}",
+                )
             )
         save(KINDS[kinds[0]](data), target)
         return [output]

@@ -302,7 +302,7 @@ def test_every_key_is_listed_and_read() -> None:
 
 def test_whole_degrees_are_written_as_they_were_read() -> None:
     for degrees in range(1, 361):
-        text = f"[axes.c]\nmax_velocity_deg_s = {degrees}\nmax_acceleration_deg_s2 = 1\nmax_jerk_deg_s3 = 1\n"
+        text = f"[axes.c]\nmax_velocity_deg_s = {degrees}\nmax_acceleration_deg_s2 = 100\nmax_jerk_deg_s3 = 1000\n"
         written = to_toml(machine_from_toml(text.encode(), "m.toml"))
         assert f"max_velocity_deg_s = {float(degrees)}\n" in written
 

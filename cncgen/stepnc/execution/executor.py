@@ -295,16 +295,7 @@ class ProgramExecutor:
         if not all(_within(p) for p in pieces):
             raise self._fail(path.ident, "stepnc-range", f"the path leaves ±{MAX_COORDINATE:g} mm")
         rapid = path.rapid or step.rapid
-        technology = path.technology or (None if step.rapid else step.operation.technology)
-        if path.technology is not None and step.operation.paths is not None:
-            technology = self._rules.applied(path.technology, step.operation.tool or machine.tool)
-            technology = completed(technology, step.operation.technology)
-        around = None
-        if technology is not None and step.operation.kind.startswith(TURNING):
-            check_cutting_speed(technology, self._warn)
-            if technology.spindle is None and (technology.cutting_speed or 0.0) > 0 and not rapid:
-                self._warn(technology.ident, "stepnc-spindle-sign", NO_SENSE, Severity.NOTE)
-            technology, around = at_diameter(technology, pieces)
+        technology, around = self._technology(step, path, pieces, rapid)
         self._set_speeds(step, path, technology, rapid)
         if not pieces:
             return False
@@ -312,25 +303,54 @@ class ProgramExecutor:
         self._go_to(step, path, pieces[0].start, pieces, begun)
         if not rapid:
             self._check_spindle(step, path)
+        self._follow(step, path, pieces, (technology, around), rapid)
+        self._moved = True
+        self._check_swing(path)
+        return True
+
+    def _technology(
+        self, step: Workingstep, path: CutterPath, pieces: list[Piece], rapid: bool
+    ) -> tuple[Technology | None, Technology | None]:
+        """Return the technology that a toolpath begins with, and that of a constant cutting speed, which changes along it."""
+        technology = path.technology or (None if step.rapid else step.operation.technology)
+        if path.technology is not None and step.operation.paths is not None:
+            technology = self._rules.applied(path.technology, step.operation.tool or self._machine.tool)
+            technology = completed(technology, step.operation.technology)
+        if technology is None or not step.operation.kind.startswith(TURNING):
+            return technology, None
+        check_cutting_speed(technology, self._warn)
+        if technology.spindle is None and (technology.cutting_speed or 0.0) > 0 and not rapid:
+            self._warn(technology.ident, "stepnc-spindle-sign", NO_SENSE, Severity.NOTE)
+        return at_diameter(technology, pieces)
+
+    def _follow(
+        self,
+        step: Workingstep,
+        path: CutterPath,
+        pieces: list[Piece],
+        told: tuple[Technology | None, Technology | None],
+        rapid: bool,
+    ) -> None:
+        """Follow pieces as their kind demands; `told` is what `_technology` returns."""
+        machine, (technology, around) = self._machine, told
         if path.kind == "tap":
             machine.tap(pieces[-1].end, path.pitch)
         elif path.kind == "thread":
             self._canon.synchronise(path.pitch)
             machine.follow(pieces, False)
             self._canon.synchronise(None)
-        elif not rapid and step.operation.paths is not None and technology and technology.synchronised:
+        elif rapid:
+            machine.follow(pieces, True)
+        elif step.operation.paths is not None and technology and technology.synchronised:
             self._in_step(path, technology, pieces)
-        elif around is not None and not rapid and technology is not None and technology.feed is None:
+        elif around is not None and technology is not None and technology.feed is None:
             self._turned(pieces, around, technology)
-        elif step.operation.kind == "probing" and not rapid:
+        elif step.operation.kind == "probing":
             self._canon.probing(True)
-            machine.follow(pieces, rapid)
+            machine.follow(pieces, False)
             self._canon.probing(False)
         else:
-            machine.follow(pieces, rapid)
-        self._moved = True
-        self._check_swing(path)
-        return True
+            machine.follow(pieces, False)
 
     def _wait(self, path: CutterPath) -> None:
         """Turn the spindle as a feedstop says, and wait; one of no time that switches something is that switch alone."""
