@@ -110,3 +110,10 @@ def test_diameters_in_a_loop_are_halved_once(calls: Any) -> None:
     )
     ends = [call.split("(")[1].split(",")[0] for call in found if call.startswith("STRAIGHT_FEED")]
     assert ends == ["5.0000", "1.0000", "2.0000"] * 3
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc-lathe"])
+def test_the_g76_of_mach3_turn_is_named(run: Callable[..., Any], dialect: str) -> None:
+    text = "G0 X0.6 Z0.1\nM3 S500\nG76 X0.45 Z-1.0 Q1 P0.05 J0.01 L45 H0.008 I29.5 C0.1 B0.002 T0\nM30"
+    faults = [d for d in run(text, dialect=dialect).diagnostics if d.severity.value == "error"]
+    assert [(d.span.line, "Mach3 Turn" in d.hint) for d in faults] == [(3, True)]

@@ -110,7 +110,8 @@ def _check(ip: Interpreter, words: dict[str, float], half: float) -> None:
     """Raise where a word of G76 is missing or wrong, or the spindle stands; `half` makes radii of I J K."""
     missing = [letter.upper() for letter in "pzijk" if letter not in words]
     if missing:
-        raise BlockError("thread-words", f"G76 has no {' and no '.join(missing)}", "G76")
+        hint = "G76 with B or C is of Mach3 Turn, and not read" if {"b", "c"} & words.keys() else ""
+        raise BlockError("thread-words", f"G76 has no {' and no '.join(missing)}", "G76", hint=hint)
     peak, first, full = (words[letter] * half for letter in "ijk")
     tests = (
         (words["p"] < 0.0, "P", "the pitch", "is negative"),

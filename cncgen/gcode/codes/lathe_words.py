@@ -62,7 +62,9 @@ def turned(ip: Interpreter, block: Block) -> Block:
         if letter in found:
             if axis in found:
                 message = f"{axis.upper()} and {letter.upper()} both say where {axis.upper()} goes"
-                raise BlockError("axis-words-twice", message, letter.upper(), hint="write one of them")
+                of_mach3 = axis == "c" and 760 in block.g
+                hint = "G76 with H and C is of Mach3 Turn, and not read" if of_mach3 else "write one of them"
+                raise BlockError("axis-words-twice", message, letter.upper(), hint=hint)
             distance = found.pop(letter) * (0.5 if column == X else 1.0)
             if letter == depth:
                 found[letter] = distance
