@@ -19,6 +19,11 @@ _TURNING_KINDS = {
 _ON = {"on": True, "off": False, "true": True, "false": False}
 
 
+def turns_of(measure: Measure) -> float:
+    """Return a speed of rotation in revolutions per second: that of a measure with an angle is in radians."""
+    return measure.value / (2 * math.pi if measure.unit.angle else 1.0)
+
+
 class Resources:
     """Reads what operations and toolpaths share, each entity once."""
 
@@ -47,46 +52,50 @@ class Resources:
 
     def _read_technology(self, ident: int) -> Technology:
         properties = self.graph.properties(ident)
-        feeds = self._measures(properties.get("feedrate", []) + properties.get("feed rate", []))
-        spindles = self._measures(properties.get("spindle", []))
-        most = [m for item, _, m in spindles if item.name == "maximum rotational speed"]
-        spindles = [s for s in spindles if s[0].name != "maximum rotational speed"]
-        for what, along in (("cutting speed", 1), ("spindle speed", 0)):
-            only(what, [item for item, _, m in spindles if m.unit.length == along])
-        kinds = ("feed per tooth", "feed per revolution")
-        for kind in (*kinds, "feed"):
-            only(kind, [item for item, name, _ in feeds if (name if name in kinds else "feed") == kind])
-        speeds = {name: m for item, name, m in spindles if m.unit.length == 1}
-        turns = {name: (item, m) for item, name, m in spindles if m.unit.length == 0}
-        feed = tooth = revolution = None
-        for item, name, measure in feeds:
-            if name == "feed per tooth":
-                tooth = measure.value
-            elif name == "feed per revolution":
-                revolution = measure.value
-                if measure.unit.time:
-                    text = (
-                        "a feed per revolution has a unit of length per time; its number is taken as a length"
-                    )
-                    item.entity.warn("stepnc-feed-unit", text)
-                    revolution = measure.value / measure.unit.factor * self._length_factor(item)
-            else:
-                feed = measure.value
-        spindle = None
-        for item, measure in turns.values():
-            spindle = measure.value
-            if measure.unit.angle:
-                spindle /= 2 * math.pi
-            if not measure.unit.time:
-                text = "the spindle speed has no unit of time; it is taken as revolutions per second"
-                item.entity.warn("stepnc-speed-unit", text)
-        cutting = next((m.value for m in speeds.values()), None)
+        feed, tooth, revolution = self._feeds(properties)
+        spindle, cutting, fastest = self._spindle(properties)
         words = [described(i) for i in properties.get("synchronize spindle with feed", [])]
         in_step = any(w and not w.endswith(("not synchronized", "off", "false")) for w in words)
-        fastest = most[0].value / (2 * math.pi if most[0].unit.angle else 1.0) if most else None
+        return Technology(ident, feed, tooth, revolution, spindle, cutting, in_step, fastest)
+
+    def _feeds(self, properties: dict[str, list[Item]]) -> tuple[float | None, float | None, float | None]:
+        """Return the feed in mm/s, a tooth and a revolution in mm; each may stand once."""
+        found: dict[str, tuple[Item, Measure]] = {}
+        measures = self._measures(properties.get("feedrate", []) + properties.get("feed rate", []))
+        kinds = ("feed per tooth", "feed per revolution", "feed")
+        for kind in kinds:
+            named = [(item, m) for item, name, m in measures if (name if name in kinds else "feed") == kind]
+            only(kind, [item for item, _ in named])
+            if named:
+                found[kind] = named[0]
+        feed, tooth = (found[k][1].value if k in found else None for k in ("feed", "feed per tooth"))
+        if "feed per revolution" not in found:
+            return feed, tooth, None
+        item, measure = found["feed per revolution"]
+        if not measure.unit.time:
+            return feed, tooth, measure.value
+        text = "a feed per revolution has a unit of length per time; its number is taken as a length"
+        item.entity.warn("stepnc-feed-unit", text)
+        return feed, tooth, measure.value / measure.unit.factor * self._length_factor(item)
+
+    def _spindle(self, properties: dict[str, list[Item]]) -> tuple[float | None, float | None, float | None]:
+        """Return the spindle's speed in 1/s, the cutting speed in mm/s, and the largest spindle speed in 1/s; each may stand once."""
+        measures = self._measures(properties.get("spindle", []))
+        most = [m for item, _, m in measures if item.name == "maximum rotational speed"]
+        told = [(item, m) for item, _, m in measures if item.name != "maximum rotational speed"]
+        along = [(item, m) for item, m in told if m.unit.length == 1]
+        turning = [(item, m) for item, m in told if m.unit.length == 0]
+        only("cutting speed", [item for item, _ in along])
+        only("spindle speed", [item for item, _ in turning])
+        spindle = turns_of(turning[0][1]) if turning else None
+        if turning and not turning[0][1].unit.time:
+            text = "the spindle speed has no unit of time; it is taken as revolutions per second"
+            turning[0][0].entity.warn("stepnc-speed-unit", text)
+        cutting = along[0][1].value if along else None
+        fastest = turns_of(most[0]) if most else None
         if cutting is not None and fastest is not None and fastest < 0:
             cutting = -abs(cutting)
-        return Technology(ident, feed, tooth, revolution, spindle, cutting, in_step, fastest)
+        return spindle, cutting, fastest
 
     def _length_factor(self, item: Item) -> float:
         return self.units.context(item.context)[0]

@@ -397,7 +397,7 @@ class ProgramExecutor:
         self._standing.add(operation.ident)
         asked = operation.technology is not None and operation.technology.spindle == 0.0
         why = "its speed is 0" if asked or stopped else "no technology gives a speed"
-        text = f"{operation.label!r} feeds with the spindle standing: {why}"
+        text = f"{_called(operation)} feeds with the spindle standing: {why}"
         self._warn(operation.ident, "stepnc-no-spindle", text)
 
     def _check_swing(self, path: CutterPath) -> None:
@@ -443,7 +443,7 @@ class ProgramExecutor:
             raise self._fail(owner, "stepnc-no-feed", "no technology gives a feed for this toolpath")
         if path.kind not in ("tap", "thread") and step.operation.ident not in self._carried:
             self._carried.add(step.operation.ident)
-            text = f"no technology gives {step.operation.label!r} a feed; the {self._machine.feed * 60:g} mm/min before it hold"
+            text = f"no technology gives {_called(step.operation)} a feed; the {self._machine.feed * 60:g} mm/min before it hold"
             self._warn(owner, "stepnc-no-feed", text)
 
     def _go_to(
@@ -501,6 +501,11 @@ def _turning_point(pieces: list[Piece]) -> Floats | None:
     beside = float(np.abs(points - points[0] - along[:, None] * axis).max())
     straight = (np.diff(along[: far + 1]) >= 0).all() and (np.diff(along[far:]) <= 0).all()
     return points[far] if beside < 1e-6 and straight else None
+
+
+def _called(operation: Operation) -> str:
+    """Return the name of an operation for a message; the place of the message shows one without a name."""
+    return repr(operation.label) if operation.label else "the operation"
 
 
 def _within(piece: Piece) -> bool:
