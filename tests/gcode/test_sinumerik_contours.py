@@ -53,6 +53,14 @@ def test_a_contour_between_labels_of_the_program_is_run_in_its_place_as_well(mov
     assert found[-1][:3] == (1, 25, 20)
 
 
+def test_a_contour_is_milled_backwards(moves: Any, run: Any) -> None:
+    """VARI of CYCLE72: 1 in the ten thousands mills against the direction of the contour (NC programming 12/2019, 3.25)."""
+    text = 'G17 G90 F500\nT1 D1 M6\nCYCLE72("SIDE:SIDE_E",20,0,2,-5,0,0,0,300,100,10001,{},1,10,400,1,5)\nM30\nSIDE:\nG1 X10 Y0\nX30 RND=5\nY20\nSIDE_E:\nM30\n'
+    found = moves(text.format(40), dialect="sinumerik")
+    assert [(x, y) for x, y, z, feed in found if feed == 300] == [(30, 20), (30, 5), (25, 0), (10, 0)]
+    assert next(code for code, *_ in run(text.format(41), dialect="sinumerik").errors) == "not-read"
+
+
 TURN = 'G18 G90 G94 F500 DIAMON\nG0 X100 Z20\nCYCLE95("PART:PARTE",{})\nM30\nPART:\n{}PARTE:\n'
 SHAFT = "G1 X20 Z0\nZ-10\nX30 Z-20\nZ-30\nX40\n"
 #: Levels of 2 from X20 to X10 (radius): X18, 16, 14, 12 end at Z-30, -30, -18, -14; then along the shaft.

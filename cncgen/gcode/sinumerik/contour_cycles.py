@@ -87,10 +87,13 @@ def mill(motions: Motions, name: str, values: Values) -> None:
     """CYCLE72(KNAME, RTP, RFP, SDIS, DP, MID, FAL, FALD, FFP1, FFD, VARI, RL, AS1, LP1, FF3, AS2, LP2), then UMODE FS ZFS GMODE DMODE AMODE."""
     v = [0.0, *(filled(values, k) for k in range(1, 17))]
     modes = MillingModes.of(motions, name, values, 20)
-    vari, side = round(v[10]), round(v[11])
+    vari, side = round(v[10]) % 10_000, round(v[11])
+    # Whether the side of a contour that is milled backwards is that of its own direction, no text says.
+    reverse = round(v[10]) // 10_000
     wrong = vari % 10 not in (1, 2) or vari // 10 % 10 > 1 or vari >= 400 or side not in (40, 41, 42)
-    message = f"VARI = {vari}, RL = {side} or a parameter behind LP2 of {name} is not read"
-    hint = "VARI is 1 or 2, 10 more for G1 between, 0 to 300 more for the way up; RL is 40, 41 or 42"
+    wrong |= reverse not in (0, 1) or (reverse == 1 and side != 40)
+    message = f"VARI = {v[10]:g}, RL = {side} or a parameter behind LP2 of {name} is not read"
+    hint = "VARI is 1 or 2, 10 more for G1 between, 0 to 300 more for the way up, 10000 more for backwards with RL = 40; RL is 40, 41 or 42"
     refuse(name, (wrong or filled(values, 17) != 0.0, "not-read", message, hint))
     depth = given(values, 4)
     hole = Hole.of(motions, name, [v[1], v[2], v[3], None if depth is None else modes.depth_of(depth, v[2])])
@@ -102,6 +105,7 @@ def mill(motions: Motions, name: str, values: Values) -> None:
         message = f"{name} has no feed FFP1, or with RL = {side} a tool without a radius"
         raise BlockError("cycle-tool", message, name, hint="--tool-table gives the diameter of the tool")
     contour = _contour(motions, name, values, 1)[1:]
+    contour = backwards(contour) if reverse else contour
     left = side == 41
     path = contour if side == 40 else moved_aside(contour, radius + (v[6] if rough else 0.0), left)
     spin = 1 if side != 42 else -1
