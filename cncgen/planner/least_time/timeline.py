@@ -193,7 +193,7 @@ def slow_nodes(
     minima = minima[~np.isin(limit[minima], (Limit.NONE, Limit.FEED, Limit.STOP))]
     if len(jumps) and len(minima):
         beside = jumps[nearest(s[jumps], s[minima])]
-        way = SEEN[0] * period_s * np.sqrt(np.maximum(q[beside], q[minima]))
+        way = SEEN * period_s * np.sqrt(np.maximum(q[beside], q[minima]))
         minima = minima[np.abs(s[minima] - s[beside]) > way]
     return np.union1d(jumps, minima)
 

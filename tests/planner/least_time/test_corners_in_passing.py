@@ -11,7 +11,6 @@ from cncgen.machine import Axis, Machine, load
 from cncgen.pipeline import read_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import corners
-from cncgen.planner.least_time.rolling_window import MARGIN
 from cncgen.planner.limits.axis_limits import SWAY_SHARE, AxisLimits
 from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Trajectory
@@ -522,21 +521,6 @@ def test_a_zone_on_lines_is_the_way_under_the_jerk_that_the_jump_leaves() -> Non
         )
         seen = 1.5 * period
         assert zone == pytest.approx(speed * seen + left * seen**3 / 6.0, rel=1e-12)
-
-
-def test_full_jerk_beyond_the_zone_of_a_step_of_curvature_is_less_than_plans_leave() -> None:
-    """Three quarters of J by the step, a quarter up to the ends of the zone, J beyond: by the B-spline itself, at every phase."""
-    t = np.linspace(-6.0, 6.0, 120_001)
-    away = np.abs(t)
-    spline = np.where(away < 0.5, 0.75 - away**2, 0.5 * np.maximum(1.5 - away, 0.0) ** 2)
-    rest = np.where(away < corners.SEEN[1], 0.25, 1.0)
-    phases = np.linspace(-1.5, 1.5, 301)
-    seen = [
-        0.75 * np.interp(phase, t, spline) / 0.75
-        + np.trapezoid(np.interp(t - phase, t, spline, left=0.0, right=0.0) * rest, t)
-        for phase in phases
-    ]
-    assert 1.0 < max(seen) <= 1.0 + (1.0 - MARGIN)
 
 
 def test_the_feed_holds_beyond_a_reversal_that_no_setpoint_shows() -> None:
