@@ -26,7 +26,7 @@ from cython.cimports.cncgen.kernels.least_time_between import apply, tighten
 from cython.cimports.cncgen.kernels.least_time_matrix import factorize, substitute, survey, turn
 from cython.cimports.cncgen.kernels.least_time_passes import correct, gather, predict, set_up, wake
 from cython.cimports.cncgen.kernels.least_time_problem import Problem, sides
-from cython.cimports.libc.math import fabs, log
+from cython.cimports.libc.math import fabs
 
 #: Quantity that a row bounds: q or the middle ordinate, acceleration or d, jerk.
 BOX, ACCELERATION, JERK = range(3)
@@ -271,8 +271,7 @@ def solve(
         tolerance: Duality gap as a part of F at which to end.
         slack: Part by which a limit may be passed between the ends of an interval.
         most: Iterations at most.
-        report: Shape (7,): F, gap, primal infeasibility, iterations, dual residual, worst ratio between the ends, and by how
-            much steps fell short: −Σ log of the part of each that was gone.
+        report: Shape (6,): F, gap, primal infeasibility, iterations, dual residual, worst ratio between the ends.
         change: Shape (n + 2,), zeros: becomes dc/dc[n], how the solution follows where its last unknown is pushed, a change of q
             by the change of q at the end. Stays as it is where the matrix lost its positive diagonal by rounding.
 
@@ -289,7 +288,6 @@ def solve(
     eased: cython.Py_ssize_t = _EASED if problem.free > 1 else 0
     f: cython.double = 0.0
     residual: cython.double = 0.0
-    short: cython.double = 0.0
     with cython.nogil:
         apply(problem, slack, eased)
         for iteration in range(most):
@@ -312,7 +310,6 @@ def solve(
                 status = -2
                 break
             system.advance(tolerance * f)
-            short -= log(system.step)
         if status != 0 and verdict.gap < 1e300:
             # Stalled beside the optimum: by rounding, or where a limit was lowered last.
             problem.c[:] = verdict.near
@@ -328,7 +325,6 @@ def solve(
     report[3] = iteration
     report[4] = residual
     report[5] = verdict.worst
-    report[6] = short
     with cython.nogil:
         _respond(system, status == 0, change)
     return status

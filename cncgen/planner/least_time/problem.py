@@ -47,15 +47,9 @@ _FELT = 1e-4
 _STALLED_GAP = 4e-4
 #: A result that is to be confirmed is solved again from its own q times this factor, as is an earlier plan that leads to none.
 _BELOW = 0.95
-#: Sum of −log(step length) over a run above which its result is confirmed: in many short steps rounding grows, until
-#: results differ by up to 10⁻⁵ of the time in another unit of length.
-_SHORT = 18.0
 #: A result is confirmed when solving again changes its time by less than this part; and how often that is tried at most. Each
 #: time the difference becomes about a thousand times smaller, so what is left is about 10⁻¹¹.
 _STAYS, _AGAIN = 1e-8, 6
-#: How often a result of long steps is confirmed; and if its time does not settle, how much shorter, as a part, the last result
-#: must be than the first one to be taken instead of it.
-_TWICE, _ROUGHLY = 2, 1e-5
 #: A row binds if its slack is below this part of its limit.
 _NEAR = 0.02
 
@@ -296,12 +290,10 @@ class SolverRun:
     Attributes:
         solution: Its result.
         left: Duality gap as a part of the time: 0 at the optimum, the gap where it stalled near the optimum, else infinite.
-        short: Σ −log(step length): large if the run took many short steps.
     """
 
     solution: Solution
     left: float
-    short: float
 
 
 def confirmed(
@@ -318,8 +310,8 @@ def confirmed(
     limits that may be used at the ends of intervals are taken from the iterates, so they keep the rounding that has grown
     over the steps; from a little below steps are long, and the error falls by a thousand each time.
     """
-    first, rough = run, run.short >= _SHORT
-    for _ in range(_AGAIN if rough or run.left > 0.0 else _TWICE):
+    first = run
+    for _ in range(_AGAIN):
         if run.left == 0.0 and not always:
             return run.solution
         below = _Start(_STARTS[0], run.solution.q[:, 1], _BELOW)
@@ -331,9 +323,8 @@ def confirmed(
         run = again
         if abs(longer) <= _STAYS:
             return run.solution
-    # The runs do not agree. The first one differs least from that in another unit of length, so it is kept unless the last
-    # one is clearly shorter.
-    return first.solution if run.solution.time > (1.0 - _ROUGHLY) * first.solution.time else run.solution
+    # The runs do not agree: any of them is a plan.
+    return min(first.solution, run.solution, key=lambda each: each.time)
 
 
 def run_from(
@@ -353,7 +344,7 @@ def run_from(
     least_time_rows.build(kernel, columns.box, columns.sway, columns.held_right)
     if thinned:
         least_time_rows.thin(kernel, _REACH, FAR)
-    report, change = np.zeros(7), np.zeros(len(columns.at) + 2)
+    report, change = np.zeros(6), np.zeros(len(columns.at) + 2)
     gap, most = GAP if settled else ROUGH_GAP, MOST_THINNED if thinned else MOST
     status = least_time.solve(kernel, gap, SLACK, most, report, change)
     held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
@@ -363,9 +354,7 @@ def run_from(
     if status >= 0 or held:
         unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
     left = 0.0 if status == 0 else float(report[1] / report[0]) if status == 1 else np.inf
-    return SolverRun(
-        Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), left, float(report[6])
-    )
+    return SolverRun(Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), left)
 
 
 def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
