@@ -142,13 +142,18 @@ def _peak(
     acc: cython.double,
     jerk: cython.double,
 ) -> cython.double:
-    """Highest speed of a segment: `top` in a long one, else by bisection where both ramps just fill the length."""
+    """Highest speed of a segment: `top` in a long one, else that at which both ramps just fill the length.
+
+    Ramps that are alike take half of it each; others are found by bisection.
+    """
     low: cython.double = v1 if v1 > v2 else v2
     high: cython.double = top
     middle: cython.double
     _round: cython.int
     if high <= low:
         return low
+    if v1 == v2 and kind != 2:
+        return min(high, _reach(kind, v1, 0.5 * length, acc, jerk, 1))
     if _ramp(kind, v1, high - v1, acc, jerk, 1) + _ramp(kind, v2, high - v2, acc, jerk, 0) <= length:
         return high
     for _round in range(60):

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.kernels import planned_motion
+from cncgen.kernels import planned_motion, seven_phase
 from cncgen.planner.least_time.mesh import LINE
 from cncgen.planner.least_time.problem import Intervals
 from cncgen.planner.limits.axis_limits import along_path
-from cncgen.planner.limits.speed_changes import peak_speed, rise_time
 from cncgen.planner.record import Limit, Profile
 
 Floats = NDArray[np.float64]
@@ -83,37 +82,21 @@ def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> MotionPie
 def seven_phases(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64], tuple[NDArray, ...]]:
     """Return the seven-phase profile of each straight line from rest to rest: the number of its pieces, and their columns.
 
-    Phases that last no time are left out. The speed is the smaller of the top speed and of `peak_speed`.
+    Phases that last no time are left out.
     """
-    length = given.h[lines]
+    n, length = len(lines), given.h[lines]
     acc, jerk = (along_path(limit, given.x1[lines, 1]) for limit in given.limits)
-    v = np.minimum(peak_speed(length, acc, jerk), np.sqrt(given.top[lines].min(axis=1)))
-    rise = rise_time(v, acc, jerk)
-    hold = np.maximum(v / (jerk * rise) - rise, 0.0)
-    cruise = np.maximum(length / v - 2.0 * rise - hold, 0.0)
-    zero = np.zeros_like(v)
-    duration = np.stack([rise, hold, rise, cruise, rise, hold, rise], axis=1)
-    j = np.stack([jerk, zero, -jerk, zero, -jerk, zero, jerk], axis=1)
-    state = np.zeros((3, len(lines), 8))
-    for phase in range(7):
-        t, s = duration[:, phase], state[:, :, phase]
-        state[2, :, phase + 1] = s[2] + j[:, phase] * t
-        state[1, :, phase + 1] = s[1] + (s[2] + 0.5 * j[:, phase] * t) * t
-        state[0, :, phase + 1] = s[0] + (s[1] + (0.5 * s[2] + j[:, phase] * t / 6.0) * t) * t
-    name = np.array(
-        [Limit.JERK, Limit.ACCELERATION, Limit.JERK, 0, Limit.JERK, Limit.ACCELERATION, Limit.JERK],
-        np.int8,
+    top = np.sqrt(given.top[lines].min(axis=1))
+    table, offset = np.empty((7 * n, 7)), np.zeros(n + 1, np.int64)
+    seven_phase.build(0, length, acc, jerk, top, np.zeros(n + 1), table, offset)
+    duration, v, a, j, c, phase, way = table[: offset[-1]].T
+    owner = np.repeat(np.arange(n), np.diff(offset))
+    number = np.arange(offset[-1]) - offset[owner]
+    ways = np.zeros((n, 7))
+    ways[owner, number] = way
+    place = (np.cumsum(ways, axis=1) - ways)[owner, number]
+    limit = np.choose(
+        phase.astype(np.int64),
+        [given.top_limit[lines][owner], np.int8(Limit.ACCELERATION), np.int8(Limit.JERK)],
     )
-    limit = np.tile(name, (len(lines), 1))
-    limit[:, 3] = given.top_limit[lines]
-    there = duration > 0.0
-    place, v_at, a_at = (column[:, :7][there] for column in state)
-    return there.sum(axis=1), (
-        place,
-        duration[there],
-        v_at,
-        a_at,
-        j[there],
-        np.zeros(len(place)),
-        limit[there],
-    )
+    return np.diff(offset), (place, duration, v, a, j, c, limit)

@@ -1,4 +1,4 @@
-"""Jerk-limited changes of speed: by their phases added up, and beside the kernel that lays them out."""
+"""Jerk-limited changes of speed, beside the kernel that lays out their phases."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from cncgen.planner.ild.look_ahead import Segments, build
-from cncgen.planner.limits.speed_changes import change_time, peak_speed, rise_time
+from cncgen.planner.ild.look_ahead import SegmentPieces, Segments, build
+from cncgen.planner.limits.speed_changes import change_time
 
 RNG = np.random.default_rng(20_261)
 
@@ -17,38 +17,24 @@ def drawn(n: int) -> tuple[np.ndarray, ...]:
     return tuple(10.0 ** RNG.uniform(low, low + 4.0, n) for low in (-1.0, 1.0, 2.0))
 
 
+def pieces_of(length: float, top: float, acceleration: float, jerk: float) -> SegmentPieces:
+    """Return the phases of a way from rest to rest, as `ild` and the lines of `optimal` have them."""
+    one = [np.array([each]) for each in (length, top, acceleration, jerk)]
+    return build(
+        Segments(one[0], one[1], np.zeros(1, np.int8), *one[2:], np.full(2, np.inf)), np.zeros(2), "bell"
+    )
+
+
 def test_the_phases_of_a_change_add_up_to_it() -> None:
-    """Ramp, hold and ramp: the acceleration j t₁ for t₁ + t₂ on average makes Δ, and none exceeds a limit."""
-    change, acceleration, jerk = drawn(500)
-    rise, whole = rise_time(change, acceleration, jerk), change_time(change, acceleration, jerk)
-    hold = whole - 2.0 * rise
-    assert (hold >= -1e-9 * whole).all()
-    np.testing.assert_allclose(jerk * rise * (rise + hold), change, rtol=1e-9)
-    assert (jerk * rise <= acceleration * (1.0 + 1e-12)).all()
-    both = (hold > 1e-9 * whole) & (jerk * rise < acceleration * (1.0 - 1e-9))
-    assert not both.any()
-
-
-def test_two_changes_to_the_peak_speed_take_the_length() -> None:
-    """From rest to V and back cover f(V) V, f the time of a change."""
-    length, acceleration, jerk = drawn(500)
-    peak = peak_speed(length, acceleration, jerk)
-    np.testing.assert_allclose(peak * change_time(peak, acceleration, jerk), length, rtol=1e-9)
-
-
-def test_the_kernel_takes_as_long() -> None:
-    """The seven phases of `ild`, whose top speed they may reach or not."""
-    length, acceleration, jerk = drawn(200)
-    top = np.where(RNG.random(200) < 0.5, 1e6, 0.3 * peak_speed(length, acceleration, jerk))
-    reached = np.minimum(peak_speed(length, acceleration, jerk), top)
-    expected = length / reached + change_time(reached, acceleration, jerk)
-    for k in range(200):
-        one = slice(k, k + 1)
-        segment = Segments(
-            length[one], top[one], np.zeros(1, np.int8), acceleration[one], jerk[one], np.full(2, np.inf)
-        )
-        pieces = build(segment, np.zeros(2), "bell")
-        np.testing.assert_allclose(pieces.duration.sum(), expected[k], rtol=1e-6)
+    """From rest to V and back cover f(V) V, f the time of a change; no phase exceeds a limit, and V is reached or not."""
+    for length, acceleration, jerk in zip(*drawn(500), strict=True):
+        peak = pieces_of(length, np.inf, acceleration, jerk).v.max()
+        top = peak if RNG.random() < 0.5 else 0.3 * peak
+        found = pieces_of(length, top, acceleration, jerk)
+        change = change_time(top, acceleration, jerk)
+        assert found.duration.sum() == pytest.approx(length / top + change, rel=1e-9)
+        assert np.abs(found.a).max() <= acceleration * (1.0 + 1e-12)
+        assert np.abs(found.j).max() <= jerk * (1.0 + 1e-12)
 
 
 @pytest.mark.parametrize(("a", "j"), [(2000.0, 5e4), (50.0, 1e6), (1e9, 5e4)])
@@ -61,4 +47,4 @@ def test_the_speed_from_rest_to_rest(a: float, j: float, way: float) -> None:
         return v * ramp - way
 
     expected = brentq(covered, 1e-9, 1e9, xtol=1e-14, rtol=1e-14)
-    assert peak_speed(np.array(way), np.array(a), np.array(j)) == pytest.approx(expected, rel=1e-9)
+    assert pieces_of(way, np.inf, a, j).v.max() == pytest.approx(expected, rel=1e-9)
