@@ -1,15 +1,13 @@
 """Where the nodes of a block stand: dense where the path bends or the motion must slow down, sparse elsewhere.
 
 `mesh` calls `placed` with the breakpoints that `corners` has classified. The block is examined at some places of each panel of the
-path (`_Survey`). There the largest spacing follows from the path and its limits (`_spacing`, `_change`). Then it is made to grow
-slowly along the path (`graded`), and the nodes are spread by it (`spread_nodes`). Reasons and figures of the densities:
-docs/least-time.md, Nodes.
+path (`_probes`). There the largest spacing follows from the path and its limits (`_spacing`). Then it is made to grow slowly along
+the path (`graded`), and the nodes are spread by it (`spread_nodes`). Reasons and figures: docs/least-time.md, Where nodes stand.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,28 +42,11 @@ class TooManyNodesError(Exception):
         self.s = s
 
 
-@dataclass(frozen=True, slots=True)
-class Density:
-    """Largest spacing of the nodes, the least of several lengths each multiplied by a factor.
-
-    Attributes:
-        bend: Of the radius of curvature.
-        ramp: Where the bound of the speed has a step: of the way that a ramp of the acceleration from 0 to its limit takes there.
-        panel: Of the length of a panel of the path (docs/arc-length.md).
-        growth: Largest growth of the spacing per length along the path.
-    """
-
-    bend: float
-    ramp: float
-    panel: float
-    growth: float
-
-    def times(self, factor: float) -> Density:
-        """Return the density of nodes that stand `factor` times as close."""
-        return Density(*(part / factor for part in astuple(self)))
-
-
-DENSITY = Density(0.08, 0.2, 1.3, 0.2)
+#: Largest spacing of nodes: the least of these parts of the radius of curvature; where the bound of the speed has a step, of the way on
+#: which the acceleration ramps up from 0 to its limit; and of a panel of the path (docs/arc-length.md).
+_OF_RADIUS, _OF_RAMP, _OF_PANEL = 0.08, 0.2, 1.3
+#: Largest growth of the spacing per length along the path.
+_GROWTH = 0.2
 #: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
 _NO_TURN = 1e-9
 #: Length of the interval beside a rest: the least of these parts of the distance in which full jerk reaches full acceleration, of
@@ -92,32 +73,6 @@ COARSE = 0.6
 MOST = 2_000_000
 #: Least distance of nodes as a part of the length of the block: a thousand times the rounding of a path coordinate.
 _ROUNDING = 2.0**-42
-
-
-@dataclass(frozen=True, slots=True)
-class _Survey:
-    """A block as nodes are placed on it, looked at in `n` places.
-
-    Attributes:
-        bounds, corners, sides, lines: As `placed` takes them.
-        probes: Shape (n,), path coordinate of the places, ascending; every breakpoint is one.
-        panels: Shape (n,), length of the path's panel there; infinite on lines and arcs.
-        shape: Result of `_shape` at the places.
-        steps: Shape (n,), see `_steps`.
-        least: Shape (n,), the least distance of nodes there.
-        first: Shape (breakpoints,) each, the intervals before and after rests, see `_first`.
-    """
-
-    bounds: AxisLimits
-    corners: Corners
-    sides: tuple[Floats, Floats]
-    lines: Bools
-    probes: Floats
-    panels: Floats
-    shape: tuple[Floats, ...]
-    steps: Bools
-    least: Floats
-    first: tuple[Floats, Floats]
 
 
 def placed(
@@ -153,32 +108,26 @@ def placed(
     x[:, -1] = sides[0][:, -1]
     tops = (top_at(corners.s, sides[0], -1), top_at(corners.s, sides[1], 1))
     shape = _shape(bounds, x, top_at(probes, x, 1), at, sides[0], tops[0])
-    first = _first(bounds, corners, sides, lines, tops, _bends(shape, probes, corners))
-    steps, least = _steps(shape, at, *tops), _seen(bounds, x[1], probes)
-    survey = _Survey(bounds, corners, sides, lines, probes, panels, shape, steps, least, first)
-    if coarse:
-        return _place(survey, DENSITY.times(COARSE))
-    s = _place(survey, DENSITY)
-    closer = min(float(np.sqrt(AMPLE / len(s))), CLOSEST)
-    return _place(survey, DENSITY.times(closer)) if closer > 1.0 else s
-
-
-def _place(survey: _Survey, density: Density) -> Floats:
-    """Return the nodes of a block in a density."""
-    corners, probes = survey.corners, survey.probes
-    spacing = _spacing(survey, density)
-    spacing = np.maximum(spacing, survey.least)
-    before, after = clear_ends(survey.first, probes, spacing, corners.s)
+    before, after = _first(bounds, corners, sides, lines, tops, _bends(shape, probes, corners))
     first = np.minimum(before, after)
     tight = np.flatnonzero((corners.stop & np.isfinite(first)) | (corners.zone > 0))
-    at = np.searchsorted(probes, corners.s[tight])
-    beside = _beside(survey.bounds, corners, survey.sides)
-    spacing[at] = np.minimum(spacing[at], np.where(corners.stop, _NEXT * first, beside)[tight])
-    borders = _borders(corners, before, after, survey.lines)
-    stretch = np.searchsorted(corners.s, borders[:-1], side="right") - 1
-    whole = survey.lines[stretch] | _beside_rest(corners, borders)
-    growth = _growth(survey.shape, probes, _slow_places(corners), density.growth)
-    return spread_nodes(*graded(probes, spacing, growth), borders, whole)
+    beside = np.where(corners.stop, _NEXT * first, _beside(bounds, corners, sides))[tight]
+    spacing, least = _spacing(shape, panels, _steps(shape, at, *tops)), _seen(bounds, x[1], probes)
+    growth = _growth(shape, probes, _slow_places(corners))
+    borders = _borders(corners, before, after, lines)
+    whole = lines[np.searchsorted(corners.s, borders[:-1], side="right") - 1] | _beside_rest(corners, borders)
+
+    def nodes(closer: float) -> Floats:
+        """Return the nodes of the block, so many times as close."""
+        wanted = np.maximum(spacing / closer, least)
+        wanted[at[tight]] = np.minimum(wanted[at[tight]], beside)
+        return spread_nodes(*graded(probes, wanted, growth / closer), borders, whole)
+
+    if coarse:
+        return nodes(COARSE)
+    s = nodes(1.0)
+    closer = min(float(np.sqrt(AMPLE / len(s))), CLOSEST)
+    return nodes(closer) if closer > 1.0 else s
 
 
 def along(bounds: AxisLimits, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -226,19 +175,24 @@ def _seen(bounds: AxisLimits, x1: Floats, s: Floats) -> Floats:
     return np.maximum(resolution(bounds, x1), _ROUNDING * (s[-1] - s[0]))
 
 
-def _spacing(survey: _Survey, density: Density) -> Floats:
-    """Return the largest spacing at the places of a block by the shape of the path and the speed that it allows, shape (n,), mm."""
-    acceleration, jerk, bend, turn, twist, top = survey.shape
-    panels = survey.panels
+def _spacing(shape: tuple[Floats, ...], panels: Floats, steps: Bools) -> Floats:
+    """Return the largest spacing at places of a block by the shape of the path and the speed that it allows, shape (n,), mm.
+
+    Args:
+        shape: Result of `_shape` at the places.
+        panels: Shape (n,), length of the path's panel there; infinite on lines and arcs.
+        steps: Shape (n,), see `_steps`.
+    """
+    acceleration, jerk, bend, turn, twist, top = shape
     with np.errstate(divide="ignore"):
-        out = density.bend / turn
+        out = _OF_RADIUS / turn
         speed = np.sqrt(np.minimum(top, acceleration / bend))
         ramp = speed * np.minimum(acceleration / jerk, np.sqrt(speed / jerk))
-    out = np.where(survey.steps, np.minimum(out, density.ramp * ramp), out)
+    out = np.where(steps, np.minimum(out, _OF_RAMP * ramp), out)
     # Panels follow the parameter, too: where a straight curve stands still, they are tiny and independent of the path.
     with np.errstate(invalid="ignore"):
         turns = turn * panels + twist * panels**2 > _NO_TURN
-    return np.where(turns, np.minimum(out, density.panel * panels), out)
+    return np.where(turns, np.minimum(out, _OF_PANEL * panels), out)
 
 
 def _steps(shape: tuple[Floats, ...], at: Ints, left: Floats, right: Floats) -> Bools:
@@ -363,29 +317,6 @@ def _slow_places(corners: Corners) -> Floats:
     return corners.s[corners.stop | np.isfinite(corners.speed)]
 
 
-def clear_ends(
-    first: tuple[Floats, Floats], probes: Floats, spacing: Floats, s: Floats
-) -> tuple[Floats, Floats]:
-    """Return the first intervals before and after the breakpoints `s`, shorter where less than that is asked for.
-
-    An interval from rest knows the path at its middle and its far end alone: no place within may want nodes that stand
-    nearer to each other than the interval is long.
-    """
-    if not np.isfinite(first).any():
-        return first
-    stretch = np.searchsorted(s, probes) - 1
-    inside = np.flatnonzero(s[np.minimum(stretch + 1, len(s) - 1)] != probes)
-    left = stretch[inside]
-    free = np.full((2, len(s)), np.inf)
-    np.minimum.at(free[0], left + 1, np.maximum(s[left + 1] - probes[inside], spacing[inside]))
-    np.minimum.at(free[1], left, np.maximum(probes[inside] - s[left], spacing[inside]))
-    before, after = (
-        np.where(np.isfinite(long), np.minimum(long, short), long)
-        for long, short in zip(first, free, strict=True)
-    )
-    return before, after
-
-
 def _beside(bounds: AxisLimits, corners: Corners, sides: tuple[Floats, Floats]) -> Floats:
     """Return the largest spacing at breakpoints with a jump: a part of its zone, and where the speed there is low, of the
     way on which full jerk raises it by half."""
@@ -420,7 +351,7 @@ def _probes(path: Path, corners: Corners, seen: float) -> tuple[Floats, Floats]:
     return np.append(inner.ravel(), borders[-1]), there
 
 
-def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats, growth: float) -> Floats:
+def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats) -> Floats:
     """Return the growth of the spacing between neighbouring places: half of it where a motion from or to a low
     speed gains it.
 
@@ -428,10 +359,10 @@ def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats, growth: float) ->
     """
     acceleration, jerk, *_, top = shape
     if not len(low):
-        return np.full(len(s) - 1, growth)
+        return np.full(len(s) - 1, _GROWTH)
     speed = np.sqrt(top)
     near = np.abs(s - low[nearest(low, s)]) <= 0.5 * speed * change_time(speed, acceleration, jerk)
-    return np.where(near[:-1] | near[1:], 0.5 * growth, growth)
+    return np.where(near[:-1] | near[1:], 0.5 * _GROWTH, _GROWTH)
 
 
 def graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]:

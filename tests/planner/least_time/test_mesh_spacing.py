@@ -278,18 +278,6 @@ def _nodes_of(text: str, machine: Machine) -> NDArray[np.float64]:
     return mesh_of(toolpath, toolpath.path, AxisLimits.of(machine, toolpath.axes), None, None).s
 
 
-def test_an_interval_from_rest_holds_nothing_finer_than_itself() -> None:
-    """Two places that want nodes 0.01 apart: at 0.3 after the first breakpoint, and at 0.2 before the last."""
-    s, probes = np.array([0.0, 1.0, 3.0]), np.array([0.0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.8, 2.9, 3.0])
-    spacing = np.array([0.5, 0.5, 0.01, 0.5, 0.5, 0.5, 0.01, 0.5, 0.5])
-    rest = np.array([True, False, True])
-    first = np.where(rest, 0.4, np.inf)
-    before, after = mesh_spacing.clear_ends((first.copy(), first.copy()), probes, spacing, s)
-    # The one before the end reaches to the place at 0.2, that after the start to the one at 0.3; nothing rests between.
-    assert after.tolist() == [0.3, np.inf, 0.4]
-    assert before.tolist() == [0.4, np.inf, pytest.approx(0.2)]
-
-
 def test_turns_of_one_arc_beside_a_weak_axis_keep_its_velocity() -> None:
     """Places that look at an arc of many turns alike missed where Y begins to go back: its velocity was passed by 13 %.
 
