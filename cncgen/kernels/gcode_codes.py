@@ -194,7 +194,8 @@ MOST = {
 }
 #: Numbers by themselves.
 #: MAX_LINE: the longest line (`source.MAX_LINE`).
-#: DELETED, NUMBERED, REFUSED, COMPUTED_LABEL: marks of a line, beside its code.
+#: DELETED, NUMBERED, REFUSED, COMPUTED_LABEL: marks of a line, beside its code. SAYS: of a language, that it has instructions; from LETTERS
+#: on stand the letters of its words.
 #: COMPUTED: bit of `gcode_names.named`, behind those of A to Z: a G or M number is computed.
 #: CODE_NUMBERS: codes that it tells apart, in tenths: those of G, then those of M.
 #: ARGUMENTS: of its `calls`: the words beside the program's number are arguments and name no axis.
@@ -205,6 +206,8 @@ NUMBERS = {
     "NUMBERED": 2,
     "REFUSED": 4,
     "COMPUTED_LABEL": 8,
+    "SAYS": 16,
+    "LETTERS": 8,
     "COMPUTED": 1 << 26,
     "CODE_NUMBERS": 4000,
     "ARGUMENTS": 128,

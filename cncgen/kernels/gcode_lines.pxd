@@ -7,8 +7,10 @@ cdef class Code:
     cdef public list names
     cdef public int used
     cdef public int numbers
-    cdef public int flags
+    cdef public long long flags
     cdef public bint shaped
+    cdef public bytes fixed
+    cdef public bint comma
     cdef public bint alike
     cdef public Py_ssize_t begin
     cdef public Py_ssize_t error

@@ -11,7 +11,7 @@ from mmap import mmap
 import cython
 from cython.cimports.cncgen.kernels.decimals import decimal
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AFTER, AT, CODE, FIRST_CONSTANT, FOLLOWING, MARK, MARKS, MAX_LINE, NUMBER_OF_LINE, REFUSED, SHAPE_CODE, SHAPE_DIGIT,
+    AFTER, AT, CODE, FIRST_CONSTANT, FOLLOWING, LETTERS, MARK, MARKS, MAX_LINE, NUMBER_OF_LINE, REFUSED, SAYS, SHAPE_CODE, SHAPE_DIGIT,
     SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_NEXT, SHAPE_PLACE, SHAPE_POINT_FIRST, SHAPE_ROW, SHAPE_SUM,
     SHAPE_UNKNOWN, SHAPE_WHOLE,
 )  # fmt: skip
@@ -79,6 +79,8 @@ class Code:
         error: Offset where the grammar refused it, -1 where it did not.
         lines: How many lines were read.
         shaped: Whether lines of one shape have one code.
+        fixed: Letters behind which digits are of the shape, beside #.
+        comma: Whether a comma is a decimal sign.
         alike: Whether the code of the line read last is that of its shape, where it was set before.
     """
 
@@ -89,7 +91,8 @@ class Code:
         self.used = self.numbers = self.lines = self.flags = 0
         self.begin = self.number_begin = self.number_end = 0
         self.error = -1
-        self.shaped = self.alike = False
+        self.shaped = self.alike = self.comma = False
+        self.fixed = b""
 
     @cython.ccall
     @cython.exceptval(check=False)
@@ -127,9 +130,16 @@ class Code:
 @cython.final
 @cython.cclass
 class Shapes:
-    """The shapes of a text that are known, and the line that was looked at last; `row` is that of its shape, -1 for none."""
+    """The shapes of a text that are known, and the line that was looked at last; `row` is that of its shape, -1 for none.
+
+    Args:
+        text: The text.
+        fixed, comma: As those of `Code`.
+    """
 
     text: cython.const[cython.uchar][::1]
+    fixed = cython.declare(cython.uchar[256])
+    comma = cython.declare(cython.int)
     form = cython.declare(cython.int)
     shape = cython.declare(cython.uchar[256])
     value = cython.declare(cython.double[256])
@@ -141,10 +151,14 @@ class Shapes:
     store: cython.uchar[::1]
     table: cython.longlong[:, ::1]
 
-    def __init__(self, text):
+    def __init__(self, text, fixed: bytes, comma: bool):
+        k: cython.int
         self.text = text
         if not cython.compiled:
-            self.shape, self.value = bytearray(256), [0.0] * 256
+            self.shape, self.value, self.fixed = bytearray(256), [0.0] * 256, bytearray(256)
+        for k in range(256):
+            self.fixed[k] = k == 35 or k in fixed
+        self.comma = 44 if comma else 46
         self.store = bytearray(_STORE)
         self.table = memoryview(bytearray(8 * SHAPE_ROW * _SHAPES)).cast("q", [_SHAPES, SHAPE_ROW])
         self.forget()
@@ -186,7 +200,7 @@ class Shapes:
                 at = self._number(at, size, count)
                 if self.form != wanted:
                     return -1
-                count += last != 110
+                count += last != 110 and last != 0
             if wanted != _BLANK:
                 last = wanted
         if at < end and self.text[at] != 10:
@@ -199,7 +213,7 @@ class Shapes:
     def read(self, at: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Take shape and numbers of the line at `at`; return the offset of its end, -1 where they are not certain.
 
-        Names and the numbers of parameters (#1) belong to the shape. That of the line is none that is pushed.
+        Names and the numbers of parameters (#1) belong to the shape. That of the line, with N or without, is none that is pushed.
         """
         end: cython.Py_ssize_t = self.text.shape[0]
         size: cython.Py_ssize_t = min(end, at + _LONGEST)
@@ -208,12 +222,14 @@ class Shapes:
         total: cython.uint = 0
         last: cython.int = 0
         named: cython.bint = False
+        leads: cython.bint = False
         c: cython.int
         while at < size:
             c = _FOLD[self.text[at]]
             if c > SHAPE_POINT_FIRST:
                 at += 1
                 if c != _BLANK:
+                    leads = last == 0
                     last = c
                 if c | 2 == 62:
                     # A name begins with < and ends with >.
@@ -222,7 +238,7 @@ class Shapes:
                 break
             elif c == SHAPE_UNKNOWN:
                 return -1
-            elif named or last == 35:
+            elif named or (self.fixed[last] and not (last == 110 and leads)):
                 c = self.text[at]
                 at += 1
             else:
@@ -230,7 +246,7 @@ class Shapes:
                 c = self.form
                 if c == 0:
                     return -1
-                count += last != 110
+                count += last != 110 and last != 0
                 last = c
             total = total * 33 + c
             self.shape[length] = c
@@ -260,7 +276,7 @@ class Shapes:
             if 48 <= c <= 57:
                 mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
                 digits += 1
-            elif c == 46 and decimals < 0:
+            elif (c == 46 or c == self.comma) and decimals < 0:
                 # Digits up to here are none of the decimals.
                 decimals = digits
             else:
@@ -375,7 +391,7 @@ class Lines:
     def __init__(self, code, text, rows):
         self.code, self.text, self.rows = code, text, rows
         self.code.text = text
-        self.shapes = Shapes(text)
+        self.shapes = Shapes(text, code.fixed, code.comma)
         self.forget()
 
     @cython.ccall
@@ -425,6 +441,37 @@ class Lines:
                 r += 1
             at += 1
         return r, (offset if at < size else size), line
+
+    def taken_from(self, offset: cython.Py_ssize_t) -> tuple:
+        """Read lines of a language from `offset` on, up to one that is refused, and keep none of them.
+
+        Returns:
+            How many lines, of which the first says something; where the next one begins; how many of them have words; how many lines stand
+            before the last of these, and where it begins; the letters of all words, as bits from A on.
+        """
+        at: cython.Py_ssize_t = offset
+        begin: cython.Py_ssize_t
+        lines: cython.Py_ssize_t = 0
+        blocks: cython.Py_ssize_t = 0
+        last: cython.Py_ssize_t = 0
+        last_at: cython.Py_ssize_t = offset
+        marks: cython.longlong
+        seen: cython.longlong = 0
+        self.code.text = self.text
+        while at < self.text.shape[0]:
+            self.code.used = self.code.numbers = 0
+            begin = at
+            at = self._keep(0, begin, 0)
+            marks = self.rows[0, MARKS]
+            if marks & REFUSED or (lines == 0 and not marks & SAYS):
+                at = begin
+                break
+            if marks >> LETTERS:
+                seen |= marks >> LETTERS
+                blocks += 1
+                last, last_at = lines, begin
+            lines += 1
+        return lines, min(at, self.text.shape[0]), blocks, last, last_at, seen
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)

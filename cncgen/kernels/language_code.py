@@ -2,10 +2,11 @@
 
 A line is taken if it has words of motions and settings of R or Q parameters alone, by numbers, these parameters and their arithmetic. The
 arguments of `Emitter` give the terminals and rules of a grammar that are read here; all others refuse the line, which `grammar_values`
-reads then.
+reads then. Lines of one shape have one code (`gcode_lines`).
 """
 
 import cython
+from cython.cimports.cncgen.kernels.decimals import decimal, is_blank
 from cython.cimports.cncgen.kernels.gcode_codes import (
     BINARY,
     CALLS,
@@ -16,6 +17,7 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     GOES,
     JUMP,
     LEAVES,
+    LETTERS,
     MAX_LINE,
     NAME,
     NAMED,
@@ -23,6 +25,7 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     NUMBER,
     PARAMETER,
     REPEATS,
+    SAYS,
     SET,
     SET_ELEMENT,
     SET_STORED,
@@ -35,11 +38,10 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_lines import Code
 from cython.cimports.cncgen.kernels.grammar_tables import Tables
-from cython.cimports.cncgen.kernels.plain_lines import behind_number, code_end, plain_value
 
 #: What a rule does: its parts stand alone, a number, a parameter (with a sign or without), an element R[…], a sign, an operator between
 #: values, a function before one, one with its arguments in brackets, a word as one token, a name with a value behind it, the target of a
-#: setting, a setting, one of FN with its operator, the radius R0, the end of a line L, a traverse, pi; jumps (`gcode_codes.JUMPS`), a label.
+#: setting, a setting, one of FN with its operator, the radius R0, the end of a line L, a traverse or the feed of the tool, pi; jumps (`gcode_codes.JUMPS`), a label.
 WORKS = {
     "alone": 0, "number": 1, "parameter": 2, "element": 3, "sign": 4, "operator": 5, "function": 6, "call": 7, "arguments": 8,
     "word": 9, "named": 10, "target": 11, "setting": 12, "operation": 13, "radius": 14, "motion": 15, "fast": 16, "pi": 17,
@@ -75,9 +77,84 @@ _DEEPEST = cython.declare(cython.int, 120)
 #: The letters of axes, as bits.
 _AXES = cython.declare(cython.uint, sum(1 << (ord(letter) - 97) for letter in "xyzabcuvw"))
 _FEED = cython.declare(cython.uint, 32)
-#: Lines in a row that compute nothing: a scan of plain lines takes them in less time.
-_PLAIN = cython.declare(cython.Py_ssize_t, 64)
 _PI_VALUE = cython.declare(cython.double, 3.141592653589793)
+#: The name by which lines read the feed of the tool.
+TOOL_FEED = "FAUTO"
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _value(
+    text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, end: cython.Py_ssize_t
+) -> cython.double:
+    """Return the number of a token: a sign, digits with at most one point or comma, blanks; NaN where it is not certain."""
+    mantissa: cython.ulonglong = 0
+    digits: cython.int = 0
+    #: How many digits stand before the point, -1 without one.
+    whole: cython.int = -1
+    negative: cython.bint = False
+    value: cython.double
+    c: cython.int
+    while at < end:
+        c = text[at]
+        if 48 <= c <= 57:
+            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
+            digits += 1
+        elif (c == 46 or c == 44) and whole < 0:
+            whole = digits
+        elif (c == 43 or c == 45) and digits == 0 and whole < 0:
+            negative = c == 45
+        elif not is_blank(c):
+            digits = 0
+            break
+        at += 1
+    value = decimal(mantissa, digits, digits - whole if whole >= 0 else 0)
+    return -value if negative else value
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _code_end(
+    text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, size: cython.Py_ssize_t
+) -> cython.Py_ssize_t:
+    """Return where the code of a numbered line ends, before its comment; -1 where the comment may go on in the next line (~)."""
+    end: cython.Py_ssize_t = at
+    while end < size and text[end] != 59:
+        end += 1
+    at = end
+    while at < size:
+        if text[at] == 126:
+            return -1
+        at += 1
+    return end
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _behind_number(
+    text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, size: cython.Py_ssize_t
+) -> cython.Py_ssize_t:
+    """Return where a line's code begins behind its number, if it has one; -1 where that is not certain, as in one that is set in far."""
+    begin: cython.Py_ssize_t = at
+    named: cython.bint
+    while at < size and is_blank(text[at]):
+        at += 1
+    if at == size:
+        return size
+    if at - begin > 3:
+        return -1
+    named = text[at] | 32 == 110
+    at += named
+    begin = at
+    while at < size and 48 <= text[at] <= 57:
+        at += 1
+    if at == begin:
+        return -1 if named else at
+    if at < size and not is_blank(text[at]):
+        return -1
+    while at < size and is_blank(text[at]):
+        at += 1
+    return at
 
 
 @cython.cclass
@@ -107,7 +184,6 @@ class Emitter(Tables):
     functions = cython.declare(dict)
     letters = cython.declare(cython.uint)
     given = cython.declare(cython.uint)
-    seen = cython.declare(cython.uint)
     letter = cython.declare(cython.int)
     base = cython.declare(cython.int)
     least = cython.declare(cython.longlong)
@@ -117,7 +193,6 @@ class Emitter(Tables):
     follows = cython.declare(cython.bint)
     goes = cython.declare(cython.bint)
     lines = cython.declare(cython.bint)
-    computes = cython.declare(cython.bint)
     fast = cython.declare(cython.bint)
 
     def __init__(
@@ -159,19 +234,18 @@ class Emitter(Tables):
         self.operators, self.functions, self.names, self.lines = operators, functions, names, lines
         self.variables = set()
         self.follows = self.goes = False
-        self.seen = 0
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
     def read(self, at: cython.Py_ssize_t, size: cython.Py_ssize_t) -> cython.int:
         """Write the code of the line from `at` to `size`; return 0 where it is not taken."""
         self.given = 0
-        self.computes = self.fast = self.goes = False
+        self.fast = self.goes = False
         if self.lines:
-            size = code_end(self.text, at, size)
+            size = _code_end(self.text, at, size)
             if size < 0:
                 return 0
-            at = behind_number(self.text, at, size)
+            at = _behind_number(self.text, at, size)
             if at < 0:
                 return 0
         if at < size and self.run(at, size) == 0:
@@ -188,8 +262,6 @@ class Emitter(Tables):
         """Write an instruction."""
         self.code.code[self.code.used] = operation + 256 * operand
         self.code.used += 1
-        if operation != NUMBER and operation != WORD and operation != END and operation != NAME:
-            self.computes = True
 
     @cython.cfunc
     @cython.inline
@@ -228,7 +300,7 @@ class Emitter(Tables):
             self.codes[k] = self.code.used
             return 1
         if work == _NUMBER:
-            taken = self._constant(plain_value(self.text, self.begins[k], self.ends[k]))
+            taken = self._constant(_value(self.text, self.begins[k], self.ends[k]))
         elif work == _PARAMETER or work == _ELEMENT:
             taken = self._parameter(k, count, work)
         elif work == _SIGN:
@@ -245,7 +317,7 @@ class Emitter(Tables):
             self.ends[k] = count - 2
             return count == 3 or count == 4
         elif work == _WORD:
-            taken = self._constant(plain_value(self.text, self.begins[k] + 1, self.ends[k])) and self._put(
+            taken = self._constant(_value(self.text, self.begins[k] + 1, self.ends[k])) and self._put(
                 self.text[self.begins[k]] | 32, True
             )
         elif work == _NAMED:
@@ -271,9 +343,9 @@ class Emitter(Tables):
         elif work == _MOTION:
             taken = self._motion(k)
         elif work == _FAST:
-            taken = self.text[self.ends[k] - 1] | 32 == 120
-            self.fast = True
+            taken = self._fast(self.text[self.ends[k] - 1] | 32)
         elif work == _PI:
+            self.code.alike = False
             taken = self._constant(_PI_VALUE)
         elif work >= _UNLESS:
             taken = self._jumping(work, k, count)
@@ -364,7 +436,6 @@ class Emitter(Tables):
     @cython.exceptval(-1, check=False)
     def _put(self, letter: cython.int, fixed: cython.bint) -> cython.int:
         """Write a word of the value on top; return 0 where it is not taken."""
-        bit: cython.uint
         value: cython.double
         if not 97 <= letter <= 122 or not self.letters >> (letter - 97) & 1:
             return 0
@@ -381,15 +452,32 @@ class Emitter(Tables):
                 or (letter == 109 and 4.0 <= value <= 9.0 and value != 6.0)
             ):
                 return 0
-            if letter == 103:
-                self.seen |= cython.cast(cython.uint, 1) << (26 + cython.cast(cython.int, value))
-            elif value < 3.0 or value != cython.cast(cython.int, value):
+            if letter == 109 and (value < 3.0 or value != cython.cast(cython.int, value)):
                 return 0
-        bit = cython.cast(cython.uint, 1) << (letter - 97)
-        self.given |= bit
-        self.seen |= bit
+            # The digits of a code are of the shape of its line, and no number of it.
+            self.code.numbers -= 1
+            self.code.used -= 1
+            self._emit(NAME, cython.cast(cython.int, value))
+        return self._emit_word(letter)
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _emit_word(self, letter: cython.int) -> cython.int:
+        """Write a word of the value on top."""
+        self.given |= cython.cast(cython.uint, 1) << (letter - 97)
         self._emit(WORD, letter)
         return 1
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _fast(self, last: cython.int) -> cython.int:
+        """Write what FMAX or FAUTO says, by its last letter."""
+        if last == 120:
+            self.fast = True
+        elif last == 111:
+            self._emit(NAMED, self._name(TOOL_FEED))
+            self._emit_word(102)
+        return last == 120 or last == 111
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
@@ -423,6 +511,13 @@ class Emitter(Tables):
             self._emit(SET_STORED, index)
             return 1
         if not self.lines and self.ends[k] != self.begins[k] + 1:
+            if (
+                self.ends[k] == self.begins[k] + 2
+                and self.text[self.begins[k]] | 32 == 99
+                and self.text[self.begins[k] + 1] | 32 == 114
+            ):
+                # CR is R of G-code.
+                return self._emit_word(114)
             return self._named(SET_VARIABLE, k)
         if self.lines or self.text[self.begins[k]] | 32 == 103:
             return 0
@@ -434,14 +529,24 @@ class Emitter(Tables):
         """Write the reading or setting of a variable whose name stands at a place of the stack; a name may be that of a number."""
         token: bytes = bytes(self.text[self.begins[k] : self.ends[k]])
         name: str = token.decode().upper()
+        # Digits of a name are no number that is pushed, and a constant is one that is not written.
+        self.code.alike = (
+            self.code.alike and token == token.translate(None, b"0123456789") and name not in self.names
+        )
         if operation == NAMED and name in self.names:
             return self._constant(self.names[name])
         if not self.follows and name not in self.variables:
             return 0
+        self._emit(operation, self._name(name))
+        return 1
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _name(self, name: str) -> cython.int:
+        """Return the number of a name."""
         if name not in self.code.names:
             self.code.names.append(name)
-        self._emit(operation, self.code.names.index(name))
-        return 1
+        return self.code.names.index(name)
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
@@ -499,15 +604,19 @@ class Emitter(Tables):
 @cython.final
 @cython.cclass
 class LanguageCode(Code):
-    """The code of lines of a language; `seen` has a bit for each letter of the words that were read, from 26 on one for each number of G."""
+    """The code of lines of a language; `flags` has `SAYS` and the letters of a line's words.
+
+    Args:
+        fixed: Letters behind which digits are of the shape of a line: those that choose its code.
+        arguments: Those of `Emitter` behind the code.
+    """
 
     emitter = cython.declare(Emitter)
-    seen = cython.declare(cython.uint, visibility="public")
 
-    def __init__(self, *arguments):
+    def __init__(self, fixed, *arguments):
         Code.__init__(self)
         self.emitter = Emitter(self, *arguments)
-        self.seen = 0
+        self.shaped, self.fixed, self.comma = True, fixed, self.emitter.lines
 
     def follow(self):
         """Take lines with jumps, labels and variables from now on."""
@@ -533,43 +642,8 @@ class LanguageCode(Code):
         if end - offset > MAX_LINE or self.emitter.read(offset, end) == 0:
             self.error = offset
             self.used, self.numbers = used, self.emitter.base
+            return end
+        self.flags = cython.cast(cython.longlong, self.emitter.given) << LETTERS
+        if self.used > used + 1:
+            self.flags |= SAYS
         return end
-
-    def run_from(self, text: cython.const[cython.uchar][::1], offset: cython.Py_ssize_t) -> tuple:
-        """Read lines from `offset` on, up to one that is not taken or to many that compute nothing.
-
-        Returns:
-            How many lines; where the next one begins; how many of them have words; how many lines stand before the last of these, and
-            where it begins.
-        """
-        found: tuple = (0, offset, 0, 0, offset)
-        before: tuple = found
-        at: cython.Py_ssize_t = offset
-        begin: cython.Py_ssize_t
-        lines: cython.Py_ssize_t = 0
-        plain: cython.Py_ssize_t = 0
-        blocks: cython.Py_ssize_t = 0
-        last: cython.Py_ssize_t = 0
-        last_at: cython.Py_ssize_t = offset
-        seen: cython.uint = 0
-        self.text = text
-        self.emitter.seen = 0
-        while at < text.shape[0] and plain < _PLAIN:
-            begin = at
-            self.used = self.numbers = 0
-            seen = self.emitter.seen
-            at = self.read(at) + 1
-            # A run begins with a line that says something.
-            if self.error >= 0 or (lines == 0 and self.used == 1):
-                self.emitter.seen = seen
-                break
-            if self.emitter.given:
-                blocks += 1
-                last, last_at = lines, begin
-            lines += 1
-            found = (lines, min(at, text.shape[0]), blocks, last, last_at)
-            plain = 0 if self.emitter.computes else plain + 1
-            if plain == 0:
-                before = found
-        self.seen = self.emitter.seen
-        return before if plain == _PLAIN else found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 
 import numpy as np
 import pytest
@@ -18,8 +19,13 @@ from cncgen.gcode.sinumerik.reading import parse
 from cncgen.gcode.sinumerik.running import SinumerikRunner
 from cncgen.gcode.source import Source
 from cncgen.gcode.text import line_runs, plain_language
-from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.line_runs import PlainScan
+from cncgen.gcode.text.lanes import PlainBlocks
+from cncgen.gcode.text.line_runs import code_of
+from cncgen.kernels.gcode_codes import ROW
+from cncgen.kernels.gcode_lines import Lines
+from cncgen.kernels.gcode_run import Computer
+from cncgen.kernels.language_code import TOOL_FEED
+from cncgen.kernels.language_store import LanguageStore
 from cncgen.records import replace
 from cncgen.toolpath.building import ToolpathBuilder
 from cncgen.toolpath.reading import ReadOptions
@@ -403,45 +409,81 @@ PARTS = {
 }  # fmt: skip
 
 
+class ToolFeed:
+    """A variable of one number, 700."""
+
+    kind, bounds, values = "REAL", (), (700.0,)
+
+
+def words_taken(text: str, dialect: str) -> tuple[int, list[list[tuple[str, float]]]]:
+    """Return how many lines of a text the kernel takes, and the words of their blocks."""
+    blocks, numbers = PlainBlocks(), memoryview(bytearray(8 * 5000)).cast("d")
+    numbers[1] = 2.5
+    code, store = code_of(dialect), LanguageStore(numbers, 0, [{TOOL_FEED: ToolFeed}])
+    columns = blocks.columns()
+    computer = Computer(text.encode(), code, numbers, {}, frozenset(), columns, lambda *_: True, 99, store)
+    computer.run(0, 1, {})
+    return computer.lines, [blocks.pairs(k) for k in range(computer.blocks)]
+
+
+def another(text: str, rng: random.Random) -> str:
+    """Return a line of the same shape: other digits in its numbers."""
+    return "".join(rng.choice("0123456789") if c.isdigit() and rng.random() < 0.5 else c for c in text)
+
+
+#: Settings of parameters, parameters, and operators behind a number: such lines are no plain ones.
+COMPUTES = re.compile(r"[RQ] *\d|[\d.)] *([-+*/]|DIV|AND)", re.IGNORECASE)
+
+
 @pytest.mark.parametrize("dialect", ["sinumerik", "heidenhain"])
-@pytest.mark.parametrize("kernel", ["compiled", "uncompiled"])
-def test_a_plain_line_means_what_the_grammar_says(dialect: str, kernel: str) -> None:
-    """On lines of random parts: what is taken has the words that the grammar's functions make of it."""
+def test_a_line_means_what_the_grammar_says(dialect: str) -> None:
+    """On lines of random parts: what is taken has the words that the grammar's functions make of it, also behind lines of its shape."""
     rng, parts = random.Random(5), PARTS[dialect].split("|")
-    scan = PlainScan(dialect)
-    if kernel == "uncompiled":
-        reader = uncompiled("plain_lines", "decimals", "grammar_tables").PlainReader(
-            *line_runs.tables_of(dialect)
-        )
-        scan._reader = reader
-    taken = 0
-    for _ in range(40_000 if kernel == "compiled" else 1_500):
+    taken = plain = 0
+    for _ in range(6_000):
         begin = rng.choice(("", "N7 ", "12 ")) + ("L " if dialect == "heidenhain" else "")
-        text = begin + rng.choice((" ", " ", "")).join(rng.choices(parts, k=rng.randint(1, 5)))
-        count, _ = scan.read(Source(text.encode(), "t"), Cursor(0, 0, 1), auto=700.0)
-        if count == 0 or scan.blocks.count == 0:
+        first = begin + rng.choice((" ", " ", "")).join(rng.choices(parts, k=rng.randint(1, 5)))
+        likes = [first, *(another(first, rng) for _ in range(3))]
+        if re.search(r"R *\d+ *=", "\n".join(likes), re.IGNORECASE):
             continue
-        taken += 1
-        words = scan.blocks.pairs(0)
-        if dialect == "heidenhain":
-            auto = "AUTO" in text
-            expected = words_by_grammar(
-                text.replace("F AUTO", "F700").replace("FAUTO", "F700") if auto else text, dialect
-            )
-        else:
-            expected = words_by_grammar(text, dialect)
-        assert expected is not None, text
-        assert sorted(words) == sorted(expected), text
-    assert taken > (300 if kernel == "compiled" else 10)
+        found: list[list[tuple[str, float]]] = []
+        for text in likes:
+            lines, words = words_taken(text, dialect)
+            if not lines:
+                break
+            found += words
+            expected = words_by_grammar(text.replace("F AUTO", "F700").replace("FAUTO", "F700"), dialect)
+            if words and expected is not None:
+                plain += 1
+                assert sorted(words[0]) == sorted(expected), text
+            assert not words or expected is not None or COMPUTES.search(text), text
+        assert words_taken("\n".join(likes), dialect)[1] == found, likes
+        taken += len(found)
+    assert taken > 600
+    assert plain > 400
 
 
-def test_nothing_before_a_text_is_looked_at() -> None:
-    """What is there may be no memory of the process. Uncompiled, it is the last byte of the text: here the N of a number."""
-    scan = PlainScan("heidenhain")
-    scan._reader = uncompiled("plain_lines", "decimals", "grammar_tables").PlainReader(
-        *line_runs.tables_of("heidenhain")
-    )
-    assert scan.read(Source(b"L X+1 F100\n; N", "t"), Cursor(0, 0, 1))[0] == 2
+#: The kernels that read lines, as plain Python.
+PLAIN = uncompiled("language_code", "decimals", "grammar_tables", "gcode_lines")
+
+
+@pytest.mark.parametrize("dialect", ["sinumerik", "heidenhain"])
+def test_lines_are_read_uncompiled(dialect: str) -> None:
+    """The same lines are taken, with the same code; nothing before a text is looked at, which plain Python has as its last byte."""
+    rng, parts = random.Random(6), PARTS[dialect].split("|")
+    texts = ["L X+1 F100\n; N"]
+    for _ in range(150):
+        first = ("L " if dialect == "heidenhain" else "") + " ".join(rng.choices(parts, k=rng.randint(1, 4)))
+        texts.append("\n".join([first, *(another(first, rng) for _ in range(3))]))
+    for text in texts:
+        found = []
+        for make in (code_of, lambda name: PLAIN.LanguageCode(*line_runs.arguments_of(name))):
+            code = make(dialect)
+            of_class = Lines if make is code_of else PLAIN.Code.room.__globals__["Lines"]
+            kept = memoryview(bytearray(8 * ROW)).cast("q", [1, ROW])
+            taken = of_class(code, memoryview(text.encode()), kept).taken_from(0)
+            found.append((taken, list(code.code[: code.used]), list(code.constants[: code.numbers])))
+        assert found[0] == found[1], text
 
 
 def test_a_number_without_digits_is_no_empty_line() -> None:

@@ -8,7 +8,7 @@ computing    lines that a kernel computes while it reads them, O-words that lead
 pending      plain blocks that are read and not yet run, in columns; `batches` hands them to a kernel
 compiling    makes a function of a parsed block; `executing` has the interpreter execute one
 o_words      O-words that the kernel `gcode_run` does not follow by itself, by the labels of `subroutines`; `sub_words` (SUB, CALL, RETURN)
-plain_lines  `PlainLane`, plain lines of SINUMERIK and Heidenhain, through `batches` too
+plain_lines  `PlainLane`, runs of lines of SINUMERIK and Heidenhain: computed by the same kernel, through `batches` too
 macros       calls, jumps and arguments of FANUC's macros
 calls        the calls in progress, each with its local parameters
 faults       what is wrong with a line, said once; `recovery` puts what the line would have set in force for the next ones

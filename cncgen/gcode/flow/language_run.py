@@ -29,13 +29,13 @@ from cncgen.gcode.source import Source
 from cncgen.gcode.text.dialects import Choice
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import empty_block
-from cncgen.gcode.text.line_runs import LEAST, ProgramLines
+from cncgen.gcode.text.line_runs import ProgramLines
 from cncgen.gcode.text.search import opened, places, search_path
 
 #: Lines after which rows are taken away.
 _YIELD = 512
-#: How often in a row lines are run together from one on that are too few for it.
-_TRIES = 3
+#: How often in a row lines are run together from one on that are too few for it, and how many are enough.
+_TRIES, _ENOUGH = 3, 6
 
 
 @dataclass(slots=True)
@@ -182,7 +182,7 @@ class LanguageRun(Run, Generic[P]):
         raise NotImplementedError
 
     def _run_plain(self, lane: PlainLane, frame: Frame[P], most: int) -> int:
-        """Run so many plain lines in arrays at most; return the first that was not run."""
+        """Run so many lines of a run in arrays at most; return the first that was not run."""
         raise NotImplementedError
 
     def _parameter_values(self) -> array[float]:
@@ -271,7 +271,7 @@ class LanguageRun(Run, Generic[P]):
                 yield
 
     def _step(self, frame: Frame[P]) -> bool:
-        """Run the next line of the innermost program, or leave it at its end; tell whether it was a run of plain ones."""
+        """Run the next line of the innermost program, or leave it at its end; tell whether it was a run of them."""
         lane = self._lane
         if lane is not None and lane.waiting >= 0:
             self._run_waiting(frame, lane)
@@ -285,10 +285,9 @@ class LanguageRun(Run, Generic[P]):
         ip = self.ip
         program = frame.program
         if lane is not None:
-            found = program.lines.plain_at(at)
-            if at < program.reached and (found is None or found[2]) and self._follow(frame, lane):
+            if at < program.reached and self._follow(frame, lane):
                 return True
-            if found is not None:
+            if program.lines.run_at(at) is not None:
                 end = frame.repeats[-1][1] + 1 if frame.repeats and at <= frame.repeats[-1][1] else frame.end
                 frame.at = self._run_plain(lane, frame, min(end - at, ip.budget.left()))
                 if frame.at > at:
@@ -336,7 +335,7 @@ class LanguageRun(Run, Generic[P]):
         inner = self.frames[-1]
         inner.at = at_last
         count = self.ip.budget.steps - steps
-        program.short[at] = tries + 1 if count < LEAST else 0
+        program.short[at] = tries + 1 if count < _ENOUGH else 0
         if count:
             inner.ran = lane.ran
             self._reach(frame, lane.reached)

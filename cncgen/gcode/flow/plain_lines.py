@@ -1,9 +1,8 @@
-"""Plain lines of SINUMERIK and of Heidenhain's plain language in arrays: as the blocks of G-code, they go through `Batches`."""
+"""Runs of lines of SINUMERIK and of Heidenhain's plain language: the kernel `gcode_run` computes them, and `Batches` makes the motions."""
 
 from __future__ import annotations
 
 from array import array
-from bisect import bisect_left
 from collections.abc import Callable, Container
 from typing import Any
 
@@ -12,8 +11,8 @@ from cncgen.gcode.flow.batches import Batches, Made
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.lanes import empty_block
-from cncgen.gcode.text.line_runs import PARAMETERS, PlainScan, code_of
+from cncgen.gcode.text.lanes import PlainBlocks, empty_block
+from cncgen.gcode.text.line_runs import PARAMETERS, code_of
 from cncgen.kernels.gcode_run import Computer
 from cncgen.kernels.language_store import LanguageStore
 
@@ -22,13 +21,13 @@ if TYPE_CHECKING:
     from typing import Protocol
 
     class _Runs(Protocol):
-        """The lines of a program, as far as they tell of runs of plain ones."""
+        """The lines of a program, as far as they tell of runs."""
 
         def __len__(self) -> int:
             """Return how many they are."""
 
-        def plain_at(self, at: int) -> tuple[Cursor, int, bool] | None:
-            """Return the place of a line of a run, how many begin with it, and whether these compute."""
+        def run_at(self, at: int) -> tuple[Cursor, int] | None:
+            """Return the place of a line of a run, and how many begin with it."""
 
         def place(self, at: int) -> Cursor:
             """Return the place of a line."""
@@ -46,7 +45,7 @@ Leave = Callable[[], tuple[tuple[int, int, int, int], dict[int, float]] | None]
 
 
 class PlainLane:
-    """Runs of plain lines, and the columns that they are read into.
+    """Runs of lines, and the columns that they are read into.
 
     Args:
         ip: The interpreter.
@@ -86,64 +85,24 @@ class PlainLane:
         self._open = 0
         self.waiting = -1
         self.last = Cursor(0, 0, 1)
-        self._scan = PlainScan(name)
-        self.blocks = self._scan.blocks
+        self.blocks = PlainBlocks()
         self._batches = Batches(ip, self.blocks, made)
-        #: The columns: of which program, up to which line, the next block, where the run of the first line begins, the tool's feed.
+        #: The program whose blocks stand in the columns.
         self._lines: _Runs | None = None
-        self._next = self._after = self._index = self._first = 0
-        self._auto = 0.0
         self.taken = 0
 
-    def run(self, lines: _Runs, at: int, most: int, auto: float = 0.0) -> int:
-        """Run plain lines from one on; return the first that was not run.
+    def run(self, lines: _Runs, at: int, most: int) -> int:
+        """Run lines of a run from one on, whose blocks wait then; return the first that was not run.
 
         Args:
             lines: The program.
             at: The line.
             most: Lines that are run at most.
-            auto: The feed of the tool in force.
         """
-        ip, blocks = self._ip, self.blocks
-        found = lines.plain_at(at)
-        if found is not None and found[2]:
-            count = self._compute(lines, found[0], min(found[1], most))
-            self.ran, self._open = at + count - 1, 0
-            return at + count
-        known = self._lines is lines and self._next <= at < self._after and self._auto == auto
-        if not known and not self._read(lines, at, auto):
-            return at
-        if most < 1 or not ip.batchable(NO_CYCLES):
-            return at
-        # The number of the line as the columns have it.
-        count, number = blocks.count, self._first + at
-        index = bisect_left(blocks.line, number, self._index, count)
-        if at + most < self._after:
-            count = bisect_left(blocks.line, number + most, index, count)
-        done = self._batches.run(index, count) if index < count else index
-        self._index = done
-        self.taken += done - index
-        if done < count:
-            self._next = blocks.line[done] - self._first
-        else:
-            self._next = min(self._after, at + most)
-        if self._next > at:
-            ip.base.block = empty_block(blocks.cursor(done - 1)) if done else ip.base.block
-            ip.budget.count(self._next - at)
-        return self._next
-
-    def _read(self, lines: _Runs, at: int, auto: float) -> bool:
-        """Read the columns from a line on; tell whether it is one of a run."""
-        found = lines.plain_at(at)
-        if found is None:
-            return False
-        here, left, _ = found
-        read, _ = self._scan.read(self._sources[here.source], here, left, auto)
-        self._lines, self._auto = lines, auto
-        self._next, self._after, self._index, self._first = at, at + read, 0, here.line - at
-        return read > 0
-
-    # Lines with parameters and arithmetic.
+        found = lines.run_at(at)
+        count = self._compute(lines, found[0], min(found[1], most)) if found is not None else 0
+        self.ran, self._open = at + count - 1, 0
+        return at + count
 
     def follow(
         self,
@@ -191,8 +150,10 @@ class PlainLane:
     def _computer(self, source: int) -> Computer:
         computer = self._computers.get(source)
         if computer is None:
+            code = code_of(self._name)
+            code.follow()
             computer = self._computers[source] = Computer(
-                self._sources[source].bytes, code_of(self._name), self._numbers, {}, frozenset(), self.blocks.columns(), _waits,
+                self._sources[source].bytes, code, self._numbers, {}, frozenset(), self.blocks.columns(), _waits,
                 PAUSE, LanguageStore(self._numbers, PARAMETERS[self._name], self._scopes),
             )  # fmt: skip
         return computer
@@ -205,8 +166,6 @@ class PlainLane:
         computer.blocks = 0
         computer.run(here.offset, here.line, {}, most)
         self._lines = lines
-        # The columns are no longer those of plain lines.
-        self._next = self._after = 0
         self.blocks.count, self.blocks.source = computer.blocks, here.source
         self.waiting = 0 if computer.blocks else -1
         if computer.lines:

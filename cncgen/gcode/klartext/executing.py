@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from typing import Any
 
 from cncgen.gcode.block import (
     AXIS_INDEX,
@@ -23,12 +24,14 @@ from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import recovery
 from cncgen.gcode.flow.plain_lines import PlainLane
+from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import contours, cycles, orientation, programs
 from cncgen.gcode.klartext.program_text import Frame, ProgramText
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.plain_language import Statement
+from cncgen.kernels.language_code import TOOL_FEED
 
 #: Cycles from this number on have their surface in Q203, and take M109 and M110 for their arcs on the control.
 OF_PARAMETERS = 200
@@ -37,6 +40,25 @@ INCLUDE = "--include adds a folder to the search path"
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
 #: M2 and M30.
 _ENDS = (20, 300)
+
+
+class _ToolFeed:
+    """The feed of TOOL CALL as a variable that the kernel reads; before TOOL CALL has one, there is none without an index."""
+
+    kind = "REAL"
+
+    def __init__(self, ip: Interpreter) -> None:
+        self._ip = ip
+
+    @property
+    def values(self) -> list[float]:
+        """Return the feed."""
+        return [Plain.of(self._ip).tool_feed]
+
+    @property
+    def bounds(self) -> tuple[int, ...]:
+        """Return no bounds, as of one number, where there is a feed."""
+        return () if self.values[0] > 0.0 else (0,)
 
 
 class Execution(ProgramText):
@@ -61,7 +83,10 @@ class Execution(ProgramText):
     def _run_plain(self, lane: PlainLane, frame: Frame, most: int) -> int:
         if not self._is_plain():
             return frame.at
-        return lane.run(frame.program.lines, frame.at, most, Plain.of(self.ip).tool_feed)
+        return lane.run(frame.program.lines, frame.at, most)
+
+    def _scopes(self) -> list[dict[str, Any]]:
+        return [{TOOL_FEED: _ToolFeed(self.ip)}]
 
     def _run_words(self, at: int, here: Cursor, words: list[tuple[str, float]]) -> None:
         self._given_words = words

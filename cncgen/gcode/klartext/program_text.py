@@ -14,7 +14,7 @@ from cncgen.gcode.klartext import lines
 from cncgen.gcode.klartext.free_contours import Known
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.line_runs import PlainScan, ProgramLines, run_of
+from cncgen.gcode.text.line_runs import ProgramLines, RunScan
 from cncgen.gcode.text.plain_language import Statement
 
 #: The number of a block in the text.
@@ -76,10 +76,10 @@ class ProgramText(LanguageRun[Program]):
         program = Program(
             ProgramLines(source, lambda here: Line(here, lines.bare(source.text_at(here.offset))))
         )
-        scan = PlainScan(self.plain) if self.plain and self.batches else None
+        scan = RunScan(self.plain, source) if self.plain and self.batches else None
 
         def passed(offset: int, number: int) -> tuple[int, int]:
-            run = run_of(scan, source, Cursor(index, offset, number), whole=False) if scan else None
+            run = scan.run_at(Cursor(index, offset, number), whole=False) if scan else None
             if run is None:
                 return offset, number
             program.lines.add_run(run)

@@ -13,7 +13,7 @@ from cncgen.gcode.sinumerik.said import Said
 from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.gcode.text import search
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.line_runs import PlainScan, ProgramLines, numbers_found, run_of
+from cncgen.gcode.text.line_runs import ProgramLines, RunScan, numbers_found
 from cncgen.grammars.terminals import SINUMERIK as TERMINALS
 
 _CLOSES = {
@@ -151,17 +151,17 @@ def programs_of(source: Source, index: int, name: str = "") -> tuple[list[Progra
         return known_ahead
     texts = _Texts(source)
     found = [_program(name, source, texts)]
-    scan = PlainScan("sinumerik")
+    scan = RunScan("sinumerik", source)
     faults: Faults = []
     macros: dict[str, str] = {}
     offset, number = 0, 1
     while offset < len(source):
         here = Cursor(index, offset, number)
         # A macro may stand for any word.
-        run = None if macros else run_of(scan, source, here, whole=True)
+        run = None if macros else scan.run_at(here, whole=True)
         if run is not None:
             found[-1].lines.add_run(run)
-            found[0].said.take_plain(scan.letters, scan.codes)
+            found[0].said.take_letters(scan.letters)
             offset, number = run.after, number + run.count
             continue
         end = source.line_end(offset)

@@ -97,7 +97,11 @@ class SinumerikRunner(LanguageRun[Program]):
         return self.motions.run_plain(run)
 
     def _run_words(self, at: int, here: Cursor, words: list[tuple[str, float]]) -> None:
-        self.motions.block([("word", letter.upper(), value) for letter, value in words], here)
+        items = [
+            ("set", "CR", (), value) if letter == "r" else ("word", letter.upper(), value)
+            for letter, value in words
+        ]
+        self.motions.block(items, here)
 
     def _parameter_values(self) -> array[float]:
         return self.store.r

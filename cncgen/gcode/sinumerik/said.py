@@ -47,10 +47,9 @@ class Said:
                 self.files.add(file_name(said[0]))
         self._note_x()
 
-    def take_plain(self, letters: Iterable[str], codes: Iterable[int]) -> None:
-        """Take the letters of plain lines (R is CR), and the numbers of their G words."""
+    def take_letters(self, letters: Iterable[str]) -> None:
+        """Take the letters of the words of a run (R is CR)."""
         self.names |= {"CR" if letter == "r" else letter.upper() for letter in letters} - {"G"}
-        self.codes |= {("G", float(code)) for code in codes}
         self._note_x()
 
     def named(self, letter: str) -> bool:

@@ -1,21 +1,19 @@
-"""The lines of a program, of which most may be plain motions: those stand as runs, and become entries where they are asked for."""
+"""The lines of a program, of which most may be motions and arithmetic: those stand as runs, and become entries where they are asked for."""
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator
-from functools import cache
 from importlib import import_module
 from typing import Any, Generic, Protocol, TypeVar
 
 from cncgen.gcode.source import Source
 from cncgen.gcode.text import expressions
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.kernels import gcode_codes as codes
+from cncgen.kernels.gcode_lines import Lines
 from cncgen.kernels.language_code import LanguageCode
-from cncgen.kernels.plain_lines import PlainReader
 from cncgen.records import dataclass
 
 
@@ -29,34 +27,8 @@ class _Entry(Protocol):
 
 T = TypeVar("T", bound=_Entry)
 
-#: Lines of a run, at least: a shorter one takes as long in arrays as line by line.
-LEAST = 6
-#: The same of lines with parameters and arithmetic.
-LEAST_COMPUTED = 2
-#: By the name of a grammar's tables, what `PlainReader` takes: the roles of terminals, rules, letters of words and of names, and whether
-#: numbers and comments are not of the grammar.
-_PLAIN: dict[str, tuple[dict[str, str], set[str], str, str, bool]] = {
-    "sinumerik": (
-        {
-            "BLOCK_NUMBER": "between", "ADDRESS": "word", "PLAIN": "word", "NAME": "name", "EQUAL": "between", "SIGN": "sign",
-            "PLAIN_NUMBER": "number",
-        },
-        {"line", "block", "word", "setting", "target", "number", "signed"},
-        "xyzabcuvwijkfg",
-        "xyzabcuvwijkf",
-        False,
-    ),
-    "heidenhain": (
-        {
-            "MOTION": "line", "AXIS": "name", "FEED": "name", "R": "name", "M": "name", "SIGNED": "number", "FAST": "fast",
-            "AUTO": "auto",
-        },
-        {"start", "motion", "word", "radius", "m_function", "setting", "number"},
-        "",
-        "xyzabcuvwfrm",
-        True,
-    ),
-}  # fmt: skip
+#: Lines of a run, at least.
+_LEAST = 2
 
 
 def _named(numbers: dict[str, int]) -> dict[bytes, int]:
@@ -64,10 +36,11 @@ def _named(numbers: dict[str, int]) -> dict[bytes, int]:
     return {name.encode(): number for name, number in numbers.items()}
 
 
-#: By language, the arguments of `LanguageCode`: terminals, those of jumps and labels, what rules do, letters of words, letter and numbers
-#: of parameters. Then follow operators, functions and constants by their names, and whether lines begin with L and a number.
-_COMPUTED: dict[str, tuple[Any, ...]] = {
+#: By language, the arguments of `LanguageCode`: letters of codes, for which digits are of the shape of a line, and the grammar's tables
+#: behind them: terminals, those of jumps and labels, what rules do, letters of words, letter and numbers of parameters. Then follow operators, functions and constants by their names, and whether lines begin with L and a number.
+_TAKEN: dict[str, tuple[Any, ...]] = {
     "sinumerik": (
+        b"gr",
         {
             "BLOCK_NUMBER", "ADDRESS", "PLAIN", "NAME", "EQUAL", "SIGN", "PLAIN_NUMBER", "TIMES", "RELATION", "LPAR", "RPAR", "LSQB",
             "RSQB", "COMMA", "AND", "OR", "XOR", "NOT", "B_AND", "B_OR", "B_XOR", "B_NOT",
@@ -93,8 +66,9 @@ _COMPUTED: dict[str, tuple[Any, ...]] = {
         False,
     ),
     "heidenhain": (
+        b"mnqr",
         {
-            "MOTION", "AXIS", "FEED", "R", "M", "SIGNED", "FAST", "NUMBER", "Q", "SIGN", "TIMES", "POWER", "DIVISION", "FUNCTION", "PI",
+            "MOTION", "AXIS", "FEED", "R", "M", "SIGNED", "FAST", "AUTO", "NUMBER", "Q", "SIGN", "TIMES", "POWER", "DIVISION", "FUNCTION", "PI",
             "LPAR", "RPAR", "EQUAL", "COLON", "ROOT", "SINE", "COSINE", "LENGTH", "ANGLE", "FN_13", *(f"FN_{n}" for n in range(9)),
         },
         {
@@ -119,100 +93,67 @@ _COMPUTED: dict[str, tuple[Any, ...]] = {
 PARAMETERS = {"sinumerik": 0, "heidenhain": 1}
 
 
-def tables_of(name: str) -> tuple[Any, ...]:
-    """Return what `PlainReader` takes, by the name of a grammar's tables."""
-    return import_module(f"cncgen.grammars.tables_{name}"), *_PLAIN[name]
-
-
-@cache
-def _reader(name: str) -> PlainReader:
-    """Return the kernel that reads plain lines by the tables of a grammar."""
-    return PlainReader(*tables_of(name))
+def arguments_of(name: str) -> tuple[Any, ...]:
+    """Return what `LanguageCode` takes, by the name of a grammar's tables."""
+    fixed, *others = _TAKEN[name]
+    return fixed, import_module(f"cncgen.grammars.tables_{name}"), *others
 
 
 def code_of(name: str) -> LanguageCode:
-    """Return what reads lines with parameters and arithmetic into instructions."""
-    code = LanguageCode(import_module(f"cncgen.grammars.tables_{name}"), *_COMPUTED[name])
-    code.follow()
-    return code
+    """Return what reads lines into instructions, by the name of a grammar's tables."""
+    return LanguageCode(*arguments_of(name))
 
 
-@cache
-def _code(name: str) -> LanguageCode:
-    """Return what reads runs of such lines, which have no jumps."""
-    return LanguageCode(import_module(f"cncgen.grammars.tables_{name}"), *_COMPUTED[name])
-
-
-class PlainScan:
-    """Reads plain lines of sources into columns.
+class RunScan:
+    """Finds the runs of a text.
 
     Args:
         name: The grammar's.
+        source: The text.
+
+    Attributes:
+        variables: Names of variables that hold one number each.
+        letters: Letters of the words of the run that was found last.
     """
 
-    def __init__(self, name: str) -> None:
-        self.blocks = PlainBlocks()
-        #: Names of variables that hold one number each.
+    def __init__(self, name: str, source: Source) -> None:
         self.variables: set[str] = set()
-        #: The offset behind plain lines that were too few for a run.
-        self.few = 0
-        self._reader = _reader(name)
-        self._code = _code(name)
-        self._seen = 0
+        self.letters: set[str] = set()
+        code = code_of(name)
+        code.define(self.variables)
+        self._lines = Lines(
+            code, source.bytes, memoryview(bytearray(8 * codes.ROW)).cast("q", [1, codes.ROW])
+        )
 
-    def read(self, source: Source, here: Cursor, most: int = 1 << 62, auto: float = 1.0) -> tuple[int, int]:
-        """Fill the columns with plain lines from a line on; return how many lines they are, and the offset behind them.
+    def run_at(self, here: Cursor, *, whole: bool) -> LineRun | None:
+        """Return the run that begins at a line, None where its lines are few.
 
         Args:
-            source: The text.
-            here: The first line.
-            most: Lines that are read at most.
-            auto: The feed of the tool in force; where there is none, lines that take it are not plain.
+            here: The line.
+            whole: Whether the last line with a word is one of them, and what is behind it; it is none where its effect hangs on later lines.
         """
-        blocks = self.blocks
-        blocks.count, lines, offset = self._reader.scan(
-            source.bytes, here.offset, here.line, most, auto, *blocks.columns()
-        )
-        blocks.source = here.source
-        self._seen = self._reader.seen
-        return lines, offset
-
-    def computed(self, source: Source, here: Cursor, *, whole: bool) -> LineRun | None:
-        """Return the run of lines with parameters and arithmetic that begins at a line, None where they are few; `whole` as `run_of`."""
-        self._code.define(self.variables)
-        lines, after, blocks, last, last_at = self._code.run_from(source.bytes, here.offset)
-        self._seen = self._code.seen
+        lines, after, blocks, last, last_at, seen = self._lines.taken_from(here.offset)
+        self.letters = {chr(97 + k) for k in range(26) if seen >> k & 1}
         if blocks and not whole:
             lines, after = last, last_at
-        return LineRun(here, lines, after, computed=True) if lines >= LEAST_COMPUTED else None
-
-    @property
-    def letters(self) -> set[str]:
-        """Letters of the words of the lines that were read last."""
-        return {chr(97 + k) for k in range(26) if self._seen >> k & 1}
-
-    @property
-    def codes(self) -> list[int]:
-        """Numbers of their G words."""
-        return [k for k in range(4) if self._seen >> 26 + k & 1]
+        return LineRun(here, lines, after) if lines >= _LEAST else None
 
 
 @dataclass(frozen=True, slots=True)
 class LineRun:
-    """Lines that follow one another: the place of the first one, how many they are, the offset behind them, and whether they compute."""
+    """Lines that follow one another: the place of the first one, how many they are, and the offset behind them."""
 
     here: Cursor
     count: int
     after: int
-    computed: bool = False
 
 
 class ProgramLines(Generic[T]):
-    """A row of entries, one a line, in which runs of plain lines stand for theirs.
+    """A row of entries, one a line, in which runs stand for theirs.
 
     Args:
         source: The text of the runs.
-        made: Gives the entry of a plain line.
+        made: Gives the entry of a line of a run.
     """
 
     def __init__(self, source: Source, made: Callable[[Cursor], T]) -> None:
@@ -240,7 +181,7 @@ class ProgramLines(Generic[T]):
         self._count += 1
 
     def add_run(self, run: LineRun) -> None:
-        """Add plain lines."""
+        """Add the lines of a run."""
         self._starts.append(self._count)
         self._numbers.append(run.here.line)
         self._parts.append(run)
@@ -275,19 +216,19 @@ class ProgramLines(Generic[T]):
             if isinstance(part, LineRun):
                 yield start, part
 
-    def plain_at(self, at: int) -> tuple[Cursor, int, bool] | None:
-        """Return the place of a line, how many lines begin with it in its run, and whether these compute; None where it is of no run."""
+    def run_at(self, at: int) -> tuple[Cursor, int] | None:
+        """Return the place of a line, and how many lines begin with it in its run; None where it is of no run."""
         if self._low <= at < self._high:
             return None
         k = bisect_right(self._starts, at) - 1
         part = self._parts[k]
         if isinstance(part, list):
             return None
-        return self._place(k, part, at), self._starts[k] + part.count - at, part.computed
+        return self._place(k, part, at), self._starts[k] + part.count - at
 
     def place(self, at: int) -> Cursor:
         """Return the place of a line."""
-        found = self.plain_at(at)
+        found = self.run_at(at)
         return self[at].here if found is None else found[0]
 
     def index_of(self, number: int) -> int:
@@ -309,27 +250,6 @@ class ProgramLines(Generic[T]):
         found = Cursor(run.here.source, offset, run.here.line + at - self._starts[k])
         self._near, self._near_here = at, found
         return found
-
-
-def run_of(scan: PlainScan, source: Source, here: Cursor, *, whole: bool) -> LineRun | None:
-    """Return the run of plain lines that begins at a line, None where they are few.
-
-    Args:
-        scan: Reads them; it serves one text from its begin on.
-        source: The text.
-        here: The line.
-        whole: Whether the last line with a word is one of them, and what is behind it; it is none where its effect hangs on later lines.
-    """
-    if here.offset < scan.few:
-        return scan.computed(source, here, whole=whole)
-    lines, after = scan.read(source, here)
-    blocks = scan.blocks
-    if blocks.count < LEAST:
-        scan.few = after
-        return scan.computed(source, here, whole=whole)
-    if not whole:
-        lines, after = blocks.line[blocks.count - 1] - here.line, blocks.offset[blocks.count - 1]
-    return LineRun(here, lines, after)
 
 
 def numbers_found(source: Source, runs: Iterable[tuple[int, LineRun]], name: str) -> list[int]:
