@@ -250,26 +250,26 @@ def _folded(moves: list[list[int]]) -> tuple[list[int], list[list[int]]]:
     return of_byte, [list(row) for row in zip(*classes, strict=True)]
 
 
-def _constants(path: Path, *names: str) -> tuple[Any, ...]:
-    """Return constants of a module from its source."""
-    found = {}
-    for node in ast.parse(path.read_text("utf-8")).body:
-        target = node.targets[0] if isinstance(node, ast.Assign) else None
-        if isinstance(target, ast.Name) and target.id in names:
-            assert isinstance(node, ast.Assign)
-            found[target.id] = ast.literal_eval(node.value)
-    return tuple(found[name] for name in names)
+def _terminals_of_scanner() -> dict[str, tuple[str, ...]]:
+    """Return how the scanner of plain blocks reads terminals, from its source, which takes a compiler to import."""
+    nodes = (n for n in ast.parse(SCANNER.read_text("utf-8")).body if isinstance(n, ast.Assign))
+    value = next(
+        n.value for n in nodes if isinstance(n.targets[0], ast.Name) and n.targets[0].id == "TERMINALS"
+    )
+    found: dict[str, tuple[str, ...]] = ast.literal_eval(value)
+    return found
 
 
 def _kernel_names() -> tuple[Any, ...]:
     """Return the actions of rules and the literals that the kernel knows, and the bounds of its tables."""
-    return _constants(KERNEL, "ACTIONS", "LITERALS", "MOST")
+    kernel = runpy.run_path(str(KERNEL))
+    return kernel["ACTIONS"], kernel["LITERALS"], kernel["MOST"]
 
 
 def _check_scanner(terminals: dict[str, Any]) -> None:
     """Raise where the scanner of plain blocks reads a terminal otherwise than a grammar has it."""
     patterns = {_bare(name): terminal.pattern.value for name, terminal in terminals.items()}
-    for name, readings in _constants(SCANNER, "TERMINALS")[0].items():
+    for name, readings in _terminals_of_scanner().items():
         if patterns.get(name) not in readings:
             raise GrammarError(
                 f"{SCANNER.name} reads {name} as {readings[0]}, the grammar has {patterns.get(name)}"

@@ -14,27 +14,8 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     NEAR, NEGATED, OTHER_THAN, REMAINDER, SAME, SIGN_OF, SQUARE, TRUNC, TURN_OF, WHOLE_QUOTIENT,
 )  # fmt: skip
 from cython.cimports.libc.math import (
-    acos,
-    asin,
-    atan,
-    atan2,
-    ceil,
-    copysign,
-    cos,
-    exp,
-    fabs,
-    floor,
-    fmod,
-    hypot,
-    isfinite,
-    log,
-    log10,
-    pow,
-    sin,
-    sqrt,
-    tan,
-    trunc,
-)
+    acos, asin, atan, atan2, ceil, copysign, cos, exp, fabs, floor, fmod, hypot, isfinite, log, log10, pow, sin, sqrt, tan, trunc,
+)  # fmt: skip
 
 #: Reals of SINUMERIK are the same within this part of the larger one (`sinumerik.expressions`).
 _LAST_BITS = cython.declare(cython.double, 2.0**-48)

@@ -4,178 +4,57 @@
 C; `gcode_parse` writes operations.
 """
 
-#: Work of the kernel where a rule (by its alias, else by its name) is reduced.
+
+def _counted(names: str, first: int = 0) -> dict[str, int]:
+    """Return names, apart by blanks, by their numbers from a first one on."""
+    return {name: number for number, name in enumerate(names.split(), first)}
+
+
+#: Work of the kernel where a rule (by its alias, else by its name) is reduced; 0 where rules leave the values of their parts.
 ACTIONS = {
-    "number": 1,
-    "name": 2,
-    "parameter": 3,
-    "exists": 4,
-    "negative": 5,
-    "unary": 6,
-    "binary": 7,
-    "function": 8,
-    "arc_tangent": 9,
-    "slope": 10,
-    "power_of": 11,
-    "plain_word": 12,
-    "word": 13,
-    "word_of_function": 14,
-    "bspline": 15,
-    "corner": 13,
-    "setting": 16,
-    "comment": 17,
-    "message": 18,
-    "numbered_label": 19,
-    "named_label": 20,
-    "o_word": 21,
-    "program_number": 22,
-    "if_goto": 23,
-    "goto": 24,
-    "while_do": 25,
-    "end_do": 26,
-    "then": 27,
-    "output": 28,
-    "computed_label": 29,
-    # Rules that leave the values of their parts.
-    "start": 0,
-    "content": 0,
-    "flow": 0,
-    "if_then": 0,
-    "named_call": 0,
-    "bracket": 0,
+    **_counted(
+        "number name parameter exists negative unary binary function arc_tangent slope power_of plain_word word word_of_function bspline "
+        "setting comment message numbered_label named_label o_word program_number if_goto goto while_do end_do then output computed_label",
+        1,
+    ),
+    **dict.fromkeys(("start", "content", "flow", "if_then", "named_call", "bracket"), 0),
 }
+ACTIONS["corner"] = ACTIONS["word"]
 #: Names of the literals of terminals: operators, functions, keywords, letters of words of more than one.
 LITERALS = {
-    "and": 1,
-    "or": 2,
-    "xor": 3,
-    "eq": 4,
-    "ne": 5,
-    "gt": 6,
-    "ge": 7,
-    "lt": 8,
-    "le": 9,
-    "+": 10,
-    "-": 11,
-    "*": 12,
-    "/": 13,
-    "mod": 14,
-    "**": 15,
-    "abs": 20,
-    "acos": 21,
-    "asin": 22,
-    "cos": 23,
-    "exp": 24,
-    "fix": 25,
-    "fup": 26,
-    "ln": 27,
-    "round": 28,
-    "sin": 29,
-    "sqrt": 30,
-    "tan": 31,
-    "bin": 32,
-    "bcd": 33,
-    "sqr": 34,
-    "rnd": 35,
-    "ifix[": 25,
-    "ifup[": 26,
-    "if": 40,
-    "while": 41,
-    "repeat": 42,
-    "do": 43,
-    "elseif": 44,
-    "else": 45,
-    "endif": 46,
-    "endwhile": 47,
-    "endrepeat": 48,
-    "break": 49,
-    "continue": 50,
-    "sub": 51,
-    "endsub": 52,
-    "return": 53,
-    "call": 54,
-    "program": 55,
-    "goto": 56,
-    "while-do": 57,
-    "end-do": 58,
-    "pw=": 128,
-    "pl=": 129,
-    "sd=": 130,
-    ",c": 131,
-    ",r": 132,
-    ",a": 133,
+    **_counted("and or xor eq ne gt ge lt le + - * / mod **", 1),
+    **_counted("abs acos asin cos exp fix fup ln round sin sqrt tan bin bcd sqr rnd", 20),
+    **_counted(
+        "if while repeat do elseif else endif endwhile endrepeat break continue sub endsub return call", 40
+    ),
+    **_counted("program goto while-do end-do", 55),
+    **_counted("pw= pl= sd= ,c ,r ,a", 128),
 }
+LITERALS |= {"ifix[": LITERALS["fix"], "ifup[": LITERALS["fup"]}
 #: Operations.
-OPERATIONS = {
-    "END": 0,
-    "NUMBER": 1,
-    "WORD": 2,
-    "STORED": 3,
-    "BINARY": 4,
-    "SET": 5,
-    "PARAMETER": 6,
-    "NAMED": 7,
-    "NAME": 8,
-    "SET_NAMED": 9,
-    "NEGATIVE": 10,
-    "FUNCTION": 11,
-    "ARC_TANGENT": 12,
-    "SLOPE": 13,
-    "EXISTS": 14,
-    "EXISTS_NAMED": 15,
-    "COMMENT": 16,
-    "MESSAGE": 17,
-    "FLOW": 18,
-    "THEN": 19,
-    "INCREMENTS": 20,
-    "OUTPUT": 21,
-    "SET_STORED": 22,
-    "SET_VARIABLE": 23,
-    "JUMP": 24,
-    "ELEMENT": 25,
-    "SET_ELEMENT": 26,
-}
+OPERATIONS = _counted(
+    "END NUMBER WORD STORED BINARY SET PARAMETER NAMED NAME SET_NAMED NEGATIVE FUNCTION ARC_TANGENT SLOPE EXISTS EXISTS_NAMED COMMENT "
+    "MESSAGE FLOW THEN INCREMENTS OUTPUT SET_STORED SET_VARIABLE JUMP ELEMENT SET_ELEMENT"
+)
+#: What a rule of SINUMERIK or Heidenhain does (`language_code`): its parts stand alone, a number, a parameter (with a sign or without), an
+#: element R[…], a sign, an operator between values, a function before one, one with its arguments in brackets, a word as one token, a name
+#: with a value behind it, the target of a setting, a setting, one of FN with its operator, the radius R0, the end of a line L, a traverse or
+#: the feed of the tool, pi; jumps, from WORK_UNLESS on (`JUMPS`), and a label.
+WORKS = _counted(
+    "alone number parameter element sign operator function call arguments word named target setting operation radius motion fast pi unless "
+    "goes when turns counts repeats label"
+)
 #: Jumps of SINUMERIK and Heidenhain: always, within branches and loops or to a label; where the condition does not hold, or holds; FOR,
 #: which counts up to a value, its target behind the instruction; CALL LBL with REP, which counts rounds, and without; LBL 0.
 JUMPS = ("TURNS", "GOES", "UNLESS", "WHEN", "COUNTS", "REPEATS", "CALLS", "LEAVES")
 #: Operators and functions of SINUMERIK, Heidenhain and Macro B that G-code does not have; relations hold for reals that differ in more than
 #: the last bits. Exactly equal are vacant
 #: values too; JOIN is of texts.
-OF_LANGUAGES = {
-    "WHOLE_QUOTIENT": 60,
-    "REMAINDER": 61,
-    "SAME": 62,
-    "OTHER_THAN": 63,
-    "ABOVE": 64,
-    "BELOW": 65,
-    "AT_LEAST": 66,
-    "AT_MOST": 67,
-    "LESSER": 68,
-    "GREATER": 69,
-    "ANGLE_OF": 70,
-    "NEAR": 71,
-    "APART": 72,
-    "LENGTH_OF": 73,
-    "TURN_OF": 74,
-    "BITS_AND": 75,
-    "BITS_OR": 76,
-    "BITS_XOR": 77,
-    "EQUAL": 78,
-    "UNEQUAL": 79,
-    "TRUNC": 80,
-    "SQUARE": 81,
-    "NEGATED": 82,
-    "FRACTION": 83,
-    "LOG_10": 84,
-    "SIGN_OF": 85,
-    "ARC_OF": 86,
-    "MINUS": 87,
-    "CEILING": 88,
-    "BITS_NOT": 89,
-    "AWAY": 90,
-    "PLUS": 91,
-    "JOIN": 95,
-}
+OF_LANGUAGES = _counted(
+    "WHOLE_QUOTIENT REMAINDER SAME OTHER_THAN ABOVE BELOW AT_LEAST AT_MOST LESSER GREATER ANGLE_OF NEAR APART LENGTH_OF TURN_OF BITS_AND "
+    "BITS_OR BITS_XOR EQUAL UNEQUAL TRUNC SQUARE NEGATED FRACTION LOG_10 SIGN_OF ARC_OF MINUS CEILING BITS_NOT AWAY PLUS JOIN",
+    60,
+)
 #: Numbers of each table, at most: they stand in the parser itself, where each is found in one step.
 MOST = {
     "action": 16_384,
@@ -256,14 +135,7 @@ LEVEL_PLACES = (
 #: Words of a cycle as bits of `modes[GIVEN]`, in the order of `levels`.
 WORDS_OF_CYCLES = {"GIVEN_R": 1, "GIVEN_P": 2, "GIVEN_Q": 4, "GIVEN_DEPTH": 8}
 #: Its asides that are no M code by their number: S, G4, the wait of a cycle, exact path around a hole and its end, T.
-ASIDES = {
-    "ASIDE_SPEED": 1,
-    "ASIDE_DWELL": 2,
-    "ASIDE_PAUSE": 10,
-    "ASIDE_EXACT": 11,
-    "ASIDE_PATH": 12,
-    "ASIDE_TOOL": 13,
-}
+ASIDES = {"ASIDE_SPEED": 1, "ASIDE_DWELL": 2, **_counted("ASIDE_PAUSE ASIDE_EXACT ASIDE_PATH ASIDE_TOOL", 10)}
 #: Slots of the words of a block (`gcode_words`): axes, offsets, R, F, and behind those of plain motions S P Q L T; G and M have none.
 SLOTS = "xyzabcuvwijkrfspqltgm"
 #: Sets of slots, a bit each.
@@ -298,6 +170,7 @@ CONSTANTS = {
     **OPERATIONS,
     **OF_LANGUAGES,
     **{f"RULE_{name.upper()}": number for name, number in ACTIONS.items() if number},
+    **{f"WORK_{name.upper()}": number for name, number in WORKS.items()},
     **{
         _NAMES.get(name, name).upper().replace("-", "_"): number
         for name, number in LITERALS.items()

@@ -35,42 +35,34 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     UNLESS,
     WHEN,
     WORD,
+    WORK_ARGUMENTS,
+    WORK_CALL,
+    WORK_COUNTS,
+    WORK_ELEMENT,
+    WORK_FAST,
+    WORK_FUNCTION,
+    WORK_GOES,
+    WORK_LABEL,
+    WORK_MOTION,
+    WORK_NAMED,
+    WORK_NUMBER,
+    WORK_OPERATION,
+    WORK_OPERATOR,
+    WORK_PARAMETER,
+    WORK_PI,
+    WORK_RADIUS,
+    WORK_REPEATS,
+    WORK_SETTING,
+    WORK_SIGN,
+    WORK_TARGET,
+    WORK_UNLESS,
+    WORK_WHEN,
+    WORK_WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_lines import Code
 from cython.cimports.cncgen.kernels.grammar_tables import Tables
 
-#: What a rule does: its parts stand alone, a number, a parameter (with a sign or without), an element R[…], a sign, an operator between
-#: values, a function before one, one with its arguments in brackets, a word as one token, a name with a value behind it, the target of a
-#: setting, a setting, one of FN with its operator, the radius R0, the end of a line L, a traverse or the feed of the tool, pi; jumps (`gcode_codes.JUMPS`), a label.
-WORKS = {
-    "alone": 0, "number": 1, "parameter": 2, "element": 3, "sign": 4, "operator": 5, "function": 6, "call": 7, "arguments": 8,
-    "word": 9, "named": 10, "target": 11, "setting": 12, "operation": 13, "radius": 14, "motion": 15, "fast": 16, "pi": 17,
-    "unless": 18, "goes": 19, "when": 20, "turns": 21, "counts": 22, "repeats": 23, "label": 24,
-}  # fmt: skip
-_NUMBER = cython.declare(cython.int, 1)
-_PARAMETER = cython.declare(cython.int, 2)
-_ELEMENT = cython.declare(cython.int, 3)
-_SIGN = cython.declare(cython.int, 4)
-_OPERATOR = cython.declare(cython.int, 5)
-_FUNCTION = cython.declare(cython.int, 6)
-_CALL = cython.declare(cython.int, 7)
-_ARGUMENTS = cython.declare(cython.int, 8)
-_WORD = cython.declare(cython.int, 9)
-_NAMED = cython.declare(cython.int, 10)
-_TARGET = cython.declare(cython.int, 11)
-_SETTING = cython.declare(cython.int, 12)
-_OPERATION = cython.declare(cython.int, 13)
-_RADIUS = cython.declare(cython.int, 14)
-_MOTION = cython.declare(cython.int, 15)
-_FAST = cython.declare(cython.int, 16)
-_PI = cython.declare(cython.int, 17)
-_UNLESS = cython.declare(cython.int, 18)
-_GOES = cython.declare(cython.int, 19)
-_WHEN = cython.declare(cython.int, 20)
-_TURNS = cython.declare(cython.int, 21)
-_COUNTS = cython.declare(cython.int, 22)
-_REPEATS = cython.declare(cython.int, 23)
-_LABEL = cython.declare(cython.int, 24)
+from cncgen.kernels.gcode_codes import WORKS
 
 #: Symbols of a line on the stack, at most.
 _DEEPEST = cython.declare(cython.int, 120)
@@ -166,7 +158,7 @@ class Emitter(Tables):
         tables: A module of tables (``grammars/tables_*.py``).
         terminals: The terminals of lines that are taken.
         leading: The terminals of jumps, and of what they lead to: of lines that are taken where jumps are followed.
-        works: What rules do (`WORKS`), by alias or name.
+        works: What rules do (`gcode_codes.WORKS`), by alias or name.
         words: Letters of words.
         parameter: The letter of parameters, a small one; `most` is the largest number of one, `least` the smallest.
         operators, functions: By their names, in capitals.
@@ -299,55 +291,55 @@ class Emitter(Tables):
             self.begins[k] = self.ends[k] = at
             self.codes[k] = self.code.used
             return 1
-        if work == _NUMBER:
+        if work == WORK_NUMBER:
             taken = self._constant(_value(self.text, self.begins[k], self.ends[k]))
-        elif work == _PARAMETER or work == _ELEMENT:
+        elif work == WORK_PARAMETER or work == WORK_ELEMENT:
             taken = self._parameter(k, count, work)
-        elif work == _SIGN:
+        elif work == WORK_SIGN:
             taken = self._signed(k)
-        elif work == _OPERATOR:
+        elif work == WORK_OPERATOR:
             taken = self._operator(k + 1)
-        elif work == _FUNCTION:
+        elif work == WORK_FUNCTION:
             taken = self._function(k, 1)
-        elif work == _CALL:
+        elif work == WORK_CALL:
             # The count of arguments stands where the brackets end.
             taken = self._function(k, cython.cast(cython.int, self.ends[k + 1]))
-        elif work == _ARGUMENTS:
+        elif work == WORK_ARGUMENTS:
             # ( value ), or ( value list ).
             self.ends[k] = count - 2
             return count == 3 or count == 4
-        elif work == _WORD:
+        elif work == WORK_WORD:
             taken = self._constant(_value(self.text, self.begins[k] + 1, self.ends[k])) and self._put(
                 self.text[self.begins[k]] | 32, True
             )
-        elif work == _NAMED:
+        elif work == WORK_NAMED:
             taken = (
                 count == 2
                 and self.ends[k] == self.begins[k] + 1
                 and self._put(self.text[self.begins[k]] | 32, False)
             )
-        elif work == _TARGET:
+        elif work == WORK_TARGET:
             # That of an element ends below 0.
             if count != 1:
                 self.ends[k] = 0 if self._is_parameter(k, 0) else -self.ends[k]
             return count == 1 or count == 4
-        elif work == _SETTING or work == _OPERATION:
+        elif work == WORK_SETTING or work == WORK_OPERATION:
             taken = self._setting(k, count, work)
-        elif work == _RADIUS:
+        elif work == WORK_RADIUS:
             # R0 alone ends a compensation that is not in force.
             taken = (
                 count == 2
                 and self.ends[k + 1] == self.begins[k + 1] + 1
                 and self.text[self.begins[k + 1]] == 48
             )
-        elif work == _MOTION:
+        elif work == WORK_MOTION:
             taken = self._motion(k)
-        elif work == _FAST:
+        elif work == WORK_FAST:
             taken = self._fast(self.text[self.ends[k] - 1] | 32)
-        elif work == _PI:
+        elif work == WORK_PI:
             self.code.alike = False
             taken = self._constant(_PI_VALUE)
-        elif work >= _UNLESS:
+        elif work >= WORK_UNLESS:
             taken = self._jumping(work, k, count)
         if count > 1:
             self.ends[k] = self.ends[k + count - 1]
@@ -381,7 +373,7 @@ class Emitter(Tables):
     def _parameter(self, k: cython.int, count: cython.int, work: cython.int) -> cython.int:
         """Write the reading of a parameter: R5, R[…], -Q5."""
         index: cython.longlong
-        if work == _ELEMENT:
+        if work == WORK_ELEMENT:
             if count == 1:
                 return self._named(NAMED, k)
             if count != 4:
@@ -485,8 +477,8 @@ class Emitter(Tables):
         """Write a setting: R1=, R[…]=, X=, Q1 =, FN 0: Q1 =, FN 1: Q1 = a + b, FN 5: Q1 = SQRT a."""
         index: cython.longlong
         fn: cython.int
-        if work == _OPERATION or count == 5:
-            if work == _OPERATION and count == 7:
+        if work == WORK_OPERATION or count == 5:
+            if work == WORK_OPERATION and count == 7:
                 fn = self.text[self.ends[k] - 1]
                 # Each of FN 1 to FN 4 has its operator, which the grammar tells of FN 8 and FN 13 alone.
                 if (
@@ -497,7 +489,7 @@ class Emitter(Tables):
                     return 0
                 if self._operator(k + 5) == 0:
                     return 0
-            elif work == _OPERATION and (count != 6 or self._function(k + 4, 1) == 0):
+            elif work == WORK_OPERATION and (count != 6 or self._function(k + 4, 1) == 0):
                 return 0
             k += 2
         elif self.ends[k] == 0:
@@ -553,24 +545,24 @@ class Emitter(Tables):
     def _jumping(self, work: cython.int, k: cython.int, count: cython.int) -> cython.int:
         """Write a jump, or pass a label."""
         index: cython.longlong
-        if work == _LABEL:
+        if work == WORK_LABEL:
             # LBL 0 ends a subprogram.
             if count > 1 and bytes(self.text[self.begins[k + 1] : self.ends[k + 1]]).strip(b'"') == b"0":
                 self._emit(JUMP, LEAVES)
             return 1
-        if work == _GOES:
+        if work == WORK_GOES:
             self.goes = True
             return 1
-        if work == _WHEN:
+        if work == WORK_WHEN:
             if count > 1 and self._operator(k + 4) == 0:
                 return 0
             self.goes = False
-        elif work == _REPEATS and count == 3:
+        elif work == WORK_REPEATS and count == 3:
             self._emit(JUMP, CALLS)
             return 1
-        elif work == _REPEATS and (count != 4 or self.code.used != self.codes[k + 3] + 1):
+        elif work == WORK_REPEATS and (count != 4 or self.code.used != self.codes[k + 3] + 1):
             return 0
-        elif work == _COUNTS:
+        elif work == WORK_COUNTS:
             self._emit(JUMP, COUNTS)
             if self.ends[k + 1] <= 0:
                 return 0
@@ -581,7 +573,13 @@ class Emitter(Tables):
             return 1
         self._emit(
             JUMP,
-            UNLESS if work == _UNLESS else WHEN if work == _WHEN else REPEATS if work == _REPEATS else TURNS,
+            UNLESS
+            if work == WORK_UNLESS
+            else WHEN
+            if work == WORK_WHEN
+            else REPEATS
+            if work == WORK_REPEATS
+            else TURNS,
         )
         return 1
 

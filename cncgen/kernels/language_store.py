@@ -13,7 +13,7 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     SET_VARIABLE,
     UNLESS,
     WHEN,
-)
+)  # fmt: skip
 from cython.cimports.libc.math import fabs, floor, isfinite
 
 #: Settings of a line, at most.

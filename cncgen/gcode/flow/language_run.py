@@ -6,12 +6,12 @@ A language says what its lines mean; all that leads from line to line is here.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from types import FunctionType
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -137,8 +137,6 @@ class LanguageRun(Run, Generic[P]):
     plain, batches = "", True
     #: Whether the end of a motion may hang on the line behind it.
     hangs = False
-    #: Functions that run a statement, by its kind; they take the run, the program in progress, its line, and what it says.
-    statements: ClassVar[Mapping[str, Callable[..., None]]] = {}
 
     def _assemble(self, sink: Sink) -> None:
         """Make the interpreter."""
@@ -180,6 +178,10 @@ class LanguageRun(Run, Generic[P]):
     def _line(self, frame: Frame[P], at: int) -> None:
         """Run a line of a program."""
         raise NotImplementedError
+
+    def _handler(self, kind: str) -> Callable[..., None] | None:
+        """Return what runs a statement, the method `do_` with its kind; it takes the program in progress, the line, and what that says."""
+        return getattr(self, f"do_{kind.replace('-', '_')}", None)
 
     def _run_plain(self, lane: PlainLane, frame: Frame[P], most: int) -> int:
         """Run so many lines of a run in arrays at most; return the first that was not run."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import partial
-from typing import ClassVar
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import CIRCLE, POLAR_ARC, POLAR_LINE, POLE, RADIUS_ARC, Block
@@ -40,7 +39,7 @@ class ContourLines(Execution):
         kind, size = statement.data
         return (",r" if kind == "RND" else ",c"), self._now(size)
 
-    def _check_corner(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_corner(self, frame: Frame, at: int, statement: Statement) -> None:
         kind = statement.data[0]
         before = next((k for k in range(at - 1, -1, -1) if frame.program.lines[k].body), None)
         if before is None or not self._draws(before):
@@ -52,7 +51,7 @@ class ContourLines(Execution):
         statement = self._ahead(at)
         return statement.kind in ("tangent", "free", UNREAD.kind) or is_drawn(statement)
 
-    def _tangent(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_tangent(self, frame: Frame, at: int, statement: Statement) -> None:
         """CT X Y, CTP PR PA: an arc that goes on in the direction before."""
         block = self._block(at, statement.words)
         if statement.data[0]:
@@ -76,7 +75,7 @@ class ContourLines(Execution):
         finally:
             plain.pole, plain.plane = pole, plane
 
-    def _way(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_way(self, frame: Frame, at: int, statement: Statement) -> None:
         """APPR and DEP."""
         kind, form, words = statement.data
         way = contours.way_of(kind, form, words, self._now)
@@ -146,7 +145,7 @@ class ContourLines(Execution):
         ends = self.frames[-1].program.ends
         return next((ends[k] for k in sorted(ends, reverse=True) if self._number(k) == number), None)
 
-    def _free(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_free(self, frame: Frame, at: int, statement: Statement) -> None:
         """FPOL, FL, FLT, FC, FCT: a free contour, as lines and arcs."""
         plain, state = Plain.of(self.ip), self.ip.state
         try:
@@ -172,18 +171,12 @@ class ContourLines(Execution):
             plain.heading = segment.heading(segment.end)
             frame.program.ends[element.at] = segment.end, plain.heading
 
+    do_select = do_free
+
     def _tell_choice(self, element: free_contours.Element, segment: Segment, count: int) -> None:
         """Warn of a solution that FSELECT chose."""
         self._enter(self._lines[element.at])
         self.ip.warn(free_contours.choice_of(element, segment, count), Severity.WARNING)
-
-    statements: ClassVar[Mapping[str, Callable[..., None]]] = {
-        "corner": _check_corner,
-        "way": _way,
-        "free": _free,
-        "select": _free,
-        "tangent": _tangent,
-    }
 
 
 def is_drawn(statement: Statement) -> bool:

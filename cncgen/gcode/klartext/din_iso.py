@@ -17,10 +17,10 @@ of a block mean is said then (`Modes`). (TNC 410, 426 and iTNC 530, "DIN/ISO pro
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache
-from typing import Any, ClassVar
+from typing import Any
 
 from cncgen.gcode.block import Computed, Value
 from cncgen.gcode.errors import BlockError
@@ -381,14 +381,14 @@ class IsoRunner(HeidenhainRunner):
     def _draws(self, at: int) -> bool:
         return super()._draws(at) or self._ahead(at).kind == _MODAL
 
-    def _run_modal(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_modal(self, frame: Frame, at: int, statement: Statement) -> None:
         """Run words in the modes in force."""
         following = self._following(at)
         behind = UNREAD if following is None else self._ahead(following)
         for one in self._meant(statement, self._modes, behind.data if behind.kind == _MODAL else ()):
             self._run_statement(frame, at, one)
 
-    def _head(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_head(self, frame: Frame, at: int, statement: Statement) -> None:
         """%PART G71 begins and ends a program; %PART calls one."""
         name, inches = statement.data
         if frame.program.head == at:
@@ -398,25 +398,16 @@ class IsoRunner(HeidenhainRunner):
         else:
             self._run_statement(frame, at, _SAID["end_program"]())
 
-    def _take_frame(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_frame(self, frame: Frame, at: int, statement: Statement) -> None:
         self._datums.set(*statement.data)
 
-    def _take_parts(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_parts(self, frame: Frame, at: int, statement: Statement) -> None:
         """G83 to G86: cycles whose values are P01 and so on."""
         which, parts = statement.data
         cycles.take_part(self.ip, which, 0, "")
         for part, value in parts.items():
             cycles.take_value(self.ip, which, part, [("V", value)])
 
-    def _take_contours(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_contours(self, frame: Frame, at: int, statement: Statement) -> None:
         """G37: the labels of contours."""
         self._take_labels(list(statement.data))
-
-    statements: ClassVar[Mapping[str, Callable[..., None]]] = {
-        **HeidenhainRunner.statements,
-        _MODAL: _run_modal,
-        "head": _head,
-        "frame": _take_frame,
-        "parts": _take_parts,
-        "contours": _take_contours,
-    }

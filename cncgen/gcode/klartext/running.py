@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
@@ -54,11 +53,11 @@ class HeidenhainRunner(ContourLines):
 
     def _run_statement(self, frame: Frame, at: int, statement: Statement) -> None:
         """Run what a line says."""
-        run = self.statements.get(statement.kind)
+        run = self._handler(statement.kind)
         if len(self.frames) > 1 and statement.words in _ENDS and sum(not one.part for one in self.frames) > 1:
             self.leave()
         elif run is not None:
-            run(self, frame, at, statement)
+            run(frame, at, statement)
         else:
             self._plain(at, statement)
 
@@ -83,12 +82,12 @@ class HeidenhainRunner(ContourLines):
         found = program.labelled(statement.data[name]) if name is not None else []
         return found[0] + 1 if found else None
 
-    def _pass_label(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_label(self, frame: Frame, at: int, statement: Statement) -> None:
         """LBL 0 ends a subprogram; other labels are passed."""
         if statement.data[0] == "0" and frame.part:
             self._pop()
 
-    def _call(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_call(self, frame: Frame, at: int, statement: Statement) -> None:
         """CALL LBL n: a subprogram to LBL 0; with REP m the lines from the label to here m times more."""
         name, times = statement.data
         target = self._target(name)
@@ -100,17 +99,17 @@ class HeidenhainRunner(ContourLines):
         if left > 0:
             frame.loops[at], frame.at = left - 1, target + 1
 
-    def _set(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_set(self, frame: Frame, at: int, statement: Statement) -> None:
         """Set a Q parameter."""
         number, value = statement.data
         self.ip.parameters.set_number(number, self._now(value))
 
-    def _set_feed(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_feed(self, frame: Frame, at: int, statement: Statement) -> None:
         """Set a Q parameter to a feed: FMAX, FAUTO."""
         number, word = statement.data
         self.ip.parameters.set_number(number, self._feed_word(word))
 
-    def _take_global(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_predefined(self, frame: Frame, at: int, statement: Statement) -> None:
         """Set a Q parameter to its value of GLOBAL DEF."""
         key = statement.data[0]
         if key not in self._globals:
@@ -119,33 +118,35 @@ class HeidenhainRunner(ContourLines):
             raise BlockError("cycle-words", message, "PREDEF", hint=hint)
         self.ip.parameters.set_number(float(key), self._globals[key])
 
-    def _jump(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_jump(self, frame: Frame, at: int, statement: Statement) -> None:
         """FN 9 to FN 12."""
         holds, label = statement.data
         if self._now(holds):
             frame.at = self._target(label) + 1
 
-    def _read_data(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_system_data(self, frame: Frame, at: int, statement: Statement) -> None:
         """FN 18."""
         number, *asked = statement.data
         group, place, index = (round(self._now(value or 0.0)) for value in asked)
         self.ip.parameters.set_number(number, system_data.read(self.ip, group, place, index))
 
-    def _write_data(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_write_data(self, frame: Frame, at: int, statement: Statement) -> None:
         """FN 17."""
         *asked, value = statement.data
         group, place, index = (round(self._now(part or 0.0)) for part in asked)
         system_data.write(self.ip, group, place, index, 0.0 if isinstance(value, str) else self._now(value))
 
-    def _alarm(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_alarm(self, frame: Frame, at: int, statement: Statement) -> None:
+        """FN 14."""
         message = f"the program raises an error: {frame.program.lines[at].body}"
         raise Stop(BlockError("program-alarm", message, "FN", hint="FN 14 ends the program"))
 
-    def _not_read(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_function_unknown(self, frame: Frame, at: int, statement: Statement) -> None:
+        """FN that is not read."""
         hint = "FN 0 to FN 14, FN 17, FN 18 and formulas of Q are read"
         raise BlockError("unsupported-block", f"FN {statement.data[0]} is not read", "FN", hint=hint)
 
-    def _set_text(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_text(self, frame: Frame, at: int, statement: Statement) -> None:
         """Keep a text that is written out, which cycle 225 engraves."""
         number, text = statement.data
         texts, whole = Plain.of(self.ip).texts, _WRITTEN.fullmatch(text.strip().rstrip("~").rstrip())
@@ -153,7 +154,7 @@ class HeidenhainRunner(ContourLines):
         if whole:
             texts[number] = whole[1]
 
-    def _pass(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_passed(self, frame: Frame, at: int, statement: Statement) -> None:
         """Pass statements that print, send or wait, and texts, which are not kept: a statement that uses one reports it."""
 
     def _parameters(self, frame: Frame, at: int, take: Callable[[Statement, int], None]) -> None:
@@ -171,9 +172,9 @@ class HeidenhainRunner(ContourLines):
                     self._faults.fail(given[following].here, error)
 
     def _take_parameter(self, statement: Statement, at: int) -> None:
-        self.statements[statement.kind](self, self.frames[-1], at, statement)
+        self._run_statement(self.frames[-1], at, statement)
 
-    def _define_globals(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_global_def(self, frame: Frame, at: int, statement: Statement) -> None:
         """GLOBAL DEF: keep the values that parameters of cycles take by PREDEF."""
 
         def take(given: Statement, following: int) -> None:
@@ -182,17 +183,15 @@ class HeidenhainRunner(ContourLines):
 
         self._parameters(frame, at, take)
 
-    def _call_named(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_call_program(self, frame: Frame, at: int, statement: Statement) -> None:
         self._call_program(programs.bare(statement.data[0]))
 
-    def _call_selected(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_call_selected(self, frame: Frame, at: int, statement: Statement) -> None:
         self._call_program(self._selected)
-
-    # Contours.
 
     # Cycles.
 
-    def _take_pattern(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_pattern_def(self, frame: Frame, at: int, statement: Statement) -> None:
         """PATTERN DEF: take the points that CYCL CALL PAT visits."""
         parts = list(statement.data)
         while frame.at < frame.end and (more := self._ahead(frame.at)).kind == "pattern_more":
@@ -200,7 +199,7 @@ class HeidenhainRunner(ContourLines):
         self._points = []
         self._points = points.places(parts, self._now)
 
-    def _call_pattern(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_call_pattern(self, frame: Frame, at: int, statement: Statement) -> None:
         """CYCL CALL PAT: run the cycle at each point, at the feed of the block on the way to it."""
         if not self._points:
             message = "CYCL CALL PAT has no pattern to visit"
@@ -228,7 +227,7 @@ class HeidenhainRunner(ContourLines):
         finally:
             q[203] = surface
 
-    def _call_at(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_call_at(self, frame: Frame, at: int, statement: Statement) -> None:
         """CYCL CALL POS: the cycle at a place, whose Z shifts the cycle; from below its clearance the tool rises first."""
         block = self._block(at, statement.words)
         q, above = self.ip.parameters.numbers, 0.0
@@ -242,7 +241,7 @@ class HeidenhainRunner(ContourLines):
         with self._raised(above):
             self._call_cycle(at, block)
 
-    def _cycle(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_cycle(self, frame: Frame, at: int, statement: Statement) -> None:
         """CYCL DEF."""
         number, part, rest = statement.data
         try:
@@ -297,33 +296,33 @@ class HeidenhainRunner(ContourLines):
             if behind[:2] != (8, "1") or not behind[2]:
                 self._datums.take(8, None)
 
-    def _dwell(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_dwell(self, frame: Frame, at: int, statement: Statement) -> None:
         """FUNCTION DWELL."""
         unit, value = statement.data
         self._execute(
             self._here(at, (40,), {"p": planes.dwell_s(unit, self._now(value), self.ip.state.speed)})
         )
 
-    def _plane(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_plane(self, frame: Frame, at: int, statement: Statement) -> None:
         """PLANE."""
         kind, *words = statement.data
         self._datums.plane(kind.upper(), words)
 
-    def _transform(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_transform(self, frame: Frame, at: int, statement: Statement) -> None:
         """TRANS DATUM, MIRROR, ROTATION, SCALE of TNC 7."""
         kind, *words = statement.data
         self._datums.transform(kind.upper(), words)
 
-    def _select_program(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_select_program(self, frame: Frame, at: int, statement: Statement) -> None:
         """SEL PGM."""
         self._selected = programs.bare(statement.data[0])
 
-    def _select_pattern(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_select_pattern(self, frame: Frame, at: int, statement: Statement) -> None:
         """SEL PATTERN."""
         name, text = self._text(programs.bare(statement.data[0]), "table of points")
         self._points = points.of_table(text, name)
 
-    def _select_table(self, frame: Frame, at: int, statement: Statement) -> None:
+    def do_select_table(self, frame: Frame, at: int, statement: Statement) -> None:
         """SEL TABLE."""
         name, text = self._text(programs.bare(statement.data[0]), "table of datums")
         self._datums.choose(text, name)
@@ -346,32 +345,3 @@ class HeidenhainRunner(ContourLines):
             message = f"preset {number} is taken as G54: presets 1 to {SYSTEM_COUNT} are G54 to G59.3"
             hint = "--parameters sets origins"
             self.ip.warn(BlockError("preset-unknown", message, "CYCL", hint=hint), Severity.WARNING)
-
-    statements: ClassVar[Mapping[str, Callable[..., None]]] = {
-        **ContourLines.statements,
-        "label": _pass_label,
-        "call": _call,
-        "set": _set,
-        "feed": _set_feed,
-        "predefined": _take_global,
-        "jump": _jump,
-        "system_data": _read_data,
-        "write_data": _write_data,
-        "alarm": _alarm,
-        "function_unknown": _not_read,
-        "text": _set_text,
-        "passed": _pass,
-        "global_def": _define_globals,
-        "call_program": _call_named,
-        "call_selected": _call_selected,
-        "select_program": _select_program,
-        "select_pattern": _select_pattern,
-        "select_table": _select_table,
-        "cycle": _cycle,
-        "call_at": _call_at,
-        "call_pattern": _call_pattern,
-        "pattern_def": _take_pattern,
-        "plane": _plane,
-        "dwell": _dwell,
-        "transform": _transform,
-    }

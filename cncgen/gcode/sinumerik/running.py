@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, ClassVar, cast
+from typing import Any, cast
 
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
@@ -123,7 +123,9 @@ class SinumerikRunner(LanguageRun[Program]):
         if statement.kind == "assign":
             self.motions.assignments(statement.items)
         elif statement.kind != "block":
-            self.statements[statement.kind](self, frame, at, statement.data)
+            run = self._handler(statement.kind)
+            assert run is not None
+            run(frame, at, statement.data)
         elif statement.items and self.motions.block(statement.items, line.here):
             if len(self.frames) > 1:
                 self.leave()
@@ -135,26 +137,32 @@ class SinumerikRunner(LanguageRun[Program]):
 
     # Branches and loops.
 
-    def _pass(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+    def do_endif(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         """Go on: what begins a loop, ends a branch or declares."""
 
-    def _if(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+    do_loop = do_repeat = do_header = do_proc = do_extern = do_endif
+
+    def do_if(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         """IF, WHILE: go on behind the other end where the condition does not hold."""
         if self._number(data[0]) == 0.0:
             frame.at = frame.program.other[at] + 1
 
-    def _else(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+    do_while = do_if
+
+    def do_else(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         frame.at = frame.program.other.get(at, at) + 1
 
-    def _back(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+    def do_endloop(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         """Go to the line that opens the loop which a line closes, if it closes one."""
         frame.at = frame.program.other.get(at, frame.at)
 
-    def _until(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
-        if self._number(data[0]) == 0.0:
-            self._back(frame, at, data)
+    do_endwhile = do_endfor = do_endloop
 
-    def _for(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+    def do_until(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        if self._number(data[0]) == 0.0:
+            self.do_endloop(frame, at, data)
+
+    def do_for(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         """Count up, and leave the loop beyond its end; ENDFOR leads back to here."""
         (name, indices), first, last = data
         if at in frame.loops:
@@ -169,25 +177,25 @@ class SinumerikRunner(LanguageRun[Program]):
 
     # Jumps.
 
-    def _if_jump(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+    def do_if_jump(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         for condition, (_, *jump) in data[0]:
             if self._number(condition) != 0.0:
-                self._jump(frame, at, jump)
+                self.do_jump(frame, at, jump)
                 return
 
-    def _case(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+    def do_case(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         value = self._number(data[0])
         usual = None
         for wanted, (_, *jump) in data[1]:
             if wanted is None:
                 usual = jump
             elif self._number(wanted) == value:
-                self._jump(frame, at, jump)
+                self.do_jump(frame, at, jump)
                 return
         if usual is not None:
-            self._jump(frame, at, usual)
+            self.do_jump(frame, at, usual)
 
-    def _jump(self, frame: Frame, at: int, data: Sequence[Any]) -> None:
+    def do_jump(self, frame: Frame, at: int, data: Sequence[Any]) -> None:
         """Go to a label: forward (GOTOF), back (GOTOB), either (GOTO, GOTOC; GOTOC goes on where the label is missing)."""
         how, label = data
         if how == "GOTOS":
@@ -212,7 +220,7 @@ class SinumerikRunner(LanguageRun[Program]):
                 "label-missing", f"{how} {target} leads nowhere: the program has no such label{way}", how, hint=f"a line that begins with {target}: is the label"
             )  # fmt: skip
 
-    def _repeat_part(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+    def do_repeat_part(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         """REPEAT A B: from label to label; REPEAT A: from a label to here, or to ENDLABEL behind it."""
         names, times = data
         first, *last = (self._repeated(frame, name) for name in names)
@@ -221,7 +229,7 @@ class SinumerikRunner(LanguageRun[Program]):
             last = [next((end for end in ends if end >= first), len(frame.program.lines) - 1)]
         self._begin_repeat(frame, first, last[0] if last else at - 1, round(self._number(times)), at)
 
-    def _repeat_block(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+    def do_repeat_block(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         place = self._repeated(frame, data[0])
         self._begin_repeat(frame, place, place, round(self._number(data[1])), at)
 
@@ -350,7 +358,7 @@ class SinumerikRunner(LanguageRun[Program]):
 
     # Definitions.
 
-    def _define(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+    def do_def(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         kind, names = data
         for name, bounds, value in names:
             sizes = tuple(round(self._number(node)) for node in bounds)
@@ -359,18 +367,3 @@ class SinumerikRunner(LanguageRun[Program]):
                 nodes = value if isinstance(value, tuple) else (value,)
                 values = [evaluate(node, self.store) for node in nodes]
             self.store.define(kind, name, sizes, values)
-
-    statements: ClassVar[Mapping[str, Callable[..., None]]] = {
-        **dict.fromkeys(("endif", "loop", "repeat", "header", "proc", "extern"), _pass),
-        **dict.fromkeys(("if", "while"), _if),
-        **dict.fromkeys(("endloop", "endwhile", "endfor"), _back),
-        "else": _else,
-        "until": _until,
-        "for": _for,
-        "jump": _jump,
-        "if-jump": _if_jump,
-        "case": _case,
-        "repeat-part": _repeat_part,
-        "repeat-block": _repeat_block,
-        "def": _define,
-    }

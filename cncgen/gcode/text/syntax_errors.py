@@ -14,64 +14,22 @@ from cncgen.records import dataclass
 
 #: Names of the grammar's tokens in messages.
 _NAMES = {
-    "WORD": "a word",
-    "LETTER": "a word",
-    "NAMED": "a word",
-    "BSPLINE": "a word",
-    "CORNER": "a word",
-    "NUMBER": "a number",
-    "NAME": "a name <…>",
-    "COMMENT": "a comment",
-    "MESSAGE": "a comment",
-    "I_FUNCTION": "a word",
-    "OUTPUT": "an output command",
-    "FUNCTION": "a function",
-    "ATAN": "a function",
-    "EXISTS": "a function",
-    **dict.fromkeys(("LOGIC", "BOTH", "EITHER"), "an operator"),
-    "RELATION": "an operator",
-    "TIMES": "an operator",
-    "POWER": "an operator",
-    "SIGN": "an operator",
-    "PLUS": "a sign",
-    "MINUS": "a sign",
-    "KEYWORD": "an O-word's keyword",
-    "HASH": "#",
-    "EQUAL": "=",
-    "LSQB": "[",
-    "RSQB": "]",
-    "LPAR": "(",
-    "RPAR": ")",
-    "SLASH": "/",
-    "COMMA": "a comma",
-    "OVER": "/[",
-    "DELETE": "/",
-    "LINE_NUMBER": "a line number N",
-    "O": "an O-word",
-    "O_NAME": "an O-word",
-    "O_NUMBER": "an O-word",
+    **dict.fromkeys(("WORD", "LETTER", "NAMED", "BSPLINE", "CORNER", "I_FUNCTION"), "a word"),
+    **dict.fromkeys(("COMMENT", "MESSAGE"), "a comment"),
+    **dict.fromkeys(("FUNCTION", "ATAN", "EXISTS", "ATN", "POW"), "a function"),
+    **dict.fromkeys(("LOGIC", "BOTH", "EITHER", "RELATION", "TIMES", "POWER", "SIGN"), "an operator"),
+    **dict.fromkeys(("PLUS", "MINUS"), "a sign"),
+    **dict.fromkeys(("SLASH", "DELETE"), "/"),
+    **dict.fromkeys(("O", "O_NAME", "O_NUMBER"), "an O-word"),
     **dict.fromkeys(("IF", "GOTO", "GO", "WHILE", "WH", "DO", "END", "EN"), "a jump or loop of a macro"),
-    **dict.fromkeys(("ATN", "POW"), "a function"),
+    "NUMBER": "a number", "NAME": "a name <…>", "OUTPUT": "an output command", "KEYWORD": "an O-word's keyword", "HASH": "#",
+    "EQUAL": "=", "LSQB": "[", "RSQB": "]", "LPAR": "(", "RPAR": ")", "COMMA": "a comma", "OVER": "/[", "LINE_NUMBER": "a line number N",
     "$END": "the end of the block",
-}
+}  # fmt: skip
 #: Keywords that stand behind a condition.
 _FOLLOWERS = {"GOTO", "THEN", "DO"}
 #: Tokens that never stand within brackets (a comma does in ATAN alone).
-_OUTSIDE = (
-    "WORD",
-    "LETTER",
-    "NAMED",
-    "BSPLINE",
-    "CORNER",
-    "COMMENT",
-    "MESSAGE",
-    "I_FUNCTION",
-    "OUTPUT",
-    "KEYWORD",
-    "EQUAL",
-    "COMMA",
-    "$END",
-)
+_OUTSIDE = ("WORD", "LETTER", "NAMED", "BSPLINE", "CORNER", "COMMENT", "MESSAGE", "I_FUNCTION", "OUTPUT", "KEYWORD", "EQUAL", "COMMA", "$END")  # fmt: skip
 #: A command to grbl that moves the machine: ``$J=G91 X1``.
 _JOG = re.compile(r"\s*\$[Jj]\s*=")
 
