@@ -93,6 +93,11 @@ class Parsed:
     number: str | None = None
 
 
+def evaluate(value: Value, parameters: Parameters) -> float:
+    """Return the number that a value is now."""
+    return value if isinstance(value, float) else value(parameters)
+
+
 def tenths(letter: str, value: float) -> int:
     """Return ten times a G or M number, exactly; raise where it has more digits than codes have."""
     scaled = value * 10.0

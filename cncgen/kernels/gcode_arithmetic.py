@@ -21,7 +21,7 @@ from cython.cimports.libc.math import (
 _LAST_BITS = cython.declare(cython.double, 2.0**-48)
 #: Q parameters that are nearer than this are equal (`expressions.HEIDENHAIN`).
 _NEAR = cython.declare(cython.double, 1e-9)
-#: Equal in comparisons (`expressions.EQUAL`).
+#: Equal in comparisons (`flow.o_words`).
 _EQUAL = cython.declare(cython.double, 1e-4)
 #: Whole numbers below it have bits.
 _MOST_BITS = cython.declare(cython.double, 2.0**53)

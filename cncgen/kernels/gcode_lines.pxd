@@ -11,6 +11,7 @@ cdef class Code:
     cdef public bint shaped
     cdef public bytes fixed
     cdef public bint comma
+    cdef public bint remarks
     cdef public bint alike
     cdef public Py_ssize_t begin
     cdef public Py_ssize_t error

@@ -81,6 +81,7 @@ class Code:
         shaped: Whether lines of one shape have one code.
         fixed: Letters behind which digits are of the shape, beside #.
         comma: Whether a comma is a decimal sign.
+        remarks: Whether a semicolon begins a comment that says nothing, unless it has a ~.
         alike: Whether the code of the line read last is that of its shape, where it was set before.
     """
 
@@ -91,7 +92,7 @@ class Code:
         self.used = self.numbers = self.lines = self.flags = 0
         self.begin = self.number_begin = self.number_end = 0
         self.error = -1
-        self.shaped = self.alike = self.comma = False
+        self.shaped = self.alike = self.comma = self.remarks = False
         self.fixed = b""
 
     @cython.ccall
@@ -134,12 +135,13 @@ class Shapes:
 
     Args:
         text: The text.
-        fixed, comma: As those of `Code`.
+        fixed, comma, remarks: As those of `Code`.
     """
 
     text: cython.const[cython.uchar][::1]
     fixed = cython.declare(cython.uchar[256])
     comma = cython.declare(cython.int)
+    remarks = cython.declare(cython.bint)
     form = cython.declare(cython.int)
     shape = cython.declare(cython.uchar[256])
     value = cython.declare(cython.double[256])
@@ -151,7 +153,7 @@ class Shapes:
     store: cython.uchar[::1]
     table: cython.longlong[:, ::1]
 
-    def __init__(self, text, fixed: bytes, comma: bool):
+    def __init__(self, text, fixed: bytes, comma: bool, remarks: bool):
         k: cython.int
         self.text = text
         if not cython.compiled:
@@ -159,6 +161,7 @@ class Shapes:
         for k in range(256):
             self.fixed[k] = k == 35 or k in fixed
         self.comma = 44 if comma else 46
+        self.remarks = remarks
         self.store = bytearray(_STORE)
         self.table = memoryview(bytearray(8 * SHAPE_ROW * _SHAPES)).cast("q", [_SHAPES, SHAPE_ROW])
         self.forget()
@@ -204,8 +207,21 @@ class Shapes:
             if wanted != _BLANK:
                 last = wanted
         if at < end and self.text[at] != 10:
+            at = self._remark(at)
+        if at >= 0:
+            self.count, self.row = count, row
+        return at
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _remark(self, at: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Return the end of the comment at `at`; -1 where there is none that says nothing."""
+        if not self.remarks or self.text[at] != 59:
             return -1
-        self.count, self.row = count, row
+        while at < self.text.shape[0] and self.text[at] != 10:
+            if self.text[at] == 126:
+                return -1
+            at += 1
         return at
 
     @cython.cfunc
@@ -237,7 +253,8 @@ class Shapes:
             elif c == SHAPE_LINE_END:
                 break
             elif c == SHAPE_UNKNOWN:
-                return -1
+                at = self._remark(at)
+                break
             elif named or (self.fixed[last] and not (last == 110 and leads)):
                 c = self.text[at]
                 at += 1
@@ -251,7 +268,7 @@ class Shapes:
             total = total * 33 + c
             self.shape[length] = c
             length += 1
-        if at == size and at < end and self.text[at] != 10:
+        if at < 0 or (at == size and at < end and self.text[at] != 10):
             return -1
         self.sum, self.length, self.count = total & _ALL, length, count
         return at
@@ -391,7 +408,7 @@ class Lines:
     def __init__(self, code, text, rows):
         self.code, self.text, self.rows = code, text, rows
         self.code.text = text
-        self.shapes = Shapes(text, code.fixed, code.comma)
+        self.shapes = Shapes(text, code.fixed, code.comma, code.remarks)
         self.forget()
 
     @cython.ccall

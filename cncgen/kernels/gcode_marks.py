@@ -185,6 +185,7 @@ class Marks:
         label: cython.longlong
         keyword: cython.longlong
         opened: cython.longlong
+        begun: cython.longlong
         place: cython.int
         for e in range(self.count):
             keyword, label = rows[e, KEYWORD], rows[e, LABEL]
@@ -205,16 +206,16 @@ class Marks:
                     rows[e, OTHER] = rows[opened, OTHER] = -1
                     rows[e, TARGET] = rows[opened, TARGET] = -2
                 last[label, keyword - O_IF] = e + 1
-            elif keyword == O_ENDIF or keyword == O_ELSE or keyword == O_ELSEIF:
-                rows[e, TARGET] = last[label, O_IF - O_IF] - 1 if last[label, O_IF - O_IF] > begin else -1
-            elif keyword == O_ENDWHILE:
-                rows[e, TARGET] = (
-                    last[label, O_WHILE - O_IF] - 1 if last[label, O_WHILE - O_IF] > begin else -1
-                )
-            elif keyword == O_ENDREPEAT:
-                rows[e, TARGET] = (
-                    last[label, O_REPEAT - O_IF] - 1 if last[label, O_REPEAT - O_IF] > begin else -1
-                )
+            else:
+                begun = -1
+                if keyword == O_ENDIF or keyword == O_ELSE or keyword == O_ELSEIF:
+                    begun = last[label, 0]
+                elif keyword == O_ENDWHILE:
+                    begun = last[label, O_WHILE - O_IF]
+                elif keyword == O_ENDREPEAT:
+                    begun = last[label, O_REPEAT - O_IF]
+                if begun >= 0:
+                    rows[e, TARGET] = begun - 1 if begun > begin else -1
 
     @cython.cfunc
     def _lead_on(self) -> cython.void:

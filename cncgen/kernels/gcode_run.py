@@ -27,7 +27,7 @@ from cncgen.kernels.gcode_lines import Lines, zeros
 _COMMENT = cython.declare(cython.int, 2)
 _NUMBERED_BLOCK = cython.declare(cython.int, 8)
 
-#: How far from a whole number the number of a parameter may be (`expressions.EQUAL`).
+#: How far from a whole number the number of a parameter may be (`flow.o_words`).
 _WHOLE = cython.declare(cython.double, 1e-4)
 #: Larger numbers in words are faults (`block.LARGEST`).
 _LARGEST = cython.declare(cython.double, 1e9)

@@ -614,7 +614,8 @@ class LanguageCode(Code):
     def __init__(self, fixed, *arguments):
         Code.__init__(self)
         self.emitter = Emitter(self, *arguments)
-        self.shaped, self.fixed, self.comma = True, fixed, self.emitter.lines
+        self.shaped = self.remarks = True
+        self.fixed, self.comma = fixed, self.emitter.lines
 
     def follow(self):
         """Take lines with jumps, labels and variables from now on."""

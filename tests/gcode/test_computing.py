@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from cncgen.diagnostics import Diagnostics
 from cncgen.gcode import canon
+from cncgen.gcode.block import evaluate
 from cncgen.gcode.budget import PAUSE
 from cncgen.gcode.codes.table import table
 from cncgen.gcode.errors import BlockError
@@ -25,7 +26,6 @@ from cncgen.gcode.source import Source
 from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text import grammar
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.lanes import PlainBlocks, column
 from cncgen.gcode.text.parsers import new_parser
 from cncgen.kernels import gcode_arithmetic, gcode_lines, gcode_marks, gcode_run

@@ -263,6 +263,7 @@ def test_constants_of_kernels_have_names_of_their_own() -> None:
             codes.OPERATIONS,
             codes.OF_LANGUAGES,
             codes.JUMPS,
+            codes.WORKS,
             codes.WORDS_OF_CYCLES,
             codes.ASIDES,
             codes.SETS_OF_WORDS,

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cncgen.gcode.block import evaluate
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik import expressions as sinumerik
 from cncgen.gcode.text import expressions
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.kernels import gcode_arithmetic, gcode_codes, gcode_formulas
 from cncgen.kernels.gcode_codes import LITERALS
 

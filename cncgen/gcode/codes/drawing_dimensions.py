@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block, gather
+from cncgen.gcode.block import Block, evaluate, gather
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
 
 TYPE_CHECKING = False

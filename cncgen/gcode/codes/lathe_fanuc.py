@@ -135,6 +135,15 @@ def depth_of(ip: Interpreter, block: Block, name: str) -> float:
     return abs(length_of(ip, block, "d", name, DEEP))
 
 
+def go_to(ip: Interpreter, places: dict[int, float], feed: bool) -> None:
+    """Feed or traverse to places of axes, by column, unless the tool is there."""
+    end = ip.state.position.copy()
+    for axis, place in places.items():
+        end[axis] = place
+    if end != ip.state.position:
+        ip.go(end, rapid=not feed)
+
+
 def check_spindle(ip: Interpreter, name: str) -> None:
     """Raise where a thread would be cut with a spindle at rest."""
     if ip.state.direction == 0 or ip.state.speed == 0.0:

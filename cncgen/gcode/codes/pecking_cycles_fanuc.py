@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.lathe_fanuc import LIFT, ONLY, increments, length_of, turning_of
+from cncgen.gcode.codes.lathe_fanuc import LIFT, ONLY, go_to, increments, length_of, turning_of
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
@@ -67,11 +67,11 @@ def _pecking(name: str, deep: int, aside: int) -> Handler:
         peck = _step(ip, block, deep, (bottom - start[deep]) * len(cuts), name)
         relief = math.copysign(words.get("r", 0.0), start[aside] - side)
         for place in cuts:
-            _go(ip, aside, place, feed=False)
+            go_to(ip, {aside: place}, False)
             _cut(ip, deep, _places(start[deep], bottom, peck), kept.back)
-            _go(ip, aside, place + relief, feed=False)
-            _go(ip, deep, start[deep], feed=False)
-        _go(ip, aside, start[aside], feed=False)
+            go_to(ip, {aside: place + relief}, False)
+            go_to(ip, {deep: start[deep]}, False)
+        go_to(ip, {aside: start[aside]}, False)
 
     return run
 
@@ -80,17 +80,9 @@ def _cut(ip: Interpreter, axis: int, levels: list[float], back: float) -> None:
     """Feed from level to level, and a little back between them."""
     back = math.copysign(back, ip.state.position[axis] - levels[-1])
     for level in levels[:-1]:
-        _go(ip, axis, level, feed=True)
-        _go(ip, axis, level + back, feed=False)
-    _go(ip, axis, levels[-1], feed=True)
-
-
-def _go(ip: Interpreter, axis: int, place: float, *, feed: bool) -> None:
-    """Move one axis."""
-    end = ip.state.position.copy()
-    if end[axis] != place:
-        end[axis] = place
-        ip.go(end, rapid=not feed)
+        go_to(ip, {axis: level}, True)
+        go_to(ip, {axis: level + back}, False)
+    go_to(ip, {axis: levels[-1]}, True)
 
 
 CODES = tuple(

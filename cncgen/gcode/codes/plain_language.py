@@ -105,12 +105,20 @@ def pole(ip: Interpreter, block: Block) -> None:
     )
 
 
-def _pole(ip: Interpreter, name: str) -> tuple[complex, int]:
+def pole_of(ip: Interpreter, name: str) -> tuple[complex, int]:
     """Return the pole and its plane; raise where the program has not set it."""
     plain = Plain.of(ip)
     if plain.pole is None:
         raise BlockError("pole-missing", f"{name} has no pole", name, hint="CC gives it before")
     return plain.pole, plain.plane
+
+
+def polar_place(words: dict[str, float], centre: complex, here: complex) -> complex:
+    """Return the place of PR, PA, IPR and IPA about a pole, from where the tool is; a radius or angle that is missing stays."""
+    spoke = here - centre
+    radius = words.get("pr", abs(spoke)) + words.get("ipr", 0.0)
+    angle = words.get("pa", math.degrees(cmath.phase(spoke)) if spoke else 0.0) + words.get("ipa", 0.0)
+    return centre + cmath.rect(radius, math.radians(angle))
 
 
 def _sense(block: Block, name: str) -> float:
@@ -145,7 +153,7 @@ def _arc(ip: Interpreter, end: list[float], centre: complex, turns: int, plane: 
 
 def circle(ip: Interpreter, block: Block) -> None:
     """C: an arc about the pole to a point."""
-    centre, plane = _pole(ip, "C")
+    centre, plane = pole_of(ip, "C")
     _arc(ip, ip.end_point(block), centre, round(_sense(block, "C")), plane, "C")
 
 
@@ -166,7 +174,7 @@ def radius_arc(ip: Interpreter, block: Block) -> None:
 
 def polar_arc(ip: Interpreter, block: Block) -> None:
     """CP: an arc or helix about the pole to the angle PA, or by IPA; without either the angle stays, which makes a whole turn."""
-    words, (centre, plane) = block.words, _pole(ip, "CP")
+    words, (centre, plane) = block.words, pole_of(ip, "CP")
     sense = _sense(block, "CP")
     spoke = _in_plane(ip.state.position, plane) - centre
     if "ipa" in words:
@@ -185,14 +193,11 @@ def polar_arc(ip: Interpreter, block: Block) -> None:
 
 
 def polar_line(ip: Interpreter, block: Block) -> None:
-    """LP: a line to a point in polar coordinates about the pole; a radius or angle that is missing stays."""
-    words, (centre, plane) = block.words, _pole(ip, "LP")
-    spoke = _in_plane(ip.state.position, plane) - centre
-    radius = words.get("pr", abs(spoke)) + words.get("ipr", 0.0)
-    angle = words.get("pa", math.degrees(cmath.phase(spoke)) if spoke else 0.0) + words.get("ipa", 0.0)
+    """LP: a line to a point in polar coordinates about the pole."""
+    words, (centre, plane) = block.words, pole_of(ip, "LP")
     end = ip.end_point(block)
     first, second, _ = PLANE_AXES[plane]
-    finish = centre + cmath.rect(radius, math.radians(angle))
+    finish = polar_place(words, centre, _in_plane(ip.state.position, plane))
     end[first], end[second] = finish.real, finish.imag
     if "fmax" not in words:
         check_feed(ip, block, "LP")

@@ -7,7 +7,15 @@ from __future__ import annotations
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, check_spindle, cut_thread, lead_of, turning_of
+from cncgen.gcode.codes.lathe_fanuc import (
+    ONLY,
+    Turning,
+    check_spindle,
+    cut_thread,
+    go_to,
+    lead_of,
+    turning_of,
+)
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.offsets_fanuc import preset_position
@@ -47,10 +55,7 @@ def _words(ip: Interpreter, block: Block, number: int) -> Turning | None:
 
 def go(ip: Interpreter, x: float, z: float, feed: bool) -> None:
     """Feed or traverse in X and Z."""
-    end = ip.state.position.copy()
-    end[X], end[Z] = x, z
-    if end != ip.state.position:
-        ip.go(end, rapid=not feed)
+    go_to(ip, {X: x, Z: z}, feed)
 
 
 def _pass(name: str, number: int) -> Handler:

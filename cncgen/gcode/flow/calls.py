@@ -5,10 +5,9 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable
 
-from cncgen.gcode.block import Value
+from cncgen.gcode.block import Value, evaluate
 from cncgen.gcode.budget import CALL
 from cncgen.gcode.errors import Astray, BlockError
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor, Label
 
 TYPE_CHECKING = False

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from cncgen.gcode.block import LARGEST, Block, Computed, Flow, Parsed, Value, gather
+from cncgen.gcode.block import LARGEST, Block, Computed, Flow, Parsed, Value, evaluate, gather
 from cncgen.gcode.block_plans import BlockPlan
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
 from cncgen.records import replace
 

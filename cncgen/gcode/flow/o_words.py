@@ -9,11 +9,10 @@ import os
 from collections.abc import Callable
 from functools import cached_property
 
-from cncgen.gcode.block import Block, Flow, nearest
+from cncgen.gcode.block import Block, Flow, evaluate, nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.source import Source
-from cncgen.gcode.text.evaluation import EQUAL, evaluate
 from cncgen.gcode.text.labels import Cursor, Label, shown
 from cncgen.records import dataclass
 
@@ -38,6 +37,8 @@ class _Looks:
 
 
 _LOOP_ENDS = ("endwhile", "endrepeat", "while")
+#: Numbers closer than this are equal.
+_EQUAL = 1e-4
 #: The goal of BREAK and CONTINUE.
 _LOOP_END = "the loop's end"
 _BRANCHES = {
@@ -196,7 +197,7 @@ class FlowControl:
         assert label is not None
         value = evaluate(label, self.ip.parameters)
         whole = nearest(value, "the label")
-        if abs(value - whole) > EQUAL:
+        if abs(value - whole) > _EQUAL:
             raise BlockError("oword-label", f"the label is {value:g}; it must be a whole number", "O")
         return float(whole)
 

@@ -9,13 +9,12 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 
-from cncgen.gcode.block import AXIS_INDEX, LARGEST, Block, Value, tenths
+from cncgen.gcode.block import AXIS_INDEX, LARGEST, Block, Value, evaluate, tenths
 from cncgen.gcode.codes.lathe_words import turned
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS
 from cncgen.gcode.text import grammar
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.normal_text import normalise
 from cncgen.grammars.terminals import LINUXCNC
 

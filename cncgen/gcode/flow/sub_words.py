@@ -7,11 +7,10 @@ next line.
 from __future__ import annotations
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block, Flow, program_names
+from cncgen.gcode.block import Block, Flow, evaluate, program_names
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import macros
 from cncgen.gcode.flow.calls import LOCALS
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor, Label, shown
 
 TYPE_CHECKING = False

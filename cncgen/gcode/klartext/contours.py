@@ -13,19 +13,18 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from cncgen.gcode.block import AXIS_INDEX, CIRCLE, POLAR_ARC, POLAR_LINE, RADIUS_ARC, Block, Value
+from cncgen.gcode.block import AXIS_INDEX, CIRCLE, POLAR_ARC, POLAR_LINE, RADIUS_ARC, Block, Value, evaluate
 from cncgen.gcode.codes.arcs import tangent_centre
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.feeds import set_feed
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.leads import lead_arc, lead_line
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.plain_language import Plain
+from cncgen.gcode.codes.plain_language import Plain, polar_place, pole_of
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point, TryingSink
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.plain_language import Raw
 
 
@@ -291,14 +290,8 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
 
 
 def take_polar_end(ip: Interpreter, words: dict[str, float]) -> None:
-    """Put X and Y in the place of PR, PA, IPR and IPA of CTP; a radius or angle that is missing stays."""
-    pole = Plain.of(ip).pole
-    if pole is None:
-        raise BlockError("pole-missing", "CTP has no pole", "CTP", hint="CC gives it before")
-    spoke = complex(*ip.state.position[:2]) - pole
-    radius = words.pop("pr", abs(spoke)) + words.pop("ipr", 0.0)
-    angle = words.pop("pa", math.degrees(cmath.phase(spoke)) if spoke else 0.0) + words.pop("ipa", 0.0)
-    end = pole + cmath.rect(radius, math.radians(angle))
+    """Put the place of CTP in polar coordinates into X and Y."""
+    end = polar_place(words, pole_of(ip, "CTP")[0], complex(*ip.state.position[:2]))
     words["x"], words["y"] = end.real, end.imag
 
 

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import Block, evaluate
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.places import in_rows, on_circle
 from cncgen.gcode.codes.plain_language import Plain
@@ -19,7 +19,6 @@ from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import contour_cycles, engraving, finishing, programs, slots, studs, threads
 from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, Z
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.plain_language import Raw, words_of
 
 #: How far cycle 202 steps off the wall, mm, and by Q214 where to.

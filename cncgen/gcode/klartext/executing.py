@@ -17,6 +17,7 @@ from cncgen.gcode.block import (
     RADIUS_ARC,
     Block,
     Value,
+    evaluate,
     gather,
 )
 from cncgen.gcode.codes.plain_language import Plain
@@ -28,7 +29,6 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import contours, cycles, orientation, programs
 from cncgen.gcode.klartext.program_text import Frame, ProgramText
 from cncgen.gcode.text import plain_language
-from cncgen.gcode.text.evaluation import evaluate
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.plain_language import Statement
 from cncgen.kernels.language_code import TOOL_FEED

@@ -94,25 +94,25 @@ class PrintingSink:
     #: Units that a motion takes beside those of its print, as long as it is not one of a run.
     _alone = _ALONE
 
-    def _motion(self, text: str) -> None:
+    def _motion(self, text: str, end: Point) -> None:
+        """Print a motion to a place."""
         self.budget.spend(self._alone)
         self.call(text)
 
     def straight_traverse(self, end: Point) -> None:
         """Print STRAIGHT_TRAVERSE."""
-        self._motion(f"STRAIGHT_TRAVERSE({_six(end)})")
+        self._motion(f"STRAIGHT_TRAVERSE({_six(end)})", end)
 
     def straight_feed(self, end: Point) -> None:
         """Print STRAIGHT_FEED."""
-        self._motion(f"STRAIGHT_FEED({_six(end)})")
+        self._motion(f"STRAIGHT_FEED({_six(end)})", end)
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Print ARC_FEED: end and centre in the plane's axes, turns, end along the normal, A B C."""
         a, b, n = PLANE_AXES[plane if plane in _PLANES else 17]
         rotary = ", ".join(f"{value:.4f}" for value in end[3:6])
-        self._motion(
-            f"ARC_FEED({end[a]:.4f}, {end[b]:.4f}, {first:.4f}, {second:.4f}, {turns}, {end[n]:.4f}, {rotary})"
-        )
+        places = f"{end[a]:.4f}, {end[b]:.4f}, {first:.4f}, {second:.4f}, {turns}, {end[n]:.4f}, {rotary}"
+        self._motion(f"ARC_FEED({places})", end)
 
     def straight_probe(self, end: Point) -> None:
         """Print STRAIGHT_PROBE."""

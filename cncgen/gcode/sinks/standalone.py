@@ -73,19 +73,9 @@ class StandAloneSink(PrintingSink):
         """Return where the machine says it stands."""
         return self._position.copy()
 
-    def straight_traverse(self, end: Point) -> None:
+    def _motion(self, text: str, end: Point) -> None:
         """Print and go there."""
-        super().straight_traverse(end)
-        self._position = list(end)
-
-    def straight_feed(self, end: Point) -> None:
-        """Print and go there."""
-        super().straight_feed(end)
-        self._position = list(end)
-
-    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Print and go there."""
-        super().arc_feed(end, first, second, turns, plane)
+        super()._motion(text, end)
         self._position = list(end)
 
     def nurbs_feed(self, curve: Curve) -> None:

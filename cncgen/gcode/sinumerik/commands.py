@@ -370,66 +370,34 @@ def _trafoof(motions: Motions) -> None:
     take_edge(motions)
 
 
-def _diameters(kind: str) -> Callable[[Motions], None]:
-    """Return what DIAMON (X is a diameter), DIAM90 (in G90 alone) and DIAMOF (a radius) do."""
-
-    def run(motions: Motions) -> None:
-        motions.diameter = kind
-
-    return run
-
-
-def _turning(kind: str) -> Callable[[Motions], None]:
-    """Return what ORIAXES (rotary axes turn evenly) and ORIVECT (the tool turns in a plane) do."""
-
-    def run(motions: Motions) -> None:
-        motions.turning = kind
-
-    return run
-
-
-def _angles_of_tool(name: str) -> Callable[[Motions], None]:
-    """Return what ORIEULER and kin do: they say what A2 B2 C2 turn about."""
-
-    def run(motions: Motions) -> None:
-        motions.angles = name
-
-    return run
-
-
-def _vectors_of_machine(*, machine: bool) -> Callable[[Motions], None]:
-    """Return what ORIMKS and ORIWKS do: directions are those of the machine's table, or of the program."""
-
-    def run(motions: Motions) -> None:
-        motions.machine_vectors = machine
-
-    return run
+def _sets(name: str, value: object) -> Callable[[Motions], None]:
+    """Return what a command does that puts a mode in force."""
+    return lambda motions: setattr(motions, name, value)
 
 
 def _contour_feed(arcs: str) -> Callable[[Motions], None]:
     """Return what CFC, CFIN and CFTCP do: F is that along the contour on all compensated arcs, on those inside, or on none."""
-
-    def run(motions: Motions) -> None:
-        feed_along_contour(motions.ip, arcs)
-
-    return run
+    return lambda motions: feed_along_contour(motions.ip, arcs)
 
 
 _SWITCHES: dict[str, Callable[[Motions], None]] = {
     "CFC": _contour_feed("all"),
     "CFIN": _contour_feed("inside"),
     "CFTCP": _contour_feed(""),
-    "ORIAXES": _turning("axes"),
-    **dict.fromkeys(("ORIVECT", "ORIPLANE"), _turning("plane")),
-    **{name: _angles_of_tool(name) for name in ("ORIEULER", "ORIRPY", "ORIRPY2", "ORIVIRT1", "ORIVIRT2")},
-    "ORIWKS": _vectors_of_machine(machine=False),
-    "ORIMKS": _vectors_of_machine(machine=True),
+    # Rotary axes turn evenly, or the tool turns in a plane; directions are those of the program, or of the machine's table.
+    "ORIAXES": _sets("turning", "axes"),
+    **dict.fromkeys(("ORIVECT", "ORIPLANE"), _sets("turning", "plane")),
+    # They say what A2 B2 C2 turn about.
+    **{name: _sets("angles", name) for name in ("ORIEULER", "ORIRPY", "ORIRPY2", "ORIVIRT1", "ORIVIRT2")},
+    "ORIWKS": _sets("machine_vectors", False),
+    "ORIMKS": _sets("machine_vectors", True),
     "TRAORI": _traori,
     "TRAFOOF": _trafoof,
     "TRANSMIT": _transmit,
-    "DIAMON": _diameters("G90 G91"),
-    "DIAM90": _diameters("G90"),
-    "DIAMOF": _diameters("none"),
+    # X is a diameter, in G90 alone, or a radius.
+    "DIAMON": _sets("diameter", "G90 G91"),
+    "DIAM90": _sets("diameter", "G90"),
+    "DIAMOF": _sets("diameter", "none"),
 }
 
 

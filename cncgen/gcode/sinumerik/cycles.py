@@ -621,20 +621,7 @@ def _places(motions: Motions, name: str, values: Values) -> None:
 
 
 CYCLES: dict[str, Callable[[Motions, str, Values], None]] = {
-    "CYCLE81": _drill,
-    "CYCLE82": _drill,
-    "CYCLE97": _turned_thread,
-    "CYCLE98": _thread_chain,
-    "CYCLE83": _deep,
-    "CYCLE84": _tap,
-    "CYCLE840": _tap_floating,
-    "CYCLE85": _ream,
-    "CYCLE86": _bore,
-    "CYCLE87": _bore_stop,
-    "CYCLE88": _bore_stop,
-    "CYCLE89": _bore_feed,
-    "HOLES1": _row,
-    "HOLES2": _circle,
-    "CYCLE801": _grid,
-    "CYCLE802": _places,
-}
+    "CYCLE81": _drill, "CYCLE82": _drill, "CYCLE97": _turned_thread, "CYCLE98": _thread_chain, "CYCLE83": _deep, "CYCLE84": _tap,
+    "CYCLE840": _tap_floating, "CYCLE85": _ream, "CYCLE86": _bore, "CYCLE87": _bore_stop, "CYCLE88": _bore_stop, "CYCLE89": _bore_feed,
+    "HOLES1": _row, "HOLES2": _circle, "CYCLE801": _grid, "CYCLE802": _places,
+}  # fmt: skip

@@ -51,24 +51,11 @@ _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 #: The state that a contour may change while it is only examined.
 _EXAMINED = ("motion", "absolute", "pole", "polar", "rounding", "diameter", "modal", "heading", "path", "curve", "here")  # fmt: skip
 _CYCLES = {
-    **cycles.CYCLES,
-    "CYCLE800": swivelling.swivel,
-    "CYCLE61": faces.face_of_blank,
-    "CYCLE71": faces.face,
-    "CYCLE76": faces.rectangle,
-    "CYCLE77": faces.circle,
-    "POCKET3": pockets.rectangle,
-    "POCKET4": pockets.circle,
-    "SLOT1": pockets.slots,
-    "LONGHOLE": pockets.long_holes,
-    "POCKET1": pockets.old_rectangle,
-    "POCKET2": pockets.old_circle,
-    "SLOT2": pockets.bows,
-    "CYCLE70": thread_milling.thread_of_profile,
-    "CYCLE90": thread_milling.thread,
-    "CYCLE93": grooves.groove,
-    **contour_cycles.CYCLES,
-}
+    **cycles.CYCLES, "CYCLE800": swivelling.swivel, "CYCLE61": faces.face_of_blank, "CYCLE71": faces.face, "CYCLE76": faces.rectangle,
+    "CYCLE77": faces.circle, "POCKET3": pockets.rectangle, "POCKET4": pockets.circle, "SLOT1": pockets.slots,
+    "LONGHOLE": pockets.long_holes, "POCKET1": pockets.old_rectangle, "POCKET2": pockets.old_circle, "SLOT2": pockets.bows,
+    "CYCLE70": thread_milling.thread_of_profile, "CYCLE90": thread_milling.thread, "CYCLE93": grooves.groove, **contour_cycles.CYCLES,
+}  # fmt: skip
 
 
 @dataclass(slots=True)

@@ -36,8 +36,9 @@ def _named(numbers: dict[str, int]) -> dict[bytes, int]:
     return {name.encode(): number for name, number in numbers.items()}
 
 
-#: By language, the arguments of `LanguageCode`: letters of codes, for which digits are of the shape of a line, and the grammar's tables
-#: behind them: terminals, those of jumps and labels, what rules do, letters of words, letter and numbers of parameters. Then follow operators, functions and constants by their names, and whether lines begin with L and a number.
+#: By language, what `LanguageCode` takes beside the grammar's tables: letters behind which digits are of the shape of a line, terminals, those
+#: of jumps and labels, what rules do, letters of words, letter and numbers of parameters, operators, functions and constants by their
+#: names, and whether lines begin with L and a number.
 _TAKEN: dict[str, tuple[Any, ...]] = {
     "sinumerik": (
         b"gr",
@@ -89,8 +90,8 @@ _TAKEN: dict[str, tuple[Any, ...]] = {
     ),
 }  # fmt: skip
 
-#: The least number of a parameter.
-PARAMETERS = {"sinumerik": 0, "heidenhain": 1}
+#: The least number of a parameter, by language.
+PARAMETERS: dict[str, int] = {name: taken[6] for name, taken in _TAKEN.items()}
 
 
 def arguments_of(name: str) -> tuple[Any, ...]:
