@@ -53,6 +53,10 @@ class Block:
     line: int = 0
     offset: int = 0
 
+    def beside(self, words: dict[str, float], g: tuple[int, ...] = (), m: tuple[int, ...] = ()) -> Block:
+        """Return another block that stands where this one does."""
+        return Block(words, g, m, None, self.source, self.line, self.offset)
+
 
 @dataclass(slots=True)
 class Flow:

@@ -290,3 +290,18 @@ def test_m94_is_a_function_of_the_control(run: Any, block: str) -> None:
     warned = [one for one in found.diagnostics if one.severity == "warning"]
     assert [one.code for one in warned] == ["contour-function"]
     assert found.path.end[-1, 0] == 2
+
+
+def test_motions_of_a_cycle_stand_in_the_program_that_calls_it(run: Any, tmp_path: Path) -> None:
+    """The hole is drilled in line 3 of the called program, whose index among the sources is 1."""
+    (tmp_path / "SUB.H").write_text(
+        "0 BEGIN PGM SUB MM\n1 CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=150 Q202=5 Q210=0 Q203=0 Q204=50 Q211=0\n"
+        "2 L X+10 R0 FMAX M99\n3 END PGM SUB MM\n"
+    )
+    text = "0 BEGIN PGM MAIN MM\n1 TOOL CALL 1 Z S1000 F500\n2 L Z+50 R0 FMAX\n3 CALL PGM SUB\n4 L Z+99 R0 FMAX M30\n5 END PGM MAIN MM\n"
+    path = run(text, dialect="heidenhain", include=(tmp_path,)).path
+    moves = path.kind < 3
+    places = [
+        *zip(path.source[moves].tolist(), path.line[moves].tolist(), path.end[moves, 2].tolist(), strict=True)
+    ]
+    assert places == [(0, 3, 50.0), (1, 3, 50.0), (1, 3, 2.0), (1, 3, -5.0), (1, 3, 50.0), (0, 5, 99.0)]

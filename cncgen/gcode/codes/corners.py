@@ -281,7 +281,7 @@ class _Corner:
         words = {letter: value for letter, value in block.words.items() if letter in _WORDS}
         rows = {number: ip.codes.row("G", number) for number in block.g}
         codes = tuple(number for number, row in rows.items() if row is not None and row.group in _GROUPS)
-        run = partial(ip.execute, Block(words, codes, (), None, block.source, block.line, block.offset))
+        run = partial(ip.execute, block.beside(words, codes))
         motion = tried_motion(ip, run) if words else None
         ip.sink.block = self.block
         if motion is None:

@@ -235,7 +235,7 @@ def _begin_again(code: int, ip: Interpreter, block: Block) -> None:
     if interrupts or motion not in PLAIN_MOTIONS or block.words.keys().isdisjoint("xyzuvw"):
         return
     ip.guard = None
-    ip.execute(Block({}, (code,), (), None, block.source, block.line, block.offset))
+    ip.execute(block.beside({}, (code,)))
 
 
 def _leave_straight(ip: Interpreter, block: Block) -> None:

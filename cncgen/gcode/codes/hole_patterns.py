@@ -97,7 +97,7 @@ def _pattern(number: int) -> Handler:
             place = [centre[0] + at.real, centre[1] + at.imag]
             if not state.absolute:
                 place = [at - here for at, here in zip(place, state.position, strict=False)]
-            here = Block({"x": place[0], "y": place[1]}, (), (), None, block.source, block.line, block.offset)
+            here = block.beside({"x": place[0], "y": place[1]})
             make_holes(ip, here, state.motion, state.cycle)
 
     return run

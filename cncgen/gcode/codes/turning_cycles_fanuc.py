@@ -175,7 +175,7 @@ def _compensate_again(ip: Interpreter, block: Block) -> None:
     """Begin the cutter compensation again that a roughing cycle ended."""
     code = turning_of(ip).compensation
     if code:
-        ip.execute(Block({}, (code,), (), None, block.source, block.line, block.offset))
+        ip.execute(block.beside({}, (code,)))
 
 
 def _sign(value: float) -> float:

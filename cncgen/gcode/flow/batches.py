@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable
 
-from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.block import AXES
 from cncgen.gcode.budget import BATCH, MOTION
 from cncgen.gcode.codes.feeds import feeds_meant
 from cncgen.gcode.interpreter import Interpreter
@@ -18,7 +18,7 @@ from cncgen.gcode.sinks.sink import (
     MotionBatch,
 )
 from cncgen.gcode.state.modal import NO_MOTION, SYSTEM_CODES
-from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, column
+from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, column, empty_block
 from cncgen.kernels import gcode_codes, gcode_motion
 from cncgen.toolpath.record import PathMode
 
@@ -206,7 +206,7 @@ class Batches:
         ip, sink = self._ip, self._ip.sink
         kind, value, index = self._asides[1][k], self._asides[2][k], self._asides[3][k]
         here = self._plain.cursor(index)
-        block = sink.block = Block({}, source=here.source, line=here.line, offset=here.offset)
+        block = sink.block = empty_block(here)
         if kind == gcode_codes.ASIDE_EXACT:
             sink.set_motion_control_mode(PathMode.EXACT_PATH, None, None)
         elif kind == gcode_codes.ASIDE_PATH:

@@ -12,6 +12,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.lanes import empty_block
 from cncgen.records import replace
 
 Action = Callable[[], None]
@@ -177,7 +178,7 @@ class Compiler:
             effect = macros.alarm if target == 3000.0 else macros.message
 
             def raise_it() -> None:
-                ip.sink.block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
+                ip.sink.block = empty_block(cursor)
                 effect(ip, evaluate(value, parameters), (parsed.comments or [""])[-1])
 
             return raise_it
@@ -191,7 +192,7 @@ class Compiler:
         from cncgen.gcode.flow import macros
 
         if code == "m":
-            self.ip.base.block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
+            self.ip.base.block = empty_block(cursor)
             pairs = macros.by_m_code(self.ip, pairs)
         number, times, values = macros.arguments([pair for pair in pairs if pair[1] == pair[1]])
         if code == "g66":

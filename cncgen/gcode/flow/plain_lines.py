@@ -12,9 +12,29 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import PlainBlocks, empty_block
-from cncgen.gcode.text.line_runs import PARAMETERS, ProgramLines, code_of
+from cncgen.gcode.text.line_runs import PARAMETERS, code_of
 from cncgen.kernels.gcode_run import Computer
 from cncgen.kernels.language_store import LanguageStore
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Protocol
+
+    class _Runs(Protocol):
+        """The lines of a program, as far as they tell of runs."""
+
+        def __len__(self) -> int:
+            """Return how many they are."""
+
+        def run_at(self, at: int) -> tuple[Cursor, int] | None:
+            """Return the place of a line of a run, and how many begin with it."""
+
+        def place(self, at: int) -> Cursor:
+            """Return the place of a line."""
+
+        def index_of(self, number: int) -> int:
+            """Return the line of a number in the text."""
+
 
 NO_CYCLES: frozenset[int] = frozenset()
 #: Returns the line to which a line leads, None where that is not certain; and what `LanguageStore.lead` takes.
@@ -68,10 +88,10 @@ class PlainLane:
         self.blocks = PlainBlocks()
         self._batches = Batches(ip, self.blocks, made)
         #: The program whose blocks stand in the columns.
-        self._lines: ProgramLines[Any] | None = None
+        self._lines: _Runs | None = None
         self.taken = 0
 
-    def run(self, lines: ProgramLines[Any], at: int, most: int) -> int:
+    def run(self, lines: _Runs, at: int, most: int) -> int:
         """Run lines of a run from one on, whose blocks wait then; return the first that was not run.
 
         Args:
@@ -86,7 +106,7 @@ class PlainLane:
 
     def follow(
         self,
-        lines: ProgramLines[Any],
+        lines: _Runs,
         at: int,
         apart: Container[int],
         lead: Lead,
@@ -138,7 +158,7 @@ class PlainLane:
             )  # fmt: skip
         return computer
 
-    def _compute(self, lines: ProgramLines[Any], here: Cursor, most: int) -> int:
+    def _compute(self, lines: _Runs, here: Cursor, most: int) -> int:
         """Run so many lines at most, whose blocks wait then; return how many were run."""
         if most < 1 or not self._ip.batchable(NO_CYCLES):
             return 0
@@ -170,7 +190,7 @@ class PlainLane:
         return self._lines.index_of(self.blocks.line[index])
 
 
-def _leads(lines: ProgramLines[Any], lead: Lead, apart: Container[int]) -> Leads:
+def _leads(lines: _Runs, lead: Lead, apart: Container[int]) -> Leads:
     """Return what tells, by the number of a line with a jump, its index, and index, offset and number of the line that it leads to.
 
     Lines that stand `apart` are none that it may lead to.

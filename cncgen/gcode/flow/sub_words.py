@@ -7,11 +7,12 @@ next line.
 from __future__ import annotations
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block, Flow, evaluate, program_names
+from cncgen.gcode.block import Flow, evaluate, program_names
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import macros
 from cncgen.gcode.flow.calls import LOCALS
 from cncgen.gcode.text.labels import Cursor, Label, shown
+from cncgen.gcode.text.lanes import empty_block
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -147,7 +148,7 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
             raise
         from cncgen.gcode.codes.probing import measures
 
-        block = Block({}, source=here.source, line=here.line, offset=here.offset)
+        block = empty_block(here)
         if not measures(ip, block, number, values):
             raise
         return after

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import CIRCLE, POLAR_ARC, POLAR_LINE, POLE, RADIUS_ARC, Block
+from cncgen.gcode.block import CIRCLE, POLAR_ARC, POLAR_LINE, POLE, RADIUS_ARC
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
@@ -59,9 +59,9 @@ class ContourLines(Execution):
         side = tuple(number for number in block.g if number in (410, 420))
         corner = self._corner_after(at)
         if side or self.ip.guard is not None:
-            self._execute(Block({}, side, (), None, 0, block.line, block.offset))
+            self._execute(block.beside({}, side))
         if "f" in block.words:
-            self._execute(Block({"f": block.words["f"]}, (), (), None, 0, block.line, block.offset))
+            self._execute(block.beside({"f": block.words["f"]}))
         end, centre, sense = contours.tangent_arc(self.ip, block.words)
         plain = Plain.of(self.ip)
         pole, plane = plain.pole, plain.plane
@@ -71,7 +71,7 @@ class ContourLines(Execution):
         if corner is not None:
             words[corner[0]] = corner[1]
         try:
-            self._execute(Block(words, (CIRCLE,), block.m, None, 0, block.line, block.offset))
+            self._execute(block.beside(words, (CIRCLE,), block.m))
         finally:
             plain.pole, plain.plane = pole, plane
 

@@ -158,7 +158,7 @@ def first_heading(ip: Interpreter, start: Point, read: Callable[[], Block]) -> c
             block = read()
             codes = tuple(g for g in block.g if g not in (400, 410, 420))
             words = dict(block.words)
-            ip.execute(Block(words, codes, (), None, block.source, block.line, block.offset))
+            ip.execute(block.beside(words, codes))
     except BlockError:
         return None
     finally:
@@ -261,7 +261,7 @@ def approach(
         _take_feed(ip, way, here)
     cutter.follow(lead)
     if side:
-        ip.execute(Block({}, (410 if side > 0 else 420,), (), None, here.source, here.line, here.offset))
+        ip.execute(here.beside({}, (410 if side > 0 else 420,)))
         if isinstance(ip.sink, CompensatedSink):
             ip.sink.centre.stand(a)
         ip.state.position = [a.real, a.imag, *ip.state.position[2:]]

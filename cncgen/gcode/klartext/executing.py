@@ -164,7 +164,7 @@ class Execution(ProgramText):
             block.g = tuple(number for number in block.g if number != CYCLE_CALL)
             self._modal = False
         if self.ip.state.compensation != 40 and "R0" in marks and not {410, 420} & set(block.g):
-            self._execute(Block({}, (400,), (), None, 0, block.line, block.offset))
+            self._execute(block.beside({}, (400,)))
         if {self.ip.state.compensation * 10, *block.g} >= {410, 420}:
             message = f"{'RL is followed by RR' if 420 in block.g else 'RR is followed by RL'} without a block with R0 between"
             raise BlockError("comp-refused", message, "R", hint="a line with R0 leads off the contour before")
@@ -179,9 +179,9 @@ class Execution(ProgramText):
         block.m = tuple(number for number in block.m if number not in ends)
         self._move(block)
         if ends:  # STOP M30: the program waits, and then ends
-            self._execute(Block({}, (), ends[:1], None, block.source, block.line, block.offset))
+            self._execute(block.beside({}, (), ends[:1]))
         if usual is not None:
-            self._execute(Block({"f": usual}, (), (), None, block.source, block.line, block.offset))
+            self._execute(block.beside({"f": usual}))
         if moves and self._is_free:
             self.frames[-1].program.ends[at] = complex(*self.ip.state.position[:2]), Plain.of(self.ip).heading
         if "t" in block.words:
@@ -202,7 +202,7 @@ class Execution(ProgramText):
                 message = "M109 and M110 do not act on the arcs of cycles here: their feed is that of the tool's centre"
                 hint = "the path is not changed by it"
                 self.ip.warn_once(BlockError("feed-function", message, "M109", hint=hint))
-            cycles.call(self.ip, Block({}, (), (), None, 0, block.line, block.offset))
+            cycles.call(self.ip, block.beside({}))
 
     def _call_program(self, name: str) -> None:
         """CALL PGM: another file, beside the program or in a folder of --include; its labels are its own."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError, Stop
@@ -214,7 +214,7 @@ class HeidenhainRunner(ContourLines):
             block.words |= {"x": place.real, "y": place.imag}
             self._move(block)
             with self._raised(above):
-                cycles.call(self.ip, Block({}, (), (), None, 0, block.line, block.offset))
+                cycles.call(self.ip, block.beside({}))
 
     @contextmanager
     def _raised(self, above: float) -> Iterator[None]:
@@ -277,8 +277,7 @@ class HeidenhainRunner(ContourLines):
         cycles.define(self.ip, number)
         self._parameters(frame, at, self._take_parameter)
         if number in cycles.PATTERNS:
-            here = self._lines[at].here
-            cycles.pattern(self.ip, number, before, Block({}, (), (), None, 0, here.line, here.offset))
+            cycles.pattern(self.ip, number, before, self._here(at))
 
     def _frame(self, frame: Frame, at: int, number: int, part: str | None, rest: str) -> None:
         """Frames (`datums`), 9 dwell, 247 preset."""

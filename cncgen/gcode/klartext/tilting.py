@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block, Value
+from cncgen.gcode.block import Value
 from cncgen.gcode.codes import affine, carried_planes, tool_point
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -103,5 +103,4 @@ def turn(ip: Interpreter, kinematics: Kinematics, axes: affine.Positions, wanted
 
 def _execute(ip: Interpreter, words: dict[str, float], code: int) -> None:
     """Execute a block of the interpreter's codes, at the line in progress."""
-    here = ip.base.block
-    ip.execute(Block(words, (code,), (), None, here.source, here.line, here.offset))
+    ip.execute(ip.base.block.beside(words, (code,)))

@@ -370,7 +370,7 @@ def _trafoof(motions: Motions) -> None:
     take_edge(motions)
 
 
-def _sets(name: str, value: object) -> Callable[[Motions], None]:
+def _sets(name: str, value: str | bool) -> Callable[[Motions], None]:
     """Return what a command does that puts a mode in force."""
     return lambda motions: setattr(motions, name, value)
 

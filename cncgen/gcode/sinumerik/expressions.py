@@ -141,9 +141,6 @@ class Chain:
         raise BlockError("value-kind", message, hint="$P_PFRAME=CTRANS(X,10):CROT(Z,45)")
 
 
-_CONSTANTS = {"TRUE": 1.0, "FALSE": 0.0, "$PI": math.pi, "PI": math.pi}
-
-
 def variable(name: str, indices: tuple[Value, ...]) -> Value:
     """Return what a name stands for; indices with indices of their own are formulas, so that nothing nests."""
     indices = tuple(
@@ -153,8 +150,8 @@ def variable(name: str, indices: tuple[Value, ...]) -> Value:
         return RParameter(float(name[1:]))
     if name == "R" and len(indices) == 1:
         return RParameter(indices[0])
-    if name in _CONSTANTS and not indices:
-        return _CONSTANTS[name]
+    if name in common.CONSTANTS_OF_SINUMERIK and not indices:
+        return common.CONSTANTS_OF_SINUMERIK[name]
     return Variable(name, indices)
 
 

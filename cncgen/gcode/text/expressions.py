@@ -151,6 +151,7 @@ FUNCTIONS_OF_SINUMERIK = {
 }  # fmt: skip
 #: Functions of SINUMERIK of two values.
 PAIRS_OF_SINUMERIK = {"ATAN2": codes.ANGLE_OF, "MINVAL": codes.LESSER, "MAXVAL": codes.GREATER}
+CONSTANTS_OF_SINUMERIK = {"TRUE": 1.0, "FALSE": 0.0, "PI": math.pi, "$PI": math.pi}
 #: Q parameters of Heidenhain: values nearer than 1e-9 are equal, a remainder has the sign of what is divided.
 HEIDENHAIN = Arithmetic(names_of(FUNCTIONS_OF_HEIDENHAIN))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator
 from importlib import import_module
@@ -63,7 +62,7 @@ _TAKEN: dict[str, tuple[Any, ...]] = {
             **{(name.encode(), 1): number for name, number in expressions.FUNCTIONS_OF_SINUMERIK.items()}, (b"NOT", 1): codes.NEGATED,
             **{(name.encode(), 2): number for name, number in expressions.PAIRS_OF_SINUMERIK.items()},
         },
-        {"TRUE": 1.0, "FALSE": 0.0, "PI": math.pi, "$PI": math.pi},
+        expressions.CONSTANTS_OF_SINUMERIK,
         False,
     ),
     "heidenhain": (
