@@ -88,7 +88,7 @@ def test_check_names_an_axis_without_a_column(tmp_path: Path, parameters: str, t
 
 def test_what_could_stand_there_is_named_in_words(run: Any) -> None:
     (fault,) = (d for d in run("O1\nG0 X1. =2\nM30\n", dialect="fanuc").diagnostics if d.severity == "error")
-    assert "a word, a comment or # was expected" in fault.message
+    assert "a word, a comment, a jump or loop of a macro or # was expected" in fault.message
 
 
 def test_a_program_of_heidenhain_is_called_whatever_its_capitals(tmp_path: Path) -> None:
