@@ -73,6 +73,10 @@ class Programmed:
         self._chord = chord_mm
         self._chunks: list[_Chunk] = []
         self._columns: dict[str, list[np.ndarray]] = {}
+        # The first row whose curve is whole yet; of chords that do not begin a row: its number, the part of its parameter where the
+        # chord begins, and that point, scaled.
+        self._whole = 0
+        self._chords: tuple[Ints, Floats, Floats] = np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 0))
         self._rest = True
         self._waiting: list[Toolpath] = []
         self.sources: tuple[str, ...] = ()
@@ -127,6 +131,7 @@ class Programmed:
         path = toolpath.path
         if not self.axes:
             self.axes, self.scale, self.sources = toolpath.axes, axis_scale(toolpath.axes), toolpath.sources
+            self._chords = *self._chords[:2], np.zeros((0, len(self.scale)))
         self.sources = toolpath.sources
         length = np.asarray(path.row_length)
         moves = (toolpath.kind != Kind.EVENT) & (length > 0.0)
@@ -214,22 +219,35 @@ class Programmed:
     def lines(self, first: int, stop: int) -> RowLines:
         """Return rows as lines, arcs and NURBS within a small part of the tolerance."""
         own = slice(first - self.base, stop - self.base)
-        row, far, points = [np.arange(first, stop)], [np.zeros(stop - first)], [self.column("start")[own]]
-        tolerance, curved = self.column("tolerance")[own], first + np.flatnonzero(self.column("curved")[own])
-        for chunk in self._chunks:
-            there = curved[(curved >= chunk.first) & (curved < chunk.first + len(chunk.rows))]
-            if len(there):
-                chord = _CHORD * tolerance[there - first]
-                of, at, x = chords(chunk.path, chunk.rows[there - chunk.first], chord, self.scale)
-                inner = at > 0.0
-                row.append(there[of[inner]])
-                far.append(at[inner])
-                points.append(x[inner] * self.scale)
-        rows, parts = np.concatenate(row), np.concatenate(far)
+        self._cut(stop)
+        of, at, x = self._chords
+        inner = slice(*np.searchsorted(of, [first, stop]).tolist())
+        rows = np.concatenate([np.arange(first, stop), of[inner]])
+        parts = np.concatenate([np.zeros(stop - first), at[inner]])
         order = np.lexsort((parts, rows))
-        vertices = np.concatenate([np.concatenate(points)[order], self.column("end")[own][-1:]])
+        points = np.concatenate([self.column("start")[own], x[inner]])[order]
+        vertices = np.concatenate([points, self.column("end")[own][-1:]])
         key = np.append(rows[order] + parts[order], float(stop))
-        return RowLines(vertices, key, tolerance[rows[order] - first])
+        return RowLines(vertices, key, self.column("tolerance")[own][rows[order] - first])
+
+    def _cut(self, stop: int) -> None:
+        """Cut the curves of the rows before `stop` that are whole yet: rows are asked for again and again, as windows reach over each other."""
+        first = max(self._whole, self.base)
+        self._whole = max(stop, first)
+        curved = first + np.flatnonzero(self.column("curved")[first - self.base : stop - self.base])
+        tolerance = self.column("tolerance")[curved - self.base]
+        held = int(np.searchsorted(self._chords[0], self.base))
+        found = [tuple(each[held:] for each in self._chords)]
+        for chunk in self._chunks:
+            there = (curved >= chunk.first) & (curved < chunk.first + len(chunk.rows))
+            if there.any():
+                rows = chunk.rows[curved[there] - chunk.first]
+                of, at, x = chords(chunk.path, rows, _CHORD * tolerance[there], self.scale)
+                inner = at > 0.0
+                found.append((curved[there][of[inner]], at[inner], x[inner] * self.scale))
+        if len(found) > 1:
+            of, at, x = (np.concatenate(each) for each in zip(*found, strict=True))
+            self._chords = of, at, x
 
     def nearest(self, points: Floats, row: Ints, part: Floats) -> tuple[Floats, Floats]:
         """Return the places on given rows nearest to points, shape (k, axes), and the unit tangents there, all scaled.

@@ -38,3 +38,28 @@ def test_the_nearest_place_on_a_curve_is_no_further_than_where_the_search_begins
             place, _ = program.nearest(sought, np.zeros(len(part), np.int64), first)
             before = np.linalg.norm(path.evaluate(begin + first * length)[0] - sought, axis=1)
             assert np.all(np.linalg.norm(place - sought, axis=1) <= before + 1e-7)
+
+
+def test_rows_are_the_same_lines_however_they_are_asked_for() -> None:
+    """Arcs and a spline, by windows that reach over each other, with the first rows forgotten, and all at once; on an arc of radius
+    R, chords of the same length miss it by R (1 - cos of half their angle)."""
+    arcs = [f"G{2 + k % 2} X{2 * k + 2} Y0 I1 J0" for k in range(9)]
+    text = "\n".join(["G21 G17 G90 G94 G64 P0.1 F6000", *arcs, "G5 X20 Y3 I1 J1 P-1 Q-1", "M2\n"])
+
+    def programmed() -> Programmed:
+        program = Programmed(0.001)
+        list(program.over(read_text(text).chunks()))
+        program.draw()
+        return program
+
+    whole, parts = programmed().lines(0, 10), programmed()
+    for first, stop in ((0, 3), (1, 2), (2, 7), (4, 10)):
+        parts.forget(first - 1)
+        some = parts.lines(first, stop)
+        own = slice(*np.searchsorted(whole.key, [first, stop]).tolist())
+        assert np.array_equal(some.points[:-1], whole.points[own])
+        assert np.array_equal(some.key[:-1], whole.key[own])
+        assert np.array_equal(some.tolerance, whole.tolerance[own])
+    angle = np.pi / np.searchsorted(whole.key, 1.0)
+    # A five-hundredth of the 0.994 of the tolerance that is planned with.
+    assert 1.0 - np.cos(0.5 * angle) <= 0.002 * 0.994 * 0.1 <= 1.0 - np.cos(0.55 * angle)
