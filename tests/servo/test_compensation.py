@@ -336,9 +336,12 @@ def test_arguments_that_nobody_can_mean_are_refused():
         compensate(stream(rounded_square()[:, :1], "X"), still)
 
 
-@pytest.mark.parametrize(("bound", "before", "after"), [(1.0, 52.3, 1.0), (0.8, 98.6, 3.0)])
-def test_a_drive_that_meets_its_bound_is_kept_below_it(programs, bound, before, after):
-    """The die-bonder's star takes up to 1.56 V. Learnt without the bound 24 samples at it and 17.1 µm remained at 0.8 V."""
+@pytest.mark.parametrize(("bound", "after"), [(1.0, 1.0), (0.8, 3.0)])
+def test_a_drive_that_meets_its_bound_is_kept_below_it(programs, bound, after):
+    """The die-bonder's star takes up to 1.56 V. Learnt without the bound 24 samples at it and 17.1 µm remained at 0.8 V.
+
+    What the drives make of the setpoints themselves is that of the simulation of the loops.
+    """
     servos = {
         k: Servo(s.model, {**s.parameters, "saturation_volt": bound})
         for k, s in profile("die-bonder").items()
@@ -347,7 +350,8 @@ def test_a_drive_that_meets_its_bound_is_kept_below_it(programs, bound, before, 
     limits = load_machine("die-bonder").axes
     found = compensate(rows, servos, limits=limits).learnt
     assert found.before.saturated > 20
-    assert 1e3 * found.before.contour_max == pytest.approx(before, abs=0.1)
+    wanted = np.concatenate([chunk.position for chunk in rows])
+    assert found.before.contour_max == pytest.approx(contour_max(wanted, servos), rel=1e-6)
     assert found.after.saturated == 0
     assert max(found.after.effort) <= bound
     assert 1e3 * found.after.contour_max < after
