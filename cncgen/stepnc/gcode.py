@@ -121,15 +121,19 @@ class _GcodeWriter:
         if not self._ended:
             yield "M2"
 
+    def _number(self, value: float) -> str:
+        """Return a number as the control reads it."""
+        return number(value)
+
     def _words(self, end: Floats, before: Floats | None) -> list[str]:
         """Return the axis words of a position: the words that differ from `before`, or all without it."""
         out = []
         for k, letter in enumerate(self._axes):
             value = math.degrees(end[k]) if is_rotary(letter) else float(end[k])
-            text = number(value)
+            text = self._number(value)
             if before is not None:
                 old = math.degrees(before[k]) if is_rotary(letter) else float(before[k])
-                if text == number(old):
+                if text == self._number(old):
                     continue
             out.append(letter + text)
         return out
@@ -232,10 +236,10 @@ class _GcodeWriter:
             yield code
         clockwise = arc.normal[plane] < 0
         # About Y the right-handed sense from +Y is that of G3 in the Z-X plane too.
-        words = [f"{'XYZ'[k]}{number(float(end[k]))}" for k in range(3)]
+        words = [f"{'XYZ'[k]}{self._number(float(end[k]))}" for k in range(3)]
         words += [w for w in self._words(end, self._position) if w[0] not in "XYZ"]
         arm = arc.centre - arc.start
-        words += [f"{a}{number(float(arm['IJK'.index(a)]))}" for a in letters]
+        words += [f"{a}{self._number(float(arm['IJK'.index(a)]))}" for a in letters]
         if _turns(arc) > 1:
             words.append(f"P{_turns(arc)}")
         yield " ".join(self._modes("G2" if clockwise else "G3", mode, feed, 1, words))
@@ -252,14 +256,14 @@ class _GcodeWriter:
         for k in range(n):
             words = self._words(control[k], None)
             if rational:
-                words.append(f"R{number(float(curve.weights[k] / curve.weights[0]))}")
-            knot = f"K{number(float(curve.knots[k]))}"
+                words.append(f"R{self._number(float(curve.weights[k] / curve.weights[0]))}")
+            knot = f"K{self._number(float(curve.knots[k]))}"
             if k == 0:
                 yield " ".join(self._modes(f"G6.2 P{rank} {knot}", mode, feed, 1, words))
             else:
                 yield " ".join([knot, *words])
         for k in range(n, n + rank):
-            yield f"K{number(float(curve.knots[k]))}"
+            yield f"K{self._number(float(curve.knots[k]))}"
 
     # Events
 
@@ -363,10 +367,14 @@ class _FanucWriter(_GcodeWriter):
     def _closeness_word(self, mode: PathMode, tolerance: float) -> str:
         return "G64" if mode == PathMode.CONTINUOUS else "G61"
 
+    def _number(self, value: float) -> str:
+        """Return a number with a point: without it, controls may count least increments, and X50 is 0.05 mm (B-64304EN, decimal point)."""
+        text = number(value)
+        return text if "." in text else f"{text}."
+
     def _dwell(self, seconds: float) -> str:
         """Return a dwell by X, in seconds where it has a point; P would be ms."""
-        text = number(seconds)
-        return f"G4 X{text}" if "." in text else f"G4 X{text}."
+        return f"G4 X{self._number(seconds)}"
 
     def _rigid_tap(self, end: Floats, words: list[str]) -> Iterator[str]:
         """Yield M29 and a cycle that goes back to where it begins; G74 is that of left-hand threads (B-64304EN, rigid tapping).
@@ -381,7 +389,7 @@ class _FanucWriter(_GcodeWriter):
         place = [w for w in self._words(self._position, None) if w[0] in "XY"]
         feed = self._pitch * self._speed
         yield f"M29 S{number(self._speed)}"
-        yield f"G94 G99 {cycle} {' '.join(place)} {words[0]} R{number(float(self._position[2]))} F{number(feed)}"
+        yield f"G94 G99 {cycle} {' '.join(place)} {words[0]} R{self._number(float(self._position[2]))} F{number(feed)}"
         yield "G80"
 
 

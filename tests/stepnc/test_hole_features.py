@@ -145,7 +145,7 @@ def test_a_tap_for_fanuc_is_m29_and_a_cycle(spindle, cycle):
     path = taken(f"G21 G17 G90 G0 X50 Y40 Z5\nS600 {spindle}\nG33.1 Z-20 K1\nG1 X60 F100\nM2\n")
     lines = list(gcode_lines([path], control="fanuc"))
     k = lines.index("M29 S600")
-    assert lines[k + 1 : k + 3] == [f"G94 G99 {cycle} X50 Y40 Z-20 R5 F600", "G80"]
+    assert lines[k + 1 : k + 3] == [f"G94 G99 {cycle} X50. Y40. Z-20. R5. F600", "G80"]
     back = taken("\n".join(lines), "fanuc")
     moved, moves = motions(back)[-3:], motions(path)[-3:]
     np.testing.assert_allclose(back.end[moved], path.end[moves])
@@ -158,15 +158,17 @@ def test_the_tap_of_a_feature_is_a_cycle_of_fanuc(tmp_path, cncgen):
     source, out = tmp_path / "tap.stp", tmp_path / "tap.nc"
     source.write_text(hole_part("TAPPING", E("F"), body="TAP").text())
     cncgen("convert", source, "-o", out, "--for", "fanuc")
-    assert "G94 G99 G84 X50 Y40 Z-20 R5 F600" in out.read_text()
+    assert "G94 G99 G84 X50. Y40. Z-20. R5. F600" in out.read_text()
 
 
 @pytest.mark.parametrize(("seconds", "word"), [("0.25", "X0.25"), ("2", "X2.")])
 def test_a_dwell_for_fanuc_is_seconds(seconds, word):
-    """P is ms there, and X without a point is too."""
-    path = taken(f"G21 G17 G90 G0 X50 Y40 Z5\nG4 P{seconds}\nG0 X0\nM2\n")
+    """P is ms there, and X without a point is too; lengths without one are least increments, 0.05 mm of X50 (B-64304EN)."""
+    path = taken(f"G21 G17 G90 G0 X50 Y40 Z5\nG4 P{seconds}\nG3 X0 I-25 F300\nM2\n")
     lines = list(gcode_lines([path], control="fanuc"))
     assert f"G4 {word}" in lines
+    assert "G0 X50. Y40. Z5." in lines
+    assert "G94 G3 X0. Y40. Z5. I-25. J0. F300" in lines
     back = taken("\n".join(lines), "fanuc")
     assert [e.dwell_s for e in back.events if e.name == "dwell"] == [float(seconds)]
 

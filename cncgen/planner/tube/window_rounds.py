@@ -155,20 +155,20 @@ class Rounds:
         self.motion = _spread(self._got[1], self.columns, self.window.state, self.goal[0])
         return True
 
-    def judge(self, first_s: float, phases: int) -> bool:
+    def judge(self, first_s: float, phases: int, units: float = np.inf) -> bool:
         """Tell whether the motion breaks tolerance, velocity or feed, which the next round is then given less of.
 
         Args:
             first_s: Time of its first setpoint.
             phases: Phases of setpoints that are looked at.
+            units: Those that are left: beyond them it tells of a part of the phases.
         """
         window, nodes, columns = self.window, self.window.nodes, self.columns
         assert window.goals is not None
         assert self._got is not None
         found = self._got[1]
-        over, cells = excess(
-            window.path, window.goals, self._own, self.motion, first_s, self.bounds.period_s, PASSED, phases
-        )
+        given = (window.path, window.goals, self._own, self.motion, first_s, self.bounds.period_s, PASSED)
+        over, cells = excess(*given, phases, units / _CELL)
         self.units += int(_CELL * cells)
         if self.early:
             over[:_BEGIN] = -np.inf

@@ -158,8 +158,6 @@ class WindowSearch:
     ) -> Solved | None:
         """Return the motion that rounds of a window end in, None where they do not; `known` tells whether some were made ahead."""
         while known or rounds.number < _ROUNDS - 1:
-            if self.units > self.bound:
-                return None
             found = known or rounds.search()
             self._count(rounds)
             if not found:
@@ -169,8 +167,10 @@ class WindowSearch:
             if following and (known or rounds.number == 0):
                 self._go_ahead((window, motion, first), following)
             known = False
-            broken = rounds.judge(first, PHASES if rounds.number else 1)
+            broken = rounds.judge(first, PHASES if rounds.number else 1, self.bound - self.units)
             self._count(rounds)
+            if self.units > self.bound:
+                return None
             if rounds.exact and not broken:
                 ends, bounds = (window.state, rounds.goal), self.bounds
                 kept = holds(motion, ends, bounds.acceleration, bounds.jerk, bounds.period_s)
