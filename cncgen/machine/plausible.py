@@ -22,8 +22,7 @@ LONGEST_PERIOD_S = 0.1
 #: A velocity or an acceleration from here on stands for none: 1 km/s and 100 g, in mm, or as many degrees.
 FREE = 1e6
 
-
-#: Remarks that were made: a machine is read several times in a run, and planned on many times. So many are kept.
+#: Remarks that were made, since a machine is read several times in a run; and how many of them are kept.
 _told: set[Doubt] = set()
 _MOST_TOLD = 1000
 

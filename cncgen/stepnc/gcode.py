@@ -301,9 +301,13 @@ class _GcodeWriter:
             if self._tap:
                 yield from self._rigid_tap(end, words)
             else:
-                yield " ".join(["G33", *words, f"K{number(self._pitch)}"])
+                yield " ".join(["G33", *words, self._lead()])
             self._mode, self._tapped = -1, self._tap
             self._position = self._position if self._tap else end
+
+    def _lead(self) -> str:
+        """Return the word of G33 for the way of a turn."""
+        return f"K{number(self._pitch)}"
 
     def _dwell(self, seconds: float) -> str:
         return f"G4 P{number(seconds)}"
@@ -371,6 +375,9 @@ class _FanucWriter(_GcodeWriter):
         """Return a number with a point: without it, controls may count least increments, and X50 is 0.05 mm (B-64304EN, decimal point)."""
         text = number(value)
         return text if "." in text else f"{text}."
+
+    def _lead(self) -> str:
+        return f"F{self._number(self._pitch)}"
 
     def _dwell(self, seconds: float) -> str:
         """Return a dwell by X, in seconds where it has a point; P would be ms."""

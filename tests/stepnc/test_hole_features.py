@@ -173,6 +173,17 @@ def test_a_dwell_for_fanuc_is_seconds(seconds, word):
     assert [e.dwell_s for e in back.events if e.name == "dwell"] == [float(seconds)]
 
 
+def test_the_lead_of_g33_is_f_for_fanuc():
+    """K is LinuxCNC's word (B-64304EN, threading: F is the lead); the feed in mm a minute is written anew after it."""
+    path = taken("G21 G17 G90 G0 X0 Y0 Z5\nS600 M3\nG1 Z4 F300\nG33 Z-20 K1.5\nG1 X60 F300\nM2\n")
+    lines = list(gcode_lines([path], control="fanuc"))
+    k = lines.index("G33 Z-20. F1.5")
+    assert lines[k + 1] == "G94 G1 X60. F300"
+    back = taken("\n".join(lines), "fanuc")
+    assert next(e.values.get("pitch_mm") for e in back.events if e.name == "synchronise") == 1.5
+    assert back.end[-1].tolist() == [60.0, 0.0, -20.0]
+
+
 def test_a_tap_along_x_is_refused_for_fanuc():
     path = taken("G21 G17 G90 G0 X0 Y0 Z5\nS600 M3\nG33.1 X-20 K1\nM2\n")
     with pytest.raises(UsageError, match="along Z"):
