@@ -539,6 +539,18 @@ def _function_unread(text: str) -> Statement:
     raise BlockError("unsupported-block", f"FUNCTION {name} is not read", "FUNCTION", hint=hint)
 
 
+def _tip_on(*parts: str) -> Statement:
+    """FUNCTION TCPM: of its words, those that turn the tool otherwise than positions of axes do are refused (TNC 640, FUNCTION TCPM)."""
+    words = " ".join(parts).upper()
+    for unread in ("AXIS SPAT", "PATHCTRL VECTOR"):
+        if unread in " ".join(words.split()):
+            hint = "AXIS POS and PATHCTRL AXIS are"
+            raise BlockError(
+                "unsupported-block", f"{unread} of FUNCTION TCPM is not read", "FUNCTION", hint=hint
+            )
+    return Statement("block", [("g", TIP / 10.0)])
+
+
 def _label(name: str) -> str:
     return name.strip('"').upper()
 
@@ -569,7 +581,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "cycle": _cycle, "cycle_call": _cycle_call, "stop": _stop, "label": _label, "label_here": _kind("label"), "call": _kind("call"),
     "repeats": lambda times, *_: times,
     **{rule: _kind(rule) for rule in ("call_program", "select_program", "call_selected", "select_pattern", "select_table", "plane", "transform")},
-    "tip_on": lambda *_: Statement("block", [("g", TIP / 10.0)]), "tip_off": lambda *_: Statement("block", [("g", TIP_OFF / 10.0)]),
+    "tip_on": _tip_on, "tip_off": lambda *_: Statement("block", [("g", TIP_OFF / 10.0)]),
     "pauses": lambda *_: Statement("block", [_REMARK, ("remark", 6.0)]), "function_unread": _function_unread,
     "pattern": lambda kind, *words: (kind.upper().rstrip("0123456789"), dict(words)),
     "pattern_def": _kind("pattern_def"), "pattern_more": _kind("pattern_more"),
