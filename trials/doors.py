@@ -51,8 +51,10 @@ from cncgen.toolpath.reading import ReadOptions
 from trials.generators import door_commands, door_options, door_surroundings, extreme_programs
 from trials.generators import door_inputs as inputs
 
-#: Bounds of one input: seconds of processor time, and bytes beside what the process has already.
+#: Bounds of one input: seconds of processor time on a machine that plans `PACE` in so many of them (a slower one has more), and bytes
+#: beside what the process has already.
 SECONDS = 10.0
+PACE, PACE_SECONDS = Path(__file__).parents[1] / "programs" / "butterfly.nc", 0.045
 MEMORY = 2**30
 #: Inputs of the first forked process of a door, and at most of each; a process is forked and warms up in the time of hundreds.
 BATCH, LARGEST_BATCH = 25, 10_000
@@ -333,7 +335,7 @@ def run_extremes(data: bytes) -> None:
         named = dict(zip(options[::2], options[1::2], strict=False))
         tolerance = ["--path-tolerance", named["--path-tolerance"]] if "--path-tolerance" in named else []
         judging = ["verify", "o", "--program", "p.nc", "--machine", "m.toml", *tolerance]
-        signal.setitimer(signal.ITIMER_PROF, SECONDS)  # each command has its own
+        signal.setitimer(signal.ITIMER_PROF, most_seconds())  # each command has its own
         code, said = _command([*judging, "--format", named.get("--format", "csv")])
         if code != 0:
             raise AssertionError(f"verify ends with {code}: {said}")
@@ -485,9 +487,22 @@ def _doors() -> dict[str, Door]:
     return found
 
 
+@cache
+def most_seconds() -> float:
+    """Return the processor time that one input may take on this machine, s."""
+    import cncgen
+
+    taken = []
+    for _ in range(3):
+        begin = time.process_time()
+        cncgen.sample(cncgen.plan(PACE, "generic-mill")).collect()
+        taken.append(time.process_time() - begin)
+    return SECONDS * max(1.0, min(taken) / PACE_SECONDS)
+
+
 def fault_of(door: Door, data: bytes) -> tuple[str, str] | None:
     """Run an input; return what kind of fault it shows and all that is known of it, or None."""
-    signal.setitimer(signal.ITIMER_PROF, SECONDS)
+    signal.setitimer(signal.ITIMER_PROF, most_seconds())
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -515,7 +530,7 @@ class TooLong(BaseException):
 
 
 def _hang(number: int, frame: object) -> None:
-    raise TooLong(f"more than {SECONDS:g} s")
+    raise TooLong(f"more than {most_seconds():.3g} s")
 
 
 def bound_process() -> None:
@@ -535,6 +550,7 @@ def _limit(kind: int, value: int) -> None:
 def batch(name: str, door: Door, data: list[bytes]) -> tuple[int, list[Finding]]:
     """Run inputs in a child; return how many ran, and what they showed."""
     shared = mmap.mmap(-1, 8)
+    most_seconds()  # measured once, not by each child
     with scratch() as folder, tempfile.TemporaryFile() as found, tempfile.TemporaryFile() as errors:
         child = os.fork()
         if child == 0:
@@ -587,7 +603,7 @@ def _child(door: Door, data: list[bytes], shared: mmap.mmap, found: int, errors:
         if index % BATCH == 0:  # what is cached grows from input to input, and is not one's own
             bound_process()
         shared[:8] = index.to_bytes(8, "little")
-        _limit(resource.RLIMIT_CPU, int(time.process_time() + 2 * SECONDS) + 2)
+        _limit(resource.RLIMIT_CPU, int(time.process_time() + 2 * most_seconds()) + 2)
         fault = fault_of(door, each)
         printed = os.lseek(errors, 0, os.SEEK_CUR)
         if fault is None and printed > done:
