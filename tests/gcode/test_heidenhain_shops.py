@@ -158,11 +158,12 @@ def test_points_of_a_table(tmp_path: Path) -> None:
 TABLES = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
 
 
-@pytest.mark.parametrize("words", ["AXIS SPAT PATHCTRL AXIS", "AXIS POS PATHCTRL VECTOR"])
-def test_words_of_tcpm_that_turn_the_tool_otherwise_are_refused(run: Run, words: str) -> None:
-    """Spatial angles, and the way of the tool's direction, were read as positions of the axes without a word."""
+@pytest.mark.parametrize("words", ["REFPNT TIP-CENTER", "AXIS POS REFPNT CENTER-CENTER"])
+def test_tcpm_of_the_centre_of_the_tool_is_refused(run: Run, words: str) -> None:
+    """Points of the ball's centre were read as those of the tip without a word."""
     out = run(program(f"FUNCTION TCPM F TCP {words}"), dialect="heidenhain", kinematics=TABLES)
     assert [code for code, *_ in out.errors] == ["unsupported-block"]
+    assert said(run, "FUNCTION TCPM F CONT REFPNT TIP-TIP")[0] == ("warning", "feed-function")
 
 
 @pytest.mark.parametrize(

@@ -168,3 +168,49 @@ def test_compensation_square_to_a_tilted_tool_is_refused(run: Any) -> None:
     text = "0 BEGIN PGM A MM\nTOOL DEF 1 L+0 R+5\nTOOL CALL 1 Z S1\nM128\nLN X+4 Y+0 TX+0 TY+1 TZ+1 RR F1000\nL X+9\nL X+20 R0\nM30\nEND PGM A MM\n"
     out = run(text, dialect="heidenhain", tips_alone=True)
     assert next(code for code, *_ in out.errors) == "tcp-refused"
+
+
+SPATIAL = "FUNCTION TCPM F TCP AXIS SPAT PATHCTRL AXIS"
+
+
+def test_spatial_angles_of_tcpm_turn_the_tool_as_a_plane(run: Any) -> None:
+    """The manual's block, L A+0 B+45 C+0, sets the tool to 45 degrees about Y; angles that are left out stay (TNC 640, FUNCTION TCPM)."""
+    turn = f"{SPATIAL}\nL A+0 B+45 C+0 FMAX"
+    assert places(run, turn)[-1][3:] == [45, 90]
+    last = places(run, f"{turn}\nL X+4 Y+5 Z+6 B+30 F100")[-1]
+    assert last[3:] == [30, 90]
+    assert last[:3] == pytest.approx(stands((4, 5, 6), 30, 90), abs=1e-5)
+
+
+def test_spatial_angles_count_in_the_tilted_plane(run: Any) -> None:
+    """Angles of 0 are square to the plane in force."""
+    *_, last = places(run, f"{PLANE} STAY\n{SPATIAL}\nL A+0 B+0 C+0 FMAX\nL X+4 Y+5 Z+6 FMAX")
+    assert last[3:] == [30, 90]
+    assert last[:3] == pytest.approx(stands(turned(1, 30) @ (4, 5, 6), 30, 90), abs=1e-5)
+
+
+def test_m128_has_positions_of_the_axes_again(run: Any) -> None:
+    *_, last = places(run, f"{SPATIAL}\nL A+0 B+45 C+0 FMAX\nM128\nL A+10 C+20 FMAX")
+    assert last[3:] == [10, 20]
+
+
+def test_increments_of_spatial_angles_are_refused(run: Any) -> None:
+    text = f"0 BEGIN PGM A MM\n{SPATIAL}\nL IB+5 FMAX\nM30\nEND PGM A MM\n"
+    out = run(text, dialect="heidenhain", kinematics=TRUNNION)
+    assert [code for code, *_ in out.errors] == ["unsupported-block"]
+
+
+@pytest.mark.parametrize(("control", "most"), [("VECTOR", 0.02), ("AXIS", 5.0)])
+def test_the_tool_stays_in_the_plane_of_its_directions(run: Any, control: str, most: float) -> None:
+    """PATHCTRL VECTOR: between A30 C0 and A30 C60 the directions lie in one plane through the origin, which midway
+    is atan(tan 30 cos 30) = 26.6 degrees off Z; axes that turn evenly go around Z and are 3.4 degrees off there."""
+    body = (
+        f"FUNCTION TCPM F TCP AXIS POS PATHCTRL {control}\nL X+0 Y+0 Z+0 A+30 C+0 FMAX\nL X+10 A+30 C+60 F500"
+    )
+    rows = places(run, body)
+    ways = np.array([turned(2, c) @ turned(0, a) @ (0, 0, 1) for *_, a, c in rows if a >= 20.0])
+    normal = np.cross(ways[0], ways[-1])
+    off = np.degrees(np.arcsin(np.abs(ways @ (normal / np.linalg.norm(normal)))))
+    assert rows[-1][3:] == [30, 60]
+    assert off.max() <= most
+    assert control == "VECTOR" or off.max() > 3.0

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cncgen.gcode import read
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.dialects import choose
 from cncgen.machine.kinematics import Kinematics
+from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode
 
 Run = Callable[..., Any]
@@ -658,3 +660,43 @@ def test_the_degree_of_a_spline_stands_alone(run: Run) -> None:
     assert out.errors == []
     assert out.path.nurbs.degree.tolist() == [2]
     assert out.path.nurbs.knots.tolist() == [0, 0, 0, 1, 2, 3, 3, 3]
+
+
+def test_a_subprogram_is_called_by_the_name_of_its_file(run: Run, tmp_path: Path) -> None:
+    """A generator of programs for 840D writes _N_CMP_INIT_SPF; the control names files so."""
+    (tmp_path / "CMP_INIT.SPF").write_text("G0 Y3\nRET\n")
+    main = tmp_path / "MAIN.MPF"
+    main.write_text("G0 X1\n_N_CMP_INIT_SPF;\nM30\n")
+    found = read(main, "MAIN.MPF", ReadOptions(dialect="sinumerik"))
+    rows = np.concatenate([chunk.end[chunk.kind != 3, :2] for chunk in found.chunks()])
+    assert [d.code for d in found.diagnostics if d.severity == "error"] == []
+    assert rows.tolist() == [[1, 0], [1, 3]]
+
+
+def test_functions_of_texts(run: Run) -> None:
+    """Places count from 0; -1 is none (840D sl, Job planning, "String operations")."""
+    text = 'DEF STRING[20] AA="part_12"\nIF TOUPPER(AA)<<"X"=="PART_12X"\nG0 X=NUMBER(SUBSTR(AA,5)) Y=STRLEN(AA << "xy") Z=INDEX(AA,"_")\nENDIF\nIF ISNUMBER(SUBSTR(AA,5,1))\nG0 X=RINDEX(TOLOWER("AB"),"c")\nENDIF\nM30'
+    assert ends(run, text) == [[12, 9, 4], [-1, 9, 4]]
+
+
+@pytest.mark.parametrize(
+    ("call", "code"),
+    [("STRLEN(5)", "value-kind"), ('SUBSTR("A","b")', "value-kind"), ('SUBSTR("A")', "function-arguments"), ('NUMBER("1_0")', "value-kind")],
+)  # fmt: skip
+def test_functions_of_texts_take_texts(run: Run, call: str, code: str) -> None:
+    assert fault(run, f"R1={call}\nG0 X1\nM30")[0] == code
+
+
+def test_the_depth_of_a_shank_is_taken_as_that_of_the_tip(run: Run) -> None:
+    """GMODE = 10 of drilling, which programs made at the control have, was refused."""
+    text = "F100\nG0 Z10\nCYCLE82(10,0,2,-5,,0,10,1,12)\nM30"
+    assert min(z for *_, z in ends(run, text)) == -5
+    assert codes(run, text) == ["tool-assumed"]
+
+
+def test_feed_types_by_their_group(run: Run) -> None:
+    """Group 15: 4 is G96, 7 is G961, 8 is G971 (840D sl, Fundamentals, "G functions"), as a generator of programs writes them."""
+    text = "S1000 M3\nG95\nG[15]=8 F200\nTOWSTD\nG1 X10\nM30"
+    out = run(text, dialect="sinumerik")
+    assert out.errors == []
+    assert out.path.feed[out.path.kind != 3][0] * 60.0 == pytest.approx(200.0)

@@ -161,3 +161,29 @@ def test_traori_within_the_plane_follows_the_tip(run: Any) -> None:
 def test_positions_of_the_axes_need_a_machine(run: Any) -> None:
     out = run('CYCLE800(0,"",0,192,0,0,0,30,90,0,0,0,0,-1)\nM30', dialect="sinumerik")
     assert [code for code, *_ in out.errors] == ["tcp-machine"]
+
+
+@pytest.mark.parametrize(
+    ("words", "axis", "angle"), [("X30 Y20", 0, 20), ("Y20 Z30", 1, 30), ("Z10 X-25", 2, -25)]
+)
+def test_rots_puts_an_axis_into_a_plane_of_the_coordinates(
+    run: Any, words: str, axis: int, angle: float
+) -> None:
+    """ROTS X Y: the new X is in the old plane Z X, turned by Y; so on in cyclic order (840D sl, Job planning, "ROTS, AROTS, CROTS"). The line
+    of the plane X Y in the old plane Y Z is Y turned by X."""
+    found = [np.array(places(run, f"ROTS {words}\nG0 {'XYZ'[k]}1")[-1][:3]) for k in range(3)]
+    assert found[axis] == pytest.approx(turned((axis + 1) % 3, angle)[:, axis], abs=1e-6)
+    assert np.linalg.det(np.column_stack(found)) == pytest.approx(1.0, abs=1e-5)
+    first, second = (float(word[1:]) for word in words.split())
+    line = turned(axis, first)[:, (axis + 1) % 3]
+    assert np.dot(np.cross(found[axis], found[(axis + 1) % 3]), line) == pytest.approx(0.0, abs=1e-6)
+    assert second == angle
+
+
+def test_rots_of_one_angle_is_rot_and_of_three_is_none(run: Any) -> None:
+    assert places(run, "ROTS Y20\nG0 X1 Z2") == places(run, "ROT Y20\nG0 X1 Z2")
+    alone = np.array(places(run, "ROTS X30 Y20\nG0 X0 Y0 Z1")[-1][:3])
+    added = places(run, "TRANS X5\nAROTS X30 Y20\nG0 X0 Y0 Z1")[-1][:3]
+    assert added == pytest.approx(alone + np.array((5, 0, 0)), abs=1e-5)
+    out = run("ROTS X1 Y2 Z3\nG0 X1\nM30", dialect="sinumerik")
+    assert [code for code, *_ in out.errors] == ["not-read"]

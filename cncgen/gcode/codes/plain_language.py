@@ -63,6 +63,8 @@ class Plain:
         labels: The contours of cycle 14, and `contour`, what reads one: its segments, and the side of the tool.
         paraxial: 1 where lines along one axis go the radius of the tool further (R+), -1 where they end so far before (R-), else 0.
         texts: Texts by the number of their parameter QS, as far as they are known.
+        spatial: The spatial angles A B C, degrees, to which rotary words turn the tool under AXIS SPAT; None where they are positions of axes.
+        vector: Whether the tool's direction turns in a plane while it goes along a line (PATHCTRL VECTOR).
         tool_feed: The feed of the last TOOL CALL with one, in the program's units a minute, which FAUTO takes.
     """
 
@@ -74,6 +76,8 @@ class Plain:
     sizes: dict[int, tuple[float, float]] = field(default_factory=dict)
     defined: set[int] = field(default_factory=set)
     paraxial: float = 0.0
+    spatial: list[float] | None = None
+    vector: bool = False
     tool_feed: float = 0.0
     texts: dict[int, str] = field(default_factory=dict)
     labels: list[str] = field(default_factory=list)

@@ -47,6 +47,8 @@ _TURNED = re.compile(
 #: A direction of the tool, to which they turn under M128.
 _DIRECTION = re.compile(rb"(?<![A-Z])LN\b[^\n]*?[TN][XYZ][ \t]*[-+\dQ.,]", re.IGNORECASE)
 _TIP = re.compile(rb"(?<![A-Z])(?:M128|TCPM)\b", re.IGNORECASE)
+#: Rotary words that are spatial angles, to which the machine's axes turn.
+_SPATIAL = re.compile(rb"TCPM\b[^\n]*\bAXIS[ \t]+SPAT\b", re.IGNORECASE)
 
 
 #: Programs that call each other deeper than this are not looked at.
@@ -73,6 +75,8 @@ def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[str], rota
         named |= set("XYZ")
     if _TURNED.search(code) or (_DIRECTION.search(code) and _TIP.search(code)):
         named |= set(rotary)
+    if _SPATIAL.search(code):
+        named = named - set("ABC") | set(rotary)
     for source in programs.called(code, folders) if deep and b"PGM" in code.upper() else ():
         if source.name not in seen:
             seen.add(source.name)

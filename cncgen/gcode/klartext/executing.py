@@ -78,7 +78,8 @@ class Execution(ProgramText):
         self._side: int | None = None
 
     def _is_plain(self) -> bool:
-        return not (self._modal or self._plunge or self._is_free or Plain.of(self.ip).paraxial)
+        special = self._modal or self._plunge or self._is_free or Plain.of(self.ip).paraxial
+        return not special and orientation.is_plain(self.ip)
 
     def _run_plain(self, lane: PlainLane, frame: Frame, most: int) -> int:
         if not self._is_plain():
@@ -155,8 +156,10 @@ class Execution(ProgramText):
             self._modal = self._modal or "M89" in marks
             if "M103" in marks:
                 self._plunge = self._now(marks["M103"]) / 100.0
+            if "M128" in marks:
+                orientation.turn_on(self.ip, ())
         block = self._block(at, statement.words)
-        orientation.take(self.ip, block)
+        orientation.take(self.ip, block, marks)
         contours.lengthen(self.ip, block, marks)
         usual = contours.plunge(self.ip, block, self._plunge)
         called = CYCLE_CALL in block.g
@@ -177,6 +180,8 @@ class Execution(ProgramText):
                 block.words[corner[0]] = corner[1]
         ends = tuple(number for number in block.m if number in _ENDS) if 0 in block.m else ()
         block.m = tuple(number for number in block.m if number not in ends)
+        for part in orientation.between(self.ip, block):
+            self._move(part)
         self._move(block)
         if ends:  # STOP M30: the program waits, and then ends
             self._execute(block.beside({}, (), ends[:1]))

@@ -13,7 +13,7 @@ from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError, Stop
-from cncgen.gcode.klartext import cycles, lines, planes, points, programs, system_data
+from cncgen.gcode.klartext import cycles, lines, orientation, planes, points, programs, system_data
 from cncgen.gcode.klartext.contour_lines import ContourLines
 from cncgen.gcode.klartext.datums import Datums
 from cncgen.gcode.klartext.executing import INCLUDE, OF_PARAMETERS
@@ -207,7 +207,7 @@ class HeidenhainRunner(ContourLines):
                 "cycle-missing",
                 message,
                 "CYCL",
-                hint="PATTERN DEF POS1 (X+10 Y+10 Z+0) defines one; tables of points are not read",
+                hint='PATTERN DEF POS1 (X+10 Y+10 Z+0) or SEL PATTERN "NAME.PNT" stands before it',
             )
         for place, above in self._points:
             block = self._block(at, statement.words)
@@ -301,6 +301,11 @@ class HeidenhainRunner(ContourLines):
         self._execute(
             self._here(at, (40,), {"p": planes.dwell_s(unit, self._now(value), self.ip.state.speed)})
         )
+
+    def do_tip_on(self, frame: Frame, at: int, statement: Statement) -> None:
+        """FUNCTION TCPM."""
+        orientation.turn_on(self.ip, statement.data)
+        self._plain(at, statement)
 
     def do_plane(self, frame: Frame, at: int, statement: Statement) -> None:
         """PLANE."""

@@ -21,7 +21,7 @@ _ALONG_Z = frozenset(("K", "K1"))
 _UPRIGHT = frozenset((("G", 18.0), ("G", 19.0)))
 #: Names, or their beginnings, of what moves in space by values of its own.
 _SPATIAL = ("CYCLE", "POCKET", "SLOT", "LONGHOLE", "HOLES", "TRAORI")
-_TURNS_SPACE = frozenset(("ROT", "AROT"))
+_TURNS_SPACE = frozenset(("ROT", "AROT", "ROTS", "AROTS"))
 _SOFT = frozenset(("G", float(code)) for code in soft_approach.CODES)
 #: Transformations that move X and C.
 _ROTARY = frozenset(("TRANSMIT", "TRACYL"))

@@ -38,12 +38,14 @@ _ACCEPTED = frozenset(
      "DYNPREC", "SBLON", "SBLOF", "DISPLOF", "DISPLON", "FNORM", "FLIN", "FCUB", "CPRECON", "CPRECOF", "POLYPATH", "BAUTO", "BNAT",
      "BTAN", "EAUTO", "ENAT", "ETAN", "NEWCONF", "WAITP", "FPRAOFF", "LFON", "LFOF", "SPCON", "SPCOF", "SAVE", "ACTBLOCNO",
      "DELAYFSTON", "PCALL", "DELAYFSTOF", "TOROTOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "DRFOF", "LIFTFAST", "CP",
+     # Coordinates in which wear of tools counts, which the tool table has none of.
+     "TOWSTD", "TOWWCS", "TOWBCS", "TOWMCS", "TOWTCS", "TOWKCS",
     ]
 )  # fmt: skip
 #: Ways to a contour around its first point, where that lies between.
 _APPROACHES = ("KONT", "KONTC", "KONTT")
 _MOTIONS = ("ASPLINE", "CSPLINE", "BSPLINE", "POLY", "CIP", "CT")
-_FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
+_FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "ROTS", "AROTS", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
 
 
 #: Commands that are named and not read.
@@ -55,7 +57,7 @@ _NAMED_NOT_READ = {
     **dict.fromkeys(("CUT3DC", "CUT3DF", "CUT3DFF", "CUT3DFS"), "cutter compensation in space"),
     **dict.fromkeys(("TOROT", "TOFRAME", "TCARR", "TCOABS", "TCOFR", "PAROT"), "an oriented tool carrier"),
     **dict.fromkeys(("WHENEVER", "WHEN", "EVERY", "DO", "ID", "IDS"), "a synchronous action"),
-    **dict.fromkeys(("ROTS", "AROTS", "CROTS"), "a rotation by solid angles"),
+    "CROTS": "a rotation by solid angles as a frame",
     "PRESETON": "another position of an axis",
     "BLOCK": "a part of another program",
     "ISOCALL": "a subprogram of the ISO dialect",
@@ -170,6 +172,8 @@ def _step(motions: Motions, kind: str, values: dict[str, float], rpl: float | No
     """Return the frame that one command makes."""
     if kind == "ROT" and rpl is not None:
         return frames.Frame(frames.turn(motions.plane()[2], rpl))
+    if kind == "ROTS":
+        return frames.Frame(swivelling.of_solid_angles(values))
     return frames.made(kind, values)
 
 
@@ -271,7 +275,7 @@ def _limit_of_spindle(motions: Motions, words: Words, name: str, at: Scalar, mod
 #: G functions by the number of their group, in its order.
 _GROUPS = {
     1: (0, 1, 2, 3), 6: (17, 18, 19), 7: (40, 41, 42), 8: (500, 54, 55, 56, 57, *range(505, 600)), 10: (60, 64, 641, 642, 643, 644, 645),
-    13: (70, 71, 700, 710), 14: (90, 91), 15: (93, 94, 95), 18: (450, 451),
+    13: (70, 71, 700, 710), 14: (90, 91), 15: (93, 94, 95, 96, 97, 931, 961, 971, 942, 952, 962, 972, 973), 18: (450, 451),
 }  # fmt: skip
 
 
@@ -288,9 +292,10 @@ def refuse_conflict(codes: list[int]) -> None:
 
 
 #: The groups of G functions, threads among those of group 1.
-_GROUP_OF = {code: group for group, members in _GROUPS.items() for code in members} | dict.fromkeys(
-    (33, 34, 35, 331, 332), 1
-)
+_GROUP_OF = {
+    **{code: group for group, members in _GROUPS.items() if group != 15 for code in members},
+    **dict.fromkeys((33, 34, 35, 331, 332), 1), **dict.fromkeys((93, 94, 95), 15),
+}  # fmt: skip
 #: Settings of one index: an axis, a spindle or a group.
 INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = {
     **dict.fromkeys(("POS", "POSA"), _own_position),

@@ -32,6 +32,8 @@ Values = list[Scalar | None]
 _AHEAD, _LEAST_AHEAD, _MOST_AHEAD, _BREAK = 1.0 / 50.0, 0.6, 7.0, 1.0
 #: How far CYCLE97 and CYCLE98 leave their thread, mm.
 _OFF_THREAD = 1.0
+#: GMODE of drilling, whose depth is that of the shank.
+_SHANK = 10
 
 
 class CycleParameters(list[Scalar | None]):
@@ -307,9 +309,15 @@ def _modes(motions: Motions, name: str, values: Values, index: int, most: Sequen
     digits = [mode // 10**place % 10 for place in range(len(most))]
     beyond = next((k for k in range(index + 3, len(values)) if filled(values, k)), None)
     hint = "0 is the usual value of each"
-    if shape:
+    if shape == _SHANK:
+        message = f"GMODE = {shape} of {name}: the depth is that of the full diameter on the control, here of the tip"
+        motions.ip.warn_once(
+            BlockError("tool-assumed", message, name, hint="the angle of the tip is not in the tool table")
+        )
+    elif shape:
         message, hint = f"GMODE = {shape} of {name} is not read", "GMODE = 0 is the depth of the tip"
-    elif not 0 <= mode < 10 ** len(most) or any(map(operator.gt, digits, most)):
+        raise BlockError("not-read", message, name, hint=hint)
+    if not 0 <= mode < 10 ** len(most) or any(map(operator.gt, digits, most)):
         message = f"AMODE = {mode} of {name} is not read"
     elif beyond is not None:
         message = f"parameter {beyond + 1} of {name} is not read"

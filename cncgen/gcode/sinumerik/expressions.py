@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterable
 from typing import Protocol
 
 from cncgen.gcode.errors import BlockError
@@ -106,6 +107,60 @@ class Variable:
 
 
 @dataclass(frozen=True, slots=True)
+class TextFunction:
+    """A function of texts (840D sl, Job planning, "String operations")."""
+
+    name: str
+    arguments: tuple[Value, ...]
+
+    @property
+    def operands(self) -> tuple[Value, ...]:
+        """What is computed before it."""
+        return self.arguments
+
+    def of(self, variables: Variables, text: Scalar, *more: Scalar) -> Scalar:
+        """Return its value.
+
+        Raises:
+            BlockError: An argument is a number where a text is needed or the other way round, or NUMBER has a text that is none.
+        """
+        numbers = self.name == "SUBSTR"
+        if not isinstance(text, str) or any(isinstance(value, str) == numbers for value in more):
+            message = f"an argument of {self.name} is {'a text where a number' if isinstance(text, str) and numbers else 'a number where a text'} is needed"
+            raise BlockError("value-kind", message, self.name, hint='SUBSTR("PART_12",5,2) is "12"')
+        return _TEXTS[self.name](text, *more)
+
+    def __call__(self, variables: Variables) -> Scalar:
+        """Return its value."""
+        text, *more = (evaluate(argument, variables) for argument in self.arguments)
+        return self.of(variables, text, *more)
+
+
+_NUMBER = re.compile(r"\s*[-+]?(\d+(\.\d*)?|\.\d+)\s*", re.ASCII)
+
+
+def _number_of(text: str) -> float:
+    if not _NUMBER.fullmatch(text):
+        message = f'NUMBER("{text}"): the text is no number'
+        raise BlockError("value-kind", message, "NUMBER", hint="ISNUMBER tells whether it is one")
+    return float(text)
+
+
+def _part(text: str, first: float, count: float | None = None) -> str:
+    begin = round(max(first, 0.0))
+    return text[begin:] if count is None else text[begin : begin + round(max(count, 0.0))]
+
+
+#: Functions whose first argument is a text, and how many arguments each takes; places count from 0, and -1 is none.
+_TEXTS: dict[str, Callable[..., Scalar]] = {
+    "TOUPPER": str.upper, "TOLOWER": str.lower, "STRLEN": lambda text: float(len(text)), "NUMBER": _number_of,
+    "ISNUMBER": lambda text: float(_NUMBER.fullmatch(text) is not None), "INDEX": lambda text, sign: float(text.find(sign)),
+    "RINDEX": lambda text, sign: float(text.rfind(sign)), "SUBSTR": _part,
+}  # fmt: skip
+_TAKES = {**dict.fromkeys(_TEXTS, (1,)), **dict.fromkeys(("INDEX", "RINDEX"), (2,)), "SUBSTR": (2, 3)}
+
+
+@dataclass(frozen=True, slots=True)
 class Function:
     """A function that has no number: AC(10), CROT(Z,45), and what is not known."""
 
@@ -115,7 +170,9 @@ class Function:
     def __call__(self, variables: Variables) -> Scalar:
         """Raise the fault of a function that stands where a number is needed."""
         name, count = self.name, sum(argument is not None for argument in self.arguments)
-        wanted = 1 if name in _ONE else 2 if name in _TWO else 3 if name == "BOUND" else 0
+        wanted = (
+            1 if name in _ONE else 2 if name in _TWO else 3 if name == "BOUND" else _TAKES.get(name, (0,))[0]
+        )
         if wanted:
             raise BlockError(
                 "function-arguments", f"{name} has {count} arguments, and takes {wanted}", name, hint=f"{name} takes {wanted}"
@@ -124,7 +181,7 @@ class Function:
             "function-unknown",
             f"the function {name} is not read",
             name,
-            hint=f"read are {', '.join([*_ONE, *_TWO])}",
+            hint=f"read are {', '.join([*_ONE, *_TWO, *_TEXTS])}",
         )
 
 
@@ -141,11 +198,16 @@ class Chain:
         raise BlockError("value-kind", message, hint="$P_PFRAME=CTRANS(X,10):CROT(Z,45)")
 
 
-def variable(name: str, indices: tuple[Value, ...]) -> Value:
-    """Return what a name stands for; indices with indices of their own are formulas, so that nothing nests."""
-    indices = tuple(
-        common.begun(index, _ARITHMETIC) if getattr(index, "operands", ()) else index for index in indices
+def _flat(values: Iterable[Value]) -> tuple[Value, ...]:
+    """Return values, as formulas where they have operands of their own, so that nothing nests."""
+    return tuple(
+        common.begun(value, _ARITHMETIC) if getattr(value, "operands", ()) else value for value in values
     )
+
+
+def variable(name: str, indices: tuple[Value, ...]) -> Value:
+    """Return what a name stands for."""
+    indices = _flat(indices)
     if name[0] == "R" and name[1:].isdigit() and not indices:
         return RParameter(float(name[1:]))
     if name == "R" and len(indices) == 1:
@@ -165,6 +227,8 @@ def function(name: str, arguments: tuple[Value | None, ...]) -> Value:
     if name == "BOUND" and len(given) == 3:
         low, high, value = given
         return binary("MAXVAL", low, binary("MINVAL", high, value))
+    if len(given) in _TAKES.get(name, ()) and len(given) == len(arguments):
+        return TextFunction(name, _flat(given))
     return Function(name, arguments)
 
 

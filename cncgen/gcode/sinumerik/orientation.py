@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.affine import applied
 from cncgen.gcode.codes.carried_planes import unreached
+from cncgen.gcode.codes.tool_vectors import VectorTurn
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import to_machine, zeros
-from cncgen.machine.kinematics import Vector, unit_vector
+from cncgen.machine.kinematics import Vector
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
@@ -35,12 +36,10 @@ NOT_READ = {
     **dict.fromkeys(("LEAD", "TILT", "THETA"), "an angle of the tool to the path"),
     **dict.fromkeys(("AN3", "BN3", "CN3"), "a second direction of the tool"),
 }  # fmt: skip
-#: How far lines of the axes may lead the tool off its plane, degrees; above the second one a warning says so.
-_OFF_PLANE, _TOLD = 0.01, 0.1
+#: How far lines of the axes may lead the tool off its plane, degrees, without a warning.
+_TOLD = 0.1
 #: Turns of the rotary axes below which no line leads it farther off, degrees.
 _SMALL = 1.0
-#: Lines of one block at most.
-_MOST_LINES = 256
 
 
 def _kinematics(motions: Motions) -> Kinematics | None:
@@ -132,26 +131,15 @@ def lines(motions: Motions, given: dict[str, float]) -> Iterator[dict[str, float
         yield given
         return
     end = [given.get(AXES[k], value) for k, value in enumerate(start)]
-    first, last = _angles(motions, start, kinematics), _angles(motions, end, kinematics)
     if motions.turning == "axes":
         yield given
         return
-    plane = _Plane(kinematics, first, last)
-    if motions.turning == "plane" and motions.ip.state.feed_mode != 93:
-        count = 1
-        while count < _MOST_LINES and plane.off(count) > _OFF_PLANE:
-            count *= 2
-        for t, angles in plane.parts(count)[:-1]:
-            point = {
-                axis: start[AXES.index(axis)] + t * (value - start[AXES.index(axis)])
-                for axis, value in given.items()
-            }
-            for column, before, angle in zip(kinematics.axes, first, angles, strict=True):
-                point[AXES[column]] = start[column] + angle - before
-            yield point
-    else:
-        count = 1
-    off = plane.off(count)
+    turn = VectorTurn(kinematics, _angles(motions, start, kinematics), _angles(motions, end, kinematics))
+    count = turn.lines() if motions.turning == "plane" and motions.ip.state.feed_mode != 93 else 1
+    named = {*given, *(AXES[column] for column in kinematics.axes)}
+    for point in turn.between(count, start, end):
+        yield {axis: point[AXES.index(axis)] for axis in AXES if axis in named}
+    off = turn.off(count)
     if off > _TOLD:
         message = f"the rotary axes turn evenly, which leads the tool up to {off:.2g} degrees off the plane of its two directions"
         hint = "ORIAXES says that they do, ORIVECT (with G94) that the tool stays in the plane"
@@ -161,44 +149,3 @@ def lines(motions: Motions, given: dict[str, float]) -> Iterator[dict[str, float
 
 def _turns(start: list[float], given: dict[str, float], kinematics: Kinematics) -> bool:
     return sum(abs(given.get(AXES[k], start[k]) - start[k]) for k in kinematics.axes) > _SMALL
-
-
-class _Plane:
-    """The directions between two, in their plane, in even steps of the angle."""
-
-    def __init__(self, kinematics: Kinematics, first: tuple[float, float], last: tuple[float, float]) -> None:
-        self._kinematics, self._first, self._last = kinematics, first, last
-        self._a, self._b = kinematics.direction(first), kinematics.direction(last)
-        self._angle = _between(self._a, self._b)
-
-    def _direction(self, t: float) -> Vector:
-        s = math.sin(self._angle)
-        if s < 1e-9:
-            return self._a
-        p, q = math.sin((1.0 - t) * self._angle) / s, math.sin(t * self._angle) / s
-        x, y, z = (p * a + q * b for a, b in zip(self._a, self._b, strict=True))
-        return x, y, z
-
-    def parts(self, count: int) -> list[tuple[float, tuple[float, float]]]:
-        """Return the ends of equal parts: place from 0 to 1, and positions of the axes."""
-        found, near = [], self._first
-        for k in range(1, count):
-            near = self._kinematics.angles_of(self._direction(k / count), near) or near
-            found.append((k / count, near))
-        return [*found, (1.0, self._last)]
-
-    def off(self, count: int) -> float:
-        """Return how far lines of the axes lead the tool off, in the middle of the worst of them, degrees."""
-        worst, t, before = 0.0, 0.0, self._first
-        for end, angles in self.parts(count):
-            middle = ((before[0] + angles[0]) / 2.0, (before[1] + angles[1]) / 2.0)
-            worst = max(worst, _between(self._kinematics.direction(middle), self._direction((t + end) / 2.0)))
-            t, before = end, angles
-        return math.degrees(worst)
-
-
-def _between(a: Vector, b: Vector) -> float:
-    """Return the angle between two directions, rad."""
-    p, q = unit_vector(a), unit_vector(b)
-    apart = math.dist(p, q)
-    return 2.0 * math.asin(min(1.0, apart / 2.0))

@@ -16,6 +16,7 @@ from cncgen.gcode.sinumerik import expressions, unread_cycles
 from cncgen.gcode.sinumerik.expressions import RParameter, Scalar, Value, evaluate, number, variable
 from cncgen.gcode.sinumerik.motions import Motions
 from cncgen.gcode.sinumerik.programs import SUFFIXES, Program, programs_of
+from cncgen.gcode.sinumerik.said import file_name
 from cncgen.gcode.sinumerik.variables import Store, Variable
 from cncgen.gcode.text.labels import Cursor
 
@@ -302,9 +303,11 @@ class SinumerikRunner(LanguageRun[Program]):
             self.motions.set_fields(kept)
             del self.store.scopes[scopes:]
 
-    def _find(self, name: str) -> Program:
+    def _find(self, word: str) -> Program:
+        """Return the program of a word, which may be the name of its file in the control (_N_NAME_SPF)."""
+        name = file_name(word)
         missing = f"{name} is not read: it is not a command, and no subprogram of that name is in the text or"
-        return self.program_of(name, missing, name, unread_cycles.hint_of(name))
+        return self.program_of(name, missing, word, unread_cycles.hint_of(name))
 
     def _scope(self, program: Program, arguments: tuple[Any, ...]) -> dict[str, Variable]:
         """Return the variables that a call begins with: the parameters of PROC."""

@@ -92,7 +92,7 @@ class Said:
 
     def _name(self, name: str) -> None:
         self.names.add(name)
-        self.files.add(name)
+        self.files.add(file_name(name))
 
 
 def file_name(text: str) -> str:

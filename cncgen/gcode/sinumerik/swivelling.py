@@ -12,6 +12,7 @@ On a machine with kinematics the rotary axes turn, and a frame around the others
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes import affine
@@ -121,12 +122,32 @@ def _matrix(call: _Call, kinematics: Kinematics | None) -> affine.Matrix:
         hint = "57 turns about X Y Z, 27 about Z Y X, 39 about Z X Y, 45 about X Z Y, 54 about Y X Z, 30 about Y Z X"
         raise BlockError("not-read", message, _NAME, hint=hint)
     if kind == _PROJECTED:
-        return _projected(dict(zip(order, angles, strict=True)), order)
+        return _projected(_NAME, dict(zip(order, angles, strict=True)), order)
     first, second, third = (affine.turn(*each) for each in zip(order, angles, strict=True))
     return affine.product(affine.product(first, second), third)
 
 
-def _projected(angles: dict[int, float], order: list[int]) -> affine.Matrix:
+def of_solid_angles(values: Mapping[str, float]) -> affine.Matrix:
+    """Return the rotation of ROTS and AROTS, which has two angles at most: of the edges of the plane in two planes of the coordinates. With
+    X and Y the new X axis is in the plane Z X, with Y and Z the new Y in X Y, with Z and X the new Z in Y Z (840D sl, Job planning, "ROTS").
+
+    Raises:
+        BlockError: It has three.
+    """
+    if len(values) > 2:
+        message = "ROTS turns a plane by two solid angles at most"
+        raise BlockError(
+            "not-read", message, "ROTS", hint="ROT X10 Y20 Z30 turns about one axis after the other"
+        )
+    if len(values) < 2:
+        return affine.made("ROT", dict(values)).matrix
+    order = sorted("XYZ".index(axis) for axis in values)
+    return _projected(
+        "ROTS", {k: values.get(axis, 0.0) for k, axis in enumerate("XYZ")}, [*order, 3 - sum(order)]
+    )
+
+
+def _projected(name: str, angles: dict[int, float], order: list[int]) -> affine.Matrix:
     """Return the rotation of a plane whose edges in two planes of the coordinates have two angles, and of the third about its normal.
 
     The axes a, b are in cyclic order: X Y, Y Z or Z X. The new one of a is that turned about b. The plane's line in the plane beside a is
@@ -134,7 +155,7 @@ def _projected(angles: dict[int, float], order: list[int]) -> affine.Matrix:
     """
     a, b = order[:2] if (order[1] - order[0]) % 3 == 1 else order[1::-1]
     along, aside = (_column(affine.turn(k, angles[k]), j) for k, j in ((b, a), (a, b)))
-    message = f"the projected angles of {_NAME} leave no plane: both are 90 degrees"
+    message = f"the projected angles of {name} leave no plane: both are 90 degrees"
     fault = BlockError("plane-points", message, _NAME, hint="MODE = 57 turns about X, then Y, then Z")
     normal = affine.unit(affine.cross(along, aside), fault)
     columns = {a: along, b: affine.cross(normal, along), order[2]: normal}

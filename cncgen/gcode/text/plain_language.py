@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from cncgen.gcode.block import (
@@ -66,7 +67,7 @@ class Statement(NamedTuple):
         kind: What it is: ``block`` (words that are executed), else the rule of the grammar.
         words: Letters of G-code and values.
         data: The other values of its rule.
-        marks: Of its words those that the program's run acts on: R0, R+ and R- (R±), M89, M103, IX and IY.
+        marks: Of its words those that the program's run acts on: R0, R+ and R- (R±), M89, M103, M128, and IX IY IA IB IC.
     """
 
     kind: str
@@ -354,7 +355,7 @@ _MEANINGS: dict[str, Callable[[Value], Words]] = {
     "M140": lambda value: [("g", RETRACT / 10.0), ("mb", value)],
     **dict.fromkeys(("R0", "R±", "FMAX", "M89", "M90", "M103", ""), _nothing),
 }
-_MARKS = frozenset(("R0", "R±", "M89", "M103", "IX", "IY"))
+_MARKS = frozenset(("R0", "R±", "M89", "M103", "M128", "IX", "IY", "IA", "IB", "IC"))
 #: Words of which a block has one: its feed, and the tool's side.
 _OF_ONE = frozenset(("F", "FMAX", "FAUTO", "FU", "FZ")), frozenset(("R0", "RL", "RR", "R±"))
 
@@ -540,15 +541,9 @@ def _function_unread(text: str) -> Statement:
 
 
 def _tip_on(*parts: str) -> Statement:
-    """FUNCTION TCPM: of its words, those that turn the tool otherwise than positions of axes do are refused (TNC 640, FUNCTION TCPM)."""
-    words = " ".join(parts).upper()
-    for unread in ("AXIS SPAT", "PATHCTRL VECTOR"):
-        if unread in " ".join(words.split()):
-            hint = "AXIS POS and PATHCTRL AXIS are"
-            raise BlockError(
-                "unsupported-block", f"{unread} of FUNCTION TCPM is not read", "FUNCTION", hint=hint
-            )
-    return Statement("block", [("g", TIP / 10.0)])
+    """FUNCTION TCPM, whose data are its words by twos (TNC 640, "FUNCTION TCPM")."""
+    words = " ".join(parts).upper().split()
+    return Statement("tip_on", [("g", TIP / 10.0)], data=tuple(pairwise(words)))
 
 
 def _label(name: str) -> str:
