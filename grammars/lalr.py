@@ -1,16 +1,14 @@
 """Parse tables of the grammars, made when cncgen is built: Lark's LALR tables, and one DFA of all terminals.
 
 ``setup.py`` calls `write_all`, which writes a module of bytes for each grammar beside it (``tables_NAME.py``). The kernel
-`cncgen.kernels.gcode_parse` runs those of `GRAMMARS`, by actions that it knows; `cncgen.kernels.grammar_values` those of `VALUES`, whose
-rules have functions in Python. A table is made anew where the grammar, this module or the kernel's list of actions has changed.
+`cncgen.kernels.grammar_tables` runs them: for `gcode_parse` those of `GRAMMARS`, by actions that it knows, for `grammar_values` those of
+`VALUES`, whose rules have functions in Python. A table is made anew where the grammar, this module or the kernel's list of actions has changed.
 
     action[state, terminal]   0 error, n > 0 shift to state n - 1, n < 0 reduce by rule -n - 1
     goto[state, nonterminal]  number of the pair, -1 for none
-    lead[pair, terminal]      the state behind the nonterminal, once rules of it alone that write nothing are reduced too
-    to[pair]                  the same where nothing else is reduced
+    lead[pair, terminal]      the state behind the nonterminal, once rules that pass it on alone are reduced too (a sum of one product)
     move[d, class of a byte]  next state of the DFA, -1 where no terminal goes on
     token[mode, d]            terminal that ends in d, for parser states of that mode; -1 for none
-    again[state, terminal]    action of a rule of this one token that leads back to `state` (a word behind a word), else -1
 
 The longest match that the parser's state allows wins, then the higher priority, then what is written as a string. Two terminals of one
 priority that match the same text in one state break the build, unless `BEATEN` has a reason why the string is meant. What a pattern says of the text behind it, (?!...), is for Lark, whose first match wins, and is passed over here, but `APART`. A blank that no terminal takes is
@@ -44,8 +42,8 @@ APART = "(?![A-Z0-9_])"
 BEATEN = {"sinumerik": {"NAME": "a word of the language is no name where both may stand"}}
 #: Bytes of the alphabet: ASCII, and one for all others.
 _OTHER = 128
-#: Columns of the tables that the kernel looks into for each byte or token, where a shift finds a row.
-COLUMNS = {"action": 64, "again": 64, "lead": 64, "goto": 32, "move": 64, "token": 512}
+#: Blanks, which may stand anywhere in a token of G-code.
+_BLANKS = b" \t\r"
 
 
 class GrammarError(Exception):
@@ -216,6 +214,20 @@ def _scanner(patterns: list[Any]) -> _Scanner:
     return _Scanner(moves, ends)
 
 
+def _spread(scanner: _Scanner) -> _Scanner:
+    """Return a DFA of the same tokens with blanks within them, which none ends with."""
+    moves, ends = [[*row] for row in scanner.moves], [*scanner.ends]
+    for state, row in enumerate(scanner.moves):
+        blanks = [blank for blank in _BLANKS if row[blank] < 0]
+        if state > 0 and blanks and max(row) >= 0:
+            among = [*row]
+            for blank in blanks:
+                moves[state][blank] = among[blank] = len(moves)
+            moves.append(among)
+            ends.append([])
+    return _Scanner(moves, ends)
+
+
 def _alike(moves: list[list[int]], ends: list[list[_Label]]) -> list[int]:
     """Return the number of the class of each state of a DFA; states of one class scan alike (Moore)."""
     found = [ends.index(labels) for labels in ends]
@@ -261,9 +273,9 @@ def _terminals_of_scanner() -> dict[str, tuple[str, ...]]:
 
 
 def _kernel_names() -> tuple[Any, ...]:
-    """Return the actions of rules and the literals that the kernel knows, and the bounds of its tables."""
+    """Return the actions of rules and the literals that the kernel knows."""
     kernel = runpy.run_path(str(KERNEL))
-    return kernel["ACTIONS"], kernel["LITERALS"], kernel["MOST"]
+    return kernel["ACTIONS"], kernel["LITERALS"]
 
 
 def _check_scanner(terminals: dict[str, Any]) -> None:
@@ -296,84 +308,43 @@ def _bare(name: str) -> str:
 def digest(name: str) -> str:
     """Return what tells the tables of a grammar from those of another state of it."""
     parts = [path.read_bytes() for path in sorted(HERE.glob("*.lark"))]
-    actions, literals, most = _kernel_names()
     parts += [
         Path(__file__).read_bytes(),
         SCANNER.read_bytes(),
-        repr((name, actions, literals, most)).encode(),
+        repr((name, _kernel_names())).encode(),
     ]
     return hashlib.sha256(b"\0".join(parts)).hexdigest()
 
 
-def _rule_actions(rules: list[Any], actions: dict[str, int]) -> list[int]:
-    """Return the action of each rule.
-
-    Every rule has an action of its alias, of its own name, or of the list where it leaves no value but passes one on (its action is 0).
-
-    Raises:
-        GrammarError: The kernel does not know the alias of a rule, or a rule that it counts on is missing.
-    """
-    found = []
+def _check_actions(rules: list[Any], actions: dict[str, int]) -> None:
+    """Raise where the kernel does not know a rule that is more than the value of a part."""
     for rule in rules:
-        name = _bare(str(rule.alias or rule.origin.name))
-        if name in actions:
-            found.append(actions[name])
-        elif rule.alias or (
-            len([s for s in rule.expansion if not s.is_term]) != 1 and not name.startswith("_")
-        ):
+        name = _made_of(rule)[0]
+        alone = not rule.alias and len([s for s in rule.expansion if not s.is_term]) == 1
+        if name and name not in actions and not alone:
             raise GrammarError(f"the rule {name} has no action in {KERNEL.name}")
-        else:
-            found.append(0)
-    return found
-
-
-def _again(
-    action: list[list[int]], goto: list[list[int]], rules: list[Any], made: list[int], origins: list[int]
-) -> list[list[int]]:
-    """Return `again`: where a shift and the reductions that must follow lead back to the state, whatever comes next."""
-
-    def forced(state: int) -> int | None:
-        steps = set(action[state]) - {0}
-        return -next(iter(steps)) - 1 if len(steps) == 1 and min(steps) < 0 else None
-
-    found = [[-1] * len(row) for row in action]
-    for state, row in enumerate(action):
-        for terminal, step in enumerate(row):
-            first = forced(step - 1) if step > 0 else None
-            if first is None or len(rules[first].expansion) != 1:
-                continue
-            second = forced(goto[state][origins[first]])
-            if second is None or len(rules[second].expansion) != 2 or made[second] != 0:
-                continue
-            # The second rule is left-recursive, and `state` is where its own left part leads.
-            if str(rules[second].expansion[0].name) == str(rules[second].origin.name):
-                found[state][terminal] = made[first]
-    return found
 
 
 def _leads(
-    action: list[list[int]], goto: list[list[int]], rules: list[Any], made: list[int], origins: list[int]
-) -> tuple[list[list[int]], list[int], list[list[int]]]:
-    """Return `goto` by pairs, `to` and `lead`: operands of operators that are not there are passed on in one step."""
+    rules: tuple[tuple[str, bool, tuple[int, ...]], ...],
+    origins: list[int],
+    action: list[list[int]],
+    goto: list[list[int]],
+) -> tuple[list[list[int]], list[list[int]]]:
+    """Return `goto` by pairs, and `lead`, from the states that nonterminals lead to."""
+    passes = [not name and single and parts == (0,) for name, single, parts in rules]
     pairs = [[-1] * len(row) for row in goto]
-    to: list[int] = []
     lead: list[list[int]] = []
     for below, row in enumerate(goto):
         for nonterminal, first in enumerate(row):
             if first < 0:
                 continue
-            pairs[below][nonterminal] = len(to)
-            to.append(first)
-            lead.append([])
+            pairs[below][nonterminal] = len(lead)
+            lead.append([first] * len(action[0]))
             for terminal in range(len(action[0])):
-                state = first
-                while action[state][terminal] < 0:
-                    rule = -action[state][terminal] - 1
-                    if made[rule] != 0 or len(rules[rule].expansion) != 1:
-                        break
-                    state = goto[below][origins[rule]]
-                lead[-1].append(state)
-    return pairs, to, lead
+                while (rule := -action[lead[-1][terminal]][terminal] - 1) >= 0 and passes[rule]:
+                    lead[-1][terminal] = goto[below][origins[rule]]
+    return pairs, lead
 
 
 class _Rows(NamedTuple):
@@ -415,59 +386,36 @@ def _rows(lark: Any) -> _Rows:
 def tables(name: str) -> dict[str, Any]:
     """Return the tables of a grammar as plain lists.
 
+    Beside those that parse, ``passed`` tells of each terminal whether it is passed over (comments), ``apart`` whether it is `APART`, and
+    ``rules`` says of each rule the name of its function or action ("": its parts are a list), whether one part alone is passed on, and its
+    parts: twice the place among its symbols, one more where that is a list to be spliced in; -1 for one that is left out in brackets.
+    Those of G-code have the number of the literal that ends in a state of the DFA, and whether lines of one shape have one code.
+
     Raises:
-        GrammarError: The kernel does not know a rule or a literal of it.
+        GrammarError: The kernel does not know a rule or a literal of it, or two terminals match the same text.
     """
-    actions, literals, _ = _kernel_names()
     lark = _lark(name)
     table = lark.parser.parser._parse_table
     terminals, names, states, rows, origins, action, goto = _rows(lark)
-    _check_scanner(terminals)
-    made = _rule_actions(rows, actions)
+    rules = tuple(_made_of(rule) for rule in rows)
     scanner = _scanner([terminals[n].pattern for n in terminals])
+    passed = [n in lark.ignore_tokens for n in terminals]
+    _check_alike(name, scanner, action, list(terminals.values()), passed)
+    own: dict[str, Any] = {}
+    if name in GRAMMARS:
+        actions, literals = _kernel_names()
+        _check_scanner(terminals)
+        _check_actions(rows, actions)
+        own["shaped"] = _shaped(scanner)
+        scanner = _spread(scanner)
+        own["literal"] = _literal_of(scanner, list(terminals.values()), literals)
     classes, move = _folded(scanner.moves)
-    pairs, to, lead = _leads(action, goto, rows, made, origins)
-    _check_alike(name, scanner, action, list(terminals.values()))
-    token, literal, modes = _tokens(scanner, action, [terminals[n] for n in terminals], literals)
+    token, modes = _tokens(scanner, action, list(terminals.values()), passed)
+    pairs, lead = _leads(rules, origins, action, goto)
     return {
         "action": action,
         "goto": pairs,
-        "to": to,
         "lead": lead,
-        "length": [len(r.expansion) for r in rows],
-        "origin": origins,
-        "made": made,
-        "again": _again(action, goto, rows, made, origins),
-        "classes": classes,
-        "move": move,
-        "token": token,
-        "mode": modes,
-        "literal": literal,
-        "shaped": _shaped(scanner),
-        "start": states[next(iter(table.start_states.values()))],
-        "accept": states[next(iter(table.end_states.values()))],
-        "terminals": tuple(_bare(n) for n in names),
-    }
-
-
-def value_tables(name: str) -> dict[str, Any]:
-    """Return the tables of a grammar whose rules make values.
-
-    Beside those of `tables` that parse, ``passed`` tells of each terminal whether it is passed over (comments), ``apart`` whether it is `APART`, and ``rules`` says of each
-    rule the name of its function ("": its parts are a list), whether one part alone is passed on, and its parts: twice the place among its
-    symbols, one more where that is a list to be spliced in; -1 for one that is left out in brackets.
-    """
-    lark = _lark(name)
-    table = lark.parser.parser._parse_table
-    terminals, names, states, rows, origins, action, goto = _rows(lark)
-    scanner = _scanner([terminals[n].pattern for n in terminals])
-    classes, move = _folded(scanner.moves)
-    passed = [n in lark.ignore_tokens for n in terminals]
-    _check_alike(name, scanner, action, list(terminals.values()), passed)
-    token, _, modes = _tokens(scanner, action, [terminals[n] for n in terminals], None, passed)
-    return {
-        "action": action,
-        "goto": goto,
         "length": [len(r.expansion) for r in rows],
         "origin": origins,
         "classes": classes,
@@ -476,17 +424,18 @@ def value_tables(name: str) -> dict[str, Any]:
         "mode": modes,
         "passed": [*map(int, passed), 0],
         "apart": [*(int(terminals[n].pattern.value.endswith(APART)) for n in terminals), 0],
-        "rules": tuple(_made_of(rule) for rule in rows),
+        "rules": rules,
         "starts": {
             start: (states[state], states[table.end_states[start]])
             for start, state in table.start_states.items()
         },
         "terminals": tuple(_bare(n) for n in names),
+        **own,
     }
 
 
 def _made_of(rule: Any) -> tuple[str, bool, tuple[int, ...]]:
-    """Return what `value_tables` says of a rule, as Lark's ``ParseTreeBuilder`` does it."""
+    """Return what `tables` says of a rule, as Lark's ``ParseTreeBuilder`` does it."""
     name = _bare(str(rule.alias or rule.origin.name))
     gaps = [0] * (len(rule.expansion) + 1)
     if rule.options.empty_indices:
@@ -503,11 +452,9 @@ def _made_of(rule: Any) -> tuple[str, bool, tuple[int, ...]]:
     return "" if alone or name.startswith("_") else name, single, tuple(parts)
 
 
-def _fitting(
-    labels: list[_Label], state: list[int], terminals: list[Any], passed: list[bool] | None
-) -> list[int]:
+def _fitting(labels: list[_Label], state: list[int], terminals: list[Any], passed: list[bool]) -> list[int]:
     """Return the terminals that a parser state allows of those that end in a state of the DFA, the one that wins first."""
-    can = {a.terminal for a in labels if state[a.terminal] or (passed and passed[a.terminal])}
+    can = {a.terminal for a in labels if state[a.terminal] or passed[a.terminal]}
     return sorted(can, key=lambda i: (-terminals[i].priority, terminals[i].pattern.type != "str"))
 
 
@@ -516,7 +463,7 @@ def _check_alike(
     scanner: _Scanner,
     action: list[list[int]],
     terminals: list[Any],
-    passed: list[bool] | None = None,
+    passed: list[bool],
 ) -> None:
     """Raise where two terminals match the same text in one parser state, and neither a priority nor `BEATEN` says which is meant."""
     for state in action:
@@ -547,16 +494,9 @@ def _shortest(moves: list[list[int]], place: int) -> str:
 
 
 def _tokens(
-    scanner: _Scanner,
-    action: list[list[int]],
-    terminals: list[Any],
-    literals: dict[str, int] | None,
-    passed: list[bool] | None = None,
-) -> tuple[list[list[int]], list[list[int]], list[int]]:
-    """Return `token` by mode, the number of the literal by terminal and DFA state, and the mode of each parser state.
-
-    What is passed over may stand in all of them.
-    """
+    scanner: _Scanner, action: list[list[int]], terminals: list[Any], passed: list[bool]
+) -> tuple[list[list[int]], list[int]]:
+    """Return `token` by mode, and the mode of each parser state. What is passed over may stand in all of them."""
     rows: dict[tuple[int, ...], int] = {}
     modes = []
     for state in action:
@@ -564,16 +504,21 @@ def _tokens(
         for labels in scanner.ends:
             row.append(next(iter(_fitting(labels, state, terminals, passed)), -1))
         modes.append(rows.setdefault(tuple(row), len(rows)))
-    literal = [0] * len(scanner.ends)
+    return [list(row) for row in rows], modes
+
+
+def _literal_of(scanner: _Scanner, terminals: list[Any], literals: dict[str, int]) -> list[int]:
+    """Return the number of the literal that ends in each state of the DFA, 0 for none."""
+    found = [0] * len(scanner.ends)
     for d, labels in enumerate(scanner.ends):
-        for label in labels if literals is not None else ():
+        for label in labels:
             if label.literal in literals:
-                literal[d] = literals[label.literal]
+                found[d] = literals[label.literal]
             elif label.literal and terminals[label.terminal].pattern.type != "str":
                 raise GrammarError(
                     f"{label.literal!r} of {terminals[label.terminal].name} has no number in {KERNEL.name}"
                 )
-    return [list(row) for row in rows], literal, modes
+    return found
 
 
 def write_all() -> None:
@@ -605,24 +550,14 @@ def _module(name: str, wanted: str) -> str:
     """Return the text of a module of tables: rows of 16-bit numbers as bytes, and how many columns each has."""
     from array import array
 
-    most = _kernel_names()[2]
     lines = [
         f'"""Tables of {VALUES[name][0] if name in VALUES else GRAMMARS[name]}, made by lalr.py: not to be edited."""',
         "",
         f'DIGEST = "{wanted}"',
     ]
-    made = value_tables(name) if name in VALUES else tables(name)
-    for key, value in made.items():
+    for key, value in tables(name).items():
         if isinstance(value, list):
             rows = value if value and isinstance(value[0], list) else [value]
-            width = len(rows[0]) if name in VALUES else COLUMNS.get(key, len(rows[0]))
-            if len(rows[0]) > width:
-                raise GrammarError(f"{key} has {len(rows[0])} columns; the kernel takes {width}")
-            rows = [row + [-1] * (width - len(row)) for row in rows]
-            if name not in VALUES and len(rows) * width > most[key]:
-                raise GrammarError(
-                    f"{key} has {len(rows)} rows; {KERNEL.name} has room for {most[key] // width}"
-                )
             data = array("h", [n for row in rows for n in row]).tobytes()
             lines += [f"{key.upper()} = {len(rows[0])}, {data!r}"]
         else:

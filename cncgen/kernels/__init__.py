@@ -3,8 +3,9 @@
 A ``.pxd`` file beside a kernel declares the functions that other kernels call as C. Each module runs compiled or as plain Python;
 `warn_if_uncompiled` warns once, when a command starts work, if it is the slow way.
 
-    gcode_codes, gcode_parse, gcode_lines, gcode_names, gcode_scan, gcode_signs   reading G-code
-    grammar_tables, grammar_values, language_code, decimals     reading SINUMERIK and Heidenhain, and numbers
+    grammar_tables, gcode_lines, decimals                       the run of a grammar's tables, lines as instructions, numbers
+    gcode_codes, gcode_parse, gcode_names, gcode_scan, gcode_signs   reading G-code
+    grammar_values, language_code                               reading SINUMERIK and Heidenhain
     gcode_run, gcode_frames, gcode_marks, gcode_arithmetic, gcode_formulas, language_store    executing lines
     gcode_motion, gcode_words, arc_centres                      executing blocks
     part21_scan, part21_graph                                   reading STEP-NC

@@ -1,7 +1,7 @@
 """Numbers of what the tables of a grammar and the kernels that read and run G-code say to each other.
 
 ``grammars/lalr.py`` writes those of actions and literals into the tables, and all of `CONSTANTS` into ``gcode_codes.pxd``, as constants of
-C; `gcode_parse` writes operations.
+C; `gcode_parse` and `language_code` write operations.
 """
 
 
@@ -14,10 +14,10 @@ def _counted(names: str, first: int = 0) -> dict[str, int]:
 ACTIONS = {
     **_counted(
         "number name parameter exists negative unary binary function arc_tangent slope power_of plain_word word word_of_function bspline "
-        "setting comment message numbered_label named_label o_word program_number if_goto goto while_do end_do then output computed_label",
+        "setting comment message numbered_label named_label o_word program_number if_goto goto while_do end_do then output computed_label bracket",
         1,
     ),
-    **dict.fromkeys(("start", "content", "flow", "if_then", "named_call", "bracket"), 0),
+    **dict.fromkeys(("start", "content", "flow", "if_then", "named_call"), 0),
 }
 ACTIONS["corner"] = ACTIONS["word"]
 #: Names of the literals of terminals: operators, functions, keywords, letters of words of more than one.
@@ -55,22 +55,6 @@ OF_LANGUAGES = _counted(
     "BITS_OR BITS_XOR EQUAL UNEQUAL TRUNC SQUARE NEGATED FRACTION LOG_10 SIGN_OF ARC_OF MINUS CEILING BITS_NOT AWAY PLUS JOIN",
     60,
 )
-#: Numbers of each table, at most: they stand in the parser itself, where each is found in one step.
-MOST = {
-    "action": 16_384,
-    "goto": 8_192,
-    "lead": 32_768,
-    "again": 16_384,
-    "move": 32_768,
-    "token": 32_768,
-    "to": 512,
-    "length": 256,
-    "origin": 256,
-    "made": 256,
-    "classes": 256,
-    "mode": 256,
-    "literal": 512,
-}
 #: Numbers by themselves.
 #: MAX_LINE: the longest line (`source.MAX_LINE`).
 #: DELETED, NUMBERED, REFUSED, COMPUTED_LABEL: marks of a line, beside its code. SAYS: of a language, that it has instructions; from LETTERS

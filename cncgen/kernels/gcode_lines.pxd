@@ -1,12 +1,20 @@
 # What other kernels use as C of `gcode_lines`.
 
-cdef class Code:
-    cdef public const unsigned char[::1] text
+from cncgen.kernels.grammar_tables cimport Tables
+
+
+cdef class Code(Tables):
     cdef public int[::1] code
     cdef public double[::1] constants
     cdef public list names
+    cdef dict numbered
+    cdef int[::1] made
+    cdef Py_ssize_t[::1] begins
+    cdef Py_ssize_t[::1] ends
+    cdef int[::1] codes
     cdef public int used
     cdef public int numbers
+    cdef int base
     cdef public long long flags
     cdef public bint shaped
     cdef public bytes fixed
@@ -19,5 +27,12 @@ cdef class Code:
     cdef public Py_ssize_t number_begin
     cdef public Py_ssize_t number_end
     cpdef bint room(self) noexcept
-    cpdef Py_ssize_t read(self, Py_ssize_t offset) except -1
+    cdef Py_ssize_t read(self, Py_ssize_t offset) except -1
+    cdef int write(self, Py_ssize_t at, Py_ssize_t end) except -1
+    cdef void emit(self, int operation, int operand) noexcept
+    cdef int push(self, double value) noexcept
+    cdef void negate(self, int k) noexcept
+    cdef int small(self, Py_ssize_t at) noexcept
+    cdef double number(self, Py_ssize_t at, Py_ssize_t end) noexcept
+    cdef int name_number(self, str name) except -1
     cpdef Py_ssize_t cut(self) noexcept

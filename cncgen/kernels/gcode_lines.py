@@ -9,14 +9,17 @@ that followed the last one's before, and others are found by a sum over their sh
 from mmap import mmap
 
 import cython
-from cython.cimports.cncgen.kernels.decimals import decimal
+from cython.cimports.cncgen.kernels.decimals import decimal, is_blank
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AFTER, AT, CODE, FIRST_CONSTANT, FOLLOWING, LETTERS, MARK, MARKS, MAX_LINE, NUMBER_OF_LINE, REFUSED, SAYS, SHAPE_CODE, SHAPE_DIGIT,
-    SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_NEXT, SHAPE_PLACE, SHAPE_POINT_FIRST, SHAPE_ROW, SHAPE_SUM,
-    SHAPE_UNKNOWN, SHAPE_WHOLE,
+    AFTER, AT, CODE, END, FIRST_CONSTANT, FOLLOWING, LETTERS, MARK, MARKS, MAX_LINE, NEGATIVE, NUMBER, NUMBER_OF_LINE, REFUSED, SAYS,
+    SHAPE_CODE, SHAPE_DIGIT, SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_NEXT, SHAPE_PLACE, SHAPE_POINT_FIRST,
+    SHAPE_ROW, SHAPE_SUM, SHAPE_UNKNOWN, SHAPE_WHOLE,
 )  # fmt: skip
+from cython.cimports.cncgen.kernels.grammar_tables import Tables
 from cython.cimports.libc.math import copysign, fabs
 
+#: Symbols of a line on the stack, at most: each byte of the longest line, with nothing before it.
+_DEEPEST = cython.declare(cython.Py_ssize_t, 131_100)
 #: Longest line, shapes, and bytes of them that are kept.
 _LONGEST = cython.declare(cython.Py_ssize_t, 240)
 _SHAPES = cython.declare(cython.Py_ssize_t, 512)
@@ -65,16 +68,20 @@ def zeros(size):
 
 
 @cython.cclass
-class Code:
-    """Instructions of lines, the numbers that they push, and the messages of the line read last. A parser fills them.
+class Code(Tables):
+    """The run of a grammar's tables over lines that writes instructions, and what stands of them: all that a text's lines have in common.
+
+    Args:
+        tables: A module of tables (``grammars/tables_*.py``).
+        works: What rules do, by alias or name; `other` is what all others do.
 
     Attributes:
         text: The text of the line read last, which begins at `begin`.
         code, constants: Instructions, and the numbers that they push.
         used, numbers: How much of them is in use; whoever keeps a line begins the next one behind it. Those of a line are numbered
-            from its first one on.
-        names: Names of parameters and labels by their number, small letters without blanks.
-        flags: `DELETED`, `NUMBERED`, of the line read last.
+            from its first one on, `base`.
+        names: Names of parameters, variables and labels by their number.
+        flags: `DELETED`, `NUMBERED`, or `SAYS` and letters of words, of the line read last.
         number_begin, number_end: Where its N word stands.
         error: Offset where the grammar refused it, -1 where it did not.
         lines: How many lines were read.
@@ -83,13 +90,21 @@ class Code:
         comma: Whether a comma is a decimal sign.
         remarks: Whether a semicolon begins a comment that says nothing, unless it has a ~.
         alike: Whether the code of the line read last is that of its shape, where it was set before.
+        made: What each rule does.
+        begins, ends, codes: By place on the stack: where the symbol begins and ends, and its code begins.
     """
 
-    def __init__(self):
+    def __init__(self, tables, works: dict, other: int):
+        Tables.__init__(self, tables)
+        self.made = memoryview(bytearray(4 * len(tables.RULES))).cast("i")
+        for k, (name, _, _) in enumerate(tables.RULES):
+            self.made[k] = works.get(name, other)
+        self.begins, self.ends = zeros(8 * _DEEPEST).cast("q"), zeros(8 * _DEEPEST).cast("q")
+        self.codes = zeros(4 * _DEEPEST).cast("i")
         self.code = zeros(4 << 20).cast("i")
         self.constants = zeros(8 << 19).cast("d")
-        self.names = []
-        self.used = self.numbers = self.lines = self.flags = 0
+        self.names, self.numbered = [], {}
+        self.used = self.numbers = self.base = self.lines = self.flags = 0
         self.begin = self.number_begin = self.number_end = 0
         self.error = -1
         self.shaped = self.alike = self.comma = self.remarks = False
@@ -104,14 +119,112 @@ class Code:
             and self.numbers + MAX_LINE < self.constants.shape[0]
         )
 
-    @cython.ccall
+    def parse(self, text: cython.const[cython.uchar][::1], offset: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Read the line at `offset` of a text, as `read`."""
+        self.text = text
+        return self.read(offset)
+
+    @cython.cfunc
     @cython.exceptval(-1, check=False)
     def read(self, offset: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Read the line at `offset` of `text`, its code into `code` from `used` on; return the offset of its end.
 
         `error` tells whether it is one of the grammar. Where it is, `used` and `numbers` stand behind its code.
         """
-        raise NotImplementedError
+        used: cython.int = self.used
+        end: cython.Py_ssize_t = offset
+        # A line that is longer than any is refused there.
+        most: cython.Py_ssize_t = offset + MAX_LINE
+        while end < self.text.shape[0] and self.text[end] != 10:
+            end += 1
+        self.lines += 1
+        self.begin = self.refused = offset
+        self.base, self.flags, self.error = self.numbers, 0, -1
+        if self.write(offset, min(end, most)) and end <= most:
+            self.emit(END, 0)
+            return end
+        self.error = self.refused if end <= most else most
+        self.used, self.numbers = used, self.base
+        return end
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def write(self, at: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.int:
+        """Write the code of the line between two offsets; return 0 where it is refused."""
+        return self.run(at, end)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def emit(self, operation: cython.int, operand: cython.int) -> cython.void:
+        """Write an instruction."""
+        self.code[self.used] = operation + 256 * operand
+        self.used += 1
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def push(self, value: cython.double) -> cython.int:
+        """Write the instruction that pushes a number; return 0 where that is NaN."""
+        self.constants[self.numbers] = value
+        self.code[self.used] = NUMBER + 256 * (self.numbers - self.base)
+        self.numbers += 1
+        self.used += 1
+        return value == value
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def negate(self, k: cython.int) -> cython.void:
+        """Write the sign of the value of the symbol `k`, which is on top; that of a number is the number's."""
+        last: cython.int = self.used - 1
+        if self.code[last] & 255 == NUMBER and last == self.codes[k]:
+            self.constants[self.numbers - 1] = -self.constants[self.numbers - 1]
+        elif self.code[last] == NEGATIVE:
+            self.used -= 1
+        else:
+            self.emit(NEGATIVE, 0)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def small(self, at: cython.Py_ssize_t) -> cython.int:
+        """Return the byte at an offset, a letter as a small one."""
+        c: cython.int = self.text[at]
+        return c | 32 if 65 <= c <= 90 else c
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def number(self, at: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.double:
+        """Return the number of a token: signs, digits with at most one point or comma, blanks; NaN where it is not certain."""
+        mantissa: cython.ulonglong = 0
+        digits: cython.int = 0
+        #: How many digits stand before the point, -1 without one.
+        whole: cython.int = -1
+        negative: cython.bint = False
+        value: cython.double
+        c: cython.int
+        while at < end:
+            c = self.text[at]
+            if 48 <= c <= 57:
+                mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
+                digits += 1
+            elif (c == 46 or c == 44) and whole < 0:
+                whole = digits
+            elif (c == 43 or c == 45) and digits == 0 and whole < 0:
+                negative = c == 45
+            elif not is_blank(c):
+                digits = 0
+                break
+            at += 1
+        value = decimal(mantissa, digits, digits - whole if whole >= 0 else 0)
+        return -value if negative else value
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def name_number(self, name: str) -> cython.int:
+        """Return the number of a name."""
+        found = self.numbered.get(name)
+        if found is None:
+            found = self.numbered[name] = len(self.names)
+            self.names.append(name)
+        return found
 
     @cython.ccall
     @cython.exceptval(check=False)

@@ -4,6 +4,7 @@ cdef class Tables:
     cdef const unsigned char[::1] text
     cdef const short[::1] action
     cdef const short[::1] goto
+    cdef const short[::1] lead
     cdef const short[::1] move
     cdef const short[::1] token
     cdef const short[::1] mode
@@ -14,7 +15,7 @@ cdef class Tables:
     cdef const short[::1] apart
     cdef int[::1] silent
     cdef int[::1] stack
-    cdef int widths[4]
+    cdef int widths[5]
     cdef public tuple terminals
     cdef dict starts
     cdef int depth
@@ -22,8 +23,8 @@ cdef class Tables:
     cdef int accept
     cdef int end
     cdef Py_ssize_t taken
+    cdef int ended
     cdef Py_ssize_t refused
     cdef int run(self, Py_ssize_t at, Py_ssize_t size) except -1
-    cdef int _deepen(self) except -1
     cdef int _shifted(self, int kind, Py_ssize_t at) except -1
     cdef int _reduced(self, int rule, Py_ssize_t at) except -1

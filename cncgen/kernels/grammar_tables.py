@@ -1,4 +1,4 @@
-"""The tables of a grammar whose tokens blanks may part (``grammars/lalr.py``), and their run over a text.
+"""The tables of a grammar (``grammars/lalr.py``), and their run over a text: one for all languages.
 
 One DFA finds the tokens that the parser's state allows, the longest first; the LALR automaton shifts and reduces them. What a token or a
 rule means is for the class to say that has `Tables` for its base. Small letters count as capitals.
@@ -20,20 +20,22 @@ class Tables:
         silent: By rule, whether it does nothing.
         stack: States, up to `depth`.
         taken: The place behind the token that is shifted.
+        ended: The state of the DFA in which it ended.
         refused: Where the last text was refused, behind its last token where it ends too early.
         terminals: Names of the terminals, the end of the text last.
     """
 
     def __init__(self, tables):
         if not cython.compiled:
-            self.widths = [0] * 4
-        self.action, self.widths[0] = _rows(tables.ACTION)
-        self.goto, self.widths[1] = _rows(tables.GOTO)
-        self.move, self.widths[2] = _rows(tables.MOVE)
-        self.token, self.widths[3] = _rows(tables.TOKEN)
-        self.mode, self.classes = _rows(tables.MODE)[0], _rows(tables.CLASSES)[0]
-        self.passed, self.apart = _rows(tables.PASSED)[0], _rows(tables.APART)[0]
-        self.origin, self.length = _rows(tables.ORIGIN)[0], _rows(tables.LENGTH)[0]
+            self.widths = [0] * 5
+        self.action, self.widths[0] = rows_of(tables.ACTION)
+        self.goto, self.widths[1] = rows_of(tables.GOTO)
+        self.move, self.widths[2] = rows_of(tables.MOVE)
+        self.token, self.widths[3] = rows_of(tables.TOKEN)
+        self.lead, self.widths[4] = rows_of(tables.LEAD)
+        self.mode, self.classes = rows_of(tables.MODE)[0], rows_of(tables.CLASSES)[0]
+        self.passed, self.apart = rows_of(tables.PASSED)[0], rows_of(tables.APART)[0]
+        self.origin, self.length = rows_of(tables.ORIGIN)[0], rows_of(tables.LENGTH)[0]
         self.terminals, self.starts = tables.TERMINALS, tables.STARTS
         self.end = len(self.terminals) - 1
         self.stack = memoryview(bytearray(4 * 64)).cast("i")
@@ -54,6 +56,7 @@ class Tables:
         step: cython.int
         state: cython.int = self.first
         behind: cython.Py_ssize_t = at
+        depth: cython.int = 0
         self.depth = 0
         self.stack[0] = state
         while True:
@@ -73,12 +76,10 @@ class Tables:
             while step < 0 and (kind != self.end or state != self.accept):
                 if not self.silent[-step - 1] and self._reduced(-step - 1, at) == 0:
                     return 0
-                self.depth -= self.length[-step - 1]
-                state = self.goto[self.stack[self.depth] * self.widths[1] + self.origin[-step - 1]]
-                self.depth += 1
-                if self.depth == self.stack.shape[0]:
-                    self._deepen()
-                self.stack[self.depth] = state
+                depth -= self.length[-step - 1]
+                step = self.goto[self.stack[depth] * self.widths[1] + self.origin[-step - 1]]
+                state = self.lead[step * self.widths[4] + kind]
+                depth = _put(self, depth + 1, state)
                 step = self.action[state * self.widths[0] + kind]
             if kind == self.end and state == self.accept:
                 return 1
@@ -87,21 +88,9 @@ class Tables:
             if self._shifted(kind, at) == 0:
                 return 0
             state = step - 1
-            self.depth += 1
-            if self.depth == self.stack.shape[0]:
-                self._deepen()
-            self.stack[self.depth] = state
+            depth = _put(self, depth + 1, state)
             at = behind = self.taken
         self.refused = at if at < size else behind
-        return 0
-
-    @cython.cfunc
-    @cython.exceptval(-1, check=False)
-    def _deepen(self) -> cython.int:
-        """Make the stack twice as deep."""
-        deeper = memoryview(bytearray(8 * self.depth)).cast("i")
-        deeper[: self.depth] = self.stack
-        self.stack = deeper
         return 0
 
     @cython.cfunc
@@ -133,7 +122,22 @@ class Tables:
             del stack[len(stack) - self.length[-step - 1] :]
             state = stack[len(stack) - 1]
             state = self.goto[state * self.widths[1] + self.origin[-step - 1]]
+            state = self.lead[state * self.widths[4] + kind]
         return True
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(-1, check=False)
+def _put(tables: Tables, depth: cython.int, state: cython.int) -> cython.int:
+    """Put a state on the stack, which becomes twice as deep where it must; return its place."""
+    if depth == tables.stack.shape[0]:
+        deeper = memoryview(bytearray(8 * depth)).cast("i")
+        deeper[:depth] = tables.stack
+        tables.stack = deeper
+    tables.stack[depth] = state
+    tables.depth = depth
+    return depth
 
 
 @cython.cfunc
@@ -149,6 +153,8 @@ def _find(
     """Return the terminal of the longest token at a place that a mode of the scanner has, -1 for none; `taken` is the place behind it."""
     found: cython.int = -1
     kind: cython.int
+    ended: cython.int = 0
+    taken: cython.Py_ssize_t = at
     d: cython.int = 0
     c: cython.int
     while at < size:
@@ -160,11 +166,11 @@ def _find(
         kind = tables.token[mode + d]
         # c is the last character of the token.
         if kind >= 0 and not (tables.apart[kind] and is_of_name(c) and at < size and is_of_name(text[at])):
-            found = kind
-            tables.taken = at
+            found, taken, ended = kind, at, d
+    tables.taken, tables.ended = taken, ended
     return found
 
 
-def _rows(table):
+def rows_of(table):
     """Return the numbers of a table of a generated module, and how many columns it has."""
     return memoryview(table[1]).cast("h"), table[0]

@@ -1,24 +1,22 @@
 """Read lines of languages whose rules make values, by the tables of their grammars, into the instructions that `gcode_run` runs.
 
 A line is taken if it has words of motions and settings of R or Q parameters alone, by numbers, these parameters and their arithmetic. The
-arguments of `Emitter` give the terminals and rules of a grammar that are read here; all others refuse the line, which `grammar_values`
+arguments of `LanguageCode` give the terminals and rules of a grammar that are read here; all others refuse the line, which `grammar_values`
 reads then. Lines of one shape have one code (`gcode_lines`).
 """
 
 import cython
-from cython.cimports.cncgen.kernels.decimals import decimal, is_blank
+from cython.cimports.cncgen.kernels.decimals import is_blank
 from cython.cimports.cncgen.kernels.gcode_codes import (
     BINARY,
     CALLS,
     COUNTS,
     ELEMENT,
-    END,
     FUNCTION,
     GOES,
     JUMP,
     LEAVES,
     LETTERS,
-    MAX_LINE,
     NAME,
     NAMED,
     NEGATIVE,
@@ -60,48 +58,15 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     WORK_WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_lines import Code
-from cython.cimports.cncgen.kernels.grammar_tables import Tables
 
 from cncgen.kernels.gcode_codes import WORKS
 
-#: Symbols of a line on the stack, at most.
-_DEEPEST = cython.declare(cython.int, 120)
 #: The letters of axes, as bits.
 _AXES = cython.declare(cython.uint, sum(1 << (ord(letter) - 97) for letter in "xyzabcuvw"))
 _FEED = cython.declare(cython.uint, 32)
 _PI_VALUE = cython.declare(cython.double, 3.141592653589793)
 #: The name by which lines read the feed of the tool.
 TOOL_FEED = "FAUTO"
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _value(
-    text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, end: cython.Py_ssize_t
-) -> cython.double:
-    """Return the number of a token: a sign, digits with at most one point or comma, blanks; NaN where it is not certain."""
-    mantissa: cython.ulonglong = 0
-    digits: cython.int = 0
-    #: How many digits stand before the point, -1 without one.
-    whole: cython.int = -1
-    negative: cython.bint = False
-    value: cython.double
-    c: cython.int
-    while at < end:
-        c = text[at]
-        if 48 <= c <= 57:
-            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
-            digits += 1
-        elif (c == 46 or c == 44) and whole < 0:
-            whole = digits
-        elif (c == 43 or c == 45) and digits == 0 and whole < 0:
-            negative = c == 45
-        elif not is_blank(c):
-            digits = 0
-            break
-        at += 1
-    value = decimal(mantissa, digits, digits - whole if whole >= 0 else 0)
-    return -value if negative else value
 
 
 @cython.cfunc
@@ -149,12 +114,13 @@ def _behind_number(
     return at
 
 
+@cython.final
 @cython.cclass
-class Emitter(Tables):
-    """The run of the tables over a line, which writes its code.
+class LanguageCode(Code):
+    """The code of lines of a language; `flags` has `SAYS` and the letters of a line's words.
 
     Args:
-        code: Holds the code.
+        fixed: Letters behind which digits are of the shape of a line: those that choose its code.
         tables: A module of tables (``grammars/tables_*.py``).
         terminals: The terminals of lines that are taken.
         leading: The terminals of jumps, and of what they lead to: of lines that are taken where jumps are followed.
@@ -162,34 +128,28 @@ class Emitter(Tables):
         words: Letters of words.
         parameter: The letter of parameters, a small one; `most` is the largest number of one, `least` the smallest.
         operators, functions: By their names, in capitals.
-        names: Numbers that names stand for.
-        lines: Whether a motion begins with L, and a line with a number that is not of the grammar.
+        values: Numbers that names stand for.
+        headed: Whether a motion begins with L, and a line with a number that is not of the grammar.
     """
 
-    code = cython.declare(Code)
-    work: cython.int[::1]
     known: cython.int[::1]
-    begins = cython.declare(cython.Py_ssize_t[128])
-    ends = cython.declare(cython.Py_ssize_t[128])
-    codes = cython.declare(cython.int[128])
     operators = cython.declare(dict)
     functions = cython.declare(dict)
     letters = cython.declare(cython.uint)
     given = cython.declare(cython.uint)
     letter = cython.declare(cython.int)
-    base = cython.declare(cython.int)
     least = cython.declare(cython.longlong)
     most = cython.declare(cython.longlong)
-    names = cython.declare(dict)
+    values = cython.declare(dict)
     variables = cython.declare(set)
     follows = cython.declare(cython.bint)
     goes = cython.declare(cython.bint)
-    lines = cython.declare(cython.bint)
+    headed = cython.declare(cython.bint)
     fast = cython.declare(cython.bint)
 
     def __init__(
         self,
-        code,
+        fixed,
         tables,
         terminals,
         leading,
@@ -200,13 +160,10 @@ class Emitter(Tables):
         most,
         operators,
         functions,
-        names,
-        lines,
+        values,
+        headed,
     ):
-        Tables.__init__(self, tables)
-        if not cython.compiled:
-            self.begins, self.ends, self.codes = [0] * 128, [0] * 128, [0] * 128
-        self.code = code
+        Code.__init__(self, tables, {name: WORKS[work] for name, work in works.items()}, -1)
         missing = sorted((terminals | leading) - set(tables.TERMINALS)) + sorted(
             works.keys() - {name for name, _, _ in tables.RULES}
         )
@@ -215,56 +172,48 @@ class Emitter(Tables):
         self.known = memoryview(bytearray(4 * (self.end + 1))).cast("i")
         for k, name in enumerate(tables.TERMINALS):
             self.known[k] = 1 if name in terminals else 2 if name in leading else 0
-        self.work = memoryview(bytearray(4 * len(tables.RULES))).cast("i")
         for k, (name, _, parts) in enumerate(tables.RULES):
-            self.work[k] = WORKS[works[name]] if name in works else -1
             if not name and -1 not in parts and (self.length[k] < 3 or parts[0] & 1 == 0):
                 # A list, or a part that is passed on. A list of three symbols has commas: more than two arguments.
-                self.work[k] = 0
+                self.made[k] = 0
+            self.silent[k] = self.made[k] == 0 and self.length[k] == 1
         self.letters = sum(1 << (ord(letter) - 97) for letter in words)
         self.letter, self.least, self.most = ord(parameter), least, most
-        self.operators, self.functions, self.names, self.lines = operators, functions, names, lines
+        self.operators, self.functions, self.values, self.headed = operators, functions, values, headed
         self.variables = set()
         self.follows = self.goes = False
+        self.shaped = self.remarks = True
+        self.fixed, self.comma = fixed, headed
+
+    def follow(self):
+        """Take lines with jumps, labels and variables from now on."""
+        self.follows = True
+
+    def define(self, names):
+        """Take lines with variables of these names, and no others."""
+        self.variables = names
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
-    def read(self, at: cython.Py_ssize_t, size: cython.Py_ssize_t) -> cython.int:
-        """Write the code of the line from `at` to `size`; return 0 where it is not taken."""
+    def write(self, at: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.int:
+        """Write the code of a line (`Code.write`)."""
+        used: cython.int = self.used
         self.given = 0
         self.fast = self.goes = False
-        if self.lines:
-            size = _code_end(self.text, at, size)
-            if size < 0:
+        if self.headed:
+            end = _code_end(self.text, at, end)
+            if end < 0:
                 return 0
-            at = _behind_number(self.text, at, size)
+            at = _behind_number(self.text, at, end)
             if at < 0:
                 return 0
-        if at < size and self.run(at, size) == 0:
+        if at < end and self.run(at, end) == 0:
             return 0
         if self.goes:
-            self._emit(JUMP, GOES)
-        self._emit(END, 0)
-        return 1
-
-    @cython.cfunc
-    @cython.inline
-    @cython.exceptval(check=False)
-    def _emit(self, operation: cython.int, operand: cython.int) -> cython.void:
-        """Write an instruction."""
-        self.code.code[self.code.used] = operation + 256 * operand
-        self.code.used += 1
-
-    @cython.cfunc
-    @cython.inline
-    @cython.exceptval(check=False)
-    def _constant(self, value: cython.double) -> cython.int:
-        """Write the instruction that pushes a number; return 0 where the number is not certain."""
-        if value != value:
-            return 0
-        self.code.constants[self.code.numbers] = value
-        self._emit(NUMBER, self.code.numbers - self.base)
-        self.code.numbers += 1
+            self.emit(JUMP, GOES)
+        self.flags = cython.cast(cython.longlong, self.given) << LETTERS
+        if self.used > used:
+            self.flags |= SAYS
         return 1
 
     @cython.cfunc
@@ -272,31 +221,32 @@ class Emitter(Tables):
     def _shifted(self, kind: cython.int, at: cython.Py_ssize_t) -> cython.int:
         """Keep where a token stands."""
         k: cython.int = self.depth + 1
-        if not self.known[kind] or (self.known[kind] == 2 and not self.follows) or k >= _DEEPEST:
+        if not self.known[kind] or (self.known[kind] == 2 and not self.follows):
             return 0
-        self.begins[k], self.ends[k], self.codes[k] = at, self.taken, self.code.used
+        self.begins[k], self.ends[k], self.codes[k] = at, self.taken, self.used
         return 1
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
     def _reduced(self, rule: cython.int, at: cython.Py_ssize_t) -> cython.int:
         """Write the code of a rule."""
-        work: cython.int = self.work[rule]
+        work: cython.int = self.made[rule]
         count: cython.int = self.length[rule]
         k: cython.int = self.depth - count + 1
         taken: cython.int = 1
-        if work < 0 or k >= _DEEPEST:
+        if work < 0:
             return 0
         if count == 0:
             self.begins[k] = self.ends[k] = at
-            self.codes[k] = self.code.used
+            self.codes[k] = self.used
             return 1
         if work == WORK_NUMBER:
-            taken = self._constant(_value(self.text, self.begins[k], self.ends[k]))
+            taken = self.push(self.number(self.begins[k], self.ends[k]))
         elif work == WORK_PARAMETER or work == WORK_ELEMENT:
             taken = self._parameter(k, count, work)
         elif work == WORK_SIGN:
-            taken = self._signed(k)
+            if self.text[self.begins[k]] == 45:
+                self.negate(k + 1)
         elif work == WORK_OPERATOR:
             taken = self._operator(k + 1)
         elif work == WORK_FUNCTION:
@@ -309,7 +259,7 @@ class Emitter(Tables):
             self.ends[k] = count - 2
             return count == 3 or count == 4
         elif work == WORK_WORD:
-            taken = self._constant(_value(self.text, self.begins[k] + 1, self.ends[k])) and self._put(
+            taken = self.push(self.number(self.begins[k] + 1, self.ends[k])) and self._put(
                 self.text[self.begins[k]] | 32, True
             )
         elif work == WORK_NAMED:
@@ -337,8 +287,8 @@ class Emitter(Tables):
         elif work == WORK_FAST:
             taken = self._fast(self.text[self.ends[k] - 1] | 32)
         elif work == WORK_PI:
-            self.code.alike = False
-            taken = self._constant(_PI_VALUE)
+            self.alike = False
+            taken = self.push(_PI_VALUE)
         elif work >= WORK_UNLESS:
             taken = self._jumping(work, k, count)
         if count > 1:
@@ -380,26 +330,14 @@ class Emitter(Tables):
                 return 0
             if not self._is_parameter(k, 0):
                 return self._named(ELEMENT, k)
-            self._emit(PARAMETER, 0)
+            self.emit(PARAMETER, 0)
             return 1
         index = self._index(k + count - 1)
         if index < 0:
             return 0
-        self._emit(STORED, index)
+        self.emit(STORED, index)
         if count == 2 and self.text[self.begins[k]] == 45:
-            self._emit(NEGATIVE, 0)
-        return 1
-
-    @cython.cfunc
-    @cython.exceptval(-1, check=False)
-    def _signed(self, k: cython.int) -> cython.int:
-        """Write a sign; that of a number is the number's."""
-        last: cython.int = self.code.used - 1
-        if self.text[self.begins[k]] == 45:
-            if self.code.code[last] & 255 == NUMBER and last == self.codes[k + 1]:
-                self.code.constants[self.code.numbers - 1] = -self.code.constants[self.code.numbers - 1]
-            else:
-                self._emit(NEGATIVE, 0)
+            self.emit(NEGATIVE, 0)
         return 1
 
     @cython.cfunc
@@ -410,7 +348,7 @@ class Emitter(Tables):
         number = self.operators.get(name.upper())
         if number is None:
             return 0
-        self._emit(BINARY, number)
+        self.emit(BINARY, number)
         return 1
 
     @cython.cfunc
@@ -421,7 +359,7 @@ class Emitter(Tables):
         number = self.functions.get((name.upper(), count))
         if number is None:
             return 0
-        self._emit(FUNCTION if count == 1 else BINARY, number)
+        self.emit(FUNCTION if count == 1 else BINARY, number)
         return 1
 
     @cython.cfunc
@@ -432,10 +370,10 @@ class Emitter(Tables):
         if not 97 <= letter <= 122 or not self.letters >> (letter - 97) & 1:
             return 0
         if letter == 103 or letter == 109:
-            if self.code.numbers == self.base:
+            if self.numbers == self.base:
                 return 0
-            value = self.code.constants[self.code.numbers - 1]
-            fixed = fixed or self.code.code[self.code.used - 1] & 255 == NUMBER
+            value = self.constants[self.numbers - 1]
+            fixed = fixed or self.code[self.used - 1] & 255 == NUMBER
             if not fixed or not (
                 value == 0.0
                 or value == 1.0
@@ -447,9 +385,9 @@ class Emitter(Tables):
             if letter == 109 and (value < 3.0 or value != cython.cast(cython.int, value)):
                 return 0
             # The digits of a code are of the shape of its line, and no number of it.
-            self.code.numbers -= 1
-            self.code.used -= 1
-            self._emit(NAME, cython.cast(cython.int, value))
+            self.numbers -= 1
+            self.used -= 1
+            self.emit(NAME, cython.cast(cython.int, value))
         return self._emit_word(letter)
 
     @cython.cfunc
@@ -457,7 +395,7 @@ class Emitter(Tables):
     def _emit_word(self, letter: cython.int) -> cython.int:
         """Write a word of the value on top."""
         self.given |= cython.cast(cython.uint, 1) << (letter - 97)
-        self._emit(WORD, letter)
+        self.emit(WORD, letter)
         return 1
 
     @cython.cfunc
@@ -467,7 +405,7 @@ class Emitter(Tables):
         if last == 120:
             self.fast = True
         elif last == 111:
-            self._emit(NAMED, self._name(TOOL_FEED))
+            self.emit(NAMED, self.name_number(TOOL_FEED))
             self._emit_word(102)
         return last == 120 or last == 111
 
@@ -493,16 +431,16 @@ class Emitter(Tables):
                 return 0
             k += 2
         elif self.ends[k] == 0:
-            self._emit(SET, 0)
+            self.emit(SET, 0)
             return 1
         elif self.ends[k] < 0:
             self.ends[k] = -self.ends[k]
             return self._named(SET_ELEMENT, k)
         index = self._index(k)
         if index >= 0:
-            self._emit(SET_STORED, index)
+            self.emit(SET_STORED, index)
             return 1
-        if not self.lines and self.ends[k] != self.begins[k] + 1:
+        if not self.headed and self.ends[k] != self.begins[k] + 1:
             if (
                 self.ends[k] == self.begins[k] + 2
                 and self.text[self.begins[k]] | 32 == 99
@@ -511,7 +449,7 @@ class Emitter(Tables):
                 # CR is R of G-code.
                 return self._emit_word(114)
             return self._named(SET_VARIABLE, k)
-        if self.lines or self.text[self.begins[k]] | 32 == 103:
+        if self.headed or self.text[self.begins[k]] | 32 == 103:
             return 0
         return self._put(self.text[self.begins[k]] | 32, False)
 
@@ -522,23 +460,13 @@ class Emitter(Tables):
         token: bytes = bytes(self.text[self.begins[k] : self.ends[k]])
         name: str = token.decode().upper()
         # Digits of a name are no number that is pushed, and a constant is one that is not written.
-        self.code.alike = (
-            self.code.alike and token == token.translate(None, b"0123456789") and name not in self.names
-        )
-        if operation == NAMED and name in self.names:
-            return self._constant(self.names[name])
+        self.alike = self.alike and token == token.translate(None, b"0123456789") and name not in self.values
+        if operation == NAMED and name in self.values:
+            return self.push(self.values[name])
         if not self.follows and name not in self.variables:
             return 0
-        self._emit(operation, self._name(name))
+        self.emit(operation, self.name_number(name))
         return 1
-
-    @cython.cfunc
-    @cython.exceptval(-1, check=False)
-    def _name(self, name: str) -> cython.int:
-        """Return the number of a name."""
-        if name not in self.code.names:
-            self.code.names.append(name)
-        return self.code.names.index(name)
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
@@ -548,7 +476,7 @@ class Emitter(Tables):
         if work == WORK_LABEL:
             # LBL 0 ends a subprogram.
             if count > 1 and bytes(self.text[self.begins[k + 1] : self.ends[k + 1]]).strip(b'"') == b"0":
-                self._emit(JUMP, LEAVES)
+                self.emit(JUMP, LEAVES)
             return 1
         if work == WORK_GOES:
             self.goes = True
@@ -558,20 +486,20 @@ class Emitter(Tables):
                 return 0
             self.goes = False
         elif work == WORK_REPEATS and count == 3:
-            self._emit(JUMP, CALLS)
+            self.emit(JUMP, CALLS)
             return 1
-        elif work == WORK_REPEATS and (count != 4 or self.code.used != self.codes[k + 3] + 1):
+        elif work == WORK_REPEATS and (count != 4 or self.used != self.codes[k + 3] + 1):
             return 0
         elif work == WORK_COUNTS:
-            self._emit(JUMP, COUNTS)
+            self.emit(JUMP, COUNTS)
             if self.ends[k + 1] <= 0:
                 return 0
             index = self._index(k + 1)
             if index < 0:
                 return self._named(SET_VARIABLE, k + 1)
-            self._emit(SET_STORED, index)
+            self.emit(SET_STORED, index)
             return 1
-        self._emit(
+        self.emit(
             JUMP,
             UNLESS
             if work == WORK_UNLESS
@@ -594,55 +522,6 @@ class Emitter(Tables):
             or (self.fast and self.given & _FEED)
         ):
             return 0
-        self._emit(NAME, 0 if self.fast else 1)
-        self._emit(WORD, 103)
+        self.emit(NAME, 0 if self.fast else 1)
+        self.emit(WORD, 103)
         return 1
-
-
-@cython.final
-@cython.cclass
-class LanguageCode(Code):
-    """The code of lines of a language; `flags` has `SAYS` and the letters of a line's words.
-
-    Args:
-        fixed: Letters behind which digits are of the shape of a line: those that choose its code.
-        arguments: Those of `Emitter` behind the code.
-    """
-
-    emitter = cython.declare(Emitter)
-
-    def __init__(self, fixed, *arguments):
-        Code.__init__(self)
-        self.emitter = Emitter(self, *arguments)
-        self.shaped = self.remarks = True
-        self.fixed, self.comma = fixed, self.emitter.lines
-
-    def follow(self):
-        """Take lines with jumps, labels and variables from now on."""
-        self.emitter.follows = True
-
-    def define(self, names):
-        """Take lines with variables of these names, and no others."""
-        self.emitter.variables = names
-
-    @cython.ccall
-    @cython.exceptval(-1, check=False)
-    def read(self, offset: cython.Py_ssize_t) -> cython.Py_ssize_t:
-        """Read the line at `offset` of `text` (`Code.read`)."""
-        end: cython.Py_ssize_t = offset
-        used: cython.int = self.used
-        self.emitter.base = self.numbers
-        self.begin = offset
-        self.flags = 0
-        self.error = -1
-        while end < self.text.shape[0] and self.text[end] != 10:
-            end += 1
-        self.emitter.text = self.text
-        if end - offset > MAX_LINE or self.emitter.read(offset, end) == 0:
-            self.error = offset
-            self.used, self.numbers = used, self.emitter.base
-            return end
-        self.flags = cython.cast(cython.longlong, self.emitter.given) << LETTERS
-        if self.used > used + 1:
-            self.flags |= SAYS
-        return end

@@ -63,8 +63,8 @@ def test_lines_of_one_shape(count: int, plain: bool) -> None:
     kernel, kept = gcode_parse, gcode_lines
     if plain:
         kernel, kept = (
-            uncompiled("gcode_parse", "decimals", "gcode_lines"),
-            uncompiled("gcode_lines", "decimals"),
+            uncompiled("gcode_parse", "decimals", "grammar_tables", "gcode_lines"),
+            uncompiled("gcode_lines", "decimals", "grammar_tables"),
         )
     parser = kernel.Parser(import_module("cncgen.grammars.tables_linuxcnc"), STORED["linuxcnc"])
     seed = random.SystemRandom().randrange(1 << 32)
@@ -145,7 +145,7 @@ def test_terminals_that_match_the_same_text_break_the_build(
         (tmp_path / path.name).write_text(path.read_text("utf-8").replace(spelt, instead), "utf-8")
     monkeypatch.setattr(lalr, "HERE", tmp_path)
     with pytest.raises(lalr.GrammarError, match=fault):
-        lalr.value_tables(name)
+        lalr.tables(name)
 
 
 def test_a_terminal_that_the_scanner_reads_otherwise_breaks_the_build(
@@ -201,7 +201,7 @@ def test_lines_of_programs(folder: str) -> None:
 
 
 def test_the_kernel_runs_uncompiled() -> None:
-    slow = uncompiled("gcode_parse", "decimals", "gcode_lines")
+    slow = uncompiled("gcode_parse", "decimals", "grammar_tables", "gcode_lines")
     tables = import_module("cncgen.grammars.tables_linuxcnc")
     for text in ("N10 G1 X-1.5 Y[#1+2*SIN[30]] (note)", "o<a b> call [1] [2]", "#<x>=-#5 ; tail", "X1..2"):
         found = []
@@ -224,7 +224,7 @@ def test_the_kernel_runs_uncompiled() -> None:
     named = []
     for module, names in (
         (gcode_parse, gcode_names),
-        (slow, uncompiled("gcode_names", "decimals", "gcode_lines")),
+        (slow, uncompiled("gcode_names", "decimals", "grammar_tables", "gcode_lines")),
     ):
         parser = module.Parser(tables, 5000)
         first = array("i", bytes(16 * gcode_codes.CODE_NUMBERS))
