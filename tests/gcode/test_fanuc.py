@@ -314,6 +314,31 @@ def test_geometry_and_wear_of_tools(run: Any) -> None:
     assert fanuc(run, text) == [[0, 0, 11], [0, 0, -11], [0, 0, 13], [0, 0, 1]]
 
 
+def test_a_length_taken_under_g91(run: Any) -> None:
+    """The example of tool length offset A in FANUC's manuals: H1 = -4 counts in the blocks that take and drop it, whose path closes."""
+    text = (
+        "G10 L10 P1 R-4.\nG91 G0 X120. Y80.\nG43 Z-32. H1\nG1 Z-21. F1000\nG0 Z21.\nX30. Y-50.\nG1 Z-41.\nG0 Z41.\nX50. Y30.\n"
+        "G1 Z-25.\nG0 Z57. H0\nX-200. Y-60.\nM2"
+    )
+    assert [z for _, _, z in fanuc(run, text)] == [0, -36, -57, -36, -36, -77, -36, -36, -61, 0, 0]
+    assert fanuc(run, text)[-1] == [0, 0, 0]
+    assert fanuc(run, "G10 L10 P1 R-4.\nG0 G43 Z5. H1\nG91 G49 Z2.\nG90 Z0\nM30") == [
+        [0, 0, 1],
+        [0, 0, 7],
+        [0, 0, 0],
+    ]
+    for block, severity in (
+        ("G91 G43 Z1. H1", "warning"),
+        ("G43 H1", "note"),
+        ("G43 Z1. H1", None),
+        ("G91 G28 Z0 G43 H1", None),
+    ):
+        out = run(f"G10 L10 P1 R-4.\nG0 X1.\n{block}\nM30", dialect="fanuc")
+        assert [d.severity.value for d in out.diagnostics if d.code == "length-moves"] == [severity] * (
+            severity is not None
+        ), block
+
+
 def test_the_shift_of_all_systems(run: Any) -> None:
     text = "G10 L2 P0 X5\nG10 L2 P2 Y1\nG0 X0\nG55 Y0\nG10 L2 P0 X0\nX1\nM30"
     assert fanuc(run, text) == [[5, 0, 0], [5, 1, 0], [1, 1, 0]]
@@ -334,9 +359,49 @@ def test_exact_stop_of_one_block(run: Any) -> None:
 
 
 def test_frames_together(run: Any) -> None:
-    """Mirror, then scaling, then rotation: (3, 1) -> (-3, 1) -> (-6, 2) -> a quarter turn -> (-2, -6)."""
+    """Mirror, then scaling, then rotation: (3, 1) -> (-3, 1) -> (-6, 2) -> a quarter turn, the other way in a mirror -> (2, 6)."""
     text = "G51.1 X0\nG51 X0 Y0 P2\nG68 X0 Y0 R90\nG0 X3 Y1\nG69\nX3 Y1\nG50\nX3 Y1\nG50.1\nX3 Y1\nM30"
-    assert fanuc(run, text) == [[-2, -6, 0], [-6, 2, 0], [-3, 1, 0], [3, 1, 0]]
+    assert fanuc(run, text) == [[2, 6, 0], [-6, 2, 0], [-3, 1, 0], [3, 1, 0]]
+
+
+@pytest.mark.parametrize(
+    ("frame", "expected"),
+    [
+        # Scaling carries the centre to (20, 0), and X20 to 40 (B-63944EN-2, 6, "Scaling and coordinate system rotation"; Haas 96-8000, G68).
+        ("G51 X0 Y0 P2.\nG68 X10 Y0 R90", [20, 20, 0]),
+        # Without a centre it is where the tool stands.
+        ("G51 X0 Y0 P2.\nG0 X10 Y0\nG68 R90", [20, 20, 0]),
+        # In a mirror image of one axis "CW and CCW are interchanged" (SINUMERIK, ISO Milling, table 3-6): the image of the turned figure.
+        ("G51.1 X0\nG68 X10 Y0 R90", [-10, 10, 0]),
+        ("G51 X0 Y0 I-1. J1. K1.\nG68 X10 Y0 R90", [-10, 10, 0]),
+        # Of both axes they are not.
+        ("G51.1 X0 Y0\nG68 X10 Y0 R90", [-10, -10, 0]),
+        # Scaling in a rotation: the centre of scaling turns (Mitsubishi M700V, 13.20 (7)).
+        ("G68 X0 Y0 R90\nG51 X10 Y0 P2.", [0, 30, 0]),
+    ],
+)
+def test_rotation_within_scaling_and_mirror_images(run: Any, frame: str, expected: list[float]) -> None:
+    assert fanuc(run, f"{frame}\nG0 X20 Y0\nM30")[-1] == expected
+
+
+def test_steps_of_a_scaled_hole_are_as_written(run: Any) -> None:
+    """Scaling carries Z and R of a cycle, not steps, clearances and shifts (Haas 96-8000, G51)."""
+    scale = "G0 Z10.\nG51 X0 Y0 Z0 P2.\n"
+    found = fanuc(run, f"{scale}G83 X5. Z-10. R1. Q12. F100.\nG80\nM30")
+    assert [z for _, _, z in found[2:]] == [2, -10, 2, -9.746, -20, 10]
+    found = fanuc(run, f"{scale}G73 X5. Z-10. R1. I12. J2. K1. F100.\nG80\nM30")
+    assert [z for _, _, z in found[2:]] == [2, -10, -9.746, -20, 10]
+    found = fanuc(run, f"{scale}M3 S100\nG76 X5. Z-10. R1. Q.5 F100.\nG80\nM30")
+    assert [10.5, 0, -20] in found
+    found = fanuc(run, f"{scale}M3 S100\nG76 X5. Z-10. R1. I.5 J-.25 F100.\nG80\nM30")
+    assert [10.5, -0.25, -20] in found
+
+
+def test_a_centre_off_the_axis_of_a_mirror_image_is_warned_of(run: Any) -> None:
+    """The manuals tell which way it turns, and not whether the centre is mirrored."""
+    for centre, said in (("X10 Y0", 1), ("X0 Y10", 0)):
+        out = run(f"G51.1 X0\nG68 {centre} R90\nG0 X20 Y0\nM30", dialect="fanuc")
+        assert [d.code for d in out.diagnostics].count("rotation-mirrored") == said
 
 
 def test_loops_and_jumps_that_run_often(run: Any) -> None:

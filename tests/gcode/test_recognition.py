@@ -271,6 +271,9 @@ def test_codes_that_linuxcnc_and_sinumerik_do_not_have(text: str) -> None:
         "G25 P1 Q2 R3",
         "G81 X10. Z-5. F100.",
         "G37 Z-5. H2",
+        # The words of Haas's G83 are those of a blank of Philips' G98.
+        "G83 G98 X10. Y0 Z-10. R2. I4. J1. K2. F100.",
+        "G98 G73 X10. Z-10. I4. J1. K2. R2. F100.",
         "WHILE[#1LT5]DO1\n#1=#1+1\nEND1",
     ],
 )

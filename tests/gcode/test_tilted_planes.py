@@ -21,6 +21,14 @@ def last(run: Any, plane: str, line: str = "G1 X1. Y2. Z5. F100.") -> list[float
     return out.path.end[out.path.kind != 3][-1, :3].tolist()
 
 
+def test_a_plane_without_angles_is_one(run: Any) -> None:
+    """Posts write G68.2 I0 J0 K0 and G53.1 for the first side: nothing is turned, and nothing is missing."""
+    for plane in ("G68.2 X0 Y0 Z0 I0 J0 K0", "G68.2 P0 X0 Y0 Z0", "G68.2 P1 Q123 X0 Y0 Z0 I0 J0 K0"):
+        out = run(f"G90 G21\n{plane}\nG53.1 P1\nG1 X1. Y2. Z5. F100.\nG69\nG0 X0\nM30", dialect="fanuc")
+        assert out.diagnostics == []
+        assert out.path.end[out.path.kind != 3][:, :3].tolist() == [[1, 2, 5], [0, 2, 5]]
+
+
 @pytest.mark.parametrize(
     ("plane", "place"),
     [

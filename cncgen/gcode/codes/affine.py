@@ -380,13 +380,13 @@ def stand(ip: Interpreter, frame: Frame, sink: Callable[[Sink, Point], FramedSin
     ip.sink = sink(inner, list(ip.state.position)) if sink else inner
 
 
-def change(ip: Interpreter, frame: Frame, axes: Positions | None = None) -> None:
-    """Put another frame in force, carried by rotary axes at positions.
+def change(ip: Interpreter, frame: Frame, axes: Positions | None = None, *, stays: bool = False) -> None:
+    """Put another frame in force, carried by rotary axes at positions; one that changes nothing counts as none, unless it stays.
 
     Raises:
         BlockError: Cutter compensation is on, or the frame scales by more or less than it may.
     """
     whole = carried(ip, axes).then(frame)
-    idle = frame.idle() and axes is None
+    idle = frame.idle() and axes is None and not stays
     check_factors(frame.factors(), "")
     stand(ip, whole, None if idle else lambda inner, at: AffineSink(inner, frame, at, axes, whole))

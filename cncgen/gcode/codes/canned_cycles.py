@@ -76,6 +76,16 @@ class Hole:
         self.ip.state.position = end
         return end
 
+    def unscaled(self, length: float, column: int) -> float:
+        """Return a length of the cycle's own in programmed coordinates: steps and clearances are not scaled (Haas 96-8000, G51)."""
+        factor = getattr(self.ip.sink, "factor", None)
+        return length / factor(column) if factor else length
+
+    @property
+    def clearance(self) -> float:
+        """How far from the last depth a peck begins."""
+        return self.unscaled(PECK_CLEARANCE[self.ip.state.inches], self.normal)
+
     def across(self, changes: dict[int, float]) -> None:
         """Traverse on the axes given by column."""
         self.ip.sink.straight_traverse(self._moved(changes))
@@ -136,7 +146,7 @@ class HoleMoves:
     def __call__(self, hole: Hole) -> None:
         """Make the moves."""
         if self.between:
-            step = hole.words["q"]
+            step = hole.unscaled(hole.words["q"], hole.normal)
             if (hole.retract - hole.bottom) / step > MAX_PECKS:
                 message = f"Q{step:g} makes more than {MAX_PECKS} steps of one hole"
                 raise BlockError("cycle-peck", message, "Q")
@@ -148,7 +158,7 @@ class HoleMoves:
 
     @staticmethod
     def _go(hole: Hole, moves: str, level: float) -> None:
-        above = level + PECK_CLEARANCE[hole.ip.state.inches]
+        above = level + hole.clearance
         places = {"b": hole.bottom, "r": hole.retract, "c": hole.clear, "l": level, "k": above}
         for move in moves:
             if move == "p":

@@ -17,7 +17,6 @@ from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.canned_cycles import (
     CYCLES,
     MAX_REPEATS,
-    PECK_CLEARANCE,
     Cycle,
     Hole,
     HoleMoves,
@@ -46,8 +45,7 @@ LEAST_PITCH, GREATEST_PITCH = 0.04, 12.0
 
 def _pecks(hole: Hole) -> list[float]:
     """Return the depths of G73 and G83 with I, J and K of Haas: the first step, what each next one is less, the least one."""
-    words = hole.words
-    step, less, least = words["i"], words.get("j", 0.0), words.get("k", 0.0)
+    step, less, least = (hole.unscaled(hole.words.get(letter, 0.0), hole.normal) for letter in "ijk")
     if (
         step <= 0.0
         or less < 0.0
@@ -65,14 +63,13 @@ def _pecks(hole: Hole) -> list[float]:
 
 def _haas_peck(hole: Hole, out: bool) -> None:
     """G83 (out of the hole after each step) or G73 with I, J and K."""
-    clearance = PECK_CLEARANCE[hole.ip.state.inches]
     for level in _pecks(hole):
         hole.feed(level)
         if level == hole.bottom:
             break
         if out:
             hole.traverse(hole.retract)
-        hole.traverse(level + clearance)
+        hole.traverse(level + hole.clearance)
     hole.wait()
     hole.traverse(hole.clear)
 
@@ -177,13 +174,13 @@ def _shift(hole: Hole) -> tuple[dict[int, float], dict[int, float]]:
     first, second, _ = ip.state.plane_axes()
     middle = ip.state.position[first]
     if "q" not in words:
-        other = ip.state.position[second]
-        beside = {first: middle + words.get("i", 0.0), second: other + words.get("j", 0.0)}
-        return beside, {first: middle, second: other}
+        within = {first: middle, second: ip.state.position[second]}
+        pairs = zip(within.items(), "ij", strict=True)
+        return {k: v + hole.unscaled(words.get(letter, 0.0), k) for (k, v), letter in pairs}, within
     message = f"the tool is taken to leave the wall along {AXES[first].upper()}+; the control has the direction in a parameter"
     hint = "it is parameter 5148 of FANUC, 5101 of its older controls, setting 27 of Haas"
     ip.warn_once(BlockError("cycle-shift", message, "Q", hint=hint), Severity.NOTE)
-    return {first: middle + words["q"]}, {first: middle}
+    return {first: middle + hole.unscaled(words["q"], first)}, {first: middle}
 
 
 def _fine_bore(hole: Hole) -> None:

@@ -6,6 +6,8 @@ The interpreter goes on in programmed coordinates; an `affine.FramedSink` betwee
 
 from __future__ import annotations
 
+import math
+
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes import affine, tilted_planes
@@ -30,7 +32,7 @@ class CoordinateFrame:
     Attributes:
         mirror: Coordinate of the mirror by column.
         scale: Factor by column, about `scale_centre`.
-        angle: Degrees, about `turn_centre`, in the plane of `plane`.
+        angle: Degrees, about `turn_centre`, in the plane of `plane`; both as they are behind mirror and scaling.
     """
 
     mirror: dict[int, float] = field(default_factory=dict)
@@ -42,16 +44,21 @@ class CoordinateFrame:
 
     def whole(self) -> affine.Frame:
         """Return it as one affine map."""
-        turned, mirrored = affine.Frame(), affine.Frame()
+        turned = affine.Frame()
         if self.angle:
             turn = affine.turn(PLANE_AXES[self.plane][2], self.angle)
             turned = affine.Frame.about(_vector(self.turn_centre), turn)
+        return turned.then(self.unturned())
+
+    def unturned(self) -> affine.Frame:
+        """Return mirror and scaling as one affine map."""
+        mirrored = affine.Frame()
         for axis, at in self.mirror.items():
             sides, centre = [1.0] * 3, [0.0] * 3
             sides[axis], centre[axis] = -1.0, at
             mirrored = affine.Frame.about(_vector(centre), affine.diagonal(*sides)).then(mirrored)
         scaled = affine.Frame.about(_vector(self.scale_centre), affine.diagonal(*self.scale))
-        return turned.then(scaled.then(mirrored))
+        return scaled.then(mirrored)
 
     def check_arc(self, plane: int) -> None:
         """Raise where arcs of a plane stop being arcs."""
@@ -79,6 +86,10 @@ class _FanucSink(affine.FramedSink):
     def snapshot(self) -> CoordinateFrame:
         """Return a key of this state."""
         return self.parts
+
+    def factor(self, column: int) -> float:
+        """Return by how much lengths along an axis are scaled."""
+        return abs(self.parts.scale[column])
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Move."""
@@ -219,7 +230,11 @@ def no_mirror(ip: Interpreter, block: Block) -> None:
 
 
 def rotation(ip: Interpreter, block: Block) -> None:
-    """G68 X Y R: turn the plane about a point; Mach3 calls X and Y of the point A and B. With I J K it turns space (`tilted_planes`)."""
+    """G68 X Y R: turn the plane about a point; Mach3 calls X and Y of the point A and B. With I J K it turns space (`tilted_planes`).
+
+    Scaling carries the centre (B-63944EN-2, 6; Haas 96-8000, G68). In a mirror image of one axis of the plane the rotation is the other way
+    round (SINUMERIK, ISO Milling, table 3-6).
+    """
     of_mach3, direction = bool({"a", "b"} & block.words.keys()), {"i", "j", "k"} & block.words.keys()
     if "r" not in block.words:
         raise BlockError("rotation-angle", "G68 has no angle R", "G68", hint="G68 X0 Y0 R30, in degrees")
@@ -238,8 +253,14 @@ def rotation(ip: Interpreter, block: Block) -> None:
         message = f"G68 turns X, Y and Z, and the plane is {plane}"
         raise BlockError("rotation-plane", message, "G68", hint="choose G17, G18 or G19")
     frame = _current(ip)
-    frame.angle = _angle(ip, block) + _added_to(ip, block, frame.angle, of_mach3)
-    frame.turn_centre, frame.plane = _point(ip, block), ip.state.plane
+    inner, centre, angle = frame.unturned(), _point(ip, block), _angle(ip, block)
+    mirrored = math.prod(inner.matrix[axis][axis] for axis in PLANE_AXES[ip.state.plane][:2]) < 0.0
+    if mirrored and any(inner.to_work(centre)[axis] != centre[axis] for axis in frame.mirror):
+        message = "the centre of G68 is taken as programmed in the mirror image"
+        hint = "G68 before G51.1, or a centre on the mirror's axis, leaves no choice"
+        ip.warn_once(BlockError("rotation-mirrored", message, "G68", hint=hint))
+    frame.angle = (-angle if mirrored else angle) + _added_to(ip, block, frame.angle, of_mach3)
+    frame.turn_centre, frame.plane = inner.to_work(centre), ip.state.plane
     _change(ip, frame)
 
 

@@ -131,7 +131,8 @@ def tilt(ip: Interpreter, block: Block) -> None:
         message = "G68.2 turns the coordinates; the rotary axes of the machine are not turned here"
         hint = "G53.1 turns them on a machine with a table [kinematics]; or write A B C"
         ip.warn_once(BlockError("swivel-frame", message, "G68.2", hint=hint))
-    affine.change(ip, frame)
+    # A plane of no angles, as posts write it for the first side, is one that G53.1 and G69 find.
+    affine.change(ip, frame, stays=True)
 
 
 def convert(ip: Interpreter, block: Block, angle: float) -> None:

@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.block import Block
 from cncgen.gcode.budget import MOTION
 from cncgen.gcode.codes.affine import FramedSink
 from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, FollowedSink, Path
 from cncgen.gcode.codes.table import ROTARY_PATH, TOOL_POINT, Code
-from cncgen.gcode.codes.tools import number_in_force, table_offset
+from cncgen.gcode.codes.tools import number_in_force, table_offset, take_length
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point, Sink
@@ -183,7 +183,7 @@ def length_off(ip: Interpreter, block: Block) -> None:
     """G49 of FANUC: no tool offset, no tool centre point control."""
     turn_off(ip)
     ip.state.length_code = 49
-    ip.codes["G", 431].run(ip, Block(dict.fromkeys(AXES, 0.0)))
+    take_length(ip, block, zeros())
 
 
 _FANUC = ("fanuc",)

@@ -207,7 +207,38 @@ def _length_fanuc(ip: Interpreter, block: Block, code: int) -> None:
     number = number_in_force(ip, block, f"G{code}")
     ip.state.length_code = code
     sign = 1.0 if code == 43 else -1.0
-    use_offset(ip, [sign * value for value in table_offset(ip, number)] if number else zeros())
+    take_length(ip, block, [sign * value for value in table_offset(ip, number)] if number else zeros())
+
+
+def take_length(ip: Interpreter, block: Block, offset: list[float]) -> None:
+    """Take a tool offset of FANUC's controls, which add it to programmed coordinates: under G91 a line goes its distance and the change.
+
+    So does the manual's example of tool length offset A (G91, H1 = -4: ``N2 G43 Z-32.0 H1`` goes 36 down). Where parameter TOS (5006 bit 6)
+    shifts the coordinates instead (B-63943EN-1, 12.5.2), the line goes its distance alone.
+    """
+    before, programmed = ip.state.tool_offset, ip.state.position
+    use_offset(ip, offset)
+    changed = [letter for letter in AXIS_INDEX if offset[AXIS_INDEX[letter]] != before[AXIS_INDEX[letter]]]
+    codes = ip.codes.of(block)
+    if not changed or any(row.axes == "own" for row in codes):
+        return
+    by = " ".join(
+        f"{letter.upper()}{offset[AXIS_INDEX[letter]] - before[AXIS_INDEX[letter]]:g}" for letter in changed
+    )
+    hint = "G90 and a coordinate in the block of the offset leave no choice"
+    given = [letter for letter in changed if letter in block.words]
+    if not given:
+        message = f"the tool offset changes by {by}, and no axis moves; with parameter TOS (5006 bit 6) = 0 FANUC's controls move by it at once"
+        ip.warn_once(BlockError("length-moves", message, "", hint=hint), Severity.NOTE)
+        return
+    absolute = ip.state.absolute if {900, 910}.isdisjoint(block.g) else 900 in block.g
+    motion = next((row.number for row in codes if row.axes == "motion"), ip.state.motion)
+    if absolute or motion not in (0, 10):
+        return
+    message = f"under G91 the line goes its distance and the change of the tool offset, {by}; with parameter TOS (5006 bit 6) = 1 its distance alone"
+    ip.warn_once(BlockError("length-moves", message, "", hint=hint))
+    for letter in given:
+        ip.state.position[AXIS_INDEX[letter]] = programmed[AXIS_INDEX[letter]]
 
 
 def length_given(ip: Interpreter, block: Block) -> None:

@@ -145,7 +145,7 @@ _ELSEWHERE_BARE = (
     _of("integrex", 20, "a tool of six digits, the next tool and M6", rb"(?<![A-Z])T\d{6}T\d{3}(?:\d{3})?M0?6(?!\d)", b"M6", b"M06"),
     _of("maho", 30, "the head of a file of Philips' controls", rb"^%PM\d*$", b"%PM"),
     _of("maho", 20, "a repeat or call by N=", _W + rb"G(?:14[^\n]*N1=|2[29][^\n]*N=)", b"G14", b"N="),
-    _of("maho", 15, "a blank by G98 or G99", _W + rb"G9[89]X" + _V + rb"[^\n]*Z" + _V + rb"[^\n]*I" + _V + rb"[^\n]*J" + _V + rb"[^\n]*K", b"G98X", b"G99X"),
+    _of("maho", 15, "a blank by G98 or G99", _W + rb"G9[89]X" + _V + rb"[^R\n]*Z" + _V + rb"[^R\n]*I" + _V + rb"[^R\n]*J" + _V + rb"[^R\n]*K(?![^\n]*R)", b"G98X", b"G99X"),
     _of("maho", 15, "a point by G78 P", _W + rb"G78P\d+[XYZ]", b"G78P"),
     _of("maho", 12, "a cycle with clearance Y and return B", rb"^G8[1-9]Y" + SIGNED + rb"Z-" + SIGNED + rb"B" + SIGNED + rb"[^\nR]*$", b"G8"),
     _of("maho", 8, "a cycle by G79", rb"^G79(?:[XYZ]" + _V + rb"[^\nR]*Y|P\d+)[^\nR]*$", b"G79"),
@@ -279,6 +279,10 @@ BARE = (
     _sign("tool lengths G43 H", {_F: 1, _L: 1, _T: -12}, rb"G43(?![\d.])[^\n]*H\d", b"G43"),
     _sign("a tool length and radius by G43 H D", {_F: 4}, rb"G43(?![\d.])(?=[^\n]*H\d)[^\n]*D\d", b"G43"),
     _sign("words of Y", {_T: -5}, rb"Y" + _V, b"Y"),
+    _sign("X and Y in a block", {_T: -3}, rb"X" + _V + rb"[^\nZ]*Y" + _V, b"Y"),
+    # Modes there are in systems B and C of lathes too, which this says nothing of; in A they are passes.
+    _sign("a mode G90 or G91 beside G0 or G1", {_T: -6, _B: -0.1, _C: -0.1},
+          rb"(?<![A-Z_])(?:G9[01](?![\d.])[^\n]*G0?[01](?![\d.])|G0?[01](?![\d.])[^\n]*G9[01](?![\d.]))", b"G90", b"G91"),
     _sign("a cycle of mills", {_T: -4}, _W + rb"G8[1-9](?![\d.])[^\n]*[XYZ]" + _V, b"G8"),
     _sign("a tool change M6", {_T: -4}, _W + rb"M0?6(?!\d)", b"M6", b"M06"),
     # Of FANUC's lathes, systems B and C.
@@ -301,7 +305,7 @@ BARE = (
     _sign("a turning pass by G90 or G94", {_T: 4}, rb"^G9[04][XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GY\n]*$", b"G90X", b"G90U", b"G94X", b"G94U"),
     _sign("tool and offset in four digits of T", {_T: 5}, rb"(?:^|[^A-Z#<])T(?:0[1-9]|[1-9]\d)(?:0[1-9]|[1-9]\d)(?!\d)", b"T"),
     _sign("tool and offset in three digits of T", {_T: 3}, rb"(?:^|[^A-Z#<])T([1-9])0\1(?!\d)", b"T"),
-    _sign("polar coordinate interpolation of lathes", {_T: 12, _F: 4}, _W + rb"G1(?:12|2\.1)(?!\d)", b"G112", b"G12.1"),
+    _sign("polar coordinate interpolation of lathes", {_T: 10, _F: 6}, _W + rb"G1(?:12|2\.1)(?!\d)", b"G112", b"G12.1"),
     _sign("cylindrical interpolation", {_T: 8, _F: 6}, _W + rb"G(?:107|0?7\.1)[AC]", b"G107", b"7.1"),
     _sign("distances U W beside X Z", {_T: 5},
           rb"^(?![^\n]*[YVPQ])(?![^\n]*G(?:0?4|10|28|30|50|92|7\d)(?!\d))(?:[^\n]*[XZ]" + _V + rb"[^\nXZUW]*[UW]|[^\n]*[UW]"
