@@ -101,7 +101,7 @@ def _moved(texts: list[_Text], letters: str, plane: int, turning: str) -> Iterat
     }
     for code in codes:
         if code.moves != "plane":
-            yield from turning if code.moves == "rotary" else code.moves
+            yield from code.moves.replace("rotary", turning)
     if any(found.bits & gcode_codes.COMPUTED for found in texts):
         yield from "XYZ"
     if not any(code.moves == "plane" for code in codes):

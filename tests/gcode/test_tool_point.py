@@ -105,6 +105,62 @@ def test_splines_do_not_go_with_it(run: Any) -> None:
     assert [(code, line) for code, line, _ in out.errors] == [("tcp-refused", 7)]
 
 
+DIRECTIONS = START.replace("G43.4", "G43.5")
+
+
+def test_directions_in_place_of_angles(run: Any) -> None:
+    """G43.5 (A-79348E, type 2): the head at B90 points along +X, then C90 along +Y (`test_a_head_swings_about_its_pivot`)."""
+    for text in ("G0 I1.\nG0 J2.", "G0 I3. K0\nG91 G0 J1."):
+        out = run(f"{DIRECTIONS}{text}\nG49\nG90 G0 Y1\nM30", dialect="fanuc", kinematics=HEADS)
+        assert out.errors == []
+        np.testing.assert_allclose(
+            out.path.end[2:5, :3], [[160, 0, -100], [10, 150, -100], [10, 1, -100]], atol=1e-9
+        )
+
+
+@pytest.mark.parametrize("kinematics", [TABLES, HEADS])
+def test_directions_move_as_their_angles_do(run: Any, kinematics: Kinematics) -> None:
+    """The vector that the kinematics give a pair of angles, against these angles under G43.4; without I J K the tool stays."""
+    i, j, k = kinematics.direction((20.4, 30.3))
+    outer, inner = ("ABC"[axis - 3] for axis in kinematics.axes)
+    by_angles = machine(run, f"G1 X20 Z5 {outer}20.4 {inner}30.3 F300\nX30", kinematics).path
+    # Its length means nothing, and it holds until the next one.
+    vector = f"I{3 * i:.12f} J{3 * j:.12f} K{3 * k:.12f}"
+    out = run(f"{DIRECTIONS}G1 X20 Z5 {vector} F300\nX30\nM30", dialect="fanuc", kinematics=kinematics)
+    assert out.errors == []
+    assert out.path.axes == by_angles.axes
+    np.testing.assert_allclose(out.path.end, by_angles.end, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("G1 X20 I0 J0 K0 F100", "orientation-vector"),
+        ("G1 X20 B10 I1 F100", "tcp-refused"),
+        ("G2 X20 R5 I1 F100", "tcp-refused"),
+        ("G43.5 H1 K1", "not-read"),
+        ("G43.5 H1 Q2.", "not-read"),
+        ("G43.4 H1\nG1 X20 K1 F100", "unused-word"),
+    ],
+)
+def test_directions_that_are_not_read(run: Any, text: str, code: str) -> None:
+    out = run(DIRECTIONS + text + "\nM30", dialect="fanuc", kinematics=HEADS)
+    assert [c for c, _, _ in out.errors] == [code]
+
+
+def test_directions_without_a_machine_are_read_and_warned_of(run: Any) -> None:
+    out = run("G21 G90\nG43.5 H1\nG1 X10 I1. K1. F600\nG49\nM30", dialect="fanuc", tips_alone=True)
+    assert [d.code for d in out.diagnostics if d.severity != "note"] == ["tcp-machine"]
+
+
+def test_a_line_runs_again_with_directions(run: Any) -> None:
+    """A line of a loop is planned by its letters: without G43.5 its I is refused as ever, with it the letters are others."""
+    text = "#1=0\nWHILE[#1LT2]DO1\n#1=#1+1\nG0 X[#1*10] I1.\nEND1\nM30"
+    out = run(DIRECTIONS + text, dialect="fanuc", kinematics=HEADS)
+    assert out.errors == []
+    np.testing.assert_allclose(out.path.end[2:4, 0], [160, 170], atol=1e-9)
+
+
 @pytest.mark.parametrize("before", ["G41 D1", "G95 F0.1"])
 def test_what_may_not_be_in_force_before_it(run: Any, before: str) -> None:
     out = run(f"G10 L12 P1 R1.\n{before}\nG43.4 H1\nM30", dialect="fanuc", kinematics=TABLES)

@@ -44,3 +44,15 @@ def words(ip: Interpreter, kinematics: Kinematics, axes: affine.Positions) -> di
     now, position = positions(ip, kinematics), ip.state.position
     turns = zip(kinematics.axes, axes, now, strict=True)
     return {AXES[column]: position[column] + goal - at for column, goal, at in turns}
+
+
+def toward(ip: Interpreter, kinematics: Kinematics, direction: affine.Vector, word: str) -> dict[str, float]:
+    """Return the words of a block that turns the tool to a direction: the nearer of the two pairs of positions.
+
+    Raises:
+        BlockError: The axes do not reach it.
+    """
+    axes = kinematics.angles_of(direction, positions(ip, kinematics))
+    if axes is None:
+        raise unreached(kinematics, word)
+    return words(ip, kinematics, axes)

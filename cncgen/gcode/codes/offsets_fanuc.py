@@ -74,6 +74,19 @@ def set_data(ip: Interpreter, block: Block) -> None:
     if "p" not in block.words:
         raise BlockError("g10-words", "G10 has no P: which one should be set?", "G10", hint=_KINDS)
     number = whole(block, "p", "G10")
+    taken = AXES.lower() if kind in (2, 20) else "r"
+    idle = next(
+        (letter.upper() for letter in block.words if letter in AXES.lower() + "rq" and letter not in taken),
+        "",
+    )
+    if idle:
+        message = f"{idle} of G10 L{kind}, which has no use for it"
+        hint = (
+            "L2 and L20 have axis words, and turn nothing: G68 does"
+            if kind in (2, 20)
+            else "R is the value; L2 and L20 have axis words"
+        )
+        raise BlockError("g10-words", message, idle, hint=hint)
     if kind in (2, 20):
         first, last = (1, MORE_COUNT) if kind == 20 else (0, 6)
         if not first <= number <= last:

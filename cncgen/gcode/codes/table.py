@@ -112,7 +112,7 @@ class Code:
         named: Words of several letters that it uses.
         after: Its handler for the time when all else of the block is done, or None.
         takes: Letters that it uses itself, which otherwise act by themselves.
-        moves: Axes that it may move without a word of them: letters, or ``plane`` for both of the plane in force.
+        moves: Axes that it may move without a word of them: letters, ``rotary`` for the machine's rotary ones, or ``plane`` for both of the plane in force.
         moves_with: Letters one of which a program must have for that; empty where it always may.
         moves_alone: Whether that holds in blocks without an axis word only.
         plane: The plane that it chooses, a key of `modal.PLANE_AXES`, or 0.

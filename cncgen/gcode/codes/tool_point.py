@@ -10,21 +10,25 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.budget import MOTION
-from cncgen.gcode.codes.affine import FramedSink
+from cncgen.gcode.codes import carried_planes
+from cncgen.gcode.codes.affine import AffineSink, FramedSink, applied
 from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, FollowedSink, Path
 from cncgen.gcode.codes.table import ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.codes.tools import number_in_force, table_offset, take_length
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point, Sink
-from cncgen.gcode.state.modal import Stage, to_machine, to_program, zeros
+from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage, to_machine, to_program, zeros
 from cncgen.machine.kinematics import Kinematics
+from cncgen.records import replace
 from cncgen.units import INCH
 
 #: A path is looked at in at least so many parts.
 _LOOK_PARTS = 2
+#: The number of G43.5, in tenths.
+_DIRECTIONS = 435
 #: Halvings of such a step.
 _MAX_DEPTH = 12
 
@@ -124,6 +128,57 @@ def turn_on_haas(ip: Interpreter, block: Block) -> None:
     turn_on(ip, block, "G234")
 
 
+def turn_on_directions(ip: Interpreter, block: Block) -> None:
+    """G43.5 H: as G43.4; the blocks after it have the tool's direction I J K in place of rotary axes (A-79348E, type 2).
+
+    Raises:
+        BlockError: I J K in its own block (alarm PS5421 of turning tables), or Q, by which the tool leans towards its way.
+    """
+    given = next((letter.upper() for letter in "ijkq" if block.words.get(letter)), "")
+    if given:
+        message = f"{given} in the block of G43.5 is not read"
+        hint = "I J K stand in the blocks after it; as they stand, the tool goes along them without Q"
+        raise BlockError("not-read", message, given, hint=hint)
+    turn_on(ip, block, "G43.5")
+    ip.rewrite = _directed
+
+
+def _directed(ip: Interpreter, block: Block) -> Block:
+    """Return a block with the rotary axes where the tool has the direction I J K: of two pairs of positions the nearer one.
+
+    Raises:
+        BlockError: I J K stand beside a rotary axis or a code other than G0 and G1, have no length, or no positions reach them.
+    """
+    given = {letter: block.words[letter] for letter in "ijk" if letter in block.words}
+    if not given or _DIRECTIONS in block.g:
+        return block
+    first = next(iter(given)).upper()
+    motion = next((number for number in block.g if number in PLAIN_MOTIONS), ip.state.motion)
+    beside = next((letter for letter in "abc" if letter in block.words), "")
+    if beside or motion not in (0, 10):
+        other = beside.upper() or f"G{motion // 10}"
+        message = f"I J K under G43.5 are the tool's direction, which is not read beside {other}"
+        raise BlockError(
+            "tcp-refused",
+            message,
+            first,
+            hint="lines have it, and no rotary axis beside it; R is the radius of an arc",
+        )
+    x, y, z = (given.get(letter, 0.0) for letter in "ijk")
+    if math.hypot(x, y, z) == 0.0:
+        message = "the direction of the tool, I J K, has no length"
+        raise BlockError("orientation-vector", message, first, hint="K1 is along Z")
+    words = {letter: value for letter, value in block.words.items() if letter not in given}
+    if ip.options.kinematics is not None:
+        direction = (x, y, z)
+        if isinstance(ip.sink, AffineSink):
+            direction = applied(ip.sink.program.matrix, direction)
+        absolute = ip.state.absolute if {900, 910}.isdisjoint(block.g) else 900 in block.g
+        for letter, value in carried_planes.toward(ip, ip.options.kinematics, direction, first).items():
+            words[letter] = value if absolute else value - ip.state.position[AXIS_INDEX[letter]]
+    return replace(block, words=words)
+
+
 def _turn_on(ip: Interpreter, block: Block) -> None:
     if ip.state.compensation != 40:
         raise BlockError("tcp-refused", "G43.4 does not go with cutter compensation", "G43.4", hint="use G40")
@@ -157,7 +212,9 @@ def begin(ip: Interpreter, length: float) -> None:
 
 
 def turn_off(ip: Interpreter) -> None:
-    """Take the sink of G43.4 away, the machine staying where it is."""
+    """Take the sink of G43.4 away, and the directions of G43.5, the machine staying where it is."""
+    if ip.rewrite is _directed:
+        ip.rewrite = None
     framed = ip.sink if isinstance(ip.sink, FramedSink) else None
     tool = framed.inner if framed else ip.sink
     if not isinstance(tool, ToolPointSink):
@@ -190,6 +247,8 @@ _FANUC = ("fanuc",)
 CODES = (
     Code("G", 434, "tool length", Stage.TOOL_LENGTH, turn_on, "tool centre point control with the length H", "h", dialects=_FANUC,
         takes="h", moves="XYZ", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
+    Code("G", _DIRECTIONS, "tool length", Stage.TOOL_LENGTH, turn_on_directions, "tool centre point control with directions I J K of the tool", "hijkq",
+        dialects=_FANUC, takes="h", moves="XYZrotary", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
     Code("G", 2340, "tool length", Stage.TOOL_LENGTH, turn_on_haas, "tool centre point control with the length H (Haas)", "h",
         dialects=_FANUC, takes="h", moves="XYZ", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
     Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset, no tool centre point control", dialects=_FANUC,

@@ -11,7 +11,6 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 340): "thread cutting with a variable lead",
     ("G", 370): "automatic tool length measurement",
     **dict.fromkeys((("G", 412), ("G", 422)), "three-dimensional cutter compensation"),
-    ("G", 435): "tool centre point control with tool vectors",
     **dict.fromkeys((("G", 512),), "polygon turning"),
     **dict.fromkeys((("G", 721), ("G", 722)), "copies of a subprogram, turned or shifted"),
     ("G", 544): "workpiece setting error compensation",

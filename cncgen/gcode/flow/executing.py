@@ -28,7 +28,8 @@ class Executor:
             ip.skipping = _G11 not in block.g
             return
         if ip.rewrite is not None:
-            block = ip.rewrite(ip, block)
+            # Its letters may change, which the plans of the line as it is written do not know.
+            block, plans = ip.rewrite(ip, block), None
         if ip.lathe:
             from cncgen.gcode.codes.lathe_words import turned
 

@@ -109,10 +109,7 @@ def _point(ip: Interpreter, block: Block, direction: affine.Vector, word: str) -
         return
     if isinstance(ip.sink, affine.AffineSink):
         direction = affine.applied(ip.sink.program.matrix, direction)
-    axes = kinematics.angles_of(direction, carried_planes.positions(ip, kinematics))
-    if axes is None:
-        raise carried_planes.unreached(kinematics, word)
-    block.words |= carried_planes.words(ip, kinematics, axes)
+    block.words |= carried_planes.toward(ip, kinematics, direction, word)
 
 
 def between(ip: Interpreter, block: Block) -> Iterator[Block]:
