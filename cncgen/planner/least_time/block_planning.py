@@ -32,12 +32,17 @@ FIRST, MOST = 512, 8192
 PREFETCHED, MESHES = 1, 2
 
 
-def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tuple[Toolpath, SpeedCap | None]]:
+def smooth_blocks(
+    chunks: Iterable[Toolpath],
+    machine: Machine,
+    seen: Callable[[Iterable[Toolpath]], Iterable[Toolpath]] = iter,
+) -> Iterator[tuple[Toolpath, SpeedCap | None]]:
     """Yield consecutive stretches of a program, smoothed within their tolerances, in blocks.
 
-    They have a cap only where the tolerance is so narrow that smoothing and chords have to share it.
+    They have a cap only where the tolerance is so narrow that smoothing and chords have to share it. What `seen` is handed has speeds
+    in place of the times of G93.
     """
-    steady = paced(chunks, lambda axes: AxisLimits.of(machine, axes))
+    steady = seen(paced(chunks, lambda axes: AxisLimits.of(machine, axes)))
     for block in blocks(smooth(steady, machine), FIRST, MOST):
         speed = chord_speed_within(block, chord_reserve(machine, block.axes), machine.period_s)
         yield block, SpeedCap(speed, Limit.CHORD, straight=False) if speed else None

@@ -34,6 +34,8 @@ Ints = NDArray[np.int64]
 #: (1, −2, 1) times twice that, a thousandth of J. Within a curve they are those of one halt, a knot and the cusp beside it,
 #: which four times as much must not part: where between them is rounding.
 _TOGETHER, _TOGETHER_WITHIN = 0.0125, 0.05
+#: Part of the resolution up to which a bend beside a knot is of its corner.
+KNOT_SHARE = 0.8 * _TOGETHER_WITHIN
 #: Part of the jerk limit below which a jump is taken for none.
 _NEGLIGIBLE = 2e-4
 #: Least part of its speed that a jump keeps beside others, and in how many halvings the part is found.

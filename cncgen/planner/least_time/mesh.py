@@ -15,13 +15,22 @@ from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import Path
 from cncgen.kernels import node_places
-from cncgen.planner.least_time.corners import BlockEnd, Corners, corners_of, distinct, nearest, rows_beside
+from cncgen.planner.least_time.corners import (
+    KNOT_SHARE,
+    BlockEnd,
+    Corners,
+    corners_of,
+    distinct,
+    nearest,
+    rows_beside,
+)
 from cncgen.planner.least_time.crawling import crawling
 from cncgen.planner.least_time.mesh_spacing import MOST, TooManyNodesError, TopAt, placed
 from cncgen.planner.least_time.speed_caps import SpeedCap
-from cncgen.planner.limits.axis_limits import JUMP_SHARE, STEP_TAKES, SWAY_SHARE, AxisLimits
+from cncgen.planner.limits.axis_limits import JUMP_SHARE, STEP_TAKES, SWAY_SHARE, AxisLimits, resolution
 from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.planner.record import Limit
+from cncgen.planner.smoothing.runs import loose
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -112,7 +121,7 @@ def mesh_of(
         before, after: The end of the block before and the start of the next; None where the motion starts or ends at this
             block's border.
         cap: A largest speed along the path, beside the bounds.
-        coarse: Few nodes will do but for blocks with rows whose path is exact.
+        coarse: Few nodes will do but for blocks with rows that are not planned again within a tolerance.
 
     Raises:
         NoPlanError: It would be more intervals than memory is meant for.
@@ -131,8 +140,8 @@ def mesh_of(
     if cap and cap.straight:
         # Crawling rows are slower than any cap.
         lines &= crawls[path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))]
-    exact = (toolpath.path_mode == PathMode.EXACT_PATH) & (toolpath.feed_mode != FeedMode.RAPID)
-    coarse = coarse and not exact[toolpath.kind != Kind.EVENT].any()
+    kept = ~loose(toolpath) & (toolpath.feed_mode != FeedMode.RAPID) | ~path.moves_xyz
+    coarse = coarse and not kept[toolpath.kind != Kind.EVENT].any()
     try:
         s = placed(path, bounds, corners, sides, lines, top_at, coarse)
     except TooManyNodesError as many:
@@ -154,6 +163,7 @@ def _breakpoints(
 ) -> tuple[Corners, tuple[Floats, Floats]]:
     """Return the breakpoints of a block, classified, and the derivatives on the left and right of each, shape (4, n, axes) each."""
     seams = path.breakpoints()
+    seams = np.union1d(seams, _bends_beside(path, seams, bounds))
     sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
     # At its ends a path is what it is within; a curve that ends in a cusp has no direction there.
     sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
@@ -164,6 +174,39 @@ def _breakpoints(
     corners = corners_of(toolpath, path, bounds, crawls, seams[first], sides, top, before, after)
     kept = ~_straight_on(path, feeds, corners, sides)
     return corners.only(kept), (sides[0][:, kept], sides[1][:, kept])
+
+
+def _bends_beside(path: Path, seams: Floats, bounds: AxisLimits) -> Floats:
+    """Return places between which and a knot beside them a curve bends too briefly to show in setpoints, shape (k,).
+
+    Nodes are further apart than that, and need not see the bend, though the direction after it is another one. What `distinct`
+    counts to the knot becomes its corner, the rest an interval of its own.
+
+    Args:
+        path: The path.
+        seams: Shape (n,), its breakpoints.
+        bounds: Limits.
+    """
+    found, apart = [], np.diff(seams)
+    for side in (-1, 1):
+        curved = path.kind[path.row_of(0.5 * (seams[:-1] + seams[1:]))] == Kind.NURBS
+        at, room = (seams[1:] if side < 0 else seams[:-1])[curved], apart[curved]
+        x1 = path.evaluate(at, 1, side)[1]
+        way = resolution(bounds, x1)
+        at, x1, way = (each[room > way] for each in (at, x1, side * way))
+        far = at + way
+        beyond = path.evaluate(far, 1)[1]
+        turned = _turned(x1, beyond)
+        near = at[turned] + KNOT_SHARE * way[turned]
+        between = path.evaluate(near, 1)[1]
+        found += [near[_turned(x1[turned], between)], far[turned][_turned(between, beyond[turned])]]
+    return np.concatenate(found)
+
+
+def _turned(one: Floats, other: Floats) -> NDArray[np.bool_]:
+    """Tell which of two directions, shape (k, axes) each, differ by more than nodes are placed for."""
+    out: NDArray[np.bool_] = max_over_axes(np.abs(other - one)) > _SHARP * max_over_axes(np.abs(other))
+    return out
 
 
 def _intervals(

@@ -95,7 +95,7 @@ class RollingWindow:
                 if final < count // 8 and count < 16 * SIZE and not cut:
                     self.wanted = 2 * count
                     continue
-                final = max(final, len(given) // 4)
+                final = max(final, len(given) // 4, 1)
                 final += int(given.kind[final] == ENTER)
             # From its new state the motion can certainly stop where the last plan did, so the next window reaches beyond that.
             self.wanted = max(SIZE, 3 * (len(given) - final) // 2)

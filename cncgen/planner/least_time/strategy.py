@@ -37,7 +37,7 @@ def plan_least_time(
         from cncgen.planner.tube import Programmed, improve
 
         program = Programmed(machine.chord_tolerance_mm)
-        plan = plan_blocks(smooth_blocks(program.over(chunks), machine), machine, coarse=True)
+        plan = plan_blocks(smooth_blocks(chunks, machine, program.over), machine, coarse=True)
         # The search beside the plan that it starts from, and both beside sampling and writing.
         ahead = prefetch(plan, PREFETCHED)
         return prefetch(improve(ahead, program, machine, options.max_steps), PREFETCHED)

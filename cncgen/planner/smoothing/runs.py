@@ -52,6 +52,14 @@ def rests(toolpath: Toolpath) -> NDArray[np.bool_]:
     return out
 
 
+def loose(toolpath: Toolpath) -> NDArray[np.bool_]:
+    """Tell which rows have a tolerance within which the motion may leave them."""
+    out: NDArray[np.bool_] = (toolpath.path_mode == PathMode.CONTINUOUS) & (
+        toolpath.tolerance >= LEAST_TOLERANCE
+    )
+    return out & (toolpath.feed_mode != FeedMode.RAPID)
+
+
 def classify(
     toolpath: Toolpath,
     path: Path,
@@ -78,9 +86,7 @@ def classify(
     within = (toolpath.kind == Kind.LINE) | (toolpath.kind == Kind.ARC)
     if free is not None:
         within |= free
-    within &= (toolpath.path_mode == PathMode.CONTINUOUS) & (toolpath.tolerance >= LEAST_TOLERANCE)
-    within &= (toolpath.feed_mode != FeedMode.RAPID) & (length > STANDSTILL)
-    fits = within & ~idle & path.moves_xyz & (sideways < _SIDEWAYS)
+    fits = within & loose(toolpath) & (length > STANDSTILL) & ~idle & path.moves_xyz & (sideways < _SIDEWAYS)
     parts = np.ones(count, bool)
     member = fits | idle
     parts[1:] = member[1:] != member[:-1]

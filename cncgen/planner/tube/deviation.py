@@ -160,10 +160,9 @@ def reached(
     path: RowLines, entry: Reached, motion: Solved, first_s: float, period_s: float, passed: float, count: int
 ) -> Reached | None:
     """Return where its last setpoint before node `count` of a motion may be; the arguments are those of `excess`."""
-    end = np.cumsum(motion.step)
+    end = float(np.cumsum(motion.step)[count - 1])
     t = next(_phases(_bends(motion), motion.step, first_s, period_s, float(path.tolerance.min())))
-    last = first_s + period_s * np.floor((end[count - 1] - first_s) / period_s + _SAME)
-    t = np.append(t[t < last - _SAME * period_s], last) if last > 0.0 else t[:1]
+    t = _shown(t, first_s, period_s, end)
     allowed = (1.0 + passed) * path.tolerance
     return _gone(path, entry, _at(motion, t)[0], allowed, allowed)
 
@@ -176,20 +175,29 @@ def followed(
     period_s: float,
     passed: float,
     chord_mm: float,
+    whole: bool,
 ) -> Reached | None:
-    """Return where the end of a stretch of the plan may be, None where it is too far from the rows.
+    """Return where the end of a stretch of the plan may be, or its last setpoint, None where it is too far from the rows.
 
     Args:
         path, entry, first_s, period_s, passed: As of `excess`.
         plan: Shape (k, n) and (k,), velocities at times from its start to its end, s; and a function of time that returns positions.
         chord_mm: By which chords of the plan may leave the rows where their tolerance is less.
+        whole: Whether its end is meant.
     """
     velocity, t, position = plan
     step = np.diff(t)
     bend = np.sqrt((np.diff(velocity, axis=0) ** 2).sum(axis=1)) / np.maximum(step, 1e-12)
     at = next(_phases(bend, step, first_s, period_s, float(path.tolerance.min())))
+    at = at if whole else _shown(at, first_s, period_s, float(t[-1]))
     allowed = _PLAN * np.maximum(path.tolerance / USED, chord_mm)
     return _gone(path, entry, position(at), allowed, (1.0 + passed) * path.tolerance)
+
+
+def _shown(t: Floats, first_s: float, period_s: float, end: float) -> Floats:
+    """Return times up to the last setpoint until `end`, of which the first one is where the setpoint before them is."""
+    last = first_s + period_s * np.floor((end - first_s) / period_s + _SAME)
+    return np.append(t[t < last - _SAME * period_s], last) if last > 0.0 else t[:1]
 
 
 def _gone(path: RowLines, entry: Reached, points: Floats, allowed: Floats, there: Floats) -> Reached | None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.linearize import chords
 from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.planner.limits.axis_limits import axis_scale
-from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, SHARPEST, rests
+from cncgen.planner.smoothing.runs import SHARPEST, loose, rests
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -158,13 +158,9 @@ class Programmed:
                 mode == FeedMode.INVERSE_TIME, length[rows], path.per_feed[rows]
             )
         tolerance = toolpath.tolerance[rows]
-        exact = (toolpath.path_mode[rows] != PathMode.CONTINUOUS) | (tolerance < LEAST_TOLERANCE)
-        exact |= mode == FeedMode.RAPID
-        # The plan keeps to the tolerance of rows in inverse time as well, on the path that it has.
+        exact = ~loose(toolpath)[rows]
         within = ~exact & path.moves_xyz[rows]
-        free = (
-            within & (mode != FeedMode.INVERSE_TIME) & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0)
-        )
+        free = within & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0)
         columns = {
             "line": toolpath.line[rows],
             "source": toolpath.source[rows],

@@ -407,7 +407,7 @@ class Tube:
             if run.tail is not None:
                 goal = self._reached(path, entry, t, *run.tail)
                 t = float(nodes.t[run.tail[1] - 1])
-            goal = self._followed(path, goal, t, float(nodes.t[-1]))
+            goal = self._followed(path, goal, t, float(nodes.t[-1]), whole=True)
             if stop >= known or (goal is not None and goal.high[-1] < path.key[-1]):
                 return path, None if goal is None else (entry, goal)
             stop = min(stop + max(stop - first, 1), known)
@@ -419,8 +419,10 @@ class Tube:
         first = self.hand.first_setpoint(t, motion)
         return entry and reached(path, entry, motion, first, self.machine.period_s, PASSED, count)
 
-    def _followed(self, path: RowLines, entry: Reached | None, begin: float, end: float) -> Reached | None:
-        """Return where the plan between two times ends on the rows."""
+    def _followed(
+        self, path: RowLines, entry: Reached | None, begin: float, end: float, whole: bool = False
+    ) -> Reached | None:
+        """Return where the plan between two times ends on the rows if `whole`, else where its last setpoint is."""
         grid, reference = self.reference.grid, self.reference
         assert grid is not None
         if entry is None or end <= begin:
@@ -432,7 +434,7 @@ class Tube:
         plan = at.v[:, None] * at.tangent, t, lambda times: reference.positions(begin + times)
         period = self.machine.period_s
         first_s = self.hand.until_setpoint(begin)
-        return followed(path, entry, plan, first_s, period, PASSED, self.machine.chord_tolerance_mm)
+        return followed(path, entry, plan, first_s, period, PASSED, self.machine.chord_tolerance_mm, whole)
 
     def _nodes_again(self, run: _Run, nodes: Nodes, whole: bool, scales: Scales) -> Nodes:
         """Return nodes from where a run is up to the last one of others, of other scales."""

@@ -323,6 +323,30 @@ def test_bends_beside_control_points_of_large_weight_keep_the_jerk(rows: str, pe
     assert used(x, machine) <= 1.001
 
 
+@pytest.mark.parametrize(("x", "y"), [(0.0, 2e-7), (1e-7, 2e-7), (2e-7, 2e-7), (1e-6, 1e-6)])
+@pytest.mark.parametrize("knots", [(0.25, 0.5, 0.75), (0.2, 0.4, 0.8), (0.4, 0.45, 0.5)])
+def test_a_curve_that_turns_between_nearly_equal_points_stops_there(
+    x: float, y: float, knots: tuple[float, float, float]
+) -> None:
+    """Two lines of 2 mm with a bend of 10⁻⁷ mm between: no node saw it, and acceleration was passed by up to 50 times (no plan).
+
+    Each line takes A/J + √((A/J)² + 4 L/A) from rest to rest, and the rest waits for a setpoint at most.
+    """
+    places = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 0.0), (2.0 + x, y), (2.0, 1.0), (2.0, 2.0)]
+    rows = [f"K{k:g} X{a:.7f} Y{b:.7f} R1" for k, (a, b) in zip((0, 0, 0, 0, *knots), places, strict=True)]
+    text = "\n".join(["G21 G90 G61 F600", f"G6.2 P4 {rows[0]}", *rows[1:], *["K1"] * 4, "M2", ""])
+    machine = Machine("slow", {k: Axis(k, 5.0, 2.0, 200.0) for k in "XYZ"}, period_s=0.01)
+    for effort in ("fast", "best"):
+        setpoints = sample(
+            plan_program(read_text(text, "k.nc"), machine, PlanOptions(effort=effort))
+        ).collect()
+        ramp = 2.0 / 200.0
+        least = 2.0 * (ramp + np.sqrt(ramp**2 + 4.0 * 2.0 / 2.0))
+        assert setpoints.time_s[-1] == pytest.approx(least, abs=0.021)
+        positions = np.column_stack([setpoints.position, np.zeros(len(setpoints))])
+        assert used(positions, machine) <= 1.001
+
+
 @pytest.mark.parametrize("radius", [0.3333, 0.4, 0.4333])
 def test_a_velocity_that_an_arc_soon_needs_less_of_is_held_between_nodes(
     radius: float, monkeypatch: pytest.MonkeyPatch
