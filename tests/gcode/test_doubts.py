@@ -38,6 +38,26 @@ def test_doubts_about_a_program_of_fanuc(
     assert said(run, text) == places
 
 
+def test_a_rotary_axis_that_may_go_the_other_way_round(run: Callable[..., Outcome]) -> None:
+    """The moves of the manual's example with roll-over (B-63534EN, 20.2.1): -150, then -30 to A540 from 210, where it stands at -150 here."""
+    text = "G90 G0 A-150.\nA540.\nM30"
+    assert said(run, text) == [(2, 1)]
+    found = next(d for d in run(text, dialect="fanuc").diagnostics if d.code == "other-control")
+    assert "by 690 degrees" in found.message
+    assert "goes by -30" in found.message
+    assert said(run, "G90 G0 X1. A350. (A5)\nN2 G1 A10. F500.\nM30") == [(1, 12)]
+    assert said(run, "G0 A170.\nA340.\nA-10.\nM30") == [(3, 1)]
+    for text in (
+        "G0 A180.\nA0.\nM30",
+        "G91 G0 A540.\nM30",
+        "G0 A90.\nG91 A180.\nG90 A360.\nM30",
+        "G91 G28 A0\nM30",
+        "G65 P1 A500.\nM30\nO1\nM99",
+        "G68 X0 Y0 R10. (A900)\nG69\nM30",
+    ):
+        assert said(run, text) == [], text
+
+
 @pytest.mark.parametrize(
     "line",
     [

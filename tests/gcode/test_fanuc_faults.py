@@ -36,6 +36,7 @@ WRONG = {
     "a corner before a wrong arc": ("F10\nG1 X9 ,R1\nG2 X3 J1 R0.1", ("corner-next", 2, 7)),
     "a negative corner": ("F10\nG1 X9 ,R-1\nY4", ("corner-size", 2, 7)),
     "a pitch of no thread": ("S10 M3\nG33 Z-5 F0", ("pitch-missing", 2, 9)),
+    "a spline of LinuxCNC": ("G0 X0\nG5 P1 Q2 X3 Y4", ("other-control", 2, 10)),
     "a rotation of LinuxCNC's G10": ("G10 L2 P1 X5 R30", ("g10-words", 1, 14)),
     "a place beside a length": ("G10 L10 P1 R5 X3", ("g10-words", 1, 15)),
     "Q beside a radius": ("G10 L12 P1 R5 Q1", ("g10-words", 1, 15)),

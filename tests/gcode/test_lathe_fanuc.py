@@ -739,3 +739,11 @@ def test_a_spindle_that_starts_unbounded_beside_the_axis_warns(lines: str, said:
     _, faults, program = outcome(f"{lines}\nG1 Z-20. F.2")
     assert not faults
     assert ("speed-unbounded" in [d.code for d in program.diagnostics]) is said
+
+
+@pytest.mark.parametrize("line", ["G5 R90. X10. Z-1. F10.", "G5 R180. F10."])
+def test_a_move_with_a_turn_of_the_spindle_is_refused(run: Any, line: str) -> None:
+    """G5 of Haas's lathes is fine spindle control (96-8700): its X and Z were a traverse."""
+    out = run(f"G0 X50. Z2.\n{line}\nM30", dialect="fanuc-lathe")
+    assert [(code, at) for code, at, _ in out.errors] == [("other-control", 2)]
+    assert run("G98 G0 X50.\nG5 P10000\nG5 P0\nG1 G8 P1 X40. F100.\nM30", dialect="fanuc-lathe").errors == []

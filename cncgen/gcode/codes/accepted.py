@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.table import LATHE, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.state.modal import ARMED, Stage
+from cncgen.gcode.state.modal import ARMED, PLAIN_MOTIONS, Stage
 from cncgen.toolpath.record import Event
 
 _FANUC = ("fanuc",)
@@ -16,6 +16,22 @@ _LOOK_AHEAD = "look-ahead mode: accepted, motions are always planned ahead"
 
 def nothing(ip: Interpreter, block: Block) -> None:
     """Accept a code: motions are always planned with look-ahead, and rigid taps follow their pitch by F and S."""
+
+
+def look_ahead(ip: Interpreter, block: Block) -> None:
+    """G5 P and G8 P, which stand alone.
+
+    Raises:
+        BlockError: An axis word, which the motion in force would take, or R without P: the block is of another control.
+    """
+    axes = AXIS_INDEX.keys() if not {*PLAIN_MOTIONS} & {*block.g} else ()
+    given = next(
+        (letter for letter in block.words if letter in axes or (letter == "r" and "p" not in block.words)), ""
+    )
+    if given:
+        message = f"{given.upper()} beside G5 or G8, which take P alone: G5 turns the spindle on Haas's lathes, and is a spline on LinuxCNC"
+        hint = "G5 P stands in a block of its own, which is passed over"
+        raise BlockError("other-control", message, given.upper(), hint=hint)
 
 
 def forbid(ip: Interpreter, block: Block) -> None:
@@ -87,7 +103,7 @@ CODES = (
         for number, text in ((250, "the spindle's speed is not watched"), (260, "the spindle's speed is watched: accepted, not checked"))
     ),
     Code("G", 542, "dynamic fixture", Stage.COORDINATES, no_fixture, "no dynamic fixture offset (P0)", "p", dialects=_FANUC),
-    Code("G", 50, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
+    Code("G", 50, "look-ahead", Stage.PATH, look_ahead, _LOOK_AHEAD, "pqr", dialects=_FANUC),
     Code("G", 1030, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "p", dialects=_FANUC),
     Code("G", 1870, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "pe", dialects=_FANUC),
     Code("G", 51, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, AXES + "pqr", "own", dialects=_FANUC),
@@ -98,7 +114,7 @@ CODES = (
         for diameters, text, dialects in ((0, "X is a radius (X0 of Mazak)", _FANUC), (1, "X is a diameter (X1 of Mazak)", (LATHE,)))
     ),
     Code("G", 611, "path", Stage.PATH, nothing, _LOOK_AHEAD + " (Mazak's geometry compensation)", "pqr", dialects=_FANUC),
-    Code("G", 80, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
+    Code("G", 80, "look-ahead", Stage.PATH, look_ahead, _LOOK_AHEAD, "pqr", dialects=_FANUC),
     Code("G", 220, "stroke check", Stage.PATH, forbid, "forbidden zone: accepted, not checked", "xyzijk", "own", dialects=_FANUC),
     Code("G", 230, "stroke check", Stage.PATH, nothing, "no forbidden zone", dialects=_FANUC),
     *(

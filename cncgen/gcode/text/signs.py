@@ -331,6 +331,9 @@ LONG_WAIT = rb"P[ \t]*\d{3}"
 LONG_LENGTHS = {digits: rb"[XYZ][ \t]*[-+]?\d{%d}" % digits for digits in (4, 5)}
 LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?" + _WITH_POINT
 WHOLE_LENGTH = rb"[XYZ][ \t]*[-+]?0*[1-9]\d*(?![\d.])"
+#: A rotary axis with its angle, and words beside which it is none, or no place.
+ROTARY = rb"(?<![A-Z,#])(?P<word>(?P<axis>[ABC])[ \t]*(?P<angle>" + SIGNED + rb"))"
+NO_PLACE = rb"G[ \t]*0*(?:7\.1|10|28|30|5[0-3]|6[5-8]|9[2-3]|107)(?![\d])"
 #: A whole one that ends in a point.
 WHOLE_WITH_POINT = rb"(?i)[XYZ][ \t]*[-+]?(?=0*[1-9])" + _WITH_POINT + rb"(?<=\.)(?!\d)"
 LAST_STAR = rb"(?m)\*[ \t]*\r?$"
@@ -370,5 +373,7 @@ def patterns() -> Iterator[bytes]:
         LAST_STAR,
         LONG_WAIT,
         WORDS_OF_SIEMENS,
+        ROTARY,
+        NO_PLACE,
     )
     yield from (*LONG_LENGTHS.values(), *UNITS.values(), LENGTH, FEED)
