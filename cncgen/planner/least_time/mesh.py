@@ -51,9 +51,9 @@ _SHARP = 0.3
 #: Allowance for values between the quarter points, as a multiple of those at the points: slightly more in x''', and twice as much in
 #: x''.
 _EXCESS = 2.5
-#: Quarter points are compared where the bounds of q on an interval differ by more than this factor. At 1.3, a bound that falls as s⁻² (of
-#: a velocity, beside the place where its axis turns back) is passed by 3·10⁻⁴.
-_STEEP = 1.3
+#: Quarter points are compared where the bounds of q on an interval are off a line by more than this part of the least: beside a kink an
+#: eighth of that is the most by which the bound is passed, so half as much of it in v.
+_BENT = 0.008
 #: The third derivative at the quarter points is taken to be at most this over the square of the length of the interval.
 _BELIEVED = 0.3
 
@@ -279,6 +279,7 @@ def _lower_steep(mesh: Mesh, top_at: TopAt) -> None:
     An interval has bounds q₀, q₁, q₂ at its start, middle and end. A motion that follows them has the parabola through the three,
     which is (3 q₀ + 6 q₁ − q₂)/8 at the first quarter. Beside the place of a curve where a weak axis turns back, the bound V²/x'² of its
     velocity falls by a multiple over an interval, and the parabola is above it at the quarter beside the larger bound, which is lowered.
+    Where another limit takes over within the interval, it may be above it beside the least one, and the middle is lowered.
 
     Args:
         mesh: The intervals; `top` is changed.
@@ -286,16 +287,18 @@ def _lower_steep(mesh: Mesh, top_at: TopAt) -> None:
     """
     top = mesh.top
     low, high = top.min(axis=1), top.max(axis=1)
-    fast = (mesh.top_limit == Limit.VELOCITY) & (high > _STEEP * low) & np.isfinite(high)
+    with np.errstate(invalid="ignore"):
+        bent = np.abs(top[:, 0] - 2.0 * top[:, 1] + top[:, 2]) > _BENT * low
+    fast = (mesh.top_limit == Limit.VELOCITY) & bent & np.isfinite(high)
     at = np.flatnonzero(fast & (mesh.kind == SPLINE))
     if not len(at):
         return
     places = (mesh.s[at, None] + np.diff(mesh.s)[at, None] * (0.25, 0.75)).ravel()
     bound = top_at(places, mesh.path.evaluate(places, 3), 1).reshape(-1, 2)
     for near, far, own in ((0, 2, bound[:, 0]), (2, 0, bound[:, 1])):
-        over = (3.0 * top[at, near] + 6.0 * top[at, 1] - top[at, far]) / 8.0 - own
-        lowered = np.maximum(top[at, near] - 8.0 / 3.0 * np.maximum(over, 0.0), low[at])
-        top[at, near] = lowered
+        for place, part in ((near, 3.0), (1, 6.0)):
+            over = (3.0 * top[at, near] + 6.0 * top[at, 1] - top[at, far]) / 8.0 - own
+            top[at, place] = np.maximum(top[at, place] - 8.0 / part * np.maximum(over, 0.0), low[at])
 
 
 def _too_many(toolpath: Toolpath, path: Path, many: TooManyNodesError) -> Diagnostic:

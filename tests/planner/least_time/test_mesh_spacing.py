@@ -360,3 +360,19 @@ def test_a_velocity_that_an_arc_soon_needs_less_of_is_held_between_nodes(
         motion = motion_at(profile, np.linspace(profile.t[0], profile.t[-1], 50_001)[1:-1])
         slope = each.toolpath.path.evaluate(motion.s, 1)[1][:, each.toolpath.axes.index("Y")]
         assert (np.abs(slope) * motion.v).max() <= 0.4 * (1.0 + 5e-4)
+
+
+@pytest.mark.parametrize("radius", [0.4, 0.5])
+def test_a_velocity_that_takes_over_from_the_feed_within_an_interval_is_held_between_nodes(
+    radius: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A weak Y holds 1 mm/s back from where |y'| is 0.4 on: the parabola through both bounds was 9·10⁻⁴ above V."""
+    monkeypatch.setattr(mesh_spacing, "AMPLE", 0)
+    monkeypatch.setattr(mesh_spacing, "_OF_RADIUS", 0.12)
+    axes = {"X": Axis("X", 2.5, 133.0, 3e4), "Y": Axis("Y", 0.4, 100.0, 3e4)}
+    machine = Machine("weak", MappingProxyType(axes), 1e-3, 1e-3, 0.01)
+    for each in plan_program(read_text(f"G21 G90 G61 F60\nG3 X0 Y0 I{-radius} J0\nM2\n"), machine):
+        profile = each.profile
+        motion = motion_at(profile, np.linspace(profile.t[0], profile.t[-1], 50_001)[1:-1])
+        slope = each.toolpath.path.evaluate(motion.s, 1)[1][:, each.toolpath.axes.index("Y")]
+        assert (np.abs(slope) * motion.v).max() <= 0.4 * (1.0 + 5e-4)
