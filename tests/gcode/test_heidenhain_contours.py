@@ -356,12 +356,15 @@ def test_the_plane_of_the_manual_by_vectors(run: Run) -> None:
 
 
 def test_a_plane_by_the_angles_of_axes(run: Run) -> None:
-    """A45 turns Z towards -Y; beside a C, only the machine says which carries the other: of its table X and Y are those of the machine."""
+    """A45 turns Z towards -Y, C90 from there to X; only the machine says which of A and B carries the other: of its table X and Y are those of the machine."""
     half = math.sqrt(0.5)
     assert ends(run, "PLANE AXIAL A+45 STAY\nL X+0 Y+0 Z+2 FMAX")[0] == pytest.approx(
         [0, -2 * half, 2 * half], abs=1e-6
     )
-    assert codes(run, "PLANE AXIAL A+45 C+90 STAY") == ["plane-kind"]
+    assert codes(run, "PLANE AXIAL A+45 B+90 STAY") == ["plane-kind"]
+    assert ends(run, "PLANE AXIAL A+45 B+0 C+90 STAY\nL X+0 Y+0 Z+2 FMAX")[0] == pytest.approx(
+        [2 * half, 0, 2 * half], abs=1e-6
+    )
     table = Kinematics(False, (3, 5))
     found = ends(run, "PLANE AXIAL A+45 C+90 STAY\nL X+2 Y+0 Z+0 FMAX\nL X+0 Z+2 FMAX", kinematics=table)
     assert found[0] == pytest.approx([2, 0, 0], abs=1e-6)

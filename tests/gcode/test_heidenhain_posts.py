@@ -8,7 +8,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+
+from cncgen.machine.kinematics import Kinematics
 
 from .test_heidenhain_programs import ends, outcome
 
@@ -279,17 +282,44 @@ def test_what_is_not_read_is_named(run: Any, block: str, message: str) -> None:
     assert (error.code, error.message) == ("unsupported-block", message)
 
 
-@pytest.mark.parametrize("block", ["M94", "L M94 C", "L X+1 M94 C R0 FMAX"])
-def test_m94_is_a_function_of_the_control(run: Any, block: str) -> None:
-    """TNC 640, 34059x, "Reducing display of a rotary axis to a value less than 360 degrees: M94": alone or with axes."""
-    found = run(
-        f"0 BEGIN PGM T MM\n1 L X+0 C+400 R0 FMAX\n2 {block}\n3 L X+2 FMAX\n4 END PGM T MM",
-        dialect="heidenhain",
-    )
+def rotary(run: Any, body: str, **options: Any) -> list[float]:
+    """Return where C stands behind each motion, degrees."""
+    found = run(f"0 BEGIN PGM T MM\n{body}\nEND PGM T MM", dialect="heidenhain", **options)
     assert found.errors == []
-    warned = [one for one in found.diagnostics if one.severity == "warning"]
-    assert [one.code for one in warned] == ["contour-function"]
-    assert found.path.end[-1, 0] == 2
+    return np.degrees(found.path.end[found.path.kind != 3, -1]).round(6).tolist()  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize(("block", "goal"), [("M94", 540), ("L M94 C", 540), ("L M94 A", 180), ("L X+1 M94 C R0 FMAX", 540)])  # fmt: skip
+def test_m94_counts_a_rotary_axis_from_0_again(run: Any, block: str, goal: float) -> None:
+    """The manual's example: from 538 to 180 the axis goes -358 degrees, behind M94 from 178 to 180, 2 (TNC 640, 34059x, "Reducing display
+    of a rotary axis to a value less than 360 degrees: M94")."""
+    assert rotary(run, f"L X+0 A+0 C+538 R0 FMAX\n{block}\nL C+180 FMAX")[-1] == goal
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("L C+350 FMAX\nM126\nL C+10 FMAX", [350, 370]),
+        ("L C+10 FMAX M126\nL C+340 FMAX", [10, -20]),
+        ("L C+350 FMAX\nL C+10 FMAX M126\nL IC+5 FMAX\nL C+20 FMAX M127\nL C+350 FMAX\nL C+30 FMAX", [350, 370, 375, 380, 710, 390]),
+    ],
+)  # fmt: skip
+def test_rotary_axes_go_the_shorter_way(run: Any, body: str, expected: list[float]) -> None:
+    """The manual's table: from 350 to 10 the axis goes +20 degrees, from 10 to 340 -30 (TNC 640, "Shortest-path traverse of rotary axes: M126");
+    behind M127 from what is displayed to what is programmed."""
+    assert rotary(run, body) == expected
+    if len(expected) == 2:
+        many = "\n".join(f"L C+{angle % 360} F500" for angle in range(0, 3600, 100))
+        assert rotary(run, f"M126\n{many}")[-1] == 3500
+
+
+def test_the_axis_that_tilts_goes_its_way(run: Any) -> None:
+    """A of a trunnion is bounded: from 100 to -100 is no way over 180."""
+    table = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
+    body = "0 BEGIN PGM T MM\nL A+100 C+350 FMAX\nL A-100 C+10 FMAX M126\nEND PGM T MM"
+    found = run(body, dialect="heidenhain", kinematics=table)
+    assert np.degrees(found.path.end[-1, 3:]).round(6).tolist() == [-100, 370]
+    assert [one.code for one in found.diagnostics if one.code == "rotary-display"] == ["rotary-display"]
 
 
 def test_motions_of_a_cycle_stand_in_the_program_that_calls_it(run: Any, tmp_path: Path) -> None:

@@ -700,3 +700,17 @@ def test_feed_types_by_their_group(run: Run) -> None:
     out = run(text, dialect="sinumerik")
     assert out.errors == []
     assert out.path.feed[out.path.kind != 3][0] * 60.0 == pytest.approx(200.0)
+
+
+def test_f_stays_in_force_under_g93(run: Run) -> None:
+    """Each block with a feed under G93 was refused: the interpreter wants F in each, the control keeps it (840D sl, Fundamentals, "Feedrate")."""
+    out = run("G0 X0\nG93 F10 G1 X5\nG3 X10 I2.5\nG1 Y5 F20\nG94 F300 X0\nM30", dialect="sinumerik")
+    assert out.errors == []
+    moved = out.path.kind != 3
+    assert (out.path.feed[moved] * 60.0).round(6).tolist()[-4:] == [10, 10, 20, 300]
+    assert out.path.feed_mode[moved].tolist()[-4:] == [FeedMode.INVERSE_TIME] * 3 + [0]
+
+
+def test_an_f_of_another_unit_is_none_under_g93(run: Run) -> None:
+    """F500 a minute would be a block in 0.12 s."""
+    assert fault(run, "G1 X1 F500\nG93 X5\nM30")[0] == "feed-missing"

@@ -65,6 +65,8 @@ class Plain:
         texts: Texts by the number of their parameter QS, as far as they are known.
         spatial: The spatial angles A B C, degrees, to which rotary words turn the tool under AXIS SPAT; None where they are positions of axes.
         vector: Whether the tool's direction turns in a plane while it goes along a line (PATHCTRL VECTOR).
+        shortest: Whether rotary axes go the shorter way (M126).
+        turns: Whole turns that rotary axes, by column, stand above what their display, and so the program, says.
         tool_feed: The feed of the last TOOL CALL with one, in the program's units a minute, which FAUTO takes.
     """
 
@@ -78,6 +80,8 @@ class Plain:
     paraxial: float = 0.0
     spatial: list[float] | None = None
     vector: bool = False
+    shortest: bool = False
+    turns: dict[int, int] = field(default_factory=dict)
     tool_feed: float = 0.0
     texts: dict[int, str] = field(default_factory=dict)
     labels: list[str] = field(default_factory=list)
@@ -291,8 +295,6 @@ _REMARKS = {
          "the motions of probing take time that is not counted", Severity.WARNING),
     92: ("builders-point", "M92 counts from a point of the machine's builder: taken as machine zero, as M91", "M92",
          "M91 counts from machine zero", Severity.WARNING),
-    94: ("contour-function", "M94 (rotary axes count from 0 to 360 again) is not made: they keep their turns", "M94",
-         "the next position of a rotary axis may lie turns away here", Severity.WARNING),
     **{number: ("contour-function", f"M{number} ({what}) is not made: the contour is offset as it stands", f"M{number}",
                 "check the corners where it stands", Severity.WARNING)
        for number, what in ((97, "steps smaller than the tool"), (98, "open corners machined to their end"))},

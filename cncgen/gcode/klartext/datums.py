@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from cncgen.gcode.block import Value
 from cncgen.gcode.codes import affine, carried_planes
+from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import planes, tables, tilting
@@ -161,7 +162,8 @@ class Datums:
             self._ip.warn_once(BlockError("swivel-frame", message, "PLANE", hint=hint))
         found = dict(zip(kinematics.axes, axes, strict=True)) if kinematics and axes else {}
         for column, number in ((3, 120), (4, 121), (5, 122)):
-            self._ip.parameters.set_number(float(number), found.get(column, 0.0))
+            turns = Plain.of(self._ip).turns.get(column, 0)
+            self._ip.parameters.set_number(float(number), found.get(column, 360.0 * turns) - 360.0 * turns)
         self._axes = None if ends else axes
         self.take(_TILTED, None if matrix is None else affine.Frame(matrix))
 

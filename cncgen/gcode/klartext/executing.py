@@ -78,13 +78,17 @@ class Execution(ProgramText):
         self._side: int | None = None
 
     def _is_plain(self) -> bool:
-        special = self._modal or self._plunge or self._is_free or Plain.of(self.ip).paraxial
-        return not special and orientation.is_plain(self.ip)
+        return self._is_plain_in_space() and orientation.is_plain(self.ip)
+
+    def _is_plain_in_space(self) -> bool:
+        return not (self._modal or self._plunge or self._is_free or Plain.of(self.ip).paraxial)
 
     def _run_plain(self, lane: PlainLane, frame: Frame, most: int) -> int:
-        if not self._is_plain():
-            return frame.at
-        return lane.run(frame.program.lines, frame.at, most)
+        lines, found = frame.program.lines, frame.program.lines.run_at(frame.at)
+        turns = found is not None and frame.at + found[1] in frame.program.turning
+        if self._is_plain() or (self._is_plain_in_space() and not turns):
+            return lane.run(lines, frame.at, most)
+        return frame.at
 
     def _scopes(self) -> list[dict[str, Any]]:
         return [{TOOL_FEED: _ToolFeed(self.ip)}]
@@ -159,6 +163,7 @@ class Execution(ProgramText):
             if "M128" in marks:
                 orientation.turn_on(self.ip, ())
         block = self._block(at, statement.words)
+        orientation.count_turns(self.ip, block, marks)
         orientation.take(self.ip, block, marks)
         contours.lengthen(self.ip, block, marks)
         usual = contours.plunge(self.ip, block, self._plunge)

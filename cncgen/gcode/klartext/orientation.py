@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, TIP, Block, Value
+from cncgen.gcode.block import AXES, TIP, Block, Value, evaluate
 from cncgen.gcode.codes import affine, carried_planes
 from cncgen.gcode.codes.plain_language import TIP_MODE, Plain
 from cncgen.gcode.codes.tool_vectors import VectorTurn
@@ -25,7 +25,11 @@ from cncgen.gcode.klartext import planes
 TOOL, NORMAL = ("tx", "ty", "tz"), ("nx", "ny", "nz")
 
 
-_ANGLES = "abc"
+_ANGLES, _COLUMNS = "abc", (3, 4, 5)
+#: Every axis, in bits of the columns.
+_ALL = -1
+#: M126 and M127.
+_SHORTEST, _LONGEST = 1260, 1270
 #: M91: positions of the machine.
 _OF_MACHINE = 530
 
@@ -58,7 +62,43 @@ def _is_followed(ip: Interpreter) -> bool:
 def is_plain(ip: Interpreter) -> bool:
     """Tell whether rotary words are positions of axes that turn evenly."""
     plain = Plain.of(ip)
+    if plain.shortest or any(plain.turns.values()):
+        return False
     return not _is_followed(ip) or (plain.spatial is None and not plain.vector)
+
+
+def count_turns(ip: Interpreter, block: Block, marks: Mapping[str, Value]) -> None:
+    """Take positions of rotary axes as they are displayed, below 360 degrees: by the shorter way under M126, else from the display on.
+
+    M94 counts the display from 0 on again. (TNC 640, "Shortest-path traverse of rotary axes: M126", "Reducing display of a rotary axis to a
+    value less than 360 degrees: M94")
+    """
+    plain, place = Plain.of(ip), ip.state.position
+    if not {_SHORTEST, _LONGEST}.isdisjoint(block.m):
+        plain.shortest = _SHORTEST in block.m
+    if "M94" in marks:
+        named = round(evaluate(marks["M94"], ip.parameters)) or _ALL
+        plain.turns |= {k: math.floor(place[k] / 360.0) for k in _COLUMNS if named >> k & 1}
+    if _is_followed(ip) and plain.spatial is not None:
+        return
+    kinematics = ip.options.kinematics
+    tilts = kinematics.axes[kinematics.tilting] if kinematics else -1
+    for letter, column in zip(_ANGLES, _COLUMNS, strict=True):
+        if letter not in block.words or f"I{letter.upper()}" in marks:
+            continue
+        said, turns = block.words[letter], plain.turns.get(column, 0)
+        if plain.shortest and column != tilts:
+            near = round((place[column] - said) / 360.0)
+            if near != turns:
+                _tell_way(ip, letter.upper(), place[column], said, 360.0 * near)
+            turns = plain.turns[column] = near
+        block.words[letter] = said + 360.0 * turns
+
+
+def _tell_way(ip: Interpreter, name: str, at: float, said: float, turns: float) -> None:
+    message = f"M126: {name} turns from {at:g} to {said + turns:g}, the shorter way to {said:g}: its display is taken to count from 0 to 360"
+    hint = "M127 ends it; an axis that the machine bounds goes the other way on the control"
+    ip.warn_once(BlockError("rotary-display", message, name, hint=hint), Severity.NOTE)
 
 
 def take(ip: Interpreter, block: Block, marks: Mapping[str, Value]) -> None:

@@ -84,8 +84,14 @@ def named_axes(words: Mapping[str, float]) -> dict[int, float]:
     return {column: words[letter] for column, letter in enumerate("ABC", 3) if letter in words}
 
 
+#: The column of C.
+_SPIN = 5
+
+
 def _of_axes(named: Mapping[int, float], machine: Machine | None) -> affine.Matrix | None:
     """Return the rotation of the plane square to the tool while rotary axes stand at these positions.
+
+    Without a machine A or B tilts, and C turns: a table C on A or B, or a head A or B on C, which have the same plane.
 
     Raises:
         BlockError: Two of them turn, and no machine says which carries the other; or the machine does not have them.
@@ -98,10 +104,12 @@ def _of_axes(named: Mapping[int, float], machine: Machine | None) -> affine.Matr
         outer, inner = (named.get(column, at) for column, at in zip(kinematics.axes, now, strict=True))
         return kinematics.turned_plane((outer, inner)) if outer or inner else None
     turned = {column: angle for column, angle in named.items() if angle}
+    spin = turned.pop(_SPIN, 0.0)
     if len(turned) > 1:
         message = "PLANE AXIAL turns axes of which the machine does not say how they carry each other"
         raise BlockError("plane-kind", message, "PLANE", hint="[kinematics] of the machine's file says it")
-    return next((affine.turn(column - 3, angle) for column, angle in turned.items()), None)
+    tilted = next((affine.turn(column - 3, angle) for column, angle in turned.items()), None)
+    return affine.product(affine.turn(2, spin), tilted or affine.UNIT) if spin else tilted
 
 
 def of_cycle(words: Mapping[str, float]) -> tuple[float, float, float]:

@@ -25,6 +25,10 @@ UNREAD = Statement("unread")
 _FREE = ("FP", "FL", "FC")
 
 
+#: Letters of rotary axes.
+_ROTARY = frozenset("abc")
+
+
 @dataclass(slots=True)
 class Line(language_run.Line):
     """A line: its place, and its text without number and comment."""
@@ -44,11 +48,13 @@ class Program(language_run.Program[Line]):
         labels: Lines by label.
         head: The line with the first % of DIN/ISO, -1 without one.
         ends: End and direction of the motion of each line that has made one.
+        turning: Of the runs that turn rotary axes, the first line behind each.
     """
 
     labels: dict[str, list[int]] = field(default_factory=dict)
     head: int = -1
     ends: dict[int, Known] = field(default_factory=dict)
+    turning: set[int] = field(default_factory=set)
 
     def labelled(self, name: str) -> list[int]:
         """Return the lines of a label."""
@@ -80,9 +86,11 @@ class ProgramText(LanguageRun[Program]):
 
         def passed(offset: int, number: int) -> tuple[int, int]:
             run = scan.run_at(Cursor(index, offset, number), whole=False) if scan else None
-            if run is None:
+            if scan is None or run is None:
                 return offset, number
             program.lines.add_run(run)
+            if scan.letters & _ROTARY:
+                program.turning.add(len(program.lines))
             return run.after, number + run.count
 
         block_delete = self._options.block_delete

@@ -47,6 +47,8 @@ def mode(motions: Motions, code: int, words: Words) -> None:
         motions.feed_said = True
         if motions.ip.state.feed_mode != code:
             emit({}, (10 * code,))
+            # An F of another unit does not live on.
+            motions.ip.state.feed = 0.0
     elif code in _SURFACE:
         _surface(motions, code, words)
     elif code in (110, 111, 112):

@@ -48,6 +48,8 @@ MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
 _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
+#: Codes of motions at a feed.
+_FED = frozenset((10, 20, 30, 50))
 #: The state that a contour may change while it is only examined.
 _EXAMINED = ("motion", "absolute", "pole", "polar", "rounding", "diameter", "modal", "heading", "path", "curve", "here")  # fmt: skip
 _CYCLES = {
@@ -175,7 +177,10 @@ class Motions:
 
     def emit(self, words: dict[str, float], g: tuple[int, ...] = (), m: tuple[int, ...] = ()) -> None:
         """Execute a block of the interpreter's codes, at the line in progress."""
-        here = self.here
+        here, state = self.here, self.ip.state
+        if state.feed_mode == 93 and state.feed and "f" not in words and not _FED.isdisjoint(g):
+            # F stays in force under G93, where the interpreter has it in each block (840D sl, Fundamentals, "Feedrate (G93, G94, G95)").
+            words["f"] = state.feed
         for name in self.carried.keys() & words.keys():
             del self.carried[name]
         block = Block(words, g, m, None, here.source, here.line, here.offset)
@@ -473,6 +478,7 @@ class Motions:
             and self.rounding == 0.0
             and not self.carried
             and "G9" not in self.diameter
+            and self.ip.state.feed_mode != 93
             and self.feed_scale == self.override == 1.0
         )
 

@@ -67,7 +67,7 @@ class Statement(NamedTuple):
         kind: What it is: ``block`` (words that are executed), else the rule of the grammar.
         words: Letters of G-code and values.
         data: The other values of its rule.
-        marks: Of its words those that the program's run acts on: R0, R+ and R- (R±), M89, M103, M128, and IX IY IA IB IC.
+        marks: Of its words those that the program's run acts on: R0, R+ and R- (R±), M89, M94, M103, M128, and IX IY IA IB IC.
     """
 
     kind: str
@@ -348,14 +348,13 @@ _MEANINGS: dict[str, Callable[[Value], Words]] = {
     "FAUTO": lambda column: [("f", _called_feed)],
     "FU": lambda value: [("f", _of_a_turn(value))],
     "FZ": lambda value: [("f", _of_a_turn(value)), _REMARK, ("remark", 3.0)],
-    "M94": lambda value: [_REMARK, ("remark", 94.0)],
     "DR±": lambda sense: [("dr", sense)],
     "M": lambda value: _FUNCTIONS.get(value, [("m", value)]),
     "M128": lambda value: [("g", TIP / 10.0)],
     "M140": lambda value: [("g", RETRACT / 10.0), ("mb", value)],
-    **dict.fromkeys(("R0", "R±", "FMAX", "M89", "M90", "M103", ""), _nothing),
+    **dict.fromkeys(("R0", "R±", "FMAX", "M89", "M90", "M94", "M103", ""), _nothing),
 }
-_MARKS = frozenset(("R0", "R±", "M89", "M103", "M128", "IX", "IY", "IA", "IB", "IC"))
+_MARKS = frozenset(("R0", "R±", "M89", "M94", "M103", "M128", "IX", "IY", "IA", "IB", "IC"))
 #: Words of which a block has one: its feed, and the tool's side.
 _OF_ONE = frozenset(("F", "FMAX", "FAUTO", "FU", "FZ")), frozenset(("R0", "RL", "RR", "R±"))
 
@@ -562,7 +561,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "number": number, "parameter": _parameter, "signed_parameter": _signed_parameter, "pi": lambda: math.pi, "unary": _unary,
     "binary": _binary, "function": _function,
     "word": _word, "word_shortened": lambda name, value: _word(name, value[1:]), "sense": _sense, "setting": _setting, "radius": _radius, "paraxial": _paraxial, "misplaced": _misplaced, "m_function": _m_function,
-    "nothing": lambda *parts: ("", 0.0), "idle": lambda *parts: ("M90", 0.0), "turns_left_out": lambda *parts: ("M94", 0.0), "tip": lambda *parts: ("M128", 0.0), "retract": _retract,
+    "nothing": lambda *parts: ("", 0.0), "idle": lambda *parts: ("M90", 0.0), "turns_left_out": lambda *axes: ("M94", float(sum(1 << AXIS_INDEX[axis.lower().removeprefix("i")] for axis in axes))), "tip": lambda *parts: ("M128", 0.0), "retract": _retract,
     "plunge": lambda feed, percent: ("M103", percent or 0.0),
     "normal": lambda name, value: (name.upper(), value), "orientation": lambda name, value: (name.upper(), value),
     "length_of_tool": lambda value: ("L", value), "diameter": lambda value: ("D", value),
