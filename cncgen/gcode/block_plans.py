@@ -1,6 +1,6 @@
 """The plan of a block from its codes and letters: which codes, whether they go together, in which order.
 
-A `BlockPlan` is the list of handlers that the interpreter calls for a block (it is unrelated to the plan of the motion).
+A plan is the handlers that the interpreter calls for a block (it is unrelated to the plan of the motion).
 Blocks with the same codes, letters and modal motion share one. The order of execution is that of `modal.Stage` (Kramer et al.
 (2000), section 3.8); axis words belong to one code of a block, its own or the motion in force (section 3.4).
 """
@@ -26,7 +26,6 @@ from cncgen.gcode.codes.table import (
 )
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION, PLAIN_MOTIONS, Stage
-from cncgen.records import dataclass
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -42,13 +41,6 @@ _M98 = 980
 _STRAIGHT = (0, 10)
 #: The group of codes that hold for their block alone.
 _ONE_SHOT = "non-modal"
-
-
-@dataclass(slots=True, eq=False, repr=False)
-class BlockPlan:
-    """Handlers, in the order of execution, of a block with certain codes and letters in a certain modal motion."""
-
-    steps: tuple[Handler, ...]
 
 
 def _run_under(ip: Interpreter, block: Block) -> None:
@@ -91,10 +83,10 @@ class BlockPlans:
         self._table = dialect
         self._alone = frozenset(ALONE + OFFSET_NUMBERS if dialect == "fanuc" else ALONE)
         self.codes: Codes = table(dialect)
-        self._plans: dict[tuple[object, ...], BlockPlan] = {}
+        self._plans: dict[tuple[object, ...], tuple[Handler, ...]] = {}
 
-    def of(self, block: Block, motion: int) -> BlockPlan:
-        """Return the plan of a block while `motion` is in force.
+    def of(self, block: Block, motion: int) -> tuple[Handler, ...]:
+        """Return the handlers of a block while `motion` is in force, in the order of execution.
 
         Raises:
             BlockError: Its codes do not go together, or a word belongs to none of them.
@@ -107,7 +99,7 @@ class BlockPlans:
             plan = self._plans[key] = self._made(block, motion)
         return plan
 
-    def _made(self, block: Block, in_force: int) -> BlockPlan:
+    def _made(self, block: Block, in_force: int) -> tuple[Handler, ...]:
         """Find the codes of a block, check that they go together, and order them."""
         codes, remarks = self._named(block)
         motion = self._motion_of(block, codes, in_force)
@@ -124,7 +116,7 @@ class BlockPlans:
                 raise _unused(letter, self.codes, self._elsewhere(letter, block))
         steps = remarks + [code.run for code in sorted(codes, key=lambda code: code.stage)]
         steps += [code.after for code in codes if code.after is not None]
-        return BlockPlan(tuple(steps))
+        return tuple(steps)
 
     def _named(self, block: Block) -> tuple[list[Code], list[Handler]]:
         """Return the codes of the G and M words of a block, and what remarks on them; raise where they do not go together."""

@@ -13,7 +13,7 @@ from functools import cached_property
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.block_plans import G53, BlockPlan, BlockPlans
+from cncgen.gcode.block_plans import G53, BlockPlans
 from cncgen.gcode.budget import Budget
 from cncgen.gcode.codes.table import LATHES, Handler, language_of
 from cncgen.gcode.errors import BlockError
@@ -174,29 +174,18 @@ class Interpreter:
             self.warn(fault, severity)
 
     def execute(self, block: Block) -> None:
-        """Execute a block.
+        """Execute a block in the modal motion in force.
 
         Raises:
             BlockError: The block has a fault; parts that come earlier in the order of execution have been done.
         """
-        self.perform(self.plan_of(block), block)
-
-    def perform(self, plan: BlockPlan, block: Block) -> None:
-        """Execute a block by the plan of its codes and letters in the modal motion in force."""
+        steps = self._plans.of(block, self.state.motion)
         if self.state.diameter and not self.lathe and "x" in block.words:
             # The block may be run again: its words stay as they are written.
             block = replace(block, words={**block.words, "x": 0.5 * block.words["x"]})
         self.sink.block = block
-        for step in plan.steps:
+        for step in steps:
             step(self, block)
-
-    def plan_of(self, block: Block) -> BlockPlan:
-        """Return the plan of a block in the modal motion in force.
-
-        Raises:
-            BlockError: Its codes do not go together, or a word belongs to none of them.
-        """
-        return self._plans.of(block, self.state.motion)
 
     # State shared by handlers.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from cncgen.gcode.block import LARGEST, Block, Computed, Flow, Parsed, Value, evaluate, gather
-from cncgen.gcode.block_plans import BlockPlan
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.interpreter import Interpreter
@@ -23,14 +22,9 @@ _STORED = 1000
 
 
 class Compiler:
-    """Makes actions of parsed blocks; `execute` runs a block whose values are known, with the plans of its line."""
+    """Makes actions of parsed blocks; `execute` runs a block whose values are known."""
 
-    def __init__(
-        self,
-        ip: Interpreter,
-        flow: FlowControl,
-        execute: Callable[[Block, dict[int, BlockPlan] | None], None],
-    ) -> None:
+    def __init__(self, ip: Interpreter, flow: FlowControl, execute: Callable[[Block], None]) -> None:
         self.ip = ip
         self.flow = flow
         self.execute = execute
@@ -60,26 +54,15 @@ class Compiler:
     def _known(self, block: Block) -> Action:
         """Return an action of a block whose values are all known."""
         execute = self.execute
-        if not (block.words or block.g or block.m):
-            return lambda: execute(block, None)
-        plans: dict[int, BlockPlan] = {}
         if any(row.group == "diameter" for row in self.ip.codes.of(block)):
             # These change the block's own X.
-            return lambda: execute(replace(block, words=block.words.copy()), plans)
-        return lambda: execute(block, plans)
+            return lambda: execute(replace(block, words=block.words.copy()))
+        return lambda: execute(block)
 
     def _words(self, fixed: Block, computed: list[tuple[str, Callable[[Parameters], float]]]) -> Action:
         """Return an action of a block of which some words are computed (`fixed` holds the others)."""
         parameters, execute = self.ip.parameters, self.execute
-        g, m, comment, source, line, offset = (
-            fixed.g,
-            fixed.m,
-            fixed.comment,
-            fixed.source,
-            fixed.line,
-            fixed.offset,
-        )
-        plans: dict[int, BlockPlan] = {}
+        others = fixed.g, fixed.m, fixed.comment, fixed.source, fixed.line, fixed.offset
 
         def run() -> None:
             words = fixed.words.copy()
@@ -92,7 +75,7 @@ class Compiler:
                         gather([(letter, number)])
             except BlockError as error:
                 raise _at(error, letter.upper()) from None
-            execute(Block(words, g, m, comment, source, line, offset), plans)
+            execute(Block(words, *others))
 
         return run
 
@@ -120,7 +103,7 @@ class Compiler:
                     parameters.set_name(target, number)
                 else:
                     parameters.set_number(target, number)
-            self.execute(block, None)
+            self.execute(block)
 
         return run
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.block_plans import BlockPlan
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.flow.faults import Faults
@@ -21,8 +20,8 @@ class Executor:
         self._calls = calls
         self._faults = faults
 
-    def execute(self, block: Block, plans: dict[int, BlockPlan] | None = None) -> None:
-        """Execute a block; `plans` are those of a line that runs again, by the modal motion."""
+    def execute(self, block: Block) -> None:
+        """Execute a block."""
         ip = self._ip
         if ip.skipping and not block.m:
             ip.skipping = _G11 not in block.g
@@ -40,14 +39,8 @@ class Executor:
             from cncgen.gcode.codes.comments import comment
 
             comment(ip, block, block.comment)
-        if plans is None:
-            if block.words or block.g or block.m:
-                ip.execute(block)
-        else:
-            plan = plans.get(ip.state.motion)
-            if plan is None:
-                plan = plans[ip.state.motion] = ip.plan_of(block)
-            ip.perform(plan, block)
+        if block.words or block.g or block.m:
+            ip.execute(block)
         if ip.modal_macros:
             self._call_modal_macro(block)
 

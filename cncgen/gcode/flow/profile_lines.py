@@ -63,7 +63,7 @@ def run_profile(control: FlowControl, take: Take, first: Cursor, end: Cursor | L
 
 def _steps(control: FlowControl, take: Take, here: Cursor, word: str) -> Iterator[tuple[Cursor, Cursor]]:
     """Run line after line up to the end of the text; yield each with the line that it leads to."""
-    compiler, lines = Compiler(control.ip, control, lambda block, plans: take(block)), control.lines
+    compiler, lines = Compiler(control.ip, control, take), control.lines
     met: dict[Cursor, tuple[Effect, Cursor]] = {}
     for _ in range(_MAX_STEPS):
         if here.offset >= len(control.subroutines.sources[here.source]):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 
 from cncgen.gcode.block import Value
@@ -77,22 +77,8 @@ class Labels:
         """Return the first such line behind an offset; within its subroutine, unless `over_borders`."""
         border = len(self._borders) if over_borders else bisect_right(self._borders, offset)
         last: float = self._borders[border] if border < len(self._borders) else math.inf
-        nearest = None
-        for keyword in keywords:
-            written = self._written.get((label, keyword), [])
-            index = bisect_right(written, offset, key=_offset)
-            if index < len(written) and written[index].cursor.offset <= last:
-                nearest, last = written[index], written[index].cursor.offset
-        for keyword in keywords:
-            computed = self._computed.get(keyword, [])
-            for index in range(bisect_right(computed, offset, key=_offset), len(computed)):
-                mark = computed[index]
-                if mark.cursor.offset > last:
-                    break
-                if resolve(mark.label) == label:
-                    nearest, last = mark, mark.cursor.offset
-                    break
-        return nearest
+        behind = lambda row: range(bisect_right(row, offset, key=_offset), len(row))  # noqa: E731
+        return self._nearest(label, keywords, resolve, behind, 1, last)
 
     def previous(
         self, offset: int, label: Label, keywords: tuple[str, ...], resolve: Resolve
@@ -100,20 +86,28 @@ class Labels:
         """Return the last such line before an offset, within its subroutine."""
         border = bisect_left(self._borders, offset)
         first = self._borders[border - 1] if border else -1
+        before = lambda row: range(bisect_left(row, offset, key=_offset) - 1, -1, -1)  # noqa: E731
+        return self._nearest(label, keywords, resolve, before, -1, -first)
+
+    def _nearest(
+        self,
+        label: Label,
+        keywords: tuple[str, ...],
+        resolve: Resolve,
+        among: Callable[[list[Marked]], Iterable[int]],
+        way: int,
+        most: float,
+    ) -> Marked | None:
+        """Return the first such line `among` those of a row, looked through one `way` (1 forward, -1 back) to the offset `most` times that."""
+        written = [self._written.get((label, keyword), []) for keyword in keywords]
         nearest = None
-        for keyword in keywords:
-            written = self._written.get((label, keyword), [])
-            index = bisect_left(written, offset, key=_offset) - 1
-            if index >= 0 and written[index].cursor.offset >= first:
-                nearest, first = written[index], written[index].cursor.offset
-        for keyword in keywords:
-            computed = self._computed.get(keyword, [])
-            for index in range(bisect_left(computed, offset, key=_offset) - 1, -1, -1):
-                mark = computed[index]
-                if mark.cursor.offset < first:
+        for row in (*written, *(self._computed.get(keyword, []) for keyword in keywords)):
+            for index in among(row):
+                mark = row[index]
+                if way * mark.cursor.offset > most:
                     break
                 if resolve(mark.label) == label:
-                    nearest, first = mark, mark.cursor.offset
+                    nearest, most = mark, way * mark.cursor.offset
                     break
         return nearest
 
