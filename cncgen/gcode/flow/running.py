@@ -10,7 +10,7 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.doubts import tell
 from cncgen.gcode.errors import Astray, BlockError, Stop
 from cncgen.gcode.flow.course import Course
-from cncgen.gcode.flow.parts import assemble
+from cncgen.gcode.flow.parts import Parts
 from cncgen.gcode.flow.run import Run
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
@@ -31,7 +31,7 @@ class Runner(Run):
     def _assemble(self, sink: Sink) -> None:
         """Put the parts of the run together."""
         choice, options = self._choice, self._options
-        self._parts = assemble(
+        self._parts = Parts(
             self.sources,
             choice.dialect,
             options,
