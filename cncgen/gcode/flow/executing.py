@@ -27,8 +27,7 @@ class Executor:
             ip.skipping = _G11 not in block.g
             return
         if ip.rewrite is not None:
-            # Its letters may change, which the plans of the line as it is written do not know.
-            block, plans = ip.rewrite(ip, block), None
+            block = ip.rewrite(ip, block)
         if ip.lathe:
             from cncgen.gcode.codes.lathe_words import turned
 
