@@ -231,7 +231,7 @@ class Interpreter:
         if state.polar is not None:
             from cncgen.gcode.codes.polar import plane_polar_end
 
-            plane_polar_end(state, words, end)
+            plane_polar_end(self, words, end)
         return end
 
     def go(self, end: list[float], *, rapid: bool = False) -> None:

@@ -180,6 +180,7 @@ def test_the_origins_g110_to_g129_of_haas_are_those_of_g154(run: Run) -> None:
 @pytest.mark.parametrize(
     ("dialect", "block", "message", "hint"),
     [
+        ("fanuc-lathe", "G195 F1.", "G195 (tapping with a driven tool)", "cncgen codes"),
         ("fanuc", "G72.1 P100 L6 X0 Y0 R60.", "G72.1 (copies of a subprogram, turned or shifted)", "G68"),
         ("fanuc", "G72.2 P100 L3 I30. J0.", "G72.2 (copies of a subprogram, turned or shifted)", "G52"),
         ("fanuc-lathe", "G68", "G68", "second turret"),

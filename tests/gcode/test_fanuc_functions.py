@@ -294,6 +294,14 @@ def test_radii_and_origins_by_older_numbers_are_not_set_in_silence(run: Any, num
     assert remarks(run, "#2201=5.\nG0 X1\nM30") == []
 
 
+def test_an_angle_without_a_radius_is_warned_of(run: Any) -> None:
+    """K0 keeps the words of the cycle and no place (B-63324EN, 13.1): six holes at one place are not meant."""
+    cycle = "G0 X0 Y0 Z5\nG16 G81 {} Z-2 R1 F50 {}\nG91 Y60 K6\nG90 G15 G80\nM30"
+    assert ("warning", "polar-angle") in remarks(run, cycle.format("X20 Y0", "K0"))
+    assert ("warning", "polar-angle") not in remarks(run, cycle.format("X20 Y0", ""))
+    assert ("warning", "polar-angle") not in remarks(run, "G16 G0 X0 Y30\nG15\nM30")
+
+
 def test_an_angle_beside_g91_is_added(run: Any) -> None:
     """Six windows of Haas's example O60684 (96-8000, G68): each G91 G68 R60 turns on by 60 degrees; FANUC: parameter 5400 bit 0."""
     text = "G90 G0 X0 Y0\nM97 P1000 L6\nM30\nN1000\nG91 G68 R60.\nG90 G0 X10. Y0\nX0 Y0\nM99\n"

@@ -8,6 +8,10 @@ from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import PLANE_CODES, Polar, State
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+
 
 def polar_end(state: State, block: Block, end: list[float]) -> None:
     """Put the point that @ and ^ name into X and Y of `end`; a missing one keeps its value at the position.
@@ -44,12 +48,13 @@ def polar_from(state: State) -> Polar:
     return Polar((0.0, 0.0), math.hypot(x, y), math.degrees(math.atan2(y, x)))
 
 
-def plane_polar_end(state: State, words: dict[str, float], end: list[float]) -> None:
+def plane_polar_end(ip: Interpreter, words: dict[str, float], end: list[float]) -> None:
     """Take the words of the plane's first and second axis as radius and angle (G16 of FANUC).
 
     A radius in G90 is about the origin, in G91 about where the tool is; an angle in G91 is added to the last one. A
-    missing word stays.
+    missing word stays. An angle without a radius, which leads nowhere, is warned of.
     """
+    state = ip.state
     assert state.polar is not None
     first, second, _ = state.plane_axes()
     radius, angle = words.get(AXES[first]), words.get(AXES[second])
@@ -60,6 +65,11 @@ def plane_polar_end(state: State, words: dict[str, float], end: list[float]) -> 
         polar.radius = radius
         polar.centre = (0.0, 0.0) if state.absolute else (state.position[first], state.position[second])
     if angle is not None:
+        if not polar.radius and radius is None:
+            letter = AXES[second].upper()
+            message = f"{letter}{angle:g} is an angle in G16, and the radius is 0: the tool stays where it is"
+            hint = f"{AXES[first].upper()} gives the radius; a cycle with K0 or L0 keeps its own words and no place"
+            ip.warn_once(BlockError("polar-angle", message, letter, hint=hint))
         polar.angle = angle if state.absolute else polar.angle + angle
     end[first] = polar.centre[0] + polar.radius * math.cos(math.radians(polar.angle))
     end[second] = polar.centre[1] + polar.radius * math.sin(math.radians(polar.angle))
