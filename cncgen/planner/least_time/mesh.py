@@ -163,8 +163,11 @@ def _breakpoints(
 ) -> tuple[Corners, tuple[Floats, Floats]]:
     """Return the breakpoints of a block, classified, and the derivatives on the left and right of each, shape (4, n, axes) each."""
     seams = path.breakpoints()
-    seams = np.union1d(seams, _bends_beside(path, seams, bounds))
     sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
+    bends = _bends_beside(path, seams, (sides[0][1], sides[1][1]), bounds)
+    if len(bends):
+        seams = np.union1d(seams, bends)
+        sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
     # At its ends a path is what it is within; a curve that ends in a cusp has no direction there.
     sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
     between = path.row_of(0.5 * (seams[:-1] + seams[1:]))
@@ -176,7 +179,7 @@ def _breakpoints(
     return corners.only(kept), (sides[0][:, kept], sides[1][:, kept])
 
 
-def _bends_beside(path: Path, seams: Floats, bounds: AxisLimits) -> Floats:
+def _bends_beside(path: Path, seams: Floats, directions: tuple[Floats, Floats], bounds: AxisLimits) -> Floats:
     """Return places between which and a knot beside them a curve bends too briefly to show in setpoints, shape (k,).
 
     Nodes are further apart than that, and need not see the bend, though the direction after it is another one. What `distinct`
@@ -185,13 +188,14 @@ def _bends_beside(path: Path, seams: Floats, bounds: AxisLimits) -> Floats:
     Args:
         path: The path.
         seams: Shape (n,), its breakpoints.
+        directions: Shape (n, axes) each, dx/ds on the left and right of them.
         bounds: Limits.
     """
     found, apart = [], np.diff(seams)
-    for side in (-1, 1):
-        curved = path.kind[path.row_of(0.5 * (seams[:-1] + seams[1:]))] == Kind.NURBS
-        at, room = (seams[1:] if side < 0 else seams[:-1])[curved], apart[curved]
-        x1 = path.evaluate(at, 1, side)[1]
+    curved = path.kind[path.row_of(0.5 * (seams[:-1] + seams[1:]))] == Kind.NURBS
+    room = apart[curved]
+    for side, x1 in zip((-1, 1), directions, strict=True):
+        at, x1 = ((each[1:] if side < 0 else each[:-1])[curved] for each in (seams, x1))
         way = resolution(bounds, x1)
         at, x1, way = (each[room > way] for each in (at, x1, side * way))
         far = at + way
