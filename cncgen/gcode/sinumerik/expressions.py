@@ -9,6 +9,7 @@ from typing import Protocol
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text import expressions as common
+from cncgen.grammars.terminals import SINUMERIK as TERMINALS
 from cncgen.kernels import gcode_codes as codes
 from cncgen.records import dataclass
 
@@ -136,7 +137,7 @@ class TextFunction:
         return self.of(variables, text, *more)
 
 
-_NUMBER = re.compile(r"\s*[-+]?(\d+(\.\d*)?|\.\d+)\s*", re.ASCII)
+_NUMBER = re.compile(rf"\s*[-+]?({TERMINALS['PLAIN_NUMBER']})\s*", re.ASCII)
 
 
 def _number_of(text: str) -> float:
