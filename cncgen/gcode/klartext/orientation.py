@@ -92,7 +92,9 @@ def count_turns(ip: Interpreter, block: Block, marks: Mapping[str, Value]) -> No
             if near != turns:
                 _tell_way(ip, letter.upper(), place[column], said, 360.0 * near)
             turns = plain.turns[column] = near
-        block.words[letter] = said + 360.0 * turns
+        if turns:
+            # The sign of 0 stays as arrays leave it.
+            block.words[letter] = said + 360.0 * turns
 
 
 def _tell_way(ip: Interpreter, name: str, at: float, said: float, turns: float) -> None:
