@@ -279,10 +279,10 @@ BARE = (
     _sign("tool lengths G43 H", {_F: 1, _L: 1, _T: -12}, rb"G43(?![\d.])[^\n]*H\d", b"G43"),
     _sign("a tool length and radius by G43 H D", {_F: 4}, rb"G43(?![\d.])(?=[^\n]*H\d)[^\n]*D\d", b"G43"),
     _sign("words of Y", {_T: -5}, rb"Y" + _V, b"Y"),
-    _sign("X and Y in a block", {_T: -3}, rb"X" + _V + rb"[^\nZ]*Y" + _V, b"Y"),
+    _sign("X and Y in a block", {_T: -3}, rb"X" + _V + rb"[^\nXYZ]*Y" + _V, b"Y"),
     # Modes there are in systems B and C of lathes too, which this says nothing of; in A they are passes.
     _sign("a mode G90 or G91 beside G0 or G1", {_T: -6, _B: -0.1, _C: -0.1},
-          rb"(?<![A-Z_])(?:G9[01](?![\d.])[^\n]*G0?[01](?![\d.])|G0?[01](?![\d.])[^\n]*G9[01](?![\d.]))", b"G90", b"G91"),
+          rb"(?<![A-Z_])(?:G9[01](?:G\d{1,3}){0,6}G0?[01]|G0?[01](?:G\d{1,3}){0,6}G9[01])(?![\d.])", b"G90", b"G91"),
     _sign("a cycle of mills", {_T: -4}, _W + rb"G8[1-9](?![\d.])[^\n]*[XYZ]" + _V, b"G8"),
     _sign("a tool change M6", {_T: -4}, _W + rb"M0?6(?!\d)", b"M6", b"M06"),
     # Of FANUC's lathes, systems B and C.
