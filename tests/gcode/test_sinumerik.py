@@ -299,6 +299,30 @@ def test_an_arc_in_a_turned_plane_is_a_spline_of_the_same_points(run: Any) -> No
     assert points[-1, 2] == pytest.approx(20.0)
 
 
+def test_cip_in_space_is_the_arc_of_a_turned_plane(run: Any) -> None:
+    """Through (10, 0, 10) to (0, 0, 20): the half circle about (0, 0, 10) that ROT X90 makes of G3 in G17."""
+    half = run("F100\nROT X90\nG3 X0 Y20 I0 J10\nM30", dialect="sinumerik")
+    for words in (
+        "G17\nCIP X0 Y0 Z20 I1=10 J1=0 K1=10",
+        "G19\nG91\nCIP Z20 I1=10 K1=10",
+        "TRANS Y0\nCIP Z20 I1=10 K1=10",
+    ):
+        out = run(f"F100\n{words}\nM30", dialect="sinumerik")
+        assert out.errors == []
+        points, expected = (np.asarray(one.path.nurbs.control_points)[:, :3] for one in (out, half))
+        assert points == pytest.approx(expected, abs=1e-9)
+
+
+def test_cip_in_space_goes_through_its_point(run: Any) -> None:
+    """The radius of the circle through three points, and the feed in the direction in which it ends."""
+    out = run("F100\nCIP X10 Y0 Z5 I1=5 J1=5 K1=12\nCT X20 Y0\nM30", dialect="sinumerik")
+    a, b, c = (np.array(p, dtype=float) for p in ((0, 0, 0), (5, 5, 12), (10, 0, 5)))
+    normal = np.cross(b - a, c - a)
+    points = np.asarray(out.path.nurbs.control_points)[:, :3]
+    assert points @ normal == pytest.approx(0.0, abs=1e-6 * np.linalg.norm(normal))
+    assert points[-1] == pytest.approx(c)
+
+
 @pytest.mark.parametrize(("mode", "wait"), [(0, 0.5), (1, 0.5), (2, 0.06)])
 def test_modes_of_a_cycle_choose_units(run: Any, mode: int, wait: float) -> None:
     """DTB of 0.5 is seconds or half a turn; FRF is a factor, or a percentage."""
@@ -392,6 +416,9 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "no lead": ("S100\nCYCLE84(10,0,2,-5,,,3,,,,100)", ("pitch-missing", 2, 1)),
     "holes without a cycle": ("HOLES2(0,0,10,0,0,4)", ("cycle-missing", 1, 1)),
     "a scale of nothing": ("SCALE X0", ("scale-missing", 1, 1)),
+    "RPL beside a turn in space": ("ROT X10 RPL=20", ("unused-word", 1, 9)),
+    "CIP along a line in space": ("F100 CIP X10 Y0 Z10 I1=5 K1=5", ("arc-centre", 1, 6)),
+    "CIP beyond all numbers": ("F100 CIP X=1EX200 Y0 Z10 I1=5 K1=5", ("arc-centre", 1, 6)),
     "ROTS of three angles": ("ROTS X10 Y20 Z30", ("not-read", 1, 1)),
     "a part of another program": ('CALL "UP1" BLOCK ANF TO ENDE', ("not-read", 1, 12)),
     "CALL BLOCK of no label": ("CALL BLOCK ANF TO ENDE", ("label-missing", 1, 1)),

@@ -126,6 +126,9 @@ def _frame(motions: Motions, name: str, words: Words) -> None:
     motions.settle()
     values = _frame_values(motions, name, words, kind_of(name) == "TRANS")
     rpl = words.named.pop("RPL", None)
+    if rpl is not None and values:
+        message = f"{name} has RPL, a turn in the plane, and turns about {' and '.join(values)} beside it"
+        raise BlockError("unused-word", message, "RPL", hint="AROT in a block of its own adds the other one")
     step = _step(motions, kind_of(name), values, None if rpl is None else rpl[1])
     now = motions.frames
     if not name.startswith("A"):

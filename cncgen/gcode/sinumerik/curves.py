@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES, AXIS_INDEX
+from cncgen.gcode.codes import affine
 from cncgen.gcode.codes.lines import check_feed, inverse_rate
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Curve, Point
@@ -170,7 +171,7 @@ def _polynomial(motions: Motions, words: Words, end: Point) -> None:
 
 
 def through(motions: Motions, words: Words, given: dict[str, float], end: Point) -> None:
-    """CIP: an arc through the point I1 J1 K1 to the end; in any plane."""
+    """CIP: an arc through the point I1 J1 K1 to the end; in the plane in force, or in space."""
     start, middle = motions.ip.state.position, list(motions.ip.state.position)
     for letter, column in (("I1", 0), ("J1", 1), ("K1", 2)):
         if letter in words.named:
@@ -180,13 +181,12 @@ def through(motions: Motions, words: Words, given: dict[str, float], end: Point)
             )
     first, second, normal = motions.plane()
     if not (start[normal] == middle[normal] == end[normal]):
-        message = f"CIP leaves the plane G{motions.ip.state.plane}: arcs in space are not read"
-        raise BlockError("arc-plane", message, "CIP", hint="choose the plane of the arc: G17, G18, G19")
+        _in_space(motions, given, *((p[0], p[1], p[2]) for p in (start, middle, end)))
+        return
     a, b, c = (complex(p[first], p[second]) for p in (start, middle, end))
     across = ((b - a).conjugate() * (c - a)).imag
     if abs(across) < 1e-9 * max(abs(b - a), abs(c - a), 1e-9) ** 2:
-        message = "CIP: start, intermediate point and end lie in a line"
-        raise BlockError("arc-centre", message, "CIP", hint="I1 J1 K1 is a point of the arc")
+        raise _straight()
     u, v = b - a, c - a
     centre = a + 1j * (u * abs(v) ** 2 - v * abs(u) ** 2) / (2.0 * across)
     out = {**given, AXES[first]: c.real, AXES[second]: c.imag}
@@ -195,3 +195,44 @@ def through(motions: Motions, words: Words, given: dict[str, float], end: Point)
     way = (1j if across > 0.0 else -1j) * (c - centre)
     motions.heading = [0.0] * 9
     motions.heading[first], motions.heading[second] = way.real, way.imag
+
+
+def _straight() -> BlockError:
+    message = "CIP: start, intermediate point and end lie in a line"
+    return BlockError("arc-centre", message, "CIP", hint="I1 J1 K1 is a point of the arc")
+
+
+def _in_space(
+    motions: Motions, given: dict[str, float], a: affine.Vector, b: affine.Vector, c: affine.Vector
+) -> None:
+    """Make an arc that leaves the plane in force, as one in G17 of a frame whose X leads from the arc's centre to its start."""
+    u, v = ((end[0] - a[0], end[1] - a[1], end[2] - a[2]) for end in (b, c))
+    normal = affine.cross(u, v)
+    square = sum(part * part for part in normal)
+    if not 1e-9 * math.hypot(*u) * math.hypot(*v) < math.hypot(*normal) < math.inf > square:
+        raise _straight()
+    uu, vv = (sum(part * part for part in way) for way in (u, v))
+    across, along = affine.cross(v, normal), affine.cross(normal, u)
+    # From the centre to the start.
+    i, j, k = (-(uu * p + vv * q) / (2.0 * square) for p, q in zip(across, along, strict=True))
+    spoke = i, j, k
+    x, z = (affine.unit(way, _straight()) for way in (spoke, normal))
+    turned, frames, plane = (
+        affine.of_columns(x, affine.cross(z, x), z),
+        motions.frames,
+        motions.ip.state.plane,
+    )
+    end_x, end_y, _ = affine.applied(affine.transposed(turned), c)
+    # In that frame the spoke of the start lies along X, and Z stays.
+    words = {"x": end_x, "y": end_y, "i": -math.hypot(*spoke), "j": 0.0}
+    others = {axis: value for axis, value in given.items() if axis not in "xyz"}
+    affine.change(motions.ip, frames.whole().then(affine.Frame(turned)), frames.axes)
+    try:
+        if plane != 17:
+            motions.emit({}, (170,))
+        motions.emit({**others, **words}, (30,))
+    finally:
+        if plane != 17:
+            motions.emit({}, (10 * plane,))
+        affine.change(motions.ip, frames.whole(), frames.axes)
+    motions.heading = [*affine.cross(z, (i + v[0], j + v[1], k + v[2])), *[0.0] * 6]
