@@ -173,3 +173,10 @@ def test_faults_of_a_profile(run: Any, words: dict[str, Any], part: str) -> None
     error = next(d for d in run(text, dialect="sinumerik").diagnostics if d.severity == "error")
     assert error.code == "cycle-tool"
     assert part in error.message
+
+
+def test_what_was_not_compared_with_a_manual_is_told(run: Any) -> None:
+    """CYCLE70 was made without a word, though the order of its parameters is not certain."""
+    text = PROFILE.format(depth=-10, left=0.5, step=1, kind=0, angle=0, vari=11, mode=0)
+    found = run(text, dialect="sinumerik").diagnostics
+    assert "cycle-parameters" in [d.code for d in found if d.severity == "warning"]
