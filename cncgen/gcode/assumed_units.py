@@ -61,7 +61,7 @@ def assumed_units(
 def _without_comments(text: bytes) -> bytes:
     if b"(" not in text and b";" not in text:
         return text
-    return compiled(signs.COMMENT).sub(lambda match: b" " * len(match[0]), text)
+    return compiled(signs.OUT_OF_CODE).sub(lambda match: b" " * len(match[0]), text)
 
 
 def _says_unit(source: Source, dialect: str) -> bool:

@@ -230,7 +230,7 @@ def _turned_back(head: bytes) -> tuple[Cursor, BlockError] | None:
     """
     stands, steps, begin = dict.fromkeys((b"A", b"B", b"C"), 0.0), False, 0
     for number, line in enumerate(head.split(b"\n"), 1):
-        block = compiled(signs.COMMENT).sub(lambda one: b" " * len(one[0]), line).upper()
+        block = compiled(signs.OUT_OF_CODE).sub(lambda one: b" " * len(one[0]), line).upper()
         steps = b"G90" not in block and (steps or b"G91" in block)
         if not compiled(signs.NO_PLACE).search(block):
             for word in compiled(signs.ROTARY).finditer(block):

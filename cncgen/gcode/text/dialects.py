@@ -83,7 +83,7 @@ def bare(text: bytes) -> bytes:
 
     A slash with a number, ``/2``, is a NUL and the number.
     """
-    blocks = _without(signs.COMMENT, text.upper()).translate(None, _BLANKS)
+    blocks = _without(signs.OUT_OF_CODE, text.upper()).translate(None, _BLANKS)
     if b"N" not in blocks and b"/" not in blocks:
         return blocks
     return compiled(signs.NUMBERS).sub(_switch, blocks)

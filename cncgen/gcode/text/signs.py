@@ -32,6 +32,8 @@ READ = (_L, _F, _T, _B, _C, _H, _S)
 #: Terminals of the grammar: a number, a comment with those within it, and a block's number as signs have it, in capitals.
 _TERMINALS = {name.encode(): pattern.encode() for name, pattern in FANUC.items()}
 _NUMBER, COMMENT = _TERMINALS[b"NUMBER"], _TERMINALS[b"COMMENT"]
+#: A comment, or the rest of a line behind a parenthesis that nothing closes.
+OUT_OF_CODE = COMMENT + rb"|\(.*"
 BLOCK_NUMBER = _TERMINALS[b"LINE_NUMBER"].upper()
 _BLOCK, _REMARK = HEIDENHAIN["BLOCK_NUMBER"].encode(), SINUMERIK["COMMENT"].encode()
 #: How a value behind a letter begins, a number with its sign, one with a point, and what stands before a block or a word of its own.
@@ -189,7 +191,8 @@ WRITTEN = (
     _sign("a line of plain language", _all(12, _H), rb"^[ \t]*\d+[ \t]+(?:L[ \t]+|CC?[ \t]+|LP?[ \t]+|FN[ \t]*\d)[^\n=]*(?:\bR[0LR]\b|F[ \t]*MAX|DR[-+]|Q\d)", b"R0", b"RL", b"RR", b"MAX", b"DR", b"Q"),
     _sign("a traverse of plain language", _all(12, _H), rb"^[ \t]*L[ \t]+[^\n=(;]*\bF[ \t]*MAX\b", b"MAX"),
     _sign("a message or print of LinuxCNC", _all(6, _L), rb"\([ \t]*(?:DEBUG|PRINT|LOGOPEN|LOGAPPEND|PROBEOPEN|AXIS)[ \t]*,", b","),
-    _sign("a comment within a comment", _all(3, _F, _T), rb"(?!" + LINUXCNC["COMMENT"].encode() + rb")(?:" + COMMENT + rb")", b"("),
+    # Of bounded length: an end that is missing is not looked for anew from each parenthesis of a long line.
+    _sign("a comment within a comment", _all(3, _F, _T), rb"(?=\(.{0,255}\))(?!" + LINUXCNC["COMMENT"].encode() + rb")(?:" + COMMENT + rb")", b"("),
     _sign("an O-word", _all(30, _L),
           rb"^[ \t]*/?[ \t]*(?:N[ \t]*(?:" + _NUMBER + rb")[ \t]*)?O[ \t]*(?:\d+|" + _TERMINALS[b"NAME"] + rb"|\[[^\n]*?\]|#\S+?)[ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT|RETURN|ENDSUB)\b", b"SUB", b"CALL", b"IF", b"WHILE", b"DO", b"REPEAT", b"RETURN"),
     _sign("the head of a file of SINUMERIK", _all(30, _S), rb"^[ \t]*(?:%\w+_(?:MPF|SPF)\b|;\$PATH=)", b"_MPF", b"_SPF", b";$PATH"),
@@ -365,7 +368,7 @@ def patterns() -> Iterator[bytes]:
     yield from map(by_line, (CYCLES, HOLES, A_TURN, RETRACTS, ARC_IN_XZ, PLANE, FEEDS, OTHER_FEEDS, X_AND_Z))
     yield from (
         FEEDS,
-        COMMENT,
+        OUT_OF_CODE,
         REMARKS,
         NUMBERS,
         LENGTH_WITH_POINT,
