@@ -362,6 +362,11 @@ def test_a_plane_by_the_angles_of_axes(run: Run) -> None:
         [0, -2 * half, 2 * half], abs=1e-6
     )
     assert codes(run, "PLANE AXIAL A+45 B+90 STAY") == ["plane-kind"]
+    # A C on A, or an A on C, has another plane than an A that a table C carries: that it is guessed is said, where it matters.
+    for words, guessed in (("A+45 C+90", True), ("A+45", False), ("C+90", False), ("A+0 C+90", False)):
+        text = f"0 BEGIN PGM T MM\n1 PLANE AXIAL {words} STAY\n2 L X+1 R0 FMAX\n3 END PGM T MM"
+        said = {one.code for one in run(text, dialect="heidenhain").diagnostics}
+        assert ("plane-axes" in said) == guessed
     assert ends(run, "PLANE AXIAL A+45 B+0 C+90 STAY\nL X+0 Y+0 Z+2 FMAX")[0] == pytest.approx(
         [2 * half, 0, 2 * half], abs=1e-6
     )

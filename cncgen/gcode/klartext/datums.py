@@ -129,6 +129,10 @@ class Datums:
         machine = None if kinematics is None else (kinematics, carried_planes.positions(self._ip, kinematics))
         given = {name: self._now(value) for name, value in words if value == value}
         matrix, wanted = planes.matrix(kind, given, before, machine), tilting.words_of(words, self._now)
+        if kind == "AXIAL" and machine is None and planes.is_guessed(given):
+            message = "without a machine, C of PLANE AXIAL is taken as a table on the other axis, or as what carries it in a head"
+            hint = "[kinematics] of the machine's file says which axis carries the other"
+            self._ip.warn_once(BlockError("plane-axes", message, "PLANE", hint=hint))
         axes = None
         if machine and kind == "AXIAL":
             named = planes.named_axes(given)

@@ -88,6 +88,12 @@ def named_axes(words: Mapping[str, float]) -> dict[int, float]:
 _SPIN = 5
 
 
+def is_guessed(words: Mapping[str, float]) -> bool:
+    """Tell whether PLANE AXIAL turns C and another axis, whose plane depends on which of them carries the other."""
+    turned = {column for column, angle in named_axes(words).items() if angle}
+    return len(turned) > 1 and _SPIN in turned
+
+
 def _of_axes(named: Mapping[int, float], machine: Machine | None) -> affine.Matrix | None:
     """Return the rotation of the plane square to the tool while rotary axes stand at these positions.
 
