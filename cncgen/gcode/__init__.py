@@ -36,6 +36,8 @@ from cncgen.gcode.errors import BlockError, Reporter
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import LONG_S, CountingSink
 from cncgen.gcode.source import Source, open_source
+from cncgen.gcode.text import signs
+from cncgen.gcode.text.built_patterns import compiled
 from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.records import replace
 from cncgen.toolpath.reading import ReadOptions
@@ -52,6 +54,7 @@ if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.running import SinumerikRunner
 
 _DEFAULT = ReadOptions()
+FANUC = "fanuc"
 SINUMERIK = "sinumerik"
 HEIDENHAIN = "heidenhain"
 
@@ -69,6 +72,7 @@ def read(
     import numpy as np
 
     from cncgen.gcode.feed_doubts import Clock
+    from cncgen.gcode.rotary_doubts import Turns
     from cncgen.gcode.sinks.columns import ColumnsSink
     from cncgen.toolpath.building import ToolpathBuilder
 
@@ -93,11 +97,14 @@ def read(
         )
         handed = False
         clock, found = Clock(name), RunDiagnostics(diagnostics)
+        turns = Turns() if choice.dialect == FANUC else None
 
         def timed(chunk: Toolpath) -> Toolpath:
             remark = clock.add(chunk)
             if remark is not None:
                 found.add(remark)
+            if turns is not None:
+                turns.add(chunk, runner.sources, runner.reporter)
             if sink.unforeseen is not None and not said and not diagnostics.has_errors:
                 said.append(sink.unforeseen)
                 _report_unforeseen(runner.reporter, runner.sources, *sink.unforeseen)
@@ -213,11 +220,12 @@ def check(
     text, path = open_source(source, name), source if isinstance(source, str | os.PathLike) else None
     choice = chosen(text, options.dialect)
     sink = CountingSink()
+    sink.turns = choice.dialect == FANUC and bool(compiled(signs.ANGLE).search(text.data))
     for _ in _runner(text, options, sink, found, path=path, choice=choice).run():
         pass
     known = _moving_axes(text, choice, path, options) if sink.unnamed else ""
     late = any(AXIS_LETTERS[k] not in known for k in sink.unnamed)
-    if (late or sink.slow or sink.far or sink.waited > LONG_S) and not found.has_errors:
+    if (late or sink.slow or sink.far or sink.turned or sink.waited > LONG_S) and not found.has_errors:
         from cncgen.toolpath.gate import beyond_numbers
 
         # Whether the machine's axes moved, and where to, which offsets and rotations decide, and for how long, the columns tell.
@@ -225,7 +233,9 @@ def check(
         for chunk in program.chunks():
             if not found.has_errors:
                 found.extend(beyond_numbers(chunk))
-        found.extend([one for one in program.diagnostics if one.code in ("late-axis", "time-doubtful")])
+        found.extend(
+            [one for one in program.diagnostics if one.code in ("late-axis", "time-doubtful", "roll-over")]
+        )
     if diagnostics is None and found.has_errors:
         raise ProgramError(list(found))
     return sink.count

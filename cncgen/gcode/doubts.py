@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 #: Bytes that are searched for signs that occur early in a text, if at all.
 _HEAD = 65_536
-_HALF_TURN = 180.0
 #: A line up to a word, without comments.
 _BEFORE = rb"^(?P<before>(?:[^(;\n]|(?>" + signs.COMMENT + rb"))*?)"
 
@@ -223,34 +222,6 @@ def _lengths(head: bytes, lines: bytes) -> _Doubt:
     return _ONE_WITHOUT_POINT if compiled(signs.WHOLE_WITH_POINT).search(head) else _INCREMENTS
 
 
-def _turned_back(head: bytes) -> tuple[Cursor, BlockError] | None:
-    """Return the doubt about the first place of a rotary axis that is more than half a turn from the one before.
-
-    A control with roll-over goes the other way round (B-63534EN, 20.2.1: from A210 to A540 it moves -30 degrees).
-    """
-    stands, steps, begin = dict.fromkeys((b"A", b"B", b"C"), 0.0), False, 0
-    for number, line in enumerate(head.split(b"\n"), 1):
-        block = compiled(signs.OUT_OF_CODE).sub(lambda one: b" " * len(one[0]), line).upper()
-        steps = b"G90" not in block and (steps or b"G91" in block)
-        if not compiled(signs.NO_PLACE).search(block):
-            for word in compiled(signs.ROTARY).finditer(block):
-                axis, angle, was = word["axis"], float(word["angle"].replace(b" ", b"")), stands[word["axis"]]
-                stands[axis] = angle + was if steps else angle
-                if not steps and abs(angle - was) > _HALF_TURN:
-                    shorter = (angle - was + _HALF_TURN) % (2.0 * _HALF_TURN) - _HALF_TURN
-                    message = (
-                        f"{axis.decode()} goes from {was:g} to {angle:g}, by {angle - was:g} degrees; with roll-over of rotary axes"
-                        f" (parameter 1008 bits 0 and 1 of FANUC) a control goes by {shorter:g}"
-                    )
-                    hint = "angles that are no more than half a turn apart, or G91, leave no choice"
-                    column = len(line[: word.start()].decode("utf-8", "replace")) + 1
-                    return Cursor(0, begin, number), BlockError(
-                        "other-control", message, column=column, hint=hint
-                    )
-        begin += len(line) + 1
-    return None
-
-
 def _doubts(
     source: Source, dialect: str, least_increment: float | None
 ) -> Iterator[tuple[Cursor, BlockError]]:
@@ -276,10 +247,6 @@ def _doubts(
         main = main_behind(source)
         if main is not None:
             yield main
-    if dialect == "fanuc" and compiled(signs.ROTARY).search(lines):
-        turned = _turned_back(head)
-        if turned is not None:
-            yield turned
     for doubt, match in found:
         if match is not None:
             at = match.start("word")

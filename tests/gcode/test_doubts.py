@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 
 import pytest
+
+from cncgen.diagnostics import Diagnostics
+from cncgen.gcode import check
+from cncgen.toolpath.reading import ReadOptions
 
 from .conftest import Outcome
 
@@ -38,24 +43,47 @@ def test_doubts_about_a_program_of_fanuc(
     assert said(run, text) == places
 
 
+def turned(run: Callable[..., Outcome], text: str) -> list[int]:
+    """Return the lines at which a text is warned of ways that roll-over makes shorter."""
+    return [d.span.line for d in run(text, dialect="fanuc").diagnostics if d.code == "roll-over" and d.span]
+
+
 def test_a_rotary_axis_that_may_go_the_other_way_round(run: Callable[..., Outcome]) -> None:
-    """The moves of the manual's example with roll-over (B-63534EN, 20.2.1): -150, then -30 to A540 from 210, where it stands at -150 here."""
+    """The moves of the manual's example with roll-over (B-63534EN, 20.2.1): -150, then -30 to A540 from 210, where it stands at -150 here.
+
+    Distances are gone as they are; what counts is where the axis stands when the block runs.
+    """
     text = "G90 G0 A-150.\nA540.\nM30"
-    assert said(run, text) == [(2, 1)]
-    found = next(d for d in run(text, dialect="fanuc").diagnostics if d.code == "other-control")
-    assert "by 690 degrees" in found.message
+    assert turned(run, text) == [2]
+    found = next(d for d in run(text, dialect="fanuc").diagnostics if d.code == "roll-over")
+    assert "from -150 to 540, by 690 degrees" in found.message
     assert "goes by -30" in found.message
-    assert said(run, "G90 G0 X1. A350. (A5)\nN2 G1 A10. F500.\nM30") == [(1, 12)]
-    assert said(run, "G0 A170.\nA340.\nA-10.\nM30") == [(3, 1)]
-    for text in (
-        "G0 A180.\nA0.\nM30",
-        "G91 G0 A540.\nM30",
-        "G0 A90.\nG91 A180.\nG90 A360.\nM30",
-        "G91 G28 A0\nM30",
-        "G65 P1 A500.\nM30\nO1\nM99",
-        "G68 X0 Y0 R10. (A900)\nG69\nM30",
+    for text, lines in (
+        ("G90 G0 X1. A350. (A5)\nN2 G1 A10. F500.\nM30", [1]),
+        ("G0 A170.\nA340.\nA-10.\nM30", [3]),
+        ("G0 A180.\nA0.\nM30", []),
+        ("G91 G0 A540.\nM30", []),
+        ("G91 G0 A100.\nA200.\nM30", []),
+        ("G0 A90.\nG91 A180.\nG90 A360.\nM30", []),
+        # The last G90 or G91 of the text is not what is in force: the distance of the line shows in the numbers.
+        ("G0 A10.\nG91\nM98 P2\nM30\nO2\nA200.\nG90\nM99", []),
+        ("G0 A100.\nM98 P2\nM30\nO2\n#1=-120.\nA#1\nM99", [6]),
+        ("#1=0\nWHILE [#1 LT 4] DO1\nG0 A[#1*90.]\n#1=#1+1\nEND1\nA0.\nM30", [6]),
+        ("/G0 A300.\nA90.\nM30", []),
+        ("G0 A100.\nG92 A0\nA150.\nM30", []),
+        ("G91 G28 A0\nM30", []),
+        ("G65 P1 A500.\nM30\nO1\nM99", []),
+        ("G68 X0 Y0 R10. (A900)\nG69\nM30", []),
     ):
-        assert said(run, text) == [], text
+        assert turned(run, text) == lines, text
+
+
+def test_a_check_looks_at_ways_of_rotary_axes_beyond_the_head_of_a_long_text() -> None:
+    """An endless table is warned of once, at the first way that differs, by `check` as by `plan`."""
+    text = "O1\nG21 G90 G0 A0\n" + "G1 X1. F100.\nX2.\n" * 6000 + "A200.\nA0\nM30\n"
+    found = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", ReadOptions(dialect="fanuc"), found)
+    assert [d.span.line for d in found if d.code == "roll-over" and d.span] == [12003]
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 #: Time at slow feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow here, units a minute.
 LONG_S = 36_000.0
 SLOW = 5.0
+#: A rotary axis with roll-over goes a longer way than this the other way round, degrees, with room for rounding.
+HALF_TURN = 180.0 + 1e-6
+_ROTARY = slice(3, 6)
 #: Places and offsets up to this, in units of the program, add up to places within `cncgen.ranges.POSITION`.
 _NEAR = 1e6
 #: Tolerances up to this, in units of the program, are within `cncgen.ranges.TOLERANCE_MM`.
@@ -41,6 +44,8 @@ class CountingSink:
         #: Whether a place, a centre or an offset is so far away that their sum may be beyond `cncgen.ranges.POSITION`, a tolerance so wide,
         #: or a curve's weights or knots so far apart.
         self.far = False
+        #: Whether ways of rotary axes are looked at, and whether one was more than half a turn.
+        self.turns = self.turned = False
         self._rest: list[float] = []
         self._named: set[int] = set()
         #: Columns of axes that may have moved, in program coordinates or by a rotation, before a word of the main text named them.
@@ -61,6 +66,12 @@ class CountingSink:
         # Plain motions move the axes alone that words of their blocks name.
         last: Any = batch.end[count - 1 : count].tolist()
         end = last[0]
+        if self.turns and not self.turned:
+            import numpy as np
+
+            angles = np.asarray(batch.end)[:, _ROTARY]
+            self.turned = bool((np.abs(np.diff(angles, axis=0)) > HALF_TURN).any())
+            self._turn(angles[0].tolist())
         if batch.source != 0:
             self.unnamed.update(
                 k for k in range(len(AXES)) if end[k] != self._rest[k] and k not in self._named
@@ -122,8 +133,15 @@ class CountingSink:
         for k, letter in enumerate(AXES):
             if end[k] != self._rest[k] and k not in self._named:
                 (self._named if letter in words else self.unnamed).add(k)
+        if self.turns:
+            self._turn(end[_ROTARY])
         self._rest = list(end)
         self._reach(end)
+
+    def _turn(self, angles: Sequence[float]) -> None:
+        """Look at a way of the rotary axes."""
+        if any(abs(end - rest) > HALF_TURN for end, rest in zip(angles, self._rest[_ROTARY], strict=True)):
+            self.turned = True
 
     def _reach(self, point: Sequence[float]) -> None:
         """Look at a place or an offset."""

@@ -336,6 +336,8 @@ LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?" + _WITH_POINT
 WHOLE_LENGTH = rb"[XYZ][ \t]*[-+]?0*[1-9]\d*(?![\d.])"
 #: A rotary axis with its angle, and words beside which it is none, or no place.
 ROTARY = rb"(?<![A-Z,#])(?P<word>(?P<axis>[ABC])[ \t]*(?P<angle>" + SIGNED + rb"))"
+#: Such an axis with any value.
+ANGLE = rb"(?<![A-Za-z,#])[ABCabc][ \t]*" + _V
 NO_PLACE = rb"G[ \t]*0*(?:7\.1|10|28|30|5[0-3]|6[5-8]|9[2-3]|107)(?![\d])"
 #: A whole one that ends in a point.
 WHOLE_WITH_POINT = rb"(?i)[XYZ][ \t]*[-+]?(?=0*[1-9])" + _WITH_POINT + rb"(?<=\.)(?!\d)"
@@ -377,6 +379,7 @@ def patterns() -> Iterator[bytes]:
         LONG_WAIT,
         WORDS_OF_SIEMENS,
         ROTARY,
+        ANGLE,
         NO_PLACE,
     )
     yield from (*LONG_LENGTHS.values(), *UNITS.values(), LENGTH, FEED)

@@ -1,0 +1,89 @@
+"""The warning about a rotary axis that a control with roll-over turns another way, with the numbers of the run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.errors import BlockError, Reporter
+from cncgen.gcode.sinks.counting import HALF_TURN
+from cncgen.gcode.source import Source
+from cncgen.gcode.text import signs
+from cncgen.gcode.text.built_patterns import compiled
+from cncgen.units import DEGREE, ROTARY_LETTERS
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from cncgen.toolpath.record import Toolpath
+
+#: Degrees that the way of an axis may differ by rounding.
+_ROUNDING = 1e-6
+_TURN = 360.0
+#: Blocks that are looked at: where so many are distances, the program is written in them.
+_LOOKS = 100
+
+
+class Turns:
+    """Looks at the ways of rotary axes while a program of FANUC's mills is read, and remarks once on one of more than half a turn.
+
+    A control with roll-over goes to a place the shorter way round (B-63534EN, 20.2.1: from A210 to A540 it moves -30 degrees), and the
+    whole way of a distance (G91).
+    """
+
+    def __init__(self) -> None:
+        self._looks = _LOOKS
+
+    def add(self, chunk: Toolpath, sources: Sequence[Source], reporter: Reporter) -> None:
+        """Look at the rows of a chunk."""
+        import numpy as np
+
+        axes = [k for k, letter in enumerate(chunk.axes) if letter in ROTARY_LETTERS]
+        if not axes or self._looks <= 0 or not len(chunk):
+            return
+        starts, ends = chunk.starts[:, axes] / DEGREE, chunk.end[:, axes] / DEGREE
+        for row, column in np.argwhere(np.abs(ends - starts) > HALF_TURN):
+            self._looks -= 1
+            line, source = int(chunk.line[row]), sources[int(chunk.source[row])]
+            offset = 0
+            for _ in range(line - 1):
+                offset = source.line_end(offset) + 1
+            axis, start, end = chunk.axes[axes[column]], float(starts[row, column]), float(ends[row, column])
+            if _is_place(source, offset, axis, start, end):
+                self._looks = 0
+                reporter.report(source, line, offset, _remark(axis, start, end), Severity.WARNING)
+            if self._looks <= 0:
+                return
+
+
+def _is_place(source: Source, offset: int, axis: str, start: float, end: float) -> bool:
+    """Tell whether the block of a motion names the place where an axis goes, and not a distance or another point.
+
+    A number that is not the way is a place. Where it may be both, the axis stands at 0, and for a value that is worked out, the last G90 or
+    G91 of the text counts.
+    """
+    stop = source.line_end(offset)
+    block = compiled(signs.OUT_OF_CODE).sub(b"", source.data[offset:stop]).upper()
+    if compiled(signs.NO_PLACE).search(block):
+        return False
+    for word in compiled(signs.ROTARY).finditer(block):
+        if word["axis"] == axis.encode():
+            written = float(word["angle"].replace(b" ", b""))
+            if not math.isclose(written, end - start, abs_tol=_ROUNDING):
+                return True
+    if not any(word[:1] == axis.encode() for word in compiled(signs.ANGLE).findall(block)):
+        return False
+    text = compiled(signs.OUT_OF_CODE).sub(b"", source.data[:stop]).upper()
+    return max(text.rfind(b"G90"), text.rfind(b"G 90")) >= max(text.rfind(b"G91"), text.rfind(b"G 91"))
+
+
+def _remark(axis: str, start: float, end: float) -> BlockError:
+    """Return the remark on a way."""
+    shorter = (end - start + _TURN / 2.0) % _TURN - _TURN / 2.0
+    start, end, way, shorter = (round(number, 4) + 0.0 for number in (start, end, end - start, shorter))
+    message = (
+        f"{axis} goes from {start:g} to {end:g}, by {way:g} degrees; with roll-over of rotary axes"
+        f" (parameter 1008 bits 0 and 1 of FANUC) a control goes by {shorter:g}"
+    )
+    hint = "angles that are no more than half a turn apart, or G91, leave no choice"
+    return BlockError("roll-over", message, axis, hint=hint)
