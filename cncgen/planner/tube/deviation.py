@@ -22,8 +22,8 @@ Ints = NDArray[np.int64]
 #: setpoints differ by; and how many phases are looked at, at most.
 _CHORD, PHASES = 0.004, 12
 #: Factors on the tolerance that are tried if it is exceeded, since with more than it takes, corners near each other are passed elsewhere;
-#: and bisections between the last two where that tells nothing.
-_FACTORS, _HALVINGS = [1.0 + 0.01 * 5.0**k for k in range(6)], 5
+#: the first of them where none are; and bisections between the last two where that tells nothing.
+_FACTORS, _PLAIN, _HALVINGS = [1.0 + 0.01 * 5.0**k for k in range(6)], 2, 5
 #: Corners that are nearer than so many tolerances are passed elsewhere with hardly more than it takes.
 TIGHT = 4.0
 #: Part of a period within which times are the same.
@@ -114,9 +114,7 @@ def excess(
     allowed = (1.0 + passed) * path.tolerance
     beside = np.maximum(np.append(path.tolerance, 0.0), np.insert(path.tolerance, 0, 0.0))
     walker = _Walker(path, *ends)
-    corner = np.flatnonzero(own >= 0)
-    apart = np.sqrt((np.diff(path.points[corner], axis=0) ** 2).sum(axis=1))
-    tight = bool((apart < TIGHT * beside[corner[1:]]).any())
+    tight = tangled(path, own)
     for t in _phases(_bends(motion), motion.step, first_s, period_s, float(path.tolerance.min()), most):
         if walker.cells > work:
             break
@@ -126,7 +124,7 @@ def excess(
         if first.whole:
             continue
         less, factor, found = 1.0, 1.0, first
-        for more in _FACTORS:
+        for more in _FACTORS if tight else _FACTORS[_PLAIN:]:
             less, factor, found = factor, more, walker.walk(points, more * allowed)
             if found.whole:
                 break
@@ -154,6 +152,14 @@ def excess(
             stuck = mine[late] if late.any() else node[min(first.chords + 1, len(node) - 1)]
             over[stuck] = (factor * (1.0 + passed) - 1.0) * path.tolerance.max()
     return over, walker.cells
+
+
+def tangled(path: RowLines, own: Ints) -> bool:
+    """Tell whether corners, vertices of the rows that have a node of their own, are so near each other that there are many local optima."""
+    corner = np.flatnonzero(own >= 0)
+    # Along the rows: a closed contour ends in the corner where it began.
+    way = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(path.points, axis=0) ** 2).sum(axis=1)))])
+    return bool((np.diff(way[corner]) < TIGHT * path.tolerance[corner[1:] - 1]).any())
 
 
 def reached(

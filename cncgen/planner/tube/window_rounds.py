@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.planner.tube.deviation import TIGHT, Reached, excess
+from cncgen.planner.tube.deviation import Reached, excess, tangled
 from cncgen.planner.tube.programmed import RowLines
 from cncgen.planner.tube.tube_nodes import SPACING, Nodes
 from cncgen.planner.tube.window_judge import too_fast
@@ -89,11 +89,7 @@ class Window:
     @property
     def tangled(self) -> bool:
         """Whether corners are so near each other that there are many local optima."""
-        corner = np.flatnonzero(vertex_nodes(self) >= 0)
-        # Along the rows: a closed contour ends in the corner where it began.
-        ways = np.sqrt((np.diff(self.path.points, axis=0) ** 2).sum(axis=1))
-        way = np.concatenate([[0.0], np.cumsum(ways)])
-        return bool((np.diff(way[corner]) < TIGHT * self.path.tolerance[corner[1:] - 1]).any())
+        return tangled(self.path, vertex_nodes(self))
 
 
 class Rounds:

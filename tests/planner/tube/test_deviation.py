@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cncgen.planner.tube.deviation import Reached, excess, reached
+from cncgen.planner.tube import deviation
+from cncgen.planner.tube.deviation import Reached, excess, reached, tangled
 from cncgen.planner.tube.programmed import RowLines
 from cncgen.planner.tube.window_problem import Solved
 
@@ -60,6 +61,41 @@ def test_a_missed_vertex_counts_at_its_own_node() -> None:
         at[1] = own
         by = excess(path, ends(path, found), at, found, 0.0, 1e-3, 0.0)[0]
         assert by[own] == pytest.approx(0.3 * np.sqrt(0.5) - TOLERANCE, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("points", "near"),
+    [
+        # A closed square ends in the corner where it began, and goes on; along the rows that is 4 away.
+        (((-1, 0), (0, 0), (1, 0), (1, 1), (0, 1), (0, 0), (-1, -1)), False),
+        (((-1, 0), (0, 0), (0, 3.9 * TOLERANCE), (1, 1)), True),
+        (((-1, 0), (0, 0), (0, 4.1 * TOLERANCE), (1, 1)), False),
+    ],
+)
+def test_corners_are_near_each_other_along_the_rows(
+    points: tuple[tuple[float, float], ...], near: bool
+) -> None:
+    """Corners are near each other by four tolerances; a motion that cuts one is judged with few comparisons where they are not."""
+    path = rows(*points)
+    own = none(path)
+    own[[1, -2]] = 0
+    assert tangled(path, own) == near
+
+
+def test_a_motion_over_the_tolerance_is_judged_in_two_comparisons(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A closed square whose corners are passed at 1.2 of the tolerance: one comparison tells, a wider one measures."""
+    cut = 1.2 * TOLERANCE * np.sqrt(2.0)
+    corner = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+    way = [corner[0]]
+    for (x0, y0), (x, y), (x1, y1) in zip(corner[:-1], corner[1:], [*corner[2:], corner[0]], strict=True):
+        way += [(x + cut * (x0 - x), y + cut * (y0 - y)), (x + cut * (x1 - x), y + cut * (y1 - y))]
+    path = rows(*corner, corner[0])
+    found = steady(*way, corner[0], nodes=10)
+    made, walk = [], deviation._Walker.walk
+    monkeypatch.setattr(deviation._Walker, "walk", lambda *given: made.append(1) or walk(*given))
+    by, _ = excess(path, ends(path, found), np.array([0, 20, 40, 60, 69]), found, 0.0, 1e-4, 0.0)
+    assert by.max() == pytest.approx(0.2 * TOLERANCE, rel=0.01)
+    assert len(made) == 2
 
 
 def test_a_motion_beside_a_line_is_over_by_what_it_is_apart() -> None:
