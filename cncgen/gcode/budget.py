@@ -15,6 +15,9 @@ PAUSE = 1024
 MOST_WORK = 5_000_000
 #: Units that each line of the main program may do beside them: a long program is not an endless one.
 WORK_OF_A_LINE = 200
+#: Units that each line of SINUMERIK or Heidenhain that moves may do beside them, run by itself, and of how many such lines: a curve that
+#: a loop computes has hundreds of thousands of points, each with lines of arithmetic and calls.
+WORK_OF_A_MOVE, MOST_MOVES = 60, 250_000
 #: Units of a step that the options allow.
 WORK_OF_A_STEP = 40
 #: Units of a call of a subprogram, of a canonical call that is made by itself, of a block that goes through its handlers (all of
@@ -34,6 +37,7 @@ class Budget:
         steps: Blocks executed so far.
         work: Units done so far.
         forward: Lines of the main program that were reached.
+        moves: Lines of SINUMERIK or Heidenhain, run by themselves, that moved.
     """
 
     def __init__(self, most: int | None = None) -> None:
@@ -42,6 +46,7 @@ class Budget:
         self.steps = 0
         self.work = 0
         self.forward = 0
+        self.moves = 0
 
     def left(self) -> int:
         """Return how many blocks the run may execute from now on."""
@@ -69,7 +74,7 @@ class Budget:
             Stop: It is more than the run may do.
         """
         self.work += units
-        bound = self._most_work + WORK_OF_A_LINE * self.forward
+        bound = self._most_work + WORK_OF_A_LINE * self.forward + WORK_OF_A_MOVE * min(self.moves, MOST_MOVES)
         if self.work > bound:
             raise _endless(
                 f"more than {bound} units of work (a plain block is 1, a motion of a cycle {MOTION})"

@@ -118,10 +118,35 @@ COSTLY = {
 
 
 @pytest.mark.parametrize("name", COSTLY)
-def test_the_bound_counts_what_blocks_cost(run: Run, name: str) -> None:
+def test_the_bound_counts_what_blocks_cost(run: Run, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """A run of 5,000,000 units makes 600,000 canonical calls or Heidenhain lines at most, so its steps show the bound."""
+    monkeypatch.setattr(budget, "MOST_MOVES", 1000)
     text, dialect = COSTLY[name]
     assert [code for code, _, _ in run(text, dialect=dialect).errors] == ["too-many-steps"]
+
+
+#: Curves that loops compute, of 2000 points, and their dialects; each point takes 30 or 100 units, of lines that run by themselves too.
+CURVES = {
+    "heidenhain": (
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S1\nQ1 = 0\nCC X+0 Y+0\nLBL 1\nQ1 = Q1 + 0.1\nCALL LBL 2\nLP PR+9 PA+Q1 R0 F500\n"
+        "FN 12: IF +Q1 LT +200 GOTO LBL 1\nM30\nLBL 2\nQ2 = Q1\nQ3 = Q2\nLBL 0\nEND PGM A MM\n"
+    ),
+    "sinumerik": (
+        "DEF INT NUM\nFOR NUM=1 TO 2000\nPOINT(NUM)\nENDFOR\nM30\n%_N_POINT_SPF\nPROC POINT(INT COUNT)\nDEF REAL WAY\nWAY=COUNT/10\n"
+        "G1 AP=WAY RP=9 F500\nRET\n"
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("dialect", CURVES)
+def test_a_curve_that_a_loop_computes_is_not_endless(
+    run: Run, monkeypatch: pytest.MonkeyPatch, dialect: str
+) -> None:
+    """A loop that moves in each round may do more than one that does not: 75,000 points counted as endless."""
+    monkeypatch.setattr(budget, "MOST_WORK", {"heidenhain": 40_000, "sinumerik": 150_000}[dialect])
+    assert run(CURVES[dialect], dialect=dialect).errors == []
+    monkeypatch.setattr(budget, "MOST_MOVES", 0)
+    assert [code for code, _, _ in run(CURVES[dialect], dialect=dialect).errors] == ["too-many-steps"]
 
 
 @pytest.mark.parametrize("block", ["G18 G2 K1", "G33 Z-1 K1", "M3 S500", "G21 G17 G90 G64 P0.01\nG1 X3"])

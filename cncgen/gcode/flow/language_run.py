@@ -300,7 +300,9 @@ class LanguageRun(Run, Generic[P]):
         self._reach(frame, frame.at)
         ip.budget.count(1, LINE)
         ip.base.block = empty_block(frame.program.lines[at].here)
+        before = [*ip.state.position]
         self._line(frame, at)
+        ip.budget.moves += ip.state.position != before
         return False
 
     def _follow(self, frame: Frame[P], lane: PlainLane) -> bool:

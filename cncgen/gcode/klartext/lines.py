@@ -34,6 +34,13 @@ _SETS = _form(rf"\s*(?:{SETTING}|FN\b)")
 _BEGINS = _form(
     rf"{_N}\s|\s*(?:{SETTING}|(?:L|LP|CC?|CR|CP|CT|FN|RND|CHF|LBL|CALL|TOOL|CYCL|APPR|DEP|STOP|END|PLANE|FUNCTION|TRANS|BLK)\b|M\s*\d)"
 )
+#: A formula that goes on behind ~, in lines that begin no block; a comment behind it that goes on is left to `bodies`.
+_FORMULA = re.compile(
+    rf"[^\S\n]*/?(?:{_N}[^\S\n]+)?(?:{SETTING}|FN\b)[^;~\n]*"
+    rf"(?:~[^\S\n]*\n(?!{_BEGINS.pattern})[^;~\n]*)+(?![^\n]*~)".encode(),
+    re.IGNORECASE,
+)
+_BROKEN = re.compile(rb"~[^\S\n]*\n")
 #: Words of a numbered block in lines of their own, as TNC 145 to 155 put them.
 _WORDS_BELOW = _form(
     rf"\s{{4,}}(?:{TERMINALS['AXIS']}|[FMSL]|R|D[RL]|I?P[AR]|CC[XY])\s*(?:[-+.\d]|[0LR]\b|Q\d|MAX\b)"
@@ -65,6 +72,21 @@ def _without_number(body: str) -> str:
     match = _NUMBER.match(body)
     assert match
     return body[match.end() :]
+
+
+def joined(source: Source) -> Source:
+    """Return a text whose formulas stand in one line each, with empty lines behind those that went on, so that lines keep their numbers."""
+    data, parts, done = source.data, list[bytes](), 0
+    at = data.find(b"~")
+    while at >= 0:
+        formula = _FORMULA.match(data, max(data.rfind(b"\n", 0, at) + 1, done))
+        if formula:
+            text, breaks = _BROKEN.subn(b" ", formula[0])
+            end = source.line_end(formula.end())
+            parts += [data[done : formula.start()], text, data[formula.end() : end], breaks * b"\n"]
+            done = end
+        at = data.find(b"~", max(done, at + 1))
+    return Source(b"".join([*parts, data[done:]]), source.name) if parts else source
 
 
 def bodies(

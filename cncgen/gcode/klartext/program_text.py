@@ -78,7 +78,7 @@ class ProgramText(LanguageRun[Program]):
 
     def _load(self, index: int, name: str) -> Program:
         """Read the lines of a source, and the labels."""
-        source = self.sources[index]
+        source = self.sources[index] = lines.joined(self.sources[index])
         program = Program(
             ProgramLines(source, lambda here: Line(here, lines.bare(source.text_at(here.offset))))
         )
