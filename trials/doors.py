@@ -124,12 +124,12 @@ def run_gcode(data: bytes, dialect: str) -> None:
         _read_gcode(data, options, chosen % 4)
 
 
-#: A table with linear and one with rotary axes that lean, a head, and no machine.
+#: No machine, rotary axes in the table, in the head, and one in each.
 _KINEMATICS = (
     None,
-    Kinematics(False, (3, 5), (0.0, 0.0, -100.0)),
-    Kinematics(True, (5, 4), pivot=100.0),
-    None,
+    Kinematics(0, (3, 5), (0.0, 0.0, -100.0)),
+    Kinematics(2, (5, 4), pivot=100.0),
+    Kinematics(1, (4, 5), (0.0, 0.0, -100.0), pivot=100.0),
 )
 
 

@@ -2,21 +2,27 @@
 
 ```toml
 [kinematics]
-model = "table-table"            # or "head-head"
-axes = ["a", "c"]                # the one that carries the other first
-centre_mm = [0.0, 0.0, -150.0]   # tables: where their axes meet, machine coordinates
-pivot_mm = 180.0                 # heads: from the spindle's gauge line to where their axes meet
+model = "table-table"            # or "head-head", or "head-table"
+axes = ["a", "c"]                # the one that carries the other first; head-table: the head's first
+centre_mm = [0.0, 0.0, -150.0]   # tables: a point of their axes (two: where they meet), machine coordinates
+pivot_mm = 180.0                 # heads: from the spindle's gauge line to their axes (two: to where they meet)
 tolerance_mm = 0.001             # how far lines of the machine's axes may be from the tool's path
 ```
 
 A turns about X, B about Y, C about Z, positive as ISO 841 has it: the tool turns that way relative to the workpiece, so a
-table turns the other way. With p the tool's tip in machine coordinates of the table at 0, L the tool's length and z the
-direction of the spindle, the machine stands at
+table turns the other way. With p the tool's tip in machine coordinates of the table at 0, L the tool's length, z the
+direction of the spindle, H the rotation of the head and T that which a table takes back, the machine stands at
 
-- tables: m = c + R1(-θ1) R2(-θ2) (p - c) + L z,
-- heads: m = p + R1(θ1) R2(θ2) (L + P) z - P z,
+    m = c + T^-1 (p - c) + H (L + P) z - P z,
 
-which is p + L z where the rotary axes are at 0, as without G43.4.
+which is p + L z where the rotary axes are at 0, as without G43.4, and the tool's direction in the coordinates of the table
+is T H z. H and T are
+
+| model | H | T |
+| --- | --- | --- |
+| table-table | 1 | R2(θ2) R1(θ1) |
+| head-table | R1(θ1) | R2(θ2) |
+| head-head | R1(θ1) R2(θ2) | 1 |
 """
 
 from __future__ import annotations
@@ -26,7 +32,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from cncgen.machine.settings_schema import check
+from cncgen.machine.settings_schema import KINEMATICS, check
 
 Vector = tuple[float, float, float]
 _TOLERANCE_MM = 0.001
@@ -43,45 +49,51 @@ class Kinematics:
     """Lengths in mm.
 
     Attributes:
-        heads: Whether the rotary axes carry the tool, else the table.
-        axes: Columns of the rotary axes (3 is A), the carrying axis first.
-        centre: Where the axes of tables meet, machine coordinates.
-        pivot: From the gauge line to where the axes of heads meet.
+        heads: How many of the rotary axes carry the tool; the others carry the table.
+        axes: Columns of the rotary axes (3 is A), the carrying axis first; of one in the head and one in the table, the head's first.
+        centre: A point of the axes of tables, machine coordinates.
+        pivot: From the gauge line to the axes of heads.
         tolerance: Largest distance of the axes' lines from the path.
     """
 
-    heads: bool
+    heads: int
     axes: tuple[int, int]
     centre: Vector = (0.0, 0.0, 0.0)
     pivot: float = 0.0
     tolerance: float = _TOLERANCE_MM
 
+    @property
+    def turns(self) -> tuple[int, int]:
+        """Which of the axes turns the spindle first, and which second: 0 the first of `axes`, 1 the other."""
+        return (1, 0) if self.heads == len(self.axes) else (0, 1)
+
+    @property
+    def _of_head(self) -> tuple[int, ...]:
+        return self.turns[: self.heads]
+
+    @property
+    def _of_table(self) -> tuple[int, ...]:
+        return self.turns[self.heads :]
+
     def machine(self, tip: Vector, angles: tuple[float, float], length: float) -> Vector:
         """Return X Y Z of the machine for a tip, angles in degrees and a tool of that length."""
-        if self.heads:
-            x, y, z = self._turned((0.0, 0.0, length + self.pivot), angles)
-            return tip[0] + x, tip[1] + y, tip[2] + z - self.pivot
-        c = self.centre
-        x, y, z = self._turned(_less(tip, c), (-angles[0], -angles[1]))
-        return c[0] + x, c[1] + y, c[2] + z + length
+        c, away = self.centre, _less(tip, self.centre)
+        for place in reversed(self._of_table):
+            away = _turn(away, self.axes[place], -angles[place])
+        x, y, z = self._turned((0.0, 0.0, length + self.pivot), self._of_head, angles)
+        return c[0] + away[0] + x, c[1] + away[1] + y, c[2] + away[2] + z - self.pivot
 
     def tip(self, machine: Vector, angles: tuple[float, float], length: float) -> Vector:
         """Return the tip of the tool: the inverse of `machine`."""
-        if self.heads:
-            x, y, z = self._turned((0.0, 0.0, length + self.pivot), angles)
-            return machine[0] - x, machine[1] - y, machine[2] - z + self.pivot
         c = self.centre
-        away = (machine[0] - c[0], machine[1] - c[1], machine[2] - c[2] - length)
-        outer, inner = self.axes
-        x, y, z = _turn(_turn(away, outer, angles[0]), inner, angles[1])
+        arm = self._turned((0.0, 0.0, length + self.pivot), self._of_head, angles)
+        away = _less(_less(machine, arm), (c[0], c[1], c[2] - self.pivot))
+        x, y, z = self._turned(away, self._of_table, angles)
         return c[0] + x, c[1] + y, c[2] + z
 
     def direction(self, angles: tuple[float, float]) -> Vector:
         """Return the direction from the tool's tip to its spindle, in the coordinates of the table."""
-        if self.heads:
-            return self._turned(_SPINDLE, angles)
-        outer, inner = self.axes
-        return _turn(_turn(_SPINDLE, outer, angles[0]), inner, angles[1])
+        return self._turned(_SPINDLE, self.turns, angles)
 
     def angles_of(self, direction: Vector, near: tuple[float, float]) -> tuple[float, float] | None:
         """Return the angles, in degrees, that give the tool a direction: of the two pairs the one with the least way from `near`.
@@ -103,7 +115,7 @@ class Kinematics:
         first is C.
         """
         # d = R(last) R(tilt) z: the component of d along the last axis is that of R(tilt) z, which gives the tilt.
-        tilt, last = self.axes[::-1] if self.heads else self.axes
+        tilt, last = (self.axes[place] for place in self.turns)
         if tilt == _C:
             return []
         x, y, z = wanted = unit_vector(direction)
@@ -116,7 +128,8 @@ class Kinematics:
             )
             tilts = (steep, 180.0 - steep)
         a, b = _PLANES[last - _A]
-        now = near[::-1] if self.heads else near
+        first, second = self.turns
+        now = near[first], near[second]
         pairs = []
         for angle in tilts:
             bent = _turn(_SPINDLE, tilt, angle)
@@ -124,29 +137,31 @@ class Kinematics:
             if math.hypot(wanted[a], wanted[b]) > _TINY:
                 turn = math.degrees(math.atan2(wanted[b], wanted[a]) - math.atan2(bent[b], bent[a]))
             pair = _nearest(angle, now[0]), _nearest(turn, now[1])
-            pairs.append(pair[::-1] if self.heads else pair)
+            pairs.append((pair[first], pair[second]))
         return pairs
 
     def turned_plane(self, angles: tuple[float, float]) -> tuple[Vector, ...]:
         """Return the rotation, by rows, whose Z is `direction` and whose X and Y are the machine's while the axes stand at these angles."""
-        order = (0, 1) if self.heads else (1, 0)
-        columns = []
-        for k in range(3):
-            vector: Vector = (float(k == 0), float(k == 1), float(k == 2))
-            for place in reversed(order):
-                vector = _turn(vector, self.axes[place], angles[place])
-            columns.append(vector)
-        return tuple((columns[0][i], columns[1][i], columns[2][i]) for i in range(3))
+        return self._rotation(self.turns, angles)
+
+    def table_plane(self, angles: tuple[float, float]) -> tuple[Vector, ...]:
+        """Return the part of `turned_plane` that the table turns: T above."""
+        return self._rotation(self._of_table, angles)
 
     @property
     def tilting(self) -> int:
-        """Which of the axes turns the spindle first: 0 the carrying one, 1 the other."""
-        return 1 if self.heads else 0
+        """Which of the axes turns the spindle first."""
+        return self.turns[0]
 
-    def _turned(self, vector: Vector, angles: tuple[float, float]) -> Vector:
-        """Return R1 R2 v."""
-        outer, inner = self.axes
-        return _turn(_turn(vector, inner, angles[1]), outer, angles[0])
+    def _rotation(self, turns: tuple[int, ...], angles: tuple[float, float]) -> tuple[Vector, ...]:
+        x, y, z = (self._turned(unit, turns, angles) for unit in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), _SPINDLE))
+        return tuple((x[i], y[i], z[i]) for i in range(3))
+
+    def _turned(self, vector: Vector, turns: tuple[int, ...], angles: tuple[float, float]) -> Vector:
+        """Turn a vector by axes, one after another."""
+        for place in turns:
+            vector = _turn(vector, self.axes[place], angles[place])
+        return vector
 
 
 def unit_vector(vector: Vector) -> Vector:
@@ -183,7 +198,7 @@ def kinematics_of(table: Mapping[str, Any]) -> Kinematics:
     first, second = (3 + "abc".index(str(letter).lower()) for letter in table["axes"])
     x, y, z = (float(value) for value in table.get("centre_mm", (0.0, 0.0, 0.0)))
     return Kinematics(
-        table["model"] == "head-head",
+        KINEMATICS[table["model"]],
         (first, second),
         (x, y, z),
         float(table.get("pivot_mm", 0.0)),

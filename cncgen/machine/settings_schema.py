@@ -19,7 +19,8 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.extensions import DIALECTS
 from cncgen.machine.servo_parameters import MAGNITUDES
 
-KINEMATICS = ("table-table", "head-head")
+#: How many of a machine's two rotary axes carry the tool, by its model.
+KINEMATICS = MappingProxyType({"table-table": 0, "head-table": 1, "head-head": 2})
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,11 +98,12 @@ TABLES: Mapping[str, tuple[Key, ...]] = MappingProxyType(
         ),
         "kinematics": (
             Key("model", "whether the rotary axes carry the table or the head", f"one of {', '.join(KINEMATICS)}",
-                _is_of(KINEMATICS)),
-            Key("axes", "the rotary axes", "two of a, b, c, the one that carries the other first", _are_two_letters),
-            Key("centre_mm", "where the axes of tables meet, machine coordinates",
+                _is_of(tuple(KINEMATICS))),
+            Key("axes", "the rotary axes", "two of a, b, c: the one that carries the other first, or the head's before the table's",
+                _are_two_letters),
+            Key("centre_mm", "a point of the axes of tables, of two where they meet, machine coordinates",
                 f"three numbers, none beyond {FARTHEST:g}", _is_point, "the origin"),
-            Key("pivot_mm", "of heads: from the spindle's gauge line to where their axes meet",
+            Key("pivot_mm", "of heads: from the spindle's gauge line to their axes, of two to where they meet",
                 f"a number from 0 to {FARTHEST:g}", _from(0.0, FARTHEST), "0"),
             Key("tolerance_mm", "how far lines of the machine's axes may be from the tool's path",
                 f"a number from 1e-9 to {FARTHEST:g}", _from(1e-9, FARTHEST), "0.001"),

@@ -45,19 +45,21 @@ class MachinePoses:
         mechanism = self._mechanism
         upright = np.zeros((len(positions), 3))
         upright[:, 2] = 1.0
-        outer, inner = mechanism.axes
-        angles = {
-            column: positions[:, letters.index(letter)] if letter in letters else np.zeros(len(positions))
-            for column, letter in ((3, "A"), (4, "B"), (5, "C"))
-        }
-        if mechanism.heads:
-            axes = _turned(_turned(upright, inner, angles[inner]), outer, angles[outer])
-            reach = mechanism.pivot + self._length
-            return positions[:, :3] - reach * (axes - upright), axes
+        turns = []
+        for place in mechanism.turns:
+            column = mechanism.axes[place]
+            letter = "ABC"[column - 3]
+            angles = positions[:, letters.index(letter)] if letter in letters else np.zeros(len(positions))
+            turns.append((column, angles))
+        head, table = turns[: mechanism.heads], turns[mechanism.heads :]
+        axes = upright
+        for column, angles in head:
+            axes = _turned(axes, column, angles)
         centre = np.array(mechanism.centre)
-        away = positions[:, :3] - centre
-        tips = _turned(_turned(away, outer, angles[outer]), inner, angles[inner]) + centre
-        return tips, _turned(_turned(upright, outer, angles[outer]), inner, angles[inner])
+        away = positions[:, :3] - centre - (mechanism.pivot + self._length) * (axes - upright)
+        for column, angles in table:
+            away, axes = _turned(away, column, angles), _turned(axes, column, angles)
+        return away + centre, axes
 
 
 def _turned(vectors: Floats, column: int, angles: Floats) -> Floats:

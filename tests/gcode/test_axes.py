@@ -93,7 +93,7 @@ def test_files_that_call_each_other_are_looked_into_once(folder: Path) -> None:
 
 
 #: A table that turns about X, and one on it that turns about Z.
-TABLES = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
+TABLES = Kinematics(0, (3, 5), (0.0, 0.0, -100.0))
 
 
 @pytest.mark.parametrize(
@@ -200,7 +200,7 @@ def test_arcs_in_planes_of_u_v_w_are_refused() -> None:
 class MadeUp:
     """G321, of LinuxCNC and FANUC, and an M321, by a row each in one module; a kinematics for what it is refused under."""
 
-    TABLE = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
+    TABLE = Kinematics(0, (3, 5), (0.0, 0.0, -100.0))
 
     @staticmethod
     def aside(ip: Interpreter, block: Block) -> None:

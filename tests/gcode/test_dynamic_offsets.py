@@ -13,7 +13,7 @@ import pytest
 from cncgen.machine.kinematics import Kinematics
 
 #: A trunnion B that carries C, about (10, 20, -100) of the machine.
-TABLE = Kinematics(False, (4, 5), (10.0, 20.0, -100.0))
+TABLE = Kinematics(0, (4, 5), (10.0, 20.0, -100.0))
 
 
 def ends(run: Any, text: str, kinematics: Kinematics | None = TABLE, **options: Any) -> list[list[float]]:

@@ -370,7 +370,7 @@ def test_a_plane_by_the_angles_of_axes(run: Run) -> None:
     assert ends(run, "PLANE AXIAL A+45 B+0 C+90 STAY\nL X+0 Y+0 Z+2 FMAX")[0] == pytest.approx(
         [2 * half, 0, 2 * half], abs=1e-6
     )
-    table = Kinematics(False, (3, 5))
+    table = Kinematics(0, (3, 5))
     found = ends(run, "PLANE AXIAL A+45 C+90 STAY\nL X+2 Y+0 Z+0 FMAX\nL X+0 Z+2 FMAX", kinematics=table)
     assert found[0] == pytest.approx([2, 0, 0], abs=1e-6)
     assert found[1] == pytest.approx([0, 0, 2], abs=1e-6)

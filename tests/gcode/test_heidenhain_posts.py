@@ -315,7 +315,7 @@ def test_rotary_axes_go_the_shorter_way(run: Any, body: str, expected: list[floa
 
 def test_the_axis_that_tilts_goes_its_way(run: Any) -> None:
     """A of a trunnion is bounded: from 100 to -100 is no way over 180."""
-    table = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
+    table = Kinematics(0, (3, 5), (0.0, 0.0, -100.0))
     body = "0 BEGIN PGM T MM\nL A+100 C+350 FMAX\nL A-100 C+10 FMAX M126\nEND PGM T MM"
     found = run(body, dialect="heidenhain", kinematics=table)
     assert np.degrees(found.path.end[-1, 3:]).round(6).tolist() == [-100, 370]

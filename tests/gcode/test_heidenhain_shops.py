@@ -155,7 +155,7 @@ def test_points_of_a_table(tmp_path: Path) -> None:
     assert [row for row in rows.tolist() if row[2] < -4.0] == [[10, 20, -5], [30.5, 20, -6]]
 
 
-TABLES = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
+TABLES = Kinematics(0, (3, 5), (0.0, 0.0, -100.0))
 
 
 @pytest.mark.parametrize("words", ["REFPNT TIP-CENTER", "AXIS POS REFPNT CENTER-CENTER"])

@@ -13,7 +13,7 @@ from cncgen.toolpath.record import Kind
 
 CENTRE = np.array((0.0, 0.0, -100.0))
 #: A carries C in the table of a trunnion; C carries A in a fork head.
-TRUNNION, FORK = Kinematics(False, (3, 5), (0.0, 0.0, -100.0)), Kinematics(True, (5, 3), pivot=50.0)
+TRUNNION, FORK = Kinematics(0, (3, 5), (0.0, 0.0, -100.0)), Kinematics(2, (5, 3), pivot=50.0)
 PLANE = "PLANE SPATIAL SPA+0 SPB+30 SPC+0"
 
 
@@ -100,7 +100,7 @@ def test_positions_of_the_axes(run: Any) -> None:
 
 def test_cycle_19_turns_the_axes_where_it_has_a_feed(run: Any) -> None:
     body = "CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+0 B+30 C+0{}\nL B+0 X+0 Y+0 Z+0 FMAX"
-    kinematics = Kinematics(True, (5, 4), pivot=50.0)
+    kinematics = Kinematics(2, (5, 4), pivot=50.0)
     assert places(run, body.format(" F1000 ABST10").replace("B+0 X", "X"), kinematics)[0][3:] == [0, 30, 0]
     assert places(run, body.format("").replace("B+0 X", "B+Q121 X"), kinematics)[0][3:] == [0, 30, 0]
 
@@ -115,7 +115,7 @@ def test_m128_within_the_plane_follows_the_same_tip(run: Any) -> None:
 
 def test_a_plane_out_of_reach_is_refused(run: Any) -> None:
     text = "0 BEGIN PGM A MM\nPLANE SPATIAL SPA+30 SPB+0 SPC+0 STAY\nL X+1 FMAX\nEND PGM A MM\n"
-    out = run(text, dialect="heidenhain", kinematics=Kinematics(False, (5, 3)))
+    out = run(text, dialect="heidenhain", kinematics=Kinematics(0, (5, 3)))
     assert [code for code, *_ in out.errors] == ["orientation-vector"]
 
 

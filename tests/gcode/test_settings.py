@@ -41,5 +41,5 @@ def test_the_tables_of_a_machine_file_become_options(tmp_path: Path) -> None:
     (tmp_path / "five.toml").write_text(f"{text}\n{tables}")
     found = options_on(load(tmp_path / "five.toml"))
     assert (found.dialect, found.least_increment) == ("auto", 0.001)
-    assert found.kinematics == Kinematics(False, (3, 5))
+    assert found.kinematics == Kinematics(0, (3, 5))
     assert options_on(load("generic-mill")) == ReadOptions(fastest_spindle=12_000.0)

@@ -11,7 +11,7 @@ from cncgen.machine.kinematics import Kinematics
 from cncgen.toolpath.record import PathMode
 
 #: A trunnion: A and C turn the part about points 100 below machine zero.
-TABLES = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
+TABLES = Kinematics(0, (3, 5), (0.0, 0.0, -100.0))
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from cncgen.machine.kinematics import Kinematics, unit_vector
 
 CENTRE = (0.0, 0.0, -100.0)
 #: A carries C in the table of a trunnion; C carries A in a fork head.
-TRUNNION, FORK = Kinematics(False, (3, 5), CENTRE), Kinematics(True, (5, 3), pivot=50.0)
+TRUNNION, FORK = Kinematics(0, (3, 5), CENTRE), Kinematics(2, (5, 3), pivot=50.0)
 
 
 def angles(run: Any, text: str, kinematics: Kinematics) -> list[list[float]]:
@@ -161,7 +161,7 @@ def test_faults(run: Any, line: str, code: str, part: str) -> None:
 def test_axes_that_cannot_tilt_the_tool(run: Any) -> None:
     """With C next to the tool nothing tilts it."""
     found = run(
-        "TRAORI\nG0 A3=1\nM30", dialect="sinumerik", kinematics=Kinematics(True, (3, 5), pivot=50.0)
+        "TRAORI\nG0 A3=1\nM30", dialect="sinumerik", kinematics=Kinematics(2, (3, 5), pivot=50.0)
     ).diagnostics
     assert [d.code for d in found if d.severity == "error"] == ["orientation-vector"]
 
@@ -170,12 +170,15 @@ def test_angles_are_the_inverse_of_the_direction() -> None:
     """On random directions and kinds of machines: back to the direction, and no pair found is farther than a half turn of both."""
     random = np.random.default_rng(21)
     for heads, axes in (
-        (False, (3, 5)),
-        (False, (4, 5)),
-        (False, (3, 4)),
-        (True, (5, 3)),
-        (True, (5, 4)),
-        (True, (3, 4)),
+        (0, (3, 5)),
+        (0, (4, 5)),
+        (0, (3, 4)),
+        (1, (3, 5)),
+        (1, (4, 5)),
+        (1, (4, 3)),
+        (2, (5, 3)),
+        (2, (5, 4)),
+        (2, (3, 4)),
     ):
         kinematics = Kinematics(heads, axes)
         for _ in range(200):

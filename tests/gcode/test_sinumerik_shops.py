@@ -434,7 +434,7 @@ def test_an_edge_is_chosen_under_traori(run: Any) -> None:
     out = run(
         "T1 M6\nTRAORI\nG54\nG0 X1 Y2 Z3 A0 C0 D1\nG1 X4 F100\nTRAFOOF\nM30",
         dialect="sinumerik",
-        kinematics=Kinematics(False, (3, 5)),
+        kinematics=Kinematics(0, (3, 5)),
     )
     assert out.errors == []
     assert out.path.end[out.path.kind == 0][-1, :3].tolist() == [4, 2, 3]

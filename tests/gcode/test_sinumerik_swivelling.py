@@ -16,7 +16,7 @@ from cncgen.toolpath.record import Kind
 
 CENTRE = (0.0, 0.0, -100.0)
 #: A carries C in the table of a trunnion; C carries A in a fork head.
-TRUNNION, FORK = Kinematics(False, (3, 5), CENTRE), Kinematics(True, (5, 3), pivot=50.0)
+TRUNNION, FORK = Kinematics(0, (3, 5), CENTRE), Kinematics(2, (5, 3), pivot=50.0)
 S = math.sqrt(0.5)
 
 

@@ -82,7 +82,7 @@ def test_g53_1_turns_the_axes_of_a_machine(run: Any) -> None:
     """About Y by 30: A30 C90 or A-30 C-90 of a trunnion. A tip p stands at c + R1(-A) R2(-C) (p - c), and G43 comes behind as usual."""
     centre = np.array((0.0, 0.0, -100.0))
     text = "G90 G21\nG0 X1. Y2. Z3.\nG68.2 X10. Y0 Z0 I90. J30. K-90.\nG53.1\nG43 H1 Z5.\nX3. Y4.\nG69\nM30"
-    out = run(text, dialect="fanuc", kinematics=Kinematics(False, (3, 5), tuple(centre)))
+    out = run(text, dialect="fanuc", kinematics=Kinematics(0, (3, 5), tuple(centre)))
     assert (out.errors, [d.code for d in out.diagnostics if d.code == "swivel-frame"]) == ([], [])
     ends = out.path.end[out.path.kind != 3]
     a, c = ends[1, 3:]

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from cncgen.diagnostics import UsageError
 from cncgen.machine.kinematics import Kinematics, kinematics_of
 
-TABLES = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
-HEADS = Kinematics(True, (5, 4), pivot=100.0)
+TABLES = Kinematics(0, (3, 5), (0.0, 0.0, -100.0))
+HEADS = Kinematics(2, (5, 4), pivot=100.0)
+MIXED = Kinematics(1, (4, 5), (0.0, 0.0, -100.0), pivot=100.0)
 START = "G10 L10 P1 R50.\nG0 X10 Y0 Z0\nG43.4 H1 G0 X10 Y0 Z0\n"
 NUMBER = st.floats(-200.0, 200.0)
 
@@ -25,7 +26,7 @@ def machine(run: Any, text: str, kinematics: Kinematics) -> Any:
     return out
 
 
-@pytest.mark.parametrize("kinematics", [TABLES, HEADS])
+@pytest.mark.parametrize("kinematics", [TABLES, HEADS, MIXED])
 def test_at_angle_zero_it_is_the_tool_length(run: Any, kinematics: Kinematics) -> None:
     out = machine(run, "G1 X20 F100", kinematics)
     moves = out.path.end[out.path.kind == 0, :3]
@@ -45,6 +46,14 @@ def test_a_head_swings_about_its_pivot(run: Any) -> None:
     """At B90 the tool lies along +X: the pivot is 150 beside the tip, the machine 100 below its zero."""
     out = machine(run, "G0 B90\nG0 C90", HEADS)
     np.testing.assert_allclose(out.path.end[2:4, :3], [[160, 0, -100], [10, 150, -100]], atol=1e-9)
+
+
+def test_a_head_over_a_table(run: Any) -> None:
+    """At B90 the pivot is 150 beside the tip along +X; at C90 the point (10, 0) of the table is at (0, -10), and the head stays."""
+    out = machine(run, "G0 B90\nG0 C90\nG0 B0", MIXED)
+    np.testing.assert_allclose(
+        out.path.end[2:5, :3], [[160, 0, -100], [150, -10, -100], [0, -10, 50]], atol=1e-9
+    )
 
 
 def test_g49_leaves_the_machine_where_it_is(run: Any) -> None:
@@ -71,7 +80,7 @@ def test_an_arc_of_the_tip(run: Any) -> None:
     assert np.sum(1.0 / out.path.feed[rows]) == pytest.approx(np.pi)
 
 
-@pytest.mark.parametrize("kinematics", [TABLES, HEADS])
+@pytest.mark.parametrize("kinematics", [TABLES, HEADS, MIXED])
 @given(tip=st.tuples(NUMBER, NUMBER, NUMBER), angles=st.tuples(NUMBER, NUMBER))
 def test_the_inverse_kinematics(kinematics: Kinematics, tip: Any, angles: Any) -> None:
     there = kinematics.machine(tip, angles, 50.0)
@@ -118,7 +127,7 @@ def test_directions_in_place_of_angles(run: Any) -> None:
         )
 
 
-@pytest.mark.parametrize("kinematics", [TABLES, HEADS])
+@pytest.mark.parametrize("kinematics", [TABLES, HEADS, MIXED])
 def test_directions_move_as_their_angles_do(run: Any, kinematics: Kinematics) -> None:
     """The vector that the kinematics give a pair of angles, against these angles under G43.4; without I J K the tool stays."""
     i, j, k = kinematics.direction((20.4, 30.3))
@@ -167,7 +176,7 @@ def test_what_may_not_be_in_force_before_it(run: Any, before: str) -> None:
     assert out.errors == [("tcp-refused", 3, 1)]
 
 
-@pytest.mark.parametrize("kinematics", [TABLES, HEADS])
+@pytest.mark.parametrize("kinematics", [TABLES, HEADS, MIXED])
 def test_inverse_time_is_shared_out_by_the_parameter_of_the_move(run: Any, kinematics: Kinematics) -> None:
     """G93 F2 is half a minute for the move, however many lines the axes follow it in."""
     out = machine(run, "G93 G1 X20 C90 F2", kinematics)

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from importlib import resources
 
 import numpy as np
@@ -196,8 +197,8 @@ def test_a_stock_that_is_stood_otherwise_keeps_its_volume_and_its_hollows():
         assert moved(out.stock, move).volume == pytest.approx(volume, rel=5e-3)
 
 
-TABLE = Kinematics(False, (3, 5), (20.0, 15.0, 0.0))
-HEAD = Kinematics(True, (5, 4), pivot=50.0)
+TABLE = Kinematics(0, (3, 5), (20.0, 15.0, 0.0))
+HEAD = Kinematics(2, (5, 4), pivot=50.0)
 
 
 def machined(tmp_path, kinematics, *lines):
@@ -242,6 +243,32 @@ def test_the_command_takes_the_machine_that_turns(tmp_path, capsys):
     said = capsys.readouterr().err
     assert "cut-tilted" in said
     assert "--machine" in said
+
+
+def test_a_head_over_a_table_cuts_a_ring_with_a_leaning_tool(tmp_path):
+    """Half a turn of the table under a head at B20, the tip 4 mm deep: as much as the same way of the tip and the tool by a fork head."""
+    a = math.radians(20.0)
+    reach = 50.0
+
+    def ring(kinematics, turned):
+        lines = []
+        for degrees in range(0, 181, 3):
+            c = math.radians(degrees)
+            tip = np.array([9.0 * math.cos(c), 9.0 * math.sin(c), -4.0])
+            lean = np.array([math.sin(a) * math.cos(c), math.sin(a) * math.sin(c), math.cos(a) - 1.0])
+            if not turned:
+                tip, lean = np.array([9.0, 0, -4.0]), np.array([math.sin(a), 0, math.cos(a) - 1.0])
+            x, y, z = np.array([20.0, 15.0, 0.0]) + tip + reach * lean
+            lines.append(f"G1 X{x:.6f} Y{y:.6f} Z{z:.6f} B20 C{degrees} F9000")
+        first = lines[0].replace("G1 ", "G0 ").split(" F")[0]
+        above = re.sub(r"Z(\S+)", lambda z: f"Z{float(z[1]) + 40.0}", first)
+        out = machined(tmp_path, kinematics, "G0 Z90", above, *lines)
+        return out.raw_volume_mm3 - out.stock.volume
+
+    mixed = ring(Kinematics(1, (4, 5), (20.0, 15.0, 0.0), pivot=reach), turned=False)
+    fork = ring(HEAD, turned=True)
+    assert mixed == pytest.approx(fork, rel=2e-3)
+    assert mixed > 9.0 * math.pi * 6.0 * 4.0  # at least what an upright tool takes
 
 
 @pytest.mark.parametrize("length", [0.0, 40.0])

@@ -1,4 +1,4 @@
-"""Tool axes in the rotary axes of table-table and head-head machines, against rotations multiplied out here."""
+"""Tool axes in the rotary axes of five-axis machines, in the table, the head or one in each, against rotations multiplied out here."""
 
 import io
 import math
@@ -29,32 +29,40 @@ def about(letter, angle):
 
 @dataclass
 class Machine:
-    """A machine's rotary axes by their letters, the one that carries the other first."""
+    """A machine's rotary axes by their letters: the one that carries the other first, or the head's before the table's."""
 
     letters: str
-    heads: bool
+    heads: int
     tolerance: float = 0.001
 
     @property
     def axes(self):
         return tuple(3 + "ABC".index(letter) for letter in self.letters)
 
+    @property
+    def turns(self):
+        return (1, 0) if self.heads == 2 else (0, 1)
+
     def machine(self, tip, angles, length):
         first, second = np.radians(angles)
         one, two = self.letters
-        if self.heads:
-            head = about(one, first) @ about(two, second) @ [0, 0, length + PIVOT]
-            return tuple(np.asarray(tip) + head - [0, 0, PIVOT])
-        turned = about(one, -first) @ about(two, -second) @ (np.asarray(tip) - CENTRE)
+        tip, arm = np.asarray(tip), np.array([0, 0, length + PIVOT])
+        if self.heads == 2:
+            return tuple(tip + about(one, first) @ about(two, second) @ arm - [0, 0, PIVOT])
+        if self.heads == 1:
+            return tuple(
+                CENTRE + about(two, -second) @ (tip - CENTRE) + about(one, first) @ arm - [0, 0, PIVOT]
+            )
+        turned = about(one, -first) @ about(two, -second) @ (tip - CENTRE)
         return tuple(CENTRE + turned + [0, 0, length])
 
 
 def machine_of(turn_tilt, heads):
     """The machine whose axes turn and tilt so: in a head the turning axis carries the other, in a table it is carried."""
-    return Machine(turn_tilt if heads else turn_tilt[::-1], heads)
+    return Machine(turn_tilt if heads == 2 else turn_tilt[::-1], heads)
 
 
-@pytest.mark.parametrize("heads", [True, False])
+@pytest.mark.parametrize("heads", [0, 1, 2])
 @pytest.mark.parametrize("pair", PAIRS)
 @given(
     lean=st.floats(0.0, 3.1),
@@ -73,15 +81,16 @@ def test_angles_turn_the_tool_into_its_axis(pair, heads, lean, around, before):
     aside = math.hypot(*np.delete(axis, "ABC".index(turn)))
     close = 1e-8 if aside > ALONG else 2 * ALONG
     np.testing.assert_allclose(made, axis, atol=close)
-    # A head points along the axis; a table turns the workpiece until its axis is the spindle's.
+    # The way along the axis is the spindle's: of a head turned by its own angles, else Z, which a table turns the workpiece to.
     degrees = tuple(math.degrees(angles[letter]) for letter in machine.letters)
     far, near = (np.array(machine.machine(tuple(p), degrees, 0.0)) for p in (20.0 * axis, np.zeros(3)))
-    expected = 20.0 * axis if heads else [0, 0, 20.0]
+    spindle = (about(tilt, angles[tilt]) @ [0, 0, 1], axis)[heads - 1] if heads else np.array([0, 0, 1])
+    expected = 20.0 * spindle
     np.testing.assert_allclose(far - near, expected, atol=20 * close + 1e-6)
 
 
 def test_the_nearer_solution_is_taken_and_upright_tools_do_not_turn():
-    kinematics = RotaryAxes.of(machine_of("CA", False))
+    kinematics = RotaryAxes.of(machine_of("CA", 0))
     axis = np.array([0.0, -math.sin(0.3), math.cos(0.3)])
     assert kinematics.angles_of(axis, (0.0, 0.0)) == pytest.approx((0.3, 0.0))
     assert kinematics.angles_of(axis, (-0.2, 3.0)) == pytest.approx((-0.3, math.pi))
@@ -90,7 +99,7 @@ def test_the_nearer_solution_is_taken_and_upright_tools_do_not_turn():
 
 def test_a_machine_whose_axes_do_not_tilt_is_refused():
     with pytest.raises(UsageError):
-        RotaryAxes.of(Machine("CA", False))
+        RotaryAxes.of(Machine("CA", 0))
 
 
 def made_on(machine):
@@ -113,7 +122,7 @@ def made_on(machine):
     return program, path
 
 
-@pytest.mark.parametrize("heads", [True, False])
+@pytest.mark.parametrize("heads", [0, 1, 2])
 @pytest.mark.parametrize("pair", PAIRS)
 def test_lines_of_the_slides_keep_the_tip_on_its_path(pair, heads):
     """Between any two rows, at any place of the straight line of all axes, the tip is within the tolerance of its line."""
@@ -141,7 +150,7 @@ def test_lines_of_the_slides_keep_the_tip_on_its_path(pair, heads):
 
 def test_the_feed_is_the_tips():
     """The slides of a fork head go a longer way while it leans: their speed is larger by as much."""
-    machine = machine_of("CB", True)
+    machine = machine_of("CB", 2)
     _, path = made_on(machine)
     rows = np.flatnonzero((path.kind == Kind.LINE) & np.isfinite(path.feed))
     slid = np.linalg.norm(path.end[rows, :3] - path.starts[rows, :3], axis=1)

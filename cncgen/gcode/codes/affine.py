@@ -347,8 +347,7 @@ def carried(ip: Interpreter, axes: Positions | None) -> Frame:
     x, y, z, *rest = to_machine(zeros(), origin, rotation, g92, zeros())
     place = kinematics.machine((x * unit, y * unit, z * unit), axes, offset[2] * unit)
     x, y, z, *_ = to_program([*(value / unit for value in place), *rest], origin, rotation, g92, offset)
-    plane = UNIT if kinematics.heads else transposed(kinematics.turned_plane(axes))
-    return Frame(plane, (x, y, z))
+    return Frame(transposed(kinematics.table_plane(axes)), (x, y, z))
 
 
 def check_factors(factors: list[float], word: str) -> None:

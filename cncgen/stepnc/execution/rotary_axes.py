@@ -1,8 +1,8 @@
 """Tool axes as angles of two rotary axes, and where the slides of a five-axis machine stand.
 
 Seen from the workpiece the tool's axis is ``Ru(θu) Rt(θt) z``: one rotary axis tilts the tool (A about X or B about Y),
-the other turns what is tilted. In a head the axis that carries the other one turns, in a table the one that is carried
-(angles as ISO 841 has them: the tool turns that way relative to the workpiece, a table the other way). So
+the other turns what is tilted. In a head the axis that carries the other one turns, in a table the one that is carried;
+of one in each, the table's (angles as ISO 841 has them: the tool turns that way relative to the workpiece, a table the other way). So
 
     turn C, tilt B:  (cos C sin B, sin C sin B, cos B)
     turn C, tilt A:  (sin C sin A, -cos C sin A, cos A)
@@ -63,10 +63,11 @@ class RotaryAxes:
         """
         if mechanism is None:
             return RotaryAxes()
-        carrying, carried = ("ABC"[column - 3] for column in mechanism.axes)
-        turn, tilt = (carrying, carried) if mechanism.heads else (carried, carrying)
+        tilt, turn = ("ABC"[mechanism.axes[place] - 3] for place in mechanism.turns)
         if tilt == "C":
-            text = f"kinematics.axes: with {carrying} carrying {carried} no axis tilts the tool out of Z"
+            text = (
+                f"kinematics.axes: {tilt} turns the spindle before {turn}, so no axis tilts the tool out of Z"
+            )
             raise UsageError(Diagnostic("machine-kinematics", text))
         return RotaryAxes(turn, tilt, mechanism)
 
