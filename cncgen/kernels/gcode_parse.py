@@ -117,6 +117,9 @@ class Parser(Code):
             # A target that is a name has no instruction but that.
             self.emit(SET_NAMED if self.code[self.codes[first + 1]] & 255 == NAME else SET, 0)
         elif action == RULE_COMMENT or action == RULE_MESSAGE or action == RULE_OUTPUT:
+            if action == RULE_COMMENT and self._is_nested(self.begins[first], self.ends[first]):
+                # A remark may tell of it.
+                action = RULE_MESSAGE
             self.emit(
                 COMMENT if action == RULE_COMMENT else (MESSAGE if action == RULE_MESSAGE else OUTPUT),
                 self.begins[first] - self.begin,
@@ -195,7 +198,7 @@ class Parser(Code):
             self.increments
             and 97 <= letter <= 122
             and _LENGTHS >> (letter - 97) & 1
-            and not self._dotted(begin, end)
+            and not self._has(46, begin, end)
         ):
             self.emit(INCREMENTS, 0)
         self.emit(WORD, letter)
@@ -203,11 +206,17 @@ class Parser(Code):
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _dotted(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.bint:
-        """Tell whether the text between two offsets holds a decimal point."""
+    def _is_nested(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.bint:
+        """Tell whether parentheses stand within the comment in parentheses between two offsets."""
+        return self.text[begin] == 40 and self._has(40, begin + 1, end)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _has(self, byte: cython.int, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.bint:
+        """Tell whether a byte stands between two offsets."""
         i: cython.Py_ssize_t
         for i in range(begin, end):
-            if self.text[i] == 46:
+            if self.text[i] == byte:
                 return True
         return False
 

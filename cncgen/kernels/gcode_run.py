@@ -10,12 +10,12 @@ error: a value that the machine's state enters, an unknown name, a division by z
 """
 
 import cython
-from cython.cimports.cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined
+from cython.cimports.cncgen.kernels.gcode_arithmetic import function_of, joined
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AFTER, ARC_TANGENT, AT, AT_NEXT, AT_PREVIOUS, BEHIND, BINARY, CODE, COMMENT, COUNTS, DELETED, ELEMENT, END, FIRST_CONSTANT, FLOW, FOLLOWING,
-    FUNCTION, HERE, JUMP, KEYWORD, LABEL, LINE, MARK, MARKS, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED, NUMBER_OF_LINE, OFFSET, OTHER,
-    O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, REFUSED, ROW, SET, SET_ELEMENT, SET_NAMED, SET_STORED,
-    SET_VARIABLE, STAY, STORED, TARGET, WORD,
+    AFTER, ANGLE_OF, ARC_TANGENT, AT, AT_NEXT, AT_PREVIOUS, BEHIND, BINARY, CODE, COMMENT, COUNTS, DELETED, ELEMENT, END, FIRST_CONSTANT, FLOW, FOLLOWING,
+    FUNCTION, GOTO, HERE, JUMP, KEYWORD, LABEL, LINE, MARK, MARKS, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED, NUMBER_OF_LINE, OFFSET, OTHER,
+    O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, PROGRAM, REFUSED, ROW, SET, SET_ELEMENT, SET_NAMED, SET_STORED,
+    SET_VARIABLE, STAY, STORED, TARGET, THEN, WHILE_DO, WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_frames import Frame
 from cython.cimports.cncgen.kernels.language_store import LanguageStore
@@ -31,8 +31,6 @@ _NUMBERED_BLOCK = cython.declare(cython.int, 8)
 _WHOLE = cython.declare(cython.double, 1e-4)
 #: Larger numbers in words are faults (`block.LARGEST`).
 _LARGEST = cython.declare(cython.double, 1e9)
-#: Parameters below this are plain storage; the others belong to the machine.
-_STORAGE = cython.declare(cython.int, 5000)
 #: Values that wait for an operator, and settings of a line.
 _STACK = cython.declare(cython.int, 100)
 _MOST_SETTINGS = cython.declare(cython.int, 40)
@@ -62,11 +60,12 @@ _RESERVED = cython.declare(cython.int, 2)
 
 @cython.cclass
 class Computer:
-    """A place in a text, and the columns that its lines go to. O-words are followed once `follow` has given their rows.
+    """A place in a text, and the columns that its lines go to. O-words are followed once `follow` has given their rows, jumps and loops of
+    macros where `leads` tells their lines.
 
     Args:
         text: The text.
-        parser: A `gcode_parse.Parser` of LinuxCNC's grammar that nobody else uses.
+        parser: A `gcode_parse.Parser` that nobody else uses, of LinuxCNC's grammar or FANUC's.
         numbers: Numbered parameters by number, an array of doubles, read and set.
         named: Global parameters by name, read and set.
         reserved: Names that cannot be set.
@@ -74,6 +73,11 @@ class Computer:
         waits: Tells whether a block with a code, a letter and a whole number, may wait.
         pause: Lines after which a jump back ends a run.
         language: What lines of SINUMERIK and Heidenhain read, set at once, and jump by; G-code has none.
+        storage: Parameters below this are plain storage; the others belong to the machine.
+        meant: The operators and functions of the dialect by those of the grammar, where they differ (0: of the interpreter alone).
+        frames: The calls in progress, the innermost last.
+        leads: Of macros, returns offset and number of the line that GOTO, DO or END leads to, by offset and number of its line, keyword and
+            value; None where there is none.
 
     Attributes:
         blocks: How many blocks stand in the columns; whoever takes them sets it to 0.
@@ -112,6 +116,9 @@ class Computer:
     at_once = cython.declare(cython.bint)
     language = cython.declare(LanguageStore, visibility="public")
     counter = cython.declare(cython.int)
+    meant = cython.declare(cython.int[128])
+    storage = cython.declare(cython.int)
+    leads = cython.declare(object)
     taken = cython.declare(cython.uchar[200])
     entries = cython.declare(dict)
     blocks = cython.declare(cython.Py_ssize_t, visibility="public")
@@ -141,12 +148,20 @@ class Computer:
     given = cython.declare(cython.uint)
     flags = cython.declare(cython.int)
     settings = cython.declare(cython.int)
+    holds = cython.declare(cython.bint)
     arguments = cython.declare(cython.int)
     next = cython.declare(cython.Py_ssize_t)
 
-    def __init__(self, text, parser, numbers, named, reserved, columns, waits, pause, language=None):
+    def __init__(
+        self, text, parser, numbers, named, reserved, columns, waits, pause, language=None, storage=0, meant=None, frames=None, leads=None
+    ):  # fmt: skip
         if not cython.compiled:
-            self.taken = [0] * (2 * _MOST_CODE)
+            self.taken, self.meant = [0] * (2 * _MOST_CODE), [0] * 128
+        for k in range(128):
+            self.meant[k] = k
+        for operation, number in (meant or {}).items():
+            self.meant[operation] = number
+        self.storage, self.leads = storage, leads
         self.waits, self.pause = waits, pause
         self.at_once = language is not None
         self.language = language if self.at_once else LanguageStore(numbers, 1, ())
@@ -166,7 +181,7 @@ class Computer:
         self.argument = memoryview(bytearray(8 * _STACK)).cast("d")
         self.target = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("q")
         self.set_to = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("d")
-        self.frames = []
+        self.frames = [] if frames is None else frames
         self.labels = []
         self.blocks = self.count = 0
         self.ahead = 1
@@ -185,18 +200,18 @@ class Computer:
         self.used = found.used
         return found
 
-    def follow(self, marks, parameters, frames, outermost, deepest, source):
+    def follow(self, marks, parameters, outermost, deepest, source):
         """Follow O-words from now on.
 
         Args:
             marks: Those of `find_marks`.
             parameters: The parameters; `local` are the named ones of the call in progress.
-            frames, outermost: The calls in progress, the innermost last, and the record of the main program below them.
+            outermost: The record of the main program below the calls in progress.
             deepest: How many calls may be in progress.
             source: Number of the text.
         """
         self.marks, self.count, self.labels = marks.rows, marks.count, marks.labels
-        self.parameters, self.frames, self.outermost = parameters, frames, outermost
+        self.parameters, self.outermost = parameters, outermost
         self.deepest, self.source = deepest, source
 
     def run(
@@ -235,8 +250,12 @@ class Computer:
                 self.lines += 1
                 self.next = self._following(r)
             else:
-                self.meets = self.count == 0
-                if not (self._jump(r, keyword - _JUMPS) if keyword >= _JUMPS else self._flow(r, keyword)):
+                self.meets = self.count == 0 and keyword <= O_CALL
+                if not (
+                    self._jump(r, keyword - _JUMPS)
+                    if keyword >= _JUMPS
+                    else (self._flow(r, keyword) if keyword <= O_CALL else self._lead(r, keyword))
+                ):
                     break
                 self.lines += 1
                 if top and after > self.reached:
@@ -384,13 +403,16 @@ class Computer:
                     return _UNCERTAIN
             elif operation == BINARY:
                 depth -= 1
-                stack[depth - 1] = joined(operand, stack[depth - 1], stack[depth])
+                stack[depth - 1] = joined(self.meant[operand], stack[depth - 1], stack[depth])
                 if stack[depth - 1] != stack[depth - 1]:
                     return _UNCERTAIN
             elif operation == STORED:
                 if depth == _STACK:
                     return _UNCERTAIN
                 stack[depth] = self.numbers[operand]
+                if stack[depth] != stack[depth]:
+                    # It is vacant.
+                    return _UNCERTAIN
                 depth += 1
             elif operation == END:
                 return _PLAIN
@@ -403,7 +425,7 @@ class Computer:
                 if not self.language.set(operand, stack[depth]):
                     return _UNCERTAIN
             elif operation == FUNCTION:
-                stack[depth - 1] = function_of(operand, stack[depth - 1])
+                stack[depth - 1] = function_of(self.meant[operand], stack[depth - 1])
                 if not isfinite(stack[depth - 1]):
                     return _UNCERTAIN
             elif operation == NAMED or operation == NAME:
@@ -421,6 +443,8 @@ class Computer:
                 if k < 0:
                     return _UNCERTAIN
                 stack[depth - 1] = self.numbers[k]
+                if stack[depth - 1] != stack[depth - 1]:
+                    return _UNCERTAIN
             elif operation == SET_VARIABLE:
                 depth -= 1
                 if not self.language.set_variable(operand, stack[depth]):
@@ -443,7 +467,18 @@ class Computer:
                 return _JUMPS + operand
             elif operation == ARC_TANGENT:
                 depth -= 1
-                stack[depth - 1] = arc_tangent(stack[depth - 1], stack[depth])
+                stack[depth - 1] = joined(self.meant[ANGLE_OF], stack[depth - 1], stack[depth])
+            elif operation == FLOW and self.leads is not None:
+                # Settings before a jump act before its values are read.
+                if operand <= PROGRAM or self.settings or self._has_words():
+                    return _UNCERTAIN
+                self.holds = depth == 1 or stack[0] != 0.0
+                self.argument[0] = stack[depth - 1]
+                return operand
+            elif operation == THEN and self.leads is not None:
+                depth -= 1
+                if stack[depth] == 0.0:
+                    return _PLAIN
             elif operation == FLOW and operand <= O_CALL:
                 self.arguments = self.code[at]
                 depth -= self.arguments
@@ -487,6 +522,13 @@ class Computer:
         return True
 
     @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _has_words(self) -> cython.bint:
+        """Tell whether the line has given words."""
+        return self.words > (self.word_end[self.blocks - 1] if self.blocks > 0 else 0)
+
+    @cython.cfunc
     def _end_block(self, r: cython.Py_ssize_t) -> cython.void:
         """Do the settings of a line, and make a block of its words."""
         k: cython.int
@@ -496,7 +538,7 @@ class Computer:
             else:
                 name = self.names[-1 - self.target[k]]
                 (self.named if self.sorts[-1 - self.target[k]] else self.local)[name] = self.set_to[k]
-        if self.words > (self.word_end[self.blocks - 1] if self.blocks > 0 else 0) or self.flags & _COMMENT:
+        if self._has_words() or self.flags & _COMMENT:
             self.block_line[self.blocks] = self.kept[r, NUMBER_OF_LINE]
             self.block_offset[self.blocks] = self.kept[r, AT]
             self.block_flags[self.blocks] = self.flags
@@ -513,7 +555,7 @@ class Computer:
         whole: cython.double = floor(value + 0.5)
         if self.at_once:
             return self.language.index(value)
-        if fabs(value - whole) > _WHOLE or not 0.0 < whole < _STORAGE:
+        if fabs(value - whole) > _WHOLE or not 0.0 < whole < self.storage:
             return -1
         return cython.cast(cython.int, whole)
 
@@ -570,6 +612,22 @@ class Computer:
         elif goes == 0:
             self.next = self._following(r)
         return goes >= 0
+
+    @cython.cfunc
+    def _lead(self, r: cython.Py_ssize_t, keyword: cython.int) -> cython.bint:
+        """Follow GOTO, DO or END of a macro to the `next` line; tell whether there is one."""
+        if keyword == GOTO and not self.holds:
+            self.next = self._following(r)
+            return True
+        key = (r, self.argument[0])
+        way = self.language.ways.get(key)
+        if way is None:
+            way = self.leads(self.kept[r, AT], self.kept[r, NUMBER_OF_LINE], keyword, self.argument[0])
+            if way is None:
+                return False
+            self.language.ways[key] = way
+        self.next = self._following(r) if keyword == WHILE_DO and self.holds else self._row(way[0], way[1])
+        return True
 
     # O-words.
 

@@ -156,7 +156,8 @@ class _Postfix(Transformer):
         return [*c[0], *c[1], ("SET_NAMED",) if c[0][0][0] == "NAME" else ("SET",)]
 
     def comment(self, c: list[Any]) -> Any:
-        return [("COMMENT", str(c[0]))]
+        nested = c[0][0] == "(" in c[0][1:]
+        return [("MESSAGE" if nested else "COMMENT", str(c[0]))]
 
     def message(self, c: list[Any]) -> Any:
         return [("MESSAGE", str(c[0]))]

@@ -27,11 +27,12 @@ from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text import grammar
 from cncgen.gcode.text.lanes import PlainBlocks, column
-from cncgen.gcode.text.parsers import new_parser
+from cncgen.gcode.text.parsers import STORED, new_parser
 from cncgen.kernels import gcode_arithmetic, gcode_lines, gcode_marks, gcode_run
 from cncgen.kernels.gcode_codes import ROW
 from cncgen.toolpath.reading import ReadOptions
 from trials.generators.gcode_bodies import body, ways
+from trials.generators.macro_programs import MacroProgram
 from trials.peer_cases import peer_cases
 
 from ..kernels.plain import uncompiled
@@ -62,6 +63,7 @@ def computed(text: str, kernel: Any = gcode_run) -> tuple[Parameters, list[Any],
         plain.columns(),
         lambda letter, number: bool((row := table("linuxcnc").get((letter, 10 * number))) and row.waits),
         PAUSE,
+        storage=STORED["linuxcnc"],
     )
     end = computer.run(0, 1, made.local)
     blocks = [(plain.line[k], plain.flags[k], plain.pairs(k)) for k in range(computer.blocks)]
@@ -191,11 +193,11 @@ def test_angles_are_those_of_the_library_to_an_ulp_or_the_angle_s_rounding(a: fl
     assert abs(gcode_arithmetic.cosine(a) - math.cos(math.radians(a))) <= slack
 
 
-def count_of(text: str, *, batches: bool) -> tuple[int, list[str]]:
+def count_of(text: str, *, batches: bool, dialect: str = "linuxcnc") -> tuple[int, list[str]]:
     """Count the motions of a program and list what is said about it."""
     sink, found = CountingSink(), Diagnostics()
     runner = (Runner if batches else OneByOne)(
-        Source(text.encode(), "t"), ReadOptions(dialect="linuxcnc"), sink, found
+        Source(text.encode(), "t"), ReadOptions(dialect=dialect), sink, found
     )
     for _ in runner.run():
         pass
@@ -239,11 +241,11 @@ def test_calls_come_in_the_order_of_the_program(tmp_path: Path) -> None:
     ]
 
 
-def printed(text: str, *, batches: bool) -> list[str]:
+def printed(text: str, *, batches: bool, dialect: str = "linuxcnc") -> list[str]:
     """Return the canonical calls of a program, with lines, and what is said about it."""
     source, found = Source(text.encode(), "t"), Diagnostics()
     sink = PrintingSink(lambda index, offset: source.text_at(offset))
-    for _ in (Runner if batches else OneByOne)(source, ReadOptions(dialect="linuxcnc"), sink, found).run():
+    for _ in (Runner if batches else OneByOne)(source, ReadOptions(dialect=dialect), sink, found).run():
         pass
     return [*sink.take(), *(diagnostic.render() for diagnostic in found)]
 
@@ -312,6 +314,25 @@ def marks(data: bytes, kernel: Any) -> Any:
     """Return the O-words of a text."""
     parser, kept = new_parser("linuxcnc"), column("q", 4096, ROW)
     return kernel.Marks(gcode_lines.Lines(parser, memoryview(data), kept), len(data))
+
+
+def test_random_macros_are_computed_as_they_are_compiled() -> None:
+    """FANUC's settings, jumps and loops by the kernel, and line by line through the interpreter."""
+    seed = random.randrange(1_000_000)
+    print(f"seed {seed}")
+    dice = random.Random(seed)
+    for _ in range(60):
+        text = MacroProgram(dice).text
+        for told in (printed, count_of):
+            slow = told(text, batches=False, dialect="fanuc")
+            # A line by itself takes more units of work.
+            assert told(text, batches=True, dialect="fanuc") == slow or "too-many-steps" in str(slow)
+
+
+def test_a_loop_of_macros_may_run_as_often_as_one_of_o_words() -> None:
+    """Line by line its 500,000 lines took ten units of work each, so that the loop counted as endless."""
+    text = "O1\nF100\n#1=0\nWHILE[#1LT100000]DO1\n#1=#1+1\nIF[#1EQ0]GOTO9\nEND1\nN9 G1 X[#1/1000]\nM30\n"
+    assert "STRAIGHT_FEED(100.0000, 0.0000" in "\n".join(printed(text, batches=True, dialect="fanuc"))
 
 
 def test_codes_that_touch_parameters_or_lead_elsewhere_do_not_wait() -> None:

@@ -6,13 +6,17 @@ calls, until the position of the machine is needed (then `flow.pending` runs the
 
 from __future__ import annotations
 
+from contextlib import suppress
+from functools import partial
+
 from cncgen.gcode.budget import PAUSE
+from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import PlainBlocks
-from cncgen.gcode.text.parsers import new_parser
+from cncgen.gcode.text.parsers import STORED, new_parser
 from cncgen.kernels import gcode_run
 from cncgen.records import dataclass
 
@@ -54,18 +58,29 @@ class Computing:
     def _computer(self, source: int) -> gcode_run.Computer:
         computer = self._computers.get(source)
         if computer is None:
-            text, plain, parameters = self._sources[source], self._plain, self._parameters
+            parameters, dialect = self._parameters, self._control.ip.dialect
+            meant, leads = None, None
+            if dialect == "fanuc":
+                from cncgen.gcode.text.expressions import FANUC, OF_WORDS
+
+                meant = {**FANUC.replaced, **OF_WORDS}
+                leads = partial(self._leads, source)
             computer = self._computers[source] = gcode_run.Computer(
-                text.bytes,
-                new_parser("linuxcnc"),
-                parameters.numbers,
-                parameters.named,
-                _RESERVED,
-                plain.columns(),
-                self._waits,
-                PAUSE,
-            )
+                self._sources[source].bytes, new_parser(dialect), parameters.numbers, parameters.named, _RESERVED, self._plain.columns(),
+                self._waits, PAUSE, None, STORED[dialect], meant, self._control.calls.frames, leads,
+            )  # fmt: skip
         return computer
+
+    def _leads(
+        self, source: int, offset: int, line: int, keyword: int, value: float
+    ) -> tuple[int, int] | None:
+        """Return offset and number of the line that a jump or loop of a macro leads to; None where it has a fault, which its line tells."""
+        from cncgen.gcode.flow import macros
+
+        with suppress(BlockError):
+            target = macros.target_of(self._control, keyword, value, Cursor(source, offset, line))
+            return target.offset, target.line
+        return None
 
     def _waits(self, letter: str, number: int) -> bool:
         """Tell whether a block with a code may wait."""
@@ -88,7 +103,6 @@ class Computing:
         computer.follow(
             marks,
             self._parameters,
-            calls.frames,
             calls.outermost,
             control.ip.options.max_call_depth,
             source,

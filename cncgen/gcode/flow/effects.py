@@ -55,7 +55,8 @@ def _o_word(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Ef
     block = empty_block(here)
 
     def effect() -> Cursor | None:
-        if flow.asks_state:
+        # Conditions of macros may read where the machine is.
+        if flow.asks_state or control.ip.dialect == "fanuc":
             control.flush()
         control.ip.base.block = block
         return control.run(flow, here, after)

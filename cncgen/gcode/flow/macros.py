@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from cncgen.gcode.block import PROGRAM, Block, Flow, nearest
+from cncgen.gcode.block import PROGRAM, Block, Flow, evaluate, nearest
 from cncgen.gcode.codes.table import LEADS_ELSEWHERE, Code
 from cncgen.gcode.codes.tools import whole, whole_of
 from cncgen.gcode.errors import BlockError, Stop
@@ -17,6 +17,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.gcode.text import macro_loops
 from cncgen.gcode.text.labels import Cursor
+from cncgen.kernels.gcode_codes import LITERALS
 from cncgen.toolpath.record import Event
 
 TYPE_CHECKING = False
@@ -145,17 +146,22 @@ def back(ip: Interpreter, block: Block) -> None:
 
 def run(control: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
     """Execute a jump or loop of a macro; return where to go on, or None for the next line."""
-    if word.keyword == "goto":
-        if word.arguments and not control.condition(word):
-            return None
-        label = word.label
-        number = label(control.ip.parameters) if callable(label) else label
-        assert isinstance(number, float)
-        return line_numbered(control, here, line_of(number))
-    if word.keyword == "while-do":
-        end = macro_loops.end_of(control, word, here)
-        return None if not word.arguments or control.condition(word) else end
-    return macro_loops.begin_of(control, word, here)
+    if word.keyword == "goto" and word.arguments and not control.condition(word):
+        return None
+    assert word.label is not None
+    assert not isinstance(word.label, str)
+    target = target_of(control, LITERALS[word.keyword], evaluate(word.label, control.ip.parameters), here)
+    stays = word.keyword == "while-do" and (not word.arguments or control.condition(word))
+    return None if stays else target
+
+
+def target_of(control: FlowControl, keyword: int, value: float, here: Cursor) -> Cursor:
+    """Return the line that GOTO, DO or END, by its literal in the grammar, leads to: `value` is its number."""
+    if keyword == LITERALS["goto"]:
+        return line_numbered(control, here, line_of(value))
+    return (macro_loops.end_of if keyword == LITERALS["while-do"] else macro_loops.begin_of)(
+        control, value, here
+    )
 
 
 def line_of(value: float) -> int:

@@ -54,7 +54,13 @@ class Parts:
         self.executor = Executor(ip, self.control.calls, faults)
         self.compiler = cache(self._compiler)
         self.pending = PendingBlocks(
-            self.control, sources, self.compiler, self.executor, faults, batches=batches
+            self.control,
+            sources,
+            self.compiler,
+            self.executor,
+            faults,
+            batches=batches,
+            computes=not self.by_line,
         )
         self.lines = self.control.lines = LineReader(sources, language, increments=increments)
         self.percent = Percent(ip, sources[0])

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 class PendingBlocks:
     """The columns of plain blocks, and the objects that fill and run them.
 
-    Without `batches` every block goes through its handlers one by one.
+    Without `batches` every block goes through its handlers one by one. `computes` tells whether the kernel `gcode_run` knows the dialect.
     """
 
     def __init__(
@@ -40,6 +40,7 @@ class PendingBlocks:
         faults: Faults,
         *,
         batches: bool,
+        computes: bool,
     ) -> None:
         self._control, self._ip = control, control.ip
         self._sources = sources
@@ -48,7 +49,7 @@ class PendingBlocks:
         self._faults = faults
         self._plain = PlainBlocks()
         self._batches = Batches(self._ip, self._plain) if batches else None
-        self._computes = batches and self._ip.dialect == "linuxcnc"
+        self._computes = batches and computes
         self._computing: Computing | None = None
 
     @property
@@ -66,7 +67,8 @@ class PendingBlocks:
 
     def compute(self, here: Cursor, reached: Cursor, since: int) -> LinesRead | None:
         """Read on, from a line, lines that are computed, as `Computing.read`; None for other lines."""
-        if not self._computes:
+        if not self._computes or self._ip.modal_macros:
+            # A macro that a motion calls may set parameters.
             return None
         if self._computing is None:
             # Most programs have no line that is computed.

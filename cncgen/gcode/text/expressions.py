@@ -120,10 +120,13 @@ FANUC = _Macro(
     {
         codes.AND: codes.BITS_AND, codes.OR: codes.BITS_OR, codes.XOR: codes.BITS_XOR, codes.MOD: codes.REMAINDER,
         codes.EQ: codes.EQUAL, codes.NE: codes.UNEQUAL, codes.FIX: codes.TRUNC, codes.FUP: codes.AWAY, codes.SQR: codes.SQRT,
-        codes.RND: codes.ROUND,
+        codes.RND: codes.ROUND, codes.ANGLE_OF: codes.TURN_OF,
     },
     fills=True,
 )  # fmt: skip
+
+#: Functions of Macro B that the kernel leaves alone: angles of 0 to 360 degrees, and ROUND, which hangs on its word.
+OF_WORDS = dict.fromkeys((codes.ASIN, codes.ROUND, codes.RND), 0)
 
 #: Operators of Heidenhain and SINUMERIK by their numbers, functions by theirs and how many values they take; the kernel that reads lines
 #: takes both from here.
@@ -235,7 +238,7 @@ def arc_tangent(y: Value, x: Value | None, arithmetic: Arithmetic = LINUXCNC) ->
         BlockError: ``ATAN[y]`` alone in LinuxCNC's dialect.
     """
     if x is not None:
-        return joined_by(codes.TURN_OF if arithmetic is FANUC else codes.ANGLE_OF, y, x, arithmetic)
+        return joined_by(arithmetic.replaced.get(codes.ANGLE_OF, codes.ANGLE_OF), y, x, arithmetic)
     if arithmetic is not FANUC:
         raise BlockError(
             "syntax", "ATAN needs two values: ATAN[y]/[x]", "ATAN", hint="ATAN[y]/[1] for the slope y"

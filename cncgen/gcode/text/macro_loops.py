@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cncgen.gcode.block import Flow, Value
 from cncgen.gcode.errors import BlockError
 
 TYPE_CHECKING = False
@@ -74,25 +73,25 @@ class Loops:
         self.partner[begin.cursor.offset], self.partner[end.cursor.offset] = end, begin
 
 
-def end_of(control: FlowControl, word: Flow, here: Cursor) -> Cursor:
+def end_of(control: FlowControl, value: float, here: Cursor) -> Cursor:
     """Return the line behind the END of a DO.
 
     Raises:
         BlockError: It has none, or stands in a loop of its own number.
     """
-    number = _number(_checked(word))
+    number = _checked(value, "DO")
     hint = f"a loop ends with a block END {number} in the same program"
     missing = BlockError("loop-unmatched", f"DO {number} has no END {number}", "DO", hint=hint)
     return _partner(control, here, missing).after
 
 
-def begin_of(control: FlowControl, word: Flow, here: Cursor) -> Cursor:
+def begin_of(control: FlowControl, value: float, here: Cursor) -> Cursor:
     """Return the line of the DO of an END.
 
     Raises:
         BlockError: It has none, or their loop overlaps with another one.
     """
-    number = _number(_checked(word))
+    number = _checked(value, "END")
     hint = f"a loop begins with WHILE[…] DO {number}, or DO {number}"
     missing = BlockError("loop-unmatched", f"END {number} has no DO {number}", "END", hint=hint)
     return _partner(control, here, missing).cursor
@@ -109,14 +108,12 @@ def _partner(control: FlowControl, here: Cursor, missing: BlockError) -> Marked:
     return loops.partner[here.offset]
 
 
-def _checked(word: Flow) -> Value:
-    """Return the number of a DO or END; raise unless it is 1, 2 or 3."""
-    number = word.label
+def _checked(number: float, keyword: str) -> str:
+    """Return the written number of a DO or END; raise unless it is 1, 2 or 3."""
     if number not in (1.0, 2.0, 3.0):
-        keyword = "DO" if word.keyword == "while-do" else "END"
         hint = "a number may be used again where its loop has ended"
         raise BlockError("loop-number", f"DO and END take 1, 2 or 3, not {number:g}", keyword, hint=hint)
-    return number
+    return _number(number)
 
 
 def _number(label: object) -> str:
