@@ -44,7 +44,7 @@ class Hand:
         # setpoint, and the plan does not depend on its phase.
         finite = np.isfinite(self.jerk)
         way = float(np.sqrt((self.jerk[finite] ** 2).sum())) * self.period_s**3 / 48.0
-        self._phased = way > 0.999 * machine.chord_tolerance_mm
+        self.phased = way > 0.999 * machine.chord_tolerance_mm
         self.time = -np.inf
         self.later = 0.0
         self.windows = self.kept = 0
@@ -184,7 +184,7 @@ class Hand:
 
     def standing(self, begin: float, found: Solved) -> float:
         """Return how long a motion that leaves a rest waits for a setpoint there: the plan's wait is for its own way off, s."""
-        if not self._phased or (found.velocity[0] != 0.0).any():
+        if not self.phased or (found.velocity[0] != 0.0).any():
             return 0.0
         return self.until_setpoint(begin)
 
@@ -200,7 +200,7 @@ class Hand:
     @property
     def _wait(self) -> float:
         """The time missing to a whole number of periods that the motion is earlier than the plan, s; 0 where that does not matter."""
-        if not self._phased:
+        if not self.phased:
             return 0.0
         wait = self.until_setpoint(0.0)
         return wait if wait > 1e-12 else 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -30,6 +31,8 @@ Ints = NDArray[np.int64]
 
 #: Nodes of a window, of the first one, for which the first setpoints wait, and those over which the end of one is felt, at most.
 WINDOW, FIRST, OVERLAP = 1300, 450, 300
+#: A run is one window up to so many times of its nodes. Rows without a run after one, beyond which no other is waited for.
+_ONE, _BETWEEN = 1.3, 256
 #: Nodes to which a window is shortened where none of its motions holds, a quarter of them each time. Of the tolerance, parts that such a
 #: short one tries as its room before the plan stands: the motion for less is one for more as well.
 _SMALLEST, _ATTEMPTS = 100, ((1.0, 1.0), (1.0, 2.0), (0.4, 1.0), (0.1, 1.0))
@@ -71,6 +74,7 @@ class _Run:
         closed: Whether all nodes of the run are there.
         entry: Where on the rows the motion may be there; None where the plan is too far from them to tell.
         tail: A motion from there on to the reference that is known: solved intervals, and how many nodes they reach over.
+        alone: Whether it is one window from rest to rest; None before that is known.
     """
 
     first: int
@@ -84,6 +88,7 @@ class _Run:
     closed: bool = False
     entry: Reached | None = None
     tail: tuple[Solved, int] | None = None
+    alone: bool | None = None
 
 
 class Tube:
@@ -110,6 +115,7 @@ class Tube:
         self.places = RowPlaces(program, self.reference)
         self.row = 0
         self.run: _Run | None = None
+        self.later: deque[_Run] = deque()
         self.size = FIRST
         self.search = WindowSearch(
             program, machine, self.reference, self.hand, (velocity, acceleration, jerk)
@@ -134,13 +140,16 @@ class Tube:
         """Yield the final part."""
         self.places.match(last)
         while not self.ended:
-            if self.run is None and not self._open(last):
+            if self.run is None:
+                self.run = self.later.popleft() if self.later else self._opened()
+            if self.run is None:
                 break
+            self._extend(self.run, last)
+            if self._waits(self.run, last):
+                break
+            yield from self._windows(self.run)
             if self.run is not None:
-                self._extend(last)
-                yield from self._windows()
-                if self.run is not None:
-                    break
+                break
         if last or self.ended:
             run = self.run
             if run is not None and run.tail is not None and run.nodes is not None:
@@ -161,8 +170,42 @@ class Tube:
         s = self.places.at(self.row) if self.row < self.places.stop else grid.s[0]
         return float(grid.t[np.searchsorted(grid.s, s, side="left")])
 
-    def _open(self, last: bool) -> bool:
-        """Go on to the next run; return whether there is one whose start is known."""
+    def _waits(self, run: _Run, last: bool) -> bool:
+        """Begin the searches of a run and of those after it that nothing before them changes; tell whether more of these are awaited."""
+        if self.size < WINDOW or not self._begin(run):
+            return False
+        while len(self.later) < AHEAD:
+            before = self.later[-1] if self.later else run
+            if before.closed:
+                self.row = max(self.row, before.row)
+                following = self._opened(resting=True)
+                if following is None:
+                    known = self.row + 1 < self.places.stop or self.row - before.row > _BETWEEN
+                    return not (known or last)
+                self.later.append(following)
+            following = self.later[-1]
+            self._extend(following, last)
+            if not following.closed:
+                return not last and (following.nodes is None or len(following.nodes) < WINDOW)
+            self._begin(following)
+        return False
+
+    def _begin(self, run: _Run) -> bool:
+        """Begin the search of a run that is one window from rest to rest; return whether it is one."""
+        nodes = run.nodes
+        if run.alone is None and run.closed:
+            run.alone = False
+            if nodes is not None and _SMALLEST <= len(nodes) <= _ONE * WINDOW:
+                speed = np.abs([run.state[1], self._end(nodes)[1]])
+                run.alone = bool((speed <= REST).all()) and _has_room(run.state, nodes)
+            if run.alone and nodes is not None:
+                window = self._planned(run, nodes, len(nodes))
+                if self._gains(window):
+                    self.search.begin(window)
+        return bool(run.alone)
+
+    def _opened(self, resting: bool = False) -> _Run | None:
+        """Return the next run if its start is known; with `resting`, if it begins at rest."""
         program = self.program
         free = program.column("free")
         while self.row + 1 < self.places.stop:
@@ -172,15 +215,17 @@ class Tube:
                 assert grid is not None
                 # After a rest, if there is one.
                 i = self._smooth(int(np.searchsorted(grid.s, s, side="right") - 1), 1)
+                if resting and grid.v[i] > REST:
+                    return None
                 s, t = float(grid.s[i]), float(grid.t[i])
                 state = self.reference.state(s, t)
-                self.run = run = _Run(self.row, self.row, None, state, s, t, self.row)
+                run = _Run(self.row, self.row, None, state, s, t, self.row)
                 begin = Reached.at(program.column("start")[self.row - program.base], float(self.row))
                 since = float(grid.t[np.searchsorted(grid.s, self.places.at(self.row), side="right") - 1])
                 run.entry = self._followed(program.lines(self.row, self.row + 1), begin, since, t)
-                return True
+                return run
             self.row += 1
-        return False
+        return None
 
     def _drills(self) -> bool:
         """Tell whether a run would be one line along one axis, which has no room that matters."""
@@ -207,10 +252,9 @@ class Tube:
             i += way
         return int(np.clip(i, 0, len(grid) - 1))
 
-    def _extend(self, last: bool) -> None:
-        """Add the nodes of the known part of the run."""
-        run, program = self.run, self.program
-        assert run is not None
+    def _extend(self, run: _Run, last: bool) -> None:
+        """Add the nodes of the known part of a run."""
+        program = self.program
         if run.closed:
             return
         base = program.base
@@ -266,9 +310,7 @@ class Tube:
         run.row += stopping
         run.closed = closed
 
-    def _windows(self) -> Iterator[Trajectory]:
-        run = self.run
-        assert run is not None
+    def _windows(self, run: _Run) -> Iterator[Trajectory]:
         while run.nodes is not None and len(run.nodes):
             # Those of the next windows as well, so that their search can begin.
             if not run.closed and self.size == WINDOW and len(run.nodes) < (1 + AHEAD) * WINDOW:
@@ -280,11 +322,11 @@ class Tube:
             if self.ended:
                 return
         if run.closed:
-            self.row, self.run = run.row, None
+            self.row, self.run = max(self.row, run.row), None
 
     def _next(self, run: _Run, nodes: Nodes, size: int) -> tuple[int, bool] | None:
         """Return how many of the nodes of a run are those of a window, and whether it ends the run; None where there are too few."""
-        if run.closed and len(nodes) <= 1.3 * size:
+        if run.closed and len(nodes) <= _ONE * size:
             return len(nodes), True
         return (_stop(nodes, size), False) if len(nodes) >= size else None
 
@@ -305,11 +347,8 @@ class Tube:
         # The times of its setpoints depend on all the motion before it.
         yield from self.hand.plain(run.t)
         final = count if whole else self._final(nodes)
-        window = Window(nodes, final, run.state, run.t, tail is None, *self._rows(run, nodes, whole))
-        free = _has_room(run.state, nodes)
-        # A path whose nodes no setpoint can show has no room that matters.
-        shown = (float(nodes.t[-1]) - run.t) * _SHOWN > count * self.machine.period_s
-        tried = window.goals is not None and free and shown and self._searches(nodes)
+        window, free = self._planned(run, nodes, final), _has_room(run.state, nodes)
+        tried = free and self._gains(window) and self._searches(nodes)
         found, better = self._fastest(run, window) if tried else (None, False)
         if not better:
             self.search.forget()
@@ -336,6 +375,16 @@ class Tube:
             yield from self.hand.improved(run.t, (run.at, run.part), nodes, held, final)
             run.entry = entry
         self._go_on(run, nodes, final, found if better else None)
+
+    def _planned(self, run: _Run, nodes: Nodes, final: int) -> Window:
+        """Return the window over nodes of a run of which some are final."""
+        rows = self._rows(run, nodes, final == len(nodes))
+        return Window(nodes, final, run.state, run.t, run.tail is None, *rows)
+
+    def _gains(self, window: Window) -> bool:
+        """Tell whether a motion can be told to be within the tolerance, and setpoints show its nodes: else no room of them matters."""
+        lasts = float(window.nodes.t[-1]) - window.t
+        return window.goals is not None and lasts * _SHOWN > len(window.nodes) * self.machine.period_s
 
     def _final(self, nodes: Nodes) -> int:
         """Return the number of nodes of a window after which its end is not felt."""
@@ -394,7 +443,7 @@ class Tube:
         """
         program, entry = self.program, run.entry
         stop, known = int(nodes.row[-1]) + 1, program.base + len(program)
-        end = self.reference.state(float(nodes.s[-1]), float(nodes.t[-1]))
+        end = self._end(nodes)
         while True:
             first = run.at if entry is None else int(entry.line)
             path = program.lines(min(first, stop - 1), stop)
@@ -411,6 +460,10 @@ class Tube:
             if stop >= known or (goal is not None and goal.high[-1] < path.key[-1]):
                 return path, None if goal is None else (entry, goal)
             stop = min(stop + max(stop - first, 1), known)
+
+    def _end(self, nodes: Nodes) -> Floats:
+        """Return the state of the plan at the last one of nodes, shape (3, axes)."""
+        return self.reference.state(float(nodes.s[-1]), float(nodes.t[-1]))
 
     def _reached(
         self, path: RowLines, entry: Reached | None, t: float, motion: Solved, count: int

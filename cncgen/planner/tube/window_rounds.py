@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.planner.tube.deviation import Reached, excess, tangled
+from cncgen.planner.tube.deviation import PHASES, Reached, excess, tangled
 from cncgen.planner.tube.programmed import RowLines
 from cncgen.planner.tube.tube_nodes import SPACING, Nodes
 from cncgen.planner.tube.window_judge import too_fast
@@ -35,6 +36,8 @@ PASSED = 0.004
 _FAR = 0.5
 #: Times between nodes are at most so many times as long as usual beside those without a plane.
 _LONGEST = 1.5
+#: Rounds of a window, at most.
+_ROUNDS = 9
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
 #: Nodes after the beginning of a window that keep their room ahead: the state that is expected there may be over the tolerance itself.
@@ -188,6 +191,27 @@ class Rounds:
             reach = _BESIDE * self.bounds.felt(float(nodes.feed.max()))
             self._parts = _parts(changed, np.cumsum(found.step), reach)
         return bool((over > -np.inf).any() or fast.any())
+
+    @property
+    def found(self) -> bool:
+        """Whether the last round has found a motion."""
+        return self._got is not None
+
+    def to_end(self, first: Callable[[Solved], float], left: Callable[[], float] = lambda: np.inf) -> bool:
+        """Judge the motion, and make rounds until one holds what is asked; return whether one does.
+
+        Args:
+            first: Returns the time of the first setpoint of a motion.
+            left: Returns the units that are left.
+        """
+        while True:
+            broken = self.judge(first(self.motion), PHASES if self.number else 1, left())
+            if left() < 0.0:
+                return False
+            if self.exact and not (broken and self.changed):
+                return not broken
+            if self.number == _ROUNDS - 1 or not self.search():
+                return False
 
     def ahead(self, first_s: float) -> bool:
         """Make the first two rounds, or one where it is not known where on the rows the window begins; return whether they find a motion."""

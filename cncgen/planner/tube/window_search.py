@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
-from cncgen.planner.tube.deviation import PHASES, Reached, reached
+from cncgen.planner.tube.deviation import Reached, reached
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
@@ -22,8 +23,6 @@ from cncgen.planner.tube.window_rounds import Bounds, Rounds, Window
 
 Floats = NDArray[np.float64]
 
-#: Rounds of a window, at most.
-_ROUNDS = 9
 #: A window is searched a second time if the first one takes less than this part of the bound.
 _CHEAP = 0.02
 #: Part of the tolerance by which a motion near the solution may be over it, and the next window is still begun ahead.
@@ -126,8 +125,9 @@ class WindowSearch:
         self.program, self.machine, self.reference, self.hand = program, machine, reference, hand
         self.bounds = Bounds(*limits, machine.period_s)
         self.units = self.bound = 0
-        self.pool = ThreadPoolExecutor(1, "tube")
+        self.pool = ThreadPoolExecutor(AHEAD, "tube")
         self.ahead: deque[_Ahead] = deque()
+        self.begun: deque[tuple[Rounds, Future[bool]]] = deque()
 
     def close(self) -> None:
         """End its thread."""
@@ -140,44 +140,52 @@ class WindowSearch:
             window: The window.
             following: The source of the windows after it, whose search then begins.
         """
-        before, rounds = self.units, self._begun_ahead(window)
-        found = self._searched(rounds or self._rounds(window), rounds is not None, window, following)
+        before, found = self.units, None
+        rounds = self._begun(window) or self._begun_ahead(window) or self._rounds(window)
+        if rounds.number < 0 or rounds.found:
+            found = self._searched(rounds, window, following)
         if self.units - before > _CHEAP * self.bound or not window.tangled:
             return found
         # There are many local optima: the faster one of two searches counts.
         rounds = self._rounds(window)
         rounds.tangent, rounds.bounded = window.nodes.looser, True
-        other = self._searched(rounds, False, window, None)
+        other = self._searched(rounds, window, None)
         if other is None or (found is not None and found.step.sum() <= other.step.sum()):
             return found
         self.forget()
         return other
 
-    def _searched(
-        self, rounds: Rounds, known: bool, window: Window, following: Following | None
-    ) -> Solved | None:
-        """Return the motion that rounds of a window end in, None where they do not; `known` tells whether some were made ahead."""
-        while known or rounds.number < _ROUNDS - 1:
-            found = known or rounds.search()
-            self._count(rounds)
-            if not found:
-                return None
-            motion = rounds.motion
-            first = self.hand.first_setpoint(window.t, motion)
-            if following and (known or rounds.number == 0):
-                self._go_ahead((window, motion, first), following)
-            known = False
-            broken = rounds.judge(first, PHASES if rounds.number else 1, self.bound - self.units)
-            self._count(rounds)
-            if self.units > self.bound:
-                return None
-            if rounds.exact and not broken:
-                ends, bounds = (window.state, rounds.goal), self.bounds
-                kept = holds(motion, ends, bounds.acceleration, bounds.jerk, bounds.period_s)
-                return motion if kept and self._joins(window, motion, float(window.nodes.t[-1])) else None
-            if rounds.exact and not rounds.changed:
-                return None
+    def begin(self, window: Window) -> None:
+        """Begin the search of a window from rest to rest: of what goes before it only the phase of its setpoints depends."""
+        rounds = self._rounds(window)
+        first = 0.0 if self.hand.phased else _PHASE * self.bounds.period_s
+        made = self.pool.submit(lambda: rounds.search() and rounds.to_end(lambda _: first))
+        self.begun.append((rounds, made))
+
+    def _begun(self, window: Window) -> Rounds | None:
+        """Return the rounds of a window whose search has begun, once they are made."""
+        while self.begun and self.begun[0][0].window.t <= window.t:
+            rounds, made = self.begun.popleft()
+            if rounds.window.t == window.t and _same(window.nodes, rounds.window.nodes):
+                made.result()
+                self._left(rounds)
+                return rounds
+            made.cancel()
         return None
+
+    def _searched(self, rounds: Rounds, window: Window, following: Following | None) -> Solved | None:
+        """Return the motion that rounds of a window end in, None where they do not."""
+        if rounds.number < 0 and not rounds.search():
+            self._left(rounds)
+            return None
+        first = partial(self.hand.first_setpoint, window.t)
+        if following:
+            self._go_ahead((window, rounds.motion, first(rounds.motion)), following)
+        if not rounds.to_end(first, partial(self._left, rounds)):
+            return None
+        motion, ends, bounds = rounds.motion, (window.state, rounds.goal), self.bounds
+        kept = holds(motion, ends, bounds.acceleration, bounds.jerk, bounds.period_s)
+        return motion if kept and self._joins(window, motion, float(window.nodes.t[-1])) else None
 
     def forget(self) -> None:
         """Leave what has begun ahead: the motion goes on from elsewhere."""
@@ -199,20 +207,19 @@ class WindowSearch:
         if not self.ahead:
             return None
         each = self.ahead.popleft()
-        nodes, expected = window.nodes, each.nodes
-        same = len(nodes) == len(expected) and all(nodes.s[k] == expected.s[k] for k in (0, -1))
-        made = each.done.result() if same else None
+        made = each.done.result() if _same(window.nodes, each.nodes) else None
         if made is not None:
-            self._count(made[0])
+            self._left(made[0])
             if made[2] is not None and made[0].taken(window):
                 return made[0]
         self.forget()
         return None
 
-    def _count(self, rounds: Rounds) -> None:
-        """Count what rounds have taken."""
+    def _left(self, rounds: Rounds) -> float:
+        """Count what rounds have taken; return the units that are left."""
         self.units += rounds.units
         rounds.units = 0
+        return self.bound - self.units
 
     def _go_ahead(self, begun: Begun, following: Following) -> None:
         """Begin the rounds of the next windows, from where motions near those of the ones before them are after their final nodes."""
@@ -244,3 +251,8 @@ class WindowSearch:
         limits = (self.bounds.velocity, self.bounds.acceleration, self.bounds.jerk)
         beside = (window.first, bool(known))
         return joins(found, (window.t, end), beside, self.reference.positions, limits, period)
+
+
+def _same(nodes: Nodes, others: Nodes) -> bool:
+    """Tell whether nodes are those that were expected."""
+    return len(nodes) == len(others) and all(nodes.s[k] == others.s[k] for k in (0, -1))

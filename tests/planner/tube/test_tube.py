@@ -19,6 +19,7 @@ from cncgen.planner.tube import window_rounds
 from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Problem, Search, Solved
 from cncgen.planner.tube.window_rounds import Rounds
+from cncgen.planner.tube.window_search import WindowSearch
 
 ROOT = Path(__file__).resolve().parents[3]
 Floats = NDArray[np.float64]
@@ -475,6 +476,26 @@ def test_a_dwell_behind_a_tiny_row_is_found_on_the_plan() -> None:
         found.append(summary.as_json())
     assert [each["tolerance_windows"] for each in found] == [2, 2]
     assert found[1]["motion_time_s"] == pytest.approx(found[0]["motion_time_s"], rel=1e-4)
+
+
+def test_runs_from_rest_to_rest_are_searched_before_their_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 40 pockets, with rapids between them, all but the first ones are; the motion is that of searches in turn."""
+    mill = cncgen.load_machine("generic-mill")
+    rows = ["G0 Z5"]
+    for k in range(40):
+        rows += [f"G0 X{20 * k} Y0", "G1 Z-2"]
+        for n in range(1, 5):
+            a, x = 2.0 * n, 20.0 * k
+            rows += [f"G1 X{x + a} Y{-a}", f"G1 X{x + a} Y{a}", f"G1 X{x - a} Y{a}", f"G1 X{x - a} Y{-a}"]
+        rows += ["G0 Z5"]
+    text = "\n".join(["(START, X0 Y0 Z5)", "G21 G17 G90 G94 G64 P0.01", "F6000", *rows, "M2"])
+    begun, begin = [], WindowSearch.begin
+    monkeypatch.setattr(WindowSearch, "begin", lambda *given: begun.append(1) or begin(*given))
+    time, faults = planned(text, mill)
+    assert len(begun) >= 3 * 36
+    assert not faults
+    monkeypatch.setattr(WindowSearch, "begin", lambda *given: None)
+    assert planned(text, mill)[0] == pytest.approx(time, rel=1e-4)
 
 
 def test_holes_have_no_room_and_no_windows() -> None:
