@@ -42,7 +42,7 @@ from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.records import replace
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
-from cncgen.units import AXIS_LETTERS
+from cncgen.units import AXIS_LETTERS, INCH
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def read(
     import numpy as np
 
     from cncgen.gcode.feed_doubts import Clock
-    from cncgen.gcode.rotary_doubts import Turns
+    from cncgen.gcode.rotary_doubts import SharedFeeds, Turns
     from cncgen.gcode.sinks.columns import ColumnsSink
     from cncgen.toolpath.building import ToolpathBuilder
 
@@ -98,6 +98,7 @@ def read(
         handed = False
         clock, found = Clock(name), RunDiagnostics(diagnostics)
         turns = Turns() if choice.dialect == FANUC else None
+        feeds = SharedFeeds() if _unsigned(choice, options) else None
 
         def timed(chunk: Toolpath) -> Toolpath:
             remark = clock.add(chunk)
@@ -105,6 +106,9 @@ def read(
                 found.add(remark)
             if turns is not None:
                 turns.add(chunk, runner.sources, runner.reporter)
+            if feeds is not None:
+                unit = INCH if runner.ip.state.inches else 1.0
+                feeds.add(chunk, runner.sources, runner.reporter, unit)
             if sink.unforeseen is not None and not said and not diagnostics.has_errors:
                 said.append(sink.unforeseen)
                 _report_unforeseen(runner.reporter, runner.sources, *sink.unforeseen)
@@ -124,6 +128,11 @@ def read(
 
     count, steps, lathe = text.count_lines, options.max_steps, choice.dialect in LATHES
     return Program(name, "gcode", axes, moving, chunks, diagnostics, count, steps, lathe)
+
+
+def _unsigned(choice: Choice, options: ReadOptions) -> bool:
+    """Tell whether no sign shows the control of a program, which is read as LinuxCNC's then."""
+    return choice.dialect == "linuxcnc" and not choice.reason and options.dialect == "auto"
 
 
 def _report_unforeseen(
@@ -220,7 +229,9 @@ def check(
     text, path = open_source(source, name), source if isinstance(source, str | os.PathLike) else None
     choice = chosen(text, options.dialect)
     sink = CountingSink()
-    sink.turns = choice.dialect == FANUC and bool(compiled(signs.ANGLE).search(text.data))
+    if choice.dialect == FANUC or _unsigned(choice, options):
+        angles = compiled(signs.ANGLE).search(text.data) is not None
+        sink.turns, sink.turned = angles, angles and choice.dialect != FANUC
     for _ in _runner(text, options, sink, found, path=path, choice=choice).run():
         pass
     known = _moving_axes(text, choice, path, options) if sink.unnamed else ""
@@ -234,7 +245,11 @@ def check(
             if not found.has_errors:
                 found.extend(beyond_numbers(chunk))
         found.extend(
-            [one for one in program.diagnostics if one.code in ("late-axis", "time-doubtful", "roll-over")]
+            [
+                one
+                for one in program.diagnostics
+                if one.code in ("late-axis", "time-doubtful", "roll-over", "feed-rotary")
+            ]
         )
     if diagnostics is None and found.has_errors:
         raise ProgramError(list(found))

@@ -151,12 +151,16 @@ _NO_POINTS = replace(
     message="no length has a decimal point: they are read as they stand; controls that count least increments take them in thousandths",
     within=signs.LONG_LENGTHS[4],
 )
-#: Those without a point beside whole numbers that end in one, which their author wrote for such controls.
+#: Those without a point beside whole numbers that end in one, which their author wrote for such controls: places, and in blocks of holes,
+#: rotations and arcs Q, R, I J K.
 _ONE_WITHOUT_POINT = replace(
     _INCREMENTS,
-    sign=_BEFORE + rb"(?P<word>" + signs.WHOLE_LENGTH + rb")",
+    sign=rb"^(?=(?P<hole>[^(;\n]*G(?:68|7[346]|8[1-9])(?![\d.]))?)(?=(?P<arc>[^(;\n]*G0?[23](?![\d.]))?)"
+    + _BEFORE[1:]
+    + rb"(?P<word>[XYZ]%(whole)b|(?(hole)(?:R%(whole)b|Q(?=[ \t]*\d{1,2}(?!\d))%(whole)b)|(?!))|(?(arc)[IJKR]%(whole)b|(?!)))"
+    % {b"whole": signs.WHOLE},
     message="this length has no decimal point, and others end in one: it is read as it stands; controls that count least increments take it in thousandths",
-    within=signs.WHOLE_LENGTH,
+    within=signs.WHOLE_WORD,
 )
 #: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
@@ -217,7 +221,7 @@ def _lengths(head: bytes, lines: bytes) -> _Doubt:
     """Return the doubt about lengths without a point in a text of FANUC's."""
     if not compiled(signs.LENGTH_WITH_POINT).search(lines):
         return _NO_POINTS
-    if not compiled(signs.WHOLE_LENGTH).search(lines):
+    if not compiled(signs.WHOLE_WORD).search(lines):
         return _INCREMENTS
     return _ONE_WITHOUT_POINT if compiled(signs.WHOLE_WITH_POINT).search(head) else _INCREMENTS
 

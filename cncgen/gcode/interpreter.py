@@ -79,6 +79,7 @@ class Interpreter:
         steps: Whether G91 is in force on a lathe that has it.
         feed_doubted: Whether a feed was one that nobody can mean.
         feed_mode_said: Whether the program has said the meaning of F.
+        units_said: Whether it has said the unit of lengths.
         plain: Whether no sign shows the control of the program: then words that LinuxCNC refuses and other controls ignore are
         ignored.
     """
@@ -129,7 +130,7 @@ class Interpreter:
         self.compensated_position: Callable[[list[float]], list[float]] | None = None
         self.contour_feed = ""
         self._said: set[tuple[str, str]] = set()
-        self.skipping = self.feed_doubted = self.feed_mode_said = self.steps = False
+        self.skipping = self.feed_doubted = self.feed_mode_said = self.units_said = self.steps = False
         self.rotary: set[str] = set()
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)

@@ -1,4 +1,4 @@
-"""The warning about a rotary axis that a control with roll-over turns another way, with the numbers of the run."""
+"""Warnings about rotary axes, with the numbers of the run: ways that roll-over makes shorter, and feeds that other controls count otherwise."""
 
 from __future__ import annotations
 
@@ -20,8 +20,51 @@ if TYPE_CHECKING:
 #: Degrees that the way of an axis may differ by rounding.
 _ROUNDING = 1e-6
 _TURN = 360.0
+#: How many times as long a line may take on other controls without a remark.
+_TIMES = 2.0
 #: Blocks that are looked at: where so many are distances, the program is written in them.
 _LOOKS = 100
+
+
+class SharedFeeds:
+    """Looks at the feed of lines in which rotary axes turn while X Y Z move, in a program whose control no sign tells, and remarks once."""
+
+    def __init__(self) -> None:
+        self._said = False
+
+    def add(self, chunk: Toolpath, sources: Sequence[Source], reporter: Reporter, unit_mm: float) -> None:
+        """Look at the rows of a chunk, in whose unit of length other controls count a degree."""
+        import numpy as np
+
+        from cncgen.toolpath.record import FeedMode, Kind
+
+        axes = [k for k, letter in enumerate(chunk.axes) if letter in ROTARY_LETTERS]
+        if not axes or self._said or not len(chunk):
+            return
+        way = chunk.end - chunk.starts
+        length = np.linalg.norm(way[:, :3], axis=1)
+        whole = np.hypot(length, np.linalg.norm(way[:, axes], axis=1) / DEGREE * unit_mm)
+        lines = (chunk.kind == Kind.LINE) & (chunk.feed_mode == FeedMode.SPEED) & (chunk.feed > 0.0)
+        rows = np.flatnonzero(lines & (length > _ROUNDING) & (whole > _TIMES * length))
+        if len(rows):
+            self._said, row = True, rows[0]
+            here, others = length[row] / chunk.feed[row], whole[row] / chunk.feed[row]
+            message = (
+                f"F is along X Y Z here, as LinuxCNC has it, and the line takes {here:.3g} s; controls that count a degree"
+                f" as a unit of length (FANUC, grbl) take {others:.3g} s"
+            )
+            hint = "--dialect linuxcnc or --dialect fanuc says which; G93 is beyond doubt"
+            line, source = int(chunk.line[row]), sources[int(chunk.source[row])]
+            fault = BlockError("feed-rotary", message, "F", hint=hint)
+            reporter.report(source, line, _offset(source, line), fault, Severity.WARNING)
+
+
+def _offset(source: Source, line: int) -> int:
+    """Return where a line begins."""
+    offset = 0
+    for _ in range(line - 1):
+        offset = source.line_end(offset) + 1
+    return offset
 
 
 class Turns:
@@ -45,9 +88,7 @@ class Turns:
         for row, column in np.argwhere(np.abs(ends - starts) > HALF_TURN):
             self._looks -= 1
             line, source = int(chunk.line[row]), sources[int(chunk.source[row])]
-            offset = 0
-            for _ in range(line - 1):
-                offset = source.line_end(offset) + 1
+            offset = _offset(source, line)
             axis, start, end = chunk.axes[axes[column]], float(starts[row, column]), float(ends[row, column])
             if _is_place(source, offset, axis, start, end):
                 self._looks = 0

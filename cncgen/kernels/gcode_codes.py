@@ -28,7 +28,7 @@ LITERALS = {
         "if while repeat do elseif else endif endwhile endrepeat break continue sub endsub return call", 40
     ),
     **_counted("program goto while-do end-do", 55),
-    **_counted("pw= pl= sd= ,c ,r ,a", 128),
+    **_counted("pw= pl= sd= ,c ,r ,a ,k", 128),
 }
 LITERALS |= {"ifix[": LITERALS["fix"], "ifup[": LITERALS["fup"]}
 #: Operations.

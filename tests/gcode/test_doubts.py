@@ -35,6 +35,13 @@ def said(run: Callable[..., Outcome], text: str, dialect: str = "fanuc") -> list
         ("G0 X10. Y0\nX12.5 Y-30\nM30", [(2, 7)]),
         ("G0 X12.5 Y-30\nM30", []),
         ("(Y5) G0 X10. Y0\nX#1 Y[3]\nM30", []),
+        # So are Q of pecks, R and centres of arcs; arguments, numbers of modes and long pecks, which are read so, are none.
+        ("G0 X10. Y0 Z9.\nG83 X1. Z-10. R2. Q5 F100.\nG80\nM30", [(2, 19)]),
+        ("G0 X10. Y0 Z9.\nG98 G81 Z-10. R2 F100.\nG80\nM30", [(2, 15)]),
+        ("G1 X10. Y0 F100.\nG2 X20. I5 J0\nM30", [(2, 9)]),
+        ("G0 X10. Y0 Z9.\nG83 X1. Z-10. R2. Q2000 F100.\nG80\nM30", []),
+        ("G0 X10. Y0\nG5.1 Q1\nG65 P1 R5 Q3\nG10 L10 P1 R5\nM30\nO1\nM99", []),
+        ("G0 X10. Y0\nG84 X1. Z-10. R2. J2 F1.\nM30", []),
     ],
 )
 def test_doubts_about_a_program_of_fanuc(
@@ -76,6 +83,80 @@ def test_a_rotary_axis_that_may_go_the_other_way_round(run: Callable[..., Outcom
         ("G68 X0 Y0 R10. (A900)\nG69\nM30", []),
     ):
         assert turned(run, text) == lines, text
+
+
+def found(text: str, code: str, **options: str) -> list[tuple[int, str]]:
+    """Return lines and messages of the remarks of one code that a check makes."""
+    remarks = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", ReadOptions(**options), remarks)  # type: ignore[arg-type]
+    return [(d.span.line, d.message) for d in remarks if d.code == code and d.span]
+
+
+def test_a_feed_that_rotary_axes_share_is_doubted_where_no_sign_tells_the_control() -> None:
+    """10 mm and 90 degrees at F100: 6 s along X, and sqrt(10² + 90²) / 100 min = 54.3 s along both; an inch is 1 and 90 at F10."""
+    line = "G90\nG0 X0 A0\nG1 X10 A90 F100\nM2"
+    assert [number for number, _ in found("G21 " + line, "feed-rotary")] == [3]
+    assert "takes 6 s" in found("G21 " + line, "feed-rotary")[0][1]
+    assert "take 54.3 s" in found("G21 " + line, "feed-rotary")[0][1]
+    assert "take 540 s" in found("G20 G90\nG0 X0 A0\nG1 X1 A90 F10\nM2", "feed-rotary")[0][1]
+    for text, options in (
+        ("G21 " + line, {"dialect": "linuxcnc"}),
+        ("G21 " + line, {"dialect": "fanuc"}),
+        ("O1\nG21 " + line, {}),
+        ("G21 G93 " + line.replace("F100", "F10"), {}),
+        ("G21 G90\nG0 X0 A0\nG1 A90 F100\nX10\nM2", {}),
+        ("G21 G90\nG0 X0 A0\nG1 X100 A90 F100\nM2", {}),
+    ):
+        assert found(text, "feed-rotary", **options) == [], (text, options)
+
+
+def test_lengths_before_g20_are_taken_as_mm_with_a_warning() -> None:
+    """The unit of a text that says it late is what the control had before (B-63534EN, 8.2)."""
+    text = "G0 X1 Y1\nG20 G1 X1 F10\nM2"
+    assert [line for line, _ in found(text, "units-doubtful")] == [2]
+    assert found(text, "units-doubtful", units="inch") == []
+    for text in (
+        "G20\nG0 X1 Y1\nG1 X2 F10\nM2",
+        "o1 sub\nG0 X1\no1 endsub\nG20\no1 call\nM2",
+        "G21 G0 X1\nG20 X1\nM2",
+        "G0 X1\nG21 X1\nM2",
+    ):
+        assert found(text, "units-doubtful") == [], text
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "lines"),
+    [
+        # FANUC's manual has G53 traverse (B-63534EN, 7.1); G1 beside it feeds here.
+        ("G0 X1.\nG53 G1 Z-5. F100.\nM30", "fanuc", [2]),
+        ("G1 X1. F100.\nG53 Z-5.\nM30", "fanuc", [2]),
+        ("G1 X1. F100.\nG53 G0 Z-5.\nG53\nM30", "fanuc", []),
+        ("G0 X1.\nG53 Z-5.\nM30", "fanuc", []),
+        ("G0 X1\nG53 G1 Z-5 F100\nM2", "linuxcnc", []),
+        # Six digits of T are nose radius, tool and offset on Okuma's lathes (OSP manuals, "T commands").
+        ("G50 S900\nT010101\nM30", "fanuc-lathe", [2]),
+        ("G50 S900\nT1212\nM30", "fanuc-lathe", []),
+    ],
+)
+def test_words_that_controls_read_otherwise(text: str, dialect: str, lines: list[int]) -> None:
+    assert [line for line, _ in found(text, "other-control", dialect=dialect)] == lines
+
+
+def test_a_chamfer_of_a_thread_that_only_the_control_knows_is_said() -> None:
+    """Parameter 5130 gives it (B-64304EN-1, 4.1.2); G76 P011060 sets it to one lead."""
+    cut = "T0101\nG97 S500 M3\nG0 X32. Z5.\nG92 X29. Z-25. F2.\nX28.\nM30"
+    assert [line for line, _ in found(cut, "thread-chamfer", dialect="fanuc-lathe")] == [4]
+    said = cut.replace("G92", "G76 P011060 Q100 R0.05\nG92")
+    assert found(said, "thread-chamfer", dialect="fanuc-lathe") == []
+
+
+def test_an_origin_within_a_frame_is_doubted_once() -> None:
+    """FANUC: G52 to G59 and G92 must not be commanded in a rotation, scaling or mirror image (B-63534EN, 14.6 to 14.9)."""
+    for frame in ("G68 X1. Y0 R90.", "G51 X0 Y0 P2000", "G51.1 X0"):
+        for origin in ("G55", "G52 X5.", "G92 X0", "G54.1 P2"):
+            text = f"G0 X1.\n{frame}\n{origin}\n{origin}\nG69\nM30"
+            assert [line for line, _ in found(text, "frame-origin", dialect="fanuc")] == [3], text
+    assert found("G54\nG68 X0 Y0 R9.\nG43 H1\nG69\nG55\nM30", "frame-origin", dialect="fanuc") == []
 
 
 def test_a_check_looks_at_ways_of_rotary_axes_beyond_the_head_of_a_long_text() -> None:

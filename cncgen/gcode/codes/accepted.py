@@ -113,7 +113,8 @@ CODES = (
         Code("G", 109, "diameters", Stage.PATH, _sizes_of_x(diameters), text, "x", "own", dialects=dialects, axis_words="sizes")
         for diameters, text, dialects in ((0, "X is a radius (X0 of Mazak)", _FANUC), (1, "X is a diameter (X1 of Mazak)", (LATHE,)))
     ),
-    Code("G", 611, "path", Stage.PATH, nothing, _LOOK_AHEAD + " (Mazak's geometry compensation)", "pqr", dialects=_FANUC),
+    Code("G", 611, "path", Stage.PATH, nothing, _LOOK_AHEAD + " (Mazak's geometry compensation)", "pqr", dialects=_FANUC,
+        named=(",k",)),
     Code("G", 80, "look-ahead", Stage.PATH, look_ahead, _LOOK_AHEAD, "pqr", dialects=_FANUC),
     Code("G", 220, "stroke check", Stage.PATH, forbid, "forbidden zone: accepted, not checked", "xyzijk", "own", dialects=_FANUC),
     Code("G", 230, "stroke check", Stage.PATH, nothing, "no forbidden zone", dialects=_FANUC),

@@ -23,6 +23,8 @@ from cncgen.records import dataclass, field, replace
 _FANUC = ("fanuc",)
 #: Factors of scaling from here on are in thousandths.
 _THOUSANDTHS = 100.0
+#: Codes of origins: G52, G54 to G59, G54.1, G92.
+_ORIGINS = frozenset((520, 920, 541, *range(540, 600, 10)))
 
 
 @dataclass(slots=True)
@@ -90,6 +92,19 @@ class _FanucSink(affine.FramedSink):
     def factor(self, column: int) -> float:
         """Return by how much lengths along an axis are scaled."""
         return abs(self.parts.scale[column])
+
+    def renew(self, ip: Interpreter) -> None:
+        """Take another origin, which the frame goes along with.
+
+        FANUC's manuals refuse these codes in a frame (B-63534EN, 14.6 to 14.9, "Limitation"); Mitsubishi's carry the centre along
+        (M700V, 13.21), and Rockwell's 9/Series leaves the new system unturned.
+        """
+        number = next((n for n in ip.sink.block.g if n in _ORIGINS), 0)
+        if number:
+            name = f"G{number / 10:g}"
+            message = f"{name} within a rotation, scaling or mirror image carries its centre along; FANUC's manuals forbid it there"
+            hint = f"end the frame by G69, G50 or G50.1 before {name}, and begin it again behind it"
+            ip.warn_once(BlockError("frame-origin", message, name, hint=hint))
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Move."""

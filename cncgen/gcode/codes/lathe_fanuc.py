@@ -237,10 +237,17 @@ def name_position(ip: Interpreter, block: Block) -> None:
     preset_position(ip, block, "G50")
 
 
+#: The largest T of two digits each for tool and offset.
+_FOUR_DIGITS = 9999
+
+
 def turret(ip: Interpreter, block: Block) -> None:
     """T: the last two digits are the offset (0: none), those before it the tool, which the turret turns in."""
     word = whole(block, "t", "")
     number, offset = divmod(word, 100)
+    if word > _FOUR_DIGITS:
+        message = f"T{word} is read as tool {number} with offset {offset}; on Okuma's lathes T010203 is nose radius 1, tool 2, offset 3"
+        ip.warn_once(BlockError("other-control", message, "T", hint="T0203 is tool 2 with offset 3 here"))
     state = ip.state
     if _G40 in block.g:
         ip.end_compensation()

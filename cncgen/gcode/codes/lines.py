@@ -8,9 +8,10 @@ from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes.table import IN_MACHINE, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.state.modal import NO_MOTION, Stage
+from cncgen.gcode.state.modal import NO_MOTION, PLAIN_MOTIONS, Stage
 
 _WORDS = "xyzabcuvw@^"
+_FEEDS = frozenset(PLAIN_MOTIONS) - {0}
 
 
 def check_feed(ip: Interpreter, block: Block, name: str) -> None:
@@ -85,7 +86,21 @@ def cancel_cycle(ip: Interpreter, block: Block) -> None:
 
 
 def machine_coordinates(ip: Interpreter, block: Block) -> None:
-    """G53: told to the motion by its presence (`Interpreter.end_point`)."""
+    """G53: told to the motion by its presence (`Interpreter.end_point`).
+
+    FANUC's controls traverse in its block (B-63534EN, 7.1). G1 beside it feeds here, as the programs that have it mean it.
+    """
+    if ip.dialect != "fanuc" or AXIS_INDEX.keys().isdisjoint(block.words):
+        return
+    beside = not _FEEDS.isdisjoint(block.g)
+    if beside or (ip.state.motion in _FEEDS and not {*PLAIN_MOTIONS} & {*block.g}):
+        does, others = (
+            ("feeds: G1 stands beside it", "the manuals of FANUC have it traverse")
+            if beside
+            else ("traverses, though G1 is in force", "controls that keep G1 beside G53 feed")
+        )
+        hint = "write G0 G53: all controls traverse by it"
+        ip.warn_once(BlockError("other-control", f"G53 {does}; {others}", "G53", hint=hint))
 
 
 CODES = (

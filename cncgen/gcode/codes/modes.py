@@ -5,6 +5,7 @@ Source: Kramer et al. (2000), sections 3.5.6, 3.5.7, 3.5.14, 3.5.17 and 3.5.20; 
 
 from __future__ import annotations
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import CHANGES_PATH_MODE, CHANGES_UNITS, STRICT_COMPENSATION, Code, Handler
 from cncgen.gcode.errors import BlockError
@@ -26,6 +27,11 @@ def _units(inches: bool) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         ip.sink.use_length_units(inches)
         state = ip.state
+        if state.moved and not ip.units_said and ip.options.units == "auto" and state.inches != inches:
+            message = "lengths before the first G20 or G21 of the run are taken as mm, and those behind it are inches"
+            hint = "write G20 before the first motion, or --units inch"
+            ip.warn(BlockError("units-doubtful", message, "G20", hint=hint), Severity.WARNING)
+        ip.units_said = True
         if state.inches != inches:
             state.inches = inches
             factor = 1.0 / INCH if inches else INCH

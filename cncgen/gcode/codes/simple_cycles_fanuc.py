@@ -91,6 +91,10 @@ def thread(ip: Interpreter, block: Block) -> None:
     if cut is None or cut.x is None or cut.z is None:
         return
     check_spindle(ip, "G92")
+    if not cut.chamfer:
+        message = "the thread of G92 ends without a chamfer; by its parameter 5130 a control leaves it at 45 degrees before its end"
+        hint = "P of G76 sets the chamfer: G76 P011060 leaves over one lead, in threads of G92 too"
+        ip.warn_once(BlockError("thread-chamfer", message, "G92", hint=hint), Severity.NOTE)
     start_x, start_z = ip.state.position[X], ip.state.position[Z]
     go(ip, cut.x + cut.taper, start_z, False)
     thread_pass(ip, cut.x, cut.z, lead, 0.1 * cut.chamfer * lead, start_x)

@@ -333,7 +333,8 @@ NUMBERS = rb"(?m:^)(?=[/N])(?P<before>%(DELETE)b)?(?i:%(LINE_NUMBER)b)?(?P<behin
 LONG_WAIT = rb"P[ \t]*\d{3}"
 LONG_LENGTHS = {digits: rb"[XYZ][ \t]*[-+]?\d{%d}" % digits for digits in (4, 5)}
 LENGTH_WITH_POINT = rb"[XYZ][ \t]*[-+]?" + _WITH_POINT
-WHOLE_LENGTH = rb"[XYZ][ \t]*[-+]?0*[1-9]\d*(?![\d.])"
+WHOLE = rb"[ \t]*[-+]?0*[1-9]\d*(?![\d.])"
+WHOLE_WORD = rb"[XYZIJKQR]" + WHOLE
 #: A rotary axis with its angle, and words beside which it is none, or no place.
 ROTARY = rb"(?<![A-Z,#])(?P<word>(?P<axis>[ABC])[ \t]*(?P<angle>" + SIGNED + rb"))"
 #: Such an axis with any value.
@@ -374,7 +375,7 @@ def patterns() -> Iterator[bytes]:
         REMARKS,
         NUMBERS,
         LENGTH_WITH_POINT,
-        WHOLE_LENGTH,
+        WHOLE_WORD,
         LAST_STAR,
         LONG_WAIT,
         WORDS_OF_SIEMENS,
