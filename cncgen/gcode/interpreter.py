@@ -80,6 +80,7 @@ class Interpreter:
         feed_doubted: Whether a feed was one that nobody can mean.
         feed_mode_said: Whether the program has said the meaning of F.
         units_said: Whether it has said the unit of lengths.
+        ended_in: The block whose M2 or M30 ended it.
         plain: Whether no sign shows the control of the program: then words that LinuxCNC refuses and other controls ignore are
         ignored.
     """
@@ -132,6 +133,7 @@ class Interpreter:
         self._said: set[tuple[str, str]] = set()
         self.skipping = self.feed_doubted = self.feed_mode_said = self.units_said = self.steps = False
         self.rotary: set[str] = set()
+        self.ended_in: Block | None = None
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)
 

@@ -138,6 +138,28 @@ def test_percent_signs_bound_the_program(run: Any) -> None:
     assert [said.code for said in out.diagnostics] == ["text-behind-end"]
 
 
+@pytest.mark.parametrize(
+    ("text", "dialect", "lines"),
+    [
+        # Two programs in one file, as users join them for senders to grbl: a control runs the first one alone (RS274/NGC, 3.6.1).
+        ("G0 X1\nM30\nG0 X2\nG0 X3\nM30\n", "linuxcnc", [2]),
+        ("G0 X1\nN5 G0 X4 M02 (the end)\n(next)\nX2\n", "linuxcnc", [2]),
+        ("O1\nG0 X1.\nM30\nT2 M6\nG0 X2.\nM30\n%", "fanuc", [3]),
+        ("%\nO1\nG0 X1.\nM30\n%\n", "fanuc", []),
+        ("G0 X1\nM30\n\n(X5)\n;G0 X3\n%\n", "linuxcnc", []),
+        ("G0 X1\no1 call\nM2\no1 sub\nG0 X2\no1 endsub\n", "linuxcnc", []),
+        ("O1\nG0 X1.\nM30\nO2\nG0 X2.\nM99\n", "fanuc", []),
+        ("O1\nM97 P9\nM30\nN9 G0 X2.\nM99\n", "fanuc", []),
+        ("O1\nIF [#1 GT 5.] GOTO 9\nM30\nN9 G0 X2.\nM30\n", "fanuc", []),
+    ],
+)
+def test_blocks_behind_the_end_of_the_program_are_not_run_in_silence(
+    run: Any, text: str, dialect: str, lines: list[int]
+) -> None:
+    said = [d for d in run(text, dialect=dialect).diagnostics if d.code == "text-behind-end"]
+    assert [d.span.line for d in said if d.span] == lines
+
+
 def test_a_program_without_an_end_is_warned_of(run: Any) -> None:
     out = run("G0 X1\n")
     assert [(d.code, d.severity) for d in out.diagnostics] == [("no-program-end", "warning")]

@@ -25,7 +25,7 @@ def _end(pallet: bool) -> Handler:
         if pallet:
             ip.sink.call("PALLET_SHUTTLE()")
         ip.sink.call("PROGRAM_END()", Event("end", True))
-        ip.state.ended = True
+        ip.state.ended, ip.ended_in = True, block
 
     return run
 

@@ -61,7 +61,7 @@ def _words(code: Code) -> str:
     )
     if code.name == "SPL":
         return "axes F K1 K2 K3 of each"
-    sign = "" if code.dialects == ("heidenhain",) else "="
+    sign = "" if code.dialects == ("heidenhain",) or code.named == (",k",) else "="
     return " ".join(
         [
             *shown,

@@ -7,12 +7,16 @@ from cncgen.gcode.block import Block, Parsed
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import MAX_LINE, Source
+from cncgen.gcode.text import signs
 from cncgen.gcode.text.dialects import bare
 from cncgen.gcode.text.labels import Cursor
 
 _PERCENT = rb"(?m)^[ \t]*%"
 #: Bytes behind the end of a program that are looked at.
 _REST = 65_536
+#: The end of a program, a block that moves, what ends a subprogram or calls from one, and what leads to lines by their numbers.
+_END, _MOVES = rb"M(?:0*2|30)(?![\d.])", rb"[GXYZ][ \t]*[-+.\d#\[]"
+_SUBPROGRAM, _LEADS = rb"M[ \t]*99(?![\d.])|ENDSUB", rb"GOTO|M97|M98|G7[0-3][^\n]*P\d+Q|M99P"
 #: Texts remembered.
 _MAX_TEXTS = 1024
 
@@ -92,6 +96,32 @@ def _behind_leader(ip: Interpreter, source: Source) -> Cursor:
         Severity.WARNING,
     )
     return begin
+
+
+def tell_of_rest(ip: Interpreter, source: Source, last: Block) -> None:
+    """Warn of blocks behind the one whose M2 or M30 ended the program: controls end there, senders to grbl go on.
+
+    Subprograms stand there as well, and lines that a jump or a cycle leads to.
+    """
+    begin, behind = last.offset, source.line_end(last.offset)
+    data = source.data[behind : behind + _REST]
+    if not data.strip(b"% \t\r\n\x00\x1a"):
+        return
+    import re
+
+    end = re.search(_END, bare(source.data[begin:behind]))
+    rest = re.sub(signs.OUT_OF_CODE, b"", data.upper()).partition(b"\n%")[0].strip()
+    lines = [line for line in rest.splitlines() if re.search(_MOVES, line)]
+    if end is None or not lines or rest[:1] in b"%O:<" or re.search(_SUBPROGRAM, rest):
+        return
+    if re.search(_LEADS, bare(source.data[:begin][-_REST:])):
+        return
+    ip.base.block = last
+    least = "at least " if behind + _REST < len(source) else ""
+    name = end[0].decode()
+    message = f"{least}{len(lines)} blocks with motions stand behind {name}, which ends the program: they are not run"
+    hint = f"remove {name} where they belong to it; programs of their own belong into files of their own"
+    ip.warn(BlockError("text-behind-end", message, name, hint=hint), Severity.WARNING)
 
 
 class Percent:

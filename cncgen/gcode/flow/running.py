@@ -11,6 +11,7 @@ from cncgen.gcode.doubts import tell
 from cncgen.gcode.errors import Astray, BlockError, Stop
 from cncgen.gcode.flow.course import Course
 from cncgen.gcode.flow.parts import Parts
+from cncgen.gcode.flow.reading import tell_of_rest
 from cncgen.gcode.flow.run import Run
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
@@ -99,6 +100,8 @@ class Runner(Run):
                 BlockError("no-program-end", "the program ends without M2, M30 or a closing %"),
                 Severity.ERROR if self._options.stand_alone else Severity.WARNING,
             )
+        elif (ended := self.ip.ended_in) and ended.source == 0 and not self._options.stand_alone:
+            tell_of_rest(self.ip, source, ended)
         if self._options.save_parameters is not None:
             write_parameters(self._options.save_parameters, self.ip.parameters)
 

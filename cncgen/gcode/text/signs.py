@@ -276,7 +276,9 @@ BARE = (
     _sign("a block left out by a numbered switch", _all(4, _F, _T), rb"^\x00[2-9]", b"\x00"),
     # Of FANUC's mills.
     _sign("a mirror, rotation, scaling or polar code", {_F: 10, _T: 2},
-          _W + rb"G(?:51\.1|68(?:\.2)?|51(?=[PXYZIJK])|16)(?![\d.])|^G(?:50\.1|69|15)(?![\d.])(?![^\n]*I-?[.\d])", b"G50.1", b"G51", b"G68", b"G69", b"G15", b"G16"),
+          _W + rb"G(?:51\.1|68(?:\.2)?|51(?=[PXYZIJK])|16)(?![\d.])|^G50\.1(?![\d.])", b"G50.1", b"G51", b"G68", b"G16"),
+    # They end modes that other mills never have on: as lines of its header a program of RS274/NGC's time has them too.
+    _sign("the end of a rotation or of polar coordinates", {_F: 4, _T: 1}, rb"^G(?:69|15)(?![\d.])(?![^\n]*I-?[.\d])", b"G69", b"G15"),
     _sign("a code of FANUC's mills", {_F: 10, _T: 4}, rb"G(?:43\.4(?!\d)|54\.1P|54P\d|10L1[23](?!\d))", b"G43.4", b"G54.1P", b"G54P", b"G10L1"),
     _sign("a spindle's bound by G92 S", {_F: 4, _B: 8}, _W + rb"G92S", b"G92S"),
     _sign("tool lengths G43 H", {_F: 1, _L: 1, _T: -12}, rb"G43(?![\d.])[^\n]*H\d", b"G43"),
