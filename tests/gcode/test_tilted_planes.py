@@ -101,3 +101,23 @@ def test_g53_1_turns_the_axes_of_a_machine(run: Any) -> None:
 
     tip = np.array((10, 0, 0)) + turned(1, math.radians(30)) @ (3, 4, 5)
     assert ends[-1, :3] == pytest.approx(centre + turned(0, -a) @ turned(2, -c) @ (tip - centre), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("line", "turns", "pitch"),
+    [("G3 X0 Y0 Z-3. I-5. J0 F100.", 1, -3.0), ("G2 X-10. Y0 Z2. I-5. J0 P3 F100.", 2.5, 0.8)],
+)
+def test_a_helix_in_a_tilted_plane_is_one(run: Any, line: str, turns: float, pitch: float) -> None:
+    """Ramps of posts: about (-5, 0) with radius 5, and Z in step with the angle; the plane leads X Y Z to X -Z Y (about X by 90 degrees).
+
+    The length is that of the exact helix.
+    """
+    out = run(f"G90 G21\nG68.2 X0 Y0 Z0 I0 J90. K0\nG53.1\nG0 X0 Y0 Z0\n{line}\nM30", dialect="fanuc")
+    assert out.errors == []
+    path = out.path.path
+    assert path.length == pytest.approx(turns * math.hypot(10.0 * math.pi, pitch), rel=1e-8)
+    points = path.evaluate(np.linspace(0.0, path.length, 500))[0][:, :3]
+    x, y, z = points[:, 0], points[:, 2], -points[:, 1]
+    assert np.hypot(x + 5.0, y) == pytest.approx(np.full(500, 5.0), abs=1e-7)
+    angle = np.abs(np.unwrap(np.arctan2(y, x + 5.0)))
+    np.testing.assert_allclose(z, pitch * angle / (2.0 * math.pi), atol=2e-6 * abs(pitch))
