@@ -151,16 +151,20 @@ _NO_POINTS = replace(
     message="no length has a decimal point: they are read as they stand; controls that count least increments take them in thousandths",
     within=signs.LONG_LENGTHS[4],
 )
-#: Those without a point beside whole numbers that end in one, which their author wrote for such controls: places, and in blocks of holes,
-#: rotations and arcs Q, R, I J K.
+#: Those without a point beside whole numbers that end in one, which their author wrote for such controls: places, and on mills in blocks
+#: of holes, rotations and arcs Q, R, I J K.
 _ONE_WITHOUT_POINT = replace(
     _INCREMENTS,
+    sign=_BEFORE + rb"(?P<word>[XYZ]" + signs.WHOLE + rb")",
+    message="this length has no decimal point, and others end in one: it is read as it stands; controls that count least increments take it in thousandths",
+    within=signs.WHOLE_WORD,
+)
+_ONE_OF_MILLS = replace(
+    _ONE_WITHOUT_POINT,
     sign=rb"^(?=(?P<hole>[^(;\n]*G(?:68|7[346]|8[1-9])(?![\d.]))?)(?=(?P<arc>[^(;\n]*G0?[23](?![\d.]))?)"
     + _BEFORE[1:]
     + rb"(?P<word>[XYZ]%(whole)b|(?(hole)(?:R%(whole)b|Q(?=[ \t]*\d{1,2}(?!\d))%(whole)b)|(?!))|(?(arc)[IJKR]%(whole)b|(?!)))"
     % {b"whole": signs.WHOLE},
-    message="this length has no decimal point, and others end in one: it is read as it stands; controls that count least increments take it in thousandths",
-    within=signs.WHOLE_WORD,
 )
 #: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
@@ -217,13 +221,15 @@ def _within(source: Source, at: int) -> bool:
     return cut_of(source.data[begin : source.line_end(begin)]) == at - begin > 0
 
 
-def _lengths(head: bytes, lines: bytes) -> _Doubt:
+def _lengths(head: bytes, lines: bytes, mill: bool) -> _Doubt:
     """Return the doubt about lengths without a point in a text of FANUC's."""
     if not compiled(signs.LENGTH_WITH_POINT).search(lines):
         return _NO_POINTS
     if not compiled(signs.WHOLE_WORD).search(lines):
         return _INCREMENTS
-    return _ONE_WITHOUT_POINT if compiled(signs.WHOLE_WITH_POINT).search(head) else _INCREMENTS
+    if not compiled(signs.WHOLE_WITH_POINT).search(head):
+        return _INCREMENTS
+    return _ONE_OF_MILLS if mill else _ONE_WITHOUT_POINT
 
 
 def _doubts(
@@ -238,7 +244,9 @@ def _doubts(
     asked += [_SHORT_T] if language_of(dialect) == "fanuc" and dialect != "fanuc" else []
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
-        asked.append(_lengths(head, lines) if language_of(dialect) == "fanuc" else _INCREMENTS)
+        asked.append(
+            _lengths(head, lines, dialect == "fanuc") if language_of(dialect) == "fanuc" else _INCREMENTS
+        )
     found = [(doubt, doubt.found(head, lines)) for doubt in asked]
     if language_of(dialect) == "fanuc":
         import re

@@ -222,7 +222,10 @@ def test_p_beside_a_spindle_code_may_be_of_another_code(run: Run) -> None:
 def test_a_speed_beside_g50_and_the_start_of_the_spindle(run: Run) -> None:
     """``G50 X100 Z50 M3 S300`` of GSK's manuals; the thread after it turns with 300 rev/min."""
     body = "G0 X40 Z5\nG92 X38 Z-10 F2\nM30\n"
-    assert codes(run, f"O1\nG50 X100 Z50 M3 S300\n{body}", "fanuc-lathe") == [("warning", "other-control")]
+    assert codes(run, f"O1\nG50 X100 Z50 M3 S300\n{body}", "fanuc-lathe") == [
+        ("warning", "other-control"),
+        ("note", "thread-chamfer"),
+    ]
     assert ("error", "spindle-stopped") in codes(run, f"O1\nG50 S300 M3\n{body}", "fanuc-lathe")
 
 

@@ -33,7 +33,7 @@ NO_SHIFT: Vector = (0.0, 0.0, 0.0)
 #: Rounding moves an element of a matrix by less than this.
 _TINY = 1e-12
 #: The largest piece of a helix as a cubic, rad.
-_HELIX_PIECE = math.radians(15.0)
+_HELIX_PIECE = math.radians(10.0)
 #: A vector shorter than this has no direction, mm.
 _SHORTEST = 1e-9
 
@@ -309,7 +309,7 @@ class FramedSink(PassingSink):
         )
 
     def _helix(self, end: Point, centre: complex, turns: int, plane: int) -> Curve:
-        """Return a helix as a B-spline of degree 3, 15 degrees a piece at most, which leaves its cylinder by 6e-9 of the radius, and its height by 2e-6 of the pitch.
+        """Return a helix as a B-spline of degree 3, 10 degrees a piece at most, off its cylinder by 5e-10 of the radius and off its height by 2e-6 of the pitch.
 
         No rational spline is a helix. A cubic that is tangent to the circle at its ends, and passes through it half way, is off by
         2.7e-4 (sweep / 90 degrees)^6 of the radius (Goldapp, "Approximation of circular arcs by cubic polynomials", 1991).

@@ -15,7 +15,7 @@ _PERCENT = rb"(?m)^[ \t]*%"
 #: Bytes behind the end of a program that are looked at.
 _REST = 65_536
 #: The end of a program, a block that moves, what ends a subprogram or calls from one, and what leads to lines by their numbers.
-_END, _MOVES = rb"M(?:0*2|30)(?![\d.])", rb"[GXYZ][ \t]*[-+.\d#\[]"
+_END, _MOVES = rb"M(?:0*2|30)(?![\d.])", rb"[XYZUW][ \t]*[-+.\d#\[]"
 _SUBPROGRAM, _LEADS = rb"M[ \t]*99(?![\d.])|ENDSUB", rb"GOTO|M97|M98|G7[0-3][^\n]*P\d+Q|M99P"
 #: Texts remembered.
 _MAX_TEXTS = 1024
