@@ -187,3 +187,32 @@ def test_angles_are_the_inverse_of_the_direction() -> None:
             assert found is not None
             assert kinematics.direction(found) == pytest.approx(wanted, abs=1e-9)
             assert max(abs(a - b) for a, b in zip(found, near, strict=True)) <= 180.0 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("kinematics", "ways"),
+    [
+        # A table that is turned by A30 has its plane square to the spindle: machine axes go along those of the program.
+        (TRUNNION, [(0, 0, 10), (10, 0, 0), (0, 10, 0)]),
+        # A head that is turned by A30 points to (0, -sin 30, cos 30); the new X is that of before, Y = Z x X.
+        (FORK, [(0, -5, 5 * 3**0.5), (10, 0, 0), (0, 5 * 3**0.5, 5)]),
+    ],
+)
+def test_torot_turns_the_coordinates_to_the_tool(
+    run: Any, kinematics: Kinematics, ways: list[tuple[float, ...]]
+) -> None:
+    """840D sl, Fundamentals 09/2011, 12.8: a frame whose Z axis coincides with the tool; it was refused. TOROTOF was passed over."""
+    text = "TRAORI\nG0 X1 Y2 Z3 A30\n{}G0 X0 Y0 Z0\nZ10\nX10\nY10\nTRAFOOF\nM30"
+    out = run(text.format("TOROT\n"), dialect="sinumerik", kinematics=kinematics)
+    assert out.errors == []
+    ends = out.path.end[out.path.kind < 3, :3]
+    np.testing.assert_allclose(np.diff(ends[-4:], axis=0), ways, atol=1e-9)
+    plain, back = (
+        run(text.format(said), dialect="sinumerik", kinematics=kinematics).path
+        for said in ("", "TOROT\nTOROTOF\n")
+    )
+    np.testing.assert_allclose(back.end[back.kind < 3], plain.end[plain.kind < 3], atol=1e-9)
+
+
+def test_torot_without_a_tool_that_turns_is_refused(run: Any) -> None:
+    assert [code for code, *_ in run("TOROT\nG0 X1\nM30", dialect="sinumerik").errors] == ["tcp-machine"]

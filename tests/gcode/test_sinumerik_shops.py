@@ -542,7 +542,9 @@ def test_the_bound_of_the_speed_stands_before_in_and_behind_g96(calls: Any, line
 @pytest.mark.parametrize(
     ("line", "code"),
     [("FGROUP(X,Y)", "feed-group"), ("FGREF[A]=12.5", "feed-group"), ("R1=$AC_TIMER[1]", "counter-stands"),
-     ("FGROUP(X,Y,Z)", None), ("FGROUP()", None),  ("$AC_TIMER[1]=0", None), ("DRFOF", None), ("CP", None)],
+     ("FGROUP(X,Y,Z)", None), ("FGROUP()", None),  ("$AC_TIMER[1]=0", None), ("DRFOF", None), ("CP", None), ("CANCEL(1)", None), ("SETPIECE(1)", None),
+     ("IPTRLOCK", None), ("OSC", None), ("CALLPATH(\"/_N_WKS_DIR/_N_A_WPD\")", None), ("$A_OUT[3]=1", None), ("GEOAX()", None),
+     ("GEOAX(1,X,2,Y)", None), ("DELETE(R1,\"LOG\")", None)],
 )  # fmt: skip
 def test_words_that_move_nothing(run: Run, line: str, code: str | None) -> None:
     assert codes(run, f"{line}\nG0 X1\nM30") == ([] if code is None else [code])
@@ -558,12 +560,16 @@ def test_words_that_move_nothing(run: Run, line: str, code: str | None) -> None:
         ("G95 F0.3", "G962 S100", [0.0, 0.3, 0.2], "0, 1"),
         ("G96 S100", "G971 S500", [0.0, 0.0, 0.2], "0, 0"),
         ("G96 S100", "G972 S500", [0.0, 0.2], "0, 1"),
+        ("G94", "G97 S500", [0.0, 0.2], "0, 1"),
+        ("G94 F100", "G97 S500", [100.0, 0.0, 0.2], "0, 1"),
+        ("G94", "G973 S500", [0.0, 0.2], "0, 1"),
     ],
 )
 def test_constant_cutting_rate_says_what_f_is(
     calls: Any, before: str, code: str, feeds: list[float], mode: str
 ) -> None:
-    """Fundamentals, "Constant cutting rate": G96 has the feed of G95, G961 and G971 that of G94; a change ends F that G94 or G95 said."""
+    """Fundamentals, "Constant cutting rate": G96 has the feed of G95, G961 and G971 that of G94; a change ends F that G94 or G95 said. G97 without
+    G96 "has the same effect as G95" (10/2004, 7.13), G973 is "revolutional" (SINUMERIK ONE, NC programming 12/2019, 2.7); both kept G94."""
     found = calls(f"DIAMON G18 M3 S300\n{before}\n{code}\nG1 X10 Z-5 F0.2\nM30", dialect="sinumerik")
     said = [line[14:-1] for line in found if line.startswith("SET_FEED_MODE(")]
     assert [float(line[14:-1]) for line in found if line.startswith("SET_FEED_RATE(")][:-1] == feeds
@@ -714,3 +720,15 @@ def test_f_stays_in_force_under_g93(run: Run) -> None:
 def test_an_f_of_another_unit_is_none_under_g93(run: Run) -> None:
     """F500 a minute would be a block in 0.12 s."""
     assert fault(run, "G1 X1 F500\nG93 X5\nM30")[0] == "feed-missing"
+
+
+def test_isfile_looks_for_a_program(run: Run) -> None:
+    """828D, Job planning 07/2010, 1.21 "Check for presence of file": with or without _N_ and _SPF; it was refused."""
+    text = 'DEF BOOL HERE\nHERE=ISFILE("_N_PART_SPF")\nG0 X=HERE Y=ISFILE("OTHER") Z=ISFILE("PART")\nM30\n%_N_PART_SPF\nG0 X9\nM17\n'
+    assert ends(run, text)[-1] == [1, 0, 1]
+
+
+@pytest.mark.parametrize("line", ["GEOAX(1,U)", "TANGON(C,0)", "TOFRAME", "REPOSA", "CUT3DCC", "SON"])
+def test_commands_that_would_move_otherwise_are_refused_by_name(run: Run, line: str) -> None:
+    """TANGON, REPOSA and SON were called no commands."""
+    assert [code for code, *_ in run(f"{line}\nG0 X1\nM30", dialect="sinumerik").errors] == ["not-read"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 from cncgen.gcode.source import Source
 from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
@@ -40,6 +40,15 @@ _FORMULA = re.compile(
     rf"(?:~[^\S\n]*\n(?!{_BEGINS.pattern})[^;~\n]*)+(?![^\n]*~)".encode(),
     re.IGNORECASE,
 )
+_NEXT_Q = re.compile(rb"[Qq]")
+_STRING = _form(TERMINALS["STRING"])
+_LABEL = re.compile(rf"^[^\S\n]*(?:{_N}[^\S\n]+)?(?:LBL|CALL)\b".encode(), re.IGNORECASE | re.MULTILINE)
+#: Lines that name files and programs, and the blank.
+_NAMES = _form(r"\b(?:PGM|TABLE|PATTERN|FILE|BLK)\b")
+#: A parameter, and = behind it.
+_USED = _form(rf"({_Q})\s*(=?)")
+#: Numbers of Q parameters that the control, its cycles and those of the machine's builder have (TNC 7, "Variable types").
+_FIRST_OF_CYCLES, _BEHIND_CYCLES = 100, 1400
 _BROKEN = re.compile(rb"~[^\S\n]*\n")
 #: Words of a numbered block in lines of their own, as TNC 145 to 155 put them.
 _WORDS_BELOW = _form(
@@ -129,6 +138,33 @@ def bodies(
         formula = rest or _SETS.match(said) is not None
         yield offset, number, body if rest else said, below, behind
         offset, number = source.line_end(offset) + 1, number + 1
+
+
+def unset(sources: Sequence[Source]) -> dict[str, tuple[int, int, int]]:
+    """Return the Q parameters for programs' own use that texts read and never set, or read before the first label or call and set behind that, with
+    source, offset and number of the line of the first reading. Those of cycles and of the control have values without a text that sets them."""
+    read, given = dict[str, tuple[int, int]](), dict[str, list[tuple[int, int]]]()
+    for index, source in enumerate(sources):
+        at = _NEXT_Q.search(source.data)
+        while at:
+            offset = source.data.rfind(b"\n", 0, at.start()) + 1
+            body = _STRING.sub("", body_of(source.text_at(offset)))
+            for name, sets in () if _NAMES.search(body) else _USED.findall(body.upper()):
+                if sets:
+                    given.setdefault(name, []).append((index, offset))
+                elif name[1] in "LR" or not _FIRST_OF_CYCLES <= int(name[1:]) < _BEHIND_CYCLES:
+                    read.setdefault(name, (index, offset))
+            at = _NEXT_Q.search(source.data, source.line_end(offset))
+    found = {}
+    for name, (index, offset) in read.items():
+        data, places = sources[index].data, given.get(name, [])
+        label = _LABEL.search(data)
+        early = (index, offset) <= min(places, default=(index, offset)) and not (
+            label and label.start() < offset
+        )
+        if not places or (early and all(place[0] == index for place in places)):
+            found[name] = index, offset, data[:offset].count(b"\n") + 1
+    return found
 
 
 def labels_of(rest: str) -> list[str]:

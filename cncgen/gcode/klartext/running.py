@@ -27,6 +27,8 @@ from cncgen.gcode.text.plain_language import Statement
 _CONTOUR_LABELS = 14
 #: A text that is written out.
 _WRITTEN = re.compile(r'"([^"]*)"')
+#: What PRESET SELECT takes.
+_PRESET = re.compile(r"#\s*(?P<row>\d+)(?P<keep>\s+KEEP\s+TRANS)?(?:\s+WP)?", re.IGNORECASE)
 #: Blocks that end a program that was called.
 _ENDS = ([("m", 2.0)], [("m", 30.0)])
 _FRAMES = (7, 8, 9, 10, 11, 19, 26, 247)
@@ -44,6 +46,24 @@ class HeidenhainRunner(ContourLines):
         self._points: list[points.Place] = []
         #: The program that SEL PGM names.
         self._selected = ""
+
+    def _finish(self, main: Program) -> None:
+        super()._finish(main)
+        self._tell_unset()
+
+    def _tell_unset(self) -> None:
+        """Warn of Q parameters that nothing sets: programs that ran before have set them on the control (TNC 640, "Q parameters": they are
+        "globally effective for all programs stored in the TNC memory")."""
+        found = lines.unset(self.sources)
+        if not found:
+            return
+        names = list(found)
+        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+        message = f"{', '.join(names[:3])}{more} {'is' if len(names) == 1 else 'are'} read before anything sets {'it' if len(names) == 1 else 'them'}: 0 here"
+        hint = "on the control the value is that of a program that ran before"
+        index, offset, line = found[names[0]]
+        error = BlockError("variable-assumed", message, names[0], hint=hint)
+        self.reporter.report(self.sources[index], line, offset, error, Severity.WARNING)
 
     def _line(self, frame: Frame, at: int) -> None:
         """Run a line."""
@@ -340,7 +360,20 @@ class HeidenhainRunner(ContourLines):
         """247: the preset Q339; numbers 1 to 9 are the origins G54 to G59.3 of the parameter file. It ends cycles 7, 8, 10, 11 and 26."""
         self._parameters(frame, at, self._take_parameter)
         self._datums.untransform()
-        number = round(self._q(339))
+        self._use_preset(round(self._q(339)))
+
+    def do_preset(self, frame: Frame, at: int, statement: Statement) -> None:
+        """PRESET SELECT: a row of the table of presets; KEEP TRANS keeps the shifts and turns in force (TNC 7, "PRESET SELECT")."""
+        found = _PRESET.fullmatch(statement.data[0].strip())
+        if found is None:
+            message = f"PRESET SELECT {statement.data[0].strip()} is not read"
+            hint = "PRESET SELECT #3 takes preset 3; names stand in a table of the control"
+            raise BlockError("unsupported-block", message, "PRESET", hint=hint)
+        if not found["keep"]:
+            self._datums.untransform()
+        self._use_preset(int(found["row"]))
+
+    def _use_preset(self, number: int) -> None:
         if 1 <= number <= SYSTEM_COUNT:
             use_system(self.ip, number)
         elif number:
@@ -348,4 +381,4 @@ class HeidenhainRunner(ContourLines):
             use_system(self.ip, 1)
             message = f"preset {number} is taken as G54: presets 1 to {SYSTEM_COUNT} are G54 to G59.3"
             hint = "--parameters sets origins"
-            self.ip.warn(BlockError("preset-unknown", message, "CYCL", hint=hint), Severity.WARNING)
+            self.ip.warn(BlockError("preset-unknown", message, "PRESET", hint=hint), Severity.WARNING)

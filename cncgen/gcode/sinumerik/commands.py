@@ -37,7 +37,7 @@ _ACCEPTED = frozenset(
      "CDOF", "CDOF2", "CDON", "CUT2D", "CUT2DF", "WALIMON", "WALIMOF", "DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",
      "DYNPREC", "SBLON", "SBLOF", "DISPLOF", "DISPLON", "FNORM", "FLIN", "FCUB", "CPRECON", "CPRECOF", "POLYPATH", "BAUTO", "BNAT",
      "BTAN", "EAUTO", "ENAT", "ETAN", "NEWCONF", "WAITP", "FPRAOFF", "LFON", "LFOF", "SPCON", "SPCOF", "SAVE", "ACTBLOCNO",
-     "DELAYFSTON", "PCALL", "DELAYFSTOF", "TOROTOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "DRFOF", "LIFTFAST", "CP",
+     "DELAYFSTON", "PCALL", "DELAYFSTOF", "IPTRLOCK", "IPTRUNLOCK", "FENDNORM", "ORIC", "ORID", "OSC", "OSS", "OSSE", "OSD", "OST", "OSOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "DRFOF", "LIFTFAST", "CP",
      # Coordinates in which wear of tools counts, which the tool table has none of.
      "TOWSTD", "TOWWCS", "TOWBCS", "TOWMCS", "TOWTCS", "TOWKCS",
     ]
@@ -54,8 +54,11 @@ _NAMED_NOT_READ = {
     **dict.fromkeys(("DIAMCYCOF", "DIAMONA", "DIAMOFA", "DIAM90A"), "diameters of lathes"),
     **dict.fromkeys(("ORIPATH", "ORIPATHS", "ORICONCW", "ORICONCCW", "ORICONIO", "ORICONTO", "ORICURVE"), "a turn of the tool on a cone or a curve"),
     **orientation.NOT_READ,
-    **dict.fromkeys(("CUT3DC", "CUT3DF", "CUT3DFF", "CUT3DFS"), "cutter compensation in space"),
-    **dict.fromkeys(("TOROT", "TOFRAME", "TCARR", "TCOABS", "TCOFR", "PAROT"), "an oriented tool carrier"),
+    **dict.fromkeys(("CUT3DC", "CUT3DF", "CUT3DFF", "CUT3DFS", "CUT3DCC", "CUT3DCCD"), "cutter compensation in space"),
+    **dict.fromkeys(("TANG", "TANGON", "TANGOF", "TANGDEL", "TLIFT"), "an axis that follows the direction of the path"),
+    **dict.fromkeys(("REPOSA", "REPOSL", "REPOSQ", "REPOSH", "REPOSQA", "REPOSHA"), "the way back to the contour after an interrupt"),
+    **dict.fromkeys(("SON", "SONS", "PON", "PONS", "SPIF1", "SPIF2"), "punching and nibbling"),
+    **dict.fromkeys(("TOFRAME", "TCARR", "TCOABS", "TCOFR", "PAROT"), "an oriented tool carrier or workpiece"),
     **dict.fromkeys(("WHENEVER", "WHEN", "EVERY", "DO", "ID", "IDS"), "a synchronous action"),
     "CROTS": "a rotation by solid angles as a frame",
     "PRESETON": "another position of an axis",
@@ -402,6 +405,8 @@ _SWITCHES: dict[str, Callable[[Motions], None]] = {
     "TRAORI": _traori,
     "TRAFOOF": _trafoof,
     "TRANSMIT": _transmit,
+    "TOROT": swivelling.turn_to_tool,
+    "TOROTOF": swivelling.turn_back,
     # X is a diameter, in G90 alone, or a radius.
     "DIAMON": _sets("diameter", "G90 G91"),
     "DIAM90": _sets("diameter", "G90"),
@@ -433,6 +438,19 @@ def _path_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None
         message = f"FGROUP of {' '.join(sorted(axes))} is passed over: F is the feed of X Y Z, or of the rotary axes where these alone turn"
         hint = "the path is not changed by it; times where other axes move differ from the control's"
         motions.ip.warn_once(BlockError("feed-group", message, name, hint=hint))
+
+
+def _geometry_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """GEOAX(): X, Y and Z are the geometry axes, as at the start; GEOAX(1,X) says so of one.
+
+    Raises:
+        BlockError: Another axis becomes one.
+    """
+    wanted = dict(zip(values[::2], values[1::2], strict=False))
+    if len(values) % 2 or any(
+        "XYZ"[round(number(k or 0.0)) - 1 : round(number(k or 0.0))] != axis for k, axis in wanted.items()
+    ):
+        raise not_read(name, "other axes as those of the geometry")
 
 
 def _other_channel(motions: Motions, name: str, values: list[Scalar | None]) -> None:
@@ -478,13 +496,16 @@ CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     "SETMS": _master,
     "SETINT": _interrupt,
     "FGROUP": _path_axes,
+    "GEOAX": _geometry_axes,
     **measuring.CYCLES,
     **dict.fromkeys(("INIT", "START", "WAITE", "GET", "GETD", "RELEASE"), _other_channel),
     **dict.fromkeys(
         ("WORKPIECE", "CYCLE832", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL",
          "FLIM", "VELOLIM", "ACCLIM", "DISPLOF", "SOFTA", "BRISKA", "SPCON", "SPCOF", "CPROT", "GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND",
          "F_HEAD", "E_HEAD", "E_END", "F_END", "PROTD", "WAITP", "WAITS", "WAITMC",
-         "MMC", "WRITE", "CLRINT", "ENABLE", "DISABLE"),
+         "MMC", "WRITE", "DELETE", "CLRINT", "ENABLE", "DISABLE", "CANCEL", "SETPIECE", "COARSEA", "FINEA", "IPOENDA",
+         # Folders in which subprograms are looked for; --include names them here.
+         "CALLPATH"),
         nothing,
     ),
 }  # fmt: skip

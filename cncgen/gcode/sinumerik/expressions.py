@@ -186,6 +186,10 @@ class Function:
         )
 
 
+#: The function that looks for a file, whose value the run knows as it knows those of variables.
+IS_FILE = "ISFILE"
+
+
 @dataclass(frozen=True, slots=True)
 class Chain:
     """Two frames one after the other."""
@@ -228,6 +232,8 @@ def function(name: str, arguments: tuple[Value | None, ...]) -> Value:
     if name == "BOUND" and len(given) == 3:
         low, high, value = given
         return binary("MAXVAL", low, binary("MINVAL", high, value))
+    if name == IS_FILE and len(given) == 1:
+        return Variable(name, _flat(given))
     if len(given) in _TAKES.get(name, ()) and len(given) == len(arguments):
         return TextFunction(name, _flat(given))
     return Function(name, arguments)

@@ -135,12 +135,14 @@ def _compensate_with_allowance(motions: Motions, code: int) -> None:
 
 
 def _surface(motions: Motions, code: int, words: Words) -> None:
-    """G96 and kin, of one group with G94 and G95: G96 has a feed a revolution, G961 and G971 one a minute, G962, G972 and G973 that in force.
+    """G96 and kin, of one group with G94 and G95: G96, G97 and G973 have a feed a revolution, G961 and G971 one a minute, G962 and G972
+    that in force.
 
-    F in force counts on where no G94 said what it is (840D sl, Fundamentals, "Constant cutting rate").
+    F in force counts on where no G94 said what it is (840D sl, Fundamentals, "Constant cutting rate"). G97 without G96 before it does what
+    G95 does (840D, Fundamentals 10/2004, 7.13).
     """
     state = motions.ip.state
-    feed_mode = {96: 95, 961: 94, 971: 94}.get(code, state.feed_mode)
+    feed_mode = {96: 95, 97: 95, 973: 95, 961: 94, 971: 94}.get(code, state.feed_mode)
     if state.feed_mode != feed_mode:
         feed = state.feed
         motions.emit({}, (10 * feed_mode,))

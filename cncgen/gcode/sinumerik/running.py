@@ -19,6 +19,7 @@ from cncgen.gcode.sinumerik.programs import SUFFIXES, Program, programs_of
 from cncgen.gcode.sinumerik.said import file_name
 from cncgen.gcode.sinumerik.variables import Store, Variable
 from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.search import opened
 
 Frame = language_run.Frame[Program]
 
@@ -40,6 +41,7 @@ class SinumerikRunner(LanguageRun[Program]):
     def _prepare(self) -> None:
         self.ip.state.motion = 10
         self.store = Store(self.ip)
+        self.store.is_file = self._is_file
         self.motions = Motions(self.ip, self.store, self._begin_call, self._contour)
         #: The subprogram that MCALL runs.
         self._modal: Frame | None = None
@@ -308,6 +310,11 @@ class SinumerikRunner(LanguageRun[Program]):
         name = file_name(word)
         missing = f"{name} is not read: it is not a command, and no subprogram of that name is in the text or"
         return self.program_of(name, missing, word, unread_cycles.hint_of(name))
+
+    def _is_file(self, text: str) -> bool:
+        """Tell whether a program of a name is in the text, beside it or in a folder of --include (828D, Job planning 07/2010, 1.21)."""
+        name = file_name(text)
+        return name in self._files or opened(self._folders, name, self.suffixes) is not None
 
     def _scope(self, program: Program, arguments: tuple[Any, ...]) -> dict[str, Variable]:
         """Return the variables that a call begins with: the parameters of PROC."""

@@ -209,6 +209,35 @@ def _turn(motions: Motions, call: _Call, axes: tuple[float, float]) -> None:
 # Frames.
 
 
+def turn_to_tool(motions: Motions) -> None:
+    """TOROT under TRAORI: turn the programmed frame so that Z is along the tool and the new X in the plane Z X of before; its shift stays
+    (840D sl, Fundamentals 09/2011, 12.8 "Frame generation according to tool orientation").
+
+    Raises:
+        BlockError: No TRAORI is in force, or no machine says where the tool points.
+    """
+    kinematics = motions.ip.options.kinematics
+    if kinematics is None or motions.ip.state.length_code != affine.FOLLOWED:
+        message = "TOROT turns the coordinates to the tool, and nothing says where that points: TRAORI on a machine with a table [kinematics] does"
+        raise BlockError("tcp-machine", message, "TOROT", hint="CYCLE800 or ROT turns a plane by angles")
+    now = motions.frames
+    direction = kinematics.direction(positions(motions.ip, kinematics))
+    x, y, z = affine.applied(affine.transposed(now.swivelled.matrix), direction)
+    fault = BlockError("plane-points", "TOROT: the tool lies along Y, which leaves the new X open", "TOROT")
+    along = affine.unit((z, 0.0, -x), fault)
+    matrix = affine.of_columns(along, affine.cross((x, y, z), along), (x, y, z))
+    message = "TOROT: the new X axis is taken to lie in the plane Z X of before"
+    hint = "machine data 21110 of the control decides; a ROT before it is replaced"
+    motions.ip.warn_once(BlockError("swivel-frame", message, "TOROT", hint=hint))
+    take_frames(motions, replace(now, programmable=replace(now.programmable, matrix=matrix)))
+
+
+def turn_back(motions: Motions) -> None:
+    """TOROTOF: end the rotation that TOROT has put into the programmed frame."""
+    now = motions.frames
+    take_frames(motions, replace(now, programmable=replace(now.programmable, matrix=affine.UNIT)))
+
+
 def take_frames(motions: Motions, wanted: affine.Frames) -> None:
     """Put frames in force, within that of a turned table or head."""
     with motions.shifting():

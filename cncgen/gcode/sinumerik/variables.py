@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from cncgen.gcode.block import AXIS_INDEX
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinumerik import frame_variables, measuring, tool_data
-from cncgen.gcode.sinumerik.expressions import Scalar, number
+from cncgen.gcode.sinumerik.expressions import IS_FILE, Scalar, number
 
 #: R parameters that there are.
 MOST_R = 32_767
+#: Outputs of the control and data of its PLC, which move nothing.
+_OUTPUTS = frozenset(("$A_OUT", "$A_OUTA", "$A_DBB", "$A_DBW", "$A_DBD", "$A_DBR"))
 #: The axes of the plane in force, and the one across it.
 _PLANE_AXES = ("$P_AXN1", "$P_AXN2", "$P_AXN3")
 #: Times and counters that run on the control.
@@ -61,6 +64,8 @@ class Store:
     def __init__(self, ip: Interpreter) -> None:
         self.ip = ip
         self.tools = tool_data.ToolData(ip)
+        #: Whether a text is the name of a program that is found (ISFILE).
+        self.is_file: Callable[[str], bool] = lambda name: False
         self.r = array("d", bytes(8 * (MOST_R + 1)))
         self.scopes: list[dict[str, Variable]] = [{}]
         #: Where the last motion with MEAS ended, in the program's coordinates and in the machine's.
@@ -135,6 +140,8 @@ class Store:
         variable = self._found(name)
         if variable is not None:
             return variable.values[variable.place(name, indices)]
+        if name == IS_FILE and len(indices) == 1 and isinstance(indices[0], str):
+            return float(self.is_file(indices[0]))
         if name.startswith("$"):
             return self._system(name, indices)
         if (name in "XYZABCUVW" or name in frame_variables.PARTS) and not indices:
@@ -148,7 +155,7 @@ class Store:
 
     def set_value(self, name: str, indices: list[Scalar], value: Scalar) -> None:
         """Set a variable."""
-        if name in _COUNTERS:
+        if name in _COUNTERS or name in _OUTPUTS:
             return
         if tool_data.names(name):
             self.tools.set(

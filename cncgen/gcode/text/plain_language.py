@@ -78,6 +78,8 @@ class Statement(NamedTuple):
 
 #: Q parameters of a program and those that are kept, QL1 and QR1, and what is added to their numbers: Q ends at Q1999.
 _OWN_NUMBERS = {"L": 3000, "R": 3500}
+#: The number of Q0, since 0 is none of a parameter here.
+_FIRST = 4000.0
 #: The first number that no parameter has.
 _BEYOND = 5602
 #: M functions that stand for several of G-code, or for another one.
@@ -210,7 +212,7 @@ def number(text: str) -> float:
 def _number_of(q: str) -> float:
     """Return the number of a parameter Q, QL or QR."""
     kind = q[1:2].upper()
-    found = float(q[2:]) + _OWN_NUMBERS[kind] if kind in _OWN_NUMBERS else float(q[1:])
+    found = float(q[2:]) + _OWN_NUMBERS[kind] if kind in _OWN_NUMBERS else float(q[1:]) or _FIRST
     if found >= _BEYOND:
         message = f"{q.upper()} is not read: Q parameters go up to Q{_BEYOND - 1}"
         hint = "take a smaller number"
@@ -251,7 +253,7 @@ def _function(name: str, a: Value) -> Value:
 
 
 def _word(name: str, value: Value | str) -> tuple[str, Value]:
-    return name.upper(), number(value) if isinstance(value, str) else value
+    return name.rstrip(": \t").upper(), number(value) if isinstance(value, str) else value
 
 
 def _sense(name: str, sign: str) -> Raw:
@@ -582,7 +584,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "dwell": lambda unit, value: Statement("dwell", data=(unit.upper(), value)),
     "global_def": lambda *_: Statement("global_def"),
     "begin_program": _begin_program, "end_program": lambda *_: Statement("end_program", [("m", 2.0)]),
-    "text": lambda name, text: Statement("text", data=(_whole(name[2:]), text)), "passed": lambda *_: Statement("passed"), "probe": lambda *_: Statement("block", [_REMARK, ("remark", 40.0)]),
+    "text": lambda name, text: Statement("text", data=(_whole(name[2:]), text)), "passed": lambda *_: Statement("passed"), "preset": lambda text: Statement("preset", data=(text,)), "probe": lambda *_: Statement("block", [_REMARK, ("remark", 40.0)]),
     "assignment": lambda q, value: Statement("set", data=(_number_of(q), value)),
     "fn_assignment": lambda fn, q, value: Statement("set", data=(_number_of(q), value)),
     "feed_of_parameter": lambda q, word: Statement("feed", data=(_number_of(q), word.upper().lstrip("F \t"))),
