@@ -732,3 +732,20 @@ def test_isfile_looks_for_a_program(run: Run) -> None:
 def test_commands_that_would_move_otherwise_are_refused_by_name(run: Run, line: str) -> None:
     """TANGON, REPOSA and SON were called no commands."""
     assert [code for code, *_ in run(f"{line}\nG0 X1\nM30", dialect="sinumerik").errors] == ["not-read"]
+
+
+@pytest.mark.parametrize(
+    ("before", "feed", "expected"),
+    [
+        ("G94\nG97", 200, ["feed-doubtful"]),
+        ("G95", 200, ["feed-doubtful"]),
+        ("G97", 0.3, []),
+        ("G971", 200, []),
+        ("G94", 200, []),
+    ],
+)
+def test_a_feed_a_revolution_that_nobody_can_mean(
+    run: Run, before: str, feed: float, expected: list[str]
+) -> None:
+    """200 mm a revolution, at 2000 rev/min 400 m a minute, where G97 has ended G94."""
+    assert codes(run, f"M3\n{before} S2000\nG1 X10 F{feed}\nX20 F{feed}\nM30") == expected

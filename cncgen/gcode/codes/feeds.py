@@ -36,12 +36,14 @@ def set_feed(ip: Interpreter, block: Block) -> None:
 
 def feeds_meant(ip: Interpreter) -> tuple[float, float]:
     """Return the feeds between which one is not doubted, in program units; the first doubt of a run is the only one."""
-    if ip.feed_doubted or ip.dialect not in BOTH:
+    # SINUMERIK's G97 has a feed a revolution, which a program that means mm a minute by it does not know.
+    turned = ip.dialect == "sinumerik" and ip.state.feed_mode == 95
+    if ip.feed_doubted or not (ip.dialect in BOTH or turned):
         return 0.0, math.inf
     unit = INCH if ip.state.inches else 1.0
     if ip.state.feed_mode == 94:
         return LEAST_FEED / unit, math.inf
-    return 0.0, MOST_FEED / unit if ip.lathe and ip.state.feed_mode == 95 else math.inf
+    return 0.0, MOST_FEED / unit if turned or (ip.lathe and ip.state.feed_mode == 95) else math.inf
 
 
 def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
@@ -51,7 +53,13 @@ def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
         return
     ip.feed_doubted = True
     mm = feed * (INCH if ip.state.inches else 1.0)
-    if ip.state.feed_mode == 95:
+    if ip.dialect == "sinumerik":
+        message = f"F{feed:g} is {mm:.4g} mm a revolution: at 1000 rev/min {mm:.4g} m a minute"
+        hint, values = (
+            "G95, G96 and G97 have a feed a revolution, G94, G961 and G971 one a minute",
+            {"feed_mm_rev": mm},
+        )
+    elif ip.state.feed_mode == 95:
         message = f"F{feed:g} in G99 is {mm:.4g} mm a revolution: at 1000 rev/min {mm:.4g} m a minute"
         hint, values = "a feed a minute is of G98", {"feed_mm_rev": mm}
         if not ip.feed_mode_said:
