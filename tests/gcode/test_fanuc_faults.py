@@ -162,6 +162,20 @@ def test_a_comment_ends_at_its_first_parenthesis(run: Run, line: str) -> None:
     assert [d.span.line for d in found.diagnostics if d.code == "other-control"] == [2]
 
 
+def test_a_jump_behind_a_setting_acts_each_time_that_its_text_is_read(run: Run) -> None:
+    """By hand: the second line of the same text, as the first one, goes to N10, which then leads to N20. It was read without its GOTO."""
+    text = "O1\nG21 G90 F100\n#1=0\n#2=1 GOTO10\nG1 X99\nN10 G1 X[5+#1]\n#1=#1+1\nIF[#1EQ2]GOTO20\n#2=1 GOTO10\nG1 X98\nN20 G1 X9\nM30"
+    found = run(text, dialect="fanuc")
+    assert found.errors == []
+    assert found.path.end[found.path.kind != Kind.EVENT, 0].tolist() == [5, 6, 9]
+
+
+def test_an_alarm_whose_variable_is_computed_ends_the_program(run: Run) -> None:
+    """#[3000] is #3000 (B-63324EN, 15.2); it was stored, and the program went on."""
+    found = run("O1\nG21 G90 F100\n#1=3000\n#[#1]=7 (WORN)\nG1 X5\nM30", dialect="fanuc")
+    assert [fault[0] for fault in found.errors] == ["macro-alarm"]
+
+
 def test_h_beside_a_call_is_not_taken_as_a_tool_offset(run: Run) -> None:
     """Mazak's M98 P H begins at a line; as an offset it moved Z by the difference of two tools."""
     text = "O1\nG43 H1 Z10\nM98 P100 H20\nM30\nO100\nN20 G0 X1\nM99"

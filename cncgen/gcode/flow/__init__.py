@@ -3,10 +3,10 @@
 run          what the runs of all languages have in common
 running      `Runner`, one run of a program of G-code
 language_run `LanguageRun`, one run of a program of SINUMERIK or Heidenhain's plain language: its lines as records, frames of calls
-course       line after line, wherever they lead: scanned, computed while they are read, or parsed and kept
+course       line after line, wherever they lead: scanned, computed while they are read, or run one by one
 computing    lines that a kernel computes while it reads them, O-words that lead to written labels and FANUC's macros among them
 pending      plain blocks that are read and not yet run, in columns; `batches` hands them to a kernel
-compiling    makes a function of a parsed block; `executing` has the interpreter execute one
+line_by_line runs parsed lines one by one; `executing` has the interpreter execute a block
 o_words      O-words that the kernel `gcode_run` does not follow by itself, by the labels of `subroutines`; `sub_words` (SUB, CALL, RETURN)
 plain_lines  `PlainLane`, runs of lines of SINUMERIK and Heidenhain: computed by the same kernel, through `batches` too
 macros       calls, jumps and arguments of FANUC's macros

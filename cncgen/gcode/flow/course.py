@@ -1,17 +1,17 @@
 """The course of a run: line after line from the first one on, wherever O-words, jumps and calls lead.
 
 Lines of the main program that are reached for the first time are scanned into columns where they are plain. Lines of LinuxCNC's
-dialect are computed while they are read, again each time. Any other line is parsed, and its effect is kept where it may run
-again: before the first line that was not reached, and in calls.
+dialect and FANUC's are computed while they are read, again each time. Any other line is parsed, and runs by itself.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from cncgen.gcode.block import Parsed
 from cncgen.gcode.budget import LINE, PAUSE
 from cncgen.gcode.errors import Astray, BlockError
-from cncgen.gcode.flow.effects import Effect, effect_of
+from cncgen.gcode.flow.line_by_line import is_o_word
 from cncgen.gcode.flow.parts import Parts
 from cncgen.gcode.flow.reading import first_line
 from cncgen.gcode.text.labels import Cursor
@@ -21,9 +21,6 @@ from cncgen.kernels import gcode_scan
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.flow.recurrence import Recurrence
-
-#: Lines whose effects are kept; a loop is rarely longer.
-_MAX_KEPT = 65_536
 
 
 class Course:
@@ -37,7 +34,6 @@ class Course:
         self._parts = parts
         self._frames = parts.control.calls.frames
         self._recurrence: Recurrence | None = None
-        self._kept: dict[Cursor, tuple[Effect, bool, Cursor]] = {}
         self.reached = self._here = first_line(parts.ip, parts.sources[0])
         #: Lines run, and blocks counted before them, since a line was reached for the first time.
         self._since = self._begun = 0
@@ -140,7 +136,9 @@ class Course:
                 parts.pending.flush()
                 self._branched = False
                 return
-            effect, self._branched, following = self._effect(here)
+            following, text = parts.lines.after(here), parts.lines.text(here)
+            parsed = self._read(text)
+            self._branched = is_o_word(parsed)
             if self._is_forward(here):
                 self.reached = following
                 self._since, self._begun = 0, parts.ip.budget.steps
@@ -149,7 +147,11 @@ class Course:
             else:
                 self._since += 1
             parts.ip.budget.count(1, LINE)
-            target = effect() or following
+            target = following
+            if not text.lstrip().startswith("%"):
+                target = parts.line_runner().run(parsed, here, following) or following
+            elif here.source == 0:
+                parts.percent.line(text, self.reached.offset)
         except BlockError as error:
             following = target = parts.lines.after(here)
             parts.faults.fail(here, error)
@@ -168,29 +170,10 @@ class Course:
             self._recurrence = Recurrence(parts.ip, parts.faults, lambda: parts.control.calls.records)
         self._recurrence.look(here, back, self._begun)
 
-    # Effects of lines.
-
-    def _effect(self, here: Cursor) -> tuple[Effect, bool, Cursor]:
-        """Return the effect of a line, whether it is an O-word, and the next line; they are kept where it may run again."""
-        kept = self._kept.get(here)
-        if kept is not None:
-            return kept
-        after = self._parts.lines.after(here)
-        made = *self._read(here, after), after
-        if not self._is_forward(here):
-            if len(self._kept) >= _MAX_KEPT:
-                self._kept.clear()
-            self._kept[here] = made
-        return made
-
-    def _read(self, here: Cursor, after: Cursor) -> tuple[Effect, bool]:
-        """Return the effect of a line, and whether it is an O-word."""
-        parts = self._parts
-        text = parts.lines.text(here)
-        bare = text.strip()
+    def _read(self, text: str) -> Parsed:
+        """Return the block of a line; none of a line of % or an empty one."""
+        parts, bare = self._parts, text.strip()
         if bare.startswith("%"):
-            return lambda: None if here.source else parts.percent.line(text, self.reached.offset), False
+            return Parsed()
         parts.percent.seen = True
-        if not bare:
-            return lambda: None, False
-        return effect_of(parts.control, parts.compiler, parts.lines.parse(text), here, after)
+        return parts.lines.parse(text) if bare else Parsed()

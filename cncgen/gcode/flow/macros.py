@@ -80,7 +80,7 @@ def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
 
 
 def call(ip: Interpreter, block: Block) -> None:
-    """G65: call a macro (its words are read before, `Compiler.call_macro`)."""
+    """G65: call a macro (its words are read before, `LineRunner.call_macro`)."""
 
 
 def modal_call(ip: Interpreter, block: Block) -> None:

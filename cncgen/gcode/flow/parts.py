@@ -18,7 +18,7 @@ from cncgen.toolpath.reading import ReadOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from cncgen.gcode.flow.compiling import Compiler
+    from cncgen.gcode.flow.line_by_line import LineRunner
     from cncgen.gcode.flow.profile_lines import Take
     from cncgen.gcode.text.labels import Cursor, Label
 
@@ -29,7 +29,7 @@ class Parts:
     Attributes:
         sources: The texts: the main program, then files in the order in which they were called.
         by_line: Whether the scanner cannot read the dialect's plain blocks, so that every line is parsed.
-        compiler: Gives the maker of actions.
+        line_runner: Gives what runs lines one by one.
     """
 
     def __init__(
@@ -52,11 +52,11 @@ class Parts:
         self.ip = ip = Interpreter(sink, options, faults.remark, dialect, plain=plain)
         self.control = ip.flow = FlowControl(ip, sources, path)
         self.executor = Executor(ip, self.control.calls, faults)
-        self.compiler = cache(self._compiler)
+        self.line_runner = cache(self._line_runner)
         self.pending = PendingBlocks(
             self.control,
             sources,
-            self.compiler,
+            self.line_runner,
             self.executor,
             faults,
             batches=batches,
@@ -69,11 +69,11 @@ class Parts:
         self.control.run_profile = partial(_run_profile, self.control)
         faults.recover = partial(_recover, ip)
 
-    def _compiler(self) -> Compiler:
-        """Return what makes actions of parsed blocks; programs whose lines are all plain or computed do not import the module."""
-        from cncgen.gcode.flow.compiling import Compiler
+    def _line_runner(self) -> LineRunner:
+        """Return what runs lines one by one; programs whose lines are all plain or computed do not import the module."""
+        from cncgen.gcode.flow.line_by_line import LineRunner
 
-        return Compiler(self.ip, self.control, self.executor.execute)
+        return LineRunner(self.control, self.executor.execute)
 
 
 def _run_profile(control: FlowControl, take: Take, first: Cursor, end: Cursor | Label, word: str) -> None:

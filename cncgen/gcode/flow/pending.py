@@ -20,8 +20,8 @@ from cncgen.kernels import gcode_scan
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from cncgen.gcode.flow.compiling import Compiler
     from cncgen.gcode.flow.computing import Computing, LinesRead
+    from cncgen.gcode.flow.line_by_line import LineRunner
     from cncgen.gcode.flow.o_words import FlowControl
 
 
@@ -35,7 +35,7 @@ class PendingBlocks:
         self,
         control: FlowControl,
         sources: list[Source],
-        compiler: Callable[[], Compiler],
+        line_runner: Callable[[], LineRunner],
         executor: Executor,
         faults: Faults,
         *,
@@ -44,7 +44,7 @@ class PendingBlocks:
     ) -> None:
         self._control, self._ip = control, control.ip
         self._sources = sources
-        self._compiler = compiler
+        self._line_runner = line_runner
         self._executor = executor
         self._faults = faults
         self._plain = PlainBlocks()
@@ -124,7 +124,7 @@ class PendingBlocks:
             comment = None
             if flags & gcode_scan.ACTIVE or (flags & gcode_scan.COMMENT and ip.base.wants_comments):
                 comment = comment_of(self._sources[here.source].text_at(here.offset))
-            if ip.dialect == "fanuc" and self._compiler().call_macro(plain.pairs(index), here):
+            if ip.dialect == "fanuc" and self._line_runner().call_macro(plain.pairs(index), here):
                 return
             block = plain.block(index)
             block.comment = comment

@@ -12,8 +12,7 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.budget import LINE
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.calls import LOCALS
-from cncgen.gcode.flow.compiling import Compiler
-from cncgen.gcode.flow.effects import Effect, effect_of
+from cncgen.gcode.flow.line_by_line import LineRunner
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.text.labels import Cursor, Label
 
@@ -63,19 +62,14 @@ def run_profile(control: FlowControl, take: Take, first: Cursor, end: Cursor | L
 
 def _steps(control: FlowControl, take: Take, here: Cursor, word: str) -> Iterator[tuple[Cursor, Cursor]]:
     """Run line after line up to the end of the text; yield each with the line that it leads to."""
-    compiler, lines = Compiler(control.ip, control, take), control.lines
-    met: dict[Cursor, tuple[Effect, Cursor]] = {}
+    runner, lines = LineRunner(control, take), control.lines
     for _ in range(_MAX_STEPS):
         if here.offset >= len(control.subroutines.sources[here.source]):
             return
         control.ip.budget.count(1, LINE)
         try:
-            if here not in met:
-                after = lines.after(here)
-                parsed = lines.parse(lines.text(here))
-                met[here] = effect_of(control, lambda: compiler, parsed, here, after)[0], after
-            effect, after = met[here]
-            target = effect() or after
+            after = lines.after(here)
+            target = runner.run(lines.parse(lines.text(here)), here, after) or after
         except BlockError as error:
             raise error.within(f"line {here.line} of the profile", word) from None
         yield here, target
