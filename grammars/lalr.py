@@ -8,7 +8,7 @@
     goto[state, nonterminal]  number of the pair, -1 for none
     lead[pair, terminal]      the state behind the nonterminal, once rules that pass it on alone are reduced too (a sum of one product)
     move[d, class of a byte]  next state of the DFA, -1 where no terminal goes on
-    token[mode, d]            terminal that ends in d, for parser states of that mode; -1 for none
+    token[mode, d]            terminal that ends in d, for parser states of that mode; -1 for none, -2 where none ends further on either
 
 The longest match that the parser's state allows wins, then the higher priority, then what is written as a string. Two terminals of one
 priority that match the same text in one state break the build, unless `BEATEN` has a reason why the string is meant. What a pattern says of the text behind it, (?!...), is for Lark, whose first match wins, and is passed over here, but `APART`. A blank that no terminal takes is
@@ -504,7 +504,24 @@ def _tokens(
         for labels in scanner.ends:
             row.append(next(iter(_fitting(labels, state, terminals, passed)), -1))
         modes.append(rows.setdefault(tuple(row), len(rows)))
-    return [list(row) for row in rows], modes
+    return [_ended(scanner.moves, row) for row in rows], modes
+
+
+def _ended(moves: list[list[int]], row: tuple[int, ...]) -> list[int]:
+    """Return a row of `token` with -2 for states from which no terminal of the mode is reached.
+
+    There the scan ends: to the end of a text that some terminal of another mode takes whole, at each token, is a time as its square.
+    """
+    before: list[list[int]] = [[] for _ in moves]
+    for d, to in enumerate(moves):
+        for after in {*to} - {-1}:
+            before[after].append(d)
+    waiting = [d for d, kind in enumerate(row) if kind >= 0]
+    lives = {*waiting}
+    for d in waiting:
+        waiting += (new := {*before[d]} - lives)
+        lives |= new
+    return [kind if d in lives else -2 for d, kind in enumerate(row)]
 
 
 def _literal_of(scanner: _Scanner, terminals: list[Any], literals: dict[str, int]) -> list[int]:

@@ -164,6 +164,8 @@ def _find(
             break
         at += 1
         kind = tables.token[mode + d]
+        if kind == -2:
+            break
         # c is the last character of the token.
         if kind >= 0 and not (tables.apart[kind] and is_of_name(c) and at < size and is_of_name(text[at])):
             found, taken, ended = kind, at, d

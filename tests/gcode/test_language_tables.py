@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import time
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any
@@ -292,3 +293,18 @@ def test_what_was_expected() -> None:
     reader = grammar_values.Reader(import_module("cncgen.grammars.tables_sinumerik"), _Shapes())
     assert reader.parse("GOTOF ; where?") is None
     assert (reader.error, set(reader.expected())) == (5, {"NAME", "ADDRESS", "STRING", "PLAIN_NUMBER"})
+
+
+def test_a_formula_takes_time_as_its_length() -> None:
+    """A scan ends where no token that the state allows goes on: behind each number some other terminal takes the rest of the line."""
+
+    def least_time(terms: int) -> float:
+        taken = []
+        for _ in range(3):
+            begin = time.process_time()
+            plain_language.parse("Q1 = 1" + " + 1" * terms)
+            taken.append(time.process_time() - begin)
+        return min(taken)
+
+    # As the length: 8; as its square: 64.
+    assert least_time(16_000) < 20.0 * least_time(2_000)
