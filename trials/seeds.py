@@ -21,6 +21,7 @@ TUNING: Mapping[str, range] = MappingProxyType(
         "bodies_beside_rs274": range(10_000),
         "servo_tables": range(10_000),
         "shortening": range(1_000),
+        "beside_ipopt": range(1_000),
     }
 )
 #: The same of what evidence is drawn from.
@@ -35,6 +36,7 @@ EVIDENCE: Mapping[str, range] = MappingProxyType(
         "bodies_beside_rs274": range(10_000, 1_000_000),
         "servo_tables": range(10_000, 1_000_000),
         "shortening": range(1_000, 100_000),
+        "beside_ipopt": range(1_000, 100_000),
     }
 )
 

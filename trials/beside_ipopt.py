@@ -1,0 +1,355 @@
+"""G64 on random paths of two and three axes beside the least time that IPOPT finds within the same tolerance.
+
+    pip install "cncgen[bench]"
+    python -m trials.beside_ipopt 40 --seed 2000
+
+Direct multiple shooting, which shares nothing with the planner: each row of the program is a phase of free duration, in
+steps of some 1 ms of constant jerk. Positions, velocities and accelerations of the axes go on where phases meet. Within a
+phase the motion is within P of its row, and where phases meet within P of the joint, so the tolerance holds both ways and
+in order. The planned motion is the first guess. What IPOPT finds is a local optimum, the true one is this or shorter. It
+holds the tolerance at its steps alone, and P itself, where a plan leaves room for the chords of setpoints.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import cncgen
+from cncgen.machine.reading import machine_from_toml
+from trials.seeds import first_for_tuning
+
+Floats = NDArray[np.float64]
+Point = tuple[float, ...]
+
+#: Limits of X, Y and Z: mm/s, mm/s², mm/s³.
+LIMITS = np.array([[250.0, 2500.0, 5e4], [250.0, 2500.0, 5e4], [150.0, 1200.0, 3e4]])
+PERIOD_S = 1e-3
+#: Steps of a row at least.
+_LEAST_STEPS = 12
+#: A ratio that the issue of the method allows at most.
+ALLOWED = 1.015
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line, or an arc counterclockwise (`turn` 1) or clockwise (-1) about `centre` in the plane of X and Y."""
+
+    begin: Point
+    end: Point
+    centre: Point = ()
+    turn: int = 0
+
+
+@dataclass(frozen=True)
+class Case:
+    """A path, its tolerance in mm, and its feed in mm/min."""
+
+    rows: list[Row]
+    tolerance: float
+    feed: float
+
+    @property
+    def axes(self) -> int:
+        """Return how many axes move."""
+        return len(self.rows[0].begin)
+
+    def program(self) -> str:
+        """Return the path as G-code."""
+        lines = [
+            f"(START, {_words(self.rows[0].begin)})",
+            f"G21 G90 G94 G17 G64 P{self.tolerance} F{self.feed}",
+        ]
+        for row in self.rows:
+            code = {0: "G1", 1: "G3", -1: "G2"}[row.turn]
+            middle = [
+                f"{letter}{c - b:.9f}" for letter, c, b in zip("IJ", row.centre, row.begin, strict=False)
+            ]
+            lines.append(" ".join([code, _words(row.end), *middle]))
+        return "\n".join([*lines, "M2", ""])
+
+    def machine(self) -> str:
+        """Return a machine with these axes as TOML."""
+        text = (
+            f'name = "ipopt"\nperiod_s = {PERIOD_S}\nchord_tolerance_mm = 0.001\npath_tolerance_mm = 0.01\n'
+        )
+        for letter, (v, a, j) in zip("xyz"[: self.axes], LIMITS.tolist(), strict=False):
+            text += f"[axes.{letter}]\nmax_velocity_mm_s = {v}\nmax_acceleration_mm_s2 = {a}\nmax_jerk_mm_s3 = {j}\n"
+        return text
+
+
+def _words(point: Point) -> str:
+    return " ".join(f"{letter}{value:.9f}" for letter, value in zip("XYZ", point, strict=False))
+
+
+# Paths.
+
+
+def _lines(points: Any) -> list[Row]:
+    at = [tuple(map(float, point)) for point in points]
+    return [Row(a, b) for a, b in itertools.pairwise(at)]
+
+
+def _rotation(rng: np.random.Generator, axes: int) -> Floats:
+    """Return a random rotation, shape (axes, axes)."""
+    q, r = np.linalg.qr(rng.normal(size=(axes, axes)))
+    return np.asarray(q * np.sign(np.diag(r)))
+
+
+def _walk(rng: np.random.Generator, axes: int, lengths: Floats, bend: float) -> list[Row]:
+    """Return lines of these lengths, each leaning from the one before by a random vector of about the length `bend`."""
+    heading, points = _rotation(rng, axes)[0], [np.zeros(axes)]
+    for length in lengths:
+        points.append(points[-1] + length * heading)
+        heading = heading + bend * rng.normal(size=axes)
+        heading = heading / np.linalg.norm(heading)
+    return _lines(points)
+
+
+def _chain(rng: np.random.Generator, axes: int, tolerance: float) -> list[Row]:
+    return _walk(rng, axes, np.exp(rng.uniform(math.log(0.5), math.log(12.0), rng.integers(3, 9))), 1.5)
+
+
+def _near_corners(rng: np.random.Generator, axes: int, tolerance: float) -> list[Row]:
+    between = tolerance * np.exp(rng.uniform(math.log(3.0), math.log(80.0), 2))
+    return _walk(rng, axes, np.array([7.0, *between, 7.0]), 0.9)
+
+
+def _corner(rng: np.random.Generator, axes: int, tolerance: float) -> list[Row]:
+    angle, turned = rng.uniform(0.1, 2.8), _rotation(rng, axes)[:2]
+    return _lines(
+        np.array([(0, 0), (10, 0), (10 + 10 * math.cos(angle), 10 * math.sin(angle))]) @ turned,
+    )
+
+
+def _zigzag(rng: np.random.Generator, axes: int, tolerance: float) -> list[Row]:
+    along, across = rng.uniform(0.5, 4.0, 2)
+    points = [(along * k, across * (k % 2)) for k in range(rng.integers(4, 9))]
+    return _lines(np.array(points) @ _rotation(rng, axes)[:2])
+
+
+def _stairs(rng: np.random.Generator, axes: int, tolerance: float) -> list[Row]:
+    steps = np.diag(rng.uniform(0.3, 3.0, axes))
+    return _lines(np.cumsum([np.zeros(axes), *(steps[k % axes] for k in range(rng.integers(4, 10)))], axis=0))
+
+
+def _short_rows(rng: np.random.Generator, axes: int, tolerance: float) -> list[Row]:
+    s = np.linspace(0.0, 1.0, rng.integers(12, 28) + 1)
+    waves = [rng.uniform(0.5, 4.0) * np.sin(2.0 * np.pi * rng.uniform(0.4, 2.2) * s) for _ in range(axes - 1)]
+    return _lines(np.stack([rng.uniform(8.0, 28.0) * s, *waves], axis=1) @ _rotation(rng, axes))
+
+
+def _u_turn(rng: np.random.Generator, axes: int, tolerance: float) -> list[Row]:
+    """Return line, half circle, line; in three axes with a plunge before and a way out behind."""
+    r, length, low = rng.uniform(1.0, 10.0), rng.uniform(3.0, 20.0), (0.0,) * (axes - 2)
+    ahead, back = (length, 0.0, *low), (length, 2.0 * r, *low)
+    rows = [
+        Row((0.0, 0.0, *low), ahead),
+        Row(ahead, back, (length, r), 1),
+        Row(back, (0.0, 2.0 * r, *low)),
+    ]
+    if low:
+        above = rng.uniform(0.5, 4.0)
+        rows = [Row((0.0, 0.0, above), rows[0].begin), *rows, Row(rows[-1].end, (0.0, 2.0 * r, above))]
+    return rows
+
+
+def _bent_arc(rng: np.random.Generator, axes: int, tolerance: float) -> list[Row]:
+    """Return a line, a tangential arc, and a line at an angle to it; in three axes one that rises."""
+    r, length, swept = rng.uniform(2.0, 8.0), rng.uniform(4.0, 15.0), rng.uniform(0.4, 2.5)
+    low = (0.0,) * (axes - 2)
+    joint, end = (length, 0.0, *low), (length + r * math.sin(swept), r - r * math.cos(swept), *low)
+    heading, reach = swept + rng.uniform(-1.5, 1.5), rng.uniform(4.0, 15.0)
+    last = (
+        end[0] + reach * math.cos(heading),
+        end[1] + reach * math.sin(heading),
+        *(rng.uniform(-4, 4) for _ in low),
+    )
+    return [Row((0.0, 0.0, *low), joint), Row(joint, end, (length, r), 1), Row(end, last)]
+
+
+KINDS: tuple[Callable[[np.random.Generator, int, float], list[Row]], ...] = (
+    _chain, _near_corners, _corner, _zigzag, _stairs, _short_rows, _u_turn, _bent_arc,
+)  # fmt: skip
+
+
+def cases(count: int, seed: int) -> Iterator[Case]:
+    """Draw cases: each kind in turn, two axes and three."""
+    for k in range(count):
+        rng = np.random.default_rng([seed, k])
+        tolerance = float(np.exp(rng.uniform(math.log(0.005), math.log(0.2))))
+        axes = 2 + k // len(KINDS) % 2
+        yield Case(
+            KINDS[k % len(KINDS)](rng, axes, tolerance),
+            tolerance,
+            float(rng.choice([2000, 4000, 6000, 9000])),
+        )
+
+
+# The optimum.
+
+
+class _Problem:
+    """Unknowns, constraints and their bounds, as they are added."""
+
+    def __init__(self, casadi: Any) -> None:
+        self.casadi = casadi
+        self.unknowns: list[Any] = []
+        self.first: list[Floats] = []
+        self.low: list[Floats] = []
+        self.high: list[Floats] = []
+        self.rows: list[Any] = []
+        self.least: list[Floats] = []
+        self.most: list[Floats] = []
+
+    def unknown(self, first: Any, low: float, high: float) -> Any:
+        start = np.atleast_1d(np.asarray(first, float))
+        symbol = self.casadi.MX.sym(f"u{len(self.unknowns)}", start.size)
+        self.unknowns.append(symbol)
+        self.first.append(np.clip(start, low, high))
+        self.low.append(np.full(start.size, low))
+        self.high.append(np.full(start.size, high))
+        return symbol
+
+    def hold(self, row: Any, least: float, most: float) -> None:
+        self.rows.append(self.casadi.reshape(row, -1, 1))
+        self.least.append(np.full(row.numel(), least))
+        self.most.append(np.full(row.numel(), most))
+
+    def least_of(self, cost: Any) -> tuple[float, str]:
+        """Return the least cost, and how the search ended."""
+        ca = self.casadi
+        quiet = {"ipopt.print_level": 0, "print_time": 0, "ipopt.sb": "yes"}
+        tight = {
+            "ipopt.max_iter": 1500,
+            "ipopt.tol": 1e-7,
+            "ipopt.constr_viol_tol": 1e-8,
+            "ipopt.mu_strategy": "adaptive",
+        }
+        what = {"x": ca.vertcat(*self.unknowns), "f": cost, "g": ca.vertcat(*self.rows)}
+        solver = ca.nlpsol("least", "ipopt", what, quiet | tight)
+        found = solver(
+            x0=np.concatenate(self.first), lbx=np.concatenate(self.low), ubx=np.concatenate(self.high),
+            lbg=np.concatenate(self.least), ubg=np.concatenate(self.most),
+        )  # fmt: skip
+        return float(found["f"]), str(solver.stats()["return_status"])
+
+
+def optimum(case: Case, guess: Floats) -> tuple[float, str]:
+    """Return the least time that IPOPT finds from a motion, shape (n, axes), at setpoints; and how it ended."""
+    import casadi
+
+    v, a, j = LIMITS[: case.axes].T
+    t = PERIOD_S * np.arange(len(guess))
+    rates = [guess]
+    for limit in (v, a, j):
+        before = rates[-1] * (1.0 if len(rates) == 1 else (v, a)[len(rates) - 2])
+        rates.append(np.gradient(before, PERIOD_S, axis=0) / limit)
+    problem, total, before_states = _Problem(casadi), 0.0, None
+    for row, (first, last) in zip(case.rows, _cuts(case, guess), strict=True):
+        steps = max(_LEAST_STEPS, last - first)
+        h = problem.unknown((t[last] - t[first]) / steps, 1e-7, 0.05)
+        total = total + h * steps
+        at = np.linspace(t[first], t[last], steps + 1)
+        states = []
+        for k in range(case.axes):
+            p = problem.unknown(np.interp(at, t, guess[:, k]), -1e4, 1e4)
+            w, b = (problem.unknown(np.interp(at, t, rates[n][:, k]), -1.0, 1.0) for n in (1, 2))
+            u = problem.unknown(np.interp((at[1:] + at[:-1]) / 2.0, t, rates[3][:, k]), -1.0, 1.0)
+            problem.hold(
+                p[1:] - p[:-1] - h * (v[k] * w[:-1] + h * (a[k] / 2 * b[:-1] + h * j[k] / 6 * u)), 0, 0
+            )
+            problem.hold((w[1:] - w[:-1]) * v[k] / 10 - h * (a[k] * b[:-1] + h * j[k] / 2 * u) / 10, 0, 0)
+            problem.hold((b[1:] - b[:-1]) * a[k] / 100 - h * j[k] * u / 100, 0, 0)
+            states.append((p, w, b))
+        problem.hold(
+            sum((states[k][1] * v[k]) ** 2 for k in range(case.axes)) / (case.feed / 60.0) ** 2, -np.inf, 1
+        )
+        _keep_near(problem, row, [state[0] for state in states], case.tolerance)
+        for k, state in enumerate(states):
+            for order in range(3):
+                known = row.begin[k] if order == 0 else 0.0
+                problem.hold(
+                    state[order][0] - (before_states[k][order][-1] if before_states else known), 0, 0
+                )
+        if before_states:
+            away = sum((states[k][0][0] - row.begin[k]) ** 2 for k in range(case.axes))
+            problem.hold(away / case.tolerance**2, -np.inf, 1)
+        before_states = states
+    for k, state in enumerate(before_states or ()):
+        for order in range(3):
+            problem.hold(state[order][-1] - (case.rows[-1].end[k] if order == 0 else 0.0), 0, 0)
+    return problem.least_of(total)
+
+
+def _cuts(case: Case, guess: Floats) -> list[tuple[int, int]]:
+    """Return the first and last setpoint of each row: a joint is where the motion comes nearest to it."""
+    cuts, k = [0], 0
+    for row in case.rows[:-1]:
+        away = np.linalg.norm(guess[k:] - np.array(row.end), axis=1)
+        n = int(np.flatnonzero(away < max(3.0 * case.tolerance, 2.0 * away.min() + 1e-6))[0])
+        while n + 1 < len(away) and away[n + 1] < away[n]:
+            n += 1
+        k = max(k + n, cuts[-1] + 1)
+        cuts.append(k)
+    return list(zip(cuts, [*cuts[1:], len(guess) - 1], strict=True))
+
+
+def _keep_near(problem: _Problem, row: Row, places: list[Any], tolerance: float) -> None:
+    """Hold a motion within the tolerance of a row; of a line also between its ends."""
+    away = [p - b for p, b in zip(places, row.begin, strict=True)]
+    if row.turn:
+        radius = math.dist(row.begin[:2], row.centre)
+        x, y, *rest = (p - c for p, c in zip(places, [*row.centre, *row.begin[2:]], strict=True))
+        aside = (problem.casadi.sqrt(x**2 + y**2) - radius) ** 2 + sum(z**2 for z in rest)
+        problem.hold(aside / tolerance**2, -np.inf, 1)
+        return
+    length = math.dist(row.begin, row.end)
+    unit = [(e - b) / length for b, e in zip(row.begin, row.end, strict=True)]
+    along = sum(u * d for u, d in zip(unit, away, strict=True))
+    aside = sum((d - u * along) ** 2 for u, d in zip(unit, away, strict=True))
+    problem.hold(aside / tolerance**2, -np.inf, 1)
+    problem.hold(along, -tolerance, length + tolerance)
+
+
+def ratio(case: Case) -> tuple[float, str]:
+    """Return the time of our plan over the least time that IPOPT finds, and how it ended."""
+    machine = machine_from_toml(case.machine().encode(), "ipopt.toml")
+    setpoints, summary = cncgen.plan_with_summary(cncgen.read_text(case.program()), machine)
+    guess = np.concatenate([chunk.position for chunk in setpoints.chunks])
+    least, ended = optimum(case, guess)
+    return summary.as_json()["motion_time_s"] / least, ended
+
+
+def main() -> None:
+    """Print the ratio of each case, then their mean and the largest."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("count", type=int, nargs="?", default=32)
+    parser.add_argument("--seed", type=int, default=first_for_tuning("beside_ipopt"))
+    given = parser.parse_args()
+    ratios = []
+    for k, case in enumerate(cases(given.count, given.seed)):
+        found, ended = ratio(case)
+        ratios.append(found)
+        kind = KINDS[k % len(KINDS)].__name__.strip("_")
+        print(
+            f"{given.seed}:{k} {kind}, {case.axes} axes, P{case.tolerance:.4g} F{case.feed:g}: {found:.4f} ({ended})",
+            flush=True,
+        )
+    above = sum(found > ALLOWED for found in ratios)
+    print(
+        f"{len(ratios)} cases: mean {np.mean(ratios):.4f}, largest {max(ratios):.4f}, {above} above {ALLOWED}"
+    )
+
+
+if __name__ == "__main__":
+    main()
