@@ -59,10 +59,9 @@ class SharedFeeds:
             reporter.report(source, line, _offset(source, line), fault, Severity.WARNING)
 
 
-def _offset(source: Source, line: int) -> int:
-    """Return where a line begins."""
-    offset = 0
-    for _ in range(line - 1):
+def _offset(source: Source, line: int, near: int = 1, offset: int = 0) -> int:
+    """Return where a line begins; `near` is one before it, at an offset."""
+    for _ in range(line - near):
         offset = source.line_end(offset) + 1
     return offset
 
@@ -76,6 +75,8 @@ class Turns:
 
     def __init__(self) -> None:
         self._looks = _LOOKS
+        #: Source, line and offset of the last block that was looked at: most follow one another.
+        self._last = 0, 1, 0
 
     def add(self, chunk: Toolpath, sources: Sequence[Source], reporter: Reporter) -> None:
         """Look at the rows of a chunk."""
@@ -87,8 +88,11 @@ class Turns:
         starts, ends = chunk.starts[:, axes] / DEGREE, chunk.end[:, axes] / DEGREE
         for row, column in np.argwhere(np.abs(ends - starts) > HALF_TURN):
             self._looks -= 1
-            line, source = int(chunk.line[row]), sources[int(chunk.source[row])]
-            offset = _offset(source, line)
+            line, number = int(chunk.line[row]), int(chunk.source[row])
+            source = sources[number]
+            near = self._last[1:] if self._last[0] == number and self._last[1] <= line else (1, 0)
+            offset = _offset(source, line, *near)
+            self._last = number, line, offset
             axis, start, end = chunk.axes[axes[column]], float(starts[row, column]), float(ends[row, column])
             if _is_place(source, offset, axis, start, end):
                 self._looks = 0
@@ -114,8 +118,8 @@ def _is_place(source: Source, offset: int, axis: str, start: float, end: float) 
                 return True
     if not any(word[:1] == axis.encode() for word in compiled(signs.ANGLE).findall(block)):
         return False
-    text = compiled(signs.OUT_OF_CODE).sub(b"", source.data[:stop]).upper()
-    return max(text.rfind(b"G90"), text.rfind(b"G 90")) >= max(text.rfind(b"G91"), text.rfind(b"G 91"))
+    said = {n: max(source.data.rfind(b"%c%d" % (g, n), 0, stop) for g in b"Gg") for n in (90, 91)}
+    return said[90] >= said[91]
 
 
 def _remark(axis: str, start: float, end: float) -> BlockError:

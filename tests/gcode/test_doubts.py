@@ -165,6 +165,10 @@ def test_a_check_looks_at_ways_of_rotary_axes_beyond_the_head_of_a_long_text() -
     found = Diagnostics()
     check(io.BytesIO(text.encode()), "t.nc", ReadOptions(dialect="fanuc"), found)
     assert [d.span.line for d in found if d.code == "roll-over" and d.span] == [12003]
+    steps = "O1\nG21 G90 G0 A0\nG91\n" + "G1 X1. F100.\n" * 90_000 + "A360.\n" * 200 + "M30\n"
+    found = Diagnostics()
+    check(io.BytesIO(steps.encode()), "t.nc", ReadOptions(dialect="fanuc"), found)
+    assert [d for d in found if d.code == "roll-over"] == []
 
 
 @pytest.mark.parametrize(
