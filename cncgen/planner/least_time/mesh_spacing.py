@@ -68,7 +68,7 @@ _CALM = 0.01
 #: A block that has fewer nodes than this gets closer ones, and by which factor at most.
 AMPLE, CLOSEST = 3000, 4.0
 #: The plan from which the search for a better path starts has nodes this many times as close: the search ends at the same time.
-COARSE = 0.6
+COARSE = 0.4
 #: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each. A block of 2048 butterflies has 1.2 million.
 MOST = 2_000_000
 #: Least distance of nodes as a part of the length of the block: a thousand times the rounding of a path coordinate.
