@@ -110,7 +110,6 @@ OPEN_ARGUMENTS = {
     "gcode/sinumerik/reading.py:*": "values of SINUMERIK: numbers, words and arrays",
     "gcode/sinumerik/running.py:*": "values of SINUMERIK: numbers, words and arrays",
     "gcode/sinumerik/motions.py:*": "values of SINUMERIK: numbers, words and arrays; modes handed back",
-    "gcode/state/predefined.py:asks_state.target": "the target of an assignment: a number, a name or an expression",
     "gcode/text/macro_loops.py:_number.label": "keys of a cache, compared and shown",
     "kernels/plain/__init__.py:*": "whatever a kernel gives to the names of Cython: this module stands in for them",
     "machine/*": "values of a machine file, as TOML has them: they are checked here",

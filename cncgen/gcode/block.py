@@ -66,14 +66,12 @@ class Flow:
         keyword: ``sub``, ``while``, ``goto`` …
         label: Number or name, or a function that computes it.
         arguments: Values in brackets.
-        asks_state: Whether a value may tell the machine's state, not parameters alone.
     """
 
     keyword: str
     label: Value | str | None = None
     arguments: tuple[Value, ...] = ()
     then: Parsed | None = None
-    asks_state: bool = True
 
 
 @dataclass(slots=True)

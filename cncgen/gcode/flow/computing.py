@@ -97,7 +97,9 @@ class Computing:
         self._met.add(source)
         computer, control = self._computer(source), self._control
         marks = computer.find_marks()
-        if not (marks.certain and marks.count) or (marks.computed and not control.has_written_labels(source)):
+        if not (marks.certain and marks.count) or (
+            marks.computed and control.subroutines.labels(source).computes
+        ):
             return False
         calls = control.calls
         computer.follow(

@@ -50,11 +50,9 @@ class LineRunner:
         return control.follow_jump(here, after) if control.ip.jump is not None else None
 
     def _o_word(self, flow: Flow | None, here: Cursor, after: Cursor) -> Cursor | None:
-        """Execute an O-word; blocks that wait run before it where its values may depend on where the machine is."""
+        """Execute an O-word, behind the blocks that wait: its values may depend on where the machine is."""
         assert flow is not None
-        # Conditions of macros may read where the machine is.
-        if flow.asks_state or self.fanuc:
-            self.control.flush()
+        self.control.flush()
         self.ip.base.block = empty_block(here)
         return self.control.run(flow, here, after)
 

@@ -157,16 +157,12 @@ class FlowControl:
 
     def _next_branch(self, here: Cursor, label: Label, looks: _Looks) -> Marked:
         """Return the O-word below that is looked for: of branches, the first ELSEIF whose condition holds."""
-        from cncgen.gcode.text import grammar
-
         while True:
             mark = self.next_mark(here, label, looks.below, looks.wanted)
             if mark.keyword != "elseif":
                 return mark
-            parsed = grammar.parse(self.text_of(mark), self.ip.dialect)
+            parsed = self.lines.parse(self.lines.text(mark.cursor))
             assert parsed.flow is not None
-            if parsed.flow.asks_state:
-                self.flush()
             if self.condition(parsed.flow):
                 return mark
             here = mark.cursor
@@ -232,14 +228,6 @@ class FlowControl:
                 hint="give each branch and loop of a subroutine a label of its own",
             )
 
-    def has_written_labels(self, source: int) -> bool:
-        """Tell whether no label of a source is computed, so that each means the same whenever it is looked up."""
-        return not self.subroutines.labels(source).computes
-
-    def text_of(self, mark: Marked) -> str:
-        """Return the text of a line."""
-        return self.subroutines.sources[mark.cursor.source].text_at(mark.cursor.offset)
-
     def next_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], wanted: str) -> Marked:
         """Return the first later line of the subroutine with this label and one of the keywords."""
         labels = self.subroutines.labels(here.source)
@@ -264,10 +252,10 @@ class FlowControl:
 
     def previous_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], word: str) -> Marked:
         """Return the last earlier line of the subroutine with this label and one of the keywords."""
-        mark = self.find_previous(here, label, keywords)
+        labels = self.subroutines.labels(here.source)
+        mark = labels.previous(here.offset, label, keywords, self.subroutines.resolved)
         if mark is not None:
             return mark
-        labels = self.subroutines.labels(here.source)
         over = labels.first(label, keywords, self.subroutines.resolved)
         if over is not None and over.cursor.offset > here.offset:
             over = None
@@ -288,11 +276,6 @@ class FlowControl:
             f"the subroutine that begins in line {border.cursor.line} parts it from the {keyword.upper()} "
             f"in line {over.cursor.line}: define it outside of branches and loops"
         )
-
-    def find_previous(self, here: Cursor, label: Label, keywords: tuple[str, ...]) -> Marked | None:
-        """Return `previous_mark`, None before the first one."""
-        subroutines = self.subroutines
-        return subroutines.labels(here.source).previous(here.offset, label, keywords, subroutines.resolved)
 
 
 def _with_article(keyword: str) -> str:

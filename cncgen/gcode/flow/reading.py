@@ -48,16 +48,13 @@ class LineReader:
         """Return the block of a text."""
         parsed = self._parsed.get(text)
         if parsed is None:
-            parsed = self._read(text)
+            from cncgen.gcode.text import grammar
+
+            parsed = grammar.parse(text, self._dialect, self._increments)
             if len(self._parsed) >= _MAX_TEXTS:
                 self._parsed.clear()
             self._parsed[text] = parsed
         return parsed
-
-    def _read(self, text: str) -> Parsed:
-        from cncgen.gcode.text import grammar
-
-        return grammar.parse(text, self._dialect, self._increments)
 
 
 def first_line(ip: Interpreter, source: Source) -> Cursor:

@@ -85,13 +85,3 @@ NAMED: dict[str, Callable[[Interpreter], float]] = {
     "_value": lambda ip: 0.0,
     "_value_returned": lambda ip: 0.0,
 }
-
-#: Parameters that calls set as they end.
-_RETURNED = ("_value", "_value_returned")
-
-
-def asks_state(target: object) -> bool:
-    """Tell whether a parameter (number, name or a function that computes the number) may depend on the machine's state."""
-    if isinstance(target, str):
-        return target in NAMED and target not in _RETURNED
-    return not isinstance(target, float) or POSITION.start - 1 < target < POSITION.stop

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
-from cncgen.gcode.block import Computed, Value, nearest
+from cncgen.gcode.block import Value, nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.kernels import gcode_arithmetic
 from cncgen.kernels import gcode_codes as codes
@@ -251,7 +251,8 @@ def arc_tangent(y: Value, x: Value | None, arithmetic: Arithmetic = LINUXCNC) ->
 def parameter(target: Value | str, arithmetic: Arithmetic = LINUXCNC) -> Value:
     """Return ``#target``: a number, a name or a function that computes the number."""
     if isinstance(target, str):
-        return _of_name(target)
+        name = target
+        return lambda p: p.name(name)
     if isinstance(target, float):
         index = nearest(target, "the number of a parameter")
         if index == target and 0 < index < 1000:
@@ -261,20 +262,6 @@ def parameter(target: Value | str, arithmetic: Arithmetic = LINUXCNC) -> Value:
     found = begun(target, arithmetic)
     found.take(_numbered, 1)
     return found
-
-
-def _of_name(name: str) -> Computed:
-    """Return ``#<name>``."""
-
-    def of_all(p: Parameters) -> float:
-        value = p.named.get(name)
-        return p.name(name) if value is None else value
-
-    def of_the_subroutine(p: Parameters) -> float:
-        value = p.local.get(name)
-        return p.name(name) if value is None else value
-
-    return of_all if name.startswith("_") else of_the_subroutine
 
 
 def exists(target: Value | str, arithmetic: Arithmetic = LINUXCNC) -> Value:

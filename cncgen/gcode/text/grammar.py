@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 
 from cncgen.gcode.block import OUTPUT, PROGRAM, Flow, Parsed, Value, program_names
-from cncgen.gcode.state.predefined import asks_state
 from cncgen.gcode.text import expressions
 from cncgen.gcode.text.normal_text import normalise
 from cncgen.gcode.text.parsers import parser
@@ -72,7 +71,7 @@ class _Values:
         self._data = data
         self._arithmetic = arithmetic
         self._stack: list[Value | str] = []
-        self._asks, self._at = False, 0
+        self._at = 0
         self._into = self._parsed = Parsed()
 
     def parsed(self) -> Parsed:
@@ -113,7 +112,7 @@ class _Values:
         del self._stack[len(self._stack) - len(values) :]
         label = self._stack.pop()
         arguments = tuple(v for v in (*values, *self._stack) if not isinstance(v, str))
-        self._parsed.flow = Flow(keyword, label, arguments, asks_state=self._asks)
+        self._parsed.flow = Flow(keyword, label, arguments)
         self._stack.clear()
 
     def _step(self, operation: str, operand: int) -> None:
@@ -126,7 +125,6 @@ class _Values:
             stack.append(self._reader.names[operand])
         elif operation in ("NAMED", "PARAMETER"):
             target = self._reader.names[operand] if operation == "NAMED" else stack.pop()
-            self._asks = self._asks or asks_state(target)
             stack.append(expressions.parameter(target, self._arithmetic))
         elif operation in ("EXISTS", "EXISTS_NAMED"):
             stack.append(
