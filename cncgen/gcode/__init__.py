@@ -34,10 +34,8 @@ from cncgen.diagnostics import Diagnostics, ProgramError, RunDiagnostics
 from cncgen.gcode.codes.table import LATHES, language_of
 from cncgen.gcode.errors import BlockError, Reporter
 from cncgen.gcode.flow.running import Runner
-from cncgen.gcode.sinks.counting import LONG_S, CountingSink
+from cncgen.gcode.sinks.counting import HALF_TURN, LONG_S, CountingSink
 from cncgen.gcode.source import Source, open_source
-from cncgen.gcode.text import signs
-from cncgen.gcode.text.built_patterns import compiled
 from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.records import replace
 from cncgen.toolpath.reading import ReadOptions
@@ -229,9 +227,11 @@ def check(
     text, path = open_source(source, name), source if isinstance(source, str | os.PathLike) else None
     choice = chosen(text, options.dialect)
     sink = CountingSink()
-    if choice.dialect == FANUC or _unsigned(choice, options):
-        angles = compiled(signs.ANGLE).search(text.data) is not None
-        sink.turns, sink.turned = angles, angles and choice.dialect != FANUC
+    if choice.dialect == FANUC:
+        sink.longest_turn = HALF_TURN
+    elif _unsigned(choice, options):
+        # Any turn beside X Y Z may take another time on another control.
+        sink.longest_turn = 0.0
     for _ in _runner(text, options, sink, found, path=path, choice=choice).run():
         pass
     known = _moving_axes(text, choice, path, options) if sink.unnamed else ""

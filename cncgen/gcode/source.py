@@ -52,6 +52,10 @@ class Source:
         end = self.data.find(b"\n", offset)
         return len(self.data) if end < 0 else end
 
+    def line_begin(self, offset: int) -> int:
+        """Return where the line begins that the byte at `offset` ends or is of."""
+        return self.data.rfind(b"\n", 0, offset) + 1
+
     def text_at(self, offset: int) -> str:
         """Return the line that begins at `offset` without its end, cut to `MAX_LINE` bytes."""
         end = self.data.find(b"\n", offset, offset + MAX_LINE + 1)

@@ -111,18 +111,23 @@ class Tables:
 
     def _fits(self, kind: cython.int) -> bool:
         """Tell whether a terminal could stand where the last text was refused: its reductions lead to a shift."""
-        stack: list = [self.stack[k] for k in range(self.depth + 1)]
-        state: cython.int = stack.pop()
+        # Of the stack the lower part, as far as it stays, and what is put on it.
+        kept: cython.int = self.depth
+        more: list = [self.stack[kept]]
+        state: cython.int = more[0]
         step: cython.int
+        gone: cython.int
         while not (kind == self.end and state == self.accept):
             step = self.action[state * self.widths[0] + kind]
             if step >= 0:
                 return step > 0
-            stack.append(state)
-            del stack[len(stack) - self.length[-step - 1] :]
-            state = stack[len(stack) - 1]
+            gone = min(self.length[-step - 1], len(more))
+            kept -= self.length[-step - 1] - gone
+            del more[len(more) - gone :]
+            state = more[len(more) - 1] if more else self.stack[kept - 1]
             state = self.goto[state * self.widths[1] + self.origin[-step - 1]]
             state = self.lead[state * self.widths[4] + kind]
+            more.append(state)
         return True
 
 

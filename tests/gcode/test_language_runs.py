@@ -5,12 +5,16 @@ Expected motions are counted by hand from the texts.
 
 from __future__ import annotations
 
+import io
+import time
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from cncgen.gcode import budget
+from cncgen.diagnostics import Diagnostics
+from cncgen.gcode import budget, check
+from cncgen.toolpath.reading import ReadOptions
 from tests.gcode.conftest import Move
 
 
@@ -219,3 +223,18 @@ def test_formulas_that_go_on_behind_a_tilde_run_in_the_loop_of_the_others(
     assert places(text.format(""), "heidenhain") == places(alone.format(""), "heidenhain")
     monkeypatch.setattr(budget, "MOST_WORK", 40_000)
     assert [line for _, line, _ in run(text.format("L Y+1 Y\n"), dialect="heidenhain").errors] == [10]
+
+
+def test_faults_of_a_run_of_lines_take_time_as_their_number() -> None:
+    """The place of a line is looked for from that of the line before, forwards or backwards."""
+
+    def taken(lines: int) -> float:
+        text = "BEGIN PGM A MM\n" + "L X+1\n" * lines + "END PGM A MM\n"
+        begin = time.process_time()
+        found = Diagnostics()
+        check(io.BytesIO(text.encode()), "a.h", ReadOptions(dialect="heidenhain"), found)
+        assert found.has_errors
+        return time.process_time() - begin
+
+    # As the number: 8; as its square, 64.
+    assert taken(8_000) < 20.0 * max(taken(1_000), 0.02)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -44,8 +45,8 @@ class CountingSink:
         #: Whether a place, a centre or an offset is so far away that their sum may be beyond `cncgen.ranges.POSITION`, a tolerance so wide,
         #: or a curve's weights or knots so far apart.
         self.far = False
-        #: Whether ways of rotary axes are looked at, and whether one was more than half a turn.
-        self.turns = self.turned = False
+        #: The way of a rotary axis, degrees, beyond which one is told, and whether one was longer.
+        self.longest_turn, self.turned = math.inf, False
         self._rest: list[float] = []
         self._named: set[int] = set()
         #: Columns of axes that may have moved, in program coordinates or by a rotation, before a word of the main text named them.
@@ -66,12 +67,8 @@ class CountingSink:
         # Plain motions move the axes alone that words of their blocks name.
         last: Any = batch.end[count - 1 : count].tolist()
         end = last[0]
-        if self.turns and not self.turned:
-            import numpy as np
-
-            angles = np.asarray(batch.end)[:, _ROTARY]
-            self.turned = bool((np.abs(np.diff(angles, axis=0)) > HALF_TURN).any())
-            self._turn(angles[0].tolist())
+        if self.longest_turn < math.inf and not self.turned:
+            self._turn_through(batch.end)
         if batch.source != 0:
             self.unnamed.update(
                 k for k in range(len(AXES)) if end[k] != self._rest[k] and k not in self._named
@@ -133,15 +130,26 @@ class CountingSink:
         for k, letter in enumerate(AXES):
             if end[k] != self._rest[k] and k not in self._named:
                 (self._named if letter in words else self.unnamed).add(k)
-        if self.turns:
-            self._turn(end[_ROTARY])
+        self._turn(end[_ROTARY])
         self._rest = list(end)
         self._reach(end)
 
+    def _turn_through(self, ends: memoryview) -> None:
+        """Look at the ways of the rotary axes through places, shape (n, 9): at most of them these stand."""
+        first: Any = ends[:1].tolist()
+        self._turn(first[0][_ROTARY])
+        flat = ends.cast("B").cast("d")
+        for k in range(*_ROTARY.indices(len(AXES))):
+            column = flat[k :: len(AXES)]
+            if column[1:] != column[:-1] and any(
+                abs(b - a) > self.longest_turn for a, b in pairwise(column.tolist())
+            ):
+                self.turned = True
+
     def _turn(self, angles: Sequence[float]) -> None:
         """Look at a way of the rotary axes."""
-        if any(abs(end - rest) > HALF_TURN for end, rest in zip(angles, self._rest[_ROTARY], strict=True)):
-            self.turned = True
+        for end, rest in zip(angles, self._rest[_ROTARY], strict=True):
+            self.turned = self.turned or abs(end - rest) > self.longest_turn
 
     def _reach(self, point: Sequence[float]) -> None:
         """Look at a place or an offset."""

@@ -241,12 +241,14 @@ class ProgramLines(Generic[T]):
 
     def _place(self, k: int, run: LineRun, at: int) -> Cursor:
         """Return the place of a line of a run."""
-        near, here = self._near, self._near_here
-        if not self._starts[k] <= near <= at:
-            near, here = self._starts[k], run.here
+        near, here, first = self._near, self._near_here, self._starts[k]
+        if not first <= near < first + run.count or at - first < near - at:
+            near, here = first, run.here
         offset = here.offset
         for _ in range(at - near):
             offset = self._source.line_end(offset) + 1
+        for _ in range(near - at):
+            offset = self._source.line_begin(offset - 1)
         found = Cursor(run.here.source, offset, run.here.line + at - self._starts[k])
         self._near, self._near_here = at, found
         return found

@@ -357,6 +357,8 @@ _MEANINGS: dict[str, Callable[[Value], Words]] = {
     **dict.fromkeys(("R0", "R±", "FMAX", "M89", "M90", "M94", "M103", ""), _nothing),
 }
 _MARKS = frozenset(("R0", "R±", "M89", "M94", "M103", "M128", "IX", "IY", "IA", "IB", "IC"))
+#: Words of a refused block that are left out, one after another, for the place where it leads.
+_MOST_LEFT_OUT = 16
 #: Words of which a block has one: its feed, and the tool's side.
 _OF_ONE = frozenset(("F", "FMAX", "FAUTO", "FU", "FZ")), frozenset(("R0", "RL", "RR", "R±"))
 
@@ -369,14 +371,16 @@ def _block(
 
 def place(body: str) -> Words:
     """Return where a line or arc leads that was refused, and its feed, as far as it was read."""
-    try:
-        statement = parse(body)
-    except BlockError as error:
-        read = body[: (error.column or 1) - 1]
-        # A block that ends too early is left without its last word.
-        read = read if len(read) < len(body) else " ".join(body.split()[:-1])
-        return place(read) if read.strip() else []
-    return place_of(statement)
+    for _ in range(_MOST_LEFT_OUT):
+        try:
+            return place_of(parse(body))
+        except BlockError as error:
+            read = body[: (error.column or 1) - 1]
+            # A block that ends too early is left without its last word.
+            body = read if len(read) < len(body) else " ".join(body.split()[:-1])
+        if not body.strip():
+            break
+    return []
 
 
 def place_of(statement: Statement) -> Words:
