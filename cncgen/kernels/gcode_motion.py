@@ -95,6 +95,7 @@ class Advance:
         waited: For how long blocks with G4 dwell, s.
         changed: The tool that was changed in last, -1 for none.
         reach: The largest number of a place or a centre, of either sign.
+        turn: The longest way of A, B or C in a motion.
         full: Whether the last run ended as a column had no room for the block.
     """
 
@@ -124,6 +125,7 @@ class Advance:
     waited = cython.declare(cython.double, visibility="public")
     changed = cython.declare(cython.double, visibility="public")
     reach = cython.declare(cython.double, visibility="public")
+    turn = cython.declare(cython.double, visibility="public")
     full = cython.declare(cython.bint, visibility="public")
     outcome = cython.declare(cython.int)
     force = cython.declare(Modes)
@@ -169,7 +171,7 @@ class Advance:
         self.force.take(self.modes, self.levels)
         self.rows = self.asides = self.events = self.drilled = 0
         self.changed = -1.0
-        self.reach = self.waited = 0.0
+        self.reach = self.waited = self.turn = 0.0
         for k in range(SLOT_I):
             self.reach = max(self.reach, fabs(self.position[k]))
         self.outcome = _MADE
@@ -351,6 +353,8 @@ class Advance:
         if motion > 1:
             self.reach = max(self.reach, fabs(self.centre_at.x), fabs(self.centre_at.y))
         self.turns[row] = 0 if motion < 2 else 2 * motion - 5
+        for k in range(3, 6):
+            self.turn = max(self.turn, fabs(self.target[k] - self.position[k]))
         for k in range(SLOT_I):
             self.position[k] = self.target[k]
             self.end[row, k] = self.target[k]

@@ -244,5 +244,6 @@ class Batches:
                     offset=self._offset[begin:end],
                     source=self._plain.source,
                     reach=self._kernel.reach,
+                    turn=self._kernel.turn,
                 )
             )

@@ -67,8 +67,7 @@ class CountingSink:
         # Plain motions move the axes alone that words of their blocks name.
         last: Any = batch.end[count - 1 : count].tolist()
         end = last[0]
-        if self.longest_turn < math.inf and not self.turned:
-            self._turn_through(batch.end)
+        self.turned = self.turned or batch.turn > self.longest_turn
         if batch.source != 0:
             self.unnamed.update(
                 k for k in range(len(AXES)) if end[k] != self._rest[k] and k not in self._named
@@ -130,26 +129,10 @@ class CountingSink:
         for k, letter in enumerate(AXES):
             if end[k] != self._rest[k] and k not in self._named:
                 (self._named if letter in words else self.unnamed).add(k)
-        self._turn(end[_ROTARY])
+        for angle, rest in zip(end[_ROTARY], self._rest[_ROTARY], strict=True):
+            self.turned = self.turned or abs(angle - rest) > self.longest_turn
         self._rest = list(end)
         self._reach(end)
-
-    def _turn_through(self, ends: memoryview) -> None:
-        """Look at the ways of the rotary axes through places, shape (n, 9): at most of them these stand."""
-        first: Any = ends[:1].tolist()
-        self._turn(first[0][_ROTARY])
-        flat = ends.cast("B").cast("d")
-        for k in range(*_ROTARY.indices(len(AXES))):
-            column = flat[k :: len(AXES)]
-            if column[1:] != column[:-1] and any(
-                abs(b - a) > self.longest_turn for a, b in pairwise(column.tolist())
-            ):
-                self.turned = True
-
-    def _turn(self, angles: Sequence[float]) -> None:
-        """Look at a way of the rotary axes."""
-        for end, rest in zip(angles, self._rest[_ROTARY], strict=True):
-            self.turned = self.turned or abs(end - rest) > self.longest_turn
 
     def _reach(self, point: Sequence[float]) -> None:
         """Look at a place or an offset."""

@@ -54,6 +54,7 @@ class MotionBatch:
         line, offset: Shape (n,), int64, line number and byte offset of the block in its source.
         source: Index of the source.
         reach: No coordinate of an end or centre is larger, of either sign.
+        turn: No way of A, B or C is longer, from where they stood before.
     """
 
     motion: memoryview
@@ -66,6 +67,7 @@ class MotionBatch:
     offset: memoryview
     source: int
     reach: float
+    turn: float
 
 
 def refuse_uvw(plane: int) -> None:
