@@ -124,12 +124,12 @@ def run_gcode(data: bytes, dialect: str) -> None:
         _read_gcode(data, options, chosen % 4)
 
 
-#: No machine, and rotary axes in the table and in the head.
+#: No machine, and rotary axes in the table, in the head, and one in each.
 _KINEMATICS = (
     None,
     Kinematics(0, (3, 5), (0.0, 0.0, -100.0)),
     Kinematics(2, (5, 4), pivot=100.0),
-    None,
+    Kinematics(1, (4, 5), (0.0, 0.0, -100.0), pivot=100.0),
 )
 
 

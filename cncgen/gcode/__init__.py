@@ -166,8 +166,15 @@ def _moving_axes(
         return sinumerik_axes.moving_axes(text, folders, rotary)
     if dialect == HEIDENHAIN:
         from cncgen.gcode.klartext import axes as plain_axes
+        from cncgen.gcode.sinks.counting import MovingSink
 
-        return plain_axes.moving_axes(text, folders, rotary)
+        def moved_in_run() -> set[str]:
+            sink = MovingSink()
+            for _ in _runner(text, options, sink, Diagnostics(), path=path, choice=choice).run():
+                pass
+            return {AXIS_LETTERS[k] for k in sink.moved}
+
+        return plain_axes.moving_axes(text, folders, rotary, moved_in_run)
     from cncgen.gcode.moved_axes import moving_axes
 
     def named_in_run() -> set[str]:

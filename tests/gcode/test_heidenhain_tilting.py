@@ -214,3 +214,12 @@ def test_the_tool_stays_in_the_plane_of_its_directions(run: Any, control: str, m
     assert rows[-1][3:] == [30, 60]
     assert off.max() <= most
     assert control == "VECTOR" or off.max() > 3.0
+
+
+@pytest.mark.parametrize("named", ["", "M128\nL A+10 C+20 FMAX\n"])
+def test_axes_that_angles_are_called_as_have_a_column_where_they_move(run: Any, named: str) -> None:
+    """A of AXIS SPAT is an angle, and moves B and C of a machine that has no A; A under M128 is an axis, whatever stands before."""
+    text = f"0 BEGIN PGM A MM\n{SPATIAL}\nL A+0 B+30 C+10 FMAX\n{named}M30\nEND PGM A MM\n"
+    mixed = Kinematics(1, (4, 5), (0.0, 0.0, -100.0), pivot=100.0)
+    out = run(text, dialect="heidenhain", kinematics=mixed)
+    assert (out.errors, out.path.axes) == ([], "XYZABC" if named else "XYZBC")

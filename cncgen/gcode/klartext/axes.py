@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cncgen.gcode.klartext import programs
@@ -47,7 +47,8 @@ _TURNED = re.compile(
 #: A direction of the tool, to which they turn under M128.
 _DIRECTION = re.compile(rb"(?<![A-Z])LN\b[^\n]*?[TN][XYZ][ \t]*[-+\dQ.,]", re.IGNORECASE)
 _TIP = re.compile(rb"(?<![A-Z])(?:M128|TCPM)\b", re.IGNORECASE)
-#: Rotary words that are spatial angles, to which the machine's axes turn.
+#: Rotary words that are spatial angles, to which the machine's axes turn, and what stands for them among the axes.
+_ANGLES = "SPAT"
 _SPATIAL = re.compile(rb"TCPM\b[^\n]*\bAXIS[ \t]+SPAT\b", re.IGNORECASE)
 
 
@@ -55,12 +56,23 @@ _SPATIAL = re.compile(rb"TCPM\b[^\n]*\bAXIS[ \t]+SPAT\b", re.IGNORECASE)
 _DEEPEST = 20
 
 
-def moving_axes(text: Source, folders: Sequence[Path] = (), rotary: str = "") -> str:
+def moving_axes(text: Source, folders: Sequence[Path], rotary: str, run: Callable[[], set[str]]) -> str:
     """Return the letters of the axes that a program and those that it calls name, in the order of ``XYZABCUVW``.
 
-    Cycles name X, Y and Z, and a plane to which the machine's rotary axes turn names these, `rotary`.
+    Cycles name X, Y and Z, and a plane to which the machine's rotary axes turn names these.
+
+    Args:
+        text: The program.
+        folders: Where files of programs that it calls are looked for.
+        rotary: The rotary axes of the machine.
+        run: Runs a program with spatial angles that are called as axes which the machine lacks, and returns the axes that moved: only the
+            run tells these angles from positions.
     """
     named = _named(bytes(text.data[:]), folders, _DEEPEST, set(), rotary)
+    if _ANGLES in named:
+        named.remove(_ANGLES)
+        if not named & set("ABC") <= set(rotary):
+            named = named - set("ABC") | run()
     return "".join(letter for letter in AXIS_LETTERS if letter in named)
 
 
@@ -76,7 +88,7 @@ def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[str], rota
     if _TURNED.search(code) or (_DIRECTION.search(code) and _TIP.search(code)):
         named |= set(rotary)
     if _SPATIAL.search(code):
-        named = named - set("ABC") | set(rotary)
+        named |= {*rotary, _ANGLES}
     for source in programs.called(code, folders) if deep and b"PGM" in code.upper() else ():
         if source.name not in seen:
             seen.add(source.name)

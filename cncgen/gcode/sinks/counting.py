@@ -169,3 +169,28 @@ class CountingSink:
     place = use_tool_length_offset = set_g92_offset = _reach
     use_length_units = select_plane = set_inverse_time = set_surface_speed = _nothing
     set_feed_mode = set_spindle = _nothing
+
+
+class MovingSink(CountingSink):
+    """Notes which axes move."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        #: Columns of the axes that moved.
+        self.moved: set[int] = set()
+
+    def motions(self, batch: MotionBatch) -> None:
+        """Note the axes of a run of motions."""
+        before = self._rest or len(AXES) * [0.0]
+        for row in range(len(batch.motion)):
+            after: Any = batch.end[row : row + 1].tolist()
+            self._note(before, after[0])
+            before = after[0]
+        super().motions(batch)
+
+    def _watch(self, end: Point) -> None:
+        self._note(self._rest or len(AXES) * [0.0], end)
+        super()._watch(end)
+
+    def _note(self, before: Sequence[float], after: Sequence[float]) -> None:
+        self.moved.update(k for k, (old, new) in enumerate(zip(before, after, strict=True)) if old != new)
