@@ -126,6 +126,7 @@ def codes() -> list[str]:
     return sorted(code for room in ROOMS for code in _room(room))
 
 
+@cache
 def cure_of(room: str, code: str) -> str:
     """Return the remedy for a diagnostic of a room, "" if unknown."""
     # One cure is asked for while a program is checked: to read the whole file as TOML would take longer than the check.

@@ -154,3 +154,12 @@ def test_a_cure_is_that_of_the_file() -> None:
         assert found is not None
         assert cure_of(found.room, code) == found.cure, code
     assert cure_of("gcode", "no-such-code") == ""
+
+
+def test_the_cure_of_faults_of_one_kind_is_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search through the explanations takes a hundred times as long as reading a line, and each line may have the fault."""
+    reads = []
+    read = Path.read_text
+    monkeypatch.setattr(Path, "read_text", lambda path, **how: (reads.append(path), read(path, **how))[1])
+    cure_of.cache_clear()
+    assert len({cure_of("gcode", "syntax") for _ in range(3)}) == len(reads) == 1

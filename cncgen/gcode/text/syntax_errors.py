@@ -30,6 +30,7 @@ _NAMES = {
 _FOLLOWERS = {"GOTO", "THEN", "DO"}
 #: Tokens that never stand within brackets (a comma does in ATAN alone).
 _OUTSIDE = ("WORD", "LETTER", "NAMED", "BSPLINE", "CORNER", "COMMENT", "MESSAGE", "I_FUNCTION", "OUTPUT", "KEYWORD", "EQUAL", "COMMA", "$END")  # fmt: skip
+_PASSED = tuple(re.compile(form, re.MULTILINE | re.IGNORECASE) for form in signs.PASSED)
 #: A command to grbl that moves the machine: ``$J=G91 X1``.
 _JOG = re.compile(r"\s*\$[Jj]\s*=")
 
@@ -62,7 +63,7 @@ def is_passed(text: str) -> bool:
     """Tell whether a line is no block, and is passed over: a command to grbl that does not jog, to Denford's simulator, or a
     message to the operator of Eding CNC or Marlin."""
     line = text.encode("utf-8", "surrogateescape")
-    return any(re.match(form, line, re.MULTILINE | re.IGNORECASE) for form in signs.PASSED)
+    return any(form.match(line) for form in _PASSED)
 
 
 def syntax_error(data: bytes, reader: Parser) -> BlockError:

@@ -105,7 +105,8 @@ def hint_for(before: str, there: str) -> str:
     if before.count("[") > before.count("]") and not there.startswith("]"):
         return next((text for pattern, text in _IN_BRACKETS if pattern.match(there)), "")
     for left, right, text in _HINTS:
-        if left.search(before) and right.match(there):
+        # The text there decides sooner, and a search through the text before it takes longer.
+        if right.match(there) and left.search(before):
             return text
     return ""
 
