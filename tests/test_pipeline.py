@@ -13,7 +13,8 @@ import pytest
 
 import cncgen
 from cncgen.diagnostics import ProgramError, UsageError
-from cncgen.pipeline import canon, judge, language_of, plan_with_summary, read_text, report_page
+from cncgen.pipeline import canon, judge, language_of, plan_with_summary, read, read_text, report_page
+from cncgen.pipeline.file_kinds import other_kind
 from cncgen.planner import PlanOptions
 
 SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
@@ -37,6 +38,45 @@ SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
 )
 def test_language(name: str, head: bytes, language: str) -> None:
     assert language_of(name, head) == language
+
+
+@pytest.mark.parametrize(
+    ("head", "what"),
+    [
+        (b'name = "mine"\nperiod_s = 0.001\n\n[axes.x]\n', "a machine file"),
+        (b"solid a\n  facet normal 0 0 1\n", "a mesh"),
+        (b"  0\r\nSECTION\r\n  2\r\nHEADER\r\n", "a drawing"),
+        (b"%FSLAX24Y24*%\n%MOIN*%\n", "a layer"),
+        (b"G04 a layer*\n%FSLAX24Y24*%\n", "a layer"),
+        (b"<!DOCTYPE html>\n", "a web page"),
+        (b"%PDF-1.4\n", "a PDF"),
+        (b"PK\x03\x04" + bytes(26) + b"part.nc", "an archive"),
+        (b"\x1f\x8b\x08\x00", "an archive"),
+    ],
+)
+def test_a_file_of_another_kind_is_called_by_its_name(tmp_path: Path, head: bytes, what: str) -> None:
+    """A machine in the place of the program, or a drawing, would give an error a line."""
+    (tmp_path / "a.nc").write_bytes(head)
+    with pytest.raises(cncgen.CncgenError) as raised:
+        read(tmp_path / "a.nc")
+    assert [one.code for one in raised.value.diagnostics] == ["not-a-program"]
+    assert f"is {what}" in str(raised.value)
+    assert read(tmp_path / "a.nc", language="gcode") is not None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"%\nO1\nG1 X1 F100\nM30\n%\n",
+        b"G04 P1\nM2\n",
+        b"; [axes.x] is a key\nM2\n",
+        b"# 1=2\nM2\n",
+        b"PK=5\n",
+        b"",
+    ],
+)
+def test_programs_are_no_file_of_another_kind(text: bytes) -> None:
+    assert other_kind(text) is None
 
 
 def test_the_example_of_the_readme(root: Path) -> None:

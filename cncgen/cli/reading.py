@@ -31,15 +31,15 @@ def is_setpoint_file(name: str) -> bool:
     Any other one is a program; a reader names files that it cannot read.
     """
     from cncgen.files import head_of
-    from cncgen.pipeline.reading import SUFFIXES as PROGRAM_SUFFIXES
-    from cncgen.pipeline.reading import holds_setpoints
+    from cncgen.pipeline.file_kinds import SUFFIXES as PROGRAM_SUFFIXES
+    from cncgen.pipeline.file_kinds import holds_setpoints
 
     suffix = os.path.splitext(name)[1].lower().lstrip(".")
     if suffix in (*FORMATS, *SUFFIXES):
         return True
     if suffix and f".{suffix}" not in chain.from_iterable(PROGRAM_SUFFIXES.values()) and is_format(suffix):
         return True
-    return holds_setpoints(head_of(name, 16))
+    return holds_setpoints(head_of(name, 64))
 
 
 @contextmanager

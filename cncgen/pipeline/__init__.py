@@ -21,6 +21,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from cncgen.pipeline.file_kinds import SUFFIXES as SUFFIXES
+    from cncgen.pipeline.file_kinds import language_of as language_of
     from cncgen.pipeline.planning import Plan as Plan
     from cncgen.pipeline.planning import driven_axes as driven_axes
     from cncgen.pipeline.planning import machine_of as machine_of
@@ -29,10 +31,8 @@ if TYPE_CHECKING:
     from cncgen.pipeline.planning import plan as plan
     from cncgen.pipeline.planning import plan_with_summary as plan_with_summary
     from cncgen.pipeline.planning import sample as sample
-    from cncgen.pipeline.reading import SUFFIXES as SUFFIXES
     from cncgen.pipeline.reading import canon as canon
     from cncgen.pipeline.reading import check as check
-    from cncgen.pipeline.reading import language_of as language_of
     from cncgen.pipeline.reading import read as read
     from cncgen.pipeline.reading import read_text as read_text
     from cncgen.pipeline.reading import reader_of as reader_of
@@ -53,8 +53,9 @@ if TYPE_CHECKING:
     from cncgen.pipeline.using import write as write
 
 _NAMES = {
+    "file_kinds": "SUFFIXES language_of",
     "planning": "Plan driven_axes machine_of options_on output_axes plan plan_with_summary sample",
-    "reading": "SUFFIXES canon check language_of read read_text reader_of sound",
+    "reading": "canon check read read_text reader_of sound",
     "reporting": "Page ShownPart Variant report_page variant_of viewer",
     "using": "coupling_of fmu judge read_setpoints servos_of simulate why write",
 }

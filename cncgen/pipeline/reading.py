@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import importlib
 import io
 import os
@@ -15,6 +14,7 @@ from cncgen.arguments import expect, expect_path, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span, UsageError
 from cncgen.extensions import DIALECT_GROUP, foreign_module, is_brought, part_of
 from cncgen.files import STANDARD, open_input
+from cncgen.pipeline.file_kinds import SUFFIXES, holds_setpoints, language_of, other_kind
 from cncgen.records import replace
 from cncgen.toolpath.reading import DIALECTS, ReadOptions
 
@@ -24,27 +24,8 @@ if TYPE_CHECKING:
 
     from cncgen.toolpath.record import Program, Toolpath
 
-#: Suffixes by language.
-SUFFIXES = {
-    "gcode": (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".txt"),
-    "stepnc": (".stp", ".step", ".stpnc", ".p21", ".238"),
-}
 #: The package that reads each language.
 _READERS = {"gcode": "cncgen.gcode", "stepnc": "cncgen.stepnc"}
-#: How an ISO 10303-21 file begins, whatever its name: blanks and comments may stand before and within it.
-_COMMENT = rb"/\*(?:[^*]|\*(?!/))*"
-_PART21 = rb"(?i)(?:\xef\xbb\xbf)?(?:\s|%b\*/)*(?:ISO-10303-21(?:\s|%b\*/)*;|%b\*?\Z)" % (
-    _COMMENT,
-    _COMMENT,
-    _COMMENT,
-)
-#: Few programs of G-code begin with one of these bytes: only of those the pattern is compiled.
-_PART21_BEGINS = b"iI/"
-#: How files of setpoints, and of responses to them, begin: with a header of columns, or a signature. No program begins so.
-_SETPOINT_HEADS = (
-    *(b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"ARROW1", b"PAR1", b"\x89HDF\r\n\x1a\n"),
-    *(b"\x89MCAP0\r\n", b"MATLAB 5", b"MDF     ", b"CSP1", b'# {"format": "csp"'),
-)
 #: Motions and events that a program may hand on by default, and those that each of its lines may hand on beside them: to a plan, which
 #: takes from 40 µs to 1 ms for each; to a plan that predicts the axes, some 2 ms; to a command that plans it many times.
 PLANNED, PREDICTED, REPEATED = (100_000, 100), (5_000, 100), (1_000, 50)
@@ -52,23 +33,6 @@ PLANNED, PREDICTED, REPEATED = (100_000, 100), (5_000, 100), (1_000, 50)
 MOTIONS_OF_A_STEP = 10
 #: Number of bytes at the start of a file that decide its kind.
 _HEAD_BYTES = 4096
-
-
-def language_of(name: str, head: bytes) -> str:
-    """Return ``stepnc`` or ``gcode``: by how the content begins, then by the suffix, else G-code."""
-    begin = head.removeprefix(codecs.BOM_UTF8).lstrip()[:1]
-    if begin and begin in _PART21_BEGINS:
-        import re
-
-        if re.match(_PART21, head):
-            return "stepnc"
-    suffix = os.path.splitext(name)[1].lower()
-    return "stepnc" if suffix in SUFFIXES["stepnc"] else "gcode"
-
-
-def holds_setpoints(head: bytes) -> bool:
-    """Tell by its first bytes whether a file holds setpoints, or a response to them, rather than a program."""
-    return head.removeprefix(codecs.BOM_UTF8).startswith(_SETPOINT_HEADS)
 
 
 def read(
@@ -247,6 +211,8 @@ def _reader(language: str | None, name: str, head: bytes) -> ModuleType:
         text = f"{name} holds setpoints or a response, not a program"
         hint = "cncgen simulate, verify, compensate and plot take setpoints; cncgen.read_setpoints reads them"
         raise UsageError(Diagnostic("setpoints-as-program", text, hint=hint))
+    if language is None and (other := other_kind(head)) is not None:
+        raise UsageError(Diagnostic("not-a-program", f"{name} is {other[0]}, not a program", hint=other[1]))
     return reader_of(language or language_of(name, head))
 
 

@@ -198,6 +198,8 @@ UNREAD = [
     ("M48\nMETRIC,TZ\nT1C0.800\n%\nT1\nX1000Y1000\nM30", "Excellon"),
     ("M25 G49\nG17 G40\nT1 M6\nM225 #100 \"Press start\"\nM2", "Centroid"),
     ("o9101\n#[z] = 1\nn5\nif [#(20100+#z) == 77] then goto 7\nn7\n#[z] = #z + 1\nif [#z < 6] goto 5\nM99", "Centroid"),
+    ('M225 #100 "X at %f" #101\n#101 = 10\nG65 "probe.cnc" A1\nM2', "Centroid"),
+    ("SET_VELOCITY_LIMIT ACCEL=3000\nG1 X10 F3000\nEXCLUDE_OBJECT_START NAME=a\nG1 X20", "printers"),
     ("SA\nMS,2,1\nJZ,0.5\nM3,2,2,-0.1", "ShopBot"),
     ("IN;SP1;PU0,0;PD1000,0;PU;", "HP-GL"),
     ("PARTNO/TEST\nLOADTL/1\nGOTO/10,10,0\nFINI", "APT"),
