@@ -163,6 +163,7 @@ class Reporter:
         column, length = error.column, error.length
         if not column:
             column, length = locate(text, error.word)
+        text, line, column = source.written(offset, line, column)
         excerpt, cut = excerpt_of(text, column)
         self.diagnostics.add(
             Diagnostic(

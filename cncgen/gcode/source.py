@@ -67,6 +67,10 @@ class Source:
             # An editor of Western Windows wrote it (a superset of Latin-1).
             return line.decode("cp1252", "replace").rstrip("\r")
 
+    def written(self, offset: int, line: int, column: int) -> tuple[str, int, int]:
+        """Return the line that a place is in as the file has it, its number and the column there, of a column of the line at `offset`."""
+        return self.text_at(offset), line, column
+
     def count_lines(self) -> int:
         """Return how many lines the text has."""
         blocks = range(0, len(self.data), _BLOCK)

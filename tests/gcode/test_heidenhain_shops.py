@@ -520,3 +520,12 @@ def test_text_is_engraved(run: Run, gap: float, turn: float, along: tuple[float,
 @pytest.mark.parametrize(("text", "arc"), [('"A"', 1), ('"%time0"', 0), ("QS1 || QS2", 0)])
 def test_text_that_is_not_known_is_not_engraved(run: Run, text: str, arc: int) -> None:
     assert ("error", "unsupported-block") in said(run, ENGRAVE.format(text=text, gap=0, arc=arc, turn=0))
+
+
+@pytest.mark.parametrize(
+    ("oversize", "told"), [("DR-2.5", ["tool-oversize"]), ("DL-1.8", []), ("DR+0.5", [])]
+)
+def test_oversizes_of_a_tool_that_nothing_gives_are_told(run: Run, oversize: str, told: list[str]) -> None:
+    """The radius was DR alone, below 0, and RL led to the wrong side without a word."""
+    found = said(run, f"TOOL CALL 31 Z S3000 {oversize}\nL X-1 Y-26 RL F1000\nL X+26 Y+1\nL X-12 Y+12 R0")
+    assert [code for _, code in found if code.startswith(("no-tool", "tool"))] == ["no-tool-table", *told]

@@ -78,3 +78,30 @@ def test_preset_select_ends_shifts_but_where_it_keeps_them(moves: Any, select: s
 def test_a_preset_by_name_is_refused(run: Any) -> None:
     out = run(f'{HEAD}2 PRESET SELECT "VICE"\n9 END PGM A MM\n', dialect="heidenhain")
     assert [(code, line) for code, line, _ in out.errors] == [("unsupported-block", 3)]
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        ("N20 G00 G40 G90 X+Q1 Y+Q2 *", [(3, 19, "Q1, Q2 are")]),
+        ("N20 D00 Q1 P01 +5 *\nN30 D01 Q2 P01 +Q1 P02 +Q3 *", [(4, 25, "Q3 is")]),
+        ("N20 D00Q1 P01 +5 *\nN30 D09 P01 +Q1 P02 +0 P03 7 *\nN40 G98 L7 *", []),
+        ("N20 L1,0 *\nN30 G00 X+Q1 M2 *\nN40 G98 L1 *\nN50 D00 Q1 P01 +5 *\nN60 G98 L0 *", []),
+    ],
+)
+def test_they_are_told_in_din_iso(run: Any, lines: str, expected: list[tuple[int, int, str]]) -> None:
+    out = run(f"%A G71 *\nN10 T1 G17 S500 *\n{lines}\nN99 %A G71 *\n", dialect="heidenhain")
+    assert out.errors == []
+    unset = [d for d in out.diagnostics if d.code == "variable-assumed"]
+    assert [(d.span.line, d.span.column, d.message.partition(" read")[0]) for d in unset] == expected
+
+
+def test_a_formula_in_several_lines_is_shown_as_it_stands(run: Any) -> None:
+    """It stood in one line in messages, and its number was that of its first line."""
+    lines = "2 Q1 = 5 + ~\n    3 * ~\n    Ü7 ; remark\n3 Q2 = Q1 + ~\n   Q8\n4 L X+Q1 Y+ FMAX"
+    found = [d for d in run(f"{HEAD}{lines}\n9 END PGM A MM\n", dialect="heidenhain").diagnostics if d.span]
+    assert [(d.code, d.span.line, d.span.column, d.excerpt) for d in found if d.code != "dialect"][1:] == [
+        ("syntax", 5, 5, "    Ü7 ; remark"),
+        ("syntax", 8, 13, "4 L X+Q1 Y+ FMAX"),
+        ("variable-assumed", 7, 4, "   Q8"),
+    ]

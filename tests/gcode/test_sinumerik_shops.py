@@ -749,3 +749,22 @@ def test_a_feed_a_revolution_that_nobody_can_mean(
 ) -> None:
     """200 mm a revolution, at 2000 rev/min 400 m a minute, where G97 has ended G94."""
     assert codes(run, f"M3\n{before} S2000\nG1 X10 F{feed}\nX20 F{feed}\nM30") == expected
+
+
+def test_g_functions_in_force_are_read(run: Run) -> None:
+    """Places in the groups as of G[8]=2 (840D sl, Fundamentals, "G functions"); the basic system is metric."""
+    text = "G17 G54 G90 G710 G64 G451\nR1=$P_GG[6]*100000+$P_GG[8]*10000+$P_GG[14]*1000+$P_GG[13]*100+$P_GG[10]*10+$P_GG[18]\n"
+    more = "G19 G505 G91 G700 G60 G0\nR2=$P_GG[6]*10000+$P_GG[8]*1000+$P_GG[14]*100+$P_GG[13]*10+$P_GG[10]\nG710 G90 G17\n"
+    last = "X=R1 Y=R2 Z=$P_GG[1]*10+$P_GG[7]+$P_MC+$MN_SCALING_SYSTEM_IS_METRIC\nM30"
+    assert ends(run, text + more + last)[-1] == [121422, 36231, 12]
+
+
+def test_g_functions_that_are_not_kept_are_refused(run: Run) -> None:
+    assert fault(run, "G95 F0.1\nR1=$P_GG[15]\nM30")[0] == "variable-unknown"
+
+
+def test_m6_in_a_subprogram_is_the_programs(run: Run) -> None:
+    """A note said that the program has no M6."""
+    text = "G17 G90\nCHANGE(3)\nG0 X1\nM30\n%_N_CHANGE_SPF\nPROC CHANGE(INT NR)\nT=NR\nM6\nM17\n"
+    out = run(text, dialect="sinumerik")
+    assert [d.code for d in out.diagnostics if d.code == "tool-at-once"] == []

@@ -33,7 +33,7 @@ from cncgen.gcode.codes.cutter_compensation import feed_along_contour
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code, Handler
-from cncgen.gcode.codes.tools import table_offset
+from cncgen.gcode.codes.tools import table_offset, tell_unknown
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -229,6 +229,7 @@ def oversize(ip: Interpreter, block: Block) -> None:
     longer, wider = block.words["dl"], block.words["dr_"]
     if number not in sizes and not longer and not wider:
         return
+    tell_unknown(ip, number, "T")
     tool = ip.tools.entry(number)
     if tool is None:
         # The tool's own words say that the table lacks it.
@@ -236,6 +237,10 @@ def oversize(ip: Interpreter, block: Block) -> None:
     length, diameter = sizes.setdefault(number, (tool.offset[_Z], tool.diameter))
     tool.offset[_Z] = length + longer / ip.table_scale()
     tool.diameter = diameter + 2.0 * wider / ip.table_scale()
+    if tool.diameter < 0.0:
+        message = f"DR{wider:+g} makes the radius of tool {number} {tool.diameter * ip.table_scale() / 2.0:g}: RL leads it to the right of a contour then, RR to the left"
+        hint = "--tool-table gives the radius to which DR adds"
+        ip.warn_once(BlockError("tool-oversize", message, "DR", hint=hint), Severity.WARNING)
 
 
 def tool_sizes(ip: Interpreter, block: Block) -> None:

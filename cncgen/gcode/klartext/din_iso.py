@@ -352,9 +352,6 @@ class IsoRunner(HeidenhainRunner):
         super()._prepare()
         self._modes = Modes()
 
-    def _tell_unset(self) -> None:
-        """D00 Q1 P01 sets a parameter without =: nothing is told."""
-
     def _said(self, bare: str) -> list[str]:
         body = _NUMBER.sub("", bare).rstrip()
         return lines.apart(body.removesuffix("*").strip())

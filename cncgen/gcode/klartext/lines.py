@@ -42,11 +42,14 @@ _FORMULA = re.compile(
 )
 _NEXT_Q = re.compile(rb"[Qq]")
 _STRING = _form(TERMINALS["STRING"])
-_LABEL = re.compile(rf"^[^\S\n]*(?:{_N}[^\S\n]+)?(?:LBL|CALL)\b".encode(), re.IGNORECASE | re.MULTILINE)
+#: Labels and their calls; those of DIN/ISO are G98 L1 and L1,3.
+_LABEL = re.compile(
+    rf"^[^\S\n]*(?:{_N}[^\S\n]+)?(?:LBL\b|CALL\b|G98[^\S\n]*L|L\d+,)".encode(), re.IGNORECASE | re.MULTILINE
+)
 #: Lines that name files and programs, and the blank.
-_NAMES = _form(r"\b(?:PGM|TABLE|PATTERN|FILE|BLK)\b")
-#: A parameter, and = behind it.
-_USED = _form(rf"({_Q})\s*(=?)")
+_NAMES = _form(rf"\b(?:PGM|TABLE|PATTERN|FILE|BLK)\b|\A\s*(?:{_N}\s*)?%")
+#: A parameter, and what tells that it is set: = behind it, the D function of DIN/ISO before it.
+_USED = _form(rf"(?:(?<![A-Z])(D\d+)\s*)?({_Q})\s*(=?)")
 #: Numbers of Q parameters that the control, its cycles and those of the machine's builder have (TNC 7, "Variable types").
 _FIRST_OF_CYCLES, _BEHIND_CYCLES = 100, 1400
 _BROKEN = re.compile(rb"~[^\S\n]*\n")
@@ -83,19 +86,44 @@ def _without_number(body: str) -> str:
     return body[match.end() :]
 
 
+class Joined(Source):
+    """A text whose formulas stand in one line each, with empty lines behind those that went on, so that lines keep their numbers.
+
+    Attributes:
+        broken: By the offset of a line that was joined, the lines as the file has them; a blank stands for each byte between them.
+    """
+
+    def __init__(self, data: bytes, name: str, broken: dict[int, Source]) -> None:
+        super().__init__(data, name)
+        self.broken = broken
+
+    def written(self, offset: int, line: int, column: int) -> tuple[str, int, int]:
+        """Return the line of the file that a place is in."""
+        lines = self.broken.get(offset)
+        if lines is None:
+            return super().written(offset, line, column)
+        before = len(self.text_at(offset)[: column - 1].encode("utf-8", "replace"))
+        begin = lines.line_begin(min(before, len(lines)))
+        text = lines.text_at(begin)
+        return text, line + lines.data[:begin].count(b"\n"), min(before - begin, len(text)) + 1
+
+
 def joined(source: Source) -> Source:
-    """Return a text whose formulas stand in one line each, with empty lines behind those that went on, so that lines keep their numbers."""
+    """Return a text with its formulas in one line each."""
     data, parts, done = source.data, list[bytes](), 0
+    broken, length = dict[int, Source](), 0
     at = data.find(b"~")
     while at >= 0:
         formula = _FORMULA.match(data, max(data.rfind(b"\n", 0, at) + 1, done))
         if formula:
-            text, breaks = _BROKEN.subn(b" ", formula[0])
+            text, breaks = _BROKEN.subn(lambda found: len(found[0]) * b" ", formula[0])
             end = source.line_end(formula.end())
+            length += formula.start() - done
+            broken[length] = Source(data[formula.start() : end], source.name)
             parts += [data[done : formula.start()], text, data[formula.end() : end], breaks * b"\n"]
-            done = end
+            length, done = length + end - formula.start() + breaks, end
         at = data.find(b"~", max(done, at + 1))
-    return Source(b"".join([*parts, data[done:]]), source.name) if parts else source
+    return Joined(b"".join([*parts, data[done:]]), source.name, broken) if parts else source
 
 
 def bodies(
@@ -149,8 +177,8 @@ def unset(sources: Sequence[Source]) -> dict[str, tuple[int, int, int]]:
         while at:
             offset = source.data.rfind(b"\n", 0, at.start()) + 1
             body = _STRING.sub("", body_of(source.text_at(offset)))
-            for name, sets in () if _NAMES.search(body) else _USED.findall(body.upper()):
-                if sets:
+            for function, name, sign in () if _NAMES.search(body) else _USED.findall(body.upper()):
+                if function or sign:
                     given.setdefault(name, []).append((index, offset))
                 elif name[1] in "LR" or not _FIRST_OF_CYCLES <= int(name[1:]) < _BEHIND_CYCLES:
                     read.setdefault(name, (index, offset))

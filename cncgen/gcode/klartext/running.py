@@ -62,7 +62,11 @@ class HeidenhainRunner(ContourLines):
         message = f"{', '.join(names[:3])}{more} {'is' if len(names) == 1 else 'are'} read before anything sets {'it' if len(names) == 1 else 'them'}: 0 here"
         hint = "on the control the value is that of a program that ran before"
         index, offset, line = found[names[0]]
-        error = BlockError("variable-assumed", message, names[0], hint=hint)
+        at = re.search(rf"(?i){names[0]}(?!\d)", self.sources[index].text_at(offset))
+        column = at.start() + 1 if at else 0
+        error = BlockError(
+            "variable-assumed", message, names[0], column=column, length=len(names[0]), hint=hint
+        )
         self.reporter.report(self.sources[index], line, offset, error, Severity.WARNING)
 
     def _line(self, frame: Frame, at: int) -> None:

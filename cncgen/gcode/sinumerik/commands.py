@@ -12,7 +12,7 @@ from cncgen.gcode.codes import rotary_paths, tool_point
 from cncgen.gcode.codes.cutter_compensation import feed_along_contour
 from cncgen.gcode.codes.tools import table_offset
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik import measuring, orientation, swivelling
+from cncgen.gcode.sinumerik import frame_variables, measuring, orientation, swivelling
 from cncgen.gcode.sinumerik.expressions import Scalar, number
 from cncgen.records import replace
 from cncgen.toolpath.record import Event
@@ -65,7 +65,7 @@ _NAMED_NOT_READ = {
     "BLOCK": "a part of another program",
     "ISOCALL": "a subprogram of the ISO dialect",
     **dict.fromkeys(("MEASA", "MEAWA", "MEAC"), "measuring by axes"),
-    **dict.fromkeys(("LEADON", "COUPON", "TRAILON", "EGON"), "coupled axes"),
+    **dict.fromkeys(("LEADON", "COUPDEF", "COUPON", "COUPONC", "COUPOF", "TRAILON", "EGON"), "coupled axes"),
 }  # fmt: skip
 
 
@@ -295,6 +295,31 @@ def refuse_conflict(codes: list[int]) -> None:
         if other != code:
             message = f"G{other} and G{code} stand in one block: a group has one G function in force"
             raise BlockError("modal-conflict", message, f"G{code}", hint="leave one out, or write two blocks")
+
+
+def in_force(motions: Motions, group: int) -> float:
+    """Return the place in its group of the G function in force, $P_GG.
+
+    Raises:
+        BlockError: What is in force has no G number, or is not kept.
+    """
+    state = motions.ip.state
+    origin = state.system if state.system <= frame_variables.LAST_ORIGIN else 0
+    code = {
+        1: int(motions.motion[1:]) if motions.motion[1:].isdigit() else None, 6: state.plane, 7: state.compensation,
+        8: 500 if origin == 0 else (53 if origin < 5 else 500) + origin, 10: int(motions.path[0][1:]),
+        13: motions.units, 14: 90 if motions.absolute else 91, 18: 451 if motions.sharp_corners else 450,
+        15: state.feed_mode if state.constant_surface is None and state.feed_mode != 95 else None,
+    }.get(group)  # fmt: skip
+    if code not in _GROUPS.get(group, ()):
+        message = f"$P_GG[{group}] is not read where it is none of G functions with a number that are kept"
+        raise BlockError(
+            "variable-unknown",
+            message,
+            "$P_GG",
+            hint=f"groups {', '.join(map(str, sorted(_GROUPS)))} are read",
+        )
+    return float(_GROUPS[group].index(code) + 1)
 
 
 #: The groups of G functions, threads among those of group 1.

@@ -83,6 +83,7 @@ def _units(motions: Motions, code: int) -> None:
     """
     state, feed, inches = motions.ip.state, motions.ip.state.feed, motions.ip.state.inches
     motions.settle()
+    motions.units = code
     motions.emit({}, (200 if code in (70, 700) else 210,))
     motions.feed_scale = 1.0 / INCH if code == 70 else 1.0
     if feed and state.inches != inches and state.feed_mode != 93:

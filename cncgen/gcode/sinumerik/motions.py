@@ -126,6 +126,8 @@ class Motions:
         self.turret = False
         #: Factor of F, since G70 counts lengths in inches and F in mm.
         self.feed_scale = 1.0
+        #: G70, G71, G700 or G710.
+        self.units = 71
         #: OVR, as a part of F; OFFN; FA of the axes that POS moves.
         self.override = 1.0
         self.allowance = 0.0

@@ -12,7 +12,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import language_run
 from cncgen.gcode.flow.language_run import LanguageRun
 from cncgen.gcode.flow.plain_lines import PlainLane
-from cncgen.gcode.sinumerik import expressions, unread_cycles
+from cncgen.gcode.sinumerik import commands, expressions, unread_cycles
 from cncgen.gcode.sinumerik.expressions import RParameter, Scalar, Value, evaluate, number, variable
 from cncgen.gcode.sinumerik.motions import Motions
 from cncgen.gcode.sinumerik.programs import SUFFIXES, Program, programs_of
@@ -32,6 +32,10 @@ def _target(program: Program, at: int, how: str, label: str) -> int | None:
     return {"GOTOF": after, "GOTOB": before}.get(how, before if after is None else after)
 
 
+def _changes(program: Program) -> bool:
+    return ("M", 6.0) in program.said.codes
+
+
 class SinumerikRunner(LanguageRun[Program]):
     """One run of a program of SINUMERIK."""
 
@@ -43,13 +47,15 @@ class SinumerikRunner(LanguageRun[Program]):
         self.store = Store(self.ip)
         self.store.is_file = self._is_file
         self.motions = Motions(self.ip, self.store, self._begin_call, self._contour)
+        self.store.in_force = partial(commands.in_force, self.motions)
+        self.store.calls_modally = lambda: self.motions.modal is not None
         #: The subprogram that MCALL runs.
         self._modal: Frame | None = None
 
     def _begin(self, main: Program) -> None:
         self.motions.begin(turns=main.said.turns())
-        #: The change of a tool; without it T changes at once, as on lathes.
-        self.motions.turret = ("M", 6.0) not in main.said.codes
+        # The change of a tool; without it T changes at once, as on lathes.
+        self.motions.turret = not any(_changes(one) for one in (main, *self._files.values()))
 
     def _load(self, index: int, name: str) -> Program:
         """Read the programs of a source; return the first."""
@@ -57,6 +63,7 @@ class SinumerikRunner(LanguageRun[Program]):
         for here, error in faults:
             self._faults.at(here, error)
         for program in found[1:] if not name else found:
+            self.motions.turret &= not _changes(program)
             if program.name:
                 self._files.setdefault(program.name, program)
         return found[0]

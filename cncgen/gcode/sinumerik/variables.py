@@ -66,6 +66,9 @@ class Store:
         self.tools = tool_data.ToolData(ip)
         #: Whether a text is the name of a program that is found (ISFILE).
         self.is_file: Callable[[str], bool] = lambda name: False
+        #: The place in its group of the G function in force ($P_GG), and whether MCALL calls ($P_MC).
+        self.in_force: Callable[[int], float] = float
+        self.calls_modally: Callable[[], bool] = bool
         self.r = array("d", bytes(8 * (MOST_R + 1)))
         self.scopes: list[dict[str, Variable]] = [{}]
         #: Where the last motion with MEAS ended, in the program's coordinates and in the machine's.
@@ -194,19 +197,23 @@ class Store:
             return 0.0
         if tool_data.names(name):
             return self.tools.value(name, indices)
+        if name == "$P_GG" and len(indices) == 1:
+            return self.in_force(round(number(indices[0], "the number of a group")))
         if name == "$P_AD" and len(indices) == 1:
             return self.tools.value(f"$TC_DP{round(number(indices[0]))}", [float(state.tool)])
         tool = self.ip.tools.find(state.tool)
         plain = {
             "$P_TOOLNO": float(state.tool), "$P_F": state.feed, "$P_S": state.speed, "$P_MSNUM": 1.0, "$P_SIM": 0.0,
             "$P_TOOLR": (tool.diameter if tool else 0.0) * self.ip.table_scale() / 2.0, "$P_TOOLL": state.tool_offset[2],
-            "$P_ISTEST": 0.0, "$P_SEARCH": 0.0, "$P_DRYRUN": 0.0,
+            "$P_ISTEST": 0.0, "$P_SEARCH": 0.0, "$P_DRYRUN": 0.0, "$P_MC": float(self.calls_modally()),
+            # The basic system is metric, as for G700 and G710.
+            "$MN_SCALING_SYSTEM_IS_METRIC": 1.0,
         }  # fmt: skip
         if name not in plain:
             raise BlockError(
                 "variable-unknown",
                 f"the system variable {name} is not read",
                 name,
-                hint=f"read are {', '.join([*_PLACES, *_PLANE_AXES, *plain])}, $P_UIFR, $TC_DP",
+                hint=f"read are {', '.join([*_PLACES, *_PLANE_AXES, *plain])}, $P_GG, $P_UIFR, $TC_DP",
             )
         return plain[name]
