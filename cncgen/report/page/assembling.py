@@ -73,7 +73,7 @@ def assemble(title: str, header: dict[str, Any], blob: str) -> str:
         header: Data of the page, and the places of its streams in the blob (docs/page.md).
         blob: The streams in base 85.
     """
-    script, worker, style = bundle("main.js"), bundle("worker.js"), asset("style.css")
+    script, style = bundle("main.js"), asset("style.css")
     policy = (
         f"default-src 'none'; script-src '{_hash(script)}' blob:; worker-src blob:; "
         f"style-src '{_hash(style)}'; img-src data: blob:; base-uri 'none'; form-action 'none'"
@@ -84,7 +84,6 @@ def assemble(title: str, header: dict[str, Any], blob: str) -> str:
         "style": style,
         "header": _json(header),
         "blob": blob,
-        "worker": _json(worker),
         "script": script,
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: values[match[1]], asset("index.html"))

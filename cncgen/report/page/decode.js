@@ -1,5 +1,7 @@
 // Streams of the page as arrays (docs/page.md): base 85, inflate, integers from their differences, runs, bands.
 
+import { inflated } from "./inflate.js";
+
 const DIGITS = "!#%()*+,./0123456789:;=?@ABCDEFGHIJKLMNOPQRSTUVWXYZ[]^_abcdefghijklmnopqrstuvwxyz{|}~";
 
 /** Return the bytes of a text in base 85, five digits for four bytes; the last bytes may be zeros that fill it. */
@@ -19,21 +21,14 @@ export function bytesOf(text) {
   return bytes;
 }
 
-/** Inflate bytes in zlib's format. */
-export async function inflated(bytes) {
-  if (!bytes.length) return new Uint8Array(0);
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
 /** Return the part of a blob at [offset, length], inflated. */
 export function section(blob, at) {
   return inflated(blob.subarray(at[0], at[0] + at[1]));
 }
 
 /** Return the integers of a stream: Int32Array, or Float64Array where they are wider. */
-export async function integers(blob, spec) {
-  const [bytes, more] = await Promise.all([section(blob, spec.at), section(blob, spec.escapes)]);
+export function integers(blob, spec) {
+  const bytes = section(blob, spec.at), more = section(blob, spec.escapes);
   const escapes = new Float64Array(more.buffer, 0, more.length >> 3);
   return summed(bytes, escapes, spec);
 }
@@ -65,18 +60,18 @@ export function summed(bytes, escapes, spec) {
 }
 
 /** Return a signal of runs: value of each run, and where each begins; the last entry of `starts` is the number of rows. */
-export async function runs(blob, spec) {
-  const [values, lengths] = await Promise.all([integers(blob, spec.values), integers(blob, spec.lengths)]);
+export function runs(blob, spec) {
+  const values = integers(blob, spec.values), lengths = integers(blob, spec.lengths);
   const starts = new Uint32Array(lengths.length + 1);
   for (let k = 0; k < lengths.length; k++) starts[k + 1] = starts[k] + lengths[k];
   return { values, starts };
 }
 
 /** Return a band: lowest and highest value of each block of rows; the same array twice where a block is one row. */
-export async function band(blob, spec) {
-  const low = await integers(blob, spec.low);
+export function band(blob, spec) {
+  const low = integers(blob, spec.low);
   if (!spec.spread) return { low, high: low, block: spec.block, step: spec.step };
-  const high = await integers(blob, spec.spread);
+  const high = integers(blob, spec.spread);
   for (let k = 0; k < high.length; k++) high[k] += low[k];
   return { low, high, block: spec.block, step: spec.step };
 }

@@ -10,6 +10,7 @@ import { parsed, written } from "./link.js";
 import { Overlay } from "./overlay.js";
 import { Scene } from "./scene.js";
 import { SourceView } from "./source.js";
+import { prepare } from "./prepare.js";
 import { Part } from "./store.js";
 import { answers, checks, differences, element, losses, placeName, positionText, times, timeSplit, untimed, untimedBadge } from "./tables.js";
 
@@ -18,6 +19,8 @@ const TABS = [["program", "Program"], ["losses", "Losses"], ["time", "Time"], ["
 const MARKS = { corners: "Sharp corners", tools: "Tool changes", breaches: "Broken limits", places: "Time lost" };
 /** Sharp corners beyond which their marks are hidden until they are asked for. */
 const CROWDED = 500;
+/** Setpoints up to which the page is ready when it has loaded; more are decoded in a worker, and the page can be used meanwhile. */
+const AT_ONCE = 250_000;
 
 class Page {
   constructor() {
@@ -54,8 +57,10 @@ class Page {
   start() {
     const message = { text: $("blob").textContent, parts: this.header.parts, predictors: this.header.predictors };
     $("blob").remove();
-    const code = JSON.parse($("worker").textContent);
-    this.worker = new Worker(URL.createObjectURL(new Blob([code], { type: "text/javascript" })));
+    if (this.parts.reduce((rows, part) => rows + part.rows, 0) <= AT_ONCE) return prepare(message, (data) => this.received(data));
+    // A worker runs this same script.
+    const script = new Blob([$("script").textContent], { type: "text/javascript" });
+    this.worker = new Worker(URL.createObjectURL(script));
     this.worker.onmessage = ({ data }) => this.received(data);
     this.worker.onerror = (event) => this.failed(event.message || "the worker does not start");
     this.worker.postMessage(message);
@@ -70,7 +75,7 @@ class Page {
     if (data.kind === "failed") return this.failed(data.message);
     if (data.kind === "done") {
       document.documentElement.dataset.ready = "all";
-      return this.worker.terminate();
+      return this.worker?.terminate();
     }
     if (data.kind === "mesh") return this.scene.setSurface(data.points, data.triangles);
     const part = this.parts[data.index];
@@ -668,5 +673,9 @@ function decimalsOf(period) {
   return (String(Number(period.toPrecision(6))).split(".")[1] ?? "").length;
 }
 
-/** For tests and for those who read on: the page, its parts and its signals. */
-window.cncgen = new Page();
+if (typeof document === "undefined") {
+  self.onmessage = ({ data }) => prepare(data, (message, buffers) => self.postMessage(message, [...new Set(buffers)]));
+} else {
+  /** For tests and for those who read on: the page, its parts and its signals. */
+  window.cncgen = new Page();
+}

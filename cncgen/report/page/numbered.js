@@ -6,15 +6,15 @@ const WHOLE = 0xc0, FEWEST = 0xc1, FIXED = 0xf5;
 const PLACES = 16, NEWLINE = 10, POINT = 46, MINUS = 45;
 
 /** Return a text: of a place in the blob as it is, else put together. */
-export async function textOf(blob, spec) {
-  if (Array.isArray(spec)) return new TextDecoder().decode(await section(blob, spec));
-  const [skeleton, ...columns] = await Promise.all([section(blob, spec.skeleton), ...spec.columns.map((column) => read(blob, column))]);
-  return new TextDecoder().decode(joined(skeleton, columns, spec));
+export function textOf(blob, spec) {
+  if (Array.isArray(spec)) return new TextDecoder().decode(section(blob, spec));
+  const columns = spec.columns.map((column) => read(blob, column));
+  return new TextDecoder().decode(joined(section(blob, spec.skeleton), columns, spec));
 }
 
-async function read(blob, { key, decimals, order, count, planes }) {
+function read(blob, { key, decimals, order, count, planes }) {
   const values = new Float64Array(count);
-  const bytes = await Promise.all(planes.map((at) => section(blob, at)));
+  const bytes = planes.map((at) => section(blob, at));
   for (let p = bytes.length - 1; p >= 0; p--) for (let k = 0; k < count; k++) values[k] = 256 * values[k] + bytes[p][k];
   for (let k = 0; k < count; k++) values[k] = values[k] % 2 ? -(values[k] + 1) / 2 : values[k] / 2;
   for (let n = 0; n < order; n++) for (let k = 1; k < count; k++) values[k] += values[k - 1];

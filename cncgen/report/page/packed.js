@@ -6,8 +6,8 @@ const BLOCK = 64, SEGMENT = 65536, TABLES = 16, ESCAPE = 255;
 const WHOLE = 4096, LOWEST = 8388608, PARTS = 1048576;
 
 /** Return the integers of a packed stream: Int32Array, or Float64Array where they are wider. */
-export async function packed(blob, spec, predictors) {
-  const [blocks, tables, escapes] = await Promise.all([spec.blocks, spec.tables, spec.escapes].map((at) => section(blob, at)));
+export function packed(blob, spec, predictors) {
+  const [blocks, tables, escapes] = [spec.blocks, spec.tables, spec.escapes].map((at) => section(blob, at));
   const code = blob.subarray(spec.code[0], spec.code[0] + spec.code[1]);
   return unpacked(code, blocks, new Uint16Array(tables.buffer), new Float64Array(escapes.buffer, 0, escapes.length >> 3), predictors, spec);
 }

@@ -130,14 +130,17 @@ export class Scene {
     const ratio = paper ? 3 : Math.min(2, window.devicePixelRatio || 1);
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
-    this.canvas.width = Math.round(width * ratio);
-    this.canvas.height = Math.round(height * ratio);
+    const size = [width, height].map((one) => Math.round(one * ratio));
+    if (size[0] === this.canvas.width && size[1] === this.canvas.height && this.ratio === ratio) return;
+    [this.canvas.width, this.canvas.height] = size;
     const before = this.box && this.camera.fitting(this.box);
     this.camera.width = width;
     this.camera.height = height;
     if (before) this.camera.scale *= this.camera.fitting(this.box) / before;
     this.ratio = ratio;
     this.request(true);
+    // A canvas of a new size is empty, and may be shown before the next frame.
+    this.draw();
   }
 
   /** Pick the points of what is in the view, as fine as its pixels. */

@@ -1,39 +1,36 @@
-// The worker: decodes the page's data and prepares it, the path first, so that the first picture does not wait for the rest.
+// Decoding and preparing the page's data, the path first: a worker shows it before the rest.
 
 import { band, bytesOf, integers, runs } from "./decode.js";
 import { chunked, significance } from "./levels.js";
 import { textOf } from "./numbered.js";
 import { packed } from "./packed.js";
 
-const post = (message, buffers = []) => self.postMessage(message, [...new Set(buffers)]);
-
-self.onmessage = async ({ data }) => {
+/** Decode the parts of a page; `post` is called with each piece that is ready, and with the buffers that it may hand over. */
+export function prepare({ text, parts, predictors }, post) {
   try {
-    const blob = bytesOf(data.text);
-    if (data.parts[0].removal) await mesh(blob, data.parts[0]);
-    for (let k = 0; k < data.parts.length; k++) await path(blob, data.parts[k], k, data);
-    for (let k = 0; k < data.parts.length; k++) await texts(blob, data.parts[k], k);
-    for (let k = 0; k < data.parts.length; k++) await bands(blob, data.parts[k], k);
-    post({ kind: "done" });
+    const blob = bytesOf(text);
+    if (parts[0].removal) mesh(blob, parts[0], post);
+    parts.forEach((part, k) => path(blob, part, k, { parts, predictors }, post));
+    parts.forEach((part, k) => texts(blob, part, k, post));
+    parts.forEach((part, k) => bands(blob, part, k, post));
+    post({ kind: "done" }, []);
   } catch (error) {
-    post({ kind: "failed", message: String((error && error.message) || error) });
+    post({ kind: "failed", message: String((error && error.message) || error) }, []);
   }
-};
+}
 
-async function path(blob, part, index, { parts, predictors }) {
+function path(blob, part, index, { parts, predictors }, post) {
   const rows = {}, buffers = [], signals = {};
-  await Promise.all(
-    Object.entries(part.streams).map(async ([name, spec]) => {
-      if (spec.rows) {
-        rows[name] = await packed(blob, spec.rows, predictors);
-        buffers.push(rows[name].buffer);
-      } else if (spec.runs) {
-        signals[name] = await runs(blob, spec.runs);
-        buffers.push(signals[name].values.buffer, signals[name].starts.buffer);
-      }
-    }),
-  );
-  const corners = await integers(blob, part.corners);
+  for (const [name, spec] of Object.entries(part.streams)) {
+    if (spec.rows) {
+      rows[name] = packed(blob, spec.rows, predictors);
+      buffers.push(rows[name].buffer);
+    } else if (spec.runs) {
+      signals[name] = runs(blob, spec.runs);
+      buffers.push(signals[name].values.buffer, signals[name].starts.buffer);
+    }
+  }
+  const corners = integers(blob, part.corners);
   const points = placed(part, rows, parts[0].turned);
   const unit = 1e-4;
   const classes = significance(points[0], points[1], points[2], unit);
@@ -64,8 +61,8 @@ function placed(part, rows, turned) {
 }
 
 /** The part that is cut, whose box the first picture is fitted to. */
-async function mesh(blob, { removal: { step, vertices, corners }, turned }) {
-  const columns = await Promise.all([...vertices, ...corners].map((spec) => integers(blob, spec)));
+function mesh(blob, { removal: { step, vertices, corners }, turned }, post) {
+  const columns = [...vertices, ...corners].map((spec) => integers(blob, spec));
   const [x, y, z] = columns;
   if (turned) columns.splice(0, 3, z, y.map((v) => -v), x);
   const woven = (Kind, three, factor) => Kind.from({ length: 3 * three[0].length }, (_, k) => three[k % 3][Math.floor(k / 3)] * factor);
@@ -73,17 +70,16 @@ async function mesh(blob, { removal: { step, vertices, corners }, turned }) {
   post({ kind: "mesh", points, triangles }, [points.buffer, triangles.buffer]);
 }
 
-async function texts(blob, part, index) {
-  const found = [];
-  for (const source of part.sources) found.push(source.text ? await textOf(blob, source.text) : null);
-  post({ kind: "texts", index, texts: found });
+function texts(blob, part, index, post) {
+  const found = part.sources.map((source) => (source.text ? textOf(blob, source.text) : null));
+  post({ kind: "texts", index, texts: found }, []);
 }
 
-async function bands(blob, part, index) {
+function bands(blob, part, index, post) {
   const found = {}, buffers = [];
   for (const [name, spec] of Object.entries(part.streams)) {
     if (!spec.low) continue;
-    found[name] = await band(blob, spec);
+    found[name] = band(blob, spec);
     buffers.push(found[name].low.buffer, found[name].high.buffer);
   }
   post({ kind: "bands", index, bands: found }, buffers);
