@@ -2,11 +2,12 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { deflateSync } from "node:zlib";
+import { constants, deflateSync } from "node:zlib";
 
 const from = new URL("../../cncgen/report/page/", import.meta.url);
 const load = (name) => import(new URL(name, from));
 const { band, bytesOf, integers, runAt, runs, summed } = await load("decode.js");
+const { inflated } = await load("inflate.js");
 const { brief, duration, partly, rounded, stepped, ticks } = await load("format.js");
 const { along, lineKey, rowsByLine, rowsByValue, stretches, toolRuns } = await load("lines.js");
 const { CHUNK, chunked, pick, significance } = await load("levels.js");
@@ -43,7 +44,7 @@ test("integers of every order come back", async () => {
   for (let order = 0; order <= 3; order++) {
     const values = Array.from({ length: 500 }, (_, k) => Math.round(1e5 * Math.sin(k / 9) + 300 * random()));
     const { blob, specs } = placed([stream(values, order)]);
-    assert.deepEqual([...(await integers(blob, specs[0]))], values);
+    assert.deepEqual([...integers(blob, specs[0])], values);
   }
 });
 
@@ -54,10 +55,10 @@ test("wide integers are doubles", () => {
 
 test("runs and bands come back", async () => {
   const { blob, specs } = placed([stream([5, 7, 5], 1), stream([2, 1, 4], 0), stream([-3, 9], 1), stream([4, 0], 1)]);
-  const run = await runs(blob, { values: specs[0], lengths: specs[1] });
+  const run = runs(blob, { values: specs[0], lengths: specs[1] });
   assert.deepEqual([[...run.values], [...run.starts]], [[5, 7, 5], [0, 2, 3, 7]]);
   assert.deepEqual([0, 1, 2, 3, 6].map((row) => runAt(run.starts, row)), [0, 0, 1, 2, 2]);
-  const found = await band(blob, { step: 1, block: 2, low: specs[2], spread: specs[3] });
+  const found = band(blob, { step: 1, block: 2, low: specs[2], spread: specs[3] });
   assert.deepEqual([[...found.low], [...found.high]], [[-3, 9], [1, 9]]);
 });
 
@@ -167,6 +168,26 @@ test("extremes of any part are those of a plain search", () => {
     const part = values.subarray(a, b);
     assert.deepEqual(found.between(a, b), [part.reduce((m, v) => Math.min(m, v)), part.reduce((m, v) => Math.max(m, v))]);
   }
+});
+
+test("what zlib deflates is inflated: stored, with its own codes and with fixed ones", () => {
+  const texts = [
+    new Uint8Array(0), Uint8Array.from([7]), new Uint8Array(70_000),
+    Uint8Array.from({ length: 100_000 }, () => 256 * random()),
+    Uint8Array.from({ length: 100_000 }, (_, k) => 40 + 8 * Math.sin(k / 50) * random()),
+    new TextEncoder().encode(Array.from({ length: 9000 }, (_, k) => `N${k} G1 X${(random() * 100).toFixed(3)} Y${k % 17}\n`).join("")),
+  ];
+  const kinds = [{ level: 0 }, { level: 1 }, { level: 9 }, { strategy: constants.Z_FIXED }, { strategy: constants.Z_HUFFMAN_ONLY }, { strategy: constants.Z_RLE }];
+  for (const text of texts) for (const kind of kinds) assert.deepEqual(Buffer.compare(inflated(deflateSync(text, kind)), text), 0);
+  assert.equal(inflated(new Uint8Array(0)).length, 0);
+});
+
+test("bytes that are cut off, or other than they were written, are refused", () => {
+  const bytes = deflateSync(Uint8Array.from({ length: 5000 }, (_, k) => (k * k) % 251));
+  assert.throws(() => inflated(bytes.subarray(0, bytes.length / 2)), /too early/);
+  const changed = Uint8Array.from(bytes);
+  changed[bytes.length - 1] ^= 1;
+  assert.throws(() => inflated(changed), /sum/);
 });
 
 test("a limit of axes names the axis that is near its own, block by block", () => {

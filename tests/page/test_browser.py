@@ -85,6 +85,36 @@ def test_nothing_leaves_the_page_and_nothing_is_complained_of(shown: Browser) ->
     assert shown.complaints() == []
 
 
+def test_the_page_is_complete_when_it_has_loaded(browser: Browser, made: Path) -> None:
+    """Whoever takes its picture then, as a browser without a window does, sees all of it."""
+    browser.driver.get("about:blank")
+    browser.driver.get((made / "page.html").as_uri())
+    assert browser.run("return [document.documentElement.dataset.ready, Boolean(cncgen.charts.all)]") == [
+        "all",
+        True,
+    ]
+
+
+def test_without_webgl_the_path_is_drawn_as_well(browser: Browser, made: Path) -> None:
+    """The middle of a side of the outline, at its full feed, is blue as the legend has it."""
+    without = "HTMLCanvasElement.prototype.getContext = ((of) => function (kind, ...how) { return kind === 'webgl2' ? null : of.call(this, kind, ...how) })(HTMLCanvasElement.prototype.getContext)"
+    added = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": without})
+    try:
+        browser.open(made / "page.html", "#c=feed")
+        settled(browser)
+        assert browser.run("return cncgen.scene.drawer.surface") is None
+        red, _, blue, alpha = browser.run(
+            "const { part, scene } = cncgen, rows = Array.from({ length: part.rows }, (_, k) => k).filter((k) => part.line(k) === 16);"
+            "const k = rows[rows.length >> 1];"
+            "const [x, y] = scene.camera.project(...part.points.map((one) => one[k])), r = scene.ratio;"
+            "return [...scene.canvas.getContext('2d').getImageData(Math.round(x * r), Math.round(y * r), 1, 1).data]"
+        )
+        assert alpha > 200
+        assert blue > red + 50
+    finally:
+        browser.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
+
+
 def test_the_hovered_line_is_the_lines_signal_at_a_hundred_places(
     shown: Browser, csv: dict[str, list[str]]
 ) -> None:
@@ -625,6 +655,7 @@ def test_a_long_plan_is_drawn_with_few_vertices_while_it_moves(browser: Browser,
     page.write_text(html("long", [Contents("long", machine, recording, {})]), encoding="utf-8")
     browser.open(page)
     settled(browser)
+    assert browser.run("return Boolean(cncgen.worker)")
     assert browser.run("return cncgen.scene.drawer.vertices") > 300_000
     canvas = browser.find("#path")
     browser.run(

@@ -2,6 +2,8 @@
 // bright as it faces the light. Points stand in textures, from which each corner takes its segment's ends: an instance a segment
 // takes a graphics card that the processor plays ten times as long.
 
+/** Points that are drawn at most. */
+const POINTS = 600_000;
 /** Points in a row of their textures. */
 const WIDE = 2048;
 
@@ -13,6 +15,7 @@ uniform mat4 matrix;
 uniform vec2 size;
 uniform float width;
 uniform float lift;
+uniform float pixels;
 out float value;
 flat out float kind;
 out float way;
@@ -22,7 +25,8 @@ void main() {
   ivec2 from = ivec2(k % ${WIDE}, k / ${WIDE}), to = ivec2((k + 1) % ${WIDE}, (k + 1) / ${WIDE});
   vec2 look = texelFetch(looks, to, 0).rg;
   float style = look.g * 255.0;
-  vec4 p = matrix * vec4(texelFetch(points, from, 0).xyz, 1.0), q = matrix * vec4(texelFetch(points, to, 0).xyz, 1.0);
+  vec4 a = texelFetch(points, from, 0), b = texelFetch(points, to, 0);
+  vec4 p = matrix * vec4(a.xyz, 1.0), q = matrix * vec4(b.xyz, 1.0);
   vec2 d = (q.xy - p.xy) * size * 0.5;
   float length = length(d);
   vec2 along = length > 1e-6 ? d / length : vec2(1.0, 0.0);
@@ -36,7 +40,7 @@ void main() {
   if (style > 1.5) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
   value = end ? look.r : texelFetch(looks, from, 0).r;
   kind = style;
-  way = end ? length : 0.0;
+  way = (end ? b.w : a.w) * pixels;
 }`;
 
 const FRAGMENT = `#version 300 es
@@ -56,7 +60,7 @@ void main() {
   vec4 tint = solid.a > 0.0 ? solid : texture(palette, vec2(place, 0.5));
   if (kind > 0.5 && solid.a <= 0.0 && rapid.a > 0.0) {
     tint = rapid;
-    if (mod(way, 9.0) > 5.0 && way > 9.0) cover *= 0.15;
+    if (mod(way, 9.0) > 5.0) cover *= 0.15;
   }
   float alpha = tint.a * cover * opacity;
   if (alpha < 0.02) discard;
@@ -92,7 +96,7 @@ export function segmentDrawer(canvas) {
   const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, premultipliedAlpha: true });
   if (!gl) return null;
   const program = linked(gl, VERTEX, FRAGMENT);
-  const place = uniforms(gl, program, ["matrix", "size", "width", "lift", "palette", "points", "looks", "steps", "solid", "rapid", "opacity"]);
+  const place = uniforms(gl, program, ["matrix", "size", "width", "lift", "pixels", "palette", "points", "looks", "steps", "solid", "rapid", "opacity"]);
   let filling = null;
   const none = gl.createVertexArray(), palette = texture(gl);
   gl.useProgram(program);
@@ -102,8 +106,10 @@ export function segmentDrawer(canvas) {
   gl.enable(gl.DEPTH_TEST);
   gl.depthFunc(gl.LEQUAL);
   return {
-    gl,
     vertices: 0,
+    most: POINTS,
+    polyline: (points, values, styles) => polyline(gl, points, values, styles),
+    surface: (points, triangles) => surface(gl, points, triangles),
     setPalette(bytes) {
       gl.bindTexture(gl.TEXTURE_2D, palette);
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, bytes.length / 4, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
@@ -114,14 +120,16 @@ export function segmentDrawer(canvas) {
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
       this.vertices = 0;
     },
-    /** Draw a buffer of `segments`; how it is drawn has matrix, size, width, and solid (a colour) or the palette. */
+    /** Draw a `polyline`; how it is drawn has matrix, size, width, pixels of a mm, solid (a colour) or the palette, and `under`: it hides nothing. */
     draw(buffer, how) {
       if (!buffer || !buffer.count) return;
       gl.useProgram(program);
+      gl.depthMask(!how.under);
       gl.uniformMatrix4fv(place.matrix, false, how.matrix);
       gl.uniform2f(place.size, how.size[0], how.size[1]);
       gl.uniform1f(place.width, how.width);
       gl.uniform1f(place.lift, how.lift ?? 0);
+      gl.uniform1f(place.pixels, how.pixels ?? 1);
       gl.uniform1f(place.steps, how.steps ? 1 : 0);
       gl.uniform4fv(place.solid, how.solid ?? [0, 0, 0, 0]);
       gl.uniform4fv(place.rapid, how.rapid ?? [0, 0, 0, 0]);
@@ -133,6 +141,7 @@ export function segmentDrawer(canvas) {
       gl.activeTexture(gl.TEXTURE0);
       gl.bindVertexArray(none);
       gl.drawArrays(gl.TRIANGLES, 0, 6 * buffer.count);
+      gl.depthMask(true);
       this.vertices += 6 * buffer.count;
     },
     /** Draw a `surface`: matrix, directions to the viewer (toward) and to the light, and its colour (solid). */
@@ -188,9 +197,17 @@ function texture(gl) {
  *
  * Segment k goes from point k to k + 1 in the style of k + 1: 0 feed, 1 rapid, 2 not drawn.
  */
-export function polyline(gl, points, values, styles) {
-  const high = Math.max(1, Math.ceil(styles.length / WIDE)), places = new Float32Array(3 * WIDE * high), both = new Uint8Array(2 * WIDE * high);
-  places.set(points);
+function polyline(gl, points, values, styles) {
+  const high = Math.max(1, Math.ceil(styles.length / WIDE)), places = new Float32Array(4 * WIDE * high), both = new Uint8Array(2 * WIDE * high);
+  // Behind each point stands the length of the polyline up to it, along which rapids are dashed.
+  for (let k = 0, from = 0, to = 0, length = 0; k < styles.length; k++, from += 3, to += 4) {
+    let square = 0;
+    for (let axis = 0; axis < 3; axis++) {
+      const place = (places[to + axis] = points[from + axis]);
+      if (k) square += (place - points[from + axis - 3]) ** 2;
+    }
+    places[to + 3] = length += Math.sqrt(square);
+  }
   styles.forEach((style, k) => (both[2 * k + 1] = style));
   const found = {
     points: texture(gl),
@@ -205,14 +222,14 @@ export function polyline(gl, points, values, styles) {
       for (const one of [this.points, this.looks]) gl.deleteTexture(one);
     },
   };
-  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB32F, WIDE, high, 0, gl.RGB, gl.FLOAT, places);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, WIDE, high, 0, gl.RGBA, gl.FLOAT, places);
   found.looks = texture(gl);
   found.setValues(values);
   return found;
 }
 
 /** Put a mesh into buffers: `points` three numbers a corner, `triangles` three corners each. */
-export function surface(gl, points, triangles) {
+function surface(gl, points, triangles) {
   const array = gl.createVertexArray();
   gl.bindVertexArray(array);
   for (const [kind, data] of [[gl.ARRAY_BUFFER, points], [gl.ELEMENT_ARRAY_BUFFER, triangles]]) {

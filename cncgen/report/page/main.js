@@ -94,8 +94,7 @@ class Page {
     if (!part.rows) return this.failed("the program moves nothing");
     this.scene.addPart(part);
     if (part !== this.part) return;
-    $("message").hidden = Boolean(this.scene.drawer);
-    if (!this.scene.drawer) $("message").textContent = "This browser has no WebGL2: the path is not drawn; charts and tables are.";
+    $("message").hidden = true;
     this.scene.resize();
     if (!this.settings.v || !this.scene.camera.restore(this.settings.v)) this.scene.camera.fit(this.scene.box);
     this.fillColours();
@@ -290,7 +289,7 @@ class Page {
     const crowded = part.corners.length > CROWDED ? "places,corners" : "places";
     const hidden = new Set((this.settings.m ?? crowded).split(","));
     const boxes = [["rapids", "Rapids"], ["grid", "Grid"], ...Object.entries(MARKS)];
-    if (part.header.removal) boxes.unshift(["part", "Part"]);
+    if (this.scene.surface) boxes.unshift(["part", "Part"]);
     if (this.parts.length > 1) boxes.push(["others", "Other plans"]);
     $("marks").replaceChildren(
       ...boxes.map(([kind, label]) => {
@@ -468,7 +467,7 @@ class Page {
     this.theme = this.scene.theme = this.charts.theme = theme;
     document.documentElement.dataset.theme = theme;
     if (this.colour) {
-      this.scene.drawer?.setPalette(palette(this.colour, theme));
+      this.scene.drawer.setPalette(palette(this.colour, theme));
       legend($("legend"), this.colour, theme, this.part.seconds || 1);
     }
     this.scene.request();

@@ -2,15 +2,15 @@
 
 import { Camera } from "./camera.js";
 import { Depths } from "./depths.js";
-import { polyline, segmentDrawer, surface } from "./gl.js";
+import { flatDrawer } from "./flat.js";
+import { segmentDrawer } from "./gl.js";
 import { CLASSES, pick } from "./levels.js";
 import { ticks } from "./format.js";
 
-/** Points drawn while the picture moves, and when it rests: six vertices a point. */
+/** Points drawn while the picture moves: six vertices a point. */
 const COARSE_POINTS = 30_000;
 const HIGHLIGHT_POINTS = 15_000;
 const MOVING_VERTICES = 280_000;
-const RESTING_POINTS = 600_000;
 const REST_MS = 140;
 
 export class Scene {
@@ -18,7 +18,7 @@ export class Scene {
   constructor(canvas, theme, { parts, turned }) {
     this.canvas = canvas;
     this.camera = new Camera();
-    this.drawer = segmentDrawer(canvas);
+    this.drawer = segmentDrawer(canvas) ?? flatDrawer(canvas);
     this.theme = theme;
     this.turned = turned;
     if (turned) this.camera.look("front");
@@ -45,19 +45,19 @@ export class Scene {
 
   /** Show a surface: the part that is cut. */
   setSurface(points, triangles) {
-    if (this.drawer) this.surface = { ...surface(this.drawer.gl, points, triangles), box: bounds(points), depths: new Depths(points, triangles) };
+    if (!this.drawer.surface) return;
+    this.surface = { ...this.drawer.surface(points, triangles), box: bounds(points), depths: new Depths(points, triangles) };
   }
 
   setColouring(colouring, paletteBytes) {
     const layer = this.layers[0];
     layer.colouring = colouring;
-    this.drawer?.setPalette(paletteBytes);
+    this.drawer.setPalette(paletteBytes);
     for (const one of [layer.coarse, layer.fine]) one?.buffer.setValues(gathered(colouring.bytes, one.rows));
     this.request();
   }
 
   buffer(layer, picked) {
-    if (!this.drawer) return null;
     const { rows, gaps } = picked;
     const [x, y, z] = layer.part.points;
     const points = new Float32Array(3 * rows.length), styles = new Uint8Array(rows.length);
@@ -70,14 +70,14 @@ export class Scene {
     }
     for (const gap of gaps) styles[gap + 1] = 2;
     const values = layer.colouring ? gathered(layer.colouring.bytes, rows) : new Uint8Array(rows.length);
-    return { rows, buffer: polyline(this.drawer.gl, points, values, styles), level: picked.level };
+    return { rows, buffer: this.drawer.polyline(points, values, styles), level: picked.level };
   }
 
   /** Show the rows of stretches (pairs of first and last row), or nothing. */
   setHighlight(spans) {
     this.highlight?.buffer.free();
     this.highlight = null;
-    if (spans?.length && this.drawer) {
+    if (spans?.length) {
       const total = spans.reduce((sum, [a, b]) => sum + b - a + 1, 0);
       const stride = Math.max(1, Math.ceil(total / HIGHLIGHT_POINTS));
       const rows = [], gaps = [];
@@ -151,7 +151,7 @@ export class Scene {
       const finest = Math.max(0, Math.min(CLASSES - 2, 1 + Math.floor(Math.log2((0.25 * pixel) / unit))));
       const seen = layer.chunks.filter((c) => this.inView(levels.boxes, 6 * c));
       layer.fine?.buffer.free();
-      layer.fine = seen.length ? this.buffer(layer, pick(levels, classes, seen, finest, RESTING_POINTS)) : null;
+      layer.fine = seen.length ? this.buffer(layer, pick(levels, classes, seen, finest, this.drawer.most)) : null;
       if (layer.fine) layer.fine.chunks = seen;
     }
   }
@@ -170,26 +170,26 @@ export class Scene {
   draw() {
     const { drawer, camera } = this;
     this.stale = false;
-    if (!drawer || !this.layers.length) return this.onframe();
+    if (!this.layers.length) return this.onframe();
     const size = [this.canvas.width, this.canvas.height], ratio = this.ratio || 1;
     const away = Math.hypot(...[0, 1, 2].map((k) => camera.centre[k] - (this.box[k] + this.box[k + 3]) / 2));
     const matrix = camera.matrix(this.radius + away);
     const colours = COLOURS[this.theme];
     drawer.begin(...size);
-    this.grid ??= gridOf(drawer.gl, this.box, this.turned);
-    // The grid hides nothing: a path in its plane is over it.
-    drawer.gl.depthMask(false);
-    if (this.showGrid !== false) drawer.draw(this.grid, { matrix, size, width: ratio, solid: colours.grid });
-    drawer.gl.depthMask(true);
+    this.grid ??= gridOf(drawer, this.box, this.turned);
+    // A path in the plane of the grid is over it.
+    if (this.showGrid !== false) drawer.draw(this.grid, { matrix, size, width: ratio, solid: colours.grid, under: true });
     const taken = 6 * (COARSE_POINTS + (this.highlight?.rows.length ?? 0));
     this.surfaceShown = this.surface && this.showSurface && (!this.moving || this.surface.count + taken <= MOVING_VERTICES);
     if (this.surfaceShown) {
       const { toward, up, right } = camera.frame();
       drawer.fill(this.surface, { matrix, toward, light: [0, 1, 2].map((k) => 0.8 * up[k] - 0.6 * right[k]), solid: colours.surface });
     }
-    this.layers.forEach((layer, k) => {
+    // The first part lies over the others, also where nothing has a depth.
+    [...this.layers].reverse().forEach((layer) => {
+      const k = this.layers.indexOf(layer);
       if (k && this.hideOthers) return;
-      const how = { matrix, size, width: (k ? 1.4 : 2) * ratio, steps: Boolean(layer.colouring?.kinds), lift: k ? -1e-4 : 0 };
+      const how = { matrix, size, pixels: camera.scale * ratio, width: (k ? 1.4 : 2) * ratio, steps: Boolean(layer.colouring?.kinds), lift: k ? -1e-4 : 0 };
       if (k) how.solid = colours.other;
       else how.rapid = this.showRapids ? colours.rapid : [0, 0, 0, 0.001];
       if (this.highlight && !k) how.opacity = 0.35;
@@ -306,7 +306,7 @@ function joined(boxes) {
 }
 
 /** Return a grid under a box, or behind a turned part, its lines a round number of millimetres apart. */
-function gridOf(gl, box, turned) {
+function gridOf(drawer, box, turned) {
   const [p, q, r] = turned ? [0, 2, 1] : [0, 1, 2], level = box[turned ? 4 : 2];
   const wide = Math.max(box[3 + p] - box[p], box[3 + q] - box[q], 1e-3);
   const marks = ticks(0, wide, 10);
@@ -324,6 +324,6 @@ function gridOf(gl, box, turned) {
   };
   for (let x = low[0]; x <= high[0] + step / 2; x += step) line([x, low[1]], [x, high[1]]);
   for (let y = low[1]; y <= high[1] + step / 2; y += step) line([low[0], y], [high[0], y]);
-  return polyline(gl, new Float32Array(points), new Uint8Array(styles.length), new Uint8Array(styles));
+  return drawer.polyline(new Float32Array(points), new Uint8Array(styles.length), new Uint8Array(styles));
 }
 
