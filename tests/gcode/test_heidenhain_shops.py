@@ -529,3 +529,14 @@ def test_oversizes_of_a_tool_that_nothing_gives_are_told(run: Run, oversize: str
     """The radius was DR alone, below 0, and RL led to the wrong side without a word."""
     found = said(run, f"TOOL CALL 31 Z S3000 {oversize}\nL X-1 Y-26 RL F1000\nL X+26 Y+1\nL X-12 Y+12 R0")
     assert [code for _, code in found if code.startswith(("no-tool", "tool"))] == ["no-tool-table", *told]
+
+
+def test_titles_and_names_are_no_axes(tmp_path: Path) -> None:
+    """A and W of a heading, a file or a tool's name had columns in the setpoints."""
+    (tmp_path / "B 5.H").write_text("0 BEGIN PGM B MM\nL Y+1 FMAX\nEND PGM B MM\n")
+    lines = '* - W 9 VHM\n3 * - A 12\nFN 16: F-PRINT TNC:\\A 5\nTOOL CALL "C 4" Z S100\nCALL PGM TNC:\\B 5.H\nCYCL DEF 32.0 TOLERANCE U 2\nCYCL DEF 32.1 T0.05\nL X+1 FMAX'
+    path = tmp_path / "main.h"
+    path.write_text(program(lines))
+    out = read(path, path.name)
+    assert sum(len(chunk) for chunk in out.chunks()) > 0
+    assert out.axes == "XYZ"

@@ -13,8 +13,13 @@ from cncgen.units import AXIS_LETTERS
 
 _Q, _NUMBER = (TERMINALS[name].encode() for name in ("Q", "SIGNED"))
 _COMMENTS = re.compile(
-    rf"{TERMINALS['COMMENT']}|^[ \t]*(?:{TERMINALS['BLOCK_NUMBER']}[ \t]+)?(?:BLK[ \t]+FORM|BEGIN|END)\b[^\n]*".encode(),
+    rf"{TERMINALS['COMMENT']}|^[ \t]*(?:{TERMINALS['BLOCK_NUMBER']}[ \t]+)?"
+    rf"(?:{TERMINALS['HEADING']}|(?:BLK[ \t]+FORM|BEGIN|END|FN[ \t]*(?:1[56]|20|29|3[78]))\b[^\n]*)".encode(),
     re.MULTILINE | re.IGNORECASE,
+)
+#: Names of files, tools and labels, and titles of cycles, in which no axis is named.
+_TITLES = re.compile(
+    rb"\"[^\"\n]*\"|\bPGM\b[^\n]*|\bCYCL[ \t]+DEF[ \t]+(?:\d{1,3}\.0|\d{3})\b[^\n]*", re.IGNORECASE
 )
 #: Further characters that are blanks to who runs the program.
 _BLANKS = bytes.maketrans(b"\v\f\x1c\x1d\x1e\x1f", 6 * b" ")
@@ -79,7 +84,9 @@ def moving_axes(text: Source, folders: Sequence[Path], rotary: str, run: Callabl
 def _named(text: bytes, folders: Sequence[Path], deep: int, seen: set[str], rotary: str) -> set[str]:
     code = _COMMENTS.sub(b"", text.translate(_BLANKS))
     named = {
-        axis[0][-1:].decode().upper() for words in _WORDS.finditer(code) for axis in _AXIS.finditer(words[0])
+        axis[0][-1:].decode().upper()
+        for words in _WORDS.finditer(_TITLES.sub(b"", code))
+        for axis in _AXIS.finditer(words[0])
     }
     if _PLANE.search(code):
         named |= set("XY")

@@ -29,6 +29,10 @@ _CONTOUR_LABELS = 14
 _WRITTEN = re.compile(r'"([^"]*)"')
 #: What PRESET SELECT takes.
 _PRESET = re.compile(r"#\s*(?P<row>\d+)(?P<keep>\s+KEEP\s+TRANS)?(?:\s+WP)?", re.IGNORECASE)
+#: Functions of tables and of the PLC.
+_FUNCTIONS_NOT_READ = {
+    "19": " (values for the PLC)", "26": " (opening a table)", "27": " (writing to a table)", "28": " (reading a table)",
+}  # fmt: skip
 #: Blocks that end a program that was called.
 _ENDS = ([("m", 2.0)], [("m", 30.0)])
 _FRAMES = (7, 8, 9, 10, 11, 19, 26, 247)
@@ -168,7 +172,8 @@ class HeidenhainRunner(ContourLines):
     def do_function_unknown(self, frame: Frame, at: int, statement: Statement) -> None:
         """FN that is not read."""
         hint = "FN 0 to FN 14, FN 17, FN 18 and formulas of Q are read"
-        raise BlockError("unsupported-block", f"FN {statement.data[0]} is not read", "FN", hint=hint)
+        what = _FUNCTIONS_NOT_READ.get(statement.data[0], "")
+        raise BlockError("unsupported-block", f"FN {statement.data[0]}{what} is not read", "FN", hint=hint)
 
     def do_text(self, frame: Frame, at: int, statement: Statement) -> None:
         """Keep a text that is written out, which cycle 225 engraves."""

@@ -185,12 +185,20 @@ def _refused(reader: Reader, text: str, start: str) -> BlockError:
         # Letters of words may begin one that is none.
         word = " ".join(word.upper() for word in text.split()[:2] if word.isalpha())
         column = len(text) - len(text.lstrip()) + 1
+        if first.upper() == "CONTOUR":
+            message = f"{word}, contours joined by a formula, is not read"
+            hint = "CYCL DEF 14.1 CONTOUR LABEL 1 /2 names pockets and islands"
+            return BlockError("unsupported-block", message, column=column, hint=hint)
         return BlockError("unsupported-block", f"{word or first}: {_READ}", column=column, hint=_HINT)
     second = text[reader.error :].replace("(", " ").upper().partition(" ")[0]
     if second.isalpha() and before.upper().split() in (["SEL"], ["CALL"]):
         message = f"{before.strip().upper()} {second} is not read"
         hint = "SEL and CALL take PGM, SEL also PATTERN and TABLE, CALL also LBL and SELECTED PGM"
         return BlockError("unsupported-block", message, column=1, hint=hint)
+    if second == "IS" and "IF" in before.upper().split():
+        message = f"{' '.join(text[reader.error :].upper().split()[:2])} is not read: every parameter has a value here"
+        hint = "FN 9: IF +Q1 EQU +0 GOTO LBL 5"
+        return BlockError("unsupported-block", message, column=reader.error + 1, hint=hint)
     if second in _OF_TEXTS:
         message = f"{second}, a function of texts, is not read"
         return BlockError("unsupported-block", message, column=reader.error + 1, hint=_FORMULA_HINT)
