@@ -133,9 +133,9 @@ def sizes(run: Run, cycle: str, radius: float = 5.0) -> tuple[float, ...]:
         ),
         ("LONGHOLE(10,0,1,-5,9,1,60,0,0,20,0,,100,500,5,1,0,0,1,2)", (20, 80, -5, 5, -5)),
         # MCALL and no reference point: where the motion leads.
-        ("MCALL POCKET4(100,0,1,-5,10,,,20,0,0,500,100,0,11)\nF100\nG0 X50 Y7\nMCALL", (40, 60, -3, 17, -5)),
+        ("F100\nMCALL POCKET4(100,0,1,-5,10,,,20,0,0,500,100,0,11)\nG0 X50 Y7\nMCALL", (40, 60, -3, 17, -5)),
         (
-            "MCALL POCKET3(100,0,1,-5,30,20,5,,,0,20,0,0,500,100,0,11)\nF100\nG0 X50 Y7\nMCALL",
+            "F100\nMCALL POCKET3(100,0,1,-5,30,20,5,,,0,20,0,0,500,100,0,11)\nG0 X50 Y7\nMCALL",
             (35, 65, -3, 17, -5),
         ),
     ],

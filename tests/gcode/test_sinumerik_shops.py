@@ -768,3 +768,63 @@ def test_m6_in_a_subprogram_is_the_programs(run: Run) -> None:
     text = "G17 G90\nCHANGE(3)\nG0 X1\nM30\n%_N_CHANGE_SPF\nPROC CHANGE(INT NR)\nT=NR\nM6\nM17\n"
     out = run(text, dialect="sinumerik")
     assert [d.code for d in out.diagnostics if d.code == "tool-at-once"] == []
+
+
+@pytest.mark.parametrize(
+    ("blocks", "drilled"),
+    [
+        ("X10", [10]),
+        ("G0\nX10", [0, 10]),
+        ("G1 G90\nX10", [0, 10]),
+        ("F200\nS600\nX10", [0, 0, 10]),
+        ("S600 M3\nX10", [0, 10]),
+        # A modal function alone, a dwell, and words beside G0 call nothing.
+        ("G90\nG4 F1\nM8\nG0 M8\nX10", [10]),
+    ],
+)
+def test_mcall_calls_in_blocks_without_a_motion(run: Run, blocks: str, drilled: list[float]) -> None:
+    """S or F under G0 or G1, and G0 or G1 alone or with other G functions, call as well (840D sl, Job planning, "Modal subprogram
+    call (MCALL)"): holes were left out without a word."""
+    text = f"G17 G90 G54 S500 M3\nG0 X0 Y0 Z20\nF100\nMCALL CYCLE81(10,0,2,-5)\n{blocks}\nMCALL\nF50\nM30"
+    assert [x for x, _, z in ends(run, text) if z == -5] == drilled
+    assert codes(run, text) == ["modal-call"] * (len(drilled) > 1)
+
+
+@pytest.mark.parametrize(
+    ("words", "x"),
+    [
+        ("DIAMON\nG0 X20", 10), ("DIAMON\nG0 X20\nX=RAC(20)", 20), ("DIAMON\nG0 X20\nX=RIC(20)", 30), ("DIAMON\nG0 X20\nX=DIC(20)", 20),
+        ("DIAMOF\nG0 X20\nX=DAC(20)", 10), ("DIAMOF\nG0 X20\nX=DIC(20)", 30), ("DIAM90\nG91 G0 X5 X1=0\nX=DAC(4)", 2),
+    ],
+)  # fmt: skip
+def test_diameters_and_radii_of_one_value(run: Run, words: str, x: float) -> None:
+    """840D sl, Fundamentals, "DAC, DIC, RAC, RIC"."""
+    assert ends(run, f"G18 G90\n{words.replace(' X1=0', '')}\nM30")[-1][0] == x
+
+
+@pytest.mark.parametrize("word", ["Z=DAC(4)", "I=RAC(1)", "RP=DAC(4)"])
+def test_diameters_and_radii_are_of_x(run: Run, word: str) -> None:
+    assert fault(run, f"G18 G0 {word}\nM30")[0] == "axis-mode"
+
+
+def test_leading_zeros_are_of_the_name_of_l(run: Run) -> None:
+    """ "L123, L0123 and L00123 are three programs" (840D sl, Job planning): L0123 ran L123."""
+    text = "G91 G0\nL0123\nL123 P2\nM30\n%_N_L123_SPF\nX1\nM17\n%_N_L0123_SPF\nY1\nM17\n"
+    assert ends(run, text)[-1][:2] == [2, 1]
+
+
+def test_main_blocks_folders_and_signs_between_words(run: Run) -> None:
+    """: numbers a main block, & parts words, PCALL names a folder, S0 is the master spindle (840D sl, Fundamentals, Job planning)."""
+    text = "G90&G0&X1 S0=500\nGOTOF 110\nX77\n:110 X14\nGOTOF 120\n:120 R1=2\nPCALL/_N_WKS_DIR/_N_WELLE_WPD/WELLE(3)\nPCALL /_N_SPF_DIR/WELLE(R1)\nM30\n%_N_WELLE_SPF\nPROC WELLE(REAL QQ)\nY=IC(QQ)\nM17\n"
+    assert ends(run, text) == [[1, 0, 0], [14, 0, 0], [14, 3, 0], [14, 5, 0]]
+
+
+@pytest.mark.parametrize(("mode", "feed"), [("G94", 750), ("G95", 1.25)])
+def test_without_encoder_cycle840_takes_the_lead_from_the_feed(run: Run, mode: str, feed: float) -> None:
+    """ENC = 1: "the feed has to be the speed times the pitch" (840D sl, CYCLE840): 1.25 at 600 a minute; it was refused without PIT."""
+    text = f"G17 G90 {mode} S600 M3\nG0 X0 Y0 Z10\nF{feed}\nCYCLE840(10,0,2,-10,,0,4,3,1)\nM30"
+    out = run(text, dialect="sinumerik")
+    assert out.errors == []
+    rows = out.path.kind != 3
+    tapped = out.path.feed[rows & (out.path.end[:, 2] == -10)] * 60
+    assert tapped == pytest.approx([750])

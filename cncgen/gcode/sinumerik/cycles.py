@@ -434,10 +434,14 @@ def _tap(motions: Motions, name: str, values: Values) -> None:
 
 
 def _tap_floating(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE840, with a compensating chuck: DTB SDR SDAC ENC MPIT PIT."""
+    """CYCLE840, with a compensating chuck: DTB SDR SDAC ENC MPIT PIT; with ENC = 1 the feed in force is speed times lead."""
     hole = Hole.of(motions, name, values)
-    lead = _pitch(name, given(values, 9), given(values, 10))
-    speed = motions.ip.state.speed
+    state = motions.ip.state
+    speed = state.speed
+    if filled(values, 8) == 1.0 and state.feed and state.feed_mode in (94, 95):
+        lead = state.feed / (speed if state.feed_mode == 94 and speed > 0.0 else 1.0)
+    else:
+        lead = _pitch(name, given(values, 9), given(values, 10))
     _tapped(hole, name, values, lead, (speed, speed), motions.ip.state.direction < 0, 7)
 
 

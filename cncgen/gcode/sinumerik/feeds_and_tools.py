@@ -74,7 +74,7 @@ def take(motions: Motions, words: Words) -> None:
         feed = "", _feed_of_teeth(motions, words.named.pop("FZ")[1])
     out: dict[str, float] = {} if feed is None else {"f": feed[1] * motions.feed_scale * motions.override}
     for name in [name for name in words.named if _SPINDLE.fullmatch(name) and 4 not in words.g]:
-        if name in ("S", f"S{motions.master}"):
+        if name in ("S", "S0", f"S{motions.master}"):
             out["s"] = words.named.pop(name)[1]
         else:
             motions.speeds[name] = words.named.pop(name)[1]

@@ -45,6 +45,9 @@ from cncgen.gcode.text.labels import Cursor
 
 #: Meaning of a coordinate that the block states.
 MODES = ("AC", "IC", "DC", "ACP", "ACN")
+#: Those of X, and the part of the value that counts: diameters and radii whatever is in force (840D sl, Fundamentals, "DAC, DIC, RAC, RIC").
+_OF_X = {"DAC": 0.5, "DIC": 0.5, "RAC": 1.0, "RIC": 1.0}
+_STEPS = ("IC", "DIC", "RIC")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
 _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
@@ -284,10 +287,11 @@ class Motions:
             commands.run(self, words)
         commands.rounding(self, words)
         self._modes(words)
+        again = self._calls_again(words)
         feeds_and_tools.take(self, words)
         ended = feeds_and_tools.functions(self, words)
         feeds_and_tools.dwell(self, words)
-        moved = self._move(words)
+        moved = self._move(words) or again
         measuring.keep(self, words)
         self._left_over(words)
         if moved and self.modal is not None and not self.in_modal:
@@ -298,6 +302,26 @@ class Motions:
             if name in _CYCLES:
                 self.in_modal = False
         return ended
+
+    def _calls_again(self, words: Words) -> bool:
+        """Tell whether a block without a motion runs the call of MCALL: S or F under G0 or G1, or G0 or G1 with nothing but G functions
+        (840D sl, Job planning, "Modal subprogram call (MCALL)")."""
+        if (
+            self.modal is None
+            or self.in_modal
+            or words.axes
+            or self.motion not in ("G0", "G1")
+            or 4 in words.g
+        ):
+            return False
+        bare = not (words.named or words.m or words.commands or words.calls or words.texts)
+        said = next((name for name in ("F", "S") if name in words.named), "")
+        if words.named.keys() - {"F", "S"} or not (said or (bare and {0, 1} & {*words.g})):
+            return False
+        message = f"{said or self.motion} without a motion runs {self.modal[0]} of MCALL where the tool is"
+        hint = "it does on the control: F, S, G0 and G1 stand before MCALL or in blocks with a motion"
+        self.ip.warn_once(BlockError("modal-call", message, said or "G", hint=hint))
+        return True
 
     def _take(self, item: Item, words: Words) -> None:
         """Sort an item of the block; settings of variables are done at once."""
@@ -350,8 +374,11 @@ class Motions:
             name, at = at[0], []
         mode = ""
         function = node.name if isinstance(node, Function) else ""
-        if isinstance(node, Function) and function in MODES and len(node.arguments) == 1:
+        if isinstance(node, Function) and function in (*MODES, *_OF_X) and len(node.arguments) == 1:
             mode, node = function, node.arguments[0] or 0.0
+            if function in _OF_X and (name != "X" or at):
+                message = f"{name}={function}(...): diameters and radii are of X"
+                raise BlockError("axis-mode", message, name, hint="AC() or IC()")
         elif function in ("CAC", "CIC", "CDC", "CACP", "CACN", "QU", "HF"):
             message = f"{function}() is not read"
             raise BlockError("not-read", message, function, hint="AC, IC, DC, ACP and ACN are")
@@ -598,12 +625,14 @@ class Motions:
 
     def scale(self, axis: str, mode: str = "AC") -> float:
         """Return 0.5 where a value of an axis is a diameter."""
+        if mode in _OF_X:
+            return _OF_X[mode]
         absolute = self.absolute if mode == "" else mode != "IC"
         return 0.5 if axis == "X" and ("G90" if absolute else "G91") in self.diameter else 1.0
 
     def _coordinate(self, axis: str, mode: str, value: float, now: float) -> float:
         value *= self.scale(axis, mode)
-        if mode == "IC" or (mode == "" and not self.absolute):
+        if mode in _STEPS or (mode == "" and not self.absolute):
             return self._from_carried(axis, value, now) + value
         if mode in ("DC", "ACP", "ACN"):
             if axis not in "ABC":

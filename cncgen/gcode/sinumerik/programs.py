@@ -102,8 +102,11 @@ class Labels:
         found = self._found.get(name)
         if found is None:
             found = self._named.get(name, [])
-            if name[:1] in "N:" and name[1:].isdigit():
-                found = sorted([*found, *numbers_found(self._source, self._lines.runs(), name)])
+            if name[:1] == "N" and name[1:].isdigit():
+                # A main block has : for N.
+                forms = (name, f":{name[1:]}")
+                runs = [at for form in forms for at in numbers_found(self._source, self._lines.runs(), form)]
+                found = sorted([*found, *runs])
             self._found[name] = found
         return found
 

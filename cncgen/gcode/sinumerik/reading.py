@@ -79,7 +79,9 @@ def _line(delete: str | None, number: str | None, label: str | None, found: Item
     kind, *data = found or ("block", [])
     items = data.pop() if kind in ("block", "assign") else []
     name = label.rstrip(": \t").upper() if label else ""
-    return Statement(kind, items, tuple(data), _name(number) if number else "", name, delete is not None)
+    return Statement(
+        kind, items, tuple(data), _name(number).replace(":", "N") if number else "", name, delete is not None
+    )
 
 
 def _name(text: str) -> str:
@@ -125,6 +127,15 @@ def _block(*items: Item) -> Item:
     return ("assign" if all(item[0] == "assign" for item in items) else "block", list(items))
 
 
+def _word(word: str) -> Item:
+    """Return a word; L with leading zeros is the name of a subprogram: "L123, L0123 and L00123 are three" (840D sl, Job planning,
+    "Subprogram call without parameter transfer")."""
+    letter, digits = word[0].upper(), word[1:].strip()
+    if letter == "L" and digits[:1] == "0" and digits.isdigit() and len(digits) > 1:
+        return ("name", letter + digits)
+    return ("word", letter, float(digits))
+
+
 def _setting(target: tuple[str, tuple[Value, ...]], value: Value) -> Item:
     """Return a setting, of a known R parameter or of a name that the run looks up."""
     where = expressions.variable(*target)
@@ -168,7 +179,7 @@ VALUES: dict[str, Callable[..., Any]] = {
     "header": _header,
     "block": _block,
     "synchronous": lambda text: ("synchronous", text),
-    "word": lambda word: ("word", word[0].upper(), float(word[1:])),
+    "word": _word,
     "setting": _setting,
     "polynomial": lambda target, *values: ("poly", target, values),
     "call": lambda name, arguments: ("call", name.upper(), arguments),
