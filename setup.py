@@ -35,7 +35,8 @@ CALLING = ("cncgen.kernels.gcode_", SHARED)
 #: What goes through each byte and block of a program: a twentieth of reading is saved for 2 s of compiling.
 READING = {
     **dict.fromkeys(
-        tuple(f"cncgen.kernels.gcode_{name}" for name in ("scan", "lines", "parse", "run")), "-O2"
+        tuple(f"cncgen.kernels.gcode_{name}" for name in ("scan", "lines", "parse", "rows", "run", "store")),
+        "-O2",
     ),
     **dict.fromkeys(("cncgen.kernels.gcode_words", "cncgen.kernels.gcode_motion"), "-O3"),
 }

@@ -14,6 +14,7 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     UNLESS,
     WHEN,
 )  # fmt: skip
+from cython.cimports.cncgen.kernels.gcode_store import Store
 from cython.cimports.libc.math import fabs, floor, isfinite
 
 #: Settings of a line, at most.
@@ -26,8 +27,8 @@ _NUMERIC = frozenset(("REAL", "INT", "BOOL"))
 
 @cython.final
 @cython.cclass
-class LanguageStore:
-    """Parameters, variables, elements of arrays, and loops in progress.
+class LanguageStore(Store):
+    """Parameters, variables, elements of arrays, and loops in progress. Of each setting of a line, `value` keeps what stood there before.
 
     Args:
         numbers: R or Q parameters by number, an array of doubles, read and set.
@@ -36,13 +37,11 @@ class LanguageStore:
     """
 
     def __init__(self, numbers, least, scopes):
-        self.numbers, self.least, self.scopes = numbers, least, scopes
-        self.target = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("q")
+        Store.__init__(self, numbers, {}, frozenset(), 0)
+        self.least, self.scopes = least, scopes
         self.place = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("q")
-        self.before = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("d")
-        self.names, self.settings = [], 0
         self.leads = self.enters = self.call = self.leave = None
-        self.loops, self.ways, self.way, self.depth = {}, {}, (), 0
+        self.loops, self.way = {}, ()
 
     def lead(self, leads, enters, loops: dict, call=None, leave=None):
         """Say how the next runs follow jumps.
@@ -56,9 +55,9 @@ class LanguageStore:
             leave: Ends it; returns what `leads` does for the line behind it, and the loops there, or None.
         """
         if leads is not self.leads:
-            self.ways = {}
+            self.ways.clear()
         self.leads, self.enters, self.loops = leads, enters, loops
-        self.call, self.leave, self.depth = call, leave, 0
+        self.call, self.leave, self.calls = call, leave, 0
 
     # Values.
 
@@ -80,7 +79,7 @@ class LanguageStore:
         if self.settings == _MOST_SETTINGS or not isfinite(value):
             return False
         self.target[self.settings] = k
-        self.before[self.settings] = self.numbers[k]
+        self.value[self.settings] = self.numbers[k]
         self.settings += 1
         self.numbers[k] = value
         return True
@@ -146,10 +145,16 @@ class LanguageStore:
             value = 1.0 if value != 0.0 else 0.0
         self.target[self.settings] = -1 - k
         self.place[self.settings] = place
-        self.before[self.settings] = variable.values[at]
+        self.value[self.settings] = variable.values[at]
         self.settings += 1
         variable.values[at] = value
         return True
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def end(self) -> cython.int:
+        """Leave a line, whose settings are done."""
+        return 0
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
@@ -161,9 +166,9 @@ class LanguageStore:
             self.settings -= 1
             k, place = self.target[self.settings], self.place[self.settings]
             if k >= 0:
-                self.numbers[k] = self.before[self.settings]
+                self.numbers[k] = self.value[self.settings]
             else:
-                self._variable(-1 - k, place >= 0).values[max(place, 0)] = self.before[self.settings]
+                self._variable(-1 - k, place >= 0).values[max(place, 0)] = self.value[self.settings]
         return 0
 
     # Jumps.
@@ -191,11 +196,11 @@ class LanguageStore:
         named: cython.bint = (counter & 255) == SET_VARIABLE
         k: cython.int = counter >> 8
         if jump == LEAVES:
-            back = self.leave() if self.depth > 0 else None
+            back = self.leave() if self.calls > 0 else None
             if back is None:
                 return -1
             self.way, self.loops = back
-            self.depth -= 1
+            self.calls -= 1
             return 1
         way: tuple = self.ways.get(r)
         if way is None:
@@ -225,7 +230,7 @@ class LanguageStore:
             if loops is None:
                 return -1
             self.loops = loops
-            self.depth += 1
+            self.calls += 1
         elif jump == COUNTS:
             if here in self.loops:
                 if named and not self.has(k):

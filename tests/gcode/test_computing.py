@@ -28,7 +28,7 @@ from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text import grammar
 from cncgen.gcode.text.lanes import PlainBlocks, column
 from cncgen.gcode.text.parsers import STORED, new_parser
-from cncgen.kernels import gcode_arithmetic, gcode_lines, gcode_marks, gcode_run
+from cncgen.kernels import gcode_arithmetic, gcode_lines, gcode_marks, gcode_run, gcode_store
 from cncgen.kernels.gcode_codes import ROW
 from cncgen.toolpath.reading import ReadOptions
 from trials.generators.gcode_bodies import body, ways
@@ -51,19 +51,18 @@ def parameters() -> Parameters:
     return made
 
 
-def computed(text: str, kernel: Any = gcode_run) -> tuple[Parameters, list[Any], int]:
+def computed(
+    text: str, kernel: Any = gcode_run, store: Any = gcode_store
+) -> tuple[Parameters, list[Any], int]:
     """Run the kernel over lines; return the parameters, the words of each block, and where it stopped."""
     data, plain, made = text.encode(), PlainBlocks(), parameters()
     computer = kernel.Computer(
         memoryview(data),
         new_parser("linuxcnc"),
-        made.numbers,
-        made.named,
-        frozenset(NAMED),
+        store.Store(made.numbers, made.named, frozenset(NAMED), STORED["linuxcnc"]),
         plain.columns(),
         lambda letter, number: bool((row := table("linuxcnc").get((letter, 10 * number))) and row.waits),
         PAUSE,
-        storage=STORED["linuxcnc"],
     )
     end = computer.run(0, 1, made.local)
     blocks = [(plain.line[k], plain.flags[k], plain.pairs(k)) for k in range(computer.blocks)]
@@ -153,12 +152,12 @@ def test_generated_lines_agree_with_the_grammar(line: str) -> None:
 
 @given(st.lists(LINES, min_size=1, max_size=4).map("\n".join))
 def test_the_kernel_runs_uncompiled(text: str) -> None:
-    compiled, plain = computed(text), computed(text, PLAIN)
+    compiled, plain = computed(text), computed(text, PLAIN, PLAIN)
     assert compiled[1:] == plain[1:]
     assert (compiled[0].numbers, compiled[0].local) == (plain[0].numbers, plain[0].local)
 
 
-PLAIN = uncompiled("gcode_run", "gcode_frames", "language_store")
+PLAIN = uncompiled("gcode_run", "gcode_frames", "gcode_rows", "gcode_store", "language_store")
 
 
 def test_lines_of_programs_agree_with_the_grammar() -> None:

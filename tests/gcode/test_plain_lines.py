@@ -421,7 +421,7 @@ def words_taken(text: str, dialect: str) -> tuple[int, list[list[tuple[str, floa
     numbers[1] = 2.5
     code, store = code_of(dialect), LanguageStore(numbers, 0, [{TOOL_FEED: ToolFeed}])
     columns = blocks.columns()
-    computer = Computer(text.encode(), code, numbers, {}, frozenset(), columns, lambda *_: True, 99, store)
+    computer = Computer(text.encode(), code, store, columns, lambda *_: True, 99)
     computer.run(0, 1, {})
     return computer.lines, [blocks.pairs(k) for k in range(computer.blocks)]
 

@@ -18,6 +18,7 @@ from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.gcode.text.parsers import STORED, new_parser
 from cncgen.kernels import gcode_run
+from cncgen.kernels.gcode_store import Store
 from cncgen.records import dataclass
 
 _RESERVED = frozenset(NAMED)
@@ -66,8 +67,9 @@ class Computing:
                 meant = {**FANUC.replaced, **OF_WORDS}
                 leads = partial(self._leads, source)
             computer = self._computers[source] = gcode_run.Computer(
-                self._sources[source].bytes, new_parser(dialect), parameters.numbers, parameters.named, _RESERVED, self._plain.columns(),
-                self._waits, PAUSE, None, STORED[dialect], meant, self._control.calls.frames, leads,
+                self._sources[source].bytes, new_parser(dialect),
+                Store(parameters.numbers, parameters.named, _RESERVED, STORED[dialect]),
+                self._plain.columns(), self._waits, PAUSE, meant, self._control.calls.frames, leads,
             )  # fmt: skip
         return computer
 

@@ -153,8 +153,8 @@ class PlainLane:
             code = code_of(self._name)
             code.follow()
             computer = self._computers[source] = Computer(
-                self._sources[source].bytes, code, self._numbers, {}, frozenset(), self.blocks.columns(), _waits,
-                PAUSE, LanguageStore(self._numbers, PARAMETERS[self._name], self._scopes),
+                self._sources[source].bytes, code, LanguageStore(self._numbers, PARAMETERS[self._name], self._scopes),
+                self.blocks.columns(), _waits, PAUSE,
             )  # fmt: skip
         return computer
 

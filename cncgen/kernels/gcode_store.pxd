@@ -1,0 +1,23 @@
+# What other kernels use as C of `gcode_store`.
+
+cdef class Store:
+    cdef double[::1] numbers
+    cdef public dict named
+    cdef public dict local
+    cdef frozenset reserved
+    cdef int storage
+    cdef public list names
+    cdef bytearray sorts
+    cdef long long[::1] target
+    cdef double[::1] value
+    cdef public dict ways
+    cdef public int calls
+    cdef int settings
+    cdef double found
+    cdef int index(self, double value) noexcept
+    cdef bint set(self, int k, double value) noexcept
+    cdef int _sort(self, int k) except -1
+    cdef bint has(self, int k) except -1
+    cdef bint set_variable(self, int k, double value) except -1
+    cdef int end(self) except -1
+    cdef int undo(self) except -1
