@@ -160,6 +160,24 @@ def test_a_roughing_that_cuts_nothing_is_said(run: Any) -> None:
     assert "profile-full-depth" not in said
 
 
+def test_a_plain_face_is_no_profile_of_g72(run: Any, calls: Calls) -> None:
+    """rs274 feeds along it at full depth, the allowance behind it, and roughs what lies behind: 0.4 apart, from Z-1 to Z-0.03."""
+    lines = "G18 G8 G21 F100\no100 sub\nG1 X25 Z0\nG1 X0 Z0\no100 endsub\nG72 Q100 X25 Z{} D0.03 I0.4\nM2\n"
+    for start, far, cuts in (
+        (1, True, [(-0.03, 25.0), (-0.03, 0.0)]),
+        (-1, False, [(-1.0, 0.0), (-0.6, 0.0), (-0.2, 0.0), (-0.03, 0.0), (-1.0, 0.0)]),
+    ):
+        assert [(z, x) for kind, z, x in moves(calls(lines.format(start))) if kind == "F"] == cuts
+        assert ("profile-full-depth" in [d.code for d in run(lines.format(start)).diagnostics]) == far
+
+
+def test_the_allowance_of_one_line_lies_where_its_cuts_come_from(calls: Calls) -> None:
+    """A profile that falls is cut from inside: 0.5 beside it is 20 - 0.5 * 2 / sqrt(5) in X, also from outside, where rs274 begins so."""
+    lines = "G18 G8 G21 F100\no100 sub\nG1 X20 Z0\nG1 X10 Z-20\no100 endsub\nG71 Q100 X25 Z1 D0.5 I10\nM2\n"
+    cuts = [(z, x) for kind, z, x in moves(calls(lines)) if kind == "F"]
+    assert cuts == [(0.2236, 19.5528), (-19.7764, 9.5528)]
+
+
 def test_a_profile_without_a_code_begins_with_a_traverse(calls: Calls) -> None:
     """rs274 makes the same cuts of both."""
     text = "G18 G8 G21 F100\no100 sub\n{}X10\nG1 Z-10\nX20 Z-20\no100 endsub\nG71 Q100 X30 Z2 I2 R.5 D0.2\nM2"

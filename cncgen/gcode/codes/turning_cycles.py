@@ -69,11 +69,12 @@ class Lathe:
 def _frame(profile: list[Segment], swap: bool) -> complex:
     """Return the signs that turn travel to the right, and the profile so that it rises along it.
 
-    The tool comes from above: from outside where the profile opens to the outside, else from inside, as in a bore.
+    The tool comes from above: from outside where the profile opens to the outside, else from inside, as in a bore. To a level profile it
+    comes from outside along X, but from behind along Z (seen on LinuxCNC's interpreter): a plain face is no profile of G72.
     """
     way = profile[-1].end - profile[0].start
     travel, rise = (way.imag, way.real) if swap else (way.real, way.imag)
-    return complex(1.0 if travel > 0.0 else -1.0, 1.0 if rise >= 0.0 else -1.0)
+    return complex(1.0 if travel > 0.0 else -1.0, 1.0 if rise > 0.0 or (rise == 0.0 and not swap) else -1.0)
 
 
 @dataclass(slots=True)
@@ -123,18 +124,19 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> TurningJob
     lathe = Lathe(ip, across, swap)
     start = complex(min(start.real, profile[0].start.real), start.imag)
     lathe.rapid(start)
-    return TurningJob(lathe, start, profile, _is_left(start, profile))
+    return TurningJob(lathe, start, profile, _is_left(start, profile, name != "G70"))
 
 
-def _is_left(start: complex, profile: list[Segment]) -> bool:
+def _is_left(start: complex, profile: list[Segment], rough: bool) -> bool:
     """Tell whether an allowance lies left of a profile: where the cuts start from, or straight on from there.
 
-    A profile that begins upright has no such side; the rule for it was measured on LinuxCNC's interpreter.
+    A profile that begins upright has no such side; the rules for it, and for one line that is roughed (the side that the cuts of
+    such a profile come from), were measured on LinuxCNC's interpreter.
     """
     heading, way = profile[0].heading(profile[0].start), start - profile[0].start
     if abs(heading.real) < TINY:
         return way.imag > -TINY if len(profile) > _FEW else heading.imag > 0.0
-    return heading.real * way.imag - heading.imag * way.real > -TINY
+    return (rough and len(profile) == 1) or heading.real * way.imag - heading.imag * way.real > -TINY
 
 
 def _check_monotonic(profile: list[Segment], name: str) -> None:
@@ -207,6 +209,8 @@ def _tell_full_depth(ip: Interpreter, job: TurningJob, path: list[Segment], name
         " profile at full depth"
     )
     hint = f"a profile in which {axis} grows is cut from outside, one in which it falls from inside; start on that side"
+    if abs(path[0].start.imag - path[-1].end.imag) < TINY:
+        hint = f"of a profile in which {axis} stays the same, LinuxCNC cuts the other side alone; G1 makes a plain face"
     ip.warn(BlockError("profile-full-depth", message, "Q", hint=hint), Severity.WARNING)
 
 
