@@ -60,12 +60,12 @@ def test_a_rotary_axis_that_may_go_the_other_way_round(run: Callable[..., Outcom
 
     Distances are gone as they are; what counts is where the axis stands when the block runs.
     """
-    text = "G90 G0 A-150.\nA540.\nM30"
-    assert turned(run, text) == [2]
-    found = next(d for d in run(text, dialect="fanuc").diagnostics if d.code == "roll-over")
+    example = "G90 G0 A-150.\nA540.\nM30"
+    found = next(d for d in run(example, dialect="fanuc").diagnostics if d.code == "roll-over")
     assert "from -150 to 540, by 690 degrees" in found.message
     assert "goes by -30" in found.message
     for text, lines in (
+        (example, [2]),
         ("G90 G0 X1. A350. (A5)\nN2 G1 A10. F500.\nM30", [1]),
         ("G0 A170.\nA340.\nA-10.\nM30", [3]),
         ("G0 A180.\nA0.\nM30", []),

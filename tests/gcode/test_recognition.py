@@ -317,6 +317,8 @@ def test_blocks_that_end_in_a_star_are_likely_of_heidenhain() -> None:
         # On NUM's controls G52 is of machine coordinates; here, and on FANUC's, it shifts the origin.
         ("N10 G0 X0\nN20 G52 Z-10\nN30 G1 X5 F100\nN40 M2", "linuxcnc", 2),
         ("N10 G21\nN20 G0 X0 Y0\nN30 H1 Z5.\nN40 G1 X5 F100\nN50 M2", "linuxcnc", 3),
+        # A plotter on a printer's board: M300 S turns its servo, and G4 P50 waits for 50 ms.
+        ("G21\nG90\nM300 S30\nG4 P50\nG1 X10 Y5 F3500\nM300 S50\nM2", "linuxcnc", 3),
     ],
 )
 def test_weak_signs_of_a_control_that_is_not_read_are_said(text: str, dialect: str, line: int) -> None:

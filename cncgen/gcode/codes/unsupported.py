@@ -8,6 +8,10 @@ MEANING: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", 23), ("G", 33)), "exponential interpolation"),
     **dict.fromkeys((("G", 24), ("G", 34)), "circular interpolation in space"),
     ("G", 54): "high-speed cycle machining",
+    # Of TinyG and g2core.
+    ("G", 282): "homing of the axes",
+    ("G", 283): "setting the machine's zero",
+    ("G", 284): "homing that sets no zero",
     ("G", 340): "thread cutting with a variable lead",
     ("G", 370): "automatic tool length measurement",
     **dict.fromkeys((("G", 412), ("G", 422)), "three-dimensional cutter compensation"),

@@ -179,6 +179,7 @@ _ELSEWHERE_BARE = (
     _of("printer", 12, "a value in braces", _W + rb"[EFXYZ]\{[^\n]*\}", b"{"),
     _of("printer", 8, "homing of axes without a value", rb"^G28(?=[XYZ])X?Y?Z?$", b"G28"),
     _of("printer", 6, "a fan", rb"^M106(?:[PS]" + SIGNED + rb")*$", b"M106"),
+    _of("printer", 8, "a sound or a servo", rb"^M(?:280|300)(?=[PS]" + SIGNED + rb")(?:[PS]" + SIGNED + rb")*$", b"M280", b"M300"),
     _of("printer", 6, "motors switched off, or moves waited for", rb"^M(?:84|400)$", b"M84", b"M400"),
     _of("printer", 12, "a tool or drive of RepRapFirmware", rb"^M(?:563|569|584|950)[PSXYZE]", b"M563", b"M569", b"M584", b"M950"),
     _of("sinumerik-800", 12, "a command @ of SINUMERIK's system 800", rb"(?:^|\d)@\d{3}(?:[RKP]|$)", b"@"),
