@@ -145,8 +145,13 @@ def test_wrong_words(run: Any, text: str, error: tuple[str, int, int]) -> None:
 
 def test_the_remark_on_a_wrong_bottom_says_which_is_the_higher_one(run: Any) -> None:
     """G81 goes down from R, G87 up from it (B-63534EN, 13.1.10)."""
-    for cycle, said in (("G81 X1 Z5 R2", "R is the higher one"), ("G87 X1 Z-15 R-10 Q1", "R is beneath the hole")):
-        (error,) = (d for d in run(START + cycle + "\nM30", dialect="fanuc").diagnostics if d.code == "cycle-depth")
+    for cycle, said in (
+        ("G81 X1 Z5 R2", "R is the higher one"),
+        ("G87 X1 Z-15 R-10 Q1", "R is beneath the hole"),
+    ):
+        (error,) = (
+            d for d in run(START + cycle + "\nM30", dialect="fanuc").diagnostics if d.code == "cycle-depth"
+        )
         assert said in (error.hint or "")
 
 

@@ -344,7 +344,7 @@ def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> No
     bottom = words[depth] + (retract if depth in sticky.relative else 0.0)
     if (bottom > retract) != (number in _BACK) and bottom != retract:
         message = f"the bottom, {depth.upper()} {bottom:.4f}, is on the wrong side of R {retract:.4f}"
-        hint = "G87 bores upwards: R is beneath the hole, and the tool feeds from it up to the bottom" if number in _BACK else ""
+        hint = "G87 bores upwards: R is beneath the hole" if number in _BACK else ""
         raise BlockError("cycle-depth", message, "R" if "r" in block.words else depth.upper(), hint=hint)
     clear = max(sticky.level, retract) if state.retract_old else retract
     hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
