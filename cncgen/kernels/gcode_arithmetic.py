@@ -10,8 +10,8 @@ import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
     ABS, ACOS, ADD, AND, ASIN, COS, DIVIDE, EQ, EXP, FIX, FUP, GE, GT, LE, LN, LT, MOD, MULTIPLY, NE, OR, POWER, ROUND, SIN, SQRT,
     SUBTRACT, TAN,
-    ABOVE, ANGLE_OF, APART, ARC_OF, AT_LEAST, AWAY, BELOW, BITS_AND, BITS_NOT, BITS_OR, CEILING, EQUAL, FRACTION, GREATER, JOIN, LENGTH_OF, LESSER, MINUS,
-    NEAR, NEGATED, OTHER_THAN, REMAINDER, SAME, SIGN_OF, SQUARE, TRUNC, TURN_OF, WHOLE_QUOTIENT,
+    ABOVE, ANGLE_OF, APART, ARC_OF, AT_LEAST, AWAY, BELOW, BITS_AND, BITS_NOT, BITS_OR, BITS_XOR, CEILING, EQUAL, FRACTION, GREATER, JOIN, LENGTH_OF, LESSER, MINUS,
+    NEAR, NEGATED, OTHER_THAN, REMAINDER, SAME, SIGN_OF, SQUARE, TRUNC, TURN_OF, UNEQUAL, WHOLE_QUOTIENT,
 )  # fmt: skip
 from cython.cimports.libc.math import (
     acos, asin, atan, atan2, ceil, copysign, cos, exp, fabs, floor, fmod, hypot, isfinite, log, log10, pow, sin, sqrt, tan, trunc,
@@ -247,7 +247,7 @@ def _holds(operator: cython.int, a: cython.double, b: cython.double) -> cython.b
 @cython.exceptval(check=False)
 def _joined_in_languages(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
     """Return ``a operator b`` of an operator that G-code does not have; NaN where it has no value."""
-    same: cython.bint
+    angle: cython.double
     if operator == WHOLE_QUOTIENT:
         return trunc(a / b) + 0.0 if b != 0.0 else _NAN
     if operator == REMAINDER:
@@ -258,35 +258,34 @@ def _joined_in_languages(operator: cython.int, a: cython.double, b: cython.doubl
         return b if b > a else a
     if operator == ANGLE_OF:
         return arc_tangent(a, b)
-    if operator >= EQUAL:
-        return (
-            _NAN
-            if operator == JOIN
-            else 1.0
-            if (a == b or (a != a and b != b)) == (operator == EQUAL)
-            else 0.0
-        )
-    if operator >= LENGTH_OF:
-        return _joined_by_heidenhain(operator, a, b) if operator <= TURN_OF else _joined_bits(operator, a, b)
-    if operator == NEAR or operator == APART:
-        return 1.0 if (fabs(a - b) < _NEAR) == (operator == NEAR) else 0.0
-    same = fabs(a - b) <= _LAST_BITS * (fabs(b) if fabs(b) > fabs(a) else fabs(a))
-    if operator == SAME or operator == OTHER_THAN:
-        return 1.0 if same == (operator == SAME) else 0.0
-    if operator == ABOVE or operator == BELOW:
-        return 1.0 if not same and (a > b) == (operator == ABOVE) else 0.0
-    return 1.0 if same or (a > b) == (operator == AT_LEAST) else 0.0
+    if operator == TURN_OF:
+        angle = arc_tangent(a, b)
+        return angle + (0.0 if angle >= 0.0 else 360.0)
+    if operator == LENGTH_OF:
+        return hypot(a, b)
+    if operator == BITS_AND or operator == BITS_OR or operator == BITS_XOR:
+        return _joined_bits(operator, a, b)
+    if operator == JOIN:
+        return _NAN
+    return 1.0 if _holds_in_languages(operator, a, b) else 0.0
 
 
 @cython.cfunc
 @cython.exceptval(check=False)
-def _joined_by_heidenhain(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
-    """Return the length of (a, b), or the angle whose sine and cosine are as a to b, 0 to 360."""
-    angle: cython.double
-    if operator == LENGTH_OF:
-        return hypot(a, b)
-    angle = arc_tangent(a, b)
-    return angle + (0.0 if angle >= 0.0 else 360.0)
+def _holds_in_languages(operator: cython.int, a: cython.double, b: cython.double) -> cython.bint:
+    """Tell whether a relation that G-code does not have holds."""
+    same: cython.bint
+    if operator == EQUAL or operator == UNEQUAL:
+        # What is vacant is equal to what is.
+        return (a == b or (a != a and b != b)) == (operator == EQUAL)
+    if operator == NEAR or operator == APART:
+        return (fabs(a - b) < _NEAR) == (operator == NEAR)
+    same = fabs(a - b) <= _LAST_BITS * (fabs(b) if fabs(b) > fabs(a) else fabs(a))
+    if operator == SAME or operator == OTHER_THAN:
+        return same == (operator == SAME)
+    if operator == ABOVE or operator == BELOW:
+        return not same and (a > b) == (operator == ABOVE)
+    return same or (a > b) == (operator == AT_LEAST)
 
 
 @cython.cfunc

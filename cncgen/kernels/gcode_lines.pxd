@@ -32,6 +32,9 @@ cdef class Code(Tables):
     cdef void emit(self, int operation, int operand) noexcept
     cdef int push(self, double value) noexcept
     cdef void negate(self, int k) noexcept
+    cpdef Py_ssize_t behind(self, Py_ssize_t at) noexcept
+    cpdef int keyword(self, Py_ssize_t at) noexcept
+    cpdef object label(self, Py_ssize_t at, Py_ssize_t constants)
     cdef int small(self, Py_ssize_t at) noexcept
     cdef double number(self, Py_ssize_t at, Py_ssize_t end) noexcept
     cdef int name_number(self, str name) except -1

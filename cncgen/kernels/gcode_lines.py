@@ -11,7 +11,8 @@ from mmap import mmap
 import cython
 from cython.cimports.cncgen.kernels.decimals import decimal, is_blank
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AFTER, AT, CODE, END, FIRST_CONSTANT, FOLLOWING, LETTERS, MARK, MARKS, MAX_LINE, NEGATIVE, NUMBER, NUMBER_OF_LINE, REFUSED, SAYS,
+    AFTER, AT, CODE, COMMENT, END, FIRST_CONSTANT, FLOW, FOLLOWING, LETTERS, MARK, MARKS, MAX_LINE, MESSAGE, NAME, NEGATIVE, NUMBER,
+    NUMBER_OF_LINE, OUTPUT, REFUSED, SAYS,
     SHAPE_CODE, SHAPE_DIGIT, SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_NEXT, SHAPE_PLACE, SHAPE_POINT_FIRST,
     SHAPE_ROW, SHAPE_SUM, SHAPE_UNKNOWN, SHAPE_WHOLE,
 )  # fmt: skip
@@ -181,6 +182,33 @@ class Code(Tables):
             self.used -= 1
         else:
             self.emit(NEGATIVE, 0)
+
+    @cython.ccall
+    @cython.exceptval(check=False)
+    def behind(self, at: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """Return where the instruction behind one stands; a number that belongs to it may follow it (`gcode_parse`)."""
+        operation: cython.int = self.code[at] & 255
+        more: cython.bint = (
+            operation == COMMENT or operation == MESSAGE or operation == OUTPUT or operation == FLOW
+        )
+        return at + 1 + more
+
+    @cython.ccall
+    @cython.exceptval(check=False)
+    def keyword(self, at: cython.Py_ssize_t) -> cython.int:
+        """Return the keyword of the line whose code begins at `at`, 0 without one."""
+        while self.code[at] != 0 and self.code[at] & 255 != FLOW:
+            at = self.behind(at)
+        return self.code[at] >> 8
+
+    @cython.ccall
+    def label(self, at: cython.Py_ssize_t, constants: cython.Py_ssize_t):
+        """Return the written label of an O-word, a name or a number, which its first instruction pushes.
+
+        Its code begins at `at`, the numbers that it pushes at `constants`.
+        """
+        operand: cython.int = self.code[at] >> 8
+        return self.names[operand] if self.code[at] & 255 == NAME else self.constants[constants + operand]
 
     @cython.cfunc
     @cython.exceptval(check=False)

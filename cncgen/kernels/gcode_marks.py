@@ -6,10 +6,11 @@ are made, as a row could lead to the wrong line. `gcode_run` follows the rows; `
 
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AT, BEHIND, CODE, COMMENT, COMPUTED_LABEL, FIRST_CONSTANT, FLOW, HERE, KEYWORD, LABEL, LINE, MARK, MARKS, MESSAGE, NAME,
-    NUMBER_OF_LINE, OFFSET, OTHER, O_BREAK, O_CALL, O_CONTINUE, O_DO, O_ELSE, O_ELSEIF, O_ENDIF, O_ENDREPEAT, O_ENDSUB,
+    AT, BEHIND, CODE, COMPUTED_LABEL, FIRST_CONSTANT, HERE, KEYWORD, LABEL, LINE, MARK, MARKS, NUMBER_OF_LINE,
+    OFFSET, OTHER, O_BREAK, O_CALL, O_CONTINUE, O_DO, O_ELSE, O_ELSEIF, O_ENDIF, O_ENDREPEAT, O_ENDSUB,
     O_ENDWHILE, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, REFUSED, TARGET,
 )  # fmt: skip
+from cython.cimports.cncgen.kernels.gcode_lines import Code
 
 from cncgen.kernels.gcode_lines import zeros
 
@@ -74,8 +75,7 @@ class Marks:
         certain: Whether all were read. `computed` tells whether there are labels that are computed, which have no rows.
     """
 
-    code: cython.const[cython.int][::1]
-    constants: cython.const[cython.double][::1]
+    code = cython.declare(Code)
     kept: cython.longlong[:, ::1]
     table: cython.longlong[:, ::1]
     lines = cython.declare(object)
@@ -89,7 +89,7 @@ class Marks:
 
     def __init__(self, lines, size):
         self.lines, self.kept = lines, lines.rows
-        self.code, self.constants = lines.code.code, lines.code.constants
+        self.code = lines.code
         self.count = self.used = 0
         self.labels = []
         self.numbers = {}
@@ -124,7 +124,7 @@ class Marks:
             self.used, offset, line = lines.compile_o_words(offset, line, first, most)
             for m in range(first, self.used):
                 self._read(m)
-            if self.used == most or not lines.code.room():
+            if self.used == most or not self.code.room():
                 self.used = 0
                 lines.forget()
                 for m in range(self.count):
@@ -134,14 +134,13 @@ class Marks:
     def _read(self, r: cython.Py_ssize_t) -> cython.void:
         """Make a row of a line that is kept where it is an O-word."""
         at: cython.Py_ssize_t = self.kept[r, CODE]
-        first: cython.int = self.code[at]
+        keyword: cython.int
         if self.kept[r, MARKS] & REFUSED:
             # Whether it is one, nobody can tell.
             self.certain = False
             return
-        while self.code[at] != 0 and self.code[at] & 255 != FLOW:
-            at += 1 if self.code[at] & 255 != COMMENT and self.code[at] & 255 != MESSAGE else 2
-        if self.code[at] == 0 or self.code[at] >> 8 > O_CALL:
+        keyword = self.code.keyword(at)
+        if not 0 < keyword <= O_CALL:
             return
         if self.kept[r, MARKS] & COMPUTED_LABEL:
             self.computed = True
@@ -151,21 +150,16 @@ class Marks:
         rows: cython.longlong[:, ::1] = self.table
         rows[self.count, OFFSET] = self.kept[r, AT]
         rows[self.count, LINE] = self.kept[r, NUMBER_OF_LINE]
-        rows[self.count, KEYWORD] = self.code[at] >> 8
-        rows[self.count, LABEL] = self._label(first, self.kept[r, FIRST_CONSTANT])
+        rows[self.count, KEYWORD] = keyword
+        rows[self.count, LABEL] = self._number_of(self.code.label(at, self.kept[r, FIRST_CONSTANT]))
         rows[self.count, HERE] = r
         rows[self.count, BEHIND] = rows[self.count, TARGET] = rows[self.count, OTHER] = -1
         self.kept[r, MARK] = self.count
         self.count += 1
 
     @cython.cfunc
-    def _label(self, first: cython.int, constants: cython.longlong) -> cython.Py_ssize_t:
-        """Return the number of a label, which an instruction pushes; the constants of the line begin at `constants`."""
-        label = (
-            self.lines.code.names[first >> 8]
-            if first & 255 == NAME
-            else self.constants[constants + (first >> 8)]
-        )
+    def _number_of(self, label) -> cython.Py_ssize_t:
+        """Return the number of a label."""
         number = self.numbers.get(label)
         if number is None:
             number = self.numbers[label] = len(self.labels)

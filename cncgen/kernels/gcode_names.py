@@ -3,7 +3,7 @@ and N words of its lines, which jumps lead to."""
 
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    ARGUMENTS, CODE_NUMBERS, COMMENT, COMPUTED, COMPUTED_LABEL, FLOW, INCREMENTS, MESSAGE, NAME, NUMBER, NUMBERED, O_CALL, THEN, WORD,
+    ARGUMENTS, CODE_NUMBERS, COMPUTED, COMPUTED_LABEL, FLOW, NAME, NUMBER, NUMBERED, O_CALL, WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_lines import Code
 
@@ -76,7 +76,7 @@ def _words_named(
     reader: Code, first: cython.int[::1], calls: cython.const[cython.uchar][::1], line: cython.int
 ) -> cython.ulonglong:
     """Return the letters of the line just read, as bits, and from bit 32 on what `calls` says of its code: 1 for an O-word."""
-    at: cython.int = 0
+    at: cython.Py_ssize_t = 0
     literal: cython.bint = False
     call: cython.ulonglong = 0
     bits: cython.uint = 0
@@ -99,13 +99,13 @@ def _words_named(
         elif operation == FLOW and operand == O_CALL:
             call = 1
         literal = operation == NUMBER
-        at += 1 if operation < COMMENT or operation == THEN or operation == INCREMENTS else 2
+        at = reader.behind(at)
     return bits | call << 32
 
 
 @cython.cfunc
 @cython.exceptval(check=False)
-def _place(reader: Code, at: cython.int, letter: cython.int) -> cython.int:
+def _place(reader: Code, at: cython.Py_ssize_t, letter: cython.int) -> cython.int:
     """Return where the code whose word is the instruction `at` stands among `CODE_NUMBERS`; -1 if no code has its number."""
     tenths: cython.double = 10.0 * reader.constants[reader.code[at - 1] >> 8] + 0.5
     if not 0.0 <= tenths < CODE_NUMBERS:
@@ -117,17 +117,15 @@ def _place(reader: Code, at: cython.int, letter: cython.int) -> cython.int:
 @cython.exceptval(-1, check=False)
 def _program_called(reader: Code, letter: cython.int, programs: set) -> cython.int:
     """Add the number or name of the program that the line just read calls, unless it is computed."""
-    at: cython.int = 0
+    at: cython.Py_ssize_t = 0
     if letter == 1:
-        if reader.code[0] & 255 == NAME:
-            programs.add(reader.names[reader.code[0] >> 8])
-        elif reader.code[0] & 255 == NUMBER:
-            programs.add(reader.constants[reader.code[0] >> 8])
+        if reader.code[0] & 255 == NAME or reader.code[0] & 255 == NUMBER:
+            programs.add(reader.label(0, 0))
         return 0
     while reader.code[at] != 0:
         if reader.code[at] == WORD + 256 * letter and at > 0 and reader.code[at - 1] & 255 == NUMBER:
             programs.add(reader.constants[reader.code[at - 1] >> 8])
-        at += 1
+        at = reader.behind(at)
     return 0
 
 
@@ -155,34 +153,12 @@ def marked(reader: Code, text: cython.const[cython.uchar][::1], numbers: cython.
         reader.used = reader.numbers = 0
         begin = at
         at = reader.read(at) + 1
-        keyword = _keyword(reader) if reader.error < 0 and not numbers else 0
+        keyword = reader.keyword(0) if reader.error < 0 and not numbers else 0
         if keyword:
-            found.append((begin, line, keyword, _label(reader, keyword)))
+            written = keyword <= O_CALL and not reader.flags & COMPUTED_LABEL
+            found.append((begin, line, keyword, reader.label(0, 0) if written else None))
         elif numbers and reader.flags & NUMBERED:
             found.append((begin, line, reader.number_begin, reader.number_end))
         elif not numbers and reader.error >= 0:
             found.append((begin, line, 0, None))
     return found
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _keyword(reader: Code) -> cython.int:
-    """Return the keyword of the line just read, 0 without one."""
-    at: cython.int = 0
-    operation: cython.int
-    while reader.code[at] != 0:
-        operation = reader.code[at] & 255
-        if operation == FLOW:
-            return reader.code[at] >> 8
-        at += 2 if operation == COMMENT or operation == MESSAGE else 1
-    return 0
-
-
-@cython.cfunc
-def _label(reader: Code, keyword: cython.int) -> object:
-    """Return the written label of an O-word, which its first instruction pushes."""
-    if keyword > O_CALL or reader.flags & COMPUTED_LABEL:
-        return None
-    first: cython.int = reader.code[0]
-    return reader.names[first >> 8] if first & 255 == NAME else reader.constants[first >> 8]

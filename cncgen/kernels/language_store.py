@@ -5,14 +5,7 @@ A setting acts in its own line. A line that is left to the interpreter gives bac
 
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    CALLS,
-    COUNTS,
-    GOES,
-    LEAVES,
-    REPEATS,
-    SET_VARIABLE,
-    UNLESS,
-    WHEN,
+    CALLS, COUNTS, GOES, LEAVES, REPEATS, SET_VARIABLE, UNLESS, WHEN,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_store import Store
 from cython.cimports.libc.math import fabs, floor, isfinite

@@ -488,6 +488,13 @@ def test_lines_of_haas_run_like_a_program(run: Any) -> None:
     assert [code for code, _, _ in deep.errors] == ["call-depth"]
 
 
+def test_the_length_of_an_output_is_no_jump(run: Any) -> None:
+    """The length of the text stands behind its instruction: 13074 is 18 + 256 * 51, as FLOW is of SUB, and 4 the first number before."""
+    output = "DPRNT[" + 13_067 * "*" + "]"
+    program = f"O1\nG21 G0 X1\nX4.\n{output}\nM98 P4\nM30\n"
+    assert run(program, dialect="fanuc").errors == [("sub-missing", 5, 5)]
+
+
 def test_codes_of_haas(run: Any) -> None:
     out = run("G10 L20 P3 X5\nG103 P1\nG187 P3 E0.01\nG154 P3\nG0 X1\nM30", dialect="fanuc")
     assert out.errors == []
