@@ -476,7 +476,7 @@ def run(name: str, count: int, number: int, most_s: int = 60, shrink: bool = Fal
         name: Of the property.
         count: Paths.
         number: Seed.
-        most_s: Seconds that a case may take; one that takes longer counts as a failure.
+        most_s: Seconds of CPU that a case may take; one that takes longer counts as a failure.
         shrink: Stop at the first failure and look for a smaller one, which is printed last.
     """
     check, drawn = PROPERTIES[name]
@@ -497,7 +497,7 @@ def run(name: str, count: int, number: int, most_s: int = 60, shrink: bool = Fal
     @given(drawn)
     def tried(case: Case) -> None:
         begin = time.process_time()
-        signal.alarm(most_s)
+        signal.setitimer(signal.ITIMER_PROF, most_s)
         try:
             check(case)
         except Exception as fault:
@@ -506,14 +506,14 @@ def run(name: str, count: int, number: int, most_s: int = 60, shrink: bool = Fal
             if shrink:
                 raise
         finally:
-            signal.alarm(0)
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
             seconds.append(time.process_time() - begin)
             if seconds[-1] > SLOW_S:
                 print(f"{name} #{len(seconds) - 1}: slow, {seconds[-1]:.1f} s\n{case!r}", flush=True)
             if len(seconds) % 50 == 0:
                 print(_progress(name, seconds, failed, start), flush=True)
 
-    signal.signal(signal.SIGALRM, _alarm)
+    signal.signal(signal.SIGPROF, _alarm)
     with contextlib.suppress(AssertionError, TooSlow) if shrink else contextlib.nullcontext():
         tried()
     print("end of", _progress(name, seconds, failed, start), flush=True)
@@ -540,7 +540,7 @@ def main() -> None:
     parser.add_argument("name", nargs="?", default="all", choices=["all", *PROPERTIES])
     parser.add_argument("count", nargs="?", type=int, default=300)
     parser.add_argument("--seed", type=int, default=first_for_tuning("planner_properties"))
-    parser.add_argument("--most", type=int, default=60, help="seconds that a case may take")
+    parser.add_argument("--most", type=int, default=60, help="seconds of CPU that a case may take")
     parser.add_argument("--shrink", action="store_true", help="stop at the first failure and make it smaller")
     asked = parser.parse_args()
     names = list(PROPERTIES) if asked.name == "all" else [asked.name]
