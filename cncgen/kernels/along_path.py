@@ -1,4 +1,4 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
+# cython: cpow=True, infer_types=True
 """The speeds that a path allows at given places: by limits of axes, by chords between setpoints, by how fast its direction turns.
 
 Called by `cncgen.planner.limits` and `cncgen.planner.least_time.mesh_spacing`. Symbols: T period, d chord tolerance, k curvature
@@ -31,7 +31,6 @@ def _weakest(
     limit: cython.const[cython.double][::1], x1: cython.const[cython.double][:, ::1], n: cython.Py_ssize_t
 ) -> cython.double:
     """Return the limit along the path at place n: the least of limit[d] / |x1[n, d]| over the axes."""
-    d: cython.Py_ssize_t
     found: cython.double = _INFINITE
     for d in range(limit.shape[0]):
         found = min(found, _over(limit[d], abs(x1[n, d])))
@@ -61,11 +60,9 @@ def _across(
     n: cython.Py_ssize_t,
 ) -> cython.double:
     """Return the size of the part of x'' across x' at place n, columns multiplied by `scale`."""
-    d: cython.Py_ssize_t
     along: cython.double = 0.0
     size: cython.double = 0.0
     total: cython.double = 0.0
-    beside: cython.double
     for d in range(x1.shape[1]):
         along += x1[n, d] * scale[d] * (x2[n, d] * scale[d])
         size += x1[n, d] * scale[d] * (x1[n, d] * scale[d])
@@ -83,7 +80,6 @@ def weakest(
     out: cython.double[::1],
 ):
     """Fill `out` with the least of ``limit[d] / |x1[n, d]|``, infinite where no axis moves."""
-    n: cython.Py_ssize_t
     with cython.nogil:
         for n in range(out.shape[0]):
             out[n] = _weakest(limit, x1, n)
@@ -110,9 +106,6 @@ def top(
     radius is below the tolerance d, a way of 2 d in a period keeps to it whatever the bend is.
     """
     axes: cython.Py_ssize_t = x1.shape[1]
-    n: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    v: cython.double
     other: cython.double
     curvature: cython.double
     bend: cython.double
@@ -161,8 +154,6 @@ def turning(
     acceleration meets, that of the path, and its change, in the axes' own limits: max |x''| / A over max |x'| / A, likewise
     with J and by x''' (the larger one counts). Infinite values of the last three become the largest number.
     """
-    n: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     steep: cython.double
     bend: cython.double
     twist: cython.double
@@ -198,7 +189,6 @@ def chord_speed(
     (2/T) sqrt(2 d/k - d^2) (S.-S. Yeh and P.-L. Hsu (2002); Tsai (2010), eq. 24, with T for Ts, d for delta, k for kappa),
     or (2/T) sqrt(d/k) where that is more: where the tolerance d is above the radius 1/k.
     """
-    n: cython.Py_ssize_t
     with cython.nogil:
         for n in range(out.shape[0]):
             out[n] = _chord_speed(bend[n], tolerance[n], period)
@@ -218,8 +208,6 @@ def chords_of_rows(
 
     As `chord_speed` says, by the part of x'' across x' with columns multiplied by `scale`; infinite where the tolerance is.
     """
-    n: cython.Py_ssize_t
-    d: cython.double
     with cython.nogil:
         for n in range(out.shape[0]):
             d = min(tolerance[before[n]], tolerance[after[n]])

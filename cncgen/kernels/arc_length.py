@@ -1,4 +1,4 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
+# cython: cpow=True, infer_types=True
 """Arc length of rational B-splines, and the parameter at an arc length (docs/arc-length.md).
 
 Curves and notation are those of `bspline`, on whose `Span` this works as C. Length is the integral of |C'| by a
@@ -78,7 +78,6 @@ def _beyond(
 ) -> cython.double:
     """By how much u at tau in 0 .. 1 of the cell in a row is more than where the cell begins, in all its digits."""
     u: cython.double = cells[row, 11]
-    k: cython.Py_ssize_t
     for k in range(6):
         u = u * tau + cells[row, 10 - k]
     return u * tau
@@ -160,7 +159,6 @@ class _Measured:
         """Take span `i` of curve c."""
         p: cython.Py_ssize_t = self.curves.degree[c]
         point: cython.Py_ssize_t = self.curves.point_offset[c] + i - self.curves.knot_offset[c] - p
-        j: cython.Py_ssize_t
         self.low = self.metric_low[c]
         self.high = self.metric_high[c]
         self.rational = False
@@ -181,8 +179,6 @@ def _taylor(on: _Measured) -> cython.void:
     b: cython.double = on.curves.knots[on.span.i + 1]
     half: cython.double = 0.5 * (b - a)
     factor: cython.double = 1.0
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     on.span.homogeneous(on.span.p, 0.5 * (a + b), on.taylor)
     for k in range(1, on.span.p + 1):
         factor *= half / k
@@ -200,14 +196,10 @@ def _inverse_derivatives(on: _Measured, out: cython.double[::1]) -> cython.bint:
     With g = ds/du = |C'|: g g' = C'.C'', g g'' + g'² = C''.C'' + C'.C'''. The first two are the coefficients of the
     interpolator by Taylor's series: S.-S. Yeh and J.-T. Sun (2008), eq. 3.1.
     """
-    g: cython.double
     c11: cython.double = 0.0
     c12: cython.double = 0.0
     c22: cython.double = 0.0
     c13: cython.double = 0.0
-    d: cython.Py_ssize_t
-    g1: cython.double
-    g2: cython.double
     for d in range(on.low, on.high):
         c11 += on.span.value[1, d] * on.span.value[1, d]
         c12 += on.span.value[1, d] * on.span.value[2, d]
@@ -234,7 +226,6 @@ def _smooth(on: _Measured, mean: cython.double) -> cython.bint:
     Sixth and seventh Legendre coefficient stand for all that follow. They are far above rounding where they reach
     `_TAIL`, so that two curves that differ in size or by rounding alone are cut alike.
     """
-    n: cython.Py_ssize_t
     odd: cython.double = 0.0
     even: cython.double = 0.0
     for n in range(_POINTS):
@@ -256,8 +247,6 @@ def _taylor_speed(on: _Measured, x: cython.double) -> cython.double:
     value: cython.double
     slope: cython.double
     total: cython.double = 0.0
-    d: cython.Py_ssize_t
-    k: cython.Py_ssize_t
     if not on.rational:
         for d in range(on.low, on.high):
             slope = on.slopes[p - 1, d]
@@ -289,7 +278,6 @@ def _length(on: _Measured, a: cython.double, b: cython.double) -> cython.double:
     ``on.speed`` becomes |dC/dx| at its nodes.
     """
     total: cython.double = 0.0
-    n: cython.Py_ssize_t
     for n in range(_POINTS):
         on.speed[n] = _taylor_speed(on, a + (b - a) * on.nodes[n])
         total += on.weights[n] * on.speed[n]
@@ -321,13 +309,6 @@ def _cell(
     start: cython.double = (a - centre) / width
     between: cython.double = (middle - centre) / width
     end: cython.double = (b - centre) / width
-    whole: cython.double
-    half: cython.double
-    length: cython.double
-    regular: cython.bint
-    k: cython.Py_ssize_t
-    speed: cython.double
-    share: cython.double
     slope: cython.double
     whole = _length(on, start, end)
     if whole > least and not _smooth(on, whole / (end - start)):
@@ -369,8 +350,6 @@ def _cell(
 def _size(on: _Measured, c: cython.Py_ssize_t) -> cython.double:
     """Return how far the control points of curve c are from its first one, in the columns that are measured."""
     first: cython.Py_ssize_t = on.curves.point_offset[c]
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     size: cython.double = 0.0
     for k in range(first, on.curves.point_offset[c + 1]):
         for d in range(on.metric_low[c], on.metric_high[c]):
@@ -402,7 +381,6 @@ def _cut_span(
     tiny: cython.bint = done.tiny
     within: cython.double = coarse
     begin: cython.char = 3
-    grade: cython.int
     first: cython.double = on.curves.knots[on.span.i]
     last: cython.double = on.curves.knots[on.span.i + 1]
     # The panel that is looked for, or that is cut into cells, by its number of those `depth` halvings make, and its end.
@@ -484,11 +462,6 @@ def cells(
     on: _Measured = _Measured(curves, metric_low, metric_high)
     done: _Progress = _Progress(rows=0, s=0.0, tiny=False, fits=True)
     c: cython.Py_ssize_t = first_curve
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    least: cython.double
-    coarse: cython.double
     with cython.nogil:
         while c < curves.degree.shape[0]:
             p = curves.degree[c]
@@ -524,7 +497,6 @@ def cell_at(
     near: cython.Py_ssize_t,
 ) -> cython.Py_ssize_t:
     """The last of the rows `low` up to `high` whose cell begins before `reach`, or the first; `near` or the next one are tried first."""
-    middle: cython.Py_ssize_t
     for middle in range(max(near, low), min(near + 2, high)):
         if cell[middle, 1] < reach and not (middle + 1 < high and cell[middle + 1, 1] < reach):
             return middle
@@ -557,8 +529,6 @@ def parameter_at(
     ``rest[0]`` becomes what u lacks as a float, where the way that this is, is more than `_LACKING` of `snap`; else 0.
     """
     tau: cython.double = s - cell[low, 1]
-    end: cython.double
-    u: cython.double
     rest[0] = 0.0
     # Start and width may add up to the float beyond the knot, which is of the next span.
     end = cell[low + 1, 0] if low < last else cell[low, 0] + cell[low, 3]
@@ -585,10 +555,7 @@ def invert(
     out: cython.double[::1],
 ):
     """Fill `out` with the parameter u at arc length ``s[n]`` from the start of curve ``curve[n]``, see `parameter_at`."""
-    n: cython.Py_ssize_t
-    c: cython.Py_ssize_t
     at: cython.Py_ssize_t = -1
-    reach: cython.double
     rest: cython.double[::1] = np.zeros(1)
     with cython.nogil:
         for n in range(s.shape[0]):
@@ -614,17 +581,6 @@ def lengths(
     """Fill `out` with the arc length from the start of curve ``curve[n]`` to its parameter ``u[n]``."""
     knots: cython.const[cython.double][::1] = curves.knots
     on: _Measured = _Measured(curves, metric_low, metric_high)
-    n: cython.Py_ssize_t
-    low: cython.Py_ssize_t
-    high: cython.Py_ssize_t
-    middle: cython.Py_ssize_t
-    c: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    at: cython.double
-    centre: cython.double
-    width: cython.double
-    start: cython.double
-    end: cython.double
     with cython.nogil:
         for n in range(u.shape[0]):
             c = curve[n]

@@ -1,4 +1,4 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
+# cython: cpow=True, infer_types=True
 """Rational B-splines of any degree: derivatives at parameters.
 
 Many curves lie end to end in flat arrays, `Curves`. Notation of L. Piegl and W. Tiller, The NURBS Book, 2nd ed. (1997):
@@ -86,7 +86,6 @@ class Span:
         last: cython.Py_ssize_t = self.curves.knot_offset[c + 1] - p - 1
         low: cython.Py_ssize_t = first
         high: cython.Py_ssize_t = last
-        middle: cython.Py_ssize_t
         while high - low > 1:
             middle = (low + high) // 2
             if self.curves.knots[middle] < u or (side >= 0 and self.curves.knots[middle] == u):
@@ -112,12 +111,7 @@ class Span:
         p: cython.Py_ssize_t = self.curves.degree[c]
         point: cython.Py_ssize_t = self.curves.point_offset[c] + i - self.curves.knot_offset[c] - p
         axes: cython.Py_ssize_t = self.curves.points.shape[1]
-        j: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        d: cython.Py_ssize_t
         origin: cython.Py_ssize_t = point
-        alike: cython.bint
-        factor: cython.double
         self.c = c
         self.i = i
         self.p = p
@@ -166,9 +160,6 @@ class Span:
         i: cython.Py_ssize_t = self.i
         p: cython.Py_ssize_t = self.p
         columns: cython.Py_ssize_t = self.q.shape[2]
-        r: cython.Py_ssize_t
-        j: cython.Py_ssize_t
-        d: cython.Py_ssize_t
         saved: cython.double
         term: cython.double
         x: cython.double
@@ -215,8 +206,6 @@ class Span:
         The quotient rule (The NURBS Book (1997), eq. 4.8) on the homogeneous ones.
         """
         axes: cython.Py_ssize_t = self.q.shape[2] - 1
-        k: cython.Py_ssize_t
-        d: cython.Py_ssize_t
         for k in range(self.p + 1, order + 1):
             for d in range(axes + 1):
                 self.value[k, d] = 0.0
@@ -263,11 +252,6 @@ def evaluate(
     knots: cython.const[cython.double][::1] = curves.knots
     axes: cython.Py_ssize_t = curves.points.shape[1]
     span: Span = Span(curves)
-    n: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    c: cython.Py_ssize_t
-    i: cython.Py_ssize_t
     with cython.nogil:
         for n in range(u.shape[0]):
             c = curve[n]
@@ -295,10 +279,7 @@ def _leaves_line(
 
     The distance is taken at the height that the point has in the axis in which the line is longest (docs/nurbs.md).
     """
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     along: cython.Py_ssize_t = 0
-    part: cython.double
     for d in range(1, points.shape[1]):
         if abs(points[furthest, d] - points[first, d]) > abs(points[furthest, along] - points[first, along]):
             along = d
@@ -323,8 +304,6 @@ def _line_through(
     roundings: cython.double,
 ) -> cython.Py_ssize_t:
     """The point furthest from the one at `first` of those up to `last`, if all lie on the line of both but for rounding; else -1."""
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     furthest: cython.Py_ssize_t = first
     away: cython.double
     far: cython.double = 0.0
@@ -350,14 +329,6 @@ def directions(curves: Curves, roundings: cython.double, out: cython.double[:, :
     """
     points: cython.const[cython.double][:, ::1] = curves.points
     axes: cython.Py_ssize_t = points.shape[1]
-    c: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    first: cython.Py_ssize_t
-    after: cython.Py_ssize_t
-    whole: cython.Py_ssize_t
-    begin: cython.Py_ssize_t
-    furthest: cython.Py_ssize_t
     with cython.nogil:
         for c in range(curves.degree.shape[0]):
             first = curves.point_offset[c]
@@ -384,8 +355,6 @@ def spans(
 ):
     """Fill ``out[n]`` with the first control point of the span of curve ``curve[n]`` at ``u[n]``, on `side` of a knot."""
     span: Span = Span(curves)
-    n: cython.Py_ssize_t
-    c: cython.Py_ssize_t
     with cython.nogil:
         for n in range(u.shape[0]):
             c = curve[n]

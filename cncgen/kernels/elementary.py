@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Elementary functions of the C library, element by element, by the names that NumPy gives them.
 
 `cncgen.geometry.elementary` says why. Uncompiled, they are NumPy's.
@@ -27,7 +28,6 @@ OF_ONE = ("cbrt", "exp", "exp2", "expm1", "log", "log1p", "log2", "arcsin", "arc
 def of_one(name: str, x: cython.const[cython.double][::1], out: cython.double[::1]):
     """Fill `out` with the function `name`, one of `OF_ONE`, of each element of `x`; both have shape (n,)."""
     which: cython.Py_ssize_t = OF_ONE.index(name)
-    k: cython.Py_ssize_t
     if not cython.compiled:
         with np.errstate(all="ignore"):
             getattr(np, name)(x, out=out)
@@ -72,7 +72,6 @@ def arctan2(
     y: cython.const[cython.double][::1], x: cython.const[cython.double][::1], out: cython.double[::1]
 ):
     """Fill `out` with the angle, rad, of each point (x, y); all have shape (n,)."""
-    k: cython.Py_ssize_t
     if not cython.compiled:
         np.arctan2(y, x, out=out)
         return
@@ -83,7 +82,6 @@ def arctan2(
 
 def power(x: cython.const[cython.double][::1], y: cython.const[cython.double][::1], out: cython.double[::1]):
     """Fill `out` with each x to the power y; all have shape (n,)."""
-    k: cython.Py_ssize_t
     if not cython.compiled:
         with np.errstate(all="ignore"):
             np.power(x, y, out=out)

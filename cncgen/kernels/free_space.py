@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """The free space of two polylines, strip by strip: is there a monotone matching that is nowhere longer than allowed?
 
 H. Alt and M. Godau, Computing the Fréchet distance between two polygonal curves, Int. J. Computational Geometry and
@@ -45,10 +46,6 @@ def _near(
     dot: cython.double = 0.0
     size: cython.double = 0.0
     square: cython.double = 0.0
-    foot: cython.double
-    half: cython.double
-    d: cython.double
-    c: cython.Py_ssize_t
     for c in range(n):
         d = line[k + 1, c] - line[k, c]
         dot += (centres[i, c] - line[k, c]) * d
@@ -150,7 +147,6 @@ class FreeSpace:
         """Go on from intervals that `reached` returned."""
         self.first = first
         self.last = first + len(low) - 1
-        k: cython.Py_ssize_t
         for k in range(len(low)):
             self.low[first + k] = low[k]
             self.high[first + k] = high[k]
@@ -220,9 +216,6 @@ class FreeSpace:
         j: cython.Py_ssize_t = self.first
         first: cython.Py_ssize_t = -1
         last: cython.Py_ssize_t = -1
-        radius: cython.double
-        least: cython.double
-        low: cython.double
         entered: cython.double = (
             -1.0
         )  # Where on the chord the segment's start is first reached; negative: it is not.
@@ -289,7 +282,6 @@ class FreeSpace:
         there: Near = _near(n, self.line, j + 1, points, i, allowed)
         low: cython.double = there.low if there.low > since else since
         high: cython.double = there.high
-        least: cython.double
         if low > high:
             return -1.0
         if number >= 0:
@@ -314,12 +306,9 @@ class FreeSpace:
     @cython.exceptval(check=False)
     def _rejoins(self, points: cython.double[:, ::1], i: cython.Py_ssize_t) -> cython.bint:
         """Keep only what is allowed at scale 1 of the intervals at point `i`, if that is anything."""
-        j: cython.Py_ssize_t
         first: cython.Py_ssize_t = -1
         last: cython.Py_ssize_t = -1
         near: Near
-        low: cython.double
-        high: cython.double
         for j in range(self.first, self.last + 1):
             near = _near(points.shape[1], points, i, self.line, j, self.allowed[j])
             low = near.low if near.low > self.low[j] else self.low[j]

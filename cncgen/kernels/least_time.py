@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Primal-dual interior-point method for the least time along a path (docs/least-time.md).
 
 Called by `cncgen.planner.least_time.problem`. The problem is that of Verscheure et al. (2009) in q = v², with jerk limits as in
@@ -118,7 +119,6 @@ class _NewtonSystem:
     @cython.exceptval(check=False)
     def residual(self) -> cython.double:
         """Return Σ |∇F − Σ λ ∇g| c over the free unknowns."""
-        k: cython.Py_ssize_t
         total: cython.double = 0.0
         for k in range(self.problem.free, self.problem.n + 1):
             total += fabs(self.dual[k] * self.problem.c[k])
@@ -147,12 +147,6 @@ class _NewtonSystem:
         Mehrotra (1992); Algorithm 14.3 of Nocedal and Wright (2006): `sigma` is μ_aff/μ, whose cube is the centring parameter,
         and a step goes 0.99 of the way to the nearest bound.
         """
-        k: cython.Py_ssize_t
-        lowest: cython.double
-        sigma: cython.double
-        step: cython.double
-        ahead: cython.double
-        mu: cython.double
         self.answer(self.dc)
         lowest = turn(self.problem, self.dc)
         predict(self.problem, self.second, self.centre, self.out)
@@ -240,8 +234,6 @@ def _respond(system: _NewtonSystem, gathered: cython.bint, out: cython.double[::
         out: Shape (n + 2,).
     """
     n: cython.Py_ssize_t = system.problem.n
-    k: cython.Py_ssize_t
-    end: cython.double
     if not gathered:
         system.step = system.rise = 0.0
         survey(system.problem)

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Acceleration and jerk between the ends of intervals, where the rows of `cncgen.kernels.least_time` do not hold them.
 
 `least_time` calls these functions as C (``least_time_between.pxd``).
@@ -9,8 +10,6 @@ from cython.cimports.cncgen.kernels.least_time_problem import (
 )  # fmt: skip
 from cython.cimports.libc.math import fabs, sqrt
 
-_INDEX = cython.typedef(cython.Py_ssize_t)
-_REAL = cython.typedef(cython.double)
 
 #: Amount by which limits are eased at the start of a window in motion, by the slack.
 _EASE = cython.declare(cython.double, 1.2)
@@ -32,8 +31,6 @@ def _peak(
     Where the largest of the five is inside, it is raised to the top of the parabola around it; where it is at an end,
     the largest inside is the top of the parabola through the three nearest to that end, if it lies between.
     """
-    bend: cython.double
-    slope: cython.double
     # The largest inside, and its neighbours.
     before: cython.double = v0
     best: cython.double = v1
@@ -67,7 +64,6 @@ def _quarter(near: cython.double, middle: cython.double, far: cython.double) -> 
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, m=_INDEX, s=_INDEX, place=_INDEX, x=_REAL, u=_REAL, q=_REAL)
 def _inside(
     problem: Problem,
     c: cython.double[::1],
@@ -91,10 +87,6 @@ def _inside(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(
-    j=_INDEX, k=_INDEX, m=_INDEX, p=_INDEX, x1=_REAL, x2=_REAL, x3=_REAL, y1=_REAL, y2=_REAL, y3=_REAL, ddq=_REAL,
-    most=_REAL, more=_REAL,
-)  # fmt: skip
 def _sizes(
     problem: Problem, d1: cython.double[:, :, ::1], d2: cython.double[:, :, ::1], d3: cython.double[:, :, ::1],
     motion: cython.double[::1], sums: cython.double[::1], block: cython.Py_ssize_t, a: cython.Py_ssize_t,
@@ -141,7 +133,7 @@ def _sizes(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, k=_INDEX, s=_INDEX, limit=_REAL, inside=_REAL)
+@cython.locals(limit=cython.double)
 def _used(
     problem: Problem,
     factor: cython.double[:, :, ::1],
@@ -166,7 +158,7 @@ def _used(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, k=_INDEX, s=_INDEX, limit=_REAL, inside=_REAL, end=_REAL, bulge=_REAL, part=_REAL)
+@cython.locals(limit=cython.double, part=cython.double)
 def _lower(
     problem: Problem,
     sums: cython.double[::1],
@@ -209,7 +201,6 @@ def _lower(
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(block=_INDEX, a=_INDEX, which=_INDEX)
 def tighten(
     problem: Problem, slack: cython.double, eased: cython.Py_ssize_t, fresh: cython.bint
 ) -> cython.double:
@@ -252,11 +243,6 @@ def apply(problem: Problem, slack: cython.double, eased: cython.Py_ssize_t) -> c
     A window that starts in motion has little choice there: the plan that gave the state may pass its rows by `slack`,
     and rows of two axes that bind against each other would leave none.
     """
-    b: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    a: cython.longlong
-    which: cython.Py_ssize_t
     for b in range(problem.count):
         if problem.batches[b, 2] == 0:
             continue

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """The intervals of a least-time problem, as arrays of a mesh, and as `cncgen.kernels.least_time_problem` takes them.
 
 Called by `cncgen.planner.least_time.problem`. `kind` is that of `cncgen.planner.least_time.mesh`; ``at`` names the spline intervals. The
@@ -36,10 +37,6 @@ def ends(
         moving: Whether the motion is under way at the start.
         out, extra: Shape (k, 4) and (k, 2), see `cncgen.kernels.least_time_problem`.
     """
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    before: cython.double
-    after: cython.double
     with cython.nogil:
         for i in range(at.shape[0]):
             k = at[i]
@@ -81,15 +78,8 @@ def _rest_top(
     |x'| (6 j^2 s)^(1/3) + |x''| q and the jerk j (|x'| + 9 |x''| s + 9/2 |x'''| s^2). Held in the middle and at the moving
     end: at the rest itself, where a curve may be infinitely sharp, |x'| alone counts.
     """
-    a: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    place: cython.Py_ssize_t
-    s: cython.double
-    x: cython.double
-    y: cython.double
     jerk: cython.double = _INFINITE
     most: cython.double = _INFINITE
-    steep: cython.double
     for place in range(2):
         e = end if place else 1
         s = h if place else 0.5 * h
@@ -147,10 +137,6 @@ def bounds(
         sway: Shape (k, 2), bounds of |q'|/2 at both ends, infinite where the neighbour has them.
         held_right: Shape (k,), whether acceleration must be held at the right end too.
     """
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    a: cython.Py_ssize_t
-    middle: cython.double
     enters: cython.bint
     held: cython.bint
     with cython.nogil:
@@ -201,8 +187,6 @@ def ordinates(
         at, by: Shape (k,) and (k, 4), spline intervals, and what `ends` fills.
         c, q: See above.
     """
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
     with cython.nogil:
         for i in range(at.shape[0]):
             k = at[i]

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """The parts of the Newton step of the least-time problem beside the rows: F, the motion, and the banded matrix.
 
 Columns are those of `cncgen.kernels.least_time_problem`; `cncgen.kernels.least_time` calls these functions as C
@@ -12,17 +13,10 @@ from cython.cimports.cncgen.kernels.least_time_problem import (
 )  # fmt: skip
 from cython.cimports.libc.math import sqrt
 
-_INDEX = cython.typedef(cython.Py_ssize_t)
-_REAL = cython.typedef(cython.double)
-
 
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(
-    j=_INDEX, k=_INDEX, f=_INDEX, m=_INDEX, c0=_REAL, c1=_REAL, c2=_REAL, q0=_REAL, q1=_REAL, q2=_REAL, d0=_REAL,
-    d2=_REAL, x=_REAL, time=_REAL,
-)  # fmt: skip
 def _survey(
     problem: Problem,
     c: cython.double[::1],
@@ -73,7 +67,6 @@ def _survey(
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, block=_INDEX)
 def survey(problem: Problem) -> cython.double:
     """Fill the columns of the motion, and return F."""
     sums: cython.double[::1] = problem.sums
@@ -88,7 +81,6 @@ def survey(problem: Problem) -> cython.double:
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, f=_INDEX, m=_INDEX, s=_INDEX, t=_INDEX, x=_REAL, y=_REAL, z=_REAL)
 def _begin(
     problem: Problem,
     fixed: cython.double[::1],
@@ -142,7 +134,6 @@ def begin(problem: Problem, block: cython.Py_ssize_t) -> cython.void:
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, k=_INDEX, f=_INDEX, s=_INDEX, t=_INDEX, x=_REAL, count=_INDEX)
 def _spread(
     problem: Problem,
     fixed: cython.double[::1],
@@ -193,11 +184,6 @@ def spread(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(
-    j=_INDEX, k=_INDEX, f=_INDEX, s=_INDEX, t=_INDEX, count=_INDEX, b0=_REAL, b1=_REAL, d0=_REAL, d1=_REAL, k0=_REAL,
-    k1=_REAL, k2=_REAL, u1=_REAL, u2=_REAL, v1=_REAL, v2=_REAL, p0=_REAL, p1=_REAL, p2=_REAL, r0=_REAL, r1=_REAL,
-    r2=_REAL, t0=_REAL, t1=_REAL, t2=_REAL, both=_REAL, x=_REAL, y=_REAL,
-)  # fmt: skip
 def _gathered(
     problem: Problem,
     fixed: cython.double[::1],
@@ -272,10 +258,6 @@ def factorize(band: cython.double[:, ::1], start: cython.Py_ssize_t, stop: cytho
     Gaussian elimination in a band, in the storage of BCHFAC (de Boor, A Practical Guide to Splines (2001), chapter XIV),
     for five diagonals.
     """
-    k: cython.Py_ssize_t
-    inverse: cython.double
-    l1: cython.double
-    l2: cython.double
     # The remainder of the next two columns: two entries of the diagonal, and the one beside the first.
     d: cython.double = band[0, start]
     beside: cython.double = band[1, start]
@@ -306,8 +288,6 @@ def substitute(
     dc: cython.double[::1],
 ) -> cython.void:
     """Solve L D Lᵀ dc = right on the free unknowns; the others get 0. (BCHSLV of de Boor (2001), see `factorize`.)"""
-    k: cython.Py_ssize_t
-    x: cython.double
     l1: cython.double = 0.0
     l2: cython.double = 0.0
     l3: cython.double = 0.0
@@ -333,9 +313,6 @@ def substitute(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(
-    j=_INDEX, k=_INDEX, f=_INDEX, m=_INDEX, c0=_REAL, c1=_REAL, c2=_REAL, d0=_REAL, d2=_REAL, x=_REAL, most=_REAL,
-)  # fmt: skip
 def _turn(
     problem: Problem,
     c: cython.double[::1],
@@ -370,7 +347,6 @@ def _turn(
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, block=_INDEX)
 def turn(problem: Problem, dc: cython.double[::1]) -> cython.double:
     """Fill the steps of the motion; return the reciprocal of the longest step that keeps every ordinate of q non-negative."""
     sums: cython.double[::1] = problem.sums

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """The passes of an iteration of `cncgen.kernels.least_time` over the rows, which calls them as C (``least_time_passes.pxd``).
 
 Rows and columns are those of `cncgen.kernels.least_time_problem`. The loops over lanes hold no branch, for a compiler
@@ -17,8 +18,6 @@ from cython.cimports.cncgen.kernels.least_time_problem import (
 )  # fmt: skip
 from cython.cimports.libc.math import fabs
 
-_INDEX = cython.typedef(cython.Py_ssize_t)
-_REAL = cython.typedef(cython.double)
 #: Where a run of rows has its numbers: in the rows, the motion, what its limit scales with, and the sums; and its lanes.
 _Place = cython.struct(
     rows=cython.Py_ssize_t,
@@ -51,7 +50,6 @@ def _place(problem: Problem, runs: cython.longlong[:, ::1], i: cython.Py_ssize_t
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, i=_INDEX, r=_REAL, value=_REAL, w0=_REAL, w1=_REAL)
 def set_up(problem: Problem, mu: cython.double) -> cython.void:
     """Set slacks of the rows that are awake to their value, r at least, and multipliers on the central path of `mu`."""
     rows: cython.double[::1] = problem.rows
@@ -100,7 +98,6 @@ def _put(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX)
 def _approach(
     rows: cython.double[::1], motion: cython.double[::1], sums: cython.double[::1], at: _Place
 ) -> vectorized:
@@ -112,7 +109,6 @@ def _approach(
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, i=_INDEX, part=_REAL, value=_REAL, least=_REAL)
 def wake(problem: Problem, level: cython.double) -> cython.bint:
     """Wake the rows that come near their limits, with λ w = `level`; tell whether there are any.
 
@@ -143,11 +139,6 @@ def wake(problem: Problem, level: cython.double) -> cython.bint:
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(
-    j=_INDEX, i=_INDEX, m=_INDEX, s=_INDEX, a0=_REAL, a1=_REAL, a2=_REAL, value=_REAL, r=_REAL, slope=_REAL, w0=_REAL,
-    w1=_REAL, y0=_REAL, y1=_REAL, both=_REAL, s0=_REAL, s1=_REAL, t0=_REAL, t1=_REAL, more=_REAL, less=_REAL, x=_REAL,
-    y=_REAL,
-)  # fmt: skip
 def _gather(
     rows: cython.double[::1],
     motion: cython.double[::1],
@@ -210,7 +201,6 @@ def _gather(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(i=_INDEX, at=_Place)
 def _gather_block(
     problem: Problem,
     rows: cython.double[::1],
@@ -233,7 +223,6 @@ def _gather_block(
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(block=_INDEX)
 def gather(
     problem: Problem,
     step: cython.double,
@@ -268,7 +257,6 @@ def gather(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX)
 def _largest(sums: cython.double[::1], column: cython.Py_ssize_t) -> cython.double:
     """Return the largest value that was found, or 0."""
     most: cython.double = 0.0
@@ -280,7 +268,6 @@ def _largest(sums: cython.double[::1], column: cython.Py_ssize_t) -> cython.doub
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX)
 def _total(sums: cython.double[::1], column: cython.Py_ssize_t) -> cython.double:
     """Return the sum of what was found."""
     total: cython.double = 0.0
@@ -292,11 +279,6 @@ def _total(sums: cython.double[::1], column: cython.Py_ssize_t) -> cython.double
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(
-    j=_INDEX, i=_INDEX, m=_INDEX, s=_INDEX, a0=_REAL, a1=_REAL, a2=_REAL, value=_REAL, r=_REAL, slope=_REAL, w0=_REAL,
-    w1=_REAL, rise=_REAL, turn=_REAL, d0=_REAL, d1=_REAL, z0=_REAL, z1=_REAL, x0=_REAL, x1=_REAL, both=_REAL,
-    more=_REAL, less=_REAL,
-)  # fmt: skip
 def _predict(
     rows: cython.double[::1],
     motion: cython.double[::1],
@@ -353,7 +335,6 @@ def _predict(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(i=_INDEX, at=_Place)
 def _predict_block(
     problem: Problem,
     rows: cython.double[::1],
@@ -374,7 +355,6 @@ def _predict_block(
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(block=_INDEX, j=_INDEX)
 def predict(
     problem: Problem, second: cython.double[::1], centre: cython.double[::1], out: cython.double[::1]
 ) -> cython.void:
@@ -405,10 +385,6 @@ def predict(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(
-    j=_INDEX, i=_INDEX, m=_INDEX, s=_INDEX, value=_REAL, r=_REAL, w0=_REAL, w1=_REAL, y0=_REAL, y1=_REAL, rise=_REAL,
-    turn=_REAL, d0=_REAL, d1=_REAL, z0=_REAL, z1=_REAL, x0=_REAL, x1=_REAL, ww=_REAL, yy=_REAL, both=_REAL,
-)  # fmt: skip
 def _correct(
     rows: cython.double[::1],
     motion: cython.double[::1],
@@ -452,7 +428,6 @@ def _correct(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(i=_INDEX, at=_Place)
 def _correct_block(
     problem: Problem,
     rows: cython.double[::1],
@@ -474,7 +449,6 @@ def _correct_block(
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(block=_INDEX)
 def correct(problem: Problem, mu: cython.double, out: cython.double[::1]) -> cython.void:
     """Fill the corrector's Δw and Δλ, and `out` with the reciprocals of the longest primal and dual step to the boundary."""
     rows: cython.double[::1] = problem.rows

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """The numbers of a least-time problem, as the kernels of `cncgen.kernels.least_time` share them.
 
 Intervals lie in *blocks* of `LANES`, and each quantity of a block is one column of `LANES` numbers beside the next, so that a
@@ -105,10 +106,6 @@ class Problem:
         """
         n: cython.Py_ssize_t = h.shape[0]
         axes: cython.Py_ssize_t = d1.shape[2]
-        k: cython.Py_ssize_t
-        at: cython.Py_ssize_t
-        a: cython.Py_ssize_t
-        e: cython.Py_ssize_t
         import numpy
 
         self.n, self.free, self.blocks = n, free, (n + LANES - 1) // LANES
@@ -160,10 +157,7 @@ def size(problem: Problem, block: cython.Py_ssize_t) -> cython.Py_ssize_t:
 @cython.exceptval(check=False)
 def find_runs(problem: Problem, state: cython.char, runs: Runs) -> cython.void:
     """Find the rows that are in a state."""
-    b: cython.Py_ssize_t
-    j: cython.Py_ssize_t
     block: cython.Py_ssize_t = 0
-    start: cython.Py_ssize_t
     found: cython.Py_ssize_t = 0
     same: cython.int
     for b in range(problem.count):
@@ -197,7 +191,6 @@ def find_runs(problem: Problem, state: cython.char, runs: Runs) -> cython.void:
 @cython.exceptval(check=False)
 def sides(problem: Problem) -> cython.Py_ssize_t:
     """Return the number of one-sided constraints that are awake."""
-    i: cython.Py_ssize_t
     total: cython.Py_ssize_t = 0
     for i in range(problem.awake.first[problem.blocks]):
         total += 2 * (problem.awake.of[i, 2] - problem.awake.of[i, 1])

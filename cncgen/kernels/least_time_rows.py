@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Constraints of the least-time problem as rows, and a profile to start from (docs/least-time.md).
 
 `cncgen.kernels.least_time_problem` describes rows, and how rows and intervals lie in memory.
@@ -11,8 +12,6 @@ from cython.cimports.cncgen.kernels.least_time_problem import (
 )  # fmt: skip
 from cython.cimports.libc.math import cbrt, fabs, sqrt
 
-_INDEX = cython.typedef(cython.Py_ssize_t)
-_REAL = cython.typedef(cython.double)
 #: Quantity that a row bounds, as in `cncgen.kernels.least_time`.
 _BOX = cython.declare(cython.longlong, 0)
 _ACCELERATION = cython.declare(cython.longlong, 1)
@@ -32,8 +31,6 @@ def _moves(
 
     Values below `rounding` count as 0.
     """
-    b: cython.Py_ssize_t
-    e: cython.Py_ssize_t
     mine: cython.double = 0.0
     most: cython.double = 0.0
     for e in range(3):
@@ -55,11 +52,7 @@ def _idle(problem: Problem, k: cython.Py_ssize_t, a: cython.Py_ssize_t) -> cytho
     Values that differ by less than `_ALIKE` count as equal, lest rounding say how many rows a problem has.
     """
     h: cython.double = problem.h[k]
-    b: cython.Py_ssize_t
     most: cython.double = 0.0
-    bend: cython.int
-    twist: cython.int
-    acc: cython.double
     jerk: cython.double
     for b in range(problem.d1.shape[2]):
         most = max(most, fabs(problem.d1[k, 1, b]))
@@ -89,7 +82,6 @@ def _idle(problem: Problem, k: cython.Py_ssize_t, a: cython.Py_ssize_t) -> cytho
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, b=_INDEX, i=_INDEX)
 def _open(
     problem: Problem,
     block: cython.Py_ssize_t,
@@ -113,7 +105,6 @@ def _open(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(i=_INDEX)
 def _put(
     problem: Problem,
     j: cython.Py_ssize_t,
@@ -135,7 +126,6 @@ def _put(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX)
 def _close(problem: Problem) -> cython.void:
     """Keep the batch after the last one where it has rows."""
     for j in range(LANES):
@@ -147,7 +137,6 @@ def _close(problem: Problem) -> cython.void:
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, k=_INDEX, m=_INDEX)
 def _bounds(
     problem: Problem,
     block: cython.Py_ssize_t,
@@ -174,7 +163,6 @@ def _bounds(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, k=_INDEX, i=_INDEX, e=_INDEX, over=_REAL)
 def _put_all(
     problem: Problem,
     rows: cython.double[::1],
@@ -202,7 +190,6 @@ def _put_all(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(j=_INDEX, k=_INDEX, a=_INDEX, which=_INDEX)
 def _limited(
     problem: Problem,
     block: cython.Py_ssize_t,
@@ -247,10 +234,6 @@ def build(
         held_right: Shape (n,): 1 where acceleration must be held at the right end too (the next interval does not start
             with the same derivatives).
     """
-    k: cython.Py_ssize_t
-    a: cython.Py_ssize_t
-    block: cython.Py_ssize_t
-    end: cython.Py_ssize_t
     axes: cython.Py_ssize_t = problem.d1.shape[2]
     import numpy
 
@@ -271,7 +254,7 @@ def build(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(i=_INDEX, m=_INDEX)
+@cython.locals(m=cython.Py_ssize_t)
 def _used(problem: Problem, b: cython.Py_ssize_t, j: cython.Py_ssize_t) -> cython.double:
     """Return the part of its limit that a row other than one of jerk uses."""
     i = b * ROWS + j
@@ -291,11 +274,6 @@ def thin(problem: Problem, reach: cython.Py_ssize_t, far: cython.double) -> cyth
     """
     n: cython.Py_ssize_t = problem.n
     axes: cython.Py_ssize_t = problem.d1.shape[2]
-    b: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    a: cython.Py_ssize_t
     near: cython.double
     import numpy
 
@@ -335,8 +313,6 @@ def _ceiling(
     q: cython.double,
 ) -> cython.double:
     """Return q, lowered to what steady motion allows at an end of an interval."""
-    a: cython.Py_ssize_t
-    x: cython.double
     # The least cube of a speed.
     cube: cython.double = 1e300
     for a in range(problem.d2.shape[2]):
@@ -364,16 +340,12 @@ def _gain(
 ) -> cython.void:
     """Move ``state`` = (q, acceleration) over an interval with full jerk, the acceleration limits and the bound `cap` of q."""
     length: cython.double = problem.h[k]
-    a: cython.Py_ssize_t
-    _: cython.int
     acc: cython.double = 1e300
     jerk: cython.double = 1e300
     most: cython.double = 0.0
-    x: cython.double
     q: cython.double = state[0]
     v: cython.double = sqrt(q)
     rate: cython.double = state[1]
-    t: cython.double
     for a in range(problem.d1.shape[2]):
         most = max(most, fabs(problem.d1[k, e, a]))
     for a in range(problem.d1.shape[2]):
@@ -414,7 +386,6 @@ def start(problem: Problem, top: cython.double[:, ::1], part: cython.double) -> 
     c: cython.double[::1] = problem.c
     h: cython.double[::1] = problem.h
     ends: cython.double[:, ::1] = problem.ends
-    k: cython.Py_ssize_t
     import numpy
 
     q: cython.double[:, ::1] = numpy.empty((n, 2))
@@ -458,7 +429,6 @@ def start(problem: Problem, top: cython.double[:, ::1], part: cython.double) -> 
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-@cython.locals(k=_INDEX)
 def _averaged(
     c: cython.double[::1], out: cython.double[::1], first: cython.Py_ssize_t, stop: cython.Py_ssize_t
 ) -> vectorized:
@@ -470,8 +440,6 @@ def _averaged(
 def rounded(problem: Problem, times: cython.int, raised: cython.double) -> cython.void:
     """Average the free unknowns over three neighbours, but the outermost, so many `times`; to `raised` times what they were at most."""
     c: cython.double[::1] = problem.c
-    k: cython.Py_ssize_t
-    _: cython.int
     import numpy
 
     most: cython.double[::1] = raised * numpy.asarray(c)
@@ -496,13 +464,8 @@ def nearest(problem: Problem, margin: cython.double[::1], closest: cython.char[:
         margin: Shape (n,), 1 on entry: becomes the least slack of a row of the interval, as a part of its limit.
         closest: Shape (n,): becomes the kind of that row.
     """
-    b: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    k: cython.Py_ssize_t
     m: cython.Py_ssize_t
     r: cython.double
-    w: cython.double
     with cython.nogil:
         survey(problem)
         for b in range(problem.count):

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Least time through a row of nodes with room around each: an interior point in the time domain (docs/tube.md).
 
 The problem is that of `cncgen.kernels.tube_point`. It is solved as Wächter and Biegler (2006) do (primal-dual barrier, exact Hessian,
@@ -127,11 +128,8 @@ def _beside(z: cython.double, s: cython.double, g: cython.double, mu: cython.dou
 @cython.exceptval(check=False)
 def _between(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, steps: _Steps) -> _Steps:
     """Work out the steps of the multipliers of the middle ordinates of an interval; shorten the step until their slacks stay."""
-    i: cython.Py_ssize_t
-    m: cython.Py_ssize_t
     h: cython.double = tube.u[k, n]
     d: cython.double
-    s: cython.double
     along: cython.double = 0.0
     square: cython.double
     kept: cython.bint
@@ -172,16 +170,10 @@ def _between(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, steps: _Ste
 @cython.exceptval(check=False)
 def _limits(tube: Tube, n: cython.Py_ssize_t) -> _Steps:
     """Work out the steps of the multipliers, and how far unknowns and multipliers may go."""
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    m: cython.Py_ssize_t
     mu: cython.double = tube.mu
-    s: cython.double
     y: cython.double
     d: cython.double
     along: cython.double
-    c: cython.double
     # Divisors of steps, so that whole steps are the longest.
     steps: _Steps = _Steps(_TAU, _TAU, 0.0)
     x: cython.double[:, ::1] = tube.x
@@ -248,12 +240,7 @@ def _kept(z: cython.double, s: cython.double, mu: cython.double, most: cython.do
 @cython.exceptval(check=False)
 def _multipliers(tube: Tube, n: cython.Py_ssize_t, part: cython.double, most: cython.double) -> cython.double:
     """Move the multipliers of the point that was measured last by a part of their step, within a factor of their central values; return how far products are off mu."""
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    m: cython.Py_ssize_t
     mu: cython.double = tube.mu
-    s: cython.double
-    y: cython.double
     off: cython.double = 0.0
     for k in range(tube.steps):
         for i in range(2 * n + 2):
@@ -295,7 +282,6 @@ def _multipliers(tube: Tube, n: cython.Py_ssize_t, part: cython.double, most: cy
 @cython.exceptval(check=False)
 def _taken(tube: Tube, count: cython.Py_ssize_t, phi: cython.double, c: cython.double) -> cython.bint:
     """Tell whether a filter lets a point pass: beside each pair that it has, less of one of the two."""
-    i: cython.Py_ssize_t
     if not phi < _BEYOND:
         return False
     for i in range(count):
@@ -310,8 +296,6 @@ def _taken(tube: Tube, count: cython.Py_ssize_t, phi: cython.double, c: cython.d
 @cython.exceptval(check=False)
 def _moved(tube: Tube, n: cython.Py_ssize_t, part: cython.double) -> cython.void:
     """Write the point that a part of the step leads to."""
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
     for k in range(tube.steps + 1):
         for i in range(3 * n):
             tube.x2[k, i] = tube.x[k, i] + part * tube.dx[k, i]
@@ -326,8 +310,6 @@ def _moved(tube: Tube, n: cython.Py_ssize_t, part: cython.double) -> cython.void
 @cython.exceptval(check=False)
 def _accept(tube: Tube, n: cython.Py_ssize_t, part: cython.double) -> cython.void:
     """Take the point that the step leads to, and the multipliers of the equations."""
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
     for k in range(tube.steps + 1):
         for i in range(3 * n):
             tube.x[k, i] = tube.x2[k, i]
@@ -358,24 +340,16 @@ def _solved(
     near: cython.bint,
     again: cython.bint,
 ) -> Found:
-    it: cython.int
-    back: cython.int
     count: cython.Py_ssize_t = 1
     delta: cython.double = 0.0
-    damping: cython.double
-    off: cython.double
     part: cython.double = 1.0
-    residual: cython.double
     size: cython.double = 1.0
     phi: cython.double = 0.0
-    last: cython.double
-    fourth: cython.double
     level: cython.bint
     flat: cython.int = 0
     stuck: cython.int = 0
     closing: cython.bint = False
     calming: cython.double = _CLOSING_DAMPING
-    steps: _Steps
     tube.mu = mu
     measure(tube, False)
     off = _multipliers(tube, n, 0.0, _OFF_AGAIN if again else 1.0)

@@ -1,4 +1,4 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
+# cython: cpow=True, infer_types=True
 """The spacing of the nodes of a mesh at places of a path, and nodes spread by it, place by place.
 
 Called by `cncgen.planner.least_time.mesh_spacing`, which says what the numbers mean.
@@ -21,8 +21,6 @@ def lowered(
 
     A value that no other one lowers is the same to the last digit, however large the way is beside it.
     """
-    n: cython.Py_ssize_t
-    up: cython.double
     least: cython.double = _INFINITE
     with cython.nogil:
         for n in range(out.shape[0]):
@@ -56,13 +54,7 @@ def graded(
         growth: Shape (n - 1,), of the spacing between them.
         fine, out: Room for 3 n.
     """
-    n: cython.Py_ssize_t
     count: cython.Py_ssize_t = 0
-    top: cython.double
-    met: cython.double
-    up: cython.double
-    down: cython.double
-    height: cython.double
     with cython.nogil:
         for n in range(s.shape[0]):
             if n > 0 and not s[n] > s[n - 1]:
@@ -129,9 +121,7 @@ def measure(
         at: Shape (m,), becomes that up to each border.
         count: Shape (m - 1,).
     """
-    n: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
-    slope: cython.double
     with cython.nogil:
         up_to[0] = 0.0
         for n in range(s.shape[0] - 1):
@@ -156,13 +146,8 @@ def spread(
     out: cython.double[::1],
 ) -> int:
     """Fill `out` with the borders and the nodes between them, as `measure` has counted them; return how many differ."""
-    n: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
-    step: cython.Py_ssize_t
     filled: cython.Py_ssize_t = 0
-    place: cython.double
-    node: cython.double
-    slope: cython.double
     with cython.nogil:
         for n in range(count.shape[0] + 1):
             for step in range(cython.cast(cython.Py_ssize_t, count[n]) if n < count.shape[0] else 1):
@@ -186,8 +171,6 @@ def spread(
 @cython.exceptval(check=False)
 def _largest(x: cython.double[:, :, :, ::1], order: cython.Py_ssize_t, n: cython.Py_ssize_t) -> cython.double:
     """Return the largest size of a derivative at three places of an interval; NaN where one of them is NaN."""
-    e: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     most: cython.double = 0.0
     for e in range(3):
         for d in range(x.shape[3]):
@@ -214,14 +197,7 @@ def calm(
         sharp: Largest turn of the direction over an interval.
         digits: A change of the direction by this part of it is rounding.
     """
-    n: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    order: cython.Py_ssize_t
-    size: cython.double
-    bound: cython.double
     change: cython.double
-    bent: cython.bint
     with cython.nogil:
         for n in range(h.shape[0]):
             size = _largest(x, 1, n)
@@ -274,12 +250,6 @@ def concealed(
         excess: The factor.
         out: Shape (n, axes).
     """
-    i: cython.Py_ssize_t
-    n: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    most: cython.double
-    one: cython.double
-    other: cython.double
     with cython.nogil:
         for i in range(at.shape[0]):
             n = at[i]

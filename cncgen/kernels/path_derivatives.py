@@ -1,4 +1,4 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
+# cython: cpow=True, infer_types=True
 """Derivatives of a path of lines and NURBS by its coordinate s, at many places in one pass (docs/nurbs.md).
 
 Rows of a path lie end to end, those of its curves as in `bspline`, with the cells of `arc_length` that lead from s to the
@@ -101,9 +101,7 @@ class Rows:
 @cython.exceptval(check=False)
 def _row_at(on: Rows, s: cython.double, side: cython.int, near: cython.Py_ssize_t) -> cython.Py_ssize_t:
     """The last row that begins before s, or at it for side >= 0; `near` or the next one are tried first."""
-    low: cython.Py_ssize_t
     high: cython.Py_ssize_t = on.length.shape[0] + 1
-    middle: cython.Py_ssize_t
     for low in range(near, min(near + 2, high - 1)):
         if (on.s[low] < s or (side >= 0 and on.s[low] == s)) and not (
             on.s[low + 1] < s or (side >= 0 and on.s[low + 1] == s)
@@ -139,11 +137,7 @@ def _by_length(
     c12: cython.double = 0.0
     c22: cython.double = 0.0
     c13: cython.double = 0.0
-    g: cython.double
-    g1: cython.double
-    g2: cython.double
     inverse: cython.double = 0.0
-    d: cython.Py_ssize_t
     for d in range(low, high):
         c11 += value[1, d] * value[1, d]
         if order > 1:
@@ -178,9 +172,6 @@ def by_length(
     """
     order: cython.Py_ssize_t = values.shape[0] - 1
     value: cython.double[:, ::1] = np.zeros((4, values.shape[2]))
-    n: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     with cython.nogil:
         for n in range(values.shape[1]):
             for k in range(1, order + 1):
@@ -202,9 +193,6 @@ def _line(
 
     From the nearer end, so that both ends are met to the bit.
     """
-    d: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    delta: cython.double
     length: cython.double = on.s[row + 1] - on.s[row]
     moves: cython.bint = on.kind[row] == 0
     for d in range(value.shape[1]):
@@ -228,8 +216,6 @@ def _straighten(
 
     `j` is the first control point of the span.
     """
-    d: cython.Py_ssize_t
-    k: cython.Py_ssize_t
     forth: cython.double = 0.0
     straight: cython.bint = False
     for d in range(on.along.shape[1]):
@@ -248,7 +234,6 @@ def rows(on: Rows, s: cython.const[cython.double][::1], side: cython.int, out: c
 
     Only rows that move are found. Sorted places are cheap.
     """
-    n: cython.Py_ssize_t
     at: cython.Py_ssize_t = on.first
     with cython.nogil:
         for n in range(s.shape[0]):
@@ -278,17 +263,8 @@ def evaluate(
     point: cython.double[:, ::1] = np.zeros((4, axes))
     found: cython.Py_ssize_t = 0
     at: cython.Py_ssize_t = on.first
-    n: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    c: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    needed: cython.Py_ssize_t
     cell: cython.Py_ssize_t = -1
     rest: cython.double[::1] = np.zeros(1)
-    local: cython.double
-    g: cython.double
-    whole: cython.double
     with cython.nogil:
         for n in range(s.shape[0]):
             at = _row_at(on, s[n], side, at)

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """A solution of the least-time problem as a motion: pieces in time, names of limits, bends under it, minima of the speed.
 
 Called by `cncgen.planner.least_time`. ``kind`` is that of `cncgen.planner.least_time.mesh`.
@@ -37,9 +38,6 @@ def pieces(
         q: Shape (n, 3).
         out: Shape (5, n).
     """
-    k: cython.Py_ssize_t
-    total: cython.double
-    bend: cython.double
     with cython.nogil:
         for k in range(h.shape[0]):
             out[1, k] = sqrt(q[k, 0])
@@ -83,10 +81,6 @@ def bends(
         offset: Shape (n + 1,), the piece that each interval begins with.
         out: Shape (6, n): speed, sharpest, turn, and the three bends.
     """
-    k: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    x: cython.double
     size: cython.double
     inner: cython.double
     with cython.nogil:
@@ -124,7 +118,6 @@ def _deep(
     least_s: cython.double,
 ) -> cython.bint:
     """Tell whether q at `low` is a fifth below both ends of a way, and costs `least_s` beside the lower of them."""
-    k: cython.Py_ssize_t
     level: cython.double = min(q[first], q[last])
     time: cython.double = 0.0
     if not q[low] < 0.8 * level:
@@ -151,7 +144,6 @@ def minima(
         least_s: See above.
         out: Room for n.
     """
-    i: cython.Py_ssize_t
     n: cython.Py_ssize_t = q.shape[0]
     found: cython.Py_ssize_t = 0
     # The last two places where q turned, or its start.

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Exact evaluation of a speed profile, pieces with s''' = j + c s', and the time at which it reaches a place.
 
 With w = s' the piece solves w'' = j + c w, w(0) = v, w'(0) = a. Put q = j + c v and
@@ -20,7 +21,6 @@ from cython.cimports.libc.math import cos, cosh, fabs, sin, sinh, sqrt
 @cython.exceptval(check=False)
 def _phi(n: cython.int, x: cython.double) -> cython.double:
     """Sum φn(x) = Σ x^k / (2k + n)! for small x, from the last term inwards."""
-    k: cython.int
     total: cython.double = 1.0
     for k in range(7, 0, -1):
         total = 1.0 + total * x / ((2 * k + n) * (2 * k + n - 1))
@@ -45,10 +45,6 @@ def _move(
     """Write what a piece has done after τ: distance, speed, acceleration, jerk."""
     q: cython.double = j + c * v
     x: cython.double = c * tau * tau
-    r: cython.double
-    f1: cython.double
-    f2: cython.double
-    f3: cython.double
     if fabs(x) < 0.25:
         f1 = tau * _phi(1, x)
         f2 = tau * tau * _phi(2, x)
@@ -88,9 +84,7 @@ def evaluate(
     """
     n: cython.Py_ssize_t = at.shape[0]
     last: cython.Py_ssize_t = v.shape[0] - 1
-    i: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
-    tau: cython.double
     with cython.nogil:
         for i in range(n):
             while k < last and t[k + 1] <= at[i]:
@@ -125,16 +119,6 @@ def invert(
     """
     n: cython.Py_ssize_t = at.shape[0]
     last: cython.Py_ssize_t = v.shape[0] - 1
-    i: cython.Py_ssize_t
-    low: cython.Py_ssize_t
-    high: cython.Py_ssize_t
-    middle: cython.Py_ssize_t
-    left: cython.double
-    right: cython.double
-    tau: cython.double
-    miss: cython.double
-    goal: cython.double
-    _round: cython.int
     with cython.nogil:
         for i in range(n):
             low = 0

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Speed profiles of segments with given end speeds, and the look-ahead over their joints.
 
 A segment of length L runs from speed v1 to v2 under a top speed F, an acceleration A and a jerk J along the path:
@@ -42,7 +43,6 @@ def _ramp(
     up: cython.int,
 ) -> cython.double:
     """Distance of a ramp between the speeds `low` and `low` + `delta`."""
-    g: cython.double
     if kind == 0:
         if delta * jerk <= acc * acc:
             return (2.0 * low + delta) * sqrt(delta / jerk)
@@ -67,11 +67,6 @@ def _reach(
     up: cython.int,
 ) -> cython.double:
     """Highest speed that a ramp of that length reaches from `low` (up), or can come down from to `low`."""
-    p: cython.double
-    q: cython.double
-    x: cython.double
-    b: cython.double
-    g: cython.double
     if length <= 0.0:
         return low
     if kind == 0:
@@ -114,8 +109,6 @@ def look_ahead(
     v ≤ cap and d(v[i], v[i+1]) ≤ length[i] both ways: a backward and then a forward pass.
     """
     n: cython.Py_ssize_t = length.shape[0]
-    i: cython.Py_ssize_t
-    reached: cython.double
     start: cython.double = v[0]
     with cython.nogil:
         v[n] = cap[n]
@@ -148,8 +141,6 @@ def _peak(
     """
     low: cython.double = v1 if v1 > v2 else v2
     high: cython.double = top
-    middle: cython.double
-    _round: cython.int
     if high <= low:
         return low
     if v1 == v2 and kind != 2:
@@ -181,7 +172,6 @@ def _put(
     phase: cython.double,
 ) -> cython.Py_ssize_t:
     """Append a piece (duration, v, a, j, c, phase, length) unless it takes no time; return how many there are."""
-    r: cython.double
     if tau <= 0.0:
         return k
     if c > 0.0:
@@ -214,10 +204,8 @@ def _put_ramp(
     delta: cython.double = v2 - v1
     size: cython.double = delta if delta > 0.0 else -delta
     sign: cython.double = 1.0 if delta > 0.0 else -1.0
-    t1: cython.double
     t2: cython.double = 0.0
     top: cython.double = acc
-    rate: cython.double
     if size == 0.0:
         return k
     if kind == 1:
@@ -256,11 +244,7 @@ def build(
     number of all. The rest that the ramps leave of a length by rounding is travelled at the peak speed. Returns that number.
     """
     n: cython.Py_ssize_t = length.shape[0]
-    i: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
-    peak: cython.double
-    left: cython.double
-    mean: cython.double
     with cython.nogil:
         for i in range(n):
             offset[i] = k

@@ -1,4 +1,4 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
+# cython: cpow=True, infer_types=True
 """A smooth spline through a corridor: penalised least squares with a smoothing length that the corridor sets.
 
 The path to follow is given as n cubic pieces y(t) over ``t[k] .. t[k + 1]``, t its arc length. The result is a B-spline
@@ -37,9 +37,6 @@ def _invert(
     knots: cython.double[::1], last: cython.Py_ssize_t, inverse: cython.double[:, ::1]
 ) -> cython.void:
     """Fill ``inverse[i, r − 1]`` with 1/(knots[i + r] − knots[i]), r = 1 … 4, 0 where these are one place."""
-    i: cython.Py_ssize_t
-    r: cython.Py_ssize_t
-    width: cython.double
     for i in range(last + _P):
         for r in range(1, min(_P, last + _P - i) + 1):
             width = knots[i + r] - knots[i]
@@ -58,10 +55,6 @@ def _basis(
     b: cython.double[::1],
 ) -> cython.void:
     """Fill b with the basis functions of degree 4 that live on span i (The NURBS Book, Algorithm A2.2)."""
-    r: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    saved: cython.double
-    term: cython.double
     b[0] = 1.0
     for r in range(1, _P + 1):
         saved = 0.0
@@ -88,10 +81,7 @@ def _follow(
     is near the path, to second order in the knot distance.
     """
     n: cython.Py_ssize_t = t.shape[0] - 1
-    i: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
-    u: cython.double
     for i in range(last):
         u = 0.25 * (knots[i + 1] + knots[i + 2] + knots[i + 3] + knots[i + 4])
         u = min(max(u, t[0]), t[n])
@@ -123,13 +113,7 @@ def _attract(
     axes: cython.Py_ssize_t = points.shape[1]
     n: cython.Py_ssize_t = t.shape[0] - 1
     i: cython.Py_ssize_t = first
-    j: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    m: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
-    weight: cython.double
-    u: cython.double
-    place: cython.double
     value: cython.double
     for m in range(samples):
         weight = 0.0
@@ -176,13 +160,7 @@ def _penalise(
     The part of the `base` is computed from differences of its points (the b[j] add up to 0), which keeps its digits.
     """
     n: cython.Py_ssize_t = t.shape[0] - 1
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
-    weight: cython.double
-    u: cython.double
-    length: cython.double
     value: cython.double
     for i in range(last - 3):
         if knots[i + 5] <= knots[first]:
@@ -227,8 +205,6 @@ def _assemble(
     Control point i has the support ``knots[i] .. knots[i + 5]``. The unknowns are the differences of the control points from those
     of `base`. So the condition of the equations, (L/h)⁶, multiplies the rounding of L and not that of the coordinates.
     """
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
     for i in range(last):
         for j in range(_P + 1):
             matrix[i, j] = 0.0
@@ -275,7 +251,6 @@ def _polar(
     b: cython.double = knots[i + 2] - origin
     c: cython.double = knots[i + 3] - origin
     e: cython.double = knots[i + 4] - origin
-    d: cython.Py_ssize_t
     for d in range(out.shape[1]):
         out[i, d] = (
             y[k, 0, d]
@@ -298,9 +273,6 @@ def _give(
     tail: cython.Py_ssize_t,
 ) -> cython.void:
     """Take the first `head` and last `tail` unknowns out of a band system: they are given by `fixed`."""
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     given: cython.bint
     other: cython.bint
     for i in range(count):
@@ -335,12 +307,7 @@ def _solve(
 ) -> cython.void:
     """Solve the band system by LDLᵀ and add the base; the first `head` and last `tail` points are given by `fixed`."""
     axes: cython.Py_ssize_t = points.shape[1]
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    m: cython.Py_ssize_t
     factor: cython.double
-    pivot: cython.double
     _give(matrix, points, base, fixed, count, head, tail)
     for i in range(count):
         pivot = 1.0 / matrix[i, 0]
@@ -380,12 +347,6 @@ def _power_form(
     in place in q.
     """
     axes: cython.Py_ssize_t = points.shape[1]
-    j: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    r: cython.Py_ssize_t
-    factor: cython.double
-    saved: cython.double
     bend: cython.double = 0.0
     total: cython.double
     faculty: cython.double = 1.0
@@ -434,7 +395,6 @@ def _beside(
     out: cython.double[:, ::1],
 ) -> cython.void:
     """Fill `out` with x − y as a polynomial of the place on the span, whose start is at w on piece k."""
-    d: cython.Py_ssize_t
     for d in range(x.shape[1]):
         out[0, d] = x[0, d] - (y[k, 0, d] + w * (y[k, 1, d] + w * (y[k, 2, d] + w * y[k, 3, d])))
         out[1, d] = x[1, d] - y[k, 1, d]
@@ -454,8 +414,6 @@ def _beside(
 @cython.exceptval(check=False)
 def _square(e: cython.double[:, ::1], u: cython.double) -> cython.double:
     """Return the square of what a polynomial is at u, over all columns."""
-    d: cython.Py_ssize_t
-    value: cython.double
     total: cython.double = 0.0
     for d in range(e.shape[1]):
         value = e[0, d] + u * (e[1, d] + u * (e[2, d] + u * (e[3, d] + u * e[4, d])))
@@ -487,13 +445,9 @@ def _compare_stretch(
     """
     width: cython.double = 8.0 * _SLACK * tolerance / (turn + 1e-300)
     steps: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, min((e - a) / sqrt(width), 1.0 * _MOST)) + 1
-    m: cython.Py_ssize_t
-    here: cython.double
     before: cython.double = _square(beside, a - start)
-    after: cython.double
     left: cython.double = -1.0
     right: cython.double = -1.0
-    extra: cython.double
     width = (e - a) / steps
     extra = 0.125 * width * width * turn
     for m in range(1, steps + 1):
@@ -534,11 +488,7 @@ def _compare(
     apart |x − y| is at most the larger of both ends plus w²/8 max |x'' − y''|.
     """
     n: cython.Py_ssize_t = t.shape[0] - 1
-    i: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
-    a: cython.double
-    e: cython.double
-    turn: cython.double
     worst: cython.double = 0.0
     q: cython.double[:, ::1] = room[0]
     x: cython.double[:, ::1] = room[1]
@@ -629,8 +579,6 @@ def fit(
     change: cython.double[::1] = np.empty(n + 1)
     strides: cython.double[::1] = np.empty(n + 1)
     last: cython.Py_ssize_t = -1
-    samples: cython.Py_ssize_t
-    j: cython.Py_ssize_t
     turn: cython.Py_ssize_t = 0
     worst: cython.double = 0.0
     with cython.nogil:

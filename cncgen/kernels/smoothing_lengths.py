@@ -1,4 +1,4 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
+# cython: cpow=True, infer_types=True
 """The smoothing length L along a path, and the knots and samples that follow from it, for `cncgen.kernels.smoothing`.
 
 L is given at the ends of the pieces of the path, and grows away from them where a piece is long (docs/smoothing.md, The length).
@@ -66,7 +66,6 @@ def length_at(
 @cython.exceptval(check=False)
 def lower(t: cython.const[cython.double][::1], scale: cython.double[::1]) -> cython.void:
     """Lower smoothing lengths at the ends of pieces until their slope is at most `_GRADE`: a forward and a backward pass."""
-    k: cython.Py_ssize_t
     n: cython.Py_ssize_t = t.shape[0] - 1
     for k in range(n):
         scale[k + 1] = min(scale[k + 1], scale[k] + _GRADE * (t[k + 1] - t[k]))
@@ -90,9 +89,6 @@ def _count(
     t: cython.const[cython.double][::1], scale: cython.double[::1], strides: cython.double[::1]
 ) -> cython.void:
     """Fill `strides` with how many lead from the start to the ends of pieces: ∫dt/L, more of it where L changes (`_RATE`)."""
-    k: cython.Py_ssize_t
-    length: cython.double
-    most: cython.double
     strides[0] = 0.0
     for k in range(t.shape[0] - 1):
         length = t[k + 1] - t[k]
@@ -173,16 +169,11 @@ def lay(
         strides: Shape as `t`, to work in.
     """
     i: cython.Py_ssize_t = laid
-    j: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
-    c: cython.Py_ssize_t
     n: cython.Py_ssize_t = t.shape[0] - 1
     at: cython.double = knots[laid]
     end: cython.double = cuts[cuts.shape[0] - 1]
-    least: cython.double
-    begun: cython.double
     share: cython.double
-    here: cython.double
     count: cython.Py_ssize_t
     m: cython.Py_ssize_t = 0
     _count(t, scale, strides)
@@ -227,12 +218,9 @@ def choose(
     Returns how many, −1 without room.
     """
     n: cython.Py_ssize_t = t.shape[0] - 1
-    k: cython.Py_ssize_t
     i: cython.Py_ssize_t = first
     j: cython.Py_ssize_t = first
     count: cython.Py_ssize_t = 0
-    here: cython.double
-    longer: cython.double
     for k in range(n):
         if t[k + 1] <= knots[first]:
             continue
@@ -282,10 +270,7 @@ def adjust(
     At the end of a piece counts what is used within two smoothing lengths of it.
     """
     n: cython.Py_ssize_t = t.shape[0] - 1
-    k: cython.Py_ssize_t
-    m: cython.Py_ssize_t
     most: cython.double
-    reach: cython.double
     for k in range(n + 1):
         reach = _REACH * scale[k]
         most = 0.0

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Steps along a path limited so that PD+ drives stay out of saturation (Yeh and Sun 2008, section 3), tick by tick.
 
 The path stands as a table over the planned time, `parts` entries a period: place s, positions x and directions dx/ds.
@@ -19,7 +20,6 @@ from cython.cimports.libc.math import fabs
 def _place(s: cython.double[::1], g: cython.double) -> cython.double:
     """Place at the real-valued index g of the table; its end beyond it."""
     last: cython.Py_ssize_t = s.shape[0] - 1
-    i: cython.Py_ssize_t
     if g >= last:
         return s[last]
     i = cython.cast(cython.Py_ssize_t, g)
@@ -33,7 +33,6 @@ def _index(s: cython.double[::1], g: cython.double, place: cython.double) -> cyt
     """Real-valued index, g or later, at which the table reaches a place."""
     last: cython.Py_ssize_t = s.shape[0] - 1
     i: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, g)
-    found: cython.double
     while i < last and s[i + 1] < place:
         i += 1
     if i >= last:
@@ -58,8 +57,6 @@ def _position(
     """Position of an axis at a place, g being its index or one before it."""
     last: cython.Py_ssize_t = s.shape[0] - 1
     i: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, g)
-    h: cython.double
-    r: cython.double
     while i < last - 1 and s[i + 1] < place:
         i += 1
     if i >= last:
@@ -90,8 +87,6 @@ def _within(
     bound: cython.double[:, ::1],
 ) -> cython.bint:
     """Tell whether the step to a place keeps every axis's commanded speed within its bounds (eq. 3.6)."""
-    i: cython.Py_ssize_t
-    speed: cython.double
     for i in range(axis.shape[0]):
         speed = (_position(s, x, direction, g, place, i) * axis[i, 5] - state[i, 3]) / (period * axis[i, 6])
         if speed < bound[i, 0] - 1e-9 or speed > bound[i, 1] + 1e-9:
@@ -119,13 +114,8 @@ def _range(
     low: cython.double = 0.0
     high: cython.double = nominal
     empty: cython.bint = False
-    i: cython.Py_ssize_t
     last: cython.double = direction.shape[0] - 1
     here: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, min(g, last))
-    v: cython.double
-    rate: cython.double
-    one: cython.double
-    other: cython.double
     for i in range(axis.shape[0]):
         v = (
             axis[i, 1] * (state[i, 3] - state[i, 0])
@@ -166,8 +156,6 @@ def _shortened(
     bound: cython.double[:, ::1],
 ) -> cython.double:
     """Return the highest speed of [one, other] whose chord keeps the bounds, by bisection; negative where none does."""
-    v: cython.double
-    _round: cython.int
     for _round in range(50):
         v = 0.5 * (one + other)
         if _within(s, x, direction, g, here + v * period, period, axis, state, bound):
@@ -232,13 +220,7 @@ def limit_steps(
     """
     n: cython.Py_ssize_t = steps.shape[0]
     k: cython.Py_ssize_t = 0
-    i: cython.Py_ssize_t
     g: cython.double = start
-    here: cython.double
-    aim: cython.double
-    nominal: cython.double
-    speed: cython.double
-    place: cython.double
     can: _Range
     with cython.nogil:
         while k < n and g < end:

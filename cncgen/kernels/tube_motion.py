@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """A motion whose jerk is constant between nodes: where it is at times, where it is too fast, and how its nodes come into their room."""
 
 import cython
@@ -32,11 +33,8 @@ def positions(
         node: Shape (m,), written: the interval of each, which ends no earlier than it.
         points: Shape (m, n), written.
     """
-    i: cython.Py_ssize_t
-    e: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
     end: cython.double = step[0]
-    h: cython.double
     with cython.nogil:
         for i in range(times.shape[0]):
             while k < step.shape[0] - 1 and times[i] > end:
@@ -66,12 +64,8 @@ def _fastest(
 
     The speed is convex in the velocity, and a parabola lies in the hull of its ends and its middle ordinate.
     """
-    part: cython.int
-    e: cython.Py_ssize_t
-    t: cython.double
     half: cython.double = 0.5 * h / parts
     v: cython.double
-    slope: cython.double
     first: cython.double
     middle: cython.double
     last: cython.double
@@ -115,8 +109,6 @@ def too_fast(
         linear: How many axes the feed is meant over.
         out: Shape (k,), written.
     """
-    k: cython.Py_ssize_t
-    e: cython.Py_ssize_t
     t: cython.double
     with cython.nogil:
         for k in range(step.shape[0]):
@@ -149,11 +141,9 @@ def _push(
     out: cython.double[:, ::1],
 ) -> cython.bint:
     """Move a node to a part of the room of a row if it is beyond that, within its plane if asked; tell whether it moved."""
-    e: cython.Py_ssize_t
     away = cython.declare(cython.double[9])
     along: cython.double = 0.0
     size: cython.double = 0.0
-    part: cython.double
     for e in range(point.shape[1]):
         away[e] = point[k, e] + out[k, e] - centre[m, e]
         along += away[e] * direction[m, e]
@@ -192,10 +182,6 @@ def move_inside(
         within: Part of the room.
         out: Shape (N + 1, n), from `point`, changed.
     """
-    k: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    number: cython.int
-    moved: cython.bint
     with cython.nogil:
         for k in range(point.shape[0]):
             for number in range(_PUSHES):

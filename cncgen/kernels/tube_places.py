@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Where points, in order, are nearest to a polyline that passes each of them within a distance."""
 
 import cython
@@ -15,14 +16,10 @@ def _nearest(
     part: cython.double[::1],
 ) -> cython.double:
     """Return the distance of a point from segment `i`, from a part of it on, and write the part that is nearest."""
-    e: cython.Py_ssize_t
     n: cython.Py_ssize_t = line.shape[1]
     dot: cython.double = 0.0
     size: cython.double = 0.0
     square: cython.double = 0.0
-    u: cython.double
-    y: cython.double
-    z: cython.double
     for e in range(n):
         y = line[i + 1, e] - line[i, e]
         z = point[e] - line[i, e]
@@ -77,14 +74,8 @@ def match(
     """
     m: cython.Py_ssize_t = line.shape[0]
     count: cython.Py_ssize_t = points.shape[0]
-    p: cython.Py_ssize_t
     i: cython.Py_ssize_t = 0
     known: cython.Py_ssize_t = 0
-    final: cython.Py_ssize_t
-    first: cython.double
-    d: cython.double
-    best: cython.double
-    from_part: cython.double
     with cython.nogil:
         for p in range(count):
             first = reached + least[p]

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """The problem of `cncgen.kernels.least_time_tube`, and the values of a point: slacks of its bounds, and what its motion misses.
 
 Node k lies on the plane through r_k across t_k, as near to given lines and points as its rows say. Between nodes the jerk of each
@@ -74,10 +75,8 @@ def _row(
     x: cython.double[:, ::1],
 ) -> cython.double:
     """Return the slack 1 - |(1 - d dᵀ)(p + o)|² (unit/ρ)² of a row, and keep it with its gradient."""
-    i: cython.Py_ssize_t
     along: cython.double = 0.0
     s: cython.double = 1.0
-    y: cython.double
     c: cython.double = tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
     for i in range(n):
         tube.row_slope[m, i] = x[k, 3 * i] + tube.rows[m, i]
@@ -101,10 +100,7 @@ def _feed(
     x: cython.double[:, ::1],
 ) -> cython.double:
     """Return the slack 1 - Σ c v² of the feed at a node, c = weight (V feed)², and keep it with its gradient over the velocities."""
-    i: cython.Py_ssize_t
     s: cython.double = 1.0
-    y: cython.double
-    c: cython.double
     for i in range(n):
         y = tube.V[i] * tube.feed[k]
         c = tube.weight[i] * y * y
@@ -127,10 +123,7 @@ def _middles(
     u: cython.double[:, ::1],
 ) -> cython.double:
     """Return the slack 1 - Σ c y² of the speed of an interval, c = weight (V between)²; keep it and the middle ordinates y of velocities."""
-    i: cython.Py_ssize_t
     s: cython.double = 1.0
-    z: cython.double
-    y: cython.double
     for i in range(n):
         y = x[k, 3 * i + 1] + 0.5 * tube.AV[i] * tube.h0[k] * u[k, n] * x[k, 3 * i + 2]
         z = tube.V[i] * tube.between[k]
@@ -152,12 +145,7 @@ def _missed(
     u: cython.double[:, ::1],
 ) -> cython.void:
     """Keep the residual f of the motion of an interval at node k + 1."""
-    i: cython.Py_ssize_t
     h: cython.double = u[k, n] * tube.h0[k]
-    ha: cython.double
-    hj: cython.double
-    v: cython.double
-    a: cython.double
     for i in range(n):
         ha = h * tube.AV[i]
         hj = h * tube.JA[i] * u[k, i]
@@ -178,9 +166,6 @@ def _measure(
     tube: Tube, n: cython.Py_ssize_t, x: cython.double[:, ::1], u: cython.double[:, ::1]
 ) -> cython.void:
     """Work out the values of a point."""
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    m: cython.Py_ssize_t
     product: cython.double = 1.0
     y: cython.double
     plane: cython.double

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """The Newton step of `cncgen.kernels.least_time_tube`: a Riccati recursion (Rao, Wright and Rawlings (1998)) over a row of nodes.
 
 Of an interval, x⁺ = A x + B j + c h + f for changes of state, jerks and time; A and B go axis by axis. Functions take the number of
@@ -26,13 +27,7 @@ def _linear(
     C: cython.p_double,
 ) -> cython.void:
     """Write what changes move node k + 1 by: A of an axis is ((1, A0, A1), (0, 1, A2), (0, 0, 1))."""
-    i: cython.Py_ssize_t
     h: cython.double = tube.u[k, n] * tube.h0[k]
-    ha: cython.double
-    hj: cython.double
-    v: cython.double
-    a: cython.double
-    j: cython.double
     for i in range(n):
         ha = h * tube.AV[i]
         hj = h * tube.JA[i]
@@ -57,17 +52,7 @@ def _linear(
 def _node(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, delta: cython.double) -> cython.void:
     """Begin the cost to go from node k, ½ xᵀP x + qᵀx, with its bounds, rows and plane. Of P, what lies above its axes' diagonal is left."""
     N: cython.Py_ssize_t = 3 * n
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    y: cython.double
-    s: cython.double
-    z: cython.double
-    low: cython.double
-    high: cython.double
     across: cython.double
-    c: cython.double
     for i in range(N * N):
         tube.P[k, i] = 0.0
     across = tube.nu[k]
@@ -128,16 +113,9 @@ def _interval(
     """Begin the Hessian over the controls (M, its lower half) and over controls and states, beside the gradient (S), of an interval."""
     N: cython.Py_ssize_t = 3 * n
     U: cython.Py_ssize_t = n + 1
-    i: cython.Py_ssize_t
     h0: cython.double = tube.h0[k]
     h: cython.double = tube.u[k, n] * h0
     time: cython.double = tube.cost * h0
-    low: cython.double
-    high: cython.double
-    y: cython.double
-    lp: cython.double
-    lv: cython.double
-    la: cython.double
     for i in range(U * U):
         M[i] = 0.0
     for i in range(U):
@@ -178,17 +156,7 @@ def _held(
 ) -> cython.void:
     """Add the bounds of the middle ordinates of an interval, y = v + b a with b = h AV/2."""
     N: cython.Py_ssize_t = 3 * n
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
     o: cython.Py_ssize_t = n * (N + 1)
-    f: cython.Py_ssize_t
-    z: cython.double
-    b: cython.double
-    gh: cython.double
-    g: cython.double
-    bend: cython.double
-    weight: cython.double
-    s: cython.double
     total: cython.double = 0.0
     y = cython.declare(cython.double[9])
     c = cython.declare(cython.double[9])
@@ -254,12 +222,6 @@ def _carried(
     """Add the cost to go from node k + 1 to the Hessians over the controls; write its gradient y = P f + q after the motion."""
     N: cython.Py_ssize_t = 3 * n
     U: cython.Py_ssize_t = n + 1
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    o: cython.Py_ssize_t
-    p0: cython.double
-    p1: cython.double
-    p2: cython.double
     B = cython.declare(cython.double[27])
     C = cython.declare(cython.double[27])
     F = cython.declare(cython.double[27])
@@ -315,10 +277,6 @@ def _factored(n: cython.Py_ssize_t, M: cython.p_double, S: cython.p_double) -> c
     """Replace M by L of M = L Lᵀ (1 over its diagonal) and S by L⁻¹ S; return False where M is not positive."""
     N: cython.Py_ssize_t = 3 * n
     U: cython.Py_ssize_t = n + 1
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    f: cython.Py_ssize_t
-    y: cython.double
     for i in range(U):
         for j in range(i + 1):
             y = M[i * U + j]
@@ -353,11 +311,6 @@ def _to_go(
     """Add Aᵀ P⁺ A - SᵀS to P and Aᵀ y - Sᵀ s to q of node k, and fill in the other half of P."""
     N: cython.Py_ssize_t = 3 * n
     U: cython.Py_ssize_t = n + 1
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    f: cython.Py_ssize_t
-    o: cython.Py_ssize_t
     z: cython.double
     R = cython.declare(cython.double[9])
     for i in range(n):
@@ -403,9 +356,6 @@ def _gains(
     """Keep the gains of an interval, K = -L⁻ᵀ S: controls are K (x, 1)."""
     N: cython.Py_ssize_t = 3 * n
     U: cython.Py_ssize_t = n + 1
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    f: cython.Py_ssize_t
     for i in range(U - 1, -1, -1):
         for j in range(N + 1):
             S[i * (N + 1) + j] *= M[i * U + i]
@@ -423,8 +373,6 @@ def _gains(
 def _backward(tube: Tube, n: cython.Py_ssize_t, delta: cython.double) -> cython.bint:
     """Work the cost to go backwards and keep the gains; return False where the Hessian over the controls is not positive."""
     N: cython.Py_ssize_t = 3 * n
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
     last: cython.Py_ssize_t = tube.steps
     A = cython.declare(cython.double[27])
     M = cython.declare(cython.double[100])
@@ -459,9 +407,6 @@ def _backward(tube: Tube, n: cython.Py_ssize_t, delta: cython.double) -> cython.
 def _forward(tube: Tube, n: cython.Py_ssize_t) -> cython.void:
     """Work out the Newton step and the multipliers of the equations after it."""
     N: cython.Py_ssize_t = 3 * n
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
     y: cython.double
     A = cython.declare(cython.double[27])
     B = cython.declare(cython.double[27])
