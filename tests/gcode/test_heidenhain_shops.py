@@ -540,3 +540,17 @@ def test_titles_and_names_are_no_axes(tmp_path: Path) -> None:
     out = read(path, path.name)
     assert sum(len(chunk) for chunk in out.chunks()) > 0
     assert out.axes == "XYZ"
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        ("CALL LBL 5 REP 2\nL X+10\nLBL 5\nL IX+1", ["repeat-ahead"]),
+        ("CALL LBL 5 REP 0\nL X+10\nLBL 5\nL IX+1", []),
+        ("LBL 5\nL IX+1\nCALL LBL 5 REP 2", []),
+    ],
+)
+def test_repeat_of_a_label_below_is_told(run: Run, lines: str, told: list[str]) -> None:
+    """The lines between call and label were left out without a word."""
+    found = [code for _, code in said(run, f"TOOL CALL 1 Z S1000\nL X+0 Y+0 R0 F500\n{lines}")]
+    assert [code for code in found if code == "repeat-ahead"] == told

@@ -125,6 +125,10 @@ class HeidenhainRunner(ContourLines):
         left = frame.loops.pop(at, None)
         left = round(self._now(times)) if left is None else left
         if left > 0:
+            if target > at:
+                message = f"CALL LBL {name} REP leads to a label below it: the run goes on there and does not return"
+                hint = f"CALL LBL {name} without REP calls a subprogram that ends with LBL 0"
+                self.ip.warn_once(BlockError("repeat-ahead", message, "CALL", hint=hint), Severity.WARNING)
             frame.loops[at], frame.at = left - 1, target + 1
 
     def do_set(self, frame: Frame, at: int, statement: Statement) -> None:
