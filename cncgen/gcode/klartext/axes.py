@@ -19,7 +19,7 @@ _COMMENTS = re.compile(
 )
 #: Names of files, tools and labels, and titles of cycles, in which no axis is named.
 _TITLES = re.compile(
-    rb"\"[^\"\n]*\"|\bPGM\b[^\n]*|\bCYCL[ \t]+DEF[ \t]+(?:\d{1,3}\.0|\d{3})\b[^\n]*", re.IGNORECASE
+    rb"\"[^\"\n]*\"|\bPGM\b[^\n]*|\bCYCL[ \t]+DEF[ \t]+(?:[^ \t\n]*\.0|[1-9]\d\d)\b[^\n]*", re.IGNORECASE
 )
 #: Further characters that are blanks to who runs the program.
 _BLANKS = bytes.maketrans(b"\v\f\x1c\x1d\x1e\x1f", 6 * b" ")
