@@ -287,6 +287,19 @@ def test_variables_of_the_control_that_nobody_has_set(run: Any, tmp_path: Any) -
     assert not any(d.code == "variable-assumed" for d in out.diagnostics)
 
 
+def test_words_of_common_variables_that_nothing_sets_are_told(run: Any) -> None:
+    """A word of a vacant variable is ignored (B-63324EN, 15.1): G43 H#518 took no length without a word. Arguments may be left out."""
+    for text, place in (
+        ("O1\nT1 M6\nG43 H#518 Z5.\nM30", (3, 6)),
+        ("O1\n#518=1\nG43 H#518 Z5.\nM30", None),
+        ("O1\nM98 P2\nG43 H#518 Z5.\nM30\nO2\n#518=1\nM99", None),
+        ("O1\n#1=518\n#[#1]=1\nG43 H#518 Z5.\nM30", None),
+        ("O1\nG65 P2 X5.\nM30\nO2\nG0 X#24 Y#25 (H#518)\nM99", None),
+    ):
+        found = [d for d in run(text, dialect="fanuc").diagnostics if d.code == "variable-assumed"]
+        assert [(d.span.line, d.span.column) for d in found if d.span] == ([place] if place else []), text
+
+
 @pytest.mark.parametrize("number", [2401, 2501, 2601, 2801])
 def test_radii_and_origins_by_older_numbers_are_not_set_in_silence(run: Any, number: int) -> None:
     """#2401 on are radii, #2501 and #2601 also G54 X and Y of other controls (B-63324EN, 15.2): neither is meant for sure."""
