@@ -151,17 +151,19 @@ def corners_of(
     within = np.minimum(bounds.jerk, 6.0 * bounds.acceleration / bounds.period_s)
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
     passing = np.where(stop | corner, 0.0, speed)
-    moving = turn * (passing > 0.0)[:, None]
     rises = speed_rises(bounds, path, s, right[1])
-    fastest = reached_speeds(np.minimum(passing, np.sqrt(top)), rises)
-    chord = corner_chord_speed(bounds, s, moving, jerks.max(axis=0), fastest)
+
+    def chord_speed(passing: Floats) -> Floats:
+        fastest = reached_speeds(np.minimum(passing, np.sqrt(top)), rises)
+        moving = turn * (passing > 0.0)[:, None]
+        return corner_chord_speed(bounds, s, moving, jerks.max(axis=0), fastest)
+
+    chord = chord_speed(passing)
     rest = (chord <= 0.0) & (passing > 0.0)
     if rest.any():
         # Where the chord over a corner asks for rest, chords over others do not reach across.
         passing = np.where(rest, 0.0, passing)
-        fastest = reached_speeds(np.minimum(passing, np.sqrt(top)), rises)
-        moving = turn * (passing > 0.0)[:, None]
-        chord = np.where(rest, 0.0, corner_chord_speed(bounds, s, moving, jerks.max(axis=0), fastest))
+        chord = np.where(rest, 0.0, chord_speed(passing))
     speed = np.minimum(passing, chord)
     v = reached_speeds(np.minimum(speed, np.sqrt(top)), rises)
     together = _together(bounds, s, turn, v)
@@ -175,15 +177,8 @@ def corners_of(
     passed = felt & ~stop
     acceleration, there, sway = _swayed(bounds, together, turn * passed[:, None], left[1], right[1])
     straight = _straight(path, s, before, after)
-    zone = corner_zones(
-        bounds,
-        together,
-        there,
-        (linear * v, square * v**2),
-        straight,
-        left[1],
-        right[1],
-    )
+    parts = linear * v, square * v**2
+    zone = corner_zones(bounds, together, there, parts, straight, left[1], right[1])
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
     pulse = np.abs(turn) * v / (bounds.acceleration * bounds.period_s)
     return Corners(

@@ -15,6 +15,8 @@ from cncgen.planner.tube.reference_path import Grid, Reference
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+#: Rows of room: centres, directions, radii, and the tolerances that these are of.
+_Band = tuple[Floats, Floats, Floats, Floats]
 
 #: Time between nodes, as a part of (P/J)^(1/3), the time in which full jerk crosses the tolerance; beside corners the second part.
 SPACING = 0.7, 0.34
@@ -200,9 +202,7 @@ def nodes_of(
     feeds[inner] = np.minimum(feeds[inner], feed[found[inner] + 1])
     near = program.nearest(point, first + found, part)
     loose, looser = _loose(program, own, node, vertex - first, scales.part * tolerance[found], near[1])
-    rooms = _rooms(
-        program, first, places, vertex, near, found, part, point, tangent, tolerance, node, scales.part
-    )
+    rooms = _rooms(program, own, places, node, vertex, near, found, part, point, tangent, scales.part)
     without = np.where(looser[:, None], 0.0, tangent)
     tangent[loose] = 0.0
     when = np.interp(node, grid.s, grid.t)
@@ -376,80 +376,37 @@ def _loose(
 
 def _rooms(
     program: Programmed,
-    first: int,
+    own: slice,
     places: Floats,
+    node: Floats,
     vertex: Ints,
     near: tuple[Floats, Floats],
     found: Ints,
     part: Floats,
     point: Floats,
     tangent: Floats,
-    tolerance: Floats,
-    node: Floats,
     used: float,
 ) -> tuple[Ints, Floats, Floats, Floats, Floats]:
-    """Return how many rows of room each node has, and their centres, directions, radii and tolerances, all for a part that is used."""
-    count, total = len(places) - 1, len(node)
-    own = slice(first - program.base, first - program.base + len(tolerance))
+    """Return how many rows of room each node has, and their centres, directions, radii and tolerances, all for a part that is used.
+
+    Each has the band about the line of its row; at a sharp corner it has those of both rows beside the ball about the corner.
+    """
+    tolerance = program.column("tolerance")[own]
     centre, direction = near
-    radius = tolerance[found]
-    allowed = tolerance[found].copy()
+    radius, allowed = tolerance[found], tolerance[found]
     # A line through a row has no end. Where the plane lets nodes go along it beyond the row by more than the tolerance, a ball bounds them.
     cosine = np.abs((direction * tangent).sum(axis=1))
     along = radius * np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / np.maximum(cosine, 1e-9)
     direction[along > _left(program, own, found, part) + radius] = 0.0
-    # Corners without a node: the room about the middle of their deviations from the line.
-    joint = np.arange(1, count)
-    interval = np.searchsorted(node, places[1:-1], side="left")
-    between = interval < total
-    skipped = between & (node[np.minimum(interval, total - 1)] != places[1:-1])
-    skipped &= program.column("joint")[own][1:count].astype(bool)
-    start, entry, leave = (
-        program.column("start")[own],
-        program.column("entry")[own],
-        program.column("leave")[own],
-    )
-    if skipped.any():
-        low, high = np.zeros_like(centre), np.zeros_like(centre)
-        corner = start[joint[skipped]]
-        for side in (0, -1):
-            k = interval[skipped] + side
-            ok = k >= 0
-            away = corner[ok] - centre[k[ok]]
-            away -= (away * direction[k[ok]]).sum(axis=1)[:, None] * direction[k[ok]]
-            np.minimum.at(low, k[ok], away)
-            np.maximum.at(high, k[ok], away)
-        centre = centre + 0.5 * (low + high)
-        radius = np.maximum(radius - 0.5 * np.sqrt(((high - low) ** 2).sum(axis=1)), 0.2 * radius)
-    counts = np.ones(total, np.int64)
-    corners = np.flatnonzero((vertex >= 0) & (found + 1 < len(tolerance)))
-    order = [np.arange(total)]
-    parts = [(centre, direction, radius, allowed)]
-    if len(corners):
-        m = found[corners]
-        narrow = np.minimum(tolerance[m], tolerance[m + 1])
-        at = start[m + 1]
-        turn = np.sqrt(((entry[m + 1] - leave[m]) ** 2).sum(axis=1))
-        slight = turn < _SLIGHT
-        # The disc takes the place of the band before it.
-        centre, direction, radius = centre.copy(), direction.copy(), radius.copy()
-        # Where the feed changes there is no plane to bound the node along the rows.
-        feed = program.column("feed")[own]
-        smooth = (turn < 1e-3) & (feed[m] == feed[m + 1])
-        disc = corners[~smooth]
-        centre[disc], direction[disc], radius[disc] = at[~smooth], 0.0, narrow[~smooth]
-        radius[disc] *= np.where(slight[~smooth], np.cos(0.5 * turn[~smooth]), 1.0)
-        allowed[disc] = narrow[~smooth]
-        parts[0] = (centre, direction, radius, allowed)
-        sharp = ~slight
-        for tangents in (leave[m], entry[m + 1]):
-            order.append(corners[sharp])
-            parts.append((at[sharp], tangents[sharp], narrow[sharp], narrow[sharp]))
-        counts[corners[sharp]] += 2
-    key = np.argsort(np.concatenate(order), kind="stable")
+    band = centre, direction, radius, allowed
+    _about_skipped(program, own, places, node, band)
+    sharp, *bands = _at_corners(program, own, vertex, found, band)
+    key = np.argsort(np.concatenate([np.arange(len(node)), sharp, sharp]), kind="stable")
     centres, directions, radii, tolerances = (
-        np.concatenate([each[i] for each in parts])[key] for i in range(4)
+        np.concatenate(each)[key] for each in zip(band, *bands, strict=True)
     )
+    counts = np.ones(len(node), np.int64)
+    counts[sharp] += 2
     where = np.repeat(point, counts, axis=0)
     # Where rows fold within the tolerance, the plan may go along another one than this node's. It is within the tolerance, so the room
     # takes it in; the judge looks at all rows.
@@ -459,6 +416,52 @@ def _rooms(
     outside = np.where(far > radii, 1.0 - _TAKEN * radii / np.maximum(far, 1e-300), 0.0)
     centres += outside[:, None] * away
     return counts, nearer(centres, where, used), directions, used * radii, used * tolerances
+
+
+def _about_skipped(program: Programmed, own: slice, places: Floats, node: Floats, band: _Band) -> None:
+    """Move the bands of nodes beside corners that have none to the middle of the corners' deviations from their lines, and narrow them."""
+    centre, direction, radius, _ = band
+    inner = slice(1, len(places) - 1)
+    interval = np.searchsorted(node, places[inner], side="left")
+    skipped = (interval < len(node)) & (node[np.minimum(interval, len(node) - 1)] != places[inner])
+    skipped &= program.column("joint")[own][inner].astype(bool)
+    low, high = np.zeros_like(centre), np.zeros_like(centre)
+    corner = program.column("start")[own][inner][skipped]
+    for side in (0, -1):
+        k = interval[skipped] + side
+        ok = k >= 0
+        away = corner[ok] - centre[k[ok]]
+        away -= (away * direction[k[ok]]).sum(axis=1)[:, None] * direction[k[ok]]
+        np.minimum.at(low, k[ok], away)
+        np.maximum.at(high, k[ok], away)
+    centre += 0.5 * (low + high)
+    radius[:] = np.maximum(radius - 0.5 * np.sqrt(((high - low) ** 2).sum(axis=1)), 0.2 * radius)
+
+
+def _at_corners(
+    program: Programmed, own: slice, vertex: Ints, found: Ints, band: _Band
+) -> tuple[Ints, _Band, _Band]:
+    """Turn the bands of nodes at corners into balls about these; return which corners are sharp, and the bands of both rows there.
+
+    At a slight corner the ball takes the place of both bands.
+    """
+    centre, direction, radius, allowed = band
+    start, entry, leave, tolerance, feed = (
+        program.column(name)[own] for name in ("start", "entry", "leave", "tolerance", "feed")
+    )
+    corner = np.flatnonzero((vertex >= 0) & (found + 1 < len(tolerance)))
+    before, after = found[corner], found[corner] + 1
+    narrow = np.minimum(tolerance[before], tolerance[after])
+    turn = np.sqrt(((entry[after] - leave[before]) ** 2).sum(axis=1))
+    slight = turn < _SLIGHT
+    # Where the feed changes there is no plane to bound the node along the rows.
+    bent = (turn >= 1e-3) | (feed[before] != feed[after])
+    ball = corner[bent]
+    centre[ball], direction[ball], allowed[ball] = start[after[bent]], 0.0, narrow[bent]
+    radius[ball] = narrow[bent] * np.where(slight[bent], np.cos(0.5 * turn[bent]), 1.0)
+    at, room = start[after[~slight]], narrow[~slight]
+    one, other = ((at, each[~slight], room, room) for each in (leave[before], entry[after]))
+    return corner[~slight], one, other
 
 
 def _left(program: Programmed, own: slice, row: Ints, part: Floats) -> Floats:
