@@ -231,7 +231,8 @@ def _centre_by_offset(ip: Interpreter, block: Block, name: str) -> tuple[float, 
     start = state.position
     # I, J and K belong to X, Y and Z (or U, V and W).
     wrong = _OFFSETS[normal % 3]
-    if wrong in block.words and not (ip.plain and block.words[wrong] == 0.0):
+    # Posts write K0 of arcs in XY, which can mean nothing else; LinuxCNC refuses it.
+    if wrong in block.words and (block.words[wrong] != 0.0 or (ip.dialect == "linuxcnc" and not ip.plain)):
         plane = (AXES[first] + AXES[second]).upper()
         message = f"{wrong.upper()} leads to no centre of an arc in the {plane} plane"
         hint = f"leave {wrong.upper()} out, or choose the plane of the arc: G17 XY, G18 ZX, G19 YZ"

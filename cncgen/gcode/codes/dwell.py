@@ -22,7 +22,12 @@ def dwell(ip: Interpreter, block: Block) -> None:
     """G4 P."""
     seconds = block.words.get("p")
     if seconds is None:
-        raise BlockError("dwell-time", "G4 has no time", "G4", hint="give it as P, in seconds")
+        hint = (
+            "S counts seconds with Marlin alone: P3 is 3 s"
+            if "s" in block.words
+            else "give it as P, in seconds"
+        )
+        raise BlockError("dwell-time", "G4 has no time", "G4", hint=hint)
     if seconds < 0.0:
         raise BlockError("dwell-time", f"P{seconds:g} of G4 is negative", "P")
     ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))

@@ -48,8 +48,8 @@ def traverse(ip: Interpreter, block: Block) -> None:
     ip.state.motion = 0
     end = ip.end_point(block)
     ip.sink.straight_traverse(end)
+    ip.state.moved = ip.state.moved or end != ip.state.position
     ip.state.position = end
-    ip.state.moved = True
 
 
 def feed(ip: Interpreter, block: Block) -> None:

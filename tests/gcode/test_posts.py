@@ -1,0 +1,84 @@
+"""What posts of FreeCAD 0.20 write: the lines below are those of its Profile, Drilling and Helix of a block of 60 x 40 x 20 mm."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+
+from cncgen.diagnostics import Diagnostics
+from cncgen.gcode import check, read
+from cncgen.toolpath.reading import ReadOptions
+
+#: The head of the post for UCCNC, the circle of a helix, and a hole of G82 without a dwell.
+UCCNC = """%prog1
+(Exported by FreeCAD for UC-CNC)
+G17 (Default: XY-plane)
+G54
+G40
+G49
+G90
+G80
+M6 T1
+M3 S6000
+G0 Z26.000
+G0 X16.500 Y20.000
+G1 Z21.000 F200.000
+G2 X13.500 Y20.000 Z18.900 I-1.500 J0.000 K0.000 F600.000
+G0 Z26.000
+G98
+G82 X15.000 Y20.000 Z0.000 R24.000 F200.000
+G80
+M30
+"""
+
+
+def found_in(text: str, dialect: str = "auto") -> list[tuple[str, str]]:
+    found = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", ReadOptions(dialect=dialect), found)
+    return [(one.severity, one.code) for one in found if one.severity != "note"]
+
+
+def test_a_program_for_uccnc_is_read() -> None:
+    """A name behind %, K0 of an arc in XY and G82 without P, which LinuxCNC refuses and UCCNC takes."""
+    assert found_in(UCCNC) == []
+    rows = [row for chunk in read(io.BytesIO(UCCNC.encode()), "t.nc").chunks() for row in chunk.end[:, :3]]
+    # Half a helix around X15 Y20, then the hole down to Z0 at its centre.
+    assert [13.5, 20.0, 18.9] in [pytest.approx(list(row)) for row in rows]
+    assert min(row[2] for row in rows) == pytest.approx(0.0)
+
+
+def test_only_a_zero_is_no_centre_of_another_plane() -> None:
+    arc = "O1\nG21 G90 G17\nG0 X0 Y0\nG2 X10. Y0. I5. J0. {k} F600.\nM30\n"
+    assert found_in(arc.format(k="K0.000")) == []
+    assert found_in(arc.format(k="K0.1")) == [("error", "arc-plane")]
+    # rs274 of LinuxCNC 2.9: "K word given for arc in XY plane".
+    assert found_in(arc.format(k="K0.000").replace("O1\n", ""), "linuxcnc") == [("error", "arc-plane")]
+
+
+def test_the_end_without_a_tool_length() -> None:
+    """``G49 H0`` at the end of Centroid's post; rs274 refuses it."""
+    text = "G21 G90\nG0 X1\nM5\nG49 H0\nG90 G80 G40 G49\nM2\n"
+    assert found_in(text) == []
+    assert found_in(text, "linuxcnc") == [("error", "unused-word")]
+
+
+@pytest.mark.parametrize(("first", "doubt"), [("G53 G00 G17", 0), ("G0 X1", 1)])
+def test_a_unit_behind_no_length(first: str, doubt: int) -> None:
+    """G53 without an axis, as a post for Centroid writes it, moves nothing."""
+    assert found_in(f"G90\n{first}\nG20\nG1 X1 F10\nM2\n") == [("warning", "units-doubtful")] * doubt
+
+
+@pytest.mark.parametrize(
+    ("text", "control"),
+    [
+        (";Exported by FreeCAD\n;Post Processor: centroid_post\nG90 G80 G40 G49\nG0 X1\nM25\nM99\n", "Centroid"),
+        ("G77      ; Move to release position\nM10 O6.0 ; Stop spindle\nM01 Insert tool 1\n", "nccad"),
+        ("PA;PA;\n!MC1;\nVS2.0;\n!VZ1.0;\nPU2470,1670;\nZ2470,1670,640;\nZ2500,0,640;\n", "Roland"),
+    ],
+)  # fmt: skip
+def test_controls_whose_language_is_not_read(text: str, control: str) -> None:
+    found = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", diagnostics=found)
+    assert [one.code for one in found if one.severity == "error"] == ["control-unread"]
+    assert control in "".join(one.message for one in found)
