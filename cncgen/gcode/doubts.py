@@ -175,35 +175,6 @@ _BEHIND_SEMICOLON = _Doubt(
 )
 
 
-#: A word of a common variable of FANUC's, settings of them, those of computed numbers, calls, and programs.
-_SHARED_WORD = _BEFORE + rb"[A-Z][ \t]*(?P<word>#(?P<number>[1-9]\d\d)(?!\d))"
-_SETTING = rb"#[ \t]*(?P<number>[1-9]\d\d)[ \t]*="
-_COMPUTED_SETTING = rb"#[ \t]*(?:\[|#)[^=\n]*="
-_CALL = rb"(?:M98|G65|G66)[ \t]*P[ \t]*0*(?P<number>\d+)"
-_PROGRAM = rb"^[ \t]*[O:]0*(?P<number>\d+)"
-
-
-def _unset(source: Source) -> tuple[int, BlockError] | None:
-    """Return where the line of the first word begins that takes a common variable which nothing sets, and the remark on it."""
-    import re
-
-    text, flags = source.data, re.MULTILINE | re.IGNORECASE
-    if b"#" not in text or re.search(_COMPUTED_SETTING, text, flags):
-        return None
-    calls, programs, given = (
-        {m["number"] for m in re.finditer(form, text, flags)} for form in (_CALL, _PROGRAM, _SETTING)
-    )
-    for match in re.finditer(_SHARED_WORD, text, flags):
-        if match["number"] not in given and match["number"][:1] in b"156789" and calls <= programs:
-            name, at = match["word"].decode(), match.start("word")
-            begin = text.rfind(b"\n", 0, at) + 1
-            message = f"nothing in the text sets {name}: where the machine's variables do not have it, this word is left out"
-            hint = "--parameters gives it the value that it has on the machine"
-            column = len(text[begin:at].decode("utf-8", "replace")) + 1
-            return begin, BlockError("variable-assumed", message, column=column, length=len(name), hint=hint)
-    return None
-
-
 def tell(reporter: Reporter, source: Source, choice: Choice, least_increment: float | None = None) -> None:
     """Report the choice of the dialect, and doubts about a text in it."""
     for error, severity in _remarks_on(choice):
@@ -214,10 +185,6 @@ def tell(reporter: Reporter, source: Source, choice: Choice, least_increment: fl
     if not choice.unread:
         for here, doubt in _doubts(source, choice.dialect, least_increment):
             reporter.report(source, here.line, here.offset, doubt, Severity.WARNING)
-        unset = _unset(source) if language_of(choice.dialect) == "fanuc" else None
-        if unset is not None:
-            begin, doubt = unset
-            reporter.report(source, source.data[:begin].count(b"\n") + 1, begin, doubt, Severity.NOTE)
 
 
 def _remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:

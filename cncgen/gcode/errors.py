@@ -107,9 +107,11 @@ def locate(text: str, word: str) -> tuple[int, int]:
 
 
 def _sign(text: str, word: str) -> tuple[int, int] | None:
-    """Return column and length of ``#``, ``<``, a keyword or ``,R``; None for other words."""
+    """Return column and length of ``#``, ``#518``, ``<``, a keyword or ``,R``; None for other words."""
     if word in ("#", "<"):
         return text.find(word) + 1 or 1, 1
+    if word[:1] == "#":
+        return (text.find(word) + 1, len(word)) if word in text else _sign(text, "#")
     if len(word) > 1 and word.isalpha():
         import re
 

@@ -287,11 +287,13 @@ def test_variables_of_the_control_that_nobody_has_set(run: Any, tmp_path: Any) -
     assert not any(d.code == "variable-assumed" for d in out.diagnostics)
 
 
-def test_words_of_common_variables_that_nothing_sets_are_told(run: Any) -> None:
+def test_words_of_common_variables_that_nothing_has_set_are_told(run: Any) -> None:
     """A word of a vacant variable is ignored (B-63324EN, 15.1): G43 H#518 took no length without a word. Arguments may be left out."""
     for text, place in (
         ("O1\nT1 M6\nG43 H#518 Z5.\nM30", (3, 6)),
+        ("O1\nG0 X[#518+1.]\nM30", (2, 6)),
         ("O1\n#518=1\nG43 H#518 Z5.\nM30", None),
+        ("O1\nIF [#518 EQ #0] GOTO 9\nG0 X#518\nN9 #1=#518\nM30", None),
         ("O1\nM98 P2\nG43 H#518 Z5.\nM30\nO2\n#518=1\nM99", None),
         ("O1\n#1=518\n#[#1]=1\nG43 H#518 Z5.\nM30", None),
         ("O1\nG65 P2 X5.\nM30\nO2\nG0 X#24 Y#25 (H#518)\nM99", None),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, Flow, Parsed, Value, evaluate, gather
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.o_words import FlowControl
@@ -59,7 +60,9 @@ class LineRunner:
     def _act(self, parsed: Parsed, here: Cursor) -> None:
         """Compute the values of a block, set its parameters, execute it: all values are read before any parameter changes."""
         parameters = self.ip.parameters
+        parameters.unset = 0
         pairs = [(letter, evaluated(letter, value, parameters)) for letter, value in parsed.words]
+        unset = parameters.unset
         settings = [
             (
                 target if isinstance(target, str) else evaluate(target, parameters),
@@ -79,6 +82,8 @@ class LineRunner:
         if self.fanuc:
             if self.call_macro(pairs, here):
                 return
+            if unset:
+                self._tell_unset(f"#{unset}", here)
             # A word with a vacant value counts as not written.
             pairs = [(letter, value) for letter, value in pairs if value == value]
         if pairs or comment is not None:
@@ -88,6 +93,13 @@ class LineRunner:
             self.execute(block)
 
     # Macros of FANUC.
+
+    def _tell_unset(self, name: str, here: Cursor) -> None:
+        """Remark that a word reads a common variable that nothing has set: on a control it may have a value of before."""
+        self.ip.sink.block = empty_block(here)
+        message = f"nothing has set {name} when this block runs: a word that takes it alone is left out, and a formula counts it as 0"
+        hint = "--parameters gives it the value that it has on the machine"
+        self.ip.warn_once(BlockError("variable-assumed", message, name, hint=hint), Severity.NOTE)
 
     def _stop(self, target: float, value: float, text: str | None, here: Cursor) -> None:
         """Do what a setting of #3000 or #3006 does."""

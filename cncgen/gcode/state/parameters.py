@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 #: Numbered parameters are 1 to this (LinuxCNC's RS274NGC_MAX_PARAMETERS, less 1).
 LAST = 5601
 LAST_FANUC = 20_020
-#: Parameters that begin without a value in FANUC's macros: local, common, kept common.
+#: The first common variable of FANUC's macros, and the parameters that begin without a value: local, common, kept common.
+COMMON = 100
 VACANT_AT_START = (range(34), range(100, 200), range(500, 1000))
 #: Further common variables of FANUC's controls, an option, and of the makers of machines; they begin without a value.
 COMMON_BEYOND = (range(98_000, 98_500), range(100_000, 300_000), range(900_000, 907_400))
@@ -50,6 +51,7 @@ class Parameters:
         named: Global ones (their names begin with ``_``).
         listed: Numbers that the parameter file names; they are kept, as are some others always.
         stored: Numbers of FANUC's plain storage that the program has set.
+        unset: The common variable of FANUC's that was read last without a value, or 0.
     """
 
     def __init__(self, interpreter: Interpreter) -> None:
@@ -70,6 +72,7 @@ class Parameters:
         self.named: dict[str, float] = {}
         self.listed: set[int] = set()
         self.stored: set[int] = set()
+        self.unset = 0
         #: Values of the common variables that lie beyond the others.
         self._beyond: dict[int, float] = {}
 
@@ -99,7 +102,7 @@ class Parameters:
     def number(self, index: float) -> float:
         """Return a numbered parameter for an expression, which may have computed its index."""
         if self._is_beyond(index):
-            return self._beyond.get(self._whole(index), math.nan)
+            return self.told(self._whole(index), self._beyond.get(self._whole(index), math.nan))
         whole = self._index(index)
         if whole in POSITION and not self.vacant and self.interpreter.state.compensation != 40:
             raise BlockError(
@@ -108,7 +111,13 @@ class Parameters:
                 "#",
                 hint="read it before G41 or G42",
             )
-        return self.shown(whole)
+        return self.told(whole, self.shown(whole))
+
+    def told(self, whole: int, value: float) -> float:
+        """Return the value of a parameter; where it is a common variable without one, `unset` keeps its number."""
+        if value != value and whole >= COMMON:
+            self.unset = whole
+        return value
 
     def shown(self, index: int) -> float:
         """Return a numbered parameter for a message, which may show the position at any time, and #0."""

@@ -256,6 +256,8 @@ def parameter(target: Value | str, arithmetic: Arithmetic = LINUXCNC) -> Value:
     if isinstance(target, float):
         index = nearest(target, "the number of a parameter")
         if index == target and 0 < index < 1000:
+            if arithmetic is FANUC:
+                return lambda p: p.told(index, p.numbers[index])
             return lambda p: p.numbers[index]
         number = target
         return lambda p: p.number(number)

@@ -120,7 +120,7 @@ class _Values:
         if operation == "NUMBER":
             stack.append(self._reader.constants[operand])
         elif operation == "STORED":
-            stack.append(expressions.parameter(float(operand)))
+            stack.append(expressions.parameter(float(operand), self._arithmetic))
         elif operation == "NAME":
             stack.append(self._reader.names[operand])
         elif operation in ("NAMED", "PARAMETER"):
