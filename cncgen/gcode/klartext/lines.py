@@ -47,9 +47,11 @@ _LABEL = re.compile(
     rf"^[^\S\n]*(?:{_N}[^\S\n]+)?(?:LBL\b|CALL\b|G98[^\S\n]*L|L\d+,)".encode(), re.IGNORECASE | re.MULTILINE
 )
 #: Lines that name files and programs, and the blank.
-_NAMES = _form(rf"\b(?:PGM|TABLE|PATTERN|FILE|BLK)\b|\A\s*(?:{_N}\s*)?%")
+_NAMES = _form(r"\b(?:PGM|TABLE|PATTERN|FILE|BLK)\b")
+_NAMES_OF_ISO = _form(rf"\A\s*(?:{_N}\s*)?%")
 #: A parameter, and what tells that it is set: = behind it, the D function of DIN/ISO before it.
-_USED = _form(rf"(?:(?<![A-Z])(D\d+)\s*)?({_Q})\s*(=?)")
+_USED = _form(rf"()({_Q})\s*(=?)")
+_USED_OF_ISO = _form(rf"(?:(?<![A-Z])(D\d+)\s*)?({_Q})\s*(=?)")
 #: Numbers of Q parameters that the control, its cycles and those of the machine's builder have (TNC 7, "Variable types").
 _FIRST_OF_CYCLES, _BEHIND_CYCLES = 100, 1400
 _BROKEN = re.compile(rb"~[^\S\n]*\n")
@@ -176,8 +178,10 @@ def unset(sources: Sequence[Source]) -> dict[str, tuple[int, int, int]]:
         at = _NEXT_Q.search(source.data)
         while at:
             offset = source.data.rfind(b"\n", 0, at.start()) + 1
-            body = _STRING.sub("", body_of(source.text_at(offset)))
-            for function, name, sign in () if _NAMES.search(body) else _USED.findall(body.upper()):
+            body = _STRING.sub("", body_of(source.text_at(offset))).upper()
+            named = _NAMES.search(body) or ("%" in body and _NAMES_OF_ISO.search(body))
+            used = _USED_OF_ISO if "D" in body else _USED
+            for function, name, sign in () if named else used.findall(body):
                 if function or sign:
                     given.setdefault(name, []).append((index, offset))
                 elif name[1] in "LR" or not _FIRST_OF_CYCLES <= int(name[1:]) < _BEHIND_CYCLES:
