@@ -259,7 +259,7 @@ BARE = (
     _sign("two tools before M6", _all(8, _F), rb"T\d+T\d+M0?6(?!\d)", b"M6", b"M06"),
     _sign("a program number", _all(8, _F, _T), rb"^%?[O:]\d{1,8}(?:[GMSTXYZ]\d[^\n]*)?$", b"O", b":"),
     _sign("a program number behind %", _all(4, _F, _T), rb"^%\d{1,8}$", *(b"%%%d" % digit for digit in range(10))),
-    _sign("a name behind %", _all(3, _F, _T), rb"^%[A-Z]\w*$", b"%"),
+    _sign("a name behind %", _all(3, _F, _T), rb"^%[A-Z]{2}\w*$", b"%"),
     _sign("a program name", _all(8, _F, _T), rb"^O?<[^>\n]*>$", b"<"),
     _sign("a jump of a macro", _all(12, _F, _T), rb"GOTO[\d#\[]", b"GOTO"),
     _sign("a loop of a macro", _all(12, _F, _T), rb"^(?:WHILE\[[^\n]*\]DO|DO[123]$|END[123]$)", b"WHILE", b"DO", b"END"),
