@@ -35,7 +35,7 @@ _AXIS_LETTERS = frozenset("xyzabcuvw@^")
 _PLAIN_LETTERS = "dehijklpqr"
 #: Block plans that are kept; a program uses some dozens.
 _MAX_PLANS = 4096
-G53 = 530
+G49, G53 = 490, 530
 _M98 = 980
 #: G0 and G1.
 _STRAIGHT = (0, 10)
@@ -111,6 +111,9 @@ class BlockPlans:
             raise BlockError("g53-motion", "G53 goes with G0 and G1 only", "G53")
         codes += self._of_lone_words(block, codes)
         allowed = set().union(*(code.words for code in codes), *(code.named for code in codes))
+        if self._plain and G49 in block.g:
+            # Posts write G49 H0, which LinuxCNC alone refuses.
+            allowed.add("h")
         for letter in block.words:
             if letter not in allowed:
                 raise _unused(letter, self.codes, self._elsewhere(letter, block))

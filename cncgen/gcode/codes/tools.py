@@ -264,10 +264,7 @@ def length_added(ip: Interpreter, block: Block) -> None:
 
 
 def length_off(ip: Interpreter, block: Block) -> None:
-    """G49; H0 beside it, as posts write it, is of no use, and LinuxCNC refuses it."""
-    if "h" in block.words and not ip.plain:
-        message = "H stands in a block with no code that uses it"
-        raise BlockError("unused-word", message, "H", hint="it belongs to G43, G43.2, G76")
+    """G49."""
     ip.state.length_code = 49
     use_offset(ip, zeros())
 
@@ -290,6 +287,6 @@ CODES = (
         without="lathes"),
     Code("G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", AXES + "h", "own", takes="h", refused=_GIVEN,
         without="lathes"),
-    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", "h", dialects=("linuxcnc",), refused=CHANGES_TOOL_OFFSET,
+    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", dialects=("linuxcnc",), refused=CHANGES_TOOL_OFFSET,
         restores=("tool_length", False)),
 )  # fmt: skip
