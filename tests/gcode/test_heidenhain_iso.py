@@ -105,7 +105,7 @@ def test_old_cycles_frames_and_a_dwell(moves: Any) -> None:
     ("body", "expected"),
     [
         ("N50 G00 G53 X+5 *\n", [("unsupported-block", 6)]),
-        ("N50 G74 P01 -2 P02 -20 *\n", [("unsupported-block", 6)]),
+        ("N50 G74 P01 2 P02 -20 P03 -5 P04 100 *\nN60 G79 *\n", [("cycle-words", 7)]),
         ("N50 G01 X+5 Y+5 F100 *\nN60 G26 R5 *\nN70 X+10 F100 *\n", [("approach-words", 6)]),
         ("N50 G27 R5 *\nN60 G01 G41 X+5 F100 *\n", [("approach-words", 7)]),
         ("N50 G02 F100 *\n", [("arc-end", 6)]),
@@ -145,3 +145,40 @@ def test_blanks_may_be_missing(moves: Any) -> None:
 def test_axes_of_polar_coordinates_and_cycles_have_columns() -> None:
     text = "%P G71 *\nN10 I+0 J+0 *\nN20 G10 R+5 H+0 *\nN30 G83 P01 2 P02 -8 P03 5 P04 0 P05 100 *\nN40 G79 *\nN50 M2 *\n"
     assert read(io.BytesIO(text.encode()), "t.i").moving_axes == "XYZ"
+
+
+@pytest.mark.parametrize(
+    ("iso", "plain", "across"),
+    [
+        # Half sizes 15 by 10 about (50, 40), less the radius 4: the tool's middle goes to 50 ± 11 and 40 ± 6.
+        ("G75 P01 2 P02 -4 P03 -4 P04 100 P05 X+30 P06 Y+20 P07 275 P08 5",
+         "4.1 SETUP 2,4.2 DEPTH -4,4.3 PECKG 4 F100,4.4 X+30,4.5 Y+20,4.6 F275 DR- RADIUS 5", (39, 61, 34, 46)),
+        ("G76 P01 2 P02 -4 P03 -4 P04 100 P05 Y+30 P06 X+20 P07 275",
+         "4.1 SETUP 2,4.2 DEPTH -4,4.3 PECKG 4 F100,4.4 Y+30,4.5 X+20,4.6 F275 DR+", (44, 56, 29, 51)),
+        # Radius 20 - 4.
+        ("G77 P01 2 P02 -4 P03 -4 P04 100 P05 20 P06 250", "5.1 SETUP 2,5.2 DEPTH -4,5.3 PECKG 4 F100,5.4 RADIUS 20,5.5 F250 DR-", (34, 66, 24, 56)),
+        ("G78 P01 2 P02 -4 P03 -4 P04 100 P05 20 P06 250", "5.1 SETUP 2,5.2 DEPTH -4,5.3 PECKG 4 F100,5.4 RADIUS 20,5.5 F250 DR+", (34, 66, 24, 56)),
+        # From the end at which the tool stands, 4 within it, to the left: 80 - 8 further; 12 wide.
+        ("G74 P01 2 P02 -4 P03 -4 P04 100 P05 X-80 P06 Y+12 P07 275", "3.1 SETUP 2,3.2 DEPTH -4,3.3 PECKG 4 F100,3.4 X-80,3.5 Y+12,3.6 F275", (-22, 50, 38, 42)),
+    ],
+)  # fmt: skip
+def test_slots_and_pockets_of_parts(
+    moves: Any, iso: str, plain: str, across: tuple[float, float, float, float]
+) -> None:
+    """G74 is a slot, G75 and G76 a rectangular pocket clockwise and counter-clockwise, G77 and G78 a round one (TNC 426, "DIN/ISO", G
+    functions): P04 is the feed downwards, the last two those along and of the corners. The same motions as cycles 3 to 5."""
+    found = moves(program(f"N50 G00 G40 G90 X+50 Y+40 Z+2 M3 *\nN60 {iso} *\nN70 G79 *\nN80 Z+9 M2 *\n", 4))
+    parts = "".join(f"CYCL DEF {part}\n" for part in plain.split(","))
+    text = (
+        f"BEGIN PGM P MM\nTOOL DEF 2 L+0 R+4\nTOOL CALL 2 Z S4000\nL X+50 Y+40 Z+2 R0 FMAX M3\nCYCL DEF {plain[0]}.0 OLD\n{parts}"
+        "CYCL CALL\nL Z+9 FMAX M2\nEND PGM P MM\n"
+    )
+    assert found == moves(text)
+    low = [move for move in found if move[2] == -4]
+    assert (
+        min(m[0] for m in low),
+        max(m[0] for m in low),
+        min(m[1] for m in low),
+        max(m[1] for m in low),
+    ) == pytest.approx(across)
+    assert {move[3] for move in low} == {100, 275 if "275" in iso else 250}

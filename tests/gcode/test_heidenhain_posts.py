@@ -335,3 +335,15 @@ def test_motions_of_a_cycle_stand_in_the_program_that_calls_it(run: Any, tmp_pat
         *zip(path.source[moves].tolist(), path.line[moves].tolist(), path.end[moves, 2].tolist(), strict=True)
     ]
     assert places == [(0, 3, 50.0), (1, 3, 50.0), (1, 3, 2.0), (1, 3, -5.0), (1, 3, 50.0), (0, 5, 99.0)]
+
+
+@pytest.mark.parametrize(
+    ("factor", "out"), [("", 1250.0), (" ~\n Q403=1.5", 1875.0), (" ~\n Q403=0.5", 625.0)]
+)
+def test_a_tap_comes_out_faster(moves: Any, factor: str, out: float) -> None:
+    """Q403 multiplies the speed of the spindle on the way out of the hole, and the feed with it (cycle 209): 1000 * 1.25 in, times Q403 out."""
+    text = (
+        "BEGIN PGM T MM\nTOOL CALL 1 Z S1000\nM3\nCYCL DEF 209 TAPPING ~\n Q200=2 ~\n Q201=-8 ~\n Q239=1.25 ~\n Q203=0 ~\n Q204=20 ~\n Q257=5 ~\n Q256=1"
+        f"{factor}\nCYCL CALL\nM30\nEND PGM T MM\n"
+    )
+    assert [move[2:] for move in moves(text)][1:] == [(-5, 1250), (-4, 1250), (-8, 1250), (2, out), (20, 0)]

@@ -828,3 +828,11 @@ def test_without_encoder_cycle840_takes_the_lead_from_the_feed(run: Run, mode: s
     rows = out.path.kind != 3
     tapped = out.path.feed[rows & (out.path.end[:, 2] == -10)] * 60
     assert tapped == pytest.approx([750])
+
+
+@pytest.mark.parametrize("chosen", ["G17", "G18"])
+def test_lengths_of_tools_are_read_back_in_any_plane(run: Run, chosen: str) -> None:
+    """A datum is what was set, whatever plane is in force as it is read: X is 300 / 2 + 5 and Z is 7 + 10 (840D sl, Tools: $TC_DP3 is length 1)."""
+    other = {"G17": "G18", "G18": "G17"}[chosen]
+    text = f"{chosen}\n$TC_DP3[1,1]=300 $TC_DP4[1,1]=7\n{other} DIAMOF\nTRANS X=$TC_DP3[1,1]/2 Z=$TC_DP4[1,1]\nG0 X5 Z10\nM30"
+    assert ends(run, text)[-1] == [155, 0, 17]

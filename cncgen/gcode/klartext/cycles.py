@@ -228,7 +228,7 @@ def _tap_floating(cycle: HoleCycle) -> None:
 
 
 def _tap_breaking(cycle: HoleCycle) -> None:
-    """209: as 207, back by Q256 (all the way out where that is 0) after each Q257."""
+    """209: as 207, back by Q256 (all the way out where that is 0) after each Q257; out of the hole Q403 times as fast, if it is given."""
     ip, q, pitch = cycle.ip, cycle.q, cycle.q[239]
     if not pitch or ip.state.speed <= 0.0 or q[257] <= 0.0:
         _tap(cycle)
@@ -236,6 +236,8 @@ def _tap_breaking(cycle: HoleCycle) -> None:
     cycle.go(cycle.start, rapid=True)
     cycle.feed(abs(pitch) * ip.state.speed, "Q239 S")
     cycle.down(q[203], cycle.bottom, cycle.start if q[256] == 0.0 else None)
+    if q[403] > 0.0:
+        cycle.feed(abs(pitch) * ip.state.speed * q[403], "Q239 S Q403")
     cycle.go(cycle.start, rapid=False)
     cycle.end()
 

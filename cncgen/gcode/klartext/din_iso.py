@@ -53,8 +53,11 @@ _OPERATORS = {0: "", 1: "+", 2: "-", 3: "*", 4: "DIV", 5: "SQRT", 6: "SIN", 7: "
 #: How many values they have, where it is not two.
 _VALUES = {0: 1, 5: 1, 6: 1, 7: 1, 9: 3, 10: 3, 11: 3, 12: 3, 14: 1}
 _ALARM = 14
-#: The cycles of P parameters, by their G function.
-_OF_PARTS = {83: 1, 84: 2, 85: 17, 86: 18}
+#: The cycles of P parameters, by their G function, and the sense in which a pocket is milled.
+_OF_PARTS = {74: 3, 75: 4, 76: 4, 77: 5, 78: 5, 83: 1, 84: 2, 85: 17, 86: 18}
+_SENSES = {75: -1.0, 76: 1.0, 77: -1.0, 78: 1.0}
+#: Slots and pockets: P04 is the feed downwards, which plain language has behind the infeed, P08 the radius of the corners behind the feed.
+_PLUNGE, _CORNER = 4, 8
 _LINES, _ARCS = (0, 1, 7, 10, 11), {2: -1, 12: -1, 3: 1, 13: 1}
 _MOTIONS = (0, 1, 2, 3, 5, 6, 7, 10, 11, 12, 13, 15, 16)
 _SIDES: dict[int, Raw] = {40: ("R0", 0.0), 41: ("RL", 0.0), 42: ("RR", 0.0), 43: ("R±", 1.0), 44: ("R±", -1.0)}  # fmt: skip
@@ -69,7 +72,7 @@ _KINDS = {
 _STEPPED = ("poles", "axes", "polar")
 _PLACES = frozenset(f"{step}{name}" for name in "IJKXYZABCUVWHR" for step in ("", "I"))
 _MEANT = {"I": "X", "J": "Y", "K": "Z", "H": "PA"}
-_READ = "G00 to G16, G24 to G31, G54, G62, G70 to G73, G79, G98 and the cycles are"
+_READ = "G00 to G16, G24 to G31, G54, G62, G70 to G79, G98 and the cycles are"
 _READ_OF_Q = "D00 to D14 with P01, P02 and P03 are"
 _PLANES = {17.0: "Z", 18.0: "Y", 19.0: "X"}
 #: The kind of a statement whose meaning hangs on the modes; its data are its words, G functions among them.
@@ -165,7 +168,26 @@ def _function(head: str, q: str | None, *parts: _Part) -> Statement:
 
 def _unread(head: str, *_: str) -> Statement:
     name = "".join(head.split()).upper()
-    raise _refused(name, _READ if name[0] == "G" else _READ_OF_Q, name)
+    raise _refused(name, _READ_OF_Q, name)
+
+
+def _old_cycle(head: str, *parts: tuple[int, Value | str | Raw]) -> Statement:
+    """G74 to G78, G83 to G86: a cycle and the words of each of its parts, as CYCL DEF 4.1 and so on have them."""
+    which = int(head[1:])
+    given: dict[int, Raw] = {
+        k: value if isinstance(value, tuple) else ("V", _given(value)) for k, value in parts
+    }
+    if which >= 83:
+        return Statement("parts", data=(_OF_PARTS[which], [(k, [word]) for k, word in given.items()]))
+    words = {k - (k > _PLUNGE): [word] for k, word in given.items() if k not in (_PLUNGE, _CORNER)}
+    if _PLUNGE in given:
+        words.setdefault(_PLUNGE - 1, []).append(("F", given[_PLUNGE][1]))
+    last = max(words, default=1)
+    if _CORNER in given:
+        words[last].append(("R", given[_CORNER][1]))
+    if which in _SENSES:
+        words.setdefault(last, []).append(("DR±", _SENSES[which]))
+    return Statement("parts", data=(_OF_PARTS[which], list(words.items())))
 
 
 def _cycle(head: str, rest: str | None) -> Statement:
@@ -200,7 +222,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "corner_g": lambda head, size, *_: _SAID["corner"]("CHF" if head[-1] == "4" else "RND", size),
     "d_function": _function, "unread": _unread, "part": lambda head, value: (int(head[1:]), value),
     "cycle_g": _cycle, "orient": lambda *_: _SAID["cycle"]("13", None),
-    "old_cycle": lambda head, *parts: Statement("parts", data=(_OF_PARTS[int(head[1:])], {k: _given(value) for k, value in parts})),
+    "old_cycle": _old_cycle, "side_part": lambda head, axis, value: (int(head[1:]), (axis.upper(), value)),
     "contours": lambda *parts: Statement("contours", data=tuple(_label(value) for _, value in parts)),
     "program_cycle": lambda *parts: Statement("cycle", data=(programs.CYCLE, "1", parts[-1])),
     "tool_call_g": _tool_call, "dwell_g": lambda seconds: _SAID["dwell"]("TIME", seconds), "tolerance_g": _tolerance,
@@ -402,11 +424,11 @@ class IsoRunner(HeidenhainRunner):
         self._datums.set(*statement.data)
 
     def do_parts(self, frame: Frame, at: int, statement: Statement) -> None:
-        """G83 to G86: cycles whose values are P01 and so on."""
+        """G74 to G78, G83 to G86: cycles whose values are P01 and so on."""
         which, parts = statement.data
         cycles.take_part(self.ip, which, 0, "")
-        for part, value in parts.items():
-            cycles.take_value(self.ip, which, part, [("V", value)])
+        for part, words in parts:
+            cycles.take_value(self.ip, which, part, words)
 
     def do_contours(self, frame: Frame, at: int, statement: Statement) -> None:
         """G37: the labels of contours."""

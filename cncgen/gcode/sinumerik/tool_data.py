@@ -43,14 +43,17 @@ class ToolData:
     def __init__(self, ip: Interpreter) -> None:
         self.ip = ip
         self._types: dict[int, int] = {}
+        #: Tools without a type: of a lathe where the plane is G18 as the first of their data is set or read.
+        self._lathes: dict[int, bool] = {}
         #: Teeth of tools, by which FZ is multiplied.
         self.teeth: dict[int, float] = {}
 
     def _column(self, tool: int, datum: int) -> int:
-        """Return the axis of a length."""
-        lathe = self._types.get(tool) in _LATHE_TYPES or (
-            tool not in self._types and self.ip.state.plane == 18
-        )
+        """Return the axis of a length, the same one whatever plane is chosen later."""
+        if tool in self._types:
+            lathe = self._types[tool] in _LATHE_TYPES
+        else:
+            lathe = self._lathes.setdefault(tool, self.ip.state.plane == 18)
         return (0 if lathe else 2) if datum == _LENGTH_1 else (2 if lathe else 1)
 
     def set(self, name: str, at: list[Scalar], value: float) -> None:
