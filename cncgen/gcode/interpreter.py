@@ -77,6 +77,7 @@ class Interpreter:
         skipping: Whether blocks are passed over up to G11 of FANUC.
         system: The dialect, of which FANUC's lathes have three for their systems of G codes.
         steps: Whether G91 is in force on a lathe that has it.
+        distances: Columns of the axes that the block of a lathe moves by distances.
         feed_doubted: Whether a feed was one that nobody can mean.
         feed_mode_said: Whether the program has said the meaning of F.
         units_said: Whether it has said the unit of lengths.
@@ -133,6 +134,7 @@ class Interpreter:
         self._said: set[tuple[str, str]] = set()
         self.skipping = self.feed_doubted = self.feed_mode_said = self.units_said = self.steps = False
         self.rotary: set[str] = set()
+        self.distances: frozenset[int] = frozenset()
         self.ended_in: Block | None = None
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)

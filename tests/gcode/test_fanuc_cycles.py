@@ -53,6 +53,18 @@ def test_r_alone_goes_on_with_the_cycle(run: Any) -> None:
     assert [row[0] for row in rows if row[2] == -5] == [1, 1, 2]
 
 
+@pytest.mark.parametrize("axis", ["A", "B", "C", "U", "V"])
+def test_any_other_axis_leads_to_the_next_hole(run: Any, axis: str) -> None:
+    """B-63324EN, 13.1: "drilling is not performed in a block that does not contain X, Y, Z, R, or any other axes"."""
+    text = f"G0 X1 {axis}0 Z10 F100\nG81 Z-5 R2\n{axis}45\nX3 {axis}90\nG91 {axis}10 K2\nG80\nM30"
+    path = run(text, dialect="fanuc").path
+    column = path.axes.index(axis)
+    unit = np.pi / 180.0 if axis in "ABC" else 1.0
+    holes = path.end[np.isfinite(path.feed)]
+    places = np.column_stack([holes[:, 0], holes[:, column] / unit, holes[:, 2]])
+    assert places.round(9).tolist() == [[1, 0, -5], [1, 45, -5], [3, 90, -5], [3, 100, -5], [3, 110, -5]]
+
+
 def test_words_stay_from_cycle_to_cycle(run: Any) -> None:
     rows = moves(run, "G81 X1 Z-5 R2\nG83 X2 Q4\nG80")
     assert rows[4:] == [

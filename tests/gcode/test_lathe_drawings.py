@@ -6,6 +6,7 @@ Expected places are closed forms: a line at A from (X, Z) is at X + 2 t sin A, Z
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -126,6 +127,24 @@ def test_holes_in_the_side_of_a_part(cycle: str, expected: list[float]) -> None:
     assert found[1:-1] == [(x, -5.0) for x in expected]
     again = places(f"M3 S500\nG0 X60. Z-5. C0\n{cycle} F.1\nZ-15.\nG80\nG0 Z20.")
     assert again[-2 - len(expected) : -1] == [(60.0, -15.0), *((x, -15.0) for x in expected)]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "holes", "expected"),
+    [
+        ("fanuc-lathe", "G98 G83 Z-10. R-3. F100. H30. K3", [30, 60, 90]),
+        ("fanuc-lathe", "G98 G83 Z-10. R-3. F100. K0\nC45.\nH45. K2", [45, 90, 135]),
+        ("fanuc-lathe", "G98 G83 Z-10. R-3. F100. C30. K2", [30, 30]),
+        ("fanuc-lathe-b", "G94 G91 G83 Z-12. R-3. F100. C30. K3", [30, 60, 90]),
+    ],
+)
+def test_k_repeats_a_hole_at_its_distances(run: Any, dialect: str, holes: str, expected: list[float]) -> None:
+    """K is the number of repeats, and H the distance along C (B-64304EN-1, 5.1); in G91 of system B R is a distance from the level
+    where the cycle began, and Z one from R: 5 - 3 - 12 = -10."""
+    path = run(f"G21 G97 M3 S100\nG0 X50. Z5. C0\n{holes}\nG80\nM30", dialect=dialect).path
+    drilled = path.end[np.isfinite(path.feed)]
+    assert drilled[:, path.axes.index("Z")].round(9).tolist() == [-10.0] * len(expected)
+    assert np.degrees(drilled[:, path.axes.index("C")]).round(9).tolist() == expected
 
 
 def test_the_depth_of_a_hole_by_its_distance_from_r() -> None:

@@ -63,9 +63,19 @@ def test_the_end_without_a_tool_length() -> None:
     assert found_in(text, "linuxcnc") == [("error", "unused-word")]
 
 
-@pytest.mark.parametrize(("first", "doubt"), [("G53 G00 G17", 0), ("G0 X1", 1)])
+@pytest.mark.parametrize(
+    ("first", "doubt"),
+    [
+        ("G53 G00 G17", 0),
+        ("G0 X1", 1),
+        ("G10 L2 P2 X-20.0995", 1),
+        ("G52 Y1", 1),
+        ("G92 X0", 0),
+        ("G10 L2 P1 X0 B90", 0),
+    ],
+)
 def test_a_unit_behind_no_length(first: str, doubt: int) -> None:
-    """G53 without an axis, as a post for Centroid writes it, moves nothing."""
+    """G53 without an axis, as a post for Centroid writes it, moves nothing; origins by G10 before G20 are lengths in mm here."""
     assert found_in(f"G90\n{first}\nG20\nG1 X1 F10\nM2\n") == [("warning", "units-doubtful")] * doubt
 
 

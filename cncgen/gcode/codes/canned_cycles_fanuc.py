@@ -2,9 +2,9 @@
 
 They differ from LinuxCNC's: P is milliseconds and may be left out; K counts the repeats (K0 keeps the words and makes
 no hole; L is taken too); the words of a hole stay in force from cycle to cycle until G80 or a motion code; the tool goes
-across at the height where it is and then to R; G76 and G87 move away from the wall by Q, in the direction of the
-plane's first axis (parameter 5148 of the control), or without Q by I and J (Haas mill operator's manual, "G76"). A block without an
-axis word or R makes no hole.
+across at the height where it is, with all axes but that of the hole, and then to R; G76 and G87 move away from the wall by Q, in the direction of the
+plane's first axis (parameter 5148 of the control), or without Q by I and J (Haas mill operator's manual, "G76"). A block without
+X, Y, Z, R or any other axis makes no hole.
 """
 
 from __future__ import annotations
@@ -232,7 +232,7 @@ def _cycle(number: int) -> Handler:
             _words_in_force(ip, replace(block, words=own), number)
             return
         sticky = _words_in_force(ip, block, number)
-        if not block.words.keys().isdisjoint("xyzuvwr"):
+        if not block.words.keys().isdisjoint(AXES + "r"):
             try:
                 check_words(ip, block, number, sticky.words)
                 make_holes(ip, block, number, sticky)
@@ -336,7 +336,7 @@ def _doubt(ip: Interpreter, text: str, hint: str) -> None:
 
 def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> None:
     state = ip.state
-    first, second, normal = state.plane_axes()
+    normal = state.plane_axes()[2]
     depth = AXES[normal]
     words = {**sticky.words, "p": sticky.words.get("p", 0.0)}
     # R and the depth keep the meaning of their block, whatever mode is in force now.
@@ -351,8 +351,7 @@ def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> No
     step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
     letter = "k" if "k" in block.words and (HOLES[number].aside or "i" not in sticky.words) else "l"
     for _ in range(repeats(block, letter, 0)):
-        end = ip.end_point(step)
-        hole.across({first: end[first], second: end[second]})
+        hole.across({k: place for k, place in enumerate(ip.end_point(step)) if k != normal})
         if number not in _BACK:
             hole.traverse(retract)
         HOLES[number].run(hole)

@@ -3,19 +3,19 @@ along Z, and G241 to G249 along X.
 
 Words stay in force until G80. The tool goes back to the level where the first hole of a row began. FANUC counts R as a distance
 from that level, Haas as a place. The reading between the level and the bottom is taken; if both are, FANUC's is taken with a
-warning. W (U of holes along X) is the distance from R to the bottom. G83 and G87 leave the hole after each step of Q.
+warning. W (U of holes along X) is the distance from R to the bottom. G83 and G87 leave the hole after each step of Q. K repeats the
+hole, each time by the distances of its block (C by H) farther; K0 keeps the words.
 """
 
 from __future__ import annotations
 
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.codes.canned_cycles import Hole, Sticky
+from cncgen.gcode.codes.canned_cycles import Hole, Sticky, repeats
 from cncgen.gcode.codes.canned_cycles_fanuc import HOLES, row_of_holes
 from cncgen.gcode.codes.dwell import seconds_of
 from cncgen.gcode.codes.lathe_fanuc import ONLY, increments
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
-from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -106,9 +106,7 @@ def _cycle(number: int) -> Handler:
         sticky = _words_in_force(ip, block, number)
         if block.words.keys().isdisjoint("xzrcuw"):
             return
-        if "k" in block.words and whole(block, "k", name) != 1:
-            message = f"K{block.words['k']:g} of {name}, how often the hole is repeated, is not read"
-            raise BlockError("cycle-repeats", message, "K", hint="write a block for each hole; K1 is read")
+        count = repeats(block, "k", 0)
         check_feed(ip, block, name)
         if sticky.words.keys().isdisjoint((axis, _DEPTHS[axis])):
             message = f"{name} has no {axis.upper()}"
@@ -125,9 +123,12 @@ def _cycle(number: int) -> Handler:
         end = ip.end_point(Block(placed, block.g))
         clear = sticky.level if state.retract_old else retract
         hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
-        hole.across({AXIS_INDEX[letter]: end[AXIS_INDEX[letter]] for letter in _PLACES[axis]})
-        hole.traverse(retract)
-        cycle.run(hole)
+        place = {AXIS_INDEX[letter]: end[AXIS_INDEX[letter]] for letter in _PLACES[axis]}
+        step = {column: place[column] - state.position[column] for column in ip.distances & place.keys()}
+        for again in range(count):
+            hole.across({column: at + again * step.get(column, 0.0) for column, at in place.items()})
+            hole.traverse(retract)
+            cycle.run(hole)
         state.moved = True
 
     return run

@@ -34,7 +34,7 @@ def turned(ip: Interpreter, block: Block) -> Block:
     Raises:
         BlockError: A place and a distance along the same axis, or an angle that does not lead to its end.
     """
-    renamed = LATHES[ip.system]
+    renamed, ip.distances = LATHES[ip.system], frozenset()
     if renamed and block.g:
         block = _in_system_a(ip, block, renamed)
     words = block.words
@@ -48,16 +48,20 @@ def turned(ip: Interpreter, block: Block) -> Block:
         found["x"] *= 0.5
     if _G10 in block.g:
         return replace(block, words=found)
-    if ip.steps and all(row.axis_words != "absolute" for row in rows):
-        for letter, column in _PLACES.items():
-            if letter in found:
-                found[letter] += ip.state.position[column]
     # G80 ends a cycle, and makes no line of its block.
     motions = [row for row in rows if row.axes == "motion" or row.group == "canned cycle"]
     if not motions:
         in_force = ip.codes.row("G", ip.state.motion)
         motions = [in_force] if in_force is not None else []
     depth = motions[0].depth if motions else ""
+    if ip.steps and all(row.axis_words != "absolute" for row in rows):
+        ip.distances = frozenset(column for letter, column in _PLACES.items() if letter in found)
+        if depth and depth not in found and (axis := DISTANCES[depth][0]) in found:
+            # The bottom of a hole is a distance from R.
+            found[depth] = found.pop(axis) * (2.0 if depth == "u" else 1.0)
+        for letter, column in _PLACES.items():
+            if letter in found:
+                found[letter] += ip.state.position[column]
     for letter, (axis, column) in DISTANCES.items():
         if letter in found:
             if axis in found:
@@ -70,6 +74,7 @@ def turned(ip: Interpreter, block: Block) -> Block:
                 found[letter] = distance
             else:
                 found[axis] = ip.state.position[column] + distance
+                ip.distances |= {column}
     if _LINE in block.g or (
         ip.state.motion == _LINE and all(row.axes == "none" and row.group != "canned cycle" for row in rows)
     ):

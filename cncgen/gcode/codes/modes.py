@@ -27,9 +27,10 @@ def _units(inches: bool) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         ip.sink.use_length_units(inches)
         state = ip.state
-        if state.moved and not ip.units_said and ip.options.units == "auto" and state.inches != inches:
+        used = state.moved or ip.parameters.shifted
+        if used and not ip.units_said and ip.options.units == "auto" and state.inches != inches:
             message = "lengths before the first G20 or G21 of the run are taken as mm, and those behind it are inches"
-            hint = "write G20 before the first motion, or --units inch"
+            hint = "write G20 before the first length, or --units inch"
             ip.warn(BlockError("units-doubtful", message, "G20", hint=hint), Severity.WARNING)
         ip.units_said = True
         if state.inches != inches:

@@ -9,6 +9,7 @@ from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.files import read_bytes, write_text
 from cncgen.gcode.block import nearest
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.state.modal import LENGTHS
 from cncgen.gcode.state.predefined import NAMED, POSITION, TOOL_CHANGER, position_parameter
 from cncgen.gcode.state.systems import SYSTEM, SYSTEM_COUNT, SYSTEM_STEP, SYSTEMS
 
@@ -52,6 +53,7 @@ class Parameters:
         listed: Numbers that the parameter file names; they are kept, as are some others always.
         stored: Numbers of FANUC's plain storage that the program has set.
         unset: The common variable of FANUC's that was read last without a value, or 0.
+        shifted: Whether the program has set an origin by lengths.
     """
 
     def __init__(self, interpreter: Interpreter) -> None:
@@ -73,6 +75,7 @@ class Parameters:
         self.listed: set[int] = set()
         self.stored: set[int] = set()
         self.unset = 0
+        self.shifted = False
         #: Values of the common variables that lie beyond the others.
         self._beyond: dict[int, float] = {}
 
@@ -191,6 +194,7 @@ class Parameters:
 
     def set_offset(self, first: int, offset: list[float], scale: float) -> None:
         """Set nine parameters from one on; lengths divided by `scale`."""
+        self.shifted = self.shifted or any(offset[k] for k in LENGTHS)
         for k, value in enumerate(offset):
             self.numbers[first + k] = value / (1.0 if 3 <= k <= 5 else scale)
 
