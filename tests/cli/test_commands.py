@@ -36,7 +36,7 @@ def test_machines(cncgen: Run, root: Path) -> None:
     listed = cncgen("machines").stdout.decode().splitlines()
     names = [line.split()[0] for line in listed]
     assert names == sorted(path.stem for path in (root / "cncgen" / "machine" / "profiles").glob("*.toml"))
-    assert {"die-bonder", "dyna-1007", "generic-mill", "xy-table"} <= set(names)
+    assert {"die-bonder", "dyna-1007", "generic-lathe", "generic-mill", "xy-table"} <= set(names)
     shown = cncgen("machines", "show", "xy-table").stdout.decode()
     assert tomllib.loads(shown)["axes"]["x"]["max_acceleration_mm_s2"] == 2450.0
 

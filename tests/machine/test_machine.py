@@ -142,7 +142,7 @@ def test_bytes_that_are_no_text(content: bytes) -> None:
 
 
 def test_profiles_load_and_print_back() -> None:
-    assert set(profile_names()) >= {"generic-mill", "xy-table", "die-bonder", "dyna-1007"}
+    assert set(profile_names()) >= {"generic-lathe", "generic-mill", "xy-table", "die-bonder", "dyna-1007"}
     for name in profile_names():
         machine = load(name)
         assert machine.name == name

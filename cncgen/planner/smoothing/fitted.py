@@ -12,7 +12,7 @@ from cncgen.geometry.fitting import fit_run
 from cncgen.geometry.tables import empty_arcs
 from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.smoothing.runs import classify
-from cncgen.toolpath.record import Kind, Toolpath
+from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 from cncgen.toolpath.slicing import between, join
 
 #: Lines that a run has at least; fewer stay lines.
@@ -27,6 +27,7 @@ def fit_runs(chunks: Iterable[Toolpath], tolerance_mm: float) -> Iterator[Toolpa
     """Replace runs of LINE rows of one feed by cubic NURBS rows within a tolerance.
 
     Corners of more than 30°, rapids, arcs and events end a run; runs of fewer than `LEAST_ROWS` stay as they are.
+    Rows of G93 stay too: each has a time of its own, and one curve has one speed.
 
     Args:
         chunks: Consecutive stretches of one program.
@@ -62,7 +63,7 @@ def _borders(rows: Toolpath, tolerance: float) -> NDArray[np.int64]:
     n = len(rows)
     asked = replace(rows, path_mode=np.zeros(n, np.int8), tolerance=np.full(n, tolerance))
     classes = classify(asked, rows.path, scale)
-    fits = classes.fits & (rows.kind == Kind.LINE)
+    fits = classes.fits & (rows.kind == Kind.LINE) & (rows.feed_mode != FeedMode.INVERSE_TIME)
     split = np.ones(n, bool)
     turn = np.einsum("ij,ij->i", classes.leave[:-1, :3], classes.entry[1:, :3])
     same = (rows.feed[1:] == rows.feed[:-1]) & (rows.feed_mode[1:] == rows.feed_mode[:-1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from cncgen import pipeline
 from cncgen.geometry import nurbs
 from cncgen.planner.smoothing.fitted import fit_runs
-from cncgen.toolpath.record import Kind
+from cncgen.toolpath.record import FeedMode, Kind
 from cncgen.toolpath.slicing import join
 from tests.geometry.nearest import distances, samples
 from tests.planner.smoothing.programs import chunked, facets, path_of, toolpath
@@ -41,6 +42,15 @@ def test_corners_feeds_and_few_lines_stay() -> None:
     feeds = np.repeat([50.0, 60.0], [10, 12])
     changed = join(list(fit_runs([toolpath([0, 0, 0], [*side, [9, 10, 0], [8, 10, 0]], feed=feeds)], 0.01)))
     np.testing.assert_array_equal(changed.feed[:2], [50, 60])
+
+
+def test_lines_of_inverse_time_stay() -> None:
+    """Each line of G93 F60 takes a second, so ten of them take ten; one curve of F60 took one."""
+    rows = toolpath([0, 0, 0], [[k, 0.001 * k * k, 0] for k in range(1, 11)], feed=np.ones(10))
+    timed = replace(rows, feed_mode=np.full(10, FeedMode.INVERSE_TIME, np.int8))
+    result = join(list(fit_runs([timed], 0.01)))
+    assert list(result.kind) == [Kind.LINE] * 10
+    assert 1.0 / result.feed @ np.ones(10) == 10.0
 
 
 def test_chunks_do_not_matter() -> None:
