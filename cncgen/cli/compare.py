@@ -130,6 +130,7 @@ def _strategies(
             "interpolators are compared on a plan of the speed along the smoothed path (--effort fast): "
             "one of path and speed together has no path for them to follow"
         )
+    messages.show(options.unused([g.feedrate for g in figures], names))
     text = strategy_table(figures) + "\n" + interpolator_table(fluctuations)
     return text, strategy_values(figures, fluctuations)
 
@@ -161,5 +162,6 @@ def _controllers(
         wanted = reference_of(program.name, setpoints)
         path, letters = programmed_path(iter(toolpaths), machine, wanted.axes)
         wanted = replace(wanted, path=path, path_axes=letters)
+    messages.show(options.unused())
     found = compare_controllers(setpoints, load_servos(source), names, settings, machine.axes, wanted, drawn)
     return controller_table(found, reference is None), {"controllers": found}

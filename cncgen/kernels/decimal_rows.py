@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Rows of numbers to decimal text and back, for csv, jsonl and hal output and for the reader of setpoint files.
 
 Writing. A number is printed with nine decimals (or none), correctly rounded: the decimal nearest to the double's
@@ -44,7 +45,6 @@ def _put_integer(out: cython.uchar[::1], at: cython.Py_ssize_t, value: cython.ul
     """Write a non-negative integer; return the place after it."""
     width: cython.Py_ssize_t = 1
     rest: cython.ulonglong = value
-    k: cython.Py_ssize_t
     while rest >= 10:
         rest //= 10
         width += 1
@@ -66,9 +66,6 @@ def _put_number(
     whole: cython.double = floor(size)
     f: cython.double = size - whole
     digits: cython.double = 0.0
-    scaled: cython.double
-    rest: cython.ulonglong
-    k: cython.Py_ssize_t
     if decimals == 0:
         if f > 0.5 or (f == 0.5 and whole - 2.0 * floor(whole / 2.0) != 0.0):
             whole += 1.0
@@ -119,8 +116,6 @@ def write_rows(
     n: cython.Py_ssize_t = values.shape[0]
     columns: cython.Py_ssize_t = values.shape[1]
     at: cython.Py_ssize_t = 0
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
     k: cython.Py_ssize_t
     literal: cython.Py_ssize_t
     with cython.nogil:
@@ -166,7 +161,6 @@ def _read_number(
     decimals: cython.int = 0
     point: cython.bint = False
     negative: cython.bint = False
-    c: cython.int
     if at < size and (text[at] == 45 or text[at] == 43):
         negative = text[at] == 45
         at += 1
@@ -216,7 +210,6 @@ def read_rows(
     columns: cython.Py_ssize_t = out.shape[1]
     line: cython.Py_ssize_t = start
     at: cython.Py_ssize_t = start
-    column: cython.Py_ssize_t
     with cython.nogil:
         while line < size and row < rows:
             at = line

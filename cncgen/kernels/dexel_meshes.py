@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Where a mesh crosses a field of dexels (`cncgen.kernels.dexel_sweeps`)."""
 
 import cython
@@ -35,21 +36,7 @@ def mesh_crossings(
         How many crossings there are; no more than m are filled in.
     """
     found: cython.Py_ssize_t = 0
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
     cell: cython.double = grid[2]
-    ax: cython.double
-    ay: cython.double
-    bx: cython.double
-    by: cython.double
-    cx: cython.double
-    cy: cython.double
-    area: cython.double
-    p: cython.double
-    q: cython.double
-    u: cython.double
-    v: cython.double
     with cython.nogil:
         for k in range(triangles.shape[0]):
             ax, ay = triangles[k, 0, 0] - grid[0], triangles[k, 0, 1] - grid[1]

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Material removal on dexels: a tool that leans cuts lines of material along one direction.
 
 A field of dexels is a grid of lines along w over places (u, v); each holds the stretches of it that are material. A straight motion
@@ -81,9 +82,6 @@ class _Field:
         rows: cython.Py_ssize_t = self.counts.shape[0]
         radius: cython.double = whole.radius
         wide: cython.double = radius * sqrt(1.0 - whole.zw * whole.zw) if fabs(whole.zw) < 1.0 else 0.0
-        size: cython.double
-        lo: cython.double
-        hi: cython.double
         self.pu, self.pv, self.pw = lines[k, 0] - self.u0, lines[k, 1] - self.v0, lines[k, 2]
         self.qu, self.qv, self.qw = lines[k, 3] - self.u0, lines[k, 4] - self.v0, lines[k, 5]
         lo = self.pw if self.pw < self.qw else self.qw
@@ -173,11 +171,6 @@ class _Field:
         out: cython.double[:, ::1],
     ) -> cython.bint:
         """Cut along one line, a square after the other; tell whether all dexels had places enough."""
-        j: cython.Py_ssize_t
-        row: cython.Py_ssize_t
-        column: cython.Py_ssize_t
-        low: cython.Py_ssize_t
-        high: cython.Py_ssize_t
         if not self._take(lines, k, whole):
             return True
         for row in range(self.first_row // _SQUARE, self.last_row // _SQUARE + 1):
@@ -206,8 +199,6 @@ class _Field:
     def _clears(self, row: cython.Py_ssize_t, column: cython.Py_ssize_t, whole: SweptBody) -> cython.bint:
         """Tell whether the tool stays within the gap of a square, and keep the planes that would tell it of one dexel."""
         half: cython.double = 0.5 * (_SQUARE - 1) * self.cell
-        below: cython.bint
-        above: cython.bint
         self.low = self.high = -1.0
         self.low_u = self.low_v = self.low_w = self.high_u = self.high_v = self.high_w = 0.0
         if self.gaps[row, column, 0] > ENDLESS:
@@ -280,9 +271,6 @@ class _Field:
 
         The planes of its square have the values `low` and `high` there.
         """
-        a: cython.int
-        start: cython.double
-        end: cython.double
         placed: cython.bint = False
         for a in range(self.counts[j, i]):
             start, end = self.ends[j, i, 2 * a], self.ends[j, i, 2 * a + 1]
@@ -312,10 +300,6 @@ class _Field:
         room: cython.Py_ssize_t = self.ends.shape[2] // 2
         count: cython.int = self.counts[j, i]
         a: cython.int = 0
-        lo: cython.double
-        hi: cython.double
-        start: cython.double
-        end: cython.double
         lined: cython.bint = False
         touched: cython.bint = False
         self.deep = self.gouge = 0.0
@@ -359,10 +343,6 @@ class _Field:
         inner: SweptBody,
     ) -> cython.void:
         """Judge the cut of a dexel between two places: the touch of the smaller tool counts as far as the whole tool cuts."""
-        size: cython.double
-        begin: cython.double
-        until: cython.double
-        b: cython.int
         self.at = inner.low if self.at < -1e299 else self.at
         size = inner.above(inner.low)
         self.above = size if size > self.above else self.above
@@ -507,7 +487,6 @@ def cut_lines(
         The line for which a dexel has too few places, to go on with; n where all are cut.
     """
     n: cython.Py_ssize_t = lines.shape[0]
-    k: cython.Py_ssize_t
     done: cython.Py_ssize_t = n
     whole: SweptBody = SweptBody()
     inner: SweptBody = SweptBody()

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Linear filters sample by sample, where the next value needs the last one."""
 
 import cython
@@ -21,9 +22,6 @@ def recursive(
     """
     n: cython.Py_ssize_t = x.shape[0]
     m: cython.Py_ssize_t = state.shape[0]
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    out: cython.double
     with cython.nogil:
         for k in range(n):
             out = b[0] * x[k]

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Rows of the page: the predictor of each block of rows, and the range code of the residuals.
 
 The code is the one of J. Duda, "Asymmetric numeral systems" (2013), with a state of 31 bits that gives and takes bytes, and
@@ -45,15 +46,7 @@ def predicted(
     """
     lead: cython.Py_ssize_t = weights.shape[1]
     predictors: cython.Py_ssize_t = weights.shape[0]
-    b: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    i: cython.Py_ssize_t
     j: cython.Py_ssize_t
-    at: cython.Py_ssize_t
-    size: cython.Py_ssize_t
-    w: cython.double
-    total: cython.double
-    most: cython.double
     sums = cython.declare(cython.double[64])
     with cython.nogil:
         for b in range((count + _BLOCK - 1) // _BLOCK):
@@ -109,12 +102,8 @@ def coded(
         The bytes of the code.
     """
     n: cython.Py_ssize_t = symbols.shape[0]
-    k: cython.Py_ssize_t
-    s: cython.Py_ssize_t
-    t: cython.Py_ssize_t
     at: cython.Py_ssize_t = 0
     state: cython.longlong = _LOWEST
-    f: cython.longlong
     below = cython.declare(cython.int[4096])
     with cython.nogil:
         for t in range(frequencies.shape[0]):

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Material removal on a height field: the swept volume of a tool that moves in straight lines, its axis along Z.
 
 A tool is a convex profile: its surface stands h(ρ) above its tip at the distance ρ ≤ R from its axis,
@@ -53,12 +54,6 @@ def _lead(
     slope: cython.double,
 ) -> cython.double:
     """Return how far from the foot a tool that rises by m ≥ 0 is lowest, to the side where the line is lower (0 to `half`), mm."""
-    u: cython.double
-    rho: cython.double
-    x: cython.double
-    c: cython.double
-    share: cython.double
-    step: cython.double
     k: cython.int
     if edge <= 0.0:
         if m < slope:
@@ -136,7 +131,6 @@ def lowest_at(
     from_low: cython.double = x if m >= 0.0 else length - x
     beyond: cython.double = from_low - length
     reach2: cython.double = radius * radius - d * d
-    s: cython.double
     if from_low <= 0.0:
         s = 0.0
     elif rise == 0.0 or reach2 <= 0.0:
@@ -231,9 +225,6 @@ class _Way:
         qx: cython.double = self.px + self.length * self.tx
         lo: cython.double = (self.px if self.px < qx else qx) - reach
         hi: cython.double = (self.px if self.px > qx else qx) + reach
-        a: cython.double
-        b: cython.double
-        wide: cython.double
         if fabs(self.ty) > 1e-9:
             # The strip beside the line: |y tx - (x - px) ty| <= reach.
             a, b = (low - self.py) * self.tx / self.ty, (high - self.py) * self.tx / self.ty
@@ -272,9 +263,6 @@ def bound_squares(
         heights, mean, bottom: As of `cut_lines`.
         squares: Shape (rows / SQUARE, columns / SQUARE), rounded up; filled, -1e300 where nothing is.
     """
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    value: cython.double
     with cython.nogil:
         for j in range(squares.shape[0]):
             for i in range(squares.shape[1]):
@@ -340,21 +328,6 @@ class _Cut:
         rise: cython.double = way.rise
         lowest: cython.double = way.lowest
         highest: cython.double = _NOTHING
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
-        x: cython.double
-        y: cython.double
-        foot: cython.double
-        d: cython.double
-        s: cython.double
-        rho: cython.double
-        cover: cython.double
-        tip: cython.double
-        env: cython.double
-        value: cython.double
-        old: cython.double
-        height: cython.double
-        mean: cython.double
         for j in range(first_row, last_row + 1):
             y = j * cell - way.py
             for i in range(first, last + 1):
@@ -458,12 +431,6 @@ def cut_lines(
     reach: cython.double = tool[0] + 0.75 * cell
     rows: cython.Py_ssize_t = heights.shape[0]
     columns: cython.Py_ssize_t = heights.shape[1]
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    end_row: cython.Py_ssize_t
-    end: cython.Py_ssize_t
-    beside: cython.double
     way: _Way = _Way()
     cut: _Cut = _Cut()
     cut.heights, cut.mean, cut.top, cut.bottom, cut.part = heights, mean, top, bottom, part
@@ -518,19 +485,6 @@ def highest_beside(
     cell: cython.double = grid[2]
     rows: cython.Py_ssize_t = heights.shape[0]
     columns: cython.Py_ssize_t = heights.shape[1]
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    a: cython.Py_ssize_t
-    b: cython.Py_ssize_t
-    end_row: cython.Py_ssize_t
-    x: cython.double
-    y: cython.double
-    foot: cython.double
-    s: cython.double
-    d: cython.double
-    over: cython.double
-    most: cython.double
     way: _Way = _Way()
     with cython.nogil:
         for k in range(lines.shape[0]):
@@ -585,7 +539,6 @@ def mesh_columns(
     by: cython.double
     cx: cython.double
     cy: cython.double
-    area: cython.double
     v: cython.double
     w: cython.double
     z: cython.double

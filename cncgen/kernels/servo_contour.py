@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Distance of positions to a path through points, searched near the point that was commanded.
 
 The path is a polyline without points that coincide; arc length along it tells how far a search may go. Points within an
@@ -20,8 +21,6 @@ def _to_point(
 ) -> cython.double:
     """Return the squared distance of position k to point i."""
     total: cython.double = 0.0
-    d: cython.double
-    axis: cython.Py_ssize_t
     for axis in range(path.shape[1]):
         d = position[k, axis] - path[i, axis]
         total += d * d
@@ -38,8 +37,6 @@ def _along(
     """Return where the segment from point i to point i + 1 is nearest to position k: 0 at its first point, 1 at its last."""
     along: cython.double = 0.0
     square: cython.double = 0.0
-    step: cython.double
-    axis: cython.Py_ssize_t
     for axis in range(path.shape[1]):
         step = path[i + 1, axis] - path[i, axis]
         along += step * (position[k, axis] - path[i, axis])
@@ -62,8 +59,6 @@ def _to_segment(
     """Return the squared distance of position k to the segment from point i to point i + 1."""
     along: cython.double = _along(path, i, position, k)
     total: cython.double = 0.0
-    d: cython.double
-    axis: cython.Py_ssize_t
     for axis in range(path.shape[1]):
         d = position[k, axis] - path[i, axis] - along * (path[i + 1, axis] - path[i, axis])
         total += d * d
@@ -80,7 +75,6 @@ def _last_up_to(
     """Return the last point from i to `last` whose arc length is below `bound` (i where none is), by doubling steps."""
     low: cython.Py_ssize_t = i
     high: cython.Py_ssize_t = i + 1 if i < last else i
-    middle: cython.Py_ssize_t
     while high < last and arc[high] < bound:
         low = high
         high = 2 * high - i if 2 * high - i < last else last
@@ -101,7 +95,6 @@ def _first_down_to(arc: cython.double[::1], i: cython.Py_ssize_t, bound: cython.
     """Return the first point up to i whose arc length is above `bound` (i where none is), by doubling steps."""
     high: cython.Py_ssize_t = i
     low: cython.Py_ssize_t = i - 1 if i > 0 else 0
-    middle: cython.Py_ssize_t
     while low > 0 and arc[low] > bound:
         high = low
         low = 2 * low - i if 2 * low > i else 0
@@ -202,8 +195,6 @@ def distances(
     """
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
-    axis: cython.Py_ssize_t
-    window: cython.double
     own_distance: cython.double
     along: cython.double
     best: _Foot = _Foot(distance=0.0, segment=0)
@@ -248,8 +239,6 @@ def vertices_reached(
     at: cython.Py_ssize_t = 0
     step: cython.double
     bound: cython.double
-    nearest: cython.double
-    d: cython.double
     for k in range(wanted.shape[0]):
         step = _to_point(wanted, k - 1, wanted, k) ** 0.5 if k > 0 else 0.0
         if k == 0 or step > 0.0:

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Closed loops of servo axes, step by step.
 
 An axis is a hybrid system (Goebel, Sanfelice and Teel 2009): a vector of states z that *flows* over a control period by
@@ -243,7 +244,6 @@ class Axes:
         """Say whether the axis sticks or slides, and which way, from its velocity or the force on it at rest."""
         velocity: cython.double = self.state[axis, self.switches[axis, _VELOCITY]]
         coulomb: cython.double = self.numbers[axis, _COULOMB]
-        force: cython.double
         if velocity == 0.0:
             force = self._standing_force(axis, held, self.state[axis], self.entering[_START])
             self.memory[axis, _STICKING] = 1.0 if trembles or -coulomb <= force <= coulomb else 0.0
@@ -264,7 +264,6 @@ class Axes:
     ) -> cython.bint:
         """Write where a part of the period leads to `result`; tell whether its end agrees with the regime."""
         coulomb: cython.double = self.numbers[axis, _COULOMB]
-        force: cython.double
         if self.memory[axis, _STICKING] == 1.0:
             self.entering[_FRICTION] = 0.0
             self._transit(axis, held + 2, level)
@@ -290,7 +289,6 @@ class Axes:
         done: cython.longlong = 0
         level: cython.Py_ssize_t = 0
         changes: cython.Py_ssize_t = 0
-        agrees: cython.bint
         while done < whole:
             self.entering[_START] = first + rise * done / whole
             self.entering[_END] = first + rise * (done + (whole >> level)) / whole
@@ -318,7 +316,6 @@ class Axes:
         position: cython.double = self._dot(self.output, axis)
         half: cython.double = 0.5 * self.numbers[axis, _BACKLASH]
         step: cython.double = self.numbers[axis, _RESOLUTION]
-        seen: cython.double
         if half > 0.0:
             if position - self.memory[axis, _LOAD] > half:
                 self.memory[axis, _LOAD] = position - half
@@ -449,8 +446,6 @@ class Axes:
             position, force, bounded: Shape (axes, n), filled, at the setpoint's own instant: position, drive input
                 (bounded), and 1 where the bound was met in the period that begins there.
         """
-        axis: cython.Py_ssize_t
-        k: cython.Py_ssize_t
         m: cython.Py_ssize_t
         with cython.nogil:
             for axis in range(setpoints.shape[0]):
@@ -472,7 +467,6 @@ class Axes:
     ) -> cython.void:
         """Write the errors that the encoders see in control period m of setpoint k to row 0 of `errors`."""
         parts: cython.Py_ssize_t = self.switches[0, _PARTS]
-        axis: cython.Py_ssize_t
         reading: _Reading
         for axis in range(desired.shape[0]):
             reading = self._read(axis, self._drawn(noise, axis, k * parts + m))
@@ -492,8 +486,6 @@ class Axes:
         errors: cython.double[:, ::1],
     ) -> cython.void:
         """Write feedforward + feedback of position and velocity errors (rows 0 and 1 of `errors`) to row 2."""
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
         axes: cython.Py_ssize_t = errors.shape[1]
         for i in range(axes):
             errors[1, i] = feedforward[k, 1, i] - self.state[i, self.switches[i, _VELOCITY]]
@@ -531,8 +523,6 @@ class Axes:
             errors: Shape (3, axes), scratch.
         """
         cross: cython.bint = gains.shape[0] == 2
-        i: cython.Py_ssize_t
-        k: cython.Py_ssize_t
         m: cython.Py_ssize_t
         with cython.nogil:
             for k in range(setpoints.shape[1] - 1):
@@ -568,9 +558,6 @@ def _cross_couple(
     square: cython.double = 0.0
     turn: cython.double = 0.0
     share: cython.double = 1.0
-    signed: cython.double
-    weighted: cython.double
-    i: cython.Py_ssize_t
     for i in range(axes):
         along += errors[0, i] * tangent[k, i]
         square += errors[0, i] * errors[0, i]

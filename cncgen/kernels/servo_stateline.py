@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Axes under a stateline: every control period each axis checks its error criterion, and all advance or all hold.
 
 Source: Jung and Choi, eqs 6 and 7 and Rule 2; `cncgen.servo.controllers.stateline` states the choices beyond it.
@@ -20,8 +21,6 @@ def _agrees(
     gains: cython.double[::1],
 ) -> cython.bint:
     """Tell whether an axis lets the line go high; see `run` for the arguments."""
-    change: cython.double
-    bound: cython.double
     if rule == 0:
         return True
     if -gains[3] <= error <= gains[3]:
@@ -57,7 +56,6 @@ def _line_goes_high(
     I V of Rule 2 is the commanded speed of a period, 0 where the line was low (`moving`, and `previous` before that).
     """
     n: cython.Py_ssize_t = reference.shape[0]
-    i: cython.Py_ssize_t
     for i in range(reference.shape[1]):
         if not _agrees(
             rule,
@@ -79,8 +77,6 @@ def _has_settled(
     end: cython.double[::1], state: cython.double[:, ::1], gains: cython.double[:, ::1]
 ) -> cython.bint:
     """Tell whether every axis is within its δ of the reference's end, and within 1e-6 where δ is 0."""
-    i: cython.Py_ssize_t
-    error: cython.double
     for i in range(end.shape[0]):
         error = end[i] - state[i, 0]
         if not (-gains[i, 3] - 1e-6 <= error <= gains[i, 3] + 1e-6):
@@ -123,16 +119,12 @@ def run(
     n: cython.Py_ssize_t = reference.shape[0]
     axes: cython.Py_ssize_t = reference.shape[1]
     room: cython.Py_ssize_t = position.shape[0]
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
     at: cython.Py_ssize_t = 0
     waited: cython.Py_ssize_t = 0
     moving: cython.double = 0.0
     previous: cython.double = 0.0
     taken: cython.Py_ssize_t = -1
     high: cython.bint
-    command: cython.double
-    x: cython.double
     with cython.nogil:
         for k in range(room):
             if at == n - 1 and _has_settled(reference[at], state, gains):

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """The body that a tool sweeps on a straight motion while its axis keeps its direction, and where lines meet it.
 
 The body is convex: the tool of `removal`, convex and without an end upwards, drawn along a segment. So a line meets it in one
@@ -106,12 +107,9 @@ class SweptBody:
         x: cython.double = self.x + w * self.xw
         y: cython.double = self.y + w * self.yw
         m: cython.double = self.rise
-        s: cython.double
         gx: cython.double = 0.0
         gy: cython.double = 0.0
         rho: cython.double = self.radius * self.radius - y * y
-        over: cython.double
-        steep: cython.double
         if self.ball and rho > _UPRIGHT * self.radius * self.radius:
             # The ball touches where it is as steep as its way, or at an end of that.
             over = sqrt(rho)
@@ -192,7 +190,6 @@ class SweptBody:
         x: cython.double = self.x + w * self.xw
         y: cython.double = self.y + w * self.yw
         gz: cython.double = -1.0
-        rho: cython.double
         x = x if x < 0.0 else (x - self.length if x > self.length else 0.0)
         rho = sqrt(x * x + y * y)
         if rho * rho >= self.beside:
@@ -234,8 +231,6 @@ class SweptBody:
     @cython.exceptval(check=False)
     def misses(self, start: cython.double, end: cython.double) -> cython.bint:
         """Tell whether the body is sure to miss a stretch of the line at hand, by its tangent plane at one end of it or the other."""
-        x: cython.double
-        y: cython.double
         w: cython.double = start
         sense: cython.double = 1.0
         if end < self.lowest or start > self.highest:
@@ -257,8 +252,6 @@ class SweptBody:
     @cython.exceptval(check=False)
     def line(self) -> cython.bint:
         """Find where the line at hand is over the stadium (`enter` to `leave`), and tell whether it is anywhere."""
-        a: cython.double
-        b: cython.double
         low: cython.double = -1e300
         high: cython.double = 1e300
         if self.per_across == 0.0:
@@ -298,14 +291,8 @@ class SweptBody:
         """
         x: cython.double = self.x + w * self.xw
         y: cython.double = self.y + w * self.yw
-        a: cython.double
-        b: cython.double
-        da: cython.double
         db: cython.double = -sense * self.zw
-        size: cython.double
-        half: cython.double
         t: cython.double = 1e300
-        found: cython.double
         x = x if x < 0.0 else (x - self.length if x > self.length else 0.0)
         a = sqrt(x * x + y * y)
         if a < 1e-9:
@@ -366,8 +353,6 @@ class SweptBody:
         size: cython.double = 1.0 - turn * turn
         half: cython.double = x * dx + y * dy + z * dz
         c: cython.double = x * x + y * y + z * z - self.radius * self.radius
-        t: cython.double
-        root: cython.double
         if size > 1e-12:
             t = half - along * turn
             root = t * t - size * (c - along * along)
@@ -396,8 +381,6 @@ class SweptBody:
     @cython.exceptval(check=False)
     def _root(self, w: cython.double, last: cython.double) -> cython.double:
         """Return where the line at hand goes into the body, from w, outside of it, towards a last place; 1e300 if nowhere before."""
-        step: cython.double
-        k: cython.int
         up: cython.bint = last > w
         if self.edge > 0.0:
             w = self._onto_ball(w, 1.0 if up else -1.0) if self.ball else self._nearer(w, 1.0 if up else -1.0)
@@ -436,9 +419,6 @@ class SweptBody:
     @cython.exceptval(check=False)
     def between(self, low: cython.double, high: cython.double) -> cython.bint:
         """Find where the line at hand is within the body between two places (`low` to `high`); tell whether it is anywhere."""
-        over: cython.double
-        change: cython.double
-        w: cython.double
         low = low if low > self.enter else self.enter
         high = high if high < self.leave else self.leave
         if low >= high:

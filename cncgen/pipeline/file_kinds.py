@@ -1,4 +1,4 @@
-"""What a file is, told by its first bytes and its name: a program, setpoints, or something else that a command is given by mistake."""
+"""Kinds of files by their first bytes and their names: a program, setpoints, or another kind that was given by mistake."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SETPOINT_HEADS = (
     *(b"\x89MCAP0\r\n", b"MATLAB 5", b"MDF     ", b"CSP1", b'# {"format": "csp"'),
 )
 _EXPORT = "save the toolpath as G-code in the CAM system"
-#: Files that are neither programs nor setpoints: what each is, texts that its first bytes begin with (small letters, without blanks
+#: Files that are neither programs nor setpoints: the name of the kind, texts that its first bytes begin with (small letters, without blanks
 #: before them and with a blank for each run of them), a text that stands there as well, and a hint.
 _OTHERS: tuple[tuple[str, tuple[bytes, ...], bytes, str], ...] = (
     ("a machine file", (b"name", b"period_s", b"[", b"# "), b" [axes.", "-m takes a machine"),

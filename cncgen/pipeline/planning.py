@@ -144,13 +144,13 @@ def plan(
         NoPlanError: No plan exists within the limits; travel is one of them. Raised, as the one before it, as the plan
             is drawn.
     """
-    where, how = machine_of(machine), _asked_for(options, asked)
+    where, how = machine_of(machine), asked_for(options, asked)
     program = program_of(program, where)
     how = as_read(how, program)
     return Plan(program, where, trajectories_of(sound_for(program, how), where, how), how.keeps_limits, how)
 
 
-def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOptions:
+def asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOptions:
     """Return options in which the fields that are given as keywords are replaced.
 
     Raises:
@@ -321,7 +321,7 @@ def plan_with_summary(
     Raises:
         UsageError, ProgramError, NoPlanError: As `plan` and `sample`.
     """
-    where, how = machine_of(machine), _asked_for(options, asked)
+    where, how = machine_of(machine), asked_for(options, asked)
     program = program_of(program, where)
     how = as_read(how, program)
     summary = summary_of(program, where, how, line_times)

@@ -11,6 +11,7 @@ from cncgen.arguments import expect, expect_axes, expect_number, expect_path, un
 from cncgen.pipeline.planning import (
     Plan,
     as_read,
+    asked_for,
     drives_of,
     machine_of,
     metadata_of,
@@ -339,7 +340,6 @@ def why(
     Raises:
         UsageError, ProgramError, NoPlanError: As `plan`.
     """
-    from cncgen.planner import PlanOptions
     from cncgen.report.shortening import Case, shortenings
 
     where = machine_of(machine)
@@ -347,6 +347,6 @@ def why(
     case = Case(
         lambda spindle=1.0: sound(program, REPEATED, spindle),
         where,
-        as_read(options or PlanOptions(), program),
+        as_read(asked_for(options, {}), program),
     )
     return shortenings(case, output_axes(program), watch or (lambda done, of: None))

@@ -209,7 +209,7 @@ def predictions(
         machine, options: Where the servo data stand.
         letters: The axes.
         made: Returns the filter of a closed loop; raises ValueError where there is none.
-        fault: What to say of an axis without one, `{}` standing for its letter; the reason follows.
+        fault: The message for an axis without one, `{}` standing for its letter; the reason follows.
 
     Raises:
         UsageError: An axis has no servo data, or no filter; every such axis is named.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from cncgen.arguments import expect, is_number
@@ -119,16 +119,21 @@ class PlanOptions:
                 expect(self.servos, Mapping, "servos", "a mapping of letters to cncgen.machine.Servo")
             )
 
-    def unused(self) -> list[Diagnostic]:
-        """Return a warning for each option that was changed and that this kind of plan does not ask for."""
-        feedrate, usual = self.feedrate or "optimal", PlanOptions()
+    def unused(self, feedrates: Sequence[str] = (), interpolators: Sequence[str] = ()) -> list[Diagnostic]:
+        """Return a warning for each option that was changed and that no plan asks for.
+
+        Args:
+            feedrates, interpolators: Those of other plans that are made with these options too.
+        """
+        usual = PlanOptions()
+        planned, followed = {self.feedrate or "optimal", *feedrates}, {self.interpolator, *interpolators}
         asked = {
-            "profile": (feedrate == "ild", "--feedrate ild"),
-            "corner_distance_mm": (feedrate == "ild", "--feedrate ild"),
-            "kbar_per_mm": (feedrate in ("ild", "curvature"), "--feedrate ild or curvature"),
-            "effort": (feedrate == "optimal", "--feedrate optimal"),
-            "stateline_bound_mm": (self.interpolator == "stateline", "--interpolator stateline"),
-            "master_period_s": (self.interpolator in TWO_STAGE, "--interpolator two-stage-…"),
+            "profile": ("ild" in planned, "--feedrate ild"),
+            "corner_distance_mm": ("ild" in planned, "--feedrate ild"),
+            "kbar_per_mm": (not planned.isdisjoint(("ild", "curvature")), "--feedrate ild or curvature"),
+            "effort": ("optimal" in planned, "--feedrate optimal"),
+            "stateline_bound_mm": ("stateline" in followed, "--interpolator stateline"),
+            "master_period_s": (not followed.isdisjoint(TWO_STAGE), "--interpolator two-stage-…"),
         }
         return [
             Diagnostic(

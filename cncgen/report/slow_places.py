@@ -134,7 +134,7 @@ class SlowPlaces:
         if not pieces.shape[1] or lost <= 0 or (len(self._heap) == KEPT and lost <= self._heap[0][0]):
             return
         by_limit = np.bincount(pieces[3].astype(np.int64), np.maximum(pieces[0], 0.0), len(Limit))
-        # What lies between two limits, or runs up to the feed from one, is lost to them.
+        # Time between two limits, or from one up to the feed, is lost to them.
         if by_limit[Limit.FEED + 1 :].any():
             by_limit[: Limit.FEED + 1] = 0.0
         slowest = pieces[:, np.argmin(pieces[4])]

@@ -1,6 +1,6 @@
-"""What a closed loop cannot be meant to do: grow by itself, stand elsewhere than its setpoint, follow seconds behind it.
+"""Closed loops that nobody can mean: they grow by themselves, stand elsewhere than their setpoint, or follow seconds behind it.
 
-The loops are simulated as they are given; what is said here is a remark. A loop z⁺ = A z + B0 r[k] + B1 r[k+1], x = C z + D r has the
+The loops are simulated as they are given; these warnings change nothing. A loop z⁺ = A z + B0 r[k] + B1 r[k+1], x = C z + D r has the
 transfer function G(z) = C (z I − A)⁻¹ (B0 + z B1) + D. Over a setpoint that stands it settles at G(1), and over one of constant velocity v
 it stays v L behind, L = −T G'(1): with M = (I − A)⁻¹ and B = B0 + B1, G(1) = C M B + D and G'(1) = C M B1 − C M² B.
 """

@@ -27,7 +27,7 @@ PAGES = {
     "bracket": (f"{PROGRAMS}/bracket.nc", "--why", *STOCK),
     "butterfly": (f"{PROGRAMS}/butterfly.nc", "-m", "xy-table", "--compare", "feedrate=ild", "--why"),
     "features": (f"{PROGRAMS}/stepnc/features.stp",),
-    "shaft": (f"{PROGRAMS}/stepnc/shaft.stp",),
+    "shaft": (f"{PROGRAMS}/stepnc/shaft.stp", "-m", "generic-lathe"),
     "surface": ("surface.nc",),
 }
 #: Page, link, size of the window, and medium of each picture.

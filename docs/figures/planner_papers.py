@@ -133,7 +133,9 @@ def draw_saturation(machine: Machine) -> None:
         title="bonder.nc, F6000, uniform, reactive",
     )
     bottom.set(
-        xlabel="time, ms", ylabel="force asked of X, V", title="what the PD+ law asks of a drive of ±10 V"
+        xlabel="time, ms",
+        ylabel="force asked of X, V",
+        title="voltage that the PD+ law asks of a drive of ±10 V",
     )
     for v in (-10.0, 10.0):
         bottom.axhline(v, color="k", lw=0.6, ls="--")

@@ -490,6 +490,25 @@ def test_compare_says_that_interpolators_have_a_plan_of_their_own(
         assert ("interpolators are compared on a plan of the speed" in capfd.readouterr().err) == said
 
 
+@pytest.mark.parametrize(
+    ("command", "option", "told"),
+    [
+        ("why", ("--kbar", "2"), True),
+        ("compare", ("--kbar", "2"), False),
+        ("compare", ("--kbar", "2", "--feedrates", "optimal"), True),
+        ("compare", ("--stateline-bound", "0.1"), True),
+        ("compare", ("--controllers", "p", "--profile", "linear"), True),
+    ],
+)
+def test_options_that_no_plan_of_a_run_asks_for_are_told(
+    cncgen: Run, part: Path, command: str, option: tuple[str, ...], told: bool
+) -> None:
+    """`why` makes one kind of plan; `compare` makes several, and an option that one of them asks for is used."""
+    run = cncgen(command, part, "-m", "xy-table", *option, "--json", "-o", "o.txt")
+    assert run.returncode == 0
+    assert told == ("option-unused" in [json.loads(line)["code"] for line in run.stderr.splitlines()])
+
+
 def test_options_of_planning_are_told_where_setpoints_are_planned_already(cncgen: Run, part: Path) -> None:
     cncgen("plan", part, "-m", "xy-table", "-q", "-o", "o.csv")
     run = cncgen(

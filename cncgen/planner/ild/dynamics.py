@@ -282,7 +282,7 @@ def _planned(window: OpenStretches, segments: Segments, profile: str) -> Segment
 def _cut(
     segments: Segments, place: Floats, joint: Ints, at: _Samples, cap: Floats, over: NDArray[np.bool_]
 ) -> tuple[Segments, Floats, Ints]:
-    """Cut every segment that runs above the cap around its worst place; what is there has the cap as its top speed, joints too."""
+    """Cut every segment that runs above the cap around its worst place; the part around it has the cap as its top speed, and so have its joints."""
     fast, levels, ends = _plateaus(place, at, cap, over)
     inner = (place[fast, None] < ends) & (ends < place[fast + 1, None])
     inner[:, 1] &= ends[:, 1] > ends[:, 0]

@@ -128,7 +128,7 @@ class _Writer:
     _tools: dict[str, _Users] = field(default_factory=dict)
     _technologies: dict[tuple[float | None, float | None, float | None], Ref] = field(default_factory=dict)
     _functions: dict[tuple[bool, bool, bool], Ref] = field(default_factory=dict)
-    #: What spindle and coolant do as the last toolpath has them.
+    #: Spindle and coolant in the last toolpath.
     _attached: tuple[float, tuple[bool, bool, bool]] = (0.0, (False, False, False))
 
     def close(self) -> None:
