@@ -836,3 +836,35 @@ def test_lengths_of_tools_are_read_back_in_any_plane(run: Run, chosen: str) -> N
     other = {"G17": "G18", "G18": "G17"}[chosen]
     text = f"{chosen}\n$TC_DP3[1,1]=300 $TC_DP4[1,1]=7\n{other} DIAMOF\nTRANS X=$TC_DP3[1,1]/2 Z=$TC_DP4[1,1]\nG0 X5 Z10\nM30"
     assert ends(run, text)[-1] == [155, 0, 17]
+
+
+@pytest.mark.parametrize(
+    "line", ["TRANS X1 ROT Z30", "ROT Z30 TRANS X1", "TRANS X1 MIRROR Y0", "TRANS X1 ATRANS Y2"]
+)
+def test_a_frame_has_a_block_of_its_own(run: Run, line: str) -> None:
+    """A frame is programmed in a separate block (840D sl, Fundamentals, "Frame instructions"): which axes would be of which?"""
+    found = fault(run, f"T1 M6\nF100\n{line}\nG1 X5 Y5\nM30")
+    assert found[0] == "modal-conflict"
+    assert "a frame has a block of its own" in found[1]
+
+
+def test_the_feed_of_corners_and_tolerances_of_g0_may_stand_alone(run: Run) -> None:
+    text = "T1 M6\nF100\nFRCM=50\nCTOLG0=0.1\nOTOLG0=0.2\nG1 X5 RND=1 FRC=20\nY5\nM30"
+    assert ends(run, text) == [[4, 0, 0], [5, 1, 0], [5, 5, 0]]
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        ("$TC_DP3[1,1]=50\nT1 D1 M6\nG18\nG0 X5", ["length-plane"]),
+        ("$TC_DP3[1,1]=50\nT1 D1 M6\nG19\nG0 X5", ["length-plane"]),
+        ("$TC_DP3[1,1]=50\nT1 D1 M6\nG17\nG0 X5", []),
+        ("T1 D1 M6\nG18\nG0 X5", []),
+        ("DIAMON G18\n$TC_DP3[1,1]=50 $TC_DP4[1,1]=9\nT1 D1\nG18\nG0 X5", []),
+    ],
+)
+def test_the_length_of_a_mill_goes_with_the_plane_on_the_control(
+    run: Run, lines: str, told: list[str]
+) -> None:
+    """Length 1 of a milling tool is along Z in G17, Y in G18, X in G19 (840D sl, Tools), unless setting data 42940 says another plane."""
+    assert codes(run, f"{lines}\nM30") == told

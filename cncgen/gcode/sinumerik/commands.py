@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
@@ -11,7 +11,7 @@ from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.codes import rotary_paths, tool_point
 from cncgen.gcode.codes.cutter_compensation import feed_along_contour
 from cncgen.gcode.codes.tools import table_offset
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik import frame_variables, measuring, orientation, swivelling
 from cncgen.gcode.sinumerik.expressions import Scalar, number
 from cncgen.records import replace
@@ -26,7 +26,7 @@ MACHINE_AXES = ("X1", "Y1", "Z1", "A1", "B1", "C1")
 NAMED = frozenset(
     [*MACHINE_AXES, *orientation.VECTOR, *orientation.ANGLES, *measuring.WORDS, *(f"S{k}" for k in range(10)), *(f"M{k}" for k in range(1, 100)),
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
-     "CTOL", "OTOL", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
+     "CTOL", "OTOL", "CTOLG0", "OTOLG0", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
      "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "PRIO", "H1", "H2", "D1", "T1", "T2", "T3",]
 )  # fmt: skip
 #: Words that change how the control moves, not where to: accepted.
@@ -95,6 +95,7 @@ def run(motions: Motions, words: Words) -> None:
         # The name behind it is that of the subprogram, which no call runs.
         words.commands.clear()
         words.named.pop("PRIO", None)
+    _one_frame(words.commands)
     for name in words.commands:
         if name in _FRAMES:
             _frame(motions, name, words)
@@ -115,6 +116,16 @@ def run(motions: Motions, words: Words) -> None:
     for name, arguments in words.calls:
         times = words.named.pop("P", ("", 1.0))[1]
         motions.run_call(name, arguments, round(times))
+
+
+def _one_frame(names: Iterable[str]) -> None:
+    """Raise where two commands make frames: which axes are of which no one can tell."""
+    made = [name for name in names if name in _FRAMES]
+    message = f"{' and '.join(made[:2])} stand in one block: a frame has a block of its own"
+    refuse(
+        made[-1] if made else "",
+        (len(made) > 1, "modal-conflict", message, "write each in its own block, the second one with A"),
+    )
 
 
 def _modal_call(motions: Motions, words: Words) -> None:

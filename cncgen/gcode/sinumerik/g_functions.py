@@ -37,6 +37,7 @@ def mode(motions: Motions, code: int, words: Words) -> None:
         motions.settle()
         emit({}, (code * 10,))
         motions.pole = 0j
+        _doubt_length(motions, code)
     elif code in (40, 41, 42):
         _compensate(motions, code)
     elif code in (70, 71, 700, 710):
@@ -133,6 +134,19 @@ def _compensate_with_allowance(motions: Motions, code: int) -> None:
     if tool and ip.state.plane == 18:
         words["l"] = float(tool.orientation)
     motions.emit(words, (code * 10 + 1,))
+
+
+def _doubt_length(motions: Motions, code: int) -> None:
+    """Warn where the length of a mill's tool goes to another axis on the control (Tools, "Tool length compensation": length 1 of a milling
+    tool is along Z in G17, Y in G18, X in G19, unless setting data 42940 names a plane)."""
+    size = motions.ip.state.offsets()[3]
+    if code == 17 or not size[2] or size[0] or size[1] or "G9" in motions.diameter:
+        return
+    message = f"G{code}: the tool's length {size[2]:g} stays along Z; the control takes it along {'Y' if code == 18 else 'X'}"
+    hint = (
+        "setting data 42940 = 17 keeps it along Z; G17 before the next motion without an arc leaves no doubt"
+    )
+    motions.ip.warn_once(BlockError("length-plane", message, f"G{code}", hint=hint))
 
 
 def _surface(motions: Motions, code: int, words: Words) -> None:

@@ -680,9 +680,6 @@ class Motions:
 
     def corner(self, words: Words) -> dict[str, float]:
         """Return the chamfer or rounding at the end of a motion, as words of the interpreter."""
-        for name in ("FRC", "FRCM"):
-            if words.named.pop(name, None) is not None:
-                self.note("corner-feed", f"{name} is passed over: corners have the feed of the contour", name)
         for name, word in (("RND", ",r"), ("CHR", ",c"), ("CHF", ",h")):
             if name in words.named:
                 return {word: words.named.pop(name)[1]}
@@ -690,7 +687,23 @@ class Motions:
 
     def _left_over(self, words: Words) -> None:
         """Raise where a word belongs to nothing in its block."""
-        for name in ("H", "H1", "H2", "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "N"):
+        for name in ("FRC", "FRCM"):
+            if words.named.pop(name, None) is not None:
+                self.note("corner-feed", f"{name} is passed over: corners have the feed of the contour", name)
+        for name in (
+            "H",
+            "H1",
+            "H2",
+            "SPOS",
+            "SPOSA",
+            "LIMS",
+            "DISC",
+            "FAD",
+            "OTOL",
+            "CTOLG0",
+            "OTOLG0",
+            "N",
+        ):
             words.named.pop(name, None)
         left = next(iter([*words.named, *words.texts]), None)
         if left is not None:
