@@ -223,3 +223,35 @@ def test_axes_that_angles_are_called_as_have_a_column_where_they_move(run: Any, 
     mixed = Kinematics(1, (4, 5), (0.0, 0.0, -100.0), pivot=100.0)
     out = run(text, dialect="heidenhain", kinematics=mixed)
     assert (out.errors, out.path.axes) == ([], "XYZABC" if named else "XYZBC")
+
+
+@pytest.mark.parametrize(
+    ("lines", "place", "told"),
+    [
+        # Turned by 90 degrees about Y: X goes down, Z to the right. 20 along the tilted X beside 100 along X.
+        ("CYCL DEF 7.0\nCYCL DEF 7.1 X+100\n{plane}\nCYCL DEF 7.0\nCYCL DEF 7.1 X+20\n", (105, 0, -21), True),
+        ("CYCL DEF 7.0\nCYCL DEF 7.1 X+100\n{plane}\nTRANS DATUM AXIS X+20\n", (105, 0, -21), True),
+        ("CYCL DEF 7.0\nCYCL DEF 7.1 X+100\n{plane}\nCYCL DEF 7.0\nCYCL DEF 7.1 X+20\nCYCL DEF 7.0\nCYCL DEF 7.1 IX+3\n", (105, 0, -24), True),
+        # A shift of 0 within the plane leaves the one before it.
+        ("CYCL DEF 7.0\nCYCL DEF 7.1 X+100\n{plane}\nCYCL DEF 7.0\nCYCL DEF 7.1 X+0\n", (105, 0, -1), True),
+        # One shift alone, before or within the plane.
+        ("CYCL DEF 7.0\nCYCL DEF 7.1 X+100\n{plane}\n", (105, 0, -1), False),
+        ("{plane}\nCYCL DEF 7.0\nCYCL DEF 7.1 X+20\n", (5, 0, -21), False),
+        # Without the plane the next shift is the only one.
+        ("CYCL DEF 7.0\nCYCL DEF 7.1 X+100\n{plane}\nCYCL DEF 7.0\nCYCL DEF 7.1 X+20\nPLANE RESET STAY\nCYCL DEF 7.0\nCYCL DEF 7.1 X+50\n", (51, 0, 5), True),
+        ("CYCL DEF 7.0\nCYCL DEF 7.1 X+100\n{plane}\nTRANS DATUM AXIS X+20\nTRANS DATUM RESET\n", (5, 0, -1), True),
+    ],
+)  # fmt: skip
+def test_a_shift_within_a_plane_shifts_the_tilted_coordinates(
+    run: Any, lines: str, place: tuple[float, ...], told: bool
+) -> None:
+    """iTNC 530, cycle 19, "Combining coordinate transformation cycles": a shift before it shifts the machine's coordinates, one after it the
+    tilted ones; they are reset in the reverse order."""
+    body = lines.format(plane="PLANE SPATIAL SPA+0 SPB+90 SPC+0 STAY")
+    out = run(
+        f"BEGIN PGM T MM\nTOOL CALL 1 Z S1000\n{body}L X+1 Y+0 Z+5 FMAX\nM30\nEND PGM T MM\n",
+        dialect="heidenhain",
+    )
+    assert out.errors == []
+    assert out.path.end[out.path.kind != 3, :3][-1].tolist() == pytest.approx(place)
+    assert [d.code for d in out.diagnostics].count("shift-tilted") == told

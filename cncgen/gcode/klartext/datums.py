@@ -1,6 +1,8 @@
 """Frames of Heidenhain's plain language: cycles 7, 8, 10, 11, 19 and 26, TRANS of TNC 7, and tilted planes.
 
-They apply in the order in which the program gives them; one that is given again keeps its place.
+They apply in the order in which the program gives them; one that is given again keeps its place. A datum shift that is given again in a
+tilted plane shifts the tilted coordinates, and the one before the plane stays (iTNC 530, cycle 19, "Combining coordinate transformation
+cycles": shifts, tilt and rotation are reset in the reverse order).
 """
 
 from __future__ import annotations
@@ -20,8 +22,8 @@ from cncgen.records import replace
 _NUMBERS = {"DATUM": 7, "MIRROR": 8, "ROTATION": 10, "SCALE": 11}
 #: The word of TRANS DATUM TABLE for the row of a table of datums; cycle 7 has # for it.
 _ROW = "TABLINE"
-#: The number of a tilted plane among the frames.
-_TILTED = 19
+#: The number of a tilted plane among the frames, and of a shift within it where another one stands before it.
+_TILTED, _SHIFT_WITHIN = 19, 107
 
 
 class Datums:
@@ -119,6 +121,8 @@ class Datums:
         if "RESET" in flags:
             self._angle = 0.0 if number == 10 else self._angle
             self.take(number, None)
+            if number == 7:
+                self.take(_SHIFT_WITHIN, None)
         else:
             self.set(number, [word for word in words if word[0] != "AXIS"])
 
@@ -172,12 +176,29 @@ class Datums:
         self.take(_TILTED, None if matrix is None else affine.Frame(matrix))
 
     def _shift(self, words: Mapping[str, float]) -> None:
-        old = self._frames.get(7, affine.Frame()).shift
-        shift = [
+        number = self._place_of_shift()
+        old = self._frames.get(number, affine.Frame()).shift
+        x, y, z = (
             words.get(axis, words[f"I{axis}"] + before if f"I{axis}" in words else before)
             for axis, before in zip("XYZ", old, strict=True)
-        ]
-        self.take(7, affine.Frame(shift=(shift[0], shift[1], shift[2])) if any(shift) else None)
+        )
+        self._take_shift(number, x, y, z)
+
+    def _place_of_shift(self) -> int:
+        """Return which of two shifts is meant: that within a tilted plane where one stands before it."""
+        places = [*self._frames]
+        before = {7, _TILTED}.issubset(places) and places.index(7) < places.index(_TILTED)
+        return _SHIFT_WITHIN if before else 7
+
+    def _take_shift(self, number: int, x: float, y: float, z: float) -> None:
+        if number == _SHIFT_WITHIN:
+            message = "a datum shift within a tilted plane shifts the tilted coordinates, and the shift before the plane stays"
+            hint = "PLANE RESET before the shift leaves no doubt"
+            self._ip.warn_once(BlockError("shift-tilted", message, "CYCL", hint=hint))
+        else:
+            # Without a plane there is one shift.
+            self.take(_SHIFT_WITHIN, None)
+        self.take(number, affine.Frame(shift=(x, y, z)) if x or y or z else None)
 
     def _shift_by_table(self, number: int) -> None:
         """Shift by a row of the table of datums: X Y Z from the preset.
@@ -196,7 +217,7 @@ class Datums:
             message = f"row {number} of {self._table} shifts {turned}, which is not read"
             raise BlockError("not-read", message, "CYCL", hint="X, Y and Z are")
         x, y, z = (row.get(axis, 0.0) for axis in "XYZ")
-        self.take(7, affine.Frame(shift=(x, y, z)) if x or y or z else None)
+        self._take_shift(self._place_of_shift(), x, y, z)
 
 
 def _scaled(number: int, factors: list[float], centre: list[float], hint: str) -> affine.Frame | None:
