@@ -554,3 +554,13 @@ def test_repeat_of_a_label_below_is_told(run: Run, lines: str, told: list[str]) 
     """The lines between call and label were left out without a word."""
     found = [code for _, code in said(run, f"TOOL CALL 1 Z S1000\nL X+0 Y+0 R0 F500\n{lines}")]
     assert [code for code in found if code == "repeat-ahead"] == told
+
+
+def test_points_of_a_pattern_by_steps(run: Run) -> None:
+    """TNC 640, "Defining individual machining positions": POS2 (X+15 IY+6.5) lies 6.5 above the point before."""
+    text = (
+        "PATTERN DEF POS1 (X+25 Y+33.5 Z+0) POS2 (X+15 IY+6.5 Z+0) POS3 (IX-5 IY-10 Z+0)\n"
+        "CYCL DEF 240 Q200=2 Q343=0 Q201=-2 Q344=0 Q206=100 Q211=0 Q203=+0 Q204=20\nCYCL CALL PAT FMAX M3\n"
+    )
+    assert [place[:2] for place in ends(run, text) if place[2] == -2] == [[25, 33.5], [15, 40], [10, 30]]
+    assert said(run, "PATTERN DEF POS1 (X+25 IY+3)\n")[0] == ("error", "unsupported-block")

@@ -13,6 +13,8 @@ from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.klartext import tables
 
 _NAMES = ("NUMX", "NUMY", "NUM", "ROTX", "ROTY", "ROT", "START", "STEP", "DX", "DY", "D", "X", "Y", "Z")
+#: Steps from the point before to another one.
+_STEPS = ("IX", "IY")
 #: Words that each kind must have.
 _NEEDS = {"POS": "X Y", "ROW": "X Y D NUM", "PAT": "X Y DX DY NUMX NUMY", "FRAME": "X Y DX DY NUMX NUMY", "CIRC": "X Y D NUM", "PITCHCIRC": "X Y D STEP NUM"}  # fmt: skip
 #: A place in X and Y, and how far above the surface of the cycle its own lies.
@@ -29,13 +31,16 @@ def places(parts: Sequence[tuple[str, dict[str, Value]]], now: Callable[[Value],
     Raises:
         BlockError: A part misses a word or has one too many, or counts too many places.
     """
-    found = list[Place]()
+    found, before = list[Place](), dict[str, float]()
     for kind, given in parts:
-        strange = next((name for name in given if name not in _NAMES), None)
+        steps = _STEPS if kind == "POS" and before else ()
+        strange = next((name for name in given if name not in (*_NAMES, *steps)), None)
         if strange:
             message, hint = f"{strange} of PATTERN DEF is not read", f"{' '.join(_NAMES)} are"
             raise BlockError("unsupported-block", message, "PATTERN", hint=hint)
         words = {name: now(value) for name, value in given.items()}
+        words |= {name[1:]: words[name] + before[name[1:]] for name in steps if name in words}
+        before = words if kind == "POS" else before
         missing = [name for name in _NEEDS[kind].split() if name not in words]
         if missing:
             message = f"{kind} of PATTERN DEF has no {missing[0]}"
