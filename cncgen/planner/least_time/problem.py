@@ -181,11 +181,11 @@ def solve(
     columns = spline_columns(given, state)
     found: list[Solution] = []
     near, within = _STARTS
-    # Most rows never bind. The starting profile tells which, so the first run leaves them out. The state may leave hardly any other
-    # motion than the earlier plan, so the second run starts somewhat below that.
+    # Most rows never bind. The starting profile tells which, so the first run leaves them out. The second one starts from far within
+    # the limits; a state of motion may leave hardly any other one than the earlier plan, so then from somewhat below that.
     for start, thinned in (
         (_Start(near, known), True),
-        (_Start(within, known, _BELOW), False),
+        (_Start(within, None if state is None else known, _BELOW), False),
     ):
         run = run_from(given, columns, start, state, thinned, settled)
         if run.left < _STALLED_GAP:

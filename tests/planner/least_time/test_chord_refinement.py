@@ -8,11 +8,15 @@ each case stands beside it.
 from __future__ import annotations
 
 import math
+import re
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+from scipy.spatial import cKDTree
 
 import cncgen
 from cncgen.machine.record import Axis, Machine
@@ -269,3 +273,28 @@ def test_distances_from_chords() -> None:
     a = np.zeros((4, 2))
     b = np.array([[2.0, 0.0], [2.0, 0.0], [2.0, 0.0], [0.0, 0.0]])
     assert chord_refinement.distances_from_chords(x, a, b).tolist() == [2.0, 5.0, 5.0, 5.0]
+
+
+def test_chords_over_cusps_between_two_stops_keep_to_the_tolerance() -> None:
+    """The bounds that chords ask for leave a solution from far within the limits, and none from the plan before: once 1.018 of it.
+
+    Distances are from the spline as scipy evaluates it.
+    """
+    text = (Path(__file__).parent / "cusps.nc").read_text()
+    spline = text[text.index("G6.2") :]
+    knots = np.array(re.findall(r"K(\S+)", spline), float)
+    points = np.array(re.findall(r"X(\S+) Y(\S+) A(\S+)", spline), float)
+    curve = BSpline(knots / knots[-1], points, 3)(np.linspace(0.0, 1.0, 2_000_000, endpoint=False))
+    limits = {"X": (0.6424, 1265.0, 163900.0), "Y": (0.3566, 702.2, 90970.0)}
+    axes = {letter: Axis(letter, *of) for letter, of in limits.items()}
+    axes["A"] = Axis("A", *np.radians([1.053, 2074.0, 268700.0]).tolist())
+    mill = Machine("slow", axes, period_s=1.1e-3, chord_tolerance_mm=1e-5)
+    found = cncgen.sample(
+        cncgen.plan(cncgen.read_text(text), mill, cncgen.PlanOptions(effort="fast"))
+    ).collect()
+    place = found.position[:, [found.axes.index(letter) for letter in "XYA"]] * [1.0, 1.0, 180.0 / np.pi]
+    tree = cKDTree(curve)
+    on = tree.query(place)[0] < 3e-8
+    middle = 0.5 * (place[1:] + place[:-1])[on[1:] & on[:-1]]
+    assert len(middle) > 150
+    assert tree.query(middle)[0].max() <= 1.001 * mill.chord_tolerance_mm
